@@ -1,0 +1,97 @@
+"""Ground contact: spring-damper points with regularised Coulomb friction, linearly implicit in the step.
+
+A contact at point r (from the body's joint) with depth y < 0 gives the force f = f0 - K a over a step of length h,
+with f0 the force at the velocity before the step, a the acceleration of the point, and K = h (d + h k) along the
+normal and h d_t across it. K enters the body's articulated inertia, so that no stiffness is unstable.
+"""
+
+import warp as wp
+
+from warpmuscle.kernels.spatial import cross_rows, symmetric, symmetric_outer, symmetric_product
+from warpmuscle.kernels.structs import Model, Work, at
+
+
+@wp.func
+def normal_force(depth: float, speed: float, stiffness: float, damping: float, time_step: float) -> float:
+    """Force of a contact along the normal at the start of a step, N: k depth - (d + h k) speed, never negative.
+
+    Args:
+        depth: penetration, m, positive inside the ground. speed: of the point along the normal, m/s.
+    """
+    return wp.max(stiffness * depth - (damping + time_step * stiffness) * speed, 0.0)
+
+
+@wp.func
+def friction_damping(normal: float, slip: float, damping: float, friction: float) -> float:
+    """Damping across the normal, N s/m: `damping` while that force stays below friction * normal, less beyond it."""
+    return wp.min(damping, friction * normal / (slip + 1.0e-9))
+
+
+@wp.func
+def contact_tensor(normal: wp.vec3, along: float, across: float) -> symmetric:
+    """across (1 - n n^T) + along n n^T."""
+    s = symmetric_outer(normal, along - across)
+    return symmetric(s[0] + across, s[1], s[2], s[3] + across, s[4], s[5] + across)
+
+
+@wp.func
+def minus_skew_product(b: wp.mat33, r: wp.vec3) -> symmetric:
+    """-B [r]x for a product that is symmetric, as [r]x K [r]x^T is with B = [r]x K."""
+    return symmetric_product(b, wp.transpose(wp.skew(r)))
+
+
+@wp.func
+def contact_stage(instance: int, body: int, model: Model, work: Work):
+    """Add the contacts of one body to its articulated inertia and bias force, and keep what its foot force needs."""
+    contacts = model.contacts
+    first = contacts.start[body]
+    end = contacts.start[body + 1]
+    slot = model.skeleton.foot_slot[body]
+    if slot >= 0:
+        work.contact_c[slot] = symmetric(0.0)
+        work.contact_b[slot] = wp.mat33(0.0)
+        work.contact_force[slot] = wp.vec3(0.0)
+    if end == first:
+        return
+    normal = at(contacts.normal, instance, 0)
+    height = wp.dot(normal, work.position[body]) - at(contacts.height, instance, 0)
+    if height > at(contacts.reach, instance, body):
+        return
+    h = model.time_step
+    stiffness = at(contacts.stiffness, instance, 0)
+    damping = at(contacts.damping, instance, 0)
+    tangential = at(contacts.tangential_damping, instance, 0)
+    sum_c = symmetric(0.0)
+    sum_b = wp.mat33(0.0)
+    sum_a = symmetric(0.0)
+    sum_force = wp.vec3(0.0)
+    sum_moment = wp.vec3(0.0)
+    for k in range(first, end):
+        r = work.rotation[body] * at(contacts.point, instance, k) - at(contacts.radius, instance, k) * normal
+        depth = -(height + wp.dot(normal, r))
+        if depth > 0.0:
+            velocity = work.velocity[body] + wp.cross(work.angular_velocity[body], r)
+            speed = wp.dot(normal, velocity)
+            along = normal_force(depth, speed, stiffness, damping, h)
+            if along > 0.0:
+                slip = velocity - normal * speed
+                across = friction_damping(along, wp.length(slip), tangential, at(contacts.friction, instance, k))
+                force = normal * along - slip * across
+                c = contact_tensor(normal, h * (damping + h * stiffness), h * across)
+                b = cross_rows(r, c)
+                sum_c += c
+                sum_b += b
+                sum_a += minus_skew_product(b, r)
+                sum_force += force
+                sum_moment += wp.cross(r, force)
+    work.block_a[body] += sum_a
+    work.block_b[body] += sum_b
+    work.block_c[body] += sum_c
+    work.bias_moment[body] -= sum_moment
+    work.bias_force[body] -= sum_force
+    if slot >= 0:
+        work.contact_c[slot] = sum_c
+        work.contact_b[slot] = sum_b
+        work.contact_force[slot] = sum_force
+    elif sum_force[0] != 0.0 or sum_force[1] != 0.0 or sum_force[2] != 0.0:
+        work.flags[0] = 1

@@ -1,0 +1,456 @@
+"""Forward dynamics by the articulated-body algorithm (Featherstone 2008, ch. 7).
+
+World axes about each body's joint. An articulated inertia is three 3x3 blocks, angular A, coupling B, linear C:
+moment = A alpha + B a + p_n, force = B^T alpha + C a + p_f, with alpha the body's angular acceleration and a the
+acceleration of its joint. So a ball joint needs one symmetric inverse, hinges and universal joints rank-1 and rank-2
+downdates. A joint may carry an implicit inertia K (spring-dampers linearised over the step) in its own coordinates.
+"""
+
+import warp as wp
+
+from warpmuscle.kernels.contact import contact_stage
+from warpmuscle.kernels.joint import ball_angles, ball_rate_axes, limit_torque
+from warpmuscle.kernels.kinematics import coordinate_quat
+from warpmuscle.kernels.lanes import synchronize
+from warpmuscle.kernels.spatial import (
+    cross_rows,
+    full,
+    symmetric,
+    symmetric_inverse,
+    symmetric_outer,
+    symmetric_part,
+    symmetric_product,
+    symmetric_rotated,
+    symmetric_times,
+    turn,
+)
+from warpmuscle.kernels.structs import (
+    BALL,
+    FIXED,
+    HINGE,
+    ROOT_FREE,
+    ROOT_PLANAR,
+    UNIVERSAL,
+    Model,
+    Skeleton,
+    State,
+    Work,
+    at,
+)
+
+
+@wp.func
+def inertia_about_joint(rotation: wp.mat33, inertia: wp.vec3, mass: float, com: wp.vec3) -> symmetric:
+    """Rotational inertia of a body about its joint, world axes, kg m^2: R diag(I) R^T + m (c.c - c c^T).
+
+    Args:
+        inertia: principal moments about the centre of mass. com: c, from the joint, world axes, m.
+    """
+    s = symmetric_rotated(rotation, inertia) + symmetric_outer(com, -mass)
+    d = mass * wp.dot(com, com)
+    return symmetric(s[0] + d, s[1], s[2], s[3] + d, s[4], s[5] + d)
+
+
+@wp.func
+def gyroscopic_moment(angular_velocity: wp.vec3, inertia: symmetric) -> wp.vec3:
+    """w x (I w), N m."""
+    return wp.cross(angular_velocity, symmetric_times(inertia, angular_velocity))
+
+
+@wp.func
+def limit_stage(instance: int, body: int, model: Model, state: State, work: Work):
+    """Add the joint's limits, if any is exceeded, to its torque and implicit inertia."""
+    skeleton = model.skeleton
+    kind = skeleton.joint_type[body]
+    low = at(skeleton.limit_low, instance, body)
+    high = at(skeleton.limit_high, instance, body)
+    stiffness = at(skeleton.limit_stiffness, instance, body)
+    damping = at(skeleton.limit_damping, instance, body)
+    axis_a = at(skeleton.axis_a, instance, body)
+    axis_b = at(skeleton.axis_b, instance, body)
+    parent = skeleton.parent[body]
+    first = skeleton.coordinate_start[body]
+    speed = skeleton.speed_start[body]
+    if kind == BALL:
+        angles = ball_angles(coordinate_quat(state, instance, first), axis_a, axis_b)
+        inside = wp.vec3(
+            wp.clamp(angles[0], low[0], high[0]),
+            wp.clamp(angles[1], low[1], high[1]),
+            wp.clamp(angles[2], low[2], high[2]),
+        )
+        if wp.length_sq(angles - inside) > 0.0:
+            g = ball_rate_axes(work.rotation[parent] * axis_a, work.rotation[body] * axis_b)
+            rates = g * (work.angular_velocity[body] - work.angular_velocity[parent])
+            for i in range(3):
+                t = limit_torque(angles[i], rates[i], low[i], high[i], stiffness, damping, model.time_step)
+                axis = wp.vec3(g[i, 0], g[i, 1], g[i, 2])
+                work.torque[body] -= axis * t[0]
+                work.stiffness[body] += symmetric_outer(axis, t[1])
+    else:
+        x = state.coordinates[instance, first]
+        if x < low[0] or x > high[0]:
+            axis = work.rotation[body] * axis_a
+            rate = state.speeds[instance, speed]
+            t = limit_torque(x, rate, low[0], high[0], stiffness, damping, model.time_step)
+            work.torque[body] -= axis * t[0]
+            work.stiffness[body] += symmetric_outer(axis, t[1])
+        if kind == UNIVERSAL:
+            y = state.coordinates[instance, first + 1]
+            if y < low[1] or y > high[1]:
+                axis = work.rotation[parent] * axis_b
+                rate = state.speeds[instance, speed + 1]
+                t = limit_torque(y, rate, low[1], high[1], stiffness, damping, model.time_step)
+                work.torque[body] -= axis * t[0]
+                work.stiffness[body] += symmetric_outer(axis, t[1])
+
+
+@wp.func
+def inertia_stage(instance: int, lane: int, lanes: int, model: Model, state: State, work: Work):
+    """Inertia, gravity, velocity products, joint limits and contacts of every body. Ends with a barrier."""
+    skeleton = model.skeleton
+    if lane == 0:
+        work.flags[0] = 0
+        work.flags[1] = 0
+    synchronize()
+    for i in range(lane, model.body_count, lanes):
+        rotation = work.rotation[i]
+        angular = work.angular_velocity[i]
+        mass = at(skeleton.mass, instance, i)
+        c = rotation * at(skeleton.com, instance, i)
+        a = inertia_about_joint(rotation, at(skeleton.inertia, instance, i), mass, c)
+        weight = wp.vec3(0.0, -mass * at(model.gravity, instance, 0), 0.0)
+        work.block_a[i] = a
+        work.block_b[i] = wp.skew(c * mass)
+        work.block_c[i] = symmetric(mass, 0.0, 0.0, mass, 0.0, mass)
+        work.bias_moment[i] = gyroscopic_moment(angular, a) - wp.cross(c, weight)
+        work.bias_force[i] = wp.cross(angular, wp.cross(angular, c)) * mass - weight
+        if skeleton.has_limits[i] == 1:
+            limit_stage(instance, i, model, state, work)
+        contact_stage(instance, i, model, work)
+    synchronize()
+
+
+@wp.func
+def gather_children(body: int, skeleton: Skeleton, work: Work):
+    """Add what the children hand down to a body's own articulated inertia and bias."""
+    first = skeleton.first_child[body]
+    count = skeleton.child_count[body]
+    if count == 0:
+        return
+    a = work.block_a[body]
+    b = work.block_b[body]
+    c = work.block_c[body]
+    n = work.bias_moment[body]
+    f = work.bias_force[body]
+    for child in range(first, first + count):
+        a += work.block_a[child]
+        b += work.block_b[child]
+        c += work.block_c[child]
+        n += work.bias_moment[child]
+        f += work.bias_force[child]
+    work.block_a[body] = a
+    work.block_b[body] = b
+    work.block_c[body] = c
+    work.bias_moment[body] = n
+    work.bias_force[body] = f
+
+
+@wp.func
+def shift_to_parent(body: int, r: wp.vec3, a: symmetric, b: wp.mat33, c: symmetric, n: wp.vec3, f: wp.vec3, work: Work):
+    """Express a reduced articulated inertia about the parent's joint, r away, and leave it for the parent."""
+    shifted = b + cross_rows(r, c)
+    skew = wp.skew(r)
+    work.block_a[body] = a + symmetric_part(skew * wp.transpose(shifted) - b * skew)
+    work.block_b[body] = shifted
+    work.block_c[body] = c
+    work.bias_moment[body] = n + wp.cross(r, f)
+    work.bias_force[body] = f
+
+
+@wp.func
+def reduce_ball(body: int, r: wp.vec3, torque: wp.vec3, bias_n: wp.vec3, bias_f: wp.vec3, work: Work):
+    """Eliminate a ball joint. D = (A + K)^-1; relative acceleration D (t - p_n) - D A alpha - D B a.
+
+    Without K the blocks A and B vanish (Featherstone 2008, eq. 7.43 with S = 1 in the angular block).
+    """
+    a = work.block_a[body]
+    b = work.block_b[body]
+    k = work.stiffness[body]
+    d = symmetric_inverse(a + k)
+    u = torque - bias_n
+    g = symmetric_times(d, u)
+    db = full(d) * b
+    bt = wp.transpose(b)
+    c = work.block_c[body] - symmetric_product(bt, db)
+    f = bias_f + bt * g
+    work.factor_b[body] = db
+    work.factor_c[body] = g
+    if k[0] + k[3] + k[5] == 0.0:
+        work.factor_a[body] = wp.identity(n=3, dtype=float)
+        shift_to_parent(body, r, symmetric(0.0), wp.mat33(0.0), c, torque, f, work)
+    else:
+        da = full(d) * full(a)
+        work.factor_a[body] = da
+        kd = wp.transpose(full(d) * full(k))
+        shift_to_parent(
+            body, r, symmetric_part(full(k) * da), full(k) * db, c, torque - kd * u, f, work
+        )
+
+
+@wp.func
+def reduce_hinge(body: int, r: wp.vec3, torque: wp.vec3, bias_n: wp.vec3, bias_f: wp.vec3, axis: wp.vec3, work: Work):
+    """Eliminate a hinge: rank-1 downdate (Featherstone 2008, eq. 7.43)."""
+    a = work.block_a[body]
+    b = work.block_b[body]
+    ua = symmetric_times(a, axis)
+    ub = wp.transpose(b) * axis
+    d = 1.0 / (wp.dot(axis, ua) + wp.dot(axis, symmetric_times(work.stiffness[body], axis)))
+    x = wp.dot(axis, torque - bias_n) * d
+    work.factor_a[body] = wp.matrix_from_cols(ua * d, ub * d, wp.vec3(x, 0.0, 0.0))
+    shift_to_parent(
+        body,
+        r,
+        a + symmetric_outer(ua, -d),
+        b - wp.outer(ua * d, ub),
+        work.block_c[body] + symmetric_outer(ub, -d),
+        bias_n + ua * x,
+        bias_f + ub * x,
+        work,
+    )
+
+
+@wp.func
+def reduce_universal(
+    body: int, r: wp.vec3, torque: wp.vec3, bias_n: wp.vec3, bias_f: wp.vec3, axis_a: wp.vec3, axis_b: wp.vec3, work: Work
+):  # fmt: skip
+    """Eliminate a universal joint: rank-2 downdate (Featherstone 2008, eq. 7.43)."""
+    a = work.block_a[body]
+    b = work.block_b[body]
+    k = work.stiffness[body]
+    bt = wp.transpose(b)
+    ua = symmetric_times(a, axis_a)
+    ub = symmetric_times(a, axis_b)
+    la = bt * axis_a
+    lb = bt * axis_b
+    kb = symmetric_times(k, axis_b)
+    m11 = wp.dot(axis_a, ua) + wp.dot(axis_a, symmetric_times(k, axis_a))
+    m12 = wp.dot(axis_a, ub) + wp.dot(axis_a, kb)
+    m22 = wp.dot(axis_b, ub) + wp.dot(axis_b, kb)
+    d = 1.0 / (m11 * m22 - m12 * m12)
+    pa = (ua * m22 - ub * m12) * d
+    pb = (ub * m11 - ua * m12) * d
+    qa = (la * m22 - lb * m12) * d
+    qb = (lb * m11 - la * m12) * d
+    u = torque - bias_n
+    xa = (m22 * wp.dot(axis_a, u) - m12 * wp.dot(axis_b, u)) * d
+    xb = (m11 * wp.dot(axis_b, u) - m12 * wp.dot(axis_a, u)) * d
+    work.factor_a[body] = wp.matrix_from_cols(pa, qa, pb)
+    work.factor_b[body] = wp.matrix_from_cols(qb, wp.vec3(xa, xb, 0.0), wp.vec3(0.0))
+    c = full(work.block_c[body]) - wp.outer(qa, la) - wp.outer(qb, lb)
+    shift_to_parent(
+        body,
+        r,
+        symmetric_part(full(a) - wp.outer(pa, ua) - wp.outer(pb, ub)),
+        b - wp.outer(pa, la) - wp.outer(pb, lb),
+        symmetric_part(c),
+        bias_n + ua * xa + ub * xb,
+        bias_f + la * xa + lb * xb,
+        work,
+    )
+
+
+@wp.func
+def reduce_body(instance: int, body: int, skeleton: Skeleton, work: Work):
+    """Eliminate the joint of one body and leave the rest for its parent."""
+    gather_children(body, skeleton, work)
+    parent = skeleton.parent[body]
+    r = work.position[body] - work.position[parent]
+    bias = work.bias[body]
+    parent_angular = work.angular_velocity[parent]
+    drift = wp.cross(parent_angular, wp.cross(parent_angular, r))
+    b = work.block_b[body]
+    n = work.bias_moment[body] + symmetric_times(work.block_a[body], bias) + b * drift
+    f = work.bias_force[body] + wp.transpose(b) * bias + symmetric_times(work.block_c[body], drift)
+    torque = -work.torque[body]
+    kind = skeleton.joint_type[body]
+    if kind == BALL:
+        reduce_ball(body, r, torque, n, f, work)
+    elif kind == FIXED:
+        shift_to_parent(body, r, work.block_a[body], b, work.block_c[body], n, f, work)
+    else:
+        axis_a = work.rotation[body] * at(skeleton.axis_a, instance, body)
+        if kind == HINGE:
+            reduce_hinge(body, r, torque, n, f, axis_a, work)
+        else:
+            axis_b = work.rotation[parent] * at(skeleton.axis_b, instance, body)
+            reduce_universal(body, r, torque, n, f, axis_a, axis_b, work)
+
+
+@wp.func
+def accelerate_root(kind: int, skeleton: Skeleton, work: Work):
+    """Acceleration of the root from its articulated inertia: none if fixed, three of six components if planar."""
+    gather_children(0, skeleton, work)
+    n = work.bias_moment[0]
+    f = work.bias_force[0]
+    alpha = wp.vec3(0.0)
+    a = wp.vec3(0.0)
+    if kind == ROOT_FREE:
+        b = work.block_b[0]
+        c = symmetric_inverse(work.block_c[0])
+        bc = b * full(c)
+        s = symmetric_inverse(work.block_a[0] - symmetric_product(bc, wp.transpose(b)))
+        alpha = symmetric_times(s, bc * f - n)
+        a = symmetric_times(c, -f - wp.transpose(b) * alpha)
+    elif kind == ROOT_PLANAR:
+        b = work.block_b[0]
+        c = work.block_c[0]
+        m = symmetric(work.block_a[0][0], b[0, 1], b[0, 2], c[3], c[4], c[5])
+        x = symmetric_times(symmetric_inverse(m), wp.vec3(-n[0], -f[1], -f[2]))
+        alpha = wp.vec3(x[0], 0.0, 0.0)
+        a = wp.vec3(0.0, x[1], x[2])
+    work.angular_acceleration[0] = alpha
+    work.acceleration[0] = a
+
+
+@wp.func
+def joint_acceleration(kind: int, body: int, alpha: wp.vec3, a: wp.vec3, work: Work) -> wp.vec3:
+    """Joint acceleration: about child axes for a ball, else by coordinate, rad/s^2.
+
+    Args:
+        alpha: angular acceleration of the parent, world. a: acceleration that the parent gives the joint, world.
+    """
+    fa = work.factor_a[body]
+    if kind == BALL:
+        x = work.factor_c[body] - fa * alpha - work.factor_b[body] * a
+        return wp.transpose(work.rotation[body]) * x
+    p = wp.vec3(fa[0, 0], fa[1, 0], fa[2, 0])
+    q = wp.vec3(fa[0, 1], fa[1, 1], fa[2, 1])
+    if kind == HINGE:
+        return wp.vec3(fa[0, 2] - wp.dot(p, alpha) - wp.dot(q, a), 0.0, 0.0)
+    if kind == UNIVERSAL:
+        fb = work.factor_b[body]
+        pb = wp.vec3(fa[0, 2], fa[1, 2], fa[2, 2])
+        qb = wp.vec3(fb[0, 0], fb[1, 0], fb[2, 0])
+        return wp.vec3(
+            fb[0, 1] - wp.dot(p, alpha) - wp.dot(q, a), fb[1, 1] - wp.dot(pb, alpha) - wp.dot(qb, a), 0.0
+        )
+    return wp.vec3(0.0)
+
+
+@wp.func
+def accelerate_body(instance: int, body: int, skeleton: Skeleton, work: Work):
+    """Acceleration of a body and of its joint (left in factor_c) from its parent's; the foot force of the step."""
+    parent = skeleton.parent[body]
+    kind = skeleton.joint_type[body]
+    alpha = work.angular_acceleration[parent]
+    r = work.position[body] - work.position[parent]
+    parent_angular = work.angular_velocity[parent]
+    a = work.acceleration[parent] + wp.cross(alpha, r)
+    x = joint_acceleration(kind, body, alpha, a, work)
+    relative = wp.vec3(0.0)
+    if kind == BALL:
+        relative = work.rotation[body] * x
+    elif kind != FIXED:
+        relative = work.rotation[body] * at(skeleton.axis_a, instance, body) * x[0]
+        if kind == UNIVERSAL:
+            relative += work.rotation[parent] * at(skeleton.axis_b, instance, body) * x[1]
+    alpha = alpha + work.bias[body] + relative
+    a = a + wp.cross(parent_angular, wp.cross(parent_angular, r))
+    work.angular_acceleration[body] = alpha
+    work.acceleration[body] = a
+    work.factor_c[body] = x
+    slot = skeleton.foot_slot[body]
+    if slot >= 0:
+        work.contact_force[slot] -= (
+            symmetric_times(work.contact_c[slot], a) + wp.transpose(work.contact_b[slot]) * alpha
+        )
+
+
+@wp.func
+def acceleration_stage(instance: int, lane: int, lanes: int, model: Model, work: Work):
+    """Accelerations of all bodies and joints: backward pass, root, forward pass. Ends with a barrier."""
+    for step in range(1, model.level_count):
+        level = model.level_count - step
+        for body in range(model.level_start[level] + lane, model.level_start[level + 1], lanes):
+            reduce_body(instance, body, model.skeleton, work)
+        synchronize()
+    if lane == 0:
+        accelerate_root(model.skeleton.joint_type[0], model.skeleton, work)
+    synchronize()
+    for level in range(1, model.level_count):
+        for body in range(model.level_start[level] + lane, model.level_start[level + 1], lanes):
+            accelerate_body(instance, body, model.skeleton, work)
+        synchronize()
+
+
+@wp.func
+def add_to_speed(state: State, instance: int, i: int, change: float, largest: float, work: Work) -> float:
+    """New speed i; a speed that is not finite or beyond the largest flags divergence and is not stored."""
+    v = state.speeds[instance, i] + change
+    if not (wp.abs(v) <= largest):
+        work.flags[1] = 1
+        return state.speeds[instance, i]
+    state.speeds[instance, i] = v
+    return v
+
+
+@wp.func
+def add_to_speeds(state: State, instance: int, first: int, change: wp.vec3, largest: float, work: Work) -> wp.vec3:
+    """New speeds first..first + 2."""
+    return wp.vec3(
+        add_to_speed(state, instance, first, change[0], largest, work),
+        add_to_speed(state, instance, first + 1, change[1], largest, work),
+        add_to_speed(state, instance, first + 2, change[2], largest, work),
+    )
+
+
+@wp.func
+def store_quat(state: State, instance: int, first: int, q: wp.quat):
+    """Store a quaternion at coordinates first..first + 3."""
+    for i in range(4):
+        state.coordinates[instance, first + i] = q[i]
+
+
+@wp.func
+def integrate_root(instance: int, model: Model, state: State, work: Work, largest: float):
+    """Semi-implicit Euler step of the root."""
+    h = model.time_step
+    kind = model.skeleton.joint_type[0]
+    alpha = work.angular_acceleration[0] * h
+    a = work.acceleration[0] * h
+    if kind == ROOT_FREE:
+        v = add_to_speeds(state, instance, 0, a, largest, work)
+        w = add_to_speeds(state, instance, 3, alpha, largest, work)
+        for i in range(3):
+            state.coordinates[instance, i] += h * v[i]
+        q = work.orientation[0]
+        store_quat(state, instance, 3, turn(q, wp.quat_rotate_inv(q, w), h))
+    elif kind == ROOT_PLANAR:
+        v = add_to_speeds(state, instance, 0, wp.vec3(a[1], a[2], alpha[0]), largest, work)
+        for i in range(3):
+            state.coordinates[instance, i] += h * v[i]
+
+
+@wp.func
+def integrate_stage(instance: int, lane: int, lanes: int, model: Model, state: State, work: Work):
+    """Semi-implicit Euler step of all coordinates. Ends with a barrier."""
+    skeleton = model.skeleton
+    h = model.time_step
+    largest = at(model.failure, instance, 0)[2]
+    if lane == 0:
+        integrate_root(instance, model, state, work, largest)
+    for i in range(1 + lane, model.body_count, lanes):
+        kind = skeleton.joint_type[i]
+        first = skeleton.coordinate_start[i]
+        speed = skeleton.speed_start[i]
+        change = work.factor_c[i] * h
+        if kind == BALL:
+            w = add_to_speeds(state, instance, speed, change, largest, work)
+            store_quat(state, instance, first, turn(coordinate_quat(state, instance, first), w, h))
+        elif kind == HINGE or kind == UNIVERSAL:
+            state.coordinates[instance, first] += h * add_to_speed(state, instance, speed, change[0], largest, work)
+            if kind == UNIVERSAL:
+                state.coordinates[instance, first + 1] += h * add_to_speed(
+                    state, instance, speed + 1, change[1], largest, work
+                )
+    synchronize()

@@ -1,0 +1,139 @@
+"""Forward kinematics: poses and velocities of all bodies, centre of mass."""
+
+import warp as wp
+
+from warpmuscle.kernels.joint import hinge_rotation, universal_bias, universal_rotation
+from warpmuscle.kernels.lanes import synchronize
+from warpmuscle.kernels.structs import BALL, HINGE, ROOT_PLANAR, UNIVERSAL, Model, Skeleton, State, Work, at
+
+
+@wp.func
+def coordinate_quat(state: State, instance: int, first: int) -> wp.quat:
+    """The quaternion stored at coordinates first..first + 3."""
+    return wp.quat(
+        state.coordinates[instance, first],
+        state.coordinates[instance, first + 1],
+        state.coordinates[instance, first + 2],
+        state.coordinates[instance, first + 3],
+    )
+
+
+@wp.func
+def speed_vector(state: State, instance: int, first: int) -> wp.vec3:
+    """The vector stored at speeds first..first + 2."""
+    return wp.vec3(
+        state.speeds[instance, first], state.speeds[instance, first + 1], state.speeds[instance, first + 2]
+    )
+
+
+@wp.func
+def joint_orientation(skeleton: Skeleton, state: State, instance: int, body: int) -> wp.quat:
+    """Orientation of a body in its parent; of body 0 in the world."""
+    kind = skeleton.joint_type[body]
+    first = skeleton.coordinate_start[body]
+    q = wp.quat(0.0, 0.0, 0.0, 1.0)
+    if body == 0:
+        if kind == ROOT_PLANAR:
+            q = hinge_rotation(wp.vec3(1.0, 0.0, 0.0), state.coordinates[instance, first + 2])
+        else:
+            q = coordinate_quat(state, instance, first + 3)
+    elif kind == BALL:
+        q = coordinate_quat(state, instance, first)
+    elif kind == HINGE:
+        q = hinge_rotation(at(skeleton.axis_a, instance, body), state.coordinates[instance, first])
+    elif kind == UNIVERSAL:
+        q = universal_rotation(
+            at(skeleton.axis_a, instance, body),
+            at(skeleton.axis_b, instance, body),
+            state.coordinates[instance, first],
+            state.coordinates[instance, first + 1],
+        )
+    return q
+
+
+@wp.func
+def place_root(skeleton: Skeleton, state: State, instance: int, work: Work):
+    """Pose and velocity of the root from its coordinates and speeds."""
+    q = joint_orientation(skeleton, state, instance, 0)
+    position = wp.vec3(state.coordinates[instance, 0], state.coordinates[instance, 1], state.coordinates[instance, 2])
+    velocity = wp.vec3(0.0, 0.0, 0.0)
+    angular = wp.vec3(0.0, 0.0, 0.0)
+    if skeleton.joint_type[0] == ROOT_PLANAR:
+        position = wp.vec3(0.0, state.coordinates[instance, 0], state.coordinates[instance, 1])
+        velocity = wp.vec3(0.0, state.speeds[instance, 0], state.speeds[instance, 1])
+        angular = wp.vec3(state.speeds[instance, 2], 0.0, 0.0)
+    elif skeleton.joint_type[0] == 0:
+        velocity = speed_vector(state, instance, 0)
+        angular = speed_vector(state, instance, 3)
+    work.orientation[0] = q
+    work.rotation[0] = wp.quat_to_matrix(q)
+    work.position[0] = position
+    work.velocity[0] = velocity
+    work.angular_velocity[0] = angular
+    work.bias[0] = wp.vec3(0.0, 0.0, 0.0)
+
+
+@wp.func
+def place_body(skeleton: Skeleton, state: State, instance: int, body: int, work: Work):
+    """Pose and velocity of a body from those of its parent and its joint's coordinates and speeds."""
+    parent = skeleton.parent[body]
+    kind = skeleton.joint_type[body]
+    first = skeleton.speed_start[body]
+    q = work.orientation[parent] * joint_orientation(skeleton, state, instance, body)
+    rotation = wp.quat_to_matrix(q)
+    parent_rotation = work.rotation[parent]
+    parent_angular = work.angular_velocity[parent]
+    r = parent_rotation * at(skeleton.anchor, instance, body)
+    relative = wp.vec3(0.0, 0.0, 0.0)
+    bias = wp.vec3(0.0, 0.0, 0.0)
+    if kind == BALL:
+        relative = rotation * speed_vector(state, instance, first)
+        bias = wp.cross(parent_angular, relative)
+    elif kind == HINGE:
+        relative = rotation * at(skeleton.axis_a, instance, body) * state.speeds[instance, first]
+        bias = wp.cross(parent_angular, relative)
+    elif kind == UNIVERSAL:
+        rate_a = rotation * at(skeleton.axis_a, instance, body) * state.speeds[instance, first]
+        rate_b = parent_rotation * at(skeleton.axis_b, instance, body) * state.speeds[instance, first + 1]
+        relative = rate_a + rate_b
+        bias = universal_bias(parent_angular, rate_a, rate_b)
+    work.orientation[body] = q
+    work.rotation[body] = rotation
+    work.position[body] = work.position[parent] + r
+    work.angular_velocity[body] = parent_angular + relative
+    work.velocity[body] = work.velocity[parent] + wp.cross(parent_angular, r)
+    work.bias[body] = bias
+
+
+@wp.func
+def sum_of(values: wp.array[wp.vec3], count: int) -> wp.vec3:
+    """Sum of the first `count` vectors, in order."""
+    total = wp.vec3(0.0, 0.0, 0.0)
+    for i in range(count):
+        total += values[i]
+    return total
+
+
+@wp.func
+def kinematics_stage(instance: int, lane: int, lanes: int, model: Model, state: State, work: Work):
+    """Poses, velocities and centre of mass of one instance. Ends with a barrier."""
+    skeleton = model.skeleton
+    if lane == 0:
+        place_root(skeleton, state, instance, work)
+    synchronize()
+    for level in range(1, model.level_count):
+        for body in range(model.level_start[level] + lane, model.level_start[level + 1], lanes):
+            place_body(skeleton, state, instance, body, work)
+        synchronize()
+    mass = at(skeleton.total_mass, instance, 0)
+    for i in range(lane, model.body_count, lanes):
+        m = at(skeleton.mass, instance, i)
+        c = work.rotation[i] * at(skeleton.com, instance, i)
+        work.moment[i] = m * (work.position[i] + c)
+        work.momentum[i] = m * (work.velocity[i] + wp.cross(work.angular_velocity[i], c))
+    synchronize()
+    if lane == 0:
+        work.center[0] = sum_of(work.moment, model.body_count) / mass
+    if lane == lanes - 1:
+        work.center[1] = sum_of(work.momentum, model.body_count) / mass
+    synchronize()

@@ -1,0 +1,344 @@
+"""The SIMBICON controller: targets from a phase-driven state machine with balance feedback, PD torques, hip rules.
+
+Yin, Loken, van de Panne 2007, as programmed in the Controller Editor Framework 1.5 (Coros, Beaudoin, van de Panne
+2009). A joint torque acts positively on the parent and negatively on the child.
+"""
+
+import warp as wp
+
+from warpmuscle.kernels.joint import hinge_rotation
+from warpmuscle.kernels.kinematics import joint_orientation
+from warpmuscle.kernels.lanes import synchronize
+from warpmuscle.kernels.spatial import heading, symmetric, symmetric_rotated
+from warpmuscle.kernels.spline import curve_value
+from warpmuscle.kernels.structs import LEFT, REVERSE, RIGHT, Model, Simbicon, State, Work, at
+
+
+@wp.func
+def balance_feedback(
+    distance: wp.vec3, velocity: wp.vec3, axis: wp.vec3, gain: wp.vec2, limits: wp.vec4
+) -> float:
+    """Linear balance feedback, rad: cd clamp(d . axis) + cv clamp(v . axis) (Yin 2007, eq. 1).
+
+    Args:
+        distance: d, from the stance foot to the centre of mass, character frame, m.
+        velocity: v of the centre of mass, character frame, m/s.
+        gain: cd, cv. limits: lowest and highest d . axis, then v . axis.
+    """
+    d = wp.clamp(wp.dot(distance, axis), limits[0], limits[1])
+    v = wp.clamp(wp.dot(velocity, axis), limits[2], limits[3])
+    return gain[0] * d + gain[1] * v
+
+
+@wp.func
+def pd_error(orientation: wp.quat, target: wp.quat) -> wp.vec3:
+    """Rotation from the orientation to the target along the child's axes, as axis times angle, rad."""
+    e = wp.quat_inverse(orientation) * target
+    v = wp.vec3(e[0], e[1], e[2])
+    n = wp.length(v)
+    if n < 1.0e-10:
+        return wp.vec3(0.0, 0.0, 0.0)
+    angle = 2.0 * wp.asin(wp.min(n, 1.0))
+    if e[3] < 0.0:
+        angle = -angle
+    return v * (angle / n)
+
+
+@wp.func
+def pd_torque(
+    error: wp.vec3, velocity: wp.vec3, kp: float, kd: float, strength: float, scale: wp.vec3, limit: float
+) -> wp.vec3:
+    """PD torque along the child's axes, N m, as it acts on the parent: scale strength (-kp e + kd w), then clamped.
+
+    Args:
+        error: see `pd_error`. velocity: angular velocity towards which the error is measured, child axes, rad/s.
+        scale: factor by axis on torque and limit. limit: largest torque, N m.
+    """
+    torque = wp.cw_mul(scale, (kd * velocity - kp * error) * strength)
+    bound = wp.vec3(wp.abs(scale[0]), wp.abs(scale[1]), wp.abs(scale[2])) * limit
+    return clamp_torque(torque, bound)
+
+
+@wp.func
+def clamp_torque(torque: wp.vec3, bound: wp.vec3) -> wp.vec3:
+    """Every component within its own bound."""
+    return wp.vec3(
+        wp.clamp(torque[0], -bound[0], bound[0]),
+        wp.clamp(torque[1], -bound[1], bound[1]),
+        wp.clamp(torque[2], -bound[2], bound[2]),
+    )
+
+
+@wp.func
+def hip_damping(relative_yaw_rate: float, damping: float, largest: float) -> float:
+    """Yaw torque of the stance hip, N m: -k w |w|, w the root's yaw rate relative to the thigh within +-largest."""
+    w = wp.clamp(relative_yaw_rate, -largest, largest)
+    return -damping * w * wp.abs(w)
+
+
+@wp.func
+def stance_share(stance_force: float, swing_force: float) -> float:
+    """Part of the root's torque that the stance hip takes, by vertical foot forces; -1 if neither foot is loaded."""
+    total = stance_force + swing_force
+    if wp.abs(total) < 1.0e-10:
+        return -1.0
+    return stance_force / total
+
+
+@wp.func
+def strength_by_height(height: float) -> float:
+    """Factor on all torques that lets a fallen character go limp: 1 above 0.4 m, 0 below 0.2 m."""
+    return wp.clamp((height - 0.2) / 0.2, 0.0, 1.0)
+
+
+@wp.func
+def transition_due(phase: float, on_foot_down: int, swing_force: float) -> bool:
+    """Whether a state ends: at phase 1, or after phase 0.5 when the swing foot carries more than 20 N."""
+    return phase >= 1.0 or (on_foot_down == 1 and phase > 0.5 and wp.abs(swing_force) > 20.0)
+
+
+@wp.func
+def stance_after(stance: int, rule: int) -> int:
+    """Stance after entering a state with this rule."""
+    if rule == REVERSE:
+        return 1 - stance
+    if rule == LEFT or rule == RIGHT:
+        return rule
+    return stance
+
+
+@wp.func
+def component_rotation(
+    simbicon: Simbicon, instance: int, c: int, phase: float, stance: int, distance: wp.vec3, velocity: wp.vec3
+) -> wp.quat:
+    """Rotation of component c: its base angle, reversed in one stance if it says so, plus balance feedback."""
+    knots = simbicon.component_knots
+    angle = curve_value(simbicon.knot_phase, simbicon.knot_value, instance, knots[c, 0], knots[c, 1], phase)
+    if simbicon.component_reverse[c] == stance:
+        angle = -angle
+    if simbicon.has_feedback[c] == 1:
+        angle += balance_feedback(
+            distance,
+            velocity,
+            at(simbicon.feedback_axis, instance, c),
+            at(simbicon.feedback_gain, instance, c),
+            at(simbicon.feedback_limits, instance, c),
+        )
+    return hinge_rotation(at(simbicon.component_axis, instance, c), angle)
+
+
+@wp.func
+def balance_set_point(simbicon: Simbicon, instance: int, row: int, first: int, phase: float, stance: int) -> wp.vec3:
+    """Desired d (first = 0) or v (first = 4) of a state; its x part changes sign in right stance."""
+    k = simbicon.balance_knots
+    x = curve_value(simbicon.knot_phase, simbicon.knot_value, instance, k[row, first], k[row, first + 1], phase)
+    z = curve_value(simbicon.knot_phase, simbicon.knot_value, instance, k[row, first + 2], k[row, first + 3], phase)
+    if stance == RIGHT:
+        x = -x
+    return wp.vec3(x, 0.0, z)
+
+
+@wp.func
+def targets_stage(instance: int, lane: int, lanes: int, model: Model, state: State, work: Work):
+    """Target orientation, strength and frame of every joint and the root. Ends with a barrier."""
+    simbicon = model.simbicon
+    for i in range(lane, model.body_count, lanes):
+        work.target[i] = wp.quat(0.0, 0.0, 0.0, 1.0)
+        work.strength[i] = 1.0
+        work.frame[i] = 0
+    synchronize()
+    stance = state.stance[instance]
+    row = state.machine_state[instance]
+    phase = wp.min(state.phase[instance], 1.0)
+    foot = simbicon.left_foot
+    if stance == RIGHT:
+        foot = simbicon.right_foot
+    frame = heading(work.orientation[0])
+    foot_center = work.position[foot] + work.rotation[foot] * at(model.skeleton.com, instance, foot)
+    distance = wp.quat_rotate_inv(frame, work.center[0] - foot_center)
+    velocity = wp.quat_rotate_inv(frame, work.center[1])
+    if simbicon.balance_knots[row, 7] >= 0:
+        distance -= balance_set_point(simbicon, instance, row, 0, phase, stance)
+        velocity -= balance_set_point(simbicon, instance, row, 4, phase, stance)
+    for t in range(simbicon.trajectory_start[row] + lane, simbicon.trajectory_start[row + 1], lanes):
+        body = simbicon.trajectory_body[t, stance]
+        q = wp.quat(0.0, 0.0, 0.0, 1.0)
+        for c in range(simbicon.component_start[t], simbicon.component_start[t + 1]):
+            q = component_rotation(simbicon, instance, c, phase, stance, distance, velocity) * q
+        first = simbicon.strength_knots[t, 0]
+        end = simbicon.strength_knots[t, 1]
+        if body >= 0:
+            work.target[body] = q
+            work.frame[body] = simbicon.character_frame[t]
+            if end > first:
+                work.strength[body] = curve_value(
+                    simbicon.knot_phase, simbicon.knot_value, instance, first, end, phase
+                )
+    synchronize()
+
+
+@wp.func
+def joint_torque(instance: int, body: int, in_character_frame: bool, frame: wp.quat, model: Model, state: State, work: Work):
+    """PD torque of one joint, world axes, and its implicit joint inertia, into `work`."""
+    simbicon = model.simbicon
+    rotation = work.rotation[body]
+    orientation = wp.quat(0.0, 0.0, 0.0, 1.0)
+    target = work.target[body]
+    angular = work.angular_velocity[body]
+    if in_character_frame:
+        orientation = work.orientation[body]
+        target = frame * target
+    else:
+        orientation = joint_orientation(model.skeleton, state, instance, body)
+        angular = angular - work.angular_velocity[model.skeleton.parent[body]]
+    velocity = wp.transpose(rotation) * angular
+    kp = at(simbicon.kp, instance, body)
+    kd = at(simbicon.kd, instance, body)
+    strength = work.strength[body]
+    scale = at(simbicon.scale, instance, body)
+    limit = at(simbicon.torque_limit, instance, body)
+    work.torque[body] = rotation * pd_torque(pd_error(orientation, target), velocity, kp, kd, strength, scale, limit)
+    work.stiffness[body] = symmetric(0.0)
+    if model.implicit_pd == 1:
+        work.stiffness[body] = symmetric_rotated(rotation, pd_inertia(kp, kd, strength, scale, model.time_step))
+        work.torque[body] += rotation * wp.cw_mul(scale, velocity) * (model.time_step * kp * strength)
+
+
+@wp.func
+def pd_inertia(kp: float, kd: float, strength: float, scale: wp.vec3, time_step: float) -> wp.vec3:
+    """What a PD controller that is linearised over the step adds to the joint's inertia, by child axis, kg m^2.
+
+    With the velocity after the step in the damper and the angle after the step in the spring: h (kd + h kp).
+    """
+    return scale * (strength * time_step * (kd + time_step * kp))
+
+
+@wp.func
+def root_torque(instance: int, frame: wp.quat, model: Model, work: Work) -> wp.vec3:
+    """Torque that keeps the root upright and on its heading, world, N m."""
+    simbicon = model.simbicon
+    rotation = work.rotation[0]
+    facing = frame
+    if simbicon.heading_control == 1:
+        facing = hinge_rotation(wp.vec3(0.0, 1.0, 0.0), at(simbicon.hip, instance, 0)[3])
+    error = pd_error(work.orientation[0], facing * work.target[0])
+    velocity = wp.transpose(rotation) * work.angular_velocity[0]
+    return rotation * pd_torque(
+        error,
+        velocity,
+        at(simbicon.kp, instance, 0),
+        at(simbicon.kd, instance, 0),
+        1.0,
+        at(simbicon.scale, instance, 0),
+        at(simbicon.torque_limit, instance, 0),
+    )
+
+
+@wp.func
+def hip_share(share: float, torque: wp.vec3, part: wp.vec3, rotation: wp.mat33, bound: wp.vec3) -> wp.vec3:
+    """A hip's torque with its share of the root's, within the limits along the thigh's axes, world, N m."""
+    child = wp.transpose(rotation) * (torque + part * share)
+    return rotation * clamp_torque(child, bound)
+
+
+@wp.func
+def hip_bound(simbicon: Simbicon, instance: int, hip: int) -> wp.vec3:
+    """Torque limits of a hip by axis of the thigh, N m."""
+    scale = at(simbicon.scale, instance, hip)
+    limit = at(simbicon.torque_limit, instance, hip)
+    return wp.vec3(wp.abs(scale[0]), wp.abs(scale[1]), wp.abs(scale[2])) * limit
+
+
+@wp.func
+def hips_stage(instance: int, lane: int, frame: wp.quat, model: Model, state: State, work: Work):
+    """Give the hips what the root needs: together with all torques on the root they make the root's PD torque."""
+    simbicon = model.simbicon
+    stance_hip = simbicon.left_hip
+    swing_hip = simbicon.right_hip
+    foot = simbicon.left_foot
+    stance_force = state.foot_force[instance, 0][1]
+    swing_force = state.foot_force[instance, 1][1]
+    if state.stance[instance] == RIGHT:
+        stance_hip = simbicon.right_hip
+        swing_hip = simbicon.left_hip
+        foot = simbicon.right_foot
+        stance_force = state.foot_force[instance, 1][1]
+        swing_force = state.foot_force[instance, 0][1]
+    if lane == 0:
+        share = stance_share(stance_force, swing_force)
+        strength = wp.clamp(work.strength[0], 0.0, 1.0)
+        if share == -1.0:
+            strength = 0.0
+        hip = at(simbicon.hip, instance, 0)
+        on_root = root_torque(instance, frame, model, work)
+        for child in range(model.skeleton.first_child[0], model.skeleton.first_child[0] + model.skeleton.child_count[0]):
+            on_root += work.torque[child]
+        foot_center = work.position[foot] + work.rotation[foot] * at(model.skeleton.com, instance, foot)
+        lateral = wp.quat_rotate_inv(frame, work.center[0] - foot_center)[0]
+        missing = wp.quat_rotate(frame, wp.vec3(0.0, 0.0, hip[2] * 9.8 * lateral)) - on_root
+        damping = float(0.0)
+        if hip[0] > 0.0:
+            yaw_rate = work.angular_velocity[0][1] - work.angular_velocity[stance_hip][1]
+            damping = hip_damping(yaw_rate, hip[0], hip[1])
+        stance_torque = work.torque[stance_hip] + wp.vec3(0.0, damping, 0.0)
+        work.torque[stance_hip] = hip_share(
+            share * strength, stance_torque, missing, work.rotation[stance_hip], hip_bound(simbicon, instance, stance_hip)
+        )
+        work.torque[swing_hip] = hip_share(
+            (1.0 - share) * strength,
+            work.torque[swing_hip],
+            missing,
+            work.rotation[swing_hip],
+            hip_bound(simbicon, instance, swing_hip),
+        )
+    synchronize()
+
+
+@wp.func
+def torques_stage(instance: int, lane: int, lanes: int, model: Model, state: State, work: Work):
+    """Torque of every joint from the targets. Ends with a barrier."""
+    simbicon = model.simbicon
+    frame = heading(work.orientation[0])
+    swing_hip = simbicon.right_hip
+    if state.stance[instance] == RIGHT:
+        swing_hip = simbicon.left_hip
+    if lane == 0:
+        work.torque[0] = wp.vec3(0.0, 0.0, 0.0)
+    for i in range(1 + lane, model.body_count, lanes):
+        in_character_frame = work.frame[i] == 1 or i == swing_hip
+        joint_torque(instance, i, in_character_frame, frame, model, state, work)
+    synchronize()
+    hips_stage(instance, lane, frame, model, state, work)
+    factor = strength_by_height(work.position[0][1])
+    for i in range(1 + lane, model.body_count, lanes):
+        work.torque[i] = work.torque[i] * factor
+    synchronize()
+
+
+@wp.func
+def control_stage(instance: int, lane: int, lanes: int, model: Model, state: State, work: Work):
+    """Targets and torques of the controller, or none. Ends with a barrier."""
+    if model.simbicon.enabled == 1:
+        targets_stage(instance, lane, lanes, model, state, work)
+        torques_stage(instance, lane, lanes, model, state, work)
+    else:
+        for i in range(lane, model.body_count, lanes):
+            work.target[i] = wp.quat(0.0, 0.0, 0.0, 1.0)
+            work.torque[i] = wp.vec3(0.0, 0.0, 0.0)
+            work.stiffness[i] = symmetric(0.0)
+        synchronize()
+
+
+@wp.func
+def advance_phase(instance: int, model: Model, state: State):
+    """Phase, state and stance after a step, with the foot forces of that step. One lane calls it."""
+    simbicon = model.simbicon
+    row = state.machine_state[instance]
+    stance = state.stance[instance]
+    phase = state.phase[instance] + model.time_step / at(simbicon.state_time, instance, row)
+    if transition_due(phase, simbicon.on_foot_down[row], state.foot_force[instance, 1 - stance][1]):
+        row = simbicon.next_state[row]
+        state.machine_state[instance] = row
+        state.stance[instance] = stance_after(stance, simbicon.stance_rule[row])
+        phase = 0.0
+    state.phase[instance] = phase

@@ -1,0 +1,89 @@
+"""The fused kernel: many steps of many instances in one launch, stages in order, nothing else."""
+
+from functools import cache
+from typing import Any
+
+import warp as wp
+
+from warpmuscle.kernels.dynamics import acceleration_stage, inertia_stage, integrate_stage
+from warpmuscle.kernels.kinematics import kinematics_stage
+from warpmuscle.kernels.lanes import synchronize, work_function
+from warpmuscle.kernels.objective import effort_stage, posture_status, step_status
+from warpmuscle.kernels.record import record_stage
+from warpmuscle.kernels.simbicon import advance_phase, control_stage
+from warpmuscle.kernels.structs import RIGHT, RUNNING, Model, Record, State, Work
+
+
+@wp.func
+def foot_force_stage(instance: int, model: Model, state: State, work: Work):
+    """Total contact force on each foot and its children. One lane calls it."""
+    left = wp.vec3(0.0)
+    right = wp.vec3(0.0)
+    for slot in range(model.foot_slots):
+        if model.skeleton.foot_side[slot] == RIGHT:
+            right += work.contact_force[slot]
+        else:
+            left += work.contact_force[slot]
+    state.foot_force[instance, 0] = left
+    state.foot_force[instance, 1] = right
+
+
+@wp.func
+def one_step(instance: int, lane: int, lanes: int, model: Model, state: State, record: Record, work: Work) -> int:
+    """One step of one instance. Returns its status, the same on all lanes."""
+    step = state.step[instance]
+    kinematics_stage(instance, lane, lanes, model, state, work)
+    if step == 0 and lane == 0:
+        state.start_height[instance] = work.center[0][1]
+    synchronize()
+    status = posture_status(instance, model, state, work)
+    if status != RUNNING:
+        return status
+    control_stage(instance, lane, lanes, model, state, work)
+    effort_stage(instance, lane, lanes, model, state, work)
+    record_stage(instance, lane, lanes, step, model, state, record, work)
+    synchronize()
+    inertia_stage(instance, lane, lanes, model, state, work)
+    acceleration_stage(instance, lane, lanes, model, work)
+    integrate_stage(instance, lane, lanes, model, state, work)
+    status = step_status(model, work)
+    if status == RUNNING and lane == 0:
+        foot_force_stage(instance, model, state, work)
+        if model.simbicon.enabled == 1:
+            advance_phase(instance, model, state)
+        state.step[instance] = step + 1
+    synchronize()
+    return status
+
+
+@cache
+def step_kernel(capacity: int, lanes: int, block_dim: int) -> Any:
+    """The fused kernel of a size class: launch with dim=(running instances, lanes) and this block_dim.
+
+    Args:
+        capacity: bodies that it has room for, see `lanes.capacity_of`.
+        lanes: threads that share an instance; 1 on the CPU.
+        block_dim: threads a block, a multiple of lanes.
+    """
+    instances_per_block = max(block_dim // lanes, 1)
+    view = work_function(capacity, instances_per_block)
+
+    @wp.kernel(module="unique", enable_backward=False, module_options={"block_dim": block_dim, "max_unroll": 4})
+    def step_many(
+        # in
+        steps: int, running: wp.array[int], model: Model,
+        # in and out
+        state: State, record: Record, buffer: wp.uint64,
+    ):  # fmt: skip
+        i, lane = wp.tid()
+        instance = running[i]
+        work = view(i % instances_per_block, buffer)
+        status = int(RUNNING)
+        for _ in range(steps):
+            status = one_step(instance, lane, lanes, model, state, record, work)
+            if status != RUNNING:
+                break
+        if lane == 0 and status != RUNNING:
+            state.status[instance] = status
+
+    return step_many

@@ -1,0 +1,193 @@
+"""What a kernel is given: the model, the state of all instances, the working set of one instance, and what to record.
+
+Bodies are numbered breadth first from the root (0), so that the bodies of one tree level, and the children of one
+body, are neighbours; joint i - 1 connects body i to its parent. Arrays of model numbers are (rows, ...) with rows = 1
+where all instances share them, or one row an instance; `at` reads both.
+"""
+
+from typing import Any
+
+import warp as wp
+
+from warpmuscle.kernels.spatial import symmetric
+
+ROOT_FREE, ROOT_PLANAR, ROOT_FIXED = 0, 1, 2
+BALL, UNIVERSAL, HINGE, FIXED = 1, 2, 3, 4
+LEFT, RIGHT, REVERSE, SAME = 0, 1, 2, 3
+RUNNING, COMPLETED, FELL, TURNED, TOUCHED, DIVERGED = 0, 1, 2, 3, 4, 5
+
+
+@wp.func
+def at(a: wp.array2d[Any], instance: int, i: int):
+    """Element i of an instance in an array that has one row for all instances or one row an instance."""
+    return a[wp.min(instance, a.shape[0] - 1), i]
+
+
+@wp.struct
+class Skeleton:
+    """Bodies and joints. Body frames have their origin at the joint to the parent (the root's: its centre of mass)."""
+
+    parent: wp.array[int]  # (bodies,)
+    joint_type: wp.array[int]  # (bodies,) ROOT_* for body 0
+    coordinate_start: wp.array[int]  # (bodies,)
+    speed_start: wp.array[int]  # (bodies,)
+    first_child: wp.array[int]  # (bodies,)
+    child_count: wp.array[int]  # (bodies,)
+    has_limits: wp.array[int]  # (bodies,)
+    foot_slot: wp.array[int]  # (bodies,) where the contact force of a foot or toe is kept, -1 for other bodies
+    foot_side: wp.array[int]  # (slots,) LEFT or RIGHT
+    total_mass: wp.array2d[float]  # (rows, 1) kg
+    mass: wp.array2d[float]  # (rows, bodies) kg
+    com: wp.array2d[wp.vec3]  # (rows, bodies) m, from the joint, body axes
+    inertia: wp.array2d[wp.vec3]  # (rows, bodies) kg m^2, principal, about the centre of mass
+    anchor: wp.array2d[wp.vec3]  # (rows, bodies) m, joint from the parent's joint, parent's axes
+    axis_a: wp.array2d[wp.vec3]  # (rows, bodies) hinge; universal, on the child; ball: first limit axis, on the parent
+    axis_b: wp.array2d[wp.vec3]  # (rows, bodies) universal, on the parent; ball: third limit axis, on the child
+    limit_low: wp.array2d[wp.vec3]  # (rows, bodies) rad
+    limit_high: wp.array2d[wp.vec3]  # (rows, bodies) rad
+    limit_stiffness: wp.array2d[float]  # (rows, bodies) N m/rad
+    limit_damping: wp.array2d[float]  # (rows, bodies) N m s/rad
+
+
+@wp.struct
+class Contacts:
+    """Contact points of the bodies, and the ground plane; body axes, from the body's joint."""
+
+    start: wp.array[int]  # (bodies + 1,) points of body i are start[i]..start[i + 1] - 1
+    reach: wp.array2d[float]  # (rows, bodies) m, no contact while the joint is higher than this
+    point: wp.array2d[wp.vec3]  # (rows, points) m
+    radius: wp.array2d[float]  # (rows, points) m, of the sphere about the point
+    friction: wp.array2d[float]  # (rows, points)
+    normal: wp.array2d[wp.vec3]  # (rows, 1) upward unit normal of the ground
+    height: wp.array2d[float]  # (rows, 1) m
+    stiffness: wp.array2d[float]  # (rows, 1) N/m
+    damping: wp.array2d[float]  # (rows, 1) N s/m
+    tangential_damping: wp.array2d[float]  # (rows, 1) N s/m
+
+
+@wp.struct
+class Simbicon:
+    """The controller: gains by body (0: the root), states, trajectories, their components, and curves as knots."""
+
+    enabled: int
+    left_foot: int
+    right_foot: int
+    left_hip: int
+    right_hip: int
+    heading_control: int
+    kp: wp.array2d[float]  # (rows, bodies) N m/rad
+    kd: wp.array2d[float]  # (rows, bodies) N m s/rad
+    torque_limit: wp.array2d[float]  # (rows, bodies) N m
+    scale: wp.array2d[wp.vec3]  # (rows, bodies) along child axes
+    hip: wp.array2d[wp.vec4]  # (rows, 1) damping, largest velocity, predictive scale, desired heading
+    next_state: wp.array[int]  # (states,)
+    on_foot_down: wp.array[int]  # (states,) 1: foot down, 0: time up
+    stance_rule: wp.array[int]  # (states,) LEFT, RIGHT, REVERSE or SAME, on entering
+    state_time: wp.array2d[float]  # (rows, states) s
+    balance_knots: wp.array2d[int]  # (states, 8) first and end of the curves of distance x, z and velocity x, z
+    trajectory_start: wp.array[int]  # (states + 1,)
+    trajectory_body: wp.array2d[int]  # (trajectories, 2) body in left and in right stance
+    character_frame: wp.array[int]  # (trajectories,)
+    strength_knots: wp.array2d[int]  # (trajectories, 2) first and end
+    component_start: wp.array[int]  # (trajectories + 1,)
+    component_axis: wp.array2d[wp.vec3]  # (rows, components)
+    component_reverse: wp.array[int]  # (components,) stance that reverses the base angle, or -1
+    component_knots: wp.array2d[int]  # (components, 2) first and end
+    has_feedback: wp.array[int]  # (components,)
+    feedback_axis: wp.array2d[wp.vec3]  # (rows, components)
+    feedback_gain: wp.array2d[wp.vec2]  # (rows, components) cd, cv
+    feedback_limits: wp.array2d[wp.vec4]  # (rows, components) d low, d high, v low, v high
+    knot_phase: wp.array2d[float]  # (rows, knots)
+    knot_value: wp.array2d[float]  # (rows, knots)
+
+
+@wp.struct
+class Model:
+    """Everything that stays the same during a simulation."""
+
+    body_count: int
+    level_count: int
+    foot_slots: int
+    implicit_pd: int
+    time_step: float  # s
+    gravity: wp.array2d[float]  # (rows, 1) m/s^2
+    failure: wp.array2d[wp.vec3]  # (rows, 1) lowest relative COM height, largest turn (rad; 0: off), largest speed
+    fail_on_body_contact: int
+    level_start: wp.array[int]  # (levels + 1,)
+    skeleton: Skeleton
+    contacts: Contacts
+    simbicon: Simbicon
+
+
+@wp.struct
+class State:
+    """What changes, of all instances."""
+
+    coordinates: wp.array2d[float]  # (instances, coordinates) joint angles rad, quaternions, root position m
+    speeds: wp.array2d[float]  # (instances, speeds) rad/s (ball: child axes), m/s and rad/s of the root (world)
+    phase: wp.array[float]  # (instances,)
+    stance: wp.array[int]  # (instances,) LEFT or RIGHT
+    machine_state: wp.array[int]  # (instances,)
+    foot_force: wp.array2d[wp.vec3]  # (instances, 2) N, left and right, of the step before
+    step: wp.array[int]  # (instances,) steps made
+    status: wp.array[int]  # (instances,) RUNNING ... DIVERGED
+    start_height: wp.array[float]  # (instances,) m, COM height at step 0
+    torque_integral: wp.array2d[wp.float64]  # (instances, bodies) sum over steps of |feedback torque|, N m
+
+
+@wp.struct
+class Work:
+    """The working set of one instance: views on shared memory in the fused step, on rows of arrays elsewhere.
+
+    Joint torques act positively on the parent and negatively on the child, as in the original program.
+    """
+
+    rotation: wp.array[wp.mat33]  # (bodies,) body axes in the world
+    orientation: wp.array[wp.quat]  # (bodies,) the same as a quaternion
+    position: wp.array[wp.vec3]  # (bodies,) m, of the joint
+    angular_velocity: wp.array[wp.vec3]  # (bodies,) rad/s, world
+    velocity: wp.array[wp.vec3]  # (bodies,) m/s, of the joint
+    bias: wp.array[wp.vec3]  # (bodies,) rad/s^2, velocity-product part of the relative angular acceleration
+    center: wp.array[wp.vec3]  # (2,) COM and its velocity
+    moment: wp.array[wp.vec3]  # (bodies,) kg m, mass times centre of mass, world
+    momentum: wp.array[wp.vec3]  # (bodies,) kg m/s
+    target: wp.array[wp.quat]  # (bodies,)
+    strength: wp.array[float]  # (bodies,)
+    frame: wp.array[int]  # (bodies,) 1: target in the character frame
+    torque: wp.array[wp.vec3]  # (bodies,) N m, world
+    stiffness: wp.array[symmetric]  # (bodies,) N m s^2/rad, implicit joint inertia h (d + h k), world axes
+    block_a: wp.array[symmetric]  # (bodies,) articulated inertia: angular block, kg m^2
+    block_b: wp.array[wp.mat33]  # (bodies,) coupling block, kg m
+    block_c: wp.array[symmetric]  # (bodies,) linear block, kg
+    bias_moment: wp.array[wp.vec3]  # (bodies,) N m
+    bias_force: wp.array[wp.vec3]  # (bodies,) N
+    factor_a: wp.array[wp.mat33]  # (bodies,) joint factors that the forward pass needs
+    factor_b: wp.array[wp.mat33]  # (bodies,)
+    factor_c: wp.array[wp.vec3]  # (bodies,)
+    angular_acceleration: wp.array[wp.vec3]  # (bodies,) rad/s^2
+    acceleration: wp.array[wp.vec3]  # (bodies,) m/s^2, of the joint
+    contact_b: wp.array[wp.mat33]  # (slots,) what the implicit contact added to the body's blocks B and C ...
+    contact_c: wp.array[symmetric]  # (slots,)
+    contact_force: wp.array[wp.vec3]  # (slots,) ... and its force; after the forward pass the force of the whole step, N
+    flags: wp.array[int]  # (2,) a body that is no foot touched the ground; the step diverged
+
+
+@wp.struct
+class Record:
+    """Frames of chosen instances; arrays are (recorded, frames, ...), written every `every` steps."""
+
+    slot: wp.array[int]  # (instances,) which row an instance has, -1 for none
+    every: int  # steps between frames; 0: nothing is recorded
+    first_step: int  # step of frame 0
+    phase: wp.array2d[float]
+    stance: wp.array2d[int]
+    machine_state: wp.array2d[int]
+    coordinates: wp.array3d[float]
+    speeds: wp.array3d[float]
+    com: wp.array3d[wp.vec3]  # position, velocity
+    foot_force: wp.array3d[wp.vec3]  # left, right
+    orientation: wp.array3d[wp.quat]  # bodies, world
+    position: wp.array3d[wp.vec3]  # bodies, of the joint
+    angular_velocity: wp.array3d[wp.vec3]  # bodies, world
+    torque: wp.array3d[wp.vec3]  # bodies
+    target: wp.array3d[wp.quat]  # bodies

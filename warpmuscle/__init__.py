@@ -1,0 +1,1 @@
+"""Thousands of independent muscle-actuated bipeds at once, with NVIDIA Warp."""

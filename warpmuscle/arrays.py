@@ -1,0 +1,48 @@
+"""Numbers of a scene as arrays for the device: one row for all instances, or one row an instance."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import warp as wp
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int32]
+
+
+def rows(nested: Any) -> Floats:
+    """Nested lists of numbers as (rows, ...): numbers are floats, or (n,) arrays with one value an instance.
+
+    rows is 1 if all are floats, n otherwise.
+    """
+    leaves: list[Any] = []
+    shape = _shape(nested, leaves)
+    count = max((len(leaf) for leaf in leaves if isinstance(leaf, np.ndarray)), default=1)
+    table = np.empty((count, len(leaves)))
+    for i, leaf in enumerate(leaves):
+        table[:, i] = leaf
+    return table.reshape(count, *shape)
+
+
+def _shape(nested: Any, leaves: list[Any]) -> tuple[int, ...]:
+    if not isinstance(nested, (list, tuple)):
+        leaves.append(nested)
+        return ()
+    shapes = [_shape(member, leaves) for member in nested]
+    return (len(nested), *(shapes[0] if shapes else ()))
+
+
+def orthogonal(v: Floats, axis: Floats) -> Floats:
+    """The part of vectors v (..., 3) across unit axes, with unit length."""
+    across = v - np.sum(v * axis, axis=-1, keepdims=True) * axis
+    length = np.linalg.norm(across, axis=-1, keepdims=True)
+    return np.asarray(across / np.where(length > 1e-9, length, 1.0))
+
+
+def to_device(values: Any, dtype: Any, device: Any) -> wp.array:
+    """A Warp array of a scalar, vector or quaternion type; the last axis of `values` holds a vector's components."""
+    is_int = dtype is int
+    array = np.ascontiguousarray(values, dtype=np.int32 if is_int else np.float32)
+    return wp.array(array, dtype=dtype, device=device)

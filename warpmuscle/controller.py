@@ -1,0 +1,134 @@
+"""A scene's SIMBICON controller as a kernel wants it: curves, components, trajectories and states in flat arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import warp as wp
+
+from warpmuscle.arrays import rows, to_device
+from warpmuscle.kernels import structs
+from warpmuscle.pose import normalized
+from warpmuscle.scene import PD, Balance, Component, Controller, Curve, Feedback, State
+from warpmuscle.skeleton import Topology
+
+STANCE_RULE = {"left": structs.LEFT, "right": structs.RIGHT, "reverse": structs.REVERSE, "same": structs.SAME}
+REVERSE_ON = {"left": structs.LEFT, "right": structs.RIGHT, "never": -1}
+SIDES = ("l", "r")
+
+
+class Knots:
+    """Collects curves one behind the other."""
+
+    def __init__(self) -> None:
+        self.phase: list[Any] = []
+        self.value: list[Any] = []
+
+    def add(self, phase: Sequence[Any], value: Sequence[Any]) -> tuple[int, int]:
+        """Append a curve; returns the numbers of its first knot and of the one behind its last."""
+        first = len(self.phase)
+        self.phase += list(phase)
+        self.value += list(value)
+        return first, len(self.phase)
+
+    def add_curve(self, curve: Curve | None) -> tuple[int, int]:
+        """Append a curve, or an empty one."""
+        return (0, 0) if curve is None else self.add(curve.phase, curve.value)
+
+
+def joint_in_stance(name: str, stance: int) -> str:
+    """The joint that a trajectory's name means in left (0) or right (1) stance."""
+    if name.startswith("SWING_"):
+        return SIDES[1 - stance] + name.removeprefix("SWING_")
+    if name.startswith("STANCE_"):
+        return SIDES[stance] + name.removeprefix("STANCE_")
+    return name
+
+
+def trajectory_bodies(state: State, names: Topology) -> list[tuple[int, int]]:
+    """Body of every trajectory in left and in right stance; -1 where a later trajectory drives the same joint."""
+    meant = [[names.body_of_joint(joint_in_stance(name, stance)) for stance in (0, 1)] for name in state.trajectories]
+    return [
+        (
+            -1 if left in [later[0] for later in meant[i + 1 :]] else left,
+            -1 if right in [later[1] for later in meant[i + 1 :]] else right,
+        )
+        for i, (left, right) in enumerate(meant)
+    ]
+
+
+def controller_struct(controller: Controller | None, names: Topology, device: Any) -> structs.Simbicon:
+    """The device structure of a controller (see `kernels.structs.Simbicon`), disabled if there is none."""
+    enabled = controller is not None
+    controller = controller if controller is not None else Controller(states=[State(time=1.0)], feet=("", ""))
+    s = structs.Simbicon()
+    s.enabled = int(enabled)
+    if enabled:
+        s.left_foot, s.right_foot = (names.bodies.index(foot) for foot in controller.feet)
+        s.left_hip, s.right_hip = (names.body_of_joint(hip) for hip in controller.hips)
+    s.heading_control = int(controller.heading_control)
+    _fill_gains(s, controller, names, device)
+    _fill_states(s, controller.states, names, device)
+    return s
+
+
+def _fill_gains(s: structs.Simbicon, controller: Controller, names: Topology, device: Any) -> None:
+    off = PD(kp=0.0, kd=0.0, torque_limit=0.0, scale=(0.0, 0.0, 0.0))
+    gains = [controller.pd.get(joint, off) for joint in ("root", *names.joints)]
+    s.kp = to_device(rows([pd.kp for pd in gains]), float, device)
+    s.kd = to_device(rows([pd.kd for pd in gains]), float, device)
+    s.torque_limit = to_device(rows([pd.torque_limit for pd in gains]), float, device)
+    s.scale = to_device(rows([list(pd.scale) for pd in gains]), wp.vec3, device)
+    hip = [
+        controller.stance_hip_damping,
+        controller.stance_hip_max_velocity,
+        controller.root_predictive_torque_scale,
+        controller.desired_heading,
+    ]
+    s.hip = to_device(rows([hip]), wp.vec4, device)
+
+
+def _fill_states(s: structs.Simbicon, states: list[State], names: Topology, device: Any) -> None:
+    knots = Knots()
+    trajectories = [trajectory for state in states for trajectory in state.trajectories.values()]
+    components = [component for trajectory in trajectories for component in trajectory.components]
+    s.next_state = to_device([state.next for state in states], int, device)
+    s.on_foot_down = to_device([int(state.transition == "foot_down") for state in states], int, device)
+    s.stance_rule = to_device([STANCE_RULE[state.stance] for state in states], int, device)
+    s.state_time = to_device(rows([state.time for state in states]), float, device)
+    s.balance_knots = to_device([_balance_knots(state.balance, knots) for state in states], int, device)
+    s.trajectory_start = to_device(_starts([len(state.trajectories) for state in states]), int, device)
+    bodies = [pair for state in states for pair in trajectory_bodies(state, names)]
+    s.trajectory_body = to_device(bodies or [(-1, -1)], int, device)
+    s.character_frame = to_device([int(t.frame == "character") for t in trajectories] or [0], int, device)
+    s.strength_knots = to_device([knots.add_curve(t.strength) for t in trajectories] or [(0, 0)], int, device)
+    s.component_start = to_device(_starts([len(t.components) for t in trajectories]), int, device)
+    _fill_components(s, components or [Component(axis=(1.0, 0.0, 0.0))], knots, device)
+    s.knot_phase = to_device(rows(knots.phase or [0.0]), float, device)
+    s.knot_value = to_device(rows(knots.value or [0.0]), float, device)
+
+
+def _fill_components(s: structs.Simbicon, components: list[Component], knots: Knots, device: Any) -> None:
+    none = Feedback(axis=(0.0, 0.0, 1.0))
+    feedback = [none if component.feedback is None else component.feedback for component in components]
+    s.component_axis = to_device(normalized(rows([list(c.axis) for c in components])), wp.vec3, device)
+    s.component_reverse = to_device([REVERSE_ON[c.reverse_on] for c in components], int, device)
+    s.component_knots = to_device([knots.add(c.phase, c.angle) for c in components], int, device)
+    s.has_feedback = to_device([int(c.feedback is not None) for c in components], int, device)
+    s.feedback_axis = to_device(normalized(rows([list(f.axis) for f in feedback])), wp.vec3, device)
+    s.feedback_gain = to_device(rows([[f.cd, f.cv] for f in feedback]), wp.vec2, device)
+    s.feedback_limits = to_device(rows([[*f.d_limits, *f.v_limits] for f in feedback]), wp.vec4, device)
+
+
+def _balance_knots(balance: Balance | None, knots: Knots) -> list[int]:
+    """First and end of the four set-point curves of a state; the last number is -1 if it has none."""
+    if balance is None:
+        return [0] * 7 + [-1]
+    curves = (balance.distance_x, balance.distance_z, balance.velocity_x, balance.velocity_z)
+    return [number for curve in curves for number in knots.add_curve(curve)]
+
+
+def _starts(counts: list[int]) -> list[int]:
+    """Start of each group, and the end of the last, from the sizes of groups that lie one behind the other."""
+    return [sum(counts[:i]) for i in range(len(counts) + 1)]

@@ -1,0 +1,103 @@
+"""Frames that the fused kernel writes for chosen instances, and their translation into recordings."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from warpmuscle.arrays import Floats, rows
+from warpmuscle.kernels import structs
+from warpmuscle.pose import conjugate, multiply, rotate
+from warpmuscle.recording import Recording
+from warpmuscle.scene import Scene
+from warpmuscle.skeleton import Topology
+
+ARRAYS = {
+    "phase": ((), float),
+    "stance": ((), int),
+    "machine_state": ((), int),
+    "com": ((2,), wp.vec3),
+    "foot_force": ((2,), wp.vec3),
+    "orientation": (("bodies",), wp.quat),
+    "position": (("bodies",), wp.vec3),
+    "angular_velocity": (("bodies",), wp.vec3),
+    "torque": (("bodies",), wp.vec3),
+    "target": (("bodies",), wp.quat),
+    "coordinates": (("coordinates",), float),
+    "speeds": (("speeds",), float),
+}
+
+
+class Frames:
+    """Device arrays for the motion of chosen instances."""
+
+    def __init__(
+        self, names: Topology, instances: int, chosen: list[int], every: int, steps: int, device: Any
+    ) -> None:
+        """Room for a frame every `every` steps of a simulation of `steps` steps."""
+        self.names, self.chosen, self.every = names, chosen, every
+        sizes = {"bodies": len(names.bodies), "coordinates": names.coordinates, "speeds": names.speeds}
+        slot = np.full(instances, -1, dtype=np.int32)
+        slot[chosen] = np.arange(len(chosen))
+        self.record = structs.Record()
+        self.record.slot = wp.array(slot, dtype=int, device=device)
+        self.record.every = every if chosen else 0
+        self.record.first_step = 0
+        lead = (len(chosen), -(-steps // every)) if chosen else (1, 1)
+        for name, (shape, dtype) in ARRAYS.items():
+            trail = tuple(sizes[size] if isinstance(size, str) else size for size in shape)
+            setattr(self.record, name, wp.zeros((*lead, *trail), dtype=dtype, device=device))
+
+    def clear(self) -> None:
+        """Forget what was recorded."""
+        for name in ARRAYS:
+            getattr(self.record, name).zero_()
+
+    def recording(self, scene: Scene, instance: int, steps: int) -> Recording:
+        """The motion of a chosen instance over its first `steps` steps."""
+        row, count, names = self.chosen.index(instance), -(-steps // self.every), self.names
+        raw = {name: getattr(self.record, name).numpy()[row, :count].astype(float) for name in ARRAYS}
+        orientation, parents = raw["orientation"], list(names.parents[1:])
+        angular = raw["angular_velocity"]
+        parent_orientation = orientation[:, parents]
+        return Recording(
+            joint_names=names.joints,
+            body_names=names.bodies,
+            time=np.arange(count) * self.every * scene.time_step,
+            phase=raw["phase"],
+            stance=raw["stance"].astype(np.int32),
+            state=raw["machine_state"].astype(np.int32),
+            root_position=raw["position"][:, 0],
+            root_orientation=orientation[:, 0],
+            root_velocity=root_velocity(scene.character.root_joint, raw["speeds"]),
+            root_angular_velocity=angular[:, 0],
+            joint_orientation=multiply(conjugate(parent_orientation), orientation[:, 1:]),
+            joint_angular_velocity=rotate(conjugate(parent_orientation), angular[:, 1:] - angular[:, parents]),
+            joint_torque=raw["torque"][:, 1:],
+            joint_target=raw["target"][:, 1:],
+            com=raw["com"][:, 0],
+            com_velocity=raw["com"][:, 1],
+            foot_force_left=raw["foot_force"][:, 0],
+            foot_force_right=raw["foot_force"][:, 1],
+            body_position=raw["position"] + rotate(orientation, self._centers(scene, instance)),
+            body_orientation=orientation,
+        )
+
+    def _centers(self, scene: Scene, instance: int) -> Floats:
+        """Centres of mass from the joints, body axes, (bodies, 3), m."""
+        zero = (0.0, 0.0, 0.0)
+        joints = [scene.character.joints[name] for name in self.names.joints]
+        table = rows([zero, *(list(joint.position_in_child) for joint in joints)])
+        return -table[min(instance, len(table) - 1)]
+
+
+def root_velocity(kind: str, speeds: Floats) -> Floats:
+    """Velocity of the root, (F, 3), from the speeds of a free, planar or fixed root."""
+    velocity = np.zeros((len(speeds), 3))
+    if kind == "free":
+        velocity[:] = speeds[:, :3]
+    elif kind == "planar":
+        velocity[:, 1:] = speeds[:, :2]
+    return velocity

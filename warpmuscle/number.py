@@ -1,0 +1,42 @@
+"""Numbers in a scene, which a search may be allowed to change."""
+
+from __future__ import annotations
+
+import math
+
+import msgspec
+
+
+class Free(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+    """A free parameter, written where its number would stand.
+
+    Examples: `kp = { value = 300, min = 100, max = 600, step = 5 }` declares a parameter named by its path in the
+    scene; `kp = { same_as = "controller.pd.lHip.kp" }` makes a number follow it.
+    """
+
+    value: float | None = None
+    min: float | None = None
+    max: float | None = None
+    step: float = 0.0  # precision of the random search; 0 means continuous
+    same_as: str = ""  # path of the parameter that this number follows
+
+    def __post_init__(self) -> None:
+        """Raise ValueError, which a reader reports with file, line and key, unless the declaration is complete."""
+        if self.same_as:
+            if (self.value, self.min, self.max, self.step) != (None, None, None, 0.0):
+                raise ValueError("a number with `same_as` takes value, min, max and step from that parameter")
+            return
+        if self.value is None or self.min is None or self.max is None:
+            raise ValueError("a free parameter needs value, min and max (or only same_as)")
+        if not all(map(math.isfinite, (self.value, self.min, self.max, self.step))):
+            raise ValueError("value, min, max and step of a free parameter must be finite")
+        if self.min > self.max:
+            raise ValueError(f"min {self.min:g} is greater than max {self.max:g}")
+        if not self.min <= self.value <= self.max:
+            raise ValueError(f"value {self.value:g} is outside its interval [{self.min:g}, {self.max:g}]")
+        if self.step < 0.0:
+            raise ValueError(f"step {self.step:g} is negative")
+
+
+Number = float | Free
+Vector = tuple[Number, Number, Number]

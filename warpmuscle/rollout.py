@@ -1,0 +1,289 @@
+"""A batch of independent simulations of one scene on a device."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
+
+import numpy as np
+import warp as wp
+from numpy.typing import ArrayLike
+
+from warpmuscle.arrays import Floats, Ints
+from warpmuscle.errors import RolloutError
+from warpmuscle.frames import Frames
+from warpmuscle.kernels import structs
+from warpmuscle.kernels.lanes import capacity_of, layout
+from warpmuscle.kernels.step import step_kernel
+from warpmuscle.model import model_struct, start_of
+from warpmuscle.parameters import Parameter, free_parameters, start_values, substitute
+from warpmuscle.recording import Recording
+from warpmuscle.scene import Scene
+from warpmuscle.skeleton import topology
+from warpmuscle.status import Status
+from warpmuscle.validate import check_scene
+
+CHUNK_TIME = 0.1  # s of simulated time between two looks at which instances still run
+SLICES_PER_THREAD = 4  # so that threads stay busy when some slices lose their instances sooner
+GPU_LANES = 8
+GPU_BLOCK = 32
+Progress = Callable[["Rollout"], None]
+
+
+class Rollout:
+    """Independent simulations of one scene, each with its own parameters, stepped together on one device.
+
+    Instances that fail stop; the others go on undisturbed. The same parameters give the same bits on the same kind of
+    device whatever the number of instances, the instance's place among them, or the number of CPU threads.
+
+    Example:
+        rollout = Rollout(load("fwalk"), instances=100)
+        rollout.set_parameters(candidates)  # (100, parameters)
+        rollout.run()
+        best = rollout.cost().argmin()
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        instances: int = 1,
+        device: str | None = None,
+        *,
+        record: Sequence[int] = (),
+        record_rate: float = 100.0,
+        threads: int | None = None,
+        lanes: int | None = None,
+    ) -> None:
+        """Prepare a batch at the scene's initial state and parameter values.
+
+        Args:
+            scene: what to simulate; see `warpmuscle.load`.
+            instances: how many simulations.
+            device: "cpu", "cuda:0", ...; by default the first GPU, or the CPU without one.
+            record: instances whose motion is kept.
+            record_rate: frames per second of simulated time.
+            threads: CPU threads, by default one a core; without effect on a GPU.
+            lanes: GPU threads that share an instance, by default 8; without effect on the CPU.
+
+        Raises:
+            SceneError: the scene is inconsistent.
+            RolloutError: no such device, or an impossible number of instances, recordings, threads or lanes.
+        """
+        check_scene(scene)
+        self.scene = scene
+        self.instances = _positive(instances, "instances")
+        self.parameters: list[Parameter] = free_parameters(scene)
+        self.names = topology(scene.character)
+        self.device = _device(device)
+        self.threads = _positive(threads or os.cpu_count() or 1, "threads")
+        self.lanes = 1 if self.device.is_cpu else lanes or GPU_LANES
+        self.steps = round(scene.duration / scene.time_step)
+        self._block = 1 if self.device.is_cpu else GPU_BLOCK
+        self._kernel = step_kernel(capacity_of(len(self.names.bodies)), self.lanes, self._block)
+        self._buffers = [wp.zeros(layout(capacity_of(len(self.names.bodies)))[1], dtype=float, device=self.device)
+                         for _ in range(self.threads if self.device.is_cpu else 1)]  # fmt: skip
+        self._state = self._new_state()
+        every = max(round(1.0 / (record_rate * scene.time_step)), 1)
+        self._frames = Frames(self.names, self.instances, _chosen(record, self.instances), every, self.steps, self.device)
+        self.set_parameters(start_values(scene))
+
+    def _new_state(self) -> structs.State:
+        n, names = self.instances, self.names
+        s = structs.State()
+        s.coordinates = wp.zeros((n, names.coordinates), dtype=float, device=self.device)
+        s.speeds = wp.zeros((n, names.speeds), dtype=float, device=self.device)
+        s.phase = wp.zeros(n, dtype=float, device=self.device)
+        s.foot_force = wp.zeros((n, 2), dtype=wp.vec3, device=self.device)
+        s.start_height = wp.zeros(n, dtype=float, device=self.device)
+        s.torque_integral = wp.zeros((n, len(names.bodies)), dtype=wp.float64, device=self.device)
+        for name in ("stance", "machine_state", "step", "status"):
+            setattr(s, name, wp.zeros(n, dtype=int, device=self.device))
+        return s
+
+    def set_parameters(self, values: ArrayLike) -> None:
+        """Set the free parameters of all instances, and start again.
+
+        Args:
+            values: (instances, parameters), or (parameters,) for all instances alike, in the order of `parameters`.
+
+        Raises:
+            RolloutError: another shape, or a value that is not finite.
+        """
+        array = np.asarray(values, dtype=np.float64)
+        if array.shape not in ((len(self.parameters),), (self.instances, len(self.parameters))):
+            raise RolloutError(
+                f"parameters have shape {array.shape}, but this rollout takes ({self.instances}, {len(self.parameters)})"
+                f" or ({len(self.parameters)},)"
+            )
+        if not np.isfinite(array).all():
+            raise RolloutError("a parameter value is not a finite number")
+        self._numeric = numeric = substitute(self.scene, array)
+        self._model = model_struct(numeric, self.names, self.device)
+        self._start = start_of(numeric, self.names)
+        weight = np.asarray(numeric.objective.torque, dtype=np.float64)
+        self._torque_weight = np.broadcast_to(weight, (self.instances,))
+        self.reset()
+
+    def reset(self, velocity_noise: float = 0.0, seed: int = 0) -> None:
+        """Put every instance back to its start.
+
+        Args:
+            velocity_noise: standard deviation of what is added to each component of the root's velocity, m/s.
+            seed: of that noise.
+        """
+        n, s, start = self.instances, self._state, self._start
+        speeds = np.broadcast_to(start.speeds, (n, self.names.speeds)).astype(np.float32)
+        linear = {"free": 3, "planar": 2, "fixed": 0}[self.scene.character.root_joint]
+        if velocity_noise:
+            speeds[:, :linear] += np.random.default_rng(seed).normal(0.0, velocity_noise, (n, linear))
+        s.coordinates.assign(np.broadcast_to(start.coordinates, (n, self.names.coordinates)).astype(np.float32))
+        s.speeds.assign(speeds)
+        s.stance.fill_(start.stance)
+        s.machine_state.fill_(start.machine_state)
+        for name in ("phase", "foot_force", "start_height", "torque_integral", "step", "status"):
+            getattr(s, name).zero_()
+        self._steps_done = 0
+        self._running: Ints = np.arange(n, dtype=np.int32)
+        self._frames.clear()
+
+    def run(self, duration: float | None = None, progress: Progress | None = None) -> None:
+        """Simulate on from where the batch stands.
+
+        Args:
+            duration: s; by default up to the scene's duration. The batch never goes beyond that.
+            progress: called after every chunk of steps with this rollout. An exception from it, such as
+                KeyboardInterrupt, leaves a batch that can be read and continued.
+        """
+        wanted = self.steps if duration is None else self._steps_done + round(duration / self.scene.time_step)
+        end = min(wanted, self.steps)
+        chunk = max(round(CHUNK_TIME / self.scene.time_step), 1)
+        while self._steps_done < end and len(self._running) > 0:
+            steps = min(chunk, end - self._steps_done)
+            self._launch(steps)
+            self._steps_done += steps
+            status = self._state.status.numpy()
+            self._running = self._running[status[self._running] == Status.RUNNING]
+            if progress is not None:
+                progress(self)
+        if self._steps_done >= self.steps:
+            self._complete()
+
+    def _launch(self, steps: int) -> None:
+        record = self._frames.record
+        if not self.device.is_cpu:
+            running = wp.array(self._running, dtype=int, device=self.device)
+            self._launch_slice(steps, running, self._buffers[0], record)
+            return
+        count = min(self.threads * SLICES_PER_THREAD, len(self._running))
+        slices = [wp.array(part, dtype=int, device=self.device) for part in np.array_split(self._running, count)]
+        if self.threads == 1 or count == 1:
+            for part in slices:
+                self._launch_slice(steps, part, self._buffers[0], record)
+            return
+        self._kernel.module.load(self.device)  # threads must not meet in the compiler
+        free = list(self._buffers)
+        with ThreadPoolExecutor(self.threads) as pool:
+
+            def work(part: wp.array) -> None:
+                buffer = free.pop()
+                self._launch_slice(steps, part, buffer, record)
+                free.append(buffer)
+
+            list(pool.map(work, slices))
+
+    def _launch_slice(self, steps: int, running: wp.array, buffer: wp.array, record: structs.Record) -> None:
+        wp.launch(
+            self._kernel,
+            dim=(len(running), self.lanes),
+            inputs=[steps, running, self._model, self._state, record, wp.uint64(buffer.ptr)],
+            device=self.device,
+            block_dim=self._block,
+        )
+
+    def _complete(self) -> None:
+        status = self._state.status.numpy()
+        status[status == Status.RUNNING] = Status.COMPLETED
+        self._state.status.assign(status)
+        self._running = np.zeros(0, dtype=np.int32)
+
+    @property
+    def time(self) -> float:
+        """Simulated time that the batch has come to, s."""
+        return self._steps_done * self.scene.time_step
+
+    @property
+    def alive(self) -> int:
+        """Number of instances that have not failed."""
+        return int(np.isin(self.status(), (Status.RUNNING, Status.COMPLETED)).sum())
+
+    def status(self) -> Ints:
+        """Status of every instance, (instances,), see `warpmuscle.Status`."""
+        return np.asarray(self._state.status.numpy())
+
+    def end_time(self) -> Floats:
+        """Simulated time that every instance came to, (instances,), s."""
+        return np.asarray(self._state.step.numpy() * self.scene.time_step)
+
+    def cost(self) -> Floats:
+        """Cost of every instance, (instances,), finite.
+
+        For one that has not failed the weighted objective so far (N m s for the torque term), at most the failure
+        cost; for one that has failed the failure cost, plus as much of it as the part of the time that it missed.
+        """
+        worst = self.scene.objective.failure_cost
+        integral = self._state.torque_integral.numpy()
+        effort = np.zeros(self.instances)
+        for body in range(integral.shape[1]):  # one after the other: the same sum for any number of instances
+            effort += integral[:, body]
+        cost = np.minimum(self._torque_weight * effort * self.scene.time_step, worst)
+        missed = 1.0 - self._state.step.numpy() / self.steps
+        failed = ~np.isin(self.status(), (Status.RUNNING, Status.COMPLETED))
+        return np.asarray(np.where(failed, worst * (1.0 + missed), cost))
+
+    def recording(self, instance: int | None = None) -> Recording:
+        """Motion of a recorded instance up to its end; by default of the first one recorded.
+
+        Raises:
+            RolloutError: the instance was not among those to record.
+        """
+        if instance is None and self._frames.chosen:
+            instance = self._frames.chosen[0]
+        if instance is None or instance not in self._frames.chosen:
+            raise RolloutError(f"instance {instance} was not recorded: name it in Rollout(..., record=[...])")
+        return self._frames.recording(self._numeric, instance, int(self._state.step.numpy()[instance]))
+
+    @property
+    def state(self) -> structs.State:
+        """The state of all instances as Warp arrays on the device, without a copy (see `kernels.structs.State`)."""
+        return self._state
+
+    @property
+    def model(self) -> structs.Model:
+        """The model as Warp arrays on the device, without a copy (see `kernels.structs.Model`)."""
+        return self._model
+
+
+def _positive(value: int, what: str) -> int:
+    if value != int(value) or value < 1:
+        raise RolloutError(f"{what} must be a positive whole number, not {value}")
+    return int(value)
+
+
+def _chosen(record: Sequence[int], instances: int) -> list[int]:
+    wrong = [i for i in record if not 0 <= i < instances]
+    if wrong:
+        raise RolloutError(f"cannot record instance {wrong[0]} of {instances}")
+    return list(dict.fromkeys(record))
+
+
+def _device(name: str | None) -> Any:
+    """The Warp device of a name, by default the first GPU or else the CPU."""
+    try:
+        return wp.get_device(name) if name is not None else wp.get_preferred_device()
+    except (ValueError, RuntimeError) as error:
+        known = ", ".join(device.alias for device in wp.get_devices())
+        raise RolloutError(f"there is no device '{name}' here; known: {known}") from error
+
+

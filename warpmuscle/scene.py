@@ -1,0 +1,233 @@
+"""A typed description of an experiment: character, controller, initial state, ground, objective, limits.
+
+Everything a TOML scene can say is a field here; `validate.py` checks what the types alone cannot.
+Units are SI and radians; y is up, x to the character's left, z forward. Quaternions are (x, y, z, w). A body's frame
+has its origin at the centre of mass and its axes along the principal axes of inertia; in the reference pose all
+bodies have identity orientation, so that a joint axis has the same coordinates in parent and child.
+"""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import msgspec
+
+from warpmuscle.number import Number, Vector
+
+Side = Literal["left", "right"]
+
+
+class Part(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
+    """Base of everything in a scene: unknown keys are errors, defaults are not written."""
+
+
+class Sphere(Part, tag_field="type", tag="sphere"):
+    """Collision sphere in body coordinates, m."""
+
+    center: Vector
+    radius: Number
+
+
+class Capsule(Part, tag_field="type", tag="capsule"):
+    """Collision capsule: a segment from `start` to `end` (centres of its caps) swept by a sphere, m."""
+
+    start: Vector
+    end: Vector
+    radius: Number
+
+
+class Box(Part, tag_field="type", tag="box"):
+    """Collision box, aligned with the body axes, between two opposite corners, m."""
+
+    low: Vector
+    high: Vector
+
+
+Shape = Sphere | Capsule | Box
+
+
+class Body(Part):
+    """A rigid body."""
+
+    mass: Number  # kg
+    inertia: Vector  # principal moments about the centre of mass, kg m^2
+    shapes: list[Shape] = []
+    friction: Number = 0.8  # Coulomb coefficient; a contact takes the smaller one of body and ground
+
+
+class Joint(Part):
+    """A joint between two bodies; its coordinates are the child's rotation in the parent's frame.
+
+    `axes`: hinge [a]; universal [a, b], the child turning by b of the parent, then by a of its own; ball [swing, twist],
+    used by its limits only, as the Euler angles of rotations about swing (in the parent), swing x twist, and twist
+    (in the child); fixed [].
+    `limits`: one [low, high] in rad per axis (three for a ball: swing, swing x twist, twist); none if empty.
+    """
+
+    type: Literal["ball", "universal", "hinge", "fixed"]
+    parent: str
+    child: str
+    position_in_parent: Vector  # m, in the parent's frame
+    position_in_child: Vector  # m, in the child's frame
+    axes: list[Vector] = []
+    limits: list[tuple[Number, Number]] = []
+    limit_stiffness: Number = 4000.0  # N m/rad
+    limit_damping: Number = 20.0  # N m s/rad
+
+
+class Character(Part):
+    """A tree of bodies. Joints are numbered breadth first from the root, in the order of this table."""
+
+    root: str
+    bodies: dict[str, Body]
+    joints: dict[str, Joint] = {}
+    root_joint: Literal["free", "planar", "fixed"] = "free"  # planar: moves in y and z, turns about x; fixed: welded
+
+
+class PD(Part):
+    """Proportional-derivative gains of a joint; `scale` and the torque limit act along the child's axes."""
+
+    kp: Number  # N m/rad
+    kd: Number  # N m s/rad
+    torque_limit: Number = 10000.0  # N m, times scale
+    scale: Vector = (1.0, 1.0, 1.0)
+
+
+class Curve(Part):
+    """A Catmull-Rom curve over the phase of a state; constant beyond its knots."""
+
+    phase: list[Number]
+    value: list[Number]
+
+
+class Feedback(Part):
+    """Linear balance feedback: cd (d . axis) + cv (v . axis), in the character frame.
+
+    d is the vector from the stance foot to the whole body's centre of mass, v the velocity of the latter.
+    """
+
+    axis: Vector
+    cd: Number = 0.0  # rad/m
+    cv: Number = 0.0  # rad s/m
+    d_limits: tuple[Number, Number] = (-1000.0, 1000.0)  # clamp of d . axis, m
+    v_limits: tuple[Number, Number] = (-1000.0, 1000.0)  # clamp of v . axis, m/s
+
+
+class Component(Part):
+    """One rotation of a target: a base angle over the phase plus balance feedback, about `axis`."""
+
+    axis: Vector
+    phase: list[Number] = []
+    angle: list[Number] = []  # rad, one a phase
+    reverse_on: Side | Literal["never"] = "never"  # stance in which the base angle changes its sign
+    feedback: Feedback | None = None
+
+
+class Trajectory(Part):
+    """Target orientation of a joint: the rotations of its components, the first one applied first."""
+
+    components: list[Component] = []
+    frame: Literal["parent", "character"] = "parent"  # the swing hip's is always the character frame
+    strength: Curve | None = None  # factor on the joint's PD torque; 1 if absent
+
+
+class Balance(Part):
+    """Set points of the balance feedback over the phase, in the character frame; x changes sign in right stance."""
+
+    distance_x: Curve | None = None  # m
+    distance_z: Curve | None = None
+    velocity_x: Curve | None = None  # m/s
+    velocity_z: Curve | None = None
+
+
+class State(Part):
+    """A state of the controller's machine. Trajectories are named by joint, `root`, `SWING_X` or `STANCE_X`."""
+
+    time: Number  # s, nominal duration
+    trajectories: dict[str, Trajectory] = {}
+    next: int = 0
+    transition: Literal["foot_down", "time_up"] = "foot_down"
+    stance: Literal["reverse", "same", "left", "right"] = "reverse"  # stance on entering this state
+    balance: Balance | None = None
+    description: str = ""
+
+
+class Controller(Part):
+    """A SIMBICON controller (Yin, Loken, van de Panne 2007; as in the Controller Editor Framework 1.5)."""
+
+    states: list[State]
+    pd: dict[str, PD] = {}  # by joint, or `root`; a joint without an entry gets no torque
+    feet: tuple[str, str] = ("lFoot", "rFoot")  # bodies, left and right
+    hips: tuple[str, str] = ("lHip", "rHip")  # joints, left and right
+    stance_hip_damping: Number = -1.0  # N m s^2/rad^2; off unless positive
+    stance_hip_max_velocity: Number = 4.0  # rad/s
+    root_predictive_torque_scale: Number = 0.0
+    heading_control: bool = True  # False: the root's target follows the character's own heading
+    desired_heading: Number = 0.0  # rad
+    start_state: int = 0
+    start_stance: Side = "left"
+
+
+class JointState(Part):
+    """Start of a joint: the child's orientation and angular velocity relative to the parent, in the parent's frame."""
+
+    orientation: tuple[Number, Number, Number, Number] = (0.0, 0.0, 0.0, 1.0)
+    angular_velocity: Vector = (0.0, 0.0, 0.0)  # rad/s
+
+
+class InitialState(Part):
+    """Start of the simulation, in world coordinates; joints that are not named start at rest in the reference pose.
+
+    If `heading` is given, the root's orientation and velocities are first turned about the vertical to this heading.
+    """
+
+    root_position: Vector = (0.0, 0.0, 0.0)  # m
+    root_orientation: tuple[Number, Number, Number, Number] = (0.0, 0.0, 0.0, 1.0)
+    root_velocity: Vector = (0.0, 0.0, 0.0)  # m/s
+    root_angular_velocity: Vector = (0.0, 0.0, 0.0)  # rad/s
+    heading: Number | None = None  # rad
+    joints: dict[str, JointState] = {}
+
+
+class Ground(Part):
+    """A plane of implicit spring-damper contacts with regularised Coulomb friction; values per contact point."""
+
+    normal: Vector = (0.0, 1.0, 0.0)
+    height: Number = 0.0  # m, distance of the plane from the origin along its normal
+    stiffness: Number = 1.0e5  # N/m; 0 switches contact off
+    damping: Number = 1.0e3  # N s/m
+    tangential_damping: Number = 1.0e4  # N s/m, up to the friction limit
+    friction: Number = 1.0e3  # the body's own coefficient decides unless this one is smaller
+
+
+class Failure(Part):
+    """When an instance has failed; it then stops and costs more than any that has not."""
+
+    com_height: Number = 0.9  # lowest centre of mass as a fraction of the initial height; 0 switches the test off
+    heading: Number = 0.7853981633974483  # largest turn from the desired heading, rad; 0 switches the test off
+    body_contact: bool = False  # any body but the feet and their children touches the ground
+    max_speed: Number = 1000.0  # largest joint or root speed, m/s or rad/s: beyond it the instance has diverged
+
+
+class Objective(Part):
+    """What a search minimises: the weighted sum of these terms."""
+
+    torque: Number = 1.0  # Bergmann 2017, section 6: sum over joints of |feedback torque|, integrated over time, N m s
+    failure_cost: float = 1.0e6  # cost of an instance that fails at the very end; up to twice that if it fails sooner
+
+
+class Scene(Part):
+    """A complete experiment."""
+
+    name: str
+    character: Character
+    controller: Controller | None = None
+    description: str = ""
+    initial_state: InitialState = msgspec.field(default_factory=InitialState)
+    ground: Ground = msgspec.field(default_factory=Ground)
+    failure: Failure = msgspec.field(default_factory=Failure)
+    objective: Objective = msgspec.field(default_factory=Objective)
+    duration: float = 10.0  # s
+    time_step: float = 0.0005  # s
+    gravity: Number = 9.8  # m/s^2, downwards
+    implicit_pd: bool = False  # PD linearised over the step, stable up to 1/500 s; False: explicit, as in the original

@@ -1,0 +1,1 @@
+"""Search strategies: ask/tell, on plain numbers."""
