@@ -7,14 +7,14 @@ downdates. A joint may carry an implicit inertia K (spring-dampers linearised ov
 """
 
 import warp as wp
-
 from warpmuscle.kernels.contact import contact_stage
-from warpmuscle.kernels.joint import ball_angles, ball_rate_axes, limit_torque
+from warpmuscle.kernels.joint import ball_angles, ball_rate_axes, ball_within, limit_torque
 from warpmuscle.kernels.kinematics import coordinate_quat
 from warpmuscle.kernels.lanes import synchronize
 from warpmuscle.kernels.spatial import (
     cross_rows,
     full,
+    shifted_angular,
     symmetric,
     symmetric_inverse,
     symmetric_outer,
@@ -72,13 +72,11 @@ def limit_stage(instance: int, body: int, model: Model, state: State, work: Work
     first = skeleton.coordinate_start[body]
     speed = skeleton.speed_start[body]
     if kind == BALL:
-        angles = ball_angles(coordinate_quat(state, instance, first), axis_a, axis_b)
-        inside = wp.vec3(
-            wp.clamp(angles[0], low[0], high[0]),
-            wp.clamp(angles[1], low[1], high[1]),
-            wp.clamp(angles[2], low[2], high[2]),
-        )
-        if wp.length_sq(angles - inside) > 0.0:
+        q = coordinate_quat(state, instance, first)
+        cosine = at(skeleton.limit_cosine, instance, body)
+        sine = at(skeleton.limit_sine, instance, body)
+        if not ball_within(q, axis_a, axis_b, cosine, sine, at(skeleton.limit_half_cosine, instance, body)):
+            angles = ball_angles(q, axis_a, axis_b)
             g = ball_rate_axes(work.rotation[parent] * axis_a, work.rotation[body] * axis_b)
             rates = g * (work.angular_velocity[body] - work.angular_velocity[parent])
             for i in range(3):
@@ -159,8 +157,7 @@ def gather_children(body: int, skeleton: Skeleton, work: Work):
 def shift_to_parent(body: int, r: wp.vec3, a: symmetric, b: wp.mat33, c: symmetric, n: wp.vec3, f: wp.vec3, work: Work):
     """Express a reduced articulated inertia about the parent's joint, r away, and leave it for the parent."""
     shifted = b + cross_rows(r, c)
-    skew = wp.skew(r)
-    work.block_a[body] = a + symmetric_part(skew * wp.transpose(shifted) - b * skew)
+    work.block_a[body] = a + shifted_angular(b, shifted, r)
     work.block_b[body] = shifted
     work.block_c[body] = c
     work.bias_moment[body] = n + wp.cross(r, f)
@@ -192,9 +189,7 @@ def reduce_ball(body: int, r: wp.vec3, torque: wp.vec3, bias_n: wp.vec3, bias_f:
         da = full(d) * full(a)
         work.factor_a[body] = da
         kd = wp.transpose(full(d) * full(k))
-        shift_to_parent(
-            body, r, symmetric_part(full(k) * da), full(k) * db, c, torque - kd * u, f, work
-        )
+        shift_to_parent(body, r, symmetric_part(full(k) * da), full(k) * db, c, torque - kd * u, f, work)
 
 
 @wp.func
@@ -331,9 +326,7 @@ def joint_acceleration(kind: int, body: int, alpha: wp.vec3, a: wp.vec3, work: W
         fb = work.factor_b[body]
         pb = wp.vec3(fa[0, 2], fa[1, 2], fa[2, 2])
         qb = wp.vec3(fb[0, 0], fb[1, 0], fb[2, 0])
-        return wp.vec3(
-            fb[0, 1] - wp.dot(p, alpha) - wp.dot(q, a), fb[1, 1] - wp.dot(pb, alpha) - wp.dot(qb, a), 0.0
-        )
+        return wp.vec3(fb[0, 1] - wp.dot(p, alpha) - wp.dot(q, a), fb[1, 1] - wp.dot(pb, alpha) - wp.dot(qb, a), 0.0)
     return wp.vec3(0.0)
 
 

@@ -1,13 +1,14 @@
 """Joint kinematics and joint limits."""
 
 import warp as wp
+from warpmuscle.kernels.angles import sine_cosine
 
 
 @wp.func
 def hinge_rotation(axis: wp.vec3, angle: float) -> wp.quat:
     """Rotation by `angle` (rad) about a unit axis."""
-    s = wp.sin(0.5 * angle)
-    return wp.quat(axis[0] * s, axis[1] * s, axis[2] * s, wp.cos(0.5 * angle))
+    half = sine_cosine(0.5 * angle)
+    return wp.quat(axis[0] * half[0], axis[1] * half[0], axis[2] * half[0], half[1])
 
 
 @wp.func
@@ -46,6 +47,32 @@ def limit_torque(
     if torque * excess > 0.0:
         return wp.vec2(0.0, 0.0)
     return wp.vec2(torque, time_step * effective)
+
+
+@wp.func
+def within(x: float, y: float, length: float, cosine: float, sine: float, half_cosine: float) -> bool:
+    """Whether the angle of a vector (x, y) of known length is within an interval, without an arctangent.
+
+    Args:
+        cosine, sine: of the middle of the interval. half_cosine: cosine of half its width, -2 if it is a full turn.
+    """
+    return x * cosine + y * sine >= half_cosine * length
+
+
+@wp.func
+def ball_within(
+    rotation: wp.quat, swing: wp.vec3, twist: wp.vec3, cosine: wp.vec3, sine: wp.vec3, half_cosine: wp.vec3
+) -> bool:
+    """Whether all three `ball_angles` are within their intervals, each given as in `within`."""
+    middle = wp.cross(swing, twist)
+    turned_twist = wp.quat_rotate(rotation, twist)
+    up = -wp.dot(swing, turned_twist)
+    level = wp.sqrt(wp.max(1.0 - up * up, 0.0))
+    first = within(wp.dot(twist, turned_twist), wp.dot(middle, turned_twist), level, cosine[0], sine[0], half_cosine[0])
+    second = within(level, up, 1.0, cosine[1], sine[1], half_cosine[1])
+    back = wp.quat_rotate_inv(rotation, swing)
+    third = within(wp.dot(swing, back), wp.dot(middle, back), level, cosine[2], sine[2], half_cosine[2])
+    return first and second and third
 
 
 @wp.func

@@ -1,7 +1,6 @@
 """Forward kinematics: poses and velocities of all bodies, centre of mass."""
 
 import warp as wp
-
 from warpmuscle.kernels.joint import hinge_rotation, universal_bias, universal_rotation
 from warpmuscle.kernels.lanes import synchronize
 from warpmuscle.kernels.structs import BALL, HINGE, ROOT_PLANAR, UNIVERSAL, Model, Skeleton, State, Work, at
@@ -21,9 +20,7 @@ def coordinate_quat(state: State, instance: int, first: int) -> wp.quat:
 @wp.func
 def speed_vector(state: State, instance: int, first: int) -> wp.vec3:
     """The vector stored at speeds first..first + 2."""
-    return wp.vec3(
-        state.speeds[instance, first], state.speeds[instance, first + 1], state.speeds[instance, first + 2]
-    )
+    return wp.vec3(state.speeds[instance, first], state.speeds[instance, first + 1], state.speeds[instance, first + 2])
 
 
 @wp.func

@@ -1,7 +1,6 @@
 """What a step costs, and when an instance has failed."""
 
 import warp as wp
-
 from warpmuscle.kernels.spatial import heading_angle
 from warpmuscle.kernels.structs import DIVERGED, FELL, RUNNING, TOUCHED, TURNED, Model, State, Work, at
 

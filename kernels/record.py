@@ -1,12 +1,13 @@
 """Frames of chosen instances."""
 
 import warp as wp
-
 from warpmuscle.kernels.structs import Model, Record, State, Work
 
 
 @wp.func
-def record_stage(instance: int, lane: int, lanes: int, step: int, model: Model, state: State, record: Record, work: Work):
+def record_stage(
+    instance: int, lane: int, lanes: int, step: int, model: Model, state: State, record: Record, work: Work
+):
     """Write a frame if this instance is recorded and this step is due. Ends without a barrier.
 
     Forces on the feet are those of the step before, as the controller sees them.

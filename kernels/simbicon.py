@@ -5,9 +5,8 @@ Yin, Loken, van de Panne 2007, as programmed in the Controller Editor Framework 
 """
 
 import warp as wp
-
+from warpmuscle.kernels.angles import arcsine_ratio
 from warpmuscle.kernels.joint import hinge_rotation
-from warpmuscle.kernels.kinematics import joint_orientation
 from warpmuscle.kernels.lanes import synchronize
 from warpmuscle.kernels.spatial import heading, symmetric, symmetric_rotated
 from warpmuscle.kernels.spline import curve_value
@@ -15,9 +14,7 @@ from warpmuscle.kernels.structs import LEFT, REVERSE, RIGHT, Model, Simbicon, St
 
 
 @wp.func
-def balance_feedback(
-    distance: wp.vec3, velocity: wp.vec3, axis: wp.vec3, gain: wp.vec2, limits: wp.vec4
-) -> float:
+def balance_feedback(distance: wp.vec3, velocity: wp.vec3, axis: wp.vec3, gain: wp.vec2, limits: wp.vec4) -> float:
     """Linear balance feedback, rad: cd clamp(d . axis) + cv clamp(v . axis) (Yin 2007, eq. 1).
 
     Args:
@@ -32,16 +29,13 @@ def balance_feedback(
 
 @wp.func
 def pd_error(orientation: wp.quat, target: wp.quat) -> wp.vec3:
-    """Rotation from the orientation to the target along the child's axes, as axis times angle, rad."""
+    """Rotation from the orientation to the target along the child's axes, as axis times angle (up to pi), rad."""
     e = wp.quat_inverse(orientation) * target
     v = wp.vec3(e[0], e[1], e[2])
-    n = wp.length(v)
-    if n < 1.0e-10:
-        return wp.vec3(0.0, 0.0, 0.0)
-    angle = 2.0 * wp.asin(wp.min(n, 1.0))
+    factor = 2.0 * arcsine_ratio(wp.dot(v, v))
     if e[3] < 0.0:
-        angle = -angle
-    return v * (angle / n)
+        factor = -factor
+    return v * factor
 
 
 @wp.func
@@ -171,33 +165,29 @@ def targets_stage(instance: int, lane: int, lanes: int, model: Model, state: Sta
             work.target[body] = q
             work.frame[body] = simbicon.character_frame[t]
             if end > first:
-                work.strength[body] = curve_value(
-                    simbicon.knot_phase, simbicon.knot_value, instance, first, end, phase
-                )
+                work.strength[body] = curve_value(simbicon.knot_phase, simbicon.knot_value, instance, first, end, phase)
     synchronize()
 
 
 @wp.func
-def joint_torque(instance: int, body: int, in_character_frame: bool, frame: wp.quat, model: Model, state: State, work: Work):
+def joint_torque(instance: int, body: int, in_character_frame: bool, frame: wp.quat, model: Model, work: Work):
     """PD torque of one joint, world axes, and its implicit joint inertia, into `work`."""
     simbicon = model.simbicon
     rotation = work.rotation[body]
-    orientation = wp.quat(0.0, 0.0, 0.0, 1.0)
-    target = work.target[body]
+    base = frame
     angular = work.angular_velocity[body]
-    if in_character_frame:
-        orientation = work.orientation[body]
-        target = frame * target
-    else:
-        orientation = joint_orientation(model.skeleton, state, instance, body)
-        angular = angular - work.angular_velocity[model.skeleton.parent[body]]
+    if not in_character_frame:
+        parent = model.skeleton.parent[body]
+        base = work.orientation[parent]
+        angular = angular - work.angular_velocity[parent]
+    error = pd_error(work.orientation[body], base * work.target[body])
     velocity = wp.transpose(rotation) * angular
     kp = at(simbicon.kp, instance, body)
     kd = at(simbicon.kd, instance, body)
     strength = work.strength[body]
     scale = at(simbicon.scale, instance, body)
     limit = at(simbicon.torque_limit, instance, body)
-    work.torque[body] = rotation * pd_torque(pd_error(orientation, target), velocity, kp, kd, strength, scale, limit)
+    work.torque[body] = rotation * pd_torque(error, velocity, kp, kd, strength, scale, limit)
     work.stiffness[body] = symmetric(0.0)
     if model.implicit_pd == 1:
         work.stiffness[body] = symmetric_rotated(rotation, pd_inertia(kp, kd, strength, scale, model.time_step))
@@ -271,18 +261,24 @@ def hips_stage(instance: int, lane: int, frame: wp.quat, model: Model, state: St
             strength = 0.0
         hip = at(simbicon.hip, instance, 0)
         on_root = root_torque(instance, frame, model, work)
-        for child in range(model.skeleton.first_child[0], model.skeleton.first_child[0] + model.skeleton.child_count[0]):
+        for child in range(
+            model.skeleton.first_child[0], model.skeleton.first_child[0] + model.skeleton.child_count[0]
+        ):
             on_root += work.torque[child]
         foot_center = work.position[foot] + work.rotation[foot] * at(model.skeleton.com, instance, foot)
         lateral = wp.quat_rotate_inv(frame, work.center[0] - foot_center)[0]
         missing = wp.quat_rotate(frame, wp.vec3(0.0, 0.0, hip[2] * 9.8 * lateral)) - on_root
-        damping = float(0.0)
+        damping = 0.0
         if hip[0] > 0.0:
             yaw_rate = work.angular_velocity[0][1] - work.angular_velocity[stance_hip][1]
             damping = hip_damping(yaw_rate, hip[0], hip[1])
         stance_torque = work.torque[stance_hip] + wp.vec3(0.0, damping, 0.0)
         work.torque[stance_hip] = hip_share(
-            share * strength, stance_torque, missing, work.rotation[stance_hip], hip_bound(simbicon, instance, stance_hip)
+            share * strength,
+            stance_torque,
+            missing,
+            work.rotation[stance_hip],
+            hip_bound(simbicon, instance, stance_hip),
         )
         work.torque[swing_hip] = hip_share(
             (1.0 - share) * strength,
@@ -306,7 +302,7 @@ def torques_stage(instance: int, lane: int, lanes: int, model: Model, state: Sta
         work.torque[0] = wp.vec3(0.0, 0.0, 0.0)
     for i in range(1 + lane, model.body_count, lanes):
         in_character_frame = work.frame[i] == 1 or i == swing_hip
-        joint_torque(instance, i, in_character_frame, frame, model, state, work)
+        joint_torque(instance, i, in_character_frame, frame, model, work)
     synchronize()
     hips_stage(instance, lane, frame, model, state, work)
     factor = strength_by_height(work.position[0][1])

@@ -102,6 +102,23 @@ def cross_rows(r: wp.vec3, s: symmetric) -> wp.mat33:
 
 
 @wp.func
+def shifted_angular(b: wp.mat33, shifted: wp.mat33, r: wp.vec3) -> symmetric:
+    """[r]x M^T - B [r]x: what the angular block gains by a shift of the reference point, with M = B + [r]x C."""
+    x = r[0]
+    y = r[1]
+    z = r[2]
+    m = shifted
+    return symmetric(
+        y * m[0, 2] - z * m[0, 1] - b[0, 1] * z + b[0, 2] * y,
+        y * m[1, 2] - z * m[1, 1] + b[0, 0] * z - b[0, 2] * x,
+        y * m[2, 2] - z * m[2, 1] - b[0, 0] * y + b[0, 1] * x,
+        z * m[1, 0] - x * m[1, 2] + b[1, 0] * z - b[1, 2] * x,
+        z * m[2, 0] - x * m[2, 2] - b[1, 0] * y + b[1, 1] * x,
+        x * m[2, 1] - y * m[2, 0] - b[2, 0] * y + b[2, 1] * x,
+    )
+
+
+@wp.func
 def turn(q: wp.quat, angular_velocity: wp.vec3, time_step: float) -> wp.quat:
     """Orientation after one step of constant angular velocity in the body's own axes, rad/s.
 

@@ -1,7 +1,6 @@
 """Curves over the phase of a controller state."""
 
 import warp as wp
-
 from warpmuscle.kernels.structs import at
 
 

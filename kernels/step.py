@@ -4,10 +4,9 @@ from functools import cache
 from typing import Any
 
 import warp as wp
-
 from warpmuscle.kernels.dynamics import acceleration_stage, inertia_stage, integrate_stage
 from warpmuscle.kernels.kinematics import kinematics_stage
-from warpmuscle.kernels.lanes import synchronize, work_function
+from warpmuscle.kernels.lanes import slots_of, synchronize, work_address, work_at
 from warpmuscle.kernels.objective import effort_stage, posture_status, step_status
 from warpmuscle.kernels.record import record_stage
 from warpmuscle.kernels.simbicon import advance_phase, control_stage
@@ -56,6 +55,12 @@ def one_step(instance: int, lane: int, lanes: int, model: Model, state: State, r
     return status
 
 
+def module_options(block_dim: int) -> dict[str, Any]:
+    """How the kernel is compiled: loops kept as loops, and on the CPU everything in one function."""
+    flags = "-march=native -fno-slp-vectorize -mllvm=-inline-threshold=9000 -mllvm=-inline-cold-callsite-threshold=3000"
+    return {"block_dim": block_dim, "max_unroll": 1, "cpu_compiler_flags": flags}
+
+
 @cache
 def step_kernel(capacity: int, lanes: int, block_dim: int) -> Any:
     """The fused kernel of a size class: launch with dim=(running instances, lanes) and this block_dim.
@@ -66,9 +71,10 @@ def step_kernel(capacity: int, lanes: int, block_dim: int) -> Any:
         block_dim: threads a block, a multiple of lanes.
     """
     instances_per_block = max(block_dim // lanes, 1)
-    view = work_function(capacity, instances_per_block)
+    slots = slots_of(capacity)
+    address = work_address(capacity, instances_per_block)
 
-    @wp.kernel(module="unique", enable_backward=False, module_options={"block_dim": block_dim, "max_unroll": 4})
+    @wp.kernel(module="unique", enable_backward=False, module_options=module_options(block_dim))
     def step_many(
         # in
         steps: int, running: wp.array[int], model: Model,
@@ -77,7 +83,7 @@ def step_kernel(capacity: int, lanes: int, block_dim: int) -> Any:
     ):  # fmt: skip
         i, lane = wp.tid()
         instance = running[i]
-        work = view(i % instances_per_block, buffer)
+        work = work_at(address(i % instances_per_block, buffer), capacity, slots)
         status = int(RUNNING)
         for _ in range(steps):
             status = one_step(instance, lane, lanes, model, state, record, work)

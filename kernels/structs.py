@@ -8,7 +8,6 @@ where all instances share them, or one row an instance; `at` reads both.
 from typing import Any
 
 import warp as wp
-
 from warpmuscle.kernels.spatial import symmetric
 
 ROOT_FREE, ROOT_PLANAR, ROOT_FIXED = 0, 1, 2
@@ -45,6 +44,9 @@ class Skeleton:
     axis_b: wp.array2d[wp.vec3]  # (rows, bodies) universal, on the parent; ball: third limit axis, on the child
     limit_low: wp.array2d[wp.vec3]  # (rows, bodies) rad
     limit_high: wp.array2d[wp.vec3]  # (rows, bodies) rad
+    limit_cosine: wp.array2d[wp.vec3]  # (rows, bodies) of the middle of the limits
+    limit_sine: wp.array2d[wp.vec3]  # (rows, bodies) of the same
+    limit_half_cosine: wp.array2d[wp.vec3]  # (rows, bodies) of half the distance between them; -2 beyond a full turn
     limit_stiffness: wp.array2d[float]  # (rows, bodies) N m/rad
     limit_damping: wp.array2d[float]  # (rows, bodies) N m s/rad
 
@@ -168,7 +170,9 @@ class Work:
     acceleration: wp.array[wp.vec3]  # (bodies,) m/s^2, of the joint
     contact_b: wp.array[wp.mat33]  # (slots,) what the implicit contact added to the body's blocks B and C ...
     contact_c: wp.array[symmetric]  # (slots,)
-    contact_force: wp.array[wp.vec3]  # (slots,) ... and its force; after the forward pass the force of the whole step, N
+    contact_force: wp.array[
+        wp.vec3
+    ]  # (slots,) ... and its force; after the forward pass the force of the whole step, N
     flags: wp.array[int]  # (2,) a body that is no foot touched the ground; the step diverged
 
 

@@ -11,7 +11,7 @@ from warpmuscle.arrays import rows, to_device
 from warpmuscle.kernels import structs
 from warpmuscle.pose import normalized
 from warpmuscle.scene import PD, Balance, Component, Controller, Curve, Feedback, State
-from warpmuscle.skeleton import Topology
+from warpmuscle.topology import Topology
 
 STANCE_RULE = {"left": structs.LEFT, "right": structs.RIGHT, "reverse": structs.REVERSE, "same": structs.SAME}
 REVERSE_ON = {"left": structs.LEFT, "right": structs.RIGHT, "never": -1}

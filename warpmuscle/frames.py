@@ -12,7 +12,7 @@ from warpmuscle.kernels import structs
 from warpmuscle.pose import conjugate, multiply, rotate
 from warpmuscle.recording import Recording
 from warpmuscle.scene import Scene
-from warpmuscle.skeleton import Topology
+from warpmuscle.topology import Topology
 
 ARRAYS = {
     "phase": ((), float),
@@ -33,9 +33,7 @@ ARRAYS = {
 class Frames:
     """Device arrays for the motion of chosen instances."""
 
-    def __init__(
-        self, names: Topology, instances: int, chosen: list[int], every: int, steps: int, device: Any
-    ) -> None:
+    def __init__(self, names: Topology, instances: int, chosen: list[int], every: int, steps: int, device: Any) -> None:
         """Room for a frame every `every` steps of a simulation of `steps` steps."""
         self.names, self.chosen, self.every = names, chosen, every
         sizes = {"bodies": len(names.bodies), "coordinates": names.coordinates, "speeds": names.speeds}

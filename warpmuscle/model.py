@@ -9,12 +9,21 @@ import numpy as np
 import warp as wp
 
 from warpmuscle.arrays import Floats, rows, to_device
+from warpmuscle.bodies import contacts_struct, joint_axes, skeleton_struct
 from warpmuscle.controller import controller_struct
 from warpmuscle.kernels import structs
-from warpmuscle.pose import conjugate, hinge_coordinates, multiply, normalized, rotate, turned_to_heading
-from warpmuscle.pose import twist_angle, universal_coordinates
+from warpmuscle.pose import (
+    conjugate,
+    hinge_coordinates,
+    multiply,
+    normalized,
+    rotate,
+    turned_to_heading,
+    twist_angle,
+    universal_coordinates,
+)
 from warpmuscle.scene import InitialState, Joint, JointState, Scene
-from warpmuscle.skeleton import Topology, contacts_struct, joint_axes, skeleton_struct
+from warpmuscle.topology import Topology
 
 X_AXIS = np.array([1.0, 0.0, 0.0])
 

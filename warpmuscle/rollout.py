@@ -15,14 +15,14 @@ from warpmuscle.arrays import Floats, Ints
 from warpmuscle.errors import RolloutError
 from warpmuscle.frames import Frames
 from warpmuscle.kernels import structs
-from warpmuscle.kernels.lanes import capacity_of, layout
+from warpmuscle.kernels.lanes import capacity_of, work_floats
 from warpmuscle.kernels.step import step_kernel
 from warpmuscle.model import model_struct, start_of
 from warpmuscle.parameters import Parameter, free_parameters, start_values, substitute
 from warpmuscle.recording import Recording
 from warpmuscle.scene import Scene
-from warpmuscle.skeleton import topology
 from warpmuscle.status import Status
+from warpmuscle.topology import topology
 from warpmuscle.validate import check_scene
 
 CHUNK_TIME = 0.1  # s of simulated time between two looks at which instances still run
@@ -81,12 +81,15 @@ class Rollout:
         self.lanes = 1 if self.device.is_cpu else lanes or GPU_LANES
         self.steps = round(scene.duration / scene.time_step)
         self._block = 1 if self.device.is_cpu else GPU_BLOCK
-        self._kernel = step_kernel(capacity_of(len(self.names.bodies)), self.lanes, self._block)
-        self._buffers = [wp.zeros(layout(capacity_of(len(self.names.bodies)))[1], dtype=float, device=self.device)
-                         for _ in range(self.threads if self.device.is_cpu else 1)]  # fmt: skip
+        capacity = capacity_of(len(self.names.bodies))
+        self._kernel = step_kernel(capacity, self.lanes, self._block)
+        buffers = self.threads if self.device.is_cpu else 1
+        self._buffers = [wp.zeros(work_floats(capacity), dtype=float, device=self.device) for _ in range(buffers)]
         self._state = self._new_state()
         every = max(round(1.0 / (record_rate * scene.time_step)), 1)
-        self._frames = Frames(self.names, self.instances, _chosen(record, self.instances), every, self.steps, self.device)
+        self._frames = Frames(
+            self.names, self.instances, _chosen(record, self.instances), every, self.steps, self.device
+        )
         self.set_parameters(start_values(scene))
 
     def _new_state(self) -> structs.State:
@@ -285,5 +288,3 @@ def _device(name: str | None) -> Any:
     except (ValueError, RuntimeError) as error:
         known = ", ".join(device.alias for device in wp.get_devices())
         raise RolloutError(f"there is no device '{name}' here; known: {known}") from error
-
-
