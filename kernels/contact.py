@@ -39,33 +39,31 @@ def minus_skew_product(b: wp.mat33, r: wp.vec3) -> symmetric:
     return symmetric_product(b, wp.transpose(wp.skew(r)))
 
 
+@wp.struct
+class ContactSum:
+    """All contacts of a body: force and moment about its joint at the start of the step, and their tensors."""
+
+    force: wp.vec3  # N
+    moment: wp.vec3  # N m
+    a: symmetric  # sum of [r]x K [r]x^T
+    b: wp.mat33  # sum of [r]x K
+    c: symmetric  # sum of K
+
+
 @wp.func
-def contact_stage(instance: int, body: int, model: Model, work: Work):
-    """Add the contacts of one body to its articulated inertia and bias force, and keep what its foot force needs."""
+def body_contacts(instance: int, body: int, model: Model, work: Work) -> ContactSum:
+    """The contacts of one body with the ground; zero if it is clear of it."""
     contacts = model.contacts
-    first = contacts.start[body]
-    end = contacts.start[body + 1]
-    slot = model.skeleton.foot_slot[body]
-    if slot >= 0:
-        work.contact_c[slot] = symmetric(0.0)
-        work.contact_b[slot] = wp.mat33(0.0)
-        work.contact_force[slot] = wp.vec3(0.0)
-    if end == first:
-        return
+    h = model.time_step
+    total = ContactSum()
     normal = at(contacts.normal, instance, 0)
     height = wp.dot(normal, work.position[body]) - at(contacts.height, instance, 0)
     if height > at(contacts.reach, instance, body):
-        return
-    h = model.time_step
+        return total
     stiffness = at(contacts.stiffness, instance, 0)
     damping = at(contacts.damping, instance, 0)
     tangential = at(contacts.tangential_damping, instance, 0)
-    sum_c = symmetric(0.0)
-    sum_b = wp.mat33(0.0)
-    sum_a = symmetric(0.0)
-    sum_force = wp.vec3(0.0)
-    sum_moment = wp.vec3(0.0)
-    for k in range(first, end):
+    for k in range(contacts.start[body], contacts.start[body + 1]):
         r = work.rotation[body] * at(contacts.point, instance, k) - at(contacts.radius, instance, k) * normal
         depth = -(height + wp.dot(normal, r))
         if depth > 0.0:
@@ -78,19 +76,35 @@ def contact_stage(instance: int, body: int, model: Model, work: Work):
                 force = normal * along - slip * across
                 c = contact_tensor(normal, h * (damping + h * stiffness), h * across)
                 b = cross_rows(r, c)
-                sum_c += c
-                sum_b += b
-                sum_a += minus_skew_product(b, r)
-                sum_force += force
-                sum_moment += wp.cross(r, force)
-    work.block_a[body] += sum_a
-    work.block_b[body] += sum_b
-    work.block_c[body] += sum_c
-    work.bias_moment[body] -= sum_moment
-    work.bias_force[body] -= sum_force
+                total.a += minus_skew_product(b, r)
+                total.b += b
+                total.c += c
+                total.force += force
+                total.moment += wp.cross(r, force)
+    return total
+
+
+@wp.func
+def contact_stage(instance: int, body: int, model: Model, work: Work):
+    """Add the contacts of one body to its articulated inertia and bias force, and keep what its foot force needs."""
+    slot = model.skeleton.foot_slot[body]
     if slot >= 0:
-        work.contact_c[slot] = sum_c
-        work.contact_b[slot] = sum_b
-        work.contact_force[slot] = sum_force
-    elif sum_force[0] != 0.0 or sum_force[1] != 0.0 or sum_force[2] != 0.0:
+        work.contact_c[slot] = symmetric(0.0)
+        work.contact_b[slot] = wp.mat33(0.0)
+        work.contact_force[slot] = wp.vec3(0.0)
+    if model.contacts.start[body + 1] == model.contacts.start[body]:
+        return
+    total = body_contacts(instance, body, model, work)
+    if wp.length_sq(total.force) == 0.0:
+        return
+    work.block_a[body] += total.a
+    work.block_b[body] += total.b
+    work.block_c[body] += total.c
+    work.bias_moment[body] -= total.moment
+    work.bias_force[body] -= total.force
+    if slot >= 0:
+        work.contact_c[slot] = total.c
+        work.contact_b[slot] = total.b
+        work.contact_force[slot] = total.force
+    else:
         work.flags[0] = 1

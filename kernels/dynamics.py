@@ -103,26 +103,32 @@ def limit_stage(instance: int, body: int, model: Model, state: State, work: Work
 
 
 @wp.func
+def body_inertia(instance: int, body: int, model: Model, work: Work):
+    """Inertia of a body about its joint, and the force that gravity and its own motion ask for."""
+    skeleton = model.skeleton
+    rotation = work.rotation[body]
+    angular = work.angular_velocity[body]
+    mass = at(skeleton.mass, instance, body)
+    c = rotation * at(skeleton.com, instance, body)
+    a = inertia_about_joint(rotation, at(skeleton.inertia, instance, body), mass, c)
+    weight = wp.vec3(0.0, -mass * at(model.gravity, instance, 0), 0.0)
+    work.block_a[body] = a
+    work.block_b[body] = wp.skew(c * mass)
+    work.block_c[body] = symmetric(mass, 0.0, 0.0, mass, 0.0, mass)
+    work.bias_moment[body] = gyroscopic_moment(angular, a) - wp.cross(c, weight)
+    work.bias_force[body] = wp.cross(angular, wp.cross(angular, c)) * mass - weight
+
+
+@wp.func
 def inertia_stage(instance: int, lane: int, lanes: int, model: Model, state: State, work: Work):
     """Inertia, gravity, velocity products, joint limits and contacts of every body. Ends with a barrier."""
-    skeleton = model.skeleton
     if lane == 0:
         work.flags[0] = 0
         work.flags[1] = 0
     synchronize()
     for i in range(lane, model.body_count, lanes):
-        rotation = work.rotation[i]
-        angular = work.angular_velocity[i]
-        mass = at(skeleton.mass, instance, i)
-        c = rotation * at(skeleton.com, instance, i)
-        a = inertia_about_joint(rotation, at(skeleton.inertia, instance, i), mass, c)
-        weight = wp.vec3(0.0, -mass * at(model.gravity, instance, 0), 0.0)
-        work.block_a[i] = a
-        work.block_b[i] = wp.skew(c * mass)
-        work.block_c[i] = symmetric(mass, 0.0, 0.0, mass, 0.0, mass)
-        work.bias_moment[i] = gyroscopic_moment(angular, a) - wp.cross(c, weight)
-        work.bias_force[i] = wp.cross(angular, wp.cross(angular, c)) * mass - weight
-        if skeleton.has_limits[i] == 1:
+        body_inertia(instance, i, model, work)
+        if model.skeleton.has_limits[i] == 1:
             limit_stage(instance, i, model, state, work)
         contact_stage(instance, i, model, work)
     synchronize()
@@ -216,7 +222,8 @@ def reduce_hinge(body: int, r: wp.vec3, torque: wp.vec3, bias_n: wp.vec3, bias_f
 
 @wp.func
 def reduce_universal(
-    body: int, r: wp.vec3, torque: wp.vec3, bias_n: wp.vec3, bias_f: wp.vec3, axis_a: wp.vec3, axis_b: wp.vec3, work: Work
+    body: int, r: wp.vec3, torque: wp.vec3, bias_n: wp.vec3, bias_f: wp.vec3,
+    axis_a: wp.vec3, axis_b: wp.vec3, work: Work,
 ):  # fmt: skip
     """Eliminate a universal joint: rank-2 downdate (Featherstone 2008, eq. 7.43)."""
     a = work.block_a[body]
@@ -440,7 +447,7 @@ def integrate_stage(instance: int, lane: int, lanes: int, model: Model, state: S
         if kind == BALL:
             w = add_to_speeds(state, instance, speed, change, largest, work)
             store_quat(state, instance, first, turn(coordinate_quat(state, instance, first), w, h))
-        elif kind == HINGE or kind == UNIVERSAL:
+        elif kind != FIXED:
             state.coordinates[instance, first] += h * add_to_speed(state, instance, speed, change[0], largest, work)
             if kind == UNIVERSAL:
                 state.coordinates[instance, first + 1] += h * add_to_speed(

@@ -95,8 +95,7 @@ def work_address(capacity: int, instances_per_block: int) -> Any:
     """A Warp function (place in the block, CPU buffer) -> address of an instance's working set, for a size class."""
     floats = work_floats(capacity)
 
-    @wp.func_native(
-        snippet=f"""
+    snippet = f"""
 #if defined(__CUDA_ARCH__)
 __shared__ float warpmuscle_work[{instances_per_block * floats}];
 return (unsigned long long)(warpmuscle_work + place * {floats});
@@ -104,7 +103,8 @@ return (unsigned long long)(warpmuscle_work + place * {floats});
 return buffer;
 #endif
 """
-    )
+
+    @wp.func_native(snippet=snippet)
     def address(place: int, buffer: wp.uint64) -> wp.uint64: ...
 
     return address

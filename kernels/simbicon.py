@@ -10,7 +10,7 @@ from warpmuscle.kernels.joint import hinge_rotation
 from warpmuscle.kernels.lanes import synchronize
 from warpmuscle.kernels.spatial import heading, symmetric, symmetric_rotated
 from warpmuscle.kernels.spline import curve_value
-from warpmuscle.kernels.structs import LEFT, REVERSE, RIGHT, Model, Simbicon, State, Work, at
+from warpmuscle.kernels.structs import REVERSE, RIGHT, SAME, Model, Simbicon, State, Work, at
 
 
 @wp.func
@@ -96,9 +96,9 @@ def stance_after(stance: int, rule: int) -> int:
     """Stance after entering a state with this rule."""
     if rule == REVERSE:
         return 1 - stance
-    if rule == LEFT or rule == RIGHT:
-        return rule
-    return stance
+    if rule == SAME:
+        return stance
+    return rule
 
 
 @wp.func

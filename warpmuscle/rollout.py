@@ -115,10 +115,10 @@ class Rollout:
             RolloutError: another shape, or a value that is not finite.
         """
         array = np.asarray(values, dtype=np.float64)
-        if array.shape not in ((len(self.parameters),), (self.instances, len(self.parameters))):
+        count = len(self.parameters)
+        if array.shape not in ((count,), (self.instances, count)):
             raise RolloutError(
-                f"parameters have shape {array.shape}, but this rollout takes ({self.instances}, {len(self.parameters)})"
-                f" or ({len(self.parameters)},)"
+                f"parameters have shape {array.shape}; this rollout takes ({self.instances}, {count}) or ({count},)"
             )
         if not np.isfinite(array).all():
             raise RolloutError("a parameter value is not a finite number")

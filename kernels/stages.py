@@ -1,0 +1,212 @@
+"""The stages of a step as kernels of their own over plain arrays, for pipelines of one's own and for tests.
+
+Launch each with dim = instances. `workspace` is (instances, `lanes.work_floats(bodies)`) floats of scratch memory.
+Body 0 is the root; body i hangs on joint i - 1.
+"""
+
+import warp as wp
+from warpmuscle.kernels.contact import body_contacts
+from warpmuscle.kernels.dynamics import acceleration_stage, body_inertia, inertia_stage, shift_to_parent
+from warpmuscle.kernels.kinematics import kinematics_stage
+from warpmuscle.kernels.lanes import after, work_at
+from warpmuscle.kernels.simbicon import control_stage
+from warpmuscle.kernels.spatial import symmetric, symmetric_times
+from warpmuscle.kernels.structs import BALL, ROOT_FREE, UNIVERSAL, Model, State, Work, at
+
+wp.set_module_options({"enable_backward": False, "max_unroll": 1})
+
+
+@wp.func_native(snippet="return (unsigned long long)(a.data);")
+def address_of(a: wp.array2d[float]) -> wp.uint64: ...
+
+
+@wp.func
+def work_of(instance: int, model: Model, workspace: wp.array2d[float]) -> Work:
+    """The working set of an instance, in its row of the workspace."""
+    n = model.body_count
+    slots = wp.max(4, n / 3)
+    return work_at(after(address_of(workspace), instance * workspace.shape[1]), n, slots)
+
+
+@wp.kernel
+def forward_kinematics(
+    # in
+    model: Model, state: State, workspace: wp.array2d[float],
+    # out
+    position: wp.array2d[wp.vec3], orientation: wp.array2d[wp.quat],
+    velocity: wp.array2d[wp.vec3], angular_velocity: wp.array2d[wp.vec3], com: wp.array2d[wp.vec3],
+):  # fmt: skip
+    """Centres of mass, orientations and velocities of all bodies (instances, bodies), world; COM and its velocity."""
+    i = wp.tid()
+    work = work_of(i, model, workspace)
+    kinematics_stage(i, 0, 1, model, state, work)
+    for body in range(model.body_count):
+        c = work.rotation[body] * at(model.skeleton.com, i, body)
+        position[i, body] = work.position[body] + c
+        orientation[i, body] = work.orientation[body]
+        velocity[i, body] = work.velocity[body] + wp.cross(work.angular_velocity[body], c)
+        angular_velocity[i, body] = work.angular_velocity[body]
+    for k in range(2):
+        com[i, k] = work.center[k]
+
+
+@wp.kernel
+def controller_torques(
+    # in
+    model: Model, state: State, workspace: wp.array2d[float],
+    # out
+    target: wp.array2d[wp.quat], torque: wp.array2d[wp.vec3],
+):  # fmt: skip
+    """Targets and torques (world, N m, + on the parent) of the controller for the joint of every body."""
+    i = wp.tid()
+    work = work_of(i, model, workspace)
+    kinematics_stage(i, 0, 1, model, state, work)
+    control_stage(i, 0, 1, model, state, work)
+    for body in range(model.body_count):
+        target[i, body] = work.target[body]
+        torque[i, body] = work.torque[body]
+
+
+@wp.kernel
+def contact_forces(
+    # in
+    model: Model, state: State, workspace: wp.array2d[float],
+    # out
+    force: wp.array2d[wp.vec3], moment: wp.array2d[wp.vec3],
+):  # fmt: skip
+    """Contact force on every body, N, and its moment about the body's centre of mass, N m, at the present velocity."""
+    i = wp.tid()
+    work = work_of(i, model, workspace)
+    kinematics_stage(i, 0, 1, model, state, work)
+    for body in range(model.body_count):
+        total = body_contacts(i, body, model, work)
+        force[i, body] = total.force
+        c = work.rotation[body] * at(model.skeleton.com, i, body)
+        moment[i, body] = total.moment - wp.cross(c, total.force)
+
+
+@wp.kernel
+def forward_dynamics(
+    # in
+    model: Model, state: State, workspace: wp.array2d[float], torque: wp.array2d[wp.vec3],
+    # out
+    speed_rate: wp.array2d[float], acceleration: wp.array2d[wp.vec3], angular_acceleration: wp.array2d[wp.vec3],
+):  # fmt: skip
+    """Accelerations under given joint torques (world, N m, + on the parent), gravity, contacts and joint limits.
+
+    Contacts and limits are linearly implicit in a step of the model's length; without them the result is exact.
+
+    Returns:
+        speed_rate: (instances, speeds) time derivatives of the speeds.
+        acceleration: (instances, bodies) of the centres of mass, world, m/s^2.
+        angular_acceleration: (instances, bodies) world, rad/s^2.
+    """
+    i = wp.tid()
+    work = work_of(i, model, workspace)
+    kinematics_stage(i, 0, 1, model, state, work)
+    for body in range(model.body_count):
+        work.torque[body] = torque[i, body]
+        work.stiffness[body] = symmetric(0.0)
+    inertia_stage(i, 0, 1, model, state, work)
+    acceleration_stage(i, 0, 1, model, work)
+    for body in range(model.body_count):
+        alpha = work.angular_acceleration[body]
+        angular = work.angular_velocity[body]
+        c = work.rotation[body] * at(model.skeleton.com, i, body)
+        angular_acceleration[i, body] = alpha
+        acceleration[i, body] = work.acceleration[body] + wp.cross(alpha, c) + wp.cross(angular, wp.cross(angular, c))
+        first = model.skeleton.speed_start[body]
+        for k in range(model.skeleton.speed_start[body + 1] - first):
+            speed_rate[i, first + k] = speed_rate_of(body, k, model, work)
+
+
+@wp.func
+def speed_rate_of(body: int, k: int, model: Model, work: Work) -> float:
+    """Derivative of speed k of a body's joint, from the accelerations."""
+    if body > 0:
+        return work.factor_c[body][k]
+    if model.skeleton.joint_type[0] == ROOT_FREE:
+        if k < 3:
+            return work.acceleration[0][k]
+        return work.angular_acceleration[0][k - 3]
+    if k < 2:
+        return work.acceleration[0][k + 1]
+    return work.angular_acceleration[0][0]
+
+
+@wp.func
+def unit(k: int) -> wp.vec3:
+    """Unit vector along axis k."""
+    v = wp.vec3(0.0)
+    v[k] = 1.0
+    return v
+
+
+@wp.func
+def angular_axis(instance: int, body: int, k: int, model: Model, work: Work) -> wp.vec3:
+    """Angular velocity that a unit of speed k of a body's joint gives the body relative to its parent, world."""
+    kind = model.skeleton.joint_type[body]
+    if body == 0:
+        if kind == ROOT_FREE:
+            return wp.where(k < 3, wp.vec3(0.0), unit(wp.max(k - 3, 0)))
+        return wp.where(k < 2, wp.vec3(0.0), unit(0))
+    if kind == BALL:
+        return work.rotation[body] * unit(k)
+    if kind == UNIVERSAL and k == 1:
+        return work.rotation[model.skeleton.parent[body]] * at(model.skeleton.axis_b, instance, body)
+    return work.rotation[body] * at(model.skeleton.axis_a, instance, body)
+
+
+@wp.func
+def linear_axis(body: int, k: int, model: Model) -> wp.vec3:
+    """Velocity that a unit of speed k of a body's joint gives its joint, world; zero but for the root."""
+    if body == 0 and model.skeleton.joint_type[0] == ROOT_FREE:
+        return wp.where(k < 3, unit(wp.min(k, 2)), wp.vec3(0.0))
+    if body == 0:
+        return wp.where(k < 2, unit(wp.min(k, 1) + 1), wp.vec3(0.0))
+    return wp.vec3(0.0)
+
+
+@wp.kernel
+def mass_matrix(
+    # in
+    model: Model, state: State, workspace: wp.array2d[float],
+    # out
+    matrix: wp.array3d[float],
+):  # fmt: skip
+    """Joint-space inertia (instances, speeds, speeds) by composite bodies (Featherstone 2008, table 6.2)."""
+    i = wp.tid()
+    work = work_of(i, model, workspace)
+    skeleton = model.skeleton
+    kinematics_stage(i, 0, 1, model, state, work)
+    for body in range(model.body_count):
+        body_inertia(i, body, model, work)
+    for back in range(1, model.body_count + 1):
+        body = model.body_count - back
+        a = work.block_a[body]
+        b = work.block_b[body]
+        c = work.block_c[body]
+        for k in range(skeleton.speed_start[body + 1] - skeleton.speed_start[body]):
+            axis = angular_axis(i, body, k, model, work)
+            direction = linear_axis(body, k, model)
+            n = symmetric_times(a, axis) + b * direction
+            f = wp.transpose(b) * axis + symmetric_times(c, direction)
+            column = skeleton.speed_start[body] + k
+            above = int(body)
+            while above >= 0:
+                for j in range(skeleton.speed_start[above + 1] - skeleton.speed_start[above]):
+                    m = wp.dot(angular_axis(i, above, j, model, work), n) + wp.dot(linear_axis(above, j, model), f)
+                    matrix[i, skeleton.speed_start[above] + j, column] = m
+                    matrix[i, column, skeleton.speed_start[above] + j] = m
+                parent = skeleton.parent[above]
+                if parent >= 0:
+                    n = n + wp.cross(work.position[above] - work.position[parent], f)
+                above = parent
+        if body > 0:
+            parent = skeleton.parent[body]
+            shift_to_parent(
+                body, work.position[body] - work.position[parent], a, b, c, wp.vec3(0.0), wp.vec3(0.0), work
+            )
+            work.block_a[parent] += work.block_a[body]
+            work.block_b[parent] += work.block_b[body]
+            work.block_c[parent] += work.block_c[body]

@@ -1,0 +1,122 @@
+"""The stages of a step one at a time, for a batch of given states: for tests and for pipelines of one's own."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import warp as wp
+from numpy.typing import ArrayLike
+
+from warpmuscle.arrays import Floats
+from warpmuscle.kernels import stages, structs
+from warpmuscle.kernels.lanes import work_floats
+from warpmuscle.model import joint_coordinates
+from warpmuscle.pose import normalized, twist_angle
+from warpmuscle.rollout import Rollout
+from warpmuscle.scene import Scene
+
+
+class Stages(Rollout):
+    """A rollout whose states are set from outside and whose stages are run one by one.
+
+    All results are float32 NumPy arrays; bodies and joints are numbered as in `names`.
+    """
+
+    def __init__(self, scene: Scene, instances: int = 1, device: str | None = None) -> None:
+        """Prepare room for so many states; see `Rollout`."""
+        super().__init__(scene, instances, device)
+        self._workspace = wp.zeros((instances, work_floats(len(self.names.bodies))), dtype=float, device=self.device)
+
+    def set_state(
+        self,
+        root_position: ArrayLike,
+        root_orientation: ArrayLike,
+        root_velocity: ArrayLike,
+        root_angular_velocity: ArrayLike,
+        joint_orientation: ArrayLike,
+        joint_angular_velocity: ArrayLike,
+        *,
+        phase: ArrayLike = 0.0,
+        stance: ArrayLike = 0,
+        machine_state: ArrayLike = 0,
+        foot_force: ArrayLike = 0.0,
+    ) -> None:
+        """Set the states of all instances, n = instances, J = joints.
+
+        Args:
+            root_position: (n, 3) m. root_orientation: (n, 4) x, y, z, w.
+            root_velocity, root_angular_velocity: (n, 3) world, m/s and rad/s.
+            joint_orientation: (n, J, 4) child in parent; hinges and universal joints take the nearest angles.
+            joint_angular_velocity: (n, J, 3) of the child relative to the parent, parent's axes, rad/s.
+            phase, stance (0 left, 1 right), machine_state: (n,) of the controller.
+            foot_force: (n, 2, 3) N, on the left and the right foot in the step before.
+        """
+        n = self.instances
+        q, position = normalized(root_orientation), np.asarray(root_position, dtype=np.float64)
+        velocity, angular = np.asarray(root_velocity, np.float64), np.asarray(root_angular_velocity, np.float64)
+        coordinates, speeds = {
+            "free": ([position, q], [velocity, angular]),
+            "planar": ([position[:, 1:], twist_angle(q, (1.0, 0.0, 0.0))[:, None]], [velocity[:, 1:], angular[:, :1]]),
+            "fixed": ([position, q], []),
+        }[self.scene.character.root_joint]
+        orientation, rate = normalized(joint_orientation), np.asarray(joint_angular_velocity, dtype=np.float64)
+        for i, name in enumerate(self.names.joints):
+            joint_q, joint_v = joint_coordinates(self._numeric.character.joints[name], orientation[:, i], rate[:, i])
+            coordinates.append(joint_q)
+            speeds.append(joint_v)
+        s = self._state
+        s.coordinates.assign(np.concatenate(coordinates, axis=1).astype(np.float32))
+        s.speeds.assign(np.concatenate([*speeds, np.zeros((n, 0))], axis=1).astype(np.float32))
+        s.phase.assign(np.broadcast_to(np.asarray(phase, np.float32), (n,)).copy())
+        s.stance.assign(np.broadcast_to(np.asarray(stance, np.int32), (n,)).copy())
+        s.machine_state.assign(np.broadcast_to(np.asarray(machine_state, np.int32), (n,)).copy())
+        s.foot_force.assign(np.broadcast_to(np.asarray(foot_force, np.float32), (n, 2, 3)).copy())
+
+    def _run(self, kernel: Any, inputs: list[Any], outputs: list[tuple[tuple[int, ...], Any]]) -> list[Floats]:
+        arrays = [wp.zeros((self.instances, *shape), dtype=dtype, device=self.device) for shape, dtype in outputs]
+        base = [self._model, self._state, self._workspace, *inputs]
+        wp.launch(kernel, dim=self.instances, inputs=base, outputs=arrays, device=self.device)
+        return [array.numpy() for array in arrays]
+
+    def forward_kinematics(self) -> dict[str, Floats]:
+        """Of all bodies: position, velocity (n, B, 3), orientation (n, B, 4), angular_velocity; com (n, 2, 3)."""
+        b = len(self.names.bodies)
+        outputs = [((b,), wp.vec3), ((b,), wp.quat), ((b,), wp.vec3), ((b,), wp.vec3), ((2,), wp.vec3)]
+        names = ("position", "orientation", "velocity", "angular_velocity", "com")
+        return dict(zip(names, self._run(stages.forward_kinematics, [], outputs), strict=True))
+
+    def controller_torques(self) -> tuple[Floats, Floats]:
+        """Targets (n, J, 4) and torques (n, J, 3), world, N m, + on the parent and - on the child."""
+        b = len(self.names.bodies)
+        target, torque = self._run(stages.controller_torques, [], [((b,), wp.quat), ((b,), wp.vec3)])
+        return target[:, 1:], torque[:, 1:]
+
+    def contact_forces(self) -> tuple[Floats, Floats]:
+        """Contact force on every body (n, B, 3), N, and its moment about the body's centre of mass, N m."""
+        b = len(self.names.bodies)
+        force, moment = self._run(stages.contact_forces, [], [((b,), wp.vec3), ((b,), wp.vec3)])
+        return force, moment
+
+    def forward_dynamics(self, joint_torque: ArrayLike = 0.0) -> dict[str, Floats]:
+        """Accelerations under joint torques (n, J, 3), world, + on the parent.
+
+        Returns:
+            speed_rate (n, S); of all bodies acceleration of the centre of mass and angular_acceleration (n, B, 3).
+        """
+        n, b = self.instances, len(self.names.bodies)
+        torque = np.zeros((n, b, 3), dtype=np.float32)
+        torque[:, 1:] = joint_torque
+        given = wp.array(torque, dtype=wp.vec3, device=self.device)
+        outputs = [((self.names.speeds,), float), ((b,), wp.vec3), ((b,), wp.vec3)]
+        results = self._run(stages.forward_dynamics, [given], outputs)
+        return dict(zip(("speed_rate", "acceleration", "angular_acceleration"), results, strict=True))
+
+    def mass_matrix(self) -> Floats:
+        """Joint-space inertia (n, S, S)."""
+        return self._run(stages.mass_matrix, [], [((self.names.speeds, self.names.speeds), float)])[0]
+
+    @property
+    def structs(self) -> tuple[structs.Model, structs.State]:
+        """Model and state as Warp structures, for kernels of one's own."""
+        return self._model, self._state
