@@ -1,1 +1,48 @@
-"""Thousands of independent muscle-actuated bipeds at once, with NVIDIA Warp."""
+"""Thousands of independent muscle-actuated bipeds at once, with NVIDIA Warp.
+
+Example:
+    import warpmuscle as wm
+
+    scene = wm.load("fwalk")
+    rollout = wm.Rollout(scene, instances=100)
+    rollout.run()
+    print(rollout.cost(), rollout.status())
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from warpmuscle.errors import Error, ResultError, RolloutError, SceneError
+
+if TYPE_CHECKING:
+    from warpmuscle.formats import load, save
+    from warpmuscle.gait import measure
+    from warpmuscle.optimize import optimize
+    from warpmuscle.recording import Recording
+    from warpmuscle.results import Result, read, write
+    from warpmuscle.rollout import Rollout
+    from warpmuscle.scene import Scene
+    from warpmuscle.stages import Stages
+    from warpmuscle.status import Status
+
+__all__ = [
+    "Error", "Recording", "Result", "ResultError", "Rollout", "RolloutError", "Scene", "SceneError", "Stages",
+    "Status", "load", "measure", "optimize", "read", "save", "write",
+]  # fmt: skip
+
+_HOMES = {
+    "Recording": "recording", "Result": "results", "Rollout": "rollout", "Scene": "scene", "Stages": "stages",
+    "Status": "status", "load": "formats", "measure": "gait", "optimize": "optimize", "read": "results",
+    "save": "formats", "write": "results",
+}  # fmt: skip
+
+
+def __getattr__(name: str) -> Any:
+    """Import what is asked for; Warp takes a while, and reading a file or a help text needs none of it."""
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    value = getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
+    globals()[name] = value
+    return value

@@ -36,7 +36,8 @@ def stacked(by_body: list[Floats]) -> Floats:
 
 def foot_slots(names: Topology, feet: tuple[str, str]) -> tuple[list[int], list[int]]:
     """Slot of every body whose contact force counts for a foot (-1 for others), and the side of every slot."""
-    slot, side = [-1] * len(names.bodies), []
+    slot = [-1] * len(names.bodies)
+    side: list[int] = []
     for which, foot in enumerate(feet):
         number = names.bodies.index(foot)
         first = names.first_child[number]

@@ -14,7 +14,7 @@ from warpmuscle.recording import Recording
 from warpmuscle.scene import Scene
 from warpmuscle.topology import Topology
 
-ARRAYS = {
+ARRAYS: dict[str, tuple[tuple[int | str, ...], Any]] = {
     "phase": ((), float),
     "stance": ((), int),
     "machine_state": ((), int),
@@ -88,7 +88,7 @@ class Frames:
         zero = (0.0, 0.0, 0.0)
         joints = [scene.character.joints[name] for name in self.names.joints]
         table = rows([zero, *(list(joint.position_in_child) for joint in joints)])
-        return -table[min(instance, len(table) - 1)]
+        return np.asarray(-table[min(instance, len(table) - 1)])
 
 
 def root_velocity(kind: str, speeds: Floats) -> Floats:

@@ -14,7 +14,7 @@ Array = NDArray[np.float64]
 def normalized(v: ArrayLike) -> Array:
     """Vectors or quaternions of unit length, (..., k)."""
     a = np.asarray(v, dtype=np.float64)
-    return a / np.linalg.norm(a, axis=-1, keepdims=True)
+    return np.asarray(a / np.linalg.norm(a, axis=-1, keepdims=True))
 
 
 def multiply(p: ArrayLike, q: ArrayLike) -> Array:
@@ -27,7 +27,7 @@ def multiply(p: ArrayLike, q: ArrayLike) -> Array:
 
 def conjugate(q: ArrayLike) -> Array:
     """The inverse of a unit quaternion."""
-    return np.asarray(q, dtype=np.float64) * np.array([-1.0, -1.0, -1.0, 1.0])
+    return np.asarray(np.asarray(q, dtype=np.float64) * np.array([-1.0, -1.0, -1.0, 1.0]))
 
 
 def rotate(q: ArrayLike, v: ArrayLike) -> Array:
@@ -50,7 +50,7 @@ def twist_angle(q: ArrayLike, axis: ArrayLike) -> Array:
     """Angle of a rotation about a unit axis, rad, within -pi..pi: the twist of its swing-twist decomposition."""
     a = np.asarray(q, dtype=np.float64)
     angle = 2.0 * np.arctan2(np.sum(a[..., :3] * np.asarray(axis), axis=-1), a[..., 3])
-    return (angle + np.pi) % (2.0 * np.pi) - np.pi
+    return np.asarray((angle + np.pi) % (2.0 * np.pi) - np.pi)
 
 
 def turned_to_heading(q: ArrayLike, heading: ArrayLike) -> Array:

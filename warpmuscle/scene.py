@@ -58,9 +58,9 @@ class Body(Part):
 class Joint(Part):
     """A joint between two bodies; its coordinates are the child's rotation in the parent's frame.
 
-    `axes`: hinge [a]; universal [a, b], the child turning by b of the parent, then by a of its own; ball [swing, twist],
-    used by its limits only, as the Euler angles of rotations about swing (in the parent), swing x twist, and twist
-    (in the child); fixed [].
+    `axes`: hinge [a]; universal [a, b], the child turning by b of the parent, then by a of its own; ball
+    [swing, twist], used by its limits only, as the Euler angles of rotations about swing (in the parent),
+    swing x twist, and twist (in the child); fixed [].
     `limits`: one [low, high] in rad per axis (three for a ball: swing, swing x twist, twist); none if empty.
     """
 

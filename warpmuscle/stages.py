@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -73,7 +74,7 @@ class Stages(Rollout):
         s.machine_state.assign(np.broadcast_to(np.asarray(machine_state, np.int32), (n,)).copy())
         s.foot_force.assign(np.broadcast_to(np.asarray(foot_force, np.float32), (n, 2, 3)).copy())
 
-    def _run(self, kernel: Any, inputs: list[Any], outputs: list[tuple[tuple[int, ...], Any]]) -> list[Floats]:
+    def _run(self, kernel: Any, inputs: list[Any], outputs: Sequence[tuple[tuple[int, ...], Any]]) -> list[Floats]:
         arrays = [wp.zeros((self.instances, *shape), dtype=dtype, device=self.device) for shape, dtype in outputs]
         base = [self._model, self._state, self._workspace, *inputs]
         wp.launch(kernel, dim=self.instances, inputs=base, outputs=arrays, device=self.device)

@@ -1,0 +1,193 @@
+"""Scenes as TOML: what is written is read back equal, and errors know file, line and key."""
+
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from small_scene import sound_scene
+from warpmuscle.errors import SceneError
+from warpmuscle.formats import toml
+from warpmuscle.formats.toml_lines import key_lines
+from warpmuscle.number import Free
+from warpmuscle.scene import Scene, State, Trajectory
+
+CHARACTER = """root = "pelvis"
+[bodies]
+pelvis = { mass = 10, inertia = [1, 1, 1] }
+leg = { mass = 1, inertia = [1, 1, 1] }
+
+[joints.hip]
+type = "hinge"
+parent = "pelvis"
+child = "leg"
+position_in_parent = [0, 0, 0]
+position_in_child = [0, 0, 0]
+axes = [
+    [1, 0, 0],
+]
+"""
+
+
+def write(folder: Path, scene: str, character: str = CHARACTER) -> Path:
+    (folder / "leg.toml").write_text(character)
+    (folder / "scene.toml").write_text(scene)
+    return folder / "scene.toml"
+
+
+def round_trip(folder: Path, scene: Scene) -> Scene:
+    toml.write(scene, folder / "a.toml")
+    return toml.read(folder / "a.toml")
+
+
+def test_small_scene_is_read_back_equal(tmp_path):
+    assert round_trip(tmp_path, sound_scene()) == sound_scene()
+
+
+def test_free_numbers_ties_and_long_lists_are_read_back_equal(tmp_path):
+    scene = sound_scene()
+    component = scene.controller.states[0].trajectories["SWING_Hip"].components[0]
+    component.phase = [index / 64 for index in range(64)]
+    component.angle = [Free(index / 3, 0.0, 1e3, 0.1) if index % 2 else 1e-17 * index for index in range(64)]
+    scene.controller.pd["root"].kd = Free(same_as="controller.pd.lHip.kp")
+    scene.ground.height = Free(-1e-7, -0.1, 0.0)
+    assert round_trip(tmp_path, scene) == scene
+
+
+def test_trajectories_bodies_and_joints_keep_their_order(tmp_path):
+    scene = sound_scene()
+    moving = scene.controller.states[0].trajectories.pop("SWING_Hip")
+    scene.controller.states.append(State(0.1, {"rHip": Trajectory(), "SWING_Hip": moving, "lHip": Trajectory()}))
+    again = round_trip(tmp_path, scene)
+    assert list(again.controller.states[1].trajectories) == ["rHip", "SWING_Hip", "lHip"]
+    assert again == scene
+
+
+def test_text_is_read_like_a_file():
+    assert toml.loads(toml.dumps(sound_scene())) == sound_scene()
+    with pytest.raises(SceneError, match=r"^<text>:2: gravity: expected a number, got text"):
+        toml.loads('name = "x"\ngravity = "g"\n[character]\nroot = "a"\nbodies = {a = {mass = 1, inertia = [1, 1, 1]}}')
+
+
+def test_nesting_of_any_depth_is_borne_or_refused():
+    for depth in (*range(100, 1000, 37), 10000, 100000):
+        for nested in ("[" * depth + "]" * depth, "{a = " * depth + "1" + "}" * depth):
+            with pytest.raises(SceneError, match=r"unknown key|missing key|too deeply"):
+                toml.loads(f"name = 'x'\nx = {nested}\n")
+
+
+def test_numbers_are_written_without_noise():
+    text = toml.dumps(sound_scene())
+    assert "inertia = [0.1, 0.1, 0.1]" in text
+    assert "mass = 10\n" in text or "mass = 10," in text
+    assert "stance_hip_max_velocity" not in text  # a default
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    text=st.text(st.characters(exclude_categories=["Cs"]), min_size=1, max_size=12),
+    name=st.text(st.characters(exclude_categories=["Cs"]), max_size=6).filter(lambda name: name != "lHip"),
+    number=st.floats(allow_nan=False, allow_infinity=False),
+)
+def test_any_text_name_and_number_is_read_back_equal(tmp_path_factory, text, name, number):
+    scene = sound_scene()
+    scene.description, scene.gravity = text, number
+    scene.character.joints = {name if key == "rHip" else key: j for key, j in scene.character.joints.items()}
+    scene.controller = None
+    if name != "root":
+        assert round_trip(tmp_path_factory.getbasetemp(), scene) == scene
+
+
+def test_character_may_be_another_file_beside_the_scene(tmp_path):
+    scene = toml.read(write(tmp_path, 'name = "x"\ncharacter = "leg.toml"\n'))
+    assert list(scene.character.bodies) == ["pelvis", "leg"]
+
+
+@pytest.mark.parametrize(
+    ("scene", "message"),
+    [
+        ('name = "x"\nname = "y"\n', "scene.toml:2: not valid TOML: "),
+        ('name = "x"\ncharacter = "leg.toml"\n[ground\n', "scene.toml:3: not valid TOML: "),
+        (
+            'name = "x"\ncharacter = "leg.toml"\n[ground]\nheigth = 1\n',
+            "scene.toml:4: ground.heigth: unknown key; did",
+        ),
+        ('name = "x"\ncharacter = "leg.toml"\ngravity = "9.8"\n', "scene.toml:3: gravity: expected a number, got text"),
+        ('name = "x"\n', "scene.toml: missing key 'character'"),
+        ('name = "x"\ncharacter = 3\n', "scene.toml:2: character: expected a table, got a whole number"),
+        ('name = "x"\ncharacter = "nose.toml"\n', "nose.toml: there is no such file"),
+        (
+            'name = "x"\ncharacter = "leg.toml"\ngravity = { value = 3, min = 4, max = 5 }\n',
+            "toml:3: gravity: value 3 is",
+        ),
+        (
+            'name = "x"\ncharacter = "leg.toml"\ntime_step = inf\n',
+            "scene.toml:3: time_step: inf is not",
+        ),
+        ('name = "x"\ncharacter = "leg.toml"\nduration = 9' + "9" * 400, "duration: "),
+        ('name = "x"\ncharacter = "leg.toml"\nduration = 9' + "9" * 5000, "scene.toml: not valid TOML"),
+        ('name = "x"\ncharacter = "leg.toml"\nx = ' + "[" * 5000 + "]" * 5000, "nested too deeply"),
+        (
+            'name = "x"\ncharacter = "leg.toml"\n[initial_state.joints."hip"]\norientation = [\n 0,\n 0, "a", 1]\n',
+            "scene.toml:6: initial_state.joints.hip.orientation.2: expected a number, got text",
+        ),
+    ],
+)
+def test_errors_in_a_scene_name_file_line_and_key(tmp_path, scene, message):
+    with pytest.raises(SceneError) as caught:
+        toml.read(write(tmp_path, scene))
+    assert message in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ('"hinge"', '"hing"', "leg.toml:7: character.joints.hip.type: 'hing' is none of 'ball', 'fixed', 'hinge'"),
+        ('parent = "pelvis"', 'parent = "pelvs"', "leg.toml:8: character.joints.hip.parent: no body is called 'pelvs'"),
+        ("[1, 0, 0],\n]", "[0, 0, 0],\n]", "leg.toml:13: character.joints.hip.axes.0: axis has no length"),
+        ("mass = 1,", "", "leg.toml:4: character.bodies.leg: missing key 'mass'"),
+        ('root = "pelvis"', "", "leg.toml: character: missing key 'root'"),
+    ],
+)
+def test_errors_in_a_character_name_its_own_file(tmp_path, old, new, message):
+    assert old in CHARACTER
+    with pytest.raises(SceneError) as caught:
+        toml.read(write(tmp_path, 'name = "x"\ncharacter = "leg.toml"\n', CHARACTER.replace(old, new)))
+    assert message in str(caught.value)
+
+
+def test_unreadable_files_are_scene_errors(tmp_path):
+    (tmp_path / "latin.toml").write_bytes(b"name = 1\n# caf\xe9\n")
+    cases = ((tmp_path, "this is a folder"), (tmp_path / "no.toml", "no such"), (Path("a\0.toml"), "cannot be opened"))
+    for path, message in cases:
+        with pytest.raises(SceneError, match=message):
+            toml.read(path)
+    with pytest.raises(SceneError, match=r"latin\.toml:2: not UTF-8 text"):
+        toml.read(tmp_path / "latin.toml")
+
+
+def test_an_unsound_scene_is_not_written_over_an_old_file(tmp_path):
+    toml.write(sound_scene(), tmp_path / "a.toml")
+    before = (tmp_path / "a.toml").read_text()
+    broken = sound_scene()
+    broken.duration = -1.0
+    with pytest.raises(SceneError):
+        toml.write(broken, tmp_path / "a.toml")
+    assert (tmp_path / "a.toml").read_text() == before
+    assert [path.name for path in tmp_path.iterdir()] == ["a.toml"]
+
+
+def test_lines_of_keys_of_every_kind_are_found():
+    text = "\n".join([
+        "# comment [x]", "a.b = 1", "[t.'q q']", '"c\\u0041" = { d = [1,', " { e = '''", "]'''}], f = 2 }", "[[l]]",
+        "m = 1", "[[l]]", "[l.n]", 'o = """x"""" # c',
+    ])  # fmt: skip
+    lines = key_lines(text)
+    assert lines[("a",)] == lines[("a", "b")] == 2
+    assert lines[("t", "q q", "cA", "d", "0")] == 4
+    assert lines[("t", "q q", "cA", "d", "1", "e")] == 5
+    assert lines[("t", "q q", "cA", "f")] == 6
+    assert lines[("l", "0", "m")] == 8
+    assert lines[("l", "1", "n", "o")] == 11

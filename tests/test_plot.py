@@ -1,0 +1,119 @@
+"""Figures: files appear, figures stand apart, skeletons are where the bodies are."""
+
+import builtins
+import dataclasses
+import itertools
+
+import numpy as np
+import pytest
+
+from biped import biped, breadth_first, forward_kinematics, random_recording
+from warpmuscle import plot
+from warpmuscle.errors import Error
+from warpmuscle.figure import convex_hull, leg, pieces, project
+from warpmuscle.gait import Gait
+from warpmuscle.recording import QUANTITIES, Recording
+from warpmuscle.scene import Scene
+
+FEET = ("lFoot", "rFoot")
+
+
+def march(speed: float, frames: int = 101) -> Recording:
+    """The biped in its reference pose, legs swinging, moved at constant speed for 2 s with four steps."""
+    scene, rng = biped(), random_recording(frames, joints=14)
+    joints = breadth_first(scene)
+    time = np.linspace(0.0, 2.0, frames)
+    position = np.stack([0.0 * time, 0.0 * time + 1.03, speed * time], axis=1)
+    upright = np.tile([0.0, 0.0, 0.0, 1.0], (frames, 1))
+    orientation = np.tile(upright[:, None], (1, 14, 1))
+    for name, sign in (("lHip", 1.0), ("rHip", -1.0)):
+        half = 0.15 * sign * np.sin(np.pi * time)
+        orientation[:, joints.index(name), 0], orientation[:, joints.index(name), 3] = np.sin(half), np.cos(half)
+    poses = forward_kinematics(scene, position, upright, dict(zip(joints, np.moveaxis(orientation, 1, 0), strict=True)))
+    arrays = {name: rng[name] for name in QUANTITIES} | {
+        "time": time, "stance": (time // 0.5).astype(int) % 2, "root_position": position, "com": position,
+        "root_orientation": upright, "joint_orientation": orientation,
+        "body_position": np.stack([pose[0] for pose in poses.values()], axis=1),
+        "body_orientation": np.stack([pose[1] for pose in poses.values()], axis=1),
+    }  # fmt: skip
+    return Recording.of(arrays, tuple(joints), tuple(poses))
+
+
+@pytest.mark.parametrize("ending", ["png", "svg"])
+def test_figure_is_written(ending: str, tmp_path):
+    path = tmp_path / f"walk.{ending}"
+    gait = Gait(0.0, 2.0, 1.2, 1.2, 4, 0.6, None, 120.0, 0.0)
+    plot.stick_figures(march(1.2), Scene("biped", biped()), path, gait)
+    assert path.stat().st_size > 10_000
+    if ending == "png":
+        assert path.read_bytes()[:4] == b"\x89PNG"
+
+
+def test_recording_without_steps_and_character_without_legs_are_drawn(tmp_path):
+    whole = march(0.0)
+    still = dataclasses.replace(whole, stance=0 * whole.stance)
+    scene = Scene("biped", biped())
+    for name in ("lToes", "rToes", "lFoot", "rFoot"):
+        del scene.character.bodies[name]
+    scene.character.joints = {
+        name: joint for name, joint in scene.character.joints.items() if joint.child in scene.character.bodies
+    }
+    plot.stick_figures(still, scene, tmp_path / "still.png")
+    assert (tmp_path / "still.png").exists()
+
+
+@pytest.mark.parametrize("speed", [0.0, 1.2, -0.8, 30.0])
+def test_figures_do_not_overlap_and_keep_their_order_along_the_way(speed: float):
+    recording, drawn = march(speed), pieces(biped(), FEET)
+    frames, offsets = plot._spread(recording, drawn)
+    spans = []
+    for frame in frames:
+        z = np.concatenate([project(recording, piece, int(frame), (2, 1))[:, 0] for piece in drawn]) + offsets[frame]
+        spans.append((z.min(), z.max()))
+    ordered = spans if speed >= 0.0 else spans[::-1]
+    assert all(one[1] < other[0] for one, other in itertools.pairwise(ordered))
+    assert (speed < 30.0) == bool(np.any(offsets))
+
+
+def test_joints_of_neighbouring_bodies_meet_in_the_drawing():
+    recording = march(1.0)
+    lines = {(piece.body, piece.side): piece for piece in pieces(biped(), FEET) if not piece.outline}
+    thigh, shank = (project(recording, lines[name, "left"], 30, (2, 1)) for name in ("lUpperleg", "lLowerleg"))
+    np.testing.assert_allclose(thigh[1], shank[0], atol=1e-12)
+
+
+def test_sides_follow_from_the_reference_pose():
+    sides = {piece.body: piece.side for piece in pieces(biped(), FEET)}
+    assert sides["lLowerarm"] == sides["lFoot"] == "left"
+    assert sides["rToes"] == sides["rUpperleg"] == "right"
+    assert sides["pelvis"] == sides["head"] == "middle"
+
+
+def test_leg_runs_from_the_root_to_the_foot():
+    assert leg(biped(), "rFoot") == ["rHip", "rKnee", "rAnkle"]
+    assert leg(biped(), "pelvis") == []
+
+
+def test_convex_hull_keeps_the_corners_and_drops_the_inside():
+    square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.5, 0.5], [0.5, 0.0]])
+    assert convex_hull(square).tolist() == [[0, 0], [1, 0], [1, 1], [0, 1], [0, 0]]
+
+
+def test_failures_are_one_clear_error(tmp_path, monkeypatch):
+    recording, scene = march(1.0), Scene("biped", biped())
+    with pytest.raises(Error, match="two frames"):
+        plot.stick_figures(recording.window(2.0), scene, tmp_path / "a.png")
+    with pytest.raises(Error, match=r"nowhere.a\.png: figure cannot be written: No such file"):
+        plot.stick_figures(recording, scene, tmp_path / "nowhere" / "a.png")
+    with pytest.raises(Error, match=r"figure cannot be written: .*not supported"):
+        plot.stick_figures(recording, scene, tmp_path / "a.xyz")
+    original = builtins.__import__
+
+    def without_matplotlib(name: str, *rest: object) -> object:
+        if name.startswith("matplotlib"):
+            raise ImportError(name)
+        return original(name, *rest)
+
+    monkeypatch.setattr(builtins, "__import__", without_matplotlib)
+    with pytest.raises(Error, match=r"pip install 'warpmuscle\[plot\]'"):
+        plot.stick_figures(recording, scene, tmp_path / "a.png")

@@ -1,0 +1,13 @@
+"""Outcomes: their numbers are part of the file format."""
+
+from warpmuscle.status import Status
+
+
+def test_numbers_stay_as_files_have_them():
+    names = ["RUNNING", "COMPLETED", "FELL", "TURNED", "TOUCHED", "DIVERGED"]
+    assert [status.name for status in sorted(Status)] == names
+    assert [int(status) for status in sorted(Status)] == list(range(6))
+
+
+def test_every_outcome_has_a_meaning_of_one_line():
+    assert all(status.meaning and "\n" not in status.meaning for status in Status)

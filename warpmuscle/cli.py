@@ -1,0 +1,343 @@
+"""The command line."""
+
+from __future__ import annotations
+
+import shlex
+import sys
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from warpmuscle.errors import Error
+
+if TYPE_CHECKING:
+    from warpmuscle.gait import Gait
+    from warpmuscle.optimize import Progress
+    from warpmuscle.recording import Recording
+    from warpmuscle.results import Result
+    from warpmuscle.scene import Scene
+
+app = typer.Typer(
+    help="Simulate and optimise muscle-actuated bipeds, thousands at once.\n\n"
+    "A SCENE is the name of a shipped one (see `warpmuscle scenes`), a TOML file, or .rbs and .sbc files of the "
+    "Simbicon Controller Editor Framework, and a .rs file if the .sbc names none.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+out = Console()
+log = Console(stderr=True)
+
+Sources = Annotated[list[str], typer.Argument(metavar="SCENE...", help="Scene name, TOML file, or .rbs .sbc [.rs].")]
+Device = Annotated[str | None, typer.Option(help="cpu, cuda:0, ...; by default a GPU if there is one.")]
+Threads = Annotated[int | None, typer.Option(min=1, help="CPU threads; by default one a core.")]
+Duration = Annotated[float | None, typer.Option(help="Simulated time, s; by default the scene's.")]
+TimeStep = Annotated[float | None, typer.Option(help="Time step, s; by default the scene's.")]
+
+
+@app.command()
+def scenes() -> None:
+    """List the shipped scenes."""
+    from warpmuscle.formats import load, scene_names
+
+    for name in scene_names():
+        out.print(f"[bold]{name}[/]  {load(name).description}", highlight=False)
+
+
+@app.command()
+def info(sources: Sources) -> None:
+    """Show what a scene holds: bodies, degrees of freedom, mass, free parameters."""
+    from warpmuscle.arrays import rows
+    from warpmuscle.parameters import free_parameters, start_values, substitute
+    from warpmuscle.topology import topology
+
+    scene = _load(sources)
+    parameters = free_parameters(scene)
+    numeric, names = substitute(scene, start_values(scene)), topology(scene.character)
+    mass = rows([body.mass for body in numeric.character.bodies.values()]).sum()
+    root = names.speed_start[1]
+    out.print(f"[bold]{scene.name}[/]  {scene.description}", highlight=False)
+    out.print(
+        f"{len(names.bodies)} bodies, {len(names.joints)} joints, {names.speeds - root} joint degrees of freedom "
+        f"and {root} of the root, {mass:.6g} kg"
+    )
+    out.print(f"{scene.duration:g} s in steps of {scene.time_step:g} s, {len(parameters)} free parameters")
+    bodies = Table("body", "mass, kg", "joint", "type", "parent")
+    for i, name in enumerate(names.bodies):
+        joint = scene.character.joints[names.joints[i - 1]] if i > 0 else None
+        row = ["-", scene.character.root_joint, "world"]
+        if joint is not None:
+            row = [names.joints[i - 1], joint.type, joint.parent]
+        bodies.add_row(name, f"{numeric.character.bodies[name].mass:g}", *row)
+    out.print(bodies)
+    if parameters:
+        table = Table("free parameter", "value", "min", "max", "step", "unit")
+        for p in parameters:
+            table.add_row(p.name, *(f"{x:g}" for x in (p.value, p.min, p.max, p.step)), p.unit)
+        out.print(table)
+
+
+@app.command()
+def simulate(
+    sources: Sources,
+    duration: Duration = None,
+    time_step: TimeStep = None,
+    implicit_pd: Annotated[
+        bool | None, typer.Option("--implicit-pd/--explicit-pd", help="PD linearised over the step, or not.")
+    ] = None,
+    device: Device = None,
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="HDF5 file to write.")] = None,
+    plot: Annotated[Path | None, typer.Option(help="Stick figures to draw, .png, .svg or .pdf.")] = None,
+    rate: Annotated[float, typer.Option(min=1.0, help="Recorded frames per second.")] = 100.0,
+) -> None:
+    """Run a scene once, and print how it walks.
+
+    Examples: warpmuscle simulate fwalk --plot walk.png -o walk.h5;
+    warpmuscle simulate bipV2.rbs fWalk.sbc --duration 60
+    """
+    _writable(output, plot)
+    scene = _changed(_load(sources), duration, time_step, implicit_pd)
+    from warpmuscle.optimize import parameter_table
+    from warpmuscle.results import Result, write
+    from warpmuscle.rollout import Rollout
+    from warpmuscle.status import Status
+
+    rollout = Rollout(scene, 1, device, record=[0], record_rate=rate)
+    begin = time.perf_counter()
+    rollout.run()
+    status = Status(rollout.status()[0])
+    recording = rollout.recording()
+    out.print(
+        f"{scene.name}: {status.meaning}; {rollout.end_time()[0]:.4g} s simulated in "
+        f"{time.perf_counter() - begin:.2f} s on {rollout.device}, cost {rollout.cost()[0]:.6g}",
+        highlight=False,
+    )
+    gait = _print_gait(scene, recording)
+    if output is not None:
+        from warpmuscle.formats import toml
+
+        table = parameter_table(rollout.parameters)
+        write(output, Result(toml.dumps(scene), str(rollout.device), _command(), 0, table, replays=(recording,)))
+        out.print(f"wrote {output}")
+    if plot is not None:
+        from warpmuscle.plot import stick_figures
+
+        stick_figures(recording, scene, plot, gait)
+        out.print(f"wrote {plot}")
+
+
+@app.command()
+def optimize(
+    sources: Sources,
+    candidates: Annotated[int, typer.Option(min=1, help="How many sets of parameters to try.")] = 5000,
+    seed: Annotated[int, typer.Option(help="Of the search; the same seed gives the same result.")] = 1,
+    duration: Duration = None,
+    time_step: TimeStep = None,
+    device: Device = None,
+    threads: Threads = None,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="HDF5 file to write; by default the scene's name and .h5.")
+    ] = None,
+) -> None:
+    """Search for the scene's free parameters of least cost: random search, all candidates in batched simulations.
+
+    Ctrl-C ends the search and keeps what was evaluated by then. Example: warpmuscle optimize fwalk --candidates 5000
+    """
+    from warpmuscle import optimize as job
+    from warpmuscle.results import write
+
+    scene = _changed(_load(sources), duration, time_step, None)
+    output = output if output is not None else Path(f"{scene.name}.h5")
+    _writable(output)
+    with _ProgressBar(candidates) as bar:
+        begin = time.perf_counter()
+        result = job(scene, candidates, seed, device, threads=threads, command=_command(), progress=bar.update)
+        wall = time.perf_counter() - begin
+    write(output, result)
+    _print_result(scene, result, wall)
+    out.print(f"wrote {output}")
+
+
+@app.command()
+def apply(
+    result: Annotated[Path, typer.Argument(help="HDF5 file of an optimisation.")],
+    output: Annotated[Path, typer.Option("--output", "-o", help="TOML file to write.")],
+) -> None:
+    """Write the scene of an optimisation with its best parameters as a scene file."""
+    import numpy as np
+
+    from warpmuscle.errors import ResultError
+    from warpmuscle.formats import save, toml
+    from warpmuscle.parameters import with_values
+    from warpmuscle.results import read
+
+    content = read(result)
+    if content.best is None:
+        raise ResultError(f"{result} holds no optimisation, only a simulation")
+    save(with_values(toml.loads(content.scene), np.asarray(content.best.params, dtype=np.float64)), output)
+    out.print(f"wrote {output}")
+
+
+@app.command()
+def convert(
+    sources: Sources,
+    output: Annotated[Path, typer.Option("--output", "-o", help=".toml, or .rbs, .sbc or .rs for all three; or .xml.")],
+) -> None:
+    """Write a scene in another format: TOML, the original program's files, or MuJoCo's (character and ground only)."""
+    from warpmuscle.formats import Ignored, mjcf, save
+
+    scene = _load(sources)
+    lost: list[Ignored] = []
+    if output.suffix == ".xml":
+        mjcf.write(scene, output)
+    else:
+        save(scene, output, lost)
+    _print_ignored(lost, "not written")
+    out.print(f"wrote {output}")
+
+
+def main() -> None:
+    """Run the command line; an error that a user can mend is one line and exit code 2."""
+    try:
+        import warp
+
+        warp.config.quiet = True
+        app(standalone_mode=False)
+    except Error as error:
+        log.print(f"[bold red]error:[/] {_escaped(str(error))}", highlight=False, soft_wrap=True)
+        sys.exit(2)
+    except typer.Exit as exit_:
+        sys.exit(exit_.exit_code)
+    except (typer.Abort, KeyboardInterrupt):
+        log.print("interrupted")
+        sys.exit(130)
+    except Exception as error:
+        usage = getattr(error, "show", None)  # an error in the command's own arguments
+        if usage is None:
+            raise
+        usage()
+        sys.exit(2)
+
+
+def _load(sources: list[str]) -> Scene:
+    """The scene, and on the error stream what its files hold that is not used."""
+    from warpmuscle.formats import Ignored, load
+
+    ignored: list[Ignored] = []
+    scene = load(*sources, ignored=ignored)
+    _print_ignored(ignored, "not used")
+    return scene
+
+
+def _print_ignored(ignored: list[Any], what: str) -> None:
+    for one in ignored:
+        log.print(f"[yellow]{what}:[/] {_escaped(str(one))}", highlight=False, soft_wrap=True)
+
+
+def _escaped(text: str) -> str:
+    from rich.markup import escape
+
+    return escape(text)
+
+
+def _changed(scene: Scene, duration: float | None, time_step: float | None, implicit_pd: bool | None) -> Scene:
+    """The scene with what the command line overrides."""
+    import msgspec
+
+    from warpmuscle.validate import check_scene
+
+    changes = {"duration": duration, "time_step": time_step, "implicit_pd": implicit_pd}
+    scene = msgspec.structs.replace(scene, **{name: value for name, value in changes.items() if value is not None})
+    check_scene(scene)
+    return scene
+
+
+def _writable(*paths: Path | None) -> None:
+    """Raise an error now rather than after the work if a file cannot be written."""
+    from warpmuscle.formats.files import check_writable
+
+    for path in paths:
+        if path is not None:
+            check_writable(path)
+
+
+def _command() -> str:
+    return shlex.join(["warpmuscle", *sys.argv[1:]])
+
+
+def _print_gait(scene: Scene, recording: Recording) -> Gait | None:
+    """Print speed, step length and cadence of a scene with a controller."""
+    from warpmuscle.gait import measure
+
+    if scene.controller is None or recording.frames == 0:
+        return None
+    gait = measure(recording, *scene.controller.feet)
+    text = f"speed {gait.speed_forward:.3f} m/s"
+    if gait.step_length is not None and gait.cadence is not None:
+        text += f", step length {gait.step_length:.3f} m, cadence {gait.cadence:.1f} steps/min"
+    out.print(f"{text} (from {gait.start:.3g} s to {gait.end:.3g} s, {gait.steps} steps)", highlight=False)
+    return gait
+
+
+def _print_result(scene: Scene, result: Result, wall: float) -> None:
+    """Print what became of the candidates, and the best one."""
+    from warpmuscle.status import Status
+
+    assert result.evaluations is not None
+    assert result.best is not None
+    evaluations, best = result.evaluations, result.best
+    rate = evaluations.end_time.sum() / wall
+    out.print(
+        f"{len(evaluations.cost)} candidates in {wall:.1f} s, {rate:.0f} s of motion per second on {result.device}",
+        highlight=False,
+    )
+    for status in Status:
+        if count := int((evaluations.status == status).sum()):
+            out.print(f"  {count:6d} {status.meaning}", highlight=False)
+    out.print(f"best: candidate {best.index}, cost {best.cost:.6g} (scene as given: {evaluations.cost[0]:.6g})")
+    _print_gait(scene, result.replays[0])
+
+
+class _ProgressBar:
+    """Progress of an optimisation: candidates done, alive, best cost, simulated seconds per second, time left."""
+
+    def __init__(self, candidates: int) -> None:
+        from rich.progress import BarColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+        from rich.progress import Progress as Bars
+
+        self._bars = Bars(
+            TextColumn("{task.fields[done]}/{task.fields[candidates]}"),
+            BarColumn(),
+            TextColumn("{task.fields[alive]} alive, best {task.fields[best]}, {task.fields[rate]} s/s"),
+            TimeElapsedColumn(),
+            TextColumn("left"),
+            TimeRemainingColumn(),
+            console=log,
+        )
+        self._task = self._bars.add_task(
+            "", total=1.0, done=0, candidates=candidates, alive="compiling, 0", best="-", rate="-"
+        )
+        self._begin = time.perf_counter()
+
+    def __enter__(self) -> _ProgressBar:
+        self._bars.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._bars.stop()
+
+    def update(self, progress: Progress) -> None:
+        """Show this progress."""
+        rate = progress.simulated / (time.perf_counter() - self._begin)
+        self._bars.update(
+            self._task,
+            completed=progress.fraction,
+            done=progress.done,
+            alive=progress.alive,
+            best=f"{progress.best:.5g}",
+            rate=f"{rate:.0f}",
+        )

@@ -1,0 +1,160 @@
+"""Scenes from whatever describes them: shipped scenes by name, TOML files, or the original program's files."""
+
+from __future__ import annotations
+
+import difflib
+import warnings
+from collections.abc import Iterable, Sequence
+from importlib import resources
+from pathlib import Path, PurePosixPath
+
+from warpmuscle.errors import SceneError
+from warpmuscle.formats import rbs, rs, sbc, toml
+from warpmuscle.formats.lines import Ignored, Line, Notes
+from warpmuscle.scene import Scene
+from warpmuscle.validate import check_scene
+
+SUFFIXES = (".toml", ".rbs", ".sbc", ".rs")
+
+
+def load(*sources: str | Path, ignored: list[Ignored] | None = None) -> Scene:
+    """A checked scene.
+
+    Args:
+        sources: the name of a shipped scene; or a TOML file; or files of the Simbicon Controller Editor Framework in
+            any order: a `.rbs` with the character, others with the ground, a `.sbc`, a `.rs`. Without a `.rs`, the one
+            that the `.sbc` names is looked for from its folder upward.
+        ignored: gets what was not used; without it, that is summed up in a warning.
+
+    Raises:
+        SceneError: with file, line and key as far as they are known.
+    """
+    if not sources:
+        raise SceneError(f"no scene given; {_available()}")
+    paths = [Path(source) for source in sources]
+    suffixes = [path.suffix.lower() for path in paths]
+    if len(paths) == 1 and suffixes[0] not in SUFFIXES:
+        return toml.read(_shipped(str(sources[0])))
+    if suffixes == [".toml"]:
+        return toml.read(paths[0])
+    for path, suffix in zip(paths, suffixes, strict=True):
+        if suffix not in SUFFIXES[1:]:
+            raise SceneError(f"{str(path)!r} cannot be combined with other files; only .rbs, .sbc and .rs can")
+    notes = Notes()
+    scene = _combine(paths, suffixes, notes)
+    if ignored is not None:
+        ignored.extend(notes.ignored)
+    elif notes.ignored:
+        warnings.warn(summary(notes.ignored), stacklevel=2)
+    return scene
+
+
+def scene_names() -> list[str]:
+    """Names of the shipped scenes; characters that scenes share are not among them."""
+    return sorted(path.stem for path in _folder().glob("*.toml") if toml.is_scene(path))
+
+
+def summary(ignored: Iterable[Ignored]) -> str:
+    """What was ignored, a line for each file and reason."""
+    groups: dict[tuple[Path, str], list[Ignored]] = {}
+    for one in ignored:
+        groups.setdefault((one.file, one.reason), []).append(one)
+    lines = ["some input was ignored:"]
+    for (file, reason), members in groups.items():
+        places = ",".join(str(one.line) for one in members if one.line)
+        words = list(dict.fromkeys(one.text.split()[0] for one in members))
+        which = ", ".join(words[:4]) + (", ..." if len(words) > 4 else "")
+        lines.append(f"  {file}{':' + places if places else ''}: {reason} ({which})")
+    return "\n".join(lines)
+
+
+def _folder() -> Path:
+    return Path(str(resources.files("warpmuscle.scenes")))
+
+
+def _shipped(name: str) -> Path:
+    """Path of a shipped scene."""
+    names = scene_names()
+    if "/" in name or Path(name).exists():
+        raise SceneError(f"a scene is read from {', '.join(SUFFIXES)}", file=name)
+    if name in names:
+        return _folder() / f"{name}.toml"
+    near = difflib.get_close_matches(name, names, n=1)
+    hint = f" did you mean {near[0]!r}?" if near else ""
+    raise SceneError(f"there is no scene called {name!r};{hint} {_available()}, or give a file ({', '.join(SUFFIXES)})")
+
+
+def _available() -> str:
+    return f"shipped scenes: {', '.join(scene_names())}"
+
+
+def _combine(paths: Sequence[Path], suffixes: Sequence[str], notes: Notes) -> Scene:
+    """One scene from the files of the original program."""
+    by_suffix = {suffix: [p for p, s in zip(paths, suffixes, strict=True) if s == suffix] for suffix in SUFFIXES[1:]}
+    for suffix in (".sbc", ".rs"):
+        if len(by_suffix[suffix]) > 1:
+            raise SceneError(f"more than one {suffix} file: {', '.join(map(str, by_suffix[suffix]))}")
+    scene, character_file = _bodies(by_suffix[".rbs"], notes)
+    scene.name = (by_suffix[".sbc"] or [character_file])[0].stem
+    state_line: Line | None = None
+    if by_suffix[".sbc"]:
+        contents = sbc.read(by_suffix[".sbc"][0], scene.character, notes)
+        scene.controller, state_line = contents.controller, contents.initial_state
+    try:
+        check_scene(scene)  # before the state, which is read in the order of the joints
+        if by_suffix[".rs"]:
+            if state_line is not None and _as_named(state_line) != by_suffix[".rs"][0].absolute():
+                state_line.ignore(notes, f"{by_suffix['.rs'][0]} was given instead")
+            scene.initial_state = rs.read(by_suffix[".rs"][0], scene.character, notes)
+        elif state_line is not None:
+            scene.initial_state = rs.read(_find(state_line, notes), scene.character, notes)
+        check_scene(scene)
+    except SceneError as error:
+        raise notes.placed(error) from None
+    return scene
+
+
+def _bodies(paths: Sequence[Path], notes: Notes) -> tuple[Scene, Path]:
+    """A scene with character, ground and the root's state of `.rbs` files; and the character's file."""
+    scene: Scene | None = None
+    character_file, ground = Path(), None
+    for path in paths:
+        contents = rbs.read(path, notes)
+        if contents.character is not None:
+            if scene is not None:
+                raise SceneError(f"a scene has one character, but {character_file} has one, too", file=path)
+            scene = Scene(name=path.stem, character=contents.character, initial_state=contents.initial)
+            character_file = path
+        if contents.ground is not None:
+            if ground is not None:
+                notes.ignored.append(Ignored(path, 0, "ground", "there is a ground already"))
+            ground = ground or contents.ground
+    if scene is None:
+        given = f"; there is none in {', '.join(map(str, paths))}" if paths else ""
+        raise SceneError(f"a .rbs file with an ArticulatedFigure is needed{given}")
+    scene.ground = ground or scene.ground
+    return scene, character_file
+
+
+def _as_named(line: Line) -> Path:
+    """The path that a controller names, taken from the controller's own folder."""
+    return line.file.parent.absolute() / line.rest.replace("\\", "/")
+
+
+def _find(line: Line, notes: Notes) -> Path:
+    """The file that a controller names: as given, or its path's tail from the controller's folder upward."""
+    named = PurePosixPath(line.rest.replace("\\", "/"))
+    folder = line.file.parent
+    try:
+        if _as_named(line).is_file():
+            return _as_named(line)
+        tail = [part for part in named.parts if part not in ("..", ".", "/")]
+        for above in (folder.resolve(), *folder.resolve().parents):
+            for start in range(len(tail)):
+                candidate = above.joinpath(*tail[start:])
+                if candidate.is_file():
+                    line.ignore(notes, f"not there; took {candidate}")
+                    return candidate
+    except (OSError, ValueError):
+        pass  # a name that no file can have
+    raise line.error(f"cannot find {line.rest!r}, neither as given nor by its tail from this folder upward")

@@ -1,0 +1,171 @@
+"""Writes a scene's character as MuJoCo XML (MJCF), for viewers, other simulators and as an oracle in tests.
+
+The world keeps its axes (y up, x left, z forward). A MuJoCo body frame is our body frame: origin at the centre of mass,
+axes along the principal axes of inertia. Joints keep their names; a universal joint becomes the hinges `<name>_b` and
+`<name>_a`, the root joint `<root>_free`, or `<root>_y`, `<root>_z` and `<root>_turn` for a planar root. Geoms collide
+with the ground only. Controller, ground stiffness and initial motion are not written; in MuJoCo's reference
+configuration (qpos0) the root has its initial pose and all joints are in the reference pose.
+"""
+
+from __future__ import annotations
+
+import math
+import xml.etree.ElementTree as ElementTree
+from collections.abc import Iterable
+from pathlib import Path
+from xml.etree.ElementTree import Element, SubElement
+
+from warpmuscle.errors import SceneError
+from warpmuscle.number import Free, Number
+from warpmuscle.parameters import start_values, substitute
+from warpmuscle.pose import multiply, normalized, turned_to_heading
+from warpmuscle.scene import Body, Capsule, Character, Ground, InitialState, Joint, Scene, Shape, Sphere
+
+_ROLLING = (0.005, 0.0001)  # MuJoCo's defaults of torsional and rolling friction, not used by condim 3
+
+
+def write(scene: Scene, path: str | Path, limits: bool = False) -> None:
+    """Write the scene's character to an MJCF file; see `dumps`.
+
+    Raises:
+        SceneError: the file cannot be written, or a number follows a parameter that is none.
+    """
+    text = dumps(scene, limits)
+    try:
+        Path(path).write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise SceneError(f"cannot be written: {error.strerror or error}", file=path) from None
+
+
+def dumps(scene: Scene, limits: bool = False) -> str:
+    """The scene's character as MJCF text, in SI units and radians.
+
+    Args:
+        scene: checked scene; free parameters count with their start values.
+        limits: also write joint limits: of a ball joint, for which MuJoCo knows only a cone, the widest of its angles.
+
+    Raises:
+        SceneError: a number follows a parameter that is none.
+    """
+    scene = substitute(scene, start_values(scene))
+    model = Element("mujoco", model=scene.name)
+    SubElement(model, "compiler", angle="radian", autolimits="true")
+    gravity = (0.0, -_number(scene.gravity), 0.0)
+    SubElement(model, "option", timestep=_text(scene.time_step), integrator="implicitfast", gravity=_texts(gravity))
+    defaults = SubElement(model, "default")
+    SubElement(defaults, "geom", contype="1", conaffinity="2", condim="3", priority="1")
+    world = SubElement(model, "worldbody")
+    SubElement(world, "light", pos="0 4 2", dir="0 -1 -0.5")
+    _add_ground(world, scene.ground)
+    root = _add_body(world, scene, scene.character.root, limits)
+    _place_root(root, scene.character, scene.initial_state)
+    ElementTree.indent(model)
+    return ElementTree.tostring(model, encoding="unicode") + "\n"
+
+
+def _add_ground(world: Element, ground: Ground) -> None:
+    """A plane whose z axis is the ground's normal. The friction of a contact is written with the body's geom."""
+    normal = _numbers(ground.normal)
+    height = _number(ground.height) / math.hypot(*normal)
+    attributes = {"contype": "2", "conaffinity": "1", "priority": "0"}
+    position = _texts(height * component for component in normal)
+    SubElement(world, "geom", attributes, name="ground", type="plane", size="0 0 1", pos=position, zaxis=_texts(normal))
+
+
+def _add_body(parent: Element, scene: Scene, name: str, limits: bool) -> Element:
+    """Append a body with inertia, shapes and all that hangs on it; its place and joints are left to the caller."""
+    body = scene.character.bodies[name]
+    element = SubElement(parent, "body", name=name)
+    inertia = _texts(_numbers(body.inertia))
+    SubElement(element, "inertial", pos="0 0 0", mass=_text(_number(body.mass)), diaginertia=inertia)
+    for shape in body.shapes:
+        SubElement(element, "geom", _shape(shape), friction=_texts(_friction(body, scene.ground)))
+    for joint_name, joint in scene.character.joints.items():
+        if joint.parent == name:
+            child = _add_body(element, scene, joint.child, limits)
+            _place_child(child, joint_name, joint, limits)
+    return element
+
+
+def _place_root(element: Element, character: Character, initial: InitialState) -> None:
+    """Give the root its initial pose and the joints between it and the world."""
+    x, y, z = _numbers(initial.root_position)
+    element.set("pos", _texts((x, y, z)))
+    if character.root_joint == "planar":
+        motions = (("y", "slide", "0 1 0", y), ("z", "slide", "0 0 1", z), ("turn", "hinge", "1 0 0", 0.0))
+        for number, (motion, kind, axis, start) in enumerate(motions):
+            joint = Element("joint", name=f"{character.root}_{motion}", type=kind, axis=axis, ref=_text(start))
+            element.insert(number, joint)
+        return
+    qx, qy, qz, qw = _root_orientation(initial)
+    element.set("quat", _texts((qw, qx, qy, qz)))
+    if character.root_joint == "free":
+        element.insert(0, Element("freejoint", name=f"{character.root}_free"))
+
+
+def _root_orientation(initial: InitialState) -> tuple[float, ...]:
+    """Initial orientation xyzw of the root, turned about the vertical to the initial heading if there is one."""
+    orientation = normalized(_numbers(initial.root_orientation))
+    if initial.heading is not None:
+        orientation = multiply(turned_to_heading(orientation, _number(initial.heading)), orientation)
+    return tuple(orientation.tolist())
+
+
+def _place_child(element: Element, name: str, joint: Joint, limits: bool) -> None:
+    """Give a child body its place in the parent's frame and the MuJoCo joints that stand for ours."""
+    in_parent, in_child = _numbers(joint.position_in_parent), _numbers(joint.position_in_child)
+    offset = (p - c for p, c in zip(in_parent, in_child, strict=True))  # in the reference pose all axes are parallel
+    element.set("pos", _texts(offset))
+    # Of the joints of one body, MuJoCo's first one is the outermost: its axis rides on the parent.
+    indices = {"ball": [0], "hinge": [0], "universal": [1, 0], "fixed": []}[joint.type]
+    for number, index in enumerate(indices):
+        suffix = f"_{'ab'[index]}" if joint.type == "universal" else ""
+        motion = Element("joint", name=name + suffix, type="ball" if joint.type == "ball" else "hinge")
+        motion.set("pos", _texts(in_child))
+        if joint.type != "ball":
+            motion.set("axis", _texts(_numbers(joint.axes[index])))
+        if limits and joint.limits:
+            motion.set("range", _texts(_range(joint, index)))
+        element.insert(number, motion)
+
+
+def _range(joint: Joint, index: int) -> tuple[float, ...]:
+    """Limits of a hinge, or the cone of a ball joint, rad."""
+    if joint.type == "ball":
+        return 0.0, max(abs(angle) for pair in joint.limits for angle in _numbers(pair))
+    return _numbers(joint.limits[index])
+
+
+def _shape(shape: Shape) -> dict[str, str]:
+    """Attributes of the geom for a collision shape."""
+    if isinstance(shape, Sphere):
+        return {"type": "sphere", "pos": _texts(_numbers(shape.center)), "size": _text(_number(shape.radius))}
+    if isinstance(shape, Capsule):
+        ends = (*_numbers(shape.start), *_numbers(shape.end))
+        return {"type": "capsule", "fromto": _texts(ends), "size": _text(_number(shape.radius))}
+    corners = list(zip(_numbers(shape.low), _numbers(shape.high), strict=True))
+    center, half = ((low + high) / 2.0 for low, high in corners), ((high - low) / 2.0 for low, high in corners)
+    return {"type": "box", "pos": _texts(center), "size": _texts(half)}
+
+
+def _friction(body: Body, ground: Ground) -> tuple[float, ...]:
+    """Friction of a geom: the smaller one of body and ground decides, and the geom's priority over the ground's."""
+    return (min(_number(body.friction), _number(ground.friction)), *_ROLLING)
+
+
+def _number(number: Number) -> float:
+    assert not isinstance(number, Free), "free parameters have been substituted"
+    return float(number)
+
+
+def _numbers(numbers: Iterable[Number]) -> tuple[float, ...]:
+    return tuple(_number(number) for number in numbers)
+
+
+def _text(number: float) -> str:
+    """Shortest text that reads back as the same number."""
+    return repr(float(number))
+
+
+def _texts(numbers: Iterable[float]) -> str:
+    return " ".join(_text(number) for number in numbers)

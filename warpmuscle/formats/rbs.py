@@ -1,0 +1,357 @@
+"""`.rbs` files of the Simbicon Controller Editor Framework: bodies, joints and the ground."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from warpmuscle.formats.lines import Ignored, Line, Lines, Notes
+from warpmuscle.scene import Body, Box, Capsule, Character, Ground, InitialState, Joint, Shape, Sphere
+
+Triple = tuple[float, float, float]
+
+# In the order in which a line is compared with them. No other keyword may come before one that it begins with.
+KEYWORDS = (
+    "RigidBody", "/End", "A_RigidBody", "ArticulatedFigure", "/ArticulatedFigure", "hingeJoint", "universalJoint",
+    "ballInSocketJoint", "stiffJoint", "/Joint", "Muscle", "/Muscle", "name", "mesh", "mass", "moi", "colour",
+    "CDP_Sphere", "CDP_Capsule", "CDP_Box", "CDP_Plane", "static", "position", "orientation", "velocity",
+    "angularVelocity", "frictionCoefficient", "restitutionCoefficient", "ODEGroundParameters", "planar", "root",
+    "parent", "child", "jointPPos", "jointCPos", "jointLimits", "actuationType", "maxForce", "optimalLength",
+    "slackLength", "delay",
+)  # fmt: skip
+JOINTS = {"hingeJoint": "hinge", "universalJoint": "universal", "ballInSocketJoint": "ball", "stiffJoint": "fixed"}
+OPENINGS = ("RigidBody", "A_RigidBody", "ArticulatedFigure", "Muscle", *JOINTS)
+GRAPHICS = "graphics are not used"
+CONTACTS = "contacts have the scene's ground parameters and do not bounce"
+MUSCLES = "muscles are not supported yet"
+UNKNOWN = "unknown keyword"
+MISPLACED = "has no meaning here"
+BALL_LIMIT_DAMPING = 8.0  # N m s/rad: the original's soft stops, (1 - ERP) / CFM = 0.8 / 0.1
+DEFAULT_FRICTION = 1.5
+
+
+@dataclass
+class Contents:
+    """What a file holds."""
+
+    character: Character | None = None
+    initial: InitialState = field(default_factory=InitialState)  # of the root
+    ground: Ground | None = None
+
+
+@dataclass
+class _Block:
+    """A body as it stands in the file."""
+
+    opening: Line
+    name: str = ""
+    mass: float = 1.0
+    inertia: Triple = (1.0, 1.0, 1.0)
+    shapes: list[Shape] = field(default_factory=list)
+    planes: list[tuple[Line, Triple, Triple]] = field(default_factory=list)  # normal, point
+    friction: float = DEFAULT_FRICTION
+    static: Line | None = None
+    planar: Line | None = None
+    initial: InitialState = field(default_factory=InitialState)
+    initial_lines: list[Line] = field(default_factory=list)
+    field_lines: dict[str, Line] = field(default_factory=dict)  # by field of a scene's body
+
+
+def read(path: str | Path, notes: Notes) -> Contents:
+    """Read a character, the ground, or both.
+
+    Joint limits: the file bounds the original's motor angles of a ball joint, which are (-theta1, theta2, -theta3) for
+    a child turned by theta1 about swing, theta2 about swing x twist and theta3 about twist; limits in a scene bound
+    the thetas. (The original takes the upper limit of theta2 from the first axis by mistake; the one written in the
+    file is used here.)
+
+    Args:
+        path: the file.
+        notes: gets the lines that were ignored, and the place of every key.
+
+    Raises:
+        SceneError: with file and line.
+    """
+    lines = Lines(Path(path), KEYWORDS, notes)
+    contents = Contents()
+    bodies: dict[str, _Block] = {}
+    figure: tuple[Line, str, dict[str, Joint]] | None = None
+    for line in lines:
+        if line.keyword == "RigidBody":
+            _read_prop(_read_body(line, lines), contents, notes)
+        elif line.keyword == "A_RigidBody":
+            body = _read_body(line, lines)
+            if body.name in bodies:
+                raise body.opening.error(f"there are two bodies called {body.name!r}")
+            bodies[body.name] = body
+        elif line.keyword == "ArticulatedFigure":
+            if figure is not None:
+                raise line.error("there is more than one ArticulatedFigure; a scene has one character")
+            figure = (line, *_read_figure(line, lines, notes))
+        else:
+            line.ignore(notes, MISPLACED if line.keyword else UNKNOWN)
+    if figure is None and bodies:
+        raise next(iter(bodies.values())).opening.error("an A_RigidBody needs an ArticulatedFigure, which is missing")
+    if figure is not None:
+        _assemble(contents, bodies, *figure, notes)
+    return contents
+
+
+def _assemble(
+    contents: Contents, bodies: dict[str, _Block], opening: Line, root: str, joints: dict[str, Joint], notes: Notes
+) -> None:
+    """Put the character together; what only a root may have is taken from the root."""
+    opening.mark(notes, "character")
+    for name, body in bodies.items():
+        body.opening.mark(notes, f"character.bodies.{name}")
+        for key, line in body.field_lines.items():
+            line.mark(notes, f"character.bodies.{name}.{key}")
+        for line, _, _ in body.planes:
+            line.ignore(notes, "only static bodies can be planes")
+        if name != root:
+            for line in [*body.initial_lines, *filter(None, (body.static, body.planar))]:
+                line.ignore(notes, "only the root's counts")
+    kind: dict[str, _Block] = {root: bodies[root]} if root in bodies else {}
+    root_joint = "fixed" if kind and kind[root].static else "planar" if kind and kind[root].planar else "free"
+    contents.initial = kind[root].initial if kind else InitialState()
+    contents.character = Character(
+        root=root,
+        bodies={
+            name: Body(body.mass, body.inertia, shapes=body.shapes, friction=body.friction)
+            for name, body in bodies.items()
+        },
+        joints=joints,
+        root_joint=root_joint,  # type: ignore[arg-type]
+    )
+
+
+def _read_body(opening: Line, lines: Lines) -> _Block:
+    """Read one body up to `/End`."""
+    body, notes = _Block(opening), lines.notes
+    for line in _attributes(opening, "/End", lines):
+        match line.keyword:
+            case "name":
+                body.name = line.word("a name")
+            case "mass":
+                body.mass = line.quantity("kg", notes)
+                body.field_lines["mass"] = line
+            case "moi":
+                body.inertia = line.triple("principal moments, kg m^2", notes)
+                body.field_lines["inertia"] = line
+            case "CDP_Sphere" | "CDP_Capsule" | "CDP_Box":
+                body.field_lines[f"shapes.{len(body.shapes)}"] = line
+                body.shapes.append(_read_shape(line, notes))
+            case "CDP_Plane":
+                plane = line.numbers(6, "normal and point", notes)
+                body.planes.append((line, plane[0:3], plane[3:6]))  # type: ignore[arg-type]
+            case "frictionCoefficient":
+                body.friction = line.quantity("coefficient", notes)
+                body.field_lines["friction"] = line
+            case "static":
+                body.static = line
+            case "planar":
+                body.planar = line
+            case "position" | "orientation" | "velocity" | "angularVelocity":
+                _read_motion(line, body.initial, notes)
+                body.initial_lines.append(line)
+            case "mesh" | "colour":
+                line.ignore(notes, GRAPHICS)
+            case "restitutionCoefficient" | "ODEGroundParameters":
+                line.ignore(notes, CONTACTS)
+            case _:
+                line.ignore(notes, MISPLACED)
+    if not body.name and opening.keyword == "A_RigidBody":
+        raise opening.error("this body has no name")
+    return body
+
+
+def _read_shape(line: Line, notes: Notes) -> Shape:
+    """A collision primitive in body coordinates."""
+    if line.keyword == "CDP_Sphere":
+        *center, radius = line.numbers(4, "centre and radius, m", notes)
+        return Sphere(_triple(center), radius)
+    if line.keyword == "CDP_Capsule":
+        *ends, radius = line.numbers(7, "two ends and radius, m", notes)
+        return Capsule(_triple(ends[:3]), _triple(ends[3:]), radius)
+    corners = line.numbers(6, "two corners, m", notes)
+    low, high = zip(*map(sorted, zip(corners[:3], corners[3:], strict=True)), strict=True)
+    return Box(_triple(low), _triple(high))
+
+
+def _read_motion(line: Line, initial: InitialState, notes: Notes) -> None:
+    """Initial state of a body in the world."""
+    if line.keyword == "position":
+        initial.root_position = line.triple("m", notes)
+    elif line.keyword == "velocity":
+        initial.root_velocity = line.triple("m/s", notes)
+    elif line.keyword == "angularVelocity":
+        initial.root_angular_velocity = line.triple("rad/s", notes)
+    else:
+        angle, x, y, z = line.numbers(4, "angle in rad and axis", notes)
+        length = math.hypot(x, y, z)
+        if length == 0.0:
+            raise line.error("the axis has no length")
+        s = math.sin(0.5 * angle) / length
+        initial.root_orientation = (s * x, s * y, s * z, math.cos(0.5 * angle))
+
+
+def _read_prop(body: _Block, contents: Contents, notes: Notes) -> None:
+    """A body that belongs to no figure: the ground if it is a static plane, else ignored."""
+    if body.static is None or not body.planes or contents.ground is not None:
+        body.opening.ignore(notes, f"prop {body.name!r}: only one static plane, the ground, is supported")
+        return
+    line, normal, point = body.planes[0]
+    length = math.hypot(*normal)
+    if length == 0.0:
+        raise line.error("the normal has no length", key="ground.normal")
+    height = sum(n * p for n, p in zip(normal, point, strict=True)) / length
+    contents.ground = Ground(normal=normal, height=height, friction=body.friction)
+    body.opening.mark(notes, "ground")
+    line.mark(notes, "ground.normal")
+    for extra, _, _ in body.planes[1:]:
+        extra.ignore(notes, "there is a ground already")
+    if body.shapes:
+        body.opening.ignore(notes, "shapes on the ground are not supported")
+
+
+def _read_figure(opening: Line, lines: Lines, notes: Notes) -> tuple[str, dict[str, Joint]]:
+    """Name of the root and joints in the order of the file."""
+    root, joints = "", dict[str, Joint]()
+    for line in lines.block(opening, "/ArticulatedFigure"):
+        if line.keyword == "root":
+            root = line.word("a body")
+            line.mark(notes, "character.root")
+        elif line.keyword in JOINTS:
+            name, joint = _read_joint(line, lines)
+            if name in joints:
+                raise line.error(f"there are two joints called {name!r}", key=f"character.joints.{name}")
+            joints[name] = joint
+        elif line.keyword == "Muscle":
+            _read_muscle(line, lines)
+        elif line.keyword in OPENINGS:
+            raise line.error(f"`{line.keyword}` within an ArticulatedFigure; is `/ArticulatedFigure` missing?")
+        else:
+            line.ignore(notes, MISPLACED if line.keyword else UNKNOWN)
+    if not root:
+        raise opening.error("this ArticulatedFigure has no root")
+    return root, joints
+
+
+def _read_joint(opening: Line, lines: Lines) -> tuple[str, Joint]:
+    """Name and joint up to `/Joint`."""
+    notes, kind = lines.notes, JOINTS[opening.keyword]
+    names: dict[str, tuple[str, Line]] = {}
+    positions: dict[str, Triple] = {}
+    limits_line: Line | None = None
+    for line in _attributes(opening, "/Joint", lines):
+        if line.keyword in ("name", "parent", "child"):
+            names[line.keyword] = (line.word("a name"), line)
+        elif line.keyword in ("jointPPos", "jointCPos"):
+            positions[line.keyword] = line.triple("m", notes)
+        elif line.keyword == "jointLimits":
+            limits_line = line
+        elif line.keyword == "actuationType":
+            line.ignore(notes, MUSCLES)
+        else:
+            line.ignore(notes, MISPLACED)
+    for needed in ("name", "parent", "child"):
+        if needed not in names:
+            raise opening.error(f"this joint has no {needed}")
+    name = names["name"][0]
+    key = f"character.joints.{name}"
+    opening.mark(notes, key)
+    names["parent"][1].mark(notes, f"{key}.parent")
+    names["child"][1].mark(notes, f"{key}.child")
+    joint = Joint(
+        type=kind,  # type: ignore[arg-type]
+        parent=names["parent"][0],
+        child=names["child"][0],
+        position_in_parent=positions.get("jointPPos", (0.0, 0.0, 0.0)),
+        position_in_child=positions.get("jointCPos", (0.0, 0.0, 0.0)),
+        axes=_read_axes(opening, kind, notes),  # type: ignore[arg-type]
+        limits=_read_limits(limits_line, kind, notes, key),  # type: ignore[arg-type]
+    )
+    if kind == "ball":
+        joint.limit_damping = BALL_LIMIT_DAMPING
+    return name, joint
+
+
+def _read_axes(line: Line, kind: str, notes: Notes) -> list[Triple]:
+    """The axes after a joint's keyword; a ball may have two or three."""
+    counts = {"hinge": 3, "universal": 6, "ball": 6, "fixed": 0}
+    three = kind == "ball" and len(line.rest.partition("#")[0].split()) >= 9
+    numbers = line.numbers(9 if three else counts[kind], "axes", notes)
+    if three:
+        line.ignore(notes, "the second swing axis is always swing1 x twist")
+        numbers = numbers[0:3] + numbers[6:9]
+    return [_triple(numbers[i : i + 3]) for i in range(0, len(numbers), 3)]
+
+
+def _read_limits(line: Line | None, kind: str, notes: Notes, key: str) -> list[tuple[float, float]]:
+    """Limits of the joint's angles as the scene has them, one pair an axis."""
+    if line is None:
+        return []
+    line.mark(notes, f"{key}.limits")
+    if kind == "fixed":
+        line.ignore(notes, "a stiff joint has no limits")
+        return []
+    numbers = line.numbers({"hinge": 2, "universal": 4, "ball": 6}[kind], "low and high of each axis, rad", notes)
+    pairs = [(numbers[i], numbers[i + 1]) for i in range(0, len(numbers), 2)]
+    for low, high in pairs:
+        if low > high:
+            raise line.error(f"low {low:g} is greater than high {high:g}", key=f"{key}.limits")
+    if kind == "ball":
+        pairs = [mirrored(*pairs[0]), pairs[1], mirrored(*pairs[2])]
+    return pairs
+
+
+def mirrored(low: float, high: float) -> tuple[float, float]:
+    """Limits of -x where x has the given ones; 0.0 - 0.0 avoids a negative zero."""
+    return 0.0 - high, 0.0 - low
+
+
+def _read_muscle(opening: Line, lines: Lines) -> None:
+    """Check a muscle's lines, and list the muscle as ignored."""
+    notes, quiet = lines.notes, Notes()
+    name, point_open, points = "", False, 0
+    for line in lines.block(opening, "/Muscle"):
+        match line.keyword:
+            case "name":
+                name = line.word("a name")
+            case "maxForce" | "optimalLength" | "slackLength" | "delay":
+                line.quantity("a value", quiet)
+            case "A_RigidBody":
+                line.word("a body")
+                point_open = True
+            case "position":
+                if not point_open:
+                    raise line.error("`position` of a muscle must follow `A_RigidBody <body>`")
+                line.triple("m", quiet)
+                point_open, points = False, points + 1
+            case "":
+                line.ignore(notes, UNKNOWN)
+            case keyword if keyword in OPENINGS or keyword.startswith("/"):
+                raise line.error(f"`{keyword}` within a Muscle; is `/Muscle` missing?")
+            case _:
+                line.ignore(notes, MISPLACED)
+    if not name:
+        raise opening.error("this muscle has no name")
+    notes.ignored.append(Ignored(opening.file, opening.number, f"Muscle {name}", MUSCLES))
+
+
+def _attributes(opening: Line, end: str, lines: Lines) -> Iterator[Line]:
+    """Lines of a block that holds no other; unknown ones are listed as ignored."""
+    for line in lines.block(opening, end):
+        if line.keyword in OPENINGS or line.keyword.startswith("/"):
+            raise line.error(f"`{line.keyword}` within a {opening.keyword}; is `{end}` missing?")
+        if line.keyword:
+            yield line
+        else:
+            line.ignore(lines.notes, UNKNOWN)
+
+
+def _triple(values: Iterator[float] | tuple[float, ...] | list[float]) -> Triple:
+    x, y, z = values
+    return x, y, z

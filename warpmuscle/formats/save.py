@@ -1,0 +1,85 @@
+"""Scenes into TOML files, or into the three files of the original program."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from pathlib import Path
+
+from warpmuscle.errors import SceneError
+from warpmuscle.formats import simbicon, toml
+from warpmuscle.formats.files import replace_file
+from warpmuscle.formats.lines import Ignored
+from warpmuscle.formats.load import SUFFIXES, load, summary
+from warpmuscle.number import Free
+from warpmuscle.parameters import leaves, start_values, substitute
+from warpmuscle.scene import Scene
+from warpmuscle.validate import check_scene
+
+FIXED = "free parameters are written as their start values"
+LOST = "these files cannot hold it"
+ABSENT = object()
+
+
+def save(scene: Scene, path: str | Path, ignored: list[Ignored] | None = None) -> None:
+    """Write a scene: as TOML, or as `.rbs`, `.sbc` and `.rs` files of the same stem next to each other.
+
+    Args:
+        scene: what to write; it is checked first.
+        path: its suffix decides; any of .rbs, .sbc and .rs stands for all three.
+        ignored: gets what these files cannot hold; without it, that is summed up in a warning.
+
+    Raises:
+        SceneError: the scene is not sound or cannot be written.
+    """
+    path = Path(path)
+    suffix = path.suffix.lower()
+    if suffix not in SUFFIXES:
+        raise SceneError(f"{path.name!r}: a scene is written as {', '.join(SUFFIXES)}")
+    if suffix == ".toml":
+        toml.write(scene, path)
+        return
+    check_scene(scene)
+    lost = _write_three(scene, path)
+    if ignored is not None:
+        ignored.extend(lost)
+    elif lost:
+        warnings.warn(summary(lost), stacklevel=2)
+
+
+def _write_three(scene: Scene, path: Path) -> list[Ignored]:
+    """Write the files; the keys that they cannot hold."""
+    plain = substitute(scene, start_values(scene))
+    character, controller, state = (path.with_suffix(suffix) for suffix in (".rbs", ".sbc", ".rs"))
+    texts = {character: simbicon.rbs_text(plain), state: simbicon.rs_text(plain.initial_state, plain.character)}
+    if plain.controller is not None:
+        texts[controller] = simbicon.sbc_text(plain.controller, state.name)
+    for file, text in texts.items():
+        replace_file(file, text)
+    free = [Ignored(path, 0, key, FIXED) for key, number in leaves(scene) if isinstance(number, Free)]
+    lost = [Ignored(path, 0, key, LOST) for key in _differences(plain, load(*texts, ignored=[]))]
+    return free + lost
+
+
+def _differences(written: Scene, read: Scene) -> list[str]:
+    """Keys whose values differ between what was written and what was read, or that only one of them has."""
+    before, after = dict(leaves(written)), dict(leaves(read))
+    keys = [
+        key for key in dict.fromkeys([*before, *after]) if not _same(before.get(key, ABSENT), after.get(key, ABSENT))
+    ]
+    # A joint without a state starts like one in the state written for it, and a root without a heading keeps its own.
+    initial = written.initial_state
+    implied = {
+        f"initial_state.joints.{name}.{field}" for name in written.character.joints if name not in initial.joints
+        for field in ("orientation", "angular_velocity")
+    }  # fmt: skip
+    if initial.heading is None:
+        implied.add("initial_state.heading")
+    return [key for key in keys if key not in implied and key.rpartition(".")[0] not in implied]
+
+
+def _same(first: object, second: object) -> bool:
+    """Whether two plain values are equal, numbers up to rounding."""
+    if isinstance(first, int | float) and isinstance(second, int | float):
+        return math.isclose(first, second, rel_tol=1e-12, abs_tol=1e-15)
+    return first == second

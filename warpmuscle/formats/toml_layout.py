@@ -1,0 +1,149 @@
+"""TOML text laid out for people: a table a body or joint, rows in columns, numbers without noise."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import msgspec
+import tomlkit
+
+from warpmuscle.formats.files import shown
+from warpmuscle.number import Free
+from warpmuscle.scene import Part
+
+WIDTH = 150  # longest line that holds a whole table
+LIST_WIDTH = 100  # longest line that holds a list of tables, or many numbers
+
+
+def layout(part: Part, instead: dict[str, Any] | None = None) -> str:
+    """A structure as TOML text.
+
+    A table or list goes on one line if it fits, else its members get lines or tables of their own; members of a table
+    that keys of the user's choice name, such as the bodies, stay in order, and short ones line up in columns.
+
+    Args:
+        part: what to write; members that equal their defaults are left out.
+        instead: what to write for some of its members instead.
+    """
+    lines: list[str] = []
+    _write_table(_plain(part) | (instead or {}), (), lines)
+    return "\n".join(lines).strip("\n") + "\n"
+
+
+class _Named(dict[str, Any]):
+    """A table whose keys are names that the user chose, in an order that matters."""
+
+
+def _plain(value: Any) -> Any:
+    """Structures as dicts, tables with chosen keys as `_Named`, free parameters as they are."""
+    if isinstance(value, Free):
+        return value
+    if isinstance(value, msgspec.Struct):
+        config = value.__struct_config__
+        tag = {config.tag_field: config.tag} if config.tag_field else {}
+        return tag | _plain_fields(value)
+    if isinstance(value, dict):
+        return _Named({name: _plain(member) for name, member in value.items()})
+    if isinstance(value, list | tuple):
+        return [_plain(member) for member in value]
+    return value
+
+
+def _plain_fields(part: msgspec.Struct) -> dict[str, Any]:
+    """Fields of a structure without what equals its default."""
+    plain = {}
+    for field in msgspec.structs.fields(part):
+        member = getattr(part, field.name)
+        default = field.default_factory() if field.default_factory is not msgspec.NODEFAULT else field.default
+        if field.required or member != default:
+            plain[field.name] = _plain(member)
+    return plain
+
+
+def _write_table(table: dict[str, Any], path: tuple[str, ...], lines: list[str], header: str = "") -> None:
+    """Lines of a table: what fits on one line first, then tables of their own for the others."""
+    rows = {key: f"{_key(key)} = {_inline(member)}" for key, member in table.items()}
+    own = [key for key, member in table.items() if _is_long(member, rows[key], depth=len(path) + 1)]
+    if own and isinstance(table, _Named):
+        own = list(table)  # none on a line, to keep the order
+    short = [key for key in table if key not in own]
+    if header and (short or not table or header.startswith("[[")):
+        lines.extend(["", header])
+    if isinstance(table, _Named) and short:
+        lines.extend(_columns(table))
+    else:
+        lines.extend(rows[key] if len(rows[key]) <= LIST_WIDTH else _folded(key, table[key]) for key in short)
+    for key in sorted(own, key=lambda key: isinstance(table[key], list)):
+        inner, member = (*path, key), table[key]
+        name = ".".join(map(_key, inner))
+        if isinstance(member, list):
+            for item in member:
+                _write_table(item, inner, lines, f"[[{name}]]")
+        else:
+            _write_table(member, inner, lines, f"[{name}]")
+
+
+def _is_long(member: Any, row: str, depth: int) -> bool:
+    """Whether a member gets tables of its own, as those with chosen names and all at the top level do."""
+    if isinstance(member, list):
+        return any(isinstance(item, dict) for item in member) and len(row) > LIST_WIDTH
+    if isinstance(member, _Named) and member:
+        return depth < 3 or len(row) > WIDTH
+    return isinstance(member, dict) and (len(row) > WIDTH or depth == 1)
+
+
+def _columns(table: dict[str, Any]) -> list[str]:
+    """Rows `key = { a = 1, b = 2 }`, their cells padded to line up where all rows have the same members."""
+    names = [_key(key) for key in table]
+    width = max(map(len, names), default=0)
+    members = list(table.values())
+    if not all(isinstance(member, dict) for member in members):
+        return [f"{_key(key)} = {_inline(member)}" for key, member in table.items()]
+    fields = list(dict.fromkeys(field for member in members for field in member))
+    cells = {field: [f"{_key(field)} = {_inline(m[field])}" if field in m else "" for m in members] for field in fields}
+    widths = {field: max(map(len, column)) + 1 for field, column in cells.items()}
+    rows = []
+    for index, name in enumerate(names):
+        present = [field for field in fields if cells[field][index]]
+        row = ""
+        for field in present:
+            cell = cells[field][index] + ("" if field == present[-1] else ",")
+            row += cell.ljust(widths[field] + 1) if field != present[-1] else cell
+        rows.append(f"{name.ljust(width)} = {{ {row.strip()} }}" if row else f"{name.ljust(width)} = {{}}")
+    return rows
+
+
+def _folded(key: str, values: Any) -> str:
+    """A long list over several lines; anything else on one."""
+    if not isinstance(values, list):
+        return f"{_key(key)} = {_inline(values)}"
+    lines, row = [f"{_key(key)} = ["], "   "
+    for value in values:
+        item = f" {_inline(value)},"
+        if len(row) + len(item) > LIST_WIDTH:
+            lines.append(row)
+            row = "   "
+        row += item
+    return "\n".join([*lines, row, "]"])
+
+
+def _inline(value: Any) -> str:
+    """A value on one line."""
+    if isinstance(value, Free):
+        value = {
+            f.name: getattr(value, f.name) for f in msgspec.structs.fields(value) if getattr(value, f.name) != f.default
+        }
+    if isinstance(value, dict):
+        members = ", ".join(f"{_key(key)} = {_inline(member)}" for key, member in value.items())
+        return f"{{ {members} }}" if members else "{}"
+    if isinstance(value, list):
+        return f"[{', '.join(map(_inline, value))}]"
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        return tomlkit.item(value).as_string()
+    return shown(value)
+
+
+def _key(name: str) -> str:
+    return tomlkit.key(name).as_string() if name else '""'

@@ -1,0 +1,189 @@
+"""Free parameters of a scene as vectors: which there are, putting values in, writing values back."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from warpmuscle.errors import Error, SceneError
+from warpmuscle.number import Free
+from warpmuscle.scene import Scene
+
+Floats = NDArray[np.float64]
+Part = TypeVar("Part")
+
+UNITS = {
+    "mass": "kg", "inertia": "kg m^2", "center": "m", "radius": "m", "start": "m", "end": "m", "low": "m", "high": "m",
+    "position_in_parent": "m", "position_in_child": "m", "limits": "rad", "limit_stiffness": "N m/rad",
+    "limit_damping": "N m s/rad", "kp": "N m/rad", "kd": "N m s/rad", "torque_limit": "N m", "angle": "rad",
+    "cd": "rad/m", "cv": "rad s/m", "d_limits": "m", "v_limits": "m/s", "distance_x": "m", "distance_z": "m",
+    "velocity_x": "m/s", "velocity_z": "m/s", "time": "s", "stance_hip_damping": "N m s^2/rad^2",
+    "stance_hip_max_velocity": "rad/s", "desired_heading": "rad", "angular_velocity": "rad/s", "root_position": "m",
+    "root_velocity": "m/s", "root_angular_velocity": "rad/s", "heading": "rad", "height": "m", "stiffness": "N/m",
+    "damping": "N s/m", "tangential_damping": "N s/m", "gravity": "m/s^2",
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A number that a search may change."""
+
+    name: str  # path in the scene, such as `controller.pd.lHip.kp`
+    value: float  # start value
+    min: float
+    max: float
+    step: float  # precision; 0 if continuous
+    unit: str  # such as "N m/rad"; empty for a pure number
+
+
+def leaves(value: Any, key: str = "") -> Iterator[tuple[str, Any]]:
+    """Every (dotted path, value) below `value` that is no structure, list, tuple or table, in order of appearance."""
+    for name, member in _members(value) or ():
+        path = f"{key}.{name}" if key else name
+        if _members(member) is None:
+            yield path, member
+        else:
+            yield from leaves(member, path)
+
+
+def free_parameters(scene: Scene) -> list[Parameter]:
+    """The free parameters of a scene in order of appearance; numbers that follow another one are left out."""
+    return [
+        Parameter(key, number.value, number.min, number.max, number.step, _unit(key))
+        for key, number in leaves(scene)
+        if isinstance(number, Free) and number.value is not None and number.min is not None and number.max is not None
+    ]
+
+
+def start_values(scene: Scene) -> Floats:
+    """Start values of the free parameters, (P,)."""
+    return np.array([parameter.value for parameter in free_parameters(scene)], dtype=np.float64)
+
+
+def substitute(scene: Scene, values: Floats) -> Scene:
+    """The scene with numbers, or one number an instance, in place of its free parameters.
+
+    Args:
+        scene: checked scene (see `validate.check_scene`); it is not changed.
+        values: (n, P), one row an instance, or (P,), in the order of `free_parameters`.
+
+    Returns:
+        A scene whose fields hold (n,) arrays of float64, or floats for a (P,) vector, where they held a `Free`;
+        a number that follows another one holds the same array as that one.
+
+    Raises:
+        Error: `values` has another number of columns than the scene has free parameters.
+    """
+    parameters = free_parameters(scene)
+    values = _as_values(parameters, values, dimensions=(1, 2))
+    columns: dict[str, Any] = {}
+    for index, parameter in enumerate(parameters):
+        columns[parameter.name] = float(values[index]) if values.ndim == 1 else values[:, index].copy()
+
+    def column(key: str, number: Free) -> Any:
+        name = number.same_as or key
+        if name not in columns:
+            raise SceneError(f"{name!r} is not a free parameter", key=f"{key}.same_as")
+        return columns[name]
+
+    return _rebuild(scene, "", column)
+
+
+def with_values(scene: Scene, values: Floats) -> Scene:
+    """The same scene, its free parameters starting from other values; they stay free.
+
+    Args:
+        scene: checked scene; it is not changed.
+        values: (P,) in the order of `free_parameters`.
+
+    Raises:
+        Error: wrong number of values, or one of them lies outside its parameter's interval.
+    """
+    parameters = free_parameters(scene)
+    values = _as_values(parameters, values, dimensions=(1,))
+    starts = {parameter.name: float(value) for parameter, value in zip(parameters, values, strict=True)}
+    for parameter in parameters:
+        if not parameter.min <= starts[parameter.name] <= parameter.max:
+            raise Error(
+                f"{parameter.name}: value {starts[parameter.name]:g} is outside its interval "
+                f"[{parameter.min:g}, {parameter.max:g}]"
+            )
+
+    def restarted(key: str, number: Free) -> Free:
+        return number if number.same_as else msgspec.structs.replace(number, value=starts[key])
+
+    return _rebuild(scene, "", restarted)
+
+
+def snap(parameters: Sequence[Parameter], values: Floats) -> Floats:
+    """Values rounded to the precision of their parameters, min + k step, and kept within their intervals.
+
+    Args:
+        parameters: P parameters.
+        values: (..., P).
+
+    Returns:
+        (..., P); free of rounding noise: 0.7 rather than 0.7000000000000001.
+    """
+    snapped = np.array(values, dtype=np.float64)
+    if snapped.shape[-1:] != (len(parameters),):
+        raise Error(f"expected {len(parameters)} values in the last dimension, got an array of shape {snapped.shape}")
+    for index, parameter in enumerate(parameters):
+        column = snapped[..., index]
+        if parameter.step > 0.0:
+            last = np.floor((parameter.max - parameter.min) / parameter.step * (1.0 + 1e-12) + 1e-9)
+            steps = np.clip(np.rint((column - parameter.min) / parameter.step), 0.0, last)
+            digits = max(12, 3 - int(np.floor(np.log10(parameter.step))))
+            column = np.round(parameter.min + steps * parameter.step, digits)
+        snapped[..., index] = np.clip(column, parameter.min, parameter.max)
+    return snapped
+
+
+def _members(value: Any) -> list[tuple[str, Any]] | None:
+    """Named members of a structure, list, tuple or table; None for anything else, a free parameter included."""
+    if isinstance(value, msgspec.Struct) and not isinstance(value, Free):
+        return [(name, getattr(value, name)) for name in value.__struct_fields__]
+    if isinstance(value, dict):
+        return [(str(name), member) for name, member in value.items()]
+    if isinstance(value, list | tuple):
+        return [(str(index), member) for index, member in enumerate(value)]
+    return None
+
+
+def _rebuild(value: Part, key: str, replace: Callable[[str, Free], Any]) -> Part:
+    """A copy of `value` with `replace(path, free)` in place of every free parameter."""
+    if isinstance(value, Free):
+        return replace(key, value)  # type: ignore[no-any-return]
+    members = _members(value)
+    if members is None:
+        return value
+    rebuilt = [(name, _rebuild(member, f"{key}.{name}" if key else name, replace)) for name, member in members]
+    kind: Any = type(value)
+    if isinstance(value, msgspec.Struct):
+        return kind(**dict(rebuilt))  # type: ignore[no-any-return]
+    return kind(rebuilt if isinstance(value, dict) else [member for _, member in rebuilt])  # type: ignore[no-any-return]
+
+
+def _unit(key: str) -> str:
+    """Unit of the innermost field on the path that has one; the numbers of a curve have that of the curve."""
+    field, *outer = [name for name in reversed(key.split(".")) if not name.isdigit()]
+    if field == "value" and outer:
+        field = outer[0]
+    return UNITS.get(field, "")
+
+
+def _as_values(parameters: list[Parameter], values: Floats, dimensions: tuple[int, ...]) -> Floats:
+    """`values` as float64; Error unless it has one finite column a parameter."""
+    values = np.asarray(values, dtype=np.float64)
+    if values.ndim not in dimensions or values.shape[-1] != len(parameters):
+        wanted = " or ".join({1: f"({len(parameters)},)", 2: f"(n, {len(parameters)})"}[n] for n in dimensions)
+        raise Error(f"expected values of shape {wanted}, one a free parameter, got {values.shape}")
+    if not np.isfinite(values).all():
+        bad = parameters[int(np.argwhere(~np.isfinite(values))[0, -1])]
+        raise Error(f"{bad.name}: value is not finite")
+    return values

@@ -1,0 +1,246 @@
+"""Figures of a recording; needs matplotlib, the extra `plot` of the package."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from warpmuscle.errors import Error
+from warpmuscle.figure import Piece, leg, pieces, project
+from warpmuscle.gait import Gait
+from warpmuscle.parameters import start_values, substitute
+from warpmuscle.pose import twist_angle
+from warpmuscle.recording import QUANTITIES, Floats, Integers, Recording
+from warpmuscle.scene import Scene
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+# From Okabe and Ito's palette: told apart with any kind of colour vision.
+_COLORS = {"left": "#0072B2", "right": "#D55E00", "middle": "#404040"}
+_TINTS = {"left": "#B8D8EA", "right": "#F6D5BF", "middle": "#FFFFFF"}  # of outlines
+_COM_COLOR, _GROUND_COLOR = "#009E73", "#909090"
+_LAYERS = ("left", "middle", "right")  # seen from the character's right
+_SIDE, _FRONT = (2, 1), (0, 1)  # world axes to the right and up of the page
+_FIGURES = 9
+_STEPS = 2  # a stride
+_GAP = 0.08  # m, least distance between neighbouring figures
+_PITCH = 0.65  # m, least mean advance from one figure to the next, which fills the page
+_MARGIN = 0.12  # m, around the figures
+_WIDTH = 11.0  # inches
+_STYLE = {
+    "font.size": 9.0,
+    "axes.titlesize": 9.5,
+    "axes.titlelocation": "left",
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.linewidth": 0.8,
+    "legend.frameon": False,
+    "lines.solid_capstyle": "round",
+    "lines.solid_joinstyle": "round",
+}
+
+
+def stick_figures(recording: Recording, scene: Scene, path: str | Path, gait: Gait | None = None) -> None:
+    """Draw a recorded walk: figures seen from the side and from the front, joint angles and ground forces.
+
+    The last two steps are drawn, or the whole recording if the stance changes less often. Figures from the side are
+    moved apart along the direction of travel until none overlaps, so the axis below them tells their times.
+
+    Args:
+        recording: at least two frames, of the scene's character.
+        scene: checked scene; free parameters count with their start values.
+        path: file to write; its ending (png, pdf, svg) chooses the format.
+        gait: measures for the title.
+
+    Raises:
+        Error: matplotlib is not installed, fewer than two frames, or the file cannot be written.
+    """
+    if recording.frames < 2:
+        raise Error("a figure needs a recording of at least two frames")
+    matplotlib = _matplotlib()
+    scene = substitute(scene, start_values(scene))
+    feet = ("lFoot", "rFoot") if scene.controller is None else scene.controller.feet
+    shown = _last_steps(recording)
+    with matplotlib.rc_context(_STYLE):
+        figure = _draw(matplotlib.figure.Figure, shown, scene, feet)
+        figure.suptitle(_title(scene, gait), fontweight="bold", fontsize=12, y=1.0 - 0.1 / figure.get_figheight())
+        try:
+            figure.savefig(path, dpi=160)
+        except (OSError, ValueError) as error:
+            raise Error(f"{path}: figure cannot be written: {getattr(error, 'strerror', None) or error}") from None
+
+
+def _matplotlib() -> Any:
+    """The module, without pyplot and its windows; raises Error if it is not installed."""
+    try:
+        import matplotlib.figure
+    except ImportError:
+        raise Error("figures need matplotlib: pip install 'warpmuscle[plot]'") from None
+    return matplotlib
+
+
+def _draw(new_figure: Callable[..., Any], recording: Recording, scene: Scene, feet: tuple[str, str]) -> Any:
+    """A matplotlib figure: side and front view at the same scale above, curves over time below."""
+    drawn = sorted(pieces(scene.character, feet), key=lambda piece: _LAYERS.index(piece.side))
+    frames, offsets = _spread(recording, drawn)
+    middle = int(frames[len(frames) // 2])
+    side, front = _extent(recording, drawn, frames, offsets, _SIDE), _extent(recording, drawn, [middle], 0.0, _FRONT)
+    ground = _ground_height(scene)
+    low, high = min(side[0, 1], ground) - _MARGIN, side[1, 1] + _MARGIN
+    side_width = side[1, 0] - side[0, 0]
+    center, front_width = front[:, 0].mean(), max(front[1, 0] - front[0, 0] + 2.0 * _MARGIN, 0.13 * side_width)
+    room = _WIDTH - 1.1  # inches for both views, without margins and gap
+    scale = min(room / (side_width + 2.0 * _MARGIN + front_width), 3.5 / (high - low))  # inches/m
+    spare = (room / scale - front_width - side_width) / 2.0
+
+    height = scale * (high - low)
+    page = _Page(new_figure(figsize=(_WIDTH, height + 4.1)))
+    front_axes = page.axes(_WIDTH - 0.15 - scale * front_width, 3.45, scale * front_width, height)
+    side_axes = page.axes(0.6, 3.45, room - scale * front_width, height)
+    side_axes.set(xlim=(side[0, 0] - spare, side[1, 0] + spare), ylim=(low, high))
+    front_axes.set(xlim=(center - front_width / 2.0, center + front_width / 2.0), ylim=(low, high))
+    for axes in (side_axes, front_axes):
+        axes.axhline(ground, color=_GROUND_COLOR, lw=1.2, zorder=0)
+    _draw_side(side_axes, recording, drawn, frames, offsets)
+    _draw_front(front_axes, recording, drawn, middle)
+
+    pitch = (_WIDTH - 0.1) / 4.0
+    panels = [page.axes(0.6 + pitch * column, 0.85, pitch - 0.65, 1.75) for column in range(4)]
+    _draw_angles(panels[:3], recording, scene, feet)
+    _draw_forces(panels[3], recording)
+    for axes in panels:
+        axes.set_xlabel("time (s)")
+        axes.set_xlim(recording.time[0], recording.time[-1])
+        axes.locator_params(axis="x", nbins=5)
+    page.figure.legend(*side_axes.get_legend_handles_labels(), loc="lower center", ncols=3)
+    return page.figure
+
+
+class _Page:
+    """A figure with axes placed in inches from its lower left corner."""
+
+    def __init__(self, figure: Any) -> None:
+        self.figure = figure
+
+    def axes(self, left: float, bottom: float, width: float, height: float) -> Any:
+        full_width, full_height = self.figure.get_size_inches()
+        box = (left / full_width, bottom / full_height, width / full_width, height / full_height)
+        return self.figure.add_axes(box)
+
+
+def _title(scene: Scene, gait: Gait | None) -> str:
+    if gait is None:
+        return scene.name
+    sign, way = (1.0, "forwards") if gait.speed_forward >= 0.0 else (-1.0, "backwards")
+    parts = [f"{sign * gait.speed_forward:.2f} m/s {way}"]
+    if gait.step_length is not None:
+        parts.append(f"step length {sign * gait.step_length:.2f} m")
+    if gait.cadence is not None:
+        parts.append(f"{gait.cadence:.0f} steps/min")
+    return f"{scene.name}: {', '.join(parts)}"
+
+
+def _last_steps(recording: Recording) -> Recording:
+    """The last whole steps of the recording, all of it if there are too few."""
+    changes = np.flatnonzero(np.diff(recording.stance)) + 1
+    if len(changes) <= _STEPS:
+        return recording
+    return recording.window(float(recording.time[changes[-1 - _STEPS]]), float(recording.time[changes[-1]]))
+
+
+def _spread(recording: Recording, drawn: list[Piece]) -> tuple[Integers, Floats]:
+    """Frames to draw, and by how much to move each of the F frames forwards, m, so that no two drawn ones overlap.
+
+    The distance grows in proportion to time, so that the path of the centre of mass stays a smooth curve.
+    """
+    frames = np.unique(np.linspace(0, recording.frames - 1, min(_FIGURES, recording.frames)).round().astype(int))
+    extents = np.array([_extent(recording, drawn, [frame], 0.0, _SIDE)[:, 0] for frame in frames])
+    travel = float(recording.com[-1, 2] - recording.com[0, 2])
+    way = -1.0 if travel < -0.05 else 1.0
+    overlaps = extents[:-1, 1] - extents[1:, 0] if way > 0.0 else extents[1:, 1] - extents[:-1, 0]
+    time = recording.time.astype(float)
+    steepest = np.max((overlaps + _GAP) / np.diff(time[frames]))
+    widest = ((len(frames) - 1) * _PITCH - way * travel) / (time[-1] - time[0])
+    return frames, way * max(0.0, float(steepest), widest) * (time - time[0])
+
+
+def _extent(
+    recording: Recording, drawn: list[Piece], frames: Any, offsets: Floats | float, view: tuple[int, int]
+) -> Floats:
+    """Least and greatest [horizontal, vertical] coordinates (2, 2), m, of figures moved by offsets (F,) or a number."""
+    shifts = np.broadcast_to(offsets, recording.frames)
+    points = []
+    for frame in frames:
+        shift = np.array([shifts[frame], 0.0])
+        points += [project(recording, piece, frame, view) + shift for piece in drawn]
+    every = np.concatenate(points)
+    return np.stack([every.min(axis=0), every.max(axis=0)])
+
+
+def _ground_height(scene: Scene) -> float:
+    """Height of the ground below the origin, m."""
+    normal = np.array(scene.ground.normal, dtype=float)
+    return float(np.array(scene.ground.height, dtype=float) * np.linalg.norm(normal) / normal[1])
+
+
+def _draw_side(axes: Axes, recording: Recording, drawn: list[Piece], frames: Integers, offsets: Floats) -> None:
+    """Figures walking along the page, each over its time, and the path of the centre of mass."""
+    for frame in frames:
+        _draw_figure(axes, recording, drawn, int(frame), _SIDE, float(offsets[frame]))
+    for side in ("left", "right"):
+        axes.plot([], [], color=_COLORS[side], lw=2.0, label=f"{side} leg and arm")
+    places = recording.com[:, 2] + offsets
+    axes.plot(places, recording.com[:, 1], color=_COM_COLOR, lw=1.5, label="centre of mass", zorder=4)
+    axes.plot(places[frames], recording.com[frames, 1], "o", color=_COM_COLOR, ms=3.5, zorder=4)
+    axes.set_xticks(places[frames], [f"{time:.2f}" for time in recording.time[frames]])
+    moved = ", figures moved apart" if np.any(offsets) else ""
+    axes.set(title="Side view", xlabel=f"time (s){moved}", ylabel="height, y (m)")
+
+
+def _draw_front(axes: Axes, recording: Recording, drawn: list[Piece], frame: int) -> None:
+    """One figure as it comes towards the viewer, its left to the right of the page."""
+    _draw_figure(axes, recording, drawn, frame, _FRONT, 0.0)
+    axes.plot(*recording.com[frame, :2], "o", color=_COM_COLOR, ms=3.5, zorder=4)
+    axes.tick_params(labelleft=False)
+    axes.locator_params(axis="x", nbins=3)
+    axes.xaxis.set_major_formatter("{x:g}")
+    axes.set(title=f"Front, {recording.time[frame]:.2f} s", xlabel="left, x (m)")
+
+
+def _draw_figure(
+    axes: Axes, recording: Recording, drawn: list[Piece], frame: int, view: tuple[int, int], offset: float
+) -> None:
+    for piece in drawn:
+        points = project(recording, piece, frame, view) + np.array([offset, 0.0])
+        color = _COLORS[piece.side]
+        if piece.outline:
+            axes.fill(*points.T, facecolor=_TINTS[piece.side], edgecolor=color, lw=1.2, zorder=2)
+        else:
+            axes.plot(*points.T, color=color, lw=2.0, zorder=2)
+
+
+def _draw_angles(panels: Any, recording: Recording, scene: Scene, feet: tuple[str, str]) -> None:
+    """Sagittal angles of the lowest three joints down to each foot, flexion (of the ankle: dorsiflexion) upwards."""
+    time, degrees = recording.time, np.degrees(1.0)
+    for side, foot in zip(("left", "right"), feet, strict=True):
+        if foot not in scene.character.bodies:
+            continue
+        joints = leg(scene.character, foot)[-3:]
+        for axes, name, sign in zip(panels, joints, (-1.0, 1.0, -1.0), strict=False):
+            orientation = recording.joint_orientation[:, recording.joint_names.index(name)]
+            angle = sign * np.unwrap(twist_angle(orientation, (1.0, 0.0, 0.0)))
+            axes.plot(time, degrees * angle, color=_COLORS[side], lw=1.6)
+    for axes, title in zip(panels, ("Hip flexion", "Knee flexion", "Ankle dorsiflexion"), strict=True):
+        axes.set(title=title, ylabel="angle (deg)")
+        axes.axhline(0.0, color=_GROUND_COLOR, lw=0.8, zorder=0)
+
+
+def _draw_forces(axes: Axes, recording: Recording) -> None:
+    units = QUANTITIES["foot_force_left"].units
+    for side in ("left", "right"):
+        axes.plot(recording.time, recording[f"foot_force_{side}"][:, 1], color=_COLORS[side], lw=1.2)
+    axes.set(title="Vertical ground force", ylabel=f"force ({units})")

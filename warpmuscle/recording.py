@@ -1,0 +1,129 @@
+"""One simulated instance over time, as it is stored, measured and drawn.
+
+`QUANTITIES` states once what each array holds, its axes and its unit; files and figures take their labels from it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.floating[Any]]
+Integers = NDArray[np.integer[Any]]
+
+
+class Quantity(NamedTuple):
+    """What one array of a recording holds.
+
+    Attributes:
+        units: unit symbol, "1" for a number without one.
+        axes: one name per axis; `frame`, `joint` and `body` are counted by the recording, the words of any other
+            name are the components along that axis.
+        description: one line.
+    """
+
+    units: str
+    axes: tuple[str, ...]
+    description: str
+
+
+_VECTOR = ("frame", "x y z")
+_JOINT_VECTOR = ("frame", "joint", "x y z")
+_JOINT_QUATERNION = ("frame", "joint", "x y z w")
+
+QUANTITIES: dict[str, Quantity] = {
+    "time": Quantity("s", ("frame",), "simulated time"),
+    "phase": Quantity("1", ("frame",), "phase of the controller's state, 0 to 1"),
+    "stance": Quantity("1", ("frame",), "stance foot: 0 left, 1 right"),
+    "state": Quantity("1", ("frame",), "index of the controller's state"),
+    "root_position": Quantity("m", _VECTOR, "centre of mass of the root body, world"),
+    "root_orientation": Quantity("1", ("frame", "x y z w"), "quaternion, root body to world"),
+    "root_velocity": Quantity("m/s", _VECTOR, "velocity of the root's centre of mass, world"),
+    "root_angular_velocity": Quantity("rad/s", _VECTOR, "angular velocity of the root body, world"),
+    "joint_orientation": Quantity("1", _JOINT_QUATERNION, "quaternion, child body to parent body"),
+    "joint_angular_velocity": Quantity("rad/s", _JOINT_VECTOR, "of the child relative to the parent, parent's frame"),
+    "joint_torque": Quantity("N m", _JOINT_VECTOR, "torque on the parent, its negative acts on the child, world"),
+    "joint_target": Quantity("1", _JOINT_QUATERNION, "quaternion, target orientation of the controller"),
+    "com": Quantity("m", _VECTOR, "centre of mass of the whole body, world"),
+    "com_velocity": Quantity("m/s", _VECTOR, "velocity of the centre of mass of the whole body, world"),
+    "foot_force_left": Quantity("N", _VECTOR, "ground force on the left foot, of the step that ended at this time"),
+    "foot_force_right": Quantity("N", _VECTOR, "ground force on the right foot, of the step that ended at this time"),
+    "body_position": Quantity("m", ("frame", "body", "x y z"), "centre of mass of each body, world"),
+    "body_orientation": Quantity("1", ("frame", "body", "x y z w"), "quaternion, body to world"),
+}
+INTEGER_QUANTITIES = ("stance", "state")
+
+
+@dataclass(frozen=True)
+class Recording:
+    """One instance over F frames, J joints and B bodies; see `QUANTITIES` for units and meaning.
+
+    Joints are in breadth-first order from the root; bodies are the root followed by the children of those joints.
+    Raises ValueError if a shape does not fit.
+    """
+
+    joint_names: tuple[str, ...]
+    body_names: tuple[str, ...]
+    time: Floats  # (F,)
+    phase: Floats  # (F,)
+    stance: Integers  # (F,)
+    state: Integers  # (F,)
+    root_position: Floats  # (F, 3)
+    root_orientation: Floats  # (F, 4)
+    root_velocity: Floats  # (F, 3)
+    root_angular_velocity: Floats  # (F, 3)
+    joint_orientation: Floats  # (F, J, 4)
+    joint_angular_velocity: Floats  # (F, J, 3)
+    joint_torque: Floats  # (F, J, 3)
+    joint_target: Floats  # (F, J, 4)
+    com: Floats  # (F, 3)
+    com_velocity: Floats  # (F, 3)
+    foot_force_left: Floats  # (F, 3)
+    foot_force_right: Floats  # (F, 3)
+    body_position: Floats  # (F, B, 3)
+    body_orientation: Floats  # (F, B, 4)
+
+    def __post_init__(self) -> None:
+        counts = {"frame": len(self.time), "joint": len(self.joint_names), "body": len(self.body_names)}
+        for name, quantity in QUANTITIES.items():
+            expected = tuple(counts.get(axis, len(axis.split())) for axis in quantity.axes)
+            if self[name].shape != expected:
+                raise ValueError(f"{name} has shape {self[name].shape}, not {expected} ({', '.join(quantity.axes)})")
+
+    def __getitem__(self, name: str) -> NDArray[Any]:
+        """The array of a quantity."""
+        array: NDArray[Any] = getattr(self, name)
+        return array
+
+    @classmethod
+    def of(
+        cls, arrays: Mapping[str, NDArray[Any]], joint_names: tuple[str, ...], body_names: tuple[str, ...]
+    ) -> Recording:
+        """A recording from arrays by name of their quantity; raises KeyError if one is missing."""
+        return cls(joint_names, body_names, **{name: arrays[name] for name in QUANTITIES})
+
+    @property
+    def frames(self) -> int:
+        """Number of frames."""
+        return len(self.time)
+
+    def window(self, start: float, end: float = np.inf) -> Recording:
+        """The frames with start <= time <= end, s."""
+        chosen = (self.time >= start) & (self.time <= end)
+        return Recording.of({name: self[name][chosen] for name in QUANTITIES}, self.joint_names, self.body_names)
+
+    def position_of(self, body: str) -> Floats:
+        """Centre of mass (F, 3) of a body by name, m; raises ValueError for an unknown name."""
+        if body not in self.body_names:
+            raise ValueError(f"no body is called {body!r}; there are {', '.join(self.body_names)}")
+        return self.body_position[:, self.body_names.index(body)]
+
+
+def label(name: str) -> str:
+    """Axis label of a quantity, such as `root velocity (m/s)`."""
+    unit = QUANTITIES[name].units
+    return name.replace("_", " ") + ("" if unit == "1" else f" ({unit})")

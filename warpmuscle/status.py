@@ -1,0 +1,31 @@
+"""What became of an instance of a batch."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+
+
+class Status(IntEnum):
+    """Outcome of one simulation; kernels and result files use these numbers."""
+
+    RUNNING = 0
+    COMPLETED = 1
+    FELL = 2
+    TURNED = 3
+    TOUCHED = 4
+    DIVERGED = 5
+
+    @property
+    def meaning(self) -> str:
+        """One line for a user."""
+        return _MEANINGS[self]
+
+
+_MEANINGS = {
+    Status.RUNNING: "still running: the simulated time has not come to its end",
+    Status.COMPLETED: "came to the end of the simulated time",
+    Status.FELL: "fell: the centre of mass sank below its limit",
+    Status.TURNED: "turned away from the desired heading by more than its limit",
+    Status.TOUCHED: "touched the ground with a body other than the feet",
+    Status.DIVERGED: "diverged: a speed exceeded its limit or was not a number",
+}
