@@ -80,9 +80,9 @@ class Rollout:
         self.threads = _positive(threads or os.cpu_count() or 1, "threads")
         self.lanes = 1 if self.device.is_cpu else lanes or GPU_LANES
         self.steps = round(scene.duration / scene.time_step)
-        self._block = 1 if self.device.is_cpu else GPU_BLOCK
+        self.block_dim = 1 if self.device.is_cpu else GPU_BLOCK
         capacity = capacity_of(len(self.names.bodies))
-        self._kernel = step_kernel(capacity, self.lanes, self._block)
+        self._kernel = step_kernel(capacity, self.lanes, self.block_dim)
         buffers = self.threads if self.device.is_cpu else 1
         self._buffers = [wp.zeros(work_floats(capacity), dtype=float, device=self.device) for _ in range(buffers)]
         self._state = self._new_state()
@@ -202,7 +202,7 @@ class Rollout:
             dim=(len(running), self.lanes),
             inputs=[steps, running, self._model, self._state, record, wp.uint64(buffer.ptr)],
             device=self.device,
-            block_dim=self._block,
+            block_dim=self.block_dim,
         )
 
     def _complete(self) -> None:

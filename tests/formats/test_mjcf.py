@@ -18,9 +18,10 @@ from mujoco_oracle import (
     state_to_qpos,
 )
 from warpmuscle.errors import SceneError
-from warpmuscle.formats import mjcf
+from warpmuscle.formats import load, mjcf
 from warpmuscle.number import Free
 from warpmuscle.scene import Body, Capsule, Character, Ground, InitialState, Joint, Scene, Sphere
+from warpmuscle.stages import Stages
 
 KINDS = ("free", "planar", "fixed")
 
@@ -208,5 +209,19 @@ def test_free_parameters_count_with_their_values():
 def test_file_holds_the_text_and_a_missing_folder_is_one_clear_error(tmp_path):
     mjcf.write(chain(), tmp_path / "chain.xml")
     assert (tmp_path / "chain.xml").read_text(encoding="utf-8") == mjcf.dumps(chain())
-    with pytest.raises(SceneError, match=r"nowhere.chain\.xml: cannot be written: No such file"):
+    with pytest.raises(SceneError, match=r"nowhere.chain\.xml: cannot be written: its folder does not exist"):
         mjcf.write(chain(), tmp_path / "nowhere" / "chain.xml")
+
+
+@pytest.mark.parametrize("name", ["fwalk", "bigbird_walk"])
+def test_keyframe_is_the_initial_state(name):
+    scene = load(name)
+    model = compile_model(scene)
+    data = mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, data, 0)
+    mujoco.mj_forward(model, data)
+    ours = Stages(scene, 1, "cpu").forward_kinematics()
+    ids = [model.body(body).id for body in body_order(scene.character)]
+    np.testing.assert_allclose(data.xpos[ids], ours["position"][0], atol=1e-5)
+    mujoco.mj_subtreeVel(model, data)
+    np.testing.assert_allclose(data.subtree_linvel[1], ours["com"][0, 1], atol=1e-5)

@@ -3,8 +3,8 @@
 The world keeps its axes (y up, x left, z forward). A MuJoCo body frame is our body frame: origin at the centre of mass,
 axes along the principal axes of inertia. Joints keep their names; a universal joint becomes the hinges `<name>_b` and
 `<name>_a`, the root joint `<root>_free`, or `<root>_y`, `<root>_z` and `<root>_turn` for a planar root. Geoms collide
-with the ground only. Controller, ground stiffness and initial motion are not written; in MuJoCo's reference
-configuration (qpos0) the root has its initial pose and all joints are in the reference pose.
+with the ground only. Controller and ground stiffness are not written. The keyframe `start` is the initial state; in
+MuJoCo's reference configuration (qpos0) the root has its initial pose and all joints are in the reference pose.
 """
 
 from __future__ import annotations
@@ -15,11 +15,13 @@ from collections.abc import Iterable
 from pathlib import Path
 from xml.etree.ElementTree import Element, SubElement
 
-from warpmuscle.errors import SceneError
+from warpmuscle.formats.files import replace_file
+from warpmuscle.model import start_of
 from warpmuscle.number import Free, Number
 from warpmuscle.parameters import start_values, substitute
-from warpmuscle.pose import multiply, normalized, turned_to_heading
+from warpmuscle.pose import conjugate, multiply, normalized, rotate, turned_to_heading
 from warpmuscle.scene import Body, Capsule, Character, Ground, InitialState, Joint, Scene, Shape, Sphere
+from warpmuscle.topology import topology
 
 _ROLLING = (0.005, 0.0001)  # MuJoCo's defaults of torsional and rolling friction, not used by condim 3
 
@@ -30,11 +32,7 @@ def write(scene: Scene, path: str | Path, limits: bool = False) -> None:
     Raises:
         SceneError: the file cannot be written, or a number follows a parameter that is none.
     """
-    text = dumps(scene, limits)
-    try:
-        Path(path).write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise SceneError(f"cannot be written: {error.strerror or error}", file=path) from None
+    replace_file(Path(path), dumps(scene, limits))
 
 
 def dumps(scene: Scene, limits: bool = False) -> str:
@@ -59,6 +57,8 @@ def dumps(scene: Scene, limits: bool = False) -> str:
     _add_ground(world, scene.ground)
     root = _add_body(world, scene, scene.character.root, limits)
     _place_root(root, scene.character, scene.initial_state)
+    qpos, qvel = _start(scene)
+    SubElement(SubElement(model, "keyframe"), "key", name="start", qpos=_texts(qpos), qvel=_texts(qvel))
     ElementTree.indent(model)
     return ElementTree.tostring(model, encoding="unicode") + "\n"
 
@@ -109,6 +109,34 @@ def _root_orientation(initial: InitialState) -> tuple[float, ...]:
     if initial.heading is not None:
         orientation = multiply(turned_to_heading(orientation, _number(initial.heading)), orientation)
     return tuple(orientation.tolist())
+
+
+def _start(scene: Scene) -> tuple[list[float], list[float]]:
+    """MuJoCo's qpos and qvel of the initial state: joints depth first, as the bodies are nested."""
+    names = topology(scene.character)
+    start = start_of(scene, names)
+    qpos: list[float] = []
+    qvel: list[float] = []
+
+    def visit(body: int) -> None:
+        q = start.coordinates[0, slice(*names.coordinate_start[body : body + 2])].tolist()
+        v = start.speeds[0, slice(*names.speed_start[body : body + 2])].tolist()
+        if body == 0 and scene.character.root_joint == "free":
+            turned = rotate(conjugate(q[3:]), v[3:]).tolist()  # MuJoCo turns a free body about its own axes
+            q, v = [*q[:3], q[6], *q[3:6]], [*v[:3], *turned]
+        elif body == 0 and scene.character.root_joint == "fixed":
+            q = []
+        elif len(q) == 4:
+            q = [q[3], *q[:3]]
+        elif len(q) == 2:
+            q, v = q[::-1], v[::-1]
+        qpos.extend(q)
+        qvel.extend(v)
+        for child in range(names.first_child[body], names.first_child[body] + names.child_count[body]):
+            visit(child)
+
+    visit(0)
+    return qpos, qvel
 
 
 def _place_child(element: Element, name: str, joint: Joint, limits: bool) -> None:
