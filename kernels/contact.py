@@ -63,10 +63,13 @@ def body_contacts(instance: int, body: int, model: Model, work: Work) -> Contact
     stiffness = at(contacts.stiffness, instance, 0)
     damping = at(contacts.damping, instance, 0)
     tangential = at(contacts.tangential_damping, instance, 0)
+    up = wp.transpose(work.rotation[body]) * normal
     for k in range(contacts.start[body], contacts.start[body + 1]):
-        r = work.rotation[body] * at(contacts.point, instance, k) - at(contacts.radius, instance, k) * normal
-        depth = -(height + wp.dot(normal, r))
+        point = at(contacts.point, instance, k)
+        radius = at(contacts.radius, instance, k)
+        depth = radius - height - wp.dot(up, point)
         if depth > 0.0:
+            r = work.rotation[body] * point - radius * normal
             velocity = work.velocity[body] + wp.cross(work.angular_velocity[body], r)
             speed = wp.dot(normal, velocity)
             along = normal_force(depth, speed, stiffness, damping, h)

@@ -134,33 +134,40 @@ def inertia_stage(instance: int, lane: int, lanes: int, model: Model, state: Sta
     synchronize()
 
 
+@wp.struct
+class Articulated:
+    """An articulated inertia and its bias: moment = A alpha + B a + n, force = B^T alpha + C a + f."""
+
+    a: symmetric  # kg m^2
+    b: wp.mat33  # kg m
+    c: symmetric  # kg
+    n: wp.vec3  # N m
+    f: wp.vec3  # N
+
+
 @wp.func
-def gather_children(body: int, skeleton: Skeleton, work: Work):
-    """Add what the children hand down to a body's own articulated inertia and bias."""
+def with_children(body: int, skeleton: Skeleton, work: Work) -> Articulated:
+    """A body's own articulated inertia and bias, and what its children have left for it."""
+    x = Articulated()
+    x.a = work.block_a[body]
+    x.b = work.block_b[body]
+    x.c = work.block_c[body]
+    x.n = work.bias_moment[body]
+    x.f = work.bias_force[body]
     first = skeleton.first_child[body]
-    count = skeleton.child_count[body]
-    if count == 0:
-        return
-    a = work.block_a[body]
-    b = work.block_b[body]
-    c = work.block_c[body]
-    n = work.bias_moment[body]
-    f = work.bias_force[body]
-    for child in range(first, first + count):
-        a += work.block_a[child]
-        b += work.block_b[child]
-        c += work.block_c[child]
-        n += work.bias_moment[child]
-        f += work.bias_force[child]
-    work.block_a[body] = a
-    work.block_b[body] = b
-    work.block_c[body] = c
-    work.bias_moment[body] = n
-    work.bias_force[body] = f
+    for child in range(first, first + skeleton.child_count[body]):
+        x.a += work.block_a[child]
+        x.b += work.block_b[child]
+        x.c += work.block_c[child]
+        x.n += work.bias_moment[child]
+        x.f += work.bias_force[child]
+    return x
 
 
 @wp.func
-def shift_to_parent(body: int, r: wp.vec3, a: symmetric, b: wp.mat33, c: symmetric, n: wp.vec3, f: wp.vec3, work: Work):
+def leave_for_parent(
+    body: int, r: wp.vec3, a: symmetric, b: wp.mat33, c: symmetric, n: wp.vec3, f: wp.vec3, work: Work
+):
     """Express a reduced articulated inertia about the parent's joint, r away, and leave it for the parent."""
     shifted = b + cross_rows(r, c)
     work.block_a[body] = a + shifted_angular(b, shifted, r)
@@ -171,67 +178,66 @@ def shift_to_parent(body: int, r: wp.vec3, a: symmetric, b: wp.mat33, c: symmetr
 
 
 @wp.func
-def reduce_ball(body: int, r: wp.vec3, torque: wp.vec3, bias_n: wp.vec3, bias_f: wp.vec3, work: Work):
-    """Eliminate a ball joint. D = (A + K)^-1; relative acceleration D (t - p_n) - D A alpha - D B a.
+def reduce_ball(body: int, r: wp.vec3, torque: wp.vec3, x: Articulated, work: Work):
+    """Eliminate a ball joint. D = (A + K)^-1; relative acceleration D (t - n) - D A alpha - D B a.
 
     Without K the blocks A and B vanish (Featherstone 2008, eq. 7.43 with S = 1 in the angular block).
     """
-    a = work.block_a[body]
-    b = work.block_b[body]
     k = work.stiffness[body]
-    d = symmetric_inverse(a + k)
-    u = torque - bias_n
+    d = symmetric_inverse(x.a + k)
+    u = torque - x.n
     g = symmetric_times(d, u)
-    db = full(d) * b
-    bt = wp.transpose(b)
-    c = work.block_c[body] - symmetric_product(bt, db)
-    f = bias_f + bt * g
+    db = full(d) * x.b
+    bt = wp.transpose(x.b)
+    c = x.c - symmetric_product(bt, db)
+    f = x.f + bt * g
     work.factor_b[body] = db
     work.factor_c[body] = g
     if k[0] + k[3] + k[5] == 0.0:
         work.factor_a[body] = wp.identity(n=3, dtype=float)
-        shift_to_parent(body, r, symmetric(0.0), wp.mat33(0.0), c, torque, f, work)
+        shifted = cross_rows(r, c)
+        work.block_a[body] = shifted_angular(wp.mat33(0.0), shifted, r)
+        work.block_b[body] = shifted
+        work.block_c[body] = c
+        work.bias_moment[body] = torque + wp.cross(r, f)
+        work.bias_force[body] = f
     else:
-        da = full(d) * full(a)
+        da = full(d) * full(x.a)
         work.factor_a[body] = da
-        kd = wp.transpose(full(d) * full(k))
-        shift_to_parent(body, r, symmetric_part(full(k) * da), full(k) * db, c, torque - kd * u, f, work)
+        kept = full(k) * da
+        n = torque - symmetric_times(k, g)
+        leave_for_parent(body, r, symmetric_part(kept), full(k) * db, c, n, f, work)
 
 
 @wp.func
-def reduce_hinge(body: int, r: wp.vec3, torque: wp.vec3, bias_n: wp.vec3, bias_f: wp.vec3, axis: wp.vec3, work: Work):
+def reduce_hinge(body: int, r: wp.vec3, torque: wp.vec3, x: Articulated, axis: wp.vec3, work: Work):
     """Eliminate a hinge: rank-1 downdate (Featherstone 2008, eq. 7.43)."""
-    a = work.block_a[body]
-    b = work.block_b[body]
-    ua = symmetric_times(a, axis)
-    ub = wp.transpose(b) * axis
+    ua = symmetric_times(x.a, axis)
+    ub = wp.transpose(x.b) * axis
     d = 1.0 / (wp.dot(axis, ua) + wp.dot(axis, symmetric_times(work.stiffness[body], axis)))
-    x = wp.dot(axis, torque - bias_n) * d
-    work.factor_a[body] = wp.matrix_from_cols(ua * d, ub * d, wp.vec3(x, 0.0, 0.0))
-    shift_to_parent(
+    q = wp.dot(axis, torque - x.n) * d
+    work.factor_a[body] = wp.matrix_from_cols(ua * d, ub * d, wp.vec3(q, 0.0, 0.0))
+    leave_for_parent(
         body,
         r,
-        a + symmetric_outer(ua, -d),
-        b - wp.outer(ua * d, ub),
-        work.block_c[body] + symmetric_outer(ub, -d),
-        bias_n + ua * x,
-        bias_f + ub * x,
+        x.a + symmetric_outer(ua, -d),
+        x.b - wp.outer(ua * d, ub),
+        x.c + symmetric_outer(ub, -d),
+        x.n + ua * q,
+        x.f + ub * q,
         work,
     )
 
 
 @wp.func
 def reduce_universal(
-    body: int, r: wp.vec3, torque: wp.vec3, bias_n: wp.vec3, bias_f: wp.vec3,
-    axis_a: wp.vec3, axis_b: wp.vec3, work: Work,
+    body: int, r: wp.vec3, torque: wp.vec3, x: Articulated, axis_a: wp.vec3, axis_b: wp.vec3, work: Work
 ):  # fmt: skip
     """Eliminate a universal joint: rank-2 downdate (Featherstone 2008, eq. 7.43)."""
-    a = work.block_a[body]
-    b = work.block_b[body]
     k = work.stiffness[body]
-    bt = wp.transpose(b)
-    ua = symmetric_times(a, axis_a)
-    ub = symmetric_times(a, axis_b)
+    bt = wp.transpose(x.b)
+    ua = symmetric_times(x.a, axis_a)
+    ub = symmetric_times(x.a, axis_b)
     la = bt * axis_a
     lb = bt * axis_b
     kb = symmetric_times(k, axis_b)
@@ -243,20 +249,19 @@ def reduce_universal(
     pb = (ub * m11 - ua * m12) * d
     qa = (la * m22 - lb * m12) * d
     qb = (lb * m11 - la * m12) * d
-    u = torque - bias_n
+    u = torque - x.n
     xa = (m22 * wp.dot(axis_a, u) - m12 * wp.dot(axis_b, u)) * d
     xb = (m11 * wp.dot(axis_b, u) - m12 * wp.dot(axis_a, u)) * d
     work.factor_a[body] = wp.matrix_from_cols(pa, qa, pb)
     work.factor_b[body] = wp.matrix_from_cols(qb, wp.vec3(xa, xb, 0.0), wp.vec3(0.0))
-    c = full(work.block_c[body]) - wp.outer(qa, la) - wp.outer(qb, lb)
-    shift_to_parent(
+    leave_for_parent(
         body,
         r,
-        symmetric_part(full(a) - wp.outer(pa, ua) - wp.outer(pb, ub)),
-        b - wp.outer(pa, la) - wp.outer(pb, lb),
-        symmetric_part(c),
-        bias_n + ua * xa + ub * xb,
-        bias_f + la * xa + lb * xb,
+        symmetric_part(full(x.a) - wp.outer(pa, ua) - wp.outer(pb, ub)),
+        x.b - wp.outer(pa, la) - wp.outer(pb, lb),
+        symmetric_part(full(x.c) - wp.outer(qa, la) - wp.outer(qb, lb)),
+        x.n + ua * xa + ub * xb,
+        x.f + la * xa + lb * xb,
         work,
     )
 
@@ -264,52 +269,46 @@ def reduce_universal(
 @wp.func
 def reduce_body(instance: int, body: int, skeleton: Skeleton, work: Work):
     """Eliminate the joint of one body and leave the rest for its parent."""
-    gather_children(body, skeleton, work)
+    x = with_children(body, skeleton, work)
     parent = skeleton.parent[body]
     r = work.position[body] - work.position[parent]
     bias = work.bias[body]
     parent_angular = work.angular_velocity[parent]
     drift = wp.cross(parent_angular, wp.cross(parent_angular, r))
-    b = work.block_b[body]
-    n = work.bias_moment[body] + symmetric_times(work.block_a[body], bias) + b * drift
-    f = work.bias_force[body] + wp.transpose(b) * bias + symmetric_times(work.block_c[body], drift)
+    x.n += symmetric_times(x.a, bias) + x.b * drift
+    x.f += wp.transpose(x.b) * bias + symmetric_times(x.c, drift)
     torque = -work.torque[body]
     kind = skeleton.joint_type[body]
     if kind == BALL:
-        reduce_ball(body, r, torque, n, f, work)
+        reduce_ball(body, r, torque, x, work)
     elif kind == FIXED:
-        shift_to_parent(body, r, work.block_a[body], b, work.block_c[body], n, f, work)
+        leave_for_parent(body, r, x.a, x.b, x.c, x.n, x.f, work)
     else:
         axis_a = work.rotation[body] * at(skeleton.axis_a, instance, body)
         if kind == HINGE:
-            reduce_hinge(body, r, torque, n, f, axis_a, work)
+            reduce_hinge(body, r, torque, x, axis_a, work)
         else:
             axis_b = work.rotation[parent] * at(skeleton.axis_b, instance, body)
-            reduce_universal(body, r, torque, n, f, axis_a, axis_b, work)
+            reduce_universal(body, r, torque, x, axis_a, axis_b, work)
 
 
 @wp.func
 def accelerate_root(kind: int, skeleton: Skeleton, work: Work):
     """Acceleration of the root from its articulated inertia: none if fixed, three of six components if planar."""
-    gather_children(0, skeleton, work)
-    n = work.bias_moment[0]
-    f = work.bias_force[0]
+    x = with_children(0, skeleton, work)
     alpha = wp.vec3(0.0)
     a = wp.vec3(0.0)
     if kind == ROOT_FREE:
-        b = work.block_b[0]
-        c = symmetric_inverse(work.block_c[0])
-        bc = b * full(c)
-        s = symmetric_inverse(work.block_a[0] - symmetric_product(bc, wp.transpose(b)))
-        alpha = symmetric_times(s, bc * f - n)
-        a = symmetric_times(c, -f - wp.transpose(b) * alpha)
+        c = symmetric_inverse(x.c)
+        bc = x.b * full(c)
+        s = symmetric_inverse(x.a - symmetric_product(bc, wp.transpose(x.b)))
+        alpha = symmetric_times(s, bc * x.f - x.n)
+        a = symmetric_times(c, -x.f - wp.transpose(x.b) * alpha)
     elif kind == ROOT_PLANAR:
-        b = work.block_b[0]
-        c = work.block_c[0]
-        m = symmetric(work.block_a[0][0], b[0, 1], b[0, 2], c[3], c[4], c[5])
-        x = symmetric_times(symmetric_inverse(m), wp.vec3(-n[0], -f[1], -f[2]))
-        alpha = wp.vec3(x[0], 0.0, 0.0)
-        a = wp.vec3(0.0, x[1], x[2])
+        m = symmetric(x.a[0], x.b[0, 1], x.b[0, 2], x.c[3], x.c[4], x.c[5])
+        y = symmetric_times(symmetric_inverse(m), wp.vec3(-x.n[0], -x.f[1], -x.f[2]))
+        alpha = wp.vec3(y[0], 0.0, 0.0)
+        a = wp.vec3(0.0, y[1], y[2])
     work.angular_acceleration[0] = alpha
     work.acceleration[0] = a
 

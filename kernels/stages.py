@@ -6,7 +6,7 @@ Body 0 is the root; body i hangs on joint i - 1.
 
 import warp as wp
 from warpmuscle.kernels.contact import body_contacts
-from warpmuscle.kernels.dynamics import acceleration_stage, body_inertia, inertia_stage, shift_to_parent
+from warpmuscle.kernels.dynamics import acceleration_stage, body_inertia, inertia_stage, leave_for_parent
 from warpmuscle.kernels.kinematics import kinematics_stage
 from warpmuscle.kernels.lanes import after, work_at
 from warpmuscle.kernels.simbicon import control_stage
@@ -204,7 +204,7 @@ def mass_matrix(
                 above = parent
         if body > 0:
             parent = skeleton.parent[body]
-            shift_to_parent(
+            leave_for_parent(
                 body, work.position[body] - work.position[parent], a, b, c, wp.vec3(0.0), wp.vec3(0.0), work
             )
             work.block_a[parent] += work.block_a[body]

@@ -29,8 +29,8 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
-out = Console()
-log = Console(stderr=True)
+out = Console(soft_wrap=True, highlight=False)
+log = Console(stderr=True, soft_wrap=True, highlight=False)
 
 Sources = Annotated[list[str], typer.Argument(metavar="SCENE...", help="Scene name, TOML file, or .rbs .sbc [.rs].")]
 Device = Annotated[str | None, typer.Option(help="cpu, cuda:0, ...; by default a GPU if there is one.")]
@@ -45,7 +45,7 @@ def scenes() -> None:
     from warpmuscle.formats import load, scene_names
 
     for name in scene_names():
-        out.print(f"[bold]{name}[/]  {load(name).description}", highlight=False)
+        out.print(f"[bold]{name}[/]  {load(name).description}")
 
 
 @app.command()
@@ -60,7 +60,7 @@ def info(sources: Sources) -> None:
     numeric, names = substitute(scene, start_values(scene)), topology(scene.character)
     mass = rows([body.mass for body in numeric.character.bodies.values()]).sum()
     root = names.speed_start[1]
-    out.print(f"[bold]{scene.name}[/]  {scene.description}", highlight=False)
+    out.print(f"[bold]{scene.name}[/]  {scene.description}")
     out.print(
         f"{len(names.bodies)} bodies, {len(names.joints)} joints, {names.speeds - root} joint degrees of freedom "
         f"and {root} of the root, {mass:.6g} kg"
@@ -76,9 +76,10 @@ def info(sources: Sources) -> None:
     out.print(bodies)
     if parameters:
         table = Table("free parameter", "value", "min", "max", "step", "unit")
+        table.columns[0].no_wrap = True
         for p in parameters:
             table.add_row(p.name, *(f"{x:g}" for x in (p.value, p.min, p.max, p.step)), p.unit)
-        out.print(table)
+        out.print(table, crop=False, no_wrap=True)
 
 
 @app.command()
@@ -101,20 +102,21 @@ def simulate(
     """
     _writable(output, plot)
     scene = _changed(_load(sources), duration, time_step, implicit_pd)
+    _start_warp()
     from warpmuscle.optimize import parameter_table
     from warpmuscle.results import Result, write
     from warpmuscle.rollout import Rollout
     from warpmuscle.status import Status
 
-    rollout = Rollout(scene, 1, device, record=[0], record_rate=rate)
-    begin = time.perf_counter()
-    rollout.run()
+    with log.status("simulating; the first run compiles for some seconds"):
+        rollout = Rollout(scene, 1, device, record=[0], record_rate=rate)
+        begin = time.perf_counter()
+        rollout.run()
     status = Status(rollout.status()[0])
     recording = rollout.recording()
     out.print(
         f"{scene.name}: {status.meaning}; {rollout.end_time()[0]:.4g} s simulated in "
-        f"{time.perf_counter() - begin:.2f} s on {rollout.device}, cost {rollout.cost()[0]:.6g}",
-        highlight=False,
+        f"{time.perf_counter() - begin:.2f} s on {rollout.device}, cost {rollout.cost()[0]:.6g}"
     )
     gait = _print_gait(scene, recording)
     if output is not None:
@@ -153,6 +155,7 @@ def optimize(
     scene = _changed(_load(sources), duration, time_step, None)
     output = output if output is not None else Path(f"{scene.name}.h5")
     _writable(output)
+    _start_warp()
     with _ProgressBar(candidates) as bar:
         begin = time.perf_counter()
         result = job(scene, candidates, seed, device, threads=threads, command=_command(), progress=bar.update)
@@ -203,12 +206,9 @@ def convert(
 def main() -> None:
     """Run the command line; an error that a user can mend is one line and exit code 2."""
     try:
-        import warp
-
-        warp.config.quiet = True
         app(standalone_mode=False)
     except Error as error:
-        log.print(f"[bold red]error:[/] {_escaped(str(error))}", highlight=False, soft_wrap=True)
+        log.print(f"[bold red]error:[/] {_escaped(str(error))}")
         sys.exit(2)
     except typer.Exit as exit_:
         sys.exit(exit_.exit_code)
@@ -223,6 +223,23 @@ def main() -> None:
         sys.exit(2)
 
 
+def _start_warp() -> None:
+    """Start Warp without its greeting, and without its warning that a machine without a GPU has none."""
+    import os
+
+    import warp
+
+    warp.config.log_level = warp.LOG_WARNING
+    errors = os.dup(2)
+    try:
+        with open(os.devnull, "w") as nowhere:
+            os.dup2(nowhere.fileno(), 2)  # the warning comes from compiled code
+        warp.init()
+    finally:
+        os.dup2(errors, 2)
+        os.close(errors)
+
+
 def _load(sources: list[str]) -> Scene:
     """The scene, and on the error stream what its files hold that is not used."""
     from warpmuscle.formats import Ignored, load
@@ -235,7 +252,7 @@ def _load(sources: list[str]) -> Scene:
 
 def _print_ignored(ignored: list[Any], what: str) -> None:
     for one in ignored:
-        log.print(f"[yellow]{what}:[/] {_escaped(str(one))}", highlight=False, soft_wrap=True)
+        log.print(f"[yellow]{what}:[/] {_escaped(str(one))}")
 
 
 def _escaped(text: str) -> str:
@@ -279,7 +296,7 @@ def _print_gait(scene: Scene, recording: Recording) -> Gait | None:
     text = f"speed {gait.speed_forward:.3f} m/s"
     if gait.step_length is not None and gait.cadence is not None:
         text += f", step length {gait.step_length:.3f} m, cadence {gait.cadence:.1f} steps/min"
-    out.print(f"{text} (from {gait.start:.3g} s to {gait.end:.3g} s, {gait.steps} steps)", highlight=False)
+    out.print(f"{text} (from {gait.start:.3g} s to {gait.end:.3g} s, {gait.steps} steps)")
     return gait
 
 
@@ -292,12 +309,11 @@ def _print_result(scene: Scene, result: Result, wall: float) -> None:
     evaluations, best = result.evaluations, result.best
     rate = evaluations.end_time.sum() / wall
     out.print(
-        f"{len(evaluations.cost)} candidates in {wall:.1f} s, {rate:.0f} s of motion per second on {result.device}",
-        highlight=False,
+        f"{len(evaluations.cost)} candidates in {wall:.1f} s, {rate:.0f} s of motion per second on {result.device}"
     )
     for status in Status:
         if count := int((evaluations.status == status).sum()):
-            out.print(f"  {count:6d} {status.meaning}", highlight=False)
+            out.print(f"  {count:6d} {status.meaning}")
     out.print(f"best: candidate {best.index}, cost {best.cost:.6g} (scene as given: {evaluations.cost[0]:.6g})")
     _print_gait(scene, result.replays[0])
 
