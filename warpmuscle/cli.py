@@ -74,12 +74,10 @@ def info(sources: Sources) -> None:
             row = [names.joints[i - 1], joint.type, joint.parent]
         bodies.add_row(name, f"{numeric.character.bodies[name].mass:g}", *row)
     out.print(bodies)
-    if parameters:
-        table = Table("free parameter", "value", "min", "max", "step", "unit")
-        table.columns[0].no_wrap = True
-        for p in parameters:
-            table.add_row(p.name, *(f"{x:g}" for x in (p.value, p.min, p.max, p.step)), p.unit)
-        out.print(table, crop=False, no_wrap=True)
+    width = max((len(p.name) for p in parameters), default=0)
+    for p in parameters:
+        step = f" step {p.step:g}" if p.step else ""
+        out.print(f"{p.name:{width}}  {p.value:g}  in {p.min:g}..{p.max:g}{step} {p.unit}".rstrip(), markup=False)
 
 
 @app.command()
@@ -333,27 +331,27 @@ class _ProgressBar:
             TextColumn("left"),
             TimeRemainingColumn(),
             console=log,
+            transient=True,
         )
-        self._task = self._bars.add_task(
-            "", total=1.0, done=0, candidates=candidates, alive="compiling, 0", best="-", rate="-"
-        )
+        self._task = self._bars.add_task("", total=1.0, done=0, candidates=candidates, alive=0, best="-", rate="-")
         self._begin = time.perf_counter()
 
     def __enter__(self) -> _ProgressBar:
-        self._bars.start()
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._bars.stop()
+        if self._bars.live.is_started:
+            self._bars.stop()
 
     def update(self, progress: Progress) -> None:
-        """Show this progress."""
+        """Show this progress; the first one shows the bar."""
+        self._bars.start()
         rate = progress.simulated / (time.perf_counter() - self._begin)
         self._bars.update(
             self._task,
             completed=progress.fraction,
             done=progress.done,
-            alive=progress.alive,
-            best=f"{progress.best:.5g}",
+            alive=progress.alive if progress.simulated else "compiling, 0",
+            best=f"{progress.best:.5g}" if progress.done else "-",
             rate=f"{rate:.0f}",
         )

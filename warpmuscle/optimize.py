@@ -117,52 +117,49 @@ def _evaluate(
 ) -> tuple[Evaluations, str]:
     """Evaluate in batches until all are done or the user interrupts; also the name of the device."""
     parts: list[Evaluations] = []
-    done, simulated, best = 0, 0.0, np.inf
+    now = Progress(candidates, done=0, alive=0, best=np.inf, simulated=0.0, fraction=0.0)
     rollout = Rollout(scene, 1, device, threads=threads)
-    name, on_cpu = str(rollout.device), bool(rollout.device.is_cpu)
+    name, largest = str(rollout.device), CPU_BATCH if rollout.device.is_cpu else GPU_BATCH
     try:
-        while done < candidates:
-            count = min(CPU_BATCH if on_cpu else GPU_BATCH, candidates - done)
+        if progress is not None:
+            progress(now)
+        while now.done < candidates:
+            count = min(largest, candidates - now.done)
             values = snap(parameters, search.ask(count))
-            if done == 0:
+            if now.done == 0:
                 values[0] = start_values(scene)  # the scene as it is, also where it lies between the steps
             if rollout.instances != count:
                 rollout = Rollout(scene, count, name, threads=threads)
             rollout.set_parameters(values)
 
-            def report(batch: Rollout, done: int = done, simulated: float = simulated, best: float = best) -> None:
+            def report(batch: Rollout, before: Progress = now) -> None:
                 if progress is not None:
-                    progress(_progress(batch, candidates, done, simulated, best))
+                    progress(_progress(batch, before))
 
             try:
                 rollout.run(progress=report)
             finally:
                 parts.append(_ended(rollout, values))
             search.tell(values, rollout.cost())
-            done += count
-            simulated += float(rollout.end_time().sum())
-            best = min(best, float(parts[-1].cost.min()))
-            report(rollout, done, simulated, best)
+            now = _progress(rollout, now)
     except KeyboardInterrupt:
         pass
     return _joined(parts, len(parameters)), name
 
 
-def _progress(batch: Rollout, candidates: int, done: int, simulated: float, best: float) -> Progress:
-    """Progress in the middle of a batch, or at its end, when `done` counts it already."""
-    status, running = batch.status(), batch.time < batch.scene.duration
-    ended = int((status != Status.RUNNING).sum())
-    if not running:
-        return Progress(candidates, done, 0, best, simulated, done / candidates)
-    costs = batch.cost()[status != Status.RUNNING]
-    part = ended + (batch.instances - ended) * batch.time / batch.scene.duration
+def _progress(batch: Rollout, before: Progress) -> Progress:
+    """Progress with a batch as far as it has come, from the progress before that batch."""
+    ended = (batch.status() != Status.RUNNING) | (batch.time >= batch.scene.duration)
+    alive = int(np.count_nonzero(~ended))
+    costs = batch.cost()[ended]
+    part = batch.instances - alive + alive * batch.time / batch.scene.duration
     return Progress(
-        candidates=candidates,
-        done=done + ended,
-        alive=batch.instances - ended,
-        best=min(best, float(costs.min())) if len(costs) else best,
-        simulated=simulated + float(batch.end_time().sum()),
-        fraction=(done + part) / candidates,
+        candidates=before.candidates,
+        done=before.done + batch.instances - alive,
+        alive=alive,
+        best=min(before.best, float(costs.min())) if len(costs) else before.best,
+        simulated=before.simulated + float(batch.end_time().sum()),
+        fraction=(before.done + part) / before.candidates,
     )
 
 

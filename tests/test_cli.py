@@ -1,0 +1,111 @@
+"""The command line as a user meets it: in a process of its own."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+from warpmuscle.formats import load, toml
+from warpmuscle.scene import Scene
+
+
+def run(*arguments: object, folder: Path) -> subprocess.CompletedProcess[str]:
+    """Run `warpmuscle` with these arguments in a folder."""
+    code = "from warpmuscle.cli import main; main()"
+    command = [sys.executable, "-c", code, *map(str, arguments)]
+    return subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=300)
+
+
+def changed(scene: Scene, old: str, new: str, folder: Path) -> Path:
+    """The scene's TOML file with one piece of its text replaced."""
+    text = toml.dumps(scene)
+    assert old in text
+    path = folder / "changed.toml"
+    path.write_text(text.replace(old, new, 1))
+    return path
+
+
+def test_help_names_every_command(tmp_path):
+    shown = run("--help", folder=tmp_path)
+    assert shown.returncode == 0
+    assert all(name in shown.stdout for name in ("info", "simulate", "optimize", "convert", "apply", "scenes"))
+
+
+def test_info_counts_bodies_freedoms_mass_and_parameters(tmp_path):
+    shown = run("info", "fwalk", folder=tmp_path).stdout
+    assert "15 bodies, 14 joints, 28 joint degrees of freedom and 6 of the root, 70.4 kg" in shown
+    assert "controller.pd.lHip.kp" in shown
+
+
+def test_simulate_prints_the_gait_and_writes_file_and_picture(tmp_path):
+    done = run("simulate", "fwalk", "--duration", 4, "-o", "run.h5", "--plot", "walk.png", folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "cadence" in done.stdout
+    assert (tmp_path / "walk.png").stat().st_size > 10_000
+    with h5py.File(tmp_path / "run.h5") as file:
+        assert file["replay/0/com"].shape == (400, 3)
+        assert file["replay/0/com"].attrs["units"] == "m"
+
+
+def test_optimize_then_apply_gives_a_scene_with_the_best_cost(tmp_path):
+    arguments = ("--candidates", 6, "--duration", 0.5, "-o", "result.h5")
+    done = run("optimize", "fwalk", *arguments, folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert run("apply", "result.h5", "-o", "best.toml", folder=tmp_path).returncode == 0
+    again = run("simulate", "best.toml", folder=tmp_path)
+    with h5py.File(tmp_path / "result.h5") as file:
+        assert f"cost {file['best/cost'][()]:.6g}" in again.stdout
+        assert np.argmin(file["evaluations/cost"]) == file["best/index"][()]
+        assert file.attrs["command"].startswith("warpmuscle optimize fwalk")
+
+
+def test_convert_to_the_original_formats_and_back_keeps_the_motion(tmp_path):
+    assert run("convert", "iwalk", "-o", "walk.rbs", folder=tmp_path).returncode == 0
+    assert run("convert", "walk.rbs", "walk.sbc", "-o", "back.toml", folder=tmp_path).returncode == 0
+    texts = [run("simulate", name, "--duration", 1, folder=tmp_path).stdout for name in ("iwalk", "back.toml")]
+    assert texts[0].split("cost")[1].split()[0] == texts[1].split("cost")[1].split()[0]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("mass = 12.9", "mass = -12.9", "character.bodies.pelvis.mass"),
+        ("mass = 12.9", "mass = 'heavy'", "character.bodies.pelvis.mass"),
+        ("mass = 12.9", "masss = 12.9", "mass"),
+        ('child = "torso"', 'child = "trunk"', "trunk"),
+        ("{ value = 300, min = 150", "{ value = 300, min = 1500", "controller.pd.root.kd"),
+        ("[controller.pd]", "[controller.pd", "changed.toml"),
+    ],
+)
+def test_bad_scene_is_one_line_with_file_line_and_key_and_leaves_no_file(old, new, words, tmp_path):
+    path = changed(load("fwalk"), old, new, tmp_path)
+    for command in (("simulate", path, "-o", "out.h5"), ("optimize", path, "-o", "out.h5")):
+        done = run(*command, folder=tmp_path)
+        assert done.returncode == 2
+        assert done.stderr.count("\n") == 1
+        assert done.stderr.startswith(f"error: {path}:"), done.stderr
+        assert words in done.stderr
+        assert not (tmp_path / "out.h5").exists()
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("simulate", "nowhere.toml"),
+        ("simulate", "nobody"),
+        ("simulate", "fwalk", "--device", "cuda:99"),
+        ("simulate", "fwalk", "-o", "missing/out.h5"),
+        ("simulate", "fwalk", "--duration", "-1"),
+        ("optimize", "iwalk"),
+        ("apply", "nothing.h5", "-o", "a.toml"),
+        ("convert", "fwalk", "-o", "walk.docx"),
+    ],
+)
+def test_impossible_request_is_one_line_and_exit_code_2(arguments, tmp_path):
+    done = run(*arguments, folder=tmp_path)
+    assert done.returncode == 2
+    assert done.stderr.startswith("error: ")
+    assert done.stderr.count("\n") == 1
