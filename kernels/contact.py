@@ -63,6 +63,8 @@ def body_contacts(instance: int, body: int, model: Model, work: Work) -> Contact
     stiffness = at(contacts.stiffness, instance, 0)
     damping = at(contacts.damping, instance, 0)
     tangential = at(contacts.tangential_damping, instance, 0)
+    middle = work.velocity[body] - work.lag_velocity[body]  # the implicit step starts from the middle of the last one
+    spin = work.angular_velocity[body] - work.lag_angular[body]
     up = wp.transpose(work.rotation[body]) * normal
     for k in range(contacts.start[body], contacts.start[body + 1]):
         point = at(contacts.point, instance, k)
@@ -70,7 +72,7 @@ def body_contacts(instance: int, body: int, model: Model, work: Work) -> Contact
         depth = radius - height - wp.dot(up, point)
         if depth > 0.0:
             r = work.rotation[body] * point - radius * normal
-            velocity = work.velocity[body] + wp.cross(work.angular_velocity[body], r)
+            velocity = middle + wp.cross(spin, r)
             speed = wp.dot(normal, velocity)
             along = normal_force(depth, speed, stiffness, damping, h)
             if along > 0.0:

@@ -71,6 +71,7 @@ def limit_stage(instance: int, body: int, model: Model, state: State, work: Work
     parent = skeleton.parent[body]
     first = skeleton.coordinate_start[body]
     speed = skeleton.speed_start[body]
+    half = 0.5 * model.time_step
     if kind == BALL:
         q = coordinate_quat(state, instance, first)
         cosine = at(skeleton.limit_cosine, instance, body)
@@ -78,7 +79,8 @@ def limit_stage(instance: int, body: int, model: Model, state: State, work: Work
         if not ball_within(q, axis_a, axis_b, cosine, sine, at(skeleton.limit_half_cosine, instance, body)):
             angles = ball_angles(q, axis_a, axis_b)
             g = ball_rate_axes(work.rotation[parent] * axis_a, work.rotation[body] * axis_b)
-            rates = g * (work.angular_velocity[body] - work.angular_velocity[parent])
+            angular = work.angular_velocity[body] - work.angular_velocity[parent]
+            rates = g * (angular - work.lag_angular[body] + work.lag_angular[parent])
             for i in range(3):
                 t = limit_torque(angles[i], rates[i], low[i], high[i], stiffness, damping, model.time_step)
                 axis = wp.vec3(g[i, 0], g[i, 1], g[i, 2])
@@ -88,7 +90,7 @@ def limit_stage(instance: int, body: int, model: Model, state: State, work: Work
         x = state.coordinates[instance, first]
         if x < low[0] or x > high[0]:
             axis = work.rotation[body] * axis_a
-            rate = state.speeds[instance, speed]
+            rate = state.speeds[instance, speed] - half * state.accelerations[instance, speed]
             t = limit_torque(x, rate, low[0], high[0], stiffness, damping, model.time_step)
             work.torque[body] -= axis * t[0]
             work.stiffness[body] += symmetric_outer(axis, t[1])
@@ -96,7 +98,7 @@ def limit_stage(instance: int, body: int, model: Model, state: State, work: Work
             y = state.coordinates[instance, first + 1]
             if y < low[1] or y > high[1]:
                 axis = work.rotation[parent] * axis_b
-                rate = state.speeds[instance, speed + 1]
+                rate = state.speeds[instance, speed + 1] - half * state.accelerations[instance, speed + 1]
                 t = limit_torque(y, rate, low[1], high[1], stiffness, damping, model.time_step)
                 work.torque[body] -= axis * t[0]
                 work.stiffness[body] += symmetric_outer(axis, t[1])
@@ -383,23 +385,37 @@ def acceleration_stage(instance: int, lane: int, lanes: int, model: Model, work:
 
 
 @wp.func
-def add_to_speed(state: State, instance: int, i: int, change: float, largest: float, work: Work) -> float:
-    """New speed i; a speed that is not finite or beyond the largest flags divergence and is not stored."""
-    v = state.speeds[instance, i] + change
-    if not (wp.abs(v) <= largest):
+def kicked(
+    state: State, instance: int, i: int, acceleration: float, kick: float, half: float, largest: float, work: Work
+) -> float:
+    """Store speed i after a step, and return it as it is in the middle of that step.
+
+    Leapfrog: the velocity in the middle of a step moves the coordinates, and is what implicit forces start from; the
+    speed stored is extrapolated to the end of the step, so that it belongs to the coordinates stored beside it and
+    velocity products are second-order accurate. A speed that is not finite or beyond the largest flags divergence and
+    is not stored.
+
+    Args:
+        kick: time that the acceleration has acted, s: a step, or half of it in the first step. half: half a step, s.
+    """
+    middle = state.speeds[instance, i] - half * state.accelerations[instance, i] + kick * acceleration
+    if not (wp.abs(middle) <= largest):
         work.flags[1] = 1
-        return state.speeds[instance, i]
-    state.speeds[instance, i] = v
-    return v
+        return 0.0
+    state.speeds[instance, i] = middle + half * acceleration
+    state.accelerations[instance, i] = acceleration
+    return middle
 
 
 @wp.func
-def add_to_speeds(state: State, instance: int, first: int, change: wp.vec3, largest: float, work: Work) -> wp.vec3:
-    """New speeds first..first + 2."""
+def kicked_vector(
+    state: State, instance: int, first: int, acceleration: wp.vec3, kick: float, half: float, largest: float, work: Work
+) -> wp.vec3:
+    """The same for speeds first..first + 2."""
     return wp.vec3(
-        add_to_speed(state, instance, first, change[0], largest, work),
-        add_to_speed(state, instance, first + 1, change[1], largest, work),
-        add_to_speed(state, instance, first + 2, change[2], largest, work),
+        kicked(state, instance, first, acceleration[0], kick, half, largest, work),
+        kicked(state, instance, first + 1, acceleration[1], kick, half, largest, work),
+        kicked(state, instance, first + 2, acceleration[2], kick, half, largest, work),
     )
 
 
@@ -411,45 +427,47 @@ def store_quat(state: State, instance: int, first: int, q: wp.quat):
 
 
 @wp.func
-def integrate_root(instance: int, model: Model, state: State, work: Work, largest: float):
-    """Semi-implicit Euler step of the root."""
+def integrate_root(instance: int, model: Model, state: State, work: Work, kick: float, largest: float):
+    """Move the root over a step."""
     h = model.time_step
     kind = model.skeleton.joint_type[0]
-    alpha = work.angular_acceleration[0] * h
-    a = work.acceleration[0] * h
+    alpha = work.angular_acceleration[0]
+    a = work.acceleration[0]
     if kind == ROOT_FREE:
-        v = add_to_speeds(state, instance, 0, a, largest, work)
-        w = add_to_speeds(state, instance, 3, alpha, largest, work)
+        v = kicked_vector(state, instance, 0, a, kick, 0.5 * h, largest, work)
+        w = kicked_vector(state, instance, 3, alpha, kick, 0.5 * h, largest, work)
         for i in range(3):
             state.coordinates[instance, i] += h * v[i]
         q = work.orientation[0]
         store_quat(state, instance, 3, turn(q, wp.quat_rotate_inv(q, w), h))
     elif kind == ROOT_PLANAR:
-        v = add_to_speeds(state, instance, 0, wp.vec3(a[1], a[2], alpha[0]), largest, work)
+        v = kicked_vector(state, instance, 0, wp.vec3(a[1], a[2], alpha[0]), kick, 0.5 * h, largest, work)
         for i in range(3):
             state.coordinates[instance, i] += h * v[i]
 
 
 @wp.func
 def integrate_stage(instance: int, lane: int, lanes: int, model: Model, state: State, work: Work):
-    """Semi-implicit Euler step of all coordinates. Ends with a barrier."""
+    """Move all coordinates over a step by leapfrog, see `kicked`. Ends with a barrier."""
     skeleton = model.skeleton
     h = model.time_step
+    half = 0.5 * h
     largest = at(model.failure, instance, 0)[2]
+    kick = wp.where(state.step[instance] == 0, half, h)
     if lane == 0:
-        integrate_root(instance, model, state, work, largest)
+        integrate_root(instance, model, state, work, kick, largest)
     for i in range(1 + lane, model.body_count, lanes):
         kind = skeleton.joint_type[i]
         first = skeleton.coordinate_start[i]
         speed = skeleton.speed_start[i]
-        change = work.factor_c[i] * h
+        x = work.factor_c[i]
         if kind == BALL:
-            w = add_to_speeds(state, instance, speed, change, largest, work)
+            w = kicked_vector(state, instance, speed, x, kick, half, largest, work)
             store_quat(state, instance, first, turn(coordinate_quat(state, instance, first), w, h))
         elif kind != FIXED:
-            state.coordinates[instance, first] += h * add_to_speed(state, instance, speed, change[0], largest, work)
+            state.coordinates[instance, first] += h * kicked(state, instance, speed, x[0], kick, half, largest, work)
             if kind == UNIVERSAL:
-                state.coordinates[instance, first + 1] += h * add_to_speed(
-                    state, instance, speed + 1, change[1], largest, work
+                state.coordinates[instance, first + 1] += h * kicked(
+                    state, instance, speed + 1, x[1], kick, half, largest, work
                 )
     synchronize()

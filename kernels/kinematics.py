@@ -3,7 +3,7 @@
 import warp as wp
 from warpmuscle.kernels.joint import hinge_rotation, universal_bias, universal_rotation
 from warpmuscle.kernels.lanes import synchronize
-from warpmuscle.kernels.structs import BALL, HINGE, ROOT_PLANAR, UNIVERSAL, Model, Skeleton, State, Work, at
+from warpmuscle.kernels.structs import BALL, HINGE, ROOT_FREE, ROOT_PLANAR, UNIVERSAL, Model, Skeleton, State, Work, at
 
 
 @wp.func
@@ -21,6 +21,19 @@ def coordinate_quat(state: State, instance: int, first: int) -> wp.quat:
 def speed_vector(state: State, instance: int, first: int) -> wp.vec3:
     """The vector stored at speeds first..first + 2."""
     return wp.vec3(state.speeds[instance, first], state.speeds[instance, first + 1], state.speeds[instance, first + 2])
+
+
+@wp.func
+def lag_vector(state: State, instance: int, first: int, half: float) -> wp.vec3:
+    """What speeds first..first + 2 gained in the last half step (s)."""
+    return (
+        wp.vec3(
+            state.accelerations[instance, first],
+            state.accelerations[instance, first + 1],
+            state.accelerations[instance, first + 2],
+        )
+        * half
+    )
 
 
 @wp.func
@@ -49,30 +62,39 @@ def joint_orientation(skeleton: Skeleton, state: State, instance: int, body: int
 
 
 @wp.func
-def place_root(skeleton: Skeleton, state: State, instance: int, work: Work):
-    """Pose and velocity of the root from its coordinates and speeds."""
+def place_root(skeleton: Skeleton, state: State, instance: int, half: float, work: Work):
+    """Pose and velocity of the root from its coordinates and speeds, and the lag of its velocity."""
     q = joint_orientation(skeleton, state, instance, 0)
     position = wp.vec3(state.coordinates[instance, 0], state.coordinates[instance, 1], state.coordinates[instance, 2])
     velocity = wp.vec3(0.0, 0.0, 0.0)
     angular = wp.vec3(0.0, 0.0, 0.0)
+    lag_velocity = wp.vec3(0.0, 0.0, 0.0)
+    lag_angular = wp.vec3(0.0, 0.0, 0.0)
     if skeleton.joint_type[0] == ROOT_PLANAR:
         position = wp.vec3(0.0, state.coordinates[instance, 0], state.coordinates[instance, 1])
         velocity = wp.vec3(0.0, state.speeds[instance, 0], state.speeds[instance, 1])
         angular = wp.vec3(state.speeds[instance, 2], 0.0, 0.0)
-    elif skeleton.joint_type[0] == 0:
+        lag = lag_vector(state, instance, 0, half)
+        lag_velocity = wp.vec3(0.0, lag[0], lag[1])
+        lag_angular = wp.vec3(lag[2], 0.0, 0.0)
+    elif skeleton.joint_type[0] == ROOT_FREE:
         velocity = speed_vector(state, instance, 0)
         angular = speed_vector(state, instance, 3)
+        lag_velocity = lag_vector(state, instance, 0, half)
+        lag_angular = lag_vector(state, instance, 3, half)
     work.orientation[0] = q
     work.rotation[0] = wp.quat_to_matrix(q)
     work.position[0] = position
     work.velocity[0] = velocity
     work.angular_velocity[0] = angular
+    work.lag_velocity[0] = lag_velocity
+    work.lag_angular[0] = lag_angular
     work.bias[0] = wp.vec3(0.0, 0.0, 0.0)
 
 
 @wp.func
-def place_body(skeleton: Skeleton, state: State, instance: int, body: int, work: Work):
-    """Pose and velocity of a body from those of its parent and its joint's coordinates and speeds."""
+def place_body(skeleton: Skeleton, state: State, instance: int, body: int, half: float, work: Work):
+    """Pose and velocity of a body, and the lag of its velocity, from those of its parent and its joint's motion."""
     parent = skeleton.parent[body]
     kind = skeleton.joint_type[body]
     first = skeleton.speed_start[body]
@@ -82,23 +104,33 @@ def place_body(skeleton: Skeleton, state: State, instance: int, body: int, work:
     parent_angular = work.angular_velocity[parent]
     r = parent_rotation * at(skeleton.anchor, instance, body)
     relative = wp.vec3(0.0, 0.0, 0.0)
+    lag = wp.vec3(0.0, 0.0, 0.0)
     bias = wp.vec3(0.0, 0.0, 0.0)
     if kind == BALL:
         relative = rotation * speed_vector(state, instance, first)
+        lag = rotation * lag_vector(state, instance, first, half)
         bias = wp.cross(parent_angular, relative)
     elif kind == HINGE:
-        relative = rotation * at(skeleton.axis_a, instance, body) * state.speeds[instance, first]
+        axis = rotation * at(skeleton.axis_a, instance, body)
+        relative = axis * state.speeds[instance, first]
+        lag = axis * (half * state.accelerations[instance, first])
         bias = wp.cross(parent_angular, relative)
     elif kind == UNIVERSAL:
-        rate_a = rotation * at(skeleton.axis_a, instance, body) * state.speeds[instance, first]
-        rate_b = parent_rotation * at(skeleton.axis_b, instance, body) * state.speeds[instance, first + 1]
+        axis = rotation * at(skeleton.axis_a, instance, body)
+        other = parent_rotation * at(skeleton.axis_b, instance, body)
+        rate_a = axis * state.speeds[instance, first]
+        rate_b = other * state.speeds[instance, first + 1]
         relative = rate_a + rate_b
+        lag = (axis * state.accelerations[instance, first] + other * state.accelerations[instance, first + 1]) * half
         bias = universal_bias(parent_angular, rate_a, rate_b)
     work.orientation[body] = q
     work.rotation[body] = rotation
     work.position[body] = work.position[parent] + r
     work.angular_velocity[body] = parent_angular + relative
     work.velocity[body] = work.velocity[parent] + wp.cross(parent_angular, r)
+    parent_lag = work.lag_angular[parent]
+    work.lag_angular[body] = parent_lag + lag
+    work.lag_velocity[body] = work.lag_velocity[parent] + wp.cross(parent_lag, r)
     work.bias[body] = bias
 
 
@@ -115,12 +147,13 @@ def sum_of(values: wp.array[wp.vec3], count: int) -> wp.vec3:
 def kinematics_stage(instance: int, lane: int, lanes: int, model: Model, state: State, work: Work):
     """Poses, velocities and centre of mass of one instance. Ends with a barrier."""
     skeleton = model.skeleton
+    half = 0.5 * model.time_step
     if lane == 0:
-        place_root(skeleton, state, instance, work)
+        place_root(skeleton, state, instance, half, work)
     synchronize()
     for level in range(1, model.level_count):
         for body in range(model.level_start[level] + lane, model.level_start[level + 1], lanes):
-            place_body(skeleton, state, instance, body, work)
+            place_body(skeleton, state, instance, body, half, work)
         synchronize()
     mass = at(skeleton.total_mass, instance, 0)
     for i in range(lane, model.body_count, lanes):

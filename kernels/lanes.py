@@ -54,7 +54,8 @@ def work_at(address: wp.uint64, n: int, slots: int) -> Work:
     """Views on the working set at an address, with room for n bodies.
 
     Four groups live one after the other in the same 27 floats a body, as a step needs them: sums of the kinematics,
-    the controller's targets, the articulated inertia, and accelerations.
+    the controller's targets, the articulated inertia, and accelerations. The joint factors of the backward pass take
+    the place of the velocities' lags.
     """
     w = Work()
     w.rotation = wp.array(ptr=address, shape=(n,), dtype=wp.mat33)
@@ -66,6 +67,8 @@ def work_at(address: wp.uint64, n: int, slots: int) -> Work:
     w.torque = wp.array(ptr=after(address, 25 * n), shape=(n,), dtype=wp.vec3)
     w.stiffness = wp.array(ptr=after(address, 28 * n), shape=(n,), dtype=symmetric)
     w.factor_a = wp.array(ptr=after(address, 34 * n), shape=(n,), dtype=wp.mat33)
+    w.lag_angular = wp.array(ptr=after(address, 34 * n), shape=(n,), dtype=wp.vec3)
+    w.lag_velocity = wp.array(ptr=after(address, 37 * n), shape=(n,), dtype=wp.vec3)
     w.factor_b = wp.array(ptr=after(address, 43 * n), shape=(n,), dtype=wp.mat33)
     w.factor_c = wp.array(ptr=after(address, 52 * n), shape=(n,), dtype=wp.vec3)
     shared = after(address, 55 * n)

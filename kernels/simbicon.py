@@ -48,9 +48,13 @@ def pd_torque(
         error: see `pd_error`. velocity: angular velocity towards which the error is measured, child axes, rad/s.
         scale: factor by axis on torque and limit. limit: largest torque, N m.
     """
-    torque = wp.cw_mul(scale, (kd * velocity - kp * error) * strength)
-    bound = wp.vec3(wp.abs(scale[0]), wp.abs(scale[1]), wp.abs(scale[2])) * limit
-    return clamp_torque(torque, bound)
+    return clamp_torque(wp.cw_mul(scale, (kd * velocity - kp * error) * strength), torque_bound(scale, limit))
+
+
+@wp.func
+def torque_bound(scale: wp.vec3, limit: float) -> wp.vec3:
+    """Largest torque by child axis, N m."""
+    return wp.vec3(wp.abs(scale[0]), wp.abs(scale[1]), wp.abs(scale[2])) * limit
 
 
 @wp.func
@@ -170,16 +174,35 @@ def targets_stage(instance: int, lane: int, lanes: int, model: Model, state: Sta
 
 
 @wp.func
+def pd_inertia(kp: float, kd: float, strength: float, scale: wp.vec3, time_step: float) -> wp.vec3:
+    """What a PD controller that is linearised over the step adds to the joint's inertia, by child axis, kg m^2.
+
+    With the velocity after the step in the damper and the angle after the step in the spring: h (kd + h kp).
+    """
+    return scale * (strength * time_step * (kd + time_step * kp))
+
+
+@wp.func
+def unless_clamped(inertia: wp.vec3, torque: wp.vec3, bound: wp.vec3) -> wp.vec3:
+    """The implicit inertia, but none about axes whose torque is at its limit and so does not depend on velocity."""
+    return wp.vec3(
+        wp.where(wp.abs(torque[0]) < bound[0], inertia[0], 0.0),
+        wp.where(wp.abs(torque[1]) < bound[1], inertia[1], 0.0),
+        wp.where(wp.abs(torque[2]) < bound[2], inertia[2], 0.0),
+    )
+
+
+@wp.func
 def joint_torque(instance: int, body: int, in_character_frame: bool, frame: wp.quat, model: Model, work: Work):
     """PD torque of one joint, world axes, and its implicit joint inertia, into `work`."""
     simbicon = model.simbicon
     rotation = work.rotation[body]
     base = frame
-    angular = work.angular_velocity[body]
+    angular = work.angular_velocity[body] - work.lag_angular[body]
     if not in_character_frame:
         parent = model.skeleton.parent[body]
         base = work.orientation[parent]
-        angular = angular - work.angular_velocity[parent]
+        angular = angular - work.angular_velocity[parent] + work.lag_angular[parent]
     error = pd_error(work.orientation[body], base * work.target[body])
     velocity = wp.transpose(rotation) * angular
     kp = at(simbicon.kp, instance, body)
@@ -187,20 +210,14 @@ def joint_torque(instance: int, body: int, in_character_frame: bool, frame: wp.q
     strength = work.strength[body]
     scale = at(simbicon.scale, instance, body)
     limit = at(simbicon.torque_limit, instance, body)
-    work.torque[body] = rotation * pd_torque(error, velocity, kp, kd, strength, scale, limit)
     work.stiffness[body] = symmetric(0.0)
     if model.implicit_pd == 1:
-        work.stiffness[body] = symmetric_rotated(rotation, pd_inertia(kp, kd, strength, scale, model.time_step))
-        work.torque[body] += rotation * wp.cw_mul(scale, velocity) * (model.time_step * kp * strength)
-
-
-@wp.func
-def pd_inertia(kp: float, kd: float, strength: float, scale: wp.vec3, time_step: float) -> wp.vec3:
-    """What a PD controller that is linearised over the step adds to the joint's inertia, by child axis, kg m^2.
-
-    With the velocity after the step in the damper and the angle after the step in the spring: h (kd + h kp).
-    """
-    return scale * (strength * time_step * (kd + time_step * kp))
+        torque = pd_torque(error, velocity, kp, kd + model.time_step * kp, strength, scale, limit)
+        inertia = pd_inertia(kp, kd, strength, scale, model.time_step)
+        work.stiffness[body] = symmetric_rotated(rotation, unless_clamped(inertia, torque, torque_bound(scale, limit)))
+        work.torque[body] = rotation * torque
+    else:
+        work.torque[body] = rotation * pd_torque(error, velocity, kp, kd, strength, scale, limit)
 
 
 @wp.func
@@ -212,7 +229,7 @@ def root_torque(instance: int, frame: wp.quat, model: Model, work: Work) -> wp.v
     if simbicon.heading_control == 1:
         facing = hinge_rotation(wp.vec3(0.0, 1.0, 0.0), at(simbicon.hip, instance, 0)[3])
     error = pd_error(work.orientation[0], facing * work.target[0])
-    velocity = wp.transpose(rotation) * work.angular_velocity[0]
+    velocity = wp.transpose(rotation) * (work.angular_velocity[0] - work.lag_angular[0])
     return rotation * pd_torque(
         error,
         velocity,
@@ -234,9 +251,7 @@ def hip_share(share: float, torque: wp.vec3, part: wp.vec3, rotation: wp.mat33, 
 @wp.func
 def hip_bound(simbicon: Simbicon, instance: int, hip: int) -> wp.vec3:
     """Torque limits of a hip by axis of the thigh, N m."""
-    scale = at(simbicon.scale, instance, hip)
-    limit = at(simbicon.torque_limit, instance, hip)
-    return wp.vec3(wp.abs(scale[0]), wp.abs(scale[1]), wp.abs(scale[2])) * limit
+    return torque_bound(at(simbicon.scale, instance, hip), at(simbicon.torque_limit, instance, hip))
 
 
 @wp.func
@@ -270,8 +285,9 @@ def hips_stage(instance: int, lane: int, frame: wp.quat, model: Model, state: St
         missing = wp.quat_rotate(frame, wp.vec3(0.0, 0.0, hip[2] * 9.8 * lateral)) - on_root
         damping = 0.0
         if hip[0] > 0.0:
-            yaw_rate = work.angular_velocity[0][1] - work.angular_velocity[stance_hip][1]
-            damping = hip_damping(yaw_rate, hip[0], hip[1])
+            spin = work.angular_velocity[0] - work.lag_angular[0]
+            thigh = work.angular_velocity[stance_hip] - work.lag_angular[stance_hip]
+            damping = hip_damping(spin[1] - thigh[1], hip[0], hip[1])
         stance_torque = work.torque[stance_hip] + wp.vec3(0.0, damping, 0.0)
         work.torque[stance_hip] = hip_share(
             share * strength,
@@ -308,6 +324,7 @@ def torques_stage(instance: int, lane: int, lanes: int, model: Model, state: Sta
     factor = strength_by_height(work.position[0][1])
     for i in range(1 + lane, model.body_count, lanes):
         work.torque[i] = work.torque[i] * factor
+        work.stiffness[i] = work.stiffness[i] * factor
     synchronize()
 
 

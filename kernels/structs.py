@@ -127,6 +127,7 @@ class State:
 
     coordinates: wp.array2d[float]  # (instances, coordinates) joint angles rad, quaternions, root position m
     speeds: wp.array2d[float]  # (instances, speeds) rad/s (ball: child axes), m/s and rad/s of the root (world)
+    accelerations: wp.array2d[float]  # (instances, speeds) derivatives of the speeds in the step before
     phase: wp.array[float]  # (instances,)
     stance: wp.array[int]  # (instances,) LEFT or RIGHT
     machine_state: wp.array[int]  # (instances,)
@@ -149,6 +150,8 @@ class Work:
     position: wp.array[wp.vec3]  # (bodies,) m, of the joint
     angular_velocity: wp.array[wp.vec3]  # (bodies,) rad/s, world
     velocity: wp.array[wp.vec3]  # (bodies,) m/s, of the joint
+    lag_angular: wp.array[wp.vec3]  # (bodies,) rad/s, what the angular velocity gained in the last half step
+    lag_velocity: wp.array[wp.vec3]  # (bodies,) m/s, what the velocity of the joint gained in the last half step
     bias: wp.array[wp.vec3]  # (bodies,) rad/s^2, velocity-product part of the relative angular acceleration
     center: wp.array[wp.vec3]  # (2,) COM and its velocity
     moment: wp.array[wp.vec3]  # (bodies,) kg m, mass times centre of mass, world

@@ -4,6 +4,23 @@ import os
 from pathlib import Path
 
 import pytest
+import warp as wp
+from warpmuscle.kernels import stages
+from warpmuscle.kernels.lanes import capacity_of
+from warpmuscle.kernels.step import step_kernel
+
+BODIES = (2, 9, 15)  # of the characters in the tests: one of each size class
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_sessionstart(session: pytest.Session) -> None:
+    """Compile what several test files use before parallel workers start, which then find it in Warp's cache."""
+    wp.config.log_level = wp.LOG_WARNING
+    wp.init()
+    if not hasattr(session.config, "workerinput"):
+        for bodies in BODIES:
+            step_kernel(capacity_of(bodies), 1, 1).module.load("cpu")
+        wp.load_module(stages, device="cpu")
 
 
 @pytest.fixture(scope="session")

@@ -8,7 +8,9 @@ import numpy as np
 import warp as wp
 
 from warpmuscle.arrays import Floats, orthogonal, rows, to_device
+from warpmuscle.errors import SceneError
 from warpmuscle.kernels import structs
+from warpmuscle.kernels.lanes import capacity_of, slots_of
 from warpmuscle.pose import normalized
 from warpmuscle.scene import Box, Capsule, Joint, Scene, Shape, Sphere
 from warpmuscle.topology import Topology
@@ -44,6 +46,11 @@ def foot_slots(names: Topology, feet: tuple[str, str]) -> tuple[list[int], list[
         for body in (number, *range(first, first + names.child_count[number])):
             slot[body] = len(side)
             side.append(which)
+    if len(side) > slots_of(capacity_of(len(names.bodies))):
+        raise SceneError(
+            f"the feet have {len(side) - 2} bodies hanging on them, more than there is room for",
+            key="controller.feet",
+        )
     return slot, side
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -77,8 +78,8 @@ class Rollout:
         self.parameters: list[Parameter] = free_parameters(scene)
         self.names = topology(scene.character)
         self.device = _device(device)
-        self.threads = _positive(threads or os.cpu_count() or 1, "threads")
-        self.lanes = 1 if self.device.is_cpu else lanes or GPU_LANES
+        self.threads = _positive(os.cpu_count() or 1 if threads is None else threads, "threads")
+        self.lanes = 1 if self.device.is_cpu else _lanes(GPU_LANES if lanes is None else lanes)
         self.steps = round(scene.duration / scene.time_step)
         self.block_dim = 1 if self.device.is_cpu else GPU_BLOCK
         capacity = capacity_of(len(self.names.bodies))
@@ -97,6 +98,7 @@ class Rollout:
         s = structs.State()
         s.coordinates = wp.zeros((n, names.coordinates), dtype=float, device=self.device)
         s.speeds = wp.zeros((n, names.speeds), dtype=float, device=self.device)
+        s.accelerations = wp.zeros((n, names.speeds), dtype=float, device=self.device)
         s.phase = wp.zeros(n, dtype=float, device=self.device)
         s.foot_force = wp.zeros((n, 2), dtype=wp.vec3, device=self.device)
         s.start_height = wp.zeros(n, dtype=float, device=self.device)
@@ -145,7 +147,7 @@ class Rollout:
         s.speeds.assign(speeds)
         s.stance.fill_(start.stance)
         s.machine_state.fill_(start.machine_state)
-        for name in ("phase", "foot_force", "start_height", "torque_integral", "step", "status"):
+        for name in ("accelerations", "phase", "foot_force", "start_height", "torque_integral", "step", "status"):
             getattr(s, name).zero_()
         self._steps_done = 0
         self._running: Ints = np.arange(n, dtype=np.int32)
@@ -159,6 +161,8 @@ class Rollout:
             progress: called after every chunk of steps with this rollout. An exception from it, such as
                 KeyboardInterrupt, leaves a batch that can be read and continued.
         """
+        if duration is not None and not 0.0 <= duration < math.inf:
+            raise RolloutError(f"duration must be a finite number of seconds, not {duration}")
         wanted = self.steps if duration is None else self._steps_done + round(duration / self.scene.time_step)
         end = min(wanted, self.steps)
         chunk = max(round(CHUNK_TIME / self.scene.time_step), 1)
@@ -272,6 +276,12 @@ def _positive(value: int, what: str) -> int:
     if value != int(value) or value < 1:
         raise RolloutError(f"{what} must be a positive whole number, not {value}")
     return int(value)
+
+
+def _lanes(value: int) -> int:
+    if value not in (1, 2, 4, 8, 16, 32):
+        raise RolloutError(f"lanes must be a power of two up to 32, not {value}: an instance lives in one warp")
+    return value
 
 
 def _chosen(record: Sequence[int], instances: int) -> list[int]:

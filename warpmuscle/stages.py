@@ -67,6 +67,7 @@ class Stages(Rollout):
             coordinates.append(joint_q)
             speeds.append(joint_v)
         s = self._state
+        s.accelerations.zero_()
         s.coordinates.assign(np.concatenate(coordinates, axis=1).astype(np.float32))
         s.speeds.assign(np.concatenate([*speeds, np.zeros((n, 0))], axis=1).astype(np.float32))
         s.phase.assign(np.broadcast_to(np.asarray(phase, np.float32), (n,)).copy())

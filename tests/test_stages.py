@@ -1,0 +1,93 @@
+"""The stages one at a time against the fused step."""
+
+import numpy as np
+import pytest
+
+from warpmuscle.formats import load
+from warpmuscle.recording import Recording
+from warpmuscle.rollout import Rollout
+from warpmuscle.stages import Stages
+
+
+@pytest.fixture(scope="module")
+def walk() -> Recording:
+    """A second of walking, every step."""
+    scene = load("iwalk")
+    scene.duration = 1.0
+    rollout = Rollout(scene, 1, "cpu", record=[0], record_rate=2000)
+    rollout.run()
+    return rollout.recording()
+
+
+@pytest.fixture(scope="module")
+def stages(walk: Recording) -> Stages:
+    """The stages in the states of the walk."""
+    stages = Stages(load("iwalk"), walk.frames, "cpu")
+    stages.set_state(
+        walk.root_position, walk.root_orientation, walk.root_velocity, walk.root_angular_velocity,
+        walk.joint_orientation, walk.joint_angular_velocity,
+        phase=walk.phase, stance=walk.stance, machine_state=walk.state,
+        foot_force=np.stack([walk.foot_force_left, walk.foot_force_right], axis=1),
+    )  # fmt: skip
+    return stages
+
+
+def test_kinematics_are_those_of_the_fused_step(walk: Recording, stages: Stages):
+    now = stages.forward_kinematics()
+    np.testing.assert_allclose(now["position"], walk.body_position, atol=2e-6)
+    np.testing.assert_allclose(now["com"][:, 0], walk.com, atol=2e-6)
+    np.testing.assert_allclose(now["com"][:, 1], walk.com_velocity, atol=1e-5)
+
+
+@pytest.fixture(scope="module")
+def halfway(walk: Recording) -> Stages:
+    """The stages in the middle of the walk, where the fused step has brought them."""
+    stages = Stages(load("iwalk"), 1, "cpu")
+    stages.run(0.4)
+    return stages
+
+
+def test_torques_are_those_of_the_fused_step(walk: Recording, halfway: Stages):
+    target, torque = halfway.controller_torques()
+    np.testing.assert_allclose(np.abs(np.sum(target[0] * walk.joint_target[800], axis=-1)), 1.0, atol=1e-5)
+    np.testing.assert_allclose(torque[0], walk.joint_torque[800], atol=1e-5 * np.abs(torque).max())
+
+
+def test_accelerations_are_those_of_the_fused_step(walk: Recording, halfway: Stages):
+    """Velocities are extrapolated to the end of a step by half its acceleration."""
+    before = halfway.state.accelerations.numpy()[0, :3]
+    now = halfway.forward_dynamics(walk.joint_torque[800])["speed_rate"][0, :3]
+    change = (walk.root_velocity[801] - walk.root_velocity[800]) / halfway.scene.time_step
+    np.testing.assert_allclose(1.5 * now - 0.5 * before, change, atol=5e-3 * np.abs(change).max())
+
+
+def test_contact_acts_on_the_feet_and_lies_between_nothing_and_a_few_times_the_weight(stages: Stages):
+    force, _ = stages.contact_forces()
+    feet = [stages.names.bodies.index(name) for name in ("lFoot", "lToes", "rFoot", "rToes")]
+    others = [i for i in range(len(stages.names.bodies)) if i not in feet]
+    assert np.all(force[:, others] == 0.0)
+    assert np.all(force[..., 1] >= 0.0)
+    assert 0.5 < force[:, feet, 1].sum(axis=1).mean() / (70.4 * 9.8) < 1.5
+
+
+def test_stages_leave_the_states_alone(stages: Stages):
+    before = [array.numpy().copy() for array in (stages.state.coordinates, stages.state.speeds, stages.state.phase)]
+    stages.controller_torques()
+    stages.forward_dynamics()
+    stages.mass_matrix()
+    after = [array.numpy() for array in (stages.state.coordinates, stages.state.speeds, stages.state.phase)]
+    assert all(np.array_equal(a, b) for a, b in zip(before, after, strict=True))
+
+
+def test_scene_without_controller_has_no_torques():
+    scene = load("iwalk")
+    scene.controller = None
+    target, torque = Stages(scene, 2, "cpu").controller_torques()
+    assert np.all(torque == 0.0)
+    assert np.all(target == [0.0, 0.0, 0.0, 1.0])
+
+
+def test_structures_for_other_kernels_are_those_of_the_batch(stages: Stages):
+    model, state = stages.structs
+    assert model.body_count == 15
+    assert state.coordinates.shape == (2000, stages.names.coordinates)
