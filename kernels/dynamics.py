@@ -454,14 +454,14 @@ def integrate_stage(instance: int, lane: int, lanes: int, model: Model, state: S
     half = 0.5 * h
     largest = at(model.failure, instance, 0)[2]
     kick = wp.where(state.step[instance] == 0, half, h)
-    if lane == 0:
-        integrate_root(instance, model, state, work, kick, largest)
-    for i in range(1 + lane, model.body_count, lanes):
+    for i in range(lane, model.body_count, lanes):
         kind = skeleton.joint_type[i]
         first = skeleton.coordinate_start[i]
         speed = skeleton.speed_start[i]
         x = work.factor_c[i]
-        if kind == BALL:
+        if i == 0:
+            integrate_root(instance, model, state, work, kick, largest)
+        elif kind == BALL:
             w = kicked_vector(state, instance, speed, x, kick, half, largest, work)
             store_quat(state, instance, first, turn(coordinate_quat(state, instance, first), w, h))
         elif kind != FIXED:

@@ -63,6 +63,9 @@ def module_options(block_dim: int) -> dict[str, Any]:
     return {"block_dim": block_dim, "max_unroll": 1, "cpu_compiler_flags": flags}
 
 
+MAX_REGISTERS = 168  # three warps of 32 lanes in each quarter of a multiprocessor
+
+
 @cache
 def step_kernel(capacity: int, lanes: int, block_dim: int) -> Any:
     """The fused kernel of a size class: launch with dim=(running instances, lanes) and this block_dim.
@@ -76,7 +79,12 @@ def step_kernel(capacity: int, lanes: int, block_dim: int) -> Any:
     slots = slots_of(capacity)
     address = work_address(capacity, instances_per_block)
 
-    @wp.kernel(module="unique", enable_backward=False, module_options=module_options(block_dim))
+    @wp.kernel(
+        module="unique",
+        enable_backward=False,
+        cuda_max_registers=MAX_REGISTERS,
+        module_options=module_options(block_dim),
+    )
     def step_many(
         # in
         steps: int, running: wp.array[int], model: Model,

@@ -147,7 +147,7 @@ def main(
     wp.config.log_level = wp.LOG_WARNING
     loaded = load(scene)
     on_cpu = device == "cpu"
-    sizes = [int(n) for n in (instances or ("16" if on_cpu else "1024,4096,5120,16384,65536")).split(",")]
+    sizes = [int(n) for n in (instances or ("64" if on_cpu else "1024,4096,5120,16384,65536")).split(",")]
     count = round(seconds / loaded.time_step)
     figures: dict[str, Any] = {"scene": loaded.name, "device": device, "machine": platform.processor(), "sizes": {}}
     for n in sizes:
