@@ -6,6 +6,7 @@ normal and h d_t across it. K enters the body's articulated inertia, so that no 
 """
 
 import warp as wp
+
 from warpmuscle.kernels.spatial import cross_rows, symmetric, symmetric_outer, symmetric_product
 from warpmuscle.kernels.structs import Model, Work, at
 

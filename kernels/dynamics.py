@@ -7,10 +7,10 @@ downdates. A joint may carry an implicit inertia K (spring-dampers linearised ov
 """
 
 import warp as wp
+
 from warpmuscle.kernels.contact import contact_stage
-from warpmuscle.kernels.joint import ball_angles, ball_rate_axes, ball_within, limit_torque
-from warpmuscle.kernels.kinematics import coordinate_quat
 from warpmuscle.kernels.lanes import synchronize
+from warpmuscle.kernels.limits import limit_stage
 from warpmuscle.kernels.spatial import (
     cross_rows,
     full,
@@ -22,7 +22,6 @@ from warpmuscle.kernels.spatial import (
     symmetric_product,
     symmetric_rotated,
     symmetric_times,
-    turn,
 )
 from warpmuscle.kernels.structs import (
     BALL,
@@ -55,53 +54,6 @@ def inertia_about_joint(rotation: wp.mat33, inertia: wp.vec3, mass: float, com: 
 def gyroscopic_moment(angular_velocity: wp.vec3, inertia: symmetric) -> wp.vec3:
     """w x (I w), N m."""
     return wp.cross(angular_velocity, symmetric_times(inertia, angular_velocity))
-
-
-@wp.func
-def limit_stage(instance: int, body: int, model: Model, state: State, work: Work):
-    """Add the joint's limits, if any is exceeded, to its torque and implicit inertia."""
-    skeleton = model.skeleton
-    kind = skeleton.joint_type[body]
-    low = at(skeleton.limit_low, instance, body)
-    high = at(skeleton.limit_high, instance, body)
-    stiffness = at(skeleton.limit_stiffness, instance, body)
-    damping = at(skeleton.limit_damping, instance, body)
-    axis_a = at(skeleton.axis_a, instance, body)
-    axis_b = at(skeleton.axis_b, instance, body)
-    parent = skeleton.parent[body]
-    first = skeleton.coordinate_start[body]
-    speed = skeleton.speed_start[body]
-    half = 0.5 * model.time_step
-    if kind == BALL:
-        q = coordinate_quat(state, instance, first)
-        cosine = at(skeleton.limit_cosine, instance, body)
-        sine = at(skeleton.limit_sine, instance, body)
-        if not ball_within(q, axis_a, axis_b, cosine, sine, at(skeleton.limit_half_cosine, instance, body)):
-            angles = ball_angles(q, axis_a, axis_b)
-            g = ball_rate_axes(work.rotation[parent] * axis_a, work.rotation[body] * axis_b)
-            angular = work.angular_velocity[body] - work.angular_velocity[parent]
-            rates = g * (angular - work.lag_angular[body] + work.lag_angular[parent])
-            for i in range(3):
-                t = limit_torque(angles[i], rates[i], low[i], high[i], stiffness, damping, model.time_step)
-                axis = wp.vec3(g[i, 0], g[i, 1], g[i, 2])
-                work.torque[body] -= axis * t[0]
-                work.stiffness[body] += symmetric_outer(axis, t[1])
-    else:
-        x = state.coordinates[instance, first]
-        if x < low[0] or x > high[0]:
-            axis = work.rotation[body] * axis_a
-            rate = state.speeds[instance, speed] - half * state.accelerations[instance, speed]
-            t = limit_torque(x, rate, low[0], high[0], stiffness, damping, model.time_step)
-            work.torque[body] -= axis * t[0]
-            work.stiffness[body] += symmetric_outer(axis, t[1])
-        if kind == UNIVERSAL:
-            y = state.coordinates[instance, first + 1]
-            if y < low[1] or y > high[1]:
-                axis = work.rotation[parent] * axis_b
-                rate = state.speeds[instance, speed + 1] - half * state.accelerations[instance, speed + 1]
-                t = limit_torque(y, rate, low[1], high[1], stiffness, damping, model.time_step)
-                work.torque[body] -= axis * t[0]
-                work.stiffness[body] += symmetric_outer(axis, t[1])
 
 
 @wp.func
@@ -382,92 +334,3 @@ def acceleration_stage(instance: int, lane: int, lanes: int, model: Model, work:
         for body in range(model.level_start[level] + lane, model.level_start[level + 1], lanes):
             accelerate_body(instance, body, model.skeleton, work)
         synchronize()
-
-
-@wp.func
-def kicked(
-    state: State, instance: int, i: int, acceleration: float, kick: float, half: float, largest: float, work: Work
-) -> float:
-    """Store speed i after a step, and return it as it is in the middle of that step.
-
-    Leapfrog: the velocity in the middle of a step moves the coordinates, and is what implicit forces start from; the
-    speed stored is extrapolated to the end of the step, so that it belongs to the coordinates stored beside it and
-    velocity products are second-order accurate. A speed that is not finite or beyond the largest flags divergence and
-    is not stored.
-
-    Args:
-        kick: time that the acceleration has acted, s: a step, or half of it in the first step. half: half a step, s.
-    """
-    middle = state.speeds[instance, i] - half * state.accelerations[instance, i] + kick * acceleration
-    if not (wp.abs(middle) <= largest):
-        work.flags[1] = 1
-        return 0.0
-    state.speeds[instance, i] = middle + half * acceleration
-    state.accelerations[instance, i] = acceleration
-    return middle
-
-
-@wp.func
-def kicked_vector(
-    state: State, instance: int, first: int, acceleration: wp.vec3, kick: float, half: float, largest: float, work: Work
-) -> wp.vec3:
-    """The same for speeds first..first + 2."""
-    return wp.vec3(
-        kicked(state, instance, first, acceleration[0], kick, half, largest, work),
-        kicked(state, instance, first + 1, acceleration[1], kick, half, largest, work),
-        kicked(state, instance, first + 2, acceleration[2], kick, half, largest, work),
-    )
-
-
-@wp.func
-def store_quat(state: State, instance: int, first: int, q: wp.quat):
-    """Store a quaternion at coordinates first..first + 3."""
-    for i in range(4):
-        state.coordinates[instance, first + i] = q[i]
-
-
-@wp.func
-def integrate_root(instance: int, model: Model, state: State, work: Work, kick: float, largest: float):
-    """Move the root over a step."""
-    h = model.time_step
-    kind = model.skeleton.joint_type[0]
-    alpha = work.angular_acceleration[0]
-    a = work.acceleration[0]
-    if kind == ROOT_FREE:
-        v = kicked_vector(state, instance, 0, a, kick, 0.5 * h, largest, work)
-        w = kicked_vector(state, instance, 3, alpha, kick, 0.5 * h, largest, work)
-        for i in range(3):
-            state.coordinates[instance, i] += h * v[i]
-        q = work.orientation[0]
-        store_quat(state, instance, 3, turn(q, wp.quat_rotate_inv(q, w), h))
-    elif kind == ROOT_PLANAR:
-        v = kicked_vector(state, instance, 0, wp.vec3(a[1], a[2], alpha[0]), kick, 0.5 * h, largest, work)
-        for i in range(3):
-            state.coordinates[instance, i] += h * v[i]
-
-
-@wp.func
-def integrate_stage(instance: int, lane: int, lanes: int, model: Model, state: State, work: Work):
-    """Move all coordinates over a step by leapfrog, see `kicked`. Ends with a barrier."""
-    skeleton = model.skeleton
-    h = model.time_step
-    half = 0.5 * h
-    largest = at(model.failure, instance, 0)[2]
-    kick = wp.where(state.step[instance] == 0, half, h)
-    for i in range(lane, model.body_count, lanes):
-        kind = skeleton.joint_type[i]
-        first = skeleton.coordinate_start[i]
-        speed = skeleton.speed_start[i]
-        x = work.factor_c[i]
-        if i == 0:
-            integrate_root(instance, model, state, work, kick, largest)
-        elif kind == BALL:
-            w = kicked_vector(state, instance, speed, x, kick, half, largest, work)
-            store_quat(state, instance, first, turn(coordinate_quat(state, instance, first), w, h))
-        elif kind != FIXED:
-            state.coordinates[instance, first] += h * kicked(state, instance, speed, x[0], kick, half, largest, work)
-            if kind == UNIVERSAL:
-                state.coordinates[instance, first + 1] += h * kicked(
-                    state, instance, speed + 1, x[1], kick, half, largest, work
-                )
-    synchronize()

@@ -1,6 +1,7 @@
 """Forward kinematics: poses and velocities of all bodies, centre of mass."""
 
 import warp as wp
+
 from warpmuscle.kernels.joint import hinge_rotation, universal_bias, universal_rotation
 from warpmuscle.kernels.lanes import synchronize
 from warpmuscle.kernels.structs import BALL, HINGE, ROOT_FREE, ROOT_PLANAR, UNIVERSAL, Model, Skeleton, State, Work, at

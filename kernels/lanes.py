@@ -9,6 +9,7 @@ from functools import cache
 from typing import Any
 
 import warp as wp
+
 from warpmuscle.kernels.spatial import symmetric
 from warpmuscle.kernels.structs import Work
 

@@ -1,6 +1,7 @@
 """What a step costs, and when an instance has failed."""
 
 import warp as wp
+
 from warpmuscle.kernels.spatial import heading_angle
 from warpmuscle.kernels.structs import DIVERGED, FELL, RUNNING, TOUCHED, TURNED, Model, State, Work, at
 

@@ -1,6 +1,7 @@
 """Frames of chosen instances."""
 
 import warp as wp
+
 from warpmuscle.kernels.structs import Model, Record, State, Work
 
 

@@ -5,6 +5,7 @@ Yin, Loken, van de Panne 2007, as programmed in the Controller Editor Framework 
 """
 
 import warp as wp
+
 from warpmuscle.kernels.angles import arcsine_ratio
 from warpmuscle.kernels.joint import hinge_rotation
 from warpmuscle.kernels.lanes import synchronize

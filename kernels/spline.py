@@ -1,6 +1,7 @@
 """Curves over the phase of a controller state."""
 
 import warp as wp
+
 from warpmuscle.kernels.structs import at
 
 

@@ -5,6 +5,7 @@ Body 0 is the root; body i hangs on joint i - 1.
 """
 
 import warp as wp
+
 from warpmuscle.kernels.contact import body_contacts
 from warpmuscle.kernels.dynamics import acceleration_stage, body_inertia, inertia_stage, leave_for_parent
 from warpmuscle.kernels.kinematics import kinematics_stage

@@ -4,7 +4,9 @@ from functools import cache
 from typing import Any
 
 import warp as wp
-from warpmuscle.kernels.dynamics import acceleration_stage, inertia_stage, integrate_stage
+
+from warpmuscle.kernels.dynamics import acceleration_stage, inertia_stage
+from warpmuscle.kernels.integration import integrate_stage
 from warpmuscle.kernels.kinematics import kinematics_stage
 from warpmuscle.kernels.lanes import slots_of, synchronize, work_address, work_at
 from warpmuscle.kernels.objective import effort_stage, posture_status, step_status

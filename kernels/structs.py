@@ -8,6 +8,7 @@ where all instances share them, or one row an instance; `at` reads both.
 from typing import Any
 
 import warp as wp
+
 from warpmuscle.kernels.spatial import symmetric
 
 ROOT_FREE, ROOT_PLANAR, ROOT_FIXED = 0, 1, 2

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 import warp as wp
+
 from warpmuscle.kernels import stages
 from warpmuscle.kernels.lanes import capacity_of
 from warpmuscle.kernels.step import step_kernel

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from warpmuscle.kernels.structs import HINGE, ROOT_FREE, UNIVERSAL
 
 from biped import biped
 from warpmuscle.formats import load
+from warpmuscle.kernels.structs import HINGE, ROOT_FREE, UNIVERSAL
 from warpmuscle.model import model_struct, start_of
 from warpmuscle.pose import about, multiply, rotate, twist_angle
 from warpmuscle.scene import Ground, InitialState, JointState, Scene

@@ -19,15 +19,16 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 import warp as wp
-from warpmuscle.kernels.dynamics import acceleration_stage, inertia_stage, integrate_stage
+
+from warpmuscle.formats import load, mjcf
+from warpmuscle.kernels.dynamics import acceleration_stage, inertia_stage
+from warpmuscle.kernels.integration import integrate_stage
 from warpmuscle.kernels.kinematics import kinematics_stage
 from warpmuscle.kernels.lanes import capacity_of, slots_of, work_address, work_at
 from warpmuscle.kernels.objective import effort_stage
 from warpmuscle.kernels.simbicon import advance_phase, targets_stage, torques_stage
 from warpmuscle.kernels.step import foot_force_stage, module_options
 from warpmuscle.kernels.structs import Model, State
-
-from warpmuscle.formats import load, mjcf
 from warpmuscle.rollout import Rollout
 from warpmuscle.scene import Scene
 

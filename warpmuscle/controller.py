@@ -12,10 +12,10 @@ from warpmuscle.kernels import structs
 from warpmuscle.pose import normalized
 from warpmuscle.scene import PD, Balance, Component, Controller, Curve, Feedback, State
 from warpmuscle.topology import Topology
+from warpmuscle.validate import trajectory_joints
 
 STANCE_RULE = {"left": structs.LEFT, "right": structs.RIGHT, "reverse": structs.REVERSE, "same": structs.SAME}
 REVERSE_ON = {"left": structs.LEFT, "right": structs.RIGHT, "never": -1}
-SIDES = ("l", "r")
 
 
 class Knots:
@@ -37,18 +37,9 @@ class Knots:
         return (0, 0) if curve is None else self.add(curve.phase, curve.value)
 
 
-def joint_in_stance(name: str, stance: int) -> str:
-    """The joint that a trajectory's name means in left (0) or right (1) stance."""
-    if name.startswith("SWING_"):
-        return SIDES[1 - stance] + name.removeprefix("SWING_")
-    if name.startswith("STANCE_"):
-        return SIDES[stance] + name.removeprefix("STANCE_")
-    return name
-
-
 def trajectory_bodies(state: State, names: Topology) -> list[tuple[int, int]]:
     """Body of every trajectory in left and in right stance; -1 where a later trajectory drives the same joint."""
-    meant = [[names.body_of_joint(joint_in_stance(name, stance)) for stance in (0, 1)] for name in state.trajectories]
+    meant = [[names.body_of_joint(joint) for joint in trajectory_joints(name)] for name in state.trajectories]
     return [
         (
             -1 if left in [later[0] for later in meant[i + 1 :]] else left,

@@ -2,6 +2,7 @@
 
 import numpy as np
 from probes import evaluate
+
 from warpmuscle.kernels.angles import arcsine_ratio, sine_cosine
 
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 from probes import cross_matrix, evaluate, units, vectors
-from warpmuscle.kernels import contact
 
+from warpmuscle.kernels import contact
 from warpmuscle.pose import about, rotate
 from warpmuscle.scene import Body, Box, Capsule, Character, Failure, Ground, InitialState, Scene, Shape, Sphere
 from warpmuscle.stages import Stages

@@ -5,12 +5,12 @@ import copy
 import numpy as np
 import pytest
 from probes import evaluate, matrix
-from warpmuscle.kernels.joint import ball_angles, ball_rate_axes
 
 import mujoco_oracle
 from biped import biped, multiply, rotate
 from mujoco_oracle import States, random_states
 from warpmuscle.formats import load
+from warpmuscle.kernels.limits import ball_angles, ball_rate_axes
 from warpmuscle.pose import about, conjugate
 from warpmuscle.rollout import Rollout
 from warpmuscle.scene import Body, Character, Failure, Ground, InitialState, Joint, JointState, Scene

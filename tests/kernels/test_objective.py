@@ -2,6 +2,7 @@
 
 import numpy as np
 from probes import evaluate
+
 from warpmuscle.kernels.objective import has_fallen, has_turned
 
 

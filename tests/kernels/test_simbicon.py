@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 import simbicon_oracle as oracle
 from probes import evaluate, matrix, turn_about, units, vectors
-from warpmuscle.kernels import simbicon
-from warpmuscle.kernels.structs import LEFT, REVERSE, RIGHT, SAME
 
 from biped import biped, xyzw
 from mujoco_oracle import States, random_states
 from warpmuscle.formats import load
+from warpmuscle.kernels import simbicon
+from warpmuscle.kernels.structs import LEFT, REVERSE, RIGHT, SAME
 from warpmuscle.scene import PD, Balance, Component, Controller, Curve, Feedback, Ground, Scene, State, Trajectory
 from warpmuscle.stages import Stages
 

@@ -2,9 +2,9 @@
 
 import numpy as np
 from probes import cross_matrix, evaluate, matrix, turn_about, units, vectors
-from warpmuscle.kernels import spatial
 
 from biped import multiply, rotate
+from warpmuscle.kernels import spatial
 
 N = 100
 ROWS, COLUMNS = np.triu_indices(3)

@@ -5,6 +5,7 @@ import pytest
 import simbicon_oracle as oracle
 import warp as wp
 from probes import evaluate
+
 from warpmuscle.kernels.spline import curve_value, hermite
 
 
