@@ -197,8 +197,10 @@ def convert(
         mjcf.write(scene, output)
     else:
         save(scene, output, lost)
-    _print_ignored(lost, "not written")
-    out.print(f"wrote {output}")
+    _print_ignored(lost, "not all was written:")
+    three = (".rbs", ".sbc", ".rs")
+    files = [output.with_suffix(suffix) for suffix in three] if output.suffix in three else [output]
+    out.print(f"wrote {', '.join(map(str, files))}")
 
 
 def main() -> None:
@@ -244,13 +246,16 @@ def _load(sources: list[str]) -> Scene:
 
     ignored: list[Ignored] = []
     scene = load(*sources, ignored=ignored)
-    _print_ignored(ignored, "not used")
+    _print_ignored(ignored, "some input was ignored:")
     return scene
 
 
-def _print_ignored(ignored: list[Any], what: str) -> None:
-    for one in ignored:
-        log.print(f"[yellow]{what}:[/] {_escaped(str(one))}")
+def _print_ignored(ignored: list[Any], heading: str) -> None:
+    """On the error stream, what was not used, a line for each file and reason."""
+    from warpmuscle.formats.load import summary
+
+    if ignored:
+        log.print(f"[yellow]{_escaped(summary(ignored, heading))}[/]")
 
 
 def _escaped(text: str) -> str:

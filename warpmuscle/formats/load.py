@@ -54,12 +54,12 @@ def scene_names() -> list[str]:
     return sorted(path.stem for path in _folder().glob("*.toml") if toml.is_scene(path))
 
 
-def summary(ignored: Iterable[Ignored]) -> str:
-    """What was ignored, a line for each file and reason."""
+def summary(ignored: Iterable[Ignored], heading: str = "some input was ignored:") -> str:
+    """What was ignored, a line for each file and reason, below a heading."""
     groups: dict[tuple[Path, str], list[Ignored]] = {}
     for one in ignored:
         groups.setdefault((one.file, one.reason), []).append(one)
-    lines = ["some input was ignored:"]
+    lines = [heading]
     for (file, reason), members in groups.items():
         places = ",".join(str(one.line) for one in members if one.line)
         words = list(dict.fromkeys(one.text.split()[0] for one in members))

@@ -44,7 +44,7 @@ def save(scene: Scene, path: str | Path, ignored: list[Ignored] | None = None) -
     if ignored is not None:
         ignored.extend(lost)
     elif lost:
-        warnings.warn(summary(lost), stacklevel=2)
+        warnings.warn(summary(lost, "not all was written:"), stacklevel=2)
 
 
 def _write_three(scene: Scene, path: Path) -> list[Ignored]:
