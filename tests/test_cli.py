@@ -1,7 +1,9 @@
 """The command line as a user meets it: in a process of its own."""
 
+import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import h5py
@@ -109,3 +111,23 @@ def test_impossible_request_is_one_line_and_exit_code_2(arguments, tmp_path):
     assert done.returncode == 2
     assert done.stderr.startswith("error: ")
     assert done.stderr.count("\n") == 1
+
+
+def test_interrupt_keeps_what_was_evaluated_and_says_how_much(tmp_path):
+    code = "from warpmuscle.cli import main; main()"
+    command = [sys.executable, "-c", code, "optimize", "fwalk", "--candidates", "100000", "-o", "part.h5"]
+    with subprocess.Popen(
+        command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, preexec_fn=accept_interrupts
+    ) as process:
+        time.sleep(8.0)
+        process.send_signal(signal.SIGINT)
+        shown, errors = process.communicate(timeout=60)
+    assert process.returncode == 0, errors
+    assert "of 100000 candidates" in shown
+    with h5py.File(tmp_path / "part.h5") as file:
+        assert 0 < len(file["evaluations/cost"]) < 100_000
+
+
+def accept_interrupts() -> None:
+    """Undo what a shell does to processes in the background."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)

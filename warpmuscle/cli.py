@@ -32,6 +32,8 @@ app = typer.Typer(
 out = Console(soft_wrap=True, highlight=False)
 log = Console(stderr=True, soft_wrap=True, highlight=False)
 
+INTERRUPTED = 130  # exit code after Ctrl-C where there is nothing to keep
+
 Sources = Annotated[list[str], typer.Argument(metavar="SCENE...", help="Scene name, TOML file, or .rbs .sbc [.rs].")]
 Device = Annotated[str | None, typer.Option(help="cpu, cuda:0, ...; by default a GPU if there is one.")]
 Threads = Annotated[int | None, typer.Option(min=1, help="CPU threads; by default one a core.")]
@@ -159,7 +161,7 @@ def optimize(
         result = job(scene, candidates, seed, device, threads=threads, command=_command(), progress=bar.update)
         wall = time.perf_counter() - begin
     write(output, result)
-    _print_result(scene, result, wall)
+    _print_result(scene, result, candidates, wall)
     out.print(f"wrote {output}")
 
 
@@ -206,21 +208,19 @@ def convert(
 def main() -> None:
     """Run the command line; an error that a user can mend is one line and exit code 2."""
     try:
-        app(standalone_mode=False)
+        code = app(standalone_mode=False)
     except Error as error:
         log.print(f"[bold red]error:[/] {_escaped(str(error))}")
         sys.exit(2)
-    except typer.Exit as exit_:
-        sys.exit(exit_.exit_code)
-    except (typer.Abort, KeyboardInterrupt):
-        log.print("interrupted")
-        sys.exit(130)
     except Exception as error:
         usage = getattr(error, "show", None)  # an error in the command's own arguments
         if usage is None:
             raise
         usage()
         sys.exit(2)
+    if code == INTERRUPTED:
+        log.print("interrupted")
+    sys.exit(code)
 
 
 def _start_warp() -> None:
@@ -303,21 +303,27 @@ def _print_gait(scene: Scene, recording: Recording) -> Gait | None:
     return gait
 
 
-def _print_result(scene: Scene, result: Result, wall: float) -> None:
+def _print_result(scene: Scene, result: Result, candidates: int, wall: float) -> None:
     """Print what became of the candidates, and the best one."""
+    import numpy as np
+
     from warpmuscle.status import Status
 
     assert result.evaluations is not None
     assert result.best is not None
     evaluations, best = result.evaluations, result.best
     rate = evaluations.end_time.sum() / wall
+    of = "" if len(evaluations.cost) == candidates else f" of {candidates}"
     out.print(
-        f"{len(evaluations.cost)} candidates in {wall:.1f} s, {rate:.0f} s of motion per second on {result.device}"
+        f"{len(evaluations.cost)}{of} candidates in {wall:.1f} s, {rate:.0f} s of motion per second on {result.device}"
     )
     for status in Status:
         if count := int((evaluations.status == status).sum()):
             out.print(f"  {count:6d} {status.meaning}")
-    out.print(f"best: candidate {best.index}, cost {best.cost:.6g} (scene as given: {evaluations.cost[0]:.6g})")
+    given = ""
+    if np.array_equal(evaluations.params[0], result.parameters.value):
+        given = f" (scene as given: {evaluations.cost[0]:.6g})"
+    out.print(f"best: candidate {best.index}, cost {best.cost:.6g}{given}")
     _print_gait(scene, result.replays[0])
 
 
