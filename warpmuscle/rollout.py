@@ -30,6 +30,7 @@ CHUNK_TIME = 0.1  # s of simulated time between two looks at which instances sti
 SLICES_PER_THREAD = 4  # so that threads stay busy when some slices lose their instances sooner
 GPU_LANES = 8
 GPU_BLOCK = 32
+SHARED_BYTES = 48 * 1024  # of memory that a block may declare
 Progress = Callable[["Rollout"], None]
 
 
@@ -79,10 +80,10 @@ class Rollout:
         self.names = topology(scene.character)
         self.device = _device(device)
         self.threads = _positive(os.cpu_count() or 1 if threads is None else threads, "threads")
-        self.lanes = 1 if self.device.is_cpu else _lanes(GPU_LANES if lanes is None else lanes)
         self.steps = round(scene.duration / scene.time_step)
         self.block_dim = 1 if self.device.is_cpu else GPU_BLOCK
         capacity = capacity_of(len(self.names.bodies))
+        self.lanes = 1 if self.device.is_cpu else _lanes(lanes, work_floats(capacity))
         self._kernel = step_kernel(capacity, self.lanes, self.block_dim)
         buffers = self.threads if self.device.is_cpu else 1
         self._buffers = [wp.zeros(work_floats(capacity), dtype=float, device=self.device) for _ in range(buffers)]
@@ -278,10 +279,19 @@ def _positive(value: int, what: str) -> int:
     return int(value)
 
 
-def _lanes(value: int) -> int:
-    if value not in (1, 2, 4, 8, 16, 32):
-        raise RolloutError(f"lanes must be a power of two up to 32, not {value}: an instance lives in one warp")
-    return value
+def _lanes(wanted: int | None, floats: int) -> int:
+    """Lanes an instance on a GPU: as wanted, or the usual number, or more where a large character needs it.
+
+    The working sets of the instances of a block, `floats` numbers each, share the block's memory.
+    """
+    fitting = [n for n in (1, 2, 4, 8, 16, 32) if GPU_BLOCK // n * floats * 4 <= SHARED_BYTES]
+    if not fitting:
+        raise RolloutError("the character has more bodies than a GPU block has memory for; simulate it on the CPU")
+    if wanted is None:
+        return max(GPU_LANES, fitting[0])
+    if wanted not in fitting:
+        raise RolloutError(f"lanes must be one of {', '.join(map(str, fitting))} for this character, not {wanted}")
+    return wanted
 
 
 def _chosen(record: Sequence[int], instances: int) -> list[int]:
