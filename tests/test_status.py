@@ -1,5 +1,6 @@
 """Outcomes: their numbers are part of the file format."""
 
+from warpmuscle.kernels import structs
 from warpmuscle.status import Status
 
 
@@ -11,3 +12,7 @@ def test_numbers_stay_as_files_have_them():
 
 def test_every_outcome_has_a_meaning_of_one_line():
     assert all(status.meaning and "\n" not in status.meaning for status in Status)
+
+
+def test_kernels_use_the_same_numbers():
+    assert all(getattr(structs, status.name) == status for status in Status)
