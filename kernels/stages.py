@@ -10,6 +10,7 @@ from warpmuscle.kernels.contact import body_contacts
 from warpmuscle.kernels.dynamics import acceleration_stage, body_inertia, inertia_stage, leave_for_parent
 from warpmuscle.kernels.kinematics import kinematics_stage
 from warpmuscle.kernels.lanes import after, work_at
+from warpmuscle.kernels.path import Paths, moment_arm, path_stage
 from warpmuscle.kernels.simbicon import control_stage
 from warpmuscle.kernels.spatial import symmetric, symmetric_times
 from warpmuscle.kernels.structs import BALL, ROOT_FREE, UNIVERSAL, Model, State, Work, at
@@ -84,6 +85,26 @@ def contact_forces(
         force[i, body] = total.force
         c = work.rotation[body] * at(model.skeleton.com, i, body)
         moment[i, body] = total.moment - wp.cross(c, total.force)
+
+
+@wp.kernel
+def muscle_paths(
+    # in
+    model: Model, state: State, workspace: wp.array2d[float], paths: Paths,
+    # out
+    length: wp.array2d[float], speed: wp.array2d[float], arm: wp.array2d[wp.vec3],
+):  # fmt: skip
+    """Length, m, and lengthening speed, m/s, of all muscles (instances, muscles), and all moment arms.
+
+    Returns:
+        arm: (instances, crossings) m, world axes; see `path.moment_arm`.
+    """
+    i = wp.tid()
+    work = work_of(i, model, workspace)
+    kinematics_stage(i, 0, 1, model, state, work)
+    path_stage(i, 0, 1, model, state, paths, work, length, speed)
+    for crossing in range(paths.crossing_start[model.body_count]):
+        arm[i, crossing] = moment_arm(i, crossing, model, state, paths, work)
 
 
 @wp.kernel

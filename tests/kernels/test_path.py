@@ -1,0 +1,448 @@
+"""Lengths, lengthening speeds and moment arms of muscle paths: by differences, by virtual power, and by OpenSim."""
+
+import xml.etree.ElementTree as ElementTree
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+import warp as wp
+from probes import evaluate, matrix, turn_about
+
+from biped import biped
+from mujoco_oracle import random_states
+from warpmuscle.errors import SceneError
+from warpmuscle.kernels import path, stages
+from warpmuscle.kernels.lanes import work_floats
+from warpmuscle.paths import Condition, MusclePath, PathTable, ViaPoint, path_table, paths_struct
+from warpmuscle.scene import Body, Character, Joint, Scene
+from warpmuscle.stages import Stages
+from warpmuscle.topology import topology
+
+ZERO = (0.0, 0.0, 0.0)
+KNEE_BENT = Condition("lKnee", -0.5, 0.4, blend=0.3)
+FOOT_TURNED = Condition("lAnkle", -0.4, 0.3, blend=0.4, axis=1)
+FOOT_RAISED = Condition("lAnkle", -0.2, 0.9, blend=0.4)
+
+
+def points(*places: tuple[str, tuple[float, float, float]]) -> list[ViaPoint]:
+    return [ViaPoint(body, position) for body, position in places]
+
+
+PATHS: dict[str, MusclePath] = {
+    "knee": points(("lUpperleg", (0.0, -0.1, 0.05)), ("lLowerleg", (0.0, 0.1, 0.06))),
+    "knee, upwards": points(("lLowerleg", (0.0, 0.1, 0.06)), ("lUpperleg", (0.0, -0.1, 0.05))),
+    "hip to toes": points(
+        ("pelvis", (0.1, 0.05, -0.08)),
+        ("lUpperleg", (0.03, 0.1, -0.06)),
+        ("lUpperleg", (0.03, -0.15, -0.06)),
+        ("lLowerleg", (0.0, -0.1, -0.07)),
+        ("lFoot", (0.04, 0.0, -0.06)),
+        ("lToes", (0.01, -0.01, 0.02)),
+    ),
+    "over three joints at once": points(("torso", (0.05, 0.1, 0.1)), ("lLowerleg", (0.03, 0.0, 0.05))),
+    "shin to shin": points(
+        ("lLowerleg", (0.0, 0.1, 0.05)), ("lUpperleg", (0.02, 0.0, 0.06)), ("rLowerleg", (0.02, 0.1, 0.05))
+    ),
+    "arm to leg": points(("lUpperarm", (0.05, 0.02, 0.05)), ("rUpperleg", (0.02, 0.1, 0.05))),
+    "within a body": points(("pelvis", (0.1, 0.0, 0.0)), ("pelvis", (-0.1, 0.0, 0.0))),
+    "conditional": [
+        ViaPoint("pelvis", (0.1, 0.05, 0.08)),
+        ViaPoint("lUpperleg", (0.03, -0.1, 0.1), KNEE_BENT),
+        ViaPoint("lUpperleg", (0.03, -0.2, 0.08), KNEE_BENT),
+        ViaPoint("lLowerleg", (0.0, 0.05, 0.09), FOOT_TURNED),
+        ViaPoint("lLowerleg", (0.0, -0.2, 0.08), FOOT_RAISED),
+        ViaPoint("lFoot", (0.0, 0.0, 0.03)),
+    ],
+    "on a condition of a joint that it does not cross": [
+        ViaPoint("pelvis", (0.1, 0.05, 0.08)),
+        ViaPoint("pelvis", (0.1, -0.05, 0.12), FOOT_TURNED),
+        ViaPoint("lUpperleg", (0.0, 0.05, 0.09)),
+    ],
+}
+
+
+def character() -> Character:
+    """The biped with ball, universal, hinge and fixed joints; the axes of an ankle are not at right angles."""
+    c = biped()
+    c.joints["lAnkle"].axes = [(1.0, 0.0, 0.0), (0.3, 0.2, 1.0)]
+    c.joints["lElbow"].type, c.joints["lElbow"].axes = "fixed", []
+    return c
+
+
+@dataclass
+class Geometry:
+    """What the kernel says of n instances and M muscles with C crossings."""
+
+    table: PathTable
+    length: np.ndarray  # (n, M)
+    speed: np.ndarray  # (n, M)
+    arm: np.ndarray  # (n, C, 3)
+
+
+def geometry_of(stages_: Stages, paths: dict[str, MusclePath]) -> Geometry:
+    names, c, n = stages_.names, stages_.scene.character, stages_.instances
+    table = path_table(paths, names, c)
+    struct = paths_struct(paths, names, c, stages_.device)
+    shape = (n, len(paths))
+    outputs = [
+        wp.zeros(shape, dtype=float, device=stages_.device),
+        wp.zeros(shape, dtype=float, device=stages_.device),
+        wp.zeros((n, max(len(table.crossings), 1)), dtype=wp.vec3, device=stages_.device),
+    ]
+    workspace = wp.zeros((n, work_floats(len(names.bodies))), dtype=float, device=stages_.device)
+    inputs = [*stages_.structs, workspace, struct]
+    wp.launch(stages.muscle_paths, dim=n, inputs=inputs, outputs=outputs, device=stages_.device)
+    length, speed, arm = (array.numpy().astype(float) for array in outputs)
+    return Geometry(table, length, speed, arm[:, : len(table.crossings)])
+
+
+def somewhere(c: Character, count: int, seed: int = 0, speed: float = 3.0) -> Stages:
+    """Random states of a character near the origin."""
+    stages_, s = Stages(Scene("path", c), count, "cpu"), random_states(c, count, seed, speed)
+    stages_.set_state(*(getattr(s, name) for name in type(s).__dataclass_fields__))
+    return stages_
+
+
+def gradient(stages_: Stages, geometry: Geometry) -> np.ndarray:
+    """Derivatives of the lengths by the speeds' integrals (n, M, S), from the moment arms: arm . angular velocity.
+
+    The angular velocity of each joint for a unit of each speed comes from the forward kinematics.
+    """
+    names, n = stages_.names, stages_.instances
+    start, given = names.speed_start, stages_.structs[1].speeds.numpy().copy()
+    result = np.zeros((n, len(geometry.table.muscles), names.speeds))
+    for k in range(start[1], names.speeds):
+        unit = np.zeros_like(given)
+        unit[:, k] = 1.0
+        stages_.structs[1].speeds.assign(unit)
+        angular = stages_.forward_kinematics()["angular_velocity"].astype(float)
+        body = int(np.searchsorted(start, k, side="right")) - 1
+        relative = angular[:, body] - angular[:, names.parents[body]]
+        for i, crossing in enumerate(geometry.table.crossings):
+            if crossing.joint == body:
+                result[:, crossing.muscle, k] = np.sum(geometry.arm[:, i] * relative, axis=1)
+    stages_.structs[1].speeds.assign(given)
+    return result
+
+
+def differences(stages_: Stages, paths: dict[str, MusclePath], step: float = 4e-3) -> np.ndarray:
+    """The same by central differences of the lengths; a ball joint turns about the axes of its child."""
+    names, coordinates = stages_.names, stages_.structs[1].coordinates
+    given = coordinates.numpy().copy()
+    result = np.zeros((stages_.instances, len(paths), names.speeds))
+    for body in range(1, len(names.bodies)):
+        first = names.coordinate_start[body]
+        for k in range(names.speed_start[body + 1] - names.speed_start[body]):
+            lengths = []
+            for way in (-step, step):
+                moved = given.astype(float)
+                if names.coordinate_start[body + 1] - first == 4:
+                    q, turn = moved[:, first : first + 4], turn_about(np.eye(3)[k], np.array(way))
+                    moved[:, first : first + 3] = (
+                        q[:, 3:] * turn[:3] + turn[3] * q[:, :3] + np.cross(q[:, :3], turn[:3])
+                    )
+                    moved[:, first + 3] = q[:, 3] * turn[3] - q[:, :3] @ turn[:3]
+                else:
+                    moved[:, first + k] += way
+                coordinates.assign(moved.astype(np.float32))
+                lengths.append(geometry_of(stages_, paths).length)
+            result[:, :, names.speed_start[body] + k] = (lengths[1] - lengths[0]) / (2.0 * step)
+    coordinates.assign(given)
+    return result
+
+
+def test_moment_arms_are_the_derivatives_of_the_length_by_all_coordinates():
+    stages_ = somewhere(character(), 40)
+    got, expected = gradient(stages_, geometry_of(stages_, PATHS)), differences(stages_, PATHS)
+    assert np.abs(expected[:, list(PATHS).index("conditional")]).max() > 0.05
+    np.testing.assert_allclose(got, expected, atol=2e-4)
+
+
+def test_tension_does_the_work_that_shortening_takes():
+    """sum(torque . relative angular velocity) = -sum(force * speed), with the torques F r acting on the parents."""
+    stages_ = somewhere(character(), 500, seed=1)
+    geometry, angular = geometry_of(stages_, PATHS), stages_.forward_kinematics()["angular_velocity"].astype(float)
+    force = np.random.default_rng(2).uniform(0.0, 1000.0, geometry.length.shape)
+    power, gross = np.zeros(500), np.sum(force * np.abs(geometry.speed), axis=1)
+    for i, crossing in enumerate(geometry.table.crossings):
+        relative = angular[:, stages_.names.parents[crossing.joint]] - angular[:, crossing.joint]
+        part = np.sum(force[:, crossing.muscle, None] * geometry.arm[:, i] * relative, axis=1)
+        power, gross = power + part, gross + np.abs(part)
+    assert np.max(np.abs(power + np.sum(force * geometry.speed, axis=1)) / gross) < 1e-5
+
+
+def test_speed_is_the_rate_of_the_length():
+    stages_, h = somewhere(character(), 30, seed=3), 2e-3
+    state, names = stages_.structs[1], stages_.names
+    now, v = geometry_of(stages_, PATHS), state.speeds.numpy()
+    gradients = differences(stages_, PATHS, h)  # of the joints; a free root does not stretch a muscle
+    rate = np.einsum("nms,ns->nm", gradients[:, :, names.speed_start[1] :], v[:, names.speed_start[1] :])
+    np.testing.assert_allclose(now.speed, rate, atol=5e-3)
+
+
+def test_length_is_that_of_the_line_through_the_points():
+    c = character()
+    stages_ = somewhere(c, 50, seed=4)
+    bodies, now = stages_.names.bodies, stages_.forward_kinematics()
+    rotation, place = matrix(now["orientation"].astype(float)), now["position"].astype(float)
+    fixed = {name: path_ for name, path_ in PATHS.items() if all(p.condition is None for p in path_)}
+    got = geometry_of(stages_, fixed).length
+    for i, path_ in enumerate(fixed.values()):
+        where = [bodies.index(p.body) for p in path_]
+        line = np.stack([place[:, b] + rotation[:, b] @ p.position for b, p in zip(where, path_, strict=True)])
+        np.testing.assert_allclose(got[:, i], np.linalg.norm(np.diff(line, axis=0), axis=-1).sum(axis=0), atol=2e-6)
+
+
+# Conditional points.
+
+
+def on_the_knee(angles: np.ndarray, paths: dict[str, MusclePath]) -> tuple[Stages, Geometry]:
+    """Paths at these knee angles, all else in the reference pose."""
+    c = character()
+    stages_ = Stages(Scene("path", c), len(angles), "cpu")
+    coordinates = np.tile(stages_.structs[1].coordinates.numpy()[:1], (len(angles), 1))
+    coordinates[:, stages_.names.coordinate_start[stages_.names.body_of_joint("lKnee")]] = angles
+    stages_.structs[1].coordinates.assign(coordinates.astype(np.float32))
+    return stages_, geometry_of(stages_, paths)
+
+
+def with_condition(condition: Condition | None) -> MusclePath:
+    return [
+        ViaPoint("lUpperleg", (0.0, -0.1, 0.05)),
+        ViaPoint("lUpperleg", (0.0, -0.2, 0.07), condition),
+        ViaPoint("lUpperleg", (0.0, -0.25, 0.07), condition),
+        ViaPoint("lLowerleg", (0.0, 0.1, 0.06)),
+    ]
+
+
+def test_conditional_points_count_within_the_interval_and_not_outside():
+    angles = np.linspace(-1.2, 1.2, 481)
+    through = with_condition(None)
+    paths = {"on": through, "off": [through[0], through[-1]], "both": with_condition(KNEE_BENT)}
+    length = on_the_knee(angles, paths)[1].length
+    inside = (angles > -0.35) & (angles < 0.25)
+    outside = (angles < -0.65) | (angles > 0.55)
+    np.testing.assert_allclose(length[inside, 2], length[inside, 0], atol=1e-6)
+    np.testing.assert_allclose(length[outside, 2], length[outside, 1], atol=1e-6)
+    assert np.all(length[:, 2] < length[:, 0] + 1e-6)
+    assert np.all(length[:, 2] > length[:, 1] - 1e-6)
+
+
+def test_length_and_moment_arm_have_no_jump_where_a_point_comes_in():
+    """Halving the distance of poses halves the largest change from pose to pose."""
+    changes = []
+    for count in (400, 800):
+        stages_, geometry = on_the_knee(np.linspace(-1.2, 1.2, count), {"both": with_condition(KNEE_BENT)})
+        arm = gradient(stages_, geometry).sum(axis=(1, 2))
+        changes.append([np.abs(np.diff(values)).max() for values in (geometry.length[:, 0], arm)])
+    np.testing.assert_allclose(np.array(changes[1]) / changes[0], 0.5, atol=0.05)
+
+
+def test_weight_of_a_condition_is_half_at_its_ends_and_its_slope_is_its_derivative():
+    angle, h = np.linspace(-2.0, 2.0, 400), 1e-3
+    value = evaluate(path.condition_weight, [-0.7, 0.9], -0.7, 0.9, 0.2)[:, 0]
+    np.testing.assert_allclose(value, 0.5, atol=1e-6)
+    weight = [evaluate(path.condition_weight, angle + d, -0.7, 0.9, 0.2) for d in (-h, 0.0, h)]
+    np.testing.assert_allclose(weight[1][:, 1], (weight[2] - weight[0])[:, 0] / (2.0 * h), atol=5e-3)
+
+
+# Numbers, batches and errors.
+
+
+def test_muscles_act_on_the_joints_between_the_bodies_of_their_points():
+    names = topology(character())
+    table = path_table(PATHS, names, character())
+    joints = {muscle: [] for muscle in PATHS}
+    for crossing in table.crossings:
+        joints[list(PATHS)[crossing.muscle]].append(names.joints[crossing.joint - 1])
+    assert {muscle: sorted(crossed) for muscle, crossed in joints.items()} == {
+        "knee": ["lKnee"],
+        "knee, upwards": ["lKnee"],
+        "hip to toes": ["lAnkle", "lHip", "lKnee", "lToeJoint"],
+        "over three joints at once": ["lHip", "lKnee", "pelvis_torso"],
+        "shin to shin": ["lHip", "lKnee", "rHip", "rKnee"],
+        "arm to leg": ["lShoulder", "pelvis_torso", "rHip"],
+        "within a body": [],
+        "conditional": ["lAnkle", "lHip", "lKnee"],
+        "on a condition of a joint that it does not cross": ["lAnkle", "lHip"],
+    }
+
+
+def test_joints_find_their_muscles_and_muscles_their_joints():
+    names = topology(character())
+    p, table = paths_struct(PATHS, names, character(), "cpu"), path_table(PATHS, names, character())
+    start, joint, muscle = (a.numpy() for a in (p.crossing_start, p.crossing_joint, p.crossing_muscle))
+    assert [(c.joint, c.muscle) for c in table.crossings] == list(zip(joint, muscle, strict=True))
+    assert all(set(joint[start[body] : start[body + 1]]) <= {body} for body in range(len(names.bodies)))
+    assert start[-1] == len(joint)
+    first, crossing = p.muscle_crossing_start.numpy(), p.muscle_crossing.numpy()
+    assert all(set(muscle[crossing[first[m] : first[m + 1]]]) <= {m} for m in range(len(PATHS)))
+    assert sorted(crossing) == list(range(len(joint)))
+
+
+def test_fixed_joints_have_no_muscles():
+    c = character()
+    over_elbow = {"m": points(("lUpperarm", ZERO), ("lLowerarm", ZERO))}
+    assert path_table(over_elbow, topology(c), c).crossings == []
+
+
+def test_direction_of_a_path_does_not_matter():
+    geometry = geometry_of(somewhere(character(), 12, seed=5), PATHS)
+    np.testing.assert_allclose(geometry.length[:, 0], geometry.length[:, 1], atol=1e-6)
+    knee = [i for i, crossing in enumerate(geometry.table.crossings) if crossing.muscle in (0, 1)]
+    np.testing.assert_allclose(*geometry.arm[:, knee].swapaxes(0, 1), atol=1e-6)
+
+
+def test_result_does_not_depend_on_the_slot():
+    chosen = [7, 3]
+    many, few = somewhere(character(), 12, seed=5), Stages(Scene("path", character()), 2, "cpu")
+    for name in ("coordinates", "speeds"):
+        getattr(few.structs[1], name).assign(getattr(many.structs[1], name).numpy()[chosen])
+    together, alone = geometry_of(many, PATHS), geometry_of(few, PATHS)
+    for name in ("length", "speed", "arm"):
+        assert np.array_equal(getattr(alone, name), getattr(together, name)[chosen])
+
+
+def test_instances_may_have_their_own_points_and_conditions():
+    heights = np.linspace(-0.2, 0.0, 5)
+    low = np.array([-0.5, -0.5, 0.3, 0.3, 0.3])
+    varied = with_condition(Condition("lKnee", low, 1.0, 0.1))
+    varied[0].position = (0.0, heights, 0.05)
+    together = on_the_knee(np.zeros(5), {"m": varied})[1].length[:, 0]
+    for i in range(5):
+        varied = with_condition(Condition("lKnee", float(low[i]), 1.0, 0.1))
+        varied[0].position = (0.0, float(heights[i]), 0.05)
+        assert together[i] == on_the_knee(np.zeros(1), {"m": varied})[1].length[0, 0]
+
+
+def test_no_muscles_are_no_trouble():
+    assert geometry_of(somewhere(character(), 2), {}).arm.shape == (2, 0, 3)
+
+
+HERE, THERE = ViaPoint("pelvis", ZERO), ViaPoint("lFoot", ZERO)
+
+
+@pytest.mark.parametrize(
+    ("bad", "key", "message"),
+    [
+        ([HERE], "", "at least two points, got 1"),
+        ([HERE, ViaPoint("tail", ZERO)], ".1.body", "no body 'tail'"),
+        ([ViaPoint("pelvis", ZERO, KNEE_BENT), THERE], ".0.condition", "take no condition"),
+        ([HERE, ViaPoint("pelvis", ZERO, Condition("knee", 0.0, 1.0)), THERE], ".1.condition.joint", "no joint 'knee'"),
+        (
+            [HERE, ViaPoint("pelvis", ZERO, Condition("lHip", 0.0, 1.0)), THERE],
+            ".1.condition.joint",
+            "ball joint has no",
+        ),
+        ([HERE, ViaPoint("pelvis", ZERO, Condition("lKnee", 0.0, 1.0, axis=1)), THERE], ".1.condition.axis", "angle 1"),
+        ([HERE, ViaPoint("pelvis", ZERO, Condition("lKnee", 1.0, 1.0)), THERE], ".1.condition.low", "not less"),
+        ([HERE, ViaPoint("pelvis", ZERO, Condition("lKnee", 0.0, 1.0, 0.0)), THERE], ".1.condition.blend", "positive"),
+    ],
+)
+def test_errors_say_what_is_wrong_and_where(bad: list[ViaPoint], key: str, message: str):
+    with pytest.raises(SceneError, match=message) as caught:
+        path_table({"SOL": bad}, topology(biped()), biped())
+    assert caught.value.key == f"muscles.SOL.path{key}"
+
+
+# OpenSim.
+
+
+class Osim:
+    """The parts of an .osim file with pin joints that a path needs."""
+
+    def __init__(self, file: Path) -> None:
+        self.root = ElementTree.parse(file).getroot()
+        self.poses = np.load(file.with_name(f"{file.stem}_path_reference.npz"))
+        self.centers = {
+            body.get("name"): numbers(body, "mass_center") for body in self.root.iterfind(".//BodySet/objects/Body")
+        }
+
+    def joint(self, name: str) -> tuple[str, Joint]:
+        """A joint, its axis that of its only rotation, and the name of its coordinate."""
+        (joint,) = self.root.iterfind(f".//JointSet/objects/*[@name='{name}']")
+        frames = {}
+        for which in ("parent", "child"):
+            frame = joint.find(f"frames/PhysicalOffsetFrame[@name='{joint.findtext(f'socket_{which}_frame')}']")
+            assert numbers(frame, "orientation") == ZERO
+            body = frame.findtext("socket_parent").split("/")[-1]
+            frames[which] = body, tuple(np.subtract(numbers(frame, "translation"), self.centers[body]))
+        (parent, in_parent), (child, in_child) = frames.values()
+        coordinate = joint.find("coordinates/Coordinate")
+        if coordinate is None:
+            return "", Joint("fixed", parent, child, in_parent, in_child)
+        turn = joint.find("SpatialTransform/TransformAxis[@name='rotation1']")
+        axis = (0.0, 0.0, 1.0) if turn is None else numbers(turn, "axis")
+        return coordinate.get("name"), Joint("hinge", parent, child, in_parent, in_child, [axis])
+
+    def path(self, muscle: str) -> list[ViaPoint]:
+        """A path of fixed and conditional points without wrapping."""
+        (owner,) = self.root.iterfind(f".//ForceSet/objects/*[@name='{muscle}']")
+        assert owner.find("GeometryPath/PathWrapSet/objects/*") is None
+        result = []
+        for point in owner.iterfind("GeometryPath/PathPointSet/objects/*"):
+            body, condition = point.findtext("socket_parent_frame").split("/")[-1], None
+            if point.tag == "ConditionalPathPoint":
+                joint = point.findtext("socket_coordinate").split("/")[-2]
+                condition = Condition(joint, *numbers(point, "range"), blend=1e-4)
+            position = np.subtract(numbers(point, "location"), self.centers[body])
+            result.append(ViaPoint(body, tuple(position), condition))
+        return result
+
+    def geometry(self, root: str, joints: list[str], muscles: list[str]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Lengths, lengthening speeds (n, M) and moment arms (n, M, joints) in the poses of the reference."""
+        named = {name: self.joint(name) for name in joints}
+        tree = {name: joint for name, (_, joint) in named.items()}
+        bodies = {name: Body(1.0, (1.0, 1.0, 1.0)) for name in [root, *(joint.child for joint in tree.values())]}
+        moving = [named[name][0] for name in joints if named[name][0]]
+        column = [list(self.poses["coordinate_names"]).index(name) for name in moving]
+        q, u = self.poses["q"], self.poses["u"]
+        stages_ = Stages(Scene("osim", Character(root, bodies, tree, "fixed")), len(q), "cpu")
+        state, names = stages_.structs[1], stages_.names
+        assert [named[name][0] for name in names.joints if named[name][0]] == moving
+        coordinates = state.coordinates.numpy().copy()
+        coordinates[:, names.coordinate_start[1] :] = q[:, column]
+        state.coordinates.assign(coordinates)
+        state.speeds.assign(u[:, column].astype(np.float32))
+        paths = {muscle: self.path(muscle) for muscle in muscles}
+        result = geometry_of(stages_, paths)
+        return result.length, result.speed, -gradient(stages_, result)
+
+    def expected(self, joints: list[str], muscles: list[str]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """The same according to OpenSim, whose moment arms are -dl/dq."""
+        row = [list(self.poses["muscle_names"]).index(name) for name in muscles]
+        moving = [coordinate for coordinate, _ in map(self.joint, joints) if coordinate]
+        column = [list(self.poses["coordinate_names"]).index(name) for name in moving]
+        poses = self.poses
+        return poses["length"][:, row], poses["lengthening_speed"][:, row], poses["moment_arm"][:, row][:, :, column]
+
+
+def numbers(element: ElementTree.Element, tag: str) -> tuple[float, ...]:
+    return tuple(float(word) for word in element.findtext(tag).split())
+
+
+WITHOUT_KNEES = {
+    "hips": (
+        "gait10dof18musc",
+        "pelvis",
+        ["hip_r", "hip_l"],
+        ["glut_max_r", "iliopsoas_r", "glut_max_l", "iliopsoas_l"],
+    ),
+    "right ankle": ("gait10dof18musc", "tibia_r", ["ankle_r", "subtalar_r"], ["soleus_r", "tib_ant_r"]),
+    "left ankle": ("gait10dof18musc", "tibia_l", ["ankle_l", "subtalar_l"], ["soleus_l", "tib_ant_l"]),
+    "arm": ("arm26", "base", ["r_shoulder", "r_elbow"], ["BICshort"]),
+}
+
+
+@pytest.mark.parametrize("case", WITHOUT_KNEES)
+def test_paths_without_wrapping_are_those_of_opensim(reference_data: Path, case: str):
+    model, root, joints, muscles = WITHOUT_KNEES[case]
+    file = reference_data / "opensim_reference" / f"{model}.osim"
+    if not file.is_file():
+        pytest.skip(f"no {file}")
+    osim = Osim(file)
+    got, expected = osim.geometry(root, joints, muscles), osim.expected(joints, muscles)
+    for mine, theirs, tolerance in zip(got, expected, (1e-6, 1e-5, 1e-6), strict=True):
+        assert np.abs(theirs).max() > 0.01
+        np.testing.assert_allclose(mine, theirs, atol=tolerance)
