@@ -1,0 +1,45 @@
+"""Excitation to activation: neural delay and activation dynamics.
+
+Activations and excitations are 0..1; times are in seconds, rates in 1/s.
+"""
+
+import warp as wp
+
+THELEN_TIMES = (0.015, 0.05)  # activation and deactivation time constants, s, of OpenSim's Thelen2003Muscle
+MILLARD_TIMES = (0.01, 0.04)  # the same of its Millard2012EquilibriumMuscle
+
+
+@wp.func
+def activation_step(activation: float, excitation: float, rate: float, time_step: float) -> float:
+    """Activation after one step of a' = rate (u - a), forward Euler (Bergmann 2017, eq. 10), kept within 0..1.
+
+    Args:
+        rate: of activation and deactivation, 1/s (100 in the source). Stable for rate * time_step <= 1.
+    """
+    return wp.clamp(activation + rate * time_step * (excitation - activation), 0.0, 1.0)
+
+
+@wp.func
+def activation_rate(activation: float, excitation: float, rise_time: float, fall_time: float) -> float:
+    """Rate 1/tau of a' = (u - a)/tau, 1/s (Thelen 2003, eq. 1 and 2; Millard 2013 takes the same with other constants).
+
+    Args:
+        rise_time: time constant of activation, s. fall_time: of deactivation, s.
+    """
+    scale = 0.5 + 1.5 * activation
+    return wp.where(excitation > activation, 1.0 / (rise_time * scale), scale / fall_time)
+
+
+@wp.func
+def activation_relaxed(activation: float, excitation: float, rate: float, time_step: float) -> float:
+    """Activation after one step of a' = rate (u - a) at constant rate: exact, so stable for steps of any length."""
+    return excitation + (activation - excitation) * wp.exp(-rate * time_step)
+
+
+@wp.func
+def delayed_slot(step: int, delay_steps: int, capacity: int) -> int:
+    """Slot of a ring buffer that was written `delay_steps` steps ago; a delay is less than the capacity.
+
+    The first value ever written stands for the time before it: until the delay has passed, that is slot 0.
+    """
+    return wp.max(step - delay_steps, 0) % capacity

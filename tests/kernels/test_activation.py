@@ -1,0 +1,55 @@
+"""Activation dynamics against OpenSim, closed forms and a queue."""
+
+import numpy as np
+import pytest
+from probes import evaluate
+
+from warpmuscle.kernels import activation
+
+TIMES = {"Thelen2003": activation.THELEN_TIMES, "Millard2012Equilibrium": activation.MILLARD_TIMES}
+
+
+@pytest.mark.parametrize("name", TIMES)
+def test_rate_of_activation_is_that_of_opensim(name: str, reference_data):
+    table = reference_data / "opensim_reference" / f"activation_dynamics_{name}Muscle.csv"
+    u, a, expected = np.loadtxt(table, delimiter=",", skiprows=1).T
+    rate = evaluate(activation.activation_rate, a, u, *TIMES[name])
+    np.testing.assert_allclose(rate * (u - a), expected, rtol=1e-5, atol=1e-5)
+
+
+def test_small_step_follows_the_rate():
+    a, u = np.random.default_rng(0).random((2, 200))
+    rate = evaluate(activation.activation_rate, a, u, 0.01, 0.04)
+    moved = evaluate(activation.activation_relaxed, a, u, rate, 1e-3)
+    np.testing.assert_allclose(moved - a, 1e-3 * rate * (u - a), atol=0.5 * (1e-3 * rate.max()) ** 2)
+
+
+def test_relaxation_is_exact_at_a_constant_rate_and_stable_in_long_steps():
+    steps = np.array([1e-4, 1e-2, 1.0, 100.0])
+    got = evaluate(activation.activation_relaxed, 0.9, 0.2, 50.0, steps)
+    np.testing.assert_allclose(got, 0.2 + 0.7 * np.exp(-50.0 * steps), atol=1e-6)
+
+
+def test_euler_step_of_the_report_approaches_the_excitation_geometrically():
+    a = np.array([0.0])
+    for _ in range(100):
+        a = evaluate(activation.activation_step, a, 0.7, 100.0, 0.0005)
+    np.testing.assert_allclose(a, 0.7 * (1.0 - 0.95**100), atol=1e-6)
+
+
+def test_euler_step_stays_between_zero_and_one():
+    a, u = np.random.default_rng(0).uniform(-1.0, 2.0, (2, 200))
+    got = evaluate(activation.activation_step, a, u, 1000.0, 0.01)
+    assert got.min() == 0.0
+    assert got.max() == 1.0
+
+
+@pytest.mark.parametrize("delay", [0, 1, 9, 39])
+def test_delay_equals_a_queue_that_starts_full_of_the_first_value(delay: int):
+    written = np.arange(200)
+    slot = evaluate(activation.delayed_slot, written, delay, 64).astype(int)
+    ring, read = np.zeros(64, dtype=int), []
+    for step in written:
+        ring[step % 64] = step
+        read.append(ring[slot[step]])
+    assert read == [0] * delay + list(range(200 - delay))
