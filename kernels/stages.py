@@ -1,6 +1,7 @@
 """The stages of a step as kernels of their own over plain arrays, for pipelines of one's own and for tests.
 
-Launch each with dim = instances. `workspace` is (instances, `lanes.work_floats(bodies)`) floats of scratch memory.
+Launch each with dim = instances. `workspace` is scratch memory, (instances,
+`lanes.work_floats(lanes.capacity_of(bodies))`) floats.
 Body 0 is the root; body i hangs on joint i - 1.
 """
 
@@ -25,9 +26,8 @@ def address_of(a: wp.array2d[float]) -> wp.uint64: ...
 @wp.func
 def work_of(instance: int, model: Model, workspace: wp.array2d[float]) -> Work:
     """The working set of an instance, in its row of the workspace."""
-    n = model.body_count
-    slots = wp.max(4, n / 3)
-    return work_at(after(address_of(workspace), instance * workspace.shape[1]), n, slots)
+    address = after(address_of(workspace), instance * workspace.shape[1])
+    return work_at(address, model.body_count, model.foot_slots)
 
 
 @wp.kernel

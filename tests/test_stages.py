@@ -1,5 +1,7 @@
 """The stages one at a time against the fused step."""
 
+import copy
+
 import numpy as np
 import pytest
 
@@ -91,3 +93,24 @@ def test_structures_for_other_kernels_are_those_of_the_batch(stages: Stages):
     model, state = stages.structs
     assert model.body_count == 15
     assert state.coordinates.shape == (2000, stages.names.coordinates)
+
+
+def test_feet_may_carry_more_bodies_than_legs_usually_have():
+    """Eleven bodies of which five are feet and toes: as many as the size class of fifteen has room for."""
+    scene = load("iwalk")
+    character, controller = scene.character, scene.controller
+    for name in ("torso_head", "lShoulder", "rShoulder", "lElbow", "rElbow"):
+        del character.bodies[character.joints.pop(name).child]
+    character.bodies["lHeel"] = copy.deepcopy(character.bodies["lToes"])
+    character.joints["lHeelJoint"] = copy.deepcopy(character.joints["lToeJoint"])
+    character.joints["lHeelJoint"].child = "lHeel"
+    controller.pd, controller.states[0].trajectories, scene.initial_state.joints = {}, {}, {}
+    scene.initial_state.root_position = (0.0, 1.02, 0.0)
+    fused, stages = Rollout(scene, 1, "cpu"), Stages(scene, 1, "cpu")
+    mass = np.array([character.bodies[name].mass for name in stages.names.bodies])
+    weight = np.array([0.0, 9.8 * mass.sum(), 0.0])
+    acceleration = stages.forward_dynamics()["acceleration"][0]
+    fused.run(scene.time_step)
+    force = fused.state.foot_force.numpy()[0].sum(axis=0)
+    assert force[1] > 100.0
+    np.testing.assert_allclose(force, mass @ acceleration + weight, atol=1e-3 * force[1])

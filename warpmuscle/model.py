@@ -88,11 +88,19 @@ def _root_start(state: InitialState, kind: str) -> tuple[Floats, Floats]:
     if state.heading is not None:
         turn = turned_to_heading(q, rows(state.heading))
         q, velocity, angular = multiply(turn, q), rotate(turn, velocity), rotate(turn, angular)
+    return root_coordinates(kind, position, q, velocity, angular)
+
+
+def root_coordinates(
+    kind: str, position: Floats, orientation: Floats, velocity: Floats, angular_velocity: Floats
+) -> tuple[Floats, Floats]:
+    """Coordinates and speeds of a free, planar or fixed root from its motion in the world, (n, 3) and (n, 4) each."""
     if kind == "free":
-        return _beside([position, q]), _beside([velocity, angular])
+        return _beside([position, orientation]), _beside([velocity, angular_velocity])
     if kind == "planar":
-        return _beside([position[:, 1:], twist_angle(q, X_AXIS)[:, None]]), _beside([velocity[:, 1:], angular[:, :1]])
-    return _beside([position, q]), np.zeros((1, 0))
+        turn = twist_angle(orientation, X_AXIS)[:, None]
+        return _beside([position[:, 1:], turn]), _beside([velocity[:, 1:], angular_velocity[:, :1]])
+    return _beside([position, orientation]), np.zeros((len(position), 0))
 
 
 def _joint_start(joint: Joint, state: JointState) -> tuple[Floats, Floats]:

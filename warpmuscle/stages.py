@@ -11,9 +11,9 @@ from numpy.typing import ArrayLike
 
 from warpmuscle.arrays import Floats
 from warpmuscle.kernels import stages, structs
-from warpmuscle.kernels.lanes import work_floats
-from warpmuscle.model import joint_coordinates
-from warpmuscle.pose import normalized, twist_angle
+from warpmuscle.kernels.lanes import capacity_of, work_floats
+from warpmuscle.model import joint_coordinates, root_coordinates
+from warpmuscle.pose import normalized
 from warpmuscle.rollout import Rollout
 from warpmuscle.scene import Scene
 
@@ -27,7 +27,8 @@ class Stages(Rollout):
     def __init__(self, scene: Scene, instances: int = 1, device: str | None = None) -> None:
         """Prepare room for so many states; see `Rollout`."""
         super().__init__(scene, instances, device)
-        self._workspace = wp.zeros((instances, work_floats(len(self.names.bodies))), dtype=float, device=self.device)
+        floats = work_floats(capacity_of(len(self.names.bodies)))
+        self._workspace = wp.zeros((instances, floats), dtype=float, device=self.device)
 
     def set_state(
         self,
@@ -54,13 +55,12 @@ class Stages(Rollout):
             foot_force: (n, 2, 3) N, on the left and the right foot in the step before.
         """
         n = self.instances
-        q, position = normalized(root_orientation), np.asarray(root_position, dtype=np.float64)
-        velocity, angular = np.asarray(root_velocity, np.float64), np.asarray(root_angular_velocity, np.float64)
-        coordinates, speeds = {
-            "free": ([position, q], [velocity, angular]),
-            "planar": ([position[:, 1:], twist_angle(q, (1.0, 0.0, 0.0))[:, None]], [velocity[:, 1:], angular[:, :1]]),
-            "fixed": ([position, q], []),
-        }[self.scene.character.root_joint]
+        position, velocity, angular = (
+            np.asarray(v, dtype=np.float64) for v in (root_position, root_velocity, root_angular_velocity)
+        )
+        kind = self.scene.character.root_joint
+        root_q, root_v = root_coordinates(kind, position, normalized(root_orientation), velocity, angular)
+        coordinates, speeds = [root_q], [root_v]
         orientation, rate = normalized(joint_orientation), np.asarray(joint_angular_velocity, dtype=np.float64)
         for i, name in enumerate(self.names.joints):
             joint_q, joint_v = joint_coordinates(self._numeric.character.joints[name], orientation[:, i], rate[:, i])
@@ -69,7 +69,7 @@ class Stages(Rollout):
         s = self._state
         s.accelerations.zero_()
         s.coordinates.assign(np.concatenate(coordinates, axis=1).astype(np.float32))
-        s.speeds.assign(np.concatenate([*speeds, np.zeros((n, 0))], axis=1).astype(np.float32))
+        s.speeds.assign(np.concatenate(speeds, axis=1).astype(np.float32))
         s.phase.assign(np.broadcast_to(np.asarray(phase, np.float32), (n,)).copy())
         s.stance.assign(np.broadcast_to(np.asarray(stance, np.int32), (n,)).copy())
         s.machine_state.assign(np.broadcast_to(np.asarray(machine_state, np.int32), (n,)).copy())

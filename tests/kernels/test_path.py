@@ -13,7 +13,7 @@ from biped import biped
 from mujoco_oracle import random_states
 from warpmuscle.errors import SceneError
 from warpmuscle.kernels import path, stages
-from warpmuscle.kernels.lanes import work_floats
+from warpmuscle.kernels.lanes import capacity_of, work_floats
 from warpmuscle.paths import Condition, MusclePath, PathTable, ViaPoint, path_table, paths_struct
 from warpmuscle.scene import Body, Character, Joint, Scene
 from warpmuscle.stages import Stages
@@ -90,7 +90,7 @@ def geometry_of(stages_: Stages, paths: dict[str, MusclePath]) -> Geometry:
         wp.zeros(shape, dtype=float, device=stages_.device),
         wp.zeros((n, max(len(table.crossings), 1)), dtype=wp.vec3, device=stages_.device),
     ]
-    workspace = wp.zeros((n, work_floats(len(names.bodies))), dtype=float, device=stages_.device)
+    workspace = wp.zeros((n, work_floats(capacity_of(len(names.bodies)))), dtype=float, device=stages_.device)
     inputs = [*stages_.structs, workspace, struct]
     wp.launch(stages.muscle_paths, dim=n, inputs=inputs, outputs=outputs, device=stages_.device)
     length, speed, arm = (array.numpy().astype(float) for array in outputs)
