@@ -16,8 +16,8 @@ def record_stage(
     if record.every == 0:
         return
     row = record.slot[instance]
-    frame = (step - record.first_step) / record.every
-    if row < 0 or (step - record.first_step) % record.every != 0 or frame >= record.phase.shape[1]:
+    frame = step / record.every
+    if row < 0 or step % record.every != 0 or frame >= record.phase.shape[1]:
         return
     if lane == 0:
         record.phase[row, frame] = state.phase[instance]

@@ -14,6 +14,8 @@ from warpmuscle.kernels.record import record_stage
 from warpmuscle.kernels.simbicon import advance_phase, control_stage
 from warpmuscle.kernels.structs import RIGHT, RUNNING, Model, Record, State, Work
 
+MAX_REGISTERS = 168  # three warps of 32 lanes in each quarter of a multiprocessor
+
 
 @wp.func
 def foot_force_stage(instance: int, model: Model, state: State, work: Work):
@@ -63,9 +65,6 @@ def module_options(block_dim: int) -> dict[str, Any]:
         "-march=native -ffp-contract=fast -mllvm=-inline-threshold=100000 -mllvm=-inline-cold-callsite-threshold=100000"
     )
     return {"block_dim": block_dim, "max_unroll": 1, "cpu_compiler_flags": flags}
-
-
-MAX_REGISTERS = 168  # three warps of 32 lanes in each quarter of a multiprocessor
 
 
 @cache

@@ -186,7 +186,6 @@ class Record:
 
     slot: wp.array[int]  # (instances,) which row an instance has, -1 for none
     every: int  # steps between frames; 0: nothing is recorded
-    first_step: int  # step of frame 0
     phase: wp.array2d[float]
     stance: wp.array2d[int]
     machine_state: wp.array2d[int]

@@ -42,7 +42,6 @@ class Frames:
         self.record = structs.Record()
         self.record.slot = wp.array(slot, dtype=int, device=device)
         self.record.every = every if chosen else 0
-        self.record.first_step = 0
         lead = (len(chosen), -(-steps // every)) if chosen else (1, 1)
         for name, (shape, dtype) in ARRAYS.items():
             trail = tuple(sizes[size] if isinstance(size, str) else size for size in shape)
