@@ -38,8 +38,11 @@ def activation_relaxed(activation: float, excitation: float, rate: float, time_s
 
 @wp.func
 def delayed_slot(step: int, delay_steps: int, capacity: int) -> int:
-    """Slot of a ring buffer that was written `delay_steps` steps ago; a delay is less than the capacity.
+    """Slot of a ring buffer that was written `delay_steps` steps ago.
 
     The first value ever written stands for the time before it: until the delay has passed, that is slot 0.
+
+    Args:
+        capacity: of the ring, a power of two greater than the delay; step s is written to slot s & (capacity - 1).
     """
-    return wp.max(step - delay_steps, 0) % capacity
+    return wp.max(step - delay_steps, 0) & (capacity - 1)

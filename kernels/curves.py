@@ -28,7 +28,7 @@ SEARCH_STEPS = 30  # of the inverse of Millard's force-velocity curve
 @wp.func
 def gaussian_active(length: float, shape: float) -> float:
     """exp(-(l - 1)^2/shape) (Bergmann 2017, eq. 4, shape 0.5; Thelen 2003, eq. 4, shape 0.45)."""
-    return wp.exp(-(length - 1.0) * (length - 1.0) / shape)
+    return wp.exp((length - 1.0) * (length - 1.0) * (-1.0 / shape))
 
 
 @wp.func
@@ -43,10 +43,27 @@ def groote_active(length: float) -> float:
 
 
 @wp.func
-def exponential_passive(length: float, shape: float) -> float:
-    """(exp(k (l - 1)/0.6) - 1)/(exp k - 1) beyond l = 1 (Bergmann 2017, eq. 6, k = 4; Thelen 2003, eq. 3, k = 5)."""
-    stretch = wp.max(length - 1.0, 0.0)
-    return (wp.exp(shape * stretch / PASSIVE_STRAIN) - 1.0) / (wp.exp(shape) - 1.0)
+def exponential_passive(length: float, rate: float, scale: float) -> float:
+    """(exp(k (l - 1)/0.6) - 1)/(exp k - 1) beyond l = 1 (Bergmann 2017, eq. 6, k = 4; Thelen 2003, eq. 3, k = 5).
+
+    Args:
+        rate: k/0.6. scale: 1/(exp k - 1).
+    """
+    if length <= 1.0:
+        return 0.0
+    return (wp.exp(rate * (length - 1.0)) - 1.0) * scale
+
+
+@wp.func
+def lee_passive(length: float) -> float:
+    """Passive force of Bergmann 2017, eq. 6."""
+    return exponential_passive(length, wp.static(4.0 / PASSIVE_STRAIN), wp.static(1.0 / (math.exp(4.0) - 1.0)))
+
+
+@wp.func
+def thelen_passive(length: float) -> float:
+    """Passive force of Thelen 2003, eq. 3."""
+    return exponential_passive(length, wp.static(5.0 / PASSIVE_STRAIN), wp.static(1.0 / (math.exp(5.0) - 1.0)))
 
 
 @wp.func
@@ -64,11 +81,11 @@ def hyperbolic_velocity(speed: float, shape: float, longest: float) -> wp.vec2:
         shape: A_f of the sources. longest: multiplier at infinite lengthening speed.
     """
     if speed <= 0.0:
-        bottom = 1.0 - speed / shape
-        return wp.vec2((speed + 1.0) / bottom, (1.0 + 1.0 / shape) / (bottom * bottom))
+        part = 1.0 / (1.0 - speed * (1.0 / shape))
+        return wp.vec2((speed + 1.0) * part, (1.0 + 1.0 / shape) * part * part)
     scale = (2.0 + 2.0 / shape) / (longest - 1.0)
-    bottom = 1.0 + scale * speed
-    return wp.vec2((1.0 + longest * scale * speed) / bottom, scale * (longest - 1.0) / (bottom * bottom))
+    part = 1.0 / (1.0 + scale * speed)
+    return wp.vec2((1.0 + longest * scale * speed) * part, scale * (longest - 1.0) * part * part)
 
 
 @wp.func
@@ -160,7 +177,9 @@ def passive_force_length(model: int, length: float) -> float:
         return millard_passive(length)
     if model == DE_GROOTE:
         return groote_passive(length)
-    return exponential_passive(length, wp.where(model == LEE, 4.0, 5.0))
+    if model == THELEN:
+        return thelen_passive(length)
+    return lee_passive(length)
 
 
 @wp.func

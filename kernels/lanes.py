@@ -55,8 +55,8 @@ def work_at(address: wp.uint64, n: int, slots: int) -> Work:
     """Views on the working set at an address, with room for n bodies.
 
     Four groups live one after the other in the same 27 floats a body, as a step needs them: sums of the kinematics,
-    the controller's targets, the articulated inertia, and accelerations. The joint factors of the backward pass take
-    the place of the velocities' lags.
+    the controller's targets with the joint velocities, the articulated inertia, and accelerations. The joint factors of
+    the backward pass take the place of the velocities' lags.
     """
     w = Work()
     w.rotation = wp.array(ptr=address, shape=(n,), dtype=wp.mat33)
@@ -78,6 +78,7 @@ def work_at(address: wp.uint64, n: int, slots: int) -> Work:
     w.target = wp.array(ptr=shared, shape=(n,), dtype=wp.quat)
     w.strength = wp.array(ptr=after(shared, 4 * n), shape=(n,), dtype=float)
     w.frame = wp.array(ptr=after(shared, 5 * n), shape=(n,), dtype=int)
+    w.joint_velocity = wp.array(ptr=after(shared, 6 * n), shape=(n,), dtype=wp.vec3)
     w.block_a = wp.array(ptr=shared, shape=(n,), dtype=symmetric)
     w.block_b = wp.array(ptr=after(shared, 6 * n), shape=(n,), dtype=wp.mat33)
     w.block_c = wp.array(ptr=after(shared, 15 * n), shape=(n,), dtype=symmetric)

@@ -9,11 +9,11 @@ import warp as wp
 
 from warpmuscle.kernels.curves import (
     active_force_length,
-    exponential_passive,
     force_velocity,
     force_velocity_slope,
     gaussian_active,
     hyperbolic_velocity,
+    lee_passive,
     passive_force_length,
     tendon_force_slope,
     tendon_force_strain,
@@ -23,11 +23,15 @@ SHORTEST_FIBRE = 0.05  # of l_opt
 SMALLEST_COSINE = 0.1  # of the pennation
 LARGEST_PASSIVE = 1.5  # of f_max
 LARGEST_SPEED = 1.0  # of v_max
+FASTEST_STRETCH = (
+    10.0  # of v_max: a fibre with a compliant tendon gives way to a faster pull than that of LARGEST_SPEED
+)
 FIBRE_DAMPING = 0.1  # beta of Millard 2013, of f_max at v_max
 EQUILIBRIUM_STEPS = 40
-SPEED_STEPS = 16
-FORCE_TOLERANCE = 2.0e-6  # of f_max
-STAGE = 1.0 - 0.5**0.5  # of a step
+SPEED_STEPS = 12
+FORCE_TOLERANCE = 0.02  # of f_max
+SPEED_TOLERANCE = 0.02  # of v_max
+PASSIVE_STIFFNESS = 7.0  # about the slope of the passive force over itself
 
 
 @wp.func
@@ -40,20 +44,32 @@ def bounded_fibre_length(length: float, l_opt: float, width: float) -> float:
 @wp.func
 def along_tendon(length: float, width: float) -> float:
     """Length of the fibre along the tendon, m: l cos(pennation)."""
-    return wp.sqrt(wp.max((length - width) * (length + width), 0.0))
+    if width > 0.0:
+        return wp.sqrt(wp.max((length - width) * (length + width), 0.0))
+    return length
+
+
+@wp.func
+def pennation_cosine(length: float, width: float) -> float:
+    """Cosine of the pennation of a fibre."""
+    if width > 0.0:
+        return along_tendon(length, width) / length
+    return 1.0
 
 
 @wp.func
 def rigid_fibre_length(mt_length: float, l_opt: float, l_slack: float, width: float) -> float:
     """Fibre length with a rigid tendon, m, from the length of the whole musculotendon unit."""
     reach = wp.max(mt_length - l_slack, 0.0)
-    return bounded_fibre_length(wp.sqrt(reach * reach + width * width), l_opt, width)
+    if width > 0.0:
+        reach = wp.sqrt(reach * reach + width * width)
+    return bounded_fibre_length(reach, l_opt, width)
 
 
 @wp.func
 def rigid_fibre_speed(mt_speed: float, length: float, width: float) -> float:
     """Lengthening speed of the fibre with a rigid tendon, m/s: the unit's times the cosine of the pennation."""
-    return mt_speed * along_tendon(length, width) / length
+    return mt_speed * pennation_cosine(length, width)
 
 
 @wp.func
@@ -77,7 +93,7 @@ def legacy_force(f_max: float, activation: float, length: float, speed: float, l
     """
     x = length / l_opt
     active = activation * gaussian_active(x, 0.5) * hyperbolic_velocity(speed / (10.0 * l_opt), 0.3, 1.8)[0]
-    return f_max * active + exponential_passive(x, 4.0)
+    return f_max * active + lee_passive(x)
 
 
 @wp.func
@@ -111,7 +127,7 @@ def rigid_force(
     length = rigid_fibre_length(mt_length, l_opt, l_slack, width)
     speed = rigid_fibre_speed(mt_speed, length, width)
     force = fibre_force(model, activation, length / l_opt, speed / (v_max * l_opt), damping)
-    return force * along_tendon(length, width) / length
+    return force * pennation_cosine(length, width)
 
 
 @wp.func
@@ -150,61 +166,70 @@ def fibre_equilibrium(
 
 @wp.func
 def equilibrium_speed(
-    model: int, activation: float, mt_length: float, start: float, reach: float,
+    model: int, activation: float, mt_length: float, start: float, reach: float, guess: float,
     l_opt: float, l_slack: float, width: float, damping: float,
 ) -> float:  # fmt: skip
-    """Speed v of the fibre over v_max, within +-LARGEST_SPEED, with which fibre and tendon are in equilibrium.
+    """Speed v of the fibre over v_max, -LARGEST_SPEED..FASTEST_STRETCH, with which fibre and tendon are in equilibrium.
 
     It solves, with the fibre length l = start + reach v,
 
         (a f_l(l) f_v(v) + f_p(l) + damping v) cos(pennation) = f_t(l)      (Millard 2013, eq. 8)
 
-    The left side minus the right increases with v, so Newton's method within a shrinking bracket finds it.
+    The left side minus the right, the excess, increases with v, so Newton's method within a shrinking bracket finds
+    it. A step from a small excess is the last, if small itself: where a slack tendon becomes taut it may be far off.
 
     Args:
-        mt_length: of the whole unit, m. reach: m. damping: as in `fibre_force`.
+        mt_length: of the whole unit, m. reach: m. guess: of v, within its range. damping: as in `fibre_force`.
     """
-    high = wp.float32(LARGEST_SPEED)
-    low = -high
-    v = wp.float32(0.0)
+    low = wp.float32(-2.0 * LARGEST_SPEED)
+    high = wp.float32(2.0 * FASTEST_STRETCH)
+    v = wp.float32(guess)
+    per_optimum = 1.0 / l_opt
+    per_slack = 1.0 / l_slack
     for _ in range(SPEED_STEPS):
         length = bounded_fibre_length(start + reach * v, l_opt, width)
-        x = length / l_opt
-        cosine = wp.max(along_tendon(length, width) / length, SMALLEST_COSINE)
+        x = length * per_optimum
+        cosine = wp.max(pennation_cosine(length, width), SMALLEST_COSINE)
         active = activation * active_force_length(model, x)
-        tendon = tendon_force_slope(model, tendon_strain(mt_length, length, l_slack, width))
+        passive = bounded_passive(model, x)
+        strain = (mt_length - l_slack - along_tendon(length, width)) * per_slack
+        tendon = tendon_force_slope(model, strain)
         fibre = force_velocity_slope(model, v, activation)
-        excess = (active * fibre[0] + bounded_passive(model, x) + damping * v) * cosine - tendon[0]
-        if wp.abs(excess) < FORCE_TOLERANCE:
-            return v
+        excess = (active * fibre[0] + passive + damping * v) * cosine - tendon[0]
         if excess > 0.0:
             high = v
         else:
             low = v
-        slope = (active * fibre[1] + damping) * cosine + tendon[1] * reach / (cosine * l_slack)
-        v = v - excess / wp.max(slope, 1.0e-6)
-        if not (v > low and v < high):
-            v = 0.5 * (low + high)
+        stiffness = PASSIVE_STIFFNESS * passive * cosine * per_optimum + tendon[1] * per_slack / cosine
+        slope = (active * fibre[1] + damping) * cosine + stiffness * reach
+        better = wp.clamp(v - excess / wp.max(slope, 1.0e-6), -LARGEST_SPEED, FASTEST_STRETCH)
+        change = wp.abs(better - v)
+        if (wp.abs(excess) < FORCE_TOLERANCE and change < SPEED_TOLERANCE) or change == 0.0:
+            return better
+        v = wp.where(better > low and better < high, better, 0.5 * (low + high))
     return v
 
 
 @wp.func
 def compliant_step(
-    model: int, activation: float, mt_length: float, mt_speed: float, length: float,
+    model: int, activation: float, mt_length: float, length: float, previous_length: float,
     l_opt: float, l_slack: float, width: float, v_max: float, damping: float, time_step: float,
 ) -> float:  # fmt: skip
-    """Fibre length, m, after a step in which fibre and tendon stay in equilibrium.
+    """Fibre length, m, after a step in which fibre and tendon come to equilibrium at its end.
 
-    Two implicit stages of second order, stable however stiff the tendon (Alexander 1977, SDIRK2).
+    The backward differentiation formula of second order, stable however stiff the tendon (Curtiss 1952):
+
+        l_{n+1} = 4/3 l_n - 1/3 l_{n-1} + 2/3 h v_{n+1}
 
     Args:
-        mt_length, mt_speed: of the whole unit at the end of the step. length: of the fibre at its start.
-        v_max: l_opt/s. damping: as in `fibre_force`. time_step: h, s.
+        mt_length: of the whole unit at the end of the step. length, previous_length: of the fibre at the start of this
+            step and of the one before; equal in the first step. v_max: l_opt/s. damping: as in `fibre_force`.
+        time_step: h, s.
     """
     whole = time_step * v_max * l_opt
-    reach = STAGE * whole
-    between = mt_length - (1.0 - STAGE) * time_step * mt_speed
-    first = equilibrium_speed(model, activation, between, length, reach, l_opt, l_slack, width, damping)
-    start = length + (whole - reach) * first
-    second = equilibrium_speed(model, activation, mt_length, start, reach, l_opt, l_slack, width, damping)
-    return bounded_fibre_length(start + reach * second, l_opt, width)
+    moved = length - previous_length
+    start = length + wp.clamp(moved, -whole, whole) / 3.0  # what gave way to a sudden pull does not swing on
+    reach = 2.0 / 3.0 * whole
+    guess = wp.clamp(moved / whole, -LARGEST_SPEED, FASTEST_STRETCH)
+    v = equilibrium_speed(model, activation, mt_length, start, reach, guess, l_opt, l_slack, width, damping)
+    return bounded_fibre_length(start + reach * v, l_opt, width)

@@ -18,35 +18,10 @@ coordinate, -dl/dq, is minus the component of r along its axis.)
 
 import warp as wp
 
-from warpmuscle.kernels.structs import UNIVERSAL, Model, State, Work, at
+from warpmuscle.kernels.lanes import synchronize
+from warpmuscle.kernels.structs import UNIVERSAL, Model, Paths, State, Work, at
 
-
-@wp.struct
-class Paths:
-    """Paths of all muscles, one behind the other; a crossing is a pair of a joint and a muscle that acts on it.
-
-    Crossings are sorted by joint, so that a joint gathers its own muscles. Joints are named by the body they carry.
-    """
-
-    muscle_count: int
-    start: wp.array[int]  # (muscles + 1,) points of muscle m are start[m]..start[m + 1] - 1
-    point_body: wp.array[int]  # (points,)
-    point: wp.array2d[wp.vec3]  # (rows, points) m, from the body's joint, body axes
-    point_condition: wp.array[int]  # (points,) -1: the point always counts
-    condition_joint: wp.array[int]  # (conditions,)
-    condition_axis: wp.array[int]  # (conditions,) which of the joint's coordinates
-    condition_interval: wp.array2d[wp.vec3]  # (rows, conditions) low, high, width of the blend, rad
-    segment_start: wp.array[int]  # (muscles + 1,)
-    segment: wp.array2d[int]  # (segments, 2) its points a and b, in the order of the path
-    segment_varies: wp.array[int]  # (segments,) 1: its weight depends on conditions
-    crossing_start: wp.array[int]  # (bodies + 1,) crossings of the joint of body i
-    crossing_joint: wp.array[int]  # (crossings,)
-    crossing_muscle: wp.array[int]  # (crossings,)
-    term_start: wp.array[int]  # (crossings + 1,) segments that make a muscle act on a joint
-    term_segment: wp.array[int]  # (terms,)
-    term_sign: wp.array[int]  # (terms,) 1: b is beyond the joint, -1: a is, 0: only a condition hangs on the joint
-    muscle_crossing_start: wp.array[int]  # (muscles + 1,)
-    muscle_crossing: wp.array[int]  # (crossings,) the crossings of a muscle, nearest to the root first
+SHORTEST = 1.0e-9  # m, of a segment that has a direction
 
 
 @wp.struct
@@ -60,26 +35,11 @@ class Weight:
 
 @wp.struct
 class Stretch:
-    """Length, m, and lengthening speed, m/s."""
+    """Length and lengthening speed of a path. The parts of the length are kept apart for precision."""
 
-    length: float
-    speed: float
-
-
-@wp.func
-def direction_of(a: wp.vec3, b: wp.vec3) -> wp.vec3:
-    """Unit vector from a to b; zero if they coincide."""
-    return wp.normalize(b - a)
-
-
-@wp.func
-def lengthening_speed(direction: wp.vec3, velocity_a: wp.vec3, velocity_b: wp.vec3) -> float:
-    """Rate of the distance of two points, m/s: (v_b - v_a) . direction.
-
-    Args:
-        direction: unit vector from a to b.
-    """
-    return wp.dot(velocity_b - velocity_a, direction)
+    fixed: float  # m, of the segments within bodies
+    moving: float  # m, of all others
+    speed: float  # m/s
 
 
 @wp.func
@@ -177,74 +137,74 @@ def segment_weight(
 
 
 @wp.func
-def point_position(instance: int, point: int, paths: Paths, work: Work) -> wp.vec3:
-    """Position of a via point in the world, m."""
-    body = paths.point_body[point]
-    return work.position[body] + work.rotation[body] * at(paths.point, instance, point)
+def offset_between(body: int, origin: int, work: Work) -> wp.vec3:
+    """From the joint of the body `origin` to that of another one, world axes, m."""
+    if body == origin:
+        return wp.vec3(0.0)
+    return work.position[body] - work.position[origin]
 
 
 @wp.func
-def point_velocity(point: int, position: wp.vec3, paths: Paths, work: Work) -> wp.vec3:
-    """Velocity, m/s, of a via point that is at this position in the world."""
-    body = paths.point_body[point]
-    return work.velocity[body] + wp.cross(work.angular_velocity[body], position - work.position[body])
+def segment_end(instance: int, segment: int, end: int, model: Model, work: Work) -> wp.vec3:
+    """From the joint of the segment's origin to its end a (0) or b (1), world axes, m."""
+    paths = model.paths
+    body = paths.segment_body[segment, end]
+    local = work.rotation[body] * at(paths.segment_end, instance, 2 * segment + end)
+    if paths.segment_far[segment] != 0:
+        local += offset_between(body, paths.segment_origin[segment], work)
+    return local
 
 
 @wp.func
-def muscle_stretch(instance: int, muscle: int, model: Model, state: State, paths: Paths, work: Work) -> Stretch:
-    """Length and lengthening speed of one muscle's path, from the kinematics in the working set."""
-    total = Stretch()
-    last = paths.start[muscle] - 1  # the point that b is: none yet
-    b = wp.vec3(0.0)
-    velocity_b = wp.vec3(0.0)
-    for segment in range(paths.segment_start[muscle], paths.segment_start[muscle + 1]):
-        first = paths.segment[segment, 0]
-        a = b
-        velocity_a = velocity_b
-        if first != last:
-            a = point_position(instance, first, paths, work)
-            velocity_a = point_velocity(first, a, paths, work)
-        last = paths.segment[segment, 1]
-        b = point_position(instance, last, paths, work)
-        velocity_b = point_velocity(last, b, paths, work)
-        length = wp.length(b - a)
-        speed = lengthening_speed(direction_of(a, b), velocity_a, velocity_b)
-        if paths.segment_varies[segment] != 0:
-            weight = segment_weight(instance, segment, 0, model, state, paths, work)
-            speed = weight.value * speed + weight.rate * length
-            length = weight.value * length
-        total.length += length
-        total.speed += speed
-    return total
+def joint_velocity(joint: int, model: Model, work: Work) -> wp.vec3:
+    """Angular velocity of a joint's child relative to its parent in the middle of the last step, world, rad/s."""
+    parent = model.skeleton.parent[joint]
+    child = work.angular_velocity[joint] - work.lag_angular[joint]
+    return child - work.angular_velocity[parent] + work.lag_angular[parent]
 
 
 @wp.func
-def moment_arm(instance: int, crossing: int, model: Model, state: State, paths: Paths, work: Work) -> wp.vec3:
-    """Moment arm vector, m, world, of the crossing's muscle about its joint: the sum over all segments that act on it.
+def joint_velocities(lane: int, lanes: int, model: Model, work: Work):
+    """Relative angular velocities of all joints into the working set. Ends with a barrier."""
+    for body in range(1 + lane, model.body_count, lanes):
+        work.joint_velocity[body] = joint_velocity(body, model, work)
+    synchronize()
 
-    A tension F puts the torque F r on the joint's parent and -F r on its child.
+
+@wp.func
+def muscle_stretch(
+    instance: int, muscle: int, model: Model, state: State, work: Work, arm: wp.array2d[wp.vec3]
+) -> Stretch:
+    """Length and lengthening speed of one muscle's path, from kinematics and joint velocities in the working set.
+
+    Args:
+        arm: (instances, crossings) gets the moment arm vectors of the muscle, m, world: a tension F puts the torque
+            F r on the joint's parent and -F r on its child.
     """
-    joint = paths.crossing_joint[crossing]
-    total = wp.vec3(0.0)
-    for term in range(paths.term_start[crossing], paths.term_start[crossing + 1]):
-        segment = paths.term_segment[term]
-        a = point_position(instance, paths.segment[segment, 0], paths, work)
-        b = point_position(instance, paths.segment[segment, 1], paths, work)
-        arm = segment_moment_arm(a, work.position[joint], direction_of(a, b)) * float(paths.term_sign[term])
-        if paths.segment_varies[segment] != 0:
-            weight = segment_weight(instance, segment, joint, model, state, paths, work)
-            arm = arm * weight.value + weight.gradient * wp.length(b - a)
-        total += arm
+    paths = model.paths
+    total = Stretch()
+    total.fixed = at(paths.fixed_length, instance, muscle)
+    for segment in range(paths.segment_start[muscle], paths.segment_start[muscle + 1]):
+        varies = paths.segment_varies[segment]
+        a = segment_end(instance, segment, 0, model, work)
+        d = segment_end(instance, segment, 1, model, work) - a
+        length = wp.length(d)
+        direction = d * (1.0 / wp.max(length, SHORTEST))
+        weight = Weight()
+        weight.value = 1.0
+        for term in range(paths.term_start[segment], paths.term_start[segment + 1]):
+            crossing = paths.term_crossing[term]
+            joint = paths.crossing_joint[crossing]
+            center = offset_between(joint, paths.segment_origin[segment], work)
+            r = segment_moment_arm(a, center, direction) * float(paths.term_sign[term])
+            if varies != 0:
+                weight = segment_weight(instance, segment, joint, model, state, paths, work)
+                r = r * weight.value + weight.gradient * length
+            total.speed += wp.dot(r, work.joint_velocity[joint])
+            if paths.term_first[term] == 0:
+                r += arm[instance, crossing]
+            arm[instance, crossing] = r
+        if varies != 0:
+            weight = segment_weight(instance, segment, 0, model, state, paths, work)
+        total.moving += length * weight.value
     return total
-
-
-@wp.func
-def path_stage(
-    instance: int, lane: int, lanes: int, model: Model, state: State, paths: Paths, work: Work,
-    length: wp.array2d[float], speed: wp.array2d[float],
-):  # fmt: skip
-    """Length, m, and lengthening speed, m/s, of every muscle of one instance, (instances, muscles). No barrier."""
-    for muscle in range(lane, paths.muscle_count, lanes):
-        stretch = muscle_stretch(instance, muscle, model, state, paths, work)
-        length[instance, muscle] = stretch.length
-        speed[instance, muscle] = stretch.speed

@@ -6,19 +6,39 @@ from warpmuscle.kernels.structs import Model, Record, State, Work
 
 
 @wp.func
-def record_stage(
-    instance: int, lane: int, lanes: int, step: int, model: Model, state: State, record: Record, work: Work
+def frame_of(instance: int, step: int, record: Record) -> int:
+    """The frame to be written in this step, or -1: the instance is not recorded, or no frame is due."""
+    if record.every == 0:
+        return -1
+    if record.slot[instance] < 0 or step % record.every != 0 or step / record.every >= record.phase.shape[1]:
+        return -1
+    return step / record.every
+
+
+@wp.func
+def record_desired(
+    instance: int, lane: int, lanes: int, frame: int, model: Model, state: State, record: Record, work: Work
 ):
-    """Write a frame if this instance is recorded and this step is due. Ends without a barrier.
+    """Write what the controller wants, if a frame is due. Ends without a barrier."""
+    if frame < 0:
+        return
+    row = record.slot[instance]
+    for i in range(lane, model.body_count, lanes):
+        record.desired_torque[row, frame, i] = work.torque[i]
+        record.target[row, frame, i] = work.target[i]
+
+
+@wp.func
+def record_stage(
+    instance: int, lane: int, lanes: int, frame: int, model: Model, state: State, record: Record, work: Work
+):
+    """Write the state and the torques that act, if a frame is due. Ends without a barrier.
 
     Forces on the feet are those of the step before, as the controller sees them.
     """
-    if record.every == 0:
+    if frame < 0:
         return
     row = record.slot[instance]
-    frame = step / record.every
-    if row < 0 or step % record.every != 0 or frame >= record.phase.shape[1]:
-        return
     if lane == 0:
         record.phase[row, frame] = state.phase[instance]
         record.stance[row, frame] = state.stance[instance]
@@ -35,4 +55,3 @@ def record_stage(
         record.position[row, frame, i] = work.position[i]
         record.angular_velocity[row, frame, i] = work.angular_velocity[i]
         record.torque[row, frame, i] = work.torque[i]
-        record.target[row, frame, i] = work.target[i]

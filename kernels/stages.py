@@ -5,16 +5,20 @@ Launch each with dim = instances. `workspace` is scratch memory, (instances,
 Body 0 is the root; body i hangs on joint i - 1.
 """
 
+from functools import cache
+from typing import Any
+
 import warp as wp
 
 from warpmuscle.kernels.contact import body_contacts
 from warpmuscle.kernels.dynamics import acceleration_stage, body_inertia, inertia_stage, leave_for_parent
 from warpmuscle.kernels.kinematics import kinematics_stage
 from warpmuscle.kernels.lanes import after, work_at
-from warpmuscle.kernels.path import Paths, moment_arm, path_stage
+from warpmuscle.kernels.muscle_stage import MuscleKind, muscle_stage_of
+from warpmuscle.kernels.path import joint_velocities, muscle_stretch
 from warpmuscle.kernels.simbicon import control_stage
 from warpmuscle.kernels.spatial import symmetric, symmetric_times
-from warpmuscle.kernels.structs import BALL, ROOT_FREE, UNIVERSAL, Model, State, Work, at
+from warpmuscle.kernels.structs import BALL, ROOT_FREE, UNIVERSAL, Model, Record, State, Work, at
 
 wp.set_module_options({"enable_backward": False, "max_unroll": 1})
 
@@ -90,21 +94,56 @@ def contact_forces(
 @wp.kernel
 def muscle_paths(
     # in
-    model: Model, state: State, workspace: wp.array2d[float], paths: Paths,
+    model: Model, state: State, workspace: wp.array2d[float],
     # out
     length: wp.array2d[float], speed: wp.array2d[float], arm: wp.array2d[wp.vec3],
 ):  # fmt: skip
     """Length, m, and lengthening speed, m/s, of all muscles (instances, muscles), and all moment arms.
 
     Returns:
-        arm: (instances, crossings) m, world axes; see `path.moment_arm`.
+        arm: (instances, crossings) m, world axes; see `path.muscle_stretch`.
     """
     i = wp.tid()
     work = work_of(i, model, workspace)
     kinematics_stage(i, 0, 1, model, state, work)
-    path_stage(i, 0, 1, model, state, paths, work, length, speed)
-    for crossing in range(paths.crossing_start[model.body_count]):
-        arm[i, crossing] = moment_arm(i, crossing, model, state, paths, work)
+    joint_velocities(0, 1, model, work)
+    for muscle in range(model.muscles.count):
+        stretch = muscle_stretch(i, muscle, model, state, work, arm)
+        length[i, muscle] = stretch.fixed + stretch.moving
+        speed[i, muscle] = stretch.speed
+
+
+@cache
+def muscle_torques(kind: MuscleKind) -> Any:
+    """The kernel (model, state, workspace, desired, record, torque) of the muscles of a kind.
+
+    It lets the muscles answer to desired joint torques (instances, bodies; world, N m, + on the parent) for one step,
+    which it counts, and gives the torques that drive the joints instead. The record has a row an instance and one
+    frame, whose `muscle` (instances, 1, quantities, muscles) gets what `muscle_stage` records.
+    """
+    muscle_stage = muscle_stage_of(kind)
+
+    @wp.kernel(module="unique", enable_backward=False, module_options={"max_unroll": 1})
+    def kernel(
+        # in
+        model: Model, state: State, workspace: wp.array2d[float], desired: wp.array2d[wp.vec3],
+        # in and out
+        record: Record,
+        # out
+        torque: wp.array2d[wp.vec3],
+    ):  # fmt: skip
+        i = wp.tid()
+        work = work_of(i, model, workspace)
+        kinematics_stage(i, 0, 1, model, state, work)
+        for body in range(model.body_count):
+            work.torque[body] = desired[i, body]
+            work.stiffness[body] = symmetric(0.0)
+        muscle_stage(i, 0, 1, 0, model, state, record, work)
+        for body in range(model.body_count):
+            torque[i, body] = work.torque[body]
+        state.step[i] = state.step[i] + 1
+
+    return kernel
 
 
 @wp.kernel

@@ -9,8 +9,9 @@ from warpmuscle.kernels.dynamics import acceleration_stage, inertia_stage
 from warpmuscle.kernels.integration import integrate_stage
 from warpmuscle.kernels.kinematics import kinematics_stage
 from warpmuscle.kernels.lanes import slots_of, synchronize, work_address, work_at
+from warpmuscle.kernels.muscle_stage import MuscleKind, muscle_stage_of, no_muscles
 from warpmuscle.kernels.objective import effort_stage, posture_status, step_status
-from warpmuscle.kernels.record import record_stage
+from warpmuscle.kernels.record import frame_of, record_desired, record_stage
 from warpmuscle.kernels.simbicon import advance_phase, control_stage
 from warpmuscle.kernels.structs import RIGHT, RUNNING, Model, Record, State, Work
 
@@ -31,32 +32,45 @@ def foot_force_stage(instance: int, model: Model, state: State, work: Work):
     state.foot_force[instance, 1] = right
 
 
-@wp.func
-def one_step(instance: int, lane: int, lanes: int, model: Model, state: State, record: Record, work: Work) -> int:
-    """One step of one instance. Returns its status, the same on all lanes."""
-    step = state.step[instance]
-    kinematics_stage(instance, lane, lanes, model, state, work)
-    if step == 0 and lane == 0:
-        state.start_height[instance] = work.center[0][1]
-    synchronize()
-    status = posture_status(instance, model, state, work)
-    if status != RUNNING:
+@cache
+def one_step_of(muscles: MuscleKind | None) -> Any:
+    """The Warp function that makes one step of one instance and returns its status, the same on all lanes.
+
+    Args:
+        muscles: kind of the muscles, None for characters that torques alone drive.
+    """
+    muscle_stage = muscle_stage_of(muscles) if muscles is not None else no_muscles
+
+    @wp.func
+    def one_step(instance: int, lane: int, lanes: int, model: Model, state: State, record: Record, work: Work) -> int:
+        step = state.step[instance]
+        frame = frame_of(instance, step, record)
+        kinematics_stage(instance, lane, lanes, model, state, work)
+        if step == 0 and lane == 0:
+            state.start_height[instance] = work.center[0][1]
+        synchronize()
+        status = posture_status(instance, model, state, work)
+        if status != RUNNING:
+            return status
+        control_stage(instance, lane, lanes, model, state, work)
+        effort_stage(instance, lane, lanes, model, state, work)
+        record_desired(instance, lane, lanes, frame, model, state, record, work)
+        muscle_stage(instance, lane, lanes, frame, model, state, record, work)
+        record_stage(instance, lane, lanes, frame, model, state, record, work)
+        synchronize()
+        inertia_stage(instance, lane, lanes, model, state, work)
+        acceleration_stage(instance, lane, lanes, model, work)
+        integrate_stage(instance, lane, lanes, model, state, work)
+        status = step_status(model, work)
+        if status == RUNNING and lane == 0:
+            foot_force_stage(instance, model, state, work)
+            if model.simbicon.enabled == 1:
+                advance_phase(instance, model, state)
+            state.step[instance] = step + 1
+        synchronize()
         return status
-    control_stage(instance, lane, lanes, model, state, work)
-    effort_stage(instance, lane, lanes, model, state, work)
-    record_stage(instance, lane, lanes, step, model, state, record, work)
-    synchronize()
-    inertia_stage(instance, lane, lanes, model, state, work)
-    acceleration_stage(instance, lane, lanes, model, work)
-    integrate_stage(instance, lane, lanes, model, state, work)
-    status = step_status(model, work)
-    if status == RUNNING and lane == 0:
-        foot_force_stage(instance, model, state, work)
-        if model.simbicon.enabled == 1:
-            advance_phase(instance, model, state)
-        state.step[instance] = step + 1
-    synchronize()
-    return status
+
+    return one_step
 
 
 def module_options(block_dim: int) -> dict[str, Any]:
@@ -68,14 +82,16 @@ def module_options(block_dim: int) -> dict[str, Any]:
 
 
 @cache
-def step_kernel(capacity: int, lanes: int, block_dim: int) -> Any:
+def step_kernel(capacity: int, lanes: int, block_dim: int, muscles: MuscleKind | None = None) -> Any:
     """The fused kernel of a size class: launch with dim=(running instances, lanes) and this block_dim.
 
     Args:
         capacity: bodies that it has room for, see `lanes.capacity_of`.
         lanes: threads that share an instance; 1 on the CPU.
         block_dim: threads a block, a multiple of lanes.
+        muscles: see `one_step_of`.
     """
+    one_step = one_step_of(muscles)
     instances_per_block = max(block_dim // lanes, 1)
     slots = slots_of(capacity)
     address = work_address(capacity, instances_per_block)

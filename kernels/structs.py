@@ -15,6 +15,8 @@ ROOT_FREE, ROOT_PLANAR, ROOT_FIXED = 0, 1, 2
 BALL, UNIVERSAL, HINGE, FIXED = 1, 2, 3, 4
 LEFT, RIGHT, REVERSE, SAME = 0, 1, 2, 3
 RUNNING, COMPLETED, FELL, TURNED, TOUCHED, DIVERGED = 0, 1, 2, 3, 4, 5
+BY_TORQUE, BY_MUSCLES, MIXED = 0, 1, 2  # what drives a joint
+KEEP, DROP, CLIP = 0, 1, 2  # pushing contributions to a muscle's desired force
 
 
 @wp.func
@@ -105,6 +107,75 @@ class Simbicon:
 
 
 @wp.struct
+class Paths:
+    """Paths of all muscles, one behind the other; a crossing is a pair of a joint and a muscle that acts on it.
+
+    Crossings are sorted by joint, so that a joint gathers its own muscles. Joints are named by the body they carry.
+    Segments that lie within one body and always count are part of a muscle's fixed length and not listed.
+    """
+
+    fixed_length: wp.array2d[float]  # (rows, muscles) m
+    point_condition: wp.array[int]  # (points,) -1: the point always counts
+    condition_joint: wp.array[int]  # (conditions,)
+    condition_axis: wp.array[int]  # (conditions,) which of the joint's coordinates
+    condition_interval: wp.array2d[wp.vec3]  # (rows, conditions) low, high, width of the blend, rad
+    segment_start: wp.array[int]  # (muscles + 1,) segments of muscle m are segment_start[m]..segment_start[m + 1] - 1
+    segment: wp.array2d[int]  # (segments, 2) its points a and b, in the order of the path
+    segment_body: wp.array2d[int]  # (segments, 2) bodies of a and b
+    segment_origin: wp.array[int]  # (segments,) the body from whose joint the segment is measured
+    segment_far: wp.array[int]  # (segments,) 0: its bodies are neighbours, and its ends are given from the origin
+    segment_end: wp.array2d[wp.vec3]  # (rows, 2 segments) m, a and b, their body's axes; else from their body's joint
+    segment_varies: wp.array[int]  # (segments,) 1: its weight depends on conditions
+    term_start: wp.array[int]  # (segments + 1,) crossings to which a segment contributes
+    term_crossing: wp.array[int]  # (terms,)
+    term_sign: wp.array[int]  # (terms,) 1: b is beyond the joint, -1: a is, 0: only a condition hangs on the joint
+    term_first: wp.array[int]  # (terms,) 1: no segment before contributes to the crossing
+    crossing_start: wp.array[int]  # (bodies + 1,) crossings of the joint of body i
+    crossing_joint: wp.array[int]  # (crossings,)
+    crossing_muscle: wp.array[int]  # (crossings,)
+    muscle_crossing_start: wp.array[int]  # (muscles + 1,)
+    muscle_crossing: wp.array[int]  # (crossings,) the crossings of a muscle, nearest to the root first
+
+
+@wp.struct
+class Muscles:
+    """What stays the same of the muscles."""
+
+    count: int
+    model: int  # LEE, THELEN, MILLARD or DE_GROOTE; the fused step has it compiled in
+    negative: int  # KEEP, DROP or CLIP
+    scaled_rates: int  # 1: the rates of activation depend on the activation
+    f_max: wp.array2d[float]  # (rows, muscles) N
+    l_opt: wp.array2d[float]  # (rows, muscles) m
+    l_slack: wp.array2d[float]  # (rows, muscles) m
+    width: wp.array2d[float]  # (rows, muscles) m, l_opt sin(pennation at l_opt)
+    v_max: wp.array2d[float]  # (rows, muscles) l_opt/s
+    damping: wp.array2d[float]  # (rows, muscles) force at v_max over f_max
+    rise_time: wp.array2d[float]  # (rows, muscles) s, time constant of activation
+    fall_time: wp.array2d[float]  # (rows, muscles) s, of deactivation
+    rise_rest: wp.array2d[float]  # (rows, muscles) exp(-h/rise_time): what a step leaves of the way to go, up ...
+    fall_rest: wp.array2d[float]  # (rows, muscles) ... and down; the rates of activation being constant
+    delay_steps: wp.array2d[int]  # (rows, muscles) less than the capacity of the ring
+    knot_start: wp.array[int]  # (muscles + 1,) knots of the excitation of a muscle that has its own, over time
+    knot_time: wp.array2d[float]  # (rows, knots) s
+    knot_value: wp.array2d[float]  # (rows, knots)
+    period: wp.array2d[float]  # (rows, muscles) s, 0: the excitation does not repeat
+
+
+@wp.struct
+class Actuation:
+    """What drives the joints; projectors are made of weights of a joint's degrees of freedom, 0 or 1."""
+
+    drive: wp.array[int]  # (bodies,) BY_TORQUE, BY_MUSCLES or MIXED
+    by_torque: wp.array[wp.vec3]  # (bodies,) weights of the controller's torque
+    by_muscles: wp.array[wp.vec3]  # (bodies,) of the muscles' torque
+    passive: wp.array[wp.vec3]  # (bodies,) of the spring-damper
+    rest: wp.array2d[wp.quat]  # (rows, bodies) child in parent, where the spring is relaxed
+    stiffness: wp.array2d[float]  # (rows, bodies) N m/rad
+    damping: wp.array2d[float]  # (rows, bodies) N m s/rad
+
+
+@wp.struct
 class Model:
     """Everything that stays the same during a simulation."""
 
@@ -120,6 +191,21 @@ class Model:
     skeleton: Skeleton
     contacts: Contacts
     simbicon: Simbicon
+    actuation: Actuation
+    muscles: Muscles
+    paths: Paths
+
+
+@wp.struct
+class MuscleState:
+    """What changes of the muscles, of all instances."""
+
+    activation: wp.array2d[float]  # (instances, muscles)
+    excitation_ring: wp.array3d[float]  # (instances, capacity, muscles) see `delayed_slot`
+    fibre_length: wp.array2d[float]  # (instances, muscles) m; with compliant tendons or in legacy mode
+    previous_fibre_length: wp.array2d[float]  # (instances, muscles) m, a step before
+    force: wp.array2d[float]  # (instances, muscles) N
+    moment_arm: wp.array2d[wp.vec3]  # (instances, crossings) m, world
 
 
 @wp.struct
@@ -137,6 +223,7 @@ class State:
     status: wp.array[int]  # (instances,) RUNNING ... DIVERGED
     start_height: wp.array[float]  # (instances,) m, COM height at step 0
     torque_integral: wp.array2d[wp.float64]  # (instances, bodies) sum over steps of |feedback torque|, N m
+    muscles: MuscleState
 
 
 @wp.struct
@@ -157,6 +244,7 @@ class Work:
     center: wp.array[wp.vec3]  # (2,) COM and its velocity
     moment: wp.array[wp.vec3]  # (bodies,) kg m, mass times centre of mass, world
     momentum: wp.array[wp.vec3]  # (bodies,) kg m/s
+    joint_velocity: wp.array[wp.vec3]  # (bodies,) rad/s, world, of the child relative to the parent
     target: wp.array[wp.quat]  # (bodies,)
     strength: wp.array[float]  # (bodies,)
     frame: wp.array[int]  # (bodies,) 1: target in the character frame
@@ -197,4 +285,6 @@ class Record:
     position: wp.array3d[wp.vec3]  # bodies, of the joint
     angular_velocity: wp.array3d[wp.vec3]  # bodies, world
     torque: wp.array3d[wp.vec3]  # bodies
+    desired_torque: wp.array3d[wp.vec3]  # bodies; the controller's
     target: wp.array3d[wp.quat]  # bodies
+    muscle: wp.array4d[float]  # quantities, muscles; path length ... force, see `muscle_stage`

