@@ -140,14 +140,14 @@ def rotate(quaternion: np.ndarray, vector: np.ndarray) -> np.ndarray:
     return vector + quaternion[..., 3:] * cross + np.cross(quaternion[..., :3], cross)
 
 
-def random_recording(frames: int = 200, joints: int = 3, seed: int = 0) -> Recording:
+def random_recording(frames: int = 200, joints: int = 3, seed: int = 0, muscles: int = 0) -> Recording:
     """A recording of the right shapes, filled with random numbers."""
     rng = np.random.default_rng(seed)
-    counts = {"frame": frames, "joint": joints, "body": joints + 1}
+    counts = {"frame": frames, "joint": joints, "body": joints + 1, "muscle": muscles}
     arrays = {
         name: rng.random([counts.get(axis, len(axis.split())) for axis in quantity.axes])
         for name, quantity in QUANTITIES.items()
     }
     arrays |= {"stance": np.zeros(frames, dtype=np.int32), "state": np.zeros(frames, dtype=np.int32)}
     names = [f"part{i}" for i in range(joints + 1)]
-    return Recording.of(arrays, tuple(names[1:]), tuple(names))
+    return Recording.of(arrays, tuple(names[1:]), tuple(names), tuple(f"muscle{i}" for i in range(muscles)))

@@ -3,19 +3,24 @@
 from warpmuscle.number import Free
 from warpmuscle.scene import (
     PD,
+    Actuation,
     Balance,
     Body,
     Box,
     Character,
     Component,
+    Condition,
     Controller,
     Curve,
+    Excitation,
     Feedback,
     Joint,
+    Muscle,
     Scene,
     Sphere,
     State,
     Trajectory,
+    ViaPoint,
 )
 
 ZERO = (0.0, 0.0, 0.0)
@@ -47,3 +52,33 @@ def sound_scene() -> Scene:
             pd={"root": PD(10.0, 1.0), "lHip": PD(Free(10.0, 5.0, 20.0), 1.0)},
         ),
     )
+
+
+def muscle_scene() -> Scene:
+    """The small scene with toes on a hinge and two muscles, one on a hip and one on the toes; passive on the other hip.
+
+    The toe muscle has a conditional point and an excitation of its own.
+    """
+    scene = sound_scene()
+    character = scene.character
+    character.bodies["lToes"] = Body(0.5, (0.1, 0.1, 0.1))
+    character.joints["lToe"] = Joint("hinge", "lFoot", "lToes", (0.0, 0.0, 0.1), (0.0, 0.0, -0.1), axes=[X])
+    character.muscles = {
+        "HFL": Muscle(
+            [ViaPoint("pelvis", (0.0, 0.1, 0.1)), ViaPoint("lFoot", (0.0, -0.3, 0.1))], 1000.0, 0.2, 0.15, 0.01
+        ),
+        "TFL": Muscle(
+            [
+                ViaPoint("lFoot", (0.0, 0.3, 0.0)),
+                ViaPoint("lFoot", (0.0, 0.1, 0.05), Condition("lToe", -1.0, 0.5)),
+                ViaPoint("lToes", (0.0, -0.1, 0.0)),
+            ],
+            500.0,
+            0.1,
+            0.2,
+            pennation=0.3,
+            excitation=Excitation([0.0, 0.5], [0.0, 1.0], period=1.0),
+        ),
+    }
+    scene.actuation = {"rHip": Actuation("passive", stiffness=10.0, damping=1.0)}
+    return scene

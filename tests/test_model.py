@@ -7,6 +7,7 @@ from biped import biped
 from warpmuscle.formats import load
 from warpmuscle.kernels.structs import HINGE, ROOT_FREE, UNIVERSAL
 from warpmuscle.model import model_struct, start_of
+from warpmuscle.muscles import driven
 from warpmuscle.pose import about, multiply, rotate, twist_angle
 from warpmuscle.scene import Ground, InitialState, JointState, Scene
 from warpmuscle.stages import Stages
@@ -78,7 +79,7 @@ def test_a_root_that_is_not_free_starts_as_far_as_it_can_move(root_joint: str, m
 def test_numbers_that_all_instances_share_are_stored_once():
     scene = scene_with(InitialState())
     scene.character.bodies["torso"].mass = np.array([20.0, 22.0, 24.0])
-    skeleton = model_struct(scene, topology(scene.character), "cpu").skeleton
+    skeleton = model_struct(scene, topology(scene.character), driven(scene, topology(scene.character)), "cpu").skeleton
     assert skeleton.mass.shape == (3, 15)
     assert skeleton.inertia.shape == (1, 15)
     np.testing.assert_allclose(skeleton.total_mass.numpy()[:, 0], [70.4 - 2.5, 70.4 - 0.5, 70.4 + 1.5], rtol=1e-6)
@@ -106,7 +107,7 @@ def test_bodies_hang_on_their_joints():
 def test_model_of_a_shipped_scene_names_its_parts():
     scene = load("iwalk")
     names = topology(scene.character)
-    model = model_struct(scene, names, "cpu")
+    model = model_struct(scene, names, driven(scene, names), "cpu")
     kinds = dict(zip(names.bodies, model.skeleton.joint_type.numpy(), strict=True))
     assert (kinds["pelvis"], kinds["lLowerleg"], kinds["lFoot"]) == (ROOT_FREE, HINGE, UNIVERSAL)
     assert names.bodies[model.simbicon.left_foot] == "lFoot"

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from small_scene import sound_scene
+from warpmuscle.checks import Checks
 from warpmuscle.errors import Error
 from warpmuscle.number import Free
-from warpmuscle.parameters import Parameter, free_parameters, snap, start_values, substitute, with_values
+from warpmuscle.parameters import Parameter, free_parameters, greatest, snap, start_values, substitute, with_values
 from warpmuscle.scene import PD, Scene
 from warpmuscle.validate import check_scene
 
@@ -52,6 +53,41 @@ def test_rows_of_values_become_arrays_and_tied_numbers_share_theirs(scene):
     assert batch.controller.states[0].trajectories["SWING_Hip"].components[0].angle[0] == 0.1
     assert type(batch.controller.states[0].trajectories["SWING_Hip"].components[0].axis) is tuple
     assert scene == before
+
+
+def test_numbers_tied_by_a_factor_are_its_multiple_in_every_row(scene):
+    scene.controller.pd["lHip"].kd = mirrored = Free(same_as="controller.states.0.time", factor=-1.0)
+    scene.controller.pd["rHip"].kd = doubled = Free(same_as="controller.states.0.time", factor=2.0)
+    assert [parameter.name for parameter in free_parameters(scene)].count("controller.pd.lHip.kd") == 0
+    batch = substitute(scene, np.array([[0.6, 0.1, 7.0], [0.8, -0.1, 9.0]])).controller
+    np.testing.assert_array_equal(batch.pd["lHip"].kd, [-0.6, -0.8])
+    np.testing.assert_array_equal(batch.pd["rHip"].kd, [1.2, 1.6])
+    np.testing.assert_array_equal(batch.states[0].time, [0.6, 0.8])
+    assert substitute(scene, start_values(scene)).controller.pd["lHip"].kd == -0.7
+    assert with_values(scene, np.array([0.6, 0.1, 7.0])).controller.pd["lHip"].kd == mirrored
+    checks = Checks(scene)
+    assert (checks.start(mirrored), checks.interval(mirrored)) == (-0.7, (-0.9, -0.5))
+    assert (checks.start(doubled), checks.interval(doubled)) == (1.4, (1.0, 1.8))
+
+
+def test_greatest_value_of_a_number_is_its_own_or_its_maximum_or_that_of_what_it_follows(scene):
+    numbers = [3.0, scene.controller.states[0].time, Free(same_as="controller.states.0.time")]
+    assert [greatest(scene, number) for number in numbers] == [3.0, 0.9, 0.9]
+    assert greatest(scene, Free(same_as="controller.states.0.time", factor=-1.0)) == -0.5
+    assert greatest(scene, Free(same_as="controller.states.0.time", factor=2.0)) == 1.8
+
+
+@pytest.mark.parametrize(
+    ("members", "message"),
+    [
+        ({"same_as": "a.b", "factor": float("inf")}, "factor must be finite"),
+        ({"value": 1.0, "min": 0.0, "max": 2.0, "factor": -1.0}, "only a number with `same_as` takes a factor"),
+        ({"same_as": "a.b", "factor": -1.0, "min": 0.0}, "takes value, min, max and step from that parameter"),
+    ],
+)
+def test_factors_belong_to_tied_numbers(members, message):
+    with pytest.raises(ValueError, match=message):
+        Free(**members)
 
 
 def test_one_vector_becomes_plain_numbers_of_a_sound_scene(scene):

@@ -76,10 +76,11 @@ def test_hinge_coordinates_are_those_that_made_the_pose():
     np.testing.assert_allclose(np.concatenate(got, axis=1), np.stack([angle, rate], axis=1), atol=1e-14)
 
 
-def test_universal_coordinates_are_those_that_made_the_pose():
-    """For axes at right angles."""
+@pytest.mark.parametrize("cosine", [0.0, 0.3, -0.6])
+def test_universal_coordinates_are_those_that_made_the_pose(cosine: float):
+    """For axes at right angles and others."""
     a = units(1, 3)
-    b = pose.normalized(np.cross(a, units(2, 3)))
+    b = cosine * a + np.sqrt(1.0 - cosine**2) * pose.normalized(np.cross(a, units(2, 3)))
     alpha, beta, rate_a, rate_b = angles(3), angles(4), angles(5), angles(6)
     q = pose.multiply(pose.about(b, beta), pose.about(a, alpha))
     velocity = rate_b[:, None] * b + rate_a[:, None] * pose.rotate(pose.about(b, beta), a)

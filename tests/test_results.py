@@ -29,7 +29,7 @@ def full_result(evaluations: int = 300) -> Result:
         ("controller.pd.lHip.kp", "kd ü"), ("N m/rad", "1"), np.zeros(2), np.ones(2), np.array([0.0, 0.1]), np.ones(2)
     )
     best = Best(found.params[7], float(found.cost[7]), 7)
-    replays = (random_recording(), random_recording(30, joints=2, seed=1))
+    replays = (random_recording(muscles=4), random_recording(30, joints=2, seed=1))
     return Result('name = "größe"\n', "cpu", "optimize a.toml", 42, table, found, best, replays)
 
 
@@ -73,7 +73,7 @@ def test_file_tells_foreign_readers_what_it_holds(tmp_path: Path):
             assert file.attrs[f"{name}_version"][0].isdigit()
         assert file["scene"].asstr()[()] == 'name = "größe"\n'
         for name, quantity in QUANTITIES.items():
-            attributes = file[f"replay/1/{name}"].attrs
+            attributes = file[f"replay/0/{name}"].attrs
             assert (attributes["units"], attributes["description"]) == (quantity.units, quantity.description)
             assert attributes["axes"].split(", ") == list(quantity.axes)
         status = file["evaluations/status"]

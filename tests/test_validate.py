@@ -6,16 +6,33 @@ import math
 import numpy as np
 import pytest
 
-from small_scene import ZERO, X, hip, sound_scene
+from biped import biped
+from small_scene import ZERO, X, hip, muscle_scene, sound_scene
 from warpmuscle.errors import SceneError
 from warpmuscle.number import Free
-from warpmuscle.scene import PD, Body, Curve, JointState, Scene, Trajectory
+from warpmuscle.scene import (
+    PD,
+    Actuation,
+    Body,
+    Condition,
+    Curve,
+    Excitation,
+    InitialState,
+    JointState,
+    Muscle,
+    MuscleModel,
+    Scene,
+    Trajectory,
+    ViaPoint,
+)
+from warpmuscle.stages import Stages
 from warpmuscle.validate import check_scene, trajectory_joints
+from warpmuscle.validate_muscles import initial_path_lengths, slack_warnings
 
 
 def changed(key: str, value: object) -> Scene:
-    """The small scene with another value at a path; missing members of tables are added."""
-    scene = copy.deepcopy(sound_scene())
+    """The small scene with muscles and another value at a path; missing members of tables are added."""
+    scene = copy.deepcopy(muscle_scene())
     *path, last = key.split(".")
     part: object = scene
     for name in path:
@@ -28,8 +45,10 @@ def changed(key: str, value: object) -> Scene:
     return scene
 
 
-def test_sound_scene_passes():
+def test_sound_scenes_pass():
     check_scene(sound_scene())
+    check_scene(muscle_scene())
+    check_scene(changed("controller", None))
 
 
 def test_trajectories_change_sides_with_the_stance():
@@ -40,6 +59,9 @@ def test_trajectories_change_sides_with_the_stance():
 
 STATE = "controller.states.0"
 COMPONENT = f"{STATE}.trajectories.SWING_Hip.components.0"
+HFL, TFL = "character.muscles.HFL", "character.muscles.TFL"
+CONDITION = f"{TFL}.path.1.condition"
+HERE = ViaPoint("pelvis", ZERO)
 
 
 @pytest.mark.parametrize(
@@ -97,6 +119,51 @@ COMPONENT = f"{STATE}.trajectories.SWING_Hip.components.0"
         ("ground.stiffness", -1.0, "ground.stiffness", "must not be negative"),
         ("failure.max_speed", 0.0, "failure.max_speed", "must be greater than 0"),
         ("objective.failure_cost", 0.0, "objective.failure_cost", "must be greater than 0"),
+        (f"{HFL}.path", [HERE], f"{HFL}.path", "at least two points, got 1"),
+        (f"{HFL}.path.1.body", "lfoot", f"{HFL}.path.1.body", "there is no body 'lfoot'; did you mean 'lFoot'?"),
+        (f"{HFL}.path.0.position", (0.0, math.nan, 0.0), f"{HFL}.path.0.position.1", "not a finite number"),
+        (f"{HFL}.path.0.condition", Condition("lToe", 0.0, 1.0), f"{HFL}.path.0.condition", "take no condition"),
+        (f"{HFL}.path.1.condition", Condition("lToe", 0.0, 1.0), f"{HFL}.path.1.condition", "take no condition"),
+        (f"{CONDITION}.joint", "ltoe", f"{CONDITION}.joint", "there is no joint 'ltoe'; did you mean 'lToe'?"),
+        (f"{CONDITION}.joint", "lHip", f"{CONDITION}.joint", "a ball joint has no angle"),
+        (f"{CONDITION}.axis", 1, f"{CONDITION}.axis", "a hinge joint has no angle 1"),
+        (f"{CONDITION}.axis", -1, f"{CONDITION}.axis", "no angle -1"),
+        (f"{CONDITION}.low", 0.5, f"{CONDITION}.low", "low is not less than high: 0.5, 0.5"),
+        (f"{CONDITION}.low", Free(-1.0, -2.0, 0.6), f"{CONDITION}.low", "low is not less than high: 0.6, 0.5"),
+        (f"{CONDITION}.blend", 0.0, f"{CONDITION}.blend", "must be positive, is 0"),
+        (f"{CONDITION}.blend", Free(0.1, -0.1, 0.2), f"{CONDITION}.blend", "must be positive, is -0.1"),
+        (f"{HFL}.f_max", 0.0, f"{HFL}.f_max", "must be greater than 0"),
+        (f"{HFL}.f_max", Free(1.0, 0.0, 2.0), f"{HFL}.f_max", "must be greater than 0"),
+        (f"{HFL}.f_max", Free(same_as="controller.pd.lHip.kp", factor=-1.0), f"{HFL}.f_max", "is -20"),
+        (f"{HFL}.l_opt", -0.1, f"{HFL}.l_opt", "must be greater than 0"),
+        (f"{HFL}.l_slack", -0.1, f"{HFL}.l_slack", "must not be negative"),
+        (f"{HFL}.delay", -0.1, f"{HFL}.delay", "must not be negative"),
+        (f"{HFL}.delay", 10.0, f"{HFL}.delay", "less than the scene's duration of 10 s, is 10 s"),
+        (f"{HFL}.delay", Free(0.1, 0.0, 20.0), f"{HFL}.delay", "duration of 10 s, is 20 s"),
+        (f"{HFL}.pennation", -0.1, f"{HFL}.pennation", "must not be negative"),
+        (f"{HFL}.pennation", 1.4, f"{HFL}.pennation", "must be less than 1.4 rad"),
+        (f"{TFL}.excitation", Excitation([], []), f"{TFL}.excitation.time", "at least one knot"),
+        (f"{TFL}.excitation.value", [1.0], f"{TFL}.excitation.value", "1 values for 2 times"),
+        (f"{TFL}.excitation.time", [0.5, 0.5], f"{TFL}.excitation.time.1", "times must increase, but 0.5 follows 0.5"),
+        (f"{TFL}.excitation.value.1", 1.1, f"{TFL}.excitation.value.1", "must be within 0 and 1, is 1.1"),
+        (f"{TFL}.excitation.value.0", Free(0.0, -0.5, 2.0), f"{TFL}.excitation.value.0", "within 0 and 1, is -0.5"),
+        (f"{TFL}.excitation.period", -1.0, f"{TFL}.excitation.period", "must not be negative"),
+        ("muscle_model.rise_time", 0.0, "muscle_model.rise_time", "must be greater than 0"),
+        ("muscle_model.fall_time", -1.0, "muscle_model.fall_time", "must be greater than 0"),
+        ("muscle_model.initial_activation", 1.5, "muscle_model.initial_activation", "within 0 and 1, is 1.5"),
+        ("muscle_model.v_max", 0.0, "muscle_model.v_max", "must be greater than 0"),
+        ("muscle_model.damping", -0.1, "muscle_model.damping", "must not be negative"),
+        ("muscle_model", MuscleModel(tendon="compliant", damping=0.0), "muscle_model.damping", "greater than 0"),
+        ("muscle_model", MuscleModel(legacy=True, ideal=True), "muscle_model.ideal", "both legacy and ideal"),
+        ("muscle_model", MuscleModel(legacy=True, tendon="switch"), "muscle_model.tendon", "leave out `tendon`"),
+        ("muscle_model", MuscleModel(legacy=True, curves="millard"), "muscle_model.curves", "leave out `curves`"),
+        ("actuation.neck", Actuation("torque"), "actuation.neck", "no joint is called 'neck'"),
+        ("actuation.lHip", Actuation(["torque"] * 2), "actuation.lHip.drive", "a ball joint takes one word or 3 in a"),
+        ("actuation.lToe", Actuation([]), "actuation.lToe.drive", "a hinge joint takes one word or 1 in a list, got 0"),
+        ("actuation.rHip", Actuation("muscle"), "actuation.rHip.drive", "no muscle crosses this joint"),
+        ("actuation.rHip", Actuation(["none", "none", "assisted"]), "actuation.rHip.drive", "no muscle crosses"),
+        ("actuation.rHip.stiffness", -1.0, "actuation.rHip.stiffness", "must not be negative"),
+        ("actuation.rHip.damping", -1.0, "actuation.rHip.damping", "must not be negative"),
     ],
 )
 def test_fault_is_named_by_its_key(key, value, at, message):
@@ -126,6 +193,89 @@ def test_a_followed_number_may_not_follow_another():
     scene.controller.pd["root"] = PD(Free(same_as="controller.pd.lHip.kp"), Free(same_as="controller.pd.root.kp"))
     with pytest.raises(SceneError, match="follows another number itself"):
         check_scene(scene)
+
+
+def test_only_compliant_tendons_need_a_length():
+    scene = changed("character.muscles.HFL.l_slack", 0.0)
+    check_scene(scene)
+    scene.muscle_model.tendon = "compliant"
+    with pytest.raises(SceneError, match=r"muscles\.HFL\.l_slack: must be greater than 0"):
+        check_scene(scene)
+
+
+def test_fixed_joints_cannot_be_driven():
+    scene = changed("actuation.lToe", Actuation("none"))
+    check_scene(scene)
+    scene.character.joints["lToe"].type, scene.character.joints["lToe"].axes = "fixed", []
+    scene.character.muscles = {}
+    with pytest.raises(SceneError, match=r"actuation\.lToe: a fixed joint cannot be driven"):
+        check_scene(scene)
+
+
+def test_a_muscle_drives_what_its_path_or_its_conditions_depend_on():
+    scene = changed("actuation.lToe", Actuation(["assisted"]))
+    scene.actuation["lHip"] = Actuation(["muscle", "torque", "passive"])
+    check_scene(scene)
+    scene.character.muscles["TFL"].path[2].body = "lFoot"  # still on a condition of the toes
+    check_scene(scene)
+    scene.character.muscles["TFL"].path[1].condition = None
+    with pytest.raises(SceneError, match="no muscle crosses this joint"):
+        check_scene(scene)
+
+
+# Tendons that are as long as the whole path.
+
+
+def test_slack_lengths_that_leave_no_fibre_are_named_with_one_that_fits():
+    scene = changed("character.muscles.HFL.l_slack", 0.4)  # its path is 0.4 m long
+    (warning,) = slack_warnings(scene)
+    assert warning.key == "character.muscles.HFL.l_slack"
+    assert warning.message == (
+        "slack length 0.4 m leaves no fibre in the initial pose, where the path is 0.4 m; 0.2 m would fit "
+        "(path minus l_opt)"
+    )
+    scene.character.muscles["HFL"].l_opt = 0.5
+    assert "l_opt 0.5 m alone is as long" in slack_warnings(scene)[0].message
+    scene.character.muscles["HFL"].l_slack = Free(0.39, 0.1, 0.5)
+    assert slack_warnings(scene) == []
+
+
+@pytest.mark.parametrize("model", [MuscleModel(legacy=True), MuscleModel(ideal=True)])
+def test_slack_lengths_do_not_matter_to_muscles_without_bounds_or_fibres(model):
+    scene = changed("character.muscles.HFL.l_slack", 1.0)
+    assert len(slack_warnings(scene)) == 1
+    scene.muscle_model = model
+    assert slack_warnings(scene) == []
+
+
+def test_conditional_points_count_where_their_angle_is_within_the_interval():
+    scene = muscle_scene()
+    through = initial_path_lengths(scene)["TFL"]
+    assert through == pytest.approx(math.hypot(0.2, 0.05) + math.hypot(0.2, 0.15))
+    scene.character.muscles["TFL"].path[1].condition.high = -0.5
+    assert initial_path_lengths(scene)["TFL"] == pytest.approx(math.hypot(0.4, 0.2))
+
+
+def test_initial_paths_are_as_long_as_those_of_the_simulation():
+    character = biped()
+    turn = (0.3, -0.2, 0.1, 0.9)
+    ends = ["head", "lLowerarm", "rLowerarm", "lToes", "rToes"]
+    far = {body: Muscle([HERE, ViaPoint(body, (0.05, 0.02, -0.03))], 1.0, 0.1, 0.1) for body in ends}
+    character.muscles = far | {"knee": Muscle(points_about_a_knee(), 1.0, 0.1, 0.1)}
+    joints = {name: JointState(turn) for name in character.joints}
+    scene = Scene("lengths", character, initial_state=InitialState((0.0, 1.0, 0.0), turn, joints=joints))
+    lengths = Stages(scene, 1, "cpu").muscle_paths().length[0]
+    np.testing.assert_allclose(list(initial_path_lengths(scene).values()), lengths, atol=2e-6)
+
+
+def points_about_a_knee() -> list[ViaPoint]:
+    """A path with one point that counts and one that does not, both away from the ends of their intervals."""
+    return [
+        ViaPoint("lUpperleg", (0.0, 0.1, 0.05)),
+        ViaPoint("lUpperleg", (0.0, -0.2, 0.08), Condition("lKnee", -2.0, 2.0)),
+        ViaPoint("lLowerleg", (0.0, 0.2, 0.09), Condition("lAnkle", 2.0, 3.0, axis=1)),
+        ViaPoint("lLowerleg", (0.0, -0.1, 0.05)),
+    ]
 
 
 def test_numbers_of_numpy_are_numbers():

@@ -10,7 +10,7 @@ import warp as wp
 from warpmuscle.arrays import Floats, rows
 from warpmuscle.kernels import structs
 from warpmuscle.pose import conjugate, multiply, rotate
-from warpmuscle.recording import Recording
+from warpmuscle.recording import MUSCLE_QUANTITIES, Recording
 from warpmuscle.scene import Scene
 from warpmuscle.topology import Topology
 
@@ -24,19 +24,31 @@ ARRAYS: dict[str, tuple[tuple[int | str, ...], Any]] = {
     "position": (("bodies",), wp.vec3),
     "angular_velocity": (("bodies",), wp.vec3),
     "torque": (("bodies",), wp.vec3),
+    "desired_torque": (("bodies",), wp.vec3),
     "target": (("bodies",), wp.quat),
     "coordinates": (("coordinates",), float),
     "speeds": (("speeds",), float),
+    "muscle": ((len(MUSCLE_QUANTITIES), "muscles"), float),
 }
 
 
 class Frames:
     """Device arrays for the motion of chosen instances."""
 
-    def __init__(self, names: Topology, instances: int, chosen: list[int], every: int, steps: int, device: Any) -> None:
+    def __init__(
+        self,
+        names: Topology,
+        muscles: tuple[str, ...],
+        instances: int,
+        chosen: list[int],
+        every: int,
+        steps: int,
+        device: Any,
+    ) -> None:
         """Room for a frame every `every` steps of a simulation of `steps` steps."""
-        self.names, self.chosen, self.every = names, chosen, every
+        self.names, self.muscles, self.chosen, self.every = names, muscles, chosen, every
         sizes = {"bodies": len(names.bodies), "coordinates": names.coordinates, "speeds": names.speeds}
+        sizes["muscles"] = max(len(muscles), 1)
         slot = np.full(instances, -1, dtype=np.int32)
         slot[chosen] = np.arange(len(chosen))
         self.record = structs.Record()
@@ -59,9 +71,11 @@ class Frames:
         orientation, parents = raw["orientation"], list(names.parents[1:])
         angular = raw["angular_velocity"]
         parent_orientation = orientation[:, parents]
+        of_muscles = raw["muscle"][:, :, : len(self.muscles)]
         return Recording(
             joint_names=names.joints,
             body_names=names.bodies,
+            muscle_names=self.muscles,
             time=np.arange(count) * self.every * scene.time_step,
             phase=raw["phase"],
             stance=raw["stance"].astype(np.int32),
@@ -73,6 +87,7 @@ class Frames:
             joint_orientation=multiply(conjugate(parent_orientation), orientation[:, 1:]),
             joint_angular_velocity=rotate(conjugate(parent_orientation), angular[:, 1:] - angular[:, parents]),
             joint_torque=raw["torque"][:, 1:],
+            joint_torque_desired=raw["desired_torque"][:, 1:],
             joint_target=raw["target"][:, 1:],
             com=raw["com"][:, 0],
             com_velocity=raw["com"][:, 1],
@@ -80,6 +95,7 @@ class Frames:
             foot_force_right=raw["foot_force"][:, 1],
             body_position=raw["position"] + rotate(orientation, self._centers(scene, instance)),
             body_orientation=orientation,
+            **{name: of_muscles[:, k] for k, name in enumerate(MUSCLE_QUANTITIES)},
         )
 
     def _centers(self, scene: Scene, instance: int) -> Floats:

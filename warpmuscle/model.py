@@ -12,6 +12,7 @@ from warpmuscle.arrays import Floats, rows, to_device
 from warpmuscle.bodies import contacts_struct, joint_axes, skeleton_struct
 from warpmuscle.controller import controller_struct
 from warpmuscle.kernels import structs
+from warpmuscle.muscles import Driven, model_parts
 from warpmuscle.pose import (
     conjugate,
     hinge_coordinates,
@@ -36,14 +37,16 @@ class Start:
     speeds: Floats
     stance: int
     machine_state: int
+    activation: Floats  # (rows, 1) of the muscles
 
 
-def model_struct(scene: Scene, names: Topology, device: Any) -> structs.Model:
+def model_struct(scene: Scene, names: Topology, found: Driven, device: Any) -> structs.Model:
     """The device structure of a scene.
 
     Args:
         scene: checked scene whose numbers are floats, or (n,) arrays with one value an instance (see
             `parameters.substitute`).
+        found: what drives the joints, see `muscles.driven`.
     """
     failure = [scene.failure.com_height, scene.failure.heading, scene.failure.max_speed]
     m = structs.Model()
@@ -59,6 +62,8 @@ def model_struct(scene: Scene, names: Topology, device: Any) -> structs.Model:
     m.foot_slots = m.skeleton.foot_side.shape[0] if scene.controller is not None else 0
     m.contacts = contacts_struct(scene, names, device)
     m.simbicon = controller_struct(scene.controller, names, device)
+    for field, part in model_parts(scene, names, found, device).items():
+        setattr(m, field, part)
     return m
 
 
@@ -77,6 +82,7 @@ def start_of(scene: Scene, names: Topology) -> Start:
         speeds=_beside(parts_v),
         stance=int(controller is not None and controller.start_stance == "right"),
         machine_state=0 if controller is None else controller.start_state,
+        activation=rows([scene.muscle_model.initial_activation]),
     )
 
 

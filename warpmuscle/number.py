@@ -11,7 +11,8 @@ class Free(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_default
     """A free parameter, written where its number would stand.
 
     Examples: `kp = { value = 300, min = 100, max = 600, step = 5 }` declares a parameter named by its path in the
-    scene; `kp = { same_as = "controller.pd.lHip.kp" }` makes a number follow it.
+    scene; `kp = { same_as = "controller.pd.lHip.kp" }` makes a number follow it, and with `factor = -1` as its mirror
+    image.
     """
 
     value: float | None = None
@@ -19,13 +20,18 @@ class Free(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_default
     max: float | None = None
     step: float = 0.0  # precision of the random search; 0 means continuous
     same_as: str = ""  # path of the parameter that this number follows
+    factor: float = 1.0  # times that parameter
 
     def __post_init__(self) -> None:
         """Raise ValueError, which a reader reports with file, line and key, unless the declaration is complete."""
         if self.same_as:
             if (self.value, self.min, self.max, self.step) != (None, None, None, 0.0):
                 raise ValueError("a number with `same_as` takes value, min, max and step from that parameter")
+            if not math.isfinite(self.factor):
+                raise ValueError("the factor must be finite")
             return
+        if self.factor != 1.0:
+            raise ValueError("only a number with `same_as` takes a factor")
         if self.value is None or self.min is None or self.max is None:
             raise ValueError("a free parameter needs value, min and max (or only same_as)")
         if not all(map(math.isfinite, (self.value, self.min, self.max, self.step))):

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warpmuscle.errors import Error, SceneError
-from warpmuscle.number import Free
+from warpmuscle.number import Free, Number
 from warpmuscle.scene import Scene
 
 Floats = NDArray[np.float64]
@@ -25,7 +25,9 @@ UNITS = {
     "velocity_x": "m/s", "velocity_z": "m/s", "time": "s", "stance_hip_damping": "N m s^2/rad^2",
     "stance_hip_max_velocity": "rad/s", "desired_heading": "rad", "angular_velocity": "rad/s", "root_position": "m",
     "root_velocity": "m/s", "root_angular_velocity": "rad/s", "heading": "rad", "height": "m", "stiffness": "N/m",
-    "damping": "N s/m", "tangential_damping": "N s/m", "gravity": "m/s^2",
+    "damping": "N s/m", "tangential_damping": "N s/m", "gravity": "m/s^2", "position": "m", "f_max": "N",
+    "l_opt": "m", "l_slack": "m", "delay": "s", "pennation": "rad", "blend": "rad", "period": "s", "rise_time": "s",
+    "fall_time": "s", "v_max": "l_opt/s", "rest": "rad",
 }  # fmt: skip
 
 
@@ -65,6 +67,18 @@ def start_values(scene: Scene) -> Floats:
     return np.array([parameter.value for parameter in free_parameters(scene)], dtype=np.float64)
 
 
+def greatest(scene: Scene, number: Number) -> float:
+    """The greatest value that a number of a scene can take in a search."""
+    if not isinstance(number, Free):
+        return number
+    source = number
+    if number.same_as:
+        source = next(free for key, free in leaves(scene) if key == number.same_as)
+    assert source.min is not None
+    assert source.max is not None
+    return max(source.min * number.factor, source.max * number.factor)
+
+
 def substitute(scene: Scene, values: Floats) -> Scene:
     """The scene with numbers, or one number an instance, in place of its free parameters.
 
@@ -89,7 +103,7 @@ def substitute(scene: Scene, values: Floats) -> Scene:
         name = number.same_as or key
         if name not in columns:
             raise SceneError(f"{name!r} is not a free parameter", key=f"{key}.same_as")
-        return columns[name]
+        return columns[name] if number.factor == 1.0 else columns[name] * number.factor
 
     return _rebuild(scene, "", column)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -9,33 +10,15 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from warpmuscle.arrays import rows, to_device
+from warpmuscle.arrays import Floats, rows, to_device
 from warpmuscle.bodies import stacked
-from warpmuscle.errors import SceneError
-from warpmuscle.kernels import path as kernel
-from warpmuscle.number import Number, Vector
-from warpmuscle.scene import Character, Part
-from warpmuscle.topology import SPEEDS, Topology
+from warpmuscle.kernels import structs
+from warpmuscle.number import Free
+from warpmuscle.scene import Character, Condition, ViaPoint
+from warpmuscle.topology import Topology
+from warpmuscle.validate_muscles import check_path
 
 ZERO = (0.0, 0.0, 0.0)
-
-
-class Condition(Part):
-    """The interval of a joint angle in which a via point counts; the path slides on and off it about both ends."""
-
-    joint: str  # a hinge or a universal joint
-    low: Number  # rad
-    high: Number
-    blend: Number = 0.1  # rad, width of the transition about each end
-    axis: int = 0  # which angle of a universal joint
-
-
-class ViaPoint(Part):
-    """A point of a muscle's path, fixed to a body."""
-
-    body: str
-    position: Vector  # m, in the body's frame: from its centre of mass
-    condition: Condition | None = None  # never for the first and the last point
 
 
 MusclePath = Sequence[ViaPoint]
@@ -52,11 +35,11 @@ class Crossing:
 
 @dataclass(frozen=True)
 class PathTable:
-    """Paths of all muscles by number, one behind the other; see `kernels.path.Paths`."""
+    """Paths of all muscles by number, one behind the other; see `kernels.structs.Paths`."""
 
     muscles: tuple[str, ...]
     points: tuple[ViaPoint, ...]
-    start: list[int] = field(default_factory=lambda: [0])  # (muscles + 1,)
+    fixed: list[list[tuple[int, int]]] = field(default_factory=list)  # by muscle: segments of unchanging length
     segments: list[tuple[int, int]] = field(default_factory=list)
     segment_start: list[int] = field(default_factory=lambda: [0])  # (muscles + 1,)
     crossings: list[Crossing] = field(default_factory=list)  # sorted by joint, then by muscle
@@ -74,12 +57,14 @@ def path_table(paths: Mapping[str, MusclePath], names: Topology, character: Char
         SceneError: an unknown body or joint, fewer than two points, or a condition that cannot be used.
     """
     for muscle, path in paths.items():
-        _check(f"muscles.{muscle}.path", path, names, character)
+        _check(f"muscles.{muscle}.path", path, character)
     table = PathTable(tuple(paths), tuple(point for path in paths.values() for point in path))
+    first = 0
     for path in paths.values():
-        first = table.start[-1]
-        table.start.append(first + len(path))
-        table.segments.extend((first + a, first + b) for a, b in _segments(path))
+        pairs = [(first + a, first + b) for a, b in _segments(path)]
+        first += len(path)
+        table.fixed.append([pair for pair in pairs if _is_fixed(pair, table)])
+        table.segments.extend(pair for pair in pairs if not _is_fixed(pair, table))
         table.segment_start.append(len(table.segments))
     movable = [i for i, joint in enumerate(names.joints, 1) if character.joints[joint].type != "fixed"]
     for joint in movable:
@@ -92,29 +77,15 @@ def path_table(paths: Mapping[str, MusclePath], names: Topology, character: Char
     return table
 
 
-def _check(key: str, path: MusclePath, names: Topology, character: Character) -> None:
-    if len(path) < 2:
-        raise SceneError(f"a path needs at least two points, got {len(path)}", key=key)
-    for index, point in enumerate(path):
-        place, condition = f"{key}.{index}", point.condition
-        if point.body not in names.bodies:
-            raise SceneError(f"there is no body {point.body!r}", key=f"{place}.body")
-        if condition is None:
-            continue
-        place += ".condition"
-        if index in (0, len(path) - 1):
-            raise SceneError("the first and the last point of a path take no condition", key=place)
-        if condition.joint not in names.joints:
-            raise SceneError(f"there is no joint {condition.joint!r}", key=f"{place}.joint")
-        kind = character.joints[condition.joint].type
-        if kind not in ("hinge", "universal"):
-            raise SceneError(f"a {kind} joint has no angle for a condition", key=f"{place}.joint")
-        if not 0 <= condition.axis < SPEEDS[kind]:
-            raise SceneError(f"a {kind} joint has no angle {condition.axis}", key=f"{place}.axis")
-        if np.any(rows(condition.low) >= rows(condition.high)):
-            raise SceneError("low is not less than high", key=f"{place}.low")
-        if np.any(rows(condition.blend) <= 0.0):
-            raise SceneError("the blend must be positive", key=f"{place}.blend")
+def _check(key: str, path: MusclePath, character: Character) -> None:
+    check_path(key, path, character, _extent)
+
+
+def _extent(number: Any) -> tuple[float, float]:
+    """Least and greatest value of a number over all instances."""
+    if isinstance(number, Free):
+        return math.nan, math.nan  # only the whole scene knows them, and checking that has checked this number, too
+    return float(np.min(number)), float(np.max(number))
 
 
 def _segments(path: MusclePath) -> list[tuple[int, int]]:
@@ -126,6 +97,21 @@ def _segments(path: MusclePath) -> list[tuple[int, int]]:
             if path[b].condition is None:
                 break
     return pairs
+
+
+def joints_of_muscles(character: Character, names: Topology) -> dict[str, list[str]]:
+    """Joints that each muscle of a character acts on, nearest to the root first."""
+    table = path_table({name: muscle.path for name, muscle in character.muscles.items()}, names, character)
+    joints: dict[str, list[str]] = {name: [] for name in table.muscles}
+    for crossing in table.crossings:
+        joints[table.muscles[crossing.muscle]].append(names.joints[crossing.joint - 1])
+    return joints
+
+
+def _is_fixed(pair: tuple[int, int], table: PathTable) -> bool:
+    """Whether a segment lies within one body and does not depend on conditions."""
+    points = table.points[pair[0] : pair[1] + 1]
+    return points[0].body == points[-1].body and all(point.condition is None for point in points)
 
 
 def _beyond(joint: int, names: Topology) -> set[str]:
@@ -144,8 +130,8 @@ def _terms(segment: int, joint: int, beyond: set[str], table: PathTable, names: 
     return [(segment, int(b) - int(a))] if a != b or hangs else []
 
 
-def paths_struct(paths: Mapping[str, MusclePath], names: Topology, character: Character, device: Any) -> kernel.Paths:
-    """The device structure of the paths of all muscles, by name (see `kernels.path.Paths`).
+def paths_struct(paths: Mapping[str, MusclePath], names: Topology, character: Character, device: Any) -> structs.Paths:
+    """The device structure of the paths of all muscles, by name (see `kernels.structs.Paths`).
 
     Args:
         paths: numbers are floats, or (n,) arrays with one value an instance.
@@ -154,39 +140,79 @@ def paths_struct(paths: Mapping[str, MusclePath], names: Topology, character: Ch
         SceneError: see `path_table`.
     """
     table = path_table(paths, names, character)
-    offsets = [ZERO, *(character.joints[name].position_in_child for name in names.joints)]
-    bodies = [names.bodies.index(point.body) for point in table.points]
-    points = [rows(point.position) - rows(offsets[body]) for point, body in zip(table.points, bodies, strict=True)]
+    ends = [_ends(segment, table, names, character) for segment in table.segments]
     conditions = [point.condition for point in table.points if point.condition is not None]
     numbers = iter(range(len(conditions)))
-    terms = [term for crossing in table.crossings for term in crossing.terms]
     by_muscle = [
         [i for i, crossing in enumerate(table.crossings) if crossing.muscle == muscle]
         for muscle in range(len(table.muscles))
     ]
     joints = [crossing.joint for crossing in table.crossings]
+    by_segment: list[list[tuple[int, int, int]]] = [[] for _ in table.segments]  # crossing, sign, whether the first
+    for i, crossing in enumerate(table.crossings):
+        for place, (segment, sign) in enumerate(crossing.terms):
+            by_segment[segment].append((i, sign, int(place == 0)))
+    terms = [term for group in by_segment for term in group]
 
-    p = kernel.Paths()
-    p.muscle_count = len(table.muscles)
-    p.start = to_device(table.start, int, device)
-    p.point_body = _numbers(bodies, device)
-    p.point = to_device(stacked(points or [rows(ZERO)]), wp.vec3, device)
+    p = structs.Paths()
+    p.fixed_length = to_device(_fixed_lengths(table), float, device)
     p.point_condition = _numbers([-1 if q.condition is None else next(numbers) for q in table.points], device)
     p.condition_joint = _numbers([names.body_of_joint(c.joint) for c in conditions], device)
     p.condition_axis = _numbers([c.axis for c in conditions], device)
     p.condition_interval = to_device(rows([[c.low, c.high, c.blend] for c in conditions] or [ZERO]), wp.vec3, device)
     p.segment_start = to_device(table.segment_start, int, device)
     p.segment = to_device(table.segments or [(0, 0)], int, device)
+    p.segment_body = to_device([end.bodies for end in ends] or [(0, 0)], int, device)
+    p.segment_origin = _numbers([end.origin for end in ends], device)
+    p.segment_far = _numbers([int(end.far) for end in ends], device)
+    p.segment_end = to_device(stacked([point for end in ends for point in end.points] or [rows(ZERO)]), wp.vec3, device)
     p.segment_varies = _numbers([int(bool(table.conditional(i))) for i in range(len(table.segments))], device)
+    p.term_start = to_device(_starts(by_segment), int, device)
+    p.term_crossing, p.term_sign, p.term_first = (_numbers([term[k] for term in terms], device) for k in range(3))
     p.crossing_start = to_device(np.searchsorted(joints, np.arange(len(names.bodies) + 1)), int, device)
     p.crossing_joint = _numbers(joints, device)
     p.crossing_muscle = _numbers([crossing.muscle for crossing in table.crossings], device)
-    p.term_start = to_device(_starts([crossing.terms for crossing in table.crossings]), int, device)
-    p.term_segment = _numbers([segment for segment, _ in terms], device)
-    p.term_sign = _numbers([sign for _, sign in terms], device)
     p.muscle_crossing_start = to_device(_starts(by_muscle), int, device)
     p.muscle_crossing = _numbers([i for crossings in by_muscle for i in crossings], device)
     return p
+
+
+@dataclass(frozen=True)
+class _Ends:
+    """Both ends of a segment, measured from the joint of one body where that body and the other are neighbours."""
+
+    bodies: tuple[int, int]
+    origin: int
+    far: bool  # no neighbours: each end is measured from its own body's joint
+    points: list[Floats]  # (rows, 3) m, along the axes of its own body
+
+
+def _ends(segment: tuple[int, int], table: PathTable, names: Topology, character: Character) -> _Ends:
+    """Ends of a segment; between neighbours from the child's joint, so that no large numbers are subtracted."""
+
+    def joint_in(body: int) -> Floats:  # the joint of a body, from its centre of mass
+        return rows(character.joints[names.joints[body - 1]].position_in_child if body > 0 else ZERO)
+
+    points = [table.points[number] for number in segment]
+    a, b = (names.bodies.index(point.body) for point in points)
+    own = [rows(point.position) - joint_in(body) for point, body in zip(points, (a, b), strict=True)]
+    for origin, other, end in ((b, a, 0), (a, b, 1)):
+        if names.parents[origin] == other:
+            anchor = rows(character.joints[names.joints[origin - 1]].position_in_parent)
+            own[end] = rows(points[end].position) - anchor
+            return _Ends((a, b), origin, False, own)
+    return _Ends((a, b), b, a != b, own)
+
+
+def _fixed_lengths(table: PathTable) -> Floats:
+    """What the segments within bodies add to the length of each muscle, (rows, muscles), m."""
+    lengths = []
+    for pairs in table.fixed or [[]]:
+        total = np.zeros(1)
+        for a, b in pairs:
+            total = total + np.linalg.norm(rows(table.points[b].position) - rows(table.points[a].position), axis=-1)
+        lengths.append(total)
+    return stacked(lengths)
 
 
 def _starts(groups: Sequence[Sequence[Any]]) -> list[int]:

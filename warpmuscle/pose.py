@@ -68,7 +68,12 @@ def universal_coordinates(q: Array, velocity: Array, axis_a: Array, axis_b: Arra
     """Angles and rates (..., 2) of a universal joint with q = rot(b, beta) rot(a, alpha), as alpha, beta."""
     turned_a = rotate(q, axis_a)
     turned_b = rotate(conjugate(q), axis_b)
-    beta = np.arctan2(np.sum(turned_a * np.cross(axis_b, axis_a), axis=-1), np.sum(turned_a * axis_a, axis=-1))
-    alpha = np.arctan2(-np.sum(turned_b * np.cross(axis_a, axis_b), axis=-1), np.sum(turned_b * axis_b, axis=-1))
-    rates = np.stack([np.sum(turned_a * velocity, axis=-1), np.sum(velocity * axis_b, axis=-1)], axis=-1)
+    cosine = np.sum(np.asarray(axis_a) * axis_b, axis=-1)
+    square = cosine * cosine
+    beta = np.arctan2(np.sum(turned_a * np.cross(axis_b, axis_a), axis=-1), np.sum(turned_a * axis_a, axis=-1) - square)
+    alpha = np.arctan2(
+        -np.sum(turned_b * np.cross(axis_a, axis_b), axis=-1), np.sum(turned_b * axis_b, axis=-1) - square
+    )
+    along_a, along_b = np.sum(turned_a * velocity, axis=-1), np.sum(velocity * axis_b, axis=-1)
+    rates = np.stack([along_a - cosine * along_b, along_b - cosine * along_a], axis=-1) / (1.0 - square)[..., None]
     return np.stack([alpha, beta], axis=-1), rates

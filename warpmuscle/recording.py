@@ -21,8 +21,8 @@ class Quantity(NamedTuple):
 
     Attributes:
         units: unit symbol, "1" for a number without one.
-        axes: one name per axis; `frame`, `joint` and `body` are counted by the recording, the words of any other
-            name are the components along that axis.
+        axes: one name per axis; `frame`, `joint`, `body` and `muscle` are counted by the recording, the words of any
+            other name are the components along that axis.
         description: one line.
     """
 
@@ -33,6 +33,7 @@ class Quantity(NamedTuple):
 
 _VECTOR = ("frame", "x y z")
 _JOINT_VECTOR = ("frame", "joint", "x y z")
+_MUSCLE = ("frame", "muscle")
 _JOINT_QUATERNION = ("frame", "joint", "x y z w")
 
 QUANTITIES: dict[str, Quantity] = {
@@ -47,6 +48,7 @@ QUANTITIES: dict[str, Quantity] = {
     "joint_orientation": Quantity("1", _JOINT_QUATERNION, "quaternion, child body to parent body"),
     "joint_angular_velocity": Quantity("rad/s", _JOINT_VECTOR, "of the child relative to the parent, parent's frame"),
     "joint_torque": Quantity("N m", _JOINT_VECTOR, "torque on the parent, its negative acts on the child, world"),
+    "joint_torque_desired": Quantity("N m", _JOINT_VECTOR, "torque that the controller wanted, as joint_torque"),
     "joint_target": Quantity("1", _JOINT_QUATERNION, "quaternion, target orientation of the controller"),
     "com": Quantity("m", _VECTOR, "centre of mass of the whole body, world"),
     "com_velocity": Quantity("m/s", _VECTOR, "velocity of the centre of mass of the whole body, world"),
@@ -54,13 +56,21 @@ QUANTITIES: dict[str, Quantity] = {
     "foot_force_right": Quantity("N", _VECTOR, "ground force on the right foot, of the step that ended at this time"),
     "body_position": Quantity("m", ("frame", "body", "x y z"), "centre of mass of each body, world"),
     "body_orientation": Quantity("1", ("frame", "body", "x y z w"), "quaternion, body to world"),
+    "muscle_path_length": Quantity("m", _MUSCLE, "length of the muscle with its tendon"),
+    "muscle_fibre_length": Quantity("m", _MUSCLE, "length of the muscle fibre"),
+    "muscle_fibre_velocity": Quantity("m/s", _MUSCLE, "lengthening speed of the muscle fibre"),
+    "muscle_desired_force": Quantity("N", _MUSCLE, "force that the controller or the muscle's own excitation asks for"),
+    "muscle_excitation": Quantity("1", _MUSCLE, "excitation that reaches the muscle, after its delay"),
+    "muscle_activation": Quantity("1", _MUSCLE, "activation"),
+    "muscle_force": Quantity("N", _MUSCLE, "tension of the muscle"),
 }
+MUSCLE_QUANTITIES = tuple(name for name in QUANTITIES if name.startswith("muscle_"))
 INTEGER_QUANTITIES = ("stance", "state")
 
 
 @dataclass(frozen=True)
 class Recording:
-    """One instance over F frames, J joints and B bodies; see `QUANTITIES` for units and meaning.
+    """One instance over F frames, J joints, B bodies and M muscles; see `QUANTITIES` for units and meaning.
 
     Joints are in breadth-first order from the root; bodies are the root followed by the children of those joints.
     Raises ValueError if a shape does not fit.
@@ -68,6 +78,7 @@ class Recording:
 
     joint_names: tuple[str, ...]
     body_names: tuple[str, ...]
+    muscle_names: tuple[str, ...]
     time: Floats  # (F,)
     phase: Floats  # (F,)
     stance: Integers  # (F,)
@@ -79,6 +90,7 @@ class Recording:
     joint_orientation: Floats  # (F, J, 4)
     joint_angular_velocity: Floats  # (F, J, 3)
     joint_torque: Floats  # (F, J, 3)
+    joint_torque_desired: Floats  # (F, J, 3)
     joint_target: Floats  # (F, J, 4)
     com: Floats  # (F, 3)
     com_velocity: Floats  # (F, 3)
@@ -86,9 +98,17 @@ class Recording:
     foot_force_right: Floats  # (F, 3)
     body_position: Floats  # (F, B, 3)
     body_orientation: Floats  # (F, B, 4)
+    muscle_path_length: Floats  # (F, M)
+    muscle_fibre_length: Floats  # (F, M)
+    muscle_fibre_velocity: Floats  # (F, M)
+    muscle_desired_force: Floats  # (F, M)
+    muscle_excitation: Floats  # (F, M)
+    muscle_activation: Floats  # (F, M)
+    muscle_force: Floats  # (F, M)
 
     def __post_init__(self) -> None:
-        counts = {"frame": len(self.time), "joint": len(self.joint_names), "body": len(self.body_names)}
+        names = {"joint": self.joint_names, "body": self.body_names, "muscle": self.muscle_names}
+        counts = {"frame": len(self.time)} | {axis: len(members) for axis, members in names.items()}
         for name, quantity in QUANTITIES.items():
             expected = tuple(counts.get(axis, len(axis.split())) for axis in quantity.axes)
             if self[name].shape != expected:
@@ -101,10 +121,21 @@ class Recording:
 
     @classmethod
     def of(
-        cls, arrays: Mapping[str, NDArray[Any]], joint_names: tuple[str, ...], body_names: tuple[str, ...]
+        cls,
+        arrays: Mapping[str, NDArray[Any]],
+        joint_names: tuple[str, ...],
+        body_names: tuple[str, ...],
+        muscle_names: tuple[str, ...] = (),
     ) -> Recording:
-        """A recording from arrays by name of their quantity; raises KeyError if one is missing."""
-        return cls(joint_names, body_names, **{name: arrays[name] for name in QUANTITIES})
+        """A recording from arrays by name of their quantity; raises KeyError if one is missing.
+
+        Without muscles their arrays may be missing, and so may the desired torque, which then is the torque.
+        """
+        present = {"joint_torque_desired": arrays["joint_torque"], **arrays}
+        if not muscle_names:
+            nothing = np.zeros((len(arrays["time"]), 0))
+            present = {**dict.fromkeys(MUSCLE_QUANTITIES, nothing), **present}
+        return cls(joint_names, body_names, muscle_names, **{name: present[name] for name in QUANTITIES})
 
     @property
     def frames(self) -> int:
@@ -114,7 +145,8 @@ class Recording:
     def window(self, start: float, end: float = np.inf) -> Recording:
         """The frames with start <= time <= end, s."""
         chosen = (self.time >= start) & (self.time <= end)
-        return Recording.of({name: self[name][chosen] for name in QUANTITIES}, self.joint_names, self.body_names)
+        arrays = {name: self[name][chosen] for name in QUANTITIES}
+        return Recording.of(arrays, self.joint_names, self.body_names, self.muscle_names)
 
     def position_of(self, body: str) -> Floats:
         """Centre of mass (F, 3) of a body by name, m; raises ValueError for an unknown name."""

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from warpmuscle.errors import ResultError, SceneError
 from warpmuscle.formats.files import replace_file
-from warpmuscle.recording import INTEGER_QUANTITIES, QUANTITIES, Floats, Integers, Recording
+from warpmuscle.recording import INTEGER_QUANTITIES, MUSCLE_QUANTITIES, QUANTITIES, Floats, Integers, Recording
 from warpmuscle.status import Status
 
 FORMAT = "warpmuscle"
@@ -180,7 +180,11 @@ def _put_best(file: Any, best: Best) -> None:
 def _put_recording(group: Any, recording: Recording) -> None:
     _put(group, "joint_names", recording.joint_names, axes="joint", description="joints, breadth first from the root")
     _put(group, "body_names", recording.body_names, axes="body", description="the root, then the joints' children")
+    if recording.muscle_names:
+        _put(group, "muscle_names", recording.muscle_names, axes="muscle", description="muscles that were simulated")
     for name, quantity in QUANTITIES.items():
+        if name in MUSCLE_QUANTITIES and not recording.muscle_names:
+            continue
         array = recording[name].astype(np.int32) if name in INTEGER_QUANTITIES else recording[name]
         _put(group, name, array, quantity.units, ", ".join(quantity.axes), quantity.description)
 
@@ -252,8 +256,9 @@ def _load_best(group: Any) -> Best:
 
 
 def _load_recording(group: Any) -> Recording:
-    arrays = {name: group[name][()] for name in QUANTITIES}
-    return Recording.of(arrays, _strings(group["joint_names"]), _strings(group["body_names"]))
+    arrays = {name: group[name][()] for name in QUANTITIES if name in group}
+    muscles = _strings(group["muscle_names"]) if "muscle_names" in group else ()
+    return Recording.of(arrays, _strings(group["joint_names"]), _strings(group["body_names"]), muscles)
 
 
 def _strings(dataset: Any) -> tuple[str, ...]:

@@ -19,7 +19,8 @@ from warpmuscle.kernels import structs
 from warpmuscle.kernels.lanes import capacity_of, work_floats
 from warpmuscle.kernels.step import step_kernel
 from warpmuscle.model import model_struct, start_of
-from warpmuscle.parameters import Parameter, free_parameters, start_values, substitute
+from warpmuscle.muscles import driven, muscle_kind, muscle_state
+from warpmuscle.parameters import Parameter, free_parameters, greatest, start_values, substitute
 from warpmuscle.recording import Recording
 from warpmuscle.scene import Scene
 from warpmuscle.status import Status
@@ -78,20 +79,23 @@ class Rollout:
         self.instances = _positive(instances, "instances")
         self.parameters: list[Parameter] = free_parameters(scene)
         self.names = topology(scene.character)
+        self._driven = driven(scene, self.names)
         self.device = _device(device)
         self.threads = _positive(os.cpu_count() or 1 if threads is None else threads, "threads")
         self.steps = round(scene.duration / scene.time_step)
         self.block_dim = 1 if self.device.is_cpu else GPU_BLOCK
         capacity = capacity_of(len(self.names.bodies))
         self.lanes = 1 if self.device.is_cpu else _lanes(lanes, work_floats(capacity))
-        self._kernel = step_kernel(capacity, self.lanes, self.block_dim)
+        kind = None if self._driven.by_torque_alone else muscle_kind(scene.muscle_model)
+        self._kernel = step_kernel(capacity, self.lanes, self.block_dim, kind)
         buffers = self.threads if self.device.is_cpu else 1
         self._buffers = [wp.zeros(work_floats(capacity), dtype=float, device=self.device) for _ in range(buffers)]
         self._state = self._new_state()
         every = max(round(1.0 / (record_rate * scene.time_step)), 1)
         self._frames = Frames(
-            self.names, self.instances, _chosen(record, self.instances), every, self.steps, self.device
-        )
+            self.names, self._driven.muscles, self.instances, _chosen(record, self.instances), every, self.steps,
+            self.device,
+        )  # fmt: skip
         self.set_parameters(start_values(scene))
 
     def _new_state(self) -> structs.State:
@@ -106,7 +110,15 @@ class Rollout:
         s.torque_integral = wp.zeros((n, len(names.bodies)), dtype=wp.float64, device=self.device)
         for name in ("stance", "machine_state", "step", "status"):
             setattr(s, name, wp.zeros(n, dtype=int, device=self.device))
+        table = self._driven.table
+        s.muscles = muscle_state(n, len(table.muscles), len(table.crossings), self._ring_capacity(), self.device)
         return s
+
+    def _ring_capacity(self) -> int:
+        """Steps that the delay lines hold: a power of two beyond the longest delay that a search may ask for."""
+        muscles = [self.scene.character.muscles[name] for name in self._driven.muscles]
+        longest = max((greatest(self.scene, muscle.delay) for muscle in muscles), default=0.0)
+        return int(2 ** math.ceil(math.log2(longest / self.scene.time_step + 2.0)))
 
     def set_parameters(self, values: ArrayLike) -> None:
         """Set the free parameters of all instances, and start again.
@@ -126,7 +138,7 @@ class Rollout:
         if not np.isfinite(array).all():
             raise RolloutError("a parameter value is not a finite number")
         self._numeric = numeric = substitute(self.scene, array)
-        self._model = model_struct(numeric, self.names, self.device)
+        self._model = model_struct(numeric, self.names, self._driven, self.device)
         self._start = start_of(numeric, self.names)
         weight = np.asarray(numeric.objective.torque, dtype=np.float64)
         self._torque_weight = np.broadcast_to(weight, (self.instances,))
@@ -148,6 +160,9 @@ class Rollout:
         s.speeds.assign(speeds)
         s.stance.fill_(start.stance)
         s.machine_state.fill_(start.machine_state)
+        s.muscles.activation.assign(np.broadcast_to(start.activation, s.muscles.activation.shape).astype(np.float32))
+        for name in ("fibre_length", "previous_fibre_length", "force", "moment_arm", "excitation_ring"):
+            getattr(s.muscles, name).zero_()
         for name in ("accelerations", "phase", "foot_force", "start_height", "torque_integral", "step", "status"):
             getattr(s, name).zero_()
         self._steps_done = 0

@@ -75,6 +75,44 @@ class Joint(Part):
     limit_damping: Number = 20.0  # N m s/rad
 
 
+class Condition(Part):
+    """The interval of a joint angle in which a via point counts; the path slides on and off it about both ends."""
+
+    joint: str  # a hinge or a universal joint
+    low: Number  # rad
+    high: Number
+    blend: Number = 0.1  # rad, width of the transition about each end
+    axis: int = 0  # which angle of a universal joint
+
+
+class ViaPoint(Part):
+    """A point of a muscle's path, fixed to a body."""
+
+    body: str
+    position: Vector  # m, in the body's frame: from its centre of mass
+    condition: Condition | None = None  # never for the first and the last point
+
+
+class Excitation(Part):
+    """Excitation over time, straight between knots and constant beyond them, in place of the controller's."""
+
+    time: list[Number]  # s
+    value: list[Number]  # 0..1
+    period: Number = 0.0  # s after which it starts again; 0: never
+
+
+class Muscle(Part):
+    """A musculotendon unit: a path from origin to insertion, and the properties of fibre and tendon."""
+
+    path: list[ViaPoint]
+    f_max: Number  # N, maximum isometric force
+    l_opt: Number  # m, optimal fibre length
+    l_slack: Number  # m, slack length of the tendon
+    delay: Number = 0.0  # s, from controller to muscle
+    pennation: Number = 0.0  # rad, at the optimal fibre length
+    excitation: Excitation | None = None
+
+
 class Character(Part):
     """A tree of bodies. Joints are numbered breadth first from the root, in the order of this table."""
 
@@ -82,6 +120,49 @@ class Character(Part):
     bodies: dict[str, Body]
     joints: dict[str, Joint] = {}
     root_joint: Literal["free", "planar", "fixed"] = "free"  # planar: moves in y and z, turns about x; fixed: welded
+    muscles: dict[str, Muscle] = {}
+
+
+class MuscleModel(Part):
+    """What all muscles have in common; the sources of the curves stand in `kernels/curves.py`.
+
+    `tendon`: rigid; switch, rigid up to l_opt and infinitely compliant beyond it (Bergmann 2017, section 4.1.1); or
+    compliant, with the fibre length as a state (Millard 2013). Fibre length, speed and force stay within physical
+    bounds. `legacy`: exactly as the original program computed it, unbounded, with its switch and its old moment arms.
+    `ideal`: a muscle's force is the desired one, without activation and contraction (Bergmann 2017, section 7.1).
+    `negative`: what a joint counts in a muscle's desired force that wants the muscle to push: keep it, drop the joint
+    from the average, or clip it to zero.
+    """
+
+    curves: Literal["lee", "thelen", "millard", "de_groote"] = "lee"
+    tendon: Literal["rigid", "switch", "compliant"] = "rigid"
+    legacy: bool = False
+    ideal: bool = False
+    negative: Literal["keep", "drop", "clip"] = "keep"
+    activation: Literal["linear", "scaled"] = "linear"  # scaled: rates depend on activation (Thelen 2003, eq. 1-2)
+    rise_time: Number = 0.01  # s, time constant of activation
+    fall_time: Number = 0.01  # s, of deactivation
+    initial_activation: Number = 1.0e-4
+    v_max: Number = 10.0  # l_opt/s, fastest shortening
+    damping: Number = 0.1  # of the fibre: beta of Millard 2013, f_max at v_max
+
+
+Drive = Literal["torque", "muscle", "assisted", "passive", "none"]  # none: not even the spring-damper
+
+
+class Actuation(Part):
+    """What drives a joint: one word, or one a degree of freedom.
+
+    A ball joint has three, about the child's x, y and z; a universal joint two and a hinge one, about their axes.
+    Torque: the controller's; muscle: what the muscles pull; assisted: both together; passive: neither. A spring-damper
+    acts besides on degrees of freedom that are not driven by torque alone, if it has a stiffness or damping.
+    A joint that is not named is driven by the muscles that cross it, or by torque if there are none.
+    """
+
+    drive: Drive | list[Drive]
+    stiffness: Number = 0.0  # N m/rad
+    damping: Number = 0.0  # N m s/rad
+    rest: Vector = (0.0, 0.0, 0.0)  # rad, rotation vector at which the spring is relaxed, from the reference pose
 
 
 class PD(Part):
@@ -230,6 +311,8 @@ class Scene(Part):
     ground: Ground = msgspec.field(default_factory=Ground)
     failure: Failure = msgspec.field(default_factory=Failure)
     objective: Objective = msgspec.field(default_factory=Objective)
+    muscle_model: MuscleModel = msgspec.field(default_factory=MuscleModel)
+    actuation: dict[str, Actuation] = {}  # by joint
     duration: float = 10.0  # s
     time_step: float = 0.0005  # s
     gravity: Number = 9.8  # m/s^2, downwards

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -10,12 +11,27 @@ import warp as wp
 from numpy.typing import ArrayLike
 
 from warpmuscle.arrays import Floats
+from warpmuscle.frames import Frames
 from warpmuscle.kernels import stages, structs
 from warpmuscle.kernels.lanes import capacity_of, work_floats
-from warpmuscle.model import joint_coordinates, root_coordinates
+from warpmuscle.model import joint_coordinates, model_struct, root_coordinates
+from warpmuscle.muscles import muscle_kind
+from warpmuscle.paths import path_table, paths_struct
 from warpmuscle.pose import normalized
+from warpmuscle.recording import MUSCLE_QUANTITIES
 from warpmuscle.rollout import Rollout
 from warpmuscle.scene import Scene
+
+
+@dataclass(frozen=True)
+class MusclePaths:
+    """Geometry of all M muscles of a character in n states; a crossing is a joint and a muscle acting on it."""
+
+    length: Floats  # (n, M) m
+    speed: Floats  # (n, M) m/s
+    moment_arm: Floats  # (n, C, 3) m, world: a tension F puts the torque F r on the joint's parent
+    muscle: tuple[int, ...]  # (C,) of each crossing
+    joint: tuple[int, ...]  # (C,) as in `names.joints`
 
 
 class Stages(Rollout):
@@ -99,6 +115,42 @@ class Stages(Rollout):
         b = len(self.names.bodies)
         force, moment = self._run(stages.contact_forces, [], [((b,), wp.vec3), ((b,), wp.vec3)])
         return force, moment
+
+    def muscle_paths(self) -> MusclePaths:
+        """Paths of all muscles of the character, whether or not they drive a joint."""
+        character, names = self._numeric.character, self.names
+        paths = {name: muscle.path for name, muscle in character.muscles.items()}
+        table = path_table(paths, names, character)
+        self._model.paths = paths_struct(paths, names, character, self.device)
+        self._model.muscles.count = len(paths)
+        count = max(len(paths), 1)
+        outputs = [((count,), float), ((count,), float), ((max(len(table.crossings), 1),), wp.vec3)]
+        length, speed, arm = self._run(stages.muscle_paths, [], outputs)
+        muscles, joints = ([getattr(c, key) for c in table.crossings] for key in ("muscle", "joint"))
+        self._model = model_struct(self._numeric, names, self._driven, self.device)
+        return MusclePaths(
+            length[:, : len(paths)], speed[:, : len(paths)], arm[:, : len(muscles)],
+            tuple(muscles), tuple(joint - 1 for joint in joints),
+        )  # fmt: skip
+
+    def muscle_torques(self, desired: ArrayLike) -> tuple[Floats, dict[str, Floats]]:
+        """Let the simulated muscles answer to desired joint torques (n, J, 3), world, for one step.
+
+        Activations, delay lines and fibre lengths are kept from call to call; `reset` puts them back to their start.
+
+        Returns:
+            The torques that drive the joints (n, J, 3), and by name the quantities of the muscles (n, M), as in
+            `recording.MUSCLE_QUANTITIES`.
+        """
+        n, b = self.instances, len(self.names.bodies)
+        torque = np.zeros((n, b, 3), dtype=np.float32)
+        torque[:, 1:] = desired
+        given = wp.array(torque, dtype=wp.vec3, device=self.device)
+        frames = Frames(self.names, self._driven.muscles, n, list(range(n)), 1, 1, self.device)
+        kernel = stages.muscle_torques(muscle_kind(self.scene.muscle_model))
+        result = self._run(kernel, [given, frames.record], [((b,), wp.vec3)])[0]
+        quantities = frames.record.muscle.numpy()[:, 0, :, : len(self._driven.muscles)]
+        return result[:, 1:], {name: quantities[:, k] for k, name in enumerate(MUSCLE_QUANTITIES)}
 
     def forward_dynamics(self, joint_torque: ArrayLike = 0.0) -> dict[str, Floats]:
         """Accelerations under joint torques (n, J, 3), world, + on the parent.

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import difflib
-import itertools
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import msgspec
 import numpy as np
 
+from warpmuscle.checks import Checks, known, near
 from warpmuscle.errors import SceneError
 from warpmuscle.number import Free, Number
 from warpmuscle.parameters import leaves
@@ -31,6 +30,7 @@ from warpmuscle.scene import (
     State,
 )
 from warpmuscle.typed import to_type
+from warpmuscle.validate_muscles import check_muscles
 
 AXES = {"ball": 2, "universal": 2, "hinge": 1, "fixed": 0}  # by type of joint
 LIMITS = {"ball": 3, "universal": 2, "hinge": 1, "fixed": 0}
@@ -57,12 +57,8 @@ def trajectory_joints(name: str) -> tuple[str, str]:
     return name, name
 
 
-class _Check:
+class _Check(Checks):
     """The checks of one scene; each method raises SceneError or returns."""
-
-    def __init__(self, to_check: Scene) -> None:
-        self.checked = to_check
-        self.free = {key: number for key, number in leaves(to_check) if isinstance(number, Free) and not number.same_as}
 
     def scene(self) -> None:
         """Check the whole scene."""
@@ -76,6 +72,7 @@ class _Check:
                 f"time_step {scene.time_step:g} is longer than the duration {scene.duration:g}", "time_step"
             )
         self.character(scene.character)
+        check_muscles(self)
         if scene.controller is not None:
             self.controller(scene.controller, scene.character)
         self.initial_state(scene.initial_state, scene.character)
@@ -98,57 +95,13 @@ class _Check:
             return "a number cannot follow itself"
         if any(path == target and isinstance(number, Free) for path, number in leaves(self.checked)):
             return f"{target!r} follows another number itself; name that one instead"
-        near = difflib.get_close_matches(target, self.free, n=1)
-        return f"{target!r} is not a free parameter" + (f"; did you mean {near[0]!r}?" if near else "")
-
-    def interval(self, number: Number) -> tuple[float, float]:
-        """Least and greatest value that a number can take."""
-        if not isinstance(number, Free):
-            return number, number
-        source = self.free[number.same_as] if number.same_as else number
-        if source.min is None or source.max is None:
-            raise SceneError("a free parameter needs value, min and max")
-        return source.min, source.max
-
-    def start(self, number: Number) -> float:
-        """A number's own or start value."""
-        if not isinstance(number, Free):
-            return number
-        value = (self.free[number.same_as] if number.same_as else number).value
-        return math.nan if value is None else value
-
-    def positive(self, key: str, part: msgspec.Struct, *fields: str) -> None:
-        """The named fields are greater than zero, for every value a search may give them."""
-        for field in fields:
-            least = self.interval(getattr(part, field))[0]
-            if least <= 0.0:
-                raise SceneError(f"must be greater than 0, is {least:g}", key=_join(key, field))
-
-    def not_negative(self, key: str, part: msgspec.Struct, *fields: str) -> None:
-        """The named fields are not negative, whatever a search does."""
-        for field in fields:
-            least = self.interval(getattr(part, field))[0]
-            if least < 0.0:
-                raise SceneError(f"must not be negative, is {least:g}", key=_join(key, field))
-
-    def not_zero(self, key: str, vector: Sequence[Number], what: str) -> None:
-        """A direction or quaternion has a length."""
-        if math.hypot(*map(self.start, vector)) < 1e-9:
-            raise SceneError(f"{what} has no length", key=key)
-
-    def ordered(self, key: str, low: Number, high: Number) -> None:
-        """A lower limit lies below its upper one, for every value that they may take."""
-        if self.interval(low)[1] > self.interval(high)[0]:
-            raise SceneError(f"low {self.interval(low)[1]:g} is greater than high {self.interval(high)[0]:g}", key=key)
+        return f"{target!r} is not a free parameter{near(target, self.free)}"
 
     def knots(self, key: str, phase: Sequence[Number], values: Sequence[Number], name: str) -> None:
         """As many values as phases; phases increase strictly."""
         if len(phase) != len(values):
             raise SceneError(f"{len(values)} values for {len(phase)} phases", key=f"{key}.{name}")
-        for index, (earlier, later) in enumerate(itertools.pairwise(phase), start=1):
-            before, after = self.interval(earlier)[1], self.interval(later)[0]
-            if before >= after:
-                raise SceneError(f"phases must increase, but {after:g} follows {before:g}", key=f"{key}.phase.{index}")
+        self.increasing(f"{key}.phase", phase, "phases")
 
     def curve(self, key: str, curve: Curve | None) -> None:
         """A curve has knots, and they are in order."""
@@ -160,15 +113,15 @@ class _Check:
 
     def character(self, character: Character) -> None:
         """Bodies and joints are sound and make a tree."""
-        _known(character.root, character.bodies, "body", "character.root")
+        known(character.root, character.bodies, "body", "character.root")
         for name, body in character.bodies.items():
             self.body(f"character.bodies.{name}", body)
         for name, joint in character.joints.items():
             key = f"character.joints.{name}"
             if name == "root":
                 raise SceneError("a joint cannot be called root: that name stands for the root body", key=key)
-            _known(joint.parent, character.bodies, "body", f"{key}.parent")
-            _known(joint.child, character.bodies, "body", f"{key}.child")
+            known(joint.parent, character.bodies, "body", f"{key}.parent")
+            known(joint.child, character.bodies, "body", f"{key}.child")
             self.joint(key, joint)
         _check_tree(character)
 
@@ -220,12 +173,12 @@ class _Check:
         joints = character.joints
         for name, gains in controller.pd.items():
             if name != "root":
-                _known(name, joints, "joint", f"controller.pd.{name}")
+                known(name, joints, "joint", f"controller.pd.{name}")
             self.gains(f"controller.pd.{name}", gains)
         for index, foot in enumerate(controller.feet):
-            _known(foot, character.bodies, "body", f"controller.feet.{index}")
+            known(foot, character.bodies, "body", f"controller.feet.{index}")
         for index, hip in enumerate(controller.hips):
-            _known(hip, joints, "joint", f"controller.hips.{index}")
+            known(hip, joints, "joint", f"controller.hips.{index}")
             if joints[hip].parent != character.root:
                 message = f"hip {hip!r} must be a joint of the root {character.root!r}, not of {joints[hip].parent!r}"
                 raise SceneError(message, key=f"controller.hips.{index}")
@@ -254,7 +207,7 @@ class _Check:
         for name, trajectory in state.trajectories.items():
             path = f"{key}.trajectories.{name}"
             for joint in trajectory_joints(name) if name != "root" else ():
-                _known(joint, joints, "joint", path, whose="of this trajectory" if joint != name else "")
+                known(joint, joints, "joint", path, whose="of this trajectory" if joint != name else "")
             self.curve(f"{path}.strength", trajectory.strength)
             for index, component in enumerate(trajectory.components):
                 self.component(f"{path}.components.{index}", component)
@@ -277,7 +230,7 @@ class _Check:
         self.not_zero("initial_state.root_orientation", initial.root_orientation, "quaternion")
         for name, joint in initial.joints.items():
             key = f"initial_state.joints.{name}"
-            _known(name, character.joints, "joint", key)
+            known(name, character.joints, "joint", key)
             self.not_zero(f"{key}.orientation", joint.orientation, "quaternion")
 
     def ground(self, ground: Ground) -> None:
@@ -322,19 +275,6 @@ def _check_tree(character: Character) -> None:
             visited.append(parent)
 
 
-def _known(name: str, table: Iterable[str], kind: str, key: str, whose: str = "") -> None:
-    """SceneError with the nearest known name unless `name` is one of the table's."""
-    names = list(table)
-    if name not in names:
-        near = difflib.get_close_matches(name, names, n=1)
-        hint = f"; did you mean {near[0]!r}?" if near else ""
-        raise SceneError(f"no {kind} is called {name!r} {whose}".rstrip() + hint, key=key)
-
-
 def _check_index(index: int, states: Sequence[Any], key: str) -> None:
     if not 0 <= index < len(states):
         raise SceneError(f"there is no state {index}; states are numbered 0 to {len(states) - 1}", key=key)
-
-
-def _join(key: str, field: str) -> str:
-    return f"{key}.{field}" if key else field

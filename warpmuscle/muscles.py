@@ -1,0 +1,189 @@
+"""Muscles of a scene and what drives its joints, as a kernel wants them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from warpmuscle.arrays import Floats, rows, to_device
+from warpmuscle.bodies import stacked
+from warpmuscle.kernels import structs
+from warpmuscle.kernels.curves import DE_GROOTE, LEE, MILLARD, THELEN
+from warpmuscle.kernels.muscle_stage import COMPLIANT, HILL, IDEAL, LEGACY, RIGID, SWITCH, MuscleKind
+from warpmuscle.paths import PathTable, path_table, paths_struct
+from warpmuscle.scene import Actuation, Muscle, MuscleModel, Scene
+from warpmuscle.topology import SPEEDS, Topology
+
+CURVES = {"lee": LEE, "thelen": THELEN, "millard": MILLARD, "de_groote": DE_GROOTE}
+TENDON = {"rigid": RIGID, "switch": SWITCH, "compliant": COMPLIANT}
+NEGATIVE = {"keep": structs.KEEP, "drop": structs.DROP, "clip": structs.CLIP}
+LEGACY_RATE = 2000.0  # steps a second of the original program, in which its delays count
+
+
+@dataclass(frozen=True)
+class Driven:
+    """What drives the joints of a scene."""
+
+    drives: dict[str, list[str]]  # by joint: one word a degree of freedom, see `scene.Actuation`
+    muscles: tuple[str, ...]  # those that act on a joint that they drive; the others are not simulated
+    table: PathTable  # of those muscles
+
+    @property
+    def by_torque_alone(self) -> bool:
+        """Whether the controller's torques act as they are on all joints."""
+        return all(set(drive) <= {"torque"} for drive in self.drives.values())
+
+
+def muscle_kind(model: MuscleModel) -> MuscleKind:
+    """What a step has compiled in for the muscles of a scene."""
+    law = LEGACY if model.legacy else IDEAL if model.ideal else HILL
+    return MuscleKind(CURVES[model.curves], TENDON[model.tendon] if law == HILL else RIGID, law)
+
+
+def driven(scene: Scene, names: Topology) -> Driven:
+    """Which joints torques and muscles drive, and which muscles are simulated."""
+    character = scene.character
+    every = path_table({name: muscle.path for name, muscle in character.muscles.items()}, names, character)
+    crossed = {names.joints[crossing.joint - 1] for crossing in every.crossings}
+    drives: dict[str, list[str]] = {}
+    for joint in names.joints:
+        count = SPEEDS[character.joints[joint].type]
+        given = scene.actuation[joint].drive if joint in scene.actuation else "muscle" if joint in crossed else "torque"
+        drives[joint] = [given] * count if isinstance(given, str) else list(given)
+    pulling = {joint for joint, drive in drives.items() if {"muscle", "assisted"} & set(drive)}
+    acting = {c.muscle for c in every.crossings if names.joints[c.joint - 1] in pulling}
+    chosen = tuple(name for i, name in enumerate(character.muscles) if i in acting)
+    table = path_table({name: character.muscles[name].path for name in chosen}, names, character)
+    return Driven(drives, chosen, table)
+
+
+def muscles_struct(scene: Scene, chosen: tuple[str, ...], device: Any) -> structs.Muscles:
+    """The device structure of the simulated muscles (see `kernels.structs.Muscles`)."""
+    model = scene.muscle_model
+    muscles = [scene.character.muscles[name] for name in chosen]
+    s = structs.Muscles()
+    s.count = len(muscles)
+    s.model = CURVES[model.curves]
+    s.negative = NEGATIVE[model.negative]
+    s.scaled_rates = int(model.activation == "scaled")
+    s.f_max, s.l_opt, s.l_slack = (
+        to_device(_of_muscles(muscles, field), float, device) for field in ("f_max", "l_opt", "l_slack")
+    )
+    width = _of_muscles(muscles, "l_opt") * np.sin(_of_muscles(muscles, "pennation"))
+    s.width = to_device(width, float, device)
+    common = {
+        "v_max": model.v_max,
+        "damping": model.damping,
+        "rise_time": model.rise_time,
+        "fall_time": model.fall_time,
+        "rise_rest": np.exp(-scene.time_step / np.asarray(model.rise_time)),
+        "fall_rest": np.exp(-scene.time_step / np.asarray(model.fall_time)),
+    }
+    for field, value in common.items():
+        column = np.reshape(np.asarray(value, dtype=np.float64), (-1, 1))
+        setattr(s, field, to_device(np.repeat(column, max(len(muscles), 1), axis=1), float, device))
+    s.delay_steps = to_device(delay_steps(scene, chosen), int, device)
+    _excitations(s, muscles, device)
+    return s
+
+
+def delay_steps(scene: Scene, chosen: tuple[str, ...]) -> Floats:
+    """Neural delays of the simulated muscles in steps, (rows, muscles).
+
+    The original program holds N = max(1, floor(2000 delay)) values, of which it hears the oldest: N - 1 of its steps.
+    """
+    delay = _of_muscles([scene.character.muscles[name] for name in chosen], "delay")
+    if scene.muscle_model.legacy:
+        delay = (np.maximum(np.floor(delay * LEGACY_RATE + 1e-9), 1.0) - 1.0) / LEGACY_RATE
+    return np.asarray(np.rint(delay / scene.time_step))
+
+
+def _of_muscles(muscles: list[Muscle], field: str) -> Floats:
+    """One number of all muscles, (rows, muscles); a one if there are none."""
+    return rows([getattr(muscle, field) for muscle in muscles] or [1.0])
+
+
+def _excitations(s: structs.Muscles, muscles: list[Muscle], device: Any) -> None:
+    """Knots of the muscles that have an excitation of their own."""
+    time: list[Any] = []
+    value: list[Any] = []
+    start = [0]
+    for muscle in muscles:
+        if muscle.excitation is not None:
+            time.extend(muscle.excitation.time)
+            value.extend(muscle.excitation.value)
+        start.append(len(time))
+    period = [0.0 if muscle.excitation is None else muscle.excitation.period for muscle in muscles]
+    s.knot_start = to_device(start, int, device)
+    s.knot_time = to_device(rows(time or [0.0]), float, device)
+    s.knot_value = to_device(rows(value or [0.0]), float, device)
+    s.period = to_device(rows(period or [0.0]), float, device)
+
+
+def actuation_struct(scene: Scene, names: Topology, drives: dict[str, list[str]], device: Any) -> structs.Actuation:
+    """The device structure of what drives the joints (see `kernels.structs.Actuation`)."""
+    weights = {word: np.zeros((len(names.bodies), 3)) for word in ("torque", "muscle", "passive")}
+    drive = np.zeros(len(names.bodies), dtype=int)
+    stiffness: list[Any] = [0.0]
+    damping: list[Any] = [0.0]
+    rest = [np.array([[0.0, 0.0, 0.0, 1.0]])]
+    for body, joint in enumerate(names.joints, 1):
+        for axis, word in enumerate(drives[joint]):
+            for kind in ("torque", "muscle"):
+                weights[kind][body, axis] = word in (kind, "assisted")
+        own = scene.actuation.get(joint) or Actuation("none")
+        elastic = bool(np.any(rows([own.stiffness, own.damping])))
+        drive[body] = _drive(drives[joint], elastic)
+        for axis, word in enumerate(drives[joint]):
+            weights["passive"][body, axis] = elastic and word in ("passive", "muscle", "assisted")
+        stiffness.append(own.stiffness)
+        damping.append(own.damping)
+        rest.append(_rest(own))
+    s = structs.Actuation()
+    s.drive = to_device(drive, int, device)
+    s.by_torque = to_device(weights["torque"], wp.vec3, device)
+    s.by_muscles = to_device(weights["muscle"], wp.vec3, device)
+    s.passive = to_device(weights["passive"], wp.vec3, device)
+    s.rest = to_device(stacked(rest), wp.quat, device)
+    s.stiffness = to_device(rows(stiffness), float, device)
+    s.damping = to_device(rows(damping), float, device)
+    return s
+
+
+def _drive(words: list[str], elastic: bool) -> int:
+    """How the torque of a joint is made."""
+    if set(words) <= {"torque"}:
+        return int(structs.BY_TORQUE)
+    return int(structs.BY_MUSCLES if set(words) == {"muscle"} and not elastic else structs.MIXED)
+
+
+def _rest(own: Actuation) -> Floats:
+    """Relaxed orientation of a joint's child in its parent, (rows, 4)."""
+    vector = rows(own.rest)
+    angle = np.linalg.norm(vector, axis=-1, keepdims=True)
+    half = 0.5 * angle
+    return np.concatenate([vector * 0.5 * np.sinc(half / np.pi), np.cos(half)], axis=-1)
+
+
+def muscle_state(instances: int, muscles: int, crossings: int, capacity: int, device: Any) -> structs.MuscleState:
+    """Room for the state of the muscles of a batch; `capacity` is the longest delay in steps and one."""
+    shape = (instances, max(muscles, 1))
+    s = structs.MuscleState()
+    for name in ("activation", "fibre_length", "previous_fibre_length", "force"):
+        setattr(s, name, wp.zeros(shape, dtype=float, device=device))
+    s.excitation_ring = wp.zeros((instances, max(capacity, 1), shape[1]), dtype=float, device=device)
+    s.moment_arm = wp.zeros((instances, max(crossings, 1)), dtype=wp.vec3, device=device)
+    return s
+
+
+def model_parts(scene: Scene, names: Topology, found: Driven, device: Any) -> dict[str, Any]:
+    """The parts of the model that muscles need, by field of `kernels.structs.Model`."""
+    paths = {name: scene.character.muscles[name].path for name in found.muscles}
+    return {
+        "actuation": actuation_struct(scene, names, found.drives, device),
+        "muscles": muscles_struct(scene, found.muscles, device),
+        "paths": paths_struct(paths, names, scene.character, device),
+    }

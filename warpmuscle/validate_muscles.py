@@ -1,0 +1,274 @@
+"""What the types of a scene cannot say about muscles and about what drives the joints."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warpmuscle.checks import Checks, known, near
+from warpmuscle.errors import SceneError
+from warpmuscle.number import Number
+from warpmuscle.parameters import start_values, substitute
+from warpmuscle.pose import about, multiply, normalized, rotate, twist_angle, universal_coordinates
+from warpmuscle.scene import (
+    Actuation,
+    Character,
+    Condition,
+    Drive,
+    Excitation,
+    Joint,
+    JointState,
+    Muscle,
+    Scene,
+    ViaPoint,
+)
+from warpmuscle.topology import SPEEDS, topology
+
+GREATEST_PENNATION = 1.4  # rad; near a right angle a fibre pulls on nothing
+MUSCULAR = {"muscle", "assisted"}
+
+Floats = NDArray[np.float64]
+
+
+class SceneWarning(UserWarning):
+    """Something in a sound scene that is probably a mistake."""
+
+
+def check_muscles(checks: Checks) -> None:
+    """Check muscles, their model and what drives the joints, in a scene whose bodies and joints are sound.
+
+    Raises:
+        SceneError: the first thing wrong, with its key, such as `character.muscles.VAS.path.0.body`.
+    """
+    scene = checks.checked
+    for name, muscle in scene.character.muscles.items():
+        _muscle(checks, f"character.muscles.{name}", muscle)
+    _model(checks)
+    for name, own in scene.actuation.items():
+        _actuation(checks, f"actuation.{name}", name, own)
+
+
+def check_path(
+    key: str, path: Sequence[ViaPoint], character: Character, interval: Callable[[Number], tuple[float, float]]
+) -> None:
+    """Check the points of a muscle's path.
+
+    Args:
+        key: of the path.
+        interval: gives the least and the greatest value of a number.
+
+    Raises:
+        SceneError: an unknown body or joint, fewer than two points, or a condition that cannot be used.
+    """
+    if len(path) < 2:
+        raise SceneError(f"a path needs at least two points, got {len(path)}", key=key)
+    for index, point in enumerate(path):
+        if point.body not in character.bodies:
+            message = f"there is no body {point.body!r}{near(point.body, character.bodies)}"
+            raise SceneError(message, key=f"{key}.{index}.body")
+        if point.condition is None:
+            continue
+        place = f"{key}.{index}.condition"
+        if index in (0, len(path) - 1):
+            raise SceneError("the first and the last point of a path take no condition", key=place)
+        _condition(place, point.condition, character, interval)
+
+
+def _condition(
+    key: str, condition: Condition, character: Character, interval: Callable[[Number], tuple[float, float]]
+) -> None:
+    """A condition has an angle of a joint, and an interval of it."""
+    if condition.joint not in character.joints:
+        message = f"there is no joint {condition.joint!r}{near(condition.joint, character.joints)}"
+        raise SceneError(message, key=f"{key}.joint")
+    kind = character.joints[condition.joint].type
+    if kind not in ("hinge", "universal"):
+        raise SceneError(f"a {kind} joint has no angle for a condition", key=f"{key}.joint")
+    if not 0 <= condition.axis < SPEEDS[kind]:
+        raise SceneError(f"a {kind} joint has no angle {condition.axis}", key=f"{key}.axis")
+    low, high = interval(condition.low)[1], interval(condition.high)[0]
+    if low >= high:
+        raise SceneError(f"low is not less than high: {low:g}, {high:g}", key=f"{key}.low")
+    blend = interval(condition.blend)[0]
+    if blend <= 0.0:
+        raise SceneError(f"the blend must be positive, is {blend:g}", key=f"{key}.blend")
+
+
+def _muscle(checks: Checks, key: str, muscle: Muscle) -> None:
+    """A muscle has a path, force and lengths, and a delay within the simulation."""
+    scene = checks.checked
+    check_path(f"{key}.path", muscle.path, scene.character, checks.interval)
+    checks.positive(key, muscle, "f_max", "l_opt")
+    if scene.muscle_model.tendon == "compliant":
+        checks.positive(key, muscle, "l_slack")
+    checks.not_negative(key, muscle, "l_slack", "delay", "pennation")
+    longest = checks.interval(muscle.delay)[1]
+    if longest >= scene.duration:
+        raise SceneError(
+            f"must be less than the scene's duration of {scene.duration:g} s, is {longest:g} s", f"{key}.delay"
+        )
+    steepest = checks.interval(muscle.pennation)[1]
+    if steepest >= GREATEST_PENNATION:
+        raise SceneError(f"must be less than {GREATEST_PENNATION:g} rad, is {steepest:g}", key=f"{key}.pennation")
+    if muscle.excitation is not None:
+        _excitation(checks, f"{key}.excitation", muscle.excitation)
+
+
+def _excitation(checks: Checks, key: str, excitation: Excitation) -> None:
+    """Knots over time are in order, their values excitations."""
+    if not excitation.time:
+        raise SceneError("an excitation needs at least one knot", key=f"{key}.time")
+    if len(excitation.time) != len(excitation.value):
+        raise SceneError(f"{len(excitation.value)} values for {len(excitation.time)} times", key=f"{key}.value")
+    checks.increasing(f"{key}.time", excitation.time, "times")
+    for index, value in enumerate(excitation.value):
+        checks.fraction(f"{key}.value.{index}", value)
+    checks.not_negative(key, excitation, "period")
+
+
+def _model(checks: Checks) -> None:
+    """The model of all muscles has rates, and does not ask for two laws at once."""
+    key, model = "muscle_model", checks.checked.muscle_model
+    checks.positive(key, model, "rise_time", "fall_time", "v_max")
+    checks.fraction(f"{key}.initial_activation", model.initial_activation)
+    if model.damping is not None:
+        check = checks.positive if model.tendon == "compliant" else checks.not_negative
+        check(key, model, "damping")
+    if model.legacy and model.ideal:
+        raise SceneError("muscles cannot be both legacy and ideal", key=f"{key}.ideal")
+    for field, default in (("tendon", "rigid"), ("curves", "lee")):
+        if model.legacy and getattr(model, field) != default:
+            message = f"legacy muscles have a law of their own, tendon and curves included; leave out `{field}`"
+            raise SceneError(message, key=f"{key}.{field}")
+
+
+def _actuation(checks: Checks, key: str, name: str, own: Actuation) -> None:
+    """What drives a joint: one word, or one a degree of freedom; muscles only where there are some."""
+    character = checks.checked.character
+    known(name, character.joints, "joint", key)
+    kind = character.joints[name].type
+    if kind == "fixed":
+        raise SceneError("a fixed joint cannot be driven", key=key)
+    words = [own.drive] if isinstance(own.drive, str) else own.drive
+    if not isinstance(own.drive, str) and len(words) != SPEEDS[kind]:
+        message = f"a {kind} joint takes one word or {SPEEDS[kind]} in a list, got {len(words)}"
+        raise SceneError(message, key=f"{key}.drive")
+    if MUSCULAR.intersection(words) and usual_drive(name, character) != "muscle":
+        raise SceneError("no muscle crosses this joint", key=f"{key}.drive")
+    checks.not_negative(key, own, "stiffness", "damping")
+
+
+def crosses(path: Sequence[ViaPoint], joint: str, character: Character) -> bool:
+    """Whether a muscle acts on a joint: its path runs from one side to the other, or depends on the joint's angle."""
+    beyond = _carried(character.joints[joint].child, character)
+    on_angle = any(point.condition is not None and point.condition.joint == joint for point in path)
+    return on_angle or len({point.body in beyond for point in path}) == 2
+
+
+def usual_drive(joint: str, character: Character) -> Drive:
+    """What drives a joint of which the scene does not say it."""
+    muscles = character.muscles.values()
+    return "muscle" if any(crosses(muscle.path, joint, character) for muscle in muscles) else "torque"
+
+
+def _carried(body: str, character: Character) -> set[str]:
+    """A body and all that hang on it."""
+    children = [joint.child for joint in character.joints.values() if joint.parent == body]
+    return {body}.union(*(_carried(child, character) for child in children))
+
+
+def slack_warnings(scene: Scene) -> list[SceneError]:
+    """Muscles whose tendon alone is as long as their path in the initial pose, free parameters at their start values.
+
+    Legacy and ideal muscles have no such bound.
+
+    Args:
+        scene: checked scene.
+
+    Returns:
+        Errors that are not raised, so that a reader can give them file and line; their keys name the muscles.
+    """
+    if scene.muscle_model.legacy or scene.muscle_model.ideal or not scene.character.muscles:
+        return []
+    plain = substitute(scene, start_values(scene))
+    lengths = initial_path_lengths(plain)
+    return [
+        SceneError(_no_fibre(muscle, lengths[name]), key=f"character.muscles.{name}.l_slack")
+        for name, muscle in plain.character.muscles.items()
+        if lengths[name] <= _plain(muscle.l_slack)
+    ]
+
+
+def initial_path_lengths(scene: Scene) -> dict[str, float]:
+    """Length, m, of every muscle's path in the initial pose of a scene without free parameters.
+
+    A conditional point counts where its angle is within its interval, without the blend about both ends.
+    """
+    poses, angles = _initial_pose(scene)
+    lengths = {}
+    for name, muscle in scene.character.muscles.items():
+        points = [_position(point, *poses[point.body]) for point in muscle.path if _counts(point, angles)]
+        lengths[name] = float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
+    return lengths
+
+
+def _no_fibre(muscle: Muscle, length: float) -> str:
+    """What is wrong with a slack length, m, that a path of this length, m, leaves no room beside."""
+    fitting = length - _plain(muscle.l_opt) * float(np.cos(_plain(muscle.pennation)))
+    hint = f"{fitting:.3g} m would fit (path minus l_opt)"
+    if fitting <= 0.0:
+        hint = f"l_opt {_plain(muscle.l_opt):.3g} m alone is as long"
+    slack = _plain(muscle.l_slack)
+    return f"slack length {slack:.3g} m leaves no fibre in the initial pose, where the path is {length:.3g} m; {hint}"
+
+
+def _counts(point: ViaPoint, angles: dict[str, Floats]) -> bool:
+    """Whether a path runs through a point."""
+    c = point.condition
+    return c is None or _plain(c.low) <= float(angles[c.joint][c.axis]) <= _plain(c.high)
+
+
+def _position(point: ViaPoint, position: Floats, orientation: Floats) -> Floats:
+    """Place of a point, m, from the position and orientation of its body."""
+    return np.asarray(position + rotate(orientation, _vector(point.position)))
+
+
+def _initial_pose(scene: Scene) -> tuple[dict[str, tuple[Floats, Floats]], dict[str, Floats]]:
+    """Position, m, and orientation of every body in the root's frame, and the angles, rad, of every joint."""
+    character = scene.character
+    poses = {character.root: (np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0]))}
+    angles = {}
+    for name in topology(character).joints:
+        joint = character.joints[name]
+        turn, angles[name] = _joint_turn(joint, scene.initial_state.joints.get(name, JointState()))
+        position, orientation = poses[joint.parent]
+        anchor = position + rotate(orientation, _vector(joint.position_in_parent))
+        turned = multiply(orientation, turn)
+        poses[joint.child] = np.asarray(anchor - rotate(turned, _vector(joint.position_in_child))), turned
+    return poses, angles
+
+
+def _joint_turn(joint: Joint, state: JointState) -> tuple[Floats, Floats]:
+    """The child's orientation in its parent, as far as the joint can turn, and the joint's angles, rad."""
+    q = normalized(_vector(state.orientation))
+    axes = [normalized(_vector(axis)) for axis in joint.axes]
+    if joint.type == "hinge":
+        angle = twist_angle(q, axes[0])
+        return about(axes[0], angle), angle[None]
+    if joint.type == "universal":
+        angles, _ = universal_coordinates(q, np.zeros(3), *axes)
+        return multiply(about(axes[1], angles[1]), about(axes[0], angles[0])), angles
+    return (q if joint.type == "ball" else np.array([0.0, 0.0, 0.0, 1.0])), np.zeros(0)
+
+
+def _vector(numbers: Sequence[Number]) -> Floats:
+    """Numbers of a scene that has no free parameters as an array."""
+    return np.array([_plain(number) for number in numbers])
+
+
+def _plain(number: Number) -> float:
+    """A number of a scene that has no free parameters."""
+    assert isinstance(number, int | float)
+    return float(number)
