@@ -9,12 +9,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from small_scene import sound_scene
+from small_scene import muscle_scene, sound_scene
 from warpmuscle.errors import SceneError
 from warpmuscle.formats import Ignored, load, save, scene_names
 from warpmuscle.number import Free
 from warpmuscle.parameters import free_parameters, start_values, substitute
-from warpmuscle.scene import Capsule, Ground, InitialState, JointState, Scene
+from warpmuscle.scene import Capsule, Ground, JointState, Scene
 
 SHIPPED = {
     "fwalk": ("bipV2", "fWalk"), "iwalk": ("bipV2", "iWalk"), "bwalk": ("bipV2", "bWalk"), "fjog": ("bipV2", "fJog"),
@@ -29,7 +29,18 @@ def originals(reference_data: Path, name: str) -> tuple[Path, Path]:
 
 
 def test_shipped_scenes_are_listed_without_the_characters_that_they_share():
-    assert scene_names() == sorted(SHIPPED)
+    names = scene_names()
+    assert set(SHIPPED) < set(names)
+    assert {"biped", "bigbird", "muscles56", "muscles56_fitted"}.isdisjoint(names)
+    assert names == sorted(names)
+
+
+def test_shipped_scenes_load_without_a_doubt():
+    doubted = {"jog56"}  # starts with an elbow so bent that a biceps fitted to walking is slack
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for name in set(scene_names()) - doubted:
+            load(name)
 
 
 @pytest.mark.parametrize("name", SHIPPED)
@@ -69,15 +80,6 @@ def test_original_files_come_in_any_order_and_say_once_what_they_ignore(referenc
     assert f"{character}:6,7,8,9," in str(caught[0].message)
     assert f"not there; took {controller.parent / 'fWalkState.rs'}" in str(caught[0].message)
     assert (scene.name, scene.ground) == ("fWalk", Ground(height=-0.025, friction=1e30))
-
-
-def test_every_muscle_is_listed(reference_data):
-    ignored: list[Ignored] = []
-    folder = reference_data / "simbicon/characters/bipV2M"
-    scene = load(folder / "bipV2M_save_allUniArticularMuscles.rbs", ignored=ignored)
-    assert sum(one.text.startswith("Muscle ") for one in ignored) == 56
-    assert scene.controller is None
-    assert scene.initial_state == InitialState(root_position=(0.0, 1.035, 0.0))
 
 
 def test_state_file_is_found_by_the_tail_of_its_path_longest_first(reference_data, tmp_path):
@@ -193,8 +195,8 @@ def test_nameless_characters_cannot_be_written_for_the_original(tmp_path):
 
 @pytest.fixture(scope="module")
 def sound_files(tmp_path_factory) -> Path:
-    """A folder with the small scene in every format."""
-    folder, scene = tmp_path_factory.mktemp("sound"), sound_scene()
+    """A folder with the small scene with muscles in every format."""
+    folder, scene = tmp_path_factory.mktemp("sound"), muscle_scene()
     scene.controller.pd["lHip"].kp = Free(10.0, 5.0, 20.0, 0.5)
     scene.ground.height = -0.1
     save(scene, folder / "s.toml")
@@ -213,7 +215,8 @@ def check_outcome(folder: Path, suffix: str, data: bytes, sound_files: Path) -> 
         target.write_bytes(data if path.suffix == suffix else path.read_bytes())
     outcome: Scene | str
     try:
-        outcome = load(*sources(folder, suffix), ignored=[])
+        with warnings.catch_warnings(action="ignore"):
+            outcome = load(*sources(folder, suffix), ignored=[])
     except SceneError as error:
         outcome = str(error)
     assert isinstance(outcome, Scene) or (outcome and "\n" not in outcome)

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from warpmuscle.errors import SceneError
-from warpmuscle.formats import rbs
+from warpmuscle.formats import load, rbs
 from warpmuscle.formats.lines import Notes
-from warpmuscle.scene import Box, Capsule, Ground, Sphere
+from warpmuscle.scene import Box, Capsule, Ground, Muscle, Sphere, ViaPoint
 
 TWO_BODIES = """
 A_RigidBody
@@ -33,6 +33,26 @@ ArticulatedFigure
     /Joint
 /ArticulatedFigure
 """
+
+MUSCLE = """    Muscle # of the hip
+        maxForce 1500 # N
+        optimalLength 0.1
+        name GLU
+        A_RigidBody pelvis
+        position 0 -0.1 0.05 # origin
+        slackLength 0.12
+        A_RigidBody leg
+        position -0 0.1 0.04
+        {last}
+    /Muscle
+/ArticulatedFigure
+"""
+WITH_MUSCLE = TWO_BODIES.replace("/ArticulatedFigure\n", MUSCLE)
+
+
+def with_muscle(last: str = "") -> str:
+    """A file with a muscle, one of its lines being the given one."""
+    return WITH_MUSCLE.format(joint="hingeJoint 1 0 0", limits="jointLimits 0 1", last=last)
 
 
 def parse(tmp_path: Path, text: str | bytes) -> tuple[rbs.Contents, Notes]:
@@ -127,14 +147,28 @@ def test_line_ends_and_a_missing_last_one_do_not_matter(tmp_path):
     assert parse(tmp_path, "# caf\xe9\n".encode("latin-1") + text.encode())[0] == expected
 
 
-def test_muscles_meshes_and_unknown_lines_are_listed_and_never_silent(tmp_path):
-    muscle = "Muscle\nname m\nmaxForce 1\nA_RigidBody leg\nposition 0 0 0\n/Muscle\n/ArticulatedFigure"
-    text = TWO_BODIES.format(joint="hingeJoint 1 0 0", limits="actuationType muscle")
-    text = text.replace("/ArticulatedFigure", muscle).replace("name leg", "name leg\nmesh a.obj\nvelocity 1 0 0\nfoo")
-    notes = parse(tmp_path, text)[1]
+def test_meshes_and_unknown_lines_are_listed_and_never_silent(tmp_path):
+    text = with_muscle("mass 3\nForce 7").replace("jointLimits 0 1", "actuationType motor\nmaxForce 3")
+    notes = parse(tmp_path, text.replace("name leg", "name leg\nmesh a.obj\nvelocity 1 0 0\nfoo"))[1]
     assert [(one.line, one.text) for one in notes.ignored] == [
-        (11, "mesh a.obj"), (13, "foo"), (23, "actuationType muscle"), (25, "Muscle m"), (12, "velocity 1 0 0"),
+        (11, "mesh a.obj"), (13, "foo"), (24, "maxForce 3"), (23, "actuationType motor"), (35, "mass 3"),
+        (36, "Force 7"), (12, "velocity 1 0 0"),
     ]  # fmt: skip
+
+
+def test_muscles_have_a_path_and_properties_in_any_order(tmp_path):
+    contents, notes = parse(tmp_path, with_muscle("delay 0.005"))
+    path = [ViaPoint("pelvis", (0.0, -0.1, 0.05)), ViaPoint("leg", (0.0, 0.1, 0.04))]
+    assert contents.character.muscles == {"GLU": Muscle(path, 1500.0, 0.1, 0.12, 0.005)}
+    assert notes.ignored == []
+    assert parse(tmp_path, with_muscle())[0].character.muscles["GLU"].delay == 0.0
+
+
+def test_joints_marked_as_driven_by_muscles_are_known_by_their_lines(tmp_path):
+    text = with_muscle().replace("jointLimits 0 1", "actuationType muscle")
+    driven = parse(tmp_path, text)[0].driven
+    assert {name: line.number for name, line in driven.items()} == {"hip": 20}
+    assert parse(tmp_path, text.replace("actuationType", "#actuationType"))[0].driven == {}
 
 
 @pytest.mark.parametrize(
@@ -156,3 +190,49 @@ def test_bad_lines_are_named_by_file_and_line(tmp_path, old, new, message):
     assert old in text
     with pytest.raises(SceneError, match=message):
         parse(tmp_path, text.replace(old, new))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("name GLU", "", r"a\.rbs:22: this muscle has no name"),
+        ("name GLU", "name", r"a\.rbs:25: `name` needs a name"),
+        ("maxForce 1500", "#", r"a\.rbs:22: character\.muscles\.GLU\.f_max: muscle 'GLU' has no maxForce"),
+        ("optimalLength", "#", r"a\.rbs:22: .*\.l_opt: muscle 'GLU' has no optimalLength"),
+        ("slackLength", "#", r"a\.rbs:22: .*\.l_slack: muscle 'GLU' has no slackLength"),
+        ("maxForce 1500", "maxForce much", r"a\.rbs:23: `maxForce`: 'much' is not a number"),
+        ("A_RigidBody pelvis", "", r"a\.rbs:27: `position` of a muscle must follow `A_RigidBody <body>`"),
+        ("A_RigidBody leg", "", r"a\.rbs:30: `position` of a muscle must follow"),
+        ("position 0 -0.1 0.05", "position 0 -0.1", r"a\.rbs:27: `position` needs 3 numbers \(m\), got 2"),
+        ("/Muscle\n", "/Muscle\nMuscle\nname GLU\nmaxForce 1\noptimalLength 1\nslackLength 1\n/Muscle\n",
+         r"a\.rbs:33: character\.muscles\.GLU: there are two muscles called 'GLU'"),
+        ("/Muscle\n", "", r"a\.rbs:32: `/ArticulatedFigure` within a Muscle; is `/Muscle` missing"),
+        ("/Muscle\n/ArticulatedFigure\n", "", r"a\.rbs:22: `Muscle` is not closed: the file ends before `/Muscle`"),
+    ],
+)  # fmt: skip
+def test_bad_lines_of_muscles_are_named_by_file_and_line(tmp_path, old, new, message):
+    text = with_muscle()
+    assert old in text
+    with pytest.raises(SceneError, match=message):
+        parse(tmp_path, text.replace(old, new))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("A_RigidBody leg", "A_RigidBody lge", r"a\.rbs:30: .*GLU\.path\.1\.body: .* 'lge'; did you mean 'leg'"),
+        (
+            "A_RigidBody leg\n        position",
+            "mesh",
+            r"a\.rbs:22: .*GLU\.path: a path needs at least two points, got 1",
+        ),
+        ("maxForce 1500", "maxForce 0", r"a\.rbs:23: .*GLU\.f_max: must be greater than 0"),
+        ("slackLength 0.12", "slackLength -1", r"a\.rbs:28: .*GLU\.l_slack: must not be negative"),
+    ],
+)
+def test_unsound_muscles_are_named_by_file_and_line(tmp_path, old, new, message):
+    text = with_muscle()
+    assert old in text
+    (tmp_path / "a.rbs").write_text(text.replace(old, new))
+    with pytest.raises(SceneError, match=message):
+        load(tmp_path / "a.rbs", ignored=[])

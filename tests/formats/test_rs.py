@@ -66,7 +66,7 @@ def test_muscle_block_is_listed_as_ignored(tmp_path):
     initial, notes = parse(tmp_path, TEXT + "muscles\n#VAS\n0\n0.5\n")
     assert initial == parse(tmp_path, TEXT)[0]
     assert [(one.line, one.reason) for one in notes.ignored] == [
-        (11, "muscles are not supported yet (2 lines of their state)")
+        (11, "muscles start at the activation of the scene's muscle_model (2 lines of their state)")
     ]
 
 

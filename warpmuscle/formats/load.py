@@ -11,13 +11,14 @@ from pathlib import Path, PurePosixPath
 from warpmuscle.errors import SceneError
 from warpmuscle.formats import rbs, rs, sbc, toml
 from warpmuscle.formats.lines import Ignored, Line, Notes
-from warpmuscle.scene import Scene
+from warpmuscle.scene import Actuation, Scene
 from warpmuscle.validate import check_scene
+from warpmuscle.validate_muscles import SceneWarning, slack_warnings
 
 SUFFIXES = (".toml", ".rbs", ".sbc", ".rs")
 
 
-def load(*sources: str | Path, ignored: list[Ignored] | None = None) -> Scene:
+def load(*sources: str | Path, ignored: list[Ignored] | None = None, keyword_rule: bool = False) -> Scene:
     """A checked scene.
 
     Args:
@@ -25,6 +26,11 @@ def load(*sources: str | Path, ignored: list[Ignored] | None = None) -> Scene:
             any order: a `.rbs` with the character, others with the ground, a `.sbc`, a `.rs`. Without a `.rs`, the one
             that the `.sbc` names is looked for from its folder upward.
         ignored: gets what was not used; without it, that is summed up in a warning.
+        keyword_rule: muscles drive only the joints that a `.rbs` marks `actuationType muscle`, where it marks any;
+            otherwise all that they cross.
+
+    Warns:
+        SceneWarning: one for each thing that is probably a mistake, with file, line and key (see `slack_warnings`).
 
     Raises:
         SceneError: with file, line and key as far as they are known.
@@ -34,14 +40,18 @@ def load(*sources: str | Path, ignored: list[Ignored] | None = None) -> Scene:
     paths = [Path(source) for source in sources]
     suffixes = [path.suffix.lower() for path in paths]
     if len(paths) == 1 and suffixes[0] not in SUFFIXES:
-        return toml.read(_shipped(str(sources[0])))
+        paths, suffixes = [_shipped(str(sources[0]))], [".toml"]
     if suffixes == [".toml"]:
-        return toml.read(paths[0])
+        doubts: list[SceneError] = []
+        scene = toml.read(paths[0], doubts)
+        _warn(doubts)
+        return scene
     for path, suffix in zip(paths, suffixes, strict=True):
         if suffix not in SUFFIXES[1:]:
             raise SceneError(f"{str(path)!r} cannot be combined with other files; only .rbs, .sbc and .rs can")
     notes = Notes()
-    scene = _combine(paths, suffixes, notes)
+    scene = _combine(paths, suffixes, keyword_rule, notes)
+    _warn([notes.placed(doubt) for doubt in slack_warnings(scene)])
     if ignored is not None:
         ignored.extend(notes.ignored)
     elif notes.ignored:
@@ -68,6 +78,12 @@ def summary(ignored: Iterable[Ignored], heading: str = "some input was ignored:"
     return "\n".join(lines)
 
 
+def _warn(doubts: Iterable[SceneError]) -> None:
+    """A warning for each, at the place where `load` was called."""
+    for doubt in doubts:
+        warnings.warn(str(doubt), SceneWarning, stacklevel=3)
+
+
 def _folder() -> Path:
     return Path(str(resources.files("warpmuscle.scenes")))
 
@@ -88,13 +104,13 @@ def _available() -> str:
     return f"shipped scenes: {', '.join(scene_names())}"
 
 
-def _combine(paths: Sequence[Path], suffixes: Sequence[str], notes: Notes) -> Scene:
+def _combine(paths: Sequence[Path], suffixes: Sequence[str], keyword_rule: bool, notes: Notes) -> Scene:
     """One scene from the files of the original program."""
     by_suffix = {suffix: [p for p, s in zip(paths, suffixes, strict=True) if s == suffix] for suffix in SUFFIXES[1:]}
     for suffix in (".sbc", ".rs"):
         if len(by_suffix[suffix]) > 1:
             raise SceneError(f"more than one {suffix} file: {', '.join(map(str, by_suffix[suffix]))}")
-    scene, character_file = _bodies(by_suffix[".rbs"], notes)
+    scene, character_file = _bodies(by_suffix[".rbs"], keyword_rule, notes)
     scene.name = (by_suffix[".sbc"] or [character_file])[0].stem
     state_line: Line | None = None
     if by_suffix[".sbc"]:
@@ -114,7 +130,7 @@ def _combine(paths: Sequence[Path], suffixes: Sequence[str], notes: Notes) -> Sc
     return scene
 
 
-def _bodies(paths: Sequence[Path], notes: Notes) -> tuple[Scene, Path]:
+def _bodies(paths: Sequence[Path], keyword_rule: bool, notes: Notes) -> tuple[Scene, Path]:
     """A scene with character, ground and the root's state of `.rbs` files; and the character's file."""
     scene: Scene | None = None
     character_file, ground = Path(), None
@@ -125,6 +141,15 @@ def _bodies(paths: Sequence[Path], notes: Notes) -> tuple[Scene, Path]:
                 raise SceneError(f"a scene has one character, but {character_file} has one, too", file=path)
             scene = Scene(name=path.stem, character=contents.character, initial_state=contents.initial)
             character_file = path
+            if keyword_rule and contents.driven:
+                scene.actuation = {
+                    name: Actuation("torque")
+                    for name, joint in contents.character.joints.items()
+                    if name not in contents.driven and joint.type != "fixed"
+                }
+            else:
+                for line in contents.driven.values():
+                    line.ignore(notes, rbs.CROSSED)
         if contents.ground is not None:
             if ground is not None:
                 notes.ignored.append(Ignored(path, 0, "ground", "there is a ground already"))

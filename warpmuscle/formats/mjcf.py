@@ -5,6 +5,12 @@ axes along the principal axes of inertia. Joints keep their names; a universal j
 `<name>_a`, the root joint `<root>_free`, or `<root>_y`, `<root>_z` and `<root>_turn` for a planar root. Geoms collide
 with the ground only. Controller and ground stiffness are not written. The keyframe `start` is the initial state; in
 MuJoCo's reference configuration (qpos0) the root has its initial pose and all joints are in the reference pose.
+
+A muscle becomes a spatial tendon of its name through the sites `<muscle>_0`, `<muscle>_1`, ... at its via points;
+conditional ones, which MuJoCo does not know, are left out. A muscle that acts on the character also becomes a muscle
+actuator, whose control is its excitation: MuJoCo's own law with our maximum force and speed, time constants, and fibre
+and tendon lengths. MuJoCo's curves differ from ours, its tendon is rigid and its fibre has no pennation. Delays and
+excitations of their own are not written.
 """
 
 from __future__ import annotations
@@ -17,13 +23,27 @@ from xml.etree.ElementTree import Element, SubElement
 
 from warpmuscle.formats.files import replace_file
 from warpmuscle.model import start_of
+from warpmuscle.muscles import driven
 from warpmuscle.number import Free, Number
 from warpmuscle.parameters import start_values, substitute
 from warpmuscle.pose import conjugate, multiply, normalized, rotate, turned_to_heading
-from warpmuscle.scene import Body, Capsule, Character, Ground, InitialState, Joint, Scene, Shape, Sphere
+from warpmuscle.scene import (
+    Body,
+    Capsule,
+    Character,
+    Ground,
+    InitialState,
+    Joint,
+    Muscle,
+    MuscleModel,
+    Scene,
+    Shape,
+    Sphere,
+)
 from warpmuscle.topology import topology
 
 _ROLLING = (0.005, 0.0001)  # MuJoCo's defaults of torsional and rolling friction, not used by condim 3
+_OPERATING = (0.5, 1.5)  # fibre lengths over the optimal one that MuJoCo's lengthrange stands for; any two would do
 
 
 def write(scene: Scene, path: str | Path, limits: bool = False) -> None:
@@ -57,8 +77,11 @@ def dumps(scene: Scene, limits: bool = False) -> str:
     _add_ground(world, scene.ground)
     root = _add_body(world, scene, scene.character.root, limits)
     _place_root(root, scene.character, scene.initial_state)
+    muscles = _add_muscles(model, scene)
     qpos, qvel = _start(scene)
-    SubElement(SubElement(model, "keyframe"), "key", name="start", qpos=_texts(qpos), qvel=_texts(qvel))
+    key = SubElement(SubElement(model, "keyframe"), "key", name="start", qpos=_texts(qpos), qvel=_texts(qvel))
+    if muscles:
+        key.set("act", _texts([_number(scene.muscle_model.initial_activation)] * muscles))
     ElementTree.indent(model)
     return ElementTree.tostring(model, encoding="unicode") + "\n"
 
@@ -179,6 +202,45 @@ def _shape(shape: Shape) -> dict[str, str]:
 def _friction(body: Body, ground: Ground) -> tuple[float, ...]:
     """Friction of a geom: the smaller one of body and ground decides, and the geom's priority over the ground's."""
     return (min(_number(body.friction), _number(ground.friction)), *_ROLLING)
+
+
+def _add_muscles(model: Element, scene: Scene) -> int:
+    """Append sites, tendons and actuators of the muscles; the number of actuators."""
+    muscles = scene.character.muscles
+    if not muscles:
+        return 0
+    bodies = {element.get("name"): element for element in model.iter("body")}
+    tendons, actuators = SubElement(model, "tendon"), SubElement(model, "actuator")
+    for name, muscle in muscles.items():
+        tendon = SubElement(tendons, "spatial", name=name)
+        for index, point in enumerate(muscle.path):
+            if point.condition is None:
+                site = f"{name}_{index}"
+                SubElement(bodies[point.body], "site", name=site, pos=_texts(_numbers(point.position)), size="0.005")
+                SubElement(tendon, "site", site=site)
+    acting = driven(scene, topology(scene.character)).muscles
+    for name in acting:
+        SubElement(actuators, "muscle", _actuator(muscles[name], scene.muscle_model), name=name, tendon=name)
+    return len(acting)
+
+
+def _actuator(muscle: Muscle, model: MuscleModel) -> dict[str, str]:
+    """Attributes of MuJoCo's muscle actuator.
+
+    It knows a muscle's lengths by the path lengths, m, at which its fibre has the lengths `range`. With pennation the
+    fibre counts as it acts along the tendon about its optimal length.
+    """
+    cosine = math.cos(_number(muscle.pennation))
+    optimal = _number(muscle.l_slack) + _number(muscle.l_opt) * cosine
+    lengths = (optimal + (relative - 1.0) * _number(muscle.l_opt) / cosine for relative in _OPERATING)
+    return {
+        "ctrlrange": "0 1",
+        "force": _text(_number(muscle.f_max) * cosine),
+        "range": _texts(_OPERATING),
+        "lengthrange": _texts(lengths),
+        "vmax": _text(_number(model.v_max)),
+        "timeconst": _texts((_number(model.rise_time), _number(model.fall_time))),
+    }
 
 
 def _number(number: Number) -> float:

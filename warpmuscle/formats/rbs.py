@@ -6,9 +6,22 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
-from warpmuscle.formats.lines import Ignored, Line, Lines, Notes
-from warpmuscle.scene import Body, Box, Capsule, Character, Ground, InitialState, Joint, Shape, Sphere
+from warpmuscle.formats.lines import Line, Lines, Notes
+from warpmuscle.scene import (
+    Body,
+    Box,
+    Capsule,
+    Character,
+    Ground,
+    InitialState,
+    Joint,
+    Muscle,
+    Shape,
+    Sphere,
+    ViaPoint,
+)
 
 Triple = tuple[float, float, float]
 
@@ -22,10 +35,11 @@ KEYWORDS = (
     "slackLength", "delay",
 )  # fmt: skip
 JOINTS = {"hingeJoint": "hinge", "universalJoint": "universal", "ballInSocketJoint": "ball", "stiffJoint": "fixed"}
+PROPERTIES = {"maxForce": "f_max", "optimalLength": "l_opt", "slackLength": "l_slack", "delay": "delay"}
 OPENINGS = ("RigidBody", "A_RigidBody", "ArticulatedFigure", "Muscle", *JOINTS)
 GRAPHICS = "graphics are not used"
 CONTACTS = "contacts have the scene's ground parameters and do not bounce"
-MUSCLES = "muscles are not supported yet"
+CROSSED = "muscles drive all joints that they cross, marked or not (`convert --keyword-rule` obeys the marks)"
 UNKNOWN = "unknown keyword"
 MISPLACED = "has no meaning here"
 BALL_LIMIT_DAMPING = 8.0  # N m s/rad: the original's soft stops, (1 - ERP) / CFM = 0.8 / 0.1
@@ -39,6 +53,7 @@ class Contents:
     character: Character | None = None
     initial: InitialState = field(default_factory=InitialState)  # of the root
     ground: Ground | None = None
+    driven: dict[str, Line] = field(default_factory=dict)  # joints marked `actuationType muscle`
 
 
 @dataclass
@@ -77,7 +92,7 @@ def read(path: str | Path, notes: Notes) -> Contents:
     lines = Lines(Path(path), KEYWORDS, notes)
     contents = Contents()
     bodies: dict[str, _Block] = {}
-    figure: tuple[Line, str, dict[str, Joint]] | None = None
+    figure: tuple[Line, str, dict[str, Joint], dict[str, Muscle]] | None = None
     for line in lines:
         if line.keyword == "RigidBody":
             _read_prop(_read_body(line, lines), contents, notes)
@@ -89,7 +104,7 @@ def read(path: str | Path, notes: Notes) -> Contents:
         elif line.keyword == "ArticulatedFigure":
             if figure is not None:
                 raise line.error("there is more than one ArticulatedFigure; a scene has one character")
-            figure = (line, *_read_figure(line, lines, notes))
+            figure = (line, *_read_figure(line, lines, contents))
         else:
             line.ignore(notes, MISPLACED if line.keyword else UNKNOWN)
     if figure is None and bodies:
@@ -100,8 +115,9 @@ def read(path: str | Path, notes: Notes) -> Contents:
 
 
 def _assemble(
-    contents: Contents, bodies: dict[str, _Block], opening: Line, root: str, joints: dict[str, Joint], notes: Notes
-) -> None:
+    contents: Contents, bodies: dict[str, _Block], opening: Line, root: str, joints: dict[str, Joint],
+    muscles: dict[str, Muscle], notes: Notes,
+) -> None:  # fmt: skip
     """Put the character together; what only a root may have is taken from the root."""
     opening.mark(notes, "character")
     for name, body in bodies.items():
@@ -123,6 +139,7 @@ def _assemble(
             for name, body in bodies.items()
         },
         joints=joints,
+        muscles=muscles,
         root_joint=root_joint,  # type: ignore[arg-type]
     )
 
@@ -216,35 +233,40 @@ def _read_prop(body: _Block, contents: Contents, notes: Notes) -> None:
         body.opening.ignore(notes, "shapes on the ground are not supported")
 
 
-def _read_figure(opening: Line, lines: Lines, notes: Notes) -> tuple[str, dict[str, Joint]]:
-    """Name of the root and joints in the order of the file."""
-    root, joints = "", dict[str, Joint]()
+def _read_figure(opening: Line, lines: Lines, contents: Contents) -> tuple[str, dict[str, Joint], dict[str, Muscle]]:
+    """Name of the root, joints and muscles in the order of the file."""
+    notes = lines.notes
+    root, joints, muscles = "", dict[str, Joint](), dict[str, Muscle]()
     for line in lines.block(opening, "/ArticulatedFigure"):
         if line.keyword == "root":
             root = line.word("a body")
             line.mark(notes, "character.root")
         elif line.keyword in JOINTS:
-            name, joint = _read_joint(line, lines)
+            name, joint = _read_joint(line, lines, contents)
             if name in joints:
                 raise line.error(f"there are two joints called {name!r}", key=f"character.joints.{name}")
             joints[name] = joint
         elif line.keyword == "Muscle":
-            _read_muscle(line, lines)
+            name, muscle = _read_muscle(line, lines)
+            if name in muscles:
+                raise line.error(f"there are two muscles called {name!r}", key=f"character.muscles.{name}")
+            muscles[name] = muscle
         elif line.keyword in OPENINGS:
             raise line.error(f"`{line.keyword}` within an ArticulatedFigure; is `/ArticulatedFigure` missing?")
         else:
             line.ignore(notes, MISPLACED if line.keyword else UNKNOWN)
     if not root:
         raise opening.error("this ArticulatedFigure has no root")
-    return root, joints
+    return root, joints, muscles
 
 
-def _read_joint(opening: Line, lines: Lines) -> tuple[str, Joint]:
+def _read_joint(opening: Line, lines: Lines, contents: Contents) -> tuple[str, Joint]:
     """Name and joint up to `/Joint`."""
     notes, kind = lines.notes, JOINTS[opening.keyword]
     names: dict[str, tuple[str, Line]] = {}
     positions: dict[str, Triple] = {}
     limits_line: Line | None = None
+    actuation: Line | None = None
     for line in _attributes(opening, "/Joint", lines):
         if line.keyword in ("name", "parent", "child"):
             names[line.keyword] = (line.word("a name"), line)
@@ -253,7 +275,7 @@ def _read_joint(opening: Line, lines: Lines) -> tuple[str, Joint]:
         elif line.keyword == "jointLimits":
             limits_line = line
         elif line.keyword == "actuationType":
-            line.ignore(notes, MUSCLES)
+            actuation = line
         else:
             line.ignore(notes, MISPLACED)
     for needed in ("name", "parent", "child"):
@@ -261,6 +283,10 @@ def _read_joint(opening: Line, lines: Lines) -> tuple[str, Joint]:
             raise opening.error(f"this joint has no {needed}")
     name = names["name"][0]
     key = f"character.joints.{name}"
+    if actuation is not None and actuation.word("muscle") == "muscle":
+        contents.driven[name] = actuation
+    elif actuation is not None:
+        actuation.ignore(notes, "the only type known is muscle")
     opening.mark(notes, key)
     names["parent"][1].mark(notes, f"{key}.parent")
     names["child"][1].mark(notes, f"{key}.child")
@@ -312,24 +338,25 @@ def mirrored(low: float, high: float) -> tuple[float, float]:
     return 0.0 - high, 0.0 - low
 
 
-def _read_muscle(opening: Line, lines: Lines) -> None:
-    """Check a muscle's lines, and list the muscle as ignored."""
-    notes, quiet = lines.notes, Notes()
-    name, point_open, points = "", False, 0
+def _read_muscle(opening: Line, lines: Lines) -> tuple[str, Muscle]:
+    """Name and muscle up to `/Muscle`."""
+    notes = lines.notes
+    name, body = "", ""
+    path: list[tuple[ViaPoint, Line]] = []
+    numbers: dict[str, tuple[float, Line]] = {}
     for line in lines.block(opening, "/Muscle"):
         match line.keyword:
             case "name":
                 name = line.word("a name")
-            case "maxForce" | "optimalLength" | "slackLength" | "delay":
-                line.quantity("a value", quiet)
+            case keyword if keyword in PROPERTIES:
+                numbers[PROPERTIES[keyword]] = line.quantity("a value", notes), line
             case "A_RigidBody":
-                line.word("a body")
-                point_open = True
+                body = line.word("a body")
             case "position":
-                if not point_open:
+                if not body:
                     raise line.error("`position` of a muscle must follow `A_RigidBody <body>`")
-                line.triple("m", quiet)
-                point_open, points = False, points + 1
+                path.append((ViaPoint(body, line.triple("m", notes)), line))
+                body = ""
             case "":
                 line.ignore(notes, UNKNOWN)
             case keyword if keyword in OPENINGS or keyword.startswith("/"):
@@ -338,7 +365,17 @@ def _read_muscle(opening: Line, lines: Lines) -> None:
                 line.ignore(notes, MISPLACED)
     if not name:
         raise opening.error("this muscle has no name")
-    notes.ignored.append(Ignored(opening.file, opening.number, f"Muscle {name}", MUSCLES))
+    key = f"character.muscles.{name}"
+    for keyword, field_name in PROPERTIES.items():
+        if field_name not in numbers and field_name != "delay":
+            raise opening.error(f"muscle {name!r} has no {keyword}", key=f"{key}.{field_name}")
+    opening.mark(notes, key)
+    for field_name, (_, line) in numbers.items():
+        line.mark(notes, f"{key}.{field_name}")
+    for index, (_, line) in enumerate(path):
+        line.mark(notes, f"{key}.path.{index}")
+    properties: dict[str, Any] = {field_name: value for field_name, (value, _) in numbers.items()}
+    return name, Muscle([point for point, _ in path], **properties)
 
 
 def _attributes(opening: Line, end: str, lines: Lines) -> Iterator[Line]:

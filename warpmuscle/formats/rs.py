@@ -101,7 +101,9 @@ class _Records:
         if self._next.text.split()[0] != "muscles":
             raise self._next.error(f"expected the end of the file: the character has {joints} joints")
         count = sum(1 for _ in self._lines)
-        self._next.ignore(self._notes, f"muscles are not supported yet ({count} lines of their state)")
+        self._next.ignore(
+            self._notes, f"muscles start at the activation of the scene's muscle_model ({count} lines of their state)"
+        )
 
 
 def _triple(values: tuple[float, ...]) -> tuple[float, float, float]:

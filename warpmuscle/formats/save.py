@@ -6,6 +6,8 @@ import math
 import warnings
 from pathlib import Path
 
+import msgspec
+
 from warpmuscle.errors import SceneError
 from warpmuscle.formats import simbicon, toml
 from warpmuscle.formats.files import replace_file
@@ -13,8 +15,9 @@ from warpmuscle.formats.lines import Ignored
 from warpmuscle.formats.load import SUFFIXES, load, summary
 from warpmuscle.number import Free
 from warpmuscle.parameters import leaves, start_values, substitute
-from warpmuscle.scene import Scene
+from warpmuscle.scene import Actuation, Scene
 from warpmuscle.validate import check_scene
+from warpmuscle.validate_muscles import SceneWarning, usual_drive
 
 FIXED = "free parameters are written as their start values"
 LOST = "these files cannot hold it"
@@ -57,13 +60,15 @@ def _write_three(scene: Scene, path: Path) -> list[Ignored]:
     for file, text in texts.items():
         replace_file(file, text)
     free = [Ignored(path, 0, key, FIXED) for key, number in leaves(scene) if isinstance(number, Free)]
-    lost = [Ignored(path, 0, key, LOST) for key in _differences(plain, load(*texts, ignored=[]))]
-    return free + lost
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", SceneWarning)  # about a scene that the caller has at hand already
+        again = load(*texts, ignored=[], keyword_rule=True)
+    return free + [Ignored(path, 0, key, LOST) for key in _differences(plain, again)]
 
 
 def _differences(written: Scene, read: Scene) -> list[str]:
     """Keys whose values differ between what was written and what was read, or that only one of them has."""
-    before, after = dict(leaves(written)), dict(leaves(read))
+    before, after = dict(leaves(_without_usual_drives(written))), dict(leaves(_without_usual_drives(read)))
     keys = [
         key for key in dict.fromkeys([*before, *after]) if not _same(before.get(key, ABSENT), after.get(key, ABSENT))
     ]
@@ -76,6 +81,13 @@ def _differences(written: Scene, read: Scene) -> list[str]:
     if initial.heading is None:
         implied.add("initial_state.heading")
     return [key for key in keys if key not in implied and key.rpartition(".")[0] not in implied]
+
+
+def _without_usual_drives(scene: Scene) -> Scene:
+    """The scene without actuations that say what goes without saying."""
+    character = scene.character
+    said = {joint: own for joint, own in scene.actuation.items() if own != Actuation(usual_drive(joint, character))}
+    return msgspec.structs.replace(scene, actuation=said)
 
 
 def _same(first: object, second: object) -> bool:

@@ -8,7 +8,7 @@ from typing import Any
 
 from warpmuscle.errors import SceneError
 from warpmuscle.formats.files import shown
-from warpmuscle.formats.rbs import mirrored
+from warpmuscle.formats.rbs import PROPERTIES, mirrored
 from warpmuscle.formats.rs import breadth_first
 from warpmuscle.formats.sbc import SET_POINTS
 from warpmuscle.scene import (
@@ -21,12 +21,14 @@ from warpmuscle.scene import (
     InitialState,
     Joint,
     JointState,
+    Muscle,
     Scene,
     Shape,
     Sphere,
     State,
     Trajectory,
 )
+from warpmuscle.validate_muscles import usual_drive
 
 JOINT_KEYWORDS = {
     "ball": "ballInSocketJoint",
@@ -45,8 +47,11 @@ def rbs_text(scene: Scene) -> str:
     for name, body in character.bodies.items():
         lines += _body(_word(name, f"character.bodies.{name}"), body, character)
     lines += ["ArticulatedFigure", f"\troot {character.root}", ""]
+    marked = _marked(scene)
     for name, joint in character.joints.items():
-        lines += _joint(_word(name, f"character.joints.{name}"), joint)
+        lines += _joint(_word(name, f"character.joints.{name}"), joint, marked=name in marked)
+    for name, muscle in character.muscles.items():
+        lines += _muscle(_word(name, f"character.muscles.{name}"), muscle)
     return "\n".join([*lines, "/ArticulatedFigure", ""])
 
 
@@ -132,8 +137,17 @@ def _shape(shape: Shape) -> str:
     return f"CDP_Box {_row(*shape.low, *shape.high)}"
 
 
-def _joint(name: str, joint: Joint) -> Iterator[str]:
-    """A joint; limits of a ball joint take the signs that the original's motor has."""
+def _marked(scene: Scene) -> set[str]:
+    """Joints that muscles alone drive, if the scene says so of some; otherwise muscles drive all that they cross."""
+    if not scene.actuation:
+        return set()
+    own, character = scene.actuation, scene.character
+    drives = {name: own[name].drive if name in own else usual_drive(name, character) for name in character.joints}
+    return {name for name, drive in drives.items() if drive == "muscle"}
+
+
+def _joint(name: str, joint: Joint, *, marked: bool) -> Iterator[str]:
+    """A joint, marked as driven by muscles or not; limits of a ball joint take the signs of the original's motor."""
     axes: Sequence[Any] = joint.axes
     if joint.type == "ball" and not axes:
         axes = [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0)]
@@ -146,7 +160,18 @@ def _joint(name: str, joint: Joint) -> Iterator[str]:
     yield f"\t\tjointCPos {_row(*joint.position_in_child)}"
     if limits:
         yield f"\t\tjointLimits {_row(*(number for pair in limits for number in pair))}"
+    if marked:
+        yield "\t\tactuationType muscle"
     yield from ("\t/Joint", "")
+
+
+def _muscle(name: str, muscle: Muscle) -> Iterator[str]:
+    """A muscle, its points without their conditions."""
+    yield from ("\tMuscle", f"\t\tname {name}")
+    for point in muscle.path:
+        yield from (f"\t\tA_RigidBody {point.body}", f"\t\tposition {_row(*point.position)}")
+    yield from (f"\t\t{keyword} {_row(getattr(muscle, field))}" for keyword, field in PROPERTIES.items())
+    yield from ("\t/Muscle", "")
 
 
 def _state(index: int, state: State) -> Iterator[str]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import tomllib
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -14,23 +15,30 @@ from warpmuscle.formats.toml_lines import key_lines
 from warpmuscle.scene import Character, Scene
 from warpmuscle.typed import to_type
 from warpmuscle.validate import check_scene
+from warpmuscle.validate_muscles import slack_warnings
 
 
-def read(path: str | Path) -> Scene:
+def read(path: str | Path, doubts: list[SceneError] | None = None) -> Scene:
     """Read and check a scene.
 
     Its `character` is a table, or the path of another TOML file, relative to the scene's own folder, that holds a
-    character's tables at its top level.
+    character's tables at its top level. It may be a list of such paths: tables of later files add to those of earlier
+    ones, key by key, so that muscles, or just new properties of them, can stand in a file of their own. `base` may name
+    another scene, likewise, from which this one takes all that it does not say itself.
+
+    Args:
+        path: the file.
+        doubts: gets what is probably a mistake, see `slack_warnings`, with file and line.
 
     Raises:
         SceneError: with file, line and key.
     """
     path = Path(path)
-    return _scene(_Source(path, _read_utf8(path)), path.parent)
+    return _scene(_Source(path, _read_utf8(path)), path.parent, doubts)
 
 
 def loads(text: str) -> Scene:
-    """A checked scene from TOML text; its `character`, if it is a path, is taken from the current folder.
+    """A checked scene from TOML text; its `character`, if it is a path or several, is taken from the current folder.
 
     Raises:
         SceneError: with key and line, the file being `<text>`.
@@ -56,32 +64,81 @@ def write(scene: Scene, path: str | Path) -> None:
     replace_file(Path(path), dumps(scene))
 
 
-def dumps(scene: Scene, character: str = "") -> str:
+def dumps(scene: Scene, character: str | Sequence[str] = "") -> str:
     """A scene as TOML text.
 
     Args:
         scene: what to write; what equals its default is left out.
-        character: path of the file that holds the character's tables, put in their place.
+        character: path or paths of the files that hold the character's tables, put in their place.
     """
     return layout(scene, {"character": character} if character else {})
 
 
-def _scene(source: _Source, folder: Path) -> Scene:
-    """The scene of a TOML text, with a character from another file in the folder if it names one."""
-    data = dict(source.data)
-    named = data.get("character")
-    character = source
-    if isinstance(named, str):
-        character = _Source(folder / named, _read_utf8(folder / named), prefix="character.")
+def _scene(source: _Source, folder: Path, doubts: list[SceneError] | None = None) -> Scene:
+    """The scene of a TOML text, with what it takes from other files in the folder."""
+    layers = _layers(source, folder, ())
+    data: dict[str, Any] = {}
+    characters: list[_Source] = []
+    for layer, place in layers:
+        named = layer.data.get("character")
+        if isinstance(named, str) or (named and isinstance(named, list) and all(isinstance(n, str) for n in named)):
+            names = [named] if isinstance(named, str) else named
+            characters = [_Source(place / name, _read_utf8(place / name), prefix="character.") for name in names]
+            data.pop("character", None)
+            for file in characters:
+                _merge(data, {"character": file.data})
+            _merge(data, {key: value for key, value in layer.data.items() if key != "character"})
+        else:
+            _merge(data, layer.data)
+    data.pop("base", None)
+    sources = [*(layer for layer, _ in layers), *characters]
     try:
-        if character is not source:
-            to_type(character.data, Character, key="character")  # first, for errors of its own
-            data["character"] = character.data
+        if characters:
+            to_type(data["character"], Character, key="character")  # first, for errors of its own
         scene = to_type(data, Scene)
         check_scene(scene)
     except SceneError as error:
-        raise (character if f"{error.key}.".startswith("character.") else source).placed(error) from None
+        raise _placed(error, sources) from None
+    if doubts is not None:
+        doubts.extend(_placed(doubt, sources) for doubt in slack_warnings(scene))
     return scene
+
+
+def _placed(error: SceneError, sources: Sequence[_Source]) -> SceneError:
+    """The error with its place in the text that has most of its key, the last of several."""
+    return max(reversed(sources), key=lambda file: file.depth(error.key)).placed(error)
+
+
+def _layers(source: _Source, folder: Path, above: tuple[Path, ...]) -> list[tuple[_Source, Path]]:
+    """A scene's text and those that it is based on, the lowest first, each with its folder."""
+    base = source.data.get("base")
+    if base is None:
+        return [(source, folder)]
+    if not isinstance(base, str):
+        raise source.placed(SceneError("the base is the path of another scene", key="base"))
+    path = folder / base
+    if path.resolve() in above:
+        raise source.placed(SceneError(f"scenes are based on each other: {base!r}", key="base"))
+    lower = _Source(path, _read_utf8(path))
+    return [*_layers(lower, path.parent, (*above, path.resolve())), (source, folder)]
+
+
+def _merge(table: dict[str, Any], other: dict[str, Any]) -> None:
+    """Put another table into a table: what both have is merged if it is a table, else replaced.
+
+    A table whose keys are numbers changes the items of a list: `[controller.states.0]` the first state.
+    """
+    for key, value in other.items():
+        mine = table.get(key)
+        if isinstance(value, dict) and isinstance(mine, list) and all(name.isdigit() for name in value):
+            items = {str(index): item for index, item in enumerate(mine)}
+            _merge(items, value)
+            table[key] = list(items.values())
+        elif isinstance(value, dict) and isinstance(mine, dict):
+            table[key] = dict(mine)
+            _merge(table[key], value)
+        else:
+            table[key] = value
 
 
 class _Source:
@@ -90,6 +147,22 @@ class _Source:
     def __init__(self, path: Path, text: str, prefix: str = "") -> None:
         self._path, self._text, self._prefix = path, text, prefix
         self.data = _parsed(text, path)
+
+    def depth(self, key: str) -> int:
+        """How many parts of a key this text has, from the front; -1 if it can have none."""
+        if not f"{key}.".startswith(self._prefix):
+            return -1
+        depth = int(bool(self._prefix))
+        table: Any = self.data
+        for name in key.split(".")[depth:]:
+            if isinstance(table, list) and name.isdigit() and int(name) < len(table):
+                table = table[int(name)]
+            elif isinstance(table, dict) and name in table:
+                table = table[name]
+            else:
+                break
+            depth += 1
+        return depth
 
     def placed(self, error: SceneError) -> SceneError:
         """The error with file and line of its key, or of the innermost table around it."""

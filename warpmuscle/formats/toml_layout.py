@@ -13,6 +13,7 @@ from warpmuscle.scene import Part
 
 WIDTH = 150  # longest line that holds a whole table
 LIST_WIDTH = 100  # longest line that holds a list of tables, or many numbers
+ITEM_WIDTH = 80  # longest table that is a line of a list, such as a via point
 
 
 def layout(part: Part, instead: dict[str, Any] | None = None) -> str:
@@ -86,7 +87,8 @@ def _write_table(table: dict[str, Any], path: tuple[str, ...], lines: list[str],
 def _is_long(member: Any, row: str, depth: int) -> bool:
     """Whether a member gets tables of its own, as those with chosen names and all at the top level do."""
     if isinstance(member, list):
-        return any(isinstance(item, dict) for item in member) and len(row) > LIST_WIDTH
+        tables = [item for item in member if isinstance(item, dict)]
+        return len(row) > LIST_WIDTH and any(len(_inline(item)) > ITEM_WIDTH for item in tables)
     if isinstance(member, _Named) and member:
         return depth < 3 or len(row) > WIDTH
     return isinstance(member, dict) and (len(row) > WIDTH or depth == 1)
@@ -117,6 +119,8 @@ def _folded(key: str, values: Any) -> str:
     """A long list over several lines; anything else on one."""
     if not isinstance(values, list):
         return f"{_key(key)} = {_inline(values)}"
+    if any(isinstance(value, dict) for value in values):
+        return "\n".join([f"{_key(key)} = [", *(f"    {_inline(value)}," for value in values), "]"])
     lines, row = [f"{_key(key)} = ["], "   "
     for value in values:
         item = f" {_inline(value)},"
