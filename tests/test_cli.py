@@ -131,3 +131,37 @@ def test_interrupt_keeps_what_was_evaluated_and_says_how_much(tmp_path):
 def accept_interrupts() -> None:
     """Undo what a shell does to processes in the background."""
     signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def test_info_shows_muscles_and_points_out_those_that_cannot_act(tmp_path):
+    shown = run("info", "walk56", folder=tmp_path).stdout
+    assert "lSOL" in shown
+    assert "cannot act" not in shown
+    joint = load("walk56").character.joints["lAnkle"]
+    places = ((joint.parent, joint.position_in_parent), (joint.child, joint.position_in_child))
+    ends = [f"{{ body = '{body}', position = {list(position)} }}" for body, position in places]
+    (tmp_path / "wrong.toml").write_text(f"[muscles.lTA]\npath = [{', '.join(ends)}]\n")
+    scenes = Path(__file__).parents[1] / "scenes"
+    files = [*(str(scenes / f"{name}.toml") for name in ("biped", "muscles56", "muscles56_fitted")), "wrong.toml"]
+    (tmp_path / "scene.toml").write_text(f'name = "wrong"\nbase = "{scenes / "fwalk.toml"}"\ncharacter = {files}\n')
+    shown = run("info", "scene.toml", folder=tmp_path)
+    assert "lTA cannot act on lAnkle" in shown.stdout, shown.stderr
+    assert "leaves no fibre" in shown.stderr
+
+
+def test_fit_muscles_writes_properties_that_a_scene_can_add(tmp_path):
+    done = run(
+        "fit-muscles", "elbow_simplified", "--properties-only", "--strength", 2, "--duration", 2, "-o", "fitted.toml",
+        folder=tmp_path,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    scenes = Path(__file__).parents[1] / "scenes"
+    files = [*(str(scenes / f"{name}.toml") for name in ("biped", "elbow_pair")), "fitted.toml"]
+    (tmp_path / "scene.toml").write_text(f'name = "mine"\nbase = "{scenes / "fwalk.toml"}"\ncharacter = {files}\n')
+    assert load(tmp_path / "scene.toml").character.muscles["lBIC"].f_max == 8000
+    done = run("simulate", "scene.toml", "--duration", 1, "-o", "run.h5", folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    with h5py.File(tmp_path / "run.h5") as file:
+        assert list(file["replay/0/muscle_names"].asstr()) == ["lBIC", "lTRI", "rBIC", "rTRI"]
+        assert file["replay/0/muscle_force"].shape == (100, 4)
+        assert file["replay/0/muscle_force"].attrs["units"] == "N"

@@ -52,7 +52,10 @@ def scenes() -> None:
 
 @app.command()
 def info(sources: Sources) -> None:
-    """Show what a scene holds: bodies, degrees of freedom, mass, free parameters."""
+    """Show what a scene holds: bodies, degrees of freedom, mass, muscles, free parameters.
+
+    Muscles whose moment arm about a joint that they cross stays under 1 mm over its range are pointed out.
+    """
     from warpmuscle.arrays import rows
     from warpmuscle.parameters import free_parameters, start_values, substitute
     from warpmuscle.topology import topology
@@ -76,6 +79,8 @@ def info(sources: Sources) -> None:
             row = [names.joints[i - 1], joint.type, joint.parent]
         bodies.add_row(name, f"{numeric.character.bodies[name].mass:g}", *row)
     out.print(bodies)
+    if numeric.character.muscles:
+        _print_muscles(numeric)
     width = max((len(p.name) for p in parameters), default=0)
     for p in parameters:
         step = f" step {p.step:g}" if p.step else ""
@@ -185,15 +190,56 @@ def apply(
     out.print(f"wrote {output}")
 
 
+@app.command("fit-muscles")
+def fit_muscles(
+    sources: Sources,
+    output: Annotated[Path, typer.Option("--output", "-o", help="TOML file to write.")],
+    strength: Annotated[float, typer.Option(min=0.01, help="Factor on f_max.")] = 1.5,
+    mean_length: Annotated[float, typer.Option(min=0.1, help="Fibre length over l_opt at the mean path length.")] = 1.0,
+    fibre_per_arm: Annotated[float, typer.Option(min=0.0, help="Least l_opt over the mean moment arm.")] = 1.0,
+    properties_only: Annotated[
+        bool, typer.Option("--properties-only", help="Write f_max, l_opt and l_slack only, to add to a character.")
+    ] = False,
+    duration: Duration = None,
+    device: Device = None,
+) -> None:
+    """Fit the muscles of a scene to its skeleton and to the motion that it makes on torques.
+
+    Slack lengths follow from the mean path lengths, both sides get the same properties, and f_max grows by a factor.
+    Example: warpmuscle fit-muscles walk56_legacy -o fitted.toml
+    """
+    from warpmuscle.fit_muscles import PropertyTable
+    from warpmuscle.fit_muscles import fit_muscles as fit
+    from warpmuscle.formats import save
+    from warpmuscle.formats.files import replace_file
+    from warpmuscle.formats.toml_layout import layout
+
+    _writable(output)
+    scene = _changed(_load(sources), duration, None, None)
+    _start_warp()
+    options = {"mean_length": mean_length, "fibre_per_arm": fibre_per_arm, "strength": strength}
+    with log.status("simulating on torques; the first run compiles for some seconds"):
+        fitted = fit(scene, **options, device=device)
+    if properties_only:
+        heading = "# Properties of muscles by `" + _command() + "`; tables to add to a character."
+        replace_file(output, f"{heading}\n\n{layout(PropertyTable.of(fitted))}")
+    else:
+        save(fitted, output)
+    out.print(f"wrote {output}")
+
+
 @app.command()
 def convert(
     sources: Sources,
     output: Annotated[Path, typer.Option("--output", "-o", help=".toml, or .rbs, .sbc or .rs for all three; or .xml.")],
+    keyword_rule: Annotated[
+        bool, typer.Option("--keyword-rule", help="Muscles drive only joints that a .rbs marks `actuationType muscle`.")
+    ] = False,
 ) -> None:
     """Write a scene in another format: TOML, the original program's files, or MuJoCo's (character and ground only)."""
     from warpmuscle.formats import Ignored, mjcf, save
 
-    scene = _load(sources)
+    scene = _load(sources, keyword_rule)
     lost: list[Ignored] = []
     if output.suffix == ".xml":
         mjcf.write(scene, output)
@@ -240,12 +286,19 @@ def _start_warp() -> None:
         os.close(errors)
 
 
-def _load(sources: list[str]) -> Scene:
+def _load(sources: list[str], keyword_rule: bool = False) -> Scene:
     """The scene, and on the error stream what its files hold that is not used."""
+    import warnings
+
     from warpmuscle.formats import Ignored, load
+    from warpmuscle.validate_muscles import SceneWarning
 
     ignored: list[Ignored] = []
-    scene = load(*sources, ignored=ignored)
+    with warnings.catch_warnings(record=True) as doubts:
+        warnings.simplefilter("always", SceneWarning)
+        scene = load(*sources, ignored=ignored, keyword_rule=keyword_rule)
+    for doubt in doubts:
+        log.print(f"[yellow]warning:[/] {_escaped(str(doubt.message))}")
     _print_ignored(ignored, "some input was ignored:")
     return scene
 
@@ -301,6 +354,32 @@ def _print_gait(scene: Scene, recording: Recording) -> Gait | None:
         text += f", step length {gait.step_length:.3f} m, cadence {gait.cadence:.1f} steps/min"
     out.print(f"{text} (from {gait.start:.3g} s to {gait.end:.3g} s, {gait.steps} steps)")
     return gait
+
+
+def _print_muscles(scene: Scene) -> None:
+    """Print the muscles of a scene without free parameters: properties, joints, and where they cannot act."""
+    from warpmuscle.moment_arms import useless_muscles
+    from warpmuscle.muscles import driven
+    from warpmuscle.paths import joints_of_muscles
+    from warpmuscle.topology import topology
+
+    names = topology(scene.character)
+    found = driven(scene, names)
+    muscles = Table("muscle", "f_max, N", "l_opt, m", "l_slack, m", "delay, s", "joints", "driven")
+    for name, joints in joints_of_muscles(scene.character, names).items():
+        m = scene.character.muscles[name]
+        numbers = [f"{number:g}" for number in (m.f_max, m.l_opt, m.l_slack, m.delay)]
+        muscles.add_row(name, *numbers, " ".join(joints) or "-", "yes" if name in found.muscles else "no")
+    out.print(muscles)
+    for joint, words in found.drives.items():
+        if joint in scene.actuation:
+            out.print(f"{joint}: {', '.join(words)}")
+    _start_warp()
+    for name, joint, arm in useless_muscles(scene):
+        out.print(f"[yellow]{name} cannot act on {joint}:[/] its moment arm stays under {1e3 * max(arm, 1e-5):.2g} mm")
+    for name, joints in joints_of_muscles(scene.character, names).items():
+        if not joints:
+            out.print(f"[yellow]{name} cannot act at all:[/] it crosses no joint that moves")
 
 
 def _print_result(scene: Scene, result: Result, candidates: int, wall: float) -> None:

@@ -1,0 +1,76 @@
+"""Shipped gaits that muscles drive: upright, at the speed of the original program, within the bounds of muscles."""
+
+import numpy as np
+import pytest
+
+from warpmuscle.formats import load
+from warpmuscle.gait import measure
+from warpmuscle.rollout import Rollout
+from warpmuscle.scene import Failure, MuscleModel, Scene
+from warpmuscle.status import Status
+
+TENDONS = ["rigid", "compliant"]
+
+
+def pushed(scene: Scene, duration: float, instances: int = 4, noise: float = 0.01, rate: float = 100.0) -> Rollout:
+    """Some seconds, each instance with its own small push at the start."""
+    scene.duration = duration
+    rollout = Rollout(scene, instances, "cpu", record=range(instances), record_rate=rate)
+    rollout.reset(velocity_noise=noise, seed=1)
+    rollout.run()
+    return rollout
+
+
+@pytest.mark.parametrize("tendon", TENDONS)
+def test_biped_walks_on_muscles_alone(tendon: str):
+    scene = load("walk56")
+    scene.muscle_model = MuscleModel(tendon=tendon)
+    rollout = pushed(scene, 10.0)
+    assert rollout.alive == 4
+    for i in range(4):
+        gait = measure(rollout.recording(i), *scene.controller.feet, start=5.0)
+        assert 0.8 < gait.speed_forward < 1.15
+        assert gait.cadence == pytest.approx(105.3, rel=0.03)
+
+
+@pytest.mark.parametrize(
+    ("name", "slowest", "fastest"),
+    [("walk44_but_hips", 0.8, 1.15), ("walk50_but_back", 0.8, 1.15), ("legs28", 0.8, 1.15), ("jog56", 0.9, 1.6)],
+)
+def test_gait_with_muscles_stays_upright(name: str, slowest: float, fastest: float):
+    scene = load(name)
+    rollout = pushed(scene, 5.0)
+    assert rollout.alive == 4
+    speeds = [measure(rollout.recording(i), *scene.controller.feet, start=2.5).speed_forward for i in range(4)]
+    assert slowest < min(speeds)
+    assert max(speeds) < fastest
+
+
+@pytest.mark.parametrize("tendon", TENDONS)
+def test_muscles_stay_within_their_bounds_while_the_biped_falls(tendon: str):
+    """Pushed hard, and simulated on through the fall."""
+    scene = load("walk56")
+    scene.failure, scene.muscle_model = Failure(0.0, 0.0), MuscleModel(tendon=tendon)
+    rollout = pushed(scene, 2.0, noise=1.0, rate=2000.0)
+    recordings = [rollout.recording(i) for i in range(4)]
+    assert min(recording.com[:, 1].min() for recording in recordings) < 0.6
+    muscles = scene.character.muscles.values()
+    f_max, l_opt = np.array([muscle.f_max for muscle in muscles]), np.array([muscle.l_opt for muscle in muscles])
+    for recording in recordings:
+        assert recording.muscle_force.min() >= 0.0
+        assert np.all(recording.muscle_force.max(axis=0) <= (1.8 + 1.5 + scene.muscle_model.damping) * f_max)
+        assert np.all(recording.muscle_fibre_length.min(axis=0) >= 0.05 * l_opt * (1.0 - 1e-5))
+        for name in ("excitation", "activation"):
+            assert recording[f"muscle_{name}"].min() >= 0.0
+            assert recording[f"muscle_{name}"].max() <= 1.0
+        assert np.any(recording.muscle_force.max(axis=0) > 0.9 * f_max)
+
+
+# The original program's own muscles.
+
+
+@pytest.mark.parametrize(("name", "least", "most"), [("walk56_legacy", 0.9, 1.5), ("walk44_legacy", 1.4, 2.1)])
+def test_walk_on_the_original_muscles_falls_when_it_did(name: str, least: float, most: float):
+    rollout = pushed(load(name), 6.0, instances=60)
+    assert np.all(rollout.status() == Status.FELL)
+    assert least < np.median(rollout.end_time()) < most
