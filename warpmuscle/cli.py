@@ -95,6 +95,9 @@ def simulate(
     implicit_pd: Annotated[
         bool | None, typer.Option("--implicit-pd/--explicit-pd", help="PD linearised over the step, or not.")
     ] = None,
+    legacy: Annotated[
+        bool, typer.Option("--legacy", help="Muscles as the original program computed them, without bounds.")
+    ] = False,
     device: Device = None,
     output: Annotated[Path | None, typer.Option("--output", "-o", help="HDF5 file to write.")] = None,
     plot: Annotated[Path | None, typer.Option(help="Stick figures to draw, .png, .svg or .pdf.")] = None,
@@ -107,6 +110,8 @@ def simulate(
     """
     _writable(output, plot)
     scene = _changed(_load(sources), duration, time_step, implicit_pd)
+    if legacy:
+        scene = _as_legacy(scene)
     _start_warp()
     from warpmuscle.optimize import parameter_table
     from warpmuscle.results import Result, write
@@ -327,6 +332,15 @@ def _changed(scene: Scene, duration: float | None, time_step: float | None, impl
     scene = msgspec.structs.replace(scene, **{name: value for name, value in changes.items() if value is not None})
     check_scene(scene)
     return scene
+
+
+def _as_legacy(scene: Scene) -> Scene:
+    """The scene with the original program's muscle law in place of its own."""
+    import msgspec
+
+    from warpmuscle.scene import MuscleModel
+
+    return msgspec.structs.replace(scene, muscle_model=MuscleModel(legacy=True, negative=scene.muscle_model.negative))
 
 
 def _writable(*paths: Path | None) -> None:

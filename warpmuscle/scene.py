@@ -290,7 +290,7 @@ class Failure(Part):
     com_height: Number = 0.9  # lowest centre of mass as a fraction of the initial height; 0 switches the test off
     heading: Number = 0.7853981633974483  # largest turn from the desired heading, rad; 0 switches the test off
     body_contact: bool = False  # any body but the feet and their children touches the ground
-    max_speed: Number = 200.0  # largest joint or root speed, m/s or rad/s: beyond it the instance has diverged
+    max_speed: Number = 1000.0  # largest joint or root speed, m/s or rad/s: beyond it the instance has diverged
 
 
 class Objective(Part):
