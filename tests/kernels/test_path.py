@@ -1,8 +1,6 @@
-"""Lengths, lengthening speeds and moment arms of muscle paths: by differences, by virtual power, and by OpenSim."""
+"""Lengths, lengthening speeds and moment arms of muscle paths: by differences and by virtual power."""
 
-import xml.etree.ElementTree as ElementTree
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,7 +13,7 @@ from warpmuscle.errors import SceneError
 from warpmuscle.kernels import path, stages
 from warpmuscle.kernels.lanes import capacity_of, work_floats
 from warpmuscle.paths import MusclePath, PathTable, path_table, paths_struct
-from warpmuscle.scene import Actuation, Body, Character, Condition, Joint, Muscle, Scene, ViaPoint
+from warpmuscle.scene import Actuation, Character, Condition, Muscle, Scene, ViaPoint
 from warpmuscle.stages import Stages
 from warpmuscle.topology import topology
 
@@ -80,9 +78,13 @@ class Geometry:
     arm: np.ndarray  # (n, C, 3)
 
 
-def geometry_of(stages_: Stages, paths: dict[str, MusclePath]) -> Geometry:
-    """Of paths whose numbers may be arrays with one value an instance."""
-    names, c, n = stages_.names, stages_.scene.character, stages_.instances
+def geometry_of(stages_: Stages, paths: dict[str, MusclePath], c: Character | None = None) -> Geometry:
+    """Of paths whose numbers may be arrays with one value an instance.
+
+    Args:
+        c: the character with such arrays in place of its free parameters, if it has any.
+    """
+    names, c, n = stages_.names, c or stages_.scene.character, stages_.instances
     table, (model, state) = path_table(paths, names, c), stages_.structs
     model.paths, model.muscles.count = paths_struct(paths, names, c, stages_.device), len(paths)
     shape = (n, max(len(paths), 1))
@@ -364,105 +366,3 @@ def test_errors_say_what_is_wrong_and_where(bad: list[ViaPoint], key: str, messa
     with pytest.raises(SceneError, match=message) as caught:
         path_table({"SOL": bad}, topology(biped()), biped())
     assert caught.value.key == f"muscles.SOL.path{key}"
-
-
-# OpenSim.
-
-
-class Osim:
-    """The parts of an .osim file with pin joints that a path needs."""
-
-    def __init__(self, file: Path) -> None:
-        self.root = ElementTree.parse(file).getroot()
-        self.poses = np.load(file.with_name(f"{file.stem}_path_reference.npz"))
-        self.centers = {
-            body.get("name"): numbers(body, "mass_center") for body in self.root.iterfind(".//BodySet/objects/Body")
-        }
-
-    def joint(self, name: str) -> tuple[str, Joint]:
-        """A joint, its axis that of its only rotation, and the name of its coordinate."""
-        (joint,) = self.root.iterfind(f".//JointSet/objects/*[@name='{name}']")
-        frames = {}
-        for which in ("parent", "child"):
-            frame = joint.find(f"frames/PhysicalOffsetFrame[@name='{joint.findtext(f'socket_{which}_frame')}']")
-            assert numbers(frame, "orientation") == ZERO
-            body = frame.findtext("socket_parent").split("/")[-1]
-            frames[which] = body, tuple(np.subtract(numbers(frame, "translation"), self.centers[body]))
-        (parent, in_parent), (child, in_child) = frames.values()
-        coordinate = joint.find("coordinates/Coordinate")
-        if coordinate is None:
-            return "", Joint("fixed", parent, child, in_parent, in_child)
-        turn = joint.find("SpatialTransform/TransformAxis[@name='rotation1']")
-        axis = (0.0, 0.0, 1.0) if turn is None else numbers(turn, "axis")
-        return coordinate.get("name"), Joint("hinge", parent, child, in_parent, in_child, [axis])
-
-    def path(self, muscle: str) -> list[ViaPoint]:
-        """A path of fixed and conditional points without wrapping."""
-        (owner,) = self.root.iterfind(f".//ForceSet/objects/*[@name='{muscle}']")
-        assert owner.find("GeometryPath/PathWrapSet/objects/*") is None
-        result = []
-        for point in owner.iterfind("GeometryPath/PathPointSet/objects/*"):
-            body, condition = point.findtext("socket_parent_frame").split("/")[-1], None
-            if point.tag == "ConditionalPathPoint":
-                joint = point.findtext("socket_coordinate").split("/")[-2]
-                condition = Condition(joint, *numbers(point, "range"), blend=1e-4)
-            position = np.subtract(numbers(point, "location"), self.centers[body])
-            result.append(ViaPoint(body, tuple(position), condition))
-        return result
-
-    def geometry(self, root: str, joints: list[str], muscles: list[str]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Lengths, lengthening speeds (n, M) and moment arms (n, M, joints) in the poses of the reference."""
-        named = {name: self.joint(name) for name in joints}
-        tree = {name: joint for name, (_, joint) in named.items()}
-        bodies = {name: Body(1.0, (1.0, 1.0, 1.0)) for name in [root, *(joint.child for joint in tree.values())]}
-        moving = [named[name][0] for name in joints if named[name][0]]
-        column = [list(self.poses["coordinate_names"]).index(name) for name in moving]
-        q, u = self.poses["q"], self.poses["u"]
-        stages_ = Stages(Scene("osim", Character(root, bodies, tree, root_joint="fixed")), len(q), "cpu")
-        state, names = stages_.structs[1], stages_.names
-        assert [named[name][0] for name in names.joints if named[name][0]] == moving
-        coordinates = state.coordinates.numpy().copy()
-        coordinates[:, names.coordinate_start[1] :] = q[:, column]
-        state.coordinates.assign(coordinates)
-        state.speeds.assign(u[:, column].astype(np.float32))
-        paths = {muscle: self.path(muscle) for muscle in muscles}
-        result = geometry_of(stages_, paths)
-        return result.length, result.speed, -gradient(stages_, result)
-
-    def expected(self, joints: list[str], muscles: list[str]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """The same according to OpenSim, whose moment arms are -dl/dq."""
-        row = [list(self.poses["muscle_names"]).index(name) for name in muscles]
-        moving = [coordinate for coordinate, _ in map(self.joint, joints) if coordinate]
-        column = [list(self.poses["coordinate_names"]).index(name) for name in moving]
-        poses = self.poses
-        return poses["length"][:, row], poses["lengthening_speed"][:, row], poses["moment_arm"][:, row][:, :, column]
-
-
-def numbers(element: ElementTree.Element, tag: str) -> tuple[float, ...]:
-    return tuple(float(word) for word in element.findtext(tag).split())
-
-
-WITHOUT_KNEES = {
-    "hips": (
-        "gait10dof18musc",
-        "pelvis",
-        ["hip_r", "hip_l"],
-        ["glut_max_r", "iliopsoas_r", "glut_max_l", "iliopsoas_l"],
-    ),
-    "right ankle": ("gait10dof18musc", "tibia_r", ["ankle_r", "subtalar_r"], ["soleus_r", "tib_ant_r"]),
-    "left ankle": ("gait10dof18musc", "tibia_l", ["ankle_l", "subtalar_l"], ["soleus_l", "tib_ant_l"]),
-    "arm": ("arm26", "base", ["r_shoulder", "r_elbow"], ["BICshort"]),
-}
-
-
-@pytest.mark.parametrize("case", WITHOUT_KNEES)
-def test_paths_without_wrapping_are_those_of_opensim(reference_data: Path, case: str):
-    model, root, joints, muscles = WITHOUT_KNEES[case]
-    file = reference_data / "opensim_reference" / f"{model}.osim"
-    if not file.is_file():
-        pytest.skip(f"no {file}")
-    osim = Osim(file)
-    got, expected = osim.geometry(root, joints, muscles), osim.expected(joints, muscles)
-    for mine, theirs, tolerance in zip(got, expected, (1e-6, 1e-5, 1e-6), strict=True):
-        assert np.abs(theirs).max() > 0.01
-        np.testing.assert_allclose(mine, theirs, atol=tolerance)
