@@ -25,6 +25,7 @@ from warpmuscle.kernels.muscle import (
     switched_fibre_speed,
 )
 from warpmuscle.kernels.muscle_control import activated, delayed, desired_force, timed_excitation
+from warpmuscle.kernels.objective_terms import MuscleWork, muscle_terms_of
 from warpmuscle.kernels.path import Stretch, joint_velocities, muscle_stretch
 from warpmuscle.kernels.structs import Model, Record, State, Work, at
 
@@ -122,8 +123,13 @@ def no_muscles(
 
 
 @cache
-def muscle_stage_of(kind: MuscleKind) -> Any:
-    """The Warp function that lets the muscles of a kind drive the joints, see `actuation`. It ends with a barrier."""
+def muscle_stage_of(kind: MuscleKind, terms: tuple[str, ...] = ()) -> Any:
+    """The Warp function that lets the muscles of a kind drive the joints, see `actuation`. It ends with a barrier.
+
+    Args:
+        kind: what is compiled in. terms: of the objective that are summed over muscles.
+    """
+    add_terms = muscle_terms_of(terms)
     contraction = contraction_of(kind.curves, kind.tendon)
     law = kind.law
 
@@ -158,6 +164,13 @@ def muscle_stage_of(kind: MuscleKind) -> Any:
                 a = activated(instance, m, excitation, model.time_step, muscles, state.muscles)
                 c = contraction(instance, m, a, stretch, model, state)
         state.muscles.force[instance, m] = c.force
+        w = MuscleWork()
+        w.activation = state.muscles.activation[instance, m]
+        w.excitation = excitation
+        w.length = c.length
+        w.speed = c.speed
+        w.force = c.force
+        add_terms(instance, m, w, model, state)
         if frame >= 0:
             row = record.slot[instance]
             record.muscle[row, frame, 0, m] = stretch.fixed + stretch.moving

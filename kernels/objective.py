@@ -2,8 +2,8 @@
 
 import warp as wp
 
-from warpmuscle.kernels.spatial import heading_angle
-from warpmuscle.kernels.structs import DIVERGED, FELL, RUNNING, TOUCHED, TURNED, Model, State, Work, at
+from warpmuscle.kernels.spatial import heading, heading_angle
+from warpmuscle.kernels.structs import CROSSED, DIVERGED, FELL, RUNNING, TOUCHED, TURNED, Model, State, Work, at
 
 
 @wp.func
@@ -21,14 +21,29 @@ def has_turned(angle: float, desired: float, largest: float) -> bool:
 
 
 @wp.func
+def has_crossed(apart: float, largest: float) -> bool:
+    """Whether the left foot is farther to the right of the right foot than `largest`, m; NaN has."""
+    return not (apart >= -largest)
+
+
+@wp.func
+def feet_apart(model: Model, work: Work) -> float:
+    """How far the joint of the left foot is to the left of that of the right foot, as the character faces, m."""
+    between = work.position[model.simbicon.left_foot] - work.position[model.simbicon.right_foot]
+    return wp.quat_rotate_inv(heading(work.orientation[0]), between)[0]
+
+
+@wp.func
 def posture_status(instance: int, model: Model, state: State, work: Work) -> int:
-    """Status by the pose at the start of a step: RUNNING, FELL or TURNED."""
+    """Status by the pose at the start of a step: RUNNING, FELL, TURNED or CROSSED."""
     limits = at(model.failure, instance, 0)
     if limits[0] > 0.0 and has_fallen(work.center[0][1], state.start_height[instance], limits[0]):
         return FELL
     desired = at(model.simbicon.hip, instance, 0)[3]
     if has_turned(heading_angle(work.orientation[0]), desired, limits[1]):
         return TURNED
+    if limits[3] > 0.0 and has_crossed(feet_apart(model, work), limits[3]):
+        return CROSSED
     return RUNNING
 
 

@@ -11,6 +11,7 @@ from warpmuscle.kernels.kinematics import kinematics_stage
 from warpmuscle.kernels.lanes import slots_of, synchronize, work_address, work_at
 from warpmuscle.kernels.muscle_stage import MuscleKind, muscle_stage_of, no_muscles
 from warpmuscle.kernels.objective import effort_stage, posture_status, step_status
+from warpmuscle.kernels.objective_terms import ObjectiveKind, objective_stage_of
 from warpmuscle.kernels.record import frame_of, record_desired, record_stage
 from warpmuscle.kernels.simbicon import advance_phase, control_stage
 from warpmuscle.kernels.structs import RIGHT, RUNNING, Model, Record, State, Work
@@ -33,13 +34,15 @@ def foot_force_stage(instance: int, model: Model, state: State, work: Work):
 
 
 @cache
-def one_step_of(muscles: MuscleKind | None) -> Any:
+def one_step_of(muscles: MuscleKind | None, objective: ObjectiveKind) -> Any:
     """The Warp function that makes one step of one instance and returns its status, the same on all lanes.
 
     Args:
         muscles: kind of the muscles, None for characters that torques alone drive.
+        objective: the terms that are summed up.
     """
-    muscle_stage = muscle_stage_of(muscles) if muscles is not None else no_muscles
+    muscle_stage = muscle_stage_of(muscles, objective.muscle) if muscles is not None else no_muscles
+    objective_stage = objective_stage_of(objective)
 
     @wp.func
     def one_step(instance: int, lane: int, lanes: int, model: Model, state: State, record: Record, work: Work) -> int:
@@ -56,6 +59,7 @@ def one_step_of(muscles: MuscleKind | None) -> Any:
         effort_stage(instance, lane, lanes, model, state, work)
         record_desired(instance, lane, lanes, frame, model, state, record, work)
         muscle_stage(instance, lane, lanes, frame, model, state, record, work)
+        objective_stage(instance, lane, lanes, model, state, work)
         record_stage(instance, lane, lanes, frame, model, state, record, work)
         synchronize()
         inertia_stage(instance, lane, lanes, model, state, work)
@@ -82,16 +86,22 @@ def module_options(block_dim: int) -> dict[str, Any]:
 
 
 @cache
-def step_kernel(capacity: int, lanes: int, block_dim: int, muscles: MuscleKind | None = None) -> Any:
+def step_kernel(
+    capacity: int,
+    lanes: int,
+    block_dim: int,
+    muscles: MuscleKind | None = None,
+    objective: ObjectiveKind = ObjectiveKind(),  # noqa: B008, immutable
+) -> Any:
     """The fused kernel of a size class: launch with dim=(running instances, lanes) and this block_dim.
 
     Args:
         capacity: bodies that it has room for, see `lanes.capacity_of`.
         lanes: threads that share an instance; 1 on the CPU.
         block_dim: threads a block, a multiple of lanes.
-        muscles: see `one_step_of`.
+        muscles, objective: see `one_step_of`.
     """
-    one_step = one_step_of(muscles)
+    one_step = one_step_of(muscles, objective)
     instances_per_block = max(block_dim // lanes, 1)
     slots = slots_of(capacity)
     address = work_address(capacity, instances_per_block)

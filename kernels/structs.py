@@ -14,7 +14,7 @@ from warpmuscle.kernels.spatial import symmetric
 ROOT_FREE, ROOT_PLANAR, ROOT_FIXED = 0, 1, 2
 BALL, UNIVERSAL, HINGE, FIXED = 1, 2, 3, 4
 LEFT, RIGHT, REVERSE, SAME = 0, 1, 2, 3
-RUNNING, COMPLETED, FELL, TURNED, TOUCHED, DIVERGED = 0, 1, 2, 3, 4, 5
+RUNNING, COMPLETED, FELL, TURNED, TOUCHED, DIVERGED, CROSSED = 0, 1, 2, 3, 4, 5, 6
 BY_TORQUE, BY_MUSCLES, MIXED = 0, 1, 2  # what drives a joint
 KEEP, DROP, CLIP = 0, 1, 2  # pushing contributions to a muscle's desired force
 
@@ -153,6 +153,7 @@ class Muscles:
     damping: wp.array2d[float]  # (rows, muscles) force at v_max over f_max
     rise_time: wp.array2d[float]  # (rows, muscles) s, time constant of activation
     fall_time: wp.array2d[float]  # (rows, muscles) s, of deactivation
+    slow_fibres: wp.array2d[float]  # (rows, muscles) fraction of slow-twitch fibres
     rise_rest: wp.array2d[float]  # (rows, muscles) exp(-h/rise_time): what a step leaves of the way to go, up ...
     fall_rest: wp.array2d[float]  # (rows, muscles) ... and down; the rates of activation being constant
     delay_steps: wp.array2d[int]  # (rows, muscles) less than the capacity of the ring
@@ -185,8 +186,10 @@ class Model:
     implicit_pd: int
     time_step: float  # s
     gravity: wp.array2d[float]  # (rows, 1) m/s^2
-    failure: wp.array2d[wp.vec3]  # (rows, 1) lowest relative COM height, largest turn (rad; 0: off), largest speed
+    failure: wp.array2d[wp.vec4]  # (rows, 1) lowest relative COM height, largest turn rad, largest speed, crossing m
     fail_on_body_contact: int
+    head: int  # the body whose turning the objective may count
+    objective: wp.array2d[wp.vec2]  # (rows, 1) target speed m/s, bound of the vertical foot force over body weight
     level_start: wp.array[int]  # (levels + 1,)
     skeleton: Skeleton
     contacts: Contacts
@@ -223,6 +226,9 @@ class State:
     status: wp.array[int]  # (instances,) RUNNING ... DIVERGED
     start_height: wp.array[float]  # (instances,) m, COM height at step 0
     torque_integral: wp.array2d[wp.float64]  # (instances, bodies) sum over steps of |feedback torque|, N m
+    muscle_terms: wp.array3d[wp.float64]  # (instances, terms, muscles) sums over steps, see `objective_terms`
+    body_terms: wp.array3d[wp.float64]  # (instances, terms, bodies)
+    whole_terms: wp.array2d[wp.float64]  # (instances, terms)
     muscles: MuscleState
 
 

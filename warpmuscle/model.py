@@ -13,6 +13,7 @@ from warpmuscle.bodies import contacts_struct, joint_axes, skeleton_struct
 from warpmuscle.controller import controller_struct
 from warpmuscle.kernels import structs
 from warpmuscle.muscles import Driven, model_parts
+from warpmuscle.objective import objective_fields
 from warpmuscle.pose import (
     conjugate,
     hinge_coordinates,
@@ -48,7 +49,7 @@ def model_struct(scene: Scene, names: Topology, found: Driven, device: Any) -> s
             `parameters.substitute`).
         found: what drives the joints, see `muscles.driven`.
     """
-    failure = [scene.failure.com_height, scene.failure.heading, scene.failure.max_speed]
+    failure = [scene.failure.com_height, scene.failure.heading, scene.failure.max_speed, scene.failure.leg_crossing]
     m = structs.Model()
     m.body_count = len(names.bodies)
     m.level_count = len(names.level_start) - 1
@@ -56,12 +57,14 @@ def model_struct(scene: Scene, names: Topology, found: Driven, device: Any) -> s
     m.time_step = scene.time_step
     m.fail_on_body_contact = int(scene.failure.body_contact)
     m.gravity = to_device(rows([scene.gravity]), float, device)
-    m.failure = to_device(rows([failure]), wp.vec3, device)
+    m.failure = to_device(rows([failure]), wp.vec4, device)
     m.level_start = to_device(names.level_start, int, device)
     m.skeleton = skeleton_struct(scene, names, device)
     m.foot_slots = m.skeleton.foot_side.shape[0] if scene.controller is not None else 0
     m.contacts = contacts_struct(scene, names, device)
     m.simbicon = controller_struct(scene.controller, names, device)
+    for field, part in objective_fields(scene, names, device).items():
+        setattr(m, field, part)
     for field, part in model_parts(scene, names, found, device).items():
         setattr(m, field, part)
     return m

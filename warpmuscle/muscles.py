@@ -72,6 +72,7 @@ def muscles_struct(scene: Scene, chosen: tuple[str, ...], device: Any) -> struct
     s.f_max, s.l_opt, s.l_slack = (
         to_device(_of_muscles(muscles, field), float, device) for field in ("f_max", "l_opt", "l_slack")
     )
+    s.slow_fibres = to_device(_of_muscles(muscles, "slow_fibres"), float, device)
     width = _of_muscles(muscles, "l_opt") * np.sin(_of_muscles(muscles, "pennation"))
     s.width = to_device(width, float, device)
     common = {

@@ -20,6 +20,7 @@ from warpmuscle.kernels.lanes import capacity_of, work_floats
 from warpmuscle.kernels.step import step_kernel
 from warpmuscle.model import model_struct, start_of
 from warpmuscle.muscles import driven, muscle_kind, muscle_state
+from warpmuscle.objective import objective_kind, term_arrays, term_values, weighted
 from warpmuscle.parameters import Parameter, free_parameters, greatest, start_values, substitute
 from warpmuscle.recording import Recording
 from warpmuscle.scene import Scene
@@ -87,7 +88,8 @@ class Rollout:
         capacity = capacity_of(len(self.names.bodies))
         self.lanes = 1 if self.device.is_cpu else _lanes(lanes, work_floats(capacity))
         kind = None if self._driven.by_torque_alone else muscle_kind(scene.muscle_model)
-        self._kernel = step_kernel(capacity, self.lanes, self.block_dim, kind)
+        self._objective = objective_kind(scene, kind is not None)
+        self._kernel = step_kernel(capacity, self.lanes, self.block_dim, kind, self._objective)
         buffers = self.threads if self.device.is_cpu else 1
         self._buffers = [wp.zeros(work_floats(capacity), dtype=float, device=self.device) for _ in range(buffers)]
         self._state = self._new_state()
@@ -111,6 +113,8 @@ class Rollout:
         for name in ("stance", "machine_state", "step", "status"):
             setattr(s, name, wp.zeros(n, dtype=int, device=self.device))
         table = self._driven.table
+        for name, array in term_arrays(self._objective, n, len(names.bodies), len(table.muscles), self.device).items():
+            setattr(s, name, array)
         s.muscles = muscle_state(n, len(table.muscles), len(table.crossings), self._ring_capacity(), self.device)
         return s
 
@@ -140,8 +144,6 @@ class Rollout:
         self._numeric = numeric = substitute(self.scene, array)
         self._model = model_struct(numeric, self.names, self._driven, self.device)
         self._start = start_of(numeric, self.names)
-        weight = np.asarray(numeric.objective.torque, dtype=np.float64)
-        self._torque_weight = np.broadcast_to(weight, (self.instances,))
         self.reset()
 
     def reset(self, velocity_noise: float = 0.0, seed: int = 0) -> None:
@@ -163,7 +165,9 @@ class Rollout:
         s.muscles.activation.assign(np.broadcast_to(start.activation, s.muscles.activation.shape).astype(np.float32))
         for name in ("fibre_length", "previous_fibre_length", "force", "moment_arm", "excitation_ring"):
             getattr(s.muscles, name).zero_()
-        for name in ("accelerations", "phase", "foot_force", "start_height", "torque_integral", "step", "status"):
+        for name in ("torque_integral", "muscle_terms", "body_terms", "whole_terms"):
+            getattr(s, name).zero_()
+        for name in ("accelerations", "phase", "foot_force", "start_height", "step", "status"):
             getattr(s, name).zero_()
         self._steps_done = 0
         self._running: Ints = np.arange(n, dtype=np.int32)
@@ -249,21 +253,26 @@ class Rollout:
         """Simulated time that every instance came to, (instances,), s."""
         return np.asarray(self._state.step.numpy() * self.scene.time_step)
 
+    def terms(self) -> dict[str, Floats]:
+        """Values (instances,) of the objective's terms so far, by name; see `objective.TERMS`."""
+        return term_values(self._numeric, self._objective, self._state, self.end_time(), self._distance())
+
+    def _distance(self) -> Floats:
+        """Horizontal distance from the start, (instances,), m."""
+        moved = self._state.coordinates.numpy()[:, :3].astype(float) - self._start.coordinates[:, :3]
+        kind = self.scene.character.root_joint
+        return np.abs(moved[:, 1]) if kind == "planar" else np.hypot(moved[:, 0], moved[:, 2])
+
     def cost(self) -> Floats:
         """Cost of every instance, (instances,), finite.
 
-        For one that has not failed the weighted objective so far (N m s for the torque term), at most the failure
-        cost; for one that has failed the failure cost, plus as much of it as the part of the time that it missed.
+        For one that has not failed the weighted sum of the terms so far, at most the failure cost; for one that has
+        failed the failure cost, plus as much of it as the part of the time that it missed.
         """
         worst = self.scene.objective.failure_cost
-        integral = self._state.torque_integral.numpy()
-        effort = np.zeros(self.instances)
-        for body in range(integral.shape[1]):  # one after the other: the same sum for any number of instances
-            effort += integral[:, body]
-        cost = np.minimum(self._torque_weight * effort * self.scene.time_step, worst)
         missed = 1.0 - self._state.step.numpy() / self.steps
         failed = ~np.isin(self.status(), (Status.RUNNING, Status.COMPLETED))
-        return np.asarray(np.where(failed, worst * (1.0 + missed), cost))
+        return np.asarray(np.where(failed, worst * (1.0 + missed), weighted(self._numeric, self.terms())))
 
     def recording(self, instance: int | None = None) -> Recording:
         """Motion of a recorded instance up to its end; by default of the first one recorded.

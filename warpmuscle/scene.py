@@ -110,6 +110,7 @@ class Muscle(Part):
     l_slack: Number  # m, slack length of the tendon
     delay: Number = 0.0  # s, from controller to muscle
     pennation: Number = 0.0  # rad, at the optimal fibre length
+    slow_fibres: Number = 0.5  # fraction of slow-twitch fibres, for the metabolic power
     excitation: Excitation | None = None
 
 
@@ -290,14 +291,36 @@ class Failure(Part):
     com_height: Number = 0.9  # lowest centre of mass as a fraction of the initial height; 0 switches the test off
     heading: Number = 0.7853981633974483  # largest turn from the desired heading, rad; 0 switches the test off
     body_contact: bool = False  # any body but the feet and their children touches the ground
+    leg_crossing: Number = 0.0  # m, how far a foot may go beyond the other one to its side; 0 switches the test off
     max_speed: Number = 1000.0  # largest joint or root speed, m/s or rad/s: beyond it the instance has diverged
 
 
 class Objective(Part):
-    """What a search minimises: the weighted sum of these terms."""
+    """What a search minimises: the weighted sum of these terms, whose units stand in `objective.py`.
 
-    torque: Number = 1.0  # Bergmann 2017, section 6: sum over joints of |feedback torque|, integrated over time, N m s
-    failure_cost: float = 1.0e6  # cost of an instance that fails at the very end; up to twice that if it fails sooner
+    Squared errors and efforts are summed over time. The cost of an instance is at most the failure cost; one that
+    fails costs that, and as much of it again as it missed of the time.
+    """
+
+    torque: Number = 1.0  # Bergmann 2017, section 6: sum over joints of |feedback torque|
+    fall: Number = 0.0  # time missed
+    applied_torque: Number = 0.0  # the same as torque of what really drives the joints
+    effort_squared: Number = 0.0
+    effort_cubed: Number = 0.0
+    metabolic: Number = 0.0
+    cost_of_transport: Number = 0.0
+    speed: Number = 0.0  # error from the target speed
+    heading: Number = 0.0  # error from the controller's desired heading
+    head: Number = 0.0  # its turning
+    joint_limits: Number = 0.0
+    ground_force: Number = 0.0  # beyond its bound
+    smoothness: Number = 0.0
+    target_speed: Number = 1.0  # m/s, forward
+    ground_force_bound: Number = 1.5  # body weights, vertical, on each foot
+    head_body: str = "head"
+    metabolic_model: Literal["wang", "umberger", "bhargava"] = "wang"
+    basal_rate: Number = 1.51  # W/kg at rest (Wang 2012)
+    failure_cost: float = 1.0e6
 
 
 class Scene(Part):

@@ -14,6 +14,7 @@ class Status(IntEnum):
     TURNED = 3
     TOUCHED = 4
     DIVERGED = 5
+    CROSSED = 6
 
     @property
     def meaning(self) -> str:
@@ -27,5 +28,6 @@ _MEANINGS = {
     Status.FELL: "fell: the centre of mass sank below its limit",
     Status.TURNED: "turned away from the desired heading by more than its limit",
     Status.TOUCHED: "touched the ground with a body other than the feet",
+    Status.CROSSED: "crossed its legs: a foot went beyond the other one to its side by more than its limit",
     Status.DIVERGED: "diverged: a speed exceeded its limit or was not a number",
 }

@@ -32,6 +32,10 @@ from warpmuscle.scene import (
 from warpmuscle.typed import to_type
 from warpmuscle.validate_muscles import check_muscles
 
+TERM_WEIGHTS = (
+    "torque", "fall", "applied_torque", "effort_squared", "effort_cubed", "metabolic", "cost_of_transport", "speed",
+    "heading", "head", "joint_limits", "ground_force", "smoothness",
+)  # fmt: skip
 AXES = {"ball": 2, "universal": 2, "hinge": 1, "fixed": 0}  # by type of joint
 LIMITS = {"ball": 3, "universal": 2, "hinge": 1, "fixed": 0}
 PREFIXES = ("SWING_", "STANCE_")  # of trajectories that change sides with the stance
@@ -77,9 +81,11 @@ class _Check(Checks):
             self.controller(scene.controller, scene.character)
         self.initial_state(scene.initial_state, scene.character)
         self.ground(scene.ground)
-        self.not_negative("failure", scene.failure, "com_height", "heading")
+        self.not_negative("failure", scene.failure, "com_height", "heading", "leg_crossing")
         self.positive("failure", scene.failure, "max_speed")
-        self.not_negative("objective", scene.objective, "torque")
+        self.not_negative("objective", scene.objective, *TERM_WEIGHTS, "ground_force_bound", "basal_rate")
+        if scene.objective.head and scene.objective.head_body not in scene.character.bodies:
+            known(scene.objective.head_body, scene.character.bodies, "body", "objective.head_body")
         self.positive("objective", scene.objective, "failure_cost")
 
     def numbers(self) -> None:

@@ -1,0 +1,88 @@
+"""Metabolic power of a muscle by three published models, W.
+
+All take the state of one muscle: activation and excitation 0..1; length of the fibre over l_opt; lengthening speed of
+the fibre in m/s; force of the contractile element without its passive part, N; `iso`: active force-length multiplier;
+`slow`: fraction of slow-twitch fibres; `mass`, kg. Forces are positive, and muscles shorten at negative speeds.
+"""
+
+import warp as wp
+
+DENSITY = 1059.7  # kg/m^3 (Mendez 1960), as in the sources
+STRESS = 2.5e5  # N/m^2, specific tension (Wang 2012)
+EFFORT_POWER = 0.6  # of the activation in Umberger's heat rates
+AEROBIC = 1.5  # scaling of his heat rates
+
+
+@wp.func
+def muscle_mass(f_max: float, l_opt: float) -> float:
+    """Mass, kg, from the force that a cross-section bears: f_max/stress l_opt density (Wang 2012)."""
+    return f_max * l_opt * wp.static(DENSITY / STRESS)
+
+
+@wp.func
+def recruited(level: float, slow: float) -> wp.vec2:
+    """Activity of slow and fast fibres, the slow ones recruited first (Bhargava 2004, eq. 9 and 10)."""
+    x = 0.5 * wp.PI * level
+    return wp.vec2(slow * wp.sin(x), (1.0 - slow) * (1.0 - wp.cos(x)))
+
+
+@wp.func
+def maintenance_by_length(length: float) -> float:
+    """How the maintenance heat depends on the fibre length (Bhargava 2004, fig. 2): 0.5, 0.5..1, 1..0 to 1.5 l_opt."""
+    if length <= 1.0:
+        return wp.max(length, 0.5)
+    return wp.max(3.0 - 2.0 * length, 0.0)
+
+
+@wp.func
+def bhargava_power(
+    activation: float, excitation: float, length: float, speed: float, force: float, iso: float, slow: float,
+    mass: float,
+) -> float:  # fmt: skip
+    """Activation, maintenance and shortening heat, and work (Bhargava 2004, eq. 1-17; as OpenSim's probe)."""
+    u = recruited(excitation, slow)
+    heat = mass * (40.0 * u[0] + 133.0 * u[1])
+    heat += mass * maintenance_by_length(length) * (74.0 * u[0] + 111.0 * u[1])
+    if speed <= 0.0:
+        heat -= 0.25 * force * speed
+    return heat - force * speed
+
+
+@wp.func
+def wang_power(
+    activation: float, excitation: float, length: float, speed: float, force: float, iso: float, slow: float,
+    mass: float,
+) -> float:  # fmt: skip
+    """Activation and maintenance heat, shortening heat and positive work (Wang 2012, appendix; after Anderson 1999)."""
+    u = recruited(excitation, slow)
+    a = recruited(activation, slow)
+    heat = mass * (40.0 * u[0] + 133.0 * u[1])
+    heat += mass * maintenance_by_length(length) * (74.0 * a[0] + 111.0 * a[1])
+    return heat + 1.25 * force * wp.max(-speed, 0.0)
+
+
+@wp.func
+def umberger_power(
+    activation: float, excitation: float, length: float, speed: float, force: float, iso: float, slow: float,
+    mass: float, v_max: float, l_opt: float,
+) -> float:  # fmt: skip
+    """Heat of activation, maintenance, shortening and lengthening, and work (Umberger 2003, 2010; as OpenSim's probe).
+
+    Args:
+        v_max: of fast fibres, l_opt/s; slow ones have 0.4 of it. l_opt: m. The heat is at least 1 W/kg.
+    """
+    a = wp.where(excitation > activation, excitation, 0.5 * (excitation + activation))
+    base = 128.0 * (1.0 - slow) + 25.0
+    v = speed / l_opt
+    slow_rate = 250.0 / v_max
+    moving = wp.float32(0.0)
+    if v <= 0.0:
+        moving = wp.min(-slow_rate * v, 100.0) * slow - (153.0 / v_max) * v * (1.0 - slow)
+        moving *= a * a
+    else:
+        moving = 0.3 * slow_rate * v * a
+    if length > 1.0:
+        base = base * (0.4 + 0.6 * iso)
+        moving = moving * iso
+    heat = wp.float32(AEROBIC) * (wp.pow(a, EFFORT_POWER) * base + moving)
+    return mass * wp.max(heat, 1.0) - force * speed

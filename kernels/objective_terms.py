@@ -1,0 +1,240 @@
+"""Terms of the objective: what each adds in one step, and the stage that sums them up.
+
+Each term is a function of one muscle, of one body, or of the whole instance. Which ones are summed is compiled in.
+"""
+
+from functools import cache
+from typing import Any, NamedTuple
+
+import warp as wp
+
+from warpmuscle.kernels.curves import active_force_length, force_velocity
+from warpmuscle.kernels.limits import limit_stage
+from warpmuscle.kernels.metabolics import bhargava_power, muscle_mass, umberger_power, wang_power
+from warpmuscle.kernels.muscle import LARGEST_SPEED
+from warpmuscle.kernels.spatial import heading_angle
+from warpmuscle.kernels.structs import Model, State, Work, at
+
+
+@wp.struct
+class MuscleWork:
+    """What a muscle does in a step."""
+
+    activation: float
+    excitation: float
+    length: float  # m, of the fibre
+    speed: float  # m/s, of the fibre, lengthening
+    force: float  # N
+
+
+@wp.func
+def effort_squared(instance: int, m: int, w: MuscleWork, model: Model) -> float:
+    """a^2."""
+    return w.activation * w.activation
+
+
+@wp.func
+def effort_cubed(instance: int, m: int, w: MuscleWork, model: Model) -> float:
+    """a^3."""
+    return w.activation * w.activation * w.activation
+
+
+@wp.func
+def contractile_force(instance: int, m: int, w: MuscleWork, model: Model) -> float:
+    """Force of the active part of the fibre, N, never negative."""
+    l_opt = at(model.muscles.l_opt, instance, m)
+    v = wp.clamp(w.speed / (l_opt * at(model.muscles.v_max, instance, m)), -LARGEST_SPEED, LARGEST_SPEED)
+    curves = model.muscles.model
+    multiplier = active_force_length(curves, w.length / l_opt) * force_velocity(curves, v, w.activation)
+    return wp.max(w.activation * multiplier * at(model.muscles.f_max, instance, m), 0.0)
+
+
+@wp.func
+def metabolic_wang(instance: int, m: int, w: MuscleWork, model: Model) -> float:
+    """Metabolic power, W, see `metabolics.wang_power`."""
+    l_opt = at(model.muscles.l_opt, instance, m)
+    return wang_power(
+        w.activation, w.excitation, w.length / l_opt, w.speed, contractile_force(instance, m, w, model), 0.0,
+        at(model.muscles.slow_fibres, instance, m), muscle_mass(at(model.muscles.f_max, instance, m), l_opt),
+    )  # fmt: skip
+
+
+@wp.func
+def metabolic_bhargava(instance: int, m: int, w: MuscleWork, model: Model) -> float:
+    """Metabolic power, W, see `metabolics.bhargava_power`."""
+    l_opt = at(model.muscles.l_opt, instance, m)
+    return bhargava_power(
+        w.activation, w.excitation, w.length / l_opt, w.speed, contractile_force(instance, m, w, model), 0.0,
+        at(model.muscles.slow_fibres, instance, m), muscle_mass(at(model.muscles.f_max, instance, m), l_opt),
+    )  # fmt: skip
+
+
+@wp.func
+def metabolic_umberger(instance: int, m: int, w: MuscleWork, model: Model) -> float:
+    """Metabolic power, W, see `metabolics.umberger_power`."""
+    l_opt = at(model.muscles.l_opt, instance, m)
+    return umberger_power(
+        w.activation, w.excitation, w.length / l_opt, w.speed, contractile_force(instance, m, w, model),
+        active_force_length(model.muscles.model, w.length / l_opt), at(model.muscles.slow_fibres, instance, m),
+        muscle_mass(at(model.muscles.f_max, instance, m), l_opt), at(model.muscles.v_max, instance, m), l_opt,
+    )  # fmt: skip
+
+
+@wp.func
+def applied_torque(instance: int, body: int, model: Model, state: State, work: Work) -> float:
+    """Magnitude of the torque that drives a joint, N m."""
+    return wp.length(work.torque[body])
+
+
+@wp.func
+def joint_limits(instance: int, body: int, model: Model, state: State, work: Work) -> float:
+    """Magnitude of the torque of a joint's limits, N m."""
+    if model.skeleton.has_limits[body] == 0:
+        return 0.0
+    torque = work.torque[body]
+    stiffness = work.stiffness[body]
+    limit_stage(instance, body, model, state, work)
+    excess = wp.length(work.torque[body] - torque)
+    work.torque[body] = torque
+    work.stiffness[body] = stiffness
+    return excess
+
+
+@wp.func
+def smoothness(instance: int, body: int, model: Model, state: State, work: Work) -> float:
+    """Squared acceleration of a joint's speeds in the step before, rad^2/s^4."""
+    total = wp.float32(0.0)
+    for k in range(model.skeleton.speed_start[body], model.skeleton.speed_start[body + 1]):
+        total += state.accelerations[instance, k] * state.accelerations[instance, k]
+    return total
+
+
+@wp.func
+def speed(instance: int, model: Model, state: State, work: Work) -> float:
+    """Squared difference of the forward speed of the centre of mass and the target speed, m^2/s^2."""
+    error = work.center[1][2] - at(model.objective, instance, 0)[0]
+    return error * error
+
+
+@wp.func
+def heading(instance: int, model: Model, state: State, work: Work) -> float:
+    """Squared difference of the heading and the desired heading, rad^2."""
+    error = heading_angle(work.orientation[0]) - at(model.simbicon.hip, instance, 0)[3]
+    error = error - wp.static(2.0 * wp.PI) * wp.round(error / wp.static(2.0 * wp.PI))
+    return error * error
+
+
+@wp.func
+def head(instance: int, model: Model, state: State, work: Work) -> float:
+    """Squared angular velocity of the head, rad^2/s^2."""
+    w = work.angular_velocity[model.head]
+    return wp.dot(w, w)
+
+
+@wp.func
+def ground_force(instance: int, model: Model, state: State, work: Work) -> float:
+    """Vertical force on each foot beyond its bound, over body weight, summed, of the step before."""
+    weight = at(model.skeleton.total_mass, instance, 0) * at(model.gravity, instance, 0)
+    bound = at(model.objective, instance, 0)[1]
+    left = wp.max(state.foot_force[instance, 0][1] / weight - bound, 0.0)
+    return left + wp.max(state.foot_force[instance, 1][1] / weight - bound, 0.0)
+
+
+MUSCLE_TERMS = {
+    "effort_squared": effort_squared,
+    "effort_cubed": effort_cubed,
+    "metabolic_wang": metabolic_wang,
+    "metabolic_umberger": metabolic_umberger,
+    "metabolic_bhargava": metabolic_bhargava,
+}
+BODY_TERMS = {"applied_torque": applied_torque, "joint_limits": joint_limits, "smoothness": smoothness}
+WHOLE_TERMS = {"speed": speed, "heading": heading, "head": head, "ground_force": ground_force}
+
+
+@wp.func
+def sane(value: float) -> wp.float64:
+    """The value in double precision; nothing for what is not finite, which the integrator is about to report."""
+    if wp.abs(value) < 1.0e12:
+        return wp.float64(value)
+    return wp.float64(0.0)
+
+
+@wp.func
+def no_muscle_terms(instance: int, m: int, w: MuscleWork, model: Model, state: State):
+    """No term is summed over muscles."""
+
+
+@wp.func
+def no_body_terms(instance: int, body: int, model: Model, state: State, work: Work):
+    """No term is summed over bodies."""
+
+
+@wp.func
+def no_whole_terms(instance: int, model: Model, state: State, work: Work):
+    """No term of the whole instance is summed."""
+
+
+class ObjectiveKind(NamedTuple):
+    """Names of the terms that a step sums up, in the order of their sums."""
+
+    muscle: tuple[str, ...] = ()
+    body: tuple[str, ...] = ()
+    whole: tuple[str, ...] = ()
+
+
+@cache
+def muscle_terms_of(names: tuple[str, ...]) -> Any:
+    """The Warp function (instance, muscle, what it does, model, state) that adds a step of the terms to their sums."""
+    every = no_muscle_terms
+    for index, name in enumerate(names):
+        every = _and_muscle_term(every, MUSCLE_TERMS[name], index)
+    return every
+
+
+def _and_muscle_term(others: Any, term: Any, index: int) -> Any:
+    @wp.func
+    def add(instance: int, m: int, w: MuscleWork, model: Model, state: State):
+        others(instance, m, w, model, state)
+        state.muscle_terms[instance, index, m] += sane(term(instance, m, w, model))
+
+    return add
+
+
+def _and_body_term(others: Any, term: Any, index: int) -> Any:
+    @wp.func
+    def add(instance: int, body: int, model: Model, state: State, work: Work):
+        others(instance, body, model, state, work)
+        state.body_terms[instance, index, body] += sane(term(instance, body, model, state, work))
+
+    return add
+
+
+def _and_whole_term(others: Any, term: Any, index: int) -> Any:
+    @wp.func
+    def add(instance: int, model: Model, state: State, work: Work):
+        others(instance, model, state, work)
+        state.whole_terms[instance, index] += sane(term(instance, model, state, work))
+
+    return add
+
+
+@cache
+def objective_stage_of(kind: ObjectiveKind) -> Any:
+    """The Warp function that adds a step of the terms of bodies and of the whole to their sums. No barrier.
+
+    One sum a body, in double precision, so that results depend neither on lanes nor on chunks of steps.
+    """
+    body_terms, whole_terms = no_body_terms, no_whole_terms
+    for index, name in enumerate(kind.body):
+        body_terms = _and_body_term(body_terms, BODY_TERMS[name], index)
+    for index, name in enumerate(kind.whole):
+        whole_terms = _and_whole_term(whole_terms, WHOLE_TERMS[name], index)
+
+    @wp.func
+    def objective_stage(instance: int, lane: int, lanes: int, model: Model, state: State, work: Work):
+        for i in range(1 + lane, model.body_count, lanes):
+            body_terms(instance, i, model, state, work)
+        if lane == 0:
+            whole_terms(instance, model, state, work)
+
+    return objective_stage

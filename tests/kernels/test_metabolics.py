@@ -1,0 +1,88 @@
+"""Metabolic power against the published formulas in float64, and on states with closed forms."""
+
+import numpy as np
+import pytest
+from probes import evaluate
+
+from warpmuscle.kernels import metabolics
+
+COUNT = 400
+V_MAX, L_OPT = 10.0, 0.1
+
+
+def states(seed: int = 0) -> dict[str, np.ndarray]:
+    """Random states: activation, excitation, length/l_opt, speed m/s, force N, force-length, slow fraction, mass kg."""
+    low, high = [0.0, 0.0, 0.3, -1.2, 0.0, 0.0, 0.0, 0.05], [1.0, 1.0, 1.8, 1.2, 5000.0, 1.0, 1.0, 2.0]
+    names = ("activation", "excitation", "length", "speed", "force", "iso", "slow", "mass")
+    return dict(zip(names, np.random.default_rng(seed).uniform(low, high, (COUNT, 8)).T, strict=True))
+
+
+def recruited(level: np.ndarray, slow: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    return slow * np.sin(np.pi / 2 * level), (1.0 - slow) * (1.0 - np.cos(np.pi / 2 * level))
+
+
+def maintenance(length: np.ndarray) -> np.ndarray:
+    return np.interp(length, [0.5, 1.0, 1.5], [0.5, 1.0, 0.0])
+
+
+def bhargava(activation, excitation, length, speed, force, iso, slow, mass) -> np.ndarray:
+    """OpenSim's Bhargava2004MuscleMetabolicsProbe: heats of activation, maintenance, shortening, and signed work."""
+    u_slow, u_fast = recruited(excitation, slow)
+    heat = mass * (40.0 * u_slow + 133.0 * u_fast + maintenance(length) * (74.0 * u_slow + 111.0 * u_fast))
+    return heat + np.where(speed <= 0.0, -0.25 * force * speed, 0.0) - force * speed
+
+
+def wang(activation, excitation, length, speed, force, iso, slow, mass) -> np.ndarray:
+    """Wang 2012: maintenance by the activation, no negative work, no heat of lengthening."""
+    u_slow, u_fast = recruited(excitation, slow)
+    a_slow, a_fast = recruited(activation, slow)
+    heat = mass * (40.0 * u_slow + 133.0 * u_fast + maintenance(length) * (74.0 * a_slow + 111.0 * a_fast))
+    return heat + np.where(speed < 0.0, -(0.25 + 1.0) * force * speed, 0.0)
+
+
+def umberger(activation, excitation, length, speed, force, iso, slow, mass) -> np.ndarray:
+    """OpenSim's Umberger2010MuscleMetabolicsProbe."""
+    a = np.where(excitation > activation, excitation, (excitation + activation) / 2)
+    v = speed / L_OPT
+    kept = np.where(length <= 1.0, 1.0, 0.4 + 0.6 * iso)
+    activation_maintenance = 1.5 * a**0.6 * (128.0 * (1.0 - slow) + 25.0) * kept
+    alpha_slow, alpha_fast = 100.0 / (V_MAX / 2.5), 153.0 / V_MAX
+    shortening = np.minimum(-alpha_slow * v, 100.0) * slow - alpha_fast * v * (1.0 - slow)
+    moving = np.where(v <= 0.0, 1.5 * a**2 * shortening, 1.5 * a * 0.3 * alpha_slow * v)
+    moving = np.where(length <= 1.0, moving, moving * iso)
+    return mass * np.maximum(activation_maintenance + moving, 1.0) - force * speed
+
+
+@pytest.mark.parametrize(
+    ("function", "reference", "further"),
+    [
+        (metabolics.bhargava_power, bhargava, ()),
+        (metabolics.wang_power, wang, ()),
+        (metabolics.umberger_power, umberger, (V_MAX, L_OPT)),
+    ],
+)
+def test_power_is_that_of_the_published_formulas(function, reference, further):
+    s = states()
+    expected = reference(**s)
+    np.testing.assert_allclose(evaluate(function, *s.values(), *further), expected, rtol=2e-5, atol=2e-3)
+    assert expected.std() > 100.0
+
+
+def test_mass_is_that_of_a_column_that_bears_the_force():
+    assert evaluate(metabolics.muscle_mass, 2500.0, 0.1) == pytest.approx(0.01 * 0.1 * 1059.7)
+
+
+def test_a_resting_muscle_costs_nothing_but_umbergers_least_heat():
+    for function in (metabolics.wang_power, metabolics.bhargava_power):
+        assert evaluate(function, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.5, 2.0) == 0.0
+    assert evaluate(metabolics.umberger_power, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.5, 2.0, V_MAX, L_OPT) == 2.0
+
+
+def test_a_slow_muscle_held_fully_active_at_its_optimum_costs_114_watts_a_kilogram():
+    for function in (metabolics.wang_power, metabolics.bhargava_power):
+        assert evaluate(function, 1.0, 1.0, 1.0, 0.0, 1000.0, 1.0, 1.0, 1.0) == pytest.approx(40.0 + 74.0)
+
+
+def test_shortening_costs_a_quarter_more_than_its_work():
+    held, moving = (evaluate(metabolics.wang_power, 1.0, 1.0, 1.0, v, 800.0, 1.0, 0.5, 1.0) for v in (0.0, -0.5))
+    assert moving - held == pytest.approx(1.25 * 800.0 * 0.5, rel=1e-4)

@@ -1,0 +1,119 @@
+"""The objective of a scene: its terms by name, what a batch sums up for them, and the cost."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import warp as wp
+
+from warpmuscle.arrays import Floats, rows, to_device
+from warpmuscle.kernels import structs
+from warpmuscle.kernels.objective_terms import BODY_TERMS, MUSCLE_TERMS, WHOLE_TERMS, ObjectiveKind
+from warpmuscle.scene import Objective, Scene
+from warpmuscle.topology import Topology
+
+LEAST_DISTANCE = 1.0  # m, that the cost of transport counts for
+
+
+class Term(NamedTuple):
+    """What a term of the objective is."""
+
+    unit: str
+    description: str
+
+
+TERMS: dict[str, Term] = {
+    "torque": Term("N m s", "feedback torque, summed over joints and time"),
+    "fall": Term("s", "time missed by falling or failing otherwise"),
+    "applied_torque": Term("N m s", "torque that drives the joints, summed over joints and time"),
+    "effort_squared": Term("s", "activation squared, summed over muscles and time"),
+    "effort_cubed": Term("s", "activation cubed, summed over muscles and time"),
+    "metabolic": Term("J", "metabolic energy of the muscles, and of the body at rest"),
+    "cost_of_transport": Term("J/(kg m)", "metabolic energy over body mass and distance, counted as 1 m at least"),
+    "speed": Term("m^2/s", "squared error of the forward speed, over time"),
+    "heading": Term("rad^2 s", "squared error of the heading, over time"),
+    "head": Term("rad^2/s", "squared angular velocity of the head, over time"),
+    "joint_limits": Term("N m s", "torque of the joints' limits, summed over joints and time"),
+    "ground_force": Term("s", "vertical force on a foot beyond its bound, in body weights, over time"),
+    "smoothness": Term("rad^2/s^3", "squared acceleration of the joints, summed and over time"),
+}
+
+
+def wanted(objective: Objective) -> tuple[str, ...]:
+    """Names of the terms with a weight, in the order of `TERMS`; `torque` is always among them."""
+    return tuple(name for name in TERMS if name == "torque" or np.any(rows([_weight(objective, name)])))
+
+
+def _weight(objective: Objective, name: str) -> Any:
+    """Weight of a term; of a free one its greatest value, so that it counts as wanted."""
+    weight = getattr(objective, name)
+    return weight if isinstance(weight, float | int | np.ndarray) else 1.0
+
+
+def objective_kind(scene: Scene, has_muscles: bool) -> ObjectiveKind:
+    """The sums that a step makes for the terms of a scene."""
+    names = set(wanted(scene.objective))
+    if names & {"metabolic", "cost_of_transport"}:
+        names.add(f"metabolic_{scene.objective.metabolic_model}")
+    return ObjectiveKind(
+        muscle=tuple(name for name in MUSCLE_TERMS if name in names) if has_muscles else (),
+        body=tuple(name for name in BODY_TERMS if name in names),
+        whole=tuple(name for name in WHOLE_TERMS if name in names),
+    )
+
+
+def term_arrays(kind: ObjectiveKind, instances: int, bodies: int, muscles: int, device: Any) -> dict[str, wp.array]:
+    """Room for the sums of a batch, by field of `kernels.structs.State`."""
+    shapes = {
+        "muscle_terms": (instances, max(len(kind.muscle), 1), max(muscles, 1)),
+        "body_terms": (instances, max(len(kind.body), 1), bodies),
+        "whole_terms": (instances, max(len(kind.whole), 1)),
+    }
+    return {name: wp.zeros(shape, dtype=wp.float64, device=device) for name, shape in shapes.items()}
+
+
+def objective_fields(scene: Scene, names: Topology, device: Any) -> dict[str, Any]:
+    """What terms need, by field of `kernels.structs.Model`."""
+    objective = scene.objective
+    head = names.bodies.index(objective.head_body) if objective.head_body in names.bodies else 0
+    numbers = rows([[objective.target_speed, objective.ground_force_bound]])
+    return {"head": head, "objective": to_device(numbers, wp.vec2, device)}
+
+
+def term_values(
+    scene: Scene, kind: ObjectiveKind, state: structs.State, end_time: Floats, distance: Floats
+) -> dict[str, Floats]:
+    """Values (n,) of the wanted terms of all instances.
+
+    Args:
+        scene: its numbers are floats or (n,) arrays. end_time: (n,) s. distance: (n,) m, gone by the root.
+    """
+    h = scene.time_step
+    sums = {"torque": _summed(state.torque_integral.numpy()) * h}
+    for part, array in (("muscle", state.muscle_terms), ("body", state.body_terms), ("whole", state.whole_terms)):
+        names = getattr(kind, part)
+        values = array.numpy() if names else None
+        for index, name in enumerate(names):
+            assert values is not None
+            sums[name] = (values[:, index] if part == "whole" else _summed(values[:, index])) * h
+    sums["fall"] = scene.duration - end_time
+    mass = rows([body.mass for body in scene.character.bodies.values()]).sum(axis=1)
+    energy = sums.get(f"metabolic_{scene.objective.metabolic_model}", 0.0)
+    sums["metabolic"] = energy + np.asarray(scene.objective.basal_rate) * mass * end_time
+    sums["cost_of_transport"] = sums["metabolic"] / (mass * np.maximum(distance, LEAST_DISTANCE))
+    return {name: np.asarray(sums.get(name, np.zeros_like(end_time))) for name in wanted(scene.objective)}
+
+
+def weighted(scene: Scene, terms: dict[str, Floats]) -> Floats:
+    """The weighted sum (n,) of the terms, at most the cost of a failure."""
+    total = sum((np.asarray(getattr(scene.objective, name)) * value for name, value in terms.items()), 0.0)
+    return np.asarray(np.minimum(total, scene.objective.failure_cost))
+
+
+def _summed(values: Floats) -> Floats:
+    """Sum over the last axis, one after the other: the same for any number of instances."""
+    total = np.zeros(values.shape[:-1])
+    for k in range(values.shape[-1]):
+        total += values[..., k]
+    return total
