@@ -74,14 +74,25 @@ def body_inertia(instance: int, body: int, model: Model, work: Work):
 
 
 @wp.func
+def push_now(instance: int, state: State) -> wp.vec3:
+    """Force that pushes the root in this step, N."""
+    step = state.step[instance]
+    if step >= state.push_steps[instance, 0] and step < state.push_steps[instance, 1]:
+        return state.push[instance]
+    return wp.vec3(0.0)
+
+
+@wp.func
 def inertia_stage(instance: int, lane: int, lanes: int, model: Model, state: State, work: Work):
-    """Inertia, gravity, velocity products, joint limits and contacts of every body. Ends with a barrier."""
+    """Inertia, gravity, velocity products, joint limits, contacts and pushes of every body. Ends with a barrier."""
     if lane == 0:
         work.flags[0] = 0
         work.flags[1] = 0
     synchronize()
     for i in range(lane, model.body_count, lanes):
         body_inertia(instance, i, model, work)
+        if i == 0:
+            work.bias_force[0] = work.bias_force[0] - push_now(instance, state)
         if model.skeleton.has_limits[i] == 1:
             limit_stage(instance, i, model, state, work)
         contact_stage(instance, i, model, work)

@@ -12,7 +12,8 @@ import numpy as np
 import warp as wp
 from numpy.typing import ArrayLike
 
-from warpmuscle.arrays import Floats, Ints
+from warpmuscle.arrays import Floats, Ints, to_device
+from warpmuscle.disturbances import Disturbances, none
 from warpmuscle.errors import RolloutError
 from warpmuscle.frames import Frames
 from warpmuscle.kernels import structs
@@ -98,6 +99,7 @@ class Rollout:
             self.names, self._driven.muscles, self.instances, _chosen(record, self.instances), every, self.steps,
             self.device,
         )  # fmt: skip
+        self._disturbances = none(self.instances)
         self.set_parameters(start_values(scene))
 
     def _new_state(self) -> structs.State:
@@ -109,6 +111,8 @@ class Rollout:
         s.phase = wp.zeros(n, dtype=float, device=self.device)
         s.foot_force = wp.zeros((n, 2), dtype=wp.vec3, device=self.device)
         s.start_height = wp.zeros(n, dtype=float, device=self.device)
+        s.push = wp.zeros(n, dtype=wp.vec3, device=self.device)
+        s.push_steps = wp.zeros((n, 2), dtype=int, device=self.device)
         s.torque_integral = wp.zeros((n, len(names.bodies)), dtype=wp.float64, device=self.device)
         for name in ("stance", "machine_state", "step", "status"):
             setattr(s, name, wp.zeros(n, dtype=int, device=self.device))
@@ -141,9 +145,11 @@ class Rollout:
             )
         if not np.isfinite(array).all():
             raise RolloutError("a parameter value is not a finite number")
+        self._values = array
         self._numeric = numeric = substitute(self.scene, array)
         self._model = model_struct(numeric, self.names, self._driven, self.device)
         self._start = start_of(numeric, self.names)
+        self._tilt()
         self.reset()
 
     def reset(self, velocity_noise: float = 0.0, seed: int = 0) -> None:
@@ -158,6 +164,7 @@ class Rollout:
         linear = {"free": 3, "planar": 2, "fixed": 0}[self.scene.character.root_joint]
         if velocity_noise:
             speeds[:, :linear] += np.random.default_rng(seed).normal(0.0, velocity_noise, (n, linear))
+        speeds[:, :linear] += self._disturbances.velocity[:, 3 - linear :]
         s.coordinates.assign(np.broadcast_to(start.coordinates, (n, self.names.coordinates)).astype(np.float32))
         s.speeds.assign(speeds)
         s.stance.fill_(start.stance)
@@ -172,6 +179,31 @@ class Rollout:
         self._steps_done = 0
         self._running: Ints = np.arange(n, dtype=np.int32)
         self._frames.clear()
+
+    def disturb(self, disturbances: Disturbances) -> None:
+        """Push instances, start them at other velocities, or tilt their ground, from now on; and start again.
+
+        Raises:
+            RolloutError: another number of instances.
+        """
+        if len(disturbances) != self.instances:
+            raise RolloutError(f"{len(disturbances)} disturbances for {self.instances} instances")
+        self._disturbances = d = disturbances
+        h, s = self.scene.time_step, self._state
+        first = np.rint(d.push_start / h).astype(np.int32)
+        steps = max(round(d.push_duration / h), 1)
+        s.push.assign((d.push / (steps * h)).astype(np.float32))
+        s.push_steps.assign(np.stack([first, first + steps], axis=1).astype(np.int32))
+        self.set_parameters(self._values)
+
+    def _tilt(self) -> None:
+        """Turn the ground's normal by each instance's slope."""
+        slope = self._disturbances.slope[:, None]
+        if np.any(slope):
+            normal = self._model.contacts.normal.numpy()[:, 0].astype(float)
+            x, y, z = np.broadcast_to(normal, (self.instances, 3)).T[:, :, None]
+            turned = [x, y * np.cos(slope) + z * np.sin(slope), z * np.cos(slope) - y * np.sin(slope)]
+            self._model.contacts.normal = to_device(np.stack(turned, axis=-1), wp.vec3, self.device)
 
     def run(self, duration: float | None = None, progress: Progress | None = None) -> None:
         """Simulate on from where the batch stands.

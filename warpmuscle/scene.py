@@ -323,6 +323,18 @@ class Objective(Part):
     failure_cost: float = 1.0e6
 
 
+class Robustness(Part):
+    """Several simulations a candidate, disturbed in the same way for all candidates; their costs become one."""
+
+    runs: int = 1  # of which the first is not disturbed if there are several
+    cost: Literal["mean", "worst"] = "mean"
+    velocity_noise: float = 0.0  # m/s, standard deviation of each component of the root's initial velocity
+    push: float = 0.0  # N s, horizontal impulse on the root, at a random time in a random direction
+    push_duration: float = 0.1  # s
+    slope: float = 0.0  # rad, greatest slope of the ground, up or down
+    seed: int = 1
+
+
 class Scene(Part):
     """A complete experiment."""
 
@@ -334,6 +346,7 @@ class Scene(Part):
     ground: Ground = msgspec.field(default_factory=Ground)
     failure: Failure = msgspec.field(default_factory=Failure)
     objective: Objective = msgspec.field(default_factory=Objective)
+    robustness: Robustness = msgspec.field(default_factory=Robustness)
     muscle_model: MuscleModel = msgspec.field(default_factory=MuscleModel)
     actuation: dict[str, Actuation] = {}  # by joint
     duration: float = 10.0  # s

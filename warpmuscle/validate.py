@@ -24,6 +24,7 @@ from warpmuscle.scene import (
     Ground,
     InitialState,
     Joint,
+    Robustness,
     Scene,
     Shape,
     Sphere,
@@ -87,6 +88,14 @@ class _Check(Checks):
         if scene.objective.head and scene.objective.head_body not in scene.character.bodies:
             known(scene.objective.head_body, scene.character.bodies, "body", "objective.head_body")
         self.positive("objective", scene.objective, "failure_cost")
+        self.robustness(scene.robustness)
+
+    def robustness(self, robustness: Robustness) -> None:
+        """At least one run; disturbances have sizes."""
+        if robustness.runs < 1:
+            raise SceneError(f"must be 1 at least, is {robustness.runs}", key="robustness.runs")
+        self.not_negative("robustness", robustness, "velocity_noise", "push", "slope")
+        self.positive("robustness", robustness, "push_duration")
 
     def numbers(self) -> None:
         """Every number is finite; what a number follows is a free parameter."""
