@@ -12,6 +12,7 @@ from warpmuscle.kernels.curves import active_force_length, force_velocity
 from warpmuscle.kernels.limits import limit_stage
 from warpmuscle.kernels.metabolics import bhargava_power, muscle_mass, umberger_power, wang_power
 from warpmuscle.kernels.muscle import LARGEST_SPEED
+from warpmuscle.kernels.simbicon import pd_error
 from warpmuscle.kernels.spatial import heading_angle
 from warpmuscle.kernels.structs import Model, State, Work, at
 
@@ -110,6 +111,18 @@ def smoothness(instance: int, body: int, model: Model, state: State, work: Work)
 
 
 @wp.func
+def tracking(instance: int, body: int, model: Model, state: State, work: Work) -> float:
+    """Squared angle between a joint and that of the tracked gait at the same phase of the same stance, rad^2."""
+    if model.reference_bins == 0:
+        return 0.0
+    bins = model.reference_bins
+    row = state.stance[instance] * bins + wp.clamp(int(state.phase[instance] * float(bins)), 0, bins - 1)
+    relative = wp.quat_inverse(work.orientation[model.skeleton.parent[body]]) * work.orientation[body]
+    error = pd_error(relative, model.reference[row, body])
+    return model.tracked[body] * wp.dot(error, error)
+
+
+@wp.func
 def speed(instance: int, model: Model, state: State, work: Work) -> float:
     """Squared difference of the forward speed of the centre of mass and the target speed, m^2/s^2."""
     error = work.center[1][2] - at(model.objective, instance, 0)[0]
@@ -147,7 +160,12 @@ MUSCLE_TERMS = {
     "metabolic_umberger": metabolic_umberger,
     "metabolic_bhargava": metabolic_bhargava,
 }
-BODY_TERMS = {"applied_torque": applied_torque, "joint_limits": joint_limits, "smoothness": smoothness}
+BODY_TERMS = {
+    "applied_torque": applied_torque,
+    "joint_limits": joint_limits,
+    "smoothness": smoothness,
+    "tracking": tracking,
+}
 WHOLE_TERMS = {"speed": speed, "heading": heading, "head": head, "ground_force": ground_force}
 
 

@@ -190,6 +190,9 @@ class Model:
     fail_on_body_contact: int
     head: int  # the body whose turning the objective may count
     objective: wp.array2d[wp.vec2]  # (rows, 1) target speed m/s, bound of the vertical foot force over body weight
+    reference_bins: int  # of the phase, for each stance
+    reference: wp.array2d[wp.quat]  # (2 bins, bodies) child in parent, of a tracked gait; left stance first
+    tracked: wp.array[float]  # (bodies,) 1: the body's joint is compared with it
     level_start: wp.array[int]  # (levels + 1,)
     skeleton: Skeleton
     contacts: Contacts

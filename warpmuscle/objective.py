@@ -36,6 +36,7 @@ TERMS: dict[str, Term] = {
     "head": Term("rad^2/s", "squared angular velocity of the head, over time"),
     "joint_limits": Term("N m s", "torque of the joints' limits, summed over joints and time"),
     "ground_force": Term("s", "vertical force on a foot beyond its bound, in body weights, over time"),
+    "tracking": Term("rad^2 s", "squared angles between the joints and the tracked gait, summed and over time"),
     "smoothness": Term("rad^2/s^3", "squared acceleration of the joints, summed and over time"),
 }
 

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 from warpmuscle.arrays import Floats, Ints, to_device
 from warpmuscle.disturbances import Disturbances, none
 from warpmuscle.errors import RolloutError
+from warpmuscle.formats import load
 from warpmuscle.frames import Frames
 from warpmuscle.kernels import structs
 from warpmuscle.kernels.lanes import capacity_of, work_floats
@@ -24,9 +25,11 @@ from warpmuscle.muscles import driven, muscle_kind, muscle_state
 from warpmuscle.objective import objective_kind, term_arrays, term_values, weighted
 from warpmuscle.parameters import Parameter, free_parameters, greatest, start_values, substitute
 from warpmuscle.recording import Recording
+from warpmuscle.results import read
 from warpmuscle.scene import Scene
 from warpmuscle.status import Status
 from warpmuscle.topology import topology
+from warpmuscle.tracking import reference_fields, reference_table
 from warpmuscle.validate import check_scene
 
 CHUNK_TIME = 0.1  # s of simulated time between two looks at which instances still run
@@ -100,6 +103,7 @@ class Rollout:
             self.device,
         )  # fmt: skip
         self._disturbances = none(self.instances)
+        self._reference = self._tracked()
         self.set_parameters(start_values(scene))
 
     def _new_state(self) -> structs.State:
@@ -149,6 +153,8 @@ class Rollout:
         self._numeric = numeric = substitute(self.scene, array)
         self._model = model_struct(numeric, self.names, self._driven, self.device)
         self._start = start_of(numeric, self.names)
+        for field, part in self._reference.items():
+            setattr(self._model, field, part)
         self._tilt()
         self.reset()
 
@@ -179,6 +185,23 @@ class Rollout:
         self._steps_done = 0
         self._running: Ints = np.arange(n, dtype=np.int32)
         self._frames.clear()
+
+    def _tracked(self) -> dict[str, Any]:
+        """The gait that the objective tracks, by field of the model; nothing if it tracks none."""
+        tracking = self.scene.tracking
+        if tracking is None or "tracking" not in self._objective.body:
+            return {}
+        if tracking.file:
+            replays = read(tracking.file).replays
+            if tracking.replay >= len(replays):
+                raise RolloutError(f"{tracking.file} has {len(replays)} motions, none with number {tracking.replay}")
+            motion = replays[tracking.replay]
+        else:
+            other = Rollout(load(tracking.scene), 1, str(self.device), record=[0], record_rate=200.0)
+            other.run()
+            motion = other.recording()
+        table, counts = reference_table(motion.window(tracking.start), self.names, tracking.joints)
+        return reference_fields(table, counts, self.device)
 
     def disturb(self, disturbances: Disturbances) -> None:
         """Push instances, start them at other velocities, or tilt their ground, from now on; and start again.

@@ -315,12 +315,23 @@ class Objective(Part):
     joint_limits: Number = 0.0
     ground_force: Number = 0.0  # beyond its bound
     smoothness: Number = 0.0
+    tracking: Number = 0.0  # error from the tracked gait
     target_speed: Number = 1.0  # m/s, forward
     ground_force_bound: Number = 1.5  # body weights, vertical, on each foot
     head_body: str = "head"
     metabolic_model: Literal["wang", "umberger", "bhargava"] = "wang"
     basal_rate: Number = 1.51  # W/kg at rest (Wang 2012)
     failure_cost: float = 1.0e6
+
+
+class Tracking(Part):
+    """A gait whose joint angles the objective compares with, over the phase of a step in left and in right stance."""
+
+    scene: str = ""  # a scene that is run for it: a shipped one, or a TOML file
+    file: str = ""  # or an HDF5 file with a recorded motion
+    replay: int = 0  # which one of the file
+    start: float = 2.0  # s, from where on the motion counts
+    joints: list[str] = []  # those that count; all if empty
 
 
 class Robustness(Part):
@@ -346,6 +357,7 @@ class Scene(Part):
     ground: Ground = msgspec.field(default_factory=Ground)
     failure: Failure = msgspec.field(default_factory=Failure)
     objective: Objective = msgspec.field(default_factory=Objective)
+    tracking: Tracking | None = None
     robustness: Robustness = msgspec.field(default_factory=Robustness)
     muscle_model: MuscleModel = msgspec.field(default_factory=MuscleModel)
     actuation: dict[str, Actuation] = {}  # by joint

@@ -35,7 +35,7 @@ from warpmuscle.validate_muscles import check_muscles
 
 TERM_WEIGHTS = (
     "torque", "fall", "applied_torque", "effort_squared", "effort_cubed", "metabolic", "cost_of_transport", "speed",
-    "heading", "head", "joint_limits", "ground_force", "smoothness",
+    "heading", "head", "joint_limits", "ground_force", "tracking", "smoothness",
 )  # fmt: skip
 AXES = {"ball": 2, "universal": 2, "hinge": 1, "fixed": 0}  # by type of joint
 LIMITS = {"ball": 3, "universal": 2, "hinge": 1, "fixed": 0}
@@ -89,6 +89,7 @@ class _Check(Checks):
             known(scene.objective.head_body, scene.character.bodies, "body", "objective.head_body")
         self.positive("objective", scene.objective, "failure_cost")
         self.robustness(scene.robustness)
+        self.tracking(scene)
 
     def robustness(self, robustness: Robustness) -> None:
         """At least one run; disturbances have sizes."""
@@ -96,6 +97,19 @@ class _Check(Checks):
             raise SceneError(f"must be 1 at least, is {robustness.runs}", key="robustness.runs")
         self.not_negative("robustness", robustness, "velocity_noise", "push", "slope")
         self.positive("robustness", robustness, "push_duration")
+
+    def tracking(self, scene: Scene) -> None:
+        """A tracked gait has one source, and joints of the character; a weight of tracking has a gait."""
+        tracking = scene.tracking
+        if tracking is None:
+            if self.interval(scene.objective.tracking)[1] > 0.0:
+                raise SceneError("there is no gait to track: name one in [tracking]", key="objective.tracking")
+            return
+        if bool(tracking.scene) == bool(tracking.file):
+            raise SceneError("give either a scene or a file to track", key="tracking")
+        for index, joint in enumerate(tracking.joints):
+            known(joint, scene.character.joints, "joint", f"tracking.joints.{index}")
+        self.not_negative("tracking", tracking, "start", "replay")
 
     def numbers(self) -> None:
         """Every number is finite; what a number follows is a free parameter."""

@@ -1,0 +1,87 @@
+"""A tracked gait: tables of means over the phase, and an error that is zero for the gait itself."""
+
+import msgspec
+import numpy as np
+import pytest
+
+from warpmuscle import tracking
+from warpmuscle.errors import RolloutError, SceneError
+from warpmuscle.formats import load
+from warpmuscle.optimize import parameter_table
+from warpmuscle.parameters import free_parameters
+from warpmuscle.results import Result, write
+from warpmuscle.rollout import Rollout
+from warpmuscle.scene import Objective, Scene, Tracking
+from warpmuscle.validate import check_scene
+
+
+def tracked(name: str, source: Tracking, duration: float = 4.0) -> Scene:
+    return msgspec.structs.replace(
+        load(name), duration=duration, objective=Objective(tracking=1.0), tracking=source, description=""
+    )
+
+
+def error_of(scene: Scene) -> float:
+    rollout = Rollout(scene, 1, "cpu")
+    rollout.run()
+    return float(rollout.terms()["tracking"][0])
+
+
+def test_a_gait_is_nearer_to_itself_than_to_another():
+    itself, other = (error_of(tracked("fwalk", Tracking(scene=name))) for name in ("fwalk", "bwalk"))
+    assert itself < 0.05 * other
+    assert other > 1.0
+
+
+def test_a_walk_on_muscles_is_near_to_that_on_torques_by_a_root_mean_square_of_some_degrees():
+    error = error_of(tracked("walk56", Tracking(scene="fwalk", joints=["lHip", "rHip", "lKnee", "rKnee"])))
+    assert 1.0 < np.degrees(np.sqrt(error / 4.0 / 4.0)) < 8.0
+
+
+def test_a_file_gives_the_same_reference_as_the_scene_that_made_it(tmp_path):
+    scene = load("fwalk")
+    rollout = Rollout(scene, 1, "cpu", record=[0], record_rate=200.0)
+    rollout.run()
+    table = parameter_table(free_parameters(scene))
+    write(tmp_path / "walk.h5", Result("", "cpu", "", 0, table, replays=(rollout.recording(),)))
+    sources = Tracking(file=str(tmp_path / "walk.h5")), Tracking(scene="fwalk")
+    assert len({error_of(tracked("walk56", source, 1.0)) for source in sources}) == 1
+
+
+def test_means_over_the_phase_are_those_of_the_frames_in_each_bin():
+    scene = load("fwalk")
+    rollout = Rollout(scene, 1, "cpu", record=[0])
+    rollout.run(5.0)
+    motion = rollout.recording().window(2.0)
+    table, counts = tracking.reference_table(motion, rollout.names, ["lKnee"])
+    body = rollout.names.body_of_joint("lKnee")
+    assert np.flatnonzero(counts).tolist() == [body]
+    here = (motion.stance == 1) & ((motion.phase * tracking.BINS).astype(int) == 20)
+    mean = motion.joint_orientation[here, motion.joint_names.index("lKnee")].mean(axis=0)
+    np.testing.assert_allclose(table[tracking.BINS + 20, body], mean / np.linalg.norm(mean), atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("source", "message"),
+    [
+        (Tracking(), "either a scene or a file"),
+        (Tracking(scene="fwalk", file="a.h5"), "either a scene or a file"),
+        (Tracking(scene="fwalk", joints=["lKne"]), "lKnee"),
+        (None, "no gait to track"),
+    ],
+)
+def test_impossible_tracking_is_an_error_of_the_scene(source, message):
+    with pytest.raises(SceneError, match=message):
+        check_scene(tracked("fwalk", source))
+
+
+def test_a_motion_without_a_joint_or_a_side_is_an_error():
+    scene = load("bigbird_walk")
+    rollout = Rollout(scene, 1, "cpu", record=[0])
+    rollout.run(3.0)
+    biped = Rollout(load("fwalk"), 1, "cpu").names
+    with pytest.raises(RolloutError, match="has no joint 'lElbow'"):
+        tracking.reference_table(rollout.recording(), biped, ["lElbow"])
+    motion = rollout.recording()
+    with pytest.raises(RolloutError, match="never stands on the right"):
+        tracking.reference_table(motion.window(0.0, 0.1), biped, [])
