@@ -1,0 +1,103 @@
+"""Writes motions as OpenSim storage (`.mot`, `.sto`) or comma-separated values: a header, names, a row a frame.
+
+A `.mot` holds the angles of the joints in degrees and the root's position in metres, a `.sto` activations and forces of
+the muscles, a `.csv` both. A ball joint gives three angles, of turns about the child's x, then y, then z axis
+(intrinsic); a hinge or universal joint its own. Names are the joint's, with `_x`, `_y`, `_z` or `_a`, `_b` behind it.
+"""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+
+import numpy as np
+
+from warpmuscle.arrays import Floats
+from warpmuscle.bodies import joint_axes
+from warpmuscle.errors import Error
+from warpmuscle.formats.files import replace_file
+from warpmuscle.parameters import start_values, substitute
+from warpmuscle.pose import hinge_coordinates, normalized, universal_coordinates
+from warpmuscle.recording import Recording
+from warpmuscle.scene import Scene
+
+SUFFIXES = (".mot", ".sto", ".csv")
+
+
+def write(motion: Recording, scene: Scene, path: str | Path) -> None:
+    """Write a motion of a scene, whole or not at all; the file's suffix says what and how.
+
+    Raises:
+        Error: another suffix, no muscles for a `.sto`, or the file cannot be written.
+    """
+    path = Path(path)
+    suffix = path.suffix.lower()
+    if suffix not in SUFFIXES:
+        raise Error(f"{path.name!r}: a motion is written as {', '.join(SUFFIXES)}")
+    if suffix == ".sto" and not motion.muscle_names:
+        raise Error(f"{path.name!r}: this motion has no muscles to write")
+    parts = []
+    if suffix != ".sto":
+        parts.append(coordinates(motion, substitute(scene, start_values(scene))))
+    if suffix != ".mot":
+        parts.append(_muscles(motion))
+    names = ["time", *(name for part, _ in parts for name in part)]
+    table = np.column_stack([motion.time, *(values for _, values in parts)])
+    replace_file(path, _text(scene.name, names, table, suffix))
+
+
+def coordinates(motion: Recording, scene: Scene) -> tuple[list[str], Floats]:
+    """Names and values (F, K) of the root's position, m, and of all angles, degrees.
+
+    Args:
+        scene: without free parameters, of the same character.
+    """
+    root = scene.character.root
+    names = [f"{root}_t{axis}" for axis in "xyz"] + [f"{root}_{axis}" for axis in "xyz"]
+    columns = [motion.root_position, np.degrees(euler_xyz(motion.root_orientation))]
+    for index, name in enumerate(motion.joint_names):
+        joint = scene.character.joints[name]
+        q = normalized(motion.joint_orientation[:, index])
+        rate = np.zeros((len(q), 3))
+        a, b = joint_axes(joint)
+        if joint.type == "ball":
+            names += [f"{name}_{axis}" for axis in "xyz"]
+            columns.append(np.degrees(euler_xyz(q)))
+        elif joint.type == "hinge":
+            names.append(name)
+            columns.append(np.degrees(hinge_coordinates(q, rate, a)[0]))
+        elif joint.type == "universal":
+            names += [f"{name}_a", f"{name}_b"]
+            columns.append(np.degrees(universal_coordinates(q, rate, a, b)[0]))
+    return names, np.concatenate(columns, axis=1)
+
+
+def euler_xyz(quaternion: Floats) -> Floats:
+    """Angles (n, 3), rad, of turns about x, then the new y, then the new z axis: R = Rx Ry Rz.
+
+    Args:
+        quaternion: (n, 4) xyzw, of any length but 0.
+    """
+    x, y, z, w = normalized(quaternion).T
+    first = np.arctan2(2.0 * (x * w - y * z), 1.0 - 2.0 * (x * x + y * y))
+    second = np.arcsin(np.clip(2.0 * (x * z + y * w), -1.0, 1.0))
+    third = np.arctan2(2.0 * (z * w - x * y), 1.0 - 2.0 * (y * y + z * z))
+    return np.unwrap(np.stack([first, second, third], axis=-1), axis=0)
+
+
+def _muscles(motion: Recording) -> tuple[list[str], Floats]:
+    """Names and values of activations and forces, N."""
+    names = [f"{name}.{what}" for what in ("activation", "force") for name in motion.muscle_names]
+    return names, np.concatenate([motion.muscle_activation, motion.muscle_force], axis=1)
+
+
+def _text(title: str, names: list[str], table: Floats, suffix: str) -> str:
+    """The file's text; OpenSim's header unless it is comma separated."""
+    lines = io.StringIO()
+    separator = "," if suffix == ".csv" else "\t"
+    if suffix != ".csv":
+        degrees = "yes" if suffix == ".mot" else "no"
+        lines.write(f"{title}\nversion=1\nnRows={len(table)}\nnColumns={len(names)}\ninDegrees={degrees}\nendheader\n")
+    lines.write(separator.join(names) + "\n")
+    np.savetxt(lines, table, fmt="%.9g", delimiter=separator)
+    return lines.getvalue()
