@@ -316,7 +316,7 @@ class Rollout:
         """Horizontal distance from the start, (instances,), m."""
         moved = self._state.coordinates.numpy()[:, :3].astype(float) - self._start.coordinates[:, :3]
         kind = self.scene.character.root_joint
-        return np.abs(moved[:, 1]) if kind == "planar" else np.hypot(moved[:, 0], moved[:, 2])
+        return np.asarray(np.abs(moved[:, 1]) if kind == "planar" else np.hypot(moved[:, 0], moved[:, 2]))
 
     def cost(self) -> Floats:
         """Cost of every instance, (instances,), finite.

@@ -54,7 +54,8 @@ def coordinates(motion: Recording, scene: Scene) -> tuple[list[str], Floats]:
     """
     root = scene.character.root
     names = [f"{root}_t{axis}" for axis in "xyz"] + [f"{root}_{axis}" for axis in "xyz"]
-    columns = [motion.root_position, np.degrees(euler_xyz(motion.root_orientation))]
+    turned = normalized(motion.root_orientation)
+    columns: list[Floats] = [np.asarray(motion.root_position, np.float64), np.degrees(euler_xyz(turned))]
     for index, name in enumerate(motion.joint_names):
         joint = scene.character.joints[name]
         q = normalized(motion.joint_orientation[:, index])
