@@ -1,1 +1,1 @@
-"""Search strategies: ask/tell, on plain numbers."""
+"""Search strategies: ask/tell, on plain numbers in the unit cube."""

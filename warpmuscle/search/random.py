@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike
 
-Floats = NDArray[np.float64]
+from warpmuscle.search.search import Floats, Progress, checked_costs, checked_population, checked_start, frozen
+
+GENERATION = 500
 
 
 class RandomSearch:
@@ -30,3 +32,45 @@ class RandomSearch:
 
     def tell(self, candidates: Floats, costs: Floats) -> None:
         """Costs (count,) of candidates (count, P); random search learns nothing from them."""
+
+
+class RandomGenerations:
+    """Random search of the unit cube by generations; it never finishes.
+
+    Candidate k is the same for a given seed whatever the size of a generation, and the same as of `RandomSearch`.
+    """
+
+    def __init__(self, start: ArrayLike, seed: int, *, population: int | None = None) -> None:
+        """Search from a start (P,), which is the first candidate.
+
+        Args:
+            population: candidates of a generation, by default 500.
+
+        Raises:
+            Error: the start lies outside the cube, or the population is not positive.
+        """
+        self._start = checked_start(start)
+        self._population = checked_population(population, GENERATION, least=1)
+        self._source = RandomSearch(self._start, np.zeros_like(self._start), np.ones_like(self._start), seed)
+        self._progress = Progress(self._start)
+        self._asked: Floats | None = None
+
+    def ask(self) -> Floats:
+        """See `Search`."""
+        if self._asked is None:
+            self._asked = frozen(self._source.ask(self._population))
+        return self._asked
+
+    def tell(self, costs: ArrayLike) -> None:
+        """See `Search`."""
+        asked = self.ask()
+        self._progress.add(asked, checked_costs(costs, len(asked)))
+        self._asked = None
+
+    def finished(self) -> str:
+        """Never."""
+        return ""
+
+    def state(self) -> dict[str, Floats]:
+        """See `Search`; the mean is the best candidate."""
+        return self._progress.state(self._progress.best, np.nan)

@@ -1,0 +1,118 @@
+"""Searches by name."""
+
+from __future__ import annotations
+
+import difflib
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from warpmuscle.errors import Error
+from warpmuscle.search.cube import scattered
+from warpmuscle.search.random import RandomGenerations
+from warpmuscle.search.search import Floats, Search, checked_sigma, checked_start
+
+SMALLEST_SPREAD = 0.1  # of the step size that was asked for, among many searches
+
+
+def make_search(
+    name: str,
+    dimensions: int,
+    start: ArrayLike | None,
+    seed: int,
+    *,
+    population: int | None = None,
+    sigma: float | None = None,
+    restarts: str = "none",
+) -> Search:
+    """A search of the unit cube.
+
+    Args:
+        name: random, cma, cma:ipop, cma:bipop, or nlopt:ALGORITHM such as nlopt:LN_BOBYQA.
+        dimensions: how many parameters, P.
+        start: a point (P,) of the cube, None for its middle.
+        population: candidates of a generation, by default as many as the strategy recommends.
+        sigma: initial step size as a fraction of the cube's edge.
+        restarts: of cma, none, ipop or bipop, when the name does not say.
+
+    Raises:
+        Error: there is no such strategy, or it cannot be used with these settings.
+    """
+    point = np.full(dimensions, 0.5) if start is None else checked_start(start)
+    if point.shape != (dimensions,):
+        raise Error(f"the start has {len(point)} coordinates for {dimensions} parameters")
+    family, _, detail = name.partition(":")
+    if name in ("cma", "cma:ipop", "cma:bipop"):
+        from warpmuscle.search.cma import CmaSearch  # takes Matplotlib along, which takes a while
+
+        if detail and restarts not in ("none", detail):
+            raise Error(f"{name} cannot have restarts {restarts!r} as well")
+        return CmaSearch(point, seed, population=population, sigma=sigma, restarts=detail or restarts)
+    from warpmuscle.search.nlopt import UNSTOPPABLE, NloptSearch
+
+    if name not in _names() and not (family == "nlopt" and detail in UNSTOPPABLE):
+        raise Error(_unknown(name))
+    if restarts != "none":
+        raise Error(f"{name} has no restarts; cma has")
+    if family == "nlopt":
+        return NloptSearch(detail, point, seed, population=population, sigma=sigma)
+    return RandomGenerations(point, seed, population=population)
+
+
+def make_searches(
+    name: str,
+    dimensions: int,
+    start: ArrayLike | None,
+    seed: int,
+    count: int,
+    *,
+    population: int | None = None,
+    sigma: float | None = None,
+    restarts: str = "none",
+) -> list[Search]:
+    """Independent searches with seeds of their own.
+
+    The first one is as `make_search` has it, with that seed. The others start at points drawn around the start, with
+    the step size as standard deviation, and with step sizes between a tenth of that and all of it, spread evenly in
+    their logarithm. Search i is the same however many there are.
+
+    Raises:
+        Error: see `make_search`; or the count is not positive.
+    """
+    if count < 1:
+        raise Error(f"the number of searches must be positive, not {count}")
+    spread = checked_sigma(sigma)
+    searches = [make_search(name, dimensions, start, seed, population=population, sigma=sigma, restarts=restarts)]
+    center = np.full(dimensions, 0.5) if start is None else checked_start(start)
+    for child in np.random.SeedSequence(seed).spawn(count - 1):
+        generator = np.random.default_rng(child)
+        point: Floats = scattered(center, spread, generator)
+        searches.append(
+            make_search(
+                name,
+                dimensions,
+                point,
+                int(generator.integers(2**63)),
+                population=population,
+                sigma=spread * SMALLEST_SPREAD ** generator.uniform(),
+                restarts=restarts,
+            )
+        )
+    return searches
+
+
+def _names() -> list[str]:
+    """Names of all strategies."""
+    from warpmuscle.search.nlopt import algorithms
+
+    return ["random", "cma", "cma:ipop", "cma:bipop", *(f"nlopt:{algorithm}" for algorithm in algorithms())]
+
+
+def _unknown(name: str) -> str:
+    """What is wrong with a name, and the nearest ones."""
+    known = {known.lower(): known for known in _names()}
+    nearest = difflib.get_close_matches(name.lower(), known, n=3, cutoff=0.5)
+    if not nearest and name:
+        nearest = difflib.get_close_matches(f"nlopt:{name}".lower(), known, n=3)
+    nearest = nearest or ["random", "cma", "nlopt:ln_bobyqa"]
+    return f"there is no search strategy {name!r}; the nearest are {', '.join(known[low] for low in nearest)}"
