@@ -1,13 +1,16 @@
-"""Optimisation: reproducible, honest about its best, and able to stop early."""
+"""Optimisation: reproducible, honest about its best, and able to stop early. For going on later see test_resume."""
 
 import msgspec
 import numpy as np
 import pytest
 
+from test_results import assert_same
+from warpmuscle import generation
 from warpmuscle.errors import Error
-from warpmuscle.formats import load
+from warpmuscle.formats import load, toml
+from warpmuscle.number import Free
 from warpmuscle.optimize import optimize, replay
-from warpmuscle.parameters import free_parameters, start_values
+from warpmuscle.parameters import Parameter, free_parameters, from_unit, start_values, to_unit
 from warpmuscle.results import write
 from warpmuscle.rollout import Rollout
 from warpmuscle.status import Status
@@ -87,6 +90,126 @@ def test_progress_never_runs_backwards_and_comes_to_its_end(scene):
     assert [p.done for p in seen] == sorted(p.done for p in seen)
     assert [p.fraction for p in seen] == sorted(p.fraction for p in seen)
     assert (seen[-1].done, seen[-1].fraction) == (30, 1.0)
+
+
+@pytest.mark.parametrize("search", ["random", "cma", "nlopt:LN_COBYLA"])
+def test_result_depends_on_neither_threads_nor_batches(search, scene, monkeypatch):
+    options = {"search": search, "searches": 2, "population": None if search.startswith("nlopt") else 7}
+    short = msgspec.structs.replace(scene, duration=0.1)
+    whole = optimize(short, 40, seed=2, device="cpu", threads=2, **options)
+    monkeypatch.setattr(generation, "CPU_BATCH", 5)
+    assert_same(optimize(short, 40, seed=2, device="cpu", threads=1, **options), whole)
+
+
+@pytest.fixture(scope="module")
+def evolved(scene):
+    short = msgspec.structs.replace(scene, duration=0.3)
+    return optimize(short, 121, seed=1, device="cpu", search="cma", searches=2, population=10, sigma=0.2)
+
+
+def test_each_search_asks_for_its_population_in_each_generation_and_improves(evolved):
+    found, history = evolved.evaluations, evolved.searched.history
+    for search in (0, 1):
+        mine = found.search == search
+        np.testing.assert_array_equal(found.generation[mine], np.repeat(np.arange(6), 10))
+        best = history.best[history.search == search]
+        np.testing.assert_array_equal(best, found.cost[mine].reshape(6, 10).min(axis=1))
+        assert history.median[history.search == search][-1] < history.median[history.search == search][0]
+    assert np.all(history.sigma > 0.0)
+    assert [set(state) >= {"mean", "sigma", "C"} for state in evolved.searched.states] == [True, True]
+
+
+def test_scene_as_given_is_always_among_the_candidates(evolved):
+    found = evolved.evaluations
+    np.testing.assert_array_equal(found.params[0], evolved.parameters.value)
+    assert (found.search[0], np.sum(found.search == -1)) == (-1, 1)
+    assert evolved.best.cost == found.cost.min() <= found.cost[0]
+
+
+def test_budget_is_kept_to_the_candidate(scene):
+    short = msgspec.structs.replace(scene, duration=0.1)
+    result = optimize(short, 25, device="cpu", search="cma", population=10)
+    assert len(result.evaluations) == 25
+    np.testing.assert_array_equal(result.searched.history.generation, [0, 1])
+    assert result.searched.ended == "all candidates have been evaluated"
+
+
+def test_target_and_time_end_it_and_are_said_to(scene):
+    short = msgspec.structs.replace(scene, duration=0.1)
+    options = {"device": "cpu", "search": "cma", "population": 10}
+    given = optimize(short, 1, device="cpu").best.cost
+    result = optimize(short, 10_000, target=0.97 * given, **options)
+    assert result.best.cost <= 0.97 * given
+    assert result.best.index >= len(result.evaluations) - 11
+    assert result.searched.ended == "the target is reached"
+    result = optimize(short, 1_000_000, until=0.5, **options)
+    assert 0 < len(result.evaluations) < 100_000
+    assert result.searched.ended == "the time is up"
+
+
+def test_terms_of_the_objective_are_kept_with_each_candidate(scene, result):
+    found = result.evaluations
+    assert found.term_names == tuple(Rollout(scene, 1, "cpu").terms())
+    survived = found.status == Status.COMPLETED
+    torque = found.terms[:, found.term_names.index("torque")]
+    np.testing.assert_allclose(found.cost[survived], torque[survived], rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"candidates": 0}, "candidates must be positive"),
+        ({"searches": 0}, "searches must be positive"),
+        ({"until": 0.0}, "until must be positive"),
+        ({"target": np.nan}, "target must be a finite cost"),
+        ({"search": "cmb"}, "nearest are cma"),
+        ({"search": "cma", "population": 1}, "population must be at least"),
+    ],
+)
+def test_impossible_options_are_clear_errors(options, message, scene):
+    with pytest.raises(Error, match=message):
+        optimize(scene, device="cpu", **options)
+
+
+def test_unit_cube_is_linear_or_logarithmic_and_rounded_to_steps():
+    parameters = [
+        Parameter("a", 2.0, 1.0, 3.0, 0.0, ""),
+        Parameter("b", 10.0, 1.0, 100.0, 0.0, "", "log"),
+        Parameter("c", 10.0, 1.0, 100.0, 0.5, "", "log"),
+        Parameter("d", 5.0, 5.0, 5.0, 0.0, "", "log"),
+    ]
+    unit = np.array([[0.0] * 4, [0.5] * 4, [0.25] * 4, [1.0] * 4])
+    np.testing.assert_allclose(
+        from_unit(parameters, unit),
+        [[1.0, 1.0, 1.0, 5.0], [2.0, 10.0, 10.0, 5.0], [1.5, np.sqrt(10.0), 3.0, 5.0], [3.0, 100.0, 100.0, 5.0]],
+        rtol=1e-14,
+    )
+    np.testing.assert_allclose(to_unit(parameters, np.array([2.0, 10.0, 10.0, 5.0])), 0.5, rtol=1e-15)
+    random = np.random.default_rng(0).random((50, 4))
+    np.testing.assert_allclose(to_unit(parameters, from_unit(parameters, random))[:, :2], random[:, :2], atol=1e-15)
+
+
+def test_logarithmic_scale_needs_a_positive_interval_of_its_own():
+    assert Free(2.0, 1.0, 4.0, scale="log").scale == "log"
+    for members, message in (
+        ({"value": 1.0, "min": 0.0, "max": 2.0, "scale": "log"}, "positive min, not 0"),
+        ({"value": 1.0, "min": 0.0, "max": 2.0, "scale": "cubic"}, "scale must be one of linear, log"),
+        ({"same_as": "a.b", "scale": "log"}, "from that parameter, like scale"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            Free(**members)
+
+
+def test_scale_of_a_parameter_is_searched_stored_and_written(scene):
+    short = msgspec.structs.replace(scene, duration=0.1)
+    text = toml.dumps(short)
+    assert text.count("kp = { value = 300, min = 150, max = 600, step = 5 }") > 0
+    short = toml.loads(text.replace("min = 150, max = 600, step = 5 }", 'min = 0.3, max = 3000, scale = "log" }', 1))
+    result = optimize(short, 200, device="cpu")
+    index = result.parameters.scale.index("log")
+    assert result.parameters.scale.count("log") == 1
+    assert 5.0 < np.median(result.evaluations.params[:, index]) < 200.0
+    assert toml.loads(result.scene) == short
 
 
 def test_scene_without_free_parameters_is_an_error():

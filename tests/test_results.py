@@ -12,7 +12,17 @@ import pytest
 from biped import random_recording
 from warpmuscle.errors import ResultError
 from warpmuscle.recording import QUANTITIES
-from warpmuscle.results import Best, Evaluations, ParameterTable, Result, read, write
+from warpmuscle.results import (
+    Best,
+    Evaluations,
+    History,
+    Options,
+    ParameterTable,
+    Result,
+    Searched,
+    read,
+    write,
+)
 from warpmuscle.status import Status
 
 
@@ -24,26 +34,40 @@ def full_result(evaluations: int = 300) -> Result:
         cost=rng.random(evaluations),
         status=rng.integers(1, 6, evaluations),
         end_time=rng.random(evaluations),
+        search=rng.integers(-1, 2, evaluations),
+        generation=np.arange(evaluations) // 100,
+        terms=np.where(rng.random((evaluations, 3)) < 0.1, np.nan, 1.0),
+        term_names=("torque", "fall", "speed"),
     )
     table = ParameterTable(
-        ("controller.pd.lHip.kp", "kd ü"), ("N m/rad", "1"), np.zeros(2), np.ones(2), np.array([0.0, 0.1]), np.ones(2)
+        ("controller.pd.lHip.kp", "kd ü"), ("N m/rad", "1"), np.zeros(2), np.ones(2), np.array([0.0, 0.1]), np.ones(2),
+        ("log", "linear"),
+    )  # fmt: skip
+    history = History(
+        *np.arange(6).reshape(2, 3), *rng.random((3, 3)), np.array([0.1, np.nan, 0.2]), np.array([0, 1, 2**32 - 1])
     )
+    states = {"mean": np.ones(2), "sigma": np.array(0.1), "C": np.eye(2)}, {"sigma": np.array(np.nan)}
+    searched = Searched(Options("cma", searches=2, sigma=0.3, target=1.5), "the target is reached", history, states)
     best = Best(found.params[7], float(found.cost[7]), 7)
     replays = (random_recording(muscles=4), random_recording(30, joints=2, seed=1))
-    return Result('name = "größe"\n', "cpu", "optimize a.toml", 42, table, found, best, replays)
+    return Result('name = "größe"\n', "cpu", "optimize a.toml", 42, table, found, best, replays, searched)
 
 
 def plain_result() -> Result:
     """A result without free parameters, evaluations, replays."""
-    return Result("", "cuda:0", "simulate", 0, ParameterTable((), (), *np.zeros((4, 0))))
+    return Result("", "cuda:0", "simulate", 0, ParameterTable((), (), *np.zeros((4, 0)), ()))
 
 
 def assert_same(a: object, b: object) -> None:
-    """Compare dataclasses of arrays field by field."""
+    """Compare dataclasses, tables and tuples of arrays member by member."""
     if dataclasses.is_dataclass(a):
         for field in dataclasses.fields(a):
             assert_same(getattr(a, field.name), getattr(b, field.name))
-    elif isinstance(a, tuple) and a and dataclasses.is_dataclass(a[0]):
+    elif isinstance(a, dict):
+        assert a.keys() == b.keys()
+        for name in a:
+            assert_same(a[name], b[name])
+    elif isinstance(a, tuple) and a and not isinstance(a[0], str):
         assert len(a) == len(b)
         for one, other in zip(a, b, strict=True):
             assert_same(one, other)
@@ -63,6 +87,15 @@ def test_same_result_gives_the_same_bytes(tmp_path: Path):
     assert (tmp_path / "a").read_bytes() == (tmp_path / "b").read_bytes()
     with h5py.File(tmp_path / "a") as file:
         assert h5py.h5o.get_info(file["evaluations/cost"].id).mtime == 0
+
+
+def test_candidates_take_less_than_100_bytes_beside_their_parameters(tmp_path: Path):
+    result, count = full_result(20_000), 20_000
+    numbers, random = np.arange(count), np.random.default_rng(0).random((5, count))
+    history = History(numbers, numbers % 3, *random[:4], np.asarray(random[4] * 2**32, dtype=np.int64))
+    searched = dataclasses.replace(result.searched, history=history)  # a generation a candidate, as of nlopt
+    write(tmp_path / "a.h5", dataclasses.replace(result, replays=(), searched=searched))
+    assert (tmp_path / "a.h5").stat().st_size < count * (100 + 2 * 8)
 
 
 def test_file_tells_foreign_readers_what_it_holds(tmp_path: Path):

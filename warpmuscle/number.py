@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import math
+from typing import Literal, get_args
 
 import msgspec
+
+Scale = Literal["linear", "log"]
 
 
 class Free(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
@@ -18,15 +21,18 @@ class Free(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_default
     value: float | None = None
     min: float | None = None
     max: float | None = None
-    step: float = 0.0  # precision of the random search; 0 means continuous
+    step: float = 0.0  # precision of the search; 0 means continuous
     same_as: str = ""  # path of the parameter that this number follows
     factor: float = 1.0  # times that parameter
+    scale: Scale = "linear"  # steps of a search: equal differences, or equal ratios, which suits gains and stiffnesses
 
     def __post_init__(self) -> None:
         """Raise ValueError, which a reader reports with file, line and key, unless the declaration is complete."""
         if self.same_as:
-            if (self.value, self.min, self.max, self.step) != (None, None, None, 0.0):
-                raise ValueError("a number with `same_as` takes value, min, max and step from that parameter")
+            if (self.value, self.min, self.max, self.step, self.scale) != (None, None, None, 0.0, "linear"):
+                raise ValueError(
+                    "a number with `same_as` takes value, min, max and step from that parameter, like scale"
+                )
             if not math.isfinite(self.factor):
                 raise ValueError("the factor must be finite")
             return
@@ -42,6 +48,10 @@ class Free(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_default
             raise ValueError(f"value {self.value:g} is outside its interval [{self.min:g}, {self.max:g}]")
         if self.step < 0.0:
             raise ValueError(f"step {self.step:g} is negative")
+        if self.scale not in get_args(Scale):  # for those made in Python
+            raise ValueError(f"scale must be one of {', '.join(get_args(Scale))}, not {self.scale!r}")
+        if self.scale == "log" and self.min <= 0.0:
+            raise ValueError(f"a logarithmic scale needs a positive min, not {self.min:g}")
 
 
 Number = float | Free

@@ -1,37 +1,28 @@
-"""Optimisation of a scene's free parameters: candidates from a search, evaluated in batches."""
+"""Optimisation of a scene's free parameters: searches ask for candidates, batches of simulations evaluate them."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import replace as changed
+from pathlib import Path
 
 import numpy as np
 
 from warpmuscle.arrays import Floats
-from warpmuscle.errors import Error
+from warpmuscle.campaign import Campaign
+from warpmuscle.errors import Error, ResultError
 from warpmuscle.formats import toml
-from warpmuscle.parameters import Parameter, free_parameters, snap, start_values
+from warpmuscle.generation import Batches, OtherCandidates
+from warpmuscle.keeper import Keeper
+from warpmuscle.parameters import Parameter, free_parameters, start_values, to_unit
+from warpmuscle.progress import Progress, Tracker
 from warpmuscle.recording import Recording
-from warpmuscle.results import Best, Evaluations, ParameterTable, Result
+from warpmuscle.records import Evaluations, History, Options, ParameterTable, Result, best_of
 from warpmuscle.rollout import Rollout
 from warpmuscle.scene import Scene
-from warpmuscle.search.random import RandomSearch
-from warpmuscle.status import Status
+from warpmuscle.search.strategies import make_searches
 
-CPU_BATCH = 500  # small enough that finished candidates come in all along
-GPU_BATCH = 65536
-
-
-@dataclass(frozen=True)
-class Progress:
-    """How far an optimisation has come."""
-
-    candidates: int  # to be evaluated in all
-    done: int  # of them evaluated to their end
-    alive: int  # still walking in the batch that runs now
-    best: float  # least cost so far; infinite before the first candidate has ended
-    simulated: float  # s of motion computed so far, summed over instances
-    fraction: float  # of all the work, counting a failed candidate as done, 0..1
+Tell = Callable[[Progress], None]
 
 
 def optimize(
@@ -40,50 +31,117 @@ def optimize(
     seed: int = 1,
     device: str | None = None,
     *,
+    search: str = "random",
+    searches: int = 1,
+    population: int | None = None,
+    sigma: float | None = None,
+    restarts: str = "none",
+    until: float | None = None,
+    target: float | None = None,
+    output: str | Path | None = None,
     threads: int | None = None,
     command: str = "",
-    progress: Callable[[Progress], None] | None = None,
+    progress: Tell | None = None,
 ) -> Result:
-    """Evaluate candidates drawn at random within the intervals of the scene's free parameters.
+    """Search for the values of the scene's free parameters that have the least cost.
 
-    The first candidate is the scene as it is. A KeyboardInterrupt ends the search; what was evaluated by then is
-    returned.
+    The first generation has the scene as it is among its candidates. A KeyboardInterrupt ends the search; what was
+    evaluated by then is returned. The result depends on neither threads nor the size of batches.
 
     Args:
-        candidates: how many to evaluate.
-        seed: of the search; the same seed gives the same result on the same kind of device.
+        scene: with free parameters.
+        candidates: how many to evaluate, in all searches together.
+        seed: of the searches; the same seed gives the same result on the same kind of device.
         device: see `Rollout`. threads: CPU threads, by default one a core.
+        search: the strategy, see `search.strategies`.
+        searches: how many independent ones at the same time, all in the same batches.
+        population: candidates a generation of each search; by default the strategy's own.
+        sigma: first step size, as a part of each parameter's interval; by default the strategy's own.
+        restarts: how a search that has converged begins again, see `search.strategies`.
+        until: s of wall time after which no other batch begins.
+        target: cost at which to end.
+        output: result file to keep while the search goes on, so that `resume` can continue it after a kill or a
+            failure at any moment; a file of that name is replaced.
         command: put into the result as what made it.
         progress: called several times a second of work.
 
     Raises:
-        Error: the scene has no free parameters, or the search was interrupted before any candidate had ended.
+        Error: the scene has no free parameters, an option is impossible, the output cannot be written, or the search
+            was interrupted before any candidate had ended.
     """
-    parameters = free_parameters(scene)
-    if not parameters:
-        raise Error(
-            "this scene has no free parameters: write a number in it as { value = .., min = .., max = .., step = .. }"
-        )
-    if candidates < 1:
-        raise Error(f"the number of candidates must be positive, not {candidates}")
-    search = RandomSearch(
-        start_values(scene), np.array([p.min for p in parameters]), np.array([p.max for p in parameters]), seed
-    )
-    evaluations, used = _evaluate(scene, parameters, search, candidates, device, threads, progress)
-    if len(evaluations.cost) == 0:
-        raise Error("interrupted before any candidate had ended: nothing to keep")
-    index = int(np.argmin(evaluations.cost))
-    best = Best(params=evaluations.params[index], cost=float(evaluations.cost[index]), index=index)
-    return Result(
+    options = Options(search, searches, population, sigma, restarts, candidates, until, target)
+    _check(options)
+    parameters = _parameters(scene)
+    tracker = Tracker(options.candidates, options.until, progress)
+    batches = Batches(scene, device, threads)
+    if search == "random" and population is None:
+        options = changed(options, population=max(batches.largest // searches, 1))
+    campaign = _campaign(scene, seed, options, batches, tracker)
+    start = Result(
         scene=toml.dumps(scene),
-        device=used,
+        device=batches.device,
         command=command,
         seed=seed,
         parameters=parameter_table(parameters),
-        evaluations=evaluations,
-        best=best,
-        replays=(replay(scene, np.asarray(best.params, dtype=np.float64), used),),
+        evaluations=campaign.evaluations(),
+        searched=campaign.searched(""),
     )
+    if output is None:
+        return _finished(scene, campaign, start, campaign.run(lambda generation: None))
+    with Keeper.begin(Path(output), start) as keeper:
+        return _kept(scene, campaign, start, keeper)
+
+
+def resume(
+    path: str | Path,
+    candidates: int | None = None,
+    device: str | None = None,
+    *,
+    until: float | None = None,
+    target: float | None = None,
+    threads: int | None = None,
+    command: str = "",
+    progress: Tell | None = None,
+) -> Result:
+    """Go on with a search that was interrupted or killed, or has come to its end, as if it had not been.
+
+    Scene, seed and options are those of the file; what it holds is not evaluated again.
+
+    Args:
+        path: result file of `optimize(output=...)`, which is kept up further.
+        candidates: how many more to evaluate; by default what is left of those asked for first.
+        device: by default that of the file; on one of another kind costs differ in their last bits.
+        until: s of wall time from now, by default as many as at first. target: cost, by default the one asked for.
+        threads, progress: as in `optimize`. command: put into the result below the earlier one.
+
+    Raises:
+        Error: the file cannot be read or written, holds no search, or was made by versions of this program or its
+            libraries that ask for other candidates.
+    """
+    path = Path(path)
+    keeper, earlier, known = Keeper.resume(path)
+    with keeper:
+        assert earlier.searched is not None
+        evaluated = sum(map(len, known.values()))
+        options = earlier.searched.options
+        options = changed(
+            options,
+            candidates=options.candidates if candidates is None else evaluated + candidates,
+            until=options.until if until is None else until,
+            target=options.target if target is None else target,
+        )
+        _check(options)
+        scene = toml.loads(earlier.scene)
+        tracker = Tracker(options.candidates, options.until, progress)
+        batches = Batches(scene, device or earlier.device, threads)
+        campaign = _campaign(scene, earlier.seed, options, batches, tracker, known, earlier.searched.history)
+        commands = "\n".join(filter(None, (earlier.command, command)))
+        start = Result(earlier.scene, batches.device, commands, earlier.seed, earlier.parameters)
+        try:
+            return _kept(scene, campaign, start, keeper)
+        except OtherCandidates as error:
+            made = ", ".join(f"{name} {version}" for name, version in earlier.versions.items())
+            raise ResultError(f"{path}: cannot be continued here: {error}; it was made by {made}") from None
 
 
 def replay(scene: Scene, values: Floats, device: str | None = None) -> Recording:
@@ -103,79 +161,70 @@ def parameter_table(parameters: list[Parameter]) -> ParameterTable:
         max=np.array([p.max for p in parameters]),
         step=np.array([p.step for p in parameters]),
         value=np.array([p.value for p in parameters]),
+        scale=tuple(p.scale for p in parameters),
     )
 
 
-def _evaluate(
+def _parameters(scene: Scene) -> list[Parameter]:
+    """The free parameters; Error if there is none."""
+    parameters = free_parameters(scene)
+    if not parameters:
+        raise Error(
+            "this scene has no free parameters: write a number in it as { value = .., min = .., max = .., step = .. }"
+        )
+    return parameters
+
+
+def _check(options: Options) -> None:
+    """Raise Error for options that no strategy has to know."""
+    for name in ("candidates", "searches", "population", "sigma", "until"):
+        value = getattr(options, name)
+        if value is not None and not 0 < value < np.inf:
+            raise Error(f"{name} must be positive, not {value}")
+    if options.target is not None and not np.isfinite(options.target):
+        raise Error(f"the target must be a finite cost, not {options.target}")
+
+
+def _campaign(
     scene: Scene,
-    parameters: list[Parameter],
-    search: RandomSearch,
-    candidates: int,
-    device: str | None,
-    threads: int | None,
-    progress: Callable[[Progress], None] | None,
-) -> tuple[Evaluations, str]:
-    """Evaluate in batches until all are done or the user interrupts; also the name of the device."""
-    parts: list[Evaluations] = []
-    now = Progress(candidates, done=0, alive=0, best=np.inf, simulated=0.0, fraction=0.0)
-    rollout = Rollout(scene, 1, device, threads=threads)
-    name, largest = str(rollout.device), CPU_BATCH if rollout.device.is_cpu else GPU_BATCH
-    try:
-        if progress is not None:
-            progress(now)
-        while now.done < candidates:
-            count = min(largest, candidates - now.done)
-            values = snap(parameters, search.ask(count))
-            if now.done == 0:
-                values[0] = start_values(scene)  # the scene as it is, also where it lies between the steps
-            if rollout.instances != count:
-                rollout = Rollout(scene, count, name, threads=threads)
-            rollout.set_parameters(values)
-
-            def report(batch: Rollout, before: Progress = now) -> None:
-                if progress is not None:
-                    progress(_progress(batch, before))
-
-            try:
-                rollout.run(progress=report)
-            finally:
-                parts.append(_ended(rollout, values))
-            search.tell(values, rollout.cost())
-            now = _progress(rollout, now)
-    except KeyboardInterrupt:
-        pass
-    return _joined(parts, len(parameters)), name
+    seed: int,
+    options: Options,
+    batches: Batches,
+    tracker: Tracker,
+    known: dict[int, Evaluations] | None = None,
+    history: History | None = None,
+) -> Campaign:
+    parameters = free_parameters(scene)
+    searches = make_searches(
+        options.strategy, len(parameters), to_unit(parameters, start_values(scene)), seed, options.searches,
+        population=options.population, sigma=options.sigma, restarts=options.restarts,
+    )  # fmt: skip
+    return Campaign(scene, options, searches, batches, tracker, known, history)
 
 
-def _progress(batch: Rollout, before: Progress) -> Progress:
-    """Progress with a batch as far as it has come, from the progress before that batch."""
-    ended = (batch.status() != Status.RUNNING) | (batch.time >= batch.scene.duration)
-    alive = int(np.count_nonzero(~ended))
-    costs = batch.cost()[ended]
-    part = batch.instances - alive + alive * batch.time / batch.scene.duration
-    return Progress(
-        candidates=before.candidates,
-        done=before.done + batch.instances - alive,
-        alive=alive,
-        best=min(before.best, float(costs.min())) if len(costs) else before.best,
-        simulated=before.simulated + float(batch.end_time().sum()),
-        fraction=(before.done + part) / before.candidates,
-    )
+def _kept(scene: Scene, campaign: Campaign, start: Result, keeper: Keeper) -> Result:
+    """Run, with all generations on the disk as they come."""
+
+    def keep(generation: Evaluations) -> None:
+        keeper.put(generation, campaign.tracker.done, lambda: _so_far(campaign, start))
+
+    ended = campaign.run(keep)
+    if len(campaign.evaluations()) == 0:
+        keeper.finish(_so_far(campaign, start, ended))
+    result = _finished(scene, campaign, start, ended)
+    keeper.finish(result)
+    return result
 
 
-def _ended(rollout: Rollout, values: Floats) -> Evaluations:
-    """The candidates of a batch that have come to an end."""
-    ended = rollout.status() != Status.RUNNING
-    return Evaluations(values[ended], rollout.cost()[ended], rollout.status()[ended], rollout.end_time()[ended])
+def _so_far(campaign: Campaign, start: Result, ended: str = "") -> Result:
+    evaluations = campaign.evaluations()
+    return changed(start, evaluations=evaluations, best=best_of(evaluations), searched=campaign.searched(ended))
 
 
-def _joined(parts: list[Evaluations], parameters: int) -> Evaluations:
-    """Evaluations one behind the other."""
-    if not parts:
-        return Evaluations(np.zeros((0, parameters)), np.zeros(0), np.zeros(0, dtype=np.int32), np.zeros(0))
-    return Evaluations(
-        params=np.concatenate([part.params for part in parts]),
-        cost=np.concatenate([part.cost for part in parts]),
-        status=np.concatenate([part.status for part in parts]),
-        end_time=np.concatenate([part.end_time for part in parts]),
-    )
+def _finished(scene: Scene, campaign: Campaign, start: Result, ended: str) -> Result:
+    """The result with the motion of its best candidate."""
+    result = _so_far(campaign, start, ended)
+    if result.best is None:
+        raise Error(f"{ended} before any candidate had ended: nothing to keep")
+    best = np.asarray(result.best.params, dtype=np.float64)
+    return changed(result, replays=(replay(scene, best, result.device),))

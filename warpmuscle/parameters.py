@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warpmuscle.errors import Error, SceneError
-from warpmuscle.number import Free, Number
+from warpmuscle.number import Free, Number, Scale
 from warpmuscle.scene import Scene
 
 Floats = NDArray[np.float64]
@@ -41,6 +41,7 @@ class Parameter:
     max: float
     step: float  # precision; 0 if continuous
     unit: str  # such as "N m/rad"; empty for a pure number
+    scale: Scale = "linear"  # of the unit interval that a search sees
 
 
 def leaves(value: Any, key: str = "") -> Iterator[tuple[str, Any]]:
@@ -56,7 +57,7 @@ def leaves(value: Any, key: str = "") -> Iterator[tuple[str, Any]]:
 def free_parameters(scene: Scene) -> list[Parameter]:
     """The free parameters of a scene in order of appearance; numbers that follow another one are left out."""
     return [
-        Parameter(key, number.value, number.min, number.max, number.step, _unit(key))
+        Parameter(key, number.value, number.min, number.max, number.step, _unit(key), number.scale)
         for key, number in leaves(scene)
         if isinstance(number, Free) and number.value is not None and number.min is not None and number.max is not None
     ]
@@ -156,6 +157,38 @@ def snap(parameters: Sequence[Parameter], values: Floats) -> Floats:
             column = np.round(parameter.min + steps * parameter.step, digits)
         snapped[..., index] = np.clip(column, parameter.min, parameter.max)
     return snapped
+
+
+def from_unit(parameters: Sequence[Parameter], unit: Floats) -> Floats:
+    """Values of the parameters at points of the unit cube, in which searches work, to the parameters' precision.
+
+    Args:
+        parameters: P parameters.
+        unit: (..., P), 0 at a parameter's min and 1 at its max, linear or logarithmic between them.
+
+    Returns:
+        (..., P), snapped (see `snap`).
+    """
+    values = np.array(unit, dtype=np.float64)
+    for index, parameter in enumerate(parameters):
+        if parameter.scale == "log":
+            values[..., index] = parameter.min * np.exp(values[..., index] * np.log(parameter.max / parameter.min))
+        else:
+            values[..., index] = parameter.min + values[..., index] * (parameter.max - parameter.min)
+    return snap(parameters, values)
+
+
+def to_unit(parameters: Sequence[Parameter], values: Floats) -> Floats:
+    """Points of the unit cube where the parameters have these values, (..., P); 0.5 where an interval has no width."""
+    unit = np.full(np.shape(values), 0.5)
+    for index, parameter in enumerate(parameters):
+        if parameter.max > parameter.min:
+            column = np.asarray(values, dtype=np.float64)[..., index]
+            if parameter.scale == "log":
+                unit[..., index] = np.log(column / parameter.min) / np.log(parameter.max / parameter.min)
+            else:
+                unit[..., index] = (column - parameter.min) / (parameter.max - parameter.min)
+    return np.asarray(np.clip(unit, 0.0, 1.0))
 
 
 def _members(value: Any) -> list[tuple[str, Any]] | None:

@@ -1,17 +1,24 @@
 """Result files: HDF5 that says what it holds, written whole or not at all.
 
 The layout is a contract with readers in other languages; README of the project tells it to users:
-`/scene` (TOML text), `/parameters`, `/evaluations`, `/best`, `/replay/<k>`, and what produced it as attributes of the
-root. There are no time stamps, so that the same result gives the same bytes.
+
+- attributes of `/`: `format`, `format_version`, versions of what produced it, `device`, `command`, `seed`
+- `/scene`: TOML text
+- `/parameters/{name, unit, min, max, step, value, scale}`: (P,)
+- `/evaluations/{params, cost, status, end_time, search, generation}`: (N, P) and (N,); `terms` (N, T), `term_names`
+- `/best/{params, cost, index}`
+- `/history/{generation, search, best, median, spread, sigma, asks_crc32}`: (H,), a row for each generation of a search
+- `/searches`: the options of the optimisation as attributes, `strategy`, `searches`, `restarts`, `candidates`, `ended`,
+  and `population`, `sigma`, `until`, `target` where given; `/searches/<k>/...`: what search k knows, such as its mean
+- `/replay/<k>/...`: motion, see `warpmuscle.recording.QUANTITIES`
+
+There are no time stamps, so that the same result gives the same bytes.
 """
 
 from __future__ import annotations
 
 import io
-import platform
-from collections.abc import Mapping
-from dataclasses import dataclass, field
-from importlib.metadata import PackageNotFoundError, version
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
@@ -21,70 +28,38 @@ from numpy.typing import NDArray
 
 from warpmuscle.errors import ResultError, SceneError
 from warpmuscle.formats.files import replace_file
-from warpmuscle.recording import INTEGER_QUANTITIES, MUSCLE_QUANTITIES, QUANTITIES, Floats, Integers, Recording
+from warpmuscle.recording import INTEGER_QUANTITIES, MUSCLE_QUANTITIES, QUANTITIES, Recording
+from warpmuscle.records import (
+    COLUMNS,
+    PACKAGES,
+    Best,
+    Evaluations,
+    History,
+    Options,
+    ParameterTable,
+    Result,
+    Searched,
+    installed_versions,
+)
 from warpmuscle.status import Status
+
+__all__ = [
+    "Best", "Evaluations", "History", "Options", "ParameterTable", "Result", "Searched", "installed_versions", "read",
+    "write",
+]  # fmt: skip
 
 FORMAT = "warpmuscle"
 FORMAT_VERSION = 1
 _COMPRESS_FROM = 4096  # bytes; smaller arrays are stored as they are
-_PACKAGES = {"warpmuscle": "warpmuscle", "warp": "warp-lang", "numpy": "numpy", "h5py": "h5py"}
-
-
-def installed_versions() -> dict[str, str]:
-    """Versions of what produces a result here, by name; "unknown" for a package without metadata."""
-    found = {"python": platform.python_version()}
-    for name, package in _PACKAGES.items():
-        try:
-            found[name] = version(package)
-        except PackageNotFoundError:
-            found[name] = "unknown"
-    return found
-
-
-@dataclass(frozen=True)
-class ParameterTable:
-    """The free parameters of a scene: P dimensions of a search."""
-
-    name: tuple[str, ...]  # path in the scene
-    unit: tuple[str, ...]
-    min: Floats  # (P,)
-    max: Floats  # (P,)
-    step: Floats  # (P,), 0 means continuous
-    value: Floats  # (P,), of the scene as stored in the same file
-
-
-@dataclass(frozen=True)
-class Evaluations:
-    """N candidates in the order in which they were evaluated."""
-
-    params: Floats  # (N, P)
-    cost: Floats  # (N,)
-    status: Integers  # (N,), numbers of `Status`
-    end_time: Floats  # (N,), s, simulated time at which the instance ended
-
-
-@dataclass(frozen=True)
-class Best:
-    """The candidate of least cost."""
-
-    params: Floats  # (P,)
-    cost: float
-    index: int  # row of the evaluations
-
-
-@dataclass(frozen=True)
-class Result:
-    """All that a run leaves behind; evaluations and best are None for a run that searched nothing."""
-
-    scene: str  # TOML text
-    device: str
-    command: str
-    seed: int
-    parameters: ParameterTable
-    evaluations: Evaluations | None = None
-    best: Best | None = None
-    replays: tuple[Recording, ...] = ()
-    versions: Mapping[str, str] = field(default_factory=installed_versions)
+_HISTORY = {
+    "generation": "number of the generation",
+    "search": "number of the search",
+    "best": "least cost of that search in that generation",
+    "median": "median cost of that search in that generation",
+    "spread": "standard deviation of its candidates in the unit cube, root mean square over parameters",
+    "sigma": "step size of the search after the generation, in the unit cube; not a number if it has none",
+    "asks_crc32": "CRC-32 of its candidates in the unit cube, float64 by rows, to tell a resumed search by",
+}
 
 
 def write(path: str | Path, result: Result) -> None:
@@ -135,6 +110,8 @@ def _image(result: Result) -> bytes:
             _put_evaluations(file, result.evaluations, len(result.parameters.name))
         if result.best is not None:
             _put_best(file, result.best)
+        if result.searched is not None:
+            _put_searched(file, result.searched)
         for number, recording in enumerate(result.replays):
             _put_recording(file.create_group(f"replay/{number}", track_order=True), recording)
     return memory.getvalue()
@@ -153,6 +130,7 @@ def _put_parameters(file: Any, parameters: ParameterTable) -> None:
     }.items():
         array = _shaped(f"parameters/{name}", getattr(parameters, name), (count,))
         _put(group, name, array, axes="parameter", description=description)
+    _put(group, "scale", parameters.scale, axes="parameter", description="of the unit interval from min to max")
 
 
 def _put_evaluations(file: Any, evaluations: Evaluations, parameter_count: int) -> None:
@@ -168,6 +146,17 @@ def _put_evaluations(file: Any, evaluations: Evaluations, parameter_count: int) 
         group["status"].attrs[member.name] = int(member)
     _put(group, "end_time", _shaped("evaluations/end_time", evaluations.end_time, (count,)), units="s",
          axes="evaluation", description="simulated time at which the instance ended")  # fmt: skip
+    for name, description in {
+        "search": "number of the search that asked for it, -1 for the scene as given",
+        "generation": "generation in which it was asked for",
+    }.items():
+        numbers = np.asarray(_shaped(f"evaluations/{name}", getattr(evaluations, name), (count,)), dtype=np.int32)
+        _put(group, name, numbers, axes="evaluation", description=description)
+    if evaluations.term_names:
+        terms = _shaped("evaluations/terms", evaluations.terms, (count, len(evaluations.term_names)))
+        _put(group, "terms", terms, axes="evaluation, term", finite=False,
+             description="terms of the objective, unweighted; not a number where an instance diverged")  # fmt: skip
+        _put(group, "term_names", evaluations.term_names, axes="term", description="terms of the objective")
 
 
 def _put_best(file: Any, best: Best) -> None:
@@ -175,6 +164,23 @@ def _put_best(file: Any, best: Best) -> None:
     _put(group, "params", np.asarray(best.params), axes="parameter", description="in units of /parameters/unit")
     _put(group, "cost", np.float64(best.cost), description="least value of the objective")
     _put(group, "index", np.int64(best.index), description="row of /evaluations")
+
+
+def _put_searched(file: Any, searched: Searched) -> None:
+    count = len(searched.history.generation)
+    group = file.create_group("history", track_order=True)
+    for name, description in _HISTORY.items():
+        array = _shaped(f"history/{name}", getattr(searched.history, name), (count,))
+        _put(group, name, array, axes="generation of a search", description=description, finite=name != "sigma")
+    group = file.create_group("searches", track_order=True)
+    for field in fields(Options):
+        if (value := getattr(searched.options, field.name)) is not None:
+            group.attrs[field.name] = value
+    group.attrs["ended"] = searched.ended
+    for number, state in enumerate(searched.states):
+        inner = group.create_group(str(number), track_order=True)
+        for name in sorted(state):
+            _put(inner, name, state[name], description="state of the search, in the unit cube", finite=False)
 
 
 def _put_recording(group: Any, recording: Recording) -> None:
@@ -189,17 +195,19 @@ def _put_recording(group: Any, recording: Recording) -> None:
         _put(group, name, array, quantity.units, ", ".join(quantity.axes), quantity.description)
 
 
-def _put(group: Any, name: str, data: Any, units: str = "", axes: str = "", description: str = "") -> None:
+def _put(
+    group: Any, name: str, data: Any, units: str = "", axes: str = "", description: str = "", finite: bool = True
+) -> None:
     """Store a string, strings, a number or an array, with its attributes.
 
     Raises:
-        ResultError: a number is not finite.
+        ResultError: a number is not finite, though all are to be.
     """
     if isinstance(data, (str, tuple)):
         array: NDArray[Any] = np.asarray(data, dtype=h5py.string_dtype())
     else:
         array = np.asarray(data)
-        if not np.isfinite(array).all():
+        if finite and not np.isfinite(array).all():
             raise ResultError(f"{group.name.rstrip('/')}/{name} holds a value that is not finite; nothing was written")
     packed = {"compression": "gzip", "compression_opts": 4, "shuffle": True} if array.nbytes >= _COMPRESS_FROM else {}
     dataset = group.create_dataset(name, data=array, **(packed if array.dtype.kind in "fi" else {}))
@@ -238,17 +246,34 @@ def _load(file: Any) -> Result:
         evaluations=_load_evaluations(file["evaluations"]) if "evaluations" in file else None,
         best=_load_best(file["best"]) if "best" in file else None,
         replays=tuple(_load_recording(groups[str(number)]) for number in range(len(groups))),
-        versions={name: str(file.attrs[f"{name}_version"]) for name in ("python", *_PACKAGES)},
+        searched=_load_searched(file) if "searches" in file else None,
+        versions={name: str(file.attrs[f"{name}_version"]) for name in ("python", *PACKAGES)},
     )
 
 
 def _load_parameters(group: Any) -> ParameterTable:
     numbers = {name: group[name][()] for name in ("min", "max", "step", "value")}
-    return ParameterTable(_strings(group["name"]), _strings(group["unit"]), **numbers)
+    names, units = _strings(group["name"]), _strings(group["unit"])
+    scale = _strings(group["scale"]) if "scale" in group else ("linear",) * len(names)  # files of before there was one
+    return ParameterTable(names, units, **numbers, scale=scale)
 
 
 def _load_evaluations(group: Any) -> Evaluations:
-    return Evaluations(group["params"][()], group["cost"][()], group["status"][()], group["end_time"][()])
+    count = len(group["cost"])
+    none = np.zeros(count, dtype=np.int32)  # files of before there were searches and generations
+    columns: dict[str, Any] = {name: group[name][()] if name in group else none for name in COLUMNS}
+    terms = group["terms"][()] if "terms" in group else np.zeros((count, 0))
+    names = _strings(group["term_names"]) if "term_names" in group else ()
+    return Evaluations(**columns, terms=terms, term_names=names)
+
+
+def _load_searched(file: Any) -> Searched:
+    group, attributes = file["searches"], file["searches"].attrs
+    given = {field.name: attributes[field.name] for field in fields(Options) if field.name in attributes}
+    options = Options(**{name: value.item() if hasattr(value, "item") else value for name, value in given.items()})
+    history = History(**{name: file[f"history/{name}"][()] for name in _HISTORY})
+    states = ({name: array[()] for name, array in group[str(number)].items()} for number in range(len(group)))
+    return Searched(options, str(attributes["ended"]), history, tuple(states))
 
 
 def _load_best(group: Any) -> Best:

@@ -1,0 +1,145 @@
+"""One generation of candidates: asked for by searches, evaluated in batches, some of it perhaps known from before."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warpmuscle.arrays import Floats, Ints
+from warpmuscle.errors import Error
+from warpmuscle.progress import Tracker
+from warpmuscle.records import Evaluations
+from warpmuscle.rollout import Rollout
+from warpmuscle.scene import Scene
+from warpmuscle.status import Status
+
+CPU_BATCH = 500  # small enough that finished candidates come in all along
+GPU_BATCH = 65536
+_ROLLOUTS = 2  # sizes of batches that are kept ready: full ones and the rest
+
+
+class OtherCandidates(Error):
+    """A search that is repeated asks for other candidates than it did before."""
+
+    def __init__(self, generation: int) -> None:
+        super().__init__(f"generation {generation} of the search asks for other candidates than were evaluated")
+
+
+class Generation:
+    """The candidates of one generation, n rows, and what has become of them.
+
+    Attributes:
+        number: of the generation.
+        search: (n,), number of the search that asked for a row, -1 for the scene as given.
+        values: (n, P), of the parameters.
+        cost: (n,). status: (n,), `RUNNING` where a row is yet to be evaluated. end_time: (n,), s. terms: (n, T).
+    """
+
+    def __init__(self, number: int, search: Ints, values: Floats, term_names: tuple[str, ...]) -> None:
+        count = len(values)
+        self.number, self.search, self.values, self.term_names = number, search, values, term_names
+        self.cost, self.end_time, self.terms = np.zeros(count), np.zeros(count), np.zeros((count, len(term_names)))
+        self.status = np.full(count, Status.RUNNING, dtype=np.int32)
+
+    @property
+    def complete(self) -> bool:
+        """Whether all rows have been evaluated."""
+        return bool(np.all(self.status != Status.RUNNING))
+
+    def missing(self) -> NDArray[np.intp]:
+        """Rows that are yet to be evaluated, in order."""
+        return np.flatnonzero(self.status == Status.RUNNING)
+
+    def evaluations(self) -> Evaluations:
+        """The rows that have been evaluated, in order."""
+        numbers = np.full(len(self.values), self.number, dtype=np.int32)
+        whole = Evaluations(
+            self.values, self.cost, self.status, self.end_time, self.search, numbers, self.terms, self.term_names
+        )
+        return whole.rows(self.status != Status.RUNNING)
+
+    def recall(self, known: Evaluations) -> None:
+        """Take over what was evaluated before, a part of these candidates in the same order.
+
+        Raises:
+            OtherCandidates: they are others.
+        """
+        rows = _places(np.asarray(known.params, dtype=np.float64), self.values)
+        if rows is None or known.term_names != self.term_names or np.any(known.search != self.search[rows]):
+            raise OtherCandidates(self.number)
+        self.cost[rows], self.status[rows], self.end_time[rows] = known.cost, known.status, known.end_time
+        self.terms[rows] = known.terms
+
+    def take(self, rows: NDArray[np.intp], batch: Rollout) -> None:
+        """Take what has ended of the batch that evaluates these rows."""
+        ended = batch.status() != Status.RUNNING
+        rows = rows[ended]
+        self.cost[rows], self.end_time[rows] = batch.cost()[ended], batch.end_time()[ended]
+        for index, values in enumerate(batch.terms().values()):
+            self.terms[rows, index] = values[ended]
+        self.status[rows] = batch.status()[ended]
+
+
+class Batches:
+    """Evaluates generations of any size on a device, in batches of a size that suits it.
+
+    What a candidate becomes does not depend on its batch, so neither does it on how many there are.
+    """
+
+    def __init__(self, scene: Scene, device: str | None, threads: int | None) -> None:
+        """Prepare; see `Rollout` for device and threads, and for what it raises."""
+        self._scene, self._threads = scene, threads
+        first = Rollout(scene, 1, device, threads=threads)
+        self.device = str(first.device)
+        self.largest = CPU_BATCH if first.device.is_cpu else GPU_BATCH
+        self.term_names = tuple(first.terms())
+        self._rollouts: dict[int, Rollout] = {1: first}
+
+    def evaluate(self, generation: Generation, limit: int, tracker: Tracker, enough: Callable[[], Any]) -> None:
+        """Evaluate what is missing of a generation.
+
+        Args:
+            generation: takes the outcomes, also those that have ended when an exception such as KeyboardInterrupt
+                comes from `tracker`.
+            limit: of so many candidates at most.
+            tracker: is told.
+            enough: asked before every batch; true ends it.
+        """
+        rows = generation.missing()[: max(limit, 0)]
+        for begin in range(0, len(rows), self.largest):
+            if enough():
+                return
+            part = rows[begin : begin + self.largest]
+            batch = self._rollout(len(part))
+            batch.set_parameters(generation.values[part])
+            try:
+                batch.run(progress=tracker.running)
+            finally:
+                batch.run(0.0)  # no further, but those at their end have come to it, also after an exception
+                generation.take(part, batch)
+            tracker.ended(batch)
+
+    def _rollout(self, instances: int) -> Rollout:
+        """A rollout of this size, made now unless there is one."""
+        rollout = self._rollouts.pop(instances, None) or Rollout(
+            self._scene, instances, self.device, threads=self._threads
+        )
+        self._rollouts[instances] = rollout  # the last one used comes last
+        while len(self._rollouts) > _ROLLOUTS:
+            del self._rollouts[next(iter(self._rollouts))]
+        return rollout
+
+
+def _places(part: Floats, whole: Floats) -> NDArray[np.intp] | None:
+    """Rows of `whole` that hold those of `part`, in the same order; None if some row is in none that is left."""
+    if part.shape == whole.shape and np.array_equal(part, whole):
+        return np.arange(len(whole))
+    places: list[int] = []
+    if part.shape[1:] == whole.shape[1:]:
+        for row, values in enumerate(whole):
+            if len(places) < len(part) and np.array_equal(part[len(places)], values):
+                places.append(row)
+    return np.array(places, dtype=np.intp) if len(places) == len(part) else None

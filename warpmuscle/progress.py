@@ -1,0 +1,94 @@
+"""How far an optimisation has come, as its user sees it."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from warpmuscle.rollout import Rollout
+from warpmuscle.status import Status
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far an optimisation has come."""
+
+    candidates: int  # to be evaluated in all
+    done: int  # of them evaluated to their end
+    alive: int  # still walking in the batch that runs now
+    best: float  # least cost so far; infinite before the first candidate has ended
+    simulated: float  # s of motion computed so far by this process, summed over instances
+    fraction: float  # of all the work, or of the time for it, counting a failed candidate as done, 0..1
+    generation: int  # that runs now
+    median: float  # cost in the last complete generation; infinite before there is one
+    recalled: int  # of those done, evaluated before this process began
+
+
+class Tracker:
+    """Keeps count of an optimisation, and tells its user several times a second."""
+
+    def __init__(self, candidates: int, until: float | None, tell: Callable[[Progress], None] | None) -> None:
+        """Begin at nothing; candidates and until (s of wall time) are what the optimisation ends at."""
+        self.done, self.best = 0, np.inf
+        self._candidates, self._until, self._tell = candidates, until, tell
+        self._begin = time.monotonic()
+        self._simulated, self._generation, self._median, self._recalled = 0.0, 0, np.inf, 0
+
+    @property
+    def elapsed(self) -> float:
+        """Wall time since the beginning, s."""
+        return time.monotonic() - self._begin
+
+    def begun(self) -> None:
+        """Tell before the first batch."""
+        self._report(Progress(self._candidates, self.done, 0, self.best, 0.0, self._fraction(0.0), 0, np.inf, 0))
+
+    def recalled(self, count: int, best: float) -> None:
+        """So many candidates were evaluated earlier, with this least cost."""
+        self.done += count
+        self._recalled += count
+        self.best = min(self.best, best)
+
+    def running(self, batch: Rollout) -> None:
+        """Tell of a batch that runs."""
+        if self._tell is not None:
+            self._report(self._with(batch))
+
+    def ended(self, batch: Rollout) -> None:
+        """Count a batch that has run."""
+        now = self._with(batch)
+        self.done, self.best, self._simulated = now.done, now.best, now.simulated
+
+    def next_generation(self, median: float) -> None:
+        """A generation is complete, with this median cost."""
+        self._generation += 1
+        self._median = median
+
+    def _with(self, batch: Rollout) -> Progress:
+        """Progress with a batch as far as it has come."""
+        ended = (batch.status() != Status.RUNNING) | (batch.time >= batch.scene.duration)
+        alive = int(np.count_nonzero(~ended))
+        costs = batch.cost()[ended]
+        part = batch.instances - alive + alive * batch.time / batch.scene.duration
+        return Progress(
+            candidates=self._candidates,
+            done=self.done + batch.instances - alive,
+            alive=alive,
+            best=min(self.best, float(costs.min())) if len(costs) else self.best,
+            simulated=self._simulated + float(batch.end_time().sum()),
+            fraction=self._fraction(part),
+            generation=self._generation,
+            median=self._median,
+            recalled=self._recalled,
+        )
+
+    def _fraction(self, part: float) -> float:
+        fraction = (self.done + part) / self._candidates
+        return min(max(fraction, self.elapsed / self._until) if self._until else fraction, 1.0)
+
+    def _report(self, progress: Progress) -> None:
+        if self._tell is not None:
+            self._tell(progress)

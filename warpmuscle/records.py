@@ -1,0 +1,143 @@
+"""What a run leaves behind, as tables of plain arrays; `warpmuscle.results` keeps it in files."""
+
+from __future__ import annotations
+
+import platform
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from importlib.metadata import PackageNotFoundError, version
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warpmuscle.recording import Floats, Integers, Recording
+
+PACKAGES = {"warpmuscle": "warpmuscle", "warp": "warp-lang", "numpy": "numpy", "h5py": "h5py"}
+
+
+def installed_versions() -> dict[str, str]:
+    """Versions of what produces a result here, by name; "unknown" for a package without metadata."""
+    found = {"python": platform.python_version()}
+    for name, package in PACKAGES.items():
+        try:
+            found[name] = version(package)
+        except PackageNotFoundError:
+            found[name] = "unknown"
+    return found
+
+
+@dataclass(frozen=True)
+class ParameterTable:
+    """The free parameters of a scene: P dimensions of a search."""
+
+    name: tuple[str, ...]  # path in the scene
+    unit: tuple[str, ...]
+    min: Floats  # (P,)
+    max: Floats  # (P,)
+    step: Floats  # (P,), 0 means continuous
+    value: Floats  # (P,), of the scene as stored in the same file
+    scale: tuple[str, ...]  # "linear" or "log", from min at 0 to max at 1 of the unit interval that a search sees
+
+
+@dataclass(frozen=True)
+class Evaluations:
+    """N candidates: generation by generation, and within one search by search."""
+
+    params: Floats  # (N, P)
+    cost: Floats  # (N,)
+    status: Integers  # (N,), numbers of `Status`
+    end_time: Floats  # (N,), s, simulated time at which the instance ended
+    search: Integers  # (N,), number of the search that asked for it, -1 for the scene as given
+    generation: Integers  # (N,)
+    terms: Floats  # (N, T), of the objective; not a number where a diverged instance has none
+    term_names: tuple[str, ...] = ()  # T names
+
+    def __len__(self) -> int:
+        """Number of candidates."""
+        return len(self.cost)
+
+    def rows(self, chosen: NDArray[Any] | slice) -> Evaluations:
+        """The chosen rows."""
+        columns: dict[str, Any] = {name: getattr(self, name)[chosen] for name in TABLE}
+        return Evaluations(**columns, term_names=self.term_names)
+
+
+COLUMNS = ("params", "cost", "status", "end_time", "search", "generation")
+TABLE = (*COLUMNS, "terms")  # arrays of evaluations that have a row a candidate
+
+
+@dataclass(frozen=True)
+class Best:
+    """The candidate of least cost."""
+
+    params: Floats  # (P,)
+    cost: float
+    index: int  # row of the evaluations
+
+
+@dataclass(frozen=True)
+class History:
+    """What each generation of each search brought, H rows; complete generations only."""
+
+    generation: Integers  # (H,)
+    search: Integers  # (H,)
+    best: Floats  # (H,), least cost of that search in that generation
+    median: Floats  # (H,), of its costs
+    spread: Floats  # (H,), standard deviation of its candidates in the unit cube, root mean square over parameters
+    sigma: Floats  # (H,), step size after the generation; not a number for a search that has none
+    asks_crc32: Integers  # (H,), of its candidates in the unit cube, (n, P) of float64, to tell a resumed search by
+
+
+@dataclass(frozen=True)
+class Options:
+    """What an optimisation was asked for, all that it needs to go on except the scene and the seed."""
+
+    strategy: str = "random"
+    searches: int = 1  # how many at the same time
+    population: int | None = None  # candidates a generation of a search; None for the strategy's own
+    sigma: float | None = None  # first step size in the unit cube; None for the strategy's own
+    restarts: str = "none"
+    candidates: int = 5000  # to be evaluated in all
+    until: float | None = None  # s of wall time
+    target: float | None = None  # cost
+
+
+@dataclass(frozen=True)
+class Searched:
+    """How an optimisation went: what was asked, why it ended, each generation, and what its searches know."""
+
+    options: Options
+    ended: str  # why; empty for one that was still going on, and so can only be resumed from here
+    history: History
+    states: tuple[Mapping[str, Floats], ...] = ()  # of each search, arrays by name
+
+
+@dataclass(frozen=True)
+class Result:
+    """All that a run leaves behind; evaluations, best and searched are None for a run that searched nothing."""
+
+    scene: str  # TOML text
+    device: str
+    command: str
+    seed: int
+    parameters: ParameterTable
+    evaluations: Evaluations | None = None
+    best: Best | None = None
+    replays: tuple[Recording, ...] = ()
+    searched: Searched | None = None
+    versions: Mapping[str, str] = field(default_factory=installed_versions)
+
+
+def joined(parts: Sequence[Evaluations]) -> Evaluations:
+    """Evaluations of the same scene one behind the other; at least one part."""
+    columns: dict[str, Any] = {name: np.concatenate([getattr(part, name) for part in parts]) for name in TABLE}
+    return Evaluations(**columns, term_names=parts[0].term_names)
+
+
+def best_of(evaluations: Evaluations) -> Best | None:
+    """The first candidate of least cost, if there is any."""
+    if len(evaluations) == 0:
+        return None
+    index = int(np.argmin(evaluations.cost))
+    return Best(evaluations.params[index], float(evaluations.cost[index]), index)
