@@ -52,6 +52,15 @@ def test_simulate_prints_the_gait_and_writes_file_and_picture(tmp_path):
         assert file["replay/0/com"].attrs["units"] == "m"
 
 
+def test_export_writes_a_recorded_motion_for_opensim(tmp_path):
+    assert run("simulate", "walk56", "--duration", 0.5, "-o", "run.h5", folder=tmp_path).returncode == 0
+    done = run("export", "run.h5", "-o", "walk.sto", folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "walk.sto").read_text().splitlines()[2] == "nRows=50"
+    wrong = run("export", "run.h5", "-o", "walk.mot", "--replay", 3, folder=tmp_path)
+    assert (wrong.returncode, "none with number 3" in wrong.stderr) == (2, True)
+
+
 def test_optimize_then_apply_gives_a_scene_with_the_best_cost(tmp_path):
     arguments = ("--candidates", 6, "--duration", 0.5, "-o", "result.h5")
     done = run("optimize", "fwalk", *arguments, folder=tmp_path)

@@ -16,7 +16,7 @@ from warpmuscle.errors import Error
 
 if TYPE_CHECKING:
     from warpmuscle.gait import Gait
-    from warpmuscle.optimize import Progress
+    from warpmuscle.progress import Progress
     from warpmuscle.recording import Recording
     from warpmuscle.results import Result
     from warpmuscle.scene import Scene
@@ -144,34 +144,71 @@ def simulate(
 
 @app.command()
 def optimize(
-    sources: Sources,
-    candidates: Annotated[int, typer.Option(min=1, help="How many sets of parameters to try.")] = 5000,
-    seed: Annotated[int, typer.Option(help="Of the search; the same seed gives the same result.")] = 1,
+    context: typer.Context,
+    sources: Annotated[list[str] | None, typer.Argument(metavar="SCENE...", help="As of simulate.")] = None,
+    candidates: Annotated[
+        int, typer.Option(min=1, help="How many sets of parameters to try; how many more with --resume.")
+    ] = 5000,
+    seed: Annotated[int, typer.Option(min=0, help="Of the search; the same seed gives the same result.")] = 1,
+    search: Annotated[
+        str, typer.Option(help="Strategy: random, cma, cma:ipop, cma:bipop, or nlopt:ALGORITHM such as LN_BOBYQA.")
+    ] = "random",
+    searches: Annotated[int, typer.Option(min=1, help="Independent searches at the same time, in one batch.")] = 1,
+    population: Annotated[
+        int | None, typer.Option(min=1, help="Candidates a generation of each search; by default the strategy's own.")
+    ] = None,
+    sigma: Annotated[float | None, typer.Option(help="First step, as a part of each parameter's interval.")] = None,
+    restarts: Annotated[str, typer.Option(help="Of a converged cma: none, ipop or bipop.")] = "none",
+    until: Annotated[str | None, typer.Option(help="End after this wall time: 90s, 30m, 2h, 1h30m.")] = None,
+    target: Annotated[float | None, typer.Option(help="End at this cost.")] = None,
     duration: Duration = None,
     time_step: TimeStep = None,
     device: Device = None,
     threads: Threads = None,
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="HDF5 file to write; by default the scene's name and .h5.")
+        Path | None,
+        typer.Option("--output", "-o", help="HDF5 file to write and to replace; by default the scene's name and .h5."),
     ] = None,
+    resume: Annotated[Path | None, typer.Option(help="Go on with the search of this HDF5 file instead.")] = None,
 ) -> None:
-    """Search for the scene's free parameters of least cost: random search, all candidates in batched simulations.
+    """Search for the scene's free parameters of least cost, all candidates in batched simulations.
 
-    Ctrl-C ends the search and keeps what was evaluated by then. Example: warpmuscle optimize fwalk --candidates 5000
+    What was evaluated is on the disk at any moment: Ctrl-C ends the search and keeps it, and after a kill or a failure
+    --resume FILE goes on. Examples: warpmuscle optimize fwalk --candidates 5000;
+    warpmuscle optimize walk56 --search cma --searches 6 --until 2h; warpmuscle optimize --resume walk56.h5
     """
-    from warpmuscle import optimize as job
-    from warpmuscle.results import write
+    limit = None if until is None else _seconds(until)
+    if resume is not None:
+        given = {name for name in context.params if _is_given(context, name)}
+        for name in sorted(given - {"candidates", "until", "target", "device", "threads", "resume"}):
+            word = "scene" if name == "sources" else f"--{name.replace('_', '-')}"
+            raise Error(f"--resume takes no {word}: the file says what to go on with")
+        more = candidates if "candidates" in given else None
+        output = resume
+        _start_warp()
+        from warpmuscle.optimize import resume as go_on
 
-    scene = _changed(_load(sources), duration, time_step, None)
-    output = output if output is not None else Path(f"{scene.name}.h5")
-    _writable(output)
-    _start_warp()
-    with _ProgressBar(candidates) as bar:
-        begin = time.perf_counter()
-        result = job(scene, candidates, seed, device, threads=threads, command=_command(), progress=bar.update)
-        wall = time.perf_counter() - begin
-    write(output, result)
-    _print_result(scene, result, candidates, wall)
+        with _ProgressBar() as bar:
+            result = go_on(
+                resume, more, device, until=limit, target=target, threads=threads, command=_command(),
+                progress=bar.update,
+            )  # fmt: skip
+    elif sources:
+        scene = _changed(_load(sources), duration, time_step, None)
+        output = output if output is not None else Path(f"{scene.name}.h5")
+        _writable(output)
+        _start_warp()
+        from warpmuscle.optimize import optimize as begin
+
+        with _ProgressBar() as bar:
+            result = begin(
+                scene, candidates, seed, device, search=search, searches=searches, population=population, sigma=sigma,
+                restarts=restarts, until=limit, target=target, output=output, threads=threads, command=_command(),
+                progress=bar.update,
+            )  # fmt: skip
+    else:
+        raise Error("optimize takes a scene, or --resume and a file")
+    _print_result(result, bar)
     out.print(f"wrote {output}")
 
 
@@ -190,8 +227,36 @@ def apply(
 
     content = read(result)
     if content.best is None:
-        raise ResultError(f"{result} holds no optimisation, only a simulation")
+        raise ResultError(f"{result} holds no candidates to choose the best of")
     save(with_values(toml.loads(content.scene), np.asarray(content.best.params, dtype=np.float64)), output)
+    out.print(f"wrote {output}")
+
+
+@app.command()
+def report(result: Annotated[Path, typer.Argument(help="HDF5 file of an optimisation.")]) -> None:
+    """Show what an optimisation found: outcomes, convergence, the score explained, parameters in their bounds."""
+    from warpmuscle.report import report as lines_of
+    from warpmuscle.results import read
+
+    for line in lines_of(read(result)):
+        out.print(line, markup=False)
+
+
+@app.command()
+def export(
+    result: Annotated[Path, typer.Argument(help="HDF5 file with a recorded motion.")],
+    output: Annotated[Path, typer.Option("--output", "-o", help="OpenSim's .mot (angles) or .sto (muscles), or .csv.")],
+    replay: Annotated[int, typer.Option(min=0, help="Which motion of the file.")] = 0,
+) -> None:
+    """Write a recorded motion for OpenSim or as comma-separated values."""
+    from warpmuscle.errors import ResultError
+    from warpmuscle.formats import sto, toml
+    from warpmuscle.results import read
+
+    content = read(result)
+    if replay >= len(content.replays):
+        raise ResultError(f"{result} has {len(content.replays)} motions, none with number {replay}")
+    sto.write(content.replays[replay], toml.loads(content.scene), output)
     out.print(f"wrote {output}")
 
 
@@ -396,7 +461,29 @@ def _print_muscles(scene: Scene) -> None:
             out.print(f"[yellow]{name} cannot act at all:[/] it crosses no joint that moves")
 
 
-def _print_result(scene: Scene, result: Result, candidates: int, wall: float) -> None:
+def _seconds(text: str) -> float:
+    """A time such as 90, 90s, 30m or 1h30m, in seconds; raises Error."""
+    import re
+
+    match = re.fullmatch(r"(?:([\d.]+)h)?(?:([\d.]+)m)?(?:([\d.]+)s?)?", text.replace(" ", ""))
+    try:
+        assert match is not None
+        seconds = sum(
+            float(part) * unit for part, unit in zip(match.groups(), (3600.0, 60.0, 1.0), strict=True) if part
+        )
+        assert seconds > 0.0
+    except (AssertionError, ValueError):
+        raise Error(f"{text!r} is not a time such as 90s, 30m or 2h") from None
+    return seconds
+
+
+def _is_given(context: typer.Context, name: str) -> bool:
+    """Whether an argument or option stands on the command line."""
+    source = context.get_parameter_source(name)
+    return source is not None and source.name == "COMMANDLINE" and context.params[name] not in (None, [], ())
+
+
+def _print_result(result: Result, bar: _ProgressBar) -> None:
     """Print what became of the candidates, and the best one."""
     import numpy as np
 
@@ -404,41 +491,66 @@ def _print_result(scene: Scene, result: Result, candidates: int, wall: float) ->
 
     assert result.evaluations is not None
     assert result.best is not None
-    evaluations, best = result.evaluations, result.best
-    rate = evaluations.end_time.sum() / wall
-    of = "" if len(evaluations.cost) == candidates else f" of {candidates}"
-    out.print(
-        f"{len(evaluations.cost)}{of} candidates in {wall:.1f} s, {rate:.0f} s of motion per second on {result.device}"
-    )
+    assert result.searched is not None
+    evaluations, best, options = result.evaluations, result.best, result.searched.options
+    of = "" if len(evaluations.cost) == options.candidates else f" of {options.candidates}"
+    rate = f"{bar.simulated / max(bar.elapsed, 1e-9):.0f} s of motion per second on {result.device}"
+    earlier = f", {bar.recalled} of them earlier" if bar.recalled else ""
+    out.print(f"{len(evaluations.cost)}{of} candidates in {bar.elapsed:.1f} s{earlier}, {rate}")
+    generations = int(evaluations.generation[-1]) + 1
+    several = f"{options.searches} searches, " if options.searches > 1 else ""
+    out.print(f"{options.strategy}: {several}{generations} generations; {result.searched.ended}")
     for status in Status:
         if count := int((evaluations.status == status).sum()):
             out.print(f"  {count:6d} {status.meaning}")
     given = ""
     if np.array_equal(evaluations.params[0], result.parameters.value):
         given = f" (scene as given: {evaluations.cost[0]:.6g})"
-    out.print(f"best: candidate {best.index}, cost {best.cost:.6g}{given}")
-    _print_gait(scene, result.replays[0])
+    search = int(evaluations.search[best.index])
+    found = f", found by search {search}" if options.searches > 1 and search >= 0 else ""
+    out.print(
+        f"best: candidate {best.index} of generation {evaluations.generation[best.index]}{found}, "
+        f"cost {best.cost:.6g}{given}"
+    )
+    _print_gait(_scene_of(result), result.replays[0])
+
+
+def _scene_of(result: Result) -> Scene:
+    from warpmuscle.formats import toml
+
+    return toml.loads(result.scene)
 
 
 class _ProgressBar:
-    """Progress of an optimisation: candidates done, alive, best cost, simulated seconds per second, time left."""
+    """Progress of an optimisation: candidates done, alive, generation, costs, seconds simulated, time left.
 
-    def __init__(self, candidates: int) -> None:
+    Attributes:
+        recalled: candidates that were evaluated before.
+        simulated: s of motion computed.
+    """
+
+    def __init__(self) -> None:
         from rich.progress import BarColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
         from rich.progress import Progress as Bars
 
         self._bars = Bars(
             TextColumn("{task.fields[done]}/{task.fields[candidates]}"),
             BarColumn(),
-            TextColumn("{task.fields[alive]} alive, best {task.fields[best]}, {task.fields[rate]} s/s"),
+            TextColumn("{task.fields[alive]} alive, {task.fields[costs]}, {task.fields[rate]} s/s"),
             TimeElapsedColumn(),
             TextColumn("left"),
             TimeRemainingColumn(),
             console=log,
             transient=True,
         )
-        self._task = self._bars.add_task("", total=1.0, done=0, candidates=candidates, alive=0, best="-", rate="-")
+        self._task = self._bars.add_task("", total=1.0, done=0, candidates="-", alive=0, costs="", rate="-")
         self._begin = time.perf_counter()
+        self.simulated, self.recalled = 0.0, 0
+
+    @property
+    def elapsed(self) -> float:
+        """Wall time so far, s."""
+        return time.perf_counter() - self._begin
 
     def __enter__(self) -> _ProgressBar:
         return self
@@ -450,12 +562,16 @@ class _ProgressBar:
     def update(self, progress: Progress) -> None:
         """Show this progress; the first one shows the bar."""
         self._bars.start()
-        rate = progress.simulated / (time.perf_counter() - self._begin)
+        self.simulated, self.recalled = progress.simulated, progress.recalled
+        median = f", median {progress.median:.5g}" if progress.generation > 0 else ""
         self._bars.update(
             self._task,
             completed=progress.fraction,
             done=progress.done,
+            candidates=progress.candidates,
             alive=progress.alive if progress.simulated else "compiling, 0",
-            best=f"{progress.best:.5g}" if progress.done else "-",
-            rate=f"{rate:.0f}",
+            costs=f"generation {progress.generation}, best "
+            + (f"{progress.best:.5g}" if progress.done else "-")
+            + median,
+            rate=f"{progress.simulated / self.elapsed:.0f}",
         )

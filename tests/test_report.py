@@ -1,0 +1,58 @@
+"""The report of a result file: numbers that add up, curves and bars that show what they should."""
+
+import msgspec
+import numpy as np
+import pytest
+
+from warpmuscle import report
+from warpmuscle.formats import load
+from warpmuscle.optimize import optimize
+from warpmuscle.records import ParameterTable, Result
+from warpmuscle.scene import Objective
+
+
+@pytest.fixture(scope="module")
+def searched() -> Result:
+    """Two small searches with two terms in the objective."""
+    scene = msgspec.structs.replace(load("fwalk"), duration=0.3, objective=Objective(torque=1.0, speed=5.0))
+    return optimize(scene, 24, 3, "cpu", search="cma", searches=2, population=6)
+
+
+def test_the_weighted_terms_of_the_best_add_up_to_its_cost(searched):
+    lines = report.score(searched)
+    parts = [float(line.split("=")[0]) for line in lines[1:]]
+    assert len(parts) == 2
+    np.testing.assert_allclose(sum(parts), searched.best.cost, rtol=1e-4)
+    assert "speed" in "".join(lines)
+
+
+def test_report_counts_outcomes_ranks_searches_and_shows_every_parameter(searched):
+    text = "\n".join(report.report(searched))
+    assert "24 candidates" in text
+    assert "came to the end" in text
+    assert "searches by their best" in text
+    assert all(name in text for name in searched.parameters.name)
+
+
+def test_curve_falls_from_the_highest_to_the_lowest_block():
+    drawn = report.curve(np.geomspace(1e6, 1.0, 500))
+    assert (drawn[0], drawn[-1], len(drawn)) == ("█", "▁", report.CURVE)
+    assert report.curve(np.ones(3)) == "▁▁▁"
+
+
+def test_bars_show_start_and_best_between_the_bounds_and_what_leans_on_one():
+    table = ParameterTable(
+        ("a", "b", "c"), ("N", "", ""), np.array([0.0, 1.0, 0.0]), np.array([1.0, 100.0, 1.0]), np.zeros(3),
+        np.array([0.5, 10.0, 0.5]), ("linear", "log", "linear"),
+    )  # fmt: skip
+    first, second, third = report.parameters(table, np.array([0.25, 10.0, 0.999]))[1:]
+    assert first.index("o") < first.index("|")
+    assert "|" not in second  # the best value stands on the start
+    assert ("!" in first, "!" in second, "!" in third) == (False, False, True)
+    middle = second[second.index("[") + 1 : second.index("]")]
+    assert middle.index("o") == report.BAR // 2
+
+
+def test_a_file_without_a_search_says_so():
+    table = ParameterTable((), (), *np.zeros((4, 0)), ())
+    assert report.report(Result("", "cpu", "simulate", 0, table))[-1] == "no search; 0 motions"

@@ -1,0 +1,102 @@
+"""What a result file says, as lines of text: outcomes, convergence, the score explained, parameters in their bounds."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from warpmuscle.arrays import Floats
+from warpmuscle.formats import toml
+from warpmuscle.objective import TERMS
+from warpmuscle.parameters import substitute
+from warpmuscle.records import Evaluations, ParameterTable, Result
+from warpmuscle.status import Status
+
+BLOCKS = "▁▂▃▄▅▆▇█"
+BAR = 21  # characters between the bounds of a parameter
+AT_BOUND = 0.01  # of the interval: nearer than this, a value leans on its bound
+CURVE = 60  # characters of a convergence curve
+
+
+def report(result: Result) -> list[str]:
+    """Lines about a result, in plain text."""
+    lines = [f"made by: {line}" for line in result.command.splitlines()]
+    lines.append(f"device {result.device}, seed {result.seed}, {len(result.parameters.name)} free parameters")
+    if result.evaluations is None or result.best is None:
+        return [*lines, f"no search; {len(result.replays)} motion{'s' if len(result.replays) != 1 else ''}"]
+    lines += ["", *outcomes(result.evaluations), "", *convergence(result)]
+    lines += ["", *score(result), "", *parameters(result.parameters, np.asarray(result.best.params))]
+    return lines
+
+
+def outcomes(evaluations: Evaluations) -> list[str]:
+    """How many candidates came to each end."""
+    lines = [f"{len(evaluations)} candidates, {evaluations.end_time.sum():.0f} s of motion"]
+    for status in Status:
+        if count := int((evaluations.status == status).sum()):
+            lines.append(f"  {count:7d}  {status.meaning}")
+    return lines
+
+
+def convergence(result: Result) -> list[str]:
+    """Least cost over the candidates of all searches, and the best of each search."""
+    assert result.evaluations is not None
+    cost, search = result.evaluations.cost, result.evaluations.search
+    best = np.minimum.accumulate(cost)
+    lines = [f"least cost {best[0]:.6g} {curve(best)} {best[-1]:.6g}"]
+    if result.searched is not None and result.searched.ended:
+        lines.append(f"ended: {result.searched.ended}")
+    ranked = sorted((float(cost[search == k].min()), k) for k in np.unique(search) if k >= 0)
+    if len(ranked) > 1:
+        shown = ", ".join(f"{k}: {value:.6g}" for value, k in ranked[:8])
+        lines.append(f"searches by their best: {shown}{', ...' if len(ranked) > 8 else ''}")
+    return lines
+
+
+def curve(values: Floats) -> str:
+    """Positive falling values as a line of blocks, by their logarithm."""
+    chosen = values[np.linspace(0, len(values) - 1, min(CURVE, len(values))).round().astype(int)]
+    level = np.log(np.maximum(chosen, 1e-30))
+    span = float(level.max() - level.min())
+    scaled = (level - level.min()) / span if span > 0.0 else np.zeros(len(level))
+    return "".join(BLOCKS[round(x * (len(BLOCKS) - 1))] for x in scaled)
+
+
+def score(result: Result) -> list[str]:
+    """The best candidate's cost as the sum of its weighted terms."""
+    assert result.best is not None
+    assert result.evaluations is not None
+    scene = toml.loads(result.scene)
+    numeric = substitute(scene, np.asarray(result.best.params, dtype=np.float64))
+    index = result.best.index
+    lines = [f"cost of the best, candidate {index}: {result.best.cost:.6g}"]
+    for name, value in zip(result.evaluations.term_names, result.evaluations.terms[index], strict=True):
+        weight = float(np.asarray(getattr(numeric.objective, name)))
+        if weight:
+            unit = TERMS[name].unit
+            lines.append(
+                f"  {weight * value:12.6g} = {weight:g} x {value:.6g} {unit}  {name}: {TERMS[name].description}"
+            )
+    return lines
+
+
+def parameters(table: ParameterTable, best: Floats) -> list[str]:
+    """Each parameter's best value between its bounds, the start value marked, and whether it leans on a bound."""
+    width = max(map(len, table.name), default=0)
+    lines = ["parameters: start |, best o, ! on a bound"]
+    for k, name in enumerate(table.name):
+        log = table.scale[k] == "log"
+        low, high, start, value = (float(v[k]) for v in (table.min, table.max, table.value, best))
+        ends = np.log([low, high, start, value]) if log else np.array([low, high, start, value])
+        span = max(float(ends[1] - ends[0]), 1e-300)
+        at_start, at_best = (float(x - ends[0]) / span for x in ends[2:])
+        bar = ["-"] * BAR
+        bar[_place(at_start)] = "|"
+        bar[_place(at_best)] = "o"
+        leaning = "!" if min(at_best, 1.0 - at_best) < AT_BOUND and high > low else " "
+        text = f"{name:{width}}  {low:>9.4g} [{''.join(bar)}] {high:<9.4g}{leaning} {value:.6g} {table.unit[k]}"
+        lines.append(text.rstrip())
+    return lines
+
+
+def _place(part: float) -> int:
+    return round(min(max(part, 0.0), 1.0) * (BAR - 1))
