@@ -1,0 +1,44 @@
+"""The command line."""
+
+from __future__ import annotations
+
+import sys
+
+import typer
+from rich.markup import escape
+
+from warpmuscle.cli.console import INTERRUPTED, log
+from warpmuscle.cli.optimize import optimize
+from warpmuscle.cli.results import apply, export, report
+from warpmuscle.cli.scenes import convert, fit_muscles, info, scenes
+from warpmuscle.cli.simulate import simulate
+from warpmuscle.errors import Error
+
+app = typer.Typer(
+    help="Simulate and optimise muscle-actuated bipeds, thousands at once.\n\n"
+    "A SCENE is the name of a shipped one (see `warpmuscle scenes`), a TOML file, or .rbs and .sbc files of the "
+    "Simbicon Controller Editor Framework, and a .rs file if the .sbc names none.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+for command in (scenes, info, simulate, optimize, apply, report, export, fit_muscles, convert):
+    app.command(command.__name__.replace("_", "-"))(command)
+
+
+def main() -> None:
+    """Run the command line; an error that a user can mend is one line and exit code 2."""
+    try:
+        code = app(standalone_mode=False)
+    except Error as error:
+        log.print(f"[bold red]error:[/] {escape(str(error))}")
+        sys.exit(2)
+    except Exception as error:
+        usage = getattr(error, "show", None)  # an error in the command's own arguments
+        if usage is None:
+            raise
+        usage()
+        sys.exit(2)
+    if code == INTERRUPTED:
+        log.print("interrupted")
+    sys.exit(code)

@@ -1,0 +1,81 @@
+"""What several commands share: their options, and the scene that these make."""
+
+from __future__ import annotations
+
+import shlex
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.markup import escape
+
+from warpmuscle.cli.console import log, print_ignored
+
+if TYPE_CHECKING:
+    from warpmuscle.scene import Scene
+
+Sources = Annotated[list[str], typer.Argument(metavar="SCENE...", help="Scene name, TOML file, or .rbs .sbc [.rs].")]
+Device = Annotated[str | None, typer.Option(help="cpu, cuda:0, ...; by default a GPU if there is one.")]
+Threads = Annotated[int | None, typer.Option(min=1, help="CPU threads; by default one a core.")]
+Duration = Annotated[float | None, typer.Option(help="Simulated time, s; by default the scene's.")]
+TimeStep = Annotated[float | None, typer.Option(help="Time step, s; by default the scene's.")]
+
+
+def start_warp() -> None:
+    """Start Warp without its greeting, and without its warning that a machine without a GPU has none."""
+    import os
+
+    import warp
+
+    warp.config.log_level = warp.LOG_WARNING
+    errors = os.dup(2)
+    try:
+        with open(os.devnull, "w") as nowhere:
+            os.dup2(nowhere.fileno(), 2)  # the warning comes from compiled code
+        warp.init()
+    finally:
+        os.dup2(errors, 2)
+        os.close(errors)
+
+
+def load_scene(sources: list[str], keyword_rule: bool = False) -> Scene:
+    """The scene, and on the error stream what its files hold that is not used."""
+    import warnings
+
+    from warpmuscle.formats import Ignored, load
+    from warpmuscle.validate_muscles import SceneWarning
+
+    ignored: list[Ignored] = []
+    with warnings.catch_warnings(record=True) as doubts:
+        warnings.simplefilter("always", SceneWarning)
+        scene = load(*sources, ignored=ignored, keyword_rule=keyword_rule)
+    for doubt in doubts:
+        log.print(f"[yellow]warning:[/] {escape(str(doubt.message))}")
+    print_ignored(ignored, "some input was ignored:")
+    return scene
+
+
+def changed(scene: Scene, duration: float | None, time_step: float | None, implicit_pd: bool | None) -> Scene:
+    """The scene with what the command line overrides."""
+    import msgspec
+
+    from warpmuscle.validate import check_scene
+
+    changes = {"duration": duration, "time_step": time_step, "implicit_pd": implicit_pd}
+    scene = msgspec.structs.replace(scene, **{name: value for name, value in changes.items() if value is not None})
+    check_scene(scene)
+    return scene
+
+
+def writable(*paths: Path | None) -> None:
+    """Raise an error now rather than after the work if a file cannot be written."""
+    from warpmuscle.formats.files import check_writable
+
+    for path in paths:
+        if path is not None:
+            check_writable(path)
+
+
+def command_line() -> str:
+    return shlex.join(["warpmuscle", *sys.argv[1:]])

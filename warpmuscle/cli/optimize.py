@@ -1,0 +1,149 @@
+"""The command that searches for parameters."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from warpmuscle.cli.common import (
+    Device,
+    Duration,
+    Threads,
+    TimeStep,
+    changed,
+    command_line,
+    load_scene,
+    start_warp,
+    writable,
+)
+from warpmuscle.cli.console import out, print_gait
+from warpmuscle.cli.progress_bar import ProgressBar
+from warpmuscle.errors import Error
+
+if TYPE_CHECKING:
+    from warpmuscle.records import Result
+
+
+def optimize(
+    context: typer.Context,
+    sources: Annotated[list[str] | None, typer.Argument(metavar="SCENE...", help="As of simulate.")] = None,
+    candidates: Annotated[
+        int, typer.Option(min=1, help="How many sets of parameters to try; how many more with --resume.")
+    ] = 5000,
+    seed: Annotated[int, typer.Option(min=0, help="Of the search; the same seed gives the same result.")] = 1,
+    search: Annotated[
+        str, typer.Option(help="Strategy: random, cma, cma:ipop, cma:bipop, or nlopt:ALGORITHM such as LN_BOBYQA.")
+    ] = "random",
+    searches: Annotated[int, typer.Option(min=1, help="Independent searches at the same time, in one batch.")] = 1,
+    population: Annotated[
+        int | None, typer.Option(min=1, help="Candidates a generation of each search; by default the strategy's own.")
+    ] = None,
+    sigma: Annotated[float | None, typer.Option(help="First step, as a part of each parameter's interval.")] = None,
+    restarts: Annotated[str, typer.Option(help="Of a converged cma: none, ipop or bipop.")] = "none",
+    until: Annotated[str | None, typer.Option(help="End after this wall time: 90s, 30m, 2h, 1h30m.")] = None,
+    target: Annotated[float | None, typer.Option(help="End at this cost.")] = None,
+    duration: Duration = None,
+    time_step: TimeStep = None,
+    device: Device = None,
+    threads: Threads = None,
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", help="HDF5 file to write and to replace; by default the scene's name and .h5."),
+    ] = None,
+    resume: Annotated[Path | None, typer.Option(help="Go on with the search of this HDF5 file instead.")] = None,
+) -> None:
+    """Search for the scene's free parameters of least cost, all candidates in batched simulations.
+
+    What was evaluated is on the disk at any moment: Ctrl-C ends the search and keeps it, and after a kill or a failure
+    --resume FILE goes on. Examples: warpmuscle optimize fwalk --candidates 5000;
+    warpmuscle optimize walk56 --search cma --searches 6 --until 2h; warpmuscle optimize --resume walk56.h5
+    """
+    limit = None if until is None else seconds(until)
+    if resume is not None:
+        given = {name for name in context.params if _is_given(context, name)}
+        for name in sorted(given - {"candidates", "until", "target", "device", "threads", "resume"}):
+            word = "scene" if name == "sources" else f"--{name.replace('_', '-')}"
+            raise Error(f"--resume takes no {word}: the file says what to go on with")
+        more = candidates if "candidates" in given else None
+        output = resume
+        start_warp()
+        from warpmuscle.optimize import resume as go_on
+
+        with ProgressBar() as bar:
+            result = go_on(
+                resume, more, device, until=limit, target=target, threads=threads, command=command_line(),
+                progress=bar.update,
+            )  # fmt: skip
+    elif sources:
+        scene = changed(load_scene(sources), duration, time_step, None)
+        output = output if output is not None else Path(f"{scene.name}.h5")
+        writable(output)
+        start_warp()
+        from warpmuscle.optimize import optimize as begin
+
+        with ProgressBar() as bar:
+            result = begin(
+                scene, candidates, seed, device, search=search, searches=searches, population=population, sigma=sigma,
+                restarts=restarts, until=limit, target=target, output=output, threads=threads, command=command_line(),
+                progress=bar.update,
+            )  # fmt: skip
+    else:
+        raise Error("optimize takes a scene, or --resume and a file")
+    _print_result(result, bar)
+    out.print(f"wrote {output}")
+
+
+def seconds(text: str) -> float:
+    """A time such as 90, 90s, 30m or 1h30m, in seconds; raises Error."""
+    match = re.fullmatch(r"(?:([\d.]+)h)?(?:([\d.]+)m)?(?:([\d.]+)s?)?", text.replace(" ", ""))
+    try:
+        assert match is not None
+        seconds = sum(
+            float(part) * unit for part, unit in zip(match.groups(), (3600.0, 60.0, 1.0), strict=True) if part
+        )
+        assert seconds > 0.0
+    except (AssertionError, ValueError):
+        raise Error(f"{text!r} is not a time such as 90s, 30m or 2h") from None
+    return seconds
+
+
+def _is_given(context: typer.Context, name: str) -> bool:
+    """Whether an argument or option stands on the command line."""
+    source = context.get_parameter_source(name)
+    return source is not None and source.name == "COMMANDLINE" and context.params[name] not in (None, [], ())
+
+
+def _print_result(result: Result, bar: ProgressBar) -> None:
+    """Print what became of the candidates, and the best one."""
+    import numpy as np
+
+    from warpmuscle.formats import toml
+    from warpmuscle.status import Status
+
+    assert result.evaluations is not None
+    assert result.best is not None
+    assert result.searched is not None
+    evaluations, best, options = result.evaluations, result.best, result.searched.options
+    of = "" if len(evaluations.cost) == options.candidates else f" of {options.candidates}"
+    rate = f"{bar.simulated / max(bar.elapsed, 1e-9):.0f} s of motion per second on {result.device}"
+    earlier = f", {bar.recalled} of them earlier" if bar.recalled else ""
+    out.print(f"{len(evaluations.cost)}{of} candidates in {bar.elapsed:.1f} s{earlier}, {rate}")
+    generations = int(evaluations.generation[-1]) + 1
+    several = f"{options.searches} searches, " if options.searches > 1 else ""
+    out.print(f"{options.strategy}: {several}{generations} generations; {result.searched.ended}")
+    for status in Status:
+        if count := int((evaluations.status == status).sum()):
+            out.print(f"  {count:6d} {status.meaning}")
+    given = ""
+    if np.array_equal(evaluations.params[0], result.parameters.value):
+        given = f" (scene as given: {evaluations.cost[0]:.6g})"
+    search = int(evaluations.search[best.index])
+    found = f", found by search {search}" if options.searches > 1 and search >= 0 else ""
+    out.print(
+        f"best: candidate {best.index} of generation {evaluations.generation[best.index]}{found}, "
+        f"cost {best.cost:.6g}{given}"
+    )
+    print_gait(toml.loads(result.scene), result.replays[0])

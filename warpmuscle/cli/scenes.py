@@ -1,0 +1,144 @@
+"""Commands about scenes: list, show, fit, convert."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.table import Table
+
+from warpmuscle.cli.common import Device, Duration, Sources, changed, command_line, load_scene, start_warp, writable
+from warpmuscle.cli.console import log, out, print_ignored
+
+if TYPE_CHECKING:
+    from warpmuscle.scene import Scene
+
+
+def scenes() -> None:
+    """List the shipped scenes."""
+    from warpmuscle.formats import load, scene_names
+
+    for name in scene_names():
+        out.print(f"[bold]{name}[/]  {load(name).description}")
+
+
+def info(sources: Sources) -> None:
+    """Show what a scene holds: bodies, degrees of freedom, mass, muscles, free parameters.
+
+    Muscles whose moment arm about a joint that they cross stays under 1 mm over its range are pointed out.
+    """
+    from warpmuscle.arrays import rows
+    from warpmuscle.parameters import free_parameters, start_values, substitute
+    from warpmuscle.topology import topology
+
+    scene = load_scene(sources)
+    parameters = free_parameters(scene)
+    numeric, names = substitute(scene, start_values(scene)), topology(scene.character)
+    mass = rows([body.mass for body in numeric.character.bodies.values()]).sum()
+    root = names.speed_start[1]
+    out.print(f"[bold]{scene.name}[/]  {scene.description}")
+    out.print(
+        f"{len(names.bodies)} bodies, {len(names.joints)} joints, {names.speeds - root} joint degrees of freedom "
+        f"and {root} of the root, {mass:.6g} kg"
+    )
+    out.print(f"{scene.duration:g} s in steps of {scene.time_step:g} s, {len(parameters)} free parameters")
+    bodies = Table("body", "mass, kg", "joint", "type", "parent")
+    for i, name in enumerate(names.bodies):
+        joint = scene.character.joints[names.joints[i - 1]] if i > 0 else None
+        row = ["-", scene.character.root_joint, "world"]
+        if joint is not None:
+            row = [names.joints[i - 1], joint.type, joint.parent]
+        bodies.add_row(name, f"{numeric.character.bodies[name].mass:g}", *row)
+    out.print(bodies)
+    if numeric.character.muscles:
+        _print_muscles(numeric)
+    width = max((len(p.name) for p in parameters), default=0)
+    for p in parameters:
+        step = f" step {p.step:g}" if p.step else ""
+        out.print(f"{p.name:{width}}  {p.value:g}  in {p.min:g}..{p.max:g}{step} {p.unit}".rstrip(), markup=False)
+
+
+def fit_muscles(
+    sources: Sources,
+    output: Annotated[Path, typer.Option("--output", "-o", help="TOML file to write.")],
+    strength: Annotated[float, typer.Option(min=0.01, help="Factor on f_max.")] = 1.5,
+    mean_length: Annotated[float, typer.Option(min=0.1, help="Fibre length over l_opt at the mean path length.")] = 1.0,
+    fibre_per_arm: Annotated[float, typer.Option(min=0.0, help="Least l_opt over the mean moment arm.")] = 1.0,
+    properties_only: Annotated[
+        bool, typer.Option("--properties-only", help="Write f_max, l_opt and l_slack only, to add to a character.")
+    ] = False,
+    duration: Duration = None,
+    device: Device = None,
+) -> None:
+    """Fit the muscles of a scene to its skeleton and to the motion that it makes on torques.
+
+    Slack lengths follow from the mean path lengths, both sides get the same properties, and f_max grows by a factor.
+    Example: warpmuscle fit-muscles walk56_legacy -o fitted.toml
+    """
+    from warpmuscle.fit_muscles import PropertyTable
+    from warpmuscle.fit_muscles import fit_muscles as fit
+    from warpmuscle.formats import save
+    from warpmuscle.formats.files import replace_file
+    from warpmuscle.formats.toml_layout import layout
+
+    writable(output)
+    scene = changed(load_scene(sources), duration, None, None)
+    start_warp()
+    options = {"mean_length": mean_length, "fibre_per_arm": fibre_per_arm, "strength": strength}
+    with log.status("simulating on torques; the first run compiles for some seconds"):
+        fitted = fit(scene, **options, device=device)
+    if properties_only:
+        heading = "# Properties of muscles by `" + command_line() + "`; tables to add to a character."
+        replace_file(output, f"{heading}\n\n{layout(PropertyTable.of(fitted))}")
+    else:
+        save(fitted, output)
+    out.print(f"wrote {output}")
+
+
+def convert(
+    sources: Sources,
+    output: Annotated[Path, typer.Option("--output", "-o", help=".toml, or .rbs, .sbc or .rs for all three; or .xml.")],
+    keyword_rule: Annotated[
+        bool, typer.Option("--keyword-rule", help="Muscles drive only joints that a .rbs marks `actuationType muscle`.")
+    ] = False,
+) -> None:
+    """Write a scene in another format: TOML, the original program's files, or MuJoCo's (character and ground only)."""
+    from warpmuscle.formats import Ignored, mjcf, save
+
+    scene = load_scene(sources, keyword_rule)
+    lost: list[Ignored] = []
+    if output.suffix == ".xml":
+        mjcf.write(scene, output)
+    else:
+        save(scene, output, lost)
+    print_ignored(lost, "not all was written:")
+    three = (".rbs", ".sbc", ".rs")
+    files = [output.with_suffix(suffix) for suffix in three] if output.suffix in three else [output]
+    out.print(f"wrote {', '.join(map(str, files))}")
+
+
+def _print_muscles(scene: Scene) -> None:
+    """Print the muscles of a scene without free parameters: properties, joints, and where they cannot act."""
+    from warpmuscle.moment_arms import useless_muscles
+    from warpmuscle.muscles import driven
+    from warpmuscle.paths import joints_of_muscles
+    from warpmuscle.topology import topology
+
+    names = topology(scene.character)
+    found = driven(scene, names)
+    muscles = Table("muscle", "f_max, N", "l_opt, m", "l_slack, m", "delay, s", "joints", "driven")
+    for name, joints in joints_of_muscles(scene.character, names).items():
+        m = scene.character.muscles[name]
+        numbers = [f"{number:g}" for number in (m.f_max, m.l_opt, m.l_slack, m.delay)]
+        muscles.add_row(name, *numbers, " ".join(joints) or "-", "yes" if name in found.muscles else "no")
+    out.print(muscles)
+    for joint, words in found.drives.items():
+        if joint in scene.actuation:
+            out.print(f"{joint}: {', '.join(words)}")
+    start_warp()
+    for name, joint, arm in useless_muscles(scene):
+        out.print(f"[yellow]{name} cannot act on {joint}:[/] its moment arm stays under {1e3 * max(arm, 1e-5):.2g} mm")
+    for name, joints in joints_of_muscles(scene.character, names).items():
+        if not joints:
+            out.print(f"[yellow]{name} cannot act at all:[/] it crosses no joint that moves")

@@ -1,0 +1,88 @@
+"""The command that runs a scene once."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from warpmuscle.cli.common import (
+    Device,
+    Duration,
+    Sources,
+    TimeStep,
+    changed,
+    command_line,
+    load_scene,
+    start_warp,
+    writable,
+)
+from warpmuscle.cli.console import log, out, print_gait
+
+if TYPE_CHECKING:
+    from warpmuscle.scene import Scene
+
+
+def simulate(
+    sources: Sources,
+    duration: Duration = None,
+    time_step: TimeStep = None,
+    implicit_pd: Annotated[
+        bool | None, typer.Option("--implicit-pd/--explicit-pd", help="PD linearised over the step, or not.")
+    ] = None,
+    legacy: Annotated[
+        bool, typer.Option("--legacy", help="Muscles as the original program computed them, without bounds.")
+    ] = False,
+    device: Device = None,
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="HDF5 file to write.")] = None,
+    plot: Annotated[Path | None, typer.Option(help="Stick figures to draw, .png, .svg or .pdf.")] = None,
+    rate: Annotated[float, typer.Option(min=1.0, help="Recorded frames per second.")] = 100.0,
+) -> None:
+    """Run a scene once, and print how it walks.
+
+    Examples: warpmuscle simulate fwalk --plot walk.png -o walk.h5;
+    warpmuscle simulate bipV2.rbs fWalk.sbc --duration 60
+    """
+    writable(output, plot)
+    scene = changed(load_scene(sources), duration, time_step, implicit_pd)
+    if legacy:
+        scene = _as_legacy(scene)
+    start_warp()
+    from warpmuscle.optimize import parameter_table
+    from warpmuscle.results import Result, write
+    from warpmuscle.rollout import Rollout
+    from warpmuscle.status import Status
+
+    with log.status("simulating; the first run compiles for some seconds"):
+        rollout = Rollout(scene, 1, device, record=[0], record_rate=rate)
+        begin = time.perf_counter()
+        rollout.run()
+    status = Status(rollout.status()[0])
+    recording = rollout.recording()
+    out.print(
+        f"{scene.name}: {status.meaning}; {rollout.end_time()[0]:.4g} s simulated in "
+        f"{time.perf_counter() - begin:.2f} s on {rollout.device}, cost {rollout.cost()[0]:.6g}"
+    )
+    gait = print_gait(scene, recording)
+    if output is not None:
+        from warpmuscle.formats import toml
+
+        table = parameter_table(rollout.parameters)
+        write(output, Result(toml.dumps(scene), str(rollout.device), command_line(), 0, table, replays=(recording,)))
+        out.print(f"wrote {output}")
+    if plot is not None:
+        from warpmuscle.plot import stick_figures
+
+        stick_figures(recording, scene, plot, gait)
+        out.print(f"wrote {plot}")
+
+
+def _as_legacy(scene: Scene) -> Scene:
+    """The scene with the original program's muscle law in place of its own."""
+    import msgspec
+
+    from warpmuscle.scene import MuscleModel
+
+    return msgspec.structs.replace(scene, muscle_model=MuscleModel(legacy=True, negative=scene.muscle_model.negative))
