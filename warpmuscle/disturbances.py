@@ -33,6 +33,11 @@ class Disturbances:
         """Number of instances."""
         return len(self.slope)
 
+    @property
+    def any(self) -> bool:
+        """Whether any instance is disturbed at all."""
+        return bool(np.any(self.velocity) or np.any(self.push) or np.any(self.slope))
+
     def tiled(self, times: int) -> Disturbances:
         """The same for so many groups of instances, one group behind the other."""
         return Disturbances(

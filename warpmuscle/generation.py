@@ -12,13 +12,13 @@ from warpmuscle.arrays import Floats, Ints
 from warpmuscle.errors import Error
 from warpmuscle.progress import Tracker
 from warpmuscle.records import Evaluations
-from warpmuscle.rollout import Rollout
 from warpmuscle.scene import Scene
 from warpmuscle.status import Status
+from warpmuscle.trials import Trials
 
 CPU_BATCH = 500  # small enough that finished candidates come in all along
 GPU_BATCH = 65536
-_ROLLOUTS = 2  # sizes of batches that are kept ready: full ones and the rest
+_KEPT = 2  # sizes of batches that are kept ready: full ones and the rest
 
 
 class OtherCandidates(Error):
@@ -73,14 +73,14 @@ class Generation:
         self.cost[rows], self.status[rows], self.end_time[rows] = known.cost, known.status, known.end_time
         self.terms[rows] = known.terms
 
-    def take(self, rows: NDArray[np.intp], batch: Rollout) -> None:
-        """Take what has ended of the batch that evaluates these rows."""
-        ended = batch.status() != Status.RUNNING
+    def take(self, rows: NDArray[np.intp], trials: Trials) -> None:
+        """Take what has ended of the trials that evaluate these rows."""
+        ended = trials.ended()
         rows = rows[ended]
-        self.cost[rows], self.end_time[rows] = batch.cost()[ended], batch.end_time()[ended]
-        for index, values in enumerate(batch.terms().values()):
+        self.cost[rows], self.end_time[rows] = trials.cost()[ended], trials.end_time()[ended]
+        for index, values in enumerate(trials.terms().values()):
             self.terms[rows, index] = values[ended]
-        self.status[rows] = batch.status()[ended]
+        self.status[rows] = trials.status()[ended]
 
 
 class Batches:
@@ -92,11 +92,11 @@ class Batches:
     def __init__(self, scene: Scene, device: str | None, threads: int | None) -> None:
         """Prepare; see `Rollout` for device and threads, and for what it raises."""
         self._scene, self._threads = scene, threads
-        first = Rollout(scene, 1, device, threads=threads)
-        self.device = str(first.device)
-        self.largest = CPU_BATCH if first.device.is_cpu else GPU_BATCH
+        first = Trials(scene, 1, device, threads=threads)
+        self.device = str(first.batch.device)
+        self.largest = max((CPU_BATCH if first.batch.device.is_cpu else GPU_BATCH) // first.runs, 1)
         self.term_names = tuple(first.terms())
-        self._rollouts: dict[int, Rollout] = {1: first}
+        self._trials: dict[int, Trials] = {1: first}
 
     def evaluate(self, generation: Generation, limit: int, tracker: Tracker, enough: Callable[[], Any]) -> None:
         """Evaluate what is missing of a generation.
@@ -113,24 +113,24 @@ class Batches:
             if enough():
                 return
             part = rows[begin : begin + self.largest]
-            batch = self._rollout(len(part))
-            batch.set_parameters(generation.values[part])
+            trials = self._of_size(len(part))
+            trials.set_parameters(generation.values[part])
             try:
-                batch.run(progress=tracker.running)
+                trials.run(progress=tracker.running)
             finally:
-                batch.run(0.0)  # no further, but those at their end have come to it, also after an exception
-                generation.take(part, batch)
-            tracker.ended(batch)
+                trials.run(0.0)  # no further, but those at their end have come to it, also after an exception
+                generation.take(part, trials)
+            tracker.ended(trials)
 
-    def _rollout(self, instances: int) -> Rollout:
-        """A rollout of this size, made now unless there is one."""
-        rollout = self._rollouts.pop(instances, None) or Rollout(
-            self._scene, instances, self.device, threads=self._threads
+    def _of_size(self, candidates: int) -> Trials:
+        """Trials of so many candidates, made now unless there are such."""
+        trials = self._trials.pop(candidates, None) or Trials(
+            self._scene, candidates, self.device, threads=self._threads
         )
-        self._rollouts[instances] = rollout  # the last one used comes last
-        while len(self._rollouts) > _ROLLOUTS:
-            del self._rollouts[next(iter(self._rollouts))]
-        return rollout
+        self._trials[candidates] = trials  # the last ones used come last
+        while len(self._trials) > _KEPT:
+            del self._trials[next(iter(self._trials))]
+        return trials
 
 
 def _places(part: Floats, whole: Floats) -> NDArray[np.intp] | None:

@@ -8,8 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from warpmuscle.rollout import Rollout
-from warpmuscle.status import Status
+from warpmuscle.trials import Trials
 
 
 @dataclass(frozen=True)
@@ -52,14 +51,14 @@ class Tracker:
         self._recalled += count
         self.best = min(self.best, best)
 
-    def running(self, batch: Rollout) -> None:
+    def running(self, trials: Trials) -> None:
         """Tell of a batch that runs."""
         if self._tell is not None:
-            self._report(self._with(batch))
+            self._report(self._with(trials))
 
-    def ended(self, batch: Rollout) -> None:
+    def ended(self, trials: Trials) -> None:
         """Count a batch that has run."""
-        now = self._with(batch)
+        now = self._with(trials)
         self.done, self.best, self._simulated = now.done, now.best, now.simulated
 
     def next_generation(self, median: float) -> None:
@@ -67,15 +66,15 @@ class Tracker:
         self._generation += 1
         self._median = median
 
-    def _with(self, batch: Rollout) -> Progress:
+    def _with(self, trials: Trials) -> Progress:
         """Progress with a batch as far as it has come."""
-        ended = (batch.status() != Status.RUNNING) | (batch.time >= batch.scene.duration)
+        ended, batch = trials.ended(), trials.batch
         alive = int(np.count_nonzero(~ended))
-        costs = batch.cost()[ended]
-        part = batch.instances - alive + alive * batch.time / batch.scene.duration
+        costs = trials.cost()[ended]
+        part = trials.candidates - alive + alive * batch.time / batch.scene.duration
         return Progress(
             candidates=self._candidates,
-            done=self.done + batch.instances - alive,
+            done=self.done + trials.candidates - alive,
             alive=alive,
             best=min(self.best, float(costs.min())) if len(costs) else self.best,
             simulated=self._simulated + float(batch.end_time().sum()),

@@ -1,0 +1,71 @@
+"""Candidates simulated once or several times each, as a scene's robustness asks, and what becomes of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warpmuscle.arrays import Floats, Ints
+from warpmuscle.disturbances import combined, drawn
+from warpmuscle.rollout import Rollout
+from warpmuscle.scene import Scene
+from warpmuscle.status import Status
+
+
+class Trials:
+    """A batch of candidates, each with the same runs: one undisturbed run, or those of the scene's robustness.
+
+    A candidate has ended when all its runs have. Its status and end time are those of the run of greatest cost, which
+    is one that failed if any did; its terms are those of that run where the worst cost counts, else their means.
+
+    Attributes:
+        candidates: how many. runs: simulations of each.
+        batch: all runs, those of a candidate next to each other.
+    """
+
+    def __init__(self, scene: Scene, candidates: int, device: str | None = None, *, threads: int | None = None) -> None:
+        """Prepare; see `Rollout` for device and threads, and for what it raises."""
+        self.candidates, self.runs = candidates, scene.robustness.runs
+        self.batch = Rollout(scene, candidates * self.runs, device, threads=threads)
+        runs = drawn(scene.robustness, scene.duration)
+        if runs.any:
+            self.batch.disturb(runs.tiled(candidates))
+
+    def set_parameters(self, values: Floats) -> None:
+        """Set the parameters of all candidates, (candidates, P), and start again."""
+        self.batch.set_parameters(np.repeat(values, self.runs, axis=0))
+
+    def run(self, duration: float | None = None, progress: Callable[[Trials], None] | None = None) -> None:
+        """See `Rollout.run`; progress is called with these trials."""
+        self.batch.run(duration, None if progress is None else lambda _: progress(self))
+
+    def ended(self) -> NDArray[np.bool_]:
+        """Whether a candidate has come to its end, (candidates,)."""
+        status = self.batch.status().reshape(-1, self.runs)
+        return np.asarray(np.all(status != Status.RUNNING, axis=1) | (self.batch.time >= self.batch.scene.duration))
+
+    def cost(self) -> Floats:
+        """Cost of every candidate, (candidates,)."""
+        return combined(self.batch.cost().reshape(-1, self.runs), self.batch.scene.robustness)
+
+    def status(self) -> Ints:
+        """Status of every candidate, (candidates,)."""
+        return self._of_worst(self.batch.status())
+
+    def end_time(self) -> Floats:
+        """Simulated time that every candidate came to, (candidates,), s."""
+        return self._of_worst(self.batch.end_time())
+
+    def terms(self) -> dict[str, Floats]:
+        """Values (candidates,) of the objective's terms by name."""
+        if self.batch.scene.robustness.cost == "worst":
+            return {name: self._of_worst(values) for name, values in self.batch.terms().items()}
+        return {name: values.reshape(-1, self.runs).mean(axis=1) for name, values in self.batch.terms().items()}
+
+    def _of_worst(self, values: NDArray[Any]) -> NDArray[Any]:
+        """Of the values of all runs those of each candidate's run of greatest cost."""
+        worst = self.batch.cost().reshape(-1, self.runs).argmax(axis=1)
+        return np.asarray(values.reshape(-1, self.runs)[np.arange(self.candidates), worst])
