@@ -1,6 +1,6 @@
 """Time that CMA-ES takes for itself, without any evaluation: to sample a generation, and to learn from its costs.
 
-    OPENBLAS_NUM_THREADS=1 python tools/bench_search.py            several threads take longer, on a busy machine much
+    python tools/bench_search.py
     python tools/bench_search.py --parameters 148,300 --populations 50,500,5000 --json bench.json
 
 Also the time of one evaluation's way into NLopt's thread and back, and of a generation of many small searches.

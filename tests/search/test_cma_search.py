@@ -5,6 +5,7 @@ import warnings
 import cma
 import numpy as np
 import pytest
+from threadpoolctl import threadpool_limits
 
 from search.functions import FUNCTIONS, rastrigin, run, sphere, start_of
 from warpmuscle.errors import Error
@@ -146,3 +147,14 @@ def test_without_restarts_there_is_one_run():
 def test_settings_that_cannot_be_used(settings, text):
     with pytest.raises(Error, match=text):
         CmaSearch(settings.pop("start", [0.5, 0.5]), 1, **settings)
+
+
+def test_candidates_do_not_depend_on_the_number_of_blas_threads():
+    def last_generation(threads):
+        with threadpool_limits(threads, user_api="blas"):
+            search = CmaSearch(np.full(150, 0.5), 1, population=600)
+            for _ in range(3):
+                search.tell(np.sum((search.ask() - 0.3) ** 2, axis=1))
+            return search.ask()
+
+    np.testing.assert_array_equal(last_generation(1), last_generation(2))

@@ -9,6 +9,7 @@ from typing import Any
 import cma  # type: ignore[import-untyped]
 import numpy as np
 from numpy.typing import ArrayLike
+from threadpoolctl import ThreadpoolController  # type: ignore[import-untyped]
 
 from warpmuscle.errors import Error
 from warpmuscle.search.cube import into_cube, out_of_cube, scattered
@@ -23,6 +24,7 @@ from warpmuscle.search.search import (
     frozen,
 )
 
+_LIBRARIES = ThreadpoolController()
 LEAST_POPULATION = 4  # two parents, so that the covariance has something to learn from
 LARGEST_DEVIATION = 1.0 / 3.0  # of a coordinate: wider than that, candidates only fold back from the faces
 
@@ -39,8 +41,8 @@ class CmaSearch:
     nearly uniform in the cube, where Hansen (2009) has it; with a small one it remains in the neighbourhood that the
     caller meant.
 
-    Candidates are the same to the last bit only with the same number of BLAS threads and on the same kind of CPU,
-    since linear algebra rounds differently with others. One thread (OPENBLAS_NUM_THREADS=1) is also the fastest.
+    Linear algebra runs in one thread, which rounds the same on machines with any number of cores, and is the fastest
+    for matrices of this size.
     """
 
     def __init__(
@@ -79,7 +81,8 @@ class CmaSearch:
         if self._reason:
             raise Error(f"the search has finished: {self._reason}")
         if self._asked is None:
-            self._sampled = self._strategy.ask()
+            with _one_thread():
+                self._sampled = self._strategy.ask()
             self._asked = frozen(into_cube(np.array(self._sampled)))
         return self._asked
 
@@ -89,7 +92,8 @@ class CmaSearch:
         values = checked_costs(costs, len(asked))
         self._progress.add(asked, values)
         self._used += len(asked)
-        self._strategy.tell(self._sampled, values.tolist())
+        with _one_thread():
+            self._strategy.tell(self._sampled, values.tolist())
         self._asked, self._sampled = None, []
         reason = ", ".join(self._strategy.stop())
         if reason or self._used >= self._restarts.run.evaluations:
@@ -142,6 +146,11 @@ def strategy_options(population: int, generator: np.random.Generator) -> dict[st
         "verb_log": 0,
         "verb_disp": 0,
     }
+
+
+def _one_thread() -> Any:
+    """A context in which BLAS has one thread."""
+    return _LIBRARIES.limit(limits=1, user_api="blas")
 
 
 def _normals(generator: np.random.Generator) -> Callable[[int, int], Floats]:
