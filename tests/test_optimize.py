@@ -9,7 +9,7 @@ from warpmuscle import generation
 from warpmuscle.errors import Error
 from warpmuscle.formats import load, toml
 from warpmuscle.number import Free
-from warpmuscle.optimize import optimize, replay
+from warpmuscle.optimization import optimize, replay
 from warpmuscle.parameters import Parameter, free_parameters, from_unit, start_values, to_unit
 from warpmuscle.results import write
 from warpmuscle.rollout import Rollout

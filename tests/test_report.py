@@ -6,7 +6,7 @@ import pytest
 
 from warpmuscle import report
 from warpmuscle.formats import load
-from warpmuscle.optimize import optimize
+from warpmuscle.optimization import optimize
 from warpmuscle.records import ParameterTable, Result
 from warpmuscle.scene import Objective
 

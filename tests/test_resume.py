@@ -21,7 +21,7 @@ from warpmuscle.cli import app
 from warpmuscle.errors import Error, ResultError
 from warpmuscle.formats import load
 from warpmuscle.journal import journal_path
-from warpmuscle.optimize import optimize, resume
+from warpmuscle.optimization import optimize, resume
 from warpmuscle.records import Result
 from warpmuscle.results import read, write
 

@@ -7,7 +7,7 @@ import pytest
 from warpmuscle import tracking
 from warpmuscle.errors import RolloutError, SceneError
 from warpmuscle.formats import load
-from warpmuscle.optimize import parameter_table
+from warpmuscle.optimization import parameter_table
 from warpmuscle.parameters import free_parameters
 from warpmuscle.results import Result, write
 from warpmuscle.rollout import Rollout

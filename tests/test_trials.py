@@ -6,7 +6,7 @@ import pytest
 
 from warpmuscle.disturbances import drawn
 from warpmuscle.formats import load
-from warpmuscle.optimize import optimize
+from warpmuscle.optimization import optimize
 from warpmuscle.parameters import free_parameters, start_values
 from warpmuscle.rollout import Rollout
 from warpmuscle.scene import Robustness

@@ -19,7 +19,7 @@ from warpmuscle.errors import Error, ResultError, RolloutError, SceneError
 if TYPE_CHECKING:
     from warpmuscle.formats import load, save
     from warpmuscle.gait import measure
-    from warpmuscle.optimize import optimize
+    from warpmuscle.optimization import optimize, resume
     from warpmuscle.recording import Recording
     from warpmuscle.results import Result, read, write
     from warpmuscle.rollout import Rollout
@@ -29,13 +29,13 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Error", "Recording", "Result", "ResultError", "Rollout", "RolloutError", "Scene", "SceneError", "Stages",
-    "Status", "load", "measure", "optimize", "read", "save", "write",
+    "Status", "load", "measure", "optimize", "read", "resume", "save", "write",
 ]  # fmt: skip
 
 _HOMES = {
     "Recording": "recording", "Result": "results", "Rollout": "rollout", "Scene": "scene", "Stages": "stages",
-    "Status": "status", "load": "formats", "measure": "gait", "optimize": "optimize", "read": "results",
-    "save": "formats", "write": "results",
+    "Status": "status", "load": "formats", "measure": "gait", "optimize": "optimization", "read": "results",
+    "resume": "optimization", "save": "formats", "write": "results",
 }  # fmt: skip
 
 

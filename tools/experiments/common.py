@@ -15,7 +15,7 @@ import warp as wp
 
 import warpmuscle as wm
 from warpmuscle.formats import toml
-from warpmuscle.optimize import parameter_table
+from warpmuscle.optimization import parameter_table
 from warpmuscle.parameters import free_parameters
 from warpmuscle.pose import rotate, twist_angle
 from warpmuscle.recording import Recording

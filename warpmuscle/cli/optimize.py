@@ -70,7 +70,7 @@ def optimize(
         more = candidates if "candidates" in given else None
         output = resume
         start_warp()
-        from warpmuscle.optimize import resume as go_on
+        from warpmuscle.optimization import resume as go_on
 
         with ProgressBar() as bar:
             result = go_on(
@@ -82,7 +82,7 @@ def optimize(
         output = output if output is not None else Path(f"{scene.name}.h5")
         writable(output)
         start_warp()
-        from warpmuscle.optimize import optimize as begin
+        from warpmuscle.optimization import optimize as begin
 
         with ProgressBar() as bar:
             result = begin(

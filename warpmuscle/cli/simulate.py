@@ -50,7 +50,7 @@ def simulate(
     if legacy:
         scene = _as_legacy(scene)
     start_warp()
-    from warpmuscle.optimize import parameter_table
+    from warpmuscle.optimization import parameter_table
     from warpmuscle.results import Result, write
     from warpmuscle.rollout import Rollout
     from warpmuscle.status import Status
