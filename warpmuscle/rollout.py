@@ -13,6 +13,7 @@ import warp as wp
 from numpy.typing import ArrayLike
 
 from warpmuscle.arrays import Floats, Ints, to_device
+from warpmuscle.collisions import collision_pairs, collisions_struct
 from warpmuscle.disturbances import Disturbances, none
 from warpmuscle.errors import RolloutError
 from warpmuscle.formats import load
@@ -93,7 +94,8 @@ class Rollout:
         self.lanes = 1 if self.device.is_cpu else _lanes(lanes, work_floats(capacity))
         kind = None if self._driven.by_torque_alone else muscle_kind(scene.muscle_model)
         self._objective = objective_kind(scene, kind is not None)
-        self._kernel = step_kernel(capacity, self.lanes, self.block_dim, kind, self._objective)
+        self._colliding = collision_pairs(scene, self.names)
+        self._kernel = step_kernel(capacity, self.lanes, self.block_dim, kind, self._objective, bool(self._colliding))
         buffers = self.threads if self.device.is_cpu else 1
         self._buffers = [wp.zeros(work_floats(capacity), dtype=float, device=self.device) for _ in range(buffers)]
         self._state = self._new_state()
@@ -152,6 +154,8 @@ class Rollout:
         self._values = array
         self._numeric = numeric = substitute(self.scene, array)
         self._model = model_struct(numeric, self.names, self._driven, self.device)
+        if self._colliding:
+            self._model.collisions = collisions_struct(numeric, self.names, self._colliding, self.device)
         self._start = start_of(numeric, self.names)
         for field, part in self._reference.items():
             setattr(self._model, field, part)

@@ -9,22 +9,21 @@ from numpy.typing import NDArray
 
 from warpmuscle.checks import Checks, known, near
 from warpmuscle.errors import SceneError
+from warpmuscle.initial_pose import initial_pose, plain_number, plain_vector
 from warpmuscle.number import Number
 from warpmuscle.parameters import start_values, substitute
-from warpmuscle.pose import about, multiply, normalized, rotate, twist_angle, universal_coordinates
+from warpmuscle.pose import rotate
 from warpmuscle.scene import (
     Actuation,
     Character,
     Condition,
     Drive,
     Excitation,
-    Joint,
-    JointState,
     Muscle,
     Scene,
     ViaPoint,
 )
-from warpmuscle.topology import SPEEDS, topology
+from warpmuscle.topology import SPEEDS
 
 GREATEST_PENNATION = 1.4  # rad; near a right angle a fibre pulls on nothing
 MUSCULAR = {"muscle", "assisted"}
@@ -197,7 +196,7 @@ def slack_warnings(scene: Scene) -> list[SceneError]:
     return [
         SceneError(_no_fibre(muscle, lengths[name]), key=f"character.muscles.{name}.l_slack")
         for name, muscle in plain.character.muscles.items()
-        if lengths[name] <= _plain(muscle.l_slack)
+        if lengths[name] <= plain_number(muscle.l_slack)
     ]
 
 
@@ -206,7 +205,7 @@ def initial_path_lengths(scene: Scene) -> dict[str, float]:
 
     A conditional point counts where its angle is within its interval, without the blend about both ends.
     """
-    poses, angles = _initial_pose(scene)
+    poses, angles = initial_pose(scene)
     lengths = {}
     for name, muscle in scene.character.muscles.items():
         points = [_position(point, *poses[point.body]) for point in muscle.path if _counts(point, angles)]
@@ -216,59 +215,20 @@ def initial_path_lengths(scene: Scene) -> dict[str, float]:
 
 def _no_fibre(muscle: Muscle, length: float) -> str:
     """What is wrong with a slack length, m, that a path of this length, m, leaves no room beside."""
-    fitting = length - _plain(muscle.l_opt) * float(np.cos(_plain(muscle.pennation)))
+    fitting = length - plain_number(muscle.l_opt) * float(np.cos(plain_number(muscle.pennation)))
     hint = f"{fitting:.3g} m would fit (path minus l_opt)"
     if fitting <= 0.0:
-        hint = f"l_opt {_plain(muscle.l_opt):.3g} m alone is as long"
-    slack = _plain(muscle.l_slack)
+        hint = f"l_opt {plain_number(muscle.l_opt):.3g} m alone is as long"
+    slack = plain_number(muscle.l_slack)
     return f"slack length {slack:.3g} m leaves no fibre in the initial pose, where the path is {length:.3g} m; {hint}"
 
 
 def _counts(point: ViaPoint, angles: dict[str, Floats]) -> bool:
     """Whether a path runs through a point."""
     c = point.condition
-    return c is None or _plain(c.low) <= float(angles[c.joint][c.axis]) <= _plain(c.high)
+    return c is None or plain_number(c.low) <= float(angles[c.joint][c.axis]) <= plain_number(c.high)
 
 
 def _position(point: ViaPoint, position: Floats, orientation: Floats) -> Floats:
     """Place of a point, m, from the position and orientation of its body."""
-    return np.asarray(position + rotate(orientation, _vector(point.position)))
-
-
-def _initial_pose(scene: Scene) -> tuple[dict[str, tuple[Floats, Floats]], dict[str, Floats]]:
-    """Position, m, and orientation of every body in the root's frame, and the angles, rad, of every joint."""
-    character = scene.character
-    poses = {character.root: (np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0]))}
-    angles = {}
-    for name in topology(character).joints:
-        joint = character.joints[name]
-        turn, angles[name] = _joint_turn(joint, scene.initial_state.joints.get(name, JointState()))
-        position, orientation = poses[joint.parent]
-        anchor = position + rotate(orientation, _vector(joint.position_in_parent))
-        turned = multiply(orientation, turn)
-        poses[joint.child] = np.asarray(anchor - rotate(turned, _vector(joint.position_in_child))), turned
-    return poses, angles
-
-
-def _joint_turn(joint: Joint, state: JointState) -> tuple[Floats, Floats]:
-    """The child's orientation in its parent, as far as the joint can turn, and the joint's angles, rad."""
-    q = normalized(_vector(state.orientation))
-    axes = [normalized(_vector(axis)) for axis in joint.axes]
-    if joint.type == "hinge":
-        angle = twist_angle(q, axes[0])
-        return about(axes[0], angle), angle[None]
-    if joint.type == "universal":
-        angles, _ = universal_coordinates(q, np.zeros(3), *axes)
-        return multiply(about(axes[1], angles[1]), about(axes[0], angles[0])), angles
-    return (q if joint.type == "ball" else np.array([0.0, 0.0, 0.0, 1.0])), np.zeros(0)
-
-
-def _vector(numbers: Sequence[Number]) -> Floats:
-    """Numbers of a scene that has no free parameters as an array."""
-    return np.array([_plain(number) for number in numbers])
-
-
-def _plain(number: Number) -> float:
-    """A number of a scene that has no free parameters."""
-    assert isinstance(number, int | float)
-    return float(number)
+    return np.asarray(position + rotate(orientation, plain_vector(point.position)))
