@@ -8,7 +8,7 @@ bodies have identity orientation, so that a joint axis has the same coordinates 
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Any, Literal, cast
 
 import msgspec
 
@@ -86,11 +86,25 @@ class Condition(Part):
 
 
 class ViaPoint(Part):
-    """A point of a muscle's path, fixed to a body."""
+    """A point of a muscle's path, fixed to a body: at a position, or on a line, where a search may move it along.
+
+    Positions are in the body's frame: from its centre of mass, m. The position on a line is start + at (end - start).
+    """
 
     body: str
-    position: Vector  # m, in the body's frame: from its centre of mass
+    position: Vector | None = None
     condition: Condition | None = None  # never for the first and the last point
+    start: Vector | None = None  # of the line, all three in place of `position`
+    end: Vector | None = None
+    at: Number | None = None  # 0 at the start of the line, 1 at its end
+
+    def place(self) -> tuple[Any, Any, Any]:
+        """The position, m, of a checked point whose numbers are floats, or (n,) arrays with one value an instance."""
+        if self.position is not None:
+            return self.position
+        start, end, at = cast("tuple[tuple[Any, ...], tuple[Any, ...], Any]", (self.start, self.end, self.at))
+        x, y, z = (a + at * (b - a) for a, b in zip(start, end, strict=True))
+        return x, y, z
 
 
 class Excitation(Part):

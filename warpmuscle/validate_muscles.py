@@ -59,7 +59,7 @@ def check_path(
         interval: gives the least and the greatest value of a number.
 
     Raises:
-        SceneError: an unknown body or joint, fewer than two points, or a condition that cannot be used.
+        SceneError: an unknown body or joint, fewer than two points, or a point or condition that cannot be used.
     """
     if len(path) < 2:
         raise SceneError(f"a path needs at least two points, got {len(path)}", key=key)
@@ -67,12 +67,29 @@ def check_path(
         if point.body not in character.bodies:
             message = f"there is no body {point.body!r}{near(point.body, character.bodies)}"
             raise SceneError(message, key=f"{key}.{index}.body")
+        _on_body(f"{key}.{index}", point, interval)
         if point.condition is None:
             continue
         place = f"{key}.{index}.condition"
         if index in (0, len(path) - 1):
             raise SceneError("the first and the last point of a path take no condition", key=place)
         _condition(place, point.condition, character, interval)
+
+
+def _on_body(key: str, point: ViaPoint, interval: Callable[[Number], tuple[float, float]]) -> None:
+    """A point has either a position, or a line and a place on it."""
+    line = {name: getattr(point, name) for name in ("start", "end", "at")}
+    given = [name for name, value in line.items() if value is not None]
+    if point.position is not None and given:
+        raise SceneError(f"give either `position`, or a line with `start`, `end` and `at`, not `{given[0]}` too", key)
+    if point.position is None and len(given) < len(line):
+        missing = next(name for name in line if name not in given)
+        lacks = f"a line needs `start`, `end` and `at`; missing key '{missing}'"
+        raise SceneError(lacks if given else "missing key 'position' (or `start`, `end` and `at` of a line)", key)
+    if point.at is not None:
+        least, greatest = interval(point.at)
+        if least < 0.0 or greatest > 1.0:
+            raise SceneError(f"must be within 0 and 1, is {least if least < 0.0 else greatest:g}", key=f"{key}.at")
 
 
 def _condition(
@@ -231,4 +248,4 @@ def _counts(point: ViaPoint, angles: dict[str, Floats]) -> bool:
 
 def _position(point: ViaPoint, position: Floats, orientation: Floats) -> Floats:
     """Place of a point, m, from the position and orientation of its body."""
-    return np.asarray(position + rotate(orientation, plain_vector(point.position)))
+    return np.asarray(position + rotate(orientation, plain_vector(point.place())))
