@@ -16,7 +16,8 @@ from warpmuscle.arrays import Floats, Ints, to_device
 from warpmuscle.collisions import collision_pairs, collisions_struct
 from warpmuscle.disturbances import Disturbances, none
 from warpmuscle.errors import RolloutError
-from warpmuscle.formats import load
+from warpmuscle.formats import load, npz
+from warpmuscle.formats.npz import JointMotion
 from warpmuscle.frames import Frames
 from warpmuscle.kernels import structs
 from warpmuscle.kernels.lanes import capacity_of, work_floats
@@ -196,15 +197,22 @@ class Rollout:
         if tracking is None or "tracking" not in self._objective.body:
             return {}
         if tracking.file:
-            replays = read(tracking.file).replays
+            if tracking.file.lower().endswith(".npz"):
+                plain = substitute(self.scene, start_values(self.scene))
+                replays: Sequence[Recording | JointMotion] = [npz.read(tracking.file, plain.character)]
+            else:
+                replays = read(tracking.file).replays
             if tracking.replay >= len(replays):
                 raise RolloutError(f"{tracking.file} has {len(replays)} motions, none with number {tracking.replay}")
-            motion = replays[tracking.replay]
+            motion = replays[tracking.replay].window(tracking.start)
         else:
             other = Rollout(load(tracking.scene), 1, str(self.device), record=[0], record_rate=200.0)
             other.run()
-            motion = other.recording()
-        table, counts = reference_table(motion.window(tracking.start), self.names, tracking.joints)
+            motion = other.recording().window(tracking.start)
+        if not len(motion.phase):
+            source = tracking.file or tracking.scene
+            raise RolloutError(f"{source} has no motion from {tracking.start:g} s on, which `tracking.start` asks for")
+        table, counts = reference_table(motion, self.names, tracking.joints)
         return reference_fields(table, counts, self.device)
 
     def disturb(self, disturbances: Disturbances) -> None:

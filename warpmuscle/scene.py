@@ -347,12 +347,17 @@ class Objective(Part):
 
 
 class Tracking(Part):
-    """A gait whose joint angles the objective compares with, over the phase of a step in left and in right stance."""
+    """A gait whose joint angles the objective compares with, over the phase of a step in left and in right stance.
+
+    A file is an HDF5 file with recorded motions, or a `.npz` file of NumPy: `phase` (K,) and `stance` (K,), or `cycle`
+    (K,) over the gait cycle; `time` (K,) in s if wanted; and a joint's angles in rad or quaternions under its name. See
+    `formats/npz.py`.
+    """
 
     scene: str = ""  # a scene that is run for it: a shipped one, or a TOML file
-    file: str = ""  # or an HDF5 file with a recorded motion
-    replay: int = 0  # which one of the file
-    start: float = 2.0  # s, from where on the motion counts
+    file: str = ""  # or an HDF5 or .npz file with a recorded motion
+    replay: int = 0  # which one of an HDF5 file
+    start: float = 2.0  # s, from where on the motion counts, if it has times
     joints: list[str] = []  # those that count; all if empty
 
 
