@@ -17,6 +17,7 @@ CAPACITY_STEP = 5  # bodies; the 15 bodies of the SIMBICON biped fill a class ex
 BODY_FLOATS = 82
 SLOT_FLOATS = 18
 OTHER_FLOATS = 8
+SHAPES_A_BODY = 4  # that may collide, on average
 
 
 def capacity_of(bodies: int) -> int:
@@ -54,9 +55,9 @@ def after(address: wp.uint64, floats: int) -> wp.uint64:
 def work_at(address: wp.uint64, n: int, slots: int) -> Work:
     """Views on the working set at an address, with room for n bodies.
 
-    Four groups live one after the other in the same 27 floats a body, as a step needs them: sums of the kinematics,
-    the controller's targets with the joint velocities, the articulated inertia, and accelerations. The joint factors of
-    the backward pass take the place of the velocities' lags.
+    Five groups live one after the other in the same 27 floats a body, as a step needs them: sums of the kinematics,
+    shapes that may collide, the controller's targets with the joint velocities, the articulated inertia, and
+    accelerations. The joint factors of the backward pass take the place of the velocities' lags.
     """
     w = Work()
     w.rotation = wp.array(ptr=address, shape=(n,), dtype=wp.mat33)
@@ -75,6 +76,8 @@ def work_at(address: wp.uint64, n: int, slots: int) -> Work:
     shared = after(address, 55 * n)
     w.moment = wp.array(ptr=shared, shape=(n,), dtype=wp.vec3)
     w.momentum = wp.array(ptr=after(shared, 3 * n), shape=(n,), dtype=wp.vec3)
+    w.shape_middle = wp.array(ptr=shared, shape=(SHAPES_A_BODY * n,), dtype=wp.vec3)
+    w.shape_half = wp.array(ptr=after(shared, 3 * SHAPES_A_BODY * n), shape=(SHAPES_A_BODY * n,), dtype=wp.vec3)
     w.target = wp.array(ptr=shared, shape=(n,), dtype=wp.quat)
     w.strength = wp.array(ptr=after(shared, 4 * n), shape=(n,), dtype=float)
     w.frame = wp.array(ptr=after(shared, 5 * n), shape=(n,), dtype=int)

@@ -5,6 +5,7 @@ from typing import Any
 
 import warp as wp
 
+from warpmuscle.kernels.collision import collision_stage_of
 from warpmuscle.kernels.dynamics import acceleration_stage, inertia_stage
 from warpmuscle.kernels.integration import integrate_stage
 from warpmuscle.kernels.kinematics import kinematics_stage
@@ -34,15 +35,17 @@ def foot_force_stage(instance: int, model: Model, state: State, work: Work):
 
 
 @cache
-def one_step_of(muscles: MuscleKind | None, objective: ObjectiveKind) -> Any:
+def one_step_of(muscles: MuscleKind | None, objective: ObjectiveKind, collisions: bool) -> Any:
     """The Warp function that makes one step of one instance and returns its status, the same on all lanes.
 
     Args:
         muscles: kind of the muscles, None for characters that torques alone drive.
         objective: the terms that are summed up.
+        collisions: whether bodies are tested for running into each other.
     """
     muscle_stage = muscle_stage_of(muscles, objective.muscle) if muscles is not None else no_muscles
     objective_stage = objective_stage_of(objective)
+    collision_stage = collision_stage_of(collisions)
 
     @wp.func
     def one_step(instance: int, lane: int, lanes: int, model: Model, state: State, record: Record, work: Work) -> int:
@@ -53,6 +56,9 @@ def one_step_of(muscles: MuscleKind | None, objective: ObjectiveKind) -> Any:
             state.start_height[instance] = work.center[0][1]
         synchronize()
         status = posture_status(instance, model, state, work)
+        if status != RUNNING:
+            return status
+        status = collision_stage(instance, lane, lanes, step, model, work)
         if status != RUNNING:
             return status
         control_stage(instance, lane, lanes, model, state, work)
@@ -92,6 +98,7 @@ def step_kernel(
     block_dim: int,
     muscles: MuscleKind | None = None,
     objective: ObjectiveKind = ObjectiveKind(),  # noqa: B008, immutable
+    collisions: bool = False,
 ) -> Any:
     """The fused kernel of a size class: launch with dim=(running instances, lanes) and this block_dim.
 
@@ -99,9 +106,9 @@ def step_kernel(
         capacity: bodies that it has room for, see `lanes.capacity_of`.
         lanes: threads that share an instance; 1 on the CPU.
         block_dim: threads a block, a multiple of lanes.
-        muscles, objective: see `one_step_of`.
+        muscles, objective, collisions: see `one_step_of`.
     """
-    one_step = one_step_of(muscles, objective)
+    one_step = one_step_of(muscles, objective, collisions)
     instances_per_block = max(block_dim // lanes, 1)
     slots = slots_of(capacity)
     address = work_address(capacity, instances_per_block)

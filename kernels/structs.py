@@ -14,7 +14,7 @@ from warpmuscle.kernels.spatial import symmetric
 ROOT_FREE, ROOT_PLANAR, ROOT_FIXED = 0, 1, 2
 BALL, UNIVERSAL, HINGE, FIXED = 1, 2, 3, 4
 LEFT, RIGHT, REVERSE, SAME = 0, 1, 2, 3
-RUNNING, COMPLETED, FELL, TURNED, TOUCHED, DIVERGED, CROSSED = 0, 1, 2, 3, 4, 5, 6
+RUNNING, COMPLETED, FELL, TURNED, TOUCHED, DIVERGED, CROSSED, COLLIDED = 0, 1, 2, 3, 4, 5, 6, 7
 BY_TORQUE, BY_MUSCLES, MIXED = 0, 1, 2  # what drives a joint
 KEEP, DROP, CLIP = 0, 1, 2  # pushing contributions to a muscle's desired force
 
@@ -68,6 +68,19 @@ class Contacts:
     stiffness: wp.array2d[float]  # (rows, 1) N/m
     damping: wp.array2d[float]  # (rows, 1) N s/m
     tangential_damping: wp.array2d[float]  # (rows, 1) N s/m
+
+
+@wp.struct
+class Collisions:
+    """Shapes of bodies that must not run into each other, as capsules; body axes, from the body's joint."""
+
+    every: int  # steps between two tests
+    body: wp.array[int]  # (shapes,)
+    middle: wp.array2d[wp.vec3]  # (rows, shapes) m, of the capsule's segment
+    half: wp.array2d[wp.vec3]  # (rows, shapes) m, from the middle of the segment to its end
+    pair: wp.array2d[int]  # (pairs, 2) shapes
+    nearest_sq: wp.array2d[wp.vec2]  # (rows, pairs) m^2, squared distances: of middles that exclude a collision, and
+    # the least one of the segments without it
 
 
 @wp.struct
@@ -196,6 +209,7 @@ class Model:
     level_start: wp.array[int]  # (levels + 1,)
     skeleton: Skeleton
     contacts: Contacts
+    collisions: Collisions
     simbicon: Simbicon
     actuation: Actuation
     muscles: Muscles
@@ -256,6 +270,8 @@ class Work:
     moment: wp.array[wp.vec3]  # (bodies,) kg m, mass times centre of mass, world
     momentum: wp.array[wp.vec3]  # (bodies,) kg m/s
     joint_velocity: wp.array[wp.vec3]  # (bodies,) rad/s, world, of the child relative to the parent
+    shape_middle: wp.array[wp.vec3]  # (SHAPES_A_BODY bodies,) m, of the shapes that may collide
+    shape_half: wp.array[wp.vec3]  # (SHAPES_A_BODY bodies,) m
     target: wp.array[wp.quat]  # (bodies,)
     strength: wp.array[float]  # (bodies,)
     frame: wp.array[int]  # (bodies,) 1: target in the character frame
@@ -276,7 +292,7 @@ class Work:
     contact_force: wp.array[
         wp.vec3
     ]  # (slots,) ... and its force; after the forward pass the force of the whole step, N
-    flags: wp.array[int]  # (2,) a body that is no foot touched the ground; the step diverged
+    flags: wp.array[int]  # (2,) a body that is no foot touched the ground, before that: another body; the step diverged
 
 
 @wp.struct

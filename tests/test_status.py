@@ -5,9 +5,9 @@ from warpmuscle.status import Status
 
 
 def test_numbers_stay_as_files_have_them():
-    names = ["RUNNING", "COMPLETED", "FELL", "TURNED", "TOUCHED", "DIVERGED", "CROSSED"]
+    names = ["RUNNING", "COMPLETED", "FELL", "TURNED", "TOUCHED", "DIVERGED", "CROSSED", "COLLIDED"]
     assert [status.name for status in sorted(Status)] == names
-    assert [int(status) for status in sorted(Status)] == list(range(7))
+    assert [int(status) for status in sorted(Status)] == list(range(8))
 
 
 def test_every_outcome_has_a_meaning_of_one_line():

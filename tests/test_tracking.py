@@ -1,11 +1,13 @@
 """A tracked gait: tables of means over the phase, and an error that is zero for the gait itself."""
 
+from pathlib import Path
+
 import msgspec
 import numpy as np
 import pytest
 
 from warpmuscle import tracking
-from warpmuscle.errors import RolloutError, SceneError
+from warpmuscle.errors import ResultError, RolloutError, SceneError
 from warpmuscle.formats import load
 from warpmuscle.optimization import parameter_table
 from warpmuscle.parameters import free_parameters
@@ -46,6 +48,51 @@ def test_a_file_gives_the_same_reference_as_the_scene_that_made_it(tmp_path):
     write(tmp_path / "walk.h5", Result("", "cpu", "", 0, table, replays=(rollout.recording(),)))
     sources = Tracking(file=str(tmp_path / "walk.h5")), Tracking(scene="fwalk")
     assert len({error_of(tracked("walk56", source, 1.0)) for source in sources}) == 1
+
+
+def test_a_run_saved_with_numpy_gives_the_same_error_as_its_result_file_bit_for_bit(tmp_path):
+    scene = load("fwalk")
+    rollout = Rollout(scene, 1, "cpu", record=[0], record_rate=200.0)
+    rollout.run(5.0)
+    motion = rollout.recording()
+    table = parameter_table(free_parameters(scene))
+    write(tmp_path / "walk.h5", Result("", "cpu", "", 0, table, replays=(motion,)))
+    joints = {name: motion.joint_orientation[:, k] for k, name in enumerate(motion.joint_names)}
+    np.savez(tmp_path / "walk.npz", time=motion.time, phase=motion.phase, stance=motion.stance, **joints)
+    sources = [Tracking(file=str(tmp_path / name)) for name in ("walk.h5", "walk.npz")]
+    first, second = (error_of(tracked("fwalk", source, 1.0)) for source in sources)
+    assert first == second > 0.0
+
+
+def test_a_recording_of_the_original_program_is_near_to_the_same_gait_here(reference_data: Path):
+    near, far = (
+        error_of(tracked("fwalk", Tracking(file=str(reference_data / f"simbicon/reference/bipV2_{gait}.npz"))))
+        for gait in ("fWalk", "bWalk")
+    )
+    assert near < 0.1 * far
+
+
+def test_knees_over_a_gait_cycle_are_tracked_without_times(tmp_path):
+    cycle = np.arange(100) / 100.0
+    knee = 0.1 + 0.9 * np.exp(-(((cycle - 0.72) / 0.1) ** 2))  # rad, of the left leg, bent in its swing
+    np.savez(tmp_path / "knees.npz", cycle=cycle, lKnee=knee, rKnee=np.roll(knee, 50))
+    error = error_of(tracked("fwalk", Tracking(file=str(tmp_path / "knees.npz")), 2.0))
+    both = error_of(tracked("fwalk", Tracking(file=str(tmp_path / "knees.npz"), joints=["lKnee", "rKnee"]), 2.0))
+    assert error == both
+    assert 0.0 < np.degrees(np.sqrt(error / 2.0 / 2.0)) < 60.0
+
+
+def test_a_file_without_motion_after_the_start_or_without_the_replay_is_an_error(tmp_path):
+    path = str(tmp_path / "a.npz")
+    np.savez(path, time=np.arange(4) * 0.1, phase=np.arange(4) / 4, stance=[0, 0, 1, 1], lKnee=np.zeros(4))
+    with pytest.raises(RolloutError, match=r"a\.npz has no motion from 2 s on, which `tracking.start` asks for"):
+        Rollout(tracked("fwalk", Tracking(file=path)), 1, "cpu")
+    with pytest.raises(RolloutError, match=r"a\.npz has 1 motions, none with number 1"):
+        Rollout(tracked("fwalk", Tracking(file=path, start=0.0, replay=1)), 1, "cpu")
+    with pytest.raises(RolloutError, match="has no joint 'rKnee'"):
+        Rollout(tracked("fwalk", Tracking(file=path, start=0.0, joints=["rKnee"])), 1, "cpu")
+    with pytest.raises(ResultError, match=r"there is no such file"):
+        Rollout(tracked("fwalk", Tracking(file=str(tmp_path / "b.NPZ"))), 1, "cpu")
 
 
 def test_means_over_the_phase_are_those_of_the_frames_in_each_bin():

@@ -60,6 +60,7 @@ def test_trajectories_change_sides_with_the_stance():
 STATE = "controller.states.0"
 COMPONENT = f"{STATE}.trajectories.SWING_Hip.components.0"
 HFL, TFL = "character.muscles.HFL", "character.muscles.TFL"
+COLLIDING = "failure.self_collision_pairs"
 CONDITION = f"{TFL}.path.1.condition"
 HERE = ViaPoint("pelvis", ZERO)
 
@@ -117,6 +118,11 @@ HERE = ViaPoint("pelvis", ZERO)
         ("initial_state.joints.knee", JointState(), "initial_state.joints.knee", "no joint is called 'knee'"),
         ("ground.normal", ZERO, "ground.normal", "normal has no length"),
         ("ground.stiffness", -1.0, "ground.stiffness", "must not be negative"),
+        ("failure.self_collision", -0.01, "failure.self_collision", "must not be negative"),
+        (COLLIDING, [("pelvis", "lFot")], f"{COLLIDING}.0.1", "no body is called 'lFot'; did you mean 'lFoot'?"),
+        (COLLIDING, [("pelvis", "lFoot"), ("rFoot", "lFoot")], f"{COLLIDING}.1.0", "'rFoot' has no shape that could"),
+        (COLLIDING, [("lFoot", "lFoot")], f"{COLLIDING}.0", "a pair takes two bodies, got 'lFoot' twice"),
+        (COLLIDING, [("lFoot",)], f"{COLLIDING}.0", "expected 2 values, got 1"),
         ("failure.max_speed", 0.0, "failure.max_speed", "must be greater than 0"),
         ("objective.failure_cost", 0.0, "objective.failure_cost", "must be greater than 0"),
         (f"{HFL}.path", [HERE], f"{HFL}.path", "at least two points, got 1"),

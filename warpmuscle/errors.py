@@ -34,4 +34,4 @@ class RolloutError(Error):
 
 
 class ResultError(Error):
-    """A result file cannot be read or written."""
+    """A result file, or a file with a motion, cannot be read or written."""

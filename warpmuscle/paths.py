@@ -54,7 +54,7 @@ def path_table(paths: Mapping[str, MusclePath], names: Topology, character: Char
     """Number points and segments, and find the muscles that act on each joint; fixed joints have none.
 
     Raises:
-        SceneError: an unknown body or joint, fewer than two points, or a condition that cannot be used.
+        SceneError: an unknown body or joint, fewer than two points, or a point or condition that cannot be used.
     """
     for muscle, path in paths.items():
         _check(f"muscles.{muscle}.path", path, character)
@@ -195,11 +195,11 @@ def _ends(segment: tuple[int, int], table: PathTable, names: Topology, character
 
     points = [table.points[number] for number in segment]
     a, b = (names.bodies.index(point.body) for point in points)
-    own = [rows(point.position) - joint_in(body) for point, body in zip(points, (a, b), strict=True)]
+    own = [rows(point.place()) - joint_in(body) for point, body in zip(points, (a, b), strict=True)]
     for origin, other, end in ((b, a, 0), (a, b, 1)):
         if names.parents[origin] == other:
             anchor = rows(character.joints[names.joints[origin - 1]].position_in_parent)
-            own[end] = rows(points[end].position) - anchor
+            own[end] = rows(points[end].place()) - anchor
             return _Ends((a, b), origin, False, own)
     return _Ends((a, b), b, a != b, own)
 
@@ -210,7 +210,8 @@ def _fixed_lengths(table: PathTable) -> Floats:
     for pairs in table.fixed or [[]]:
         total = np.zeros(1)
         for a, b in pairs:
-            total = total + np.linalg.norm(rows(table.points[b].position) - rows(table.points[a].position), axis=-1)
+            start, end = (rows(table.points[number].place()) for number in (a, b))
+            total = total + np.linalg.norm(end - start, axis=-1)
         lengths.append(total)
     return stacked(lengths)
 

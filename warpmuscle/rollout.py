@@ -13,9 +13,11 @@ import warp as wp
 from numpy.typing import ArrayLike
 
 from warpmuscle.arrays import Floats, Ints, to_device
+from warpmuscle.collisions import collision_pairs, collisions_struct
 from warpmuscle.disturbances import Disturbances, none
 from warpmuscle.errors import RolloutError
-from warpmuscle.formats import load
+from warpmuscle.formats import load, npz
+from warpmuscle.formats.npz import JointMotion
 from warpmuscle.frames import Frames
 from warpmuscle.kernels import structs
 from warpmuscle.kernels.lanes import capacity_of, work_floats
@@ -93,7 +95,8 @@ class Rollout:
         self.lanes = 1 if self.device.is_cpu else _lanes(lanes, work_floats(capacity))
         kind = None if self._driven.by_torque_alone else muscle_kind(scene.muscle_model)
         self._objective = objective_kind(scene, kind is not None)
-        self._kernel = step_kernel(capacity, self.lanes, self.block_dim, kind, self._objective)
+        self._colliding = collision_pairs(scene, self.names)
+        self._kernel = step_kernel(capacity, self.lanes, self.block_dim, kind, self._objective, bool(self._colliding))
         buffers = self.threads if self.device.is_cpu else 1
         self._buffers = [wp.zeros(work_floats(capacity), dtype=float, device=self.device) for _ in range(buffers)]
         self._state = self._new_state()
@@ -152,6 +155,8 @@ class Rollout:
         self._values = array
         self._numeric = numeric = substitute(self.scene, array)
         self._model = model_struct(numeric, self.names, self._driven, self.device)
+        if self._colliding:
+            self._model.collisions = collisions_struct(numeric, self.names, self._colliding, self.device)
         self._start = start_of(numeric, self.names)
         for field, part in self._reference.items():
             setattr(self._model, field, part)
@@ -192,15 +197,22 @@ class Rollout:
         if tracking is None or "tracking" not in self._objective.body:
             return {}
         if tracking.file:
-            replays = read(tracking.file).replays
+            if tracking.file.lower().endswith(".npz"):
+                plain = substitute(self.scene, start_values(self.scene))
+                replays: Sequence[Recording | JointMotion] = [npz.read(tracking.file, plain.character)]
+            else:
+                replays = read(tracking.file).replays
             if tracking.replay >= len(replays):
                 raise RolloutError(f"{tracking.file} has {len(replays)} motions, none with number {tracking.replay}")
-            motion = replays[tracking.replay]
+            motion = replays[tracking.replay].window(tracking.start)
         else:
             other = Rollout(load(tracking.scene), 1, str(self.device), record=[0], record_rate=200.0)
             other.run()
-            motion = other.recording()
-        table, counts = reference_table(motion.window(tracking.start), self.names, tracking.joints)
+            motion = other.recording().window(tracking.start)
+        if not len(motion.phase):
+            source = tracking.file or tracking.scene
+            raise RolloutError(f"{source} has no motion from {tracking.start:g} s on, which `tracking.start` asks for")
+        table, counts = reference_table(motion, self.names, tracking.joints)
         return reference_fields(table, counts, self.device)
 
     def disturb(self, disturbances: Disturbances) -> None:

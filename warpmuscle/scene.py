@@ -8,7 +8,7 @@ bodies have identity orientation, so that a joint axis has the same coordinates 
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Any, Literal, cast
 
 import msgspec
 
@@ -86,11 +86,25 @@ class Condition(Part):
 
 
 class ViaPoint(Part):
-    """A point of a muscle's path, fixed to a body."""
+    """A point of a muscle's path, fixed to a body: at a position, or on a line, where a search may move it along.
+
+    Positions are in the body's frame: from its centre of mass, m. The position on a line is start + at (end - start).
+    """
 
     body: str
-    position: Vector  # m, in the body's frame: from its centre of mass
+    position: Vector | None = None
     condition: Condition | None = None  # never for the first and the last point
+    start: Vector | None = None  # of the line, all three in place of `position`
+    end: Vector | None = None
+    at: Number | None = None  # 0 at the start of the line, 1 at its end
+
+    def place(self) -> tuple[Any, Any, Any]:
+        """The position, m, of a checked point whose numbers are floats, or (n,) arrays with one value an instance."""
+        if self.position is not None:
+            return self.position
+        start, end, at = cast("tuple[tuple[Any, ...], tuple[Any, ...], Any]", (self.start, self.end, self.at))
+        x, y, z = (a + at * (b - a) for a, b in zip(start, end, strict=True))
+        return x, y, z
 
 
 class Excitation(Part):
@@ -286,12 +300,20 @@ class Ground(Part):
 
 
 class Failure(Part):
-    """When an instance has failed; it then stops and costs more than any that has not."""
+    """When an instance has failed; it then stops and costs more than any that has not.
+
+    Bodies that collide are spheres, capsules, and boxes as the capsule inside them along their longest edge, as thick
+    as their shortest one. Without `self_collision_pairs` all bodies with shapes are tested with each other but for
+    those that a joint joins, and those that have a neighbour in common and overlap in the initial pose. They are tested
+    every 0.002 s.
+    """
 
     com_height: Number = 0.9  # lowest centre of mass as a fraction of the initial height; 0 switches the test off
     heading: Number = 0.7853981633974483  # largest turn from the desired heading, rad; 0 switches the test off
     body_contact: bool = False  # any body but the feet and their children touches the ground
     leg_crossing: Number = 0.0  # m, how far a foot may go beyond the other one to its side; 0 switches the test off
+    self_collision: Number = 0.0  # m, how deep two bodies may penetrate each other; 0 switches the test off
+    self_collision_pairs: list[tuple[str, str]] = []  # bodies that are tested; if empty, all that may not touch
     max_speed: Number = 1000.0  # largest joint or root speed, m/s or rad/s: beyond it the instance has diverged
 
 
@@ -325,12 +347,17 @@ class Objective(Part):
 
 
 class Tracking(Part):
-    """A gait whose joint angles the objective compares with, over the phase of a step in left and in right stance."""
+    """A gait whose joint angles the objective compares with, over the phase of a step in left and in right stance.
+
+    A file is an HDF5 file with recorded motions, or a `.npz` file of NumPy: `phase` (K,) and `stance` (K,), or `cycle`
+    (K,) over the gait cycle; `time` (K,) in s if wanted; and a joint's angles in rad or quaternions under its name. See
+    `formats/npz.py`.
+    """
 
     scene: str = ""  # a scene that is run for it: a shipped one, or a TOML file
-    file: str = ""  # or an HDF5 file with a recorded motion
-    replay: int = 0  # which one of the file
-    start: float = 2.0  # s, from where on the motion counts
+    file: str = ""  # or an HDF5 or .npz file with a recorded motion
+    replay: int = 0  # which one of an HDF5 file
+    start: float = 2.0  # s, from where on the motion counts, if it has times
     joints: list[str] = []  # those that count; all if empty
 
 

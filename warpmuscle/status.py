@@ -15,6 +15,7 @@ class Status(IntEnum):
     TOUCHED = 4
     DIVERGED = 5
     CROSSED = 6
+    COLLIDED = 7
 
     @property
     def meaning(self) -> str:
@@ -29,5 +30,6 @@ _MEANINGS = {
     Status.TURNED: "turned away from the desired heading by more than its limit",
     Status.TOUCHED: "touched the ground with a body other than the feet",
     Status.CROSSED: "crossed its legs: a foot went beyond the other one to its side by more than its limit",
+    Status.COLLIDED: "collided with itself: two bodies penetrated each other by more than their limit",
     Status.DIVERGED: "diverged: a speed exceeded its limit or was not a number",
 }

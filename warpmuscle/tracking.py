@@ -9,13 +9,14 @@ import warp as wp
 
 from warpmuscle.arrays import Floats, to_device
 from warpmuscle.errors import RolloutError
+from warpmuscle.formats.npz import JointMotion
 from warpmuscle.recording import Recording
 from warpmuscle.topology import Topology
 
 BINS = 50  # of the phase
 
 
-def reference_table(motion: Recording, names: Topology, joints: list[str]) -> tuple[Floats, Floats]:
+def reference_table(motion: Recording | JointMotion, names: Topology, joints: list[str]) -> tuple[Floats, Floats]:
     """Mean orientations (2 BINS, bodies, 4) of each body's joint, left stance first, and which bodies count (bodies,).
 
     Bins of the phase that the motion never comes to take those of the nearest bin that it does.

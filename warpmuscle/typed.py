@@ -22,6 +22,7 @@ PHRASES = {
     "float | null": "a number",
     "float | object | null": "a number",
     "object | null": "a table",
+    "array | null": "a list",
 }
 
 

@@ -82,8 +82,9 @@ class _Check(Checks):
             self.controller(scene.controller, scene.character)
         self.initial_state(scene.initial_state, scene.character)
         self.ground(scene.ground)
-        self.not_negative("failure", scene.failure, "com_height", "heading", "leg_crossing")
+        self.not_negative("failure", scene.failure, "com_height", "heading", "leg_crossing", "self_collision")
         self.positive("failure", scene.failure, "max_speed")
+        self.self_collision(scene.failure.self_collision_pairs, scene.character)
         self.not_negative("objective", scene.objective, *TERM_WEIGHTS, "ground_force_bound", "basal_rate")
         if scene.objective.head and scene.objective.head_body not in scene.character.bodies:
             known(scene.objective.head_body, scene.character.bodies, "body", "objective.head_body")
@@ -97,6 +98,17 @@ class _Check(Checks):
             raise SceneError(f"must be 1 at least, is {robustness.runs}", key="robustness.runs")
         self.not_negative("robustness", robustness, "velocity_noise", "push", "slope")
         self.positive("robustness", robustness, "push_duration")
+
+    def self_collision(self, pairs: Sequence[tuple[str, str]], character: Character) -> None:
+        """A pair is two bodies with shapes."""
+        for index, pair in enumerate(pairs):
+            key = f"failure.self_collision_pairs.{index}"
+            for place, body in enumerate(pair):
+                known(body, character.bodies, "body", f"{key}.{place}")
+                if not character.bodies[body].shapes:
+                    raise SceneError(f"body {body!r} has no shape that could collide", key=f"{key}.{place}")
+            if pair[0] == pair[1]:
+                raise SceneError(f"a pair takes two bodies, got {pair[0]!r} twice", key=key)
 
     def tracking(self, scene: Scene) -> None:
         """A tracked gait has one source, and joints of the character; a weight of tracking has a gait."""

@@ -9,22 +9,21 @@ from numpy.typing import NDArray
 
 from warpmuscle.checks import Checks, known, near
 from warpmuscle.errors import SceneError
+from warpmuscle.initial_pose import initial_pose, plain_number, plain_vector
 from warpmuscle.number import Number
 from warpmuscle.parameters import start_values, substitute
-from warpmuscle.pose import about, multiply, normalized, rotate, twist_angle, universal_coordinates
+from warpmuscle.pose import rotate
 from warpmuscle.scene import (
     Actuation,
     Character,
     Condition,
     Drive,
     Excitation,
-    Joint,
-    JointState,
     Muscle,
     Scene,
     ViaPoint,
 )
-from warpmuscle.topology import SPEEDS, topology
+from warpmuscle.topology import SPEEDS
 
 GREATEST_PENNATION = 1.4  # rad; near a right angle a fibre pulls on nothing
 MUSCULAR = {"muscle", "assisted"}
@@ -60,7 +59,7 @@ def check_path(
         interval: gives the least and the greatest value of a number.
 
     Raises:
-        SceneError: an unknown body or joint, fewer than two points, or a condition that cannot be used.
+        SceneError: an unknown body or joint, fewer than two points, or a point or condition that cannot be used.
     """
     if len(path) < 2:
         raise SceneError(f"a path needs at least two points, got {len(path)}", key=key)
@@ -68,12 +67,29 @@ def check_path(
         if point.body not in character.bodies:
             message = f"there is no body {point.body!r}{near(point.body, character.bodies)}"
             raise SceneError(message, key=f"{key}.{index}.body")
+        _on_body(f"{key}.{index}", point, interval)
         if point.condition is None:
             continue
         place = f"{key}.{index}.condition"
         if index in (0, len(path) - 1):
             raise SceneError("the first and the last point of a path take no condition", key=place)
         _condition(place, point.condition, character, interval)
+
+
+def _on_body(key: str, point: ViaPoint, interval: Callable[[Number], tuple[float, float]]) -> None:
+    """A point has either a position, or a line and a place on it."""
+    line = {name: getattr(point, name) for name in ("start", "end", "at")}
+    given = [name for name, value in line.items() if value is not None]
+    if point.position is not None and given:
+        raise SceneError(f"give either `position`, or a line with `start`, `end` and `at`, not `{given[0]}` too", key)
+    if point.position is None and len(given) < len(line):
+        missing = next(name for name in line if name not in given)
+        lacks = f"a line needs `start`, `end` and `at`; missing key '{missing}'"
+        raise SceneError(lacks if given else "missing key 'position' (or `start`, `end` and `at` of a line)", key)
+    if point.at is not None:
+        least, greatest = interval(point.at)
+        if least < 0.0 or greatest > 1.0:
+            raise SceneError(f"must be within 0 and 1, is {least if least < 0.0 else greatest:g}", key=f"{key}.at")
 
 
 def _condition(
@@ -197,7 +213,7 @@ def slack_warnings(scene: Scene) -> list[SceneError]:
     return [
         SceneError(_no_fibre(muscle, lengths[name]), key=f"character.muscles.{name}.l_slack")
         for name, muscle in plain.character.muscles.items()
-        if lengths[name] <= _plain(muscle.l_slack)
+        if lengths[name] <= plain_number(muscle.l_slack)
     ]
 
 
@@ -206,7 +222,7 @@ def initial_path_lengths(scene: Scene) -> dict[str, float]:
 
     A conditional point counts where its angle is within its interval, without the blend about both ends.
     """
-    poses, angles = _initial_pose(scene)
+    poses, angles = initial_pose(scene)
     lengths = {}
     for name, muscle in scene.character.muscles.items():
         points = [_position(point, *poses[point.body]) for point in muscle.path if _counts(point, angles)]
@@ -216,59 +232,20 @@ def initial_path_lengths(scene: Scene) -> dict[str, float]:
 
 def _no_fibre(muscle: Muscle, length: float) -> str:
     """What is wrong with a slack length, m, that a path of this length, m, leaves no room beside."""
-    fitting = length - _plain(muscle.l_opt) * float(np.cos(_plain(muscle.pennation)))
+    fitting = length - plain_number(muscle.l_opt) * float(np.cos(plain_number(muscle.pennation)))
     hint = f"{fitting:.3g} m would fit (path minus l_opt)"
     if fitting <= 0.0:
-        hint = f"l_opt {_plain(muscle.l_opt):.3g} m alone is as long"
-    slack = _plain(muscle.l_slack)
+        hint = f"l_opt {plain_number(muscle.l_opt):.3g} m alone is as long"
+    slack = plain_number(muscle.l_slack)
     return f"slack length {slack:.3g} m leaves no fibre in the initial pose, where the path is {length:.3g} m; {hint}"
 
 
 def _counts(point: ViaPoint, angles: dict[str, Floats]) -> bool:
     """Whether a path runs through a point."""
     c = point.condition
-    return c is None or _plain(c.low) <= float(angles[c.joint][c.axis]) <= _plain(c.high)
+    return c is None or plain_number(c.low) <= float(angles[c.joint][c.axis]) <= plain_number(c.high)
 
 
 def _position(point: ViaPoint, position: Floats, orientation: Floats) -> Floats:
     """Place of a point, m, from the position and orientation of its body."""
-    return np.asarray(position + rotate(orientation, _vector(point.position)))
-
-
-def _initial_pose(scene: Scene) -> tuple[dict[str, tuple[Floats, Floats]], dict[str, Floats]]:
-    """Position, m, and orientation of every body in the root's frame, and the angles, rad, of every joint."""
-    character = scene.character
-    poses = {character.root: (np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0]))}
-    angles = {}
-    for name in topology(character).joints:
-        joint = character.joints[name]
-        turn, angles[name] = _joint_turn(joint, scene.initial_state.joints.get(name, JointState()))
-        position, orientation = poses[joint.parent]
-        anchor = position + rotate(orientation, _vector(joint.position_in_parent))
-        turned = multiply(orientation, turn)
-        poses[joint.child] = np.asarray(anchor - rotate(turned, _vector(joint.position_in_child))), turned
-    return poses, angles
-
-
-def _joint_turn(joint: Joint, state: JointState) -> tuple[Floats, Floats]:
-    """The child's orientation in its parent, as far as the joint can turn, and the joint's angles, rad."""
-    q = normalized(_vector(state.orientation))
-    axes = [normalized(_vector(axis)) for axis in joint.axes]
-    if joint.type == "hinge":
-        angle = twist_angle(q, axes[0])
-        return about(axes[0], angle), angle[None]
-    if joint.type == "universal":
-        angles, _ = universal_coordinates(q, np.zeros(3), *axes)
-        return multiply(about(axes[1], angles[1]), about(axes[0], angles[0])), angles
-    return (q if joint.type == "ball" else np.array([0.0, 0.0, 0.0, 1.0])), np.zeros(0)
-
-
-def _vector(numbers: Sequence[Number]) -> Floats:
-    """Numbers of a scene that has no free parameters as an array."""
-    return np.array([_plain(number) for number in numbers])
-
-
-def _plain(number: Number) -> float:
-    """A number of a scene that has no free parameters."""
-    assert isinstance(number, int | float)
-    return float(number)
+    return np.asarray(position + rotate(orientation, plain_vector(point.place())))

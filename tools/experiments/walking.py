@@ -72,7 +72,7 @@ def with_muscles(axes: Any, scene: Scene, motion: Recording, view: tuple[int, in
         points = []
         for point in plain.character.muscles[name].path:
             body = motion.body_names.index(point.body)
-            turned = rotate(motion.body_orientation[frame, body], np.array(point.position, dtype=float))
+            turned = rotate(motion.body_orientation[frame, body], np.array(point.place(), dtype=float))
             points.append(motion.body_position[frame, body] + turned)
         line = np.array(points)[:, list(view)]
         strength = float(motion.muscle_activation[frame, m])

@@ -216,7 +216,7 @@ def _add_muscles(model: Element, scene: Scene) -> int:
         for index, point in enumerate(muscle.path):
             if point.condition is None:
                 site = f"{name}_{index}"
-                SubElement(bodies[point.body], "site", name=site, pos=_texts(_numbers(point.position)), size="0.005")
+                SubElement(bodies[point.body], "site", name=site, pos=_texts(_numbers(point.place())), size="0.005")
                 SubElement(tendon, "site", site=site)
     acting = driven(scene, topology(scene.character)).muscles
     for name in acting:

@@ -20,6 +20,7 @@ from warpmuscle.validate import check_scene
 from warpmuscle.validate_muscles import SceneWarning, usual_drive
 
 FIXED = "free parameters are written as their start values"
+ON_LINE = "a point on a line is written where it is"
 LOST = "these files cannot hold it"
 ABSENT = object()
 
@@ -53,6 +54,7 @@ def save(scene: Scene, path: str | Path, ignored: list[Ignored] | None = None) -
 def _write_three(scene: Scene, path: Path) -> list[Ignored]:
     """Write the files; the keys that they cannot hold."""
     plain = substitute(scene, start_values(scene))
+    lines = [Ignored(path, 0, key, ON_LINE) for key in _settle_on_lines(plain)]
     character, controller, state = (path.with_suffix(suffix) for suffix in (".rbs", ".sbc", ".rs"))
     texts = {character: simbicon.rbs_text(plain), state: simbicon.rs_text(plain.initial_state, plain.character)}
     if plain.controller is not None:
@@ -63,7 +65,18 @@ def _write_three(scene: Scene, path: Path) -> list[Ignored]:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", SceneWarning)  # about a scene that the caller has at hand already
         again = load(*texts, ignored=[], keyword_rule=True)
-    return free + [Ignored(path, 0, key, LOST) for key in _differences(plain, again)]
+    return free + lines + [Ignored(path, 0, key, LOST) for key in _differences(plain, again)]
+
+
+def _settle_on_lines(plain: Scene) -> list[str]:
+    """Give points on lines their positions, in a scene without free parameters; the keys of these points."""
+    keys = []
+    for name, muscle in plain.character.muscles.items():
+        for index, point in enumerate(muscle.path):
+            if point.position is None:
+                point.position, point.start, point.end, point.at = point.place(), None, None, None
+                keys.append(f"character.muscles.{name}.path.{index}")
+    return keys
 
 
 def _differences(written: Scene, read: Scene) -> list[str]:

@@ -169,7 +169,7 @@ def _muscle(name: str, muscle: Muscle) -> Iterator[str]:
     """A muscle, its points without their conditions."""
     yield from ("\tMuscle", f"\t\tname {name}")
     for point in muscle.path:
-        yield from (f"\t\tA_RigidBody {point.body}", f"\t\tposition {_row(*point.position)}")
+        yield from (f"\t\tA_RigidBody {point.body}", f"\t\tposition {_row(*point.place())}")
     yield from (f"\t\t{keyword} {_row(getattr(muscle, field))}" for keyword, field in PROPERTIES.items())
     yield from ("\t/Muscle", "")
 

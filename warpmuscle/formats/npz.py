@@ -1,0 +1,187 @@
+"""Reads joint motion over the phases of steps from NumPy archives (`.npz`), to be tracked.
+
+A file has K frames, each at a phase of a step:
+
+- `phase` (K,), of the controller's state, 0 to 1, and `stance` (K,), 0 left, 1 right; or, for data given over the gait
+  cycle, `cycle` (K,), 0 to 1 from one touch-down of the left foot to the next, the right one's being at 0.5
+- `time` (K,), s; may be left out, and then all frames count
+- an array for each joint, of its name: angles in rad, (K,) of a hinge, (K, 2) of a universal joint about its axes,
+  (K, 3) of a ball joint about x, then the new y, then the new z axis; or (K, 4) quaternions of the child in the parent,
+  x, y, z, w. What has no joint's name is not read.
+
+Recordings of the original program have other names: `t`, `phi`, `stance`, `joint_names` (J,), and `joint_quat`
+(K, J, 4), w first.
+"""
+
+from __future__ import annotations
+
+import struct
+import zipfile
+import zlib
+from collections.abc import Collection
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warpmuscle.arrays import Floats
+from warpmuscle.bodies import joint_axes
+from warpmuscle.errors import ResultError
+from warpmuscle.formats.files import unreadable
+from warpmuscle.pose import about, multiply
+from warpmuscle.recording import Integers
+from warpmuscle.scene import Character, Joint
+
+FRAMES = ("time", "phase", "stance", "cycle")
+ORIGINAL = ("t", "phi", "stance", "joint_names", "joint_quat")
+ANGLES = {"hinge": 1, "universal": 2, "ball": 3}
+LARGEST_PHASE = 2.0  # a foot that comes down late lets the phase run beyond 1
+LARGEST_ANGLE = 2.0 * np.pi  # rad
+QUATERNION_ERROR = 1e-3
+DAMAGES = (
+    ValueError, OSError, EOFError, KeyError, TypeError, NotImplementedError, RuntimeError, MemoryError,
+    OverflowError, SyntaxError, struct.error, zipfile.BadZipFile, zlib.error,
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class JointMotion:
+    """Orientations of J joints in K frames; see `recording.QUANTITIES`."""
+
+    joint_names: tuple[str, ...]
+    time: Floats | None  # (K,) s
+    phase: Floats  # (K,)
+    stance: Integers  # (K,)
+    joint_orientation: Floats  # (K, J, 4)
+
+    def window(self, start: float) -> JointMotion:
+        """The frames at or after a time, s; all where there are no times."""
+        if self.time is None:
+            return self
+        on = self.time >= start
+        return JointMotion(self.joint_names, self.time[on], self.phase[on], self.stance[on], self.joint_orientation[on])
+
+
+def read(path: str | Path, character: Character) -> JointMotion:
+    """Read the motion of the joints that a character has.
+
+    Args:
+        character: without free parameters.
+
+    Raises:
+        ResultError: no such file, no `.npz` file, damaged; an array is missing, has another shape, or holds something
+            else than finite numbers. Python objects are never read.
+    """
+    names = [name for name, joint in character.joints.items() if joint.type in ANGLES]
+    arrays = _load(path, {*FRAMES, *ORIGINAL, *names})
+    try:
+        if "joint_quat" in arrays:
+            arrays = _translated(arrays)
+        return _motion({name: arrays[name] for name in (*FRAMES, *names) if name in arrays}, names, character)
+    except ValueError as error:
+        raise ResultError(f"{path}: {error}") from None
+
+
+def _load(path: str | Path, wanted: Collection[str]) -> dict[str, NDArray[np.generic]]:
+    """The wanted arrays of an archive, as far as it has them."""
+    what = "not an .npz file, or damaged"
+    try:
+        with open(path, "rb") as file:
+            if not zipfile.is_zipfile(file):
+                raise ResultError(f"{path}: {what}")
+            file.seek(0)
+            with np.load(file, allow_pickle=False) as archive:
+                arrays = {}
+                for name in archive.files:
+                    if name in wanted:
+                        what = f"array {name!r} cannot be read: damaged, or of Python objects instead of numbers"
+                        arrays[name] = np.asarray(archive[name])
+                return arrays
+    except (FileNotFoundError, IsADirectoryError, PermissionError) as error:
+        raise ResultError(f"{path}: {unreadable(error)}") from None
+    except DAMAGES:
+        raise ResultError(f"{path}: {what}") from None
+
+
+def _translated(arrays: dict[str, NDArray[np.generic]]) -> dict[str, NDArray[np.generic]]:
+    """The arrays of a recording of the original program by the names used here; ValueError if one does not fit."""
+    for name in ORIGINAL:
+        if name not in arrays:
+            raise ValueError(f"array {name!r} is missing, which goes with 'joint_quat'")
+    joints, quaternions = arrays["joint_names"], arrays["joint_quat"]
+    if joints.dtype.kind not in "US" or joints.ndim != 1:
+        raise ValueError(f"'joint_names' must be a row of names, has shape {joints.shape} and type {joints.dtype}")
+    expected = (*arrays["t"].shape, len(joints), 4)
+    if quaternions.shape != expected:
+        raise ValueError(f"'joint_quat' has shape {quaternions.shape}, not {expected}")
+    by_name = {str(name): quaternions[:, index, [1, 2, 3, 0]] for index, name in enumerate(joints.astype(str))}
+    return by_name | {"time": arrays["t"], "phase": arrays["phi"], "stance": arrays["stance"]}
+
+
+def _motion(arrays: dict[str, NDArray[np.generic]], names: list[str], character: Character) -> JointMotion:
+    """The motion; ValueError if the arrays do not fit."""
+    numbers = {name: _numbers(name, array) for name, array in arrays.items()}
+    phase, stance = _steps(numbers)
+    present = tuple(name for name in names if name in numbers)
+    if not present:
+        raise ValueError(f"no array has the name of a joint; the character's joints are {', '.join(names)}")
+    for name in ("time", "phase", "stance"):
+        if name in numbers and numbers[name].shape != phase.shape:
+            raise ValueError(f"{name!r} has shape {numbers[name].shape}, not {phase.shape}")
+    orientations = [_orientation(name, numbers[name], character.joints[name], len(phase)) for name in present]
+    return JointMotion(present, numbers.get("time"), phase, stance, np.stack(orientations, axis=1))
+
+
+def _numbers(name: str, array: NDArray[np.generic]) -> Floats:
+    """The array as float64, if it holds finite numbers."""
+    if array.dtype.kind not in "biuf":
+        raise ValueError(f"{name!r} must hold numbers, has type {array.dtype}")
+    numbers = array.astype(np.float64)
+    if not np.isfinite(numbers).all():
+        raise ValueError(f"{name!r} holds a value that is not finite")
+    return numbers
+
+
+def _steps(numbers: dict[str, Floats]) -> tuple[Floats, Integers]:
+    """Phase and stance of the frames, given as such or over the gait cycle."""
+    if ("cycle" in numbers) == ("phase" in numbers):
+        raise ValueError("give either 'phase' and 'stance', or 'cycle'")
+    for name in ("stance",) if "phase" in numbers else ():
+        if name not in numbers:
+            raise ValueError(f"array {name!r} is missing, which goes with 'phase'")
+    name, largest = ("phase", LARGEST_PHASE) if "phase" in numbers else ("cycle", 1.0)
+    values = numbers[name]
+    if values.ndim != 1 or not len(values):
+        raise ValueError(f"{name!r} must be a row of numbers, one a frame, has shape {values.shape}")
+    if values.min() < 0.0 or values.max() > largest:
+        raise ValueError(f"{name!r} goes from 0 to 1, not from {values.min():g} to {values.max():g}")
+    if name == "phase":
+        if not np.isin(numbers["stance"], (0.0, 1.0)).all():
+            raise ValueError("'stance' must be 0 (left) or 1 (right)")
+        return values, numbers["stance"].astype(np.int32)
+    doubled = 2.0 * (values % 1.0)
+    return doubled % 1.0, doubled.astype(np.int32)
+
+
+def _orientation(name: str, numbers: Floats, joint: Joint, frames: int) -> Floats:
+    """Orientation (K, 4) of a joint's child in its parent, from that or from angles."""
+    if numbers.shape == (frames, 4):
+        length = np.linalg.norm(numbers, axis=1)
+        if np.abs(length - 1.0).max() > QUATERNION_ERROR:
+            raise ValueError(f"{name!r} holds quaternions that are not of unit length")
+        return numbers
+    count = ANGLES[joint.type]
+    shape = (frames,) if count == 1 else (frames, count)
+    if numbers.shape != shape:
+        expected = f"{shape} for the angles of a {joint.type} joint, or {(frames, 4)} for quaternions"
+        raise ValueError(f"{name!r} has shape {numbers.shape}; expected {expected}")
+    if np.abs(numbers).max() > LARGEST_ANGLE:
+        raise ValueError(f"{name!r} goes up to {np.abs(numbers).max():g}; angles are in rad")
+    if joint.type == "ball":
+        x, y, z = (about(axis, angle) for axis, angle in zip(np.eye(3), numbers.T, strict=True))
+        return np.asarray(multiply(multiply(x, y), z))
+    a, b = joint_axes(joint)
+    if joint.type == "hinge":
+        return about(a, numbers)
+    return np.asarray(multiply(about(b, numbers[:, 1]), about(a, numbers[:, 0])))
