@@ -20,6 +20,7 @@ from warpmuscle.results import (
     ParameterTable,
     Result,
     Searched,
+    Staged,
     read,
     write,
 )
@@ -36,6 +37,7 @@ def full_result(evaluations: int = 300) -> Result:
         end_time=rng.random(evaluations),
         search=rng.integers(-1, 2, evaluations),
         generation=np.arange(evaluations) // 100,
+        stage=np.arange(evaluations) // 150,
         terms=np.where(rng.random((evaluations, 3)) < 0.1, np.nan, 1.0),
         term_names=("torque", "fall", "speed"),
     )
@@ -44,10 +46,19 @@ def full_result(evaluations: int = 300) -> Result:
         ("log", "linear"),
     )  # fmt: skip
     history = History(
-        *np.arange(6).reshape(2, 3), *rng.random((3, 3)), np.array([0.1, np.nan, 0.2]), np.array([0, 1, 2**32 - 1])
+        *np.arange(6).reshape(2, 3),
+        *rng.random((3, 3)),
+        np.array([0.1, np.nan, 0.2]),
+        np.array([0, 1, 2**32 - 1]),
+        np.array([0, 0, 1]),
     )
     states = {"mean": np.ones(2), "sigma": np.array(0.1), "C": np.eye(2)}, {"sigma": np.array(np.nan)}
-    searched = Searched(Options("cma", searches=2, sigma=0.3, target=1.5), "the target is reached", history, states)
+    options = Options("cma", searches=2, sigma=0.3, target=1.5)
+    stages = (
+        Staged("survive", ("kd ü",), Options("random", until=3.5), "the time is up", Best(np.zeros(2), 0.5, 3)),
+        Staged("walk", ("controller.pd.lHip.kp", "kd ü"), options),
+    )
+    searched = Searched(options, "the target is reached", history, states, stages, 1)
     best = Best(found.params[7], float(found.cost[7]), 7)
     replays = (random_recording(muscles=4), random_recording(30, joints=2, seed=1))
     return Result('name = "größe"\n', "cpu", "optimize a.toml", 42, table, found, best, replays, searched)
@@ -92,7 +103,7 @@ def test_same_result_gives_the_same_bytes(tmp_path: Path):
 def test_candidates_take_less_than_100_bytes_beside_their_parameters(tmp_path: Path):
     result, count = full_result(20_000), 20_000
     numbers, random = np.arange(count), np.random.default_rng(0).random((5, count))
-    history = History(numbers, numbers % 3, *random[:4], np.asarray(random[4] * 2**32, dtype=np.int64))
+    history = History(numbers, numbers % 3, *random[:4], np.asarray(random[4] * 2**32, dtype=np.int64), numbers // 9)
     searched = dataclasses.replace(result.searched, history=history)  # a generation a candidate, as of nlopt
     write(tmp_path / "a.h5", dataclasses.replace(result, replays=(), searched=searched))
     assert (tmp_path / "a.h5").stat().st_size < count * (100 + 2 * 8)
