@@ -15,6 +15,7 @@ from warpmuscle.scene import Scene, SearchStage
 from warpmuscle.search.search import Search
 from warpmuscle.search.strategies import make_searches
 from warpmuscle.stage_scene import freed, stage_scene
+from warpmuscle.validate import check_scene
 
 
 def plan(scene: Scene, options: Options) -> tuple[Options, tuple[Staged, ...]]:
@@ -44,8 +45,10 @@ def plan(scene: Scene, options: Options) -> tuple[Options, tuple[Staged, ...]]:
         last = index == len(counts) - 1
         target = options.target if last and stage.target is None else stage.target
         own = changed(_settings(stage, options), candidates=count, until=stage.until, target=target)
+        part = stage_scene(scene, index, start_values(scene))
         try:
-            searches_of(stage_scene(scene, index, start_values(scene)), own, seed=0)
+            check_scene(part)
+            searches_of(part, own, seed=0)
         except Error as error:
             raise Error(f"stage {stage.name!r}: {error}") from None
         staged.append(Staged(stage.name, freed(scene, stage), own))
