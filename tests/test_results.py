@@ -11,7 +11,9 @@ import pytest
 
 from biped import random_recording
 from warpmuscle.errors import ResultError
+from warpmuscle.journal import Journal
 from warpmuscle.recording import QUANTITIES
+from warpmuscle.records import TABLE
 from warpmuscle.results import (
     Best,
     Evaluations,
@@ -189,6 +191,25 @@ def test_foreign_files_are_refused(tmp_path: Path):
         read(tmp_path / "missing.h5")
     with pytest.raises(ResultError, match=r"cannot be read|not an HDF5 file"):
         read(tmp_path)
+
+
+def test_files_and_journals_of_before_there_were_stages_are_read(tmp_path: Path):
+    result = full_result()
+    first = dataclasses.replace(result.evaluations, stage=np.zeros(300, dtype=np.int32))
+    history = dataclasses.replace(result.searched.history, stage=np.zeros(3, dtype=np.int64))
+    searched = dataclasses.replace(result.searched, stages=(), stage=0, history=history)
+    plain = dataclasses.replace(result, evaluations=first, searched=searched)
+    write(tmp_path / "a.h5", plain)
+    with h5py.File(tmp_path / "a.h5", "a") as file:
+        assert "stages" not in file
+        assert "stage" not in file["best"]
+        del file["evaluations/stage"], file["history/stage"]
+    assert_same(read(tmp_path / "a.h5"), plain)
+    with pytest.MonkeyPatch.context() as patch, Journal(tmp_path / "a.journal", "run") as journal:
+        patch.setattr("warpmuscle.journal.TABLE", tuple(name for name in TABLE if name != "stage"))
+        journal.append(first)
+    with Journal(tmp_path / "a.journal", "run") as journal:
+        assert_same(journal.generations()[0], first)
 
 
 def test_newer_format_is_refused(tmp_path: Path):

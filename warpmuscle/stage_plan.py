@@ -96,8 +96,7 @@ def _shared(stages: Sequence[SearchStage], total: int) -> list[int]:
     rest = total - sum(count or 0 for count in own)
     without = own.count(None)
     if rest < without:
-        asked = f"{total - rest} candidates" + (f", and {without} stages want some besides" if without else "")
-        raise Error(f"the stages ask for {asked}: more than {total} in all; ask for more with --candidates")
+        raise Error(f"the stages need {total - rest + without} candidates at least; there are to be {total} in all")
     shares = iter([rest // without + (k < rest % without) for k in range(without)] if without else ())
     counts = [next(shares) if count is None else count for count in own]
     if not without and rest < sum(1 for stage in stages if stage.candidates is not None and stage.candidates < 1.0):
