@@ -192,6 +192,10 @@ def test_interrupted_search_goes_on_bit_for_bit_from_any_stage(moment, scene, wh
     recalled = []
     assert_same(resume(path, progress=lambda p: recalled.append(p.recalled)), whole)
     assert recalled[-1] == len(part.evaluations)
+    write(tmp_path / "b.h5", whole)
+    assert path.read_bytes() == (tmp_path / "b.h5").read_bytes()
+    resume(path)
+    assert path.read_bytes() == (tmp_path / "b.h5").read_bytes()
 
 
 def test_interrupt_between_two_stages_undoes_nothing(scene, whole, tmp_path, monkeypatch):
