@@ -14,7 +14,8 @@ from warpmuscle.objective import TERMS, wanted
 from warpmuscle.rollout import Rollout
 from warpmuscle.scene import InitialState, JointState, MuscleModel, Objective, Scene
 from warpmuscle.status import Status
-from warpmuscle.validate import TERM_WEIGHTS, check_scene
+from warpmuscle.validate import check_scene
+from warpmuscle.validate_objective import TERM_WEIGHTS
 
 ONES = dict.fromkeys(TERM_WEIGHTS, 1.0) | {"tracking": 0.0}
 EVERY = Objective(**ONES, head_body="tip")

@@ -8,7 +8,7 @@ from warpmuscle import report
 from warpmuscle.formats import load
 from warpmuscle.optimization import optimize
 from warpmuscle.records import ParameterTable, Result
-from warpmuscle.scene import Objective
+from warpmuscle.scene import Objective, SearchStage
 
 
 @pytest.fixture(scope="module")
@@ -32,6 +32,23 @@ def test_report_counts_outcomes_ranks_searches_and_shows_every_parameter(searche
     assert "came to the end" in text
     assert "searches by their best" in text
     assert all(name in text for name in searched.parameters.name)
+
+
+def test_stages_are_told_apart_and_the_score_is_by_the_objective_of_the_last():
+    stages = [SearchStage("heat up", {"speed": 0.0}, candidates=7), SearchStage("race", {"torque": 0.5, "speed": 20.0})]
+    objective = Objective(torque=1.0, speed=5.0)
+    scene = msgspec.structs.replace(load("fwalk"), duration=0.1, objective=objective, stages=stages)
+    result = optimize(scene, 20, 3, "cpu", search="cma", population=6)
+    lines = report.convergence(result)
+    assert lines[0] == "stage 0, heat up: 7 candidates, 37 parameters"
+    assert lines[3] == "stage 1, race: 13 candidates, 37 parameters"
+    assert "ended: all candidates" in lines[2]
+    assert f"{result.best.cost:.6g}" in lines[4]
+    first, *terms = report.score(result)
+    assert "of stage 1, race" in first
+    np.testing.assert_allclose(sum(float(term.split("=")[0]) for term in terms), result.best.cost, rtol=1e-4)
+    assert "0.5 x" in terms[0]
+    assert "20 x" in terms[1]
 
 
 def test_curve_falls_from_the_highest_to_the_lowest_block():

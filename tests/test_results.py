@@ -11,7 +11,9 @@ import pytest
 
 from biped import random_recording
 from warpmuscle.errors import ResultError
+from warpmuscle.journal import Journal
 from warpmuscle.recording import QUANTITIES
+from warpmuscle.records import TABLE
 from warpmuscle.results import (
     Best,
     Evaluations,
@@ -20,6 +22,7 @@ from warpmuscle.results import (
     ParameterTable,
     Result,
     Searched,
+    Staged,
     read,
     write,
 )
@@ -36,6 +39,7 @@ def full_result(evaluations: int = 300) -> Result:
         end_time=rng.random(evaluations),
         search=rng.integers(-1, 2, evaluations),
         generation=np.arange(evaluations) // 100,
+        stage=np.arange(evaluations) // 150,
         terms=np.where(rng.random((evaluations, 3)) < 0.1, np.nan, 1.0),
         term_names=("torque", "fall", "speed"),
     )
@@ -44,10 +48,19 @@ def full_result(evaluations: int = 300) -> Result:
         ("log", "linear"),
     )  # fmt: skip
     history = History(
-        *np.arange(6).reshape(2, 3), *rng.random((3, 3)), np.array([0.1, np.nan, 0.2]), np.array([0, 1, 2**32 - 1])
+        *np.arange(6).reshape(2, 3),
+        *rng.random((3, 3)),
+        np.array([0.1, np.nan, 0.2]),
+        np.array([0, 1, 2**32 - 1]),
+        np.array([0, 0, 1]),
     )
     states = {"mean": np.ones(2), "sigma": np.array(0.1), "C": np.eye(2)}, {"sigma": np.array(np.nan)}
-    searched = Searched(Options("cma", searches=2, sigma=0.3, target=1.5), "the target is reached", history, states)
+    options = Options("cma", searches=2, sigma=0.3, target=1.5)
+    stages = (
+        Staged("survive", ("kd ü",), Options("random", until=3.5), "the time is up", Best(np.zeros(2), 0.5, 3)),
+        Staged("walk", ("controller.pd.lHip.kp", "kd ü"), options),
+    )
+    searched = Searched(options, "the target is reached", history, states, stages, 1)
     best = Best(found.params[7], float(found.cost[7]), 7)
     replays = (random_recording(muscles=4), random_recording(30, joints=2, seed=1))
     return Result('name = "größe"\n', "cpu", "optimize a.toml", 42, table, found, best, replays, searched)
@@ -92,7 +105,7 @@ def test_same_result_gives_the_same_bytes(tmp_path: Path):
 def test_candidates_take_less_than_100_bytes_beside_their_parameters(tmp_path: Path):
     result, count = full_result(20_000), 20_000
     numbers, random = np.arange(count), np.random.default_rng(0).random((5, count))
-    history = History(numbers, numbers % 3, *random[:4], np.asarray(random[4] * 2**32, dtype=np.int64))
+    history = History(numbers, numbers % 3, *random[:4], np.asarray(random[4] * 2**32, dtype=np.int64), numbers // 9)
     searched = dataclasses.replace(result.searched, history=history)  # a generation a candidate, as of nlopt
     write(tmp_path / "a.h5", dataclasses.replace(result, replays=(), searched=searched))
     assert (tmp_path / "a.h5").stat().st_size < count * (100 + 2 * 8)
@@ -178,6 +191,25 @@ def test_foreign_files_are_refused(tmp_path: Path):
         read(tmp_path / "missing.h5")
     with pytest.raises(ResultError, match=r"cannot be read|not an HDF5 file"):
         read(tmp_path)
+
+
+def test_files_and_journals_of_before_there_were_stages_are_read(tmp_path: Path):
+    result = full_result()
+    first = dataclasses.replace(result.evaluations, stage=np.zeros(300, dtype=np.int32))
+    history = dataclasses.replace(result.searched.history, stage=np.zeros(3, dtype=np.int64))
+    searched = dataclasses.replace(result.searched, stages=(), stage=0, history=history)
+    plain = dataclasses.replace(result, evaluations=first, searched=searched)
+    write(tmp_path / "a.h5", plain)
+    with h5py.File(tmp_path / "a.h5", "a") as file:
+        assert "stages" not in file
+        assert "stage" not in file["best"]
+        del file["evaluations/stage"], file["history/stage"]
+    assert_same(read(tmp_path / "a.h5"), plain)
+    with pytest.MonkeyPatch.context() as patch, Journal(tmp_path / "a.journal", "run") as journal:
+        patch.setattr("warpmuscle.journal.TABLE", tuple(name for name in TABLE if name != "stage"))
+        journal.append(first)
+    with Journal(tmp_path / "a.journal", "run") as journal:
+        assert_same(journal.generations()[0], first)
 
 
 def test_newer_format_is_refused(tmp_path: Path):

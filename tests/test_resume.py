@@ -1,6 +1,5 @@
 """Searches that are killed or interrupted go on as if they had not been, to the last bit."""
 
-import os
 import signal
 import subprocess
 import sys
@@ -14,6 +13,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from killing import Killed, killed_at
 from test_journal import disk_of
 from test_results import assert_same
 from warpmuscle import generation, keeper
@@ -31,10 +31,6 @@ STRATEGIES = {
     "cma": {"search": "cma", "population": 6, "searches": 2},
     "nlopt": {"search": "nlopt:LN_BOBYQA", "searches": 3},
 }
-
-
-class Killed(BaseException):
-    """Stands for the end of the process, of which no code takes notice."""
 
 
 @pytest.fixture(scope="module")
@@ -65,36 +61,15 @@ def test_two_halves_equal_the_whole(scene, options, uninterrupted, tmp_path):
     assert only_file(path)
 
 
-def test_kill_at_any_write_loses_nothing_but_the_generation_in_progress(
-    scene, options, uninterrupted, tmp_path, monkeypatch
-):
-    path, calls = tmp_path / "a.h5", 0
-    functions = {name: getattr(os, name) for name in ("fsync", "replace", "ftruncate", "write", "unlink")}
-    last = [0, 0]  # call at which to be killed, evaluations that were on the disk then
-
-    def killing(name):
-        def function(*arguments, **named):
-            nonlocal calls
-            calls += 1
-            if calls == last[0]:
-                raise Killed
-            return functions[name](*arguments, **named)
-
-        return function
-
+def test_kill_at_any_write_loses_nothing_but_the_generation_in_progress(scene, options, uninterrupted, tmp_path):
+    path = tmp_path / "a.h5"
     for moment in (*range(1, 10), *range(10, 2000, 29)):
         for leftover in tmp_path.iterdir():
             leftover.unlink()
-        with monkeypatch.context() as patch:
-            for name in functions:
-                patch.setattr(os, name, killing(name))
-            calls, last[0] = 0, moment
-            try:
-                optimize(scene, CANDIDATES, output=path, **options)
-            except Killed:
-                pass
-            else:
-                break
+        with killed_at(moment) as killed:
+            optimize(scene, CANDIDATES, output=path, **options)
+        if not killed:
+            break
         if not path.exists():
             assert moment <= 2
             continue

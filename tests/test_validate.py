@@ -22,6 +22,7 @@ from warpmuscle.scene import (
     Muscle,
     MuscleModel,
     Scene,
+    SearchStage,
     Trajectory,
     ViaPoint,
 )
@@ -43,6 +44,13 @@ def changed(key: str, value: object) -> Scene:
     else:
         setattr(part, last, value)
     return scene
+
+
+def test_a_stage_that_frees_only_what_it_sets_itself_is_refused():
+    scene = changed("objective.speed", Free(1.0, 0.0, 2.0))
+    scene.stages = [SearchStage("a", {"speed": 1.0}, free=["objective.*"])]
+    with pytest.raises(SceneError, match=r"stages\.0\.free: this stage frees only what it sets"):
+        check_scene(scene)
 
 
 def test_sound_scenes_pass():
@@ -125,6 +133,26 @@ HERE = ViaPoint("pelvis", ZERO)
         (COLLIDING, [("lFoot",)], f"{COLLIDING}.0", "expected 2 values, got 1"),
         ("failure.max_speed", 0.0, "failure.max_speed", "must be greater than 0"),
         ("objective.failure_cost", 0.0, "objective.failure_cost", "must be greater than 0"),
+        ("stages", [SearchStage(" ")], "stages.0.name", "needs a name"),
+        ("stages", [SearchStage("a"), SearchStage("a")], "stages.1.name", "stage 0 is called 'a' already"),
+        ("stages", [SearchStage("a", {"sped": 1.0})], "stages.0.objective.sped", "unknown key; did you mean 'speed'?"),
+        ("stages", [SearchStage("a", {"speed": -1.0})], "stages.0.objective.speed", "must not be negative"),
+        ("stages", [SearchStage("a", {"speed": "x"})], "stages.0.objective.speed", "expected a number, got text"),
+        ("stages", [SearchStage("a", {"speed": math.inf})], "stages.0.objective.speed", "not a finite number"),
+        ("stages", [SearchStage("a", {"speed": Free(1.0, 0.0, 2.0)})], "stages.0.objective.speed", "got a table"),
+        ("stages", [SearchStage("a", {"tracking": 1.0})], "stages.0.objective.tracking", "no gait to track"),
+        ("stages", [SearchStage("a", {"head": 1.0})], "stages.0.objective.head_body", "no body is called 'head'"),
+        ("stages", [SearchStage("a", {"metabolic_model": "wong"})], "stages.0.objective.metabolic_model", "'wang'?"),
+        ("stages", [SearchStage("a", {}, {"com_hight": 0.5})], "stages.0.failure.com_hight", "mean 'com_height'?"),
+        ("stages", [SearchStage("a", {}, {"com_height": True})], "stages.0.failure.com_height", "got true or false"),
+        ("stages", [SearchStage("a", {}, {"max_speed": 0.0})], "stages.0.failure.max_speed", "greater than 0"),
+        ("stages", [SearchStage("a", duration=1e-5)], "stages.0.duration", "shorter than the time step"),
+        ("stages", [SearchStage("a", duration=-1.0)], "stages.0.duration", "greater than 0"),
+        ("stages", [SearchStage("a", candidates=0.0)], "stages.0.candidates", "greater than 0"),
+        ("stages", [SearchStage("a", candidates=1.5)], "stages.0.candidates", "neither a whole number nor a part"),
+        ("stages", [SearchStage("a", searches=0)], "stages.0.searches", "greater than 0"),
+        ("stages", [SearchStage("a", population=1.5)], "stages.0.population", "expected a whole number"),
+        ("stages", [SearchStage("a", free=["*", "controler.*"])], "stages.0.free.1", "did you mean 'controller.*'?"),
         (f"{HFL}.path", [HERE], f"{HFL}.path", "at least two points, got 1"),
         (f"{HFL}.path.1.body", "lfoot", f"{HFL}.path.1.body", "there is no body 'lfoot'; did you mean 'lFoot'?"),
         (f"{HFL}.path.0.position", (0.0, math.nan, 0.0), f"{HFL}.path.0.position.1", "not a finite number"),

@@ -3,8 +3,8 @@
     python tools/bench_optimize.py walk56_search --search cma --population 5000 --generations 4 --device cuda:0
     python tools/bench_optimize.py fwalk --search random --population 500 --duration 1 --json bench.json
 
-The real program runs, with a stopwatch around its parts. Compilation and imports come before the measurement. The host's share is
-that of sampling, ranking and update of the covariance, files, and the way of the parameters to the device.
+The real program runs, with a stopwatch around its parts. Compilation and imports come before the measurement. The
+host's share is that of sampling, ranking and update of the covariance, files, and the parameters' way to the device.
 """
 
 from __future__ import annotations

@@ -19,6 +19,7 @@ from warpmuscle.search.search import Search
 from warpmuscle.search.together import Batch, ask_all, tell_all
 
 GIVEN = -1  # number of the search that asks for the scene as given
+INTERRUPTED = "interrupted"  # why it ended, if a KeyboardInterrupt ended it
 
 
 class Campaign:
@@ -64,6 +65,11 @@ class Campaign:
         self._history: list[_Told] = []
         self._number = 0  # of the generation that comes next
 
+    @property
+    def device(self) -> str:
+        """On which it evaluates."""
+        return self._batches.device
+
     def run(self, keep: Callable[[Evaluations], None]) -> str:
         """Go on to the end.
 
@@ -85,7 +91,7 @@ class Campaign:
         except KeyboardInterrupt:
             if len(self._done) <= max(self._known, default=-1):
                 raise Error("interrupted before the search was where it had been; its file is unchanged") from None
-            return "interrupted"
+            return INTERRUPTED
 
     def evaluations(self) -> Evaluations:
         """All candidates so far."""
@@ -99,7 +105,8 @@ class Campaign:
         for name in _Told._fields:
             whole = name in ("generation", "search", "asks_crc32")
             columns[name] = np.array([getattr(told, name) for told in self._history], np.int64 if whole else np.float64)
-        return Searched(self._options, ended, History(**columns), tuple(search.state() for search in self._searches))
+        history = History(**columns, stage=np.zeros(len(self._history), dtype=np.int64))
+        return Searched(self._options, ended, history, tuple(search.state() for search in self._searches))
 
     def _why_ended(self) -> str:
         """Why to end before another batch; empty to go on."""

@@ -56,8 +56,9 @@ class Generation:
     def evaluations(self) -> Evaluations:
         """The rows that have been evaluated, in order."""
         numbers = np.full(len(self.values), self.number, dtype=np.int32)
+        stage = np.zeros(len(self.values), dtype=np.int32)
         whole = Evaluations(
-            self.values, self.cost, self.status, self.end_time, self.search, numbers, self.terms, self.term_names
+            self.values, self.cost, self.status, self.end_time, self.search, numbers, stage, self.terms, self.term_names
         )
         return whole.rows(self.status != Status.RUNNING)
 

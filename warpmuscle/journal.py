@@ -171,5 +171,6 @@ def _records(content: bytes) -> tuple[list[Arrays], int]:
 
 
 def _evaluations(record: Arrays) -> Evaluations:
-    columns: dict[str, Any] = {name: record[name] for name in TABLE}
+    first = np.zeros(len(record["cost"]), dtype=np.int32)  # journals of before there were stages have no such column
+    columns: dict[str, Any] = {name: ({"stage": first} | record)[name] for name in TABLE}
     return Evaluations(**columns, term_names=tuple(map(str, record["term_names"])))

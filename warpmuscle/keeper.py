@@ -99,9 +99,17 @@ class Keeper:
             self._journal.append(generation)
         since = time.monotonic() - self._written
         if (count >= self._count * GROWTH or since >= INTERVAL) and self._duration <= SHARE * since:
-            self._write(result())
-            with self._explained():
-                self._journal.clear()
+            self.write(result())
+
+    def write(self, result: Result) -> None:
+        """Write the file now, so that the journal need not hold anything.
+
+        Raises:
+            ResultError: with how to go on from what is on the disk.
+        """
+        self._write(result)
+        with self._explained():
+            self._journal.clear()
 
     def finish(self, result: Result) -> None:
         """Write the file for the last time, and remove the journal.

@@ -10,17 +10,20 @@ import numpy as np
 
 from warpmuscle.arrays import Floats
 from warpmuscle.campaign import Campaign
+from warpmuscle.curriculum import Curriculum
 from warpmuscle.errors import Error, ResultError
 from warpmuscle.formats import toml
 from warpmuscle.generation import Batches, OtherCandidates
 from warpmuscle.keeper import Keeper
-from warpmuscle.parameters import Parameter, free_parameters, start_values, to_unit
+from warpmuscle.parameters import Parameter, free_parameters, start_values
 from warpmuscle.progress import Progress, Tracker
 from warpmuscle.recording import Recording
-from warpmuscle.records import Evaluations, History, Options, ParameterTable, Result, best_of
+from warpmuscle.records import Evaluations, Options, ParameterTable, Result, Searched, Staged, best_of
 from warpmuscle.rollout import Rollout
 from warpmuscle.scene import Scene
-from warpmuscle.search.strategies import make_searches
+from warpmuscle.stage_plan import plan, prolonged, searches_of, settled
+from warpmuscle.stage_scene import stage_scene
+from warpmuscle.validate import check_scene
 
 Tell = Callable[[Progress], None]
 
@@ -48,9 +51,13 @@ def optimize(
     The first generation has the scene as it is among its candidates. A KeyboardInterrupt ends the search; what was
     evaluated by then is returned. The result depends on neither threads nor the size of batches.
 
+    A scene with stages is searched stage by stage, each from the best candidate of the one before. Costs of different
+    stages cannot be compared: the best candidate is that of the last stage that has any, and its motion that of the
+    scene as it is in that stage. What the options mean for stages is said in `stage_plan.plan`.
+
     Args:
         scene: with free parameters.
-        candidates: how many to evaluate, in all searches together.
+        candidates: how many to evaluate, in all searches and stages together.
         seed: of the searches; the same seed gives the same result on the same kind of device.
         device: see `Rollout`. threads: CPU threads, by default one a core.
         search: the strategy, see `search.strategies`.
@@ -72,14 +79,15 @@ def optimize(
     options = Options(search, searches, population, sigma, restarts, candidates, until, target)
     _check(options)
     parameters = _parameters(scene)
+    stages: tuple[Staged, ...] = ()
+    if scene.stages:
+        check_scene(scene)
+        options, stages = plan(scene, options)
     tracker = Tracker(options.candidates, options.until, progress)
-    batches = Batches(scene, device, threads)
-    if search == "random" and population is None:
-        options = changed(options, population=max(batches.largest // searches, 1))
-    campaign = _campaign(scene, seed, options, batches, tracker)
+    campaign = _campaign(scene, seed, options, stages, device, threads, tracker)
     start = Result(
         scene=toml.dumps(scene),
-        device=batches.device,
+        device=campaign.device,
         command=command,
         seed=seed,
         parameters=parameter_table(parameters),
@@ -105,13 +113,15 @@ def resume(
 ) -> Result:
     """Go on with a search that was interrupted or killed, or has come to its end, as if it had not been.
 
-    Scene, seed and options are those of the file; what it holds is not evaluated again.
+    Scene, seed and options are those of the file; what it holds is not evaluated again. In a search with stages the
+    last one gets the candidates that are asked for besides.
 
     Args:
         path: result file of `optimize(output=...)`, which is kept up further.
         candidates: how many more to evaluate; by default what is left of those asked for first.
         device: by default that of the file; on one of another kind costs differ in their last bits.
-        until: s of wall time from now, by default as many as at first. target: cost, by default the one asked for.
+        until: s of wall time from now, by default as many as at first.
+        target: cost at which to end, of the last stage if there are any; by default the one asked for.
         threads, progress: as in `optimize`. command: put into the result below the earlier one.
 
     Raises:
@@ -132,11 +142,16 @@ def resume(
         )
         _check(options)
         scene = toml.loads(earlier.scene)
+        stages = earlier.searched.stages
+        if len(stages) != len(scene.stages):
+            raise ResultError(f"{path}: damaged result file: its search has other stages than its scene")
+        if stages and (candidates is not None or target is not None):
+            stages = prolonged(stages, options, target)
         tracker = Tracker(options.candidates, options.until, progress)
-        batches = Batches(scene, device or earlier.device, threads)
-        campaign = _campaign(scene, earlier.seed, options, batches, tracker, known, earlier.searched.history)
+        device = device or earlier.device
+        campaign = _campaign(scene, earlier.seed, options, stages, device, threads, tracker, known, earlier.searched)
         commands = "\n".join(filter(None, (earlier.command, command)))
-        start = Result(earlier.scene, batches.device, commands, earlier.seed, earlier.parameters)
+        start = Result(earlier.scene, campaign.device, commands, earlier.seed, earlier.parameters)
         try:
             return _kept(scene, campaign, start, keeper)
         except OtherCandidates as error:
@@ -189,26 +204,33 @@ def _campaign(
     scene: Scene,
     seed: int,
     options: Options,
-    batches: Batches,
+    stages: tuple[Staged, ...],
+    device: str | None,
+    threads: int | None,
     tracker: Tracker,
     known: dict[int, Evaluations] | None = None,
-    history: History | None = None,
-) -> Campaign:
-    parameters = free_parameters(scene)
-    searches = make_searches(
-        options.strategy, len(parameters), to_unit(parameters, start_values(scene)), seed, options.searches,
-        population=options.population, sigma=options.sigma, restarts=options.restarts,
-    )  # fmt: skip
-    return Campaign(scene, options, searches, batches, tracker, known, history)
+    earlier: Searched | None = None,
+) -> Campaign | Curriculum:
+    if stages:
+        return Curriculum(
+            scene, seed, options, stages, lambda part: Batches(part, device, threads), tracker, known, earlier
+        )
+    batches = Batches(scene, device, threads)
+    options = settled(options, batches.largest)
+    searches = searches_of(scene, options, seed)
+    return Campaign(scene, options, searches, batches, tracker, known, earlier.history if earlier else None)
 
 
-def _kept(scene: Scene, campaign: Campaign, start: Result, keeper: Keeper) -> Result:
+def _kept(scene: Scene, campaign: Campaign | Curriculum, start: Result, keeper: Keeper) -> Result:
     """Run, with all generations on the disk as they come."""
 
     def keep(generation: Evaluations) -> None:
         keeper.put(generation, campaign.tracker.done, lambda: _so_far(campaign, start))
 
-    ended = campaign.run(keep)
+    if isinstance(campaign, Curriculum):
+        ended = campaign.run(keep, lambda: keeper.write(_so_far(campaign, start)))
+    else:
+        ended = campaign.run(keep)
     if len(campaign.evaluations()) == 0:
         keeper.finish(_so_far(campaign, start, ended))
     result = _finished(scene, campaign, start, ended)
@@ -216,15 +238,18 @@ def _kept(scene: Scene, campaign: Campaign, start: Result, keeper: Keeper) -> Re
     return result
 
 
-def _so_far(campaign: Campaign, start: Result, ended: str = "") -> Result:
+def _so_far(campaign: Campaign | Curriculum, start: Result, ended: str = "") -> Result:
     evaluations = campaign.evaluations()
     return changed(start, evaluations=evaluations, best=best_of(evaluations), searched=campaign.searched(ended))
 
 
-def _finished(scene: Scene, campaign: Campaign, start: Result, ended: str) -> Result:
+def _finished(scene: Scene, campaign: Campaign | Curriculum, start: Result, ended: str) -> Result:
     """The result with the motion of its best candidate."""
     result = _so_far(campaign, start, ended)
-    if result.best is None:
+    if result.best is None or result.evaluations is None:
         raise Error(f"{ended} before any candidate had ended: nothing to keep")
     best = np.asarray(result.best.params, dtype=np.float64)
+    if scene.stages:
+        scene = stage_scene(scene, int(result.evaluations.stage[result.best.index]), best)
+        best = start_values(scene)
     return changed(result, replays=(replay(scene, best, result.device),))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
@@ -133,6 +133,29 @@ def with_values(scene: Scene, values: Floats) -> Scene:
         return number if number.same_as else msgspec.structs.replace(number, value=starts[key])
 
     return _rebuild(scene, "", restarted)
+
+
+def pinned(scene: Scene, values: Floats, free: Collection[str]) -> Scene:
+    """The same scene with only some of its parameters free, and all of them at other values.
+
+    Args:
+        scene: checked scene; it is not changed.
+        values: (P,) in the order of `free_parameters`.
+        free: names of those that stay free; the others become numbers, and so do the numbers that follow them.
+
+    Raises:
+        Error: wrong number of values, or one of them lies outside its parameter's interval.
+    """
+    started = with_values(scene, values)
+    numbers = dict(zip((parameter.name for parameter in free_parameters(scene)), map(float, values), strict=True))
+
+    def replaced(key: str, number: Free) -> Number:
+        name = number.same_as or key
+        if name in free:
+            return number
+        return numbers[name] if number.factor == 1.0 else numbers[name] * number.factor
+
+    return _rebuild(started, "", replaced)
 
 
 def snap(parameters: Sequence[Parameter], values: Floats) -> Floats:

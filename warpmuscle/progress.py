@@ -24,6 +24,9 @@ class Progress:
     generation: int  # that runs now
     median: float  # cost in the last complete generation; infinite before there is one
     recalled: int  # of those done, evaluated before this process began
+    stage: int = 0  # number of the stage that runs now; best and median are of its candidates
+    stages: int = 0  # how many there are
+    stage_name: str = ""
 
 
 class Tracker:
@@ -35,6 +38,7 @@ class Tracker:
         self._candidates, self._until, self._tell = candidates, until, tell
         self._begin = time.monotonic()
         self._simulated, self._generation, self._median, self._recalled = 0.0, 0, np.inf, 0
+        self._stage, self._stages, self._stage_name = 0, 0, ""
 
     @property
     def elapsed(self) -> float:
@@ -42,8 +46,13 @@ class Tracker:
         return time.monotonic() - self._begin
 
     def begun(self) -> None:
-        """Tell before the first batch."""
-        self._report(Progress(self._candidates, self.done, 0, self.best, 0.0, self._fraction(0.0), 0, np.inf, 0))
+        """Tell before the first batch, also of a stage."""
+        self._report(self._now(self.done, 0, self.best, self._simulated, 0.0))
+
+    def next_stage(self, stage: int, stages: int, name: str, generation: int) -> None:
+        """A stage begins with this generation, and with costs of its own."""
+        self._stage, self._stages, self._stage_name, self._generation = stage, stages, name, generation
+        self.best = self._median = np.inf
 
     def recalled(self, count: int, best: float) -> None:
         """So many candidates were evaluated earlier, with this least cost."""
@@ -72,16 +81,25 @@ class Tracker:
         alive = int(np.count_nonzero(~ended))
         costs = trials.cost()[ended]
         part = trials.candidates - alive + alive * batch.time / batch.scene.duration
+        best = min(self.best, float(costs.min())) if len(costs) else self.best
+        simulated = self._simulated + float(batch.end_time().sum())
+        return self._now(self.done + trials.candidates - alive, alive, best, simulated, part)
+
+    def _now(self, done: int, alive: int, best: float, simulated: float, part: float) -> Progress:
+        """Progress; `part` is what the batch that runs now has done of its candidates."""
         return Progress(
             candidates=self._candidates,
-            done=self.done + trials.candidates - alive,
+            done=done,
             alive=alive,
-            best=min(self.best, float(costs.min())) if len(costs) else self.best,
-            simulated=self._simulated + float(batch.end_time().sum()),
+            best=best,
+            simulated=simulated,
             fraction=self._fraction(part),
             generation=self._generation,
             median=self._median,
             recalled=self._recalled,
+            stage=self._stage,
+            stages=self._stages,
+            stage_name=self._stage_name,
         )
 
     def _fraction(self, part: float) -> float:

@@ -50,7 +50,8 @@ class Evaluations:
     end_time: Floats  # (N,), s, simulated time at which the instance ended
     search: Integers  # (N,), number of the search that asked for it, -1 for the scene as given
     generation: Integers  # (N,)
-    terms: Floats  # (N, T), of the objective; not a number where a diverged instance has none
+    stage: Integers  # (N,), number of the scene's stage, 0 where it has none
+    terms: Floats  # (N, T), of the objective; not a number where a diverged instance or its stage has none
     term_names: tuple[str, ...] = ()  # T names
 
     def __len__(self) -> int:
@@ -63,13 +64,13 @@ class Evaluations:
         return Evaluations(**columns, term_names=self.term_names)
 
 
-COLUMNS = ("params", "cost", "status", "end_time", "search", "generation")
+COLUMNS = ("params", "cost", "status", "end_time", "search", "generation", "stage")
 TABLE = (*COLUMNS, "terms")  # arrays of evaluations that have a row a candidate
 
 
 @dataclass(frozen=True)
 class Best:
-    """The candidate of least cost."""
+    """The candidate of least cost; of those of the last stage that has any, since stages have costs of their own."""
 
     params: Floats  # (P,)
     cost: float
@@ -87,6 +88,7 @@ class History:
     spread: Floats  # (H,), standard deviation of its candidates in the unit cube, root mean square over parameters
     sigma: Floats  # (H,), step size after the generation; not a number for a search that has none
     asks_crc32: Integers  # (H,), of its candidates in the unit cube, (n, P) of float64, to tell a resumed search by
+    stage: Integers  # (H,)
 
 
 @dataclass(frozen=True)
@@ -104,13 +106,26 @@ class Options:
 
 
 @dataclass(frozen=True)
+class Staged:
+    """How a stage of an optimisation went."""
+
+    name: str
+    free: tuple[str, ...]  # names of the parameters that it changes, the dimensions of its searches
+    options: Options  # its own: candidates and until are its parts, the target that of its cost
+    ended: str = ""  # why the next stage began; empty while it has not
+    best: Best | None = None  # of its candidates
+
+
+@dataclass(frozen=True)
 class Searched:
     """How an optimisation went: what was asked, why it ended, each generation, and what its searches know."""
 
     options: Options
     ended: str  # why; empty for one that was still going on, and so can only be resumed from here
     history: History
-    states: tuple[Mapping[str, Floats], ...] = ()  # of each search, arrays by name
+    states: tuple[Mapping[str, Floats], ...] = ()  # of each search, arrays by name; with stages, of those of this one
+    stages: tuple[Staged, ...] = ()  # of the scene, begun or not
+    stage: int = 0  # number of the last one begun
 
 
 @dataclass(frozen=True)
@@ -135,9 +150,12 @@ def joined(parts: Sequence[Evaluations]) -> Evaluations:
     return Evaluations(**columns, term_names=parts[0].term_names)
 
 
-def best_of(evaluations: Evaluations) -> Best | None:
-    """The first candidate of least cost, if there is any."""
+def best_of(evaluations: Evaluations, stage: int | None = None) -> Best | None:
+    """The first candidate of least cost of a stage, by default of the last one that has any, if there is any."""
     if len(evaluations) == 0:
         return None
-    index = int(np.argmin(evaluations.cost))
+    mine = evaluations.stage == (evaluations.stage.max() if stage is None else stage)
+    if not mine.any():
+        return None
+    index = int(np.argmin(np.where(mine, evaluations.cost, np.inf)))
     return Best(evaluations.params[index], float(evaluations.cost[index]), index)

@@ -7,8 +7,9 @@ import numpy as np
 from warpmuscle.arrays import Floats
 from warpmuscle.formats import toml
 from warpmuscle.objective import TERMS
-from warpmuscle.parameters import substitute
+from warpmuscle.parameters import start_values, substitute
 from warpmuscle.records import Evaluations, ParameterTable, Result
+from warpmuscle.stage_scene import stage_scene
 from warpmuscle.status import Status
 
 BLOCKS = "▁▂▃▄▅▆▇█"
@@ -38,13 +39,30 @@ def outcomes(evaluations: Evaluations) -> list[str]:
 
 
 def convergence(result: Result) -> list[str]:
-    """Least cost over the candidates of all searches, and the best of each search."""
+    """Least cost over the candidates of all searches, and the best of each search; of each stage if there are any."""
     assert result.evaluations is not None
-    cost, search = result.evaluations.cost, result.evaluations.search
-    best = np.minimum.accumulate(cost)
-    lines = [f"least cost {best[0]:.6g} {curve(best)} {best[-1]:.6g}"]
-    if result.searched is not None and result.searched.ended:
-        lines.append(f"ended: {result.searched.ended}")
+    searched = result.searched
+    if searched is None or not searched.stages:
+        return _descent(result.evaluations, searched.ended if searched is not None else "")
+    lines = []
+    for number, stage in enumerate(searched.stages[: searched.stage + 1]):
+        mine = result.evaluations.rows(result.evaluations.stage == number)
+        count = f"{len(mine)} candidate{'s' if len(mine) != 1 else ''}, {len(stage.free)} parameters"
+        lines.append(f"stage {number}, {stage.name}: {count}")
+        ended = searched.ended if number == searched.stage else stage.ended
+        lines += [f"  {line}" for line in _descent(mine, ended)]
+    waiting = ", ".join(stage.name for stage in searched.stages[searched.stage + 1 :])
+    return [*lines, f"not begun: {waiting}"] if waiting else lines
+
+
+def _descent(evaluations: Evaluations, ended: str) -> list[str]:
+    """Convergence of candidates that have the same objective."""
+    cost, search = evaluations.cost, evaluations.search
+    best, lines = np.minimum.accumulate(cost), []
+    if len(best) > 0:
+        lines.append(f"least cost {best[0]:.6g} {curve(best)} {best[-1]:.6g}")
+    if ended:
+        lines.append(f"ended: {ended}")
     ranked = sorted((float(cost[search == k].min()), k) for k in np.unique(search) if k >= 0)
     if len(ranked) > 1:
         shown = ", ".join(f"{k}: {value:.6g}" for value, k in ranked[:8])
@@ -65,10 +83,13 @@ def score(result: Result) -> list[str]:
     """The best candidate's cost as the sum of its weighted terms."""
     assert result.best is not None
     assert result.evaluations is not None
-    scene = toml.loads(result.scene)
-    numeric = substitute(scene, np.asarray(result.best.params, dtype=np.float64))
-    index = result.best.index
-    lines = [f"cost of the best, candidate {index}: {result.best.cost:.6g}"]
+    scene, index, of = toml.loads(result.scene), result.best.index, ""
+    stage = int(result.evaluations.stage[index])
+    if scene.stages:
+        of = f" of stage {stage}, {scene.stages[stage].name}"
+    scene = stage_scene(scene, stage, np.asarray(result.best.params, dtype=np.float64))
+    numeric = substitute(scene, start_values(scene))
+    lines = [f"cost of the best, candidate {index}{of}: {result.best.cost:.6g}"]
     for name, value in zip(result.evaluations.term_names, result.evaluations.terms[index], strict=True):
         weight = float(np.asarray(getattr(numeric.objective, name)))
         if weight:

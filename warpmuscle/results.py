@@ -5,11 +5,16 @@ The layout is a contract with readers in other languages; README of the project 
 - attributes of `/`: `format`, `format_version`, versions of what produced it, `device`, `command`, `seed`
 - `/scene`: TOML text
 - `/parameters/{name, unit, min, max, step, value, scale}`: (P,)
-- `/evaluations/{params, cost, status, end_time, search, generation}`: (N, P) and (N,); `terms` (N, T), `term_names`
-- `/best/{params, cost, index}`
-- `/history/{generation, search, best, median, spread, sigma, asks_crc32}`: (H,), a row for each generation of a search
+- `/evaluations/{params, cost, status, end_time, search, generation, stage}`: (N, P) and (N,); `terms` (N, T),
+  `term_names`
+- `/best/{params, cost, index}`, and `stage` if the scene has stages: best of the last stage that has any candidates
+- `/history/{generation, search, best, median, spread, sigma, asks_crc32, stage}`: (H,), a row for each generation of a
+  search
 - `/searches`: the options of the optimisation as attributes, `strategy`, `searches`, `restarts`, `candidates`, `ended`,
   and `population`, `sigma`, `until`, `target` where given; `/searches/<k>/...`: what search k knows, such as its mean
+- `/stages/<k>` if the scene has stages: the options of stage k as attributes, `name` and `ended` besides, `free`, the
+  names of the parameters that it changes, and `best/{params, cost, index}`; the attribute `stage` of `/searches` is the
+  number of the last stage begun, whose searches these are
 - `/replay/<k>/...`: motion, see `warpmuscle.recording.QUANTITIES`
 
 There are no time stamps, so that the same result gives the same bytes.
@@ -39,13 +44,14 @@ from warpmuscle.records import (
     ParameterTable,
     Result,
     Searched,
+    Staged,
     installed_versions,
 )
 from warpmuscle.status import Status
 
 __all__ = [
-    "Best", "Evaluations", "History", "Options", "ParameterTable", "Result", "Searched", "installed_versions", "read",
-    "write",
+    "Best", "Evaluations", "History", "Options", "ParameterTable", "Result", "Searched", "Staged", "installed_versions",
+    "read", "write",
 ]  # fmt: skip
 
 FORMAT = "warpmuscle"
@@ -59,6 +65,7 @@ _HISTORY = {
     "spread": "standard deviation of its candidates in the unit cube, root mean square over parameters",
     "sigma": "step size of the search after the generation, in the unit cube; not a number if it has none",
     "asks_crc32": "CRC-32 of its candidates in the unit cube, float64 by rows, to tell a resumed search by",
+    "stage": "number of the stage",
 }
 
 
@@ -110,6 +117,9 @@ def _image(result: Result) -> bytes:
             _put_evaluations(file, result.evaluations, len(result.parameters.name))
         if result.best is not None:
             _put_best(file, result.best)
+            if result.searched is not None and result.searched.stages and result.evaluations is not None:
+                stage = np.int64(result.evaluations.stage[result.best.index])
+                _put(file["best"], "stage", stage, description="stage that the cost is of; others have other costs")
         if result.searched is not None:
             _put_searched(file, result.searched)
         for number, recording in enumerate(result.replays):
@@ -149,6 +159,7 @@ def _put_evaluations(file: Any, evaluations: Evaluations, parameter_count: int) 
     for name, description in {
         "search": "number of the search that asked for it, -1 for the scene as given",
         "generation": "generation in which it was asked for",
+        "stage": "stage in which it was asked for; costs of different stages cannot be compared",
     }.items():
         numbers = np.asarray(_shaped(f"evaluations/{name}", getattr(evaluations, name), (count,)), dtype=np.int32)
         _put(group, name, numbers, axes="evaluation", description=description)
@@ -173,14 +184,28 @@ def _put_searched(file: Any, searched: Searched) -> None:
         array = _shaped(f"history/{name}", getattr(searched.history, name), (count,))
         _put(group, name, array, axes="generation of a search", description=description, finite=name != "sigma")
     group = file.create_group("searches", track_order=True)
-    for field in fields(Options):
-        if (value := getattr(searched.options, field.name)) is not None:
-            group.attrs[field.name] = value
+    _put_options(group, searched.options)
     group.attrs["ended"] = searched.ended
+    if searched.stages:
+        group.attrs["stage"] = searched.stage
     for number, state in enumerate(searched.states):
         inner = group.create_group(str(number), track_order=True)
         for name in sorted(state):
             _put(inner, name, state[name], description="state of the search, in the unit cube", finite=False)
+    for number, stage in enumerate(searched.stages):
+        inner = file.create_group(f"stages/{number}", track_order=True)
+        inner.attrs["name"] = stage.name
+        _put_options(inner, stage.options)
+        inner.attrs["ended"] = stage.ended
+        _put(inner, "free", stage.free, axes="dimension of a search", description="parameters that the stage changes")
+        if stage.best is not None:
+            _put_best(inner, stage.best)
+
+
+def _put_options(group: Any, options: Options) -> None:
+    for field in fields(Options):
+        if (value := getattr(options, field.name)) is not None:
+            group.attrs[field.name] = value
 
 
 def _put_recording(group: Any, recording: Recording) -> None:
@@ -260,7 +285,7 @@ def _load_parameters(group: Any) -> ParameterTable:
 
 def _load_evaluations(group: Any) -> Evaluations:
     count = len(group["cost"])
-    none = np.zeros(count, dtype=np.int32)  # files of before there were searches and generations
+    none = np.zeros(count, dtype=np.int32)  # files of before there were searches, generations and stages
     columns: dict[str, Any] = {name: group[name][()] if name in group else none for name in COLUMNS}
     terms = group["terms"][()] if "terms" in group else np.zeros((count, 0))
     names = _strings(group["term_names"]) if "term_names" in group else ()
@@ -269,11 +294,25 @@ def _load_evaluations(group: Any) -> Evaluations:
 
 def _load_searched(file: Any) -> Searched:
     group, attributes = file["searches"], file["searches"].attrs
-    given = {field.name: attributes[field.name] for field in fields(Options) if field.name in attributes}
-    options = Options(**{name: value.item() if hasattr(value, "item") else value for name, value in given.items()})
-    history = History(**{name: file[f"history/{name}"][()] for name in _HISTORY})
+    columns: dict[str, Any] = {name: array[()] for name, array in file["history"].items() if name in _HISTORY}
+    columns.setdefault("stage", np.zeros(len(columns["generation"]), dtype=np.int64))  # files of before there were any
     states = ({name: array[()] for name, array in group[str(number)].items()} for number in range(len(group)))
-    return Searched(options, str(attributes["ended"]), history, tuple(states))
+    inner = file.get("stages", {})
+    stages = tuple(_load_staged(inner[str(number)]) for number in range(len(inner)))
+    stage = int(attributes.get("stage", 0))
+    ended = str(attributes["ended"])
+    return Searched(_load_options(attributes), ended, History(**columns), tuple(states), stages, stage)
+
+
+def _load_options(attributes: Any) -> Options:
+    given = {field.name: attributes[field.name] for field in fields(Options) if field.name in attributes}
+    return Options(**{name: value.item() if hasattr(value, "item") else value for name, value in given.items()})
+
+
+def _load_staged(group: Any) -> Staged:
+    best = _load_best(group["best"]) if "best" in group else None
+    ended = str(group.attrs["ended"])
+    return Staged(str(group.attrs["name"]), _strings(group["free"]), _load_options(group.attrs), ended, best)
 
 
 def _load_best(group: Any) -> Best:

@@ -373,6 +373,28 @@ class Robustness(Part):
     seed: int = 1
 
 
+class SearchStage(Part):
+    """A part of a search, which begins at the best candidate of the part before it, the first one at the scene itself.
+
+    Parameters that it does not free stay as they were in that candidate. What it does not say is as in the scene, or as
+    asked for of the whole search (see `stage_plan`).
+    """
+
+    name: str
+    objective: dict[str, float | str] = {}  # in place of these fields of the scene's objective
+    failure: dict[str, float | bool] = {}  # in place of these of its failure limits
+    duration: float | None = None  # s, of a simulation
+    free: list[str] = []  # names of the parameters that may change, or patterns such as `controller.*`; all if empty
+    candidates: float | None = None  # how many at most; a number below 1 is a part of those of the whole search
+    strategy: str | None = None  # see `search.strategies`, like the next four
+    population: int | None = None
+    sigma: float | None = None
+    restarts: str | None = None
+    searches: int | None = None
+    until: float | None = None  # s of wall time that it may take
+    target: float | None = None  # cost at which the next stage begins
+
+
 class Scene(Part):
     """A complete experiment."""
 
@@ -386,6 +408,7 @@ class Scene(Part):
     objective: Objective = msgspec.field(default_factory=Objective)
     tracking: Tracking | None = None
     robustness: Robustness = msgspec.field(default_factory=Robustness)
+    stages: list[SearchStage] = []  # of a search, one after the other; none: all of it at once
     muscle_model: MuscleModel = msgspec.field(default_factory=MuscleModel)
     actuation: dict[str, Actuation] = {}  # by joint
     duration: float = 10.0  # s

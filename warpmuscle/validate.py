@@ -32,11 +32,8 @@ from warpmuscle.scene import (
 )
 from warpmuscle.typed import to_type
 from warpmuscle.validate_muscles import check_muscles
+from warpmuscle.validate_objective import check_failure, check_objective, check_stages
 
-TERM_WEIGHTS = (
-    "torque", "fall", "applied_torque", "effort_squared", "effort_cubed", "metabolic", "cost_of_transport", "speed",
-    "heading", "head", "joint_limits", "ground_force", "tracking", "smoothness",
-)  # fmt: skip
 AXES = {"ball": 2, "universal": 2, "hinge": 1, "fixed": 0}  # by type of joint
 LIMITS = {"ball": 3, "universal": 2, "hinge": 1, "fixed": 0}
 PREFIXES = ("SWING_", "STANCE_")  # of trajectories that change sides with the stance
@@ -82,15 +79,12 @@ class _Check(Checks):
             self.controller(scene.controller, scene.character)
         self.initial_state(scene.initial_state, scene.character)
         self.ground(scene.ground)
-        self.not_negative("failure", scene.failure, "com_height", "heading", "leg_crossing", "self_collision")
-        self.positive("failure", scene.failure, "max_speed")
+        check_failure(self, "failure", scene.failure)
         self.self_collision(scene.failure.self_collision_pairs, scene.character)
-        self.not_negative("objective", scene.objective, *TERM_WEIGHTS, "ground_force_bound", "basal_rate")
-        if scene.objective.head and scene.objective.head_body not in scene.character.bodies:
-            known(scene.objective.head_body, scene.character.bodies, "body", "objective.head_body")
-        self.positive("objective", scene.objective, "failure_cost")
+        check_objective(self, "objective", scene.objective)
         self.robustness(scene.robustness)
         self.tracking(scene)
+        check_stages(self)
 
     def robustness(self, robustness: Robustness) -> None:
         """At least one run; disturbances have sizes."""
@@ -114,8 +108,6 @@ class _Check(Checks):
         """A tracked gait has one source, and joints of the character; a weight of tracking has a gait."""
         tracking = scene.tracking
         if tracking is None:
-            if self.interval(scene.objective.tracking)[1] > 0.0:
-                raise SceneError("there is no gait to track: name one in [tracking]", key="objective.tracking")
             return
         if bool(tracking.scene) == bool(tracking.file):
             raise SceneError("give either a scene or a file to track", key="tracking")

@@ -11,7 +11,7 @@ from warpmuscle.errors import SceneError
 from warpmuscle.formats import toml
 from warpmuscle.formats.toml_lines import key_lines
 from warpmuscle.number import Free
-from warpmuscle.scene import Scene, State, Trajectory
+from warpmuscle.scene import Scene, SearchStage, State, Trajectory
 
 CHARACTER = """root = "pelvis"
 [bodies]
@@ -53,6 +53,26 @@ def test_free_numbers_ties_and_long_lists_are_read_back_equal(tmp_path):
     scene.controller.pd["root"].kd = Free(same_as="controller.pd.lHip.kp")
     scene.ground.height = Free(-1e-7, -0.1, 0.0)
     assert round_trip(tmp_path, scene) == scene
+
+
+def test_stages_of_a_search_are_read_back_equal_and_their_errors_know_the_line(tmp_path):
+    scene = sound_scene()
+    scene.stages = [
+        SearchStage("survive", {"torque": 0.0, "metabolic_model": "bhargava"}, {"body_contact": True}, 3.0, target=0.0),
+        SearchStage('walk "on"', {"speed": 1.5}, {"com_height": 1}, free=["controller.*", "*.kp"], candidates=0.25),
+        SearchStage("save", strategy="cma", population=7, sigma=0.1, restarts="ipop", searches=2, until=60.0),
+    ]
+    assert round_trip(tmp_path, scene) == scene
+    scene.stages = scene.stages[2:]
+    assert round_trip(tmp_path, scene) == scene
+    text = 'name = "s"\ncharacter = "leg.toml"\n[[stages]]\nname = "a"\n[[stages]]\nname = "b"\n[stages.objective]\n'
+    with pytest.raises(
+        SceneError, match=r"scene\.toml:8: stages\.1\.objective\.sped: unknown key; did you mean 'speed'"
+    ):
+        toml.read(write(tmp_path, f"{text}sped = 1\n"))
+    with pytest.raises(SceneError, match=r"scene\.toml:8: stages\.1\.objective\.speed: expected .*, got a table"):
+        toml.read(write(tmp_path, f"{text}speed = {{ value = 1, min = 0, max = 2 }}\n"))
+    assert toml.read(write(tmp_path, f"{text}speed = 1\n")).stages[1] == SearchStage("b", {"speed": 1.0})
 
 
 def test_trajectories_bodies_and_joints_keep_their_order(tmp_path):

@@ -31,7 +31,7 @@ def optimize(
     context: typer.Context,
     sources: Annotated[list[str] | None, typer.Argument(metavar="SCENE...", help="As of simulate.")] = None,
     candidates: Annotated[
-        int, typer.Option(min=1, help="How many sets of parameters to try; how many more with --resume.")
+        int, typer.Option(min=1, help="How many sets of parameters to try, in all stages; how many more with --resume.")
     ] = 5000,
     seed: Annotated[int, typer.Option(min=0, help="Of the search; the same seed gives the same result.")] = 1,
     search: Annotated[
@@ -43,8 +43,10 @@ def optimize(
     ] = None,
     sigma: Annotated[float | None, typer.Option(help="First step, as a part of each parameter's interval.")] = None,
     restarts: Annotated[str, typer.Option(help="Of a converged cma: none, ipop or bipop.")] = "none",
-    until: Annotated[str | None, typer.Option(help="End after this wall time: 90s, 30m, 2h, 1h30m.")] = None,
-    target: Annotated[float | None, typer.Option(help="End at this cost.")] = None,
+    until: Annotated[
+        str | None, typer.Option(help="End after this wall time, of all stages: 90s, 30m, 2h, 1h30m.")
+    ] = None,
+    target: Annotated[float | None, typer.Option(help="End at this cost, of the last stage.")] = None,
     duration: Duration = None,
     time_step: TimeStep = None,
     device: Device = None,
@@ -133,12 +135,15 @@ def _print_result(result: Result, bar: ProgressBar) -> None:
     out.print(f"{len(evaluations.cost)}{of} candidates in {bar.elapsed:.1f} s{earlier}, {rate}")
     generations = int(evaluations.generation[-1]) + 1
     several = f"{options.searches} searches, " if options.searches > 1 else ""
-    out.print(f"{options.strategy}: {several}{generations} generations; {result.searched.ended}")
+    if result.searched.stages:
+        _print_stages(result)
+    else:
+        out.print(f"{options.strategy}: {several}{generations} generations; {result.searched.ended}")
     for status in Status:
         if count := int((evaluations.status == status).sum()):
             out.print(f"  {count:6d} {status.meaning}")
     given = ""
-    if np.array_equal(evaluations.params[0], result.parameters.value):
+    if np.array_equal(evaluations.params[0], result.parameters.value) and not result.searched.stages:
         given = f" (scene as given: {evaluations.cost[0]:.6g})"
     search = int(evaluations.search[best.index])
     found = f", found by search {search}" if options.searches > 1 and search >= 0 else ""
@@ -147,3 +152,18 @@ def _print_result(result: Result, bar: ProgressBar) -> None:
         f"cost {best.cost:.6g}{given}"
     )
     print_gait(toml.loads(result.scene), result.replays[0])
+
+
+def _print_stages(result: Result) -> None:
+    """Print how each stage went that has begun."""
+    assert result.evaluations is not None
+    assert result.searched is not None
+    searched = result.searched
+    for number, stage in enumerate(searched.stages[: searched.stage + 1]):
+        count = int((result.evaluations.stage == number).sum())
+        cost = f"{stage.best.cost:.6g}" if stage.best is not None else "-"
+        ended = stage.ended or searched.ended
+        out.print(
+            f"stage {number + 1} {stage.name}: {stage.options.strategy}, {len(stage.free)} parameters, "
+            f"{count} candidates, best {cost}; {ended}"
+        )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from typing import TYPE_CHECKING
 
@@ -54,14 +55,14 @@ class ProgressBar:
         self._bars.start()
         self.simulated, self.recalled = progress.simulated, progress.recalled
         median = f", median {progress.median:.5g}" if progress.generation > 0 else ""
+        best = f"{progress.best:.5g}" if math.isfinite(progress.best) else "-"
+        stage = f"stage {progress.stage + 1}/{progress.stages} {progress.stage_name}, " if progress.stages else ""
         self._bars.update(
             self._task,
             completed=progress.fraction,
             done=progress.done,
             candidates=progress.candidates,
             alive=progress.alive if progress.simulated else "compiling, 0",
-            costs=f"generation {progress.generation}, best "
-            + (f"{progress.best:.5g}" if progress.done else "-")
-            + median,
+            costs=f"{stage}generation {progress.generation}, best {best}{median}",
             rate=f"{progress.simulated / self.elapsed:.0f}",
         )
