@@ -48,7 +48,8 @@ def test_reaches_what_the_package_reaches(function, dimensions, evaluations):
 def test_first_generations_are_those_of_the_package():
     generator, search = np.random.default_rng(3), CmaSearch(start_of(10), 3)
     options = {"randn": lambda n, p: generator.standard_normal((n, p)), "seed": np.nan, "verbose": -10, "verb_log": 0}
-    strategy = cma.CMAEvolutionStrategy(start_of(10), 0.25, options | {"bounds": [0.0, 1.0]})
+    options |= {"bounds": [0.0, 1.0], "CMA_mirrors": 0.16}
+    strategy = cma.CMAEvolutionStrategy(start_of(10), 0.25, options)
     for _ in range(10):
         candidates = strategy.ask()
         np.testing.assert_allclose(search.ask(), candidates, rtol=0, atol=1e-9)
@@ -100,7 +101,7 @@ def test_flat_costs_end_a_run():
 
 @pytest.mark.parametrize("restarts", ["ipop", "bipop"])
 def test_restarts_find_the_global_optimum_that_a_single_run_misses(restarts):
-    single, search = CmaSearch(start_of(4), 1), CmaSearch(start_of(4), 1, restarts=restarts)
+    single, search = CmaSearch(start_of(4), 4), CmaSearch(start_of(4), 4, restarts=restarts)
     run(single, rastrigin, 8000)
     assert single.finished()
     assert single.state()["best_cost"] > 0.9

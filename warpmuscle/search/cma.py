@@ -26,6 +26,7 @@ from warpmuscle.search.search import (
 
 _LIBRARIES = ThreadpoolController()
 LEAST_POPULATION = 4  # two parents, so that the covariance has something to learn from
+MIRRORED = 0.16  # of a generation: the other side of its worst candidates (Auger, Brockhoff, Hansen, GECCO 2011)
 LARGEST_DEVIATION = 1.0 / 3.0  # of a coordinate: wider than that, candidates only fold back from the faces
 
 
@@ -142,6 +143,7 @@ def strategy_options(population: int, generator: np.random.Generator) -> dict[st
         # global generator.
         "AdaptSigma": cma.sigma_adaptation.CMAAdaptSigmaCSA,
         "maxstd": LARGEST_DEVIATION,
+        "CMA_mirrors": MIRRORED,
         "verbose": -10,  # also ignores a file cma_signals.in
         "verb_log": 0,
         "verb_disp": 0,

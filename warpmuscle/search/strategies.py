@@ -72,9 +72,10 @@ def make_searches(
 ) -> list[Search]:
     """Independent searches with seeds of their own.
 
-    The first one is as `make_search` has it, with that seed. The others start at points drawn around the start, with
-    the step size as standard deviation, and with step sizes between a tenth of that and all of it, spread evenly in
-    their logarithm. Search i is the same however many there are.
+    The first one is as `make_search` has it, with that seed. The others have step sizes between a tenth of the first
+    one's and all of it, spread evenly in their logarithm, and start at points drawn around the start with their own
+    step size as standard deviation. So some stay near a start that is good, and others go far from one that is bad.
+    Search i is the same however many there are.
 
     Raises:
         Error: see `make_search`; or the count is not positive.
@@ -86,17 +87,11 @@ def make_searches(
     center = np.full(dimensions, 0.5) if start is None else checked_start(start)
     for child in np.random.SeedSequence(seed).spawn(count - 1):
         generator = np.random.default_rng(child)
-        point: Floats = scattered(center, spread, generator)
+        step = spread * SMALLEST_SPREAD ** generator.uniform()
+        point: Floats = scattered(center, step, generator)
+        own_seed = int(generator.integers(2**63))
         searches.append(
-            make_search(
-                name,
-                dimensions,
-                point,
-                int(generator.integers(2**63)),
-                population=population,
-                sigma=spread * SMALLEST_SPREAD ** generator.uniform(),
-                restarts=restarts,
-            )
+            make_search(name, dimensions, point, own_seed, population=population, sigma=step, restarts=restarts)
         )
     return searches
 
