@@ -4,6 +4,7 @@ import msgspec
 import numpy as np
 import pytest
 
+from small_scene import sound_scene
 from test_results import assert_same
 from warpmuscle import generation
 from warpmuscle.errors import Error
@@ -210,6 +211,14 @@ def test_scale_of_a_parameter_is_searched_stored_and_written(scene):
     assert result.parameters.scale.count("log") == 1
     assert 5.0 < np.median(result.evaluations.params[:, index]) < 200.0
     assert toml.loads(result.scene) == short
+
+
+def test_free_weight_that_starts_at_zero_is_a_term_in_every_batch():
+    small = sound_scene()
+    small.duration, small.objective.speed = 0.05, Free(0.0, 0.0, 1.0)
+    found = optimize(small, 6, device="cpu", population=2).evaluations
+    assert found.term_names == ("torque", "speed")
+    assert np.all(found.terms[:, 1] > 0.0)
 
 
 def test_scene_without_free_parameters_is_an_error():

@@ -9,8 +9,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from warpmuscle.arrays import Floats
-from warpmuscle.errors import Error
-from warpmuscle.generation import Batches, Generation, OtherCandidates
+from warpmuscle.errors import Interrupted
+from warpmuscle.generation import Evaluator, Generation, OtherCandidates
 from warpmuscle.parameters import free_parameters, from_unit, start_values, to_unit
 from warpmuscle.progress import Tracker
 from warpmuscle.records import Evaluations, History, Options, Searched, joined
@@ -37,7 +37,7 @@ class Campaign:
         scene: Scene,
         options: Options,
         searches: list[Search],
-        batches: Batches,
+        batches: Evaluator,
         tracker: Tracker,
         known: Mapping[int, Evaluations] | None = None,
         history: History | None = None,
@@ -90,7 +90,9 @@ class Campaign:
             return ended
         except KeyboardInterrupt:
             if len(self._done) <= max(self._known, default=-1):
-                raise Error("interrupted before the search was where it had been; its file is unchanged") from None
+                raise Interrupted(
+                    "interrupted before the search was where it had been; its file is unchanged"
+                ) from None
             return INTERRUPTED
 
     def evaluations(self) -> Evaluations:

@@ -9,7 +9,7 @@ from dataclasses import replace as changed
 import numpy as np
 
 from warpmuscle.campaign import INTERRUPTED, Campaign
-from warpmuscle.generation import Batches
+from warpmuscle.generation import Evaluator
 from warpmuscle.objective import TERMS, wanted
 from warpmuscle.parameters import free_parameters, start_values
 from warpmuscle.progress import Tracker
@@ -40,7 +40,7 @@ class Curriculum:
         seed: int,
         options: Options,
         stages: Sequence[Staged],
-        batches: Callable[[Scene], Batches],
+        batches: Callable[[Scene], Evaluator],
         tracker: Tracker,
         known: Mapping[int, Evaluations] | None = None,
         earlier: Searched | None = None,

@@ -29,9 +29,17 @@ class SceneError(Error):
         return SceneError(self.message, self.key, file, line)
 
 
+class Interrupted(Error):
+    """A search was interrupted before there was anything new to keep."""
+
+
 class RolloutError(Error):
     """A batch of simulations was asked for something it cannot do."""
 
 
 class ResultError(Error):
     """A result file, or a file with a motion, cannot be read or written."""
+
+
+class OccupiedError(ResultError):
+    """Another process is at work on the same files."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -82,6 +82,21 @@ class Generation:
         for index, values in enumerate(trials.terms().values()):
             self.terms[rows, index] = values[ended]
         self.status[rows] = trials.status()[ended]
+
+
+class Evaluator(Protocol):
+    """What evaluates the generations of one optimisation.
+
+    Attributes:
+        device: on which. largest: number of candidates in a batch. term_names: of the objective's terms.
+    """
+
+    device: str
+    largest: int
+    term_names: tuple[str, ...]
+
+    def evaluate(self, generation: Generation, limit: int, tracker: Tracker, enough: Callable[[], Any]) -> None:
+        """See `Batches.evaluate`."""
 
 
 class Batches:

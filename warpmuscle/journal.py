@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from warpmuscle.errors import ResultError
+from warpmuscle.errors import OccupiedError, ResultError
 from warpmuscle.formats.files import unwritable
 from warpmuscle.records import TABLE, Evaluations
 
@@ -83,6 +83,14 @@ class Journal:
     ) -> None:
         self.close()
 
+    @staticmethod
+    def look(path: Path) -> list[Evaluations]:
+        """The generations in a journal that another process may be writing just now; none if there is no journal."""
+        try:
+            return [_evaluations(record) for record in _records(path.read_bytes())[0][1:]]
+        except OSError:
+            return []
+
     def close(self) -> None:
         """Close the file, and keep it; other processes may open it then."""
         os.close(self._file)
@@ -135,7 +143,7 @@ class Journal:
         try:
             fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
-            raise ResultError(f"{self._path}: another process is at work on this search") from None
+            raise OccupiedError(f"{self._path}: another process is at work on this search") from None
         except OSError:
             pass  # a file system without locks
 

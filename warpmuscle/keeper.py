@@ -62,12 +62,9 @@ class Keeper:
             result = read(path)  # as it is now that nobody else writes it
             assert result.evaluations is not None
             known = _by_generation(result.evaluations)
-            for part in keeper._journal.generations():
-                number = int(part.generation[0])
-                if number not in known or len(known[number]) <= len(part):
-                    known[number] = part
+            _add(known, keeper._journal.generations())
             keeper._count = len(result.evaluations)
-            _remove_leftovers(path)
+            remove_leftovers(path)
         except BaseException:
             keeper.close()
             raise
@@ -119,7 +116,7 @@ class Keeper:
         """
         self._write(result)
         self._journal.remove()
-        _remove_leftovers(self._path)
+        remove_leftovers(self._path)
 
     def _write(self, result: Result) -> None:
         begin = time.monotonic()
@@ -153,7 +150,15 @@ def _by_generation(evaluations: Evaluations) -> dict[int, Evaluations]:
     return {number: evaluations.rows(evaluations.generation == number) for number in numbers}
 
 
-def _remove_leftovers(path: Path) -> None:
+def _add(known: dict[int, Evaluations], parts: list[Evaluations]) -> None:
+    """Add what a journal has of generations to what the file has; of the same one the larger part counts."""
+    for part in parts:
+        number = int(part.generation[0])
+        if number not in known or len(known[number]) <= len(part):
+            known[number] = part
+
+
+def remove_leftovers(path: Path) -> None:
     """Remove what a process that was killed while it wrote the file has left beside it (see `replace_file`)."""
     path = path.resolve()
     for other in path.parent.glob(f".{glob.escape(path.name)}.*"):

@@ -83,19 +83,21 @@ def objective_fields(scene: Scene, names: Topology, device: Any) -> dict[str, An
 
 
 def term_values(
-    scene: Scene, kind: ObjectiveKind, state: structs.State, end_time: Floats, distance: Floats
+    names: tuple[str, ...], scene: Scene, kind: ObjectiveKind, state: structs.State, end_time: Floats, distance: Floats
 ) -> dict[str, Floats]:
     """Values (n,) of the wanted terms of all instances.
 
     Args:
-        scene: its numbers are floats or (n,) arrays. end_time: (n,) s. distance: (n,) m, gone by the root.
+        names: of the terms.
+        scene: its numbers are floats or (n,) arrays.
+        end_time: (n,) s. distance: (n,) m, gone by the root.
     """
     h = scene.time_step
     sums = {"torque": _summed(state.torque_integral.numpy()) * h}
     for part, array in (("muscle", state.muscle_terms), ("body", state.body_terms), ("whole", state.whole_terms)):
-        names = getattr(kind, part)
-        values = array.numpy() if names else None
-        for index, name in enumerate(names):
+        summed = getattr(kind, part)
+        values = array.numpy() if summed else None
+        for index, name in enumerate(summed):
             assert values is not None
             sums[name] = (values[:, index] if part == "whole" else _summed(values[:, index])) * h
     sums["fall"] = scene.duration - end_time
@@ -103,7 +105,7 @@ def term_values(
     energy = sums.get(f"metabolic_{scene.objective.metabolic_model}", 0.0)
     sums["metabolic"] = energy + np.asarray(scene.objective.basal_rate) * mass * end_time
     sums["cost_of_transport"] = sums["metabolic"] / (mass * np.maximum(distance, LEAST_DISTANCE))
-    return {name: np.asarray(sums.get(name, np.zeros_like(end_time))) for name in wanted(scene.objective)}
+    return {name: np.asarray(sums.get(name, np.zeros_like(end_time))) for name in names}
 
 
 def weighted(scene: Scene, terms: dict[str, Floats]) -> Floats:

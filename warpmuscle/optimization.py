@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 
 from warpmuscle.arrays import Floats
-from warpmuscle.campaign import Campaign
+from warpmuscle.campaign import INTERRUPTED, Campaign
 from warpmuscle.curriculum import Curriculum
-from warpmuscle.errors import Error, ResultError
+from warpmuscle.errors import Error, Interrupted, ResultError
 from warpmuscle.formats import toml
-from warpmuscle.generation import Batches, OtherCandidates
+from warpmuscle.generation import Batches, Evaluator, OtherCandidates
 from warpmuscle.keeper import Keeper
 from warpmuscle.parameters import Parameter, free_parameters, start_values
 from warpmuscle.progress import Progress, Tracker
@@ -26,6 +26,7 @@ from warpmuscle.stage_scene import stage_scene
 from warpmuscle.validate import check_scene
 
 Tell = Callable[[Progress], None]
+MakeBatches = Callable[[Scene], Evaluator]
 
 
 def optimize(
@@ -45,6 +46,7 @@ def optimize(
     threads: int | None = None,
     command: str = "",
     progress: Tell | None = None,
+    batches: MakeBatches | None = None,
 ) -> Result:
     """Search for the values of the scene's free parameters that have the least cost.
 
@@ -71,20 +73,23 @@ def optimize(
             failure at any moment; a file of that name is replaced.
         command: put into the result as what made it.
         progress: called several times a second of work.
+        batches: makes what evaluates a scene, or one of its stages, in place of device and threads; by default
+            batches of this optimisation's own.
 
     Raises:
         Error: the scene has no free parameters, an option is impossible, the output cannot be written, or the search
             was interrupted before any candidate had ended.
     """
     options = Options(search, searches, population, sigma, restarts, candidates, until, target)
-    _check(options)
+    check_options(options)
     parameters = _parameters(scene)
     stages: tuple[Staged, ...] = ()
     if scene.stages:
         check_scene(scene)
         options, stages = plan(scene, options)
     tracker = Tracker(options.candidates, options.until, progress)
-    campaign = _campaign(scene, seed, options, stages, device, threads, tracker)
+    batches = batches or (lambda part: Batches(part, device, threads))
+    campaign = _campaign(scene, seed, options, stages, batches, tracker)
     start = Result(
         scene=toml.dumps(scene),
         device=campaign.device,
@@ -110,6 +115,7 @@ def resume(
     threads: int | None = None,
     command: str = "",
     progress: Tell | None = None,
+    batches: MakeBatches | None = None,
 ) -> Result:
     """Go on with a search that was interrupted or killed, or has come to its end, as if it had not been.
 
@@ -122,7 +128,7 @@ def resume(
         device: by default that of the file; on one of another kind costs differ in their last bits.
         until: s of wall time from now, by default as many as at first.
         target: cost at which to end, of the last stage if there are any; by default the one asked for.
-        threads, progress: as in `optimize`. command: put into the result below the earlier one.
+        threads, progress, batches: as in `optimize`. command: put into the result below the earlier one.
 
     Raises:
         Error: the file cannot be read or written, holds no search, or was made by versions of this program or its
@@ -140,7 +146,7 @@ def resume(
             until=options.until if until is None else until,
             target=options.target if target is None else target,
         )
-        _check(options)
+        check_options(options)
         scene = toml.loads(earlier.scene)
         stages = earlier.searched.stages
         if len(stages) != len(scene.stages):
@@ -148,8 +154,8 @@ def resume(
         if stages and (candidates is not None or target is not None):
             stages = prolonged(stages, options, target)
         tracker = Tracker(options.candidates, options.until, progress)
-        device = device or earlier.device
-        campaign = _campaign(scene, earlier.seed, options, stages, device, threads, tracker, known, earlier.searched)
+        batches = batches or (lambda part: Batches(part, device or earlier.device, threads))
+        campaign = _campaign(scene, earlier.seed, options, stages, batches, tracker, known, earlier.searched)
         commands = "\n".join(filter(None, (earlier.command, command)))
         start = Result(earlier.scene, campaign.device, commands, earlier.seed, earlier.parameters)
         try:
@@ -190,7 +196,7 @@ def _parameters(scene: Scene) -> list[Parameter]:
     return parameters
 
 
-def _check(options: Options) -> None:
+def check_options(options: Options) -> None:
     """Raise Error for options that no strategy has to know."""
     for name in ("candidates", "searches", "population", "sigma", "until"):
         value = getattr(options, name)
@@ -205,20 +211,17 @@ def _campaign(
     seed: int,
     options: Options,
     stages: tuple[Staged, ...],
-    device: str | None,
-    threads: int | None,
+    batches: MakeBatches,
     tracker: Tracker,
     known: dict[int, Evaluations] | None = None,
     earlier: Searched | None = None,
 ) -> Campaign | Curriculum:
     if stages:
-        return Curriculum(
-            scene, seed, options, stages, lambda part: Batches(part, device, threads), tracker, known, earlier
-        )
-    batches = Batches(scene, device, threads)
-    options = settled(options, batches.largest)
+        return Curriculum(scene, seed, options, stages, batches, tracker, known, earlier)
+    evaluator = batches(scene)
+    options = settled(options, evaluator.largest)
     searches = searches_of(scene, options, seed)
-    return Campaign(scene, options, searches, batches, tracker, known, earlier.history if earlier else None)
+    return Campaign(scene, options, searches, evaluator, tracker, known, earlier.history if earlier else None)
 
 
 def _kept(scene: Scene, campaign: Campaign | Curriculum, start: Result, keeper: Keeper) -> Result:
@@ -247,7 +250,8 @@ def _finished(scene: Scene, campaign: Campaign | Curriculum, start: Result, ende
     """The result with the motion of its best candidate."""
     result = _so_far(campaign, start, ended)
     if result.best is None or result.evaluations is None:
-        raise Error(f"{ended} before any candidate had ended: nothing to keep")
+        kind = Interrupted if ended == INTERRUPTED else Error
+        raise kind(f"{ended} before any candidate had ended: nothing to keep")
     best = np.asarray(result.best.params, dtype=np.float64)
     if scene.stages:
         scene = stage_scene(scene, int(result.evaluations.stage[result.best.index]), best)

@@ -106,7 +106,7 @@ def substitute(scene: Scene, values: Floats) -> Scene:
             raise SceneError(f"{name!r} is not a free parameter", key=f"{key}.same_as")
         return columns[name] if number.factor == 1.0 else columns[name] * number.factor
 
-    return _rebuild(scene, "", column)
+    return rebuilt(scene, lambda key, leaf: column(key, leaf) if isinstance(leaf, Free) else leaf)
 
 
 def with_values(scene: Scene, values: Floats) -> Scene:
@@ -129,10 +129,23 @@ def with_values(scene: Scene, values: Floats) -> Scene:
                 f"[{parameter.min:g}, {parameter.max:g}]"
             )
 
-    def restarted(key: str, number: Free) -> Free:
-        return number if number.same_as else msgspec.structs.replace(number, value=starts[key])
+    def restarted(key: str, leaf: Any) -> Any:
+        free = isinstance(leaf, Free) and not leaf.same_as
+        return msgspec.structs.replace(leaf, value=starts[key]) if free else leaf
 
-    return _rebuild(scene, "", restarted)
+    return rebuilt(scene, restarted)
+
+
+def rebuilt(value: Part, replace: Callable[[str, Any], Any], key: str = "") -> Part:
+    """A copy of a scene or of a part of it, with `replace(path, leaf)` in place of every leaf (see `leaves`)."""
+    members = _members(value)
+    if members is None:
+        return replace(key, value)  # type: ignore[no-any-return]
+    parts = [(name, rebuilt(member, replace, f"{key}.{name}" if key else name)) for name, member in members]
+    kind: Any = type(value)
+    if isinstance(value, msgspec.Struct):
+        return kind(**dict(parts))  # type: ignore[no-any-return]
+    return kind(parts if isinstance(value, dict) else [member for _, member in parts])  # type: ignore[no-any-return]
 
 
 def pinned(scene: Scene, values: Floats, free: Collection[str]) -> Scene:
@@ -149,13 +162,15 @@ def pinned(scene: Scene, values: Floats, free: Collection[str]) -> Scene:
     started = with_values(scene, values)
     numbers = dict(zip((parameter.name for parameter in free_parameters(scene)), map(float, values), strict=True))
 
-    def replaced(key: str, number: Free) -> Number:
-        name = number.same_as or key
+    def replaced(key: str, leaf: Any) -> Any:
+        if not isinstance(leaf, Free):
+            return leaf
+        name = leaf.same_as or key
         if name in free:
-            return number
-        return numbers[name] if number.factor == 1.0 else numbers[name] * number.factor
+            return leaf
+        return numbers[name] if leaf.factor == 1.0 else numbers[name] * leaf.factor
 
-    return _rebuild(started, "", replaced)
+    return rebuilt(started, replaced)
 
 
 def snap(parameters: Sequence[Parameter], values: Floats) -> Floats:
@@ -223,20 +238,6 @@ def _members(value: Any) -> list[tuple[str, Any]] | None:
     if isinstance(value, list | tuple):
         return [(str(index), member) for index, member in enumerate(value)]
     return None
-
-
-def _rebuild(value: Part, key: str, replace: Callable[[str, Free], Any]) -> Part:
-    """A copy of `value` with `replace(path, free)` in place of every free parameter."""
-    if isinstance(value, Free):
-        return replace(key, value)  # type: ignore[no-any-return]
-    members = _members(value)
-    if members is None:
-        return value
-    rebuilt = [(name, _rebuild(member, f"{key}.{name}" if key else name, replace)) for name, member in members]
-    kind: Any = type(value)
-    if isinstance(value, msgspec.Struct):
-        return kind(**dict(rebuilt))  # type: ignore[no-any-return]
-    return kind(rebuilt if isinstance(value, dict) else [member for _, member in rebuilt])  # type: ignore[no-any-return]
 
 
 def _unit(key: str) -> str:

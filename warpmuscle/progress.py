@@ -60,6 +60,13 @@ class Tracker:
         self._recalled += count
         self.best = min(self.best, best)
 
+    def counted(self, count: int, best: float, simulated: float) -> None:
+        """So many candidates were evaluated with those of other optimisations, in s of motion, with this least cost."""
+        self.done += count
+        self.best = min(self.best, best)
+        self._simulated += simulated
+        self._report(self._now(self.done, 0, self.best, self._simulated, 0.0))
+
     def running(self, trials: Trials) -> None:
         """Tell of a batch that runs."""
         if self._tell is not None:

@@ -31,6 +31,7 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
+from warpmuscle.checks import near
 from warpmuscle.errors import ResultError, SceneError
 from warpmuscle.formats.files import replace_file
 from warpmuscle.recording import INTEGER_QUANTITIES, MUSCLE_QUANTITIES, QUANTITIES, Recording
@@ -55,6 +56,7 @@ __all__ = [
 ]  # fmt: skip
 
 FORMAT = "warpmuscle"
+SWEEP_FORMAT = "warpmuscle sweep"  # see `warpmuscle.sweep.gather`
 FORMAT_VERSION = 1
 _COMPRESS_FROM = 4096  # bytes; smaller arrays are stored as they are
 _HISTORY = {
@@ -81,17 +83,20 @@ def write(path: str | Path, result: Result) -> None:
         raise ResultError(f"{path}: {error.message}") from None
 
 
-def read(path: str | Path) -> Result:
-    """Read a result file.
+def read(path: str | Path, run: str | None = None) -> Result:
+    """Read a result file, or one run of the file of a sweep.
+
+    Args:
+        run: its name, for the file of a sweep only.
 
     Raises:
-        ResultError: no such file, not a result file, damaged, or written by a newer version of the format.
+        ResultError: no such file, not a result file, damaged, written by a newer version of the format, or without such
+            a run.
     """
     path = Path(path)
     try:
         with h5py.File(path, "r") as file:
-            _check_format(path, file)
-            return _load(file)
+            return _load(_of_run(path, file, run))
     except FileNotFoundError:
         raise ResultError(f"{path}: no such file") from None
     except (PermissionError, IsADirectoryError) as error:
@@ -248,9 +253,24 @@ def _shaped(name: str, array: NDArray[Any], shape: tuple[int, ...]) -> NDArray[A
     return array
 
 
+def _of_run(path: Path, file: Any, run: str | None) -> Any:
+    """The group that holds the one result wanted: the file itself, or a run of a sweep."""
+    _check_format(path, file)
+    if file.attrs["format"] == FORMAT:
+        if run is not None:
+            raise ResultError(f"{path}: the file of one optimisation, not of a sweep; it has no run {run!r}")
+        return file
+    names = list(file["runs"])
+    if run is None:
+        raise ResultError(f"{path}: the file of a sweep of {len(names)} runs; name one of them, such as {names[0]!r}")
+    if run not in names:
+        raise ResultError(f"{path}: no run is called {run!r}{near(run, names)}; there are {', '.join(names)}")
+    return file["runs"][run]
+
+
 def _check_format(path: Path, file: Any) -> None:
     """Raise ResultError for a file of another kind or of a newer format."""
-    if file.attrs.get("format") != FORMAT:
+    if file.attrs.get("format") not in (FORMAT, SWEEP_FORMAT):
         raise ResultError(f"{path}: an HDF5 file, but not one written by warpmuscle")
     found = int(file.attrs["format_version"])
     if found > FORMAT_VERSION:

@@ -24,7 +24,7 @@ from warpmuscle.kernels.lanes import capacity_of, work_floats
 from warpmuscle.kernels.step import step_kernel
 from warpmuscle.model import model_struct, start_of
 from warpmuscle.muscles import driven, muscle_kind, muscle_state
-from warpmuscle.objective import objective_kind, term_arrays, term_values, weighted
+from warpmuscle.objective import objective_kind, term_arrays, term_values, wanted, weighted
 from warpmuscle.parameters import Parameter, free_parameters, greatest, start_values, substitute
 from warpmuscle.recording import Recording
 from warpmuscle.results import read
@@ -87,7 +87,7 @@ class Rollout:
         self.parameters: list[Parameter] = free_parameters(scene)
         self.names = topology(scene.character)
         self._driven = driven(scene, self.names)
-        self.device = _device(device)
+        self.device = find_device(device)
         self.threads = _positive(os.cpu_count() or 1 if threads is None else threads, "threads")
         self.steps = round(scene.duration / scene.time_step)
         self.block_dim = 1 if self.device.is_cpu else GPU_BLOCK
@@ -322,7 +322,8 @@ class Rollout:
 
     def terms(self) -> dict[str, Floats]:
         """Values (instances,) of the objective's terms so far, by name; see `objective.TERMS`."""
-        return term_values(self._numeric, self._objective, self._state, self.end_time(), self._distance())
+        names = wanted(self.scene.objective)  # not of the numbers: a free weight may be 0 in all instances
+        return term_values(names, self._numeric, self._objective, self._state, self.end_time(), self._distance())
 
     def _distance(self) -> Floats:
         """Horizontal distance from the start, (instances,), m."""
@@ -392,8 +393,8 @@ def _chosen(record: Sequence[int], instances: int) -> list[int]:
     return list(dict.fromkeys(record))
 
 
-def _device(name: str | None) -> Any:
-    """The Warp device of a name, by default the first GPU or else the CPU."""
+def find_device(name: str | None) -> Any:
+    """The Warp device of a name, by default the first GPU or else the CPU; raises RolloutError if there is none."""
     try:
         return wp.get_device(name) if name is not None else wp.get_preferred_device()
     except (ValueError, RuntimeError) as error:

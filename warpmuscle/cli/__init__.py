@@ -12,6 +12,7 @@ from warpmuscle.cli.optimize import optimize
 from warpmuscle.cli.results import apply, export, report
 from warpmuscle.cli.scenes import convert, fit_muscles, info, scenes
 from warpmuscle.cli.simulate import simulate
+from warpmuscle.cli.sweep import sweep
 from warpmuscle.errors import Error
 
 app = typer.Typer(
@@ -22,7 +23,7 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
-for command in (scenes, info, simulate, optimize, apply, report, export, fit_muscles, convert):
+for command in (scenes, info, simulate, optimize, sweep, apply, report, export, fit_muscles, convert):
     app.command(command.__name__.replace("_", "-"))(command)
 
 

@@ -34,7 +34,7 @@ def read(path: str | Path, doubts: list[SceneError] | None = None) -> Scene:
         SceneError: with file, line and key.
     """
     path = Path(path)
-    return _scene(_Source(path, _read_utf8(path)), path.parent, doubts)
+    return _scene(Source.read(path), path.parent, doubts)
 
 
 def loads(text: str) -> Scene:
@@ -43,13 +43,13 @@ def loads(text: str) -> Scene:
     Raises:
         SceneError: with key and line, the file being `<text>`.
     """
-    return _scene(_Source(Path("<text>"), text), Path())
+    return _scene(Source(Path("<text>"), text), Path())
 
 
 def is_scene(path: Path) -> bool:
     """Whether a TOML file claims to be a scene and not, say, a character that scenes share."""
     try:
-        return "name" in _Source(path, _read_utf8(path)).data
+        return "name" in Source.read(path).data
     except SceneError:
         return False
 
@@ -74,22 +74,22 @@ def dumps(scene: Scene, character: str | Sequence[str] = "") -> str:
     return layout(scene, {"character": character} if character else {})
 
 
-def _scene(source: _Source, folder: Path, doubts: list[SceneError] | None = None) -> Scene:
+def _scene(source: Source, folder: Path, doubts: list[SceneError] | None = None) -> Scene:
     """The scene of a TOML text, with what it takes from other files in the folder."""
     layers = _layers(source, folder, ())
     data: dict[str, Any] = {}
-    characters: list[_Source] = []
+    characters: list[Source] = []
     for layer, place in layers:
         named = layer.data.get("character")
         if isinstance(named, str) or (named and isinstance(named, list) and all(isinstance(n, str) for n in named)):
             names = [named] if isinstance(named, str) else named
-            characters = [_Source(place / name, _read_utf8(place / name), prefix="character.") for name in names]
+            characters = [Source.read(place / name, prefix="character.") for name in names]
             data.pop("character", None)
             for file in characters:
-                _merge(data, {"character": file.data})
-            _merge(data, {key: value for key, value in layer.data.items() if key != "character"})
+                merge(data, {"character": file.data})
+            merge(data, {key: value for key, value in layer.data.items() if key != "character"})
         else:
-            _merge(data, layer.data)
+            merge(data, layer.data)
     data.pop("base", None)
     sources = [*(layer for layer, _ in layers), *characters]
     try:
@@ -104,12 +104,12 @@ def _scene(source: _Source, folder: Path, doubts: list[SceneError] | None = None
     return scene
 
 
-def _placed(error: SceneError, sources: Sequence[_Source]) -> SceneError:
+def _placed(error: SceneError, sources: Sequence[Source]) -> SceneError:
     """The error with its place in the text that has most of its key, the last of several."""
     return max(reversed(sources), key=lambda file: file.depth(error.key)).placed(error)
 
 
-def _layers(source: _Source, folder: Path, above: tuple[Path, ...]) -> list[tuple[_Source, Path]]:
+def _layers(source: Source, folder: Path, above: tuple[Path, ...]) -> list[tuple[Source, Path]]:
     """A scene's text and those that it is based on, the lowest first, each with its folder."""
     base = source.data.get("base")
     if base is None:
@@ -119,11 +119,11 @@ def _layers(source: _Source, folder: Path, above: tuple[Path, ...]) -> list[tupl
     path = folder / base
     if path.resolve() in above:
         raise source.placed(SceneError(f"scenes are based on each other: {base!r}", key="base"))
-    lower = _Source(path, _read_utf8(path))
+    lower = Source.read(path)
     return [*_layers(lower, path.parent, (*above, path.resolve())), (source, folder)]
 
 
-def _merge(table: dict[str, Any], other: dict[str, Any]) -> None:
+def merge(table: dict[str, Any], other: dict[str, Any]) -> None:
     """Put another table into a table: what both have is merged if it is a table, else replaced.
 
     A table whose keys are numbers changes the items of a list: `[controller.states.0]` the first state.
@@ -132,21 +132,38 @@ def _merge(table: dict[str, Any], other: dict[str, Any]) -> None:
         mine = table.get(key)
         if isinstance(value, dict) and isinstance(mine, list) and all(name.isdigit() for name in value):
             items = {str(index): item for index, item in enumerate(mine)}
-            _merge(items, value)
+            merge(items, value)
             table[key] = list(items.values())
         elif isinstance(value, dict) and isinstance(mine, dict):
             table[key] = dict(mine)
-            _merge(table[key], value)
+            merge(table[key], value)
         else:
             table[key] = value
 
 
-class _Source:
+class Source:
     """A TOML text: its data, and where its keys stand."""
 
     def __init__(self, path: Path, text: str, prefix: str = "") -> None:
-        self._path, self._text, self._prefix = path, text, prefix
+        self._path, self.text, self._prefix = path, text, prefix
         self.data = _parsed(text, path)
+        self._lines: dict[str, int] | None = None
+
+    @classmethod
+    def read(cls, path: Path, prefix: str = "") -> Source:
+        """The text of a file; raises SceneError with file and line."""
+        return cls(path, _read_utf8(path), prefix)
+
+    def line(self, key: str) -> int:
+        """Line of a key, or of the innermost table around it; 0 if unknown."""
+        if self._lines is None:
+            try:
+                self._lines = {".".join(names): line for names, line in key_lines(self.text).items()}
+            except RecursionError:  # values nested so deeply that tomllib could just bear it
+                self._lines = {}
+        while key and key not in self._lines:
+            key = key.rpartition(".")[0]
+        return self._lines.get(key, 0)
 
     def depth(self, key: str) -> int:
         """How many parts of a key this text has, from the front; -1 if it can have none."""
@@ -168,14 +185,7 @@ class _Source:
         """The error with file and line of its key, or of the innermost table around it."""
         if error.file is not None:
             return error
-        try:
-            lines = {".".join(names): line for names, line in key_lines(self._text).items()}
-        except RecursionError:  # values nested so deeply that tomllib could just bear it
-            lines = {}
-        key = f"{error.key}.".removeprefix(self._prefix).rstrip(".")
-        while key and key not in lines:
-            key = key.rpartition(".")[0]
-        return error.at(self._path, lines.get(key, 0))
+        return error.at(self._path, self.line(f"{error.key}.".removeprefix(self._prefix).rstrip(".")))
 
 
 def _read_utf8(path: Path) -> str:

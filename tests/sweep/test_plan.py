@@ -1,0 +1,117 @@
+"""Sweep files: which runs they ask for, by which names, and what is wrong with them, with file, line and key."""
+
+from pathlib import Path
+
+import pytest
+
+from warpmuscle.errors import SceneError
+from warpmuscle.records import Options
+from warpmuscle.sweep import plan as plan_module
+from warpmuscle.sweep.plan import Plan, read
+
+
+def plan(tmp_path: Path, text: str) -> Plan:
+    path = tmp_path / "a.toml"
+    path.write_text(text)
+    return read(path)
+
+
+def names(tmp_path: Path, text: str) -> list[str]:
+    return [run.name for run in plan(tmp_path, text).runs]
+
+
+def test_example_of_the_documentation_is_what_it_says(tmp_path):
+    text = plan_module.__doc__.partition("Example:\n")[2].partition("\nWhat stands")[0]
+    found = plan(tmp_path, "\n".join(line.removeprefix("    ") for line in text.splitlines()))
+    assert len(found.runs) == 2 * 3 * 3 * 4
+    run = {run.name: run for run in found.runs}["short shanks,seed=2,target_speed=1.2,weakness=0.25"]
+    assert (run.seed, run.options.strategy, run.options.candidates) == (2, "cma", 3000)
+    assert (run.scene.duration, run.scene.objective.target_speed) == (5.0, 1.2)
+    normal = {run.name: run for run in found.runs}["normal,seed=2,target_speed=1.2,weakness=1"].scene.character
+    assert run.scene.character.muscles["lSOL"].f_max.value == 0.25 * normal.muscles["lSOL"].f_max.value
+    assert run.scene.character.bodies["lLowerleg"].mass == pytest.approx(0.9**3 * normal.bodies["lLowerleg"].mass)
+    assert run.axes == {"run": "short shanks", "seed": 2.0, "target_speed": 1.2, "weakness": 0.25}
+
+
+def test_file_without_axes_is_one_run(tmp_path):
+    found = plan(tmp_path, 'scene = "fwalk"\nseed = 3\n[set]\nduration = 2.0\n')
+    assert [(run.name, run.seed, run.options, run.scene.duration) for run in found.runs] == [("run", 3, Options(), 2.0)]
+    assert found.name == "a"
+
+
+def test_search_scene_and_seed_can_be_axes(tmp_path):
+    text = 'name = "mine"\n[grid]\nscene = ["fwalk", "walk56_search"]\n"search.sigma" = [0.1, 0.2]\nseed = [1]\n'
+    found = plan(tmp_path, text)
+    assert [run.name for run in found.runs][:2] == ["scene=fwalk,sigma=0.1,seed=1", "scene=fwalk,sigma=0.2,seed=1"]
+    assert {run.scene.name for run in found.runs} == {"fwalk", "walk56_search"}
+    assert [run.options.sigma for run in found.runs] == [0.1, 0.2] * 2
+
+
+def test_keys_without_quotes_mean_the_same(tmp_path):
+    quoted = '[grid]\n"objective.speed" = [1, 2]\n[[run]]\n"scale.lFoot" = 1.1\n"search.sigma" = 0.1\n'
+    bare = "[grid]\nobjective.speed = [1, 2]\n[[run]]\nscale.lFoot = 1.1\nsearch.sigma = 0.1\n"
+    assert plan(tmp_path, 'scene = "fwalk"\n' + quoted).runs == plan(tmp_path, 'scene = "fwalk"\n' + bare).runs
+
+
+def test_scene_is_found_beside_the_sweep_file(tmp_path, monkeypatch):
+    (tmp_path / "b").mkdir()
+    (tmp_path / "b" / "mine.toml").write_text(f'name = "mine"\nbase = "{Path("scenes/fwalk.toml").resolve()}"\n')
+    (tmp_path / "b" / "sweep.toml").write_text('scene = "mine.toml"\n')
+    monkeypatch.chdir(tmp_path)
+    assert read("b/sweep.toml").runs[0].scene.name == "mine"
+
+
+def test_names_are_unique_readable_and_fit_for_files(tmp_path):
+    text = 'scene = "fwalk"\n[grid]\ndescription = ["a/b", "a:b", "a\\\\b", "{long}"]\n'.replace("{long}", "x" * 500)
+    found = names(tmp_path, text)
+    assert found[:3] == ["description=a_b", "description=a_b~2", "description=a_b~3"]
+    assert len(found[3]) < 130
+    values = 'scene = "fwalk"\n[grid]\n"initial_state.root_velocity" = [[0, 0, 0], [0, 0, 1]]\n'
+    assert names(tmp_path, values) == ["root_velocity=#0", "root_velocity=#1"]
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ('scene = "fwalk"\n[grid]\n"objective.sped" = [1, 2]\n', "a.toml:3: objective.sped: unknown key"),
+        ('scene = "fwalk"\n[grid]\n"objective.speed" = [\n  1,\n  -2,\n]\n', "a.toml:5: objective.speed: must not be"),
+        ('scene = "fwalk"\n[grid]\nobjective.speed = 1\n', "a.toml:3: grid.objective.speed: an axis is a list"),
+        ('scene = "fwalk"\n[grid]\nx = { keys = ["gravity"] }\n', "a.toml:3: grid.x: an axis has keys, and either"),
+        ('scene = "fwalk"\n[grid]\nx = { keys = ["gravity"], factor = [1] }\n', "did you mean 'factors'?"),
+        ('scene = "fwalk"\n[set]\nx = 1\n', "a.toml:3: x: unknown key: there is no 'x' in a scene"),
+        ('scene = "fwalk"\n[[run]]\nname = "a"\n\n[[run]]\ngravit = 3\n', "a.toml:6: gravit: unknown key"),
+        ('scene = "fwalk"\n[[run]]\nname = 3\n', "a.toml:3: run.0.name: the name of a run is text"),
+        ('scene = "fwalk"\n[[run]]\ngravity = 3\n[grid]\ngravity = [9]\n', "a.toml:5: gravity: is set twice"),
+        ('scene = "fwalk"\n[grid]\nseed = [1.5]\n', "a.toml:3: seed: a seed is a whole number, not 1.5"),
+        ('scene = "fwalk"\n[search]\nstrategi = "cma"\n', "a.toml:3: search.strategi: unknown key; did you mean"),
+        ('scene = "fwalk"\n[search]\nstrategy = "cmb"\n', "a.toml:2: search: there is no search strategy 'cmb'"),
+        ('scene = "fwalk"\n[search]\ncandidates = 0\n', "candidates must be positive"),
+        ('scene = "fwalk"\n[grid]\n"search.sigm" = [1]\n', "a.toml:3: search.sigm: unknown key; did you mean 'sigma'?"),
+        ('scene = "fwalk"\n[grid]\n"search.sigma" = ["x"]\n', "a.toml:3: search.sigma: expected a number, got text"),
+        ('scene = "fwolk"\n', "a.toml:1: scene: there is no scene called 'fwolk'; did you mean 'fwalk'?"),
+        ('scene = "iwalk"\n', "no free parameters"),
+        ("seed = 1\n", "name the scene"),
+        ('scene = "fwalk"\nsed = 1\n', "a.toml:2: sed: unknown key; did you mean 'seed'?"),
+        ('scene = "fwalk"\n[grid]\nx = [1, 2\n', "a.toml:3: not valid TOML"),
+        ('scene = "mine.toml"\n', "mine.toml: there is no such file"),
+    ],
+)
+def test_what_is_wrong_is_one_line_with_its_place(text, message, tmp_path):
+    with pytest.raises(SceneError) as caught:
+        plan(tmp_path, text)
+    assert message in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_missing_file_is_an_error(tmp_path):
+    with pytest.raises(SceneError, match="no such file"):
+        read(tmp_path / "a.toml")
+
+
+def test_shipped_example_weakens_both_plantarflexors():
+    found = read(Path(__file__).parents[2] / "tools" / "sweeps" / "weakness.toml")
+    assert [run.name for run in found.runs] == [f"weakness={value}" for value in ("1", "0.75", "0.5", "0.25")]
+    for run, factor in zip(found.runs, (1.0, 0.75, 0.5, 0.25), strict=True):
+        left, right = (run.scene.character.muscles[f"{side}SOL"].f_max for side in "lr")
+        assert left.value == factor * found.runs[0].scene.character.muscles["lSOL"].f_max.value
+        assert (right.same_as, right.factor) == ("character.muscles.lSOL.f_max", 1.0)

@@ -1,0 +1,135 @@
+"""The command `warpmuscle sweep`."""
+
+from __future__ import annotations
+
+import shlex
+import time
+import warnings
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.markup import escape
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+from warpmuscle.cli.common import Device, start_warp
+from warpmuscle.cli.console import INTERRUPTED, log, out
+from warpmuscle.errors import Error
+
+if TYPE_CHECKING:
+    from warpmuscle.sweep.plan import Plan
+    from warpmuscle.sweep.run import SweepProgress
+    from warpmuscle.sweep.status import SweepStatus
+
+
+def sweep(
+    file: Annotated[Path, typer.Argument(metavar="SWEEP", help="TOML file of a sweep; with --status its output, too.")],
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="HDF5 file for all results; by default the name and .h5.")
+    ] = None,
+    cluster: Annotated[
+        str | None, typer.Option(help="Run on a Ray cluster: its address, or auto for one on this machine.")
+    ] = None,
+    share: Annotated[
+        int | None, typer.Option(min=1, help="Runs that share the batches of a task of the cluster.")
+    ] = None,
+    device: Device = None,
+    threads: Annotated[int | None, typer.Option(min=1, help="CPU threads; of each task of a cluster.")] = None,
+    status: Annotated[bool, typer.Option("--status", help="Only tell what the sweep has come to.")] = False,
+) -> None:
+    """Run many optimisations of a scene with other numbers, gathered into one file.
+
+    Given again, the command goes on where it was, also after a kill. Examples: warpmuscle sweep weakness.toml;
+    warpmuscle sweep weakness.toml --cluster auto; warpmuscle sweep --status weakness.toml
+    """
+    if status:
+        from warpmuscle.sweep.status import sweep_status
+
+        _print_status(sweep_status(file))
+        return
+    plan = _plan(file)
+    start_warp()
+    from warpmuscle.sweep.run import sweep as run
+    from warpmuscle.sweep.status import sweep_status
+
+    output = output if output is not None else Path(f"{file.stem}.h5")
+    begin = time.perf_counter()
+    try:
+        with _Bar() as bar:
+            result = run(
+                plan, output, cluster=cluster, device=device, threads=threads, share=share,
+                command=f"warpmuscle sweep {shlex.quote(file.name)}", progress=bar.update,
+            )  # fmt: skip
+    except KeyboardInterrupt:
+        log.print("what was evaluated is kept, and the same command goes on")
+        raise typer.Exit(INTERRUPTED) from None
+    _print_status(sweep_status(output))
+    out.print(f"wrote {output} with {result.gathered} runs in {time.perf_counter() - begin:.1f} s", markup=False)
+    if result.failed:
+        name, why = next(iter(result.failed.items()))
+        raise Error(f"{len(result.failed)} of {len(result.manifest.runs)} runs failed; {name}: {why}")
+
+
+def _plan(file: Path) -> Plan:
+    """The plan of a sweep file, and on the error stream what is probably a mistake in its scenes."""
+    from warpmuscle.sweep.plan import read
+    from warpmuscle.validate_muscles import SceneWarning
+
+    with warnings.catch_warnings(record=True) as doubts:
+        warnings.simplefilter("always", SceneWarning)
+        plan = read(file)
+    for doubt in doubts:
+        log.print(f"[yellow]warning:[/] {escape(str(doubt.message))}")
+    return plan
+
+
+def _print_status(status: SweepStatus) -> None:
+    """A line a run, and what they add up to."""
+    rows = [("run", "candidates", "best cost", "state")]
+    for run in status.runs:
+        best = f"{run.best:.6g}" if run.evaluated else "-"
+        rows.append((run.name, f"{run.evaluated}/{run.candidates}", best, status.word(run)))
+    width = [max(len(row[column]) for row in rows) for column in range(3)]
+    for name, candidates, best, state in rows:
+        line = f"{name:{width[0]}}  {candidates:>{width[1]}}  {best:>{width[2]}}  {state}"
+        out.print(line, markup=False)
+    best_run = status.best
+    best = "" if best_run is None else f"; best: {best_run.name}, cost {best_run.best:.6g}"
+    total = f"{status.name}: {status.ended} of {len(status.runs)} runs done, {status.evaluated} candidates{best}"
+    out.print(total, markup=False)
+
+
+class _Bar:
+    """Progress of a sweep: runs and candidates done, the best run, time left."""
+
+    def __init__(self) -> None:
+        self._bars = Progress(
+            TextColumn("{task.fields[runs]} runs, {task.fields[candidates]}"),
+            BarColumn(),
+            TextColumn("{task.fields[best]}"),
+            TimeElapsedColumn(),
+            TextColumn("left"),
+            TimeRemainingColumn(),
+            console=log,
+            transient=True,
+        )
+        self._task = self._bars.add_task("", total=1.0, runs="", candidates="", best="")
+
+    def __enter__(self) -> _Bar:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._bars.live.is_started:
+            self._bars.stop()
+
+    def update(self, progress: SweepProgress) -> None:
+        """Show this progress; the first one shows the bar."""
+        self._bars.start()
+        best = f"best {progress.best:.5g} of {progress.best_run}" if progress.evaluated else ""
+        self._bars.update(
+            self._task,
+            completed=progress.evaluated / max(progress.candidates, 1),
+            runs=f"{progress.ended}/{progress.runs}",
+            candidates=f"{progress.evaluated}/{progress.candidates}",
+            best=f"{progress.alive} alive, {best}" if progress.alive else best,
+        )

@@ -1,0 +1,231 @@
+"""The folder of a sweep, `NAME.sweep` beside its output: a result file a run, and what the sweep consists of.
+
+Each run is kept as any optimisation is, `RUN.h5` with a journal beside it while it goes on; so all that was evaluated
+is on the disk at any moment, and what a run has come to can be read while another process works on it.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import os
+import secrets
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import h5py
+import msgspec
+import numpy as np
+
+from warpmuscle.campaign import INTERRUPTED
+from warpmuscle.errors import Error, OccupiedError, ResultError, SceneError
+from warpmuscle.formats import toml
+from warpmuscle.formats.files import replace_file, unreadable, unwritable
+from warpmuscle.journal import Journal, journal_path
+from warpmuscle.sweep.plan import Plan, Run
+
+if sys.platform != "win32":
+    import fcntl
+
+MANIFEST = "sweep.json"
+LOCK = "lock"
+GOES_ON = ("", INTERRUPTED)  # why a run ended that is to go on
+
+
+class RunEntry(msgspec.Struct, frozen=True):
+    """A run as the manifest has it."""
+
+    name: str
+    digest: str  # of scene, seed and options
+    candidates: int
+    seed: int
+    axes: dict[str, float | str]
+
+
+class Manifest(msgspec.Struct, frozen=True):
+    """What a sweep consists of."""
+
+    name: str
+    text: str  # of the sweep file
+    token: str  # by which a worker knows that it sees the same folder
+    device: str  # kind that it was begun on, cpu or cuda; their results differ in the last bits
+    runs: tuple[RunEntry, ...]
+
+
+@dataclass(frozen=True)
+class RunState:
+    """What a run has come to."""
+
+    name: str
+    begun: bool
+    ended: str  # why; empty if it is to go on
+    evaluated: int  # candidates
+    candidates: int  # in all
+    best: float  # least cost, of the last stage if there are any; infinite if there is none
+
+
+class Folder:
+    """The folder of one sweep."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+
+    @classmethod
+    def of(cls, output: Path) -> Folder:
+        """The folder of a sweep by the file that its results are gathered into."""
+        return cls(output.with_name(f"{output.stem}.sweep"))
+
+    def result(self, run: str) -> Path:
+        """Result file of a run."""
+        return self.path / f"{run}.h5"
+
+    def manifest(self) -> Manifest:
+        """What the sweep consists of; raises ResultError."""
+        path = self.path / MANIFEST
+        try:
+            return msgspec.json.decode(path.read_bytes(), type=Manifest)
+        except OSError as error:
+            raise ResultError(f"{path}: {unreadable(error)}") from None
+        except msgspec.DecodeError:
+            raise ResultError(f"{path}: damaged; no sweep can go on from it") from None
+
+    @contextlib.contextmanager
+    def at_work(self) -> Iterator[None]:
+        """Let no other process work on this sweep meanwhile.
+
+        Raises:
+            ResultError: another one does, or the folder cannot be made.
+        """
+        try:
+            self.path.mkdir(exist_ok=True)
+            handle = os.open(self.path / LOCK, os.O_RDWR | os.O_CREAT, 0o666)
+        except OSError as error:
+            raise ResultError(f"{self.path}: {unwritable(error)}") from None
+        try:
+            if not _locked(handle, patience=1.0):
+                raise OccupiedError(f"{self.path}: another process is at work on this sweep")
+            yield
+        finally:
+            os.close(handle)
+
+    def busy(self) -> bool:
+        """Whether a process is at work on this sweep."""
+        try:
+            handle = os.open(self.path / LOCK, os.O_RDWR)
+        except OSError:
+            return False
+        try:
+            return not _locked(handle, patience=0.0)
+        finally:
+            os.close(handle)
+
+    def begin(self, plan: Plan, device: str) -> Manifest:
+        """Put down what the sweep consists of, or find that it is what an earlier one that goes on consisted of.
+
+        Args:
+            device: kind, cpu or cuda.
+
+        Raises:
+            ResultError: it is another sweep, or on another kind of device, or nothing can be written.
+        """
+        entries = tuple(RunEntry(run.name, digest(run), run.candidates, run.seed, dict(run.axes)) for run in plan.runs)
+        if (self.path / MANIFEST).exists():
+            earlier = self.manifest()
+            self._compare(earlier, entries, plan.file)
+            if earlier.device != device:
+                raise ResultError(
+                    f"{self.path}: this sweep began on {earlier.device}, and on {device} its costs would differ in the "
+                    f"last bits; go on there (--device), or remove the folder to begin anew"
+                )
+            return earlier
+        manifest = Manifest(plan.name, plan.text, secrets.token_hex(8), device, entries)
+        try:
+            replace_file(self.path / MANIFEST, msgspec.json.format(msgspec.json.encode(manifest)))
+        except SceneError as error:
+            raise ResultError(str(error)) from None
+        return manifest
+
+    def _compare(self, earlier: Manifest, entries: Sequence[RunEntry], file: Path) -> None:
+        """Raise ResultError if the runs are not those of earlier."""
+        before, now = ({entry.name: entry.digest for entry in runs} for runs in (earlier.runs, entries))
+        if list(before.items()) == list(now.items()):
+            return
+        gone, new = [name for name in before if name not in now], [name for name in now if name not in before]
+        other = [name for name in now if name in before and now[name] != before[name]]
+        what = f"run {other[0]!r} is another" if other else f"run {new[0]!r} is new" if new else (
+            f"run {gone[0]!r} is gone" if gone else "the order of its runs is another"
+        )  # fmt: skip
+        raise ResultError(
+            f"{file}: this sweep, or its scene, has changed since it began: {what}; take the earlier one to go on, or "
+            f"another --output, or remove {self.path} to begin anew"
+        )
+
+    def states(self, manifest: Manifest) -> list[RunState]:
+        """What all runs have come to, read without disturbing those who write."""
+        return [self.state(entry) for entry in manifest.runs]
+
+    def state(self, entry: RunEntry) -> RunState:
+        """What a run has come to; a file that cannot be read counts as one that has not begun."""
+        path = self.result(entry.name)
+        try:
+            with h5py.File(path, "r") as file:
+                ended = str(file["searches"].attrs["ended"])
+                group = file["evaluations"]
+                columns = tuple(group[name][()] for name in ("cost", "generation", "stage"))
+        except (OSError, KeyError):
+            return RunState(entry.name, False, "", 0, entry.candidates, np.inf)
+        known = {int(number): [column[columns[1] == number] for column in columns] for number in np.unique(columns[1])}
+        for part in Journal.look(journal_path(path)):
+            number = int(part.generation[0])
+            if number not in known or len(known[number][0]) <= len(part):
+                known[number] = [part.cost, part.generation, part.stage]
+        cost, stage = (np.concatenate([np.zeros(0), *(parts[k] for parts in known.values())]) for k in (0, 2))
+        best = float(cost[stage == stage.max()].min()) if len(cost) else np.inf
+        return RunState(entry.name, True, ended if has_ended(path) else "", len(cost), entry.candidates, best)
+
+
+def has_ended(path: Path) -> bool:
+    """Whether a result file is that of an optimisation that has come to its end, and is complete."""
+    try:
+        with h5py.File(path, "r") as file:
+            return str(file["searches"].attrs["ended"]) not in GOES_ON and not journal_path(path).exists()
+    except (OSError, KeyError):
+        return False
+
+
+def digest(run: Run) -> str:
+    """A digest of all that the result of a run depends on."""
+    parts = (toml.dumps(run.scene), run.seed, sorted(asdict(run.options).items(), key=lambda item: item[0]))
+    return hashlib.sha256(repr(parts).encode()).hexdigest()[:32]
+
+
+def folder_of(file: Path) -> Folder:
+    """The folder of a sweep by its sweep file or its gathered results; raises Error if there is none."""
+    if file.is_dir():
+        return Folder(file)
+    folder = Folder.of(file)
+    if not folder.path.is_dir() and file.suffix == ".toml":
+        folder = Folder.of(Path(file.name))  # where the output is by default: in the current folder
+    if not (folder.path / MANIFEST).exists():
+        raise Error(f"{file}: no sweep of it has begun here: there is no {folder.path / MANIFEST}")
+    return folder
+
+
+def _locked(handle: int, patience: float) -> bool:
+    """Whether a lock could be taken, within so many seconds; a file system without locks counts as one."""
+    if sys.platform == "win32":
+        return True
+    end = time.monotonic() + patience
+    while True:
+        try:
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            return True
+        except BlockingIOError:
+            if time.monotonic() >= end:
+                return False
+            time.sleep(0.05)
+        except OSError:
+            return True

@@ -1,0 +1,91 @@
+"""Runs of a sweep on this machine: each goes on from where its files say, and those that can share batches."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+from warpmuscle.campaign import INTERRUPTED
+from warpmuscle.errors import Error, OccupiedError
+from warpmuscle.optimization import MakeBatches, optimize, resume
+from warpmuscle.progress import Progress
+from warpmuscle.records import Options, Result
+from warpmuscle.scene import Scene
+from warpmuscle.sweep.folder import has_ended
+from warpmuscle.sweep.together import run_together
+from warpmuscle.sweep.union import groups
+
+PATIENCE = 20.0  # s, for a process that was killed to let go of its files
+
+
+@dataclass(frozen=True)
+class Task:
+    """One optimisation to be done."""
+
+    name: str
+    scene: Scene
+    seed: int
+    options: Options
+    command: str  # put into its result as what made it
+
+
+Tell = Callable[[str, Progress], None]  # name of the run, empty for a batch of several, and how far it has come
+
+
+def run_here(
+    tasks: Sequence[Task], folder: Path, device: str | None, threads: int | None, tell: Tell | None = None
+) -> dict[str, str]:
+    """Run optimisations, group by group, the runs of a group side by side; those that have ended stay as they are.
+
+    Args:
+        folder: where their result files are.
+        device, threads: see `Rollout`.
+        tell: called several times a second of work.
+
+    Returns:
+        Why those that failed did, by name; what they had evaluated is on the disk.
+
+    Raises:
+        KeyboardInterrupt: after all have been interrupted and kept.
+    """
+    left = [task for task in tasks if not has_ended(folder / f"{task.name}.h5")]
+    failed: dict[str, str] = {}
+    for group in groups([task.scene for task in left]):
+        chosen = [left[index] for index in group]
+        jobs = [partial(_go_on, task, folder / f"{task.name}.h5", tell) for task in chosen]
+        try:
+            told = None if tell is None else partial(tell, "")
+            errors = run_together([task.scene for task in chosen], jobs, device, threads, told)
+        except Error as error:  # such as of a gait to track that cannot be read
+            errors = [error] * len(chosen)
+        failed |= {task.name: str(error) for task, error in zip(chosen, errors, strict=True) if error is not None}
+    return failed
+
+
+def _go_on(task: Task, path: Path, tell: Tell | None, batches: MakeBatches) -> None:
+    """Begin an optimisation, or go on with it; KeyboardInterrupt if that has ended it."""
+    result = _result(task, path, tell, batches)
+    if result.searched is not None and result.searched.ended == INTERRUPTED:
+        raise KeyboardInterrupt
+
+
+def _result(task: Task, path: Path, tell: Tell | None, batches: MakeBatches) -> Result:
+    progress = None if tell is None else partial(tell, task.name)
+    if not path.exists():
+        o = task.options
+        return optimize(
+            task.scene, o.candidates, task.seed, search=o.strategy, searches=o.searches, population=o.population,
+            sigma=o.sigma, restarts=o.restarts, until=o.until, target=o.target, output=path, command=task.command,
+            progress=progress, batches=batches,
+        )  # fmt: skip
+    end = time.monotonic() + PATIENCE
+    while True:
+        try:
+            return resume(path, progress=progress, batches=batches)
+        except OccupiedError:
+            if time.monotonic() >= end:
+                raise
+            time.sleep(0.2)

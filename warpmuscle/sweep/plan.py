@@ -1,0 +1,304 @@
+"""Sweep files: which optimisations a sweep consists of.
+
+Example:
+    scene = "walk56_search"             # a shipped scene, or a TOML file relative to this one
+    seed = 1                            # of the searches
+
+    [search]                            # as the options of `warpmuscle optimize`
+    strategy = "cma"
+    candidates = 3000
+
+    [set]                               # in all runs
+    duration = 5
+
+    [grid]                              # every combination of the values of these axes
+    seed = [1, 2, 3]
+    "objective.target_speed" = [0.8, 1.0, 1.2]
+    weakness = { keys = ["character.muscles.?SOL.f_max"], factors = [1, 0.75, 0.5, 0.25] }
+
+    [[run]]                             # each of these with every combination
+    name = "normal"
+
+    [[run]]
+    name = "short shanks"
+    "scale.?Lowerleg" = 0.9
+
+What stands in `[grid]` is an axis: a key with a list of values, or a name with several keys that change together, by
+`values`, the same for all keys, or by `factors`. Keys are those of `overrides.py`, and in axes and runs besides
+`scene`, `seed` and `search.OPTION`; what a run or an axis sets comes after what `[set]` does. A run is named by what
+sets it apart: `normal,seed=2,target_speed=0.8,weakness=0.25`.
+"""
+
+from __future__ import annotations
+
+import itertools
+import re
+import typing
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from warpmuscle import stage_plan
+from warpmuscle.checks import near
+from warpmuscle.errors import Error, SceneError
+from warpmuscle.formats import load
+from warpmuscle.formats.files import shown
+from warpmuscle.formats.toml import Source
+from warpmuscle.optimization import check_options
+from warpmuscle.parameters import free_parameters
+from warpmuscle.records import Options
+from warpmuscle.scene import Scene
+from warpmuscle.sweep.overrides import Override, is_factor, overridden
+from warpmuscle.typed import to_type
+
+LONGEST_NAME = 120  # of a run; file systems take 255 bytes, and `.h5.journal` comes behind it
+
+Search: Any = msgspec.defstruct(
+    "Search",
+    [(field.name, typing.get_type_hints(Options)[field.name], field.default) for field in fields(Options)],
+    forbid_unknown_fields=True,
+)
+
+
+class _Axis(msgspec.Struct, forbid_unknown_fields=True):
+    """Keys that change together."""
+
+    keys: list[str]
+    values: list[Any] = []
+    factors: list[float] = []
+
+
+class _File(msgspec.Struct, forbid_unknown_fields=True):
+    """A sweep file."""
+
+    scene: str = ""
+    name: str = ""
+    seed: int = 1
+    set: dict[str, Any] = {}
+    search: Search = msgspec.field(default_factory=Search)
+    grid: dict[str, Any] = {}
+    run: list[dict[str, Any]] = []
+
+
+@dataclass(frozen=True)
+class Run:
+    """One optimisation of a sweep."""
+
+    name: str  # unique in its sweep, fit for a file
+    scene: Scene
+    seed: int
+    options: Options
+    candidates: int  # in all its stages
+    axes: Mapping[str, float | str]  # what sets it apart, by name of the axis
+
+
+@dataclass(frozen=True)
+class Plan:
+    """All optimisations of a sweep, in order."""
+
+    file: Path
+    name: str
+    text: str  # of the file
+    runs: tuple[Run, ...]
+
+
+@dataclass(frozen=True)
+class _Choice:
+    """One value of an axis, or one entry of the list of runs: changes with a label."""
+
+    axis: str
+    value: float | str
+    overrides: tuple[Override, ...]
+
+    @property
+    def label(self) -> str:
+        value = self.value if isinstance(self.value, str) else shown(self.value)
+        return f"{self.axis}={value}" if self.axis else value
+
+
+def read(path: str | Path) -> Plan:
+    """The plan of a sweep file.
+
+    Raises:
+        SceneError: it cannot be read or used, with file, line and key.
+    """
+    path = Path(path)
+    source = Source.read(path)
+    try:
+        return _plan(path, source, to_type(source.data, _File))
+    except SceneError as error:
+        raise source.placed(error) from None
+
+
+def _plan(path: Path, source: Source, file: _File) -> Plan:
+    axes = [_choices(source, key, value) for key, value in _flat(file.grid)]
+    entries: list[tuple[_Choice, ...]] = [(_entry(source, index, entry),) for index, entry in enumerate(file.run)]
+    names = [axis[0].axis for axis in axes]
+    if twice := [name for name in names if names.count(name) > 1]:
+        raise SceneError(f"two axes would be called {twice[0]!r}: name one as NAME = {{ keys = [..], .. }}", key="grid")
+    base = _Base(path, file, [Override(key, value, source.line(f"set.{key}")) for key, value in file.set.items()])
+    runs: list[Run] = []
+    for entry in entries or [()]:
+        for choices in itertools.product(*axes):
+            runs.append(base.run([*entry, *choices], {run.name for run in runs}))
+    return Plan(path, file.name or path.stem, source.text, tuple(runs))
+
+
+def _flat(table: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, Any]]:
+    """The axes of a grid: keys that are written without quotes, `objective.speed = [..]`, come as nested tables."""
+    for name, value in table.items():
+        key = f"{above}.{name}" if above else name
+        if isinstance(value, dict) and "keys" not in value:
+            yield from _flat(value, key)
+        else:
+            yield key, value
+
+
+def _choices(source: Source, key: str, value: Any) -> list[_Choice]:
+    """The values of an axis."""
+    place = f"grid.{key}"
+    if isinstance(value, dict):
+        axis = to_type(value, _Axis, key=place)
+        if bool(axis.values) == bool(axis.factors) or not axis.keys:
+            raise SceneError("an axis has keys, and either values or factors", key=place)
+        name, keys = key, axis.keys
+        values: list[Any] = axis.values or [{"factor": factor} for factor in axis.factors]
+        part = "values" if axis.values else "factors"
+    elif isinstance(value, list) and value:
+        name, keys, values, part = _short(key), [key], value, ""
+    else:
+        raise SceneError("an axis is a list of values, or { keys = [..], factors = [..] }", key=place)
+    choices = []
+    for index, one in enumerate(values):
+        line = source.line(f"{place}.{part}.{index}" if part else f"{place}.{index}")
+        overrides = tuple(Override(each, one, line) for each in keys)
+        choices.append(_Choice(name, _shown_value(one, index), overrides))
+    return choices
+
+
+def _entry(source: Source, index: int, entry: Mapping[str, Any]) -> _Choice:
+    """One of the list of runs."""
+    flat: dict[str, Any] = {}
+    for key, value in entry.items():
+        if key in ("scale", "search") and isinstance(value, dict):  # written without quotes
+            flat |= {f"{key}.{name}": one for name, one in value.items()}
+        elif key != "name":
+            flat[key] = value
+    changes = [Override(key, value, source.line(f"run.{index}.{key}")) for key, value in flat.items()]
+    label = entry.get("name", "")
+    if not isinstance(label, str):
+        raise SceneError("the name of a run is text", key=f"run.{index}.name")
+    words = [f"{_short(change.key)}={_label(_shown_value(change.value, index))}" for change in changes]
+    return _Choice("", label or ",".join(words) or f"run{index}", tuple(changes))
+
+
+def _short(key: str) -> str:
+    """The end of a key that says something: `pelvis.mass` of `character.bodies.pelvis.mass`."""
+    names = key.split(".")
+    if len(names) < 4:
+        return names[-1] if names[0] != "scale" else key
+    return ".".join(names[-2:])
+
+
+def _shown_value(value: Any, index: int) -> float | str:
+    """What stands for a value of an axis in names and tables."""
+    if is_factor(value):
+        value = value["factor"]
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, int | float):
+        return float(value)
+    return value if isinstance(value, str) else f"#{index}"
+
+
+def _label(value: float | str) -> str:
+    return value if isinstance(value, str) else shown(value)
+
+
+class _Base:
+    """What all runs of a sweep have in common."""
+
+    def __init__(self, path: Path, file: _File, common: Sequence[Override]) -> None:
+        self._path, self._file, self._common = path, file, common
+        self._scenes: dict[str, Scene] = {}
+
+    def run(self, chosen: Sequence[_Choice], taken: set[str]) -> Run:
+        """The run with these choices; its name differs from those that are taken."""
+        changes: dict[str, Override] = {}
+        for override in itertools.chain.from_iterable(choice.overrides for choice in chosen):
+            if override.key in changes:
+                raise self._error("is set twice, in a run and an axis, or in two axes", override)
+            changes[override.key] = override
+        search = asdict(Options(**msgspec.structs.asdict(self._file.search)))
+        seed: Any = self._file.seed
+        scene_name: Any = self._file.scene
+        for key, override in changes.items():
+            if key == "seed":
+                seed = override.value
+            elif key == "scene":
+                scene_name = override.value
+            elif key.startswith("search."):
+                self._set_option(search, override)
+        in_scene = [o for key, o in changes.items() if key not in ("seed", "scene") and not key.startswith("search.")]
+        if not isinstance(seed, int) or isinstance(seed, bool) or seed < 0:
+            raise self._error(f"a seed is a whole number, not {seed!r}", changes.get("seed"), key="seed")
+        scene = overridden(self._scene(scene_name, changes.get("scene")), [*self._common, *in_scene], self._path)
+        if not free_parameters(scene):
+            message = "this scene has no free parameters: write a number as { value = .., min = .., max = .. }"
+            raise self._error(message, changes.get("scene"), key="scene")
+        options, candidates = self._checked(search, scene, seed, list(changes.values()))
+        axes = {choice.axis or "run": choice.value for choice in chosen}
+        return Run(_name(chosen, taken), scene, seed, options, candidates, axes)
+
+    def _set_option(self, search: dict[str, Any], override: Override) -> None:
+        name = override.key.removeprefix("search.")
+        if name not in search:
+            raise self._error(f"unknown key{near(name, search)}; there are {', '.join(search)}", override)
+        search[name] = override.value
+
+    def _checked(self, search: dict[str, Any], scene: Scene, seed: int, changes: list[Override]) -> tuple[Options, int]:
+        """The options of a search, found to be possible, and its number of candidates."""
+        guilty = next((change for change in changes if change.key.startswith("search.")), None)
+        try:
+            options = Options(**msgspec.structs.asdict(to_type(search, Search, key="search")))
+            check_options(options)
+            if scene.stages:
+                return options, stage_plan.plan(scene, options)[0].candidates
+            stage_plan.searches_of(scene, options, seed)
+            return options, options.candidates
+        except SceneError as error:
+            raise self._error(error.message, guilty, key=error.key) from None
+        except Error as error:
+            raise self._error(str(error), guilty, key="search") from None
+
+    def _scene(self, name: Any, override: Override | None) -> Scene:
+        if not isinstance(name, str) or not name:
+            raise self._error('name the scene: scene = "walk56_search", or a TOML file', override, key="scene")
+        if name not in self._scenes:
+            path = self._path.parent / name
+            try:
+                self._scenes[name] = load(path if path.suffix == ".toml" else name)
+            except SceneError as error:
+                if error.file is not None and error.line:
+                    raise
+                raise self._error(str(error), override, key="scene") from None
+        return self._scenes[name]
+
+    def _error(self, message: str, override: Override | None, key: str = "") -> SceneError:
+        """An error at the place of an override, or else of a key of the file."""
+        if override is None:
+            return SceneError(message, key)
+        return SceneError(message, override.key, self._path, override.line)
+
+
+def _name(chosen: Sequence[_Choice], taken: set[str]) -> str:
+    """A name that a file and a group of HDF5 can have, and no other run has."""
+    name = ",".join(choice.label for choice in chosen) or "run"
+    name = re.sub(r"[^\w.,=+#~() -]", "_", name)[:LONGEST_NAME].strip(". ")
+    while not name or name in taken:
+        number = int(name.rpartition("~")[2]) + 1 if re.search(r"~\d+$", name) else 2
+        name = f"{re.sub(r'~[0-9]+$', '', name) or 'run'}~{number}"
+    return name

@@ -1,0 +1,122 @@
+"""Scenes that differ in numbers only as one scene, so that their candidates can be simulated in the same batches."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import msgspec
+import numpy as np
+from msgspec import inspect
+
+from warpmuscle.arrays import Floats
+from warpmuscle.checks import Checks
+from warpmuscle.collisions import collision_pairs
+from warpmuscle.errors import SceneError
+from warpmuscle.number import Free
+from warpmuscle.objective import wanted
+from warpmuscle.parameters import free_parameters, leaves, rebuilt, substitute
+from warpmuscle.scene import Scene
+from warpmuscle.topology import topology
+from warpmuscle.validate import check_scene
+
+_SCENE = inspect.type_info(Scene)
+
+
+class Union:
+    """Scenes of one kind (see `groups`) as one scene, whose free parameters are all numbers in which they may differ.
+
+    Attributes:
+        scene: a candidate of any of the scenes is one of this scene, and becomes the same to the last bit.
+    """
+
+    def __init__(self, scenes: Sequence[Scene]) -> None:
+        """Join the scenes.
+
+        Raises:
+            SceneError: no single scene can have all their values.
+        """
+        self._scenes = list(scenes)
+        numbers = [dict(number_leaves(scene)) for scene in scenes]
+        checks = [Checks(scene) for scene in scenes]
+        free: dict[str, Free] = {}
+        for path, first in numbers[0].items():
+            theirs = [of_scene[path] for of_scene in numbers]
+            if isinstance(first, Free) or any(number != first for number in theirs):
+                ends = [check.interval(number) for check, number in zip(checks, theirs, strict=True)]
+                low, high = min(low for low, _ in ends), max(high for _, high in ends)
+                free[path] = Free(checks[0].start(first), low, high)
+        self.scene: Scene = rebuilt(scenes[0], lambda path, leaf: free.get(path, leaf))
+        if len(scenes) > 1:
+            check_scene(self.scene)
+        self._paths = [parameter.name for parameter in free_parameters(self.scene)]
+
+    def values(self, index: int, values: Floats) -> Floats:
+        """Candidates of one scene as candidates of all: (n, P of that scene) as (n, P of the joint one)."""
+        numeric = dict(leaves(substitute(self._scenes[index], values)))
+        table = np.empty((len(values), len(self._paths)))
+        for column, path in enumerate(self._paths):
+            table[:, column] = numeric[path]
+        return table
+
+
+def groups(scenes: Sequence[Scene]) -> list[list[int]]:
+    """Indices of scenes that can share batches, in the order of the first of each group.
+
+    Scenes of a group differ in numbers only, and in none that decides what is compiled or which parts a model has.
+    """
+    found: dict[bytes, list[int]] = {}
+    for index, scene in enumerate(scenes):
+        alone = bool(scene.stages) or scene.tracking is not None  # whose kind or reference is not only the scene's own
+        found.setdefault(b"%d" % index if alone else _kind(scene), []).append(index)
+    result: list[list[int]] = []
+    for group in found.values():
+        try:
+            Union([scenes[index] for index in group])
+            result.append(group)
+        except SceneError:  # such as limits of a joint that overlap between one scene and another
+            result.extend([index] for index in group)
+    return sorted(result)
+
+
+def number_leaves(scene: Scene) -> Iterator[tuple[str, float | Free]]:
+    """Every (path, number) of a scene that may be a free parameter."""
+    yield from _numbers(scene, _SCENE, "")
+
+
+def _numbers(value: Any, type_: inspect.Type, key: str) -> Iterator[tuple[str, float | Free]]:
+    for one in type_.types if isinstance(type_, inspect.UnionType) else (type_,):
+        match one:
+            case inspect.StructType(cls=cls) if cls is Free:
+                if isinstance(value, Free | int | float):
+                    yield key, value
+                    return
+            case inspect.StructType(cls=cls, fields=fields) if isinstance(value, cls):
+                for field in fields:
+                    yield from _numbers(
+                        getattr(value, field.name), field.type, f"{key}.{field.name}" if key else field.name
+                    )
+            case inspect.DictType(value_type=inner) if isinstance(value, dict):
+                for name, member in value.items():
+                    yield from _numbers(member, inner, f"{key}.{name}")
+            case inspect.ListType(item_type=inner) if isinstance(value, list | tuple):
+                for index, member in enumerate(value):
+                    yield from _numbers(member, inner, f"{key}.{index}")
+            case inspect.TupleType(item_types=inners) if isinstance(value, list | tuple):
+                for index, (member, inner) in enumerate(zip(value, inners, strict=True)):
+                    yield from _numbers(member, inner, f"{key}.{index}")
+
+
+def _kind(scene: Scene) -> bytes:
+    """What scenes that share a batch have in common: all but the values of numbers."""
+    paths = {path for path, _ in number_leaves(scene)}
+    same: Scene = rebuilt(scene, lambda path, leaf: 0.0 if path in paths else leaf)
+    touchable = _may_count(scene.ground.stiffness)
+    elastic = {joint: _may_count(own.stiffness) or _may_count(own.damping) for joint, own in scene.actuation.items()}
+    pairs = collision_pairs(scene, topology(scene.character))
+    return msgspec.json.encode((same, wanted(scene.objective), touchable, elastic, pairs))
+
+
+def _may_count(number: float | Free) -> bool:
+    """Whether a number can be another one than 0."""
+    return isinstance(number, Free) or number != 0.0
