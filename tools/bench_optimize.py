@@ -1,6 +1,6 @@
 """Where the wall time of an optimisation goes: simulation, and what the host does before, between and after it.
 
-    python tools/bench_optimize.py walk56_search --search cma --population 5000 --generations 4 --device cuda:0
+    python tools/bench_optimize.py walk56 --search cma --population 5000 --generations 4 --device cuda:0
     python tools/bench_optimize.py fwalk --search random --population 500 --duration 1 --json bench.json
 
 The real program runs, with a stopwatch around its parts. Compilation and imports come before the measurement. The

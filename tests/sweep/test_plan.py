@@ -40,10 +40,10 @@ def test_file_without_axes_is_one_run(tmp_path):
 
 
 def test_search_scene_and_seed_can_be_axes(tmp_path):
-    text = 'name = "mine"\n[grid]\nscene = ["fwalk", "walk56_search"]\n"search.sigma" = [0.1, 0.2]\nseed = [1]\n'
+    text = 'name = "mine"\n[grid]\nscene = ["fwalk", "walk56"]\n"search.sigma" = [0.1, 0.2]\nseed = [1]\n'
     found = plan(tmp_path, text)
     assert [run.name for run in found.runs][:2] == ["scene=fwalk,sigma=0.1,seed=1", "scene=fwalk,sigma=0.2,seed=1"]
-    assert {run.scene.name for run in found.runs} == {"fwalk", "walk56_search"}
+    assert {run.scene.name for run in found.runs} == {"fwalk", "walk56"}
     assert [run.options.sigma for run in found.runs] == [0.1, 0.2] * 2
 
 

@@ -137,7 +137,7 @@ def test_union_has_a_parameter_for_each_number_that_differs_or_is_free():
 
 
 def test_number_leaves_are_what_a_search_may_change():
-    scene = load("walk56_search")
+    scene = load("walk56")
     paths = dict(number_leaves(scene))
     assert {"gravity", "objective.speed", "controller.states.0.time", "character.joints.lKnee.limits.0.1"} <= set(paths)
     assert not {"duration", "time_step", "objective.failure_cost", "controller.states.0.next"} & set(paths)

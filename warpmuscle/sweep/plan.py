@@ -1,7 +1,7 @@
 """Sweep files: which optimisations a sweep consists of.
 
 Example:
-    scene = "walk56_search"             # a shipped scene, or a TOML file relative to this one
+    scene = "walk56"             # a shipped scene, or a TOML file relative to this one
     seed = 1                            # of the searches
 
     [search]                            # as the options of `warpmuscle optimize`
@@ -276,7 +276,7 @@ class _Base:
 
     def _scene(self, name: Any, override: Override | None) -> Scene:
         if not isinstance(name, str) or not name:
-            raise self._error('name the scene: scene = "walk56_search", or a TOML file', override, key="scene")
+            raise self._error('name the scene: scene = "walk56", or a TOML file', override, key="scene")
         if name not in self._scenes:
             path = self._path.parent / name
             try:
