@@ -23,6 +23,7 @@ from warpmuscle.rollout import Rollout
 from warpmuscle.scene import Scene
 from warpmuscle.stage_plan import plan, prolonged, searches_of, settled
 from warpmuscle.stage_scene import stage_scene
+from warpmuscle.unused import check_used
 from warpmuscle.validate import check_scene
 
 Tell = Callable[[Progress], None]
@@ -77,12 +78,13 @@ def optimize(
             batches of this optimisation's own.
 
     Raises:
-        Error: the scene has no free parameters, an option is impossible, the output cannot be written, or the search
-            was interrupted before any candidate had ended.
+        Error: the scene has no free parameters, or one that nothing uses, an option is impossible, the output cannot
+            be written, or the search was interrupted before any candidate had ended.
     """
     options = Options(search, searches, population, sigma, restarts, candidates, until, target)
     check_options(options)
     parameters = _parameters(scene)
+    check_used(scene)
     stages: tuple[Staged, ...] = ()
     if scene.stages:
         check_scene(scene)

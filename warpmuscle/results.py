@@ -239,7 +239,7 @@ def _put(
         array = np.asarray(data)
         if finite and not np.isfinite(array).all():
             raise ResultError(f"{group.name.rstrip('/')}/{name} holds a value that is not finite; nothing was written")
-    packed = {"compression": "gzip", "compression_opts": 4, "shuffle": True} if array.nbytes >= _COMPRESS_FROM else {}
+    packed = {"compression": "gzip", "compression_opts": 1, "shuffle": True} if array.nbytes >= _COMPRESS_FROM else {}
     dataset = group.create_dataset(name, data=array, **(packed if array.dtype.kind in "fi" else {}))
     for key, text in {"units": units, "axes": axes, "description": description}.items():
         if text:

@@ -1,0 +1,71 @@
+"""Free parameters that a simulation does not depend on."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import msgspec
+import numpy as np
+import warp as wp
+from numpy.typing import NDArray
+
+from warpmuscle.errors import Error
+from warpmuscle.objective import TERMS
+from warpmuscle.parameters import free_parameters, start_values
+from warpmuscle.rollout import Rollout
+from warpmuscle.scene import Scene
+
+SHOWN = 4  # names in a message
+
+
+def unused_parameters(scene: Scene) -> list[str]:
+    """Names of the free parameters that change nothing on the device at either end of their interval.
+
+    Such are properties of muscles that act on no joint that muscles drive, or gains of a joint with a fixed child.
+    """
+    objective = msgspec.structs.replace(scene.objective, tracking=0.0)
+    scene = msgspec.structs.replace(scene, objective=objective, tracking=None, stages=[])  # of no effect on the others
+    parameters, start = free_parameters(scene), start_values(scene)
+    values = np.tile(start, (2 * len(parameters) + 1, 1))
+    for index, parameter in enumerate(parameters):
+        values[1 + 2 * index, index], values[2 + 2 * index, index] = parameter.min, parameter.max
+    batch = Rollout(scene, len(values), "cpu", threads=1)
+    batch.set_parameters(values)
+    differs = np.zeros(len(values), dtype=bool)
+    for array in (*_arrays(batch.model), *_arrays(batch.state)):
+        if len(array) == len(values):
+            flat = array.reshape(len(values), -1)
+            differs |= np.any((flat != flat[0]) & ~(np.isnan(flat) & np.isnan(flat[0])), axis=1)
+    used = differs[1::2] | differs[2::2]
+    return [
+        parameter.name
+        for index, parameter in enumerate(parameters)
+        if not used[index] and parameter.max > parameter.min and not _is_weight(parameter.name)
+    ]
+
+
+def check_used(scene: Scene) -> None:
+    """Raise Error if the scene has a free parameter that nothing uses: a search would move it at random."""
+    names = unused_parameters(scene)
+    if names:
+        more = f" and {len(names) - SHOWN} more" if len(names) > SHOWN else ""
+        raise Error(
+            f"free, but nothing uses it: {', '.join(names[:SHOWN])}{more}; write a number in place of its interval"
+        )
+
+
+def _is_weight(name: str) -> bool:
+    """Whether a parameter weighs a term of the objective, which happens on the host."""
+    return name.startswith("objective.") and name.split(".")[1] in TERMS
+
+
+def _arrays(struct: Any) -> Iterator[NDArray[Any]]:
+    """All arrays of a device structure and of those within it."""
+    for name in struct._cls.vars:
+        member = getattr(struct, name)
+        if isinstance(member, wp.array):
+            if member.size:
+                yield member.numpy()
+        elif hasattr(member, "_cls"):
+            yield from _arrays(member)
