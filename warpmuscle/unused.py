@@ -27,17 +27,21 @@ def unused_parameters(scene: Scene) -> list[str]:
     objective = msgspec.structs.replace(scene.objective, tracking=0.0)
     scene = msgspec.structs.replace(scene, objective=objective, tracking=None, stages=[])  # of no effect on the others
     parameters, start = free_parameters(scene), start_values(scene)
-    values = np.tile(start, (2 * len(parameters) + 1, 1))
+    count = 2 * len(parameters) + 1
+    taken = {len(array) for array in _arrays(Rollout(scene, 1, "cpu", threads=1).model)}
+    while count in taken:  # so that arrays of this length are those with a row an instance
+        count += 1
+    values = np.tile(start, (count, 1))
     for index, parameter in enumerate(parameters):
         values[1 + 2 * index, index], values[2 + 2 * index, index] = parameter.min, parameter.max
-    batch = Rollout(scene, len(values), "cpu", threads=1)
+    batch = Rollout(scene, count, "cpu", threads=1)
     batch.set_parameters(values)
-    differs = np.zeros(len(values), dtype=bool)
+    differs = np.zeros(count, dtype=bool)
     for array in (*_arrays(batch.model), *_arrays(batch.state)):
-        if len(array) == len(values):
-            flat = array.reshape(len(values), -1)
+        if len(array) == count:
+            flat = array.reshape(count, -1)
             differs |= np.any((flat != flat[0]) & ~(np.isnan(flat) & np.isnan(flat[0])), axis=1)
-    used = differs[1::2] | differs[2::2]
+    used = differs[1 : 2 * len(parameters) : 2] | differs[2 : 2 * len(parameters) + 1 : 2]
     return [
         parameter.name
         for index, parameter in enumerate(parameters)
