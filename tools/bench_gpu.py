@@ -8,11 +8,11 @@
 - Totals are those of `Rollout.run` with the kernel that searches run, without the reset before it, for all batch sizes
   and lanes.
 - Stages are those of a kernel of its own, `repeated_step`, in which they can be repeated or left out. The time of a
-  stage is a third of what three more runs of it take. Contact, backward and forward pass are differences between
-  repetitions of the dynamics up to there. Muscles and joint limits are what leaving them out saves. Recording is what
-  the production kernel takes longer if up to 5120 instances are recorded at 100 Hz. So the figures include what a stage
-  does to caches and neighbours, and a repeated stage finds its data in the cache; what is missing to the whole is
-  `rest`, with the bookkeeping of a step. Those with a colon are parts of others.
+  stage is a third of what three more runs of it take. Inertia, contact, backward and forward pass are differences
+  between repetitions of the dynamics up to there. Muscles and joint limits are what leaving them out saves. Recording
+  is what the production kernel takes longer if up to 5120 instances are recorded at 100 Hz. So the figures include
+  what a stage does to caches and neighbours, and a repeated stage finds its data in the cache; what is missing to the
+  whole is `rest`, with the bookkeeping of a step. Those with a colon are parts of others.
 - Registers, stack, shared memory and occupancy are what the CUDA driver says of the compiled kernels.
 - Instances start with different velocities, so that they do not all take the same branches.
 - MuJoCo Warp steps the exported character, its muscles at a constant excitation and without a controller, by a CUDA

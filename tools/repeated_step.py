@@ -23,6 +23,7 @@ from warpmuscle.kernels.objective import effort_stage, posture_status
 from warpmuscle.kernels.objective_terms import ObjectiveKind, objective_stage_of
 from warpmuscle.kernels.path import joint_velocities, muscle_stretch
 from warpmuscle.kernels.simbicon import advance_phase, targets_stage, torques_stage
+from warpmuscle.kernels.spatial import symmetric
 from warpmuscle.kernels.step import MAX_REGISTERS, foot_force_stage, module_options
 from warpmuscle.kernels.structs import MIXED, RUNNING, Model, Record, State, Work
 from warpmuscle.muscles import driven, muscle_kind
@@ -33,8 +34,43 @@ REPEATED = 3  # extra runs of a stage
 KINEMATICS, FAILURE, TARGETS, TORQUES, PATHS, ACTUATION, OBJECTIVE, DYNAMICS, INTEGRATION = range(9)
 PARTS, NO_MUSCLES, NO_LIMITS = 9, 10, 11  # parts of the dynamics that are repeated; what is left out
 SWITCHES = 12
-INERTIA, CONTACT, BACKWARD, FORWARD = range(4)  # parts of the dynamics, each with those before
+RESTORE, INERTIA, CONTACT, BACKWARD, FORWARD = range(5)  # parts of the dynamics, each with those before
 Switches = dict[int, int]
+
+
+@wp.struct
+class Kept:
+    """What the dynamics read and then use the memory of; arrays are (instances, bodies)."""
+
+    torque: wp.array2d[wp.vec3]
+    stiffness: wp.array2d[symmetric]
+    velocity: wp.array2d[wp.vec3]
+    lag_angular: wp.array2d[wp.vec3]
+    lag_velocity: wp.array2d[wp.vec3]
+
+
+@wp.func
+def keep(instance: int, lane: int, lanes: int, model: Model, work: Work, kept: Kept):
+    """Put it by."""
+    for i in range(lane, model.body_count, lanes):
+        kept.torque[instance, i] = work.torque[i]
+        kept.stiffness[instance, i] = work.stiffness[i]
+        kept.velocity[instance, i] = work.velocity[i]
+        kept.lag_angular[instance, i] = work.lag_angular[i]
+        kept.lag_velocity[instance, i] = work.lag_velocity[i]
+    synchronize()
+
+
+@wp.func
+def restore(instance: int, lane: int, lanes: int, model: Model, work: Work, kept: Kept):
+    """Take it back."""
+    for i in range(lane, model.body_count, lanes):
+        work.torque[i] = kept.torque[instance, i]
+        work.stiffness[i] = kept.stiffness[instance, i]
+        work.velocity[i] = kept.velocity[instance, i]
+        work.lag_angular[i] = kept.lag_angular[instance, i]
+        work.lag_velocity[i] = kept.lag_velocity[instance, i]
+    synchronize()
 
 
 @wp.func
@@ -42,6 +78,8 @@ def dynamics_parts(
     instance: int, lane: int, lanes: int, parts: int, limits: bool, model: Model, state: State, work: Work
 ):
     """`inertia_stage` and `acceleration_stage` up to one of their parts, with or without the joint limits."""
+    if parts < INERTIA:
+        return
     if lane == 0:
         work.flags[0] = 0
         work.flags[1] = 0
@@ -107,8 +145,9 @@ def repeated_step_kernel(
         module_options=module_options(block_dim),
     )
     def repeated_step(
-        steps: int, model: Model, state: State, spare: State, record: Record, buffer: wp.uint64, extra: wp.array[int]
-    ):
+        steps: int, model: Model, state: State, spare: State, record: Record, buffer: wp.uint64,
+        extra: wp.array[int], kept: Kept,
+    ):  # fmt: skip
         i, lane = wp.tid()
         work = work_at(address(i % per_block, buffer), capacity, slots)
         for _ in range(steps):
@@ -143,7 +182,11 @@ def repeated_step_kernel(
                 objective_stage(i, lane, lanes, model, state, work)
                 synchronize()
             synchronize()
+            if extra[DYNAMICS] > 0:
+                keep(i, lane, lanes, model, work, kept)
             for k in range(1 + extra[DYNAMICS]):
+                if k > 0:
+                    restore(i, lane, lanes, model, work, kept)
                 last = k == extra[DYNAMICS]
                 limits = last and extra[NO_LIMITS] == 0
                 dynamics_parts(i, lane, lanes, wp.where(last, FORWARD, extra[PARTS]), limits, model, state, work)
@@ -188,6 +231,10 @@ class RepeatedStep:
         )  # fmt: skip
         self.mixed = bool((rollout.model.actuation.drive.numpy() == MIXED).any())
         self.spare = spare_state(rollout.state)
+        self.kept = Kept()
+        for name, array in Kept.vars.items():
+            zeros = wp.zeros((rollout.instances, len(names.bodies)), dtype=array.type.dtype, device=rollout.device)
+            setattr(self.kept, name, zeros)
         self.buffer = wp.zeros(100_000, dtype=float, device=rollout.device)
 
     def run(self, steps: int, switches: Switches) -> float:
@@ -200,7 +247,7 @@ class RepeatedStep:
         values[list(switches)] = list(switches.values())
         inputs = [
             steps, rollout.model, rollout.state, self.spare, Record(), wp.uint64(self.buffer.ptr),
-            wp.array(values, dtype=int, device=device),
+            wp.array(values, dtype=int, device=device), self.kept,
         ]  # fmt: skip
         dim = (rollout.instances, rollout.lanes)
         wp.synchronize()
@@ -214,7 +261,7 @@ class RepeatedStep:
         again = [KINEMATICS, FAILURE, TARGETS, TORQUES, OBJECTIVE, INTEGRATION]
         again += [] if self.muscles is None else [PATHS] if self.mixed else [PATHS, ACTUATION]
         variants: dict[Any, Switches] = {"all": {}} | {stage: {stage: REPEATED} for stage in again}
-        variants |= {("dynamics", part): {DYNAMICS: REPEATED, PARTS: part} for part in range(4)}
+        variants |= {("dynamics", part): {DYNAMICS: REPEATED, PARTS: part} for part in range(1 + FORWARD)}
         variants |= {NO_LIMITS: {NO_LIMITS: 1}} | ({} if self.muscles is None else {NO_MUSCLES: {NO_MUSCLES: 1}})
         times = [[self.run(steps, switches) for switches in variants.values()] for _ in range(1 + repeats)][1:]
         fastest = dict(zip(variants, 1e6 / steps * np.min(times, axis=0), strict=True))
@@ -223,7 +270,7 @@ class RepeatedStep:
         def extra(variant: Any) -> float:
             return float(fastest[variant] - whole) / REPEATED
 
-        dynamics = [0.0, *(extra(("dynamics", part)) for part in range(4))]
+        dynamics = [extra(("dynamics", part)) for part in range(1 + FORWARD)]
         inertia, contact, backward, forward = np.diff(dynamics).tolist()
         stages = {"forward kinematics": extra(KINEMATICS), "failure tests": extra(FAILURE)}
         stages |= {"controller targets": extra(TARGETS), "controller torques": extra(TORQUES)}
