@@ -263,7 +263,8 @@ class RepeatedStep:
         variants: dict[Any, Switches] = {"all": {}} | {stage: {stage: REPEATED} for stage in again}
         variants |= {("dynamics", part): {DYNAMICS: REPEATED, PARTS: part} for part in range(1 + FORWARD)}
         variants |= {NO_LIMITS: {NO_LIMITS: 1}} | ({} if self.muscles is None else {NO_MUSCLES: {NO_MUSCLES: 1}})
-        times = [[self.run(steps, switches) for switches in variants.values()] for _ in range(1 + repeats)][1:]
+        self.run(steps, {})  # compiles and warms up
+        times = [[self.run(steps, switches) for switches in variants.values()] for _ in range(repeats)]
         fastest = dict(zip(variants, 1e6 / steps * np.min(times, axis=0), strict=True))
         whole = fastest["all"]
 
