@@ -1,0 +1,288 @@
+"""A step like the fused one whose stages can be repeated or left out, so that differences of time are theirs."""
+
+from __future__ import annotations
+
+import time
+from functools import cache
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from warpmuscle.collisions import collision_pairs
+from warpmuscle.kernels.actuation import actuation_stage
+from warpmuscle.kernels.collision import collision_stage_of
+from warpmuscle.kernels.contact import contact_stage
+from warpmuscle.kernels.dynamics import accelerate_body, accelerate_root, body_inertia, push_now, reduce_body
+from warpmuscle.kernels.integration import integrate_stage
+from warpmuscle.kernels.kinematics import kinematics_stage
+from warpmuscle.kernels.lanes import capacity_of, slots_of, synchronize, work_address, work_at
+from warpmuscle.kernels.limits import limit_stage
+from warpmuscle.kernels.muscle_stage import MuscleKind, muscle_stage_of, no_muscles
+from warpmuscle.kernels.objective import effort_stage, posture_status
+from warpmuscle.kernels.objective_terms import ObjectiveKind, objective_stage_of
+from warpmuscle.kernels.path import joint_velocities, muscle_stretch
+from warpmuscle.kernels.simbicon import advance_phase, targets_stage, torques_stage
+from warpmuscle.kernels.spatial import symmetric
+from warpmuscle.kernels.step import MAX_REGISTERS, foot_force_stage, module_options
+from warpmuscle.kernels.structs import MIXED, RUNNING, Model, Record, State, Work
+from warpmuscle.muscles import driven, muscle_kind
+from warpmuscle.objective import objective_kind
+from warpmuscle.rollout import Rollout
+
+REPEATED = 3  # extra runs of a stage
+KINEMATICS, FAILURE, TARGETS, TORQUES, PATHS, ACTUATION, OBJECTIVE, DYNAMICS, INTEGRATION = range(9)
+PARTS, NO_MUSCLES, NO_LIMITS = 9, 10, 11  # parts of the dynamics that are repeated; what is left out
+SWITCHES = 12
+RESTORE, INERTIA, CONTACT, BACKWARD, FORWARD = range(5)  # parts of the dynamics, each with those before
+Switches = dict[int, int]
+
+
+@wp.struct
+class Kept:
+    """What the dynamics read and then use the memory of; arrays are (instances, bodies)."""
+
+    torque: wp.array2d[wp.vec3]
+    stiffness: wp.array2d[symmetric]
+    velocity: wp.array2d[wp.vec3]
+    lag_angular: wp.array2d[wp.vec3]
+    lag_velocity: wp.array2d[wp.vec3]
+
+
+@wp.func
+def keep(instance: int, lane: int, lanes: int, model: Model, work: Work, kept: Kept):
+    """Put it by."""
+    for i in range(lane, model.body_count, lanes):
+        kept.torque[instance, i] = work.torque[i]
+        kept.stiffness[instance, i] = work.stiffness[i]
+        kept.velocity[instance, i] = work.velocity[i]
+        kept.lag_angular[instance, i] = work.lag_angular[i]
+        kept.lag_velocity[instance, i] = work.lag_velocity[i]
+    synchronize()
+
+
+@wp.func
+def restore(instance: int, lane: int, lanes: int, model: Model, work: Work, kept: Kept):
+    """Take it back."""
+    for i in range(lane, model.body_count, lanes):
+        work.torque[i] = kept.torque[instance, i]
+        work.stiffness[i] = kept.stiffness[instance, i]
+        work.velocity[i] = kept.velocity[instance, i]
+        work.lag_angular[i] = kept.lag_angular[instance, i]
+        work.lag_velocity[i] = kept.lag_velocity[instance, i]
+    synchronize()
+
+
+@wp.func
+def dynamics_parts(
+    instance: int, lane: int, lanes: int, parts: int, limits: bool, model: Model, state: State, work: Work
+):
+    """`inertia_stage` and `acceleration_stage` up to one of their parts, with or without the joint limits."""
+    if parts < INERTIA:
+        return
+    if lane == 0:
+        work.flags[0] = 0
+        work.flags[1] = 0
+    synchronize()
+    for i in range(lane, model.body_count, lanes):
+        body_inertia(instance, i, model, work)
+        if i == 0:
+            work.bias_force[0] = work.bias_force[0] - push_now(instance, state)
+        if limits and model.skeleton.has_limits[i] == 1:
+            limit_stage(instance, i, model, state, work)
+        if parts >= CONTACT:
+            contact_stage(instance, i, model, work)
+    synchronize()
+    if parts >= BACKWARD:
+        for step in range(1, model.level_count):
+            level = model.level_count - step
+            for body in range(model.level_start[level] + lane, model.level_start[level + 1], lanes):
+                reduce_body(instance, body, model.skeleton, work)
+            synchronize()
+    if parts >= FORWARD:
+        if lane == 0:
+            accelerate_root(model.skeleton.joint_type[0], model.skeleton, work)
+        synchronize()
+        for level in range(1, model.level_count):
+            for body in range(model.level_start[level] + lane, model.level_start[level + 1], lanes):
+                accelerate_body(instance, body, model.skeleton, work)
+            synchronize()
+
+
+@wp.func
+def all_paths(instance: int, lane: int, lanes: int, model: Model, state: State, work: Work):
+    """Lengths and moment arms of all muscles."""
+    joint_velocities(lane, lanes, model, work)
+    for m in range(lane, model.muscles.count, lanes):
+        muscle_stretch(instance, m, model, state, work, state.muscles.moment_arm)
+    synchronize()
+
+
+@wp.func
+def no_paths(instance: int, lane: int, lanes: int, model: Model, state: State, work: Work):
+    """Of a character without muscles."""
+
+
+@cache
+def repeated_step_kernel(
+    capacity: int, lanes: int, block_dim: int, muscles: MuscleKind | None, objective: ObjectiveKind, collisions: bool
+) -> Any:
+    """The kernel of many steps. Stage k runs 1 + extra[k] times, PATHS and ACTUATION extra[k] times more.
+
+    `spare` is a state of which only coordinates, speeds and accelerations are its own: repetitions of the integration
+    work on it, so that they do not change the motion.
+    """
+    per_block, slots = max(block_dim // lanes, 1), slots_of(capacity)
+    address = work_address(capacity, per_block)
+    muscle_stage = muscle_stage_of(muscles, objective.muscle) if muscles is not None else no_muscles
+    paths = all_paths if muscles is not None else no_paths
+    objective_stage, collision_stage = objective_stage_of(objective), collision_stage_of(collisions)
+
+    @wp.kernel(
+        module="unique",
+        enable_backward=False,
+        cuda_max_registers=MAX_REGISTERS,
+        module_options=module_options(block_dim),
+    )
+    def repeated_step(
+        steps: int, model: Model, state: State, spare: State, record: Record, buffer: wp.uint64,
+        extra: wp.array[int], kept: Kept,
+    ):  # fmt: skip
+        i, lane = wp.tid()
+        work = work_at(address(i % per_block, buffer), capacity, slots)
+        for _ in range(steps):
+            step = state.step[i]
+            for _k in range(1 + extra[KINEMATICS]):
+                kinematics_stage(i, lane, lanes, model, state, work)
+            if step == 0 and lane == 0:
+                state.start_height[i] = work.center[0][1]
+            synchronize()
+            status = int(RUNNING)
+            for _k in range(1 + extra[FAILURE]):
+                status = posture_status(i, model, state, work)
+                if status == RUNNING:
+                    status = collision_stage(i, lane, lanes, step, model, work)
+                synchronize()
+            if lane == 0 and status != RUNNING:
+                state.status[i] = status
+            for _k in range(1 + extra[TARGETS]):
+                targets_stage(i, lane, lanes, model, state, work)
+            for _k in range(1 + extra[TORQUES]):
+                torques_stage(i, lane, lanes, model, state, work)
+            effort_stage(i, lane, lanes, model, state, work)
+            if extra[NO_MUSCLES] == 0:
+                muscle_stage(i, lane, lanes, -1, model, state, record, work)
+            for _k in range(extra[PATHS]):
+                paths(i, lane, lanes, model, state, work)
+            for _k in range(extra[ACTUATION]):
+                actuation_stage(i, lane, lanes, model, state, work)
+            objective_stage(i, lane, lanes, model, state, work)
+            for _k in range(extra[OBJECTIVE]):
+                effort_stage(i, lane, lanes, model, state, work)
+                objective_stage(i, lane, lanes, model, state, work)
+                synchronize()
+            synchronize()
+            if extra[DYNAMICS] > 0:
+                keep(i, lane, lanes, model, work, kept)
+            for k in range(1 + extra[DYNAMICS]):
+                if k > 0:
+                    restore(i, lane, lanes, model, work, kept)
+                last = k == extra[DYNAMICS]
+                limits = last and extra[NO_LIMITS] == 0
+                dynamics_parts(i, lane, lanes, wp.where(last, FORWARD, extra[PARTS]), limits, model, state, work)
+            for _k in range(extra[INTEGRATION]):
+                integrate_stage(i, lane, lanes, model, spare, work)
+            if extra[INTEGRATION] > 0 and lane == 0:
+                work.flags[1] = 0
+            synchronize()
+            integrate_stage(i, lane, lanes, model, state, work)
+            if lane == 0:
+                foot_force_stage(i, model, state, work)
+                if model.simbicon.enabled == 1:
+                    advance_phase(i, model, state)
+                state.step[i] = step + 1
+            synchronize()
+
+    return repeated_step
+
+
+def spare_state(state: State) -> State:
+    """The same state with coordinates, speeds and accelerations of its own."""
+    spare = State()
+    for name in State.vars:
+        setattr(spare, name, getattr(state, name))
+    for name in ("coordinates", "speeds", "accelerations"):
+        setattr(spare, name, wp.clone(getattr(state, name)))
+    return spare
+
+
+class RepeatedStep:
+    """The kernel for the scene of a rollout, on its state."""
+
+    def __init__(self, rollout: Rollout, noise: float) -> None:
+        """Args: noise: of the starting velocities, m/s."""
+        scene, names = rollout.scene, rollout.names
+        actuators = driven(scene, names)
+        self.rollout, self.noise = rollout, noise
+        self.muscles = None if actuators.by_torque_alone else muscle_kind(scene.muscle_model)
+        self.kernel = repeated_step_kernel(
+            capacity_of(len(names.bodies)), rollout.lanes, rollout.block_dim, self.muscles,
+            objective_kind(scene, self.muscles is not None), bool(collision_pairs(scene, names)),
+        )  # fmt: skip
+        self.mixed = bool((rollout.model.actuation.drive.numpy() == MIXED).any())
+        self.spare = spare_state(rollout.state)
+        self.kept = Kept()
+        for name, array in Kept.vars.items():
+            zeros = wp.zeros((rollout.instances, len(names.bodies)), dtype=array.type.dtype, device=rollout.device)
+            setattr(self.kept, name, zeros)
+        self.buffer = wp.zeros(100_000, dtype=float, device=rollout.device)
+
+    def run(self, steps: int, switches: Switches) -> float:
+        """Time of some steps from the start, s."""
+        rollout, device = self.rollout, self.rollout.device
+        rollout.reset(self.noise, seed=1)
+        for name in ("coordinates", "speeds", "accelerations"):
+            wp.copy(getattr(self.spare, name), getattr(rollout.state, name))
+        values = np.zeros(SWITCHES, dtype=np.int32)
+        values[list(switches)] = list(switches.values())
+        inputs = [
+            steps, rollout.model, rollout.state, self.spare, Record(), wp.uint64(self.buffer.ptr),
+            wp.array(values, dtype=int, device=device), self.kept,
+        ]  # fmt: skip
+        dim = (rollout.instances, rollout.lanes)
+        wp.synchronize()
+        begin = time.perf_counter()
+        wp.launch(self.kernel, dim=dim, inputs=inputs, device=device, block_dim=rollout.block_dim)
+        wp.synchronize()
+        return time.perf_counter() - begin
+
+    def split(self, steps: int, repeats: int) -> dict[str, float]:
+        """Time of a step of the whole batch and of its stages, microseconds; the fastest of `repeats` runs."""
+        again = [KINEMATICS, FAILURE, TARGETS, TORQUES, OBJECTIVE, INTEGRATION]
+        again += [] if self.muscles is None else [PATHS] if self.mixed else [PATHS, ACTUATION]
+        variants: dict[Any, Switches] = {"all": {}} | {stage: {stage: REPEATED} for stage in again}
+        variants |= {("dynamics", part): {DYNAMICS: REPEATED, PARTS: part} for part in range(1 + FORWARD)}
+        variants |= {NO_LIMITS: {NO_LIMITS: 1}} | ({} if self.muscles is None else {NO_MUSCLES: {NO_MUSCLES: 1}})
+        self.run(steps, {})  # compiles and warms up
+        times = [[self.run(steps, switches) for switches in variants.values()] for _ in range(repeats)]
+        fastest = dict(zip(variants, 1e6 / steps * np.min(times, axis=0), strict=True))
+        whole = fastest["all"]
+
+        def extra(variant: Any) -> float:
+            return float(fastest[variant] - whole) / REPEATED
+
+        dynamics = [extra(("dynamics", part)) for part in range(1 + FORWARD)]
+        inertia, contact, backward, forward = np.diff(dynamics).tolist()
+        stages = {"forward kinematics": extra(KINEMATICS), "failure tests": extra(FAILURE)}
+        stages |= {"controller targets": extra(TARGETS), "controller torques": extra(TORQUES)}
+        if self.muscles is not None:
+            stages["muscles"] = float(whole - fastest[NO_MUSCLES])
+        stages |= {"objective": extra(OBJECTIVE), "inertia": inertia, "contact": contact}
+        stages["joint limits"] = float(whole - fastest[NO_LIMITS])
+        stages |= {"backward pass": backward, "forward pass": forward, "integration": extra(INTEGRATION)}
+        stages["rest"] = float(whole) - sum(stages.values())
+        if self.muscles is not None:
+            stages["muscles: paths alone"] = extra(PATHS)
+            if not self.mixed:
+                stages["muscles: sums by joint alone"] = extra(ACTUATION)
+        return {"all": float(whole)} | stages
