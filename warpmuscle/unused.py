@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import Any
-
 import msgspec
 import numpy as np
-import warp as wp
-from numpy.typing import NDArray
 
+from warpmuscle.arrays import arrays_of
 from warpmuscle.errors import Error
 from warpmuscle.objective import TERMS
 from warpmuscle.parameters import free_parameters, start_values
@@ -31,11 +27,13 @@ def unused_parameters(scene: Scene) -> list[str]:
     for index, parameter in enumerate(parameters):
         values[1 + 2 * index, index], values[2 + 2 * index, index] = parameter.min, parameter.max
     batch = Rollout(scene, len(values), "cpu", threads=1)
+    shared = [len(array) for array in arrays_of(batch.model)]  # of all instances, one row where it holds numbers
     batch.set_parameters(values)
+    own = [array for array, rows in zip(arrays_of(batch.model), shared, strict=True) if len(array) != rows]
     differs = np.zeros(len(values), dtype=bool)
-    for array in (*_arrays(batch.model), *_arrays(batch.state)):
+    for array in (*own, *arrays_of(batch.state)):
         if len(array) == len(values):
-            flat = array.reshape(len(values), -1)
+            flat = array.numpy().reshape(len(values), -1)
             differs |= np.any((flat != flat[0]) & ~(np.isnan(flat) & np.isnan(flat[0])), axis=1)
     used = differs[1::2] | differs[2::2]
     return [
@@ -58,14 +56,3 @@ def check_used(scene: Scene) -> None:
 def _is_weight(name: str) -> bool:
     """Whether a parameter weighs a term of the objective, which happens on the host."""
     return name.startswith("objective.") and name.split(".")[1] in TERMS
-
-
-def _arrays(struct: Any) -> Iterator[NDArray[Any]]:
-    """All arrays of a device structure and of those within it."""
-    for name in struct._cls.vars:
-        member = getattr(struct, name)
-        if isinstance(member, wp.array):
-            if member.size:
-                yield member.numpy()
-        elif hasattr(member, "_cls"):
-            yield from _arrays(member)
