@@ -38,6 +38,12 @@ class Disturbances:
         """Whether any instance is disturbed at all."""
         return bool(np.any(self.velocity) or np.any(self.push) or np.any(self.slope))
 
+    def part(self, share: slice) -> Disturbances:
+        """Those of some of the instances."""
+        return Disturbances(
+            self.velocity[share], self.push[share], self.push_start[share], self.slope[share], self.push_duration
+        )
+
     def tiled(self, times: int) -> Disturbances:
         """The same for so many groups of instances, one group behind the other."""
         return Disturbances(

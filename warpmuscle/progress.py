@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -27,6 +27,7 @@ class Progress:
     stage: int = 0  # number of the stage that runs now; best and median are of its candidates
     stages: int = 0  # how many there are
     stage_name: str = ""
+    compiling: bool = False  # the kernel, for some seconds
 
 
 class Tracker:
@@ -48,6 +49,10 @@ class Tracker:
     def begun(self) -> None:
         """Tell before the first batch, also of a stage."""
         self._report(self._now(self.done, 0, self.best, self._simulated, 0.0))
+
+    def compiling(self) -> None:
+        """Tell that the kernel is compiled before the batch runs."""
+        self._report(replace(self._now(self.done, 0, self.best, self._simulated, 0.0), compiling=True))
 
     def next_stage(self, stage: int, stages: int, name: str, generation: int) -> None:
         """A stage begins with this generation, and with costs of its own."""
