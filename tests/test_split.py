@@ -9,7 +9,7 @@ from small_sweep import contents, small_sweep
 from test_rollout import CANDIDATE, assert_same_bits, candidates, limp, short_walk
 from warpmuscle.devices import devices_name, find_device, find_devices
 from warpmuscle.disturbances import drawn
-from warpmuscle.errors import RolloutError
+from warpmuscle.errors import Error, RolloutError
 from warpmuscle.formats import load
 from warpmuscle.generation import Batches
 from warpmuscle.optimization import optimize, replay, resume
@@ -203,6 +203,11 @@ def test_a_sweep_over_several_devices_is_that_of_one(two_cpus, tmp_path):
     assert one.keys() == several.keys()
     differing = {name for name in one if not np.array_equal(one[name], several[name])}
     assert {name.rpartition("@")[2] for name in differing} == {"device"}
+
+
+def test_a_sweep_on_a_cluster_takes_no_several_devices(tmp_path):
+    with pytest.raises(Error, match=r"a task of a cluster gets one GPU, not 'cuda:all'"):
+        sweep(small_sweep(tmp_path), tmp_path / "out.h5", cluster="auto", device="cuda:all")
 
 
 def test_a_replay_is_made_on_the_first_device(two_cpus):

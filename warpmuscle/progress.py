@@ -10,6 +10,9 @@ import numpy as np
 
 from warpmuscle.trials import Trials
 
+NOTICED = 0.002  # s, for which nobody has to wait
+TELLING = 0.05  # of the time, that may go into finding out what to tell
+
 
 @dataclass(frozen=True)
 class Progress:
@@ -38,6 +41,7 @@ class Tracker:
         self.done, self.best = 0, np.inf
         self._candidates, self._until, self._tell = candidates, until, tell
         self._begin = time.monotonic()
+        self._quiet_until = 0.0
         self._simulated, self._generation, self._median, self._recalled = 0.0, 0, np.inf, 0
         self._stage, self._stages, self._stage_name = 0, 0, ""
 
@@ -73,9 +77,15 @@ class Tracker:
         self._report(self._now(self.done, 0, self.best, self._simulated, 0.0))
 
     def running(self, trials: Trials) -> None:
-        """Tell of a batch that runs."""
-        if self._tell is not None:
-            self._report(self._with(trials))
+        """Tell of a batch that runs; more rarely where it takes long to find out how far a large one has come."""
+        begin = time.monotonic()
+        if self._tell is None or begin < self._quiet_until:
+            return
+        progress = self._with(trials)
+        took = time.monotonic() - begin
+        if took > NOTICED:
+            self._quiet_until = begin + took / TELLING
+        self._report(progress)
 
     def ended(self, trials: Trials) -> None:
         """Count a batch that has run."""
