@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -14,10 +13,19 @@ import warp as wp
 from numpy.typing import ArrayLike
 
 from warpmuscle.arrays import Floats, Ints, rows, to_device
+from warpmuscle.batch_input import (
+    LINEAR_SPEEDS,
+    checked_values,
+    chosen,
+    chunk_steps,
+    end_step,
+    positive,
+    root_noise,
+)  # fmt: skip
 from warpmuscle.collisions import collision_pairs, collisions_struct
 from warpmuscle.compiling import is_compiled
 from warpmuscle.devices import find_device
-from warpmuscle.disturbances import Disturbances, none
+from warpmuscle.disturbances import Disturbances, none, tilted
 from warpmuscle.errors import Error, RolloutError
 from warpmuscle.formats import load, npz
 from warpmuscle.formats.npz import JointMotion
@@ -40,13 +48,11 @@ from warpmuscle.topology import topology
 from warpmuscle.tracking import reference_fields, reference_table
 from warpmuscle.validate import check_scene
 
-CHUNK_TIME = 0.1  # s of simulated time between two looks at which instances still run
 SLICES_PER_THREAD = 4  # so that threads stay busy when some slices lose their instances sooner
 GPU_LANES = 8
 GPU_BLOCK = 32
 FEW = 256  # instances for which there always is memory, so that nobody has to find out how much they take
 SHARED_BYTES = 48 * 1024  # of memory that a block may declare
-LINEAR_SPEEDS = {"free": 3, "planar": 2, "fixed": 0}  # of the root, by its joint
 Progress = Callable[["Rollout"], None]
 
 
@@ -249,14 +255,8 @@ class Rollout:
 
     def _tilt(self) -> None:
         """Turn the ground's normal by each instance's slope."""
-        slope = self._disturbances.slope[:, None]
         level = normalized(rows([list(self._numeric.ground.normal)]))
-        self._model.contacts.normal = to_device(level, wp.vec3, self.device)
-        if np.any(slope):
-            normal = level[:, 0].astype(np.float32).astype(float)
-            x, y, z = np.broadcast_to(normal, (self.instances, 3)).T[:, :, None]
-            turned = [x, y * np.cos(slope) + z * np.sin(slope), z * np.cos(slope) - y * np.sin(slope)]
-            self._model.contacts.normal = to_device(np.stack(turned, axis=-1), wp.vec3, self.device)
+        self._model.contacts.normal = to_device(tilted(level, self._disturbances.slope), wp.vec3, self.device)
 
     def run(self, duration: float | None = None, progress: Progress | None = None) -> None:
         """Simulate on from where the batch stands.
@@ -398,13 +398,6 @@ class Rollout:
         return self._model
 
 
-def positive(value: int, what: str) -> int:
-    """A positive whole number; RolloutError if it is none."""
-    if value != int(value) or value < 1:
-        raise RolloutError(f"{what} must be a positive whole number, not {value}")
-    return int(value)
-
-
 def _lanes(wanted: int | None, floats: int) -> int:
     """Lanes an instance on a GPU: as wanted, or the usual number, or more where a large character needs it.
 
@@ -418,45 +411,3 @@ def _lanes(wanted: int | None, floats: int) -> int:
     if wanted not in fitting:
         raise RolloutError(f"lanes must be one of {', '.join(map(str, fitting))} for this character, not {wanted}")
     return wanted
-
-
-def chosen(record: Sequence[int], instances: int) -> list[int]:
-    """Instances to record, each once; RolloutError if there is no such instance."""
-    wrong = [i for i in record if not 0 <= i < instances]
-    if wrong:
-        raise RolloutError(f"cannot record instance {wrong[0]} of {instances}")
-    return list(dict.fromkeys(record))
-
-
-def checked_values(values: ArrayLike, instances: int, count: int) -> Floats:
-    """Parameter values as (instances, count) or (count,); RolloutError if they are not, or not finite."""
-    array = np.asarray(values, dtype=np.float64)
-    if array.shape not in ((count,), (instances, count)):
-        raise RolloutError(
-            f"parameters have shape {array.shape}; this rollout takes ({instances}, {count}) or ({count},)"
-        )
-    if not np.isfinite(array).all():
-        raise RolloutError("a parameter value is not a finite number")
-    return array
-
-
-def root_noise(scene: Scene, instances: int, deviation: float, seed: int) -> Floats:
-    """Noise for the linear speeds of the root, m/s: a row an instance, or one row of zeros if there is none."""
-    linear = LINEAR_SPEEDS[scene.character.root_joint]
-    if not deviation:
-        return np.zeros((1, linear))
-    return np.random.default_rng(seed).normal(0.0, deviation, (instances, linear))
-
-
-def chunk_steps(scene: Scene) -> int:
-    """Steps between two looks at which instances still run."""
-    return max(round(CHUNK_TIME / scene.time_step), 1)
-
-
-def end_step(batch: Any, duration: float | None) -> int:
-    """The step at which a batch that runs on for a duration, s, ends; RolloutError if that is no time."""
-    if duration is None:
-        return int(batch.steps)
-    if not 0.0 <= duration < math.inf:
-        raise RolloutError(f"duration must be a finite number of seconds, not {duration}")
-    return int(min(batch.steps_done + round(duration / batch.scene.time_step), batch.steps))

@@ -7,15 +7,17 @@ from concurrent.futures import ThreadPoolExecutor
 from typing import TypeVar
 
 import numpy as np
+import warp as wp
 from numpy.typing import ArrayLike
 
 from warpmuscle.arrays import Floats, Ints
+from warpmuscle.batch_input import checked_values, chosen, chunk_steps, end_step, positive, root_noise
 from warpmuscle.devices import devices_name, find_devices, is_several
 from warpmuscle.disturbances import Disturbances
 from warpmuscle.errors import RolloutError
 from warpmuscle.memory import InstanceBytes
 from warpmuscle.recording import Recording
-from warpmuscle.rollout import Rollout, checked_values, chosen, chunk_steps, end_step, positive, root_noise
+from warpmuscle.rollout import Rollout
 from warpmuscle.scene import Scene
 
 Progress = Callable[["SplitRollout"], None]
@@ -191,5 +193,9 @@ class SplitRollout:
         """
         if len(self.parts) == 1:
             return [work(self.parts[0], self.shares[0])]
-        with ThreadPoolExecutor(len(self.parts)) as pool:
-            return list(pool.map(work, self.parts, self.shares))
+        before = wp.get_device()
+        try:
+            with ThreadPoolExecutor(len(self.parts)) as pool:
+                return list(pool.map(work, self.parts, self.shares))
+        finally:
+            wp.set_device(before)  # copies change Warp's default device for a moment, that of all threads
