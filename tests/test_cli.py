@@ -108,6 +108,8 @@ def test_bad_scene_is_one_line_with_file_line_and_key_and_leaves_no_file(old, ne
         ("simulate", "nowhere.toml"),
         ("simulate", "nobody"),
         ("simulate", "fwalk", "--device", "cuda:99"),
+        ("simulate", "fwalk", "--device", "cuda:98,cuda:99"),
+        ("optimize", "fwalk", "--device", "cpu,cpu"),
         ("simulate", "fwalk", "-o", "missing/out.h5"),
         ("simulate", "fwalk", "--duration", "-1"),
         ("optimize", "iwalk"),

@@ -24,17 +24,20 @@ if TYPE_CHECKING:
     from warpmuscle.results import Result, read, write
     from warpmuscle.rollout import Rollout
     from warpmuscle.scene import Scene
+    from warpmuscle.split import SplitRollout, make_rollout
     from warpmuscle.stages import Stages
     from warpmuscle.status import Status
 
 __all__ = [
-    "Error", "Recording", "Result", "ResultError", "Rollout", "RolloutError", "Scene", "SceneError", "Stages",
-    "Status", "load", "measure", "optimize", "read", "resume", "save", "write",
+    "Error", "Recording", "Result", "ResultError", "Rollout", "RolloutError", "Scene", "SceneError",
+    "SplitRollout", "Stages", "Status", "load", "make_rollout", "measure", "optimize", "read", "resume", "save",
+    "write",
 ]  # fmt: skip
 
 _HOMES = {
-    "Recording": "recording", "Result": "results", "Rollout": "rollout", "Scene": "scene", "Stages": "stages",
-    "Status": "status", "load": "formats", "measure": "gait", "optimize": "optimization", "read": "results",
+    "Recording": "recording", "Result": "results", "Rollout": "rollout", "Scene": "scene",
+    "SplitRollout": "split", "Stages": "stages", "Status": "status", "load": "formats", "make_rollout": "split",
+    "measure": "gait", "optimize": "optimization", "read": "results",
     "resume": "optimization", "save": "formats", "write": "results",
 }  # fmt: skip
 

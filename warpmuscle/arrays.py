@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -46,3 +47,14 @@ def to_device(values: Any, dtype: Any, device: Any) -> wp.array:
     is_int = dtype is int
     array = np.ascontiguousarray(values, dtype=np.int32 if is_int else np.float32)
     return wp.array(array, dtype=dtype, device=device)
+
+
+def arrays_of(struct: Any) -> Iterator[wp.array]:
+    """All arrays of a device structure, and of the structures within it, that hold anything."""
+    for name in struct._cls.vars:
+        member = getattr(struct, name)
+        if isinstance(member, wp.array):
+            if member.size:
+                yield member
+        elif hasattr(member, "_cls"):
+            yield from arrays_of(member)

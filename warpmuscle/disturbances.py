@@ -38,6 +38,12 @@ class Disturbances:
         """Whether any instance is disturbed at all."""
         return bool(np.any(self.velocity) or np.any(self.push) or np.any(self.slope))
 
+    def part(self, share: slice) -> Disturbances:
+        """Those of some of the instances."""
+        return Disturbances(
+            self.velocity[share], self.push[share], self.push_start[share], self.slope[share], self.push_duration
+        )
+
     def tiled(self, times: int) -> Disturbances:
         """The same for so many groups of instances, one group behind the other."""
         return Disturbances(
@@ -50,6 +56,16 @@ def none(instances: int) -> Disturbances:
     """No disturbance of any instance."""
     zero, zeros = np.zeros((instances, 3)), np.zeros(instances)
     return Disturbances(zero, zero, zeros, zeros)
+
+
+def tilted(normal: Floats, slope: Floats) -> Floats:
+    """Normals of the ground, (rows, 1, 3), turned by each instance's slope, (n,) rad; the same if there is none."""
+    if not np.any(slope):
+        return normal
+    level = normal[:, 0].astype(np.float32).astype(np.float64)  # as the device has it
+    x, y, z = np.broadcast_to(level, (len(slope), 3)).T[:, :, None]
+    sine, cosine = np.sin(slope)[:, None], np.cos(slope)[:, None]
+    return np.stack([x, y * cosine + z * sine, z * cosine - y * sine], axis=-1)
 
 
 def drawn(robustness: Robustness, duration: float) -> Disturbances:

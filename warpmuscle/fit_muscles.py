@@ -18,6 +18,7 @@ import msgspec
 import numpy as np
 
 from warpmuscle.arrays import Floats
+from warpmuscle.devices import find_devices
 from warpmuscle.errors import SceneError
 from warpmuscle.number import Number
 from warpmuscle.parameters import start_values, substitute
@@ -75,7 +76,7 @@ def fit_muscles(
         fibre_per_arm: least optimal fibre length over the mean moment arm.
         strength: factor on f_max.
         settle: time at the start that does not count, s, where the motion lasts longer.
-        device: see `Rollout`.
+        device: see `make_rollout`; of several the first one.
 
     Raises:
         SceneError: the scene has no muscles, or the motion fails on torques before anything could be measured.
@@ -110,7 +111,9 @@ def _fitted(
 def torque_motion(scene: Scene, settle: float, device: str | None) -> Recording:
     """The motion that the scene makes on torques alone, without its first seconds if it lasts longer than those."""
     joints = {name: Actuation("torque") for name, joint in scene.character.joints.items() if joint.type != "fixed"}
-    rollout = Rollout(msgspec.structs.replace(scene, actuation=joints), 1, device, record=[0], threads=1)
+    rollout = Rollout(
+        msgspec.structs.replace(scene, actuation=joints), 1, str(find_devices(device)[0]), record=[0], threads=1
+    )
     rollout.run()
     motion = rollout.recording()
     if motion.frames == 0:

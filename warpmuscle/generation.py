@@ -9,7 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warpmuscle.arrays import Floats, Ints
+from warpmuscle.devices import find_devices
 from warpmuscle.errors import Error
+from warpmuscle.memory import instances_that_fit
 from warpmuscle.progress import Tracker
 from warpmuscle.records import Evaluations
 from warpmuscle.scene import Scene
@@ -106,11 +108,12 @@ class Batches:
     """
 
     def __init__(self, scene: Scene, device: str | None, threads: int | None) -> None:
-        """Prepare; see `Rollout` for device and threads, and for what it raises."""
+        """Prepare; see `make_rollout` for device and threads, and for what it raises."""
         self._scene, self._threads = scene, threads
         first = Trials(scene, 1, device, threads=threads)
         self.device = str(first.batch.device)
-        self.largest = max((CPU_BATCH if first.batch.device.is_cpu else GPU_BATCH) // first.runs, 1)
+        self.largest = max(_suiting(device, first) // first.runs, 1)
+        self._loaded = False
         self.term_names = tuple(first.terms())
         self._trials: dict[int, Trials] = {1: first}
 
@@ -131,6 +134,7 @@ class Batches:
             part = rows[begin : begin + self.largest]
             trials = self._of_size(len(part))
             trials.set_parameters(generation.values[part])
+            self._load(trials, tracker)
             try:
                 trials.run(progress=tracker.running)
             finally:
@@ -140,13 +144,30 @@ class Batches:
 
     def _of_size(self, candidates: int) -> Trials:
         """Trials of so many candidates, made now unless there are such."""
-        trials = self._trials.pop(candidates, None) or Trials(
-            self._scene, candidates, self.device, threads=self._threads
-        )
-        self._trials[candidates] = trials  # the last ones used come last
-        while len(self._trials) > _KEPT:
+        trials = self._trials.pop(candidates, None)
+        while len(self._trials) >= _KEPT:
             del self._trials[next(iter(self._trials))]
+        if trials is None:
+            trials = Trials(self._scene, candidates, self.device, threads=self._threads)
+        self._trials[candidates] = trials  # the last ones used come last
         return trials
+
+    def _load(self, trials: Trials, tracker: Tracker) -> None:
+        """Have the kernel ready, and tell before if that takes a while."""
+        if not self._loaded:
+            if trials.batch.compiles:
+                tracker.compiling()
+            trials.batch.load()
+            self._loaded = True
+
+
+def _suiting(device: str | None, trials: Trials) -> int:
+    """Simulations in a batch that suits the devices: as many as keep them busy, and as fit into their memory."""
+    devices = find_devices(device)
+    usual = CPU_BATCH if devices[0].is_cpu else GPU_BATCH
+    needed = _KEPT * trials.batch.instance_bytes.total
+    fitting = [instances_that_fit(needed, found) for found in devices]
+    return len(devices) * min([usual, *(count for count in fitting if count is not None)])
 
 
 def _places(part: Floats, whole: Floats) -> NDArray[np.intp] | None:

@@ -74,7 +74,7 @@ def muscles_struct(scene: Scene, chosen: tuple[str, ...], device: Any) -> struct
     )
     s.slow_fibres = to_device(_of_muscles(muscles, "slow_fibres"), float, device)
     width = _of_muscles(muscles, "l_opt") * np.sin(_of_muscles(muscles, "pennation"))
-    s.width = to_device(width, float, device)
+    s.width = to_device(width if np.any(width) else width[:1], float, device)  # mostly nothing is pennate
     common = {
         "v_max": model.v_max,
         "damping": model.damping,

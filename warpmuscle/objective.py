@@ -67,9 +67,9 @@ def objective_kind(scene: Scene, has_muscles: bool) -> ObjectiveKind:
 def term_arrays(kind: ObjectiveKind, instances: int, bodies: int, muscles: int, device: Any) -> dict[str, wp.array]:
     """Room for the sums of a batch, by field of `kernels.structs.State`."""
     shapes = {
-        "muscle_terms": (instances, max(len(kind.muscle), 1), max(muscles, 1)),
-        "body_terms": (instances, max(len(kind.body), 1), bodies),
-        "whole_terms": (instances, max(len(kind.whole), 1)),
+        "muscle_terms": (instances, len(kind.muscle), max(muscles, 1)) if kind.muscle else (1, 1, 1),
+        "body_terms": (instances, len(kind.body), bodies) if kind.body else (1, 1, 1),
+        "whole_terms": (instances, len(kind.whole)) if kind.whole else (1, 1),
     }
     return {name: wp.zeros(shape, dtype=wp.float64, device=device) for name, shape in shapes.items()}
 

@@ -11,6 +11,7 @@ import numpy as np
 from warpmuscle.arrays import Floats
 from warpmuscle.campaign import INTERRUPTED, Campaign
 from warpmuscle.curriculum import Curriculum
+from warpmuscle.devices import find_devices
 from warpmuscle.errors import Error, Interrupted, ResultError
 from warpmuscle.formats import toml
 from warpmuscle.generation import Batches, Evaluator, OtherCandidates
@@ -62,7 +63,7 @@ def optimize(
         scene: with free parameters.
         candidates: how many to evaluate, in all searches and stages together.
         seed: of the searches; the same seed gives the same result on the same kind of device.
-        device: see `Rollout`. threads: CPU threads, by default one a core.
+        device: see `make_rollout`. threads: CPU threads, by default one a core.
         search: the strategy, see `search.strategies`.
         searches: how many independent ones at the same time, all in the same batches.
         population: candidates a generation of each search; by default the strategy's own.
@@ -168,8 +169,12 @@ def resume(
 
 
 def replay(scene: Scene, values: Floats, device: str | None = None) -> Recording:
-    """Motion of the scene with these parameter values, (P,): alone, and the same to the last bit as in a batch."""
-    rollout = Rollout(scene, 1, device, record=[0], threads=1)
+    """Motion of the scene with these parameter values, (P,): alone, and the same to the last bit as in a batch.
+
+    Args:
+        device: see `make_rollout`; of several the first one.
+    """
+    rollout = Rollout(scene, 1, str(find_devices(device)[0]), record=[0], threads=1)
     rollout.set_parameters(values)
     rollout.run()
     return rollout.recording()

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from warpmuscle.trials import Trials
+
+NOTICED = 0.002  # s, for which nobody has to wait
+TELLING = 0.05  # of the time, that may go into finding out what to tell
 
 
 @dataclass(frozen=True)
@@ -27,6 +30,7 @@ class Progress:
     stage: int = 0  # number of the stage that runs now; best and median are of its candidates
     stages: int = 0  # how many there are
     stage_name: str = ""
+    compiling: bool = False  # the kernel, for some seconds
 
 
 class Tracker:
@@ -37,6 +41,7 @@ class Tracker:
         self.done, self.best = 0, np.inf
         self._candidates, self._until, self._tell = candidates, until, tell
         self._begin = time.monotonic()
+        self._quiet_until = 0.0
         self._simulated, self._generation, self._median, self._recalled = 0.0, 0, np.inf, 0
         self._stage, self._stages, self._stage_name = 0, 0, ""
 
@@ -48,6 +53,10 @@ class Tracker:
     def begun(self) -> None:
         """Tell before the first batch, also of a stage."""
         self._report(self._now(self.done, 0, self.best, self._simulated, 0.0))
+
+    def compiling(self) -> None:
+        """Tell that the kernel is compiled before the batch runs."""
+        self._report(replace(self._now(self.done, 0, self.best, self._simulated, 0.0), compiling=True))
 
     def next_stage(self, stage: int, stages: int, name: str, generation: int) -> None:
         """A stage begins with this generation, and with costs of its own."""
@@ -68,9 +77,15 @@ class Tracker:
         self._report(self._now(self.done, 0, self.best, self._simulated, 0.0))
 
     def running(self, trials: Trials) -> None:
-        """Tell of a batch that runs."""
-        if self._tell is not None:
-            self._report(self._with(trials))
+        """Tell of a batch that runs; more rarely where it takes long to find out how far a large one has come."""
+        begin = time.monotonic()
+        if self._tell is None or begin < self._quiet_until:
+            return
+        progress = self._with(trials)
+        took = time.monotonic() - begin
+        if took > NOTICED:
+            self._quiet_until = begin + took / TELLING
+        self._report(progress)
 
     def ended(self, trials: Trials) -> None:
         """Count a batch that has run."""

@@ -2,42 +2,56 @@
 
 from __future__ import annotations
 
-import math
 import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 import warp as wp
 from numpy.typing import ArrayLike
 
-from warpmuscle.arrays import Floats, Ints, to_device
+from warpmuscle.arrays import Floats, Ints, rows, to_device
+from warpmuscle.batch_input import (
+    LINEAR_SPEEDS,
+    checked_values,
+    chosen,
+    chunk_steps,
+    end_step,
+    positive,
+    root_noise,
+)  # fmt: skip
 from warpmuscle.collisions import collision_pairs, collisions_struct
-from warpmuscle.disturbances import Disturbances, none
-from warpmuscle.errors import RolloutError
+from warpmuscle.compiling import is_compiled
+from warpmuscle.devices import find_device
+from warpmuscle.disturbances import Disturbances, none, tilted
+from warpmuscle.errors import Error, RolloutError
 from warpmuscle.formats import load, npz
 from warpmuscle.formats.npz import JointMotion
 from warpmuscle.frames import Frames
 from warpmuscle.kernels import structs
 from warpmuscle.kernels.lanes import capacity_of, work_floats
 from warpmuscle.kernels.step import step_kernel
+from warpmuscle.memory import InstanceBytes, bytes_of, check_memory, repeated, struct_bytes
 from warpmuscle.model import model_struct, start_of
-from warpmuscle.muscles import driven, muscle_kind, muscle_state
-from warpmuscle.objective import objective_kind, term_arrays, term_values, wanted, weighted
-from warpmuscle.parameters import Parameter, free_parameters, greatest, start_values, substitute
+from warpmuscle.muscles import driven, muscle_kind
+from warpmuscle.objective import objective_kind, term_values, wanted, weighted
+from warpmuscle.parameters import Parameter, free_parameters, start_values, substitute
+from warpmuscle.pose import normalized
 from warpmuscle.recording import Recording
 from warpmuscle.results import read
 from warpmuscle.scene import Scene
+from warpmuscle.state import state_struct
 from warpmuscle.status import Status
 from warpmuscle.topology import topology
 from warpmuscle.tracking import reference_fields, reference_table
 from warpmuscle.validate import check_scene
 
-CHUNK_TIME = 0.1  # s of simulated time between two looks at which instances still run
 SLICES_PER_THREAD = 4  # so that threads stay busy when some slices lose their instances sooner
 GPU_LANES = 8
 GPU_BLOCK = 32
+FEW = 256  # instances for which there always is memory, so that nobody has to find out how much they take
 SHARED_BYTES = 48 * 1024  # of memory that a block may declare
 Progress = Callable[["Rollout"], None]
 
@@ -71,7 +85,8 @@ class Rollout:
         Args:
             scene: what to simulate; see `warpmuscle.load`.
             instances: how many simulations.
-            device: "cpu", "cuda:0", ...; by default the first GPU, or the CPU without one.
+            device: "cpu", "cuda:0", ...; by default the first GPU, or the CPU without one. For several GPUs see
+                `split.make_rollout`.
             record: instances whose motion is kept.
             record_rate: frames per second of simulated time.
             threads: CPU threads, by default one a core; without effect on a GPU.
@@ -79,16 +94,17 @@ class Rollout:
 
         Raises:
             SceneError: the scene is inconsistent.
-            RolloutError: no such device, or an impossible number of instances, recordings, threads or lanes.
+            RolloutError: no such device or not enough memory on it, or an impossible number of instances, recordings,
+                threads or lanes.
         """
         check_scene(scene)
         self.scene = scene
-        self.instances = _positive(instances, "instances")
+        self.instances = positive(instances, "instances")
         self.parameters: list[Parameter] = free_parameters(scene)
         self.names = topology(scene.character)
         self._driven = driven(scene, self.names)
         self.device = find_device(device)
-        self.threads = _positive(os.cpu_count() or 1 if threads is None else threads, "threads")
+        self.threads = positive(os.cpu_count() or 1 if threads is None else threads, "threads")
         self.steps = round(scene.duration / scene.time_step)
         self.block_dim = 1 if self.device.is_cpu else GPU_BLOCK
         capacity = capacity_of(len(self.names.bodies))
@@ -99,41 +115,37 @@ class Rollout:
         self._kernel = step_kernel(capacity, self.lanes, self.block_dim, kind, self._objective, bool(self._colliding))
         buffers = self.threads if self.device.is_cpu else 1
         self._buffers = [wp.zeros(work_floats(capacity), dtype=float, device=self.device) for _ in range(buffers)]
-        self._state = self._new_state()
+        if self.instances > FEW:
+            check_memory(self.instances, self.instance_bytes.state, self.device)
+        self._state = self._state_of(self.instances, self.device)
         every = max(round(1.0 / (record_rate * scene.time_step)), 1)
         self._frames = Frames(
-            self.names, self._driven.muscles, self.instances, _chosen(record, self.instances), every, self.steps,
+            self.names, self._driven.muscles, self.instances, chosen(record, self.instances), every, self.steps,
             self.device,
         )  # fmt: skip
         self._disturbances = none(self.instances)
         self._reference = self._tracked()
-        self.set_parameters(start_values(scene))
+        self._numeric, self._model = substitute(scene, start_values(scene)), structs.Model()
+        self._use(self._numeric)
 
-    def _new_state(self) -> structs.State:
-        n, names = self.instances, self.names
-        s = structs.State()
-        s.coordinates = wp.zeros((n, names.coordinates), dtype=float, device=self.device)
-        s.speeds = wp.zeros((n, names.speeds), dtype=float, device=self.device)
-        s.accelerations = wp.zeros((n, names.speeds), dtype=float, device=self.device)
-        s.phase = wp.zeros(n, dtype=float, device=self.device)
-        s.foot_force = wp.zeros((n, 2), dtype=wp.vec3, device=self.device)
-        s.start_height = wp.zeros(n, dtype=float, device=self.device)
-        s.push = wp.zeros(n, dtype=wp.vec3, device=self.device)
-        s.push_steps = wp.zeros((n, 2), dtype=int, device=self.device)
-        s.torque_integral = wp.zeros((n, len(names.bodies)), dtype=wp.float64, device=self.device)
-        for name in ("stance", "machine_state", "step", "status"):
-            setattr(s, name, wp.zeros(n, dtype=int, device=self.device))
-        table = self._driven.table
-        for name, array in term_arrays(self._objective, n, len(names.bodies), len(table.muscles), self.device).items():
-            setattr(s, name, array)
-        s.muscles = muscle_state(n, len(table.muscles), len(table.crossings), self._ring_capacity(), self.device)
-        return s
+    def _state_of(self, instances: int, device: Any) -> structs.State:
+        return state_struct(self.scene, self.names, self._driven, self._objective, instances, device)
 
-    def _ring_capacity(self) -> int:
-        """Steps that the delay lines hold: a power of two beyond the longest delay that a search may ask for."""
-        muscles = [self.scene.character.muscles[name] for name in self._driven.muscles]
-        longest = max((greatest(self.scene, muscle.delay) for muscle in muscles), default=0.0)
-        return int(2 ** math.ceil(math.log2(longest / self.scene.time_step + 2.0)))
+    def _model_of(self, numeric: Scene, device: Any) -> structs.Model:
+        """The model of a scene of numbers; see `parameters.substitute`."""
+        model = model_struct(numeric, self.names, self._driven, device)
+        if self._colliding:
+            model.collisions = collisions_struct(numeric, self.names, self._colliding, device)
+        return model
+
+    @cached_property
+    def instance_bytes(self) -> InstanceBytes:
+        """Memory on the device that every further instance takes."""
+        start = start_values(self.scene)
+        return bytes_of(
+            lambda count: self._state_of(count, "cpu"),
+            lambda count: self._model_of(substitute(self.scene, repeated(start, count)), "cpu"),
+        )
 
     def set_parameters(self, values: ArrayLike) -> None:
         """Set the free parameters of all instances, and start again.
@@ -142,22 +154,24 @@ class Rollout:
             values: (instances, parameters), or (parameters,) for all instances alike, in the order of `parameters`.
 
         Raises:
-            RolloutError: another shape, or a value that is not finite.
+            RolloutError: another shape, a value that is not finite, or not enough memory on the device.
         """
-        array = np.asarray(values, dtype=np.float64)
-        count = len(self.parameters)
-        if array.shape not in ((count,), (self.instances, count)):
-            raise RolloutError(
-                f"parameters have shape {array.shape}; this rollout takes ({self.instances}, {count}) or ({count},)"
-            )
-        if not np.isfinite(array).all():
-            raise RolloutError("a parameter value is not a finite number")
-        self._values = array
-        self._numeric = numeric = substitute(self.scene, array)
-        self._model = model_struct(numeric, self.names, self._driven, self.device)
-        if self._colliding:
-            self._model.collisions = collisions_struct(numeric, self.names, self._colliding, self.device)
-        self._start = start_of(numeric, self.names)
+        array = checked_values(values, self.instances, len(self.parameters))
+        if array.ndim == 2 and self.instances > FEW:
+            held = struct_bytes(self._state) + struct_bytes(self._model)
+            check_memory(self.instances, self.instance_bytes.total, self.device, held)
+        before = self._numeric
+        self._model = structs.Model()  # so that its memory is free for the new one
+        try:
+            self._use(substitute(self.scene, array))
+        except Error:
+            self._use(before)
+            raise
+
+    def _use(self, numeric: Scene) -> None:
+        """Take the numbers of all instances from this scene (see `parameters.substitute`), and start again."""
+        self._model = self._model_of(numeric, self.device)
+        self._numeric, self._start = numeric, start_of(numeric, self.names)
         for field, part in self._reference.items():
             setattr(self._model, field, part)
         self._tilt()
@@ -170,24 +184,31 @@ class Rollout:
             velocity_noise: standard deviation of what is added to each component of the root's velocity, m/s.
             seed: of that noise.
         """
+        self.restart(root_noise(self.scene, self.instances, velocity_noise, seed))
+
+    def restart(self, root_velocity: Floats) -> None:
+        """Put every instance back to its start, with something added to the root's linear speeds, (rows, 3 or less)."""
         n, s, start = self.instances, self._state, self._start
         speeds = np.broadcast_to(start.speeds, (n, self.names.speeds)).astype(np.float32)
-        linear = {"free": 3, "planar": 2, "fixed": 0}[self.scene.character.root_joint]
-        if velocity_noise:
-            speeds[:, :linear] += np.random.default_rng(seed).normal(0.0, velocity_noise, (n, linear))
+        linear = LINEAR_SPEEDS[self.scene.character.root_joint]
+        speeds[:, :linear] += root_velocity
         speeds[:, :linear] += self._disturbances.velocity[:, 3 - linear :]
         s.coordinates.assign(np.broadcast_to(start.coordinates, (n, self.names.coordinates)).astype(np.float32))
         s.speeds.assign(speeds)
         s.stance.fill_(start.stance)
         s.machine_state.fill_(start.machine_state)
-        s.muscles.activation.assign(np.broadcast_to(start.activation, s.muscles.activation.shape).astype(np.float32))
+        if len(start.activation) == 1:
+            s.muscles.activation.fill_(float(start.activation[0, 0]))
+        else:
+            activation = np.broadcast_to(start.activation, s.muscles.activation.shape)
+            s.muscles.activation.assign(activation.astype(np.float32))
         for name in ("fibre_length", "previous_fibre_length", "force", "moment_arm", "excitation_ring"):
             getattr(s.muscles, name).zero_()
         for name in ("torque_integral", "muscle_terms", "body_terms", "whole_terms"):
             getattr(s, name).zero_()
         for name in ("accelerations", "phase", "foot_force", "start_height", "step", "status"):
             getattr(s, name).zero_()
-        self._steps_done = 0
+        self.steps_done = 0
         self._running: Ints = np.arange(n, dtype=np.int32)
         self._frames.clear()
 
@@ -229,16 +250,13 @@ class Rollout:
         steps = max(round(d.push_duration / h), 1)
         s.push.assign((d.push / (steps * h)).astype(np.float32))
         s.push_steps.assign(np.stack([first, first + steps], axis=1).astype(np.int32))
-        self.set_parameters(self._values)
+        self._tilt()
+        self.reset()
 
     def _tilt(self) -> None:
         """Turn the ground's normal by each instance's slope."""
-        slope = self._disturbances.slope[:, None]
-        if np.any(slope):
-            normal = self._model.contacts.normal.numpy()[:, 0].astype(float)
-            x, y, z = np.broadcast_to(normal, (self.instances, 3)).T[:, :, None]
-            turned = [x, y * np.cos(slope) + z * np.sin(slope), z * np.cos(slope) - y * np.sin(slope)]
-            self._model.contacts.normal = to_device(np.stack(turned, axis=-1), wp.vec3, self.device)
+        level = normalized(rows([list(self._numeric.ground.normal)]))
+        self._model.contacts.normal = to_device(tilted(level, self._disturbances.slope), wp.vec3, self.device)
 
     def run(self, duration: float | None = None, progress: Progress | None = None) -> None:
         """Simulate on from where the batch stands.
@@ -248,21 +266,35 @@ class Rollout:
             progress: called after every chunk of steps with this rollout. An exception from it, such as
                 KeyboardInterrupt, leaves a batch that can be read and continued.
         """
-        if duration is not None and not 0.0 <= duration < math.inf:
-            raise RolloutError(f"duration must be a finite number of seconds, not {duration}")
-        wanted = self.steps if duration is None else self._steps_done + round(duration / self.scene.time_step)
-        end = min(wanted, self.steps)
-        chunk = max(round(CHUNK_TIME / self.scene.time_step), 1)
-        while self._steps_done < end and len(self._running) > 0:
-            steps = min(chunk, end - self._steps_done)
-            self._launch(steps)
-            self._steps_done += steps
-            status = self._state.status.numpy()
-            self._running = self._running[status[self._running] == Status.RUNNING]
+        end = end_step(self, duration)
+        while self.steps_done < end and self.running:
+            self.advance(min(self.steps_done + chunk_steps(self.scene), end))
             if progress is not None:
                 progress(self)
-        if self._steps_done >= self.steps:
-            self._complete()
+        if self.steps_done >= self.steps:
+            self.complete()
+
+    def advance(self, step: int) -> None:
+        """Bring all instances that still run to this step, in one launch."""
+        if step > self.steps_done and self.running:
+            self._launch(step - self.steps_done)
+            self.steps_done = step
+            status = self._state.status.numpy()
+            self._running = self._running[status[self._running] == Status.RUNNING]
+
+    @property
+    def running(self) -> bool:
+        """Whether any instance still runs."""
+        return len(self._running) > 0
+
+    def load(self) -> None:
+        """Have the kernel ready on the device, compiled now unless Warp has it in its cache."""
+        self._kernel.module.load(self.device, self.block_dim)
+
+    @property
+    def compiles(self) -> bool:
+        """Whether the kernel is yet to be compiled, for some seconds, when it is run."""
+        return not is_compiled(self._kernel, self.device, self.block_dim)
 
     def _launch(self, steps: int) -> None:
         record = self._frames.record
@@ -276,7 +308,7 @@ class Rollout:
             for part in slices:
                 self._launch_slice(steps, part, self._buffers[0], record)
             return
-        self._kernel.module.load(self.device)  # threads must not meet in the compiler
+        self.load()  # threads must not meet in the compiler
         free = list(self._buffers)
         with ThreadPoolExecutor(self.threads) as pool:
 
@@ -296,7 +328,8 @@ class Rollout:
             block_dim=self.block_dim,
         )
 
-    def _complete(self) -> None:
+    def complete(self) -> None:
+        """Those that have come to the end of the simulation have completed it."""
         status = self._state.status.numpy()
         status[status == Status.RUNNING] = Status.COMPLETED
         self._state.status.assign(status)
@@ -305,7 +338,7 @@ class Rollout:
     @property
     def time(self) -> float:
         """Simulated time that the batch has come to, s."""
-        return self._steps_done * self.scene.time_step
+        return self.steps_done * self.scene.time_step
 
     @property
     def alive(self) -> int:
@@ -365,12 +398,6 @@ class Rollout:
         return self._model
 
 
-def _positive(value: int, what: str) -> int:
-    if value != int(value) or value < 1:
-        raise RolloutError(f"{what} must be a positive whole number, not {value}")
-    return int(value)
-
-
 def _lanes(wanted: int | None, floats: int) -> int:
     """Lanes an instance on a GPU: as wanted, or the usual number, or more where a large character needs it.
 
@@ -384,19 +411,3 @@ def _lanes(wanted: int | None, floats: int) -> int:
     if wanted not in fitting:
         raise RolloutError(f"lanes must be one of {', '.join(map(str, fitting))} for this character, not {wanted}")
     return wanted
-
-
-def _chosen(record: Sequence[int], instances: int) -> list[int]:
-    wrong = [i for i in record if not 0 <= i < instances]
-    if wrong:
-        raise RolloutError(f"cannot record instance {wrong[0]} of {instances}")
-    return list(dict.fromkeys(record))
-
-
-def find_device(name: str | None) -> Any:
-    """The Warp device of a name, by default the first GPU or else the CPU; raises RolloutError if there is none."""
-    try:
-        return wp.get_device(name) if name is not None else wp.get_preferred_device()
-    except (ValueError, RuntimeError) as error:
-        known = ", ".join(device.alias for device in wp.get_devices())
-        raise RolloutError(f"there is no device '{name}' here; known: {known}") from error

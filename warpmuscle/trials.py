@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from warpmuscle.arrays import Floats, Ints
 from warpmuscle.disturbances import combined, drawn
-from warpmuscle.rollout import Rollout
 from warpmuscle.scene import Scene
+from warpmuscle.split import make_rollout
 from warpmuscle.status import Status
 
 
@@ -27,9 +27,9 @@ class Trials:
     """
 
     def __init__(self, scene: Scene, candidates: int, device: str | None = None, *, threads: int | None = None) -> None:
-        """Prepare; see `Rollout` for device and threads, and for what it raises."""
+        """Prepare; see `make_rollout` for device and threads, and for what it raises."""
         self.candidates, self.runs = candidates, scene.robustness.runs
-        self.batch = Rollout(scene, candidates * self.runs, device, threads=threads)
+        self.batch = make_rollout(scene, candidates * self.runs, device, threads=threads)
         runs = drawn(scene.robustness, scene.duration)
         if runs.any:
             self.batch.disturb(runs.tiled(candidates))

@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import Any
-
 import msgspec
 import numpy as np
-import warp as wp
-from numpy.typing import NDArray
 
+from warpmuscle.arrays import arrays_of
 from warpmuscle.errors import Error
 from warpmuscle.objective import TERMS
 from warpmuscle.parameters import free_parameters, start_values
@@ -28,7 +24,7 @@ def unused_parameters(scene: Scene) -> list[str]:
     scene = msgspec.structs.replace(scene, objective=objective, tracking=None, stages=[])  # of no effect on the others
     parameters, start = free_parameters(scene), start_values(scene)
     count = 2 * len(parameters) + 1
-    taken = {len(array) for array in _arrays(Rollout(scene, 1, "cpu", threads=1).model)}
+    taken = {len(array) for array in arrays_of(Rollout(scene, 1, "cpu", threads=1).model)}
     while count in taken:  # so that arrays of this length are those with a row an instance
         count += 1
     values = np.tile(start, (count, 1))
@@ -37,9 +33,9 @@ def unused_parameters(scene: Scene) -> list[str]:
     batch = Rollout(scene, count, "cpu", threads=1)
     batch.set_parameters(values)
     differs = np.zeros(count, dtype=bool)
-    for array in (*_arrays(batch.model), *_arrays(batch.state)):
+    for array in (*arrays_of(batch.model), *arrays_of(batch.state)):
         if len(array) == count:
-            flat = array.reshape(count, -1)
+            flat = array.numpy().reshape(count, -1)
             differs |= np.any((flat != flat[0]) & ~(np.isnan(flat) & np.isnan(flat[0])), axis=1)
     used = differs[1 : 2 * len(parameters) : 2] | differs[2 : 2 * len(parameters) + 1 : 2]
     return [
@@ -62,14 +58,3 @@ def check_used(scene: Scene) -> None:
 def _is_weight(name: str) -> bool:
     """Whether a parameter weighs a term of the objective, which happens on the host."""
     return name.startswith("objective.") and name.split(".")[1] in TERMS
-
-
-def _arrays(struct: Any) -> Iterator[NDArray[Any]]:
-    """All arrays of a device structure and of those within it."""
-    for name in struct._cls.vars:
-        member = getattr(struct, name)
-        if isinstance(member, wp.array):
-            if member.size:
-                yield member.numpy()
-        elif hasattr(member, "_cls"):
-            yield from _arrays(member)

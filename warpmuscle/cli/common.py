@@ -16,8 +16,10 @@ if TYPE_CHECKING:
     from warpmuscle.scene import Scene
 
 Sources = Annotated[list[str], typer.Argument(metavar="SCENE...", help="Scene name, TOML file, or .rbs .sbc [.rs].")]
-Device = Annotated[str | None, typer.Option(help="cpu, cuda:0, ...; by default a GPU if there is one.")]
-Threads = Annotated[int | None, typer.Option(min=1, help="CPU threads; by default one a core.")]
+Device = Annotated[
+    str | None, typer.Option(help="cpu, cuda:0, cuda:all, cuda:0,cuda:2, ...; by default a GPU if there is one.")
+]
+Threads = Annotated[int | None, typer.Option(min=1, help="CPU threads, of no effect on GPUs; by default one a core.")]
 Duration = Annotated[float | None, typer.Option(help="Simulated time, s; by default the scene's.")]
 TimeStep = Annotated[float | None, typer.Option(help="Time step, s; by default the scene's.")]
 

@@ -62,7 +62,7 @@ class ProgressBar:
             completed=progress.fraction,
             done=progress.done,
             candidates=progress.candidates,
-            alive=progress.alive if progress.simulated else "compiling, 0",
+            alive="compiling, 0" if progress.compiling else progress.alive,
             costs=f"{stage}generation {progress.generation}, best {best}{median}",
             rate=f"{progress.simulated / self.elapsed:.0f}",
         )

@@ -50,13 +50,18 @@ def simulate(
     if legacy:
         scene = _as_legacy(scene)
     start_warp()
+    from warpmuscle.devices import find_devices
     from warpmuscle.optimization import parameter_table
     from warpmuscle.results import Result, write
     from warpmuscle.rollout import Rollout
     from warpmuscle.status import Status
 
-    with log.status("simulating; the first run compiles for some seconds"):
-        rollout = Rollout(scene, 1, device, record=[0], record_rate=rate)
+    with log.status("simulating") as shown:
+        rollout = Rollout(scene, 1, str(find_devices(device)[0]), record=[0], record_rate=rate)
+        if rollout.compiles:
+            shown.update("compiling, which takes some seconds")
+            rollout.load()
+            shown.update("simulating")
         begin = time.perf_counter()
         rollout.run()
     status = Status(rollout.status()[0])

@@ -21,6 +21,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
+from warpmuscle.devices import is_several
 from warpmuscle.errors import Error, SceneError
 from warpmuscle.formats.files import replace_file
 from warpmuscle.journal import journal_path
@@ -65,8 +66,11 @@ class Cluster:
         """Connect.
 
         Raises:
-            Error: Ray is not installed, there is no cluster at the address, or it lacks the device.
+            Error: Ray is not installed, there is no cluster at the address, it lacks the device, or several devices
+                are asked for.
         """
+        if is_several(device):
+            raise Error(f"a task of a cluster gets one GPU, not '{device}'; leave the device out to use all of them")
         try:
             import ray
         except ImportError:

@@ -42,7 +42,7 @@ def run_here(
 
     Args:
         folder: where their result files are.
-        device, threads: see `Rollout`.
+        device, threads: see `make_rollout`.
         tell: called several times a second of work.
 
     Returns:

@@ -9,10 +9,10 @@ from pathlib import Path
 
 import numpy as np
 
+from warpmuscle.devices import devices_name, find_devices
 from warpmuscle.formats.files import check_writable
 from warpmuscle.keeper import remove_leftovers
 from warpmuscle.progress import Progress
-from warpmuscle.rollout import find_device
 from warpmuscle.sweep.folder import Folder, Manifest
 from warpmuscle.sweep.gather import gather
 from warpmuscle.sweep.local import Task, run_here
@@ -68,7 +68,7 @@ def sweep(
         output: HDF5 file for all results (see `gather.py`); by default the sweep file's name and .h5, here;
             the runs' own files are in a folder beside it, see `folder.py`.
         cluster: address of a Ray cluster; `auto` for one that runs on this machine, which is started if need be.
-        device: see `Rollout`; on a cluster a GPU a task if it has any.
+        device: see `make_rollout`; on a cluster a GPU a task if it has any.
         threads: CPU threads, of each task of a cluster 1 by default.
         share: how many runs share the batches of a task of a cluster; by default one on CPUs, and as many as there are
             for each GPU.
@@ -93,11 +93,11 @@ def sweep(
             failed = on.run(tasks, folder, manifest, share, board.look)
             gathered = _finish(folder, manifest, output, command)
     else:
-        found = find_device(device)
+        found = find_devices(device)[0]
         with folder.at_work():
             manifest = folder.begin(plan, "cpu" if found.is_cpu else "cuda")
             board = _Board(plan, folder, manifest, progress)
-            failed = run_here(tasks, folder.path, str(found), threads, board.told)
+            failed = run_here(tasks, folder.path, devices_name(device), threads, board.told)
             gathered = _finish(folder, manifest, output, command)
     board.look()
     return SweepResult(manifest, folder, gathered, failed)

@@ -35,7 +35,7 @@ def run_together(
     Args:
         jobs: one a scene; does all its evaluations with what it is given, and raises KeyboardInterrupt if it was
             interrupted.
-        device, threads: see `Rollout`.
+        device, threads: see `make_rollout`.
         tell: called several times a second of work.
 
     Returns:

@@ -1,0 +1,201 @@
+"""A batch shared out over several devices, used as if it were on one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from typing import TypeVar
+
+import numpy as np
+import warp as wp
+from numpy.typing import ArrayLike
+
+from warpmuscle.arrays import Floats, Ints
+from warpmuscle.batch_input import checked_values, chosen, chunk_steps, end_step, positive, root_noise
+from warpmuscle.devices import devices_name, find_devices, is_several
+from warpmuscle.disturbances import Disturbances
+from warpmuscle.errors import RolloutError
+from warpmuscle.memory import InstanceBytes
+from warpmuscle.recording import Recording
+from warpmuscle.rollout import Rollout
+from warpmuscle.scene import Scene
+
+Progress = Callable[["SplitRollout"], None]
+Given = TypeVar("Given")
+
+
+def make_rollout(
+    scene: Scene,
+    instances: int = 1,
+    device: str | None = None,
+    *,
+    record: Sequence[int] = (),
+    record_rate: float = 100.0,
+    threads: int | None = None,
+    lanes: int | None = None,
+) -> Rollout | SplitRollout:
+    """A batch on one device, or shared out over several; both are used alike and give the same bits.
+
+    Args:
+        device: as for `Rollout`, or "cuda:all", or several such as "cuda:0,cuda:2".
+        scene, instances, record, record_rate, threads, lanes: see `Rollout`.
+
+    Raises:
+        SceneError, RolloutError: as `Rollout`.
+    """
+    if not is_several(device):
+        return Rollout(scene, instances, device, record=record, record_rate=record_rate, threads=threads, lanes=lanes)
+    names = [str(found) for found in find_devices(device)]
+    return SplitRollout(
+        scene, instances, names, devices_name(device), record=record, record_rate=record_rate, threads=threads,
+        lanes=lanes,
+    )  # fmt: skip
+
+
+class SplitRollout:
+    """A batch over several devices of one kind, each of which has an even share of the instances, one behind the other.
+
+    It has the methods of `Rollout` but for the arrays on the device, which its parts have, and gives the same bits.
+
+    Attributes:
+        parts: the rollouts on the devices. shares: the instances of each.
+        device: name of all devices.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        instances: int,
+        devices: Sequence[str],
+        name: str = "",
+        *,
+        record: Sequence[int] = (),
+        record_rate: float = 100.0,
+        threads: int | None = None,
+        lanes: int | None = None,
+    ) -> None:
+        """Prepare a batch at the scene's initial state and parameter values.
+
+        Args:
+            devices: names of single devices, of which as many are used as there are instances.
+            name: of all of them; by default their names.
+            scene, instances, record, record_rate, threads, lanes: see `Rollout`; the threads are those of each device.
+
+        Raises:
+            SceneError, RolloutError: as `Rollout`.
+        """
+        self.scene, self.instances = scene, positive(instances, "instances")
+        self.device = name or ",".join(devices)
+        count = min(len(devices), self.instances)
+        bounds = [self.instances * k // count for k in range(count + 1)]
+        self.shares = [slice(bounds[k], bounds[k + 1]) for k in range(count)]
+        self._recorded = chosen(record, self.instances)
+        self.parts = [
+            Rollout(
+                scene, share.stop - share.start, device, record_rate=record_rate, threads=threads, lanes=lanes,
+                record=[i - share.start for i in self._recorded if share.start <= i < share.stop],
+            )
+            for device, share in zip(devices, self.shares, strict=False)
+        ]  # fmt: skip
+        first = self.parts[0]
+        self.parameters, self.names, self.steps = first.parameters, first.names, first.steps
+
+    def set_parameters(self, values: ArrayLike) -> None:
+        """See `Rollout.set_parameters`."""
+        array = checked_values(values, self.instances, len(self.parameters))
+        self._each(lambda part, share: part.set_parameters(array if array.ndim == 1 else array[share]))
+
+    def reset(self, velocity_noise: float = 0.0, seed: int = 0) -> None:
+        """See `Rollout.reset`; the noise is that of the whole batch."""
+        noise = root_noise(self.scene, self.instances, velocity_noise, seed)
+        self._each(lambda part, share: part.restart(noise if len(noise) == 1 else noise[share]))
+
+    def disturb(self, disturbances: Disturbances) -> None:
+        """See `Rollout.disturb`."""
+        if len(disturbances) != self.instances:
+            raise RolloutError(f"{len(disturbances)} disturbances for {self.instances} instances")
+        self._each(lambda part, share: part.disturb(disturbances.part(share)))
+
+    def run(self, duration: float | None = None, progress: Progress | None = None) -> None:
+        """See `Rollout.run`; all devices make a chunk of steps at the same time."""
+        end = end_step(self, duration)
+        self.load()
+        while self.steps_done < end and any(part.running for part in self.parts):
+            target = min(self.steps_done + chunk_steps(self.scene), end)
+            self._each(lambda part, share, target=target: part.advance(target))  # type: ignore[misc]
+            if progress is not None:
+                progress(self)
+        if self.steps_done >= self.steps:
+            for part in self.parts:
+                part.complete()
+
+    def load(self) -> None:
+        """See `Rollout.load`; one device after the other, since threads must not meet in the compiler."""
+        for part in self.parts:
+            part.load()
+
+    @property
+    def compiles(self) -> bool:
+        """See `Rollout.compiles`."""
+        return self.parts[0].compiles
+
+    @property
+    def instance_bytes(self) -> InstanceBytes:
+        """See `Rollout.instance_bytes`."""
+        return self.parts[0].instance_bytes
+
+    @property
+    def steps_done(self) -> int:
+        """Steps that the batch has come to; a part whose instances have all failed goes no further."""
+        running = [part.steps_done for part in self.parts if part.running]
+        return min(running) if running else max(part.steps_done for part in self.parts)
+
+    @property
+    def time(self) -> float:
+        """Simulated time that the batch has come to, s."""
+        return self.steps_done * self.scene.time_step
+
+    @property
+    def alive(self) -> int:
+        """Number of instances that have not failed."""
+        return sum(part.alive for part in self.parts)
+
+    def status(self) -> Ints:
+        """See `Rollout.status`."""
+        return np.concatenate(self._each(lambda part, share: part.status()))
+
+    def end_time(self) -> Floats:
+        """See `Rollout.end_time`."""
+        return np.concatenate(self._each(lambda part, share: part.end_time()))
+
+    def cost(self) -> Floats:
+        """See `Rollout.cost`."""
+        return np.concatenate(self._each(lambda part, share: part.cost()))
+
+    def terms(self) -> dict[str, Floats]:
+        """See `Rollout.terms`."""
+        every = self._each(lambda part, share: part.terms())
+        return {name: np.concatenate([terms[name] for terms in every]) for name in every[0]}
+
+    def recording(self, instance: int | None = None) -> Recording:
+        """See `Rollout.recording`."""
+        if instance is None and self._recorded:
+            instance = self._recorded[0]
+        for part, share in zip(self.parts, self.shares, strict=True):
+            if instance in self._recorded and instance is not None and share.start <= instance < share.stop:
+                return part.recording(instance - share.start)
+        raise RolloutError(f"instance {instance} was not recorded: name it in record=[...]")
+
+    def _each(self, work: Callable[[Rollout, slice], Given]) -> list[Given]:
+        """What `work` gives of every part and its share, all at the same time.
+
+        Waiting for a device, copies and NumPy's work on large arrays let other threads go on.
+        """
+        if len(self.parts) == 1:
+            return [work(self.parts[0], self.shares[0])]
+        before = wp.get_device()
+        try:
+            with ThreadPoolExecutor(len(self.parts)) as pool:
+                return list(pool.map(work, self.parts, self.shares))
+        finally:
+            wp.set_device(before)  # copies change Warp's default device for a moment, that of all threads
