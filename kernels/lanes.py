@@ -14,7 +14,7 @@ from warpmuscle.kernels.spatial import symmetric
 from warpmuscle.kernels.structs import Work
 
 CAPACITY_STEP = 5  # bodies; the 15 bodies of the SIMBICON biped fill a class exactly
-BODY_FLOATS = 82
+BODY_FLOATS = 67
 SLOT_FLOATS = 18
 OTHER_FLOATS = 8
 SHAPES_A_BODY = 4  # that may collide, on average
@@ -51,14 +51,19 @@ def synchronize(): ...
 
 
 def part_of(dtype: Any, name: str) -> Any:
-    """A Warp function (memory, first float, count) -> view of part of a working set as an array of a type.
+    """A Warp function (memory, first, stride, count) -> view of part of a working set as an array of a type.
 
-    Made from the pointer itself: from a number, the compiler would not know that it points to shared memory.
+    First and stride are counted in floats. Made from the pointer itself: from a number, the compiler would not know
+    that it points to shared memory.
     """
-    snippet = f"return wp::array_t<{name}>(reinterpret_cast<{name}*>(memory.data + first), count);"
+    snippet = f"""
+wp::array_t<{name}> part(reinterpret_cast<{name}*>(memory.data + first), count);
+part.strides[0] = 4 * stride;
+return part;
+"""
 
     @wp.func_native(snippet=snippet)
-    def part(memory: wp.array[float], first: int, count: int) -> wp.array[dtype]: ...
+    def part(memory: wp.array[float], first: int, stride: int, count: int) -> wp.array[dtype]: ...
 
     return part
 
@@ -75,46 +80,48 @@ symmetric_at = part_of(symmetric, "wp::vec_t<6, wp::float32>")
 def work_at(memory: wp.array[float], n: int, slots: int) -> Work:
     """Views on the working set in some memory, with room for n bodies.
 
-    Five groups live one after the other in the same 27 floats a body, as a step needs them: sums of the kinematics,
-    shapes that may collide, the controller's targets with the joint velocities, the articulated inertia, and
-    accelerations. The joint factors of the backward pass take the place of the velocities' lags.
+    What a step no longer needs gives its place to what it needs then. Five groups live one after the other in the same
+    27 floats a body: sums of the kinematics, shapes that may collide, the controller's targets with the joint
+    velocities, the articulated inertia, and accelerations. The joint factors of the backward pass take the places of
+    the velocities and their lags, of the same joint's torque and stiffness, and of the same body's orientation; the
+    root, which keeps its own, has no joint.
     """
     w = Work()
-    w.rotation = matrices_at(memory, 0, n)
-    w.orientation = quaternions_at(memory, 9 * n, n)
-    w.position = vectors_at(memory, 13 * n, n)
-    w.angular_velocity = vectors_at(memory, 16 * n, n)
-    w.velocity = vectors_at(memory, 19 * n, n)
-    w.bias = vectors_at(memory, 22 * n, n)
-    w.torque = vectors_at(memory, 25 * n, n)
-    w.stiffness = symmetric_at(memory, 28 * n, n)
-    w.factor_a = matrices_at(memory, 34 * n, n)
-    w.lag_angular = vectors_at(memory, 34 * n, n)
-    w.lag_velocity = vectors_at(memory, 37 * n, n)
-    w.factor_b = matrices_at(memory, 43 * n, n)
-    w.factor_c = vectors_at(memory, 52 * n, n)
-    shared = 55 * n
-    w.moment = vectors_at(memory, shared, n)
-    w.momentum = vectors_at(memory, shared + 3 * n, n)
-    w.shape_middle = vectors_at(memory, shared, SHAPES_A_BODY * n)
-    w.shape_half = vectors_at(memory, shared + 3 * SHAPES_A_BODY * n, SHAPES_A_BODY * n)
-    w.target = quaternions_at(memory, shared, n)
-    w.strength = floats_at(memory, shared + 4 * n, n)
-    w.frame = integers_at(memory, shared + 5 * n, n)
-    w.joint_velocity = vectors_at(memory, shared + 6 * n, n)
-    w.block_a = symmetric_at(memory, shared, n)
-    w.block_b = matrices_at(memory, shared + 6 * n, n)
-    w.block_c = symmetric_at(memory, shared + 15 * n, n)
-    w.bias_moment = vectors_at(memory, shared + 21 * n, n)
-    w.bias_force = vectors_at(memory, shared + 24 * n, n)
-    w.angular_acceleration = vectors_at(memory, shared, n)
-    w.acceleration = vectors_at(memory, shared + 3 * n, n)
+    w.rotation = matrices_at(memory, 0, 9, n)
+    w.position = vectors_at(memory, 9 * n, 3, n)
+    w.angular_velocity = vectors_at(memory, 12 * n, 3, n)
+    w.bias = vectors_at(memory, 15 * n, 3, n)
+    w.torque = vectors_at(memory, 18 * n, 9, n)
+    w.stiffness = symmetric_at(memory, 18 * n + 3, 9, n)
+    w.factor_b = matrices_at(memory, 18 * n, 9, n)
+    w.orientation = quaternions_at(memory, 27 * n, 4, n)
+    w.factor_c = vectors_at(memory, 27 * n, 4, n)
+    w.velocity = vectors_at(memory, 31 * n, 3, n)
+    w.lag_angular = vectors_at(memory, 34 * n, 3, n)
+    w.lag_velocity = vectors_at(memory, 37 * n, 3, n)
+    w.factor_a = matrices_at(memory, 31 * n, 9, n)
+    shared = 40 * n
+    w.moment = vectors_at(memory, shared, 3, n)
+    w.momentum = vectors_at(memory, shared + 3 * n, 3, n)
+    w.shape_middle = vectors_at(memory, shared, 3, SHAPES_A_BODY * n)
+    w.shape_half = vectors_at(memory, shared + 3 * SHAPES_A_BODY * n, 3, SHAPES_A_BODY * n)
+    w.target = quaternions_at(memory, shared, 4, n)
+    w.strength = floats_at(memory, shared + 4 * n, 1, n)
+    w.frame = integers_at(memory, shared + 5 * n, 1, n)
+    w.joint_velocity = vectors_at(memory, shared + 6 * n, 3, n)
+    w.block_a = symmetric_at(memory, shared, 6, n)
+    w.block_b = matrices_at(memory, shared + 6 * n, 9, n)
+    w.block_c = symmetric_at(memory, shared + 15 * n, 6, n)
+    w.bias_moment = vectors_at(memory, shared + 21 * n, 3, n)
+    w.bias_force = vectors_at(memory, shared + 24 * n, 3, n)
+    w.angular_acceleration = vectors_at(memory, shared, 3, n)
+    w.acceleration = vectors_at(memory, shared + 3 * n, 3, n)
     feet = shared + 27 * n
-    w.contact_b = matrices_at(memory, feet, slots)
-    w.contact_c = symmetric_at(memory, feet + 9 * slots, slots)
-    w.contact_force = vectors_at(memory, feet + 15 * slots, slots)
-    w.center = vectors_at(memory, feet + 18 * slots, 2)
-    w.flags = integers_at(memory, feet + 18 * slots + 6, 2)
+    w.contact_b = matrices_at(memory, feet, 9, slots)
+    w.contact_c = symmetric_at(memory, feet + 9 * slots, 6, slots)
+    w.contact_force = vectors_at(memory, feet + 15 * slots, 3, slots)
+    w.center = vectors_at(memory, feet + 18 * slots, 3, 2)
+    w.flags = integers_at(memory, feet + 18 * slots + 6, 1, 2)
     return w
 
 
