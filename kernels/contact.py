@@ -103,11 +103,11 @@ def contact_stage(instance: int, body: int, model: Model, work: Work):
     total = body_contacts(instance, body, model, work)
     if wp.length_sq(total.force) == 0.0:
         return
-    work.block_a[body] += total.a
-    work.block_b[body] += total.b
-    work.block_c[body] += total.c
-    work.bias_moment[body] -= total.moment
-    work.bias_force[body] -= total.force
+    work.block_a[body] = work.block_a[body] + total.a
+    work.block_b[body] = work.block_b[body] + total.b
+    work.block_c[body] = work.block_c[body] + total.c
+    work.bias_moment[body] = work.bias_moment[body] - total.moment
+    work.bias_force[body] = work.bias_force[body] - total.force
     if slot >= 0:
         work.contact_c[slot] = total.c
         work.contact_b[slot] = total.b

@@ -325,9 +325,8 @@ def accelerate_body(instance: int, body: int, skeleton: Skeleton, work: Work):
     work.factor_c[body] = x
     slot = skeleton.foot_slot[body]
     if slot >= 0:
-        work.contact_force[slot] -= (
-            symmetric_times(work.contact_c[slot], a) + wp.transpose(work.contact_b[slot]) * alpha
-        )
+        given_way = symmetric_times(work.contact_c[slot], a) + wp.transpose(work.contact_b[slot]) * alpha
+        work.contact_force[slot] = work.contact_force[slot] - given_way
 
 
 @wp.func

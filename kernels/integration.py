@@ -51,6 +51,12 @@ def store_quat(state: State, instance: int, first: int, q: wp.quat):
 
 
 @wp.func
+def move(state: State, instance: int, i: int, way: float):
+    """Add to coordinate i. (`+=` on an array would be an atomic operation.)"""
+    state.coordinates[instance, i] = state.coordinates[instance, i] + way
+
+
+@wp.func
 def integrate_root(instance: int, model: Model, state: State, work: Work, kick: float, largest: float):
     """Move the root over a step."""
     h = model.time_step
@@ -61,13 +67,13 @@ def integrate_root(instance: int, model: Model, state: State, work: Work, kick: 
         v = kicked_vector(state, instance, 0, a, kick, 0.5 * h, largest, work)
         w = kicked_vector(state, instance, 3, alpha, kick, 0.5 * h, largest, work)
         for i in range(3):
-            state.coordinates[instance, i] += h * v[i]
+            move(state, instance, i, h * v[i])
         q = work.orientation[0]
         store_quat(state, instance, 3, turn(q, wp.quat_rotate_inv(q, w), h))
     elif kind == ROOT_PLANAR:
         v = kicked_vector(state, instance, 0, wp.vec3(a[1], a[2], alpha[0]), kick, 0.5 * h, largest, work)
         for i in range(3):
-            state.coordinates[instance, i] += h * v[i]
+            move(state, instance, i, h * v[i])
 
 
 @wp.func
@@ -89,9 +95,8 @@ def integrate_stage(instance: int, lane: int, lanes: int, model: Model, state: S
             w = kicked_vector(state, instance, speed, x, kick, half, largest, work)
             store_quat(state, instance, first, turn(coordinate_quat(state, instance, first), w, h))
         elif kind != FIXED:
-            state.coordinates[instance, first] += h * kicked(state, instance, speed, x[0], kick, half, largest, work)
+            move(state, instance, first, h * kicked(state, instance, speed, x[0], kick, half, largest, work))
             if kind == UNIVERSAL:
-                state.coordinates[instance, first + 1] += h * kicked(
-                    state, instance, speed + 1, x[1], kick, half, largest, work
-                )
+                middle = kicked(state, instance, speed + 1, x[1], kick, half, largest, work)
+                move(state, instance, first + 1, h * middle)
     synchronize()

@@ -14,7 +14,7 @@ from warpmuscle.kernels.spatial import symmetric
 from warpmuscle.kernels.structs import Work
 
 CAPACITY_STEP = 5  # bodies; the 15 bodies of the SIMBICON biped fill a class exactly
-BODY_FLOATS = 82
+BODY_FLOATS = 67
 SLOT_FLOATS = 18
 OTHER_FLOATS = 8
 SHAPES_A_BODY = 4  # that may collide, on average
@@ -31,8 +31,13 @@ def slots_of(capacity: int) -> int:
 
 
 def work_floats(capacity: int) -> int:
-    """Size of the working set of one instance in floats (4 bytes each)."""
-    return BODY_FLOATS * capacity + SLOT_FLOATS * slots_of(capacity) + OTHER_FLOATS
+    """Size of the working set of one instance in floats (4 bytes each).
+
+    An odd multiple of 8, so that lanes of the four instances of a warp that read the same thing of the same body find
+    it in different banks of the shared memory.
+    """
+    floats = BODY_FLOATS * capacity + SLOT_FLOATS * slots_of(capacity) + OTHER_FLOATS
+    return floats + (8 - floats) % 16
 
 
 @wp.func_native(
@@ -45,74 +50,96 @@ __syncwarp();
 def synchronize(): ...
 
 
-@wp.func
-def after(address: wp.uint64, floats: int) -> wp.uint64:
-    """The address so many floats further on."""
-    return address + wp.uint64(4 * floats)
+def part_of(dtype: Any, name: str) -> Any:
+    """A Warp function (memory, first, stride, count) -> view of part of a working set as an array of a type.
+
+    First and stride are counted in floats. Made from the pointer itself: from a number, the compiler would not know
+    that it points to shared memory.
+    """
+    snippet = f"""
+wp::array_t<{name}> part(reinterpret_cast<{name}*>(memory.data + first), count);
+part.strides[0] = 4 * stride;
+return part;
+"""
+
+    @wp.func_native(snippet=snippet)
+    def part(memory: wp.array[float], first: int, stride: int, count: int) -> wp.array[dtype]: ...
+
+    return part
+
+
+floats_at = part_of(float, "wp::float32")
+integers_at = part_of(int, "wp::int32")
+vectors_at = part_of(wp.vec3, "wp::vec3")
+quaternions_at = part_of(wp.quat, "wp::quat")
+matrices_at = part_of(wp.mat33, "wp::mat33")
+symmetric_at = part_of(symmetric, "wp::vec_t<6, wp::float32>")
 
 
 @wp.func
-def work_at(address: wp.uint64, n: int, slots: int) -> Work:
-    """Views on the working set at an address, with room for n bodies.
+def work_at(memory: wp.array[float], n: int, slots: int) -> Work:
+    """Views on the working set in some memory, with room for n bodies.
 
-    Five groups live one after the other in the same 27 floats a body, as a step needs them: sums of the kinematics,
-    shapes that may collide, the controller's targets with the joint velocities, the articulated inertia, and
-    accelerations. The joint factors of the backward pass take the place of the velocities' lags.
+    What a step no longer needs gives its place to what it needs then. Five groups live one after the other in the same
+    27 floats a body: sums of the kinematics, shapes that may collide, the controller's targets with the joint
+    velocities, the articulated inertia, and accelerations. The joint factors of the backward pass take the places of
+    the velocities and their lags, of the same joint's torque and stiffness, and of the same body's orientation; the
+    root, which keeps its own, has no joint.
     """
     w = Work()
-    w.rotation = wp.array(ptr=address, shape=(n,), dtype=wp.mat33)
-    w.orientation = wp.array(ptr=after(address, 9 * n), shape=(n,), dtype=wp.quat)
-    w.position = wp.array(ptr=after(address, 13 * n), shape=(n,), dtype=wp.vec3)
-    w.angular_velocity = wp.array(ptr=after(address, 16 * n), shape=(n,), dtype=wp.vec3)
-    w.velocity = wp.array(ptr=after(address, 19 * n), shape=(n,), dtype=wp.vec3)
-    w.bias = wp.array(ptr=after(address, 22 * n), shape=(n,), dtype=wp.vec3)
-    w.torque = wp.array(ptr=after(address, 25 * n), shape=(n,), dtype=wp.vec3)
-    w.stiffness = wp.array(ptr=after(address, 28 * n), shape=(n,), dtype=symmetric)
-    w.factor_a = wp.array(ptr=after(address, 34 * n), shape=(n,), dtype=wp.mat33)
-    w.lag_angular = wp.array(ptr=after(address, 34 * n), shape=(n,), dtype=wp.vec3)
-    w.lag_velocity = wp.array(ptr=after(address, 37 * n), shape=(n,), dtype=wp.vec3)
-    w.factor_b = wp.array(ptr=after(address, 43 * n), shape=(n,), dtype=wp.mat33)
-    w.factor_c = wp.array(ptr=after(address, 52 * n), shape=(n,), dtype=wp.vec3)
-    shared = after(address, 55 * n)
-    w.moment = wp.array(ptr=shared, shape=(n,), dtype=wp.vec3)
-    w.momentum = wp.array(ptr=after(shared, 3 * n), shape=(n,), dtype=wp.vec3)
-    w.shape_middle = wp.array(ptr=shared, shape=(SHAPES_A_BODY * n,), dtype=wp.vec3)
-    w.shape_half = wp.array(ptr=after(shared, 3 * SHAPES_A_BODY * n), shape=(SHAPES_A_BODY * n,), dtype=wp.vec3)
-    w.target = wp.array(ptr=shared, shape=(n,), dtype=wp.quat)
-    w.strength = wp.array(ptr=after(shared, 4 * n), shape=(n,), dtype=float)
-    w.frame = wp.array(ptr=after(shared, 5 * n), shape=(n,), dtype=int)
-    w.joint_velocity = wp.array(ptr=after(shared, 6 * n), shape=(n,), dtype=wp.vec3)
-    w.block_a = wp.array(ptr=shared, shape=(n,), dtype=symmetric)
-    w.block_b = wp.array(ptr=after(shared, 6 * n), shape=(n,), dtype=wp.mat33)
-    w.block_c = wp.array(ptr=after(shared, 15 * n), shape=(n,), dtype=symmetric)
-    w.bias_moment = wp.array(ptr=after(shared, 21 * n), shape=(n,), dtype=wp.vec3)
-    w.bias_force = wp.array(ptr=after(shared, 24 * n), shape=(n,), dtype=wp.vec3)
-    w.angular_acceleration = wp.array(ptr=shared, shape=(n,), dtype=wp.vec3)
-    w.acceleration = wp.array(ptr=after(shared, 3 * n), shape=(n,), dtype=wp.vec3)
-    feet = after(shared, 27 * n)
-    w.contact_b = wp.array(ptr=feet, shape=(slots,), dtype=wp.mat33)
-    w.contact_c = wp.array(ptr=after(feet, 9 * slots), shape=(slots,), dtype=symmetric)
-    w.contact_force = wp.array(ptr=after(feet, 15 * slots), shape=(slots,), dtype=wp.vec3)
-    w.center = wp.array(ptr=after(feet, 18 * slots), shape=(2,), dtype=wp.vec3)
-    w.flags = wp.array(ptr=after(feet, 18 * slots + 6), shape=(2,), dtype=int)
+    w.rotation = matrices_at(memory, 0, 9, n)
+    w.position = vectors_at(memory, 9 * n, 3, n)
+    w.angular_velocity = vectors_at(memory, 12 * n, 3, n)
+    w.bias = vectors_at(memory, 15 * n, 3, n)
+    w.torque = vectors_at(memory, 18 * n, 9, n)
+    w.stiffness = symmetric_at(memory, 18 * n + 3, 9, n)
+    w.factor_b = matrices_at(memory, 18 * n, 9, n)
+    w.orientation = quaternions_at(memory, 27 * n, 4, n)
+    w.factor_c = vectors_at(memory, 27 * n, 4, n)
+    w.velocity = vectors_at(memory, 31 * n, 3, n)
+    w.lag_angular = vectors_at(memory, 34 * n, 3, n)
+    w.lag_velocity = vectors_at(memory, 37 * n, 3, n)
+    w.factor_a = matrices_at(memory, 31 * n, 9, n)
+    shared = 40 * n
+    w.moment = vectors_at(memory, shared, 3, n)
+    w.momentum = vectors_at(memory, shared + 3 * n, 3, n)
+    w.shape_middle = vectors_at(memory, shared, 3, SHAPES_A_BODY * n)
+    w.shape_half = vectors_at(memory, shared + 3 * SHAPES_A_BODY * n, 3, SHAPES_A_BODY * n)
+    w.target = quaternions_at(memory, shared, 4, n)
+    w.strength = floats_at(memory, shared + 4 * n, 1, n)
+    w.frame = integers_at(memory, shared + 5 * n, 1, n)
+    w.joint_velocity = vectors_at(memory, shared + 6 * n, 3, n)
+    w.block_a = symmetric_at(memory, shared, 6, n)
+    w.block_b = matrices_at(memory, shared + 6 * n, 9, n)
+    w.block_c = symmetric_at(memory, shared + 15 * n, 6, n)
+    w.bias_moment = vectors_at(memory, shared + 21 * n, 3, n)
+    w.bias_force = vectors_at(memory, shared + 24 * n, 3, n)
+    w.angular_acceleration = vectors_at(memory, shared, 3, n)
+    w.acceleration = vectors_at(memory, shared + 3 * n, 3, n)
+    feet = shared + 27 * n
+    w.contact_b = matrices_at(memory, feet, 9, slots)
+    w.contact_c = symmetric_at(memory, feet + 9 * slots, 6, slots)
+    w.contact_force = vectors_at(memory, feet + 15 * slots, 3, slots)
+    w.center = vectors_at(memory, feet + 18 * slots, 3, 2)
+    w.flags = integers_at(memory, feet + 18 * slots + 6, 1, 2)
     return w
 
 
 @cache
-def work_address(capacity: int, instances_per_block: int) -> Any:
-    """A Warp function (place in the block, CPU buffer) -> address of an instance's working set, for a size class."""
+def work_memory(capacity: int, instances_per_block: int) -> Any:
+    """A Warp function (place in the block, CPU buffer) -> memory of an instance's working set, for a size class."""
     floats = work_floats(capacity)
 
     snippet = f"""
 #if defined(__CUDA_ARCH__)
 __shared__ float warpmuscle_work[{instances_per_block * floats}];
-return (unsigned long long)(warpmuscle_work + place * {floats});
+return wp::array_t<float>(warpmuscle_work + place * {floats}, {floats});
 #else
-return buffer;
+return wp::array_t<float>(reinterpret_cast<float*>(buffer), {floats});
 #endif
 """
 
     @wp.func_native(snippet=snippet)
-    def address(place: int, buffer: wp.uint64) -> wp.uint64: ...
+    def memory(place: int, buffer: wp.uint64) -> wp.array[float]: ...
 
-    return address
+    return memory

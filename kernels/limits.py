@@ -90,6 +90,13 @@ def ball_rate_axes(swing: wp.vec3, twist: wp.vec3) -> wp.mat33:
 
 
 @wp.func
+def add_limit(body: int, axis: wp.vec3, limit: wp.vec2, work: Work):
+    """Add what a limit gives about an axis, see `limit_torque`, to a joint. (`+=` would be an atomic operation.)"""
+    work.torque[body] = work.torque[body] - axis * limit[0]
+    work.stiffness[body] = work.stiffness[body] + symmetric_outer(axis, limit[1])
+
+
+@wp.func
 def limit_stage(instance: int, body: int, model: Model, state: State, work: Work):
     """Add the joint's limits, if any is exceeded, to its torque and implicit inertia."""
     skeleton = model.skeleton
@@ -116,21 +123,18 @@ def limit_stage(instance: int, body: int, model: Model, state: State, work: Work
             for i in range(3):
                 t = limit_torque(angles[i], rates[i], low[i], high[i], stiffness, damping, model.time_step)
                 axis = wp.vec3(g[i, 0], g[i, 1], g[i, 2])
-                work.torque[body] -= axis * t[0]
-                work.stiffness[body] += symmetric_outer(axis, t[1])
+                add_limit(body, axis, t, work)
     else:
         x = state.coordinates[instance, first]
         if x < low[0] or x > high[0]:
             axis = work.rotation[body] * axis_a
             rate = state.speeds[instance, speed] - half * state.accelerations[instance, speed]
             t = limit_torque(x, rate, low[0], high[0], stiffness, damping, model.time_step)
-            work.torque[body] -= axis * t[0]
-            work.stiffness[body] += symmetric_outer(axis, t[1])
+            add_limit(body, axis, t, work)
         if kind == UNIVERSAL:
             y = state.coordinates[instance, first + 1]
             if y < low[1] or y > high[1]:
                 axis = work.rotation[parent] * axis_b
                 rate = state.speeds[instance, speed + 1] - half * state.accelerations[instance, speed + 1]
                 t = limit_torque(y, rate, low[1], high[1], stiffness, damping, model.time_step)
-                work.torque[body] -= axis * t[0]
-                work.stiffness[body] += symmetric_outer(axis, t[1])
+                add_limit(body, axis, t, work)

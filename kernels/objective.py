@@ -66,4 +66,5 @@ def effort_stage(instance: int, lane: int, lanes: int, model: Model, state: Stat
     for i in range(1 + lane, model.body_count, lanes):
         effort = wp.length(work.torque[i])
         if effort < 1.0e12:  # also refuses NaN, which the integrator is about to report as divergence
-            state.torque_integral[instance, i] += wp.float64(effort)
+            # not `+=`, which would be an atomic operation
+            state.torque_integral[instance, i] = state.torque_integral[instance, i] + wp.float64(effort)

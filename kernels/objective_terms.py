@@ -213,7 +213,8 @@ def _and_muscle_term(others: Any, term: Any, index: int) -> Any:
     @wp.func
     def add(instance: int, m: int, w: MuscleWork, model: Model, state: State):
         others(instance, m, w, model, state)
-        state.muscle_terms[instance, index, m] += sane(term(instance, m, w, model))
+        value = sane(term(instance, m, w, model))
+        state.muscle_terms[instance, index, m] = state.muscle_terms[instance, index, m] + value
 
     return add
 
@@ -222,7 +223,8 @@ def _and_body_term(others: Any, term: Any, index: int) -> Any:
     @wp.func
     def add(instance: int, body: int, model: Model, state: State, work: Work):
         others(instance, body, model, state, work)
-        state.body_terms[instance, index, body] += sane(term(instance, body, model, state, work))
+        value = sane(term(instance, body, model, state, work))
+        state.body_terms[instance, index, body] = state.body_terms[instance, index, body] + value
 
     return add
 
@@ -231,7 +233,8 @@ def _and_whole_term(others: Any, term: Any, index: int) -> Any:
     @wp.func
     def add(instance: int, model: Model, state: State, work: Work):
         others(instance, model, state, work)
-        state.whole_terms[instance, index] += sane(term(instance, model, state, work))
+        value = sane(term(instance, model, state, work))
+        state.whole_terms[instance, index] = state.whole_terms[instance, index] + value
 
     return add
 

@@ -13,7 +13,7 @@ import warp as wp
 from warpmuscle.kernels.contact import body_contacts
 from warpmuscle.kernels.dynamics import acceleration_stage, body_inertia, inertia_stage, leave_for_parent
 from warpmuscle.kernels.kinematics import kinematics_stage
-from warpmuscle.kernels.lanes import after, work_at
+from warpmuscle.kernels.lanes import work_at
 from warpmuscle.kernels.muscle_stage import MuscleKind, muscle_stage_of
 from warpmuscle.kernels.path import joint_velocities, muscle_stretch
 from warpmuscle.kernels.simbicon import control_stage
@@ -23,15 +23,14 @@ from warpmuscle.kernels.structs import BALL, ROOT_FREE, UNIVERSAL, Model, Record
 wp.set_module_options({"enable_backward": False, "max_unroll": 1})
 
 
-@wp.func_native(snippet="return (unsigned long long)(a.data);")
-def address_of(a: wp.array2d[float]) -> wp.uint64: ...
+@wp.func_native(snippet="return wp::array_t<float>(a.data + row * a.shape[1], a.shape[1]);")
+def memory_of(a: wp.array2d[float], row: int) -> wp.array[float]: ...
 
 
 @wp.func
 def work_of(instance: int, model: Model, workspace: wp.array2d[float]) -> Work:
     """The working set of an instance, in its row of the workspace."""
-    address = after(address_of(workspace), instance * workspace.shape[1])
-    return work_at(address, model.body_count, model.foot_slots)
+    return work_at(memory_of(workspace, instance), model.body_count, model.foot_slots)
 
 
 @wp.kernel
@@ -268,6 +267,6 @@ def mass_matrix(
             leave_for_parent(
                 body, work.position[body] - work.position[parent], a, b, c, wp.vec3(0.0), wp.vec3(0.0), work
             )
-            work.block_a[parent] += work.block_a[body]
-            work.block_b[parent] += work.block_b[body]
-            work.block_c[parent] += work.block_c[body]
+            work.block_a[parent] = work.block_a[parent] + work.block_a[body]
+            work.block_b[parent] = work.block_b[parent] + work.block_b[body]
+            work.block_c[parent] = work.block_c[parent] + work.block_c[body]

@@ -9,7 +9,7 @@ from warpmuscle.kernels.collision import collision_stage_of
 from warpmuscle.kernels.dynamics import acceleration_stage, inertia_stage
 from warpmuscle.kernels.integration import integrate_stage
 from warpmuscle.kernels.kinematics import kinematics_stage
-from warpmuscle.kernels.lanes import slots_of, synchronize, work_address, work_at
+from warpmuscle.kernels.lanes import slots_of, synchronize, work_at, work_memory
 from warpmuscle.kernels.muscle_stage import MuscleKind, muscle_stage_of, no_muscles
 from warpmuscle.kernels.objective import effort_stage, posture_status, step_status
 from warpmuscle.kernels.objective_terms import ObjectiveKind, objective_stage_of
@@ -111,7 +111,7 @@ def step_kernel(
     one_step = one_step_of(muscles, objective, collisions)
     instances_per_block = max(block_dim // lanes, 1)
     slots = slots_of(capacity)
-    address = work_address(capacity, instances_per_block)
+    memory = work_memory(capacity, instances_per_block)
 
     @wp.kernel(
         module="unique",
@@ -127,7 +127,7 @@ def step_kernel(
     ):  # fmt: skip
         i, lane = wp.tid()
         instance = running[i]
-        work = work_at(address(i % instances_per_block, buffer), capacity, slots)
+        work = work_at(memory(i % instances_per_block, buffer), capacity, slots)
         status = int(RUNNING)
         for _ in range(steps):
             status = one_step(instance, lane, lanes, model, state, record, work)

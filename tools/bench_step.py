@@ -31,7 +31,7 @@ from warpmuscle.kernels import structs
 from warpmuscle.kernels.dynamics import acceleration_stage, inertia_stage
 from warpmuscle.kernels.integration import integrate_stage
 from warpmuscle.kernels.kinematics import kinematics_stage
-from warpmuscle.kernels.lanes import capacity_of, slots_of, synchronize, work_address, work_at
+from warpmuscle.kernels.lanes import capacity_of, slots_of, synchronize, work_at, work_memory
 from warpmuscle.kernels.muscle_stage import MuscleKind, muscle_stage_of, no_muscles
 from warpmuscle.kernels.objective import effort_stage
 from warpmuscle.kernels.simbicon import advance_phase, targets_stage, torques_stage
@@ -139,7 +139,7 @@ def stage_kernel(capacity: int, lanes: int, block_dim: int, muscles: MuscleKind 
     Repetitions of the muscle stage work on a muscle state of their own, so that they do not change the motion.
     """
     per_block, slots = max(block_dim // lanes, 1), slots_of(capacity)
-    address = work_address(capacity, per_block)
+    memory = work_memory(capacity, per_block)
     muscle_stage = muscle_stage_of(muscles) if muscles is not None else no_muscles
 
     @wp.kernel(
@@ -153,7 +153,7 @@ def stage_kernel(capacity: int, lanes: int, block_dim: int, muscles: MuscleKind 
         repeat: wp.array[int], kept: Kept,
     ):  # fmt: skip
         i, lane = wp.tid()
-        work = work_at(address(i % per_block, buffer), capacity, slots)
+        work = work_at(memory(i % per_block, buffer), capacity, slots)
         for _ in range(steps):
             for _k in range(1 + repeat[0]):
                 kinematics_stage(i, lane, lanes, model, state, work)

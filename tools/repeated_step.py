@@ -16,7 +16,7 @@ from warpmuscle.kernels.contact import contact_stage
 from warpmuscle.kernels.dynamics import accelerate_body, accelerate_root, body_inertia, push_now, reduce_body
 from warpmuscle.kernels.integration import integrate_stage
 from warpmuscle.kernels.kinematics import kinematics_stage
-from warpmuscle.kernels.lanes import capacity_of, slots_of, synchronize, work_address, work_at
+from warpmuscle.kernels.lanes import capacity_of, slots_of, synchronize, work_at, work_memory
 from warpmuscle.kernels.limits import limit_stage
 from warpmuscle.kernels.muscle_stage import MuscleKind, muscle_stage_of, no_muscles
 from warpmuscle.kernels.objective import effort_stage, posture_status
@@ -133,7 +133,7 @@ def repeated_step_kernel(
     work on it, so that they do not change the motion.
     """
     per_block, slots = max(block_dim // lanes, 1), slots_of(capacity)
-    address = work_address(capacity, per_block)
+    memory = work_memory(capacity, per_block)
     muscle_stage = muscle_stage_of(muscles, objective.muscle) if muscles is not None else no_muscles
     paths = all_paths if muscles is not None else no_paths
     objective_stage, collision_stage = objective_stage_of(objective), collision_stage_of(collisions)
@@ -149,7 +149,7 @@ def repeated_step_kernel(
         extra: wp.array[int], kept: Kept,
     ):  # fmt: skip
         i, lane = wp.tid()
-        work = work_at(address(i % per_block, buffer), capacity, slots)
+        work = work_at(memory(i % per_block, buffer), capacity, slots)
         for _ in range(steps):
             step = state.step[i]
             for _k in range(1 + extra[KINEMATICS]):
