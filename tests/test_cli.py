@@ -52,6 +52,14 @@ def test_simulate_prints_the_gait_and_writes_file_and_picture(tmp_path):
         assert file["replay/0/com"].attrs["units"] == "m"
 
 
+def test_time_alone_limits_a_search_that_says_nothing_of_candidates(tmp_path):
+    arguments = ("optimize", "fwalk", "--duration", 0.05, "--search", "cma", "--until", "3s", "-o", "short.h5")
+    done = run(*arguments, folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "the time is up" in done.stdout
+    assert " of 1000000000" not in done.stdout
+
+
 def test_export_writes_a_recorded_motion_for_opensim(tmp_path):
     assert run("simulate", "walk56", "--duration", 0.5, "-o", "run.h5", folder=tmp_path).returncode == 0
     done = run("export", "run.h5", "-o", "walk.sto", folder=tmp_path)

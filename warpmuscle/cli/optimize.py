@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from warpmuscle.cli.common import (
+    UNLIMITED,
     Device,
     Duration,
     Threads,
@@ -26,13 +27,20 @@ from warpmuscle.errors import Error
 if TYPE_CHECKING:
     from warpmuscle.records import Result
 
+USUAL = 5000  # candidates of a search
+
 
 def optimize(
     context: typer.Context,
     sources: Annotated[list[str] | None, typer.Argument(metavar="SCENE...", help="As of simulate.")] = None,
     candidates: Annotated[
-        int, typer.Option(min=1, help="How many sets of parameters to try, in all stages; how many more with --resume.")
-    ] = 5000,
+        int | None,
+        typer.Option(
+            min=1,
+            help="How many sets of parameters to try, in all searches and stages; how many more with --resume. "
+            "By default 5000 a search, or any number with --until.",
+        ),
+    ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Of the search; the same seed gives the same result.")] = 1,
     search: Annotated[
         str, typer.Option(help="Strategy: random, cma, cma:ipop, cma:bipop, or nlopt:ALGORITHM such as LN_BOBYQA.")
@@ -61,7 +69,7 @@ def optimize(
 
     What was evaluated is on the disk at any moment: Ctrl-C ends the search and keeps it, and after a kill or a failure
     --resume FILE goes on. Examples: warpmuscle optimize fwalk --candidates 5000;
-    warpmuscle optimize walk56 --search cma --searches 6 --until 2h; warpmuscle optimize --resume walk56.h5
+    warpmuscle optimize walk56 --search cma --searches 16 --until 2h; warpmuscle optimize --resume walk56.h5
     """
     limit = None if until is None else seconds(until)
     if resume is not None:
@@ -69,7 +77,7 @@ def optimize(
         for name in sorted(given - {"candidates", "until", "target", "device", "threads", "resume"}):
             word = "scene" if name == "sources" else f"--{name.replace('_', '-')}"
             raise Error(f"--resume takes no {word}: the file says what to go on with")
-        more = candidates if "candidates" in given else None
+        more = UNLIMITED if candidates is None and limit is not None else candidates
         output = resume
         start_warp()
         from warpmuscle.optimization import resume as go_on
@@ -81,6 +89,7 @@ def optimize(
             )  # fmt: skip
     elif sources:
         scene = changed(load_scene(sources), duration, time_step, None)
+        count = candidates or (UNLIMITED if limit is not None and not scene.stages else USUAL * searches)
         output = output if output is not None else Path(f"{scene.name}.h5")
         writable(output)
         start_warp()
@@ -88,7 +97,7 @@ def optimize(
 
         with ProgressBar() as bar:
             result = begin(
-                scene, candidates, seed, device, search=search, searches=searches, population=population, sigma=sigma,
+                scene, count, seed, device, search=search, searches=searches, population=population, sigma=sigma,
                 restarts=restarts, until=limit, target=target, output=output, threads=threads, command=command_line(),
                 progress=bar.update,
             )  # fmt: skip
@@ -129,7 +138,7 @@ def _print_result(result: Result, bar: ProgressBar) -> None:
     assert result.best is not None
     assert result.searched is not None
     evaluations, best, options = result.evaluations, result.best, result.searched.options
-    of = "" if len(evaluations.cost) == options.candidates else f" of {options.candidates}"
+    of = f" of {options.candidates}" if len(evaluations.cost) < options.candidates < UNLIMITED else ""
     rate = f"{bar.simulated / max(bar.elapsed, 1e-9):.0f} s of motion per second on {result.device}"
     earlier = f", {bar.recalled} of them earlier" if bar.recalled else ""
     out.print(f"{len(evaluations.cost)}{of} candidates in {bar.elapsed:.1f} s{earlier}, {rate}")

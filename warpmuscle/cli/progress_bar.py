@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from rich.progress import BarColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.progress import Progress as Bars
 
+from warpmuscle.cli.common import UNLIMITED
 from warpmuscle.cli.console import log
 
 if TYPE_CHECKING:
@@ -25,7 +26,7 @@ class ProgressBar:
 
     def __init__(self) -> None:
         self._bars = Bars(
-            TextColumn("{task.fields[done]}/{task.fields[candidates]}"),
+            TextColumn("{task.fields[done]}{task.fields[of]}"),
             BarColumn(),
             TextColumn("{task.fields[alive]} alive, {task.fields[costs]}, {task.fields[rate]} s/s"),
             TimeElapsedColumn(),
@@ -34,7 +35,7 @@ class ProgressBar:
             console=log,
             transient=True,
         )
-        self._task = self._bars.add_task("", total=1.0, done=0, candidates="-", alive=0, costs="", rate="-")
+        self._task = self._bars.add_task("", total=1.0, done=0, of="", alive=0, costs="", rate="-")
         self._begin = time.perf_counter()
         self.simulated, self.recalled = 0.0, 0
 
@@ -61,7 +62,7 @@ class ProgressBar:
             self._task,
             completed=progress.fraction,
             done=progress.done,
-            candidates=progress.candidates,
+            of=f"/{progress.candidates}" if progress.candidates < UNLIMITED else "",
             alive="compiling, 0" if progress.compiling else progress.alive,
             costs=f"{stage}generation {progress.generation}, best {best}{median}",
             rate=f"{progress.simulated / self.elapsed:.0f}",
