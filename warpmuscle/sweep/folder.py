@@ -210,7 +210,9 @@ def folder_of(file: Path) -> Folder:
     if not folder.path.is_dir() and file.suffix == ".toml":
         folder = Folder.of(Path(file.name))  # where the output is by default: in the current folder
     if not (folder.path / MANIFEST).exists():
-        raise Error(f"{file}: no sweep of it has begun here: there is no {folder.path / MANIFEST}")
+        raise Error(
+            f"{file}: no sweep of it has begun here: there is no {folder.path / MANIFEST}; name its output if it has another name"
+        )
     return folder
 
 
