@@ -211,7 +211,8 @@ def folder_of(file: Path) -> Folder:
         folder = Folder.of(Path(file.name))  # where the output is by default: in the current folder
     if not (folder.path / MANIFEST).exists():
         raise Error(
-            f"{file}: no sweep of it has begun here: there is no {folder.path / MANIFEST}; name its output if it has another name"
+            f"{file}: no sweep of it has begun here: there is no {folder.path / MANIFEST}; "
+            "name its output if it has another name"
         )
     return folder
 
