@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import shlex
 import sys
+import warnings
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -45,19 +48,25 @@ def start_warp() -> None:
 
 def load_scene(sources: list[str], keyword_rule: bool = False) -> Scene:
     """The scene, and on the error stream what its files hold that is not used."""
-    import warnings
-
     from warpmuscle.formats import Ignored, load
-    from warpmuscle.validate_muscles import SceneWarning
 
     ignored: list[Ignored] = []
-    with warnings.catch_warnings(record=True) as doubts:
-        warnings.simplefilter("always", SceneWarning)
+    with doubts_printed():
         scene = load(*sources, ignored=ignored, keyword_rule=keyword_rule)
-    for doubt in doubts:
-        log.print(f"[yellow]warning:[/] {escape(str(doubt.message))}")
     print_ignored(ignored, "some input was ignored:")
     return scene
+
+
+@contextlib.contextmanager
+def doubts_printed() -> Iterator[None]:
+    """Print on the error stream, after the work within, what is probably a mistake in scenes."""
+    from warpmuscle.validate_muscles import SceneWarning
+
+    with warnings.catch_warnings(record=True) as doubts:
+        warnings.simplefilter("always", SceneWarning)
+        yield
+    for doubt in doubts:
+        log.print(f"[yellow]warning:[/] {escape(str(doubt.message))}")
 
 
 def changed(scene: Scene, duration: float | None, time_step: float | None, implicit_pd: bool | None) -> Scene:

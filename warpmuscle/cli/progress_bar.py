@@ -1,10 +1,10 @@
-"""The bar that shows how far an optimisation has come."""
+"""Bars that show how far an optimisation or a sweep has come."""
 
 from __future__ import annotations
 
 import math
 import time
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Self
 
 from rich.progress import BarColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.progress import Progress as Bars
@@ -16,7 +16,36 @@ if TYPE_CHECKING:
     from warpmuscle.progress import Progress
 
 
-class ProgressBar:
+class Bar:
+    """A bar between what is done and how it goes, with the time that it takes and has left; gone at the end."""
+
+    def __init__(self) -> None:
+        self._bars = Bars(
+            TextColumn("{task.fields[done]}"),
+            BarColumn(),
+            TextColumn("{task.fields[state]}"),
+            TimeElapsedColumn(),
+            TextColumn("left"),
+            TimeRemainingColumn(),
+            console=log,
+            transient=True,
+        )
+        self._task = self._bars.add_task("", total=1.0, done="", state="")
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._bars.live.is_started:
+            self._bars.stop()
+
+    def show(self, part: float, done: str, state: str) -> None:
+        """Show what is done, 0..1 and in words, and how it goes; the first call shows the bar."""
+        self._bars.start()
+        self._bars.update(self._task, completed=part, done=done, state=state)
+
+
+class ProgressBar(Bar):
     """Progress of an optimisation: candidates done, alive, generation, costs, seconds simulated, time left.
 
     Attributes:
@@ -25,17 +54,7 @@ class ProgressBar:
     """
 
     def __init__(self) -> None:
-        self._bars = Bars(
-            TextColumn("{task.fields[done]}{task.fields[of]}"),
-            BarColumn(),
-            TextColumn("{task.fields[alive]} alive, {task.fields[costs]}, {task.fields[rate]} s/s"),
-            TimeElapsedColumn(),
-            TextColumn("left"),
-            TimeRemainingColumn(),
-            console=log,
-            transient=True,
-        )
-        self._task = self._bars.add_task("", total=1.0, done=0, of="", alive=0, costs="", rate="-")
+        super().__init__()
         self._begin = time.perf_counter()
         self.simulated, self.recalled = 0.0, 0
 
@@ -44,26 +63,14 @@ class ProgressBar:
         """Wall time so far, s."""
         return time.perf_counter() - self._begin
 
-    def __enter__(self) -> ProgressBar:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        if self._bars.live.is_started:
-            self._bars.stop()
-
     def update(self, progress: Progress) -> None:
-        """Show this progress; the first one shows the bar."""
-        self._bars.start()
+        """Show this progress."""
         self.simulated, self.recalled = progress.simulated, progress.recalled
-        median = f", median {progress.median:.5g}" if progress.generation > 0 else ""
-        best = f"{progress.best:.5g}" if math.isfinite(progress.best) else "-"
+        of = f"/{progress.candidates}" if progress.candidates < UNLIMITED else ""
+        alive = "compiling, 0" if progress.compiling else progress.alive
         stage = f"stage {progress.stage + 1}/{progress.stages} {progress.stage_name}, " if progress.stages else ""
-        self._bars.update(
-            self._task,
-            completed=progress.fraction,
-            done=progress.done,
-            of=f"/{progress.candidates}" if progress.candidates < UNLIMITED else "",
-            alive="compiling, 0" if progress.compiling else progress.alive,
-            costs=f"{stage}generation {progress.generation}, best {best}{median}",
-            rate=f"{progress.simulated / self.elapsed:.0f}",
-        )
+        best = f"{progress.best:.5g}" if math.isfinite(progress.best) else "-"
+        median = f", median {progress.median:.5g}" if progress.generation > 0 else ""
+        costs = f"{stage}generation {progress.generation}, best {best}{median}"
+        rate = f"{progress.simulated / self.elapsed:.0f} s/s"
+        self.show(progress.fraction, f"{progress.done}{of}", f"{alive} alive, {costs}, {rate}")

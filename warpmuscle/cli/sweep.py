@@ -4,20 +4,17 @@ from __future__ import annotations
 
 import shlex
 import time
-import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.markup import escape
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
-from warpmuscle.cli.common import Device, start_warp
+from warpmuscle.cli.common import Device, doubts_printed, start_warp
 from warpmuscle.cli.console import INTERRUPTED, log, out
+from warpmuscle.cli.progress_bar import Bar
 from warpmuscle.errors import Error
 
 if TYPE_CHECKING:
-    from warpmuscle.sweep.plan import Plan
     from warpmuscle.sweep.run import SweepProgress
     from warpmuscle.sweep.status import SweepStatus
 
@@ -47,7 +44,10 @@ def sweep(
 
         _print_status(sweep_status(file))
         return
-    plan = _plan(file)
+    from warpmuscle.sweep.plan import read
+
+    with doubts_printed():
+        plan = read(file)
     start_warp()
     from warpmuscle.sweep.run import sweep as run
     from warpmuscle.sweep.status import sweep_status
@@ -70,19 +70,6 @@ def sweep(
         raise Error(f"{len(result.failed)} of {len(result.manifest.runs)} runs failed; {name}: {why}")
 
 
-def _plan(file: Path) -> Plan:
-    """The plan of a sweep file, and on the error stream what is probably a mistake in its scenes."""
-    from warpmuscle.sweep.plan import read
-    from warpmuscle.validate_muscles import SceneWarning
-
-    with warnings.catch_warnings(record=True) as doubts:
-        warnings.simplefilter("always", SceneWarning)
-        plan = read(file)
-    for doubt in doubts:
-        log.print(f"[yellow]warning:[/] {escape(str(doubt.message))}")
-    return plan
-
-
 def _print_status(status: SweepStatus) -> None:
     """A line a run, and what they add up to."""
     rows = [("run", "candidates", "best cost", "state")]
@@ -99,37 +86,12 @@ def _print_status(status: SweepStatus) -> None:
     out.print(total, markup=False)
 
 
-class _Bar:
+class _Bar(Bar):
     """Progress of a sweep: runs and candidates done, the best run, time left."""
 
-    def __init__(self) -> None:
-        self._bars = Progress(
-            TextColumn("{task.fields[runs]} runs, {task.fields[candidates]}"),
-            BarColumn(),
-            TextColumn("{task.fields[best]}"),
-            TimeElapsedColumn(),
-            TextColumn("left"),
-            TimeRemainingColumn(),
-            console=log,
-            transient=True,
-        )
-        self._task = self._bars.add_task("", total=1.0, runs="", candidates="", best="")
-
-    def __enter__(self) -> _Bar:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        if self._bars.live.is_started:
-            self._bars.stop()
-
     def update(self, progress: SweepProgress) -> None:
-        """Show this progress; the first one shows the bar."""
-        self._bars.start()
+        """Show this progress."""
         best = f"best {progress.best:.5g} of {progress.best_run}" if progress.evaluated else ""
-        self._bars.update(
-            self._task,
-            completed=progress.evaluated / max(progress.candidates, 1),
-            runs=f"{progress.ended}/{progress.runs}",
-            candidates=f"{progress.evaluated}/{progress.candidates}",
-            best=f"{progress.alive} alive, {best}" if progress.alive else best,
-        )
+        done = f"{progress.ended}/{progress.runs} runs, {progress.evaluated}/{progress.candidates}"
+        part = progress.evaluated / max(progress.candidates, 1)
+        self.show(part, done, f"{progress.alive} alive, {best}" if progress.alive else best)
