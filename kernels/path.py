@@ -19,6 +19,7 @@ coordinate, -dl/dq, is minus the component of r along its axis.)
 import warp as wp
 
 from warpmuscle.kernels.lanes import synchronize
+from warpmuscle.kernels.muscle_control import counted, wanted_force
 from warpmuscle.kernels.structs import UNIVERSAL, Model, Paths, State, Work, at
 
 SHORTEST = 1.0e-9  # m, of a segment that has a direction
@@ -40,6 +41,7 @@ class Stretch:
     fixed: float  # m, of the segments within bodies
     moving: float  # m, of all others
     speed: float  # m/s
+    wanted: wp.vec2  # N, what its joints want of the muscle, and the number of joints that count; see `counted`
 
 
 @wp.func
@@ -127,8 +129,8 @@ def segment_weight(
     instance: int, segment: int, joint: int, model: Model, state: State, paths: Paths, work: Work
 ) -> Weight:
     """How much a segment counts; its gradient is by turns of the given joint."""
-    a = paths.segment[segment, 0]
-    b = paths.segment[segment, 1]
+    a = paths.segment_points[segment, 0]
+    b = paths.segment_points[segment, 1]
     w = point_weight(instance, a, joint, model, state, paths, work)
     w = both(w, point_weight(instance, b, joint, model, state, paths, work))
     for left_out in range(a + 1, b):
@@ -145,13 +147,15 @@ def offset_between(body: int, origin: int, work: Work) -> wp.vec3:
 
 
 @wp.func
-def segment_end(instance: int, segment: int, end: int, model: Model, work: Work) -> wp.vec3:
-    """From the joint of the segment's origin to its end a (0) or b (1), world axes, m."""
-    paths = model.paths
-    body = paths.segment_body[segment, end]
-    local = work.rotation[body] * at(paths.segment_end, instance, 2 * segment + end)
-    if paths.segment_far[segment] != 0:
-        local += offset_between(body, paths.segment_origin[segment], work)
+def segment_end(end: wp.vec3, body: int, origin: int, far: int, work: Work) -> wp.vec3:
+    """From the joint of the segment's origin to one of its ends, world axes, m.
+
+    Args:
+        end: in the axes of its body; from the joint of the origin, or if `far` from that of its body.
+    """
+    local = work.rotation[body] * end
+    if far != 0:
+        local += offset_between(body, origin, work)
     return local
 
 
@@ -177,6 +181,8 @@ def muscle_stretch(
 ) -> Stretch:
     """Length and lengthening speed of one muscle's path, from kinematics and joint velocities in the working set.
 
+    What its joints want of the muscle follows from the torques in the working set, if the controller's are there.
+
     Args:
         arm: (instances, crossings) gets the moment arm vectors of the muscle, m, world: a tension F puts the torque
             F r on the joint's parent and -F r on its child.
@@ -184,27 +190,30 @@ def muscle_stretch(
     paths = model.paths
     total = Stretch()
     total.fixed = at(paths.fixed_length, instance, muscle)
-    for segment in range(paths.segment_start[muscle], paths.segment_start[muscle + 1]):
-        varies = paths.segment_varies[segment]
-        a = segment_end(instance, segment, 0, model, work)
-        d = segment_end(instance, segment, 1, model, work) - a
+    span = paths.span[muscle]
+    for i in range(span.first_segment, span.end_segment):
+        segment = paths.segment[i]
+        ends = at(paths.ends, instance, i)
+        a = segment_end(ends.a, segment.body_a, segment.origin, segment.far, work)
+        d = segment_end(ends.b, segment.body_b, segment.origin, segment.far, work) - a
         length = wp.length(d)
         direction = d * (1.0 / wp.max(length, SHORTEST))
         weight = Weight()
         weight.value = 1.0
-        for term in range(paths.term_start[segment], paths.term_start[segment + 1]):
-            crossing = paths.term_crossing[term]
-            joint = paths.crossing_joint[crossing]
-            center = offset_between(joint, paths.segment_origin[segment], work)
-            r = segment_moment_arm(a, center, direction) * float(paths.term_sign[term])
-            if varies != 0:
-                weight = segment_weight(instance, segment, joint, model, state, paths, work)
+        for k in range(segment.first_term, segment.end_term):
+            term = paths.term[k]
+            center = offset_between(term.joint, segment.origin, work)
+            r = segment_moment_arm(a, center, direction) * float(term.sign)
+            if segment.varies != 0:
+                weight = segment_weight(instance, i, term.joint, model, state, paths, work)
                 r = r * weight.value + weight.gradient * length
-            total.speed += wp.dot(r, work.joint_velocity[joint])
-            if paths.term_first[term] == 0:
-                r += arm[instance, crossing]
-            arm[instance, crossing] = r
-        if varies != 0:
-            weight = segment_weight(instance, segment, 0, model, state, paths, work)
+            total.speed += wp.dot(r, work.joint_velocity[term.joint])
+            if term.first == 0:
+                r += arm[instance, term.crossing]
+            arm[instance, term.crossing] = r
+            if term.last != 0:
+                total.wanted += counted(wanted_force(work.torque[term.joint], r), model.muscles.negative)
+        if segment.varies != 0:
+            weight = segment_weight(instance, i, 0, model, state, paths, work)
         total.moving += length * weight.value
     return total

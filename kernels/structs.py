@@ -120,34 +120,98 @@ class Simbicon:
 
 
 @wp.struct
+class PathSpan:
+    """Where the path of a muscle stands in the lists of all paths."""
+
+    first_segment: int
+    end_segment: int  # the one after its last
+    first_crossing: int  # in `Paths.of_muscle`
+    end_crossing: int
+
+
+@wp.struct
+class Segment:
+    """A straight part of a path, in the order of the path from a to b."""
+
+    body_a: int
+    body_b: int
+    origin: int  # the body from whose joint it is measured
+    far: int  # 0: its bodies are neighbours, and its ends are given from the origin
+    varies: int  # 1: its weight depends on conditions
+    first_term: int
+    end_term: int
+
+
+@wp.struct
+class SegmentEnds:
+    """Both ends of a segment, axes of their bodies."""
+
+    a: wp.vec3  # m, from the joint of the segment's origin, or of its own body
+    b: wp.vec3
+
+
+@wp.struct
+class Term:
+    """What a segment contributes to a crossing."""
+
+    crossing: int
+    joint: int
+    sign: int  # 1: b is beyond the joint, -1: a is, 0: only a condition hangs on the joint
+    first: int  # 1: no segment before contributes to the crossing
+    last: int  # 1: none after it does
+
+
+@wp.struct
+class Crossing:
+    """A crossing of a muscle."""
+
+    number: int
+    joint: int
+
+
+@wp.struct
 class Paths:
     """Paths of all muscles, one behind the other; a crossing is a pair of a joint and a muscle that acts on it.
 
     Crossings are sorted by joint, so that a joint gathers its own muscles. Joints are named by the body they carry.
-    Segments that lie within one body and always count are part of a muscle's fixed length and not listed.
+    Segments that lie within one body and always count are part of a muscle's fixed length and not listed. What a lane
+    needs at once lies together, since each fetch from memory takes the time of hundreds of operations.
     """
 
     fixed_length: wp.array2d[float]  # (rows, muscles) m
+    span: wp.array[PathSpan]  # (muscles,)
+    segment: wp.array[Segment]  # (segments,)
+    ends: wp.array2d[SegmentEnds]  # (rows, segments)
+    term: wp.array[Term]  # (terms,)
+    of_muscle: wp.array[Crossing]  # (crossings,) those of each muscle, nearest to the root first
     point_condition: wp.array[int]  # (points,) -1: the point always counts
     condition_joint: wp.array[int]  # (conditions,)
     condition_axis: wp.array[int]  # (conditions,) which of the joint's coordinates
     condition_interval: wp.array2d[wp.vec3]  # (rows, conditions) low, high, width of the blend, rad
-    segment_start: wp.array[int]  # (muscles + 1,) segments of muscle m are segment_start[m]..segment_start[m + 1] - 1
-    segment: wp.array2d[int]  # (segments, 2) its points a and b, in the order of the path
-    segment_body: wp.array2d[int]  # (segments, 2) bodies of a and b
-    segment_origin: wp.array[int]  # (segments,) the body from whose joint the segment is measured
-    segment_far: wp.array[int]  # (segments,) 0: its bodies are neighbours, and its ends are given from the origin
-    segment_end: wp.array2d[wp.vec3]  # (rows, 2 segments) m, a and b, their body's axes; else from their body's joint
-    segment_varies: wp.array[int]  # (segments,) 1: its weight depends on conditions
-    term_start: wp.array[int]  # (segments + 1,) crossings to which a segment contributes
-    term_crossing: wp.array[int]  # (terms,)
-    term_sign: wp.array[int]  # (terms,) 1: b is beyond the joint, -1: a is, 0: only a condition hangs on the joint
-    term_first: wp.array[int]  # (terms,) 1: no segment before contributes to the crossing
+    segment_points: wp.array2d[int]  # (segments, 2) a and b
     crossing_start: wp.array[int]  # (bodies + 1,) crossings of the joint of body i
-    crossing_joint: wp.array[int]  # (crossings,)
     crossing_muscle: wp.array[int]  # (crossings,)
-    muscle_crossing_start: wp.array[int]  # (muscles + 1,)
-    muscle_crossing: wp.array[int]  # (crossings,) the crossings of a muscle, nearest to the root first
+
+
+@wp.struct
+class MuscleRow:
+    """The numbers of one muscle, which a lane fetches together."""
+
+    f_max: float  # N
+    l_opt: float  # m
+    l_slack: float  # m
+    width: float  # m, l_opt sin(pennation at l_opt)
+    v_max: float  # l_opt/s
+    damping: float  # force at v_max over f_max
+    rise_time: float  # s, time constant of activation
+    fall_time: float  # s, of deactivation
+    rise_rest: float  # exp(-h/rise_time): what a step leaves of the way to go, up ...
+    fall_rest: float  # ... and down; the rates of activation being constant
+    slow_fibres: float  # fraction of slow-twitch fibres
+    period: float  # s, 0: the muscle's own excitation does not repeat
+    delay_steps: int  # less than the capacity of the ring
+    first_knot: int  # of the excitation of a muscle that has its own, over time
+    end_knot: int  # the one after the last
 
 
 @wp.struct
@@ -158,22 +222,9 @@ class Muscles:
     model: int  # LEE, THELEN, MILLARD or DE_GROOTE; the fused step has it compiled in
     negative: int  # KEEP, DROP or CLIP
     scaled_rates: int  # 1: the rates of activation depend on the activation
-    f_max: wp.array2d[float]  # (rows, muscles) N
-    l_opt: wp.array2d[float]  # (rows, muscles) m
-    l_slack: wp.array2d[float]  # (rows, muscles) m
-    width: wp.array2d[float]  # (rows, muscles) m, l_opt sin(pennation at l_opt)
-    v_max: wp.array2d[float]  # (rows, muscles) l_opt/s
-    damping: wp.array2d[float]  # (rows, muscles) force at v_max over f_max
-    rise_time: wp.array2d[float]  # (rows, muscles) s, time constant of activation
-    fall_time: wp.array2d[float]  # (rows, muscles) s, of deactivation
-    slow_fibres: wp.array2d[float]  # (rows, muscles) fraction of slow-twitch fibres
-    rise_rest: wp.array2d[float]  # (rows, muscles) exp(-h/rise_time): what a step leaves of the way to go, up ...
-    fall_rest: wp.array2d[float]  # (rows, muscles) ... and down; the rates of activation being constant
-    delay_steps: wp.array2d[int]  # (rows, muscles) less than the capacity of the ring
-    knot_start: wp.array[int]  # (muscles + 1,) knots of the excitation of a muscle that has its own, over time
+    row: wp.array2d[MuscleRow]  # (rows, muscles)
     knot_time: wp.array2d[float]  # (rows, knots) s
     knot_value: wp.array2d[float]  # (rows, knots)
-    period: wp.array2d[float]  # (rows, muscles) s, 0: the excitation does not repeat
 
 
 @wp.struct

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from warpmuscle.arrays import Floats, rows, to_device
+from warpmuscle.arrays import Floats, rows, structs_to_device, to_device
 from warpmuscle.bodies import stacked
 from warpmuscle.kernels import structs
 from warpmuscle.kernels.curves import DE_GROOTE, LEE, MILLARD, THELEN
@@ -69,12 +69,7 @@ def muscles_struct(scene: Scene, chosen: tuple[str, ...], device: Any) -> struct
     s.model = CURVES[model.curves]
     s.negative = NEGATIVE[model.negative]
     s.scaled_rates = int(model.activation == "scaled")
-    s.f_max, s.l_opt, s.l_slack = (
-        to_device(_of_muscles(muscles, field), float, device) for field in ("f_max", "l_opt", "l_slack")
-    )
-    s.slow_fibres = to_device(_of_muscles(muscles, "slow_fibres"), float, device)
-    width = _of_muscles(muscles, "l_opt") * np.sin(_of_muscles(muscles, "pennation"))
-    s.width = to_device(width if np.any(width) else width[:1], float, device)  # mostly nothing is pennate
+    own = {field: _of_muscles(muscles, field) for field in ("f_max", "l_opt", "l_slack", "slow_fibres")}
     common = {
         "v_max": model.v_max,
         "damping": model.damping,
@@ -83,11 +78,10 @@ def muscles_struct(scene: Scene, chosen: tuple[str, ...], device: Any) -> struct
         "rise_rest": np.exp(-scene.time_step / np.asarray(model.rise_time)),
         "fall_rest": np.exp(-scene.time_step / np.asarray(model.fall_time)),
     }
-    for field, value in common.items():
-        column = np.reshape(np.asarray(value, dtype=np.float64), (-1, 1))
-        setattr(s, field, to_device(np.repeat(column, max(len(muscles), 1), axis=1), float, device))
-    s.delay_steps = to_device(delay_steps(scene, chosen), int, device)
-    _excitations(s, muscles, device)
+    columns = own | {field: np.reshape(value, (-1, 1)) for field, value in common.items()}
+    columns["width"] = own["l_opt"] * np.sin(_of_muscles(muscles, "pennation"))
+    columns["delay_steps"] = delay_steps(scene, chosen)
+    s.row = structs_to_device(structs.MuscleRow, columns | _excitations(s, muscles, device), device)
     return s
 
 
@@ -107,8 +101,8 @@ def _of_muscles(muscles: list[Muscle], field: str) -> Floats:
     return rows([getattr(muscle, field) for muscle in muscles] or [1.0])
 
 
-def _excitations(s: structs.Muscles, muscles: list[Muscle], device: Any) -> None:
-    """Knots of the muscles that have an excitation of their own."""
+def _excitations(s: structs.Muscles, muscles: list[Muscle], device: Any) -> dict[str, Any]:
+    """Put in the knots of the muscles that have an excitation of their own; where they stand, and their periods."""
     time: list[Any] = []
     value: list[Any] = []
     start = [0]
@@ -118,10 +112,9 @@ def _excitations(s: structs.Muscles, muscles: list[Muscle], device: Any) -> None
             value.extend(muscle.excitation.value)
         start.append(len(time))
     period = [0.0 if muscle.excitation is None else muscle.excitation.period for muscle in muscles]
-    s.knot_start = to_device(start, int, device)
     s.knot_time = to_device(rows(time or [0.0]), float, device)
     s.knot_value = to_device(rows(value or [0.0]), float, device)
-    s.period = to_device(rows(period or [0.0]), float, device)
+    return {"first_knot": start[:-1] or [0], "end_knot": start[1:] or [0], "period": rows(period or [0.0])}
 
 
 def actuation_struct(scene: Scene, names: Topology, drives: dict[str, list[str]], device: Any) -> structs.Actuation:

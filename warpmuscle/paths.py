@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from warpmuscle.arrays import Floats, rows, to_device
+from warpmuscle.arrays import Floats, rows, structs_to_device, to_device
 from warpmuscle.bodies import stacked
 from warpmuscle.kernels import structs
 from warpmuscle.number import Free
@@ -148,11 +148,13 @@ def paths_struct(paths: Mapping[str, MusclePath], names: Topology, character: Ch
         for muscle in range(len(table.muscles))
     ]
     joints = [crossing.joint for crossing in table.crossings]
-    by_segment: list[list[tuple[int, int, int]]] = [[] for _ in table.segments]  # crossing, sign, whether the first
+    by_segment: list[list[dict[str, int]]] = [[] for _ in table.segments]
     for i, crossing in enumerate(table.crossings):
         for place, (segment, sign) in enumerate(crossing.terms):
-            by_segment[segment].append((i, sign, int(place == 0)))
-    terms = [term for group in by_segment for term in group]
+            first, last = place == 0, place == len(crossing.terms) - 1
+            term = {"crossing": i, "joint": crossing.joint, "sign": sign, "first": first, "last": last}
+            by_segment[segment].append(term)
+    segment_start, term_start, crossing_start = table.segment_start, _starts(by_segment), _starts(by_muscle)
 
     p = structs.Paths()
     p.fixed_length = to_device(_fixed_lengths(table), float, device)
@@ -160,20 +162,27 @@ def paths_struct(paths: Mapping[str, MusclePath], names: Topology, character: Ch
     p.condition_joint = _numbers([names.body_of_joint(c.joint) for c in conditions], device)
     p.condition_axis = _numbers([c.axis for c in conditions], device)
     p.condition_interval = to_device(rows([[c.low, c.high, c.blend] for c in conditions] or [ZERO]), wp.vec3, device)
-    p.segment_start = to_device(table.segment_start, int, device)
-    p.segment = to_device(table.segments or [(0, 0)], int, device)
-    p.segment_body = to_device([end.bodies for end in ends] or [(0, 0)], int, device)
-    p.segment_origin = _numbers([end.origin for end in ends], device)
-    p.segment_far = _numbers([int(end.far) for end in ends], device)
-    p.segment_end = to_device(stacked([point for end in ends for point in end.points] or [rows(ZERO)]), wp.vec3, device)
-    p.segment_varies = _numbers([int(bool(table.conditional(i))) for i in range(len(table.segments))], device)
-    p.term_start = to_device(_starts(by_segment), int, device)
-    p.term_crossing, p.term_sign, p.term_first = (_numbers([term[k] for term in terms], device) for k in range(3))
+    p.span = _records(
+        structs.PathSpan, device,
+        first_segment=segment_start[:-1], end_segment=segment_start[1:],
+        first_crossing=crossing_start[:-1], end_crossing=crossing_start[1:],
+    )  # fmt: skip
+    p.segment = _records(
+        structs.Segment, device,
+        body_a=[end.bodies[0] for end in ends], body_b=[end.bodies[1] for end in ends],
+        origin=[end.origin for end in ends], far=[end.far for end in ends],
+        varies=[bool(table.conditional(i)) for i in range(len(table.segments))],
+        first_term=term_start[:-1], end_term=term_start[1:],
+    )  # fmt: skip
+    a, b = (stacked([end.points[k] for end in ends] or [rows(ZERO)]) for k in range(2))
+    p.ends = structs_to_device(structs.SegmentEnds, {"a": a, "b": b}, device)
+    terms = [term for group in by_segment for term in group]
+    p.term = _records(structs.Term, device, **{name: [term[name] for term in terms] for name in structs.Term.vars})
+    of_muscle = [i for crossings in by_muscle for i in crossings]
+    p.of_muscle = _records(structs.Crossing, device, number=of_muscle, joint=[joints[i] for i in of_muscle])
+    p.segment_points = to_device(table.segments or [(0, 0)], int, device)
     p.crossing_start = to_device(np.searchsorted(joints, np.arange(len(names.bodies) + 1)), int, device)
-    p.crossing_joint = _numbers(joints, device)
     p.crossing_muscle = _numbers([crossing.muscle for crossing in table.crossings], device)
-    p.muscle_crossing_start = to_device(_starts(by_muscle), int, device)
-    p.muscle_crossing = _numbers([i for crossings in by_muscle for i in crossings], device)
     return p
 
 
@@ -219,6 +228,12 @@ def _fixed_lengths(table: PathTable) -> Floats:
 def _starts(groups: Sequence[Sequence[Any]]) -> list[int]:
     """Where each group starts when all are put one behind the other, and where the last one ends."""
     return [0, *np.cumsum([len(group) for group in groups], dtype=int).tolist()]
+
+
+def _records(struct: Any, device: Any, **columns: Sequence[int]) -> wp.array:
+    """Structures of whole numbers on the device, one of zeros if there are none."""
+    filled = {name: values if len(values) else [0] for name, values in columns.items()}
+    return structs_to_device(struct, filled, device)
 
 
 def _numbers(values: Sequence[int], device: Any) -> wp.array:
