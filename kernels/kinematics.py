@@ -2,9 +2,9 @@
 
 import warp as wp
 
-from warpmuscle.kernels.joint import hinge_rotation, universal_bias, universal_rotation
+from warpmuscle.kernels.joint import hinge_rotation, universal_bias
 from warpmuscle.kernels.lanes import synchronize
-from warpmuscle.kernels.structs import BALL, HINGE, ROOT_FREE, ROOT_PLANAR, UNIVERSAL, Model, Skeleton, State, Work, at
+from warpmuscle.kernels.structs import BALL, FIXED, ROOT_FREE, ROOT_PLANAR, UNIVERSAL, Model, Skeleton, State, Work, at
 
 
 @wp.func
@@ -50,15 +50,10 @@ def joint_orientation(skeleton: Skeleton, state: State, instance: int, body: int
             q = coordinate_quat(state, instance, first + 3)
     elif kind == BALL:
         q = coordinate_quat(state, instance, first)
-    elif kind == HINGE:
+    elif kind != FIXED:
         q = hinge_rotation(at(skeleton.axis_a, instance, body), state.coordinates[instance, first])
-    elif kind == UNIVERSAL:
-        q = universal_rotation(
-            at(skeleton.axis_a, instance, body),
-            at(skeleton.axis_b, instance, body),
-            state.coordinates[instance, first],
-            state.coordinates[instance, first + 1],
-        )
+        if kind == UNIVERSAL:
+            q = hinge_rotation(at(skeleton.axis_b, instance, body), state.coordinates[instance, first + 1]) * q
     return q
 
 
@@ -94,45 +89,57 @@ def place_root(skeleton: Skeleton, state: State, instance: int, half: float, wor
 
 
 @wp.func
-def place_body(skeleton: Skeleton, state: State, instance: int, body: int, half: float, work: Work):
-    """Pose and velocity of a body, and the lag of its velocity, from those of its parent and its joint's motion."""
-    parent = skeleton.parent[body]
+def move_joint(skeleton: Skeleton, state: State, instance: int, body: int, half: float, work: Work):
+    """What the joint of a body does, in the axes of its bodies: orientation, velocity, and what that gained.
+
+    One part of the velocity is along axes of the child, the other, of universal joints, along an axis of the parent.
+    """
     kind = skeleton.joint_type[body]
     first = skeleton.speed_start[body]
-    q = work.orientation[parent] * joint_orientation(skeleton, state, instance, body)
+    work.anchor[body] = at(skeleton.anchor, instance, body)
+    work.turned[body] = joint_orientation(skeleton, state, instance, body)
+    rate = wp.vec3(0.0)
+    gain = wp.vec3(0.0)
+    parent_rate = wp.vec3(0.0)
+    parent_gain = wp.vec3(0.0)
+    if kind == BALL:
+        rate = speed_vector(state, instance, first)
+        gain = lag_vector(state, instance, first, half)
+    elif kind != FIXED:
+        axis = at(skeleton.axis_a, instance, body)
+        rate = axis * state.speeds[instance, first]
+        gain = axis * (half * state.accelerations[instance, first])
+        if kind == UNIVERSAL:
+            axis = at(skeleton.axis_b, instance, body)
+            parent_rate = axis * state.speeds[instance, first + 1]
+            parent_gain = axis * (half * state.accelerations[instance, first + 1])
+    work.rate[body] = rate
+    work.gain[body] = gain
+    work.parent_rate[body] = parent_rate
+    work.parent_gain[body] = parent_gain
+
+
+@wp.func
+def place_body(skeleton: Skeleton, body: int, work: Work):
+    """Pose and velocity of a body, and the lag of its velocity, from those of its parent and its joint's motion."""
+    parent = skeleton.parent[body]
+    q = work.orientation[parent] * work.turned[body]
     rotation = wp.quat_to_matrix(q)
     parent_rotation = work.rotation[parent]
     parent_angular = work.angular_velocity[parent]
-    r = parent_rotation * at(skeleton.anchor, instance, body)
-    relative = wp.vec3(0.0, 0.0, 0.0)
-    lag = wp.vec3(0.0, 0.0, 0.0)
-    bias = wp.vec3(0.0, 0.0, 0.0)
-    if kind == BALL:
-        relative = rotation * speed_vector(state, instance, first)
-        lag = rotation * lag_vector(state, instance, first, half)
-        bias = wp.cross(parent_angular, relative)
-    elif kind == HINGE:
-        axis = rotation * at(skeleton.axis_a, instance, body)
-        relative = axis * state.speeds[instance, first]
-        lag = axis * (half * state.accelerations[instance, first])
-        bias = wp.cross(parent_angular, relative)
-    elif kind == UNIVERSAL:
-        axis = rotation * at(skeleton.axis_a, instance, body)
-        other = parent_rotation * at(skeleton.axis_b, instance, body)
-        rate_a = axis * state.speeds[instance, first]
-        rate_b = other * state.speeds[instance, first + 1]
-        relative = rate_a + rate_b
-        lag = (axis * state.accelerations[instance, first] + other * state.accelerations[instance, first + 1]) * half
-        bias = universal_bias(parent_angular, rate_a, rate_b)
+    parent_lag = work.lag_angular[parent]
+    r = parent_rotation * work.anchor[body]
+    rate_a = rotation * work.rate[body]
+    rate_b = parent_rotation * work.parent_rate[body]
+    lag = rotation * work.gain[body] + parent_rotation * work.parent_gain[body]
     work.orientation[body] = q
     work.rotation[body] = rotation
     work.position[body] = work.position[parent] + r
-    work.angular_velocity[body] = parent_angular + relative
+    work.angular_velocity[body] = parent_angular + (rate_a + rate_b)
     work.velocity[body] = work.velocity[parent] + wp.cross(parent_angular, r)
-    parent_lag = work.lag_angular[parent]
     work.lag_angular[body] = parent_lag + lag
     work.lag_velocity[body] = work.lag_velocity[parent] + wp.cross(parent_lag, r)
-    work.bias[body] = bias
+    work.bias[body] = universal_bias(parent_angular, rate_a, rate_b)
 
 
 @wp.func
@@ -151,10 +158,12 @@ def kinematics_stage(instance: int, lane: int, lanes: int, model: Model, state: 
     half = 0.5 * model.time_step
     if lane == 0:
         place_root(skeleton, state, instance, half, work)
+    for body in range(1 + lane, model.body_count, lanes):
+        move_joint(skeleton, state, instance, body, half, work)
     synchronize()
     for level in range(1, model.level_count):
         for body in range(model.level_start[level] + lane, model.level_start[level + 1], lanes):
-            place_body(skeleton, state, instance, body, half, work)
+            place_body(skeleton, body, work)
         synchronize()
     mass = at(skeleton.total_mass, instance, 0)
     for i in range(lane, model.body_count, lanes):

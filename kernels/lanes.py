@@ -80,11 +80,11 @@ symmetric_at = part_of(symmetric, "wp::vec_t<6, wp::float32>")
 def work_at(memory: wp.array[float], n: int, slots: int) -> Work:
     """Views on the working set in some memory, with room for n bodies.
 
-    What a step no longer needs gives its place to what it needs then. Five groups live one after the other in the same
-    27 floats a body: sums of the kinematics, shapes that may collide, the controller's targets with the joint
-    velocities, the articulated inertia, and accelerations. The joint factors of the backward pass take the places of
-    the velocities and their lags, of the same joint's torque and stiffness, and of the same body's orientation; the
-    root, which keeps its own, has no joint.
+    What a step no longer needs gives its place to what it needs then. Six groups live one after the other in the same
+    27 floats a body: motions of the joints, sums of the kinematics, shapes that may collide, the controller's targets
+    with the joint velocities, the articulated inertia, and accelerations. The joint factors of the backward pass take
+    the places of the velocities and their lags, of the same joint's torque and stiffness, and of the same body's
+    orientation; the root, which keeps its own, has no joint.
     """
     w = Work()
     w.rotation = matrices_at(memory, 0, 9, n)
@@ -101,6 +101,12 @@ def work_at(memory: wp.array[float], n: int, slots: int) -> Work:
     w.lag_velocity = vectors_at(memory, 37 * n, 3, n)
     w.factor_a = matrices_at(memory, 31 * n, 9, n)
     shared = 40 * n
+    w.turned = quaternions_at(memory, shared, 4, n)
+    w.rate = vectors_at(memory, shared + 4 * n, 3, n)
+    w.gain = vectors_at(memory, shared + 7 * n, 3, n)
+    w.parent_rate = vectors_at(memory, shared + 10 * n, 3, n)
+    w.parent_gain = vectors_at(memory, shared + 13 * n, 3, n)
+    w.anchor = vectors_at(memory, shared + 16 * n, 3, n)
     w.moment = vectors_at(memory, shared, 3, n)
     w.momentum = vectors_at(memory, shared + 3 * n, 3, n)
     w.shape_middle = vectors_at(memory, shared, 3, SHAPES_A_BODY * n)

@@ -317,6 +317,12 @@ class Work:
     lag_angular: wp.array[wp.vec3]  # (bodies,) rad/s, what the angular velocity gained in the last half step
     lag_velocity: wp.array[wp.vec3]  # (bodies,) m/s, what the velocity of the joint gained in the last half step
     bias: wp.array[wp.vec3]  # (bodies,) rad/s^2, velocity-product part of the relative angular acceleration
+    anchor: wp.array[wp.vec3]  # (bodies,) m, joint from the parent's joint, parent's axes
+    turned: wp.array[wp.quat]  # (bodies,) orientation in the parent
+    rate: wp.array[wp.vec3]  # (bodies,) rad/s, of the joint, along axes of the child
+    gain: wp.array[wp.vec3]  # (bodies,) rad/s, what that gained in the last half step
+    parent_rate: wp.array[wp.vec3]  # (bodies,) rad/s, along an axis of the parent
+    parent_gain: wp.array[wp.vec3]  # (bodies,) rad/s
     center: wp.array[wp.vec3]  # (2,) COM and its velocity
     moment: wp.array[wp.vec3]  # (bodies,) kg m, mass times centre of mass, world
     momentum: wp.array[wp.vec3]  # (bodies,) kg m/s
