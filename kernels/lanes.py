@@ -18,6 +18,7 @@ BODY_FLOATS = 67
 SLOT_FLOATS = 18
 OTHER_FLOATS = 8
 SHAPES_A_BODY = 4  # that may collide, on average
+PULLS_A_BODY = 6  # crossings of muscles, on average; those of more are kept in the state
 
 
 def capacity_of(bodies: int) -> int:
@@ -82,9 +83,9 @@ def work_at(memory: wp.array[float], n: int, slots: int) -> Work:
 
     What a step no longer needs gives its place to what it needs then. Six groups live one after the other in the same
     27 floats a body: motions of the joints, sums of the kinematics, shapes that may collide, the controller's targets
-    with the joint velocities, the articulated inertia, and accelerations. The joint factors of the backward pass take
-    the places of the velocities and their lags, of the same joint's torque and stiffness, and of the same body's
-    orientation; the root, which keeps its own, has no joint.
+    with joint velocities and the muscles' pulls, the articulated inertia, and accelerations. The joint factors of the
+    backward pass take the places of the velocities and their lags, of the same joint's torque and stiffness, and of the
+    same body's orientation; the root, which keeps its own, has no joint.
     """
     w = Work()
     w.rotation = matrices_at(memory, 0, 9, n)
@@ -115,6 +116,7 @@ def work_at(memory: wp.array[float], n: int, slots: int) -> Work:
     w.strength = floats_at(memory, shared + 4 * n, 1, n)
     w.frame = integers_at(memory, shared + 5 * n, 1, n)
     w.joint_velocity = vectors_at(memory, shared + 6 * n, 3, n)
+    w.pull = vectors_at(memory, shared + 9 * n, 3, PULLS_A_BODY * n)
     w.block_a = symmetric_at(memory, shared, 6, n)
     w.block_b = matrices_at(memory, shared + 6 * n, 9, n)
     w.block_c = symmetric_at(memory, shared + 15 * n, 6, n)

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import warp as wp
 
 from warpmuscle.kernels.activation import activation_step
-from warpmuscle.kernels.actuation import actuation_stage
+from warpmuscle.kernels.actuation import actuation_stage_of, muscle_torque, pulled_torque
 from warpmuscle.kernels.lanes import synchronize
 from warpmuscle.kernels.muscle import (
     bounded_fibre_length,
@@ -46,6 +46,7 @@ class MuscleKind(NamedTuple):
     curves: int  # LEE, THELEN, MILLARD or DE_GROOTE
     tendon: int  # RIGID, SWITCH or COMPLIANT
     law: int  # HILL, LEGACY or IDEAL
+    pulls_at_hand: bool = False  # moment arms and torques of all crossings are kept in the working set
 
 
 @wp.struct
@@ -131,6 +132,18 @@ def no_muscles(
     """The muscle stage of a character that torques alone drive."""
 
 
+@wp.func
+def arms_in_state(instance: int, state: State, work: Work) -> wp.array[wp.vec3]:
+    """Where the moment arms of an instance are kept: in the state."""
+    return state.muscles.moment_arm[instance]
+
+
+@wp.func
+def arms_at_hand(instance: int, state: State, work: Work) -> wp.array[wp.vec3]:
+    """The same: in the working set."""
+    return work.pull
+
+
 @cache
 def muscle_stage_of(kind: MuscleKind, terms: tuple[str, ...] = ()) -> Any:
     """The Warp function that lets the muscles of a kind drive the joints, see `actuation`. It ends with a barrier.
@@ -140,7 +153,10 @@ def muscle_stage_of(kind: MuscleKind, terms: tuple[str, ...] = ()) -> Any:
     """
     add_terms = muscle_terms_of(terms)
     contraction = contraction_of(kind.curves, kind.tendon)
+    actuation_stage = actuation_stage_of(pulled_torque if kind.pulls_at_hand else muscle_torque)
     law = kind.law
+    at_hand = kind.pulls_at_hand
+    arms = arms_at_hand if at_hand else arms_in_state
 
     @wp.func
     def one_muscle(instance: int, m: int, frame: int, model: Model, state: State, record: Record, work: Work):
@@ -152,7 +168,7 @@ def muscle_stage_of(kind: MuscleKind, terms: tuple[str, ...] = ()) -> Any:
         desired = wp.float32(0.0)
         if wp.static(law == LEGACY) and step > 0:
             desired = desired_force(instance, m, model, state, work)  # with the moment arms of the step before
-        stretch = muscle_stretch(instance, m, model, state, work, state.muscles.moment_arm)
+        stretch = muscle_stretch(instance, m, model, state, work, arms(instance, state, work))
         if wp.static(law != LEGACY) or step == 0:
             desired = average_force(stretch.wanted)
         if row.end_knot > row.first_knot:
@@ -172,6 +188,11 @@ def muscle_stage_of(kind: MuscleKind, terms: tuple[str, ...] = ()) -> Any:
             else:
                 a = activated(a, excitation, model.time_step, row, muscles.scaled_rates)
                 c = contraction(instance, m, a, stretch, row, model, state)
+        if wp.static(at_hand):
+            span = model.paths.span[m]
+            for k in range(span.first_crossing, span.end_crossing):
+                crossing = model.paths.of_muscle[k].number
+                work.pull[crossing] = work.pull[crossing] * c.force
         state.muscles.activation[instance, m] = a
         state.muscles.force[instance, m] = c.force
         w = MuscleWork()

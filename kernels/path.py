@@ -177,15 +177,15 @@ def joint_velocities(lane: int, lanes: int, model: Model, work: Work):
 
 @wp.func
 def muscle_stretch(
-    instance: int, muscle: int, model: Model, state: State, work: Work, arm: wp.array2d[wp.vec3]
+    instance: int, muscle: int, model: Model, state: State, work: Work, arm: wp.array[wp.vec3]
 ) -> Stretch:
     """Length and lengthening speed of one muscle's path, from kinematics and joint velocities in the working set.
 
     What its joints want of the muscle follows from the torques in the working set, if the controller's are there.
 
     Args:
-        arm: (instances, crossings) gets the moment arm vectors of the muscle, m, world: a tension F puts the torque
-            F r on the joint's parent and -F r on its child.
+        arm: (crossings,) gets the moment arm vectors of the muscle, m, world: a tension F puts the torque F r on the
+            joint's parent and -F r on its child.
     """
     paths = model.paths
     total = Stretch()
@@ -209,8 +209,8 @@ def muscle_stretch(
                 r = r * weight.value + weight.gradient * length
             total.speed += wp.dot(r, work.joint_velocity[term.joint])
             if term.first == 0:
-                r += arm[instance, term.crossing]
-            arm[instance, term.crossing] = r
+                r += arm[term.crossing]
+            arm[term.crossing] = r
             if term.last != 0:
                 total.wanted += counted(wanted_force(work.torque[term.joint], r), model.muscles.negative)
         if segment.varies != 0:

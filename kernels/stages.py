@@ -107,7 +107,7 @@ def muscle_paths(
     kinematics_stage(i, 0, 1, model, state, work)
     joint_velocities(0, 1, model, work)
     for muscle in range(model.muscles.count):
-        stretch = muscle_stretch(i, muscle, model, state, work, arm)
+        stretch = muscle_stretch(i, muscle, model, state, work, arm[i])
         length[i, muscle] = stretch.fixed + stretch.moving
         speed[i, muscle] = stretch.speed
 

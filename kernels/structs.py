@@ -332,6 +332,7 @@ class Work:
     target: wp.array[wp.quat]  # (bodies,)
     strength: wp.array[float]  # (bodies,)
     frame: wp.array[int]  # (bodies,) 1: target in the character frame
+    pull: wp.array[wp.vec3]  # (PULLS_A_BODY bodies,) of crossings: moment arms, m, then torques, N m, world
     torque: wp.array[wp.vec3]  # (bodies,) N m, world
     stiffness: wp.array[symmetric]  # (bodies,) N m s^2/rad, implicit joint inertia h (d + h k), world axes
     block_a: wp.array[symmetric]  # (bodies,) articulated inertia: angular block, kg m^2

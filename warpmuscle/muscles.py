@@ -12,6 +12,7 @@ from warpmuscle.arrays import Floats, rows, structs_to_device, to_device
 from warpmuscle.bodies import stacked
 from warpmuscle.kernels import structs
 from warpmuscle.kernels.curves import DE_GROOTE, LEE, MILLARD, THELEN
+from warpmuscle.kernels.lanes import PULLS_A_BODY
 from warpmuscle.kernels.muscle_stage import COMPLIANT, HILL, IDEAL, LEGACY, RIGID, SWITCH, MuscleKind
 from warpmuscle.paths import PathTable, path_table, paths_struct
 from warpmuscle.scene import Actuation, Muscle, MuscleModel, Scene
@@ -36,9 +37,16 @@ class Driven:
         """Whether the controller's torques act as they are on all joints."""
         return all(set(drive) <= {"torque"} for drive in self.drives.values())
 
+    def kind(self, model: MuscleModel, capacity: int) -> MuscleKind:
+        """What a step for so many bodies has compiled in; pulls are kept in the working set if there is room."""
+        kind = muscle_kind(model)
+        # Legacy muscles want to know the moment arms of the step before.
+        at_hand = len(self.table.crossings) <= PULLS_A_BODY * capacity and kind.law != LEGACY
+        return kind._replace(pulls_at_hand=at_hand)
+
 
 def muscle_kind(model: MuscleModel) -> MuscleKind:
-    """What a step has compiled in for the muscles of a scene."""
+    """What a step has compiled in for the muscles of a scene, the moment arms being kept in the state."""
     law = LEGACY if model.legacy else IDEAL if model.ideal else HILL
     return MuscleKind(CURVES[model.curves], TENDON[model.tendon] if law == HILL else RIGID, law)
 

@@ -35,7 +35,7 @@ from warpmuscle.kernels.lanes import capacity_of, work_floats
 from warpmuscle.kernels.step import step_kernel
 from warpmuscle.memory import InstanceBytes, bytes_of, check_memory, repeated, struct_bytes
 from warpmuscle.model import model_struct, start_of
-from warpmuscle.muscles import driven, muscle_kind
+from warpmuscle.muscles import driven
 from warpmuscle.objective import objective_kind, term_values, wanted, weighted
 from warpmuscle.parameters import Parameter, free_parameters, start_values, substitute
 from warpmuscle.pose import normalized
@@ -109,7 +109,7 @@ class Rollout:
         self.block_dim = 1 if self.device.is_cpu else GPU_BLOCK
         capacity = capacity_of(len(self.names.bodies))
         self.lanes = 1 if self.device.is_cpu else _lanes(lanes, work_floats(capacity))
-        kind = None if self._driven.by_torque_alone else muscle_kind(scene.muscle_model)
+        kind = None if self._driven.by_torque_alone else self._driven.kind(scene.muscle_model, capacity)
         self._objective = objective_kind(scene, kind is not None)
         self._colliding = collision_pairs(scene, self.names)
         self._kernel = step_kernel(capacity, self.lanes, self.block_dim, kind, self._objective, bool(self._colliding))
