@@ -61,24 +61,23 @@ def body_contacts(instance: int, body: int, model: Model, work: Work) -> Contact
     height = wp.dot(normal, work.position[body]) - at(contacts.height, instance, 0)
     if height > at(contacts.reach, instance, body):
         return total
-    stiffness = at(contacts.stiffness, instance, 0)
-    damping = at(contacts.damping, instance, 0)
-    tangential = at(contacts.tangential_damping, instance, 0)
+    ground = at(contacts.ground, instance, 0)
+    stiffness = ground.stiffness
+    damping = ground.damping
     middle = work.velocity[body] - work.lag_velocity[body]  # the implicit step starts from the middle of the last one
     spin = work.angular_velocity[body] - work.lag_angular[body]
     up = wp.transpose(work.rotation[body]) * normal
     for k in range(contacts.start[body], contacts.start[body + 1]):
         point = at(contacts.point, instance, k)
-        radius = at(contacts.radius, instance, k)
-        depth = radius - height - wp.dot(up, point)
+        depth = point.radius - height - wp.dot(up, point.place)
         if depth > 0.0:
-            r = work.rotation[body] * point - radius * normal
+            r = work.rotation[body] * point.place - point.radius * normal
             velocity = middle + wp.cross(spin, r)
             speed = wp.dot(normal, velocity)
             along = normal_force(depth, speed, stiffness, damping, h)
             if along > 0.0:
                 slip = velocity - normal * speed
-                across = friction_damping(along, wp.length(slip), tangential, at(contacts.friction, instance, k))
+                across = friction_damping(along, wp.length(slip), ground.tangential_damping, point.friction)
                 force = normal * along - slip * across
                 c = contact_tensor(normal, h * (damping + h * stiffness), h * across)
                 b = cross_rows(r, c)

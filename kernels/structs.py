@@ -55,19 +55,33 @@ class Skeleton:
 
 
 @wp.struct
+class ContactPoint:
+    """A point of a body that may touch the ground; body axes, from the body's joint."""
+
+    place: wp.vec3  # m
+    radius: float  # m, of the sphere about it
+    friction: float
+
+
+@wp.struct
+class Ground:
+    """What the ground is like, apart from where it is."""
+
+    stiffness: float  # N/m
+    damping: float  # N s/m
+    tangential_damping: float  # N s/m
+
+
+@wp.struct
 class Contacts:
-    """Contact points of the bodies, and the ground plane; body axes, from the body's joint."""
+    """Contact points of the bodies, and the ground plane."""
 
     start: wp.array[int]  # (bodies + 1,) points of body i are start[i]..start[i + 1] - 1
     reach: wp.array2d[float]  # (rows, bodies) m, no contact while the joint is higher than this
-    point: wp.array2d[wp.vec3]  # (rows, points) m
-    radius: wp.array2d[float]  # (rows, points) m, of the sphere about the point
-    friction: wp.array2d[float]  # (rows, points)
+    point: wp.array2d[ContactPoint]  # (rows, points)
     normal: wp.array2d[wp.vec3]  # (rows, 1) upward unit normal of the ground
     height: wp.array2d[float]  # (rows, 1) m
-    stiffness: wp.array2d[float]  # (rows, 1) N/m
-    damping: wp.array2d[float]  # (rows, 1) N s/m
-    tangential_damping: wp.array2d[float]  # (rows, 1) N s/m
+    ground: wp.array2d[Ground]  # (rows, 1)
 
 
 @wp.struct
@@ -84,6 +98,68 @@ class Collisions:
 
 
 @wp.struct
+class Gains:
+    """Of the PD controller of a joint."""
+
+    kp: float  # N m/rad
+    kd: float  # N m s/rad
+    torque_limit: float  # N m
+    scale: wp.vec3  # along child axes
+
+
+@wp.struct
+class ControlState:
+    """A state of the controller's machine."""
+
+    next_state: int
+    on_foot_down: int  # 1: foot down, 0: time up
+    stance_rule: int  # LEFT, RIGHT, REVERSE or SAME, on entering
+    first_trajectory: int
+    end_trajectory: int  # the one after its last
+
+
+@wp.struct
+class Trajectory:
+    """Where a joint is to go in a state."""
+
+    left_body: int  # body in left stance; -1 if a later trajectory drives its joint
+    right_body: int  # in right stance
+    character_frame: int
+    first_knot: int  # of the strength
+    end_knot: int
+    first_component: int
+    end_component: int
+
+
+@wp.struct
+class ComponentPlan:
+    """What stays the same of a component: one rotation of a trajectory."""
+
+    reverse: int  # stance that reverses the base angle, or -1
+    first_knot: int
+    end_knot: int
+    has_feedback: int
+
+
+@wp.struct
+class ComponentRow:
+    """Its numbers."""
+
+    axis: wp.vec3
+    feedback_axis: wp.vec3
+    feedback_gain: wp.vec2  # cd, cv
+    feedback_limits: wp.vec4  # d low, d high, v low, v high
+
+
+@wp.struct
+class Knot:
+    """Of a curve."""
+
+    phase: float
+    value: float
+
+
+@wp.struct
 class Simbicon:
     """The controller: gains by body (0: the root), states, trajectories, their components, and curves as knots."""
 
@@ -93,30 +169,15 @@ class Simbicon:
     left_hip: int
     right_hip: int
     heading_control: int
-    kp: wp.array2d[float]  # (rows, bodies) N m/rad
-    kd: wp.array2d[float]  # (rows, bodies) N m s/rad
-    torque_limit: wp.array2d[float]  # (rows, bodies) N m
-    scale: wp.array2d[wp.vec3]  # (rows, bodies) along child axes
+    gains: wp.array2d[Gains]  # (rows, bodies)
     hip: wp.array2d[wp.vec4]  # (rows, 1) damping, largest velocity, predictive scale, desired heading
-    next_state: wp.array[int]  # (states,)
-    on_foot_down: wp.array[int]  # (states,) 1: foot down, 0: time up
-    stance_rule: wp.array[int]  # (states,) LEFT, RIGHT, REVERSE or SAME, on entering
+    states: wp.array[ControlState]  # (states,)
     state_time: wp.array2d[float]  # (rows, states) s
     balance_knots: wp.array2d[int]  # (states, 8) first and end of the curves of distance x, z and velocity x, z
-    trajectory_start: wp.array[int]  # (states + 1,)
-    trajectory_body: wp.array2d[int]  # (trajectories, 2) body in left and in right stance
-    character_frame: wp.array[int]  # (trajectories,)
-    strength_knots: wp.array2d[int]  # (trajectories, 2) first and end
-    component_start: wp.array[int]  # (trajectories + 1,)
-    component_axis: wp.array2d[wp.vec3]  # (rows, components)
-    component_reverse: wp.array[int]  # (components,) stance that reverses the base angle, or -1
-    component_knots: wp.array2d[int]  # (components, 2) first and end
-    has_feedback: wp.array[int]  # (components,)
-    feedback_axis: wp.array2d[wp.vec3]  # (rows, components)
-    feedback_gain: wp.array2d[wp.vec2]  # (rows, components) cd, cv
-    feedback_limits: wp.array2d[wp.vec4]  # (rows, components) d low, d high, v low, v high
-    knot_phase: wp.array2d[float]  # (rows, knots)
-    knot_value: wp.array2d[float]  # (rows, knots)
+    trajectories: wp.array[Trajectory]  # (trajectories,)
+    components: wp.array[ComponentPlan]  # (components,)
+    component_rows: wp.array2d[ComponentRow]  # (rows, components)
+    knots: wp.array2d[Knot]  # (rows, knots)
 
 
 @wp.struct

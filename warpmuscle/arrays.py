@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -62,6 +62,12 @@ def structs_to_device(struct: Any, columns: Mapping[str, Any], device: Any) -> w
     for name, values in columns.items():
         table[name] = values
     return wp.array(table, dtype=struct, device=device)
+
+
+def records_to_device(struct: Any, device: Any, **columns: Sequence[int]) -> wp.array:
+    """The same of whole numbers in lists, one structure of zeros if the lists are empty."""
+    filled = {name: values if len(values) else [0] for name, values in columns.items()}
+    return structs_to_device(struct, filled, device)
 
 
 def arrays_of(struct: Any) -> Iterator[wp.array]:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from warpmuscle.arrays import Floats, orthogonal, rows, to_device
+from warpmuscle.arrays import Floats, orthogonal, rows, structs_to_device, to_device
 from warpmuscle.errors import SceneError
 from warpmuscle.kernels import structs
 from warpmuscle.kernels.lanes import capacity_of, slots_of
@@ -141,12 +141,14 @@ def contacts_struct(scene: Scene, names: Topology, device: Any) -> structs.Conta
     c = structs.Contacts()
     c.start = to_device(start, int, device)
     c.reach = to_device(stacked(reach), float, device)
-    c.point = to_device(stacked(points or [rows((0.0, 0.0, 0.0))]), wp.vec3, device)
-    c.radius = to_device(rows([0.0] if nothing else radii), float, device)
-    c.friction = to_device(stacked(friction or [rows([0.0])[:, 0]]), float, device)
+    columns = {
+        "place": stacked(points or [rows((0.0, 0.0, 0.0))]),
+        "radius": rows([0.0] if nothing else radii),
+        "friction": stacked(friction or [rows([0.0])[:, 0]]),
+    }
+    c.point = structs_to_device(structs.ContactPoint, columns, device)
     c.normal = to_device(normalized(rows([list(ground.normal)])), wp.vec3, device)
     c.height = to_device(rows([ground.height]), float, device)
-    c.stiffness = to_device(rows([ground.stiffness]), float, device)
-    c.damping = to_device(rows([ground.damping]), float, device)
-    c.tangential_damping = to_device(rows([ground.tangential_damping]), float, device)
+    columns = {field: rows([getattr(ground, field)]) for field in structs.Ground.vars}
+    c.ground = structs_to_device(structs.Ground, columns, device)
     return c

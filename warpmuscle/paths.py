@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from warpmuscle.arrays import Floats, rows, structs_to_device, to_device
+from warpmuscle.arrays import Floats, records_to_device, rows, structs_to_device, to_device
 from warpmuscle.bodies import stacked
 from warpmuscle.kernels import structs
 from warpmuscle.number import Free
@@ -162,12 +162,12 @@ def paths_struct(paths: Mapping[str, MusclePath], names: Topology, character: Ch
     p.condition_joint = _numbers([names.body_of_joint(c.joint) for c in conditions], device)
     p.condition_axis = _numbers([c.axis for c in conditions], device)
     p.condition_interval = to_device(rows([[c.low, c.high, c.blend] for c in conditions] or [ZERO]), wp.vec3, device)
-    p.span = _records(
+    p.span = records_to_device(
         structs.PathSpan, device,
         first_segment=segment_start[:-1], end_segment=segment_start[1:],
         first_crossing=crossing_start[:-1], end_crossing=crossing_start[1:],
     )  # fmt: skip
-    p.segment = _records(
+    p.segment = records_to_device(
         structs.Segment, device,
         body_a=[end.bodies[0] for end in ends], body_b=[end.bodies[1] for end in ends],
         origin=[end.origin for end in ends], far=[end.far for end in ends],
@@ -177,9 +177,11 @@ def paths_struct(paths: Mapping[str, MusclePath], names: Topology, character: Ch
     a, b = (stacked([end.points[k] for end in ends] or [rows(ZERO)]) for k in range(2))
     p.ends = structs_to_device(structs.SegmentEnds, {"a": a, "b": b}, device)
     terms = [term for group in by_segment for term in group]
-    p.term = _records(structs.Term, device, **{name: [term[name] for term in terms] for name in structs.Term.vars})
+    p.term = records_to_device(
+        structs.Term, device, **{name: [term[name] for term in terms] for name in structs.Term.vars}
+    )
     of_muscle = [i for crossings in by_muscle for i in crossings]
-    p.of_muscle = _records(structs.Crossing, device, number=of_muscle, joint=[joints[i] for i in of_muscle])
+    p.of_muscle = records_to_device(structs.Crossing, device, number=of_muscle, joint=[joints[i] for i in of_muscle])
     p.segment_points = to_device(table.segments or [(0, 0)], int, device)
     p.crossing_start = to_device(np.searchsorted(joints, np.arange(len(names.bodies) + 1)), int, device)
     p.crossing_muscle = _numbers([crossing.muscle for crossing in table.crossings], device)
@@ -228,12 +230,6 @@ def _fixed_lengths(table: PathTable) -> Floats:
 def _starts(groups: Sequence[Sequence[Any]]) -> list[int]:
     """Where each group starts when all are put one behind the other, and where the last one ends."""
     return [0, *np.cumsum([len(group) for group in groups], dtype=int).tolist()]
-
-
-def _records(struct: Any, device: Any, **columns: Sequence[int]) -> wp.array:
-    """Structures of whole numbers on the device, one of zeros if there are none."""
-    filled = {name: values if len(values) else [0] for name, values in columns.items()}
-    return structs_to_device(struct, filled, device)
 
 
 def _numbers(values: Sequence[int], device: Any) -> wp.array:
