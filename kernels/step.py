@@ -15,7 +15,7 @@ from warpmuscle.kernels.objective import effort_stage, posture_status, step_stat
 from warpmuscle.kernels.objective_terms import ObjectiveKind, objective_stage_of
 from warpmuscle.kernels.record import frame_of, record_desired, record_stage
 from warpmuscle.kernels.simbicon import advance_phase, control_stage
-from warpmuscle.kernels.structs import RIGHT, RUNNING, Model, Record, State, Work
+from warpmuscle.kernels.structs import RIGHT, RUNNING, Model, Record, State, Work, whole
 
 MAX_REGISTERS = 168  # three warps of 32 lanes in each quarter of a multiprocessor
 
@@ -125,8 +125,9 @@ def step_kernel(
         # in and out
         state: State, record: Record, buffer: wp.uint64,
     ):  # fmt: skip
-        i, lane = wp.tid()
-        instance = running[i]
+        i, number = wp.tid()
+        lane = whole(number)
+        instance = whole(running[i])
         work = work_at(memory(i % instances_per_block, buffer), capacity, slots)
         status = int(RUNNING)
         for _ in range(steps):

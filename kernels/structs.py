@@ -19,10 +19,14 @@ BY_TORQUE, BY_MUSCLES, MIXED = 0, 1, 2  # what drives a joint
 KEEP, DROP, CLIP = 0, 1, 2  # pushing contributions to a muscle's desired force
 
 
+@wp.func_native(snippet="__builtin_assume(i >= 0); return i;")
+def whole(i: int) -> int: ...  # a number that is never negative, so that the compiler need not count from the end
+
+
 @wp.func
 def at(a: wp.array2d[Any], instance: int, i: int):
     """Element i of an instance in an array that has one row for all instances or one row an instance."""
-    return a[wp.min(instance, a.shape[0] - 1), i]
+    return a[whole(wp.min(instance, a.shape[0] - 1)), whole(i)]
 
 
 @wp.struct
