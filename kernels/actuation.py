@@ -110,13 +110,14 @@ def mixed_torque(instance: int, body: int, muscles: wp.vec3, model: Model, work:
 
 
 @cache
-def actuation_stage_of(muscle_torque: Any) -> Any:
+def actuation_stage_of(muscle_torque: Any, mixed: bool = True) -> Any:
     """The Warp function that puts in place of the controller's torques what really drives the joints.
 
     It ends with a barrier.
 
     Args:
         muscle_torque: `muscle_torque`, or `pulled_torque` if the pulls are in the working set.
+        mixed: whether joints may be driven in different ways at once.
     """
 
     @wp.func
@@ -125,7 +126,7 @@ def actuation_stage_of(muscle_torque: Any) -> Any:
             drive = model.actuation.drive[i]
             if drive != BY_TORQUE:
                 torque = muscle_torque(instance, i, model, state, work)
-                if drive == MIXED:
+                if wp.static(mixed) and drive == MIXED:
                     mixed_torque(instance, i, torque, model, work)
                 else:
                     work.torque[i] = torque

@@ -6,7 +6,18 @@ Bergmann 2017, section 5.1, after Geijtenbeek 2013.
 import warp as wp
 
 from warpmuscle.kernels.activation import activation_rate, activation_relaxed, delayed_slot
-from warpmuscle.kernels.structs import CLIP, DROP, Model, MuscleRow, Muscles, MuscleState, State, Work, at
+from warpmuscle.kernels.structs import (
+    CLIP,
+    DROP,
+    Model,
+    MuscleRow,
+    Muscles,
+    MuscleState,
+    OwnExcitation,
+    State,
+    Work,
+    at,
+)
 
 SMALLEST_ARM = 1.0e-6  # m
 
@@ -53,13 +64,13 @@ def desired_force(instance: int, muscle: int, model: Model, state: State, work: 
 
 
 @wp.func
-def timed_excitation(muscles: Muscles, row: MuscleRow, instance: int, time: float) -> float:
+def timed_excitation(muscles: Muscles, own: OwnExcitation, instance: int, time: float) -> float:
     """A muscle's own excitation at a time, s: straight between knots, constant beyond them, repeated if periodic."""
-    first = row.first_knot
-    last = row.end_knot - 1
+    first = own.first_knot
+    last = own.end_knot - 1
     t = time
-    if row.period > 0.0:
-        t = time - wp.floor(time / row.period) * row.period
+    if own.period > 0.0:
+        t = time - wp.floor(time / own.period) * own.period
     if t <= at(muscles.knot_time, instance, first):
         return at(muscles.knot_value, instance, first)
     for k in range(first + 1, last + 1):

@@ -47,6 +47,7 @@ class MuscleKind(NamedTuple):
     tendon: int  # RIGID, SWITCH or COMPLIANT
     law: int  # HILL, LEGACY or IDEAL
     pulls_at_hand: bool = False  # moment arms and torques of all crossings are kept in the working set
+    mixed: bool = True  # muscles, torques and spring-dampers may share a joint
 
 
 @wp.struct
@@ -145,15 +146,16 @@ def arms_at_hand(instance: int, state: State, work: Work) -> wp.array[wp.vec3]:
 
 
 @cache
-def muscle_stage_of(kind: MuscleKind, terms: tuple[str, ...] = ()) -> Any:
+def muscle_stage_of(kind: MuscleKind, terms: tuple[str, ...] = (), recorded: bool = True) -> Any:
     """The Warp function that lets the muscles of a kind drive the joints, see `actuation`. It ends with a barrier.
 
     Args:
         kind: what is compiled in. terms: of the objective that are summed over muscles.
+        recorded: whether frames hold what the muscles do.
     """
     add_terms = muscle_terms_of(terms)
     contraction = contraction_of(kind.curves, kind.tendon)
-    actuation_stage = actuation_stage_of(pulled_torque if kind.pulls_at_hand else muscle_torque)
+    actuation_stage = actuation_stage_of(pulled_torque if kind.pulls_at_hand else muscle_torque, kind.mixed)
     law = kind.law
     at_hand = kind.pulls_at_hand
     arms = arms_at_hand if at_hand else arms_in_state
@@ -163,6 +165,7 @@ def muscle_stage_of(kind: MuscleKind, terms: tuple[str, ...] = ()) -> Any:
         muscles = model.muscles
         step = state.step[instance]
         row = at(muscles.row, instance, m)
+        own = at(muscles.own, instance, m)
         a = state.muscles.activation[instance, m]
         before = heard_before(instance, m, step, row.delay_steps, state.muscles)
         desired = wp.float32(0.0)
@@ -171,8 +174,8 @@ def muscle_stage_of(kind: MuscleKind, terms: tuple[str, ...] = ()) -> Any:
         stretch = muscle_stretch(instance, m, model, state, work, arms(instance, state, work))
         if wp.static(law != LEGACY) or step == 0:
             desired = average_force(stretch.wanted)
-        if row.end_knot > row.first_knot:
-            desired = row.f_max * timed_excitation(muscles, row, instance, float(step) * model.time_step)
+        if own.end_knot > own.first_knot:
+            desired = row.f_max * timed_excitation(muscles, own, instance, float(step) * model.time_step)
         excitation = wp.min(desired / row.f_max, 1.0)
         c = Contraction()
         if wp.static(law == IDEAL):
@@ -202,7 +205,7 @@ def muscle_stage_of(kind: MuscleKind, terms: tuple[str, ...] = ()) -> Any:
         w.speed = c.speed
         w.force = c.force
         add_terms(instance, m, w, model, state)
-        if frame >= 0:
+        if wp.static(recorded) and frame >= 0:
             slot = record.slot[instance]
             record.muscle[slot, frame, 0, m] = stretch.fixed + stretch.moving
             record.muscle[slot, frame, 1, m] = c.length

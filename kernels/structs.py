@@ -13,10 +13,14 @@ from warpmuscle.kernels.spatial import symmetric
 
 ROOT_FREE, ROOT_PLANAR, ROOT_FIXED = 0, 1, 2
 BALL, UNIVERSAL, HINGE, FIXED = 1, 2, 3, 4
+SECOND_HINGE, ROOT_PRESCRIBED = 5, 6  # what motion leaves of a universal joint whose first axis it has, and of a root
+FIRST_AXIS, SECOND_AXIS, BOTH_AXES = 1, 2, 3  # of a universal joint, prescribed
 LEFT, RIGHT, REVERSE, SAME = 0, 1, 2, 3
 RUNNING, COMPLETED, FELL, TURNED, TOUCHED, DIVERGED, CROSSED, COLLIDED = 0, 1, 2, 3, 4, 5, 6, 7
 BY_TORQUE, BY_MUSCLES, MIXED = 0, 1, 2  # what drives a joint
 KEEP, DROP, CLIP = 0, 1, 2  # pushing contributions to a muscle's desired force
+
+polynomial = wp.types.vector(length=6, dtype=float)  # coefficients, the constant first
 
 
 @wp.func_native(snippet="__builtin_assume(i >= 0); return i;")
@@ -273,10 +277,16 @@ class MuscleRow:
     rise_rest: float  # exp(-h/rise_time): what a step leaves of the way to go, up ...
     fall_rest: float  # ... and down; the rates of activation being constant
     slow_fibres: float  # fraction of slow-twitch fibres
-    period: float  # s, 0: the muscle's own excitation does not repeat
     delay_steps: int  # less than the capacity of the ring
-    first_knot: int  # of the excitation of a muscle that has its own, over time
-    end_knot: int  # the one after the last
+
+
+@wp.struct
+class OwnExcitation:
+    """The excitation of a muscle that has its own, over time."""
+
+    first_knot: int
+    end_knot: int  # the one after the last; none if it is the first
+    period: float  # s, 0: it does not repeat
 
 
 @wp.struct
@@ -288,6 +298,7 @@ class Muscles:
     negative: int  # KEEP, DROP or CLIP
     scaled_rates: int  # 1: the rates of activation depend on the activation
     row: wp.array2d[MuscleRow]  # (rows, muscles)
+    own: wp.array2d[OwnExcitation]  # (rows, muscles)
     knot_time: wp.array2d[float]  # (rows, knots) s
     knot_value: wp.array2d[float]  # (rows, knots)
 
@@ -303,6 +314,19 @@ class Actuation:
     rest: wp.array2d[wp.quat]  # (rows, bodies) child in parent, where the spring is relaxed
     stiffness: wp.array2d[float]  # (rows, bodies) N m/rad
     damping: wp.array2d[float]  # (rows, bodies) N m s/rad
+
+
+@wp.struct
+class Motion:
+    """How the kinematic coordinates move; see `motion.py`. Only kernels that have it compiled in read it."""
+
+    start: wp.array[float]  # (pieces,) s, where the pieces of the curves start
+    curve: wp.array3d[polynomial]  # (rows, pieces, curves) over the time since the start of the piece
+    row: wp.array[int]  # (instances,) which row of the curves an instance follows; none: its own, or the only one
+    angle: wp.array2d[int]  # (angles, 3) coordinate, speed and curve of angles and positions
+    turn: wp.array2d[int]  # (turns, 4) first coordinate, speed and curve of a quaternion; 1: speeds along world axes
+    joint: wp.array2d[int]  # (joints, 2) body, and which axes of a hinge or universal joint
+    remaining: wp.array[int]  # (bodies,) the joint types that the dynamics sees
 
 
 @wp.struct
@@ -330,6 +354,7 @@ class Model:
     actuation: Actuation
     muscles: Muscles
     paths: Paths
+    motion: Motion
 
 
 @wp.struct
@@ -350,7 +375,9 @@ class State:
 
     coordinates: wp.array2d[float]  # (instances, coordinates) joint angles rad, quaternions, root position m
     speeds: wp.array2d[float]  # (instances, speeds) rad/s (ball: child axes), m/s and rad/s of the root (world)
-    accelerations: wp.array2d[float]  # (instances, speeds) derivatives of the speeds in the step before
+    accelerations: wp.array2d[
+        float
+    ]  # (instances, speeds) derivatives of the speeds in the step before; now if kinematic
     phase: wp.array[float]  # (instances,)
     stance: wp.array[int]  # (instances,) LEFT or RIGHT
     machine_state: wp.array[int]  # (instances,)

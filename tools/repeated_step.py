@@ -26,7 +26,7 @@ from warpmuscle.kernels.simbicon import advance_phase, targets_stage, torques_st
 from warpmuscle.kernels.spatial import symmetric
 from warpmuscle.kernels.step import MAX_REGISTERS, foot_force_stage, module_options
 from warpmuscle.kernels.structs import MIXED, RUNNING, Model, Record, State, Work
-from warpmuscle.muscles import driven
+from warpmuscle.muscles import compiled_kind, driven
 from warpmuscle.objective import objective_kind
 from warpmuscle.rollout import Rollout
 
@@ -142,7 +142,7 @@ def repeated_step_kernel(
     if muscles is not None:
         muscle_stage = muscle_stage_of(muscles, objective.muscle)
         paths = all_paths(arms_at_hand if muscles.pulls_at_hand else arms_in_state)
-        actuation_stage = actuation_stage_of(pulled_torque if muscles.pulls_at_hand else muscle_torque)
+        actuation_stage = actuation_stage_of(pulled_torque if muscles.pulls_at_hand else muscle_torque, muscles.mixed)
     objective_stage, collision_stage = objective_stage_of(objective), collision_stage_of(collisions)
 
     @wp.kernel(
@@ -229,10 +229,9 @@ class RepeatedStep:
     def __init__(self, rollout: Rollout, noise: float) -> None:
         """Args: noise: of the starting velocities, m/s."""
         scene, names = rollout.scene, rollout.names
-        actuators = driven(scene, names)
         self.rollout, self.noise = rollout, noise
         capacity = capacity_of(len(names.bodies))
-        self.muscles = None if actuators.by_torque_alone else actuators.kind(scene.muscle_model, capacity)
+        self.muscles = compiled_kind(scene, names, driven(scene, names), capacity)
         self.kernel = repeated_step_kernel(
             capacity, rollout.lanes, rollout.block_dim, self.muscles,
             objective_kind(scene, self.muscles is not None), bool(collision_pairs(scene, names)),

@@ -15,6 +15,7 @@ from warpmuscle.kernels.curves import DE_GROOTE, LEE, MILLARD, THELEN
 from warpmuscle.kernels.lanes import PULLS_A_BODY
 from warpmuscle.kernels.muscle_stage import COMPLIANT, HILL, IDEAL, LEGACY, RIGID, SWITCH, MuscleKind
 from warpmuscle.paths import PathTable, path_table, paths_struct
+from warpmuscle.pose import from_rotation_vector
 from warpmuscle.scene import Actuation, Muscle, MuscleModel, Scene
 from warpmuscle.topology import SPEEDS, Topology
 
@@ -34,15 +35,8 @@ class Driven:
 
     @property
     def by_torque_alone(self) -> bool:
-        """Whether the controller's torques act as they are on all joints."""
-        return all(set(drive) <= {"torque"} for drive in self.drives.values())
-
-    def kind(self, model: MuscleModel, capacity: int) -> MuscleKind:
-        """What a step for so many bodies has compiled in; pulls are kept in the working set if there is room."""
-        kind = muscle_kind(model)
-        # Legacy muscles want to know the moment arms of the step before.
-        at_hand = len(self.table.crossings) <= PULLS_A_BODY * capacity and kind.law != LEGACY
-        return kind._replace(pulls_at_hand=at_hand)
+        """Whether the controller's torques act as they are on all joints that are free to move."""
+        return all(set(drive) <= {"torque", "kinematic"} for drive in self.drives.values())
 
 
 def muscle_kind(model: MuscleModel) -> MuscleKind:
@@ -86,11 +80,24 @@ def muscles_struct(scene: Scene, chosen: tuple[str, ...], device: Any) -> struct
         "rise_rest": np.exp(-scene.time_step / np.asarray(model.rise_time)),
         "fall_rest": np.exp(-scene.time_step / np.asarray(model.fall_time)),
     }
-    columns = own | {field: np.reshape(value, (-1, 1)) for field, value in common.items()}
+    columns = own | {field: np.reshape(np.asarray(value), (-1, 1)) for field, value in common.items()}
     columns["width"] = own["l_opt"] * np.sin(_of_muscles(muscles, "pennation"))
     columns["delay_steps"] = delay_steps(scene, chosen)
-    s.row = structs_to_device(structs.MuscleRow, columns | _excitations(s, muscles, device), device)
+    s.row = structs_to_device(structs.MuscleRow, columns, device)
+    _excitations(s, muscles, device)
     return s
+
+
+def compiled_kind(scene: Scene, names: Topology, found: Driven, capacity: int) -> MuscleKind | None:
+    """What a step for so many bodies (capacity) has compiled in for muscles; nothing where torques alone act."""
+    if found.by_torque_alone:
+        return None
+    kind = muscle_kind(scene.muscle_model)
+    elastic = (_elastic(scene.actuation.get(joint)) for joint in names.joints)
+    drives = [_drive(found.drives[joint], spring) for joint, spring in zip(names.joints, elastic, strict=True)]
+    # Legacy muscles want to know the moment arms of the step before.
+    at_hand = len(found.table.crossings) <= PULLS_A_BODY * capacity and kind.law != LEGACY
+    return kind._replace(pulls_at_hand=at_hand, mixed=structs.MIXED in drives)
 
 
 def delay_steps(scene: Scene, chosen: tuple[str, ...]) -> Floats:
@@ -109,8 +116,8 @@ def _of_muscles(muscles: list[Muscle], field: str) -> Floats:
     return rows([getattr(muscle, field) for muscle in muscles] or [1.0])
 
 
-def _excitations(s: structs.Muscles, muscles: list[Muscle], device: Any) -> dict[str, Any]:
-    """Put in the knots of the muscles that have an excitation of their own; where they stand, and their periods."""
+def _excitations(s: structs.Muscles, muscles: list[Muscle], device: Any) -> None:
+    """Put in the excitations of the muscles that have their own."""
     time: list[Any] = []
     value: list[Any] = []
     start = [0]
@@ -122,7 +129,8 @@ def _excitations(s: structs.Muscles, muscles: list[Muscle], device: Any) -> dict
     period = [0.0 if muscle.excitation is None else muscle.excitation.period for muscle in muscles]
     s.knot_time = to_device(rows(time or [0.0]), float, device)
     s.knot_value = to_device(rows(value or [0.0]), float, device)
-    return {"first_knot": start[:-1] or [0], "end_knot": start[1:] or [0], "period": rows(period or [0.0])}
+    columns = {"first_knot": start[:-1] or [0], "end_knot": start[1:] or [0], "period": rows(period or [0.0])}
+    s.own = structs_to_device(structs.OwnExcitation, columns, device)
 
 
 def actuation_struct(scene: Scene, names: Topology, drives: dict[str, list[str]], device: Any) -> structs.Actuation:
@@ -137,7 +145,7 @@ def actuation_struct(scene: Scene, names: Topology, drives: dict[str, list[str]]
             for kind in ("torque", "muscle"):
                 weights[kind][body, axis] = word in (kind, "assisted")
         own = scene.actuation.get(joint) or Actuation("none")
-        elastic = bool(np.any(rows([own.stiffness, own.damping])))
+        elastic = _elastic(own)
         drive[body] = _drive(drives[joint], elastic)
         for axis, word in enumerate(drives[joint]):
             weights["passive"][body, axis] = elastic and word in ("passive", "muscle", "assisted")
@@ -155,19 +163,22 @@ def actuation_struct(scene: Scene, names: Topology, drives: dict[str, list[str]]
     return s
 
 
+def _elastic(own: Actuation | None) -> bool:
+    """Whether a joint has a spring-damper."""
+    return own is not None and bool(np.any(rows([own.stiffness, own.damping])))
+
+
 def _drive(words: list[str], elastic: bool) -> int:
     """How the torque of a joint is made."""
-    if set(words) <= {"torque"}:
+    free = set(words) - {"kinematic"}
+    if free <= {"torque"}:
         return int(structs.BY_TORQUE)
-    return int(structs.BY_MUSCLES if set(words) == {"muscle"} and not elastic else structs.MIXED)
+    return int(structs.BY_MUSCLES if free == {"muscle"} and not elastic else structs.MIXED)
 
 
 def _rest(own: Actuation) -> Floats:
     """Relaxed orientation of a joint's child in its parent, (rows, 4)."""
-    vector = rows(own.rest)
-    angle = np.linalg.norm(vector, axis=-1, keepdims=True)
-    half = 0.5 * angle
-    return np.concatenate([vector * 0.5 * np.sinc(half / np.pi), np.cos(half)], axis=-1)
+    return from_rotation_vector(rows(own.rest))
 
 
 def muscle_state(instances: int, muscles: int, crossings: int, capacity: int, device: Any) -> structs.MuscleState:
