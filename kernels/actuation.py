@@ -11,7 +11,7 @@ import warp as wp
 from warpmuscle.kernels.lanes import synchronize
 from warpmuscle.kernels.simbicon import pd_error
 from warpmuscle.kernels.spatial import full, symmetric, symmetric_part
-from warpmuscle.kernels.structs import BALL, BY_TORQUE, MIXED, UNIVERSAL, Model, State, Work, at
+from warpmuscle.kernels.structs import BALL, BY_TORQUE, MIXED, UNIVERSAL, Model, State, Work, at, whole
 
 
 @wp.func
@@ -77,7 +77,7 @@ def pulled_torque(instance: int, body: int, model: Model, state: State, work: Wo
     """The same from the F r of all crossings in the working set."""
     total = wp.vec3(0.0)
     for crossing in range(model.paths.crossing_start[body], model.paths.crossing_start[body + 1]):
-        total += work.pull[crossing]
+        total += work.pull[whole(crossing)]
     return total
 
 
@@ -91,7 +91,7 @@ def mixed_torque(instance: int, body: int, muscles: wp.vec3, model: Model, work:
         muscles: torque of the muscles, world, N m.
     """
     actuation = model.actuation
-    parent = model.skeleton.parent[body]
+    parent = whole(model.skeleton.parent[body])
     rotation = work.rotation[body]
     by_torque = joint_projector(instance, body, actuation.by_torque[body], model, work)
     by_muscles = joint_projector(instance, body, actuation.by_muscles[body], model, work)

@@ -35,6 +35,7 @@ from warpmuscle.kernels.structs import (
     State,
     Work,
     at,
+    whole,
 )
 
 
@@ -235,7 +236,7 @@ def reduce_universal(
 def reduce_body(instance: int, body: int, skeleton: Skeleton, work: Work):
     """Eliminate the joint of one body and leave the rest for its parent."""
     x = with_children(body, skeleton, work)
-    parent = skeleton.parent[body]
+    parent = whole(skeleton.parent[body])
     r = work.position[body] - work.position[parent]
     bias = work.bias[body]
     parent_angular = work.angular_velocity[parent]
@@ -304,7 +305,7 @@ def joint_acceleration(kind: int, body: int, alpha: wp.vec3, a: wp.vec3, work: W
 @wp.func
 def accelerate_body(instance: int, body: int, skeleton: Skeleton, work: Work):
     """Acceleration of a body and of its joint (left in factor_c) from its parent's; the foot force of the step."""
-    parent = skeleton.parent[body]
+    parent = whole(skeleton.parent[body])
     kind = skeleton.joint_type[body]
     alpha = work.angular_acceleration[parent]
     a = work.acceleration[parent] + wp.cross(alpha, work.position[body] - work.position[parent])
@@ -328,7 +329,7 @@ def move_body(
     Args:
         parent_alpha: angular acceleration of the parent. parent_a: acceleration that it gives the joint.
     """
-    parent = skeleton.parent[body]
+    parent = whole(skeleton.parent[body])
     r = work.position[body] - work.position[parent]
     parent_angular = work.angular_velocity[parent]
     alpha = parent_alpha + work.bias[body] + relative
@@ -347,13 +348,13 @@ def acceleration_stage(instance: int, lane: int, lanes: int, model: Model, work:
     """Accelerations of all bodies and joints: backward pass, root, forward pass. Ends with a barrier."""
     for step in range(1, model.level_count):
         level = model.level_count - step
-        for body in range(model.level_start[level] + lane, model.level_start[level + 1], lanes):
+        for body in range(whole(model.level_start[level] + lane), model.level_start[level + 1], lanes):
             reduce_body(instance, body, model.skeleton, work)
         synchronize()
     if lane == 0:
         accelerate_root(model.skeleton.joint_type[0], model.skeleton, work)
     synchronize()
     for level in range(1, model.level_count):
-        for body in range(model.level_start[level] + lane, model.level_start[level + 1], lanes):
+        for body in range(whole(model.level_start[level] + lane), model.level_start[level + 1], lanes):
             accelerate_body(instance, body, model.skeleton, work)
         synchronize()

@@ -13,7 +13,7 @@ from warpmuscle.kernels.dynamics import (
     reduce_universal,
     with_children,
 )
-from warpmuscle.kernels.integration import integrate_body, kicked, move
+from warpmuscle.kernels.integration import integrate_angle, integrate_body
 from warpmuscle.kernels.lanes import synchronize
 from warpmuscle.kernels.motion import follow, prescribed_root
 from warpmuscle.kernels.spatial import symmetric_times
@@ -29,6 +29,7 @@ from warpmuscle.kernels.structs import (
     State,
     Work,
     at,
+    whole,
 )
 
 
@@ -46,7 +47,7 @@ def reduce_remaining(instance: int, body: int, model: Model, work: Work):
     """
     skeleton = model.skeleton
     x = with_children(body, skeleton, work)
-    parent = skeleton.parent[body]
+    parent = whole(skeleton.parent[body])
     r = work.position[body] - work.position[parent]
     parent_angular = work.angular_velocity[parent]
     drift = wp.cross(parent_angular, wp.cross(parent_angular, r))
@@ -75,7 +76,7 @@ def accelerate_remaining(instance: int, body: int, model: Model, work: Work):
     if kind == model.skeleton.joint_type[body]:
         accelerate_body(instance, body, model.skeleton, work)
     else:
-        parent = model.skeleton.parent[body]
+        parent = whole(model.skeleton.parent[body])
         alpha = work.angular_acceleration[parent]
         a = work.acceleration[parent] + wp.cross(alpha, work.position[body] - work.position[parent])
         x = wp.vec3(0.0)
@@ -94,7 +95,7 @@ def hybrid_acceleration_stage(instance: int, lane: int, lanes: int, model: Model
     """Accelerations of all bodies, and of joints where they are not prescribed. Ends with a barrier."""
     for step in range(1, model.level_count):
         level = model.level_count - step
-        for body in range(model.level_start[level] + lane, model.level_start[level + 1], lanes):
+        for body in range(whole(model.level_start[level] + lane), model.level_start[level + 1], lanes):
             reduce_remaining(instance, body, model, work)
         synchronize()
     if lane == 0:
@@ -106,7 +107,7 @@ def hybrid_acceleration_stage(instance: int, lane: int, lanes: int, model: Model
             accelerate_root(model.skeleton.joint_type[0], model.skeleton, work)
     synchronize()
     for level in range(1, model.level_count):
-        for body in range(model.level_start[level] + lane, model.level_start[level + 1], lanes):
+        for body in range(whole(model.level_start[level] + lane), model.level_start[level + 1], lanes):
             accelerate_remaining(instance, body, model, work)
         synchronize()
 
@@ -121,9 +122,9 @@ def hybrid_integrate_stage(instance: int, lane: int, lanes: int, model: Model, s
     for i in range(lane, model.body_count, lanes):
         kind = model.motion.remaining[i]
         if kind == SECOND_HINGE:
+            first = model.skeleton.coordinate_start[i] + 1
             speed = model.skeleton.speed_start[i] + 1
-            middle = kicked(state, instance, speed, work.factor_c[i][0], kick, 0.5 * h, largest, work)
-            move(state, instance, model.skeleton.coordinate_start[i] + 1, h * middle)
+            integrate_angle(state, instance, first, speed, work.factor_c[i][0], kick, h, largest, work)
         elif kind != ROOT_PRESCRIBED:
             integrate_body(instance, i, kind, kick, largest, model, state, work)
     follow(instance, lane, lanes, float(step + 1) * h, model, state)

@@ -4,7 +4,19 @@ import warp as wp
 
 from warpmuscle.kernels.joint import hinge_rotation, universal_bias
 from warpmuscle.kernels.lanes import synchronize
-from warpmuscle.kernels.structs import BALL, FIXED, ROOT_FREE, ROOT_PLANAR, UNIVERSAL, Model, Skeleton, State, Work, at
+from warpmuscle.kernels.structs import (
+    BALL,
+    FIXED,
+    ROOT_FREE,
+    ROOT_PLANAR,
+    UNIVERSAL,
+    Model,
+    Skeleton,
+    State,
+    Work,
+    at,
+    whole,
+)
 
 
 @wp.func
@@ -25,16 +37,29 @@ def speed_vector(state: State, instance: int, first: int) -> wp.vec3:
 
 
 @wp.func
+def coordinate_vector(state: State, instance: int, first: int) -> wp.vec3:
+    """The vector stored at coordinates first..first + 2."""
+    return wp.vec3(
+        state.coordinates[instance, first],
+        state.coordinates[instance, first + 1],
+        state.coordinates[instance, first + 2],
+    )
+
+
+@wp.func
+def acceleration_vector(state: State, instance: int, first: int) -> wp.vec3:
+    """The vector stored at accelerations first..first + 2."""
+    return wp.vec3(
+        state.accelerations[instance, first],
+        state.accelerations[instance, first + 1],
+        state.accelerations[instance, first + 2],
+    )
+
+
+@wp.func
 def lag_vector(state: State, instance: int, first: int, half: float) -> wp.vec3:
     """What speeds first..first + 2 gained in the last half step (s)."""
-    return (
-        wp.vec3(
-            state.accelerations[instance, first],
-            state.accelerations[instance, first + 1],
-            state.accelerations[instance, first + 2],
-        )
-        * half
-    )
+    return acceleration_vector(state, instance, first) * half
 
 
 @wp.func
@@ -61,7 +86,7 @@ def joint_orientation(skeleton: Skeleton, state: State, instance: int, body: int
 def place_root(skeleton: Skeleton, state: State, instance: int, half: float, work: Work):
     """Pose and velocity of the root from its coordinates and speeds, and the lag of its velocity."""
     q = joint_orientation(skeleton, state, instance, 0)
-    position = wp.vec3(state.coordinates[instance, 0], state.coordinates[instance, 1], state.coordinates[instance, 2])
+    position = coordinate_vector(state, instance, 0)
     velocity = wp.vec3(0.0, 0.0, 0.0)
     angular = wp.vec3(0.0, 0.0, 0.0)
     lag_velocity = wp.vec3(0.0, 0.0, 0.0)
@@ -122,7 +147,7 @@ def move_joint(skeleton: Skeleton, state: State, instance: int, body: int, half:
 @wp.func
 def place_body(skeleton: Skeleton, body: int, work: Work):
     """Pose and velocity of a body, and the lag of its velocity, from those of its parent and its joint's motion."""
-    parent = skeleton.parent[body]
+    parent = whole(skeleton.parent[body])
     q = work.orientation[parent] * work.turned[body]
     rotation = wp.quat_to_matrix(q)
     parent_rotation = work.rotation[parent]
@@ -162,7 +187,7 @@ def kinematics_stage(instance: int, lane: int, lanes: int, model: Model, state: 
         move_joint(skeleton, state, instance, body, half, work)
     synchronize()
     for level in range(1, model.level_count):
-        for body in range(model.level_start[level] + lane, model.level_start[level + 1], lanes):
+        for body in range(whole(model.level_start[level] + lane), model.level_start[level + 1], lanes):
             place_body(skeleton, body, work)
         synchronize()
     mass = at(skeleton.total_mass, instance, 0)

@@ -4,7 +4,7 @@ import warp as wp
 
 from warpmuscle.kernels.kinematics import coordinate_quat
 from warpmuscle.kernels.spatial import symmetric_outer
-from warpmuscle.kernels.structs import BALL, UNIVERSAL, Model, State, Work, at
+from warpmuscle.kernels.structs import BALL, UNIVERSAL, Model, State, Work, at, whole
 
 
 @wp.func
@@ -107,7 +107,7 @@ def limit_stage(instance: int, body: int, model: Model, state: State, work: Work
     damping = at(skeleton.limit_damping, instance, body)
     axis_a = at(skeleton.axis_a, instance, body)
     axis_b = at(skeleton.axis_b, instance, body)
-    parent = skeleton.parent[body]
+    parent = whole(skeleton.parent[body])
     first = skeleton.coordinate_start[body]
     speed = skeleton.speed_start[body]
     half = 0.5 * model.time_step

@@ -34,7 +34,7 @@ from warpmuscle.kernels.muscle_control import (
 )
 from warpmuscle.kernels.objective_terms import MuscleWork, muscle_terms_of
 from warpmuscle.kernels.path import Stretch, joint_velocities, muscle_stretch
-from warpmuscle.kernels.structs import Model, MuscleRow, Record, State, Work, at
+from warpmuscle.kernels.structs import Model, MuscleRow, Record, State, Work, at, whole
 
 RIGID, SWITCH, COMPLIANT = 0, 1, 2  # tendons
 HILL, LEGACY, IDEAL = 0, 1, 2  # laws
@@ -194,7 +194,7 @@ def muscle_stage_of(kind: MuscleKind, terms: tuple[str, ...] = (), recorded: boo
         if wp.static(at_hand):
             span = model.paths.span[m]
             for k in range(span.first_crossing, span.end_crossing):
-                crossing = model.paths.of_muscle[k].number
+                crossing = whole(model.paths.of_muscle[whole(k)].number)
                 work.pull[crossing] = work.pull[crossing] * c.force
         state.muscles.activation[instance, m] = a
         state.muscles.force[instance, m] = c.force

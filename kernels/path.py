@@ -20,7 +20,7 @@ import warp as wp
 
 from warpmuscle.kernels.lanes import synchronize
 from warpmuscle.kernels.muscle_control import counted, wanted_force
-from warpmuscle.kernels.structs import UNIVERSAL, Model, Paths, State, Work, at
+from warpmuscle.kernels.structs import UNIVERSAL, Model, Paths, State, Work, at, whole
 
 SHORTEST = 1.0e-9  # m, of a segment that has a direction
 
@@ -143,7 +143,7 @@ def offset_between(body: int, origin: int, work: Work) -> wp.vec3:
     """From the joint of the body `origin` to that of another one, world axes, m."""
     if body == origin:
         return wp.vec3(0.0)
-    return work.position[body] - work.position[origin]
+    return work.position[whole(body)] - work.position[whole(origin)]
 
 
 @wp.func
@@ -153,7 +153,7 @@ def segment_end(end: wp.vec3, body: int, origin: int, far: int, work: Work) -> w
     Args:
         end: in the axes of its body; from the joint of the origin, or if `far` from that of its body.
     """
-    local = work.rotation[body] * end
+    local = work.rotation[whole(body)] * end
     if far != 0:
         local += offset_between(body, origin, work)
     return local
@@ -162,7 +162,7 @@ def segment_end(end: wp.vec3, body: int, origin: int, far: int, work: Work) -> w
 @wp.func
 def joint_velocity(joint: int, model: Model, work: Work) -> wp.vec3:
     """Angular velocity of a joint's child relative to its parent in the middle of the last step, world, rad/s."""
-    parent = model.skeleton.parent[joint]
+    parent = whole(model.skeleton.parent[joint])
     child = work.angular_velocity[joint] - work.lag_angular[joint]
     return child - work.angular_velocity[parent] + work.lag_angular[parent]
 
@@ -192,7 +192,7 @@ def muscle_stretch(
     total.fixed = at(paths.fixed_length, instance, muscle)
     span = paths.span[muscle]
     for i in range(span.first_segment, span.end_segment):
-        segment = paths.segment[i]
+        segment = paths.segment[whole(i)]
         ends = at(paths.ends, instance, i)
         a = segment_end(ends.a, segment.body_a, segment.origin, segment.far, work)
         d = segment_end(ends.b, segment.body_b, segment.origin, segment.far, work) - a
@@ -201,18 +201,20 @@ def muscle_stretch(
         weight = Weight()
         weight.value = 1.0
         for k in range(segment.first_term, segment.end_term):
-            term = paths.term[k]
-            center = offset_between(term.joint, segment.origin, work)
+            term = paths.term[whole(k)]
+            joint = whole(term.joint)
+            crossing = whole(term.crossing)
+            center = offset_between(joint, segment.origin, work)
             r = segment_moment_arm(a, center, direction) * float(term.sign)
             if segment.varies != 0:
-                weight = segment_weight(instance, i, term.joint, model, state, paths, work)
+                weight = segment_weight(instance, i, joint, model, state, paths, work)
                 r = r * weight.value + weight.gradient * length
-            total.speed += wp.dot(r, work.joint_velocity[term.joint])
+            total.speed += wp.dot(r, work.joint_velocity[joint])
             if term.first == 0:
-                r += arm[term.crossing]
-            arm[term.crossing] = r
+                r += arm[crossing]
+            arm[crossing] = r
             if term.last != 0:
-                total.wanted += counted(wanted_force(work.torque[term.joint], r), model.muscles.negative)
+                total.wanted += counted(wanted_force(work.torque[joint], r), model.muscles.negative)
         if segment.varies != 0:
             weight = segment_weight(instance, i, 0, model, state, paths, work)
         total.moving += length * weight.value

@@ -11,7 +11,7 @@ from warpmuscle.kernels.joint import hinge_rotation
 from warpmuscle.kernels.lanes import synchronize
 from warpmuscle.kernels.spatial import heading, symmetric, symmetric_rotated
 from warpmuscle.kernels.spline import curve_value
-from warpmuscle.kernels.structs import REVERSE, RIGHT, SAME, Model, Simbicon, State, Work, at
+from warpmuscle.kernels.structs import REVERSE, RIGHT, SAME, Model, Simbicon, State, Work, at, whole
 
 
 @wp.func
@@ -198,7 +198,7 @@ def joint_torque(instance: int, body: int, in_character_frame: bool, frame: wp.q
     base = frame
     angular = work.angular_velocity[body] - work.lag_angular[body]
     if not in_character_frame:
-        parent = model.skeleton.parent[body]
+        parent = whole(model.skeleton.parent[body])
         base = work.orientation[parent]
         angular = angular - work.angular_velocity[parent] + work.lag_angular[parent]
     error = pd_error(work.orientation[body], base * work.target[body])
