@@ -206,7 +206,8 @@ class Given(ABC):
         if activation is not None:
             every = self.muscle_names
             values = start_values(activation, len(every), n, "initial activations")
-            given.activation = values[:, [every.index(name) for name in self._driven.muscles]]
+            chosen = [every.index(name) for name in self._driven.muscles]
+            given.activation = values[:, chosen] if chosen else None
         self.reset()
 
     def _curves_of(self, numeric: Scene) -> Curves:
