@@ -5,7 +5,7 @@ Bergmann 2017, section 5.1, after Geijtenbeek 2013.
 
 import warp as wp
 
-from warpmuscle.kernels.activation import activation_rate, activation_relaxed, delayed_slot
+from warpmuscle.kernels.activation import activation_rate, activation_relaxed, delayed_slot, neural_step
 from warpmuscle.kernels.structs import (
     CLIP,
     DROP,
@@ -113,3 +113,14 @@ def activated(activation: float, excitation: float, time_step: float, row: Muscl
         return activation_relaxed(activation, excitation, rate, time_step)
     rest = wp.where(excitation > activation, row.rise_rest, row.fall_rest)
     return excitation + (activation - excitation) * rest
+
+
+@wp.func
+def neurally_activated(activation: float, neural: float, excitation: float, row: MuscleRow) -> wp.vec2:
+    """Activation and neural signal after a step; that rises or falls as this ends up above or below it."""
+    rest = row.rise_rest
+    mix = row.rise_mix
+    if excitation + (neural - excitation) * row.neural_rest < activation:
+        rest = row.fall_rest
+        mix = row.fall_mix
+    return neural_step(activation, neural, excitation, rest, row.neural_rest, mix)

@@ -9,12 +9,13 @@ from typing import Any, NamedTuple
 import warp as wp
 
 from warpmuscle.kernels.activation import activation_step
-from warpmuscle.kernels.actuation import actuation_stage_of, muscle_torque, pulled_torque
+from warpmuscle.kernels.actuation import actuation_stage_of, implicit_damping_stage, muscle_torque, pulled_torque
 from warpmuscle.kernels.lanes import synchronize
 from warpmuscle.kernels.muscle import (
     bounded_fibre_length,
     compliant_force,
     compliant_step,
+    fibre_damping,
     fibre_equilibrium,
     fibre_force,
     legacy_force,
@@ -30,10 +31,11 @@ from warpmuscle.kernels.muscle_control import (
     delayed,
     desired_force,
     heard_before,
+    neurally_activated,
     timed_excitation,
 )
 from warpmuscle.kernels.objective_terms import MuscleWork, muscle_terms_of
-from warpmuscle.kernels.path import Stretch, joint_velocities, muscle_stretch
+from warpmuscle.kernels.path import Stretch, joint_velocities, stretch_of
 from warpmuscle.kernels.structs import Model, MuscleRow, Record, State, Work, at, whole
 
 RIGID, SWITCH, COMPLIANT = 0, 1, 2  # tendons
@@ -43,11 +45,14 @@ HILL, LEGACY, IDEAL = 0, 1, 2  # laws
 class MuscleKind(NamedTuple):
     """What is compiled into a step."""
 
-    curves: int  # LEE, THELEN, MILLARD or DE_GROOTE
+    curves: int  # LEE ... SARSHARI, see `curves.py`
     tendon: int  # RIGID, SWITCH or COMPLIANT
     law: int  # HILL, LEGACY or IDEAL
     pulls_at_hand: bool = False  # moment arms and torques of all crossings are kept in the working set
     mixed: bool = True  # muscles, torques and spring-dampers may share a joint
+    pulleys: bool = False  # some muscles run on pulleys
+    neural: bool = False  # neural dynamics before that of the activation
+    implicit: bool = False  # damping linearised over the step, with rigid tendons
 
 
 @wp.struct
@@ -57,10 +62,11 @@ class Contraction:
     length: float  # m
     speed: float  # m/s
     force: float  # N, along the tendon
+    damping: float  # N s/m, of the force by the speed of the path, if implicit
 
 
 @cache
-def contraction_of(curves: int, tendon: int) -> Any:
+def contraction_of(curves: int, tendon: int, implicit: bool = False) -> Any:
     """The Warp function (instance, muscle, activation, stretch, row, model, state) -> Contraction of a kind."""
 
     @wp.func
@@ -81,6 +87,10 @@ def contraction_of(curves: int, tendon: int) -> Any:
         speed = c.speed / (row.v_max * l_opt)
         force = fibre_force(curves, activation, x, speed, row.damping)
         c.force = row.f_max * force * pennation_cosine(c.length, width)
+        if wp.static(implicit):
+            cosine = pennation_cosine(c.length, width)
+            slope = fibre_damping(curves, activation, x, speed, row.damping) * cosine * cosine
+            c.damping = slope * row.f_max / (row.v_max * l_opt)
         return c
 
     @wp.func
@@ -154,9 +164,10 @@ def muscle_stage_of(kind: MuscleKind, terms: tuple[str, ...] = (), recorded: boo
         recorded: whether frames hold what the muscles do.
     """
     add_terms = muscle_terms_of(terms)
-    contraction = contraction_of(kind.curves, kind.tendon)
+    contraction = contraction_of(kind.curves, kind.tendon, kind.implicit)
     actuation_stage = actuation_stage_of(pulled_torque if kind.pulls_at_hand else muscle_torque, kind.mixed)
-    law = kind.law
+    stretch_stage = stretch_of(kind.pulleys)
+    law, neural, implicit = kind.law, kind.neural, kind.implicit
     at_hand = kind.pulls_at_hand
     arms = arms_at_hand if at_hand else arms_in_state
 
@@ -171,7 +182,7 @@ def muscle_stage_of(kind: MuscleKind, terms: tuple[str, ...] = (), recorded: boo
         desired = wp.float32(0.0)
         if wp.static(law == LEGACY) and step > 0:
             desired = desired_force(instance, m, model, state, work)  # with the moment arms of the step before
-        stretch = muscle_stretch(instance, m, model, state, work, arms(instance, state, work))
+        stretch = stretch_stage(instance, m, model, state, work, arms(instance, state, work))
         if wp.static(law != LEGACY) or step == 0:
             desired = average_force(stretch.wanted)
         if own.end_knot > own.first_knot:
@@ -189,7 +200,12 @@ def muscle_stage_of(kind: MuscleKind, terms: tuple[str, ...] = (), recorded: boo
                 a = activation_step(a, excitation, 1.0 / row.rise_time, model.time_step)
                 c = legacy_contraction(instance, m, a, stretch, row, model, state)
             else:
-                a = activated(a, excitation, model.time_step, row, muscles.scaled_rates)
+                if wp.static(neural):
+                    after = neurally_activated(a, state.muscles.neural[instance, m], excitation, row)
+                    state.muscles.neural[instance, m] = after[1]
+                    a = after[0]
+                else:
+                    a = activated(a, excitation, model.time_step, row, muscles.scaled_rates)
                 c = contraction(instance, m, a, stretch, row, model, state)
         if wp.static(at_hand):
             span = model.paths.span[m]
@@ -198,6 +214,8 @@ def muscle_stage_of(kind: MuscleKind, terms: tuple[str, ...] = (), recorded: boo
                 work.pull[crossing] = work.pull[crossing] * c.force
         state.muscles.activation[instance, m] = a
         state.muscles.force[instance, m] = c.force
+        if wp.static(implicit):
+            state.muscles.damping[instance, m] = c.damping
         w = MuscleWork()
         w.activation = a
         w.excitation = excitation
@@ -224,5 +242,7 @@ def muscle_stage_of(kind: MuscleKind, terms: tuple[str, ...] = (), recorded: boo
             one_muscle(instance, m, frame, model, state, record, work)
         synchronize()
         actuation_stage(instance, lane, lanes, model, state, work)
+        if wp.static(implicit):
+            implicit_damping_stage(instance, lane, lanes, model, state, work)
 
     return muscle_stage

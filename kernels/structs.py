@@ -196,6 +196,8 @@ class PathSpan:
     end_segment: int  # the one after its last
     first_crossing: int  # in `Paths.of_muscle`
     end_crossing: int
+    first_pulley: int
+    end_pulley: int
 
 
 @wp.struct
@@ -231,6 +233,17 @@ class Term:
 
 
 @wp.struct
+class Pulley:
+    """A pulley that a path turns with."""
+
+    crossing: int
+    joint: int
+    axis: int  # which of the joint's coordinates
+    first: int  # 1: no pulley before belongs to the crossing
+    last: int  # 1: none after it does
+
+
+@wp.struct
 class Crossing:
     """A crossing of a muscle."""
 
@@ -243,8 +256,9 @@ class Paths:
     """Paths of all muscles, one behind the other; a crossing is a pair of a joint and a muscle that acts on it.
 
     Crossings are sorted by joint, so that a joint gathers its own muscles. Joints are named by the body they carry.
-    Segments that lie within one body and always count are part of a muscle's fixed length and not listed. What a lane
-    needs at once lies together, since each fetch from memory takes the time of hundreds of operations.
+    Segments that lie within one body and always count are part of a muscle's fixed length and not listed; so is the
+    rest length of a muscle on pulleys. What a lane needs at once lies together, since each fetch from memory takes the
+    time of hundreds of operations.
     """
 
     fixed_length: wp.array2d[float]  # (rows, muscles) m
@@ -260,6 +274,8 @@ class Paths:
     segment_points: wp.array2d[int]  # (segments, 2) a and b
     crossing_start: wp.array[int]  # (bodies + 1,) crossings of the joint of body i
     crossing_muscle: wp.array[int]  # (crossings,)
+    pulley: wp.array[Pulley]  # (pulleys,)
+    pulley_row: wp.array2d[wp.vec2]  # (rows, pulleys) moment arm, m, and rest angle, rad
 
 
 @wp.struct
@@ -276,6 +292,9 @@ class MuscleRow:
     fall_time: float  # s, of deactivation
     rise_rest: float  # exp(-h/rise_time): what a step leaves of the way to go, up ...
     fall_rest: float  # ... and down; the rates of activation being constant
+    neural_rest: float  # of neural dynamics: what a step leaves of the way to go, ...
+    rise_mix: float  # ... and what part of it counts for the activation, up ...
+    fall_mix: float  # ... and down; see `activation.neural_step`
     slow_fibres: float  # fraction of slow-twitch fibres
     delay_steps: int  # less than the capacity of the ring
 
@@ -294,7 +313,7 @@ class Muscles:
     """What stays the same of the muscles."""
 
     count: int
-    model: int  # LEE, THELEN, MILLARD or DE_GROOTE; the fused step has it compiled in
+    model: int  # LEE ... SARSHARI, see `curves.py`; the fused step has it compiled in
     negative: int  # KEEP, DROP or CLIP
     scaled_rates: int  # 1: the rates of activation depend on the activation
     row: wp.array2d[MuscleRow]  # (rows, muscles)
@@ -363,6 +382,8 @@ class MuscleState:
 
     activation: wp.array2d[float]  # (instances, muscles)
     excitation_ring: wp.array3d[float]  # (instances, capacity, muscles) see `delayed_slot`
+    neural: wp.array2d[float]  # (instances, muscles) between excitation and activation, with neural dynamics
+    damping: wp.array2d[float]  # (instances, muscles) N s/m, that a step takes as implicit
     fibre_length: wp.array2d[float]  # (instances, muscles) m; with compliant tendons or in legacy mode
     previous_fibre_length: wp.array2d[float]  # (instances, muscles) m, a step before
     force: wp.array2d[float]  # (instances, muscles) N
