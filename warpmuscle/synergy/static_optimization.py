@@ -14,8 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import lsq_linear, nnls
 
 from warpmuscle.errors import Error
-
-Floats = NDArray[np.float64]
+from warpmuscle.synergy.signals import Floats
 
 PENALTY = 1e5  # weight of a torque error, in parts of the joint's greatest torque, against an activation of 1
 TOLERANCE = 1e-6  # torque error that still counts as none, in the same parts
