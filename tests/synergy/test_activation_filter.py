@@ -1,4 +1,4 @@
-"""The discrete activation filter against SciPy's discretisation and against fine integration of the continuous model."""
+"""The discrete activation filter against SciPy's and against fine integration of the continuous model."""
 
 import numpy as np
 import pytest

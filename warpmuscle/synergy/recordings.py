@@ -1,7 +1,7 @@
 """Reads recorded signals: text tables, OpenSim storage files, HDF5 and C3D.
 
-- Text (.csv, .tsv, .txt, .mot, .sto): a column a channel, and one called `time` (also `t`, `time_s`, `time (s)`, or with
-  `ms`), unless the sampling rate is given.
+- Text (.csv, .tsv, .txt, .mot, .sto): a column a channel, and one called `time` (also `t`, `time_s`, `time (s)`, or
+  with `ms`), unless the sampling rate is given.
 - HDF5 (.h5, .hdf5): `values` (T, C) and `names` (C,), or a dataset (T,) a channel; `time` (T,), or `rate` as a dataset
   or an attribute of the file.
 - C3D (.c3d), by the package `ezc3d`: its analog channels.
