@@ -55,5 +55,5 @@ def test_cycles_beyond_the_recording_or_their_number_are_said():
 
 
 def test_points_that_phases_cannot_share_are_said():
-    with pytest.raises(SignalError, match="5 points cannot be shared out among 2 phases"):
+    with pytest.raises(SignalError, match="of a cycle of 2 phases must be a multiple of 2, from 4 to 10000, not 5"):
         by_cycles(RAMP, Cycles(np.array([[1.0, 1.5, 2.0]])), 5)

@@ -65,7 +65,7 @@ def test_hdf5_is_read_as_a_matrix_and_as_a_dataset_a_channel(tmp_path):
         np.testing.assert_array_equal(found.values, EMG.values[:, [3, 2]])
 
 
-def test_c3d_gives_its_analog_channels(tmp_path):
+def write_c3d(path):
     content = ezc3d.c3d()
     content["parameters"]["POINT"]["RATE"]["value"] = [100]
     content["parameters"]["POINT"]["LABELS"]["value"] = ["marker"]
@@ -73,11 +73,20 @@ def test_c3d_gives_its_analog_channels(tmp_path):
     content["parameters"]["ANALOG"]["RATE"]["value"] = [1000]
     content["parameters"]["ANALOG"]["LABELS"]["value"] = list(NAMES)
     content["data"]["analogs"] = EMG.values.T[None]
-    path = tmp_path / "emg.c3d"
     content.write(str(path))
-    found = read_signals(path, ["BIC"])
+    return path
+
+
+def test_c3d_gives_its_analog_channels(tmp_path):
+    found = read_signals(write_c3d(tmp_path / "emg.c3d"), ["BIC"])
     assert (found.names, found.rate) == (("BIC",), 1000.0)
     np.testing.assert_allclose(found.values[:, 0], EMG.values[:, 2], rtol=1e-6)
+
+
+def test_c3d_that_is_cut_off_or_damaged_is_said(tmp_path):
+    whole = write_c3d(tmp_path / "emg.c3d").read_bytes()
+    assert read_error(tmp_path / "cut.c3d", whole[:-5000]) == ": is truncated: holds 33 of 50 frames"
+    assert "cannot be read as C3D" in read_error(tmp_path / "damaged.c3d", whole[:512] + bytes(512) + whole[1024:])
 
 
 def test_patterns_choose_channels_in_their_order(tmp_path):

@@ -91,7 +91,7 @@ def synergies(
     """  # fmt: skip
     from warpmuscle.synergy.emg import Chain
     from warpmuscle.synergy.extraction import Rule, extract
-    from warpmuscle.synergy.files import SynergyResult, described, in_order_of, write
+    from warpmuscle.synergy.files import SynergyResult, described, in_order_of, read, write
     from warpmuscle.synergy.preparation import Preparation, prepare
 
     writable(output, plot)
@@ -110,14 +110,15 @@ def synergies(
         subtract_minimum=subtract_minimum,
         maxima=mvc,
     )
+    reference = None if like is None else read(like)
     with log.status("reading and filtering") as shown:
         activations = prepare(recordings, preparation)
         found, accounts = extract(
             activations.values, rule, restarts, seed, lambda count: shown.update(f"factorising, {count} synergies")
         )
     similarity = None
-    if like is not None:
-        found, similarity = in_order_of(like, activations.muscles, found)
+    if reference is not None:
+        found, similarity = in_order_of(reference, activations.muscles, found)
     attributes = {"command": command_line(), "seed": seed, **described(preparation)}
     result = SynergyResult(activations, found, tuple(accounts), similarity, attributes)
     _print(result)
