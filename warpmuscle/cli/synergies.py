@@ -37,7 +37,7 @@ def synergies(
     vaf: Annotated[float, typer.Option(help="Variance to account for, of all muscles together, for -n auto.")] = 0.95,
     muscle_vaf: Annotated[float, typer.Option(help="The same of each muscle.")] = 0.75,
     band: Annotated[
-        tuple[float, float] | None, typer.Option(metavar="LOW HIGH", help="Band-pass, Hz.  [default: 10 450]")
+        tuple[float, float] | None, typer.Option(metavar="LOW HIGH", help="Band-pass, Hz; by default 10 450.")
     ] = None,
     low_pass: Annotated[float, typer.Option(help="Low-pass after rectification, Hz; for gait 20 is usual.")] = 6.0,
     order: Annotated[int, typer.Option(help="Order of one pass of each Butterworth filter.")] = 4,
@@ -46,7 +46,7 @@ def synergies(
     ] = False,
     sampling_rate: Annotated[float | None, typer.Option(help="1/s, of files without times.")] = None,
     rate: Annotated[
-        float | None, typer.Option(help="Activations a second.  [default: 100, or the files' if already filtered]")
+        float | None, typer.Option(help="Activations a second; by default 100, or as the files if already filtered.")
     ] = None,
     ecg: Annotated[
         str | None,
