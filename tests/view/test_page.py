@@ -12,7 +12,7 @@ from biped import random_recording
 from warpmuscle.errors import Error
 from warpmuscle.formats import load
 from warpmuscle.view.page import Page, iframe, replay_html
-from warpmuscle.view.sources import Sight, of_scene, page_text
+from warpmuscle.view.sources import Sight, of_scene, page_of_sights
 
 
 @pytest.fixture(scope="module")
@@ -24,7 +24,9 @@ def walk() -> Sight:
 def opened(browser, walk, tmp_path):
     """The page of two motions, opened from a file by a browser that is offline."""
     path = tmp_path / "walk.html"
-    path.write_text(page_text([walk, Sight("other", walk.recording.window(0.0, 0.3), walk.scene)], "two <walks>"))
+    path.write_text(
+        page_of_sights([walk, Sight("other", walk.recording.window(0.0, 0.3), walk.scene)], "two <walks>").text
+    )
     context = browser.new_context(viewport={"width": 900, "height": 640}, offline=True)
     page = context.new_page()
     page.set_default_timeout(60_000)
@@ -126,9 +128,14 @@ def test_page_names_no_other_file_and_is_small(walk):
     assert replay_html([walk.recording] * 2, walk.scene, ["a", "b"]).count('"label":') == 2
 
 
-def test_page_stands_within_others(walk, tmp_path):
-    page = Page(replay_html(walk.recording, walk.scene))
-    assert page._repr_html_().startswith("<iframe srcdoc=")
+def test_page_stands_within_others(browser, walk, tmp_path):
+    page = Page(replay_html(walk.recording, walk.scene, labels=['"quoted" & <odd>']))
+    notebook = browser.new_page()
+    notebook.set_content(f"<p>a cell</p>{page._repr_html_()}")
+    notebook.wait_for_function("frames[0].warpmuscle && frames[0].warpmuscle.ready")
+    inner = notebook.frames[1].evaluate("warpmuscle.ready.then(() => warpmuscle.state())")
+    assert inner["frames"] == 30
+    notebook.close()
     assert iframe('<p title="x">') == iframe('<p title="x">', 620)
     assert '"<p' not in iframe('<p title="x">')
     page.save(tmp_path / "a.html")

@@ -1,6 +1,6 @@
 """Replay and live simulation in a real browser: what is clicked there, and what the server's scene then holds."""
 
-import socket
+import sys
 import time
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -19,12 +19,6 @@ from warpmuscle.view.viewer import Viewer, new_server
 
 pytest.importorskip("viser", reason="no viser: pip install 'warpmuscle[view]'")
 PATIENCE = 60.0  # s, on a busy machine
-
-
-def free_port() -> int:
-    with socket.socket() as some:
-        some.bind(("127.0.0.1", 0))
-        return int(some.getsockname()[1])
 
 
 def opened(browser: Any, viewer: Viewer) -> Iterator[tuple[Any, Any]]:
@@ -47,13 +41,13 @@ def replay(browser) -> Iterator[tuple[Replay, Any]]:
     """Two bipeds on muscles, the second for half the time."""
     sight = of_scene(msgspec.structs.replace(load("walk56"), duration=0.6), "cpu")[0]
     tracks = tracks_of([sight, sight])
-    yield from opened(browser, Replay(new_server("127.0.0.1", free_port(), "replay"), tracks, [sight.scene] * 2))
+    yield from opened(browser, Replay(new_server("127.0.0.1", 0, "replay"), tracks, [sight.scene] * 2))
 
 
 @pytest.fixture(scope="module")
 def live(browser) -> Iterator[tuple[Live, Any]]:
     run = LiveRun(load("fwalk"))
-    yield from opened(browser, Live(new_server("127.0.0.1", free_port(), "live"), run))
+    yield from opened(browser, Live(new_server("127.0.0.1", 0, "live"), run))
 
 
 def until(condition: Callable[[], bool]) -> None:
@@ -95,10 +89,10 @@ def test_replay_hides_muscles_and_shows_the_desired_pose(replay):
     assert muscles.visible
     assert len(muscles.batched_positions) == 2 * (len(viewer.tracks[0].doll.muscles.body) - 56)
     assert len(np.unique(muscles.batched_colors, axis=0)) > 5
-    page.get_by_label("muscles").click()
+    page.get_by_role("checkbox", name="muscles").click()
     until(lambda: not muscles.visible)
     assert not any(handle.visible for handle in viewer.stage.handles["desired pose"])
-    page.get_by_label("desired pose").click()
+    page.get_by_role("checkbox", name="desired pose").click()
     until(lambda: all(handle.visible for handle in viewer.stage.handles["desired pose"]))
 
 
@@ -135,25 +129,18 @@ def test_live_biped_walks_in_real_time_and_is_pushed(live):
     until(lambda: viewer.run.time < 0.1)
 
 
-def test_live_parameters_and_steering_count_without_a_new_start(live):
+def test_live_sliders_are_bound_by_the_parameters_and_count(live):
     viewer, _ = live
-    run = viewer.run
-    with viewer.lock:
-        viewer.play(False)
-        run.restart()
-        for _ in range(10):
-            run.step()
-        index = next(k for k, p in enumerate(run.parameters) if p.name == "controller.pd.lKnee.kp")
-        before, body = run.time, run.rollout.names.body_of_joint("rKnee")
-        run.values[index], run.turned, run.faster = 444.0, 0.5, 0.25
-        run.apply()
-        assert run.time == before
-        simbicon = run.rollout.model.simbicon
-        assert simbicon.kp.numpy()[0, body] == 444.0  # the right side follows the left
-        assert simbicon.hip.numpy()[0, 3] == pytest.approx(0.5 + float(load("fwalk").controller.desired_heading))
-        assert 0.25 in simbicon.knot_value.numpy()
     slider = viewer.parameters["controller.pd.lKnee.kp"]
-    assert (slider.min, slider.max) == (150.0, 600.0)
+    assert (slider.min, slider.max, slider.value) == (150.0, 600.0, 300.0)
+    viewer.faster.value = 0.25
+    slider.value = 444.0
+    body = viewer.run.rollout.names.body_of_joint("rKnee")
+    until(lambda: viewer.run.rollout.model.simbicon.kp.numpy()[0, body] == 444.0)  # the right side follows the left
+    until(lambda: viewer.run.faster == 0.25)
+    viewer.faster.value = 0.0
+    slider.value = 300.0
+    until(lambda: viewer.run.faster == 0.0)
 
 
 def test_live_run_starts_again_after_a_fall(live):
@@ -170,9 +157,9 @@ def test_live_run_starts_again_after_a_fall(live):
     until(lambda: viewer.run.status == 0 and viewer.run.time < 0.5)
 
 
-def test_port_in_use_and_missing_viser_are_one_clear_error(monkeypatch):
-    with pytest.raises(Error, match=r"cannot listen at 203\.0\.113\.1:8080"):
+def test_address_of_another_machine_and_missing_viser_are_one_clear_error(monkeypatch):
+    with pytest.raises(Error, match=r"cannot listen at 203\.0\.113\.1: "):
         new_server("203.0.113.1", 8080, "nowhere")
-    monkeypatch.setitem(__import__("sys").modules, "viser", None)
+    monkeypatch.setitem(sys.modules, "viser", None)
     with pytest.raises(Error, match=r"pip install 'warpmuscle\[view\]'"):
         new_server("127.0.0.1", 8080, "none")

@@ -47,21 +47,22 @@ def view(
     if any(files) and not all(files):
         raise Error("view takes either result files or one scene, not both")
     if live:
-        _refuse({"--export": export, "--candidates": candidates, "--replay": replay, "--run": run}, "--live")
+        _refuse(
+            {"--export": export, "--candidates": candidates, "--replay": replay, "--run": run, "--duration": duration},
+            "--live",
+        )
         if any(files):
             raise Error(f"--live takes a scene; `warpmuscle apply {sources[0]} -o best.toml` makes one of a result")
         viewer = _live_viewer(sources, device, host, port)
     else:
         sights = _sights(sources, all(files), candidates, replay, run, duration, device)
-        title = sights[0].scene.name
         if export is not None:
-            from warpmuscle.formats.files import replace_file
-            from warpmuscle.view.sources import page_text
+            from warpmuscle.view.sources import page_of_sights
 
-            replace_file(export, page_text(sights, title))
+            page_of_sights(sights).save(export)
             out.print(f"wrote {export}")
             return
-        viewer = _replay_viewer(sights, title, host, port)
+        viewer = _replay_viewer(sights, host, port)
     _serve(viewer, no_open)
 
 
@@ -103,13 +104,13 @@ def _live_viewer(sources: list[str], device: str | None, host: str, port: int) -
         return Live(new_server(host, port, f"{scene.name}, live"), run)
 
 
-def _replay_viewer(sights: list[Sight], title: str, host: str, port: int) -> Viewer:
+def _replay_viewer(sights: list[Sight], host: str, port: int) -> Viewer:
     from warpmuscle.view.replay import Replay
     from warpmuscle.view.sources import tracks_of
     from warpmuscle.view.viewer import new_server
 
     tracks = tracks_of(sights)
-    return Replay(new_server(host, port, title), tracks, [sight.scene for sight in sights])
+    return Replay(new_server(host, port, sights[0].scene.name), tracks, [sight.scene for sight in sights])
 
 
 def _serve(viewer: Viewer, no_open: bool) -> None:

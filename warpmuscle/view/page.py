@@ -16,7 +16,7 @@ from warpmuscle.parameters import start_values, substitute
 from warpmuscle.recording import Recording
 from warpmuscle.scene import Scene
 from warpmuscle.view.curves import panels_of
-from warpmuscle.view.lanes import lanes
+from warpmuscle.view.lanes import camera_of, lanes
 from warpmuscle.view.packing import Packer, script_json
 from warpmuscle.view.track import Doll, Track, track_of
 
@@ -103,8 +103,7 @@ def page_of(tracks: Sequence[Track], scenes: Sequence[Scene], title: str, autopl
     content = {
         "title": title,
         "autoplay": autoplay,
-        "yaw": -1.1 if len(tracks) == 1 else -0.55,
-        "distance": 4.2 if len(tracks) == 1 else 4.5 + 1.1 * float(np.ptp(offsets[:, 0])),
+        "camera": dict(zip(("distance", "yaw", "pitch"), camera_of(offsets), strict=True)),
         "shown": {**shown, "follow": True, "plots": plots},
         "ground": {
             "normal": (normal / np.linalg.norm(normal)).tolist(),
@@ -139,8 +138,10 @@ def _track_content(track: Track, scene: Scene, packer: Packer, bits: int) -> dic
         "com": packer.add(r.com),
         "force": packer.add(track.foot_force),
         "center": packer.add(track.foot_center),
-        "curves": packer.add(np.column_stack([line.values for panel in panels for line in panel.lines]), bits),
     }
+    curves = [line.values for panel in panels for line in panel.lines]
+    if curves:
+        arrays["curves"] = packer.add(np.column_stack(curves), bits)
     if track.desired is not None:
         arrays["desired"] = packer.add(continuous(track.desired))
     if r.muscle_names:
@@ -158,8 +159,7 @@ def _track_content(track: Track, scene: Scene, packer: Packer, bits: int) -> dic
         }
         for panel in panels
     ]
-    count = sum(len(panel.lines) for panel in panels)
-    return {"label": track.label, "frames": track.frames, "arrays": arrays, "panels": listed, "curves": count}
+    return {"label": track.label, "frames": track.frames, "arrays": arrays, "panels": listed, "curves": len(curves)}
 
 
 def continuous(orientation: Any) -> Any:

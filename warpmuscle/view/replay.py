@@ -27,7 +27,7 @@ class Replay(Viewer):
         self.tracks, self._scenes = list(tracks), list(scenes)
         longest = max(tracks, key=lambda track: float(track.recording.time[-1]))
         end = float(longest.recording.time[-1])
-        self.player = Player(end, end / max(longest.frames - 1, 1))
+        self.player = Player(end, max(end / max(longest.frames - 1, 1), 1e-3))
         self._shown_time, self._last_due = -1.0, 0.0
         self._make_timeline()
         self.selected = 0

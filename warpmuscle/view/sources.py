@@ -16,11 +16,12 @@ from warpmuscle.records import Result
 from warpmuscle.results import read
 from warpmuscle.scene import Scene
 from warpmuscle.view.lanes import MOST
-from warpmuscle.view.page import page_of
+from warpmuscle.view.page import Page, page_of
 from warpmuscle.view.track import Track, track_of
 
 SUFFIXES = (".h5", ".hdf5")
-RATE = 50.0  # frames a second that are shown; a browser draws what lies between them
+RATE = 50.0  # frames a second that are shown
+FEW = 8  # motions; of more of them half the frames are shown
 
 
 @dataclass(frozen=True)
@@ -58,7 +59,7 @@ def of_results(
         run: which one of a sweep's file.
 
     Raises:
-        ResultError: a file cannot be read, or holds no such motion. Error: there are more than 64.
+        ResultError: a file cannot be read, or holds no such motion.
     """
     sights = []
     for path in paths:
@@ -68,7 +69,7 @@ def of_results(
             sights += of_candidates(result, candidates, device, path, name)
         else:
             sights += of_replays(result, path, name, replay)
-    return _few(sights)
+    return sights
 
 
 def of_replays(
@@ -124,21 +125,19 @@ def of_scene(scene: Scene, device: str | None = None) -> list[Sight]:
 
 
 def tracks_of(sights: Sequence[Sight]) -> list[Track]:
-    """What is drawn of motions; equal scenes share what does not move."""
+    """What is drawn of motions; equal scenes share what does not move. Raises Error for more than 64 of them."""
+    if len(sights) > MOST:
+        raise Error(f"{len(sights)} motions are more than can be seen at once: {MOST}; --replay chooses one of a file")
+    rate = RATE if len(sights) <= FEW else RATE / 2.0
     tracks: list[Track] = []
     for number, sight in enumerate(sights):
         same = next((k for k in range(number) if sights[k].scene is sight.scene), None)
         doll = tracks[same].doll if same is not None else None
-        tracks.append(track_of(sight.recording, sight.scene, sight.label, RATE, doll))
+        tracks.append(track_of(sight.recording, sight.scene, sight.label, rate, doll))
     return tracks
 
 
-def page_text(sights: Sequence[Sight], title: str) -> str:
-    """A page of motions (see `page`)."""
-    return page_of(tracks_of(sights), [sight.scene for sight in sights], title, autoplay=True, plots=True)
-
-
-def _few(sights: list[Sight]) -> list[Sight]:
-    if len(sights) > MOST:
-        raise Error(f"{len(sights)} motions are more than can be seen at once: {MOST}; --replay chooses one of a file")
-    return sights
+def page_of_sights(sights: Sequence[Sight], title: str = "") -> Page:
+    """A page of motions, by default called as the first one's scene."""
+    scenes = [sight.scene for sight in sights]
+    return Page(page_of(tracks_of(sights), scenes, title or scenes[0].name, autoplay=True, plots=True))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import io
+import socket
 import threading
 import time
 from collections.abc import Callable, Sequence
@@ -15,17 +16,16 @@ from warpmuscle.errors import Error
 from warpmuscle.recording import Floats
 from warpmuscle.scene import Ground
 from warpmuscle.view.curves import Panel
-from warpmuscle.view.lanes import lanes
+from warpmuscle.view.lanes import camera_of, lanes
 from warpmuscle.view.plots import Plots
 from warpmuscle.view.stage import SHOWN, Stage
 from warpmuscle.view.track import Track
 
 PICTURES = 40.0  # a second, at most
-PORT = 8080
 
 
 def new_server(host: str, port: int, title: str) -> Any:
-    """A viser server; raises Error without the package, or if it cannot listen there."""
+    """A viser server at a port or the next free one, any if 0; raises Error without viser, or for no such host."""
     try:
         import viser
     except ImportError:
@@ -33,17 +33,15 @@ def new_server(host: str, port: int, title: str) -> Any:
             "the viewer needs viser: pip install 'warpmuscle[view]'; --export writes a page without it"
         ) from None
     try:
-        with contextlib.redirect_stdout(io.StringIO()):  # it prints its address in a box
-            server = viser.ViserServer(host=host, port=port, label=title, verbose=False)
+        with socket.socket() as tried:
+            tried.bind((host, 0))  # viser would try for ever
     except OSError as error:
-        raise Error(f"the viewer cannot listen at {host}:{port}: {error.strerror or error}") from None
-    server.gui.configure_theme(
-        control_layout="fixed",
-        control_width="large",
-        show_logo=False,
-        show_share_button=False,
-        brand_color=(0, 114, 178),
-    )
+        raise Error(f"the viewer cannot listen at {host}: {error.strerror or error}") from None
+    with contextlib.redirect_stdout(io.StringIO()):  # it prints its address in a box
+        server = viser.ViserServer(host=host, port=port, label=title, verbose=False)
+    server.gui.configure_theme(show_logo=False, show_share_button=False, brand_color=(0, 114, 178))
+    server.gui.main_panel.dock_right()
+    server.gui.main_panel.set_width(380)
     return server
 
 
@@ -67,8 +65,7 @@ class Viewer:
 
     def _set_camera(self, tracks: Sequence[Track]) -> None:
         height = float(np.mean([track.recording.com[0, 1] for track in tracks]))
-        spread = float(np.ptp(self.offsets[:, 0]))
-        distance, yaw, pitch = (3.6, -1.1, 0.18) if len(tracks) == 1 else (4.0 + 1.1 * spread, -0.6, 0.3)
+        distance, yaw, pitch = camera_of(self.offsets)
         way = np.array([np.sin(yaw) * np.cos(pitch), np.sin(pitch), np.cos(yaw) * np.cos(pitch)])
         camera = self.server.initial_camera
         camera.look_at = (0.0, height - 0.1, 0.0)

@@ -2,6 +2,7 @@
 
 const TOGGLES = { muscles: "muscles", shapes: "shapes", bones: "bones", desired: "desired pose", forces: "ground forces",
   path: "centre of mass", follow: "follow", plots: "plots" };
+const FEW_LABELS = 16; // beyond which only the chosen biped has one
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4];
 
 class Player {
@@ -11,9 +12,9 @@ class Player {
     this.bipeds = content.tracks.map((track) => new Biped(track, arrays, content.dolls[track.doll], this.renderer));
     this.end = Math.max(...this.bipeds.map((biped) => biped.arrays.time[biped.frames - 1]), 1e-6);
     this.step = this.end / Math.max(1, ...this.bipeds.map((biped) => biped.frames - 1));
-    Object.assign(this, { time: 0, playing: content.autoplay, speed: 1, selected: 0, pictures: 0, fps: 0, marks: [] });
+    Object.assign(this, { time: 0, playing: content.autoplay, speed: 1, selected: 0, pictures: 0, marks: [] });
     this.shown = { ...content.shown };
-    this.camera = { yaw: content.yaw, pitch: 0.16, distance: content.distance, pan: [0, 0, 0], target: null };
+    this.camera = { ...content.camera, pan: [0, 0, 0], target: null };
     this.plots = new Plots(this.element("curves"), (time) => this.seek(time));
     this.makeControls(content);
     this.makeCamera(this.element("scene"));
@@ -162,11 +163,22 @@ class Player {
       this.time += passed * this.speed;
       if (this.time > this.end) this.time = this.time % this.end;
     }
-    this.draw();
-    this.pictures++;
-    this.marks = [...this.marks.filter((mark) => mark > now - 1000), now];
-    this.fps = this.marks.length;
+    const picture = this.pictureKey();
+    if (picture !== this.drawn) {
+      this.drawn = picture;
+      this.draw();
+      this.pictures++;
+      this.marks = [...this.marks.filter((mark) => mark > now - 1000), now];
+    }
     requestAnimationFrame((next) => this.tick(next));
+  }
+
+  // All that a picture depends on, so that nothing is drawn twice.
+  pictureKey() {
+    const { clientWidth, clientHeight } = this.renderer.canvas, { yaw, pitch, distance, pan } = this.camera;
+    const { time, playing, shown, selected, shownGroup, plots } = this;
+    return JSON.stringify([time, playing, shown, selected, shownGroup, yaw, pitch, distance, pan, clientWidth, clientHeight,
+      plots.canvas.parentElement.clientWidth, plots.canvas.parentElement.clientHeight]);
   }
 
   draw() {
@@ -190,7 +202,7 @@ class Player {
     this.labels.forEach((label, k) => {
       const biped = this.bipeds[k], com = biped.com(biped.moment(this.time));
       const at = onScreen(matrix, add(com, [0, 0.9, 0]), clientWidth, clientHeight);
-      label.hidden = !at;
+      label.hidden = !at || (this.labels.length > FEW_LABELS && k !== this.selected);
       if (at) Object.assign(label.style, { left: `${at[0]}px`, top: `${at[1]}px` });
     });
   }
@@ -201,7 +213,8 @@ class Player {
     return { time: this.time, end: this.end, frame: moment.frame, frames: biped.frames, playing: this.playing,
       speed: this.speed, shown: { ...this.shown }, selected: this.selected, group: this.shownGroup,
       panels: this.plots.panels.length, bipeds: this.bipeds.length, counts: this.renderer.counts(),
-      com: biped.com(moment), target: this.camera.target, pictures: this.pictures, fps: this.fps };
+      com: biped.com(moment), target: this.camera.target, pictures: this.pictures,
+      fps: this.marks.filter((mark) => mark > performance.now() - 1000).length };
   }
 }
 

@@ -23,19 +23,21 @@ class Plots {
   }
 
   layout() {
-    const room = this.canvas.parentElement.clientWidth;
+    const { clientWidth: room, clientHeight: tall } = this.canvas.parentElement;
     if (!this.biped || !room) return;
-    this.room = room;
-    const across = Math.max(1, Math.floor(room / PANEL.width)), wide = Math.floor(room / across);
-    const high = PANEL.height * Math.ceil(this.panels.length / across);
+    Object.assign(this, { room, tall });
+    const across = Math.max(1, Math.min(Math.floor(room / PANEL.width), this.panels.length));
+    const wide = Math.floor(room / across), rows = Math.ceil(this.panels.length / across);
+    const each = Math.min(Math.max(PANEL.height, Math.floor(tall / Math.max(rows, 1)) - 2), 2 * PANEL.height);
+    const high = each * rows;
     for (const canvas of [this.canvas, this.kept]) {
       canvas.width = Math.round(room * this.ratio);
       canvas.height = Math.max(1, Math.round(high * this.ratio));
     }
     Object.assign(this.canvas.style, { width: `${room}px`, height: `${high}px` });
     this.boxes = this.panels.map((panel, i) => ({
-      panel, x: (i % across) * wide + PANEL.left, y: Math.floor(i / across) * PANEL.height + PANEL.top,
-      width: wide - PANEL.left - PANEL.right, height: PANEL.height - PANEL.top - PANEL.bottom,
+      panel, x: (i % across) * wide + PANEL.left, y: Math.floor(i / across) * each + PANEL.top,
+      width: wide - PANEL.left - PANEL.right, height: each - PANEL.top - PANEL.bottom,
     }));
     const pen = this.kept.getContext("2d");
     pen.setTransform(this.ratio, 0, 0, this.ratio, 0, 0);
@@ -97,7 +99,8 @@ class Plots {
   // The kept curves with a cursor at this time, and the values there.
   draw(time) {
     if (!this.biped || !this.boxes || !this.boxes.length) return;
-    if (this.canvas.parentElement.clientWidth !== this.room) this.layout();
+    const { clientWidth, clientHeight } = this.canvas.parentElement;
+    if (clientWidth !== this.room || clientHeight !== this.tall) this.layout();
     const pen = this.canvas.getContext("2d"), { frame } = this.biped.moment(time);
     pen.setTransform(1, 0, 0, 1, 0, 0);
     pen.clearRect(0, 0, this.canvas.width, this.canvas.height);
