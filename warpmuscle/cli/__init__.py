@@ -9,6 +9,7 @@ from rich.markup import escape
 
 from warpmuscle.cli.console import INTERRUPTED, log
 from warpmuscle.cli.optimize import optimize
+from warpmuscle.cli.plot import plot
 from warpmuscle.cli.results import apply, export, report
 from warpmuscle.cli.scenes import convert, fit_muscles, info, scenes
 from warpmuscle.cli.simulate import simulate
@@ -23,7 +24,7 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
-for command in (scenes, info, simulate, optimize, sweep, apply, report, export, fit_muscles, convert):
+for command in (scenes, info, simulate, optimize, sweep, apply, report, plot, export, fit_muscles, convert):
     app.command(command.__name__.replace("_", "-"))(command)
 
 
