@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import fnmatch
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -78,7 +78,11 @@ class Subject:
         if not 0 <= wanted < len(replays):
             raise Error(f"{self.source} has {len(replays)} motions, numbered from 0; none has number {wanted}")
         motion, character = replays[wanted], self.scene.character
-        known = {"joint": character.joints, "body": character.bodies, "muscle": character.muscles}
+        known: dict[str, Container[str]] = {
+            "joint": character.joints,
+            "body": character.bodies,
+            "muscle": character.muscles,
+        }
         if any(name not in part for what, part in known.items() for name in getattr(motion, f"{what}_names")):
             raise Error(f"{self.source}: motion {wanted} is of another character than the scene {self.scene.name!r}")
         part = motion.window(self.choices.start, self.choices.end)
