@@ -1,0 +1,18 @@
+"""Where several bipeds walk, so that all are seen."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from warpmuscle.recording import Floats
+
+ACROSS = 8  # at most beside each other, unless there are more than 64
+BESIDE, BEHIND = 1.3, 2.6  # m, between neighbours
+
+
+def lanes(count: int) -> Floats:
+    """Offsets (count, 3), m, of each biped: from left to right, row behind row, about the middle of the first row."""
+    columns = min(count, max(ACROSS, int(np.ceil(np.sqrt(count)))))
+    number = np.arange(count)
+    x = ((columns - 1) / 2.0 - number % columns) * BESIDE
+    return np.stack([x, np.zeros(count), -BEHIND * (number // columns)], axis=1)
