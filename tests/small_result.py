@@ -6,12 +6,14 @@ import msgspec
 import numpy as np
 
 from biped import breadth_first, forward_kinematics, random_recording
+from muscle_arm import arm
 from warpmuscle.formats import load, toml
 from warpmuscle.optimization import parameter_table
 from warpmuscle.parameters import free_parameters
 from warpmuscle.recording import QUANTITIES, Recording
 from warpmuscle.records import Evaluations, History, Options, ParameterTable, Result, Searched, best_of
 from warpmuscle.scene import Character, Objective, Scene
+from warpmuscle.topology import topology
 
 STRIDE = 1.0  # s
 
@@ -56,6 +58,23 @@ def with_arrays(motion: Recording, **arrays: np.ndarray) -> Recording:
     """The motion with other arrays."""
     every = {name: motion[name] for name in QUANTITIES} | arrays
     return Recording.of(every, motion.joint_names, motion.body_names, motion.muscle_names)
+
+
+def arm_motion(frames: int = 20) -> Recording:
+    """A motion of `muscle_arm.arm`: its forearm turns; muscles are random numbers."""
+    scene = arm()
+    names = topology(scene.character)
+    whole = random_recording(frames, joints=len(names.joints), muscles=len(scene.character.muscles))
+    time = np.linspace(0.0, 1.0, frames)
+    turn = np.zeros((frames, len(names.joints), 4))
+    turn[..., 0], turn[..., 3] = np.sin(0.5 * time)[:, None], np.cos(0.5 * time)[:, None]
+    bodies = np.tile([0.0, 0.0, 0.0, 1.0], (frames, len(names.bodies), 1))
+    bodies[:, 1:] = turn
+    arrays = {name: whole[name] for name in QUANTITIES} | {
+        "time": time, "joint_orientation": turn, "body_orientation": bodies, "com": np.zeros((frames, 3)),
+        "body_position": np.zeros((frames, len(names.bodies), 3)),
+    }  # fmt: skip
+    return Recording.of(arrays, names.joints, names.bodies, tuple(scene.character.muscles))
 
 
 def search_result(name: str = "walk56", count: int = 60) -> Result:

@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 from matplotlib.text import Text
 
-from biped import random_recording
 from muscle_arm import arm
-from small_result import no_parameters, search_result, walk_result
+from small_result import arm_motion, no_parameters, search_result, walk_result
 from warpmuscle.errors import Error
 from warpmuscle.formats import toml
 from warpmuscle.plots import KINDS, Absent, Choices, Subject, draw, plot
@@ -30,11 +29,7 @@ def result() -> Result:
 @pytest.fixture(scope="module")
 def armed() -> Result:
     """The motion of an arm, which does not walk."""
-    scene = arm()
-    whole = random_recording(20, joints=len(scene.character.joints), muscles=len(scene.character.muscles))
-    names = (tuple(scene.character.joints), tuple(scene.character.bodies), tuple(scene.character.muscles))
-    motion = type(whole).of({name: whole[name] for name in vars(whole) if not name.endswith("_names")}, *names)
-    return Result(toml.dumps(scene), "cpu", "", 0, no_parameters(), replays=(motion,))
+    return Result(toml.dumps(arm()), "cpu", "", 0, no_parameters(), replays=(arm_motion(),))
 
 
 def words(figure: object) -> list[str]:

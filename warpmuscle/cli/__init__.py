@@ -14,6 +14,7 @@ from warpmuscle.cli.results import apply, export, report
 from warpmuscle.cli.scenes import convert, fit_muscles, info, scenes
 from warpmuscle.cli.simulate import simulate
 from warpmuscle.cli.sweep import sweep
+from warpmuscle.cli.video import video
 from warpmuscle.errors import Error
 
 app = typer.Typer(
@@ -24,7 +25,7 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
-for command in (scenes, info, simulate, optimize, sweep, apply, report, plot, export, fit_muscles, convert):
+for command in (scenes, info, simulate, optimize, sweep, apply, report, plot, video, export, fit_muscles, convert):
     app.command(command.__name__.replace("_", "-"))(command)
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 from pathlib import Path
 from typing import Annotated
@@ -51,10 +50,7 @@ def plot(
     for kind, path in zip(kinds, paths, strict=True):
         check_kind(kind)
         check_picture(path)
-    choices = Choices(
-        replay, -math.inf if start is None else start, math.inf if end is None else end, tuple(joint or ()),
-        tuple(muscle or ()),
-    )  # fmt: skip
+    choices = Choices.between(replay, start, end, joints=tuple(joint or ()), muscles=tuple(muscle or ()))
     subject = Subject(read(result, run), choices, result, run)
     start_warp()
     missing: list[Error] = []

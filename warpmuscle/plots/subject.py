@@ -36,6 +36,11 @@ class Choices:
     joints: tuple[str, ...] = ()  # names or patterns such as `l*`; all if empty
     muscles: tuple[str, ...] = ()  # the same
 
+    @classmethod
+    def between(cls, replay: int, start: float | None, end: float | None, **further: tuple[str, ...]) -> Choices:
+        """A part of a motion from `start` to `end`, s, to which None sets no bound."""
+        return cls(replay, -np.inf if start is None else start, np.inf if end is None else end, **further)
+
     @property
     def timed(self) -> bool:
         """Whether a part of the motion was chosen."""
