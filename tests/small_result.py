@@ -18,16 +18,16 @@ from warpmuscle.topology import topology
 STRIDE = 1.0  # s
 
 
-def march(character: Character, speed: float, frames: int = 101, muscles: int = 0) -> Recording:
-    """The biped in its reference pose, legs swinging, moved at constant speed for 2 s, a step every 0.5 s."""
+def march(character: Character, speed: float, duration: float = 2.0, frames: int = 101, muscles: int = 0) -> Recording:
+    """The biped in its reference pose, legs swinging, moved at constant speed, a step every 0.5 s."""
     scene, rng = character, random_recording(frames, joints=14, muscles=muscles)
     joints = breadth_first(scene)
-    time = np.linspace(0.0, 2.0, frames)
+    time = np.linspace(0.0, duration, frames)
     position = np.stack([0.0 * time, 0.0 * time + 1.03, speed * time], axis=1)
     upright = np.tile([0.0, 0.0, 0.0, 1.0], (frames, 1))
     orientation = np.tile(upright[:, None], (1, 14, 1))
     for name, sign in (("lHip", 1.0), ("rHip", -1.0)):
-        half = 0.15 * sign * np.sin(np.pi * time)
+        half = 0.15 * sign * np.sin(2.0 * np.pi * time / STRIDE)
         orientation[:, joints.index(name), 0], orientation[:, joints.index(name), 3] = np.sin(half), np.cos(half)
     poses = forward_kinematics(scene, position, upright, dict(zip(joints, np.moveaxis(orientation, 1, 0), strict=True)))
     arrays = {name: rng[name] for name in QUANTITIES} | {
@@ -48,8 +48,7 @@ def walk_scene(name: str = "walk56") -> Scene:
 def walk_result(name: str = "walk56") -> Result:
     """A motion of a shipped scene, four strides of 1 s long."""
     scene = walk_scene(name)
-    motion = march(scene.character, 1.1, frames=401, muscles=len(scene.character.muscles))
-    motion = with_arrays(motion, time=2.0 * motion.time, stance=(2.0 * motion.time // 0.5).astype(int) % 2)
+    motion = march(scene.character, 1.1, 4.0, 401, len(scene.character.muscles))
     table = parameter_table(free_parameters(scene))
     return Result(toml.dumps(scene), "cpu", "warpmuscle simulate", 0, table, replays=(motion,))
 

@@ -38,7 +38,7 @@ def test_curves_over_strides_follow_the_motion():
 def test_leg_angles_are_flexion_in_degrees():
     motion, scene = walk_result().replays[0], walk_scene()
     angles = leg_angles(motion, scene)
-    expected = -np.degrees(0.3 * np.sin(0.5 * np.pi * motion.time))
+    expected = -np.degrees(0.3 * np.sin(2.0 * np.pi * motion.time))
     np.testing.assert_allclose(angles["Hip flexion"]["left"], expected, atol=1e-6)
     np.testing.assert_allclose(angles["Hip flexion"]["right"], -expected, atol=1e-6)
 

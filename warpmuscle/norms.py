@@ -11,7 +11,7 @@ import numpy as np
 
 from warpmuscle.recording import Floats
 
-SOURCE = "extremes of the norm curves shown by SCONE Studio"
+SOURCE = "norm curves in SCONE Studio"
 
 
 @dataclass(frozen=True)

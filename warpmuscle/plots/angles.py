@@ -36,7 +36,7 @@ def norm_band(axes: Any, name: str) -> None:
     """The norm of a quantity as a band, the key points that it is made of as dots."""
     norm = NORMS[name]
     mean: Floats = norm.mean(PERCENT)
-    label = f"norm; dots: {SOURCE}"
+    label = f"norm (dots: extremes of the {SOURCE})"
     low, high = mean - norm.half_band, mean + norm.half_band
     there = norm.periodic | (mean > 0.0)
     axes.fill_between(PERCENT, low, high, where=there, color=BAND_COLOR, lw=0.0, label=label)

@@ -22,6 +22,7 @@ MAP = "viridis"  # of numbers without a middle
 WIDTH = 9.0  # inches
 ENDINGS = (".png", ".svg", ".pdf")
 _DPI = 160
+_FONTS, _FONTS_ELSEWHERE = b"'DejaVu Sans', sans-serif", b"'DejaVu Sans', Verdana, sans-serif"  # as wide
 _LEADER = {
     "arrowstyle": "-",
     "lw": 0.5,
@@ -43,6 +44,7 @@ _STYLE = {
     "lines.linewidth": 1.5,
     "lines.solid_capstyle": "round",
     "lines.solid_joinstyle": "round",
+    "text.parse_math": False,  # a name with dollars is no formula
     "svg.fonttype": "none",  # text stays text
     "svg.hashsalt": "warpmuscle",  # the same figure gives the same bytes
 }
@@ -145,7 +147,7 @@ def picture(figure: Any, ending: str, dpi: int = _DPI) -> bytes:
     meta = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}.get(ending)
     with style():
         figure.savefig(image, format=ending[1:], dpi=dpi, metadata=meta)
-    return image.getvalue()
+    return image.getvalue().replace(_FONTS, _FONTS_ELSEWHERE) if ending == ".svg" else image.getvalue()
 
 
 def check_picture(path: Path) -> None:
