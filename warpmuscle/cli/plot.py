@@ -28,6 +28,7 @@ def plot(
     ] = None,
     joint: Annotated[list[str] | None, typer.Option(help="Joints to show, names or patterns such as 'l*'.")] = None,
     muscle: Annotated[list[str] | None, typer.Option(help="Muscles to show, names or patterns such as '?SOL'.")] = None,
+    norms: Annotated[bool, typer.Option(help="Draw norms of human walking, or not.")] = True,
     replay: Replay = 0,
     start: Start = None,
     end: End = None,
@@ -50,7 +51,7 @@ def plot(
     for kind, path in zip(kinds, paths, strict=True):
         check_kind(kind)
         check_picture(path)
-    choices = Choices.between(replay, start, end, joints=tuple(joint or ()), muscles=tuple(muscle or ()))
+    choices = Choices.between(replay, start, end, joints=tuple(joint or ()), muscles=tuple(muscle or ()), norms=norms)
     subject = Subject(read(result, run), choices, result, run)
     start_warp()
     missing: list[Error] = []

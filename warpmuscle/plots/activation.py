@@ -14,6 +14,7 @@ from warpmuscle.strides import PERCENT, SIDES, over_strides
 
 _CURVES = 15  # pairs of muscles up to which each has a panel
 _ROW = 0.17  # inches
+_LEAST_TOP = 0.05  # of the axis of activation
 
 
 def draw(subject: Subject) -> Any:
@@ -45,20 +46,26 @@ def _cycles(subject: Subject, name: str, side: str) -> Floats:
 
 
 def _panels(subject: Subject, rows: list[Pair]) -> Any:
-    """A panel a pair; a muscle in the middle is drawn over the gait cycle of the left leg."""
+    """A panel a pair; a muscle without its like on the other side is drawn over the gait cycle of the left leg."""
     columns = min(5, max(3, len(rows) // 3))
     figure, panels = grid(len(rows), columns, 1.45, sharex=True, sharey=True)
+    shown: dict[str, Any] = {}
+    greatest = _LEAST_TOP
     for axes, row in zip(panels, rows, strict=True):
         for side in SIDES if row.left != row.right else SIDES[:1]:
-            mean_and_spread(axes, PERCENT, _cycles(subject, getattr(row, side), side), side)
+            curves = _cycles(subject, getattr(row, side), side)
+            mean_and_spread(axes, PERCENT, curves, side if row.left != row.right else "middle")
+            greatest = max(greatest, float((curves.mean(axis=0) + curves.std(axis=0)).max()))
+        shown |= {side: line for line, side in zip(*axes.get_legend_handles_labels(), strict=True)}
         cycle_axis(axes)
-        axes.set(title=row.label, ylim=(0.0, 1.02), yticks=(0.0, 0.5, 1.0))
+        axes.set(title=row.label)
+    panels[0].set_ylim(0.0, min(1.05 * greatest, 1.02))
     for axes in panels[-columns:]:
         axes.set_xlabel("gait cycle (%)")
         axes.tick_params(labelbottom=True)
     figure.supylabel("activation (0 to 1)", size=9.0)
-    paired = next((k for k, row in enumerate(rows) if row.left != row.right), 0)
-    top_legend(figure, *panels[paired].get_legend_handles_labels())
+    names = {"left": "left", "right": "right", "middle": "without a pair, cycle of the left leg"}
+    top_legend(figure, list(shown.values()), [names[side] for side in shown])
     return figure
 
 

@@ -21,7 +21,8 @@ def draw(subject: Subject) -> Any:
         raise Absent(f"{subject.source}: {error}") from None
     figure, panels = grid(3, 3, 2.9)
     for axes, (name, sides) in zip(panels, angles.items(), strict=True):
-        norm_band(axes, name)
+        if subject.choices.norms:
+            norm_band(axes, name)
         for side, angle in sides.items():
             mean_and_spread(axes, PERCENT, over_strides(time, angle, cycles[side]), side)
         axes.axhline(0.0, color=GRAY, lw=0.6, zorder=0)

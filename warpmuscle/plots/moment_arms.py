@@ -29,14 +29,15 @@ def draw(subject: Subject) -> Any:
         raise Absent(f"{subject.source}: {scene.name} has no muscles")
     wanted = set(subject.chosen("muscle", list(scene.character.muscles), subject.choices.muscles))
     curves: list[tuple[str, MomentArms, list[int]]] = []
-    for name in _joints(subject):
+    drawn: set[str] = set()
+    for name, other in _joints(subject):
         joint = scene.character.joints[name]
-        for axis in range(SPEEDS[joint.type] if len(curves) < _MOST else 0):
+        for axis in range(SPEEDS[joint.type] if len(curves) < _MOST and other not in drawn else 0):
             arms = moment_arms(scene, name, axis, np.linspace(*joint_range(joint, axis), _SAMPLES))
             strong = np.flatnonzero(np.abs(arms.arm).max(axis=0, initial=0.0) > _WORTH).tolist()
-            shown = [k for k in strong if arms.muscles[k] in wanted]
-            if shown:
+            if shown := [k for k in strong if arms.muscles[k] in wanted]:
                 curves.append((f"{name}, {_axis_name(joint.type, axis)}", arms, shown))
+                drawn.add(name)
     curves = curves[:_MOST]
     if not curves:
         raise Absent(f"{subject.source}: no muscle acts on the joints asked for")
@@ -60,11 +61,18 @@ def _axis_name(kind: str, axis: int) -> str:
     return f"about {'xyz'[axis]}" if kind == "ball" else "angle" if kind == "hinge" else f"angle {axis + 1}"
 
 
-def _joints(subject: Subject) -> list[str]:
-    """The joints to draw: those asked for, or the left leg's and then all others but right ones."""
+def _joints(subject: Subject) -> list[tuple[str, str]]:
+    """The joints to draw, and with each one the joint in place of which it is drawn if that has no muscles.
+
+    Those asked for; else the left leg's, all others but right ones, and these where their left one has no muscles.
+    """
     scene = subject.scene
     names = list(scene.character.joints)
     if subject.choices.joints:
-        return subject.chosen("joint", names, subject.choices.joints)
-    first = leg(scene.character, scene.controller.feet[0]) if scene.controller is not None else []
-    return [*first, *(pair.left for pair in pairs(names) if pair.left not in first)]
+        return [(name, "") for name in subject.chosen("joint", names, subject.choices.joints)]
+    leg_joints = leg(scene.character, scene.controller.feet[0]) if scene.controller is not None else []
+    found = pairs(names)
+    others = [pair.left for pair in found if pair.left not in leg_joints]
+    return [(name, "") for name in (*leg_joints, *others)] + [
+        (pair.right, pair.left) for pair in found if pair.right != pair.left
+    ]

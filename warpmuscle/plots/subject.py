@@ -7,6 +7,7 @@ from collections.abc import Container, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -35,9 +36,10 @@ class Choices:
     end: float = np.inf  # s
     joints: tuple[str, ...] = ()  # names or patterns such as `l*`; all if empty
     muscles: tuple[str, ...] = ()  # the same
+    norms: bool = True  # whether norms of human walking are drawn
 
     @classmethod
-    def between(cls, replay: int, start: float | None, end: float | None, **further: tuple[str, ...]) -> Choices:
+    def between(cls, replay: int, start: float | None, end: float | None, **further: Any) -> Choices:
         """A part of a motion from `start` to `end`, s, to which None sets no bound."""
         return cls(replay, -np.inf if start is None else start, np.inf if end is None else end, **further)
 
