@@ -6,7 +6,7 @@ import h5py
 import pytest
 
 from small_result import search_result, walk_result
-from test_cli import run
+from warpmuscle import cli
 from warpmuscle.plots import KINDS
 from warpmuscle.results import write
 
@@ -30,35 +30,45 @@ def folder(tmp_path_factory) -> Path:
     return folder
 
 
-def test_plot_draws_all_that_a_file_has_and_says_what_it_has_not(folder):
-    done = run("plot", "best.h5", "-o", "every.png", folder=folder)
-    assert done.returncode == 0, done.stderr
+@pytest.fixture
+def run(folder, monkeypatch, capsys):
+    """Runs a command in the folder, in this process; gives the exit code, what it printed, and its errors."""
+    monkeypatch.chdir(folder)
+    monkeypatch.setenv("COLUMNS", "200")
+
+    def call(*arguments: object) -> tuple[int, str, str]:
+        monkeypatch.setattr("sys.argv", ["warpmuscle", *map(str, arguments)])
+        with pytest.raises(SystemExit) as left:
+            cli.main()
+        shown = capsys.readouterr()
+        return int(left.value.code or 0), shown.out.strip(), shown.err.strip()
+
+    return call
+
+
+def test_plot_draws_all_that_a_file_has_and_says_what_it_has_not(folder, run):
+    assert run("plot", "best.h5", "-o", "every.png")[0] == 0
     assert {file.name for file in folder.glob("every_*.png")} == {f"every_{kind}.png" for kind in KINDS}
-    done = run("plot", "walk.h5", folder=folder)
-    assert done.stderr.strip().splitlines() == [
-        "left out: walk.h5 holds no search; `warpmuscle optimize` writes files that do"
-    ]
+    code, _, errors = run("plot", "walk.h5")
+    assert (code, errors) == (0, "left out: walk.h5 holds no search; `warpmuscle optimize` writes files that do")
     assert (folder / "walk_angles.png").exists()
 
 
-def test_plot_draws_chosen_figures_under_the_names_given(folder):
-    one = run("plot", "walk.h5", "--what", "angles", "-o", "angles.svg", folder=folder)
-    assert (one.returncode, one.stdout.strip()) == (0, "wrote angles.svg")
-    two = run("plot", "walk.h5", "--what", "dataset:/replay/0/com", "--what", "joints", "-o", "a.pdf", folder=folder)
-    assert two.returncode == 0, two.stderr
+def test_plot_draws_chosen_figures_under_the_names_given(folder, run):
+    assert run("plot", "walk.h5", "--what", "angles", "-o", "angles.svg") == (0, "wrote angles.svg", "")
+    assert run("plot", "walk.h5", "--what", "dataset:/replay/0/com", "--what", "joints", "-o", "a.pdf")[0] == 0
     assert {file.name for file in folder.glob("a_*.pdf")} == {"a_replay_0_com.pdf", "a_joints.pdf"}
 
 
-def test_report_writes_a_page_and_still_prints_lines(folder):
-    assert "60 candidates" in run("report", "best.h5", folder=folder).stdout
-    done = run("report", "best.h5", "-o", "best.html", "--reference", "walk.h5", folder=folder)
-    assert (done.returncode, done.stdout.strip()) == (0, "wrote best.html"), done.stderr
+def test_report_writes_a_page_and_still_prints_lines(folder, run):
+    assert "60 candidates" in run("report", "best.h5")[1]
+    assert run("report", "best.h5", "-o", "best.html", "--reference", "walk.h5")[:2] == (0, "wrote best.html")
     assert (folder / "best.html").read_text().rstrip().endswith("</html>")
 
 
-def test_video_writes_a_film(folder):
-    done = run("video", "walk.h5", "-o", "walk.gif", "--size", "96x64", "--rate", 5, "--end", 1, folder=folder)
-    assert (done.returncode, done.stdout.strip()) == (0, "wrote walk.gif: 5 frames, 1 s"), done.stderr
+def test_video_writes_a_film(run):
+    done = run("video", "walk.h5", "-o", "walk.gif", "--size", "96x64", "--rate", 5, "--end", 1)
+    assert done[:2] == (0, "wrote walk.gif: 5 frames, 1 s")
 
 
 @pytest.mark.parametrize("command", [("plot", "-o", "x.png"), ("report", "-o", "x.html"), ("video", "-o", "x.mp4")])
@@ -72,11 +82,10 @@ def test_video_writes_a_film(folder):
         ("newer.h5", "format version 99 is newer than 1"),
     ],
 )
-def test_bad_files_give_one_line(command, file: str, message: str, folder):
-    done = run(command[0], file, *command[1:], folder=folder)
-    assert done.returncode == 2
-    assert message in done.stderr
-    assert len(done.stderr.strip().splitlines()) == 1
+def test_bad_files_give_one_line(command, file: str, message: str, folder, run):
+    code, _, errors = run(command[0], file, *command[1:])
+    assert (code, len(errors.splitlines())) == (2, 1)
+    assert message in errors
     assert not list(folder.glob("x*"))
 
 
@@ -93,14 +102,13 @@ def test_bad_files_give_one_line(command, file: str, message: str, folder):
         (("video", "walk.h5", "-o", "x.gif", "--replay", 4), "none has number 4"),
     ],
 )
-def test_wrong_wishes_give_one_line(arguments, message: str, folder):
-    done = run(*arguments, folder=folder)
-    assert done.returncode == 2
-    assert message in done.stderr
-    assert len(done.stderr.strip().splitlines()) == 1
+def test_wrong_wishes_give_one_line(arguments, message: str, folder, run):
+    code, _, errors = run(*arguments)
+    assert (code, len(errors.splitlines())) == (2, 1)
+    assert message in errors
     assert not list(folder.glob("x*"))
 
 
-def test_help_of_plot_names_every_kind(folder):
-    shown = " ".join(run("plot", "--help", folder=folder).stdout.split())
+def test_help_of_plot_names_every_kind(run):
+    shown = " ".join(run("plot", "--help")[1].split())
     assert all(kind in shown for kind in KINDS)
