@@ -170,12 +170,20 @@ class Rollout:
 
     def _use(self, numeric: Scene) -> None:
         """Take the numbers of all instances from this scene (see `parameters.substitute`), and start again."""
+        self.change(numeric)
+        self.reset()
+
+    def change(self, numeric: Scene) -> None:
+        """Go on from where the batch stands with other numbers; what starts count with the next `reset`.
+
+        Args:
+            numeric: the batch's scene with numbers in place of its free parameters (see `parameters.substitute`).
+        """
         self._model = self._model_of(numeric, self.device)
         self._numeric, self._start = numeric, start_of(numeric, self.names)
         for field, part in self._reference.items():
             setattr(self._model, field, part)
         self._tilt()
-        self.reset()
 
     def reset(self, velocity_noise: float = 0.0, seed: int = 0) -> None:
         """Put every instance back to its start.
@@ -375,8 +383,11 @@ class Rollout:
         failed = ~np.isin(self.status(), (Status.RUNNING, Status.COMPLETED))
         return np.asarray(np.where(failed, worst * (1.0 + missed), weighted(self._numeric, self.terms())))
 
-    def recording(self, instance: int | None = None) -> Recording:
+    def recording(self, instance: int | None = None, start: float = 0.0) -> Recording:
         """Motion of a recorded instance up to its end; by default of the first one recorded.
+
+        Args:
+            start: s, from where on it is wanted; at least the last frame is given.
 
         Raises:
             RolloutError: the instance was not among those to record.
@@ -385,7 +396,7 @@ class Rollout:
             instance = self._frames.chosen[0]
         if instance is None or instance not in self._frames.chosen:
             raise RolloutError(f"instance {instance} was not recorded: name it in Rollout(..., record=[...])")
-        return self._frames.recording(self._numeric, instance, int(self._state.step.numpy()[instance]))
+        return self._frames.recording(self._numeric, instance, int(self._state.step.numpy()[instance]), start)
 
     @property
     def state(self) -> structs.State:

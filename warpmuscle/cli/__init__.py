@@ -15,6 +15,7 @@ from warpmuscle.cli.scenes import convert, fit_muscles, info, scenes
 from warpmuscle.cli.simulate import simulate
 from warpmuscle.cli.sweep import sweep
 from warpmuscle.cli.video import video
+from warpmuscle.cli.view import view
 from warpmuscle.errors import Error
 
 app = typer.Typer(
@@ -25,7 +26,10 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
-for command in (scenes, info, simulate, optimize, sweep, apply, report, plot, video, export, fit_muscles, convert):
+COMMANDS = (
+    scenes, info, simulate, optimize, sweep, apply, report, view, plot, video, export, fit_muscles, convert,
+)  # fmt: skip
+for command in COMMANDS:
     app.command(command.__name__.replace("_", "-"))(command)
 
 

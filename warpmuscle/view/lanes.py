@@ -6,7 +6,8 @@ import numpy as np
 
 from warpmuscle.recording import Floats
 
-ACROSS = 8  # at most beside each other, unless there are more than 64
+ACROSS = 8  # beside each other at most, unless there are more than 64
+MOST = 64  # bipeds that can be told apart
 BESIDE, BEHIND = 1.3, 2.6  # m, between neighbours
 
 
