@@ -14,9 +14,10 @@ from warpmuscle.errors import Error
 from warpmuscle.formats import toml
 from warpmuscle.gait_table import gait_measures, gait_table
 from warpmuscle.plots.subject import Subject
-from warpmuscle.records import Result
+from warpmuscle.records import Options, Result, Staged
 from warpmuscle.report import shares
 from warpmuscle.report_page import report_html
+from warpmuscle.scene import SearchStage
 
 
 class Page(HTMLParser):
@@ -114,6 +115,20 @@ def test_measures_of_a_walk_stand_beside_those_of_people():
     assert rows["knee, greatest"].human == "63.4 ± 5.3"
     assert rows["cadence"].values[1] is None
     assert all(row.unit and row.source for row in rows.values())
+
+
+def test_stages_and_the_cost_of_transport_are_listed(result):
+    scene = toml.loads(result.scene)
+    scene.stages = [SearchStage("stand"), SearchStage("walk", {"cost_of_transport": 2.0})]
+    names = ("torque", "cost_of_transport")
+    evaluations = dataclasses.replace(result.evaluations, term_names=names, stage=np.ones(60, dtype=int))
+    stages = tuple(Staged(stage.name, result.parameters.name, Options("cma", searches=3)) for stage in scene.stages)
+    searched = dataclasses.replace(result.searched, stages=stages, stage=1, ended="the time is up")
+    staged = dataclasses.replace(result, scene=toml.dumps(scene), evaluations=evaluations, searched=searched)
+    page = Page(report_html(Subject(staged)))
+    assert {"stand", "walk", "3 x cma", "the time is up", "Score of stage 1, walk"} <= set(page.texts)
+    transport = evaluations.terms[result.best.index, 1]
+    assert {"cost of transport", f"{transport:.4g}", "3.05 to 3.51", "J/(kg m)"} <= set(page.texts)
 
 
 def test_without_jinja2_the_error_says_what_to_install(result, monkeypatch):

@@ -22,6 +22,7 @@ from warpmuscle.strides import (
     steady_strides,
 )
 
+TRANSPORT = "cost of transport"
 _STANCE = PERCENT <= 60.0  # of the gait cycle, about
 
 
@@ -83,7 +84,7 @@ def gait_table(walks: list[dict[str, float | None]]) -> list[Row]:
 
 
 def _unit(name: str) -> str:
-    units = {"speed": "m/s", "cadence": "steps/min", "greatest vertical force": "body weights"}
+    units = {"speed": "m/s", TRANSPORT: "J/(kg m)", "cadence": "steps/min", "greatest vertical force": "body weights"}
     if name.endswith("norm band"):
         return "% of the cycle"
     return units.get(name, "m" if name.startswith("step") else "deg")

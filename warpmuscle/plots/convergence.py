@@ -23,7 +23,7 @@ def draw(subject: Subject) -> Any:
     figure, panels = grid(len(stages) + has_spread, 2, 2.6)
     for axes, stage in zip(panels, stages, strict=False):
         title = f"Stage {stage}: {searched.stages[stage].name}" if searched and searched.stages else "Cost"
-        _costs(axes, evaluations.rows(evaluations.stage == stage))
+        _costs(axes, evaluations.rows(evaluations.stage == stage), subject.scene.objective.failure_cost)
         axes.set(title=title, xlabel="candidates evaluated", ylabel="cost (unit of the objective)")
     if has_spread:
         assert searched is not None
@@ -31,19 +31,19 @@ def draw(subject: Subject) -> Any:
     best = subject.result.best
     note = f"{len(evaluations)} candidates" + (f", least cost {best.cost:.6g}" if best is not None else "")
     if searched is not None:
-        note += f"; {searched.options.searches} x {searched.options.strategy}"
+        note += "" if searched.stages else f"; {searched.options.searches} x {searched.options.strategy}"
         note += f"; ended: {searched.ended}" if searched.ended else ""
     heading(figure, f"{subject.scene.name}: convergence", note)
     return figure
 
 
-def _costs(axes: Any, evaluations: Evaluations) -> None:
+def _costs(axes: Any, evaluations: Evaluations, failure_cost: float) -> None:
     """Every candidate as a dot, failures at the upper edge; the least cost so far, and of each search."""
     cost, count = evaluations.cost.astype(float), np.arange(1, len(evaluations) + 1)
     least = np.minimum.accumulate(cost)
-    worth = cost[cost < _failed_from(cost)]
-    top = _MARGIN * float(np.percentile(worth, 98)) if len(worth) else _MARGIN * float(cost.max())
+    worth = cost[cost < failure_cost] if np.any(cost < failure_cost) else cost
     bottom = float(least[-1])
+    top = max(_MARGIN * float(np.percentile(worth, 98)), bottom + (0.1 * abs(bottom) or 1.0))
     log = bottom > 0.0 and top > 5.0 * bottom
     beyond = cost > top
     axes.plot(count[~beyond], cost[~beyond], ".", color="#BBBBBB", ms=2.5, label="candidate", rasterized=True)
@@ -72,21 +72,19 @@ def _costs(axes: Any, evaluations: Evaluations) -> None:
     axes.legend(loc="upper right", ncols=2, handlelength=1.2, markerscale=1.6, frameon=True, edgecolor="none")
 
 
-def _failed_from(cost: Any) -> float:
-    """Cost from which on candidates are taken for failed ones: a gap of more than a hundredfold, if there is one."""
-    ordered = np.sort(cost[cost > 0.0])
-    if len(ordered) < 2:
-        return float(np.inf)
-    gap = int(np.argmax(ordered[1:] / ordered[:-1]))
-    return float(ordered[gap + 1]) if ordered[gap + 1] > 20.0 * ordered[gap] else float(np.inf)
-
-
 def _spread(axes: Any, history: History) -> None:
     """How widely each search samples, over its generations; a line ends where its stage does."""
     for stage in np.unique(history.stage):
         for k in np.unique(history.search):
             own = (history.search == k) & (history.stage == stage)
-            axes.plot(history.generation[own], history.spread[own], color=PALETTE[2], lw=0.9, alpha=0.8)
+            axes.plot(
+                history.generation[own],
+                history.spread[own],
+                color=PALETTE[2],
+                lw=0.9,
+                alpha=0.8,
+                marker="." if own.sum() == 1 else None,
+            )
     axes.set_ylim(bottom=0.0)
     axes.set(title="Spread of the candidates", xlabel="generation", ylabel="standard deviation\n(part of the interval)")
     axes.locator_params(axis="x", integer=True)
