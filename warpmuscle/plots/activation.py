@@ -76,7 +76,8 @@ def _map(subject: Subject, rows: list[Pair]) -> Any:
     for axes, side in zip(columns, SIDES, strict=True):
         means = np.array([_cycles(subject, getattr(row, side), side).mean(axis=0) for row in rows])
         image = _image(axes, means, (0.0, 100.0))
-        axes.set(title=f"{side.capitalize()} muscles, cycle of the {side} leg", xlabel="gait cycle (%)")
+        title = f"{side.capitalize()} muscles, cycle" if any(row.left != row.right for row in rows) else "Cycle"
+        axes.set(title=f"{title} of the {side} leg", xlabel="gait cycle (%)")
         cycle_axis(axes)
     _name_rows(columns[0], [row.label for row in rows])
     columns[1].tick_params(axis="y", length=0.0)

@@ -148,5 +148,5 @@ class Subject:
         count = " or ".join(map(str, counts))
         begin = min(cycles[0][0] for cycles in self.strides.values())
         end = max(cycles[-1][1] for cycles in self.strides.values())
-        plural = "s" if counts[-1] > 1 else ""
-        return f"mean and standard deviation of {count} gait cycle{plural} of each leg, {begin:.1f} to {end:.1f} s"
+        cycles = f"mean and standard deviation of {count} gait cycles" if counts[-1] > 1 else "1 gait cycle"
+        return f"{cycles} of each leg, {begin:.1f} to {end:.1f} s"
