@@ -131,6 +131,31 @@ def test_stages_and_the_cost_of_transport_are_listed(result):
     assert {"cost of transport", f"{transport:.4g}", "3.05 to 3.51", "J/(kg m)"} <= set(page.texts)
 
 
+def test_a_browser_without_a_network_shows_all_figures_and_plays_the_motion(browser, result, tmp_path):
+    path = tmp_path / "report.html"
+    path.write_text(report_html(Subject(result)))
+    context = browser.new_context(viewport={"width": 1100, "height": 900}, offline=True)
+    page = context.new_page()
+    page.set_default_timeout(60_000)
+    problems: list[str] = []
+    page.on("pageerror", lambda error: problems.append(str(error)))
+    page.on("request", lambda request: problems.append(request.url) if request.url.startswith("http") else None)
+    page.goto(path.as_uri())
+    assert page.title() == "walk56: report"
+    widths = "Promise.all([...document.images].map((image) => image.decode().then(() => image.naturalWidth)))"
+    assert len(page.evaluate(widths)) == 7
+    assert min(page.evaluate(widths)) > 300
+    page.locator("iframe").scroll_into_view_if_needed()
+    frame = page.frame_locator("iframe").locator("body")
+    assert frame.evaluate("warpmuscle.ready.then(() => warpmuscle.state().bipeds)") == 1
+    page.frame_locator("iframe").locator("#play").click()
+    frame.evaluate("() => new Promise((done) => setTimeout(done, 1000))")
+    assert frame.evaluate("() => warpmuscle.state().time") > 0.0
+    assert page.evaluate("document.documentElement.scrollWidth") <= 1100
+    assert not problems
+    context.close()
+
+
 def test_without_jinja2_the_error_says_what_to_install(result, monkeypatch):
     original = builtins.__import__
 
