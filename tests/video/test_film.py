@@ -1,6 +1,7 @@
 """Films: frames show the whole character, repeat without a jump, and become files of the right length."""
 
 import builtins
+import dataclasses
 
 import numpy as np
 import pytest
@@ -83,6 +84,11 @@ def test_a_fixed_arm_is_filmed_too(tmp_path):
     assert Painter(film).frame(0).std() > 1.0
     with pytest.raises(Error, match="no legs to walk on"):
         make_film(arm_motion(), arm(), Look(**SMALL, strides=1))
+
+
+def test_muscles_without_a_path_are_left_out(film):
+    pathless = dataclasses.replace(film, muscle_points=film.muscle_points[:, :0], muscle_start=0 * film.muscle_start)
+    assert np.any(Painter(pathless).frame(0) != Painter(film).frame(0))
 
 
 def test_impossible_wishes_are_refused(film, tmp_path, monkeypatch):

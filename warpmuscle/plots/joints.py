@@ -26,27 +26,29 @@ def draw(subject: Subject) -> Any:
     if not moving:
         raise Absent(f"{subject.source}: no joint of {scene.name} moves")
     rows = pairs(subject.chosen("joint", moving, subject.choices.joints))
-    figure, panels = grid(len(rows), min(4, max(2, (len(rows) + 1) // 2)), 1.9, sharex=True)
+    columns = len(rows) if len(rows) <= 3 else min(4, (len(rows) + 1) // 2)
+    figure, panels = grid(len(rows), columns, 1.9, sharex=True)
+    used: set[str] = set()
     for axes, row in zip(panels, rows, strict=True):
         for name, line in ((row.left, "-"), (row.right, "--")) if row.left != row.right else ((row.left, "-"),):
             for number, (label, angle) in enumerate(joint_curves(recording, scene, name)):
                 axes.plot(recording.time, angle, line, color=_COLORS[label], lw=1.4 - 0.2 * number)
+                used.add(_COLORS[label])
         axes.axhline(0.0, color=GRAY, lw=0.6, zorder=0)
         axes.set(title=row.label, ylabel="angle (deg)")
         axes.margins(x=0.0)
-    columns = min(len(rows), min(4, max(2, (len(rows) + 1) // 2)))
     for axes in panels[-columns:]:
         axes.set_xlabel("time (s)")
         axes.tick_params(labelbottom=True)
-    _legend(figure, panels[0], any(row.left != row.right for row in rows))
+    _legend(figure, panels[0], used, any(row.left != row.right for row in rows))
     heading(
         figure, f"{scene.name}: joint angles over time", "child relative to parent; of a ball joint turns about x, y, z"
     )
     return figure
 
 
-def _legend(figure: Any, axes: Any, paired: bool) -> None:
-    for label, color in _LEGEND.items():
+def _legend(figure: Any, axes: Any, used: set[str], paired: bool) -> None:
+    for label, color in ((label, color) for label, color in _LEGEND.items() if color in used):
         axes.plot([], [], color=color, label=label)
     for line, side in (("-", "left"), ("--", "right")) if paired else ():
         axes.plot([], [], line, color=PALETTE[6], label=side)

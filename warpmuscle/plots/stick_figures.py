@@ -72,14 +72,14 @@ def _figure(recording: Recording, scene: Scene, gait: Gait | None) -> Any:
     low, high = min(side[0, 1], ground) - _MARGIN, side[1, 1] + _MARGIN
     side_width = side[1, 0] - side[0, 0]
     center, front_width = front[:, 0].mean(), max(front[1, 0] - front[0, 0] + 2.0 * _MARGIN, 0.13 * side_width)
-    room = WIDTH - 1.0  # inches for both views, without margins and gap
+    room = WIDTH - 1.07  # inches for both views, without margins and gap
     scale = min(room / (side_width + 2.0 * _MARGIN + front_width), 3.2 / (high - low))  # inches/m
     spare = (room / scale - front_width - side_width) / 2.0
 
     height = scale * (high - low)
     paper = _Page(matplotlib().figure.Figure(figsize=(WIDTH, height + 3.65)))
     front_axes = paper.axes(WIDTH - 0.12 - scale * front_width, 3.0, scale * front_width, height)
-    side_axes = paper.axes(0.55, 3.0, room - scale * front_width, height)
+    side_axes = paper.axes(0.62, 3.0, room - scale * front_width, height)
     side_axes.set(xlim=(side[0, 0] - spare, side[1, 0] + spare), ylim=(low, high))
     front_axes.set(xlim=(center - front_width / 2.0, center + front_width / 2.0), ylim=(low, high))
     for axes in (side_axes, front_axes):
@@ -170,8 +170,8 @@ def _draw_side(axes: Axes, recording: Recording, drawn: list[Piece], frames: Int
     """Figures walking along the page, each over its time, and the path of the centre of mass."""
     for frame in frames:
         _draw_figure(axes, recording, drawn, int(frame), _SIDE, float(offsets[frame]))
-    for side in ("left", "right"):
-        axes.plot([], [], color=SIDE_COLORS[side], lw=2.0, label=f"{side} leg and arm")
+    for side in SIDES if any(piece.side != "middle" for piece in drawn) else ():
+        axes.plot([], [], color=SIDE_COLORS[side], lw=2.0, label=f"{side} side")
     places = recording.com[:, 2] + offsets
     axes.plot(places, recording.com[:, 1], color=_COM_COLOR, lw=1.5, label="centre of mass", zorder=4)
     axes.plot(places[frames], recording.com[frames, 1], "o", color=_COM_COLOR, ms=3.5, zorder=4)

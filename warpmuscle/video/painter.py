@@ -153,7 +153,7 @@ class Painter:
         film = self._film
         start = film.muscle_start
         inner = np.ones(len(film.muscle_points[number]), dtype=bool)
-        inner[start[1:] - 1] = False
+        inner[start[1:][np.diff(start) > 0] - 1] = False  # a muscle may act without a path
         first = np.flatnonzero(inner)
         owner = np.searchsorted(start, first, side="right") - 1
         pieces = np.stack([film.muscle_points[number][first], film.muscle_points[number][first + 1]], axis=1)
@@ -161,7 +161,8 @@ class Painter:
         thin, thick = _MUSCLE_RADIUS
         radius = (thin + (thick - thin) * film.load[number, owner])[:, None] * film.camera.scale(depth)
         level = np.clip(film.activation[number, owner] * 255.0, 0.0, 255.0).astype(int)
-        away = np.array([depth[owner == m].mean() for m in range(len(start) - 1)])[owner] - _IN_FRONT
+        pieces_of = np.maximum(np.bincount(owner, minlength=len(start) - 1), 1)
+        away = (np.bincount(owner, depth.mean(axis=1), len(start) - 1) / pieces_of)[owner] - _IN_FRONT
         shapes, colors, depths = _shaded(flat, radius, self._colors[level], away)
         return shapes, colors, depths
 
