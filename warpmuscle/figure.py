@@ -42,7 +42,7 @@ def pieces(character: Character, feet: Sequence[str]) -> list[Piece]:
             reach = [start, *ends]  # so that leg, foot and toes meet
             found += [_outline(name, sides[name], shape, reach) for shape in body.shapes]
             continue
-        for end in bones(start, ends or [_far_end(shape, start) for shape in body.shapes]):
+        for end in bones(start, ends or [far_end(shape, start) for shape in body.shapes]):
             found.append(Piece(name, sides[name], end))
         if not ends:
             found += [_outline(name, sides[name], shape, []) for shape in body.shapes if not isinstance(shape, Capsule)]
@@ -124,7 +124,7 @@ def _outline(body: str, side: Side, shape: Shape, reach: Sequence[Floats]) -> Pi
     return Piece(body, side, np.array([*points, *reach], dtype=float), outline=True, radius=radius)
 
 
-def _far_end(shape: Shape, start: Floats) -> Floats:
+def far_end(shape: Shape, start: Floats) -> Floats:
     """Where a bone that begins at `start` ends: the far end of a capsule, the middle of another shape."""
     if isinstance(shape, Capsule):
         return max(_point(shape.start), _point(shape.end), key=lambda end: float(np.linalg.norm(end - start)))
