@@ -40,13 +40,15 @@ def universal_projector(a: wp.vec3, b: wp.vec3, weight: wp.vec3) -> wp.mat33:
 @wp.func
 def joint_projector(instance: int, body: int, weight: wp.vec3, model: Model, work: Work) -> wp.mat33:
     """What a torque does about the degrees of freedom of a joint, each times its weight, world axes."""
-    kind = model.skeleton.joint_type[body]
+    plan = model.skeleton.plan[body]
+    row = at(model.skeleton.row, instance, body)
+    kind = plan.joint_type
     rotation = work.rotation[body]
     if kind == BALL:
         return ball_projector(rotation, weight)
-    a = rotation * at(model.skeleton.axis_a, instance, body)
+    a = rotation * row.axis_a
     if kind == UNIVERSAL:
-        b = work.rotation[model.skeleton.parent[body]] * at(model.skeleton.axis_b, instance, body)
+        b = work.rotation[plan.parent] * row.axis_b
         return universal_projector(a, b, weight)
     return hinge_projector(a, weight[0])
 
@@ -91,7 +93,7 @@ def mixed_torque(instance: int, body: int, muscles: wp.vec3, model: Model, work:
         muscles: torque of the muscles, world, N m.
     """
     actuation = model.actuation
-    parent = whole(model.skeleton.parent[body])
+    parent = whole(model.skeleton.plan[body].parent)
     rotation = work.rotation[body]
     by_torque = joint_projector(instance, body, actuation.by_torque[body], model, work)
     by_muscles = joint_projector(instance, body, actuation.by_muscles[body], model, work)

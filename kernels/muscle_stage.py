@@ -51,6 +51,7 @@ class MuscleKind(NamedTuple):
     pulls_at_hand: bool = False  # moment arms and torques of all crossings are kept in the working set
     mixed: bool = True  # muscles, torques and spring-dampers may share a joint
     pulleys: bool = False  # some muscles run on pulleys
+    conditions: bool = True  # some points of paths are conditional
     neural: bool = False  # neural dynamics before that of the activation
     implicit: bool = False  # damping linearised over the step, with rigid tendons
 
@@ -166,7 +167,7 @@ def muscle_stage_of(kind: MuscleKind, terms: tuple[str, ...] = (), recorded: boo
     add_terms = muscle_terms_of(terms)
     contraction = contraction_of(kind.curves, kind.tendon, kind.implicit)
     actuation_stage = actuation_stage_of(pulled_torque if kind.pulls_at_hand else muscle_torque, kind.mixed)
-    stretch_stage = stretch_of(kind.pulleys)
+    stretch_stage = stretch_of(kind.pulleys, kind.conditions)
     law, neural, implicit = kind.law, kind.neural, kind.implicit
     at_hand = kind.pulls_at_hand
     arms = arms_at_hand if at_hand else arms_in_state
