@@ -187,7 +187,10 @@ def muscle_stage_of(kind: MuscleKind, terms: tuple[str, ...] = (), recorded: boo
         if wp.static(law != LEGACY) or step == 0:
             desired = average_force(stretch.wanted)
         if own.end_knot > own.first_knot:
-            desired = row.f_max * timed_excitation(muscles, own, instance, float(step) * model.time_step)
+            time = float(step) * model.time_step
+            if wp.static(neural):
+                time -= 0.5 * model.time_step  # the middle of the step that the activation is moved over
+            desired = row.f_max * timed_excitation(muscles, own, instance, time)
         excitation = wp.min(desired / row.f_max, 1.0)
         c = Contraction()
         if wp.static(law == IDEAL):
@@ -202,9 +205,10 @@ def muscle_stage_of(kind: MuscleKind, terms: tuple[str, ...] = (), recorded: boo
                 c = legacy_contraction(instance, m, a, stretch, row, model, state)
             else:
                 if wp.static(neural):
-                    after = neurally_activated(a, state.muscles.neural[instance, m], excitation, row)
-                    state.muscles.neural[instance, m] = after[1]
-                    a = after[0]
+                    if step > 0:  # the first activation is as given
+                        after = neurally_activated(a, state.muscles.neural[instance, m], excitation, row)
+                        state.muscles.neural[instance, m] = after[1]
+                        a = after[0]
                 else:
                     a = activated(a, excitation, model.time_step, row, muscles.scaled_rates)
                 c = contraction(instance, m, a, stretch, row, model, state)
