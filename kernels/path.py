@@ -249,7 +249,7 @@ def pulley_stretch(
     for k in range(span.first_pulley, span.end_pulley):
         pulley = paths.pulley[k]
         own = at(paths.pulley_row, instance, k)
-        angle = state.coordinates[instance, model.skeleton.coordinate_start[pulley.joint] + pulley.axis]
+        angle = state.coordinates[instance, model.skeleton.plan[pulley.joint].coordinate_start + pulley.axis]
         total.moving -= own[0] * (angle - own[1])
         r = coordinate_gradient(instance, pulley.joint, pulley.axis, model, work) * -own[0]
         total.speed += wp.dot(r, work.joint_velocity[pulley.joint])
