@@ -16,6 +16,7 @@ from warpmuscle.kernels.lanes import work_floats
 
 SLICES_PER_THREAD = 4  # so that threads stay busy when some slices lose their instances sooner
 GPU_LANES = 8
+MOST_LANES = 16  # that are of use to a biped
 WARP = 32  # lanes that a multiprocessor runs together
 BUSY_WARPS = 8  # of them keep a multiprocessor about as busy as more do
 SHARED_BYTES = 48 * 1024  # of memory that a block may declare
@@ -86,7 +87,7 @@ def usual_lanes(wanted: int | None, floats: int, instances: int, multiprocessors
     if not fitting:
         raise RolloutError("the character has more bodies than a GPU block has memory for; simulate it on the CPU")
     if wanted is None:
-        idle = [n for n in fitting if n * instances <= BUSY_WARPS * WARP * multiprocessors]
+        idle = [n for n in fitting if n <= MOST_LANES and n * instances <= BUSY_WARPS * WARP * multiprocessors]
         return max(GPU_LANES, fitting[0], *idle)
     if wanted not in fitting:
         raise RolloutError(f"lanes must be one of {', '.join(map(str, fitting))} for this character, not {wanted}")
