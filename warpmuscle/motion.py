@@ -14,7 +14,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.interpolate import make_interp_spline
 
 from warpmuscle.arrays import Floats, Ints, rows, to_device
 from warpmuscle.errors import RolloutError
@@ -149,6 +148,8 @@ def spline_curves(moving: Kinematic, motions: Sequence[tuple[Floats, Floats, Seq
     Args:
         motions: times (K,), s, values (rows, K, curves), and the numbers of those curves; all of them together.
     """
+    from scipy.interpolate import make_interp_spline  # takes half a second, which only prescribed motions cost
+
     count = max((len(values) for _, values, _ in motions), default=1)
     quaternions = [entry[2] for entry in moving.turn]
     held, splines = [], []
