@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import warp as wp
@@ -13,11 +13,28 @@ from warpmuscle.compiling import is_compiled
 from warpmuscle.errors import RolloutError
 from warpmuscle.kernels import structs
 from warpmuscle.kernels.lanes import work_floats
+from warpmuscle.kernels.muscle_stage import MuscleKind
+from warpmuscle.kernels.objective_terms import ObjectiveKind
+from warpmuscle.kernels.record import RecordKind
 
 SLICES_PER_THREAD = 4  # so that threads stay busy when some slices lose their instances sooner
 GPU_LANES = 8
 SHARED_BYTES = 48 * 1024  # of memory that a block may declare
 GPU_BLOCK = 32
+
+
+class Recipe(NamedTuple):
+    """What a fused kernel is made of; see `kernels.step.step_kernel`."""
+
+    capacity: int
+    lanes: int
+    block_dim: int
+    muscles: MuscleKind | None
+    objective: ObjectiveKind
+    collisions: bool
+    motion: bool
+    recorded: RecordKind
+    effort: Any = None
 
 
 class Launcher:
