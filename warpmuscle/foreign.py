@@ -38,6 +38,11 @@ def mask_of(values: Any, instances: int) -> NDArray[np.bool_]:
     return mask
 
 
+def is_array(values: Any) -> bool:
+    """Whether something is an array of one dimension or more, or a list, and no number."""
+    return not isinstance(values, int | float | np.generic)
+
+
 def host_array(values: Any, what: str) -> NDArray[Any]:
     """Any array as one of NumPy."""
     if isinstance(values, wp.array):

@@ -22,10 +22,11 @@ from warpmuscle.batch_input import (
     root_noise,
 )  # fmt: skip
 from warpmuscle.collisions import collision_pairs, collisions_struct
+from warpmuscle.custom import check_custom, custom_controller
 from warpmuscle.devices import find_device
 from warpmuscle.disturbances import Disturbances, none, tilted
 from warpmuscle.errors import Error, RolloutError
-from warpmuscle.foreign import mask_of
+from warpmuscle.foreign import is_array, mask_of
 from warpmuscle.formats import load, npz
 from warpmuscle.formats.npz import JointMotion
 from warpmuscle.frames import Frames, record_kind
@@ -49,6 +50,7 @@ from warpmuscle.status import Status
 from warpmuscle.stepped import Stepped
 from warpmuscle.topology import coordinate_names, topology
 from warpmuscle.tracking import reference_fields, reference_table
+from warpmuscle.trust import trust as allow
 from warpmuscle.validate import check_scene
 
 FEW = 256  # instances for which there always is memory, so that nobody has to find out how much they take
@@ -79,6 +81,7 @@ class Rollout(Stepped):
         quantities: Sequence[str] | None = None,
         threads: int | None = None,
         lanes: int | None = None,
+        trust: bool = False,
     ) -> None:
         """Prepare a batch at the scene's initial state and parameter values.
 
@@ -93,6 +96,7 @@ class Rollout(Stepped):
                 (see `recording.QUANTITIES`); by default everything, for `recording`.
             threads: CPU threads, by default one a core; without effect on a GPU.
             lanes: GPU threads that share an instance, by default 8; without effect on the CPU.
+            trust: let code run that the scene names; not needed where `load` was told so.
 
         Raises:
             SceneError: the scene is inconsistent.
@@ -100,6 +104,9 @@ class Rollout(Stepped):
                 threads or lanes, or an unknown quantity.
         """
         check_scene(scene)
+        if trust:
+            allow(scene)
+        check_custom(scene)
         self.scene = scene
         self.instances = positive(instances, "instances")
         self.parameters: list[Parameter] = free_parameters(scene)
@@ -121,7 +128,7 @@ class Rollout(Stepped):
         recorded = record_kind(quantities) if record or self.device.is_cpu else NOTHING
         self._recipe = Recipe(
             capacity, self.lanes, self.block_dim, kind, self._objective, bool(self._colliding),
-            bool(self._kinematic.names), recorded,
+            bool(self._kinematic.names), recorded, custom_controller(scene),
         )  # fmt: skip
         self._launchers: dict[Recipe, Launcher] = {}
         self._launcher = self._launcher_of(self._recipe)
@@ -213,13 +220,13 @@ class Rollout(Stepped):
         Raises:
             RolloutError: the mask has another shape, or is not of bool.
         """
-        if np.ndim(velocity_noise) or hasattr(velocity_noise, "__dlpack__"):
+        if is_array(velocity_noise):
             velocity_noise, mask = 0.0, velocity_noise
         noise = root_noise(self.scene, self.instances, velocity_noise, seed)
         if mask is None:
             self.restart(noise)
         else:
-            self._restart_some(mask_of(mask, self.instances), noise)
+            self.restart_some(mask_of(mask, self.instances), noise)
 
     def _starts(self, root_velocity: Floats) -> tuple[Any, Any, Any]:
         """Coordinates, speeds and accelerations of all instances at their start, (instances, ...), float32."""
@@ -405,6 +412,11 @@ class Rollout(Stepped):
         if instance is None or instance not in self._frames.chosen:
             raise RolloutError(f"instance {instance} was not recorded: name it in Rollout(..., record=[...])")
         return self._frames.recording(self._numeric, instance, int(self._state.step.numpy()[instance]), start)
+
+    @property
+    def numeric(self) -> Scene:
+        """The scene with its present numbers in place of free parameters; see `parameters.substitute`."""
+        return self._numeric
 
     @property
     def state(self) -> structs.State:

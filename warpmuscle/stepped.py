@@ -21,7 +21,7 @@ from warpmuscle.kernels import structs
 from warpmuscle.kernels.control import given_effort
 from warpmuscle.kernels.restart import put_rows
 from warpmuscle.kernels.step import step_kernel
-from warpmuscle.launching import Launcher, Recipe
+from warpmuscle.launching import Launcher, Recipe, one_line_errors
 from warpmuscle.model import Start
 from warpmuscle.status import Status
 
@@ -52,6 +52,11 @@ class Stepped(Given):
     def torque_names(self) -> tuple[str, ...]:
         """Speeds of the joints, in the order of the torques that `step` takes; a part of `speed_names`."""
         return tuple(name for name in self.speed_names if not name.startswith("root."))
+
+    @property
+    def excitable(self) -> bool:
+        """Whether muscles drive any joint, so that `step` takes excitations."""
+        return self._recipe.muscles is not None and bool(self._driven.muscles)
 
     def step(self, k: int = 1, excitations: Any = None, torques: Any = None) -> None:
         """Make k steps under control from outside; what is not given stays with the scene and its controller.
@@ -92,7 +97,9 @@ class Stepped(Given):
                 launcher.launch(count, self._running, self._model, self._state, self._frames.record)
                 self.steps_done = target
                 status = self._state.status.numpy()
-                self._running = self._running[status[self._running] == Status.RUNNING]
+                goes_on = status[self._running] == Status.RUNNING
+                if not goes_on.all():
+                    self._running = self._running[goes_on]
             if end < step:
                 self.complete()
 
@@ -131,21 +138,31 @@ class Stepped(Given):
         muscles = self._state.muscles
         return found | {"activation": muscles.activation, "muscle_force": muscles.force}
 
+    def load_step(self, excitations: bool = False, torques: bool = False) -> None:
+        """Have the kernel ready that `step` launches with excitations, torques, or both; see `load`."""
+        self._launcher_of(self._recipe_of(excitations, torques)).load()
+
+    def _recipe_of(self, excited: bool, driven: bool) -> Recipe:
+        """What a kernel is made of that takes excitations, torques or both from outside."""
+        recipe = self._recipe
+        if excited:
+            if recipe.muscles is None or not self.excitable:
+                raise RolloutError("there are no muscles to excite: they drive no joint of this scene")
+            recipe = recipe._replace(muscles=recipe.muscles._replace(given=True))
+        return recipe._replace(effort=given_effort) if driven else recipe
+
     @contextmanager
     def _driven_by(self, excitations: Any, torques: Any) -> Iterator[Launcher]:
         """The launcher for steps that are driven so, while the model has what is given."""
-        recipe, muscles = self._recipe, self._model.muscles
+        muscles = self._model.muscles
         before = {field: getattr(muscles, field) for field in ("own", "knot_time", "knot_value")}
         given = {}
+        recipe = self._recipe_of(excitations is not None, torques is not None)
         if excitations is not None:
-            if recipe.muscles is None:
-                raise RolloutError("there are no muscles to excite: torques drive all joints of this scene")
-            recipe = recipe._replace(muscles=recipe.muscles._replace(given=True))
             count = len(self.muscle_names)
             value = rows_of(excitations, count, self.instances, self.device, "excitations")
             given = self._one_knot | {"knot_value": value}
         if torques is not None:
-            recipe = recipe._replace(effort=given_effort)
             count = len(self.torque_names)
             self._model.actuation.effort = rows_of(torques, count, self.instances, self.device, "torques")
         for field, array in given.items():
@@ -169,12 +186,14 @@ class Stepped(Given):
     def _launcher_of(self, recipe: Recipe) -> Launcher:
         """The launcher of a fused kernel."""
         if recipe not in self._launchers:
+            with one_line_errors():
+                kernel = step_kernel(*recipe)
             self._launchers[recipe] = Launcher(
-                step_kernel(*recipe), self.device, recipe.capacity, recipe.lanes, recipe.block_dim, self.threads
+                kernel, self.device, recipe.capacity, recipe.lanes, recipe.block_dim, self.threads
             )
         return self._launchers[recipe]
 
-    def _restart_some(self, mask: NDArray[np.bool_], root_velocity: Floats) -> None:
+    def restart_some(self, mask: NDArray[np.bool_], root_velocity: Floats) -> None:
         """Put the instances of a mask back to their start, see `restart`."""
         if mask.all():
             self.restart(root_velocity)
