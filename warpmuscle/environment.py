@@ -17,8 +17,8 @@ Reward for a step of the environment, which takes dt, unless `objective_weight` 
 
     speed_weight (distance gone forward) + alive_weight dt [not failed] - effort_weight dt (mean of squared effort)
 
-Effort is excitation, or torque over its limit. With an `objective_weight`, that times what the step added to the scene's
-weighted objective is taken off as well, so that with the other weights at 0 the reward is the objective alone.
+Effort is excitation, or torque over its limit. With an `objective_weight`, that times what the step added to the
+scene's weighted objective is taken off as well; so with the other weights at 0 the reward is the objective alone.
 
 An episode is terminated when the biped fails as the scene's `failure` says, and truncated at the scene's duration. For
 policies on the GPU use `Rollout.step`, `reset(mask)` and `observation` themselves: here arrays pass through NumPy.
@@ -27,7 +27,7 @@ policies on the GPU use `Rollout.step`, `reset(mask)` and `observation` themselv
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -95,7 +95,7 @@ class Bipeds:
         rollout, kind = self.rollout, given.character.root_joint
         self.dt = settings.frame_skip * given.time_step
         mass = rows([body.mass for body in rollout.numeric.character.bodies.values()]).sum()
-        self._weight = float(mass * rows([rollout.numeric.gravity])[0]) or 1.0
+        self._weight = float(mass * rows([rollout.numeric.gravity])[0, 0]) or 1.0
         self._forward = FORWARD.get(kind)
         self._seen = [i for i in range(len(rollout.coordinate_names)) if i not in ON_GROUND[kind]]
         names = rollout.muscle_names if rollout.excitable else rollout.torque_names
@@ -117,7 +117,8 @@ class Bipeds:
         ]
         if self.rollout.excitable:
             parts.append(found["activation"].numpy())
-        return np.clip(np.nan_to_num(np.concatenate(parts, axis=1)), -GREATEST, GREATEST).astype(np.float32)
+        observed = np.nan_to_num(np.concatenate(parts, axis=1))
+        return np.asarray(np.clip(observed, -GREATEST, GREATEST), dtype=np.float32)
 
     def act(self, actions: Any) -> tuple[Array, Flags, Flags]:
         """Rewards, terminated and truncated, (instances,), of a step of the environment with actions."""
@@ -150,7 +151,7 @@ class Bipeds:
         return weighted(self.rollout.numeric, self.rollout.terms())
 
 
-class BipedVectorEnv(VectorEnv[Array, Array, Array]):
+class BipedVectorEnv(VectorEnv[Array, Array, Any]):
     """Bipeds of one scene on one device, all in one batch.
 
     Its autoreset mode is `AutoresetMode.SAME_STEP`: an instance whose episode ends starts again within the same call of
@@ -204,17 +205,18 @@ class BipedVectorEnv(VectorEnv[Array, Array, Array]):
         self.bipeds.start(np.ones(self.num_envs, dtype=bool), self.np_random)
         return self.bipeds.observed(), {}
 
-    def step(self, actions: Array) -> tuple[Array, Array, Flags, Flags, dict[str, Any]]:
+    def step(self, actions: Array) -> tuple[Array, Any, Any, Any, dict[str, Any]]:
         """Act: observations, rewards, terminated, truncated, and what else Gymnasium wants to know of episodes' ends.
 
         Raises:
             RolloutError: the actions are not (num_envs, actions).
         """
         reward, terminated, truncated = self.bipeds.act(actions)
-        observed, ended, info = self.bipeds.observed(), terminated | truncated, {}
+        observed, ended = self.bipeds.observed(), terminated | truncated
+        info: dict[str, Any] = {}
         if ended.any():
             info = {"final_obs": np.full(self.num_envs, None, dtype=object), "_final_obs": ended}
-            info |= {"final_info": {"status": self.bipeds.rollout.status()}, "_final_info": ended}
+            info |= {"final_info": {"status": self.bipeds.rollout.status().copy()}, "_final_info": ended}
             for index in np.flatnonzero(ended):
                 info["final_obs"][index] = observed[index]
             self.bipeds.start(ended, self.np_random)
@@ -229,8 +231,6 @@ class BipedEnv(gymnasium.Env[Array, Array]):
         bipeds: the batch of one.
     """
 
-    metadata: ClassVar[dict[str, Any]] = {"render_modes": []}
-
     def __init__(
         self,
         scene: str | Scene = "fwalk",
@@ -241,7 +241,7 @@ class BipedEnv(gymnasium.Env[Array, Array]):
     ) -> None:
         """Prepare the biped; see `BipedVectorEnv`."""
         self.bipeds = Bipeds(1, scene, device, threads, Settings.of(settings))
-        self.render_mode = render_mode
+        self.metadata, self.render_mode = {"render_modes": []}, render_mode
         self.action_space, self.observation_space = self.bipeds.action_space, self.bipeds.observation_space
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Array, dict[str, Any]]:
