@@ -67,7 +67,8 @@ def body_contacts(instance: int, body: int, model: Model, work: Work) -> Contact
     middle = work.velocity[body] - work.lag_velocity[body]  # the implicit step starts from the middle of the last one
     spin = work.angular_velocity[body] - work.lag_angular[body]
     up = wp.transpose(work.rotation[body]) * normal
-    for k in range(contacts.start[body], contacts.start[body + 1]):
+    plan = model.skeleton.plan[body]
+    for k in range(plan.first_point, plan.end_point):
         point = at(contacts.point, instance, k)
         depth = point.radius - height - wp.dot(up, point.place)
         if depth > 0.0:
@@ -92,12 +93,13 @@ def body_contacts(instance: int, body: int, model: Model, work: Work) -> Contact
 @wp.func
 def contact_stage(instance: int, body: int, model: Model, work: Work):
     """Add the contacts of one body to its articulated inertia and bias force, and keep what its foot force needs."""
-    slot = model.skeleton.foot_slot[body]
+    plan = model.skeleton.plan[body]
+    slot = plan.foot_slot
     if slot >= 0:
         work.contact_c[slot] = symmetric(0.0)
         work.contact_b[slot] = wp.mat33(0.0)
         work.contact_force[slot] = wp.vec3(0.0)
-    if model.contacts.start[body + 1] == model.contacts.start[body]:
+    if plan.end_point == plan.first_point:
         return
     total = body_contacts(instance, body, model, work)
     if wp.length_sq(total.force) == 0.0:

@@ -18,15 +18,15 @@ from warpmuscle.kernels.structs import BALL, HINGE, UNIVERSAL, Model, State, Wor
 @wp.func
 def effort_torque(instance: int, body: int, effort: wp.vec3, model: Model, work: Work) -> wp.vec3:
     """Torque on the parent of a joint, world, N m, that does what the efforts of its speeds ask for."""
-    kind = model.skeleton.joint_type[body]
+    kind = model.skeleton.plan[body].joint_type
     rotation = work.rotation[body]
     if kind == BALL:
         return -(rotation * effort)
-    a = rotation * at(model.skeleton.axis_a, instance, body)
+    a = rotation * at(model.skeleton.row, instance, body).axis_a
     if kind == HINGE:
         return -(a * effort[0])
     if kind == UNIVERSAL:
-        b = work.rotation[model.skeleton.parent[body]] * at(model.skeleton.axis_b, instance, body)
+        b = work.rotation[model.skeleton.plan[body].parent] * at(model.skeleton.row, instance, body).axis_b
         c = wp.dot(a, b)
         return (a * (c * effort[1] - effort[0]) + b * (c * effort[0] - effort[1])) / (1.0 - c * c)
     return wp.vec3(0.0)
@@ -35,10 +35,10 @@ def effort_torque(instance: int, body: int, effort: wp.vec3, model: Model, work:
 @wp.func
 def given_effort(instance: int, body: int, model: Model, state: State, work: Work) -> wp.vec3:
     """Efforts of a joint as given from outside."""
-    first = model.skeleton.speed_start[body]
-    column = first - model.skeleton.speed_start[1]
+    first = model.skeleton.plan[body].speed_start
+    column = first - model.skeleton.plan[1].speed_start
     effort = wp.vec3(0.0)
-    for k in range(model.skeleton.speed_start[body + 1] - first):
+    for k in range(model.skeleton.plan[body].speed_end - first):
         effort[k] = at(model.actuation.effort, instance, column + k)
     return effort
 

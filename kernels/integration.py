@@ -78,7 +78,7 @@ def store_quat(state: State, instance: int, first: int, q: wp.quat):
 def integrate_root(instance: int, model: Model, state: State, work: Work, kick: float, largest: float):
     """Move the root over a step."""
     h = model.time_step
-    kind = model.skeleton.joint_type[0]
+    kind = model.skeleton.plan[0].joint_type
     alpha = work.angular_acceleration[0]
     a = work.acceleration[0]
     if kind == ROOT_FREE:
@@ -114,8 +114,9 @@ def integrate_body(
     """Move the root, or the joint of a body, of a given type, over a step."""
     h = model.time_step
     half = 0.5 * h
-    first = model.skeleton.coordinate_start[i]
-    speed = model.skeleton.speed_start[i]
+    plan = model.skeleton.plan[i]
+    first = plan.coordinate_start
+    speed = plan.speed_start
     x = work.factor_c[i]
     if i == 0:
         integrate_root(instance, model, state, work, kick, largest)
@@ -135,5 +136,5 @@ def integrate_stage(instance: int, lane: int, lanes: int, model: Model, state: S
     largest = at(model.failure, instance, 0)[2]
     kick = wp.where(state.step[instance] == 0, 0.5 * model.time_step, model.time_step)
     for i in range(lane, model.body_count, lanes):
-        integrate_body(instance, i, model.skeleton.joint_type[i], kick, largest, model, state, work)
+        integrate_body(instance, i, model.skeleton.plan[i].joint_type, kick, largest, model, state, work)
     synchronize()

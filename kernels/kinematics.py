@@ -65,8 +65,10 @@ def lag_vector(state: State, instance: int, first: int, half: float) -> wp.vec3:
 @wp.func
 def joint_orientation(skeleton: Skeleton, state: State, instance: int, body: int) -> wp.quat:
     """Orientation of a body in its parent; of body 0 in the world."""
-    kind = skeleton.joint_type[body]
-    first = skeleton.coordinate_start[body]
+    plan = skeleton.plan[body]
+    row = at(skeleton.row, instance, body)
+    kind = plan.joint_type
+    first = plan.coordinate_start
     q = wp.quat(0.0, 0.0, 0.0, 1.0)
     if body == 0:
         if kind == ROOT_PLANAR:
@@ -76,9 +78,9 @@ def joint_orientation(skeleton: Skeleton, state: State, instance: int, body: int
     elif kind == BALL:
         q = coordinate_quat(state, instance, first)
     elif kind != FIXED:
-        q = hinge_rotation(at(skeleton.axis_a, instance, body), state.coordinates[instance, first])
+        q = hinge_rotation(row.axis_a, state.coordinates[instance, first])
         if kind == UNIVERSAL:
-            q = hinge_rotation(at(skeleton.axis_b, instance, body), state.coordinates[instance, first + 1]) * q
+            q = hinge_rotation(row.axis_b, state.coordinates[instance, first + 1]) * q
     return q
 
 
@@ -91,14 +93,14 @@ def place_root(skeleton: Skeleton, state: State, instance: int, half: float, wor
     angular = wp.vec3(0.0, 0.0, 0.0)
     lag_velocity = wp.vec3(0.0, 0.0, 0.0)
     lag_angular = wp.vec3(0.0, 0.0, 0.0)
-    if skeleton.joint_type[0] == ROOT_PLANAR:
+    if skeleton.plan[0].joint_type == ROOT_PLANAR:
         position = wp.vec3(0.0, state.coordinates[instance, 0], state.coordinates[instance, 1])
         velocity = wp.vec3(0.0, state.speeds[instance, 0], state.speeds[instance, 1])
         angular = wp.vec3(state.speeds[instance, 2], 0.0, 0.0)
         lag = lag_vector(state, instance, 0, half)
         lag_velocity = wp.vec3(0.0, lag[0], lag[1])
         lag_angular = wp.vec3(lag[2], 0.0, 0.0)
-    elif skeleton.joint_type[0] == ROOT_FREE:
+    elif skeleton.plan[0].joint_type == ROOT_FREE:
         velocity = speed_vector(state, instance, 0)
         angular = speed_vector(state, instance, 3)
         lag_velocity = lag_vector(state, instance, 0, half)
@@ -119,9 +121,11 @@ def move_joint(skeleton: Skeleton, state: State, instance: int, body: int, half:
 
     One part of the velocity is along axes of the child, the other, of universal joints, along an axis of the parent.
     """
-    kind = skeleton.joint_type[body]
-    first = skeleton.speed_start[body]
-    work.anchor[body] = at(skeleton.anchor, instance, body)
+    plan = skeleton.plan[body]
+    row = at(skeleton.row, instance, body)
+    kind = plan.joint_type
+    first = plan.speed_start
+    work.anchor[body] = row.anchor
     work.turned[body] = joint_orientation(skeleton, state, instance, body)
     rate = wp.vec3(0.0)
     gain = wp.vec3(0.0)
@@ -131,11 +135,11 @@ def move_joint(skeleton: Skeleton, state: State, instance: int, body: int, half:
         rate = speed_vector(state, instance, first)
         gain = lag_vector(state, instance, first, half)
     elif kind != FIXED:
-        axis = at(skeleton.axis_a, instance, body)
+        axis = row.axis_a
         rate = axis * state.speeds[instance, first]
         gain = axis * (half * state.accelerations[instance, first])
         if kind == UNIVERSAL:
-            axis = at(skeleton.axis_b, instance, body)
+            axis = row.axis_b
             parent_rate = axis * state.speeds[instance, first + 1]
             parent_gain = axis * (half * state.accelerations[instance, first + 1])
     work.rate[body] = rate
@@ -147,7 +151,7 @@ def move_joint(skeleton: Skeleton, state: State, instance: int, body: int, half:
 @wp.func
 def place_body(skeleton: Skeleton, body: int, work: Work):
     """Pose and velocity of a body, and the lag of its velocity, from those of its parent and its joint's motion."""
-    parent = whole(skeleton.parent[body])
+    parent = whole(skeleton.plan[body].parent)
     q = work.orientation[parent] * work.turned[body]
     rotation = wp.quat_to_matrix(q)
     parent_rotation = work.rotation[parent]
@@ -192,8 +196,9 @@ def kinematics_stage(instance: int, lane: int, lanes: int, model: Model, state: 
         synchronize()
     mass = at(skeleton.total_mass, instance, 0)
     for i in range(lane, model.body_count, lanes):
-        m = at(skeleton.mass, instance, i)
-        c = work.rotation[i] * at(skeleton.com, instance, i)
+        row = at(skeleton.row, instance, i)
+        m = row.mass
+        c = work.rotation[i] * row.com
         work.moment[i] = m * (work.position[i] + c)
         work.momentum[i] = m * (work.velocity[i] + wp.cross(work.angular_velocity[i], c))
     synchronize()

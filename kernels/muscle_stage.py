@@ -50,6 +50,7 @@ class MuscleKind(NamedTuple):
     pulls_at_hand: bool = False  # moment arms and torques of all crossings are kept in the working set
     mixed: bool = True  # muscles, torques and spring-dampers may share a joint
     pulleys: bool = False  # some muscles run on pulleys
+    conditions: bool = True  # some points of paths are conditional
     neural: bool = False  # neural dynamics before that of the activation
     implicit: bool = False  # damping linearised over the step, with rigid tendons
     given: bool = False  # excitations come from outside, as they are
@@ -171,7 +172,7 @@ def muscle_stage_of(kind: MuscleKind, terms: tuple[Any, ...] = (), recorded: boo
     add_terms = muscle_terms_of(terms)
     contraction = contraction_of(kind.curves, kind.tendon, kind.implicit, kind.own)
     actuation_stage = actuation_stage_of(pulled_torque if kind.pulls_at_hand else muscle_torque, kind.mixed)
-    stretch_stage = stretch_of(kind.pulleys)
+    stretch_stage = stretch_of(kind.pulleys, kind.conditions)
     law, neural, implicit, given = kind.law, kind.neural, kind.implicit, kind.given
     at_hand = kind.pulls_at_hand
     arms = arms_at_hand if at_hand else arms_in_state
@@ -191,7 +192,10 @@ def muscle_stage_of(kind: MuscleKind, terms: tuple[Any, ...] = (), recorded: boo
         if wp.static(law != LEGACY) or step == 0:
             desired = average_force(stretch.wanted)
         if own.end_knot > own.first_knot:
-            told = timed_excitation(muscles, own, instance, float(step) * model.time_step)
+            time = float(step) * model.time_step
+            if wp.static(neural):
+                time -= 0.5 * model.time_step  # the middle of the step that the activation is moved over
+            told = timed_excitation(muscles, own, instance, time)
             if wp.static(given):
                 told = within(told)
             desired = row.f_max * told
@@ -209,9 +213,10 @@ def muscle_stage_of(kind: MuscleKind, terms: tuple[Any, ...] = (), recorded: boo
                 c = legacy_contraction(instance, m, a, stretch, row, model, state)
             else:
                 if wp.static(neural):
-                    after = neurally_activated(a, state.muscles.neural[instance, m], excitation, row)
-                    state.muscles.neural[instance, m] = after[1]
-                    a = after[0]
+                    if step > 0:  # the first activation is as given
+                        after = neurally_activated(a, state.muscles.neural[instance, m], excitation, row)
+                        state.muscles.neural[instance, m] = after[1]
+                        a = after[0]
                 else:
                     a = activated(a, excitation, model.time_step, row, muscles.scaled_rates)
                 c = contraction(instance, m, a, stretch, row, model, state)

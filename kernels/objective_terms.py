@@ -95,7 +95,7 @@ def applied_torque(instance: int, body: int, model: Model, state: State, work: W
 @wp.func
 def joint_limits(instance: int, body: int, model: Model, state: State, work: Work) -> float:
     """Magnitude of the torque of a joint's limits, N m."""
-    if model.skeleton.has_limits[body] == 0:
+    if model.skeleton.plan[body].has_limits == 0:
         return 0.0
     torque = work.torque[body]
     stiffness = work.stiffness[body]
@@ -110,7 +110,7 @@ def joint_limits(instance: int, body: int, model: Model, state: State, work: Wor
 def smoothness(instance: int, body: int, model: Model, state: State, work: Work) -> float:
     """Squared acceleration of a joint's speeds in the step before, rad^2/s^4."""
     total = wp.float32(0.0)
-    for k in range(model.skeleton.speed_start[body], model.skeleton.speed_start[body + 1]):
+    for k in range(model.skeleton.plan[body].speed_start, model.skeleton.plan[body].speed_end):
         total += state.accelerations[instance, k] * state.accelerations[instance, k]
     return total
 
@@ -122,7 +122,7 @@ def tracking(instance: int, body: int, model: Model, state: State, work: Work) -
         return 0.0
     bins = model.reference_bins
     row = state.stance[instance] * bins + wp.clamp(int(state.phase[instance] * float(bins)), 0, bins - 1)
-    relative = wp.quat_inverse(work.orientation[model.skeleton.parent[body]]) * work.orientation[body]
+    relative = wp.quat_inverse(work.orientation[model.skeleton.plan[body].parent]) * work.orientation[body]
     error = pd_error(relative, model.reference[row, body])
     return model.tracked[body] * wp.dot(error, error)
 

@@ -101,10 +101,12 @@ def without(a: Weight) -> Weight:
 @wp.func
 def coordinate_gradient(instance: int, joint: int, axis: int, model: Model, work: Work) -> wp.vec3:
     """World vector whose product with the angular velocity of a hinge or universal joint is a coordinate's speed."""
-    a = work.rotation[joint] * at(model.skeleton.axis_a, instance, joint)
-    if model.skeleton.joint_type[joint] != UNIVERSAL:
+    plan = model.skeleton.plan[joint]
+    row = at(model.skeleton.row, instance, joint)
+    a = work.rotation[joint] * row.axis_a
+    if plan.joint_type != UNIVERSAL:
         return a
-    b = work.rotation[model.skeleton.parent[joint]] * at(model.skeleton.axis_b, instance, joint)
+    b = work.rotation[plan.parent] * row.axis_b
     cosine = wp.dot(a, b)
     across = wp.where(axis == 0, a - b * cosine, b - a * cosine)
     return across / (1.0 - cosine * cosine)
@@ -121,10 +123,10 @@ def point_weight(instance: int, point: int, joint: int, model: Model, state: Sta
     on = paths.condition_joint[condition]
     axis = paths.condition_axis[condition]
     interval = at(paths.condition_interval, instance, condition)
-    angle = state.coordinates[instance, model.skeleton.coordinate_start[on] + axis]
+    angle = state.coordinates[instance, model.skeleton.plan[on].coordinate_start + axis]
     weight = condition_weight(angle, interval[0], interval[1], interval[2])
     w.value = weight[0]
-    w.rate = weight[1] * state.speeds[instance, model.skeleton.speed_start[on] + axis]
+    w.rate = weight[1] * state.speeds[instance, model.skeleton.plan[on].speed_start + axis]
     if on == joint and weight[1] != 0.0:
         w.gradient = coordinate_gradient(instance, on, axis, model, work) * weight[1]
     return w
@@ -168,7 +170,7 @@ def segment_end(end: wp.vec3, body: int, origin: int, far: int, work: Work) -> w
 @wp.func
 def joint_velocity(joint: int, model: Model, work: Work) -> wp.vec3:
     """Angular velocity of a joint's child relative to its parent in the middle of the last step, world, rad/s."""
-    parent = whole(model.skeleton.parent[joint])
+    parent = whole(model.skeleton.plan[joint].parent)
     child = work.angular_velocity[joint] - work.lag_angular[joint]
     return child - work.angular_velocity[parent] + work.lag_angular[parent]
 
@@ -181,57 +183,65 @@ def joint_velocities(lane: int, lanes: int, model: Model, work: Work):
     synchronize()
 
 
-@wp.func
-def muscle_stretch(
-    instance: int, muscle: int, model: Model, state: State, work: Work, arm: wp.array[wp.vec3]
-) -> Stretch:
-    """Length and lengthening speed of one muscle's path, from kinematics and joint velocities in the working set.
+@cache
+def segments_stretch_of(conditions: bool) -> Any:
+    """The Warp function of length and lengthening speed of one muscle's path of segments, and of its moment arms.
 
-    What its joints want of the muscle follows from the torques in the working set, if the controller's are there.
+    They follow from kinematics and joint velocities in the working set. What its joints want of the muscle follows from
+    the torques there, if the controller's are.
 
     Args:
-        arm: (crossings,) gets the moment arm vectors of the muscle, m, world: a tension F puts the torque F r on the
-            joint's parent and -F r on its child.
+        conditions: whether there are conditional points.
+
+    The function's last argument, (crossings,), gets the moment arm vectors of the muscle, m, world: a tension F puts
+    the torque F r on the joint's parent and -F r on its child.
     """
-    paths = model.paths
-    total = Stretch()
-    total.fixed = at(paths.fixed_length, instance, muscle)
-    span = paths.span[muscle]
-    for i in range(span.first_segment, span.end_segment):
-        segment = paths.segment[whole(i)]
-        ends = at(paths.ends, instance, i)
-        a = segment_end(ends.a, segment.body_a, segment.origin, segment.far, work)
-        d = segment_end(ends.b, segment.body_b, segment.origin, segment.far, work) - a
-        length = wp.length(d)
-        direction = d * (1.0 / wp.max(length, SHORTEST))
-        weight = Weight()
-        weight.value = 1.0
-        for k in range(segment.first_term, segment.end_term):
-            term = paths.term[whole(k)]
-            joint = whole(term.joint)
-            crossing = whole(term.crossing)
-            center = offset_between(joint, segment.origin, work)
-            r = segment_moment_arm(a, center, direction) * float(term.sign)
-            if segment.varies != 0:
-                weight = segment_weight(instance, i, joint, model, state, paths, work)
-                r = r * weight.value + weight.gradient * length
-            total.speed += wp.dot(r, work.joint_velocity[joint])
-            if term.first == 0:
-                r += arm[crossing]
-            arm[crossing] = r
-            if term.last != 0:
-                total.wanted += counted(wanted_force(work.torque[joint], r), model.muscles.negative)
-        if segment.varies != 0:
-            weight = segment_weight(instance, i, 0, model, state, paths, work)
-        total.moving += length * weight.value
-    return total
+
+    @wp.func
+    def muscle_stretch(
+        instance: int, muscle: int, model: Model, state: State, work: Work, arm: wp.array[wp.vec3]
+    ) -> Stretch:
+        paths = model.paths
+        total = Stretch()
+        total.fixed = at(paths.fixed_length, instance, muscle)
+        span = paths.span[muscle]
+        for i in range(span.first_segment, span.end_segment):
+            segment = paths.segment[whole(i)]
+            ends = at(paths.ends, instance, i)
+            a = segment_end(ends.a, segment.body_a, segment.origin, segment.far, work)
+            d = segment_end(ends.b, segment.body_b, segment.origin, segment.far, work) - a
+            length = wp.length(d)
+            direction = d * (1.0 / wp.max(length, SHORTEST))
+            weight = Weight()
+            weight.value = 1.0
+            for k in range(segment.first_term, segment.end_term):
+                term = paths.term[whole(k)]
+                joint = whole(term.joint)
+                crossing = whole(term.crossing)
+                center = offset_between(joint, segment.origin, work)
+                r = segment_moment_arm(a, center, direction) * float(term.sign)
+                if wp.static(conditions) and segment.varies != 0:
+                    weight = segment_weight(instance, i, joint, model, state, paths, work)
+                    r = r * weight.value + weight.gradient * length
+                total.speed += wp.dot(r, work.joint_velocity[joint])
+                if term.first == 0:
+                    r += arm[crossing]
+                arm[crossing] = r
+                if term.last != 0:
+                    total.wanted += counted(wanted_force(work.torque[joint], r), model.muscles.negative)
+            if wp.static(conditions) and segment.varies != 0:
+                weight = segment_weight(instance, i, 0, model, state, paths, work)
+            total.moving += length * weight.value
+        return total
+
+    return muscle_stretch
 
 
 @wp.func
 def pulley_stretch(
     instance: int, muscle: int, model: Model, state: State, work: Work, arm: wp.array[wp.vec3]
 ) -> Stretch:
-    """The same of a path on pulleys."""
+    """What `segments_stretch_of` says, of a path on pulleys."""
     paths = model.paths
     total = Stretch()
     total.fixed = at(paths.fixed_length, instance, muscle)
@@ -239,7 +249,7 @@ def pulley_stretch(
     for k in range(span.first_pulley, span.end_pulley):
         pulley = paths.pulley[k]
         own = at(paths.pulley_row, instance, k)
-        angle = state.coordinates[instance, model.skeleton.coordinate_start[pulley.joint] + pulley.axis]
+        angle = state.coordinates[instance, model.skeleton.plan[pulley.joint].coordinate_start + pulley.axis]
         total.moving -= own[0] * (angle - own[1])
         r = coordinate_gradient(instance, pulley.joint, pulley.axis, model, work) * -own[0]
         total.speed += wp.dot(r, work.joint_velocity[pulley.joint])
@@ -252,14 +262,15 @@ def pulley_stretch(
 
 
 @cache
-def stretch_of(pulleys: bool) -> Any:
-    """The Warp function of the length and speed of a path, see `muscle_stretch`.
+def stretch_of(pulleys: bool = True, conditions: bool = True) -> Any:
+    """The Warp function of the length and speed of a path, see `segments_stretch_of`.
 
     Args:
-        pulleys: whether there are paths on pulleys.
+        pulleys: whether there are paths on pulleys. conditions: whether there are conditional points.
     """
+    segments_stretch = segments_stretch_of(conditions)
     if not pulleys:
-        return muscle_stretch
+        return segments_stretch
 
     @wp.func
     def any_stretch(
@@ -267,6 +278,6 @@ def stretch_of(pulleys: bool) -> Any:
     ) -> Stretch:
         if model.paths.span[muscle].end_pulley > model.paths.span[muscle].first_pulley:
             return pulley_stretch(instance, muscle, model, state, work, arm)
-        return muscle_stretch(instance, muscle, model, state, work, arm)
+        return segments_stretch(instance, muscle, model, state, work, arm)
 
     return any_stretch

@@ -148,7 +148,7 @@ def targets_stage(instance: int, lane: int, lanes: int, model: Model, state: Sta
     if stance == RIGHT:
         foot = simbicon.right_foot
     frame = heading(work.orientation[0])
-    foot_center = work.position[foot] + work.rotation[foot] * at(model.skeleton.com, instance, foot)
+    foot_center = work.position[foot] + work.rotation[foot] * at(model.skeleton.row, instance, foot).com
     distance = wp.quat_rotate_inv(frame, work.center[0] - foot_center)
     velocity = wp.quat_rotate_inv(frame, work.center[1])
     if simbicon.balance_knots[row, 7] >= 0:
@@ -198,7 +198,7 @@ def joint_torque(instance: int, body: int, in_character_frame: bool, frame: wp.q
     base = frame
     angular = work.angular_velocity[body] - work.lag_angular[body]
     if not in_character_frame:
-        parent = whole(model.skeleton.parent[body])
+        parent = whole(model.skeleton.plan[body].parent)
         base = work.orientation[parent]
         angular = angular - work.angular_velocity[parent] + work.lag_angular[parent]
     error = pd_error(work.orientation[body], base * work.target[body])
@@ -270,10 +270,10 @@ def hips_stage(instance: int, lane: int, frame: wp.quat, model: Model, state: St
         hip = at(simbicon.hip, instance, 0)
         on_root = root_torque(instance, frame, model, work)
         for child in range(
-            model.skeleton.first_child[0], model.skeleton.first_child[0] + model.skeleton.child_count[0]
+            model.skeleton.plan[0].first_child, model.skeleton.plan[0].first_child + model.skeleton.plan[0].child_count
         ):
             on_root += work.torque[child]
-        foot_center = work.position[foot] + work.rotation[foot] * at(model.skeleton.com, instance, foot)
+        foot_center = work.position[foot] + work.rotation[foot] * at(model.skeleton.row, instance, foot).com
         lateral = wp.quat_rotate_inv(frame, work.center[0] - foot_center)[0]
         missing = wp.quat_rotate(frame, wp.vec3(0.0, 0.0, hip[2] * 9.8 * lateral)) - on_root
         damping = 0.0

@@ -34,32 +34,56 @@ def at(a: wp.array2d[Any], instance: int, i: int):
 
 
 @wp.struct
+class BodyPlan:
+    """The place of a body in the tree, and of what belongs to it in other lists."""
+
+    parent: int
+    joint_type: int  # ROOT_* for body 0
+    coordinate_start: int
+    speed_start: int
+    speed_end: int  # the one after the last
+    first_child: int
+    child_count: int
+    has_limits: int
+    foot_slot: int  # where the contact force of a foot or toe is kept, -1 for other bodies
+    first_point: int  # of contact
+    end_point: int
+
+
+@wp.struct
+class BodyRow:
+    """The numbers of a body and its joint."""
+
+    mass: float  # kg
+    com: wp.vec3  # m, from the joint, body axes
+    inertia: wp.vec3  # kg m^2, principal, about the centre of mass
+    anchor: wp.vec3  # m, joint from the parent's joint, parent's axes
+    axis_a: wp.vec3  # hinge; universal, on the child; ball: first limit axis, on the parent
+    axis_b: wp.vec3  # universal, on the parent; ball: third limit axis, on the child
+
+
+@wp.struct
+class LimitRow:
+    """The limits of a joint."""
+
+    low: wp.vec3  # rad
+    high: wp.vec3  # rad
+    cosine: wp.vec3  # of the middle of the limits
+    sine: wp.vec3  # of the same
+    half_cosine: wp.vec3  # of half the distance between them; -2 beyond a full turn
+    stiffness: float  # N m/rad
+    damping: float  # N m s/rad
+
+
+@wp.struct
 class Skeleton:
     """Bodies and joints. Body frames have their origin at the joint to the parent (the root's: its centre of mass)."""
 
-    parent: wp.array[int]  # (bodies,)
-    joint_type: wp.array[int]  # (bodies,) ROOT_* for body 0
-    coordinate_start: wp.array[int]  # (bodies,)
-    speed_start: wp.array[int]  # (bodies,)
-    first_child: wp.array[int]  # (bodies,)
-    child_count: wp.array[int]  # (bodies,)
-    has_limits: wp.array[int]  # (bodies,)
-    foot_slot: wp.array[int]  # (bodies,) where the contact force of a foot or toe is kept, -1 for other bodies
+    plan: wp.array[BodyPlan]  # (bodies,)
+    row: wp.array2d[BodyRow]  # (rows, bodies)
+    limits: wp.array2d[LimitRow]  # (rows, bodies)
     foot_side: wp.array[int]  # (slots,) LEFT or RIGHT
     total_mass: wp.array2d[float]  # (rows, 1) kg
-    mass: wp.array2d[float]  # (rows, bodies) kg
-    com: wp.array2d[wp.vec3]  # (rows, bodies) m, from the joint, body axes
-    inertia: wp.array2d[wp.vec3]  # (rows, bodies) kg m^2, principal, about the centre of mass
-    anchor: wp.array2d[wp.vec3]  # (rows, bodies) m, joint from the parent's joint, parent's axes
-    axis_a: wp.array2d[wp.vec3]  # (rows, bodies) hinge; universal, on the child; ball: first limit axis, on the parent
-    axis_b: wp.array2d[wp.vec3]  # (rows, bodies) universal, on the parent; ball: third limit axis, on the child
-    limit_low: wp.array2d[wp.vec3]  # (rows, bodies) rad
-    limit_high: wp.array2d[wp.vec3]  # (rows, bodies) rad
-    limit_cosine: wp.array2d[wp.vec3]  # (rows, bodies) of the middle of the limits
-    limit_sine: wp.array2d[wp.vec3]  # (rows, bodies) of the same
-    limit_half_cosine: wp.array2d[wp.vec3]  # (rows, bodies) of half the distance between them; -2 beyond a full turn
-    limit_stiffness: wp.array2d[float]  # (rows, bodies) N m/rad
-    limit_damping: wp.array2d[float]  # (rows, bodies) N m s/rad
 
 
 @wp.struct
@@ -84,7 +108,6 @@ class Ground:
 class Contacts:
     """Contact points of the bodies, and the ground plane."""
 
-    start: wp.array[int]  # (bodies + 1,) points of body i are start[i]..start[i + 1] - 1
     reach: wp.array2d[float]  # (rows, bodies) m, no contact while the joint is higher than this
     point: wp.array2d[ContactPoint]  # (rows, points)
     normal: wp.array2d[wp.vec3]  # (rows, 1) upward unit normal of the ground

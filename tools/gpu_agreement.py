@@ -2,6 +2,7 @@
 
     python tools/gpu_agreement.py                            walk56 on cuda:0, and on all GPUs if there are several
     python tools/gpu_agreement.py --scene fwalk --seconds 5
+    python tools/gpu_agreement.py --cpu cpu.npz              the CPU's part alone without a GPU, or from that file
 
 - Over 0.1 s, coordinates on the GPU differ from those on the CPU by rounding: beside it stands by how much they differ
   on the CPU itself if the starting speeds are changed in their last bits.
@@ -12,6 +13,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated, Any
 
 import msgspec
@@ -27,6 +29,7 @@ from warpmuscle.scene import Scene
 from warpmuscle.split import make_rollout
 
 SHORT = 0.1  # s
+RUNS = 256  # over this time
 Floats = NDArray[np.float64]
 
 
@@ -45,10 +48,9 @@ def moved(scene: Scene, device: str, count: int, noise: float, **options: Any) -
     return np.asarray(rollout.state.coordinates.numpy(), dtype=np.float64)
 
 
-def rounding(scene: Scene, device: str, count: int) -> None:
-    """Print the difference between CPU and GPU over a short time."""
-    cpu, gpu = (moved(scene, where, count, 0.1) for where in ("cpu", device))
-    other = moved(scene, "cpu", count, 0.1 * (1.0 + 3e-7))
+def rounding(scene: Scene, device: str, count: int, cpu: Floats, other: Floats) -> None:
+    """Print the difference between CPU and GPU over a short time; `other` is the CPU with a disturbance."""
+    gpu = moved(scene, device, count, 0.1)
     for what, values in (("GPU", gpu), ("CPU, starting speeds changed in their last bits", other)):
         apart = np.abs(values - cpu).max(axis=1)
         print(
@@ -64,9 +66,9 @@ def falls(scene: Scene, device: str, count: int, spread: float) -> Floats:
     return np.asarray(rollout.end_time(), dtype=np.float64)
 
 
-def distribution(scene: Scene, device: str, count: int, spread: float) -> None:
+def distribution(scene: Scene, device: str, count: int, spread: float, cpu: Floats) -> None:
     """Print whether candidates fall alike."""
-    cpu, gpu = (falls(scene, where, count, spread) for where in ("cpu", device))
+    gpu = falls(scene, device, count, spread)
     test = ks_2samp(cpu, gpu)
     upright = [int((times >= scene.duration - 1e-6).sum()) for times in (cpu, gpu)]
     print(
@@ -104,13 +106,24 @@ def main(
     device: Annotated[str, typer.Option(help="GPU.")] = "cuda:0",
     seconds: Annotated[float, typer.Option(help="Time of the random candidates.")] = 10.0,
     count: Annotated[int, typer.Option(help="Random candidates.")] = 2000,
-    spread: Annotated[float, typer.Option(help="Of the candidates, as a part of their intervals.")] = 0.3,
+    spread: Annotated[float, typer.Option(help="Of the candidates, as a part of their intervals.")] = 0.6,
+    cpu: Annotated[Path | None, typer.Option(help="File of the CPU's part.")] = None,
 ) -> None:
     """Compare."""
     wp.config.log_level = wp.LOG_WARNING
     loaded = load(scene, ignored=[])
-    rounding(msgspec.structs.replace(loaded, duration=SHORT), device, 256)
-    distribution(msgspec.structs.replace(loaded, duration=seconds), device, count, spread)
+    short, long = (msgspec.structs.replace(loaded, duration=time) for time in (SHORT, seconds))
+    if cpu is not None and cpu.exists():
+        known = dict(np.load(cpu))
+    else:
+        known = {"moved": moved(short, "cpu", RUNS, 0.1), "other": moved(short, "cpu", RUNS, 0.1 * (1.0 + 3e-7))}
+        known["falls"] = falls(long, "cpu", count, spread)
+        if cpu is not None:
+            np.savez(cpu, **known)
+    if not wp.get_cuda_devices():
+        return print("no GPU to compare with")
+    rounding(short, device, RUNS, known["moved"], known["other"])
+    distribution(long, device, count, spread, known["falls"])
     same_bits(msgspec.structs.replace(loaded, duration=0.3), device)
 
 

@@ -13,7 +13,7 @@ from warpmuscle.collisions import collision_pairs
 from warpmuscle.kernels.actuation import actuation_stage_of, muscle_torque, pulled_torque
 from warpmuscle.kernels.collision import collision_stage_of
 from warpmuscle.kernels.contact import contact_stage
-from warpmuscle.kernels.dynamics import accelerate_body, accelerate_root, body_inertia, push_now, reduce_body
+from warpmuscle.kernels.dynamics import backward_pass, body_inertia, forward_pass, push_now
 from warpmuscle.kernels.integration import integrate_stage
 from warpmuscle.kernels.kinematics import kinematics_stage
 from warpmuscle.kernels.lanes import capacity_of, slots_of, synchronize, work_at, work_memory
@@ -21,7 +21,7 @@ from warpmuscle.kernels.limits import limit_stage
 from warpmuscle.kernels.muscle_stage import MuscleKind, arms_at_hand, arms_in_state, muscle_stage_of, no_muscles
 from warpmuscle.kernels.objective import effort_stage, posture_status
 from warpmuscle.kernels.objective_terms import ObjectiveKind, muscle_functions, objective_stage_of
-from warpmuscle.kernels.path import joint_velocities, muscle_stretch
+from warpmuscle.kernels.path import joint_velocities, stretch_of
 from warpmuscle.kernels.simbicon import advance_phase, targets_stage, torques_stage
 from warpmuscle.kernels.spatial import symmetric
 from warpmuscle.kernels.step import MAX_REGISTERS, foot_force_stage, module_options
@@ -88,29 +88,21 @@ def dynamics_parts(
         body_inertia(instance, i, model, work)
         if i == 0:
             work.bias_force[0] = work.bias_force[0] - push_now(instance, state)
-        if limits and model.skeleton.has_limits[i] == 1:
+        if limits and model.skeleton.plan[i].has_limits == 1:
             limit_stage(instance, i, model, state, work)
         if parts >= CONTACT:
             contact_stage(instance, i, model, work)
     synchronize()
     if parts >= BACKWARD:
-        for step in range(1, model.level_count):
-            level = model.level_count - step
-            for body in range(model.level_start[level] + lane, model.level_start[level + 1], lanes):
-                reduce_body(instance, body, model.skeleton, work)
-            synchronize()
+        backward_pass(instance, lane, lanes, model, work)
     if parts >= FORWARD:
-        if lane == 0:
-            accelerate_root(model.skeleton.joint_type[0], model.skeleton, work)
-        synchronize()
-        for level in range(1, model.level_count):
-            for body in range(model.level_start[level] + lane, model.level_start[level + 1], lanes):
-                accelerate_body(instance, body, model.skeleton, work)
-            synchronize()
+        forward_pass(instance, lane, lanes, model, work)
 
 
-def all_paths(arms: Any) -> Any:
-    """A Warp function for lengths and moment arms of all muscles, which `arms` says where to put."""
+def all_paths(muscles: MuscleKind) -> Any:
+    """A Warp function for lengths and moment arms of all muscles."""
+    arms = arms_at_hand if muscles.pulls_at_hand else arms_in_state
+    muscle_stretch = stretch_of(muscles.pulleys, muscles.conditions)
 
     @wp.func
     def paths(instance: int, lane: int, lanes: int, model: Model, state: State, work: Work):
@@ -141,7 +133,7 @@ def repeated_step_kernel(
     muscle_stage, paths, actuation_stage = no_muscles, no_stage, no_stage
     if muscles is not None:
         muscle_stage = muscle_stage_of(muscles, muscle_functions(objective))
-        paths = all_paths(arms_at_hand if muscles.pulls_at_hand else arms_in_state)
+        paths = all_paths(muscles)
         actuation_stage = actuation_stage_of(pulled_torque if muscles.pulls_at_hand else muscle_torque, muscles.mixed)
     objective_stage, collision_stage = objective_stage_of(objective), collision_stage_of(collisions)
 

@@ -115,7 +115,8 @@ def compiled_kind(scene: Scene, names: Topology, found: Driven, capacity: int) -
     drives = [_drive(found.drives[joint], spring) for joint, spring in zip(names.joints, elastic, strict=True)]
     # Legacy muscles want to know the moment arms of the step before, implicit damping those of this one.
     at_hand = len(found.table.crossings) <= PULLS_A_BODY * capacity and kind.law != LEGACY and not kind.implicit
-    return kind._replace(pulls_at_hand=at_hand, mixed=structs.MIXED in drives)
+    conditions = any(point.condition is not None for point in found.table.points)
+    return kind._replace(pulls_at_hand=at_hand, mixed=structs.MIXED in drives, conditions=conditions)
 
 
 def neural_mix(time_step: float, neural_time: Any, time: Any) -> Floats:

@@ -120,7 +120,9 @@ class Rollout(Stepped):
         self.steps = round(scene.duration / scene.time_step)
         self.block_dim = 1 if self.device.is_cpu else GPU_BLOCK
         capacity = capacity_of(len(self.names.bodies))
-        self.lanes = 1 if self.device.is_cpu else usual_lanes(lanes, work_floats(capacity))
+        self.lanes = 1
+        if not self.device.is_cpu:
+            self.lanes = usual_lanes(lanes, work_floats(capacity), self.instances, self.device.sm_count)
         kind = compiled_kind(scene, self.names, self._driven, capacity)
         self._objective = objective_kind(scene, kind is not None)
         self._colliding = collision_pairs(scene, self.names)
