@@ -19,7 +19,7 @@ from warpmuscle.kernels.objective_terms import MuscleWork
 from warpmuscle.kernels.own_curves import OwnCurves
 from warpmuscle.kernels.structs import Model, State, Work
 from warpmuscle.scene import MuscleModel, Objective, Scene
-from warpmuscle.trust import CURVE_FIELDS, check_trusted, folders
+from warpmuscle.trusted import CURVE_FIELDS, check_trusted, folders
 
 Kind = Literal["muscle", "body", "whole"]
 

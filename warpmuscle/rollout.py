@@ -50,7 +50,7 @@ from warpmuscle.status import Status
 from warpmuscle.stepped import Stepped
 from warpmuscle.topology import coordinate_names, topology
 from warpmuscle.tracking import reference_fields, reference_table
-from warpmuscle.trust import trust as allow
+from warpmuscle.trusted import trust as allow
 from warpmuscle.validate import check_scene
 
 FEW = 256  # instances for which there always is memory, so that nobody has to find out how much they take

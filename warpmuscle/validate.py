@@ -30,7 +30,7 @@ from warpmuscle.scene import (
     Sphere,
     State,
 )
-from warpmuscle.trust import check_entries
+from warpmuscle.trusted import check_entries
 from warpmuscle.typed import to_type
 from warpmuscle.validate_motion import check_motion
 from warpmuscle.validate_muscles import check_muscles

@@ -25,7 +25,7 @@ from warpmuscle.scene import (
     ViaPoint,
 )
 from warpmuscle.topology import SPEEDS
-from warpmuscle.trust import CURVE_FIELDS
+from warpmuscle.trusted import CURVE_FIELDS
 
 GREATEST_PENNATION = 1.4  # rad; near a right angle a fibre pulls on nothing
 MUSCULAR = {"muscle", "assisted"}

@@ -56,7 +56,7 @@ def start_warp() -> None:
 def _trust(given: bool) -> bool:
     """Let code run that scenes name, if the user says so."""
     if given:
-        from warpmuscle.trust import trust_everything
+        from warpmuscle.trusted import trust_everything
 
         trust_everything()
     return given

@@ -12,8 +12,8 @@ from warpmuscle.errors import SceneError
 from warpmuscle.formats import rbs, rs, sbc, toml
 from warpmuscle.formats.lines import Ignored, Line, Notes
 from warpmuscle.scene import Actuation, Scene
-from warpmuscle.trust import trust as allow
-from warpmuscle.trust import trusts_everything
+from warpmuscle.trusted import trust as allow
+from warpmuscle.trusted import trusts_everything
 from warpmuscle.validate import check_scene
 from warpmuscle.validate_muscles import SceneWarning, slack_warnings
 
