@@ -200,7 +200,7 @@ class Stepped(Given):
             return
         if not mask.any():
             return
-        chosen = wp.array(mask, dtype=wp.bool, device=self.device)
+        chosen = wp.array(np.flatnonzero(mask).astype(np.int32), dtype=int, device=self.device)
         if root_velocity.any() or not self._start_rows:
             self._start_rows = self._new_start_rows(root_velocity)
         rows, none = self._start_rows, self._start_rows[""]
@@ -208,7 +208,8 @@ class Stepped(Given):
             for name in names:
                 if name not in KEPT and len(getattr(part, name)) == self.instances:
                     target = words(getattr(part, name))
-                    wp.launch(put_rows, target.shape, [chosen, rows.get(name, none), target], device=self.device)
+                    dim = (len(chosen), target.shape[1])
+                    wp.launch(put_rows, dim, [chosen, rows.get(name, none), target], device=self.device)
         if root_velocity.any():
             self._start_rows = {}
         self._begun[mask] = self.steps_done
