@@ -44,9 +44,9 @@ def test_changes_count_without_a_new_start(run):
     run.apply()
     simbicon = run.rollout.model.simbicon
     assert run.time == before
-    assert simbicon.kp.numpy()[0, body] == 444.0  # the right side follows the left
+    assert simbicon.gains.numpy()["kp"][0, body] == 444.0  # the right side follows the left
     assert simbicon.hip.numpy()[0, 0, 3] == pytest.approx(0.5)
-    assert 0.25 in simbicon.knot_value.numpy()
+    assert 0.25 in simbicon.knots.numpy()["value"]
     run.values[index], run.turned, run.faster = 300.0, 0.0, 0.0
     run.apply()
 

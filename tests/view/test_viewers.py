@@ -116,10 +116,8 @@ def test_live_biped_walks_in_real_time_and_is_pushed(live):
     until(lambda: len(viewer.pushes) == 1)
     np.testing.assert_allclose(np.linalg.norm(viewer.pushes[0]), 20.0)
     assert viewer.pushes[0][0] > 15.0  # to the left
-    pushed = viewer.run.time
-    until(lambda: viewer.run.time > pushed + 0.3)
-    velocity = viewer.run.window(0.6).com_velocity[:, 0]
-    assert velocity.max() - velocity[0] > 0.15  # 20 N s on 70.4 kg make 0.28 m/s, less what the feet hold
+    # 20 N s on 70.4 kg make 0.28 m/s, less what the feet hold; without a push the walk sways with less than 0.2 m/s
+    until(lambda: viewer.run.window(2.0).com_velocity[:, 0].max() > 0.25)
     page.get_by_role("button", name="Pause").click()
     until(lambda: not viewer.playing)
     stopped = viewer.run.time
@@ -136,7 +134,7 @@ def test_live_sliders_are_bound_by_the_parameters_and_count(live):
     viewer.faster.value = 0.25
     slider.value = 444.0
     body = viewer.run.rollout.names.body_of_joint("rKnee")
-    until(lambda: viewer.run.rollout.model.simbicon.kp.numpy()[0, body] == 444.0)  # the right side follows the left
+    until(lambda: viewer.run.rollout.model.simbicon.gains.numpy()["kp"][0, body] == 444.0)  # the right side follows the left
     until(lambda: viewer.run.faster == 0.25)
     viewer.faster.value = 0.0
     slider.value = 300.0
