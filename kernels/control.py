@@ -36,10 +36,15 @@ def effort_torque(instance: int, body: int, effort: wp.vec3, model: Model, work:
 def given_effort(instance: int, body: int, model: Model, state: State, work: Work) -> wp.vec3:
     """Efforts of a joint as given from outside."""
     first = model.skeleton.plan[body].speed_start
+    count = model.skeleton.plan[body].speed_end - first
     column = first - model.skeleton.plan[1].speed_start
     effort = wp.vec3(0.0)
-    for k in range(model.skeleton.plan[body].speed_end - first):
-        effort[k] = at(model.actuation.effort, instance, column + k)
+    if count > 0:  # one by one, so that they stay in registers
+        effort[0] = at(model.actuation.effort, instance, column)
+    if count > 1:
+        effort[1] = at(model.actuation.effort, instance, column + 1)
+    if count > 2:
+        effort[2] = at(model.actuation.effort, instance, column + 2)
     return effort
 
 
