@@ -83,6 +83,12 @@ def timed_excitation(muscles: Muscles, own: OwnExcitation, instance: int, time: 
 
 
 @wp.func
+def within(excitation: float) -> float:
+    """The excitation within 0..1; nothing for what is not a number."""
+    return wp.where(excitation > 0.0, wp.min(excitation, 1.0), 0.0)
+
+
+@wp.func
 def heard_before(instance: int, muscle: int, step: int, delay_steps: int, state: MuscleState) -> float:
     """What the muscle's delay line gives out now, unless the delay is less than a step."""
     capacity = state.excitation_ring.shape[1]

@@ -8,16 +8,13 @@ from typing import Any, NamedTuple
 
 import warp as wp
 
+from warpmuscle.kernels import muscle
 from warpmuscle.kernels.activation import activation_step
 from warpmuscle.kernels.actuation import actuation_stage_of, implicit_damping_stage, muscle_torque, pulled_torque
 from warpmuscle.kernels.lanes import synchronize
 from warpmuscle.kernels.muscle import (
     bounded_fibre_length,
     compliant_force,
-    compliant_step,
-    fibre_damping,
-    fibre_equilibrium,
-    fibre_force,
     legacy_force,
     pennation_cosine,
     rigid_fibre_length,
@@ -33,8 +30,10 @@ from warpmuscle.kernels.muscle_control import (
     heard_before,
     neurally_activated,
     timed_excitation,
+    within,
 )
 from warpmuscle.kernels.objective_terms import MuscleWork, muscle_terms_of
+from warpmuscle.kernels.own_curves import OwnCurves, with_curves
 from warpmuscle.kernels.path import Stretch, joint_velocities, stretch_of
 from warpmuscle.kernels.structs import Model, MuscleRow, Record, State, Work, at, whole
 
@@ -54,6 +53,8 @@ class MuscleKind(NamedTuple):
     conditions: bool = True  # some points of paths are conditional
     neural: bool = False  # neural dynamics before that of the activation
     implicit: bool = False  # damping linearised over the step, with rigid tendons
+    given: bool = False  # excitations come from outside, as they are
+    own: OwnCurves | None = None  # in place of some curves of the model
 
 
 @wp.struct
@@ -67,8 +68,12 @@ class Contraction:
 
 
 @cache
-def contraction_of(curves: int, tendon: int, implicit: bool = False) -> Any:
+def contraction_of(curves: int, tendon: int, implicit: bool = False, own: OwnCurves | None = None) -> Any:
     """The Warp function (instance, muscle, activation, stretch, row, model, state) -> Contraction of a kind."""
+    fibre_force, fibre_damping, fibre_equilibrium, compliant_step = (
+        with_curves(function, own)
+        for function in (muscle.fibre_force, muscle.fibre_damping, muscle.fibre_equilibrium, muscle.compliant_step)
+    )
 
     @wp.func
     def rigid(
@@ -157,18 +162,18 @@ def arms_at_hand(instance: int, state: State, work: Work) -> wp.array[wp.vec3]:
 
 
 @cache
-def muscle_stage_of(kind: MuscleKind, terms: tuple[str, ...] = (), recorded: bool = True) -> Any:
+def muscle_stage_of(kind: MuscleKind, terms: tuple[Any, ...] = (), recorded: bool = True) -> Any:
     """The Warp function that lets the muscles of a kind drive the joints, see `actuation`. It ends with a barrier.
 
     Args:
-        kind: what is compiled in. terms: of the objective that are summed over muscles.
+        kind: what is compiled in. terms: of the objective, see `objective_terms.muscle_functions`.
         recorded: whether frames hold what the muscles do.
     """
     add_terms = muscle_terms_of(terms)
-    contraction = contraction_of(kind.curves, kind.tendon, kind.implicit)
+    contraction = contraction_of(kind.curves, kind.tendon, kind.implicit, kind.own)
     actuation_stage = actuation_stage_of(pulled_torque if kind.pulls_at_hand else muscle_torque, kind.mixed)
     stretch_stage = stretch_of(kind.pulleys, kind.conditions)
-    law, neural, implicit = kind.law, kind.neural, kind.implicit
+    law, neural, implicit, given = kind.law, kind.neural, kind.implicit, kind.given
     at_hand = kind.pulls_at_hand
     arms = arms_at_hand if at_hand else arms_in_state
 
@@ -190,7 +195,10 @@ def muscle_stage_of(kind: MuscleKind, terms: tuple[str, ...] = (), recorded: boo
             time = float(step) * model.time_step
             if wp.static(neural):
                 time -= 0.5 * model.time_step  # the middle of the step that the activation is moved over
-            desired = row.f_max * timed_excitation(muscles, own, instance, time)
+            told = timed_excitation(muscles, own, instance, time)
+            if wp.static(given):
+                told = within(told)
+            desired = row.f_max * told
         excitation = wp.min(desired / row.f_max, 1.0)
         c = Contraction()
         if wp.static(law == IDEAL):

@@ -12,6 +12,7 @@ from warpmuscle.kernels.curves import active_force_length, force_velocity
 from warpmuscle.kernels.limits import limit_stage
 from warpmuscle.kernels.metabolics import bhargava_power, muscle_mass, umberger_power, wang_power
 from warpmuscle.kernels.muscle import LARGEST_SPEED
+from warpmuscle.kernels.own_curves import OwnCurves, with_curves
 from warpmuscle.kernels.simbicon import pd_error
 from warpmuscle.kernels.spatial import heading_angle
 from warpmuscle.kernels.structs import Model, State, Work, at
@@ -197,19 +198,26 @@ def no_whole_terms(instance: int, model: Model, state: State, work: Work):
 
 
 class ObjectiveKind(NamedTuple):
-    """Names of the terms that a step sums up, in the order of their sums."""
+    """Names of the terms that a step sums up, in the order of their sums, and the functions of terms of others."""
 
     muscle: tuple[str, ...] = ()
     body: tuple[str, ...] = ()
     whole: tuple[str, ...] = ()
+    own: tuple[tuple[str, Any], ...] = ()  # by name, Warp functions like those of `MUSCLE_TERMS` and so on
+
+
+def muscle_functions(kind: ObjectiveKind, own: OwnCurves | None = None) -> tuple[Any, ...]:
+    """The Warp functions of the terms over muscles; metabolic powers with the curves that muscles have of their own."""
+    given = dict(kind.own)
+    return tuple(given[name] if name in given else with_curves(MUSCLE_TERMS[name], own) for name in kind.muscle)
 
 
 @cache
-def muscle_terms_of(names: tuple[str, ...]) -> Any:
+def muscle_terms_of(terms: tuple[Any, ...]) -> Any:
     """The Warp function (instance, muscle, what it does, model, state) that adds a step of the terms to their sums."""
     every = no_muscle_terms
-    for index, name in enumerate(names):
-        every = _and_muscle_term(every, MUSCLE_TERMS[name], index)
+    for index, term in enumerate(terms):
+        every = _and_muscle_term(every, term, index)
     return every
 
 
@@ -250,10 +258,11 @@ def objective_stage_of(kind: ObjectiveKind) -> Any:
     One sum a body, in double precision, so that results depend neither on lanes nor on chunks of steps.
     """
     body_terms, whole_terms = no_body_terms, no_whole_terms
+    own = dict(kind.own)
     for index, name in enumerate(kind.body):
-        body_terms = _and_body_term(body_terms, BODY_TERMS[name], index)
+        body_terms = _and_body_term(body_terms, own.get(name) or BODY_TERMS[name], index)
     for index, name in enumerate(kind.whole):
-        whole_terms = _and_whole_term(whole_terms, WHOLE_TERMS[name], index)
+        whole_terms = _and_whole_term(whole_terms, own.get(name) or WHOLE_TERMS[name], index)
 
     @wp.func
     def objective_stage(instance: int, lane: int, lanes: int, model: Model, state: State, work: Work):

@@ -6,6 +6,7 @@ from typing import Any
 import warp as wp
 
 from warpmuscle.kernels.collision import collision_stage_of
+from warpmuscle.kernels.control import control_stage_of
 from warpmuscle.kernels.dynamics import acceleration_stage, inertia_stage
 from warpmuscle.kernels.hybrid import hybrid_acceleration_stage, hybrid_integrate_stage
 from warpmuscle.kernels.integration import integrate_stage
@@ -14,9 +15,9 @@ from warpmuscle.kernels.lanes import slots_of, synchronize, work_at, work_memory
 from warpmuscle.kernels.motion import prescribe_stage
 from warpmuscle.kernels.muscle_stage import MuscleKind, muscle_stage_of, no_muscles
 from warpmuscle.kernels.objective import effort_stage, posture_status, step_status
-from warpmuscle.kernels.objective_terms import ObjectiveKind, objective_stage_of
+from warpmuscle.kernels.objective_terms import ObjectiveKind, muscle_functions, objective_stage_of
 from warpmuscle.kernels.record import RecordKind, frame_of, recorders_of
-from warpmuscle.kernels.simbicon import advance_phase, control_stage
+from warpmuscle.kernels.simbicon import advance_phase
 from warpmuscle.kernels.structs import RIGHT, RUNNING, Model, Record, State, Work, whole
 
 MAX_REGISTERS = 168  # three warps of 32 lanes in each quarter of a multiprocessor
@@ -43,6 +44,7 @@ def one_step_of(
     collisions: bool,
     motion: bool = False,
     recorded: RecordKind = RecordKind(),  # noqa: B008, immutable
+    effort: Any = None,
 ) -> Any:
     """The Warp function that makes one step of one instance and returns its status, the same on all lanes.
 
@@ -52,11 +54,13 @@ def one_step_of(
         collisions: whether bodies are tested for running into each other.
         motion: whether the motion of some coordinates is prescribed.
         recorded: what is recorded.
+        effort: the controller, see `control.control_stage_of`; None: SIMBICON.
     """
     record_desired, record_stage = recorders_of(recorded)
     muscle_stage = no_muscles
     if muscles is not None:
-        muscle_stage = muscle_stage_of(muscles, objective.muscle, recorded.muscles)
+        muscle_stage = muscle_stage_of(muscles, muscle_functions(objective, muscles.own), recorded.muscles)
+    control_stage = control_stage_of(effort)
     objective_stage = objective_stage_of(objective)
     collision_stage = collision_stage_of(collisions)
 
@@ -123,6 +127,7 @@ def step_kernel(
     collisions: bool = False,
     motion: bool = False,
     recorded: RecordKind = RecordKind(),  # noqa: B008, immutable
+    effort: Any = None,
 ) -> Any:
     """The fused kernel of a size class: launch with dim=(running instances, lanes) and this block_dim.
 
@@ -130,9 +135,9 @@ def step_kernel(
         capacity: bodies that it has room for, see `lanes.capacity_of`.
         lanes: threads that share an instance; 1 on the CPU.
         block_dim: threads a block, a multiple of lanes.
-        muscles, objective, collisions, motion, recorded: see `one_step_of`.
+        muscles, objective, collisions, motion, recorded, effort: see `one_step_of`.
     """
-    one_step = one_step_of(muscles, objective, collisions, motion, recorded)
+    one_step = one_step_of(muscles, objective, collisions, motion, recorded, effort)
     instances_per_block = max(block_dim // lanes, 1)
     slots = slots_of(capacity)
     memory = work_memory(capacity, instances_per_block)

@@ -356,6 +356,7 @@ class Actuation:
     rest: wp.array2d[wp.quat]  # (rows, bodies) child in parent, where the spring is relaxed
     stiffness: wp.array2d[float]  # (rows, bodies) N m/rad
     damping: wp.array2d[float]  # (rows, bodies) N m s/rad
+    effort: wp.array2d[float]  # (rows, speeds of joints) N m, see `control.py`; only kernels that take it read it
 
 
 @wp.struct

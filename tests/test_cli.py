@@ -187,3 +187,23 @@ def test_fit_muscles_writes_properties_that_a_scene_can_add(tmp_path):
         assert list(file["replay/0/muscle_names"].asstr()) == ["lBIC", "lTRI", "rBIC", "rTRI"]
         assert file["replay/0/muscle_force"].shape == (100, 4)
         assert file["replay/0/muscle_force"].attrs["units"] == "N"
+
+
+def test_code_that_a_scene_names_runs_only_if_trusted(tmp_path):
+    (tmp_path / "tricks.py").write_text(
+        "from pathlib import Path\nimport warp as wp\nfrom warpmuscle.kernels.structs import Model, State, Work\n"
+        "Path('ran').touch()\n@wp.func\ndef height(instance: int, model: Model, state: State, work: Work) -> float:\n"
+        "    return work.center[0][1]\n"
+    )
+    text = toml.dumps(load("fwalk")) + '\n[objective]\ncustom = { "tricks:height" = 1.0 }\n'
+    (tmp_path / "mine.toml").write_text(text)
+    arguments = ("simulate", "mine.toml", "--duration", 0.01, "--device", "cpu")
+    refused = run(*arguments, folder=tmp_path)
+    assert refused.returncode == 2
+    assert refused.stderr.count("\n") == 1
+    assert "wants to run code of 'tricks:height'" in refused.stderr
+    assert "--trust" in refused.stderr
+    assert not (tmp_path / "ran").exists()
+    done = run(*arguments, "--trust", folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "ran").exists()

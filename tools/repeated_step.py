@@ -20,7 +20,7 @@ from warpmuscle.kernels.lanes import capacity_of, slots_of, synchronize, work_at
 from warpmuscle.kernels.limits import limit_stage
 from warpmuscle.kernels.muscle_stage import MuscleKind, arms_at_hand, arms_in_state, muscle_stage_of, no_muscles
 from warpmuscle.kernels.objective import effort_stage, posture_status
-from warpmuscle.kernels.objective_terms import ObjectiveKind, objective_stage_of
+from warpmuscle.kernels.objective_terms import ObjectiveKind, muscle_functions, objective_stage_of
 from warpmuscle.kernels.path import joint_velocities, stretch_of
 from warpmuscle.kernels.simbicon import advance_phase, targets_stage, torques_stage
 from warpmuscle.kernels.spatial import symmetric
@@ -132,7 +132,7 @@ def repeated_step_kernel(
     memory = work_memory(capacity, per_block)
     muscle_stage, paths, actuation_stage = no_muscles, no_stage, no_stage
     if muscles is not None:
-        muscle_stage = muscle_stage_of(muscles, objective.muscle)
+        muscle_stage = muscle_stage_of(muscles, muscle_functions(objective))
         paths = all_paths(muscles)
         actuation_stage = actuation_stage_of(pulled_torque if muscles.pulls_at_hand else muscle_torque, muscles.mixed)
     objective_stage, collision_stage = objective_stage_of(objective), collision_stage_of(collisions)

@@ -27,18 +27,19 @@ if TYPE_CHECKING:
     from warpmuscle.split import SplitRollout, make_rollout
     from warpmuscle.stages import Stages
     from warpmuscle.status import Status
+    from warpmuscle.trusted import trust
 
 __all__ = [
     "Error", "Recording", "Result", "ResultError", "Rollout", "RolloutError", "Scene", "SceneError",
     "SplitRollout", "Stages", "Status", "load", "make_rollout", "measure", "optimize", "read", "resume", "save",
-    "write",
+    "trust", "write",
 ]  # fmt: skip
 
 _HOMES = {
     "Recording": "recording", "Result": "results", "Rollout": "rollout", "Scene": "scene",
     "SplitRollout": "split", "Stages": "stages", "Status": "status", "load": "formats", "make_rollout": "split",
     "measure": "gait", "optimize": "optimization", "read": "results",
-    "resume": "optimization", "save": "formats", "write": "results",
+    "resume": "optimization", "save": "formats", "trust": "trusted", "write": "results",
 }  # fmt: skip
 
 

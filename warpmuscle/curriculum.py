@@ -65,7 +65,9 @@ class Curriculum:
         self._batches, self._known, self._earlier = batches, known or {}, earlier
         self._names = [parameter.name for parameter in free_parameters(scene)]
         asked = [wanted(stage_scene(scene, number, start_values(scene)).objective) for number in range(len(stages))]
-        self._term_names = tuple(name for name in TERMS if any(name in names for names in asked))
+        self._term_names = tuple(
+            name for name in (*TERMS, *scene.objective.custom) if any(name in names for names in asked)
+        )
         self._over: dict[int, _Over] = {}  # by stage; those before the current one count
         for number in range(earlier.stage if earlier is not None else 0):
             self._over[number] = self._recalled(number)

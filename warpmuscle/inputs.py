@@ -95,6 +95,7 @@ class Snapshot:
 
     arrays: list[wp.array]
     steps_done: int
+    begun: Ints
     running: Ints
 
 
@@ -113,11 +114,12 @@ class Given(ABC):
     _moved: Moved
     _model: structs.Model
     _state: structs.State
+    _begun: Ints  # (instances,) what `steps_done` was when an instance was last put back to its start
     _running: Ints
 
     @abstractmethod
-    def reset(self, velocity_noise: float = 0.0, seed: int = 0) -> None:
-        """Put every instance back to its start."""
+    def reset(self, velocity_noise: Any = 0.0, seed: int = 0, mask: Any = None) -> None:
+        """Put instances back to their start."""
 
     def _put_moved(self, coordinates: Any, speeds: Any) -> Any:
         """Put the kinematic coordinates and their speeds to where their motion starts; all accelerations there."""
@@ -219,10 +221,11 @@ class Given(ABC):
     def snapshot(self) -> Snapshot:
         """Where all instances stand now, for `restore`."""
         arrays = [wp.clone(array) for array in arrays_of(self._state)]
-        return Snapshot(arrays, self.steps_done, self._running.copy())
+        return Snapshot(arrays, self.steps_done, self._begun.copy(), self._running.copy())
 
     def restore(self, snapshot: Snapshot) -> None:
         """Put all instances back to where they stood; what they have been given stays as it is now."""
         for array, kept in zip(arrays_of(self._state), snapshot.arrays, strict=True):
             wp.copy(array, kept)
-        self.steps_done, self._running = snapshot.steps_done, snapshot.running.copy()
+        self.steps_done, self._begun = snapshot.steps_done, snapshot.begun.copy()
+        self._running = snapshot.running.copy()

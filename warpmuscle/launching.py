@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from concurrent.futures import ThreadPoolExecutor
-from typing import Any
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor, wait
+from contextlib import contextmanager
+from functools import cached_property
+from typing import Any, NamedTuple
 
 import numpy as np
 import warp as wp
@@ -13,6 +16,9 @@ from warpmuscle.compiling import is_compiled
 from warpmuscle.errors import RolloutError
 from warpmuscle.kernels import structs
 from warpmuscle.kernels.lanes import work_floats
+from warpmuscle.kernels.muscle_stage import MuscleKind
+from warpmuscle.kernels.objective_terms import ObjectiveKind
+from warpmuscle.kernels.record import RecordKind
 
 SLICES_PER_THREAD = 4  # so that threads stay busy when some slices lose their instances sooner
 GPU_LANES = 8
@@ -23,6 +29,30 @@ SHARED_BYTES = 48 * 1024  # of memory that a block may declare
 GPU_BLOCK = 32
 
 
+class Recipe(NamedTuple):
+    """What a fused kernel is made of; see `kernels.step.step_kernel`."""
+
+    capacity: int
+    lanes: int
+    block_dim: int
+    muscles: MuscleKind | None
+    objective: ObjectiveKind
+    collisions: bool
+    motion: bool
+    recorded: RecordKind
+    effort: Any = None
+
+
+@contextmanager
+def one_line_errors() -> Iterator[None]:
+    """Turn what Warp says of code that it cannot compile into a RolloutError."""
+    try:
+        yield
+    except Exception as error:
+        said = " ".join(str(error).split()).rpartition(";")[2]  # from the innermost function on
+        raise RolloutError(f"a kernel does not compile: {said}") from error
+
+
 class Launcher:
     """A fused kernel on a device, with the memory that its threads work in."""
 
@@ -31,11 +61,20 @@ class Launcher:
         self.kernel, self.device = kernel, device
         self._lanes, self._block_dim, self._threads = lanes, block_dim, threads
         buffers = threads if device.is_cpu else 1
+        self._loaded = False
+        self._sliced: tuple[Ints | None, list[wp.array]] = (None, [])
         self._buffers = [wp.zeros(work_floats(capacity), dtype=float, device=device) for _ in range(buffers)]
 
     def load(self) -> None:
-        """Have the kernel ready on the device, compiled now unless Warp has it in its cache."""
-        self.kernel.module.load(self.device, self._block_dim)
+        """Have the kernel ready on the device, compiled now unless Warp has it in its cache.
+
+        Raises:
+            RolloutError: it does not compile, as may be with functions of users.
+        """
+        if not self._loaded:
+            with one_line_errors():
+                self.kernel.module.load(self.device, self._block_dim)
+            self._loaded = True
 
     @property
     def compiles(self) -> bool:
@@ -56,25 +95,36 @@ class Launcher:
                 block_dim=self._block_dim,
             )
 
-        if not self.device.is_cpu:
-            slice_(wp.array(running, dtype=int, device=self.device), self._buffers[0])
+        self.load()  # before threads, which must not meet in the compiler
+        slices = self._slices_of(running)
+        if len(slices) == 1:
+            slice_(slices[0], self._buffers[0])
             return
-        count = min(self._threads * SLICES_PER_THREAD, len(running))
-        slices = [wp.array(part, dtype=int, device=self.device) for part in np.array_split(running, count)]
-        if self._threads == 1 or count == 1:
-            for part in slices:
-                slice_(part, self._buffers[0])
-            return
-        self.load()  # threads must not meet in the compiler
         free = list(self._buffers)
-        with ThreadPoolExecutor(self._threads) as pool:
 
-            def work(part: wp.array) -> None:
-                buffer = free.pop()
-                slice_(part, buffer)
-                free.append(buffer)
+        def work(part: wp.array) -> None:
+            buffer = free.pop()
+            slice_(part, buffer)
+            free.append(buffer)
 
-            list(pool.map(work, slices))
+        launched = [self._pool.submit(work, part) for part in slices]
+        wait(launched)  # also of those behind one that fails, so that the state is at rest then
+        for one in launched:
+            one.result()
+
+    @cached_property
+    def _pool(self) -> ThreadPoolExecutor:
+        return ThreadPoolExecutor(self._threads)
+
+    def _slices_of(self, running: Ints) -> list[wp.array]:
+        """The instances that run, on the device, shared out; kept for the next launch of the same array."""
+        if self._sliced[0] is not running:
+            count = 1
+            if self.device.is_cpu and self._threads > 1:
+                count = min(self._threads * SLICES_PER_THREAD, len(running))
+            slices = [wp.array(part, dtype=int, device=self.device) for part in np.array_split(running, count)]
+            self._sliced = running, slices
+        return self._sliced[1]
 
 
 def usual_lanes(wanted: int | None, floats: int, instances: int, multiprocessors: int) -> int:

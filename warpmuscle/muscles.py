@@ -11,6 +11,7 @@ import warp as wp
 
 from warpmuscle.arrays import Floats, rows, structs_to_device, to_device
 from warpmuscle.bodies import stacked
+from warpmuscle.custom import custom_curves
 from warpmuscle.kernels import structs
 from warpmuscle.kernels.curves import DE_GROOTE, LEE, MILLARD, SARSHARI, THELEN, THELEN_EXPLICIT
 from warpmuscle.kernels.lanes import PULLS_A_BODY
@@ -55,6 +56,7 @@ def muscle_kind(model: MuscleModel, muscles: Iterable[Muscle] = ()) -> MuscleKin
     return MuscleKind(
         CURVES[model.curves], TENDON[model.tendon] if hill else RIGID, law, pulleys=pulleys,
         neural=hill and model.activation == "neural", implicit=hill and model.implicit_damping,
+        own=custom_curves(model),
     )  # fmt: skip
 
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any, NamedTuple
 
 import numpy as np
 import warp as wp
 
 from warpmuscle.arrays import Floats, rows, to_device
+from warpmuscle.custom import Kind, custom_terms
 from warpmuscle.kernels import structs
 from warpmuscle.kernels.objective_terms import BODY_TERMS, MUSCLE_TERMS, WHOLE_TERMS, ObjectiveKind
 from warpmuscle.scene import Objective, Scene
@@ -42,13 +44,24 @@ TERMS: dict[str, Term] = {
 
 
 def wanted(objective: Objective) -> tuple[str, ...]:
-    """Names of the terms with a weight, in the order of `TERMS`; `torque` is always among them."""
-    return tuple(name for name in TERMS if name == "torque" or np.any(rows([_weight(objective, name)])))
+    """Names of the terms with a weight, in the order of `TERMS`, then custom ones; `torque` is always one."""
+    names = (*TERMS, *objective.custom)
+    return tuple(name for name in names if name == "torque" or np.any(rows([_weight(objective, name)])))
+
+
+def described(name: str) -> Term:
+    """What a term is; little is known of those of users."""
+    return TERMS.get(name) or Term("", "summed over time, a term of the scene's own")
+
+
+def weight_of(objective: Objective, name: str) -> Any:
+    """Weight of a term."""
+    return objective.custom[name] if name in objective.custom else getattr(objective, name)
 
 
 def _weight(objective: Objective, name: str) -> Any:
     """Weight of a term; of a free one its greatest value, so that it counts as wanted."""
-    weight = getattr(objective, name)
+    weight = weight_of(objective, name)
     return weight if isinstance(weight, float | int | np.ndarray) else 1.0
 
 
@@ -57,10 +70,16 @@ def objective_kind(scene: Scene, has_muscles: bool) -> ObjectiveKind:
     names = set(wanted(scene.objective))
     if names & {"metabolic", "cost_of_transport"}:
         names.add(f"metabolic_{scene.objective.metabolic_model}")
+    own = {name: found for name, found in custom_terms(scene.objective).items() if name in names}
+
+    def summed(part: Kind, table: Iterable[str]) -> tuple[str, ...]:
+        return (*(name for name in table if name in names), *(name for name, found in own.items() if found[0] == part))
+
     return ObjectiveKind(
-        muscle=tuple(name for name in MUSCLE_TERMS if name in names) if has_muscles else (),
-        body=tuple(name for name in BODY_TERMS if name in names),
-        whole=tuple(name for name in WHOLE_TERMS if name in names),
+        muscle=summed("muscle", MUSCLE_TERMS) if has_muscles else (),
+        body=summed("body", BODY_TERMS),
+        whole=summed("whole", WHOLE_TERMS),
+        own=tuple((name, function) for name, (_, function) in own.items()),
     )
 
 
@@ -110,7 +129,7 @@ def term_values(
 
 def weighted(scene: Scene, terms: dict[str, Floats]) -> Floats:
     """The weighted sum (n,) of the terms, at most the cost of a failure."""
-    total = sum((np.asarray(getattr(scene.objective, name)) * value for name, value in terms.items()), 0.0)
+    total = sum((np.asarray(weight_of(scene.objective, name)) * value for name, value in terms.items()), 0.0)
     return np.asarray(np.minimum(total, scene.objective.failure_cost))
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from warpmuscle.arrays import Floats
 from warpmuscle.formats import toml
-from warpmuscle.objective import TERMS
+from warpmuscle.objective import described, weight_of
 from warpmuscle.parameters import start_values, substitute
 from warpmuscle.records import Evaluations, ParameterTable, Result
 from warpmuscle.stage_scene import stage_scene
@@ -109,8 +109,8 @@ def shares(result: Result) -> tuple[str, list[Share]]:
     objective = substitute(scene, start_values(scene)).objective
     found = []
     for name, value in zip(result.evaluations.term_names, result.evaluations.terms[index], strict=True):
-        if weight := float(np.asarray(getattr(objective, name))):
-            found.append(Share(name, weight, float(value), *TERMS[name]))
+        if weight := float(np.asarray(weight_of(objective, name))):
+            found.append(Share(name, weight, float(value), *described(name)))
     return of, found
 
 

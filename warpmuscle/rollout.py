@@ -22,18 +22,19 @@ from warpmuscle.batch_input import (
     root_noise,
 )  # fmt: skip
 from warpmuscle.collisions import collision_pairs, collisions_struct
+from warpmuscle.custom import check_custom, custom_controller
 from warpmuscle.devices import find_device
 from warpmuscle.disturbances import Disturbances, none, tilted
 from warpmuscle.errors import Error, RolloutError
+from warpmuscle.foreign import is_array, mask_of
 from warpmuscle.formats import load, npz
 from warpmuscle.formats.npz import JointMotion
 from warpmuscle.frames import Frames, record_kind
-from warpmuscle.inputs import Given, Inputs
+from warpmuscle.inputs import Inputs
 from warpmuscle.kernels import structs
 from warpmuscle.kernels.lanes import capacity_of, work_floats
 from warpmuscle.kernels.record import NOTHING
-from warpmuscle.kernels.step import step_kernel
-from warpmuscle.launching import GPU_BLOCK, Launcher, usual_lanes
+from warpmuscle.launching import GPU_BLOCK, Launcher, Recipe, usual_lanes
 from warpmuscle.memory import InstanceBytes, bytes_of, check_memory, repeated, struct_bytes
 from warpmuscle.model import model_struct, start_of
 from warpmuscle.motion import kinematic, motion_struct, moved
@@ -46,15 +47,17 @@ from warpmuscle.results import read
 from warpmuscle.scene import Scene
 from warpmuscle.state import state_struct
 from warpmuscle.status import Status
+from warpmuscle.stepped import Stepped
 from warpmuscle.topology import coordinate_names, topology
 from warpmuscle.tracking import reference_fields, reference_table
+from warpmuscle.trusted import trust as allow
 from warpmuscle.validate import check_scene
 
 FEW = 256  # instances for which there always is memory, so that nobody has to find out how much they take
 Progress = Callable[["Rollout"], None]
 
 
-class Rollout(Given):
+class Rollout(Stepped):
     """Independent simulations of one scene, each with its own parameters, stepped together on one device.
 
     Instances that fail stop; the others go on undisturbed. The same parameters give the same bits on the same kind of
@@ -78,6 +81,7 @@ class Rollout(Given):
         quantities: Sequence[str] | None = None,
         threads: int | None = None,
         lanes: int | None = None,
+        trust: bool = False,
     ) -> None:
         """Prepare a batch at the scene's initial state and parameter values.
 
@@ -92,6 +96,7 @@ class Rollout(Given):
                 (see `recording.QUANTITIES`); by default everything, for `recording`.
             threads: CPU threads, by default one a core; without effect on a GPU.
             lanes: GPU threads that share an instance, by default 8; without effect on the CPU.
+            trust: let code run that the scene names; not needed where `load` was told so.
 
         Raises:
             SceneError: the scene is inconsistent.
@@ -99,6 +104,9 @@ class Rollout(Given):
                 threads or lanes, or an unknown quantity.
         """
         check_scene(scene)
+        if trust:
+            allow(scene)
+        check_custom(scene)
         self.scene = scene
         self.instances = positive(instances, "instances")
         self.parameters: list[Parameter] = free_parameters(scene)
@@ -120,11 +128,12 @@ class Rollout(Given):
         self._colliding = collision_pairs(scene, self.names)
         # On a GPU, code that is not there saves time; elsewhere one kernel for all saves compiling another.
         recorded = record_kind(quantities) if record or self.device.is_cpu else NOTHING
-        self._kernel = step_kernel(
+        self._recipe = Recipe(
             capacity, self.lanes, self.block_dim, kind, self._objective, bool(self._colliding),
-            bool(self._kinematic.names), recorded,
+            bool(self._kinematic.names), recorded, custom_controller(scene),
         )  # fmt: skip
-        self._launcher = Launcher(self._kernel, self.device, capacity, self.lanes, self.block_dim, self.threads)
+        self._launchers: dict[Recipe, Launcher] = {}
+        self._launcher = self._launcher_of(self._recipe)
         if self.instances > FEW:
             check_memory(self.instances, self.instance_bytes.state, self.device)
         self._state = self._state_of(self.instances, self.device)
@@ -193,25 +202,37 @@ class Rollout(Given):
         """
         self._model = self._model_of(numeric, self.device)
         self._inputs.put(self._model)
-        self._numeric, self._start = numeric, start_of(numeric, self.names)
+        self._numeric, self._start, self._start_rows = numeric, start_of(numeric, self.names), {}
         if self._kinematic.names:
             self._moved = moved(self._kinematic, self._curves_of(numeric), 0.0)
         for field, part in self._reference.items():
             setattr(self._model, field, part)
         self._tilt()
 
-    def reset(self, velocity_noise: float = 0.0, seed: int = 0) -> None:
-        """Put every instance back to its start.
+    def reset(self, velocity_noise: Any = 0.0, seed: int = 0, mask: Any = None) -> None:
+        """Put every instance back to its start, or those of a mask.
 
         Args:
-            velocity_noise: standard deviation of what is added to each component of the root's velocity, m/s.
+            velocity_noise: standard deviation of what is added to each component of the root's velocity, m/s. An array
+                in its place is the mask.
             seed: of that noise.
-        """
-        self.restart(root_noise(self.scene, self.instances, velocity_noise, seed))
+            mask: (instances,) of bool, as `step` takes arrays: which instances; the others stay as they are, and the
+                clock, `time`, goes on.
 
-    def restart(self, root_velocity: Floats) -> None:
-        """Put every instance back to its start, with something added to the root's linear speeds, (rows, 3 or less)."""
-        n, s, start, given = self.instances, self._state, self._start, self._inputs
+        Raises:
+            RolloutError: the mask has another shape, or is not of bool.
+        """
+        if is_array(velocity_noise):
+            velocity_noise, mask = 0.0, velocity_noise
+        noise = root_noise(self.scene, self.instances, velocity_noise, seed)
+        if mask is None:
+            self.restart(noise)
+        else:
+            self.restart_some(mask_of(mask, self.instances), noise)
+
+    def _starts(self, root_velocity: Floats) -> tuple[Any, Any, Any]:
+        """Coordinates, speeds and accelerations of all instances at their start, (instances, ...), float32."""
+        n, start, given = self.instances, self._start, self._inputs
         at = start.coordinates if given.coordinates is None else given.coordinates
         coordinates = np.broadcast_to(at, (n, self.names.coordinates)).astype(np.float32)
         at = start.speeds if given.speeds is None else given.speeds
@@ -219,9 +240,17 @@ class Rollout(Given):
         linear = LINEAR_SPEEDS[self.scene.character.root_joint]
         speeds[:, :linear] += root_velocity
         speeds[:, :linear] += self._disturbances.velocity[:, 3 - linear :]
+        if self._kinematic.names:
+            return coordinates, speeds, self._put_moved(coordinates, speeds)
+        return coordinates, speeds, np.zeros((1, speeds.shape[1]), dtype=np.float32)
+
+    def restart(self, root_velocity: Floats) -> None:
+        """Put every instance back to its start, with something added to the root's linear speeds, (rows, 3 or less)."""
+        n, s, start, given = self.instances, self._state, self._start, self._inputs
+        coordinates, speeds, accelerations = self._starts(root_velocity)
         s.accelerations.zero_()
         if self._kinematic.names:
-            s.accelerations.assign(self._put_moved(coordinates, speeds))
+            s.accelerations.assign(accelerations)
         s.coordinates.assign(coordinates)
         s.speeds.assign(speeds)
         s.stance.fill_(start.stance)
@@ -239,7 +268,9 @@ class Rollout(Given):
         for name in ("phase", "foot_force", "start_height", "step", "status"):
             getattr(s, name).zero_()
         self.steps_done = 0
+        self._begun: Ints = np.zeros(n, dtype=np.int32)
         self._running: Ints = np.arange(n, dtype=np.int32)
+        self._start_rows = {}
         self._frames.clear()
 
     def recorded(self, quantity: str) -> Floats:
@@ -256,7 +287,7 @@ class Rollout(Given):
         Raises:
             RolloutError: it was not recorded.
         """
-        return self._frames.values(quantity, self.steps_done)
+        return self._frames.values(quantity, min(self.steps_done, self.steps))
 
     def _tracked(self) -> dict[str, Any]:
         """The gait that the objective tracks, by field of the model; nothing if it tracks none."""
@@ -320,19 +351,6 @@ class Rollout(Given):
         if self.steps_done >= self.steps:
             self.complete()
 
-    def advance(self, step: int) -> None:
-        """Bring all instances that still run to this step, in one launch."""
-        if step > self.steps_done and self.running:
-            self._launcher.launch(step - self.steps_done, self._running, self._model, self._state, self._frames.record)
-            self.steps_done = step
-            status = self._state.status.numpy()
-            self._running = self._running[status[self._running] == Status.RUNNING]
-
-    @property
-    def running(self) -> bool:
-        """Whether any instance still runs."""
-        return len(self._running) > 0
-
     def load(self) -> None:
         """Have the kernel ready on the device, compiled now unless Warp has it in its cache."""
         self._launcher.load()
@@ -342,16 +360,9 @@ class Rollout(Given):
         """Whether the kernel is yet to be compiled, for some seconds, when it is run."""
         return self._launcher.compiles
 
-    def complete(self) -> None:
-        """Those that have come to the end of the simulation have completed it."""
-        status = self._state.status.numpy()
-        status[status == Status.RUNNING] = Status.COMPLETED
-        self._state.status.assign(status)
-        self._running = np.zeros(0, dtype=np.int32)
-
     @property
     def time(self) -> float:
-        """Simulated time that the batch has come to, s."""
+        """Simulated time that the batch has come to since all of it last started, s."""
         return self.steps_done * self.scene.time_step
 
     @property
@@ -403,6 +414,11 @@ class Rollout(Given):
         if instance is None or instance not in self._frames.chosen:
             raise RolloutError(f"instance {instance} was not recorded: name it in Rollout(..., record=[...])")
         return self._frames.recording(self._numeric, instance, int(self._state.step.numpy()[instance]), start)
+
+    @property
+    def numeric(self) -> Scene:
+        """The scene with its present numbers in place of free parameters; see `parameters.substitute`."""
+        return self._numeric
 
     @property
     def state(self) -> structs.State:

@@ -188,6 +188,7 @@ class Objective(Part):
     metabolic_model: Literal["wang", "umberger", "bhargava"] = "wang"
     basal_rate: Number = 1.51  # W/kg at rest (Wang 2012)
     failure_cost: float = 1.0e6
+    custom: dict[str, Number] = {}  # weights of terms of one's own, by `module:function`; see `custom.py`
 
 
 class Tracking(Part):
@@ -245,6 +246,7 @@ class Scene(Part):
     name: str
     character: Character
     controller: Controller | None = None
+    custom_controller: str = ""  # `module:function` of joints' efforts in place of the controller's; see `custom.py`
     description: str = ""
     initial_state: InitialState = msgspec.field(default_factory=InitialState)
     ground: Ground = msgspec.field(default_factory=Ground)

@@ -15,6 +15,7 @@ from warpmuscle.batch_input import checked_values, chosen, chunk_steps, end_step
 from warpmuscle.devices import devices_name, find_devices, is_several
 from warpmuscle.disturbances import Disturbances
 from warpmuscle.errors import RolloutError
+from warpmuscle.foreign import host_array, is_array, mask_of
 from warpmuscle.memory import InstanceBytes
 from warpmuscle.recording import Recording
 from warpmuscle.rollout import Rollout
@@ -143,10 +144,32 @@ class SplitRollout:
         """The rows of some instances, or what all of them share; parts refuse what has another number of rows."""
         return values[share] if values.ndim and len(values) == self.instances else values
 
-    def reset(self, velocity_noise: float = 0.0, seed: int = 0) -> None:
+    def reset(self, velocity_noise: Any = 0.0, seed: int = 0, mask: Any = None) -> None:
         """See `Rollout.reset`; the noise is that of the whole batch."""
+        if is_array(velocity_noise):
+            velocity_noise, mask = 0.0, velocity_noise
         noise = root_noise(self.scene, self.instances, velocity_noise, seed)
-        self._each(lambda part, share: part.restart(noise if len(noise) == 1 else noise[share]))
+        chosen = None if mask is None else mask_of(mask, self.instances)
+
+        def put_back(part: Rollout, share: slice) -> None:
+            own = noise if len(noise) == 1 else noise[share]
+            if chosen is None:
+                part.restart(own)
+            else:
+                part.restart_some(chosen[share], own)
+
+        self._each(put_back)
+
+    def step(self, k: int = 1, excitations: Any = None, torques: Any = None) -> None:
+        """See `Rollout.step`; arrays are shared out, each part to its device."""
+        given = [None if values is None else host_array(values, "input") for values in (excitations, torques)]
+        for part in self.parts:  # one after the other, since threads must not meet in the compiler
+            part.load_step(*(values is not None for values in given))
+
+        def step(part: Rollout, share: slice) -> None:
+            part.step(k, *(None if values is None else self._shared(values, share) for values in given))
+
+        self._each(step)
 
     def disturb(self, disturbances: Disturbances) -> None:
         """See `Rollout.disturb`."""

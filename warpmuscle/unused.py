@@ -57,4 +57,4 @@ def check_used(scene: Scene) -> None:
 
 def _is_weight(name: str) -> bool:
     """Whether a parameter weighs a term of the objective, which happens on the host."""
-    return name.startswith("objective.") and name.split(".")[1] in TERMS
+    return name.startswith("objective.") and name.split(".")[1] in (*TERMS, "custom")

@@ -30,6 +30,7 @@ from warpmuscle.scene import (
     Sphere,
     State,
 )
+from warpmuscle.trusted import check_entries
 from warpmuscle.typed import to_type
 from warpmuscle.validate_motion import check_motion
 from warpmuscle.validate_muscles import check_muscles
@@ -74,6 +75,7 @@ class _Check(Checks):
             raise SceneError(
                 f"time_step {scene.time_step:g} is longer than the duration {scene.duration:g}", "time_step"
             )
+        check_entries(scene)
         self.character(scene.character)
         check_muscles(self)
         check_motion(self)

@@ -25,6 +25,7 @@ from warpmuscle.scene import (
     ViaPoint,
 )
 from warpmuscle.topology import SPEEDS
+from warpmuscle.trusted import CURVE_FIELDS
 
 GREATEST_PENNATION = 1.4  # rad; near a right angle a fibre pulls on nothing
 MUSCULAR = {"muscle", "assisted"}
@@ -187,6 +188,9 @@ def _model(checks: Checks) -> None:
         check(key, model, "damping")
     if model.implicit_damping and (model.legacy or model.ideal or model.tendon != "rigid"):
         raise SceneError("only muscles with rigid tendons take damping as implicit", key=f"{key}.implicit_damping")
+    for field in CURVE_FIELDS:
+        if getattr(model, field) and (model.legacy or model.ideal):
+            raise SceneError("legacy and ideal muscles take no curve of one's own; leave it out", key=f"{key}.{field}")
     if model.legacy and model.ideal:
         raise SceneError("muscles cannot be both legacy and ideal", key=f"{key}.ideal")
     for field, default in (("tendon", "rigid"), ("curves", "lee")):

@@ -28,6 +28,13 @@ Threads = Annotated[int | None, typer.Option(min=1, help="CPU threads, of no eff
 Duration = Annotated[float | None, typer.Option(help="Simulated time, s; by default the scene's.")]
 TimeStep = Annotated[float | None, typer.Option(help="Time step, s; by default the scene's.")]
 
+Trust = Annotated[
+    bool,
+    typer.Option(
+        "--trust", callback=lambda given: _trust(given), help="Run code that the scene names, as module:function."
+    ),
+]
+
 
 def start_warp() -> None:
     """Start Warp without its greeting, and without its warning that a machine without a GPU has none."""
@@ -44,6 +51,15 @@ def start_warp() -> None:
     finally:
         os.dup2(errors, 2)
         os.close(errors)
+
+
+def _trust(given: bool) -> bool:
+    """Let code run that scenes name, if the user says so."""
+    if given:
+        from warpmuscle.trusted import trust_everything
+
+        trust_everything()
+    return given
 
 
 def load_scene(sources: list[str], keyword_rule: bool = False) -> Scene:

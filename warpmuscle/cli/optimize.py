@@ -14,6 +14,7 @@ from warpmuscle.cli.common import (
     Duration,
     Threads,
     TimeStep,
+    Trust,
     changed,
     command_line,
     load_scene,
@@ -59,6 +60,7 @@ def optimize(
     time_step: TimeStep = None,
     device: Device = None,
     threads: Threads = None,
+    trust: Trust = False,
     output: Annotated[
         Path | None,
         typer.Option("--output", "-o", help="HDF5 file to write and to replace; by default the scene's name and .h5."),
@@ -74,7 +76,7 @@ def optimize(
     limit = None if until is None else seconds(until)
     if resume is not None:
         given = {name for name in context.params if _is_given(context, name)}
-        for name in sorted(given - {"candidates", "until", "target", "device", "threads", "resume"}):
+        for name in sorted(given - {"candidates", "until", "target", "device", "threads", "resume", "trust"}):
             word = "scene" if name == "sources" else f"--{name.replace('_', '-')}"
             raise Error(f"--resume takes no {word}: the file says what to go on with")
         more = UNLIMITED if candidates is None and limit is not None else candidates

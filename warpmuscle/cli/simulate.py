@@ -13,6 +13,7 @@ from warpmuscle.cli.common import (
     Duration,
     Sources,
     TimeStep,
+    Trust,
     changed,
     command_line,
     load_scene,
@@ -36,6 +37,7 @@ def simulate(
         bool, typer.Option("--legacy", help="Muscles as the original program computed them, without bounds.")
     ] = False,
     device: Device = None,
+    trust: Trust = False,
     output: Annotated[Path | None, typer.Option("--output", "-o", help="HDF5 file to write.")] = None,
     plot: Annotated[Path | None, typer.Option(help="Stick figures to draw, .png, .svg or .pdf.")] = None,
     rate: Annotated[float, typer.Option(min=1.0, help="Recorded frames per second.")] = 100.0,

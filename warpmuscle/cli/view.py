@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from warpmuscle.cli.common import Device, Duration, changed, load_scene, start_warp, writable
+from warpmuscle.cli.common import Device, Duration, Trust, changed, load_scene, start_warp, writable
 from warpmuscle.cli.console import INTERRUPTED, log, out
 from warpmuscle.cli.results import Run
 from warpmuscle.errors import Error
@@ -34,6 +34,7 @@ def view(
     host: Annotated[str, typer.Option(help="Address to listen at; 0.0.0.0 lets others watch.")] = "127.0.0.1",
     port: Annotated[int, typer.Option(min=1, max=65535, help="Port to listen at, or the next free one.")] = 8080,
     no_open: Annotated[bool, typer.Option("--no-open", help="Open no browser, only print the address.")] = False,
+    trust: Trust = False,
 ) -> None:
     """Show motions in the browser: of result files side by side, or of a scene that is run for it.
 

@@ -12,13 +12,17 @@ from warpmuscle.errors import SceneError
 from warpmuscle.formats import rbs, rs, sbc, toml
 from warpmuscle.formats.lines import Ignored, Line, Notes
 from warpmuscle.scene import Actuation, Scene
+from warpmuscle.trusted import trust as allow
+from warpmuscle.trusted import trusts_everything
 from warpmuscle.validate import check_scene
 from warpmuscle.validate_muscles import SceneWarning, slack_warnings
 
 SUFFIXES = (".toml", ".rbs", ".sbc", ".rs")
 
 
-def load(*sources: str | Path, ignored: list[Ignored] | None = None, keyword_rule: bool = False) -> Scene:
+def load(
+    *sources: str | Path, ignored: list[Ignored] | None = None, keyword_rule: bool = False, trust: bool = False
+) -> Scene:
     """A checked scene.
 
     Args:
@@ -28,6 +32,7 @@ def load(*sources: str | Path, ignored: list[Ignored] | None = None, keyword_rul
         ignored: gets what was not used; without it, that is summed up in a warning.
         keyword_rule: muscles drive only the joints that a `.rbs` marks `actuationType muscle`, where it marks any;
             otherwise all that they cross.
+        trust: let code run that the scene names as `module:function`, once it is simulated.
 
     Warns:
         SceneWarning: one for each thing that is probably a mistake, with file, line and key (see `slack_warnings`).
@@ -45,6 +50,8 @@ def load(*sources: str | Path, ignored: list[Ignored] | None = None, keyword_rul
         doubts: list[SceneError] = []
         scene = toml.read(paths[0], doubts)
         _warn(doubts)
+        if trust or trusts_everything():
+            allow(scene, paths[0].absolute().parent)
         return scene
     for path, suffix in zip(paths, suffixes, strict=True):
         if suffix not in SUFFIXES[1:]:

@@ -1,0 +1,83 @@
+"""Curves of others in the place of a muscle model's: functions of muscles made anew with them.
+
+Functions find each other by the names in their module. One that is made anew has the same source and sees other
+functions under these names, and so do those that it calls; so what is compiled differs in the curves alone.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from types import FunctionType
+from typing import Any, NamedTuple
+
+import warp as wp
+
+SLOPE_STEP = 1.0e-3  # of v_max, to either side
+
+
+class OwnCurves(NamedTuple):
+    """Warp functions in the place of curves; None where those of the model stay."""
+
+    active: Any = None  # (length over l_opt) -> force over f_max
+    passive: Any = None  # the same
+    velocity: Any = None  # (speed over v_max, positive when lengthening) -> multiplier, or wp.vec2 with its slope
+    sloped: bool = False  # the latter
+
+
+@cache
+def replacements(own: OwnCurves) -> dict[str, Any]:
+    """The functions of `curves.py` that curves of others stand in for, by name."""
+    active, passive, velocity = own.active, own.passive, own.velocity
+    found: dict[str, Any] = {}
+
+    @wp.func
+    def own_active(model: int, length: float) -> float:
+        return active(length)
+
+    @wp.func
+    def own_passive(model: int, length: float) -> float:
+        return passive(length)
+
+    @wp.func
+    def own_velocity(model: int, speed: float, activation: float) -> wp.vec2:
+        if wp.static(own.sloped):
+            return velocity(speed)
+        else:
+            rise = velocity(speed + SLOPE_STEP) - velocity(speed - SLOPE_STEP)
+            return wp.vec2(velocity(speed), rise / wp.static(2.0 * SLOPE_STEP))
+
+    @wp.func
+    def own_multiplier(model: int, speed: float, activation: float) -> float:
+        return own_velocity(model, speed, activation)[0]
+
+    if active is not None:
+        found["active_force_length"] = own_active
+    if passive is not None:
+        found["passive_force_length"] = own_passive
+    if velocity is not None:
+        found |= {"force_velocity_slope": own_velocity, "force_velocity": own_multiplier}
+    return found
+
+
+@cache
+def with_curves(function: Any, own: OwnCurves | None) -> Any:
+    """The Warp function with others' curves in the place of the model's; itself if it uses none of them."""
+    if own is None:
+        return function
+    plain = function.func
+    others = replacements(own)
+    changed: dict[str, Any] = {}
+    for name in plain.__code__.co_names:
+        known = plain.__globals__.get(name)
+        if name in others:
+            changed[name] = others[name]
+        elif isinstance(known, wp.Function) and known.func is not None:
+            made = with_curves(known, own)
+            if made is not known:
+                changed[name] = made
+    if not changed:
+        return function
+    again = FunctionType(plain.__code__, plain.__globals__ | changed, plain.__name__, plain.__defaults__)
+    again.__annotations__, again.__doc__ = plain.__annotations__, plain.__doc__
+    again.__module__, again.__qualname__ = plain.__module__, f"with_curves.<locals>.{plain.__name__}"
+    return wp.func(again)
