@@ -2,13 +2,39 @@
 
 Bodies are numbered breadth first from the root (0), so that the bodies of one tree level, and the children of one
 body, are neighbours; joint i - 1 connects body i to its parent. Arrays of model numbers are (rows, ...) with rows = 1
-where all instances share them, or one row an instance; `at` reads both.
+where all instances share them, or one row an instance; `at` reads both. What bodies, controller and muscles are made of
+stands in `body_structs.py`, `control_structs.py` and `muscle_structs.py`.
 """
 
 from typing import Any
 
 import warp as wp
 
+from warpmuscle.kernels.body_structs import BodyPlan as BodyPlan
+from warpmuscle.kernels.body_structs import BodyRow as BodyRow
+from warpmuscle.kernels.body_structs import Collisions as Collisions
+from warpmuscle.kernels.body_structs import ContactPoint as ContactPoint
+from warpmuscle.kernels.body_structs import Contacts as Contacts
+from warpmuscle.kernels.body_structs import Ground as Ground
+from warpmuscle.kernels.body_structs import LimitRow as LimitRow
+from warpmuscle.kernels.body_structs import Skeleton as Skeleton
+from warpmuscle.kernels.control_structs import ComponentPlan as ComponentPlan
+from warpmuscle.kernels.control_structs import ComponentRow as ComponentRow
+from warpmuscle.kernels.control_structs import ControlState as ControlState
+from warpmuscle.kernels.control_structs import Gains as Gains
+from warpmuscle.kernels.control_structs import Knot as Knot
+from warpmuscle.kernels.control_structs import Simbicon as Simbicon
+from warpmuscle.kernels.control_structs import Trajectory as Trajectory
+from warpmuscle.kernels.muscle_structs import Crossing as Crossing
+from warpmuscle.kernels.muscle_structs import MuscleRow as MuscleRow
+from warpmuscle.kernels.muscle_structs import Muscles as Muscles
+from warpmuscle.kernels.muscle_structs import OwnExcitation as OwnExcitation
+from warpmuscle.kernels.muscle_structs import Paths as Paths
+from warpmuscle.kernels.muscle_structs import PathSpan as PathSpan
+from warpmuscle.kernels.muscle_structs import Pulley as Pulley
+from warpmuscle.kernels.muscle_structs import Segment as Segment
+from warpmuscle.kernels.muscle_structs import SegmentEnds as SegmentEnds
+from warpmuscle.kernels.muscle_structs import Term as Term
 from warpmuscle.kernels.spatial import symmetric
 
 ROOT_FREE, ROOT_PLANAR, ROOT_FIXED = 0, 1, 2
@@ -31,318 +57,6 @@ def whole(i: int) -> int: ...  # a number that is never negative, so that the co
 def at(a: wp.array2d[Any], instance: int, i: int):
     """Element i of an instance in an array that has one row for all instances or one row an instance."""
     return a[whole(wp.min(instance, a.shape[0] - 1)), whole(i)]
-
-
-@wp.struct
-class BodyPlan:
-    """The place of a body in the tree, and of what belongs to it in other lists."""
-
-    parent: int
-    joint_type: int  # ROOT_* for body 0
-    coordinate_start: int
-    speed_start: int
-    speed_end: int  # the one after the last
-    first_child: int
-    child_count: int
-    has_limits: int
-    foot_slot: int  # where the contact force of a foot or toe is kept, -1 for other bodies
-    first_point: int  # of contact
-    end_point: int
-
-
-@wp.struct
-class BodyRow:
-    """The numbers of a body and its joint."""
-
-    mass: float  # kg
-    com: wp.vec3  # m, from the joint, body axes
-    inertia: wp.vec3  # kg m^2, principal, about the centre of mass
-    anchor: wp.vec3  # m, joint from the parent's joint, parent's axes
-    axis_a: wp.vec3  # hinge; universal, on the child; ball: first limit axis, on the parent
-    axis_b: wp.vec3  # universal, on the parent; ball: third limit axis, on the child
-
-
-@wp.struct
-class LimitRow:
-    """The limits of a joint."""
-
-    low: wp.vec3  # rad
-    high: wp.vec3  # rad
-    cosine: wp.vec3  # of the middle of the limits
-    sine: wp.vec3  # of the same
-    half_cosine: wp.vec3  # of half the distance between them; -2 beyond a full turn
-    stiffness: float  # N m/rad
-    damping: float  # N m s/rad
-
-
-@wp.struct
-class Skeleton:
-    """Bodies and joints. Body frames have their origin at the joint to the parent (the root's: its centre of mass)."""
-
-    plan: wp.array[BodyPlan]  # (bodies,)
-    row: wp.array2d[BodyRow]  # (rows, bodies)
-    limits: wp.array2d[LimitRow]  # (rows, bodies)
-    foot_side: wp.array[int]  # (slots,) LEFT or RIGHT
-    total_mass: wp.array2d[float]  # (rows, 1) kg
-
-
-@wp.struct
-class ContactPoint:
-    """A point of a body that may touch the ground; body axes, from the body's joint."""
-
-    place: wp.vec3  # m
-    radius: float  # m, of the sphere about it
-    friction: float
-
-
-@wp.struct
-class Ground:
-    """What the ground is like, apart from where it is."""
-
-    stiffness: float  # N/m
-    damping: float  # N s/m
-    tangential_damping: float  # N s/m
-
-
-@wp.struct
-class Contacts:
-    """Contact points of the bodies, and the ground plane."""
-
-    reach: wp.array2d[float]  # (rows, bodies) m, no contact while the joint is higher than this
-    point: wp.array2d[ContactPoint]  # (rows, points)
-    normal: wp.array2d[wp.vec3]  # (rows, 1) upward unit normal of the ground
-    height: wp.array2d[float]  # (rows, 1) m
-    ground: wp.array2d[Ground]  # (rows, 1)
-
-
-@wp.struct
-class Collisions:
-    """Shapes of bodies that must not run into each other, as capsules; body axes, from the body's joint."""
-
-    every: int  # steps between two tests
-    body: wp.array[int]  # (shapes,)
-    middle: wp.array2d[wp.vec3]  # (rows, shapes) m, of the capsule's segment
-    half: wp.array2d[wp.vec3]  # (rows, shapes) m, from the middle of the segment to its end
-    pair: wp.array2d[int]  # (pairs, 2) shapes
-    nearest_sq: wp.array2d[wp.vec2]  # (rows, pairs) m^2, squared distances: of middles that exclude a collision, and
-    # the least one of the segments without it
-
-
-@wp.struct
-class Gains:
-    """Of the PD controller of a joint."""
-
-    kp: float  # N m/rad
-    kd: float  # N m s/rad
-    torque_limit: float  # N m
-    scale: wp.vec3  # along child axes
-
-
-@wp.struct
-class ControlState:
-    """A state of the controller's machine."""
-
-    next_state: int
-    on_foot_down: int  # 1: foot down, 0: time up
-    stance_rule: int  # LEFT, RIGHT, REVERSE or SAME, on entering
-    first_trajectory: int
-    end_trajectory: int  # the one after its last
-
-
-@wp.struct
-class Trajectory:
-    """Where a joint is to go in a state."""
-
-    left_body: int  # body in left stance; -1 if a later trajectory drives its joint
-    right_body: int  # in right stance
-    character_frame: int
-    first_knot: int  # of the strength
-    end_knot: int
-    first_component: int
-    end_component: int
-
-
-@wp.struct
-class ComponentPlan:
-    """What stays the same of a component: one rotation of a trajectory."""
-
-    reverse: int  # stance that reverses the base angle, or -1
-    first_knot: int
-    end_knot: int
-    has_feedback: int
-
-
-@wp.struct
-class ComponentRow:
-    """Its numbers."""
-
-    axis: wp.vec3
-    feedback_axis: wp.vec3
-    feedback_gain: wp.vec2  # cd, cv
-    feedback_limits: wp.vec4  # d low, d high, v low, v high
-
-
-@wp.struct
-class Knot:
-    """Of a curve."""
-
-    phase: float
-    value: float
-
-
-@wp.struct
-class Simbicon:
-    """The controller: gains by body (0: the root), states, trajectories, their components, and curves as knots."""
-
-    enabled: int
-    left_foot: int
-    right_foot: int
-    left_hip: int
-    right_hip: int
-    heading_control: int
-    gains: wp.array2d[Gains]  # (rows, bodies)
-    hip: wp.array2d[wp.vec4]  # (rows, 1) damping, largest velocity, predictive scale, desired heading
-    states: wp.array[ControlState]  # (states,)
-    state_time: wp.array2d[float]  # (rows, states) s
-    balance_knots: wp.array2d[int]  # (states, 8) first and end of the curves of distance x, z and velocity x, z
-    trajectories: wp.array[Trajectory]  # (trajectories,)
-    components: wp.array[ComponentPlan]  # (components,)
-    component_rows: wp.array2d[ComponentRow]  # (rows, components)
-    knots: wp.array2d[Knot]  # (rows, knots)
-
-
-@wp.struct
-class PathSpan:
-    """Where the path of a muscle stands in the lists of all paths."""
-
-    first_segment: int
-    end_segment: int  # the one after its last
-    first_crossing: int  # in `Paths.of_muscle`
-    end_crossing: int
-    first_pulley: int
-    end_pulley: int
-
-
-@wp.struct
-class Segment:
-    """A straight part of a path, in the order of the path from a to b."""
-
-    body_a: int
-    body_b: int
-    origin: int  # the body from whose joint it is measured
-    far: int  # 0: its bodies are neighbours, and its ends are given from the origin
-    varies: int  # 1: its weight depends on conditions
-    first_term: int
-    end_term: int
-
-
-@wp.struct
-class SegmentEnds:
-    """Both ends of a segment, axes of their bodies."""
-
-    a: wp.vec3  # m, from the joint of the segment's origin, or of its own body
-    b: wp.vec3
-
-
-@wp.struct
-class Term:
-    """What a segment contributes to a crossing."""
-
-    crossing: int
-    joint: int
-    sign: int  # 1: b is beyond the joint, -1: a is, 0: only a condition hangs on the joint
-    first: int  # 1: no segment before contributes to the crossing
-    last: int  # 1: none after it does
-
-
-@wp.struct
-class Pulley:
-    """A pulley that a path turns with."""
-
-    crossing: int
-    joint: int
-    axis: int  # which of the joint's coordinates
-    first: int  # 1: no pulley before belongs to the crossing
-    last: int  # 1: none after it does
-
-
-@wp.struct
-class Crossing:
-    """A crossing of a muscle."""
-
-    number: int
-    joint: int
-
-
-@wp.struct
-class Paths:
-    """Paths of all muscles, one behind the other; a crossing is a pair of a joint and a muscle that acts on it.
-
-    Crossings are sorted by joint, so that a joint gathers its own muscles. Joints are named by the body they carry.
-    Segments that lie within one body and always count are part of a muscle's fixed length and not listed; so is the
-    rest length of a muscle on pulleys. What a lane needs at once lies together, since each fetch from memory takes the
-    time of hundreds of operations.
-    """
-
-    fixed_length: wp.array2d[float]  # (rows, muscles) m
-    span: wp.array[PathSpan]  # (muscles,)
-    segment: wp.array[Segment]  # (segments,)
-    ends: wp.array2d[SegmentEnds]  # (rows, segments)
-    term: wp.array[Term]  # (terms,)
-    of_muscle: wp.array[Crossing]  # (crossings,) those of each muscle, nearest to the root first
-    point_condition: wp.array[int]  # (points,) -1: the point always counts
-    condition_joint: wp.array[int]  # (conditions,)
-    condition_axis: wp.array[int]  # (conditions,) which of the joint's coordinates
-    condition_interval: wp.array2d[wp.vec3]  # (rows, conditions) low, high, width of the blend, rad
-    segment_points: wp.array2d[int]  # (segments, 2) a and b
-    crossing_start: wp.array[int]  # (bodies + 1,) crossings of the joint of body i
-    crossing_muscle: wp.array[int]  # (crossings,)
-    pulley: wp.array[Pulley]  # (pulleys,)
-    pulley_row: wp.array2d[wp.vec2]  # (rows, pulleys) moment arm, m, and rest angle, rad
-
-
-@wp.struct
-class MuscleRow:
-    """The numbers of one muscle, which a lane fetches together."""
-
-    f_max: float  # N
-    l_opt: float  # m
-    l_slack: float  # m
-    width: float  # m, l_opt sin(pennation at l_opt)
-    v_max: float  # l_opt/s
-    damping: float  # force at v_max over f_max
-    rise_time: float  # s, time constant of activation
-    fall_time: float  # s, of deactivation
-    rise_rest: float  # exp(-h/rise_time): what a step leaves of the way to go, up ...
-    fall_rest: float  # ... and down; the rates of activation being constant
-    neural_rest: float  # of neural dynamics: what a step leaves of the way to go, ...
-    rise_mix: float  # ... and what part of it counts for the activation, up ...
-    fall_mix: float  # ... and down; see `activation.neural_step`
-    slow_fibres: float  # fraction of slow-twitch fibres
-    delay_steps: int  # less than the capacity of the ring
-
-
-@wp.struct
-class OwnExcitation:
-    """The excitation of a muscle that has its own, over time."""
-
-    first_knot: int
-    end_knot: int  # the one after the last; none if it is the first
-    period: float  # s, 0: it does not repeat
-
-
-@wp.struct
-class Muscles:
-    """What stays the same of the muscles."""
-
-    count: int
-    model: int  # LEE ... SARSHARI, see `curves.py`; the fused step has it compiled in
-    negative: int  # KEEP, DROP or CLIP
-    scaled_rates: int  # 1: the rates of activation depend on the activation
-    row: wp.array2d[MuscleRow]  # (rows, muscles)
-    own: wp.array2d[OwnExcitation]  # (rows, muscles)
-    knot_time: wp.array2d[float]  # (rows, knots) s
-    knot_value: wp.array2d[float]  # (rows, knots)
 
 
 @wp.struct

@@ -134,7 +134,8 @@ def test_live_sliders_are_bound_by_the_parameters_and_count(live):
     viewer.faster.value = 0.25
     slider.value = 444.0
     body = viewer.run.rollout.names.body_of_joint("rKnee")
-    until(lambda: viewer.run.rollout.model.simbicon.gains.numpy()["kp"][0, body] == 444.0)  # the right side follows the left
+    # The right side follows the left.
+    until(lambda: viewer.run.rollout.model.simbicon.gains.numpy()["kp"][0, body] == 444.0)
     until(lambda: viewer.run.faster == 0.25)
     viewer.faster.value = 0.0
     slider.value = 300.0

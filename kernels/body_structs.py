@@ -1,0 +1,98 @@
+"""Device structures of bodies and joints, their contact points and the ground, and shapes that may collide."""
+
+import warp as wp
+
+
+@wp.struct
+class BodyPlan:
+    """The place of a body in the tree, and of what belongs to it in other lists."""
+
+    parent: int
+    joint_type: int  # ROOT_* for body 0
+    coordinate_start: int
+    speed_start: int
+    speed_end: int  # the one after the last
+    first_child: int
+    child_count: int
+    has_limits: int
+    foot_slot: int  # where the contact force of a foot or toe is kept, -1 for other bodies
+    first_point: int  # of contact
+    end_point: int
+
+
+@wp.struct
+class BodyRow:
+    """The numbers of a body and its joint."""
+
+    mass: float  # kg
+    com: wp.vec3  # m, from the joint, body axes
+    inertia: wp.vec3  # kg m^2, principal, about the centre of mass
+    anchor: wp.vec3  # m, joint from the parent's joint, parent's axes
+    axis_a: wp.vec3  # hinge; universal, on the child; ball: first limit axis, on the parent
+    axis_b: wp.vec3  # universal, on the parent; ball: third limit axis, on the child
+
+
+@wp.struct
+class LimitRow:
+    """The limits of a joint."""
+
+    low: wp.vec3  # rad
+    high: wp.vec3  # rad
+    cosine: wp.vec3  # of the middle of the limits
+    sine: wp.vec3  # of the same
+    half_cosine: wp.vec3  # of half the distance between them; -2 beyond a full turn
+    stiffness: float  # N m/rad
+    damping: float  # N m s/rad
+
+
+@wp.struct
+class Skeleton:
+    """Bodies and joints. Body frames have their origin at the joint to the parent (the root's: its centre of mass)."""
+
+    plan: wp.array[BodyPlan]  # (bodies,)
+    row: wp.array2d[BodyRow]  # (rows, bodies)
+    limits: wp.array2d[LimitRow]  # (rows, bodies)
+    foot_side: wp.array[int]  # (slots,) LEFT or RIGHT
+    total_mass: wp.array2d[float]  # (rows, 1) kg
+
+
+@wp.struct
+class ContactPoint:
+    """A point of a body that may touch the ground; body axes, from the body's joint."""
+
+    place: wp.vec3  # m
+    radius: float  # m, of the sphere about it
+    friction: float
+
+
+@wp.struct
+class Ground:
+    """What the ground is like, apart from where it is."""
+
+    stiffness: float  # N/m
+    damping: float  # N s/m
+    tangential_damping: float  # N s/m
+
+
+@wp.struct
+class Contacts:
+    """Contact points of the bodies, and the ground plane."""
+
+    reach: wp.array2d[float]  # (rows, bodies) m, no contact while the joint is higher than this
+    point: wp.array2d[ContactPoint]  # (rows, points)
+    normal: wp.array2d[wp.vec3]  # (rows, 1) upward unit normal of the ground
+    height: wp.array2d[float]  # (rows, 1) m
+    ground: wp.array2d[Ground]  # (rows, 1)
+
+
+@wp.struct
+class Collisions:
+    """Shapes of bodies that must not run into each other, as capsules; body axes, from the body's joint."""
+
+    every: int  # steps between two tests
+    body: wp.array[int]  # (shapes,)
+    middle: wp.array2d[wp.vec3]  # (rows, shapes) m, of the capsule's segment
+    half: wp.array2d[wp.vec3]  # (rows, shapes) m, from the middle of the segment to its end
+    pair: wp.array2d[int]  # (pairs, 2) shapes
+    nearest_sq: wp.array2d[wp.vec2]  # (rows, pairs) m^2, squared distances: of middles that exclude a collision, and
+    # the least one of the segments without it

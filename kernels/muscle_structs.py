@@ -1,0 +1,137 @@
+"""Device structures of muscles and of their paths."""
+
+import warp as wp
+
+
+@wp.struct
+class PathSpan:
+    """Where the path of a muscle stands in the lists of all paths."""
+
+    first_segment: int
+    end_segment: int  # the one after its last
+    first_crossing: int  # in `Paths.of_muscle`
+    end_crossing: int
+    first_pulley: int
+    end_pulley: int
+
+
+@wp.struct
+class Segment:
+    """A straight part of a path, in the order of the path from a to b."""
+
+    body_a: int
+    body_b: int
+    origin: int  # the body from whose joint it is measured
+    far: int  # 0: its bodies are neighbours, and its ends are given from the origin
+    varies: int  # 1: its weight depends on conditions
+    first_term: int
+    end_term: int
+
+
+@wp.struct
+class SegmentEnds:
+    """Both ends of a segment, axes of their bodies."""
+
+    a: wp.vec3  # m, from the joint of the segment's origin, or of its own body
+    b: wp.vec3
+
+
+@wp.struct
+class Term:
+    """What a segment contributes to a crossing."""
+
+    crossing: int
+    joint: int
+    sign: int  # 1: b is beyond the joint, -1: a is, 0: only a condition hangs on the joint
+    first: int  # 1: no segment before contributes to the crossing
+    last: int  # 1: none after it does
+
+
+@wp.struct
+class Pulley:
+    """A pulley that a path turns with."""
+
+    crossing: int
+    joint: int
+    axis: int  # which of the joint's coordinates
+    first: int  # 1: no pulley before belongs to the crossing
+    last: int  # 1: none after it does
+
+
+@wp.struct
+class Crossing:
+    """A crossing of a muscle."""
+
+    number: int
+    joint: int
+
+
+@wp.struct
+class Paths:
+    """Paths of all muscles, one behind the other; a crossing is a pair of a joint and a muscle that acts on it.
+
+    Crossings are sorted by joint, so that a joint gathers its own muscles. Joints are named by the body they carry.
+    Segments that lie within one body and always count are part of a muscle's fixed length and not listed; so is the
+    rest length of a muscle on pulleys. What a lane needs at once lies together, since each fetch from memory takes the
+    time of hundreds of operations.
+    """
+
+    fixed_length: wp.array2d[float]  # (rows, muscles) m
+    span: wp.array[PathSpan]  # (muscles,)
+    segment: wp.array[Segment]  # (segments,)
+    ends: wp.array2d[SegmentEnds]  # (rows, segments)
+    term: wp.array[Term]  # (terms,)
+    of_muscle: wp.array[Crossing]  # (crossings,) those of each muscle, nearest to the root first
+    point_condition: wp.array[int]  # (points,) -1: the point always counts
+    condition_joint: wp.array[int]  # (conditions,)
+    condition_axis: wp.array[int]  # (conditions,) which of the joint's coordinates
+    condition_interval: wp.array2d[wp.vec3]  # (rows, conditions) low, high, width of the blend, rad
+    segment_points: wp.array2d[int]  # (segments, 2) a and b
+    crossing_start: wp.array[int]  # (bodies + 1,) crossings of the joint of body i
+    crossing_muscle: wp.array[int]  # (crossings,)
+    pulley: wp.array[Pulley]  # (pulleys,)
+    pulley_row: wp.array2d[wp.vec2]  # (rows, pulleys) moment arm, m, and rest angle, rad
+
+
+@wp.struct
+class MuscleRow:
+    """The numbers of one muscle, which a lane fetches together."""
+
+    f_max: float  # N
+    l_opt: float  # m
+    l_slack: float  # m
+    width: float  # m, l_opt sin(pennation at l_opt)
+    v_max: float  # l_opt/s
+    damping: float  # force at v_max over f_max
+    rise_time: float  # s, time constant of activation
+    fall_time: float  # s, of deactivation
+    rise_rest: float  # exp(-h/rise_time): what a step leaves of the way to go, up ...
+    fall_rest: float  # ... and down; the rates of activation being constant
+    neural_rest: float  # of neural dynamics: what a step leaves of the way to go, ...
+    rise_mix: float  # ... and what part of it counts for the activation, up ...
+    fall_mix: float  # ... and down; see `activation.neural_step`
+    slow_fibres: float  # fraction of slow-twitch fibres
+    delay_steps: int  # less than the capacity of the ring
+
+
+@wp.struct
+class OwnExcitation:
+    """The excitation of a muscle that has its own, over time."""
+
+    first_knot: int
+    end_knot: int  # the one after the last; none if it is the first
+    period: float  # s, 0: it does not repeat
+
+
+@wp.struct
+class Muscles:
+    """What stays the same of the muscles."""
+
+    count: int
+    model: int  # LEE ... SARSHARI, see `curves.py`; the fused step has it compiled in
+    negative: int  # KEEP, DROP or CLIP
+    scaled_rates: int  # 1: the rates of activation depend on the activation
+    row: wp.array2d[MuscleRow]  # (rows, muscles)
+    own: wp.array2d[OwnExcitation]  # (rows, muscles)
+    knot_time: wp.array2d[float]  # (rows, knots) s
+    knot_value: wp.array2d[float]  # (rows, knots)
