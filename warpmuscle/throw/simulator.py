@@ -1,0 +1,92 @@
+"""Batches of simulated copies of recorded motions, each with its own excitations and parameters."""
+
+from __future__ import annotations
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from warpmuscle.arrays import Floats
+from warpmuscle.rollout import Rollout
+from warpmuscle.scene import Failure, Scene
+from warpmuscle.throw.arm import Arm, kinematic_coordinates, states
+from warpmuscle.throw.motion import RATE, Motions
+
+KEPT = 4  # batches of different sizes that are kept ready
+FASTEST = 1e3  # rad/s, beyond which a copy has diverged
+
+
+class Simulator:
+    """Simulates copies of n recorded motions, from their first sample on.
+
+    Attributes:
+        simulations: how many copies so far. steps: how many steps of copies.
+    """
+
+    def __init__(
+        self, arm: Arm, motions: Motions, *, device: str | None = None, threads: int | None = None
+    ) -> None:
+        self.arm, self.motions = arm, motions
+        self._device, self._threads = device, threads
+        self.scene = _scene(arm, float(motions.time[-1]))
+        coordinates, speeds, _ = states(arm, motions)
+        self._coordinates, self._speeds = coordinates[:, 0], speeds[:, 0]
+        self._moved = kinematic_coordinates(arm, coordinates)
+        self._rollouts: dict[int, Rollout] = {}
+        self.simulations = self.steps = 0
+
+    def run(
+        self, which: NDArray[np.intp], time: Floats, excitation: Floats, values: Floats
+    ) -> tuple[Floats, Floats]:
+        """Angles and angular velocities (B, T, J) of all joints at the motions' times.
+
+        A copy that diverges stays where it was last.
+
+        Args:
+            which: (B,) motion that a copy starts as and whose prescribed coordinates it follows.
+            time: (K,) s, knots. excitation: (B, M, K), straight between them; activations start at the first.
+            values: of the scene's free parameters, (P,) or (B, P).
+        """
+        rollout = self._rollout(len(which))
+        rollout.set_parameters(values)
+        if self._moved.shape[1]:
+            rollout.set_motion(self.motions.time, self._moved, which)
+        rollout.set_excitations(time, excitation)
+        rollout.set_initial(self._coordinates[which], self._speeds[which], excitation[:, :, 0])
+        rollout.run()
+        self.simulations += len(which)
+        self.steps += len(which) * rollout.steps
+        return self._sampled(rollout)
+
+    def _rollout(self, count: int) -> Rollout:
+        rollout = self._rollouts.pop(count, None)
+        if rollout is None:
+            while len(self._rollouts) >= KEPT:
+                del self._rollouts[next(iter(self._rollouts))]
+            rollout = Rollout(
+                self.scene, count, self._device, record=range(count), record_rate=RATE, threads=self._threads,
+                quantities=["coordinates", "speeds"],
+            )  # fmt: skip
+        self._rollouts[count] = rollout
+        return rollout
+
+    def _sampled(self, rollout: Rollout) -> tuple[Floats, Floats]:
+        arm = self.arm
+        parts = []
+        for name, places in (("coordinates", arm.coordinate_places), ("speeds", arm.speed_places)):
+            frames = rollout.recorded(name)[:, :, places]
+            last = getattr(rollout.state, name).numpy()[:, places]
+            parts.append(np.concatenate([frames, last[:, None]], axis=1).astype(np.float64))
+        ended = np.floor(rollout.end_time() * RATE + 1e-6).astype(int)
+        for row in np.flatnonzero(ended < parts[0].shape[1] - 1):
+            for part in parts:
+                part[row, ended[row] + 1 :] = part[row, ended[row]]
+        return parts[0], parts[1]
+
+
+def _scene(arm: Arm, duration: float) -> Scene:
+    """The scene for so long, s, in which nothing but divergence ends a copy."""
+    scene = arm.with_prescribed()
+    return msgspec.structs.replace(
+        scene, duration=duration, failure=Failure(com_height=0.0, heading=0.0, max_speed=FASTEST)
+    )
