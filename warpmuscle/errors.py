@@ -29,6 +29,22 @@ class SceneError(Error):
         return SceneError(self.message, self.key, file, line)
 
 
+class SignalError(Error):
+    """A recording of signals, such as EMG, or a request made of it, cannot be used.
+
+    Attributes:
+        message: what is wrong and what to do about it.
+        channel: name of the signal; empty if it is none in particular.
+        file: the file that was read, None for signals made in Python.
+        line: line in that file, counted from 1; 0 if unknown.
+    """
+
+    def __init__(self, message: str, channel: str = "", file: str | Path | None = None, line: int = 0) -> None:
+        self.message, self.channel, self.file, self.line = message, channel, file, line
+        place = "" if not file else f"{file}:{line}: " if line else f"{file}: "
+        super().__init__(" ".join(f"{place}{f'channel {channel!r}: ' if channel else ''}{message}".split()))
+
+
 class Interrupted(Error):
     """A search was interrupted before there was anything new to keep."""
 

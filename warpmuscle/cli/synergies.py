@@ -1,0 +1,159 @@
+"""The command that extracts muscle synergies from electromyograms."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.markup import escape
+from rich.table import Table
+
+from warpmuscle.cli.common import command_line, writable
+from warpmuscle.cli.console import log, out
+
+if TYPE_CHECKING:
+    from warpmuscle.synergy.files import SynergyResult
+
+
+def synergies(
+    recordings: Annotated[
+        list[Path], typer.Argument(metavar="EMG...", help="CSV, .mot, .sto, HDF5 or C3D files, joined in this order.")
+    ],
+    number: Annotated[
+        str,
+        typer.Option(
+            "--number",
+            "-n",
+            help="How many synergies; auto: the fewest that reach --vaf and "
+            "--muscle-vaf; knee: from where on r2 grows in a straight line.",
+        ),
+    ] = "auto",
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="HDF5 file to write.")] = None,
+    plot: Annotated[Path | None, typer.Option(help="Figure to draw, .png, .svg or .pdf.")] = None,
+    channels: Annotated[
+        str | None, typer.Option(help="Names or patterns of the channels, separated by commas, such as 'env_*,BIC'.")
+    ] = None,
+    vaf: Annotated[float, typer.Option(help="Variance to account for, of all muscles together, for -n auto.")] = 0.95,
+    muscle_vaf: Annotated[float, typer.Option(help="The same of each muscle.")] = 0.75,
+    band: Annotated[
+        tuple[float, float] | None, typer.Option(metavar="LOW HIGH", help="Band-pass, Hz.  [default: 10 450]")
+    ] = None,
+    low_pass: Annotated[float, typer.Option(help="Low-pass after rectification, Hz; for gait 20 is usual.")] = 6.0,
+    order: Annotated[int, typer.Option(help="Order of one pass of each Butterworth filter.")] = 4,
+    already_filtered: Annotated[
+        bool, typer.Option("--already-filtered", help="The files hold envelopes, at the rate that is wanted.")
+    ] = False,
+    sampling_rate: Annotated[float | None, typer.Option(help="1/s, of files without times.")] = None,
+    rate: Annotated[
+        float | None, typer.Option(help="Activations a second.  [default: 100, or the files' if already filtered]")
+    ] = None,
+    ecg: Annotated[
+        str | None,
+        typer.Option(
+            metavar="auto|CHANNEL",
+            help="Remove the heart's signal: components with regular beats, or that go with an ECG channel.",
+        ),
+    ] = None,
+    time_window: Annotated[
+        tuple[float, float] | None, typer.Option(metavar="BEGIN END", help="Part of each recording to use, s.")
+    ] = None,
+    cycles: Annotated[
+        list[Path] | None,
+        typer.Option(
+            help="CSV with the start of each cycle, and of its second phase if there is "
+            "another column, s; one for each recording."
+        ),
+    ] = None,
+    cycle_range: Annotated[
+        tuple[int, int] | None, typer.Option(metavar="FIRST LAST", help="Cycles to use, counted from 1.")
+    ] = None,
+    points: Annotated[int, typer.Option(help="Points of a cycle, shared out equally among its phases.")] = 200,
+    subtract_minimum: Annotated[
+        bool, typer.Option("--subtract-minimum", help="Take each channel's least value from it.")
+    ] = False,
+    mvc: Annotated[
+        Path | None,
+        typer.Option(
+            help="Recording of maximum voluntary contractions to normalise by, in place of the greatest values."
+        ),
+    ] = None,
+    like: Annotated[
+        Path | None, typer.Option(help="HDF5 file of synergies to put these in the order of, and to compare with.")
+    ] = None,
+    restarts: Annotated[int, typer.Option(min=1, help="Factorisations of each number of synergies.")] = 10,
+    seed: Annotated[int, typer.Option(min=0, help="Of the random starts.")] = 0,
+) -> None:
+    """Extract muscle synergies from EMG: filter, normalise, factorise A(t) = W C(t), print what they account for.
+
+    Examples: warpmuscle synergies throw.csv -n 5 -o syn.h5 --plot syn.png;
+    warpmuscle synergies walk.csv --cycles strides.csv --band 50 450 --low-pass 20 -n knee
+    """  # fmt: skip
+    from warpmuscle.synergy.emg import Chain
+    from warpmuscle.synergy.extraction import Rule, extract
+    from warpmuscle.synergy.files import SynergyResult, described, in_order_of, write
+    from warpmuscle.synergy.preparation import Preparation, prepare
+
+    writable(output, plot)
+    rule = Rule.of(number, vaf, muscle_vaf)
+    preparation = Preparation(
+        channels=tuple(name.strip() for name in channels.split(",") if name.strip()) if channels else (),
+        sampling_rate=sampling_rate,
+        chain=Chain(band or (10.0, 450.0), low_pass, order),
+        already_filtered=already_filtered,
+        ecg=ecg or "",
+        window=time_window,
+        rate=rate if rate is not None or already_filtered else 100.0,
+        cycles=tuple(cycles or ()),
+        cycle_range=cycle_range,
+        points=points,
+        subtract_minimum=subtract_minimum,
+        maxima=mvc,
+    )
+    with log.status("reading and filtering") as shown:
+        activations = prepare(recordings, preparation)
+        found, accounts = extract(
+            activations.values, rule, restarts, seed, lambda count: shown.update(f"factorising, {count} synergies")
+        )
+    similarity = None
+    if like is not None:
+        found, similarity = in_order_of(like, activations.muscles, found)
+    attributes = {"command": command_line(), "seed": seed, **described(preparation)}
+    result = SynergyResult(activations, found, tuple(accounts), similarity, attributes)
+    _print(result)
+    if output is not None:
+        write(output, result)
+        out.print(f"wrote {output}")
+    if plot is not None:
+        from warpmuscle.synergy.plot import draw_synergies
+
+        draw_synergies(plot, activations, found, accounts)
+        out.print(f"wrote {plot}")
+
+
+def _print(result: SynergyResult) -> None:
+    """Print what each number of synergies accounts for, and the synergies that were taken."""
+    activations, account = result.activations, result.synergies.account
+    for note in activations.notes:
+        log.print(f"[yellow]note:[/] {escape(note)}")
+    samples, muscles = activations.values.shape
+    trials = len(set(activations.trial.tolist()))
+    what = "cycle" if activations.time_unit == "cycle" else "recording"
+    out.print(f"{muscles} channels, {samples} samples of {trials} {what}{'' if trials == 1 else 's'}")
+    table = Table("synergies", "VAF", "r2", "worst channel", "worst restart")
+    for row in result.counts:
+        worst = int(row.muscle_vaf.argmin())
+        cells = [f"{row.count}", f"{row.vaf:.4f}", f"{row.r2:.4f}",
+                 f"{row.muscle_vaf[worst]:.4f}  {escape(activations.muscles[worst])}",
+                 f"{row.restart_vaf.min():.4f}"]  # fmt: skip
+        table.add_row(*cells, style="bold" if row.count == account.count else None)
+    out.print(table)
+    names = [f"w{k + 1}" for k in range(account.count)]
+    table = Table(f"{account.count} synergies", *names, "VAF")
+    for m, muscle in enumerate(activations.muscles):
+        weights = [f"{weight:.3f}" for weight in result.synergies.weights[m]]
+        table.add_row(escape(muscle), *weights, f"{account.muscle_vaf[m]:.4f}")
+    if result.similarity is not None:
+        table.add_row("cosine", *(f"{cosine:.3f}" for cosine in result.similarity), style="italic")
+    out.print(table)
+    out.print(f"{account.count} synergies account for {account.vaf:.4f} of the variance")

@@ -1,0 +1,1 @@
+"""Muscle synergies: signals and matrices of numbers, no bipeds. See the modules, each of one topic."""

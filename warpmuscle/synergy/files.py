@@ -1,0 +1,193 @@
+"""Files of synergies: HDF5 that says what it holds, written whole or not at all.
+
+- attributes of `/`: `format` ("warpmuscle synergies"), `format_version`, `command`, `seed`, versions of what made it,
+  and how the recordings were prepared: `band`, `low_pass`, `order`, ... as in `warpmuscle.synergy.preparation`
+- `/muscles` (M,), `/sources` (S,), `/notes`: names of the channels and of the files, and remarks
+- `/activations` (T, M), `/time` (T,) with the unit s or cycle, `/trial` (T,), `/maxima` (M,)
+- `/W` (M, N): synergies, the greatest weight of each 1; `/C` (N, T): their coefficients, A = W C
+- `/vaf`, `/muscle_vaf` (M,), `/r2` of those N
+- `/counts/{count, vaf, r2, muscle_vaf, restart_vaf}`: (K,), (K,), (K,), (K, M), (K, R) for each number of synergies
+- `/similarity` (N,): cosines with the synergies of another file, if these were put in its order
+
+There are no time stamps, so that the same result gives the same bytes.
+"""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+from warpmuscle.errors import ResultError, SceneError
+from warpmuscle.formats.files import replace_file
+from warpmuscle.synergy.factorization import Account, Synergies, match
+from warpmuscle.synergy.preparation import Activations, Preparation
+from warpmuscle.synergy.signals import Floats
+
+FORMAT = "warpmuscle synergies"
+FORMAT_VERSION = 1
+PACKAGES = ("warpmuscle", "numpy", "scipy", "scikit-learn", "h5py")
+
+
+@dataclass(frozen=True)
+class SynergyResult:
+    """What the extraction of synergies leaves behind."""
+
+    activations: Activations
+    synergies: Synergies
+    counts: tuple[Account, ...]  # of each number of synergies that was tried
+    similarity: Floats | None = None  # (N,), cosines with the synergies of a reference
+    attributes: Mapping[str, Any] = field(default_factory=dict)  # command, seed, how recordings were prepared
+
+
+def described(preparation: Preparation) -> dict[str, Any]:
+    """How recordings were prepared, as attributes of a file."""
+    p = preparation
+    options: dict[str, Any] = {
+        "channels": ", ".join(p.channels), "already_filtered": p.already_filtered, "ecg": p.ecg,
+        "subtract_minimum": p.subtract_minimum, "maxima_file": str(p.maxima or ""),
+    }  # fmt: skip
+    if not p.already_filtered:
+        options |= {"band": p.chain.band or (), "low_pass": p.chain.low_pass, "order": p.chain.order}
+    if p.cycles:
+        options |= {"cycle_files": ", ".join(map(str, p.cycles)), "points": p.points, "cycle_range": p.cycle_range}
+    else:
+        options |= {"rate": p.rate, "window": p.window}
+    return {name: value for name, value in options.items() if value is not None and value != ()}
+
+
+def write(path: str | Path, result: SynergyResult) -> None:
+    """Write a file of synergies, replacing a file of that name only once the new one is complete.
+
+    Raises:
+        ResultError: the file cannot be written; nothing is left behind then.
+    """
+    memory = io.BytesIO()
+    with h5py.File(memory, "w", track_order=True) as file:
+        file.attrs["format"], file.attrs["format_version"] = FORMAT, FORMAT_VERSION
+        for name, text in _versions().items():
+            file.attrs[f"{name}_version"] = text
+        for name, value in result.attributes.items():
+            file.attrs[name] = value
+        _put_activations(file, result.activations)
+        _put_synergies(file, result)
+    try:
+        replace_file(Path(path), memory.getvalue())
+    except SceneError as error:
+        raise ResultError(f"{path}: {error.message}") from None
+
+
+def read(path: str | Path) -> SynergyResult:
+    """Read a file of synergies.
+
+    Raises:
+        ResultError: no such file, not a file of synergies, damaged, or written by a newer version of the format.
+    """
+    try:
+        with h5py.File(path, "r") as file:
+            if file.attrs.get("format") != FORMAT:
+                raise ResultError(f"{path}: an HDF5 file, but not one of synergies")
+            if int(file.attrs["format_version"]) > FORMAT_VERSION:
+                raise ResultError(f"{path}: its format is newer than what this warpmuscle reads; update it")
+            return _load(file)
+    except FileNotFoundError:
+        raise ResultError(f"{path}: no such file") from None
+    except (PermissionError, IsADirectoryError) as error:
+        raise ResultError(f"{path}: cannot be read: {error.strerror}") from None
+    except OSError:
+        raise ResultError(f"{path}: not an HDF5 file, or damaged") from None
+    except (KeyError, ValueError, TypeError, AttributeError, RuntimeError, StopIteration) as error:
+        raise ResultError(f"{path}: damaged file of synergies: {' '.join(str(error).split())}") from None
+
+
+def in_order_of(path: str | Path, muscles: Sequence[str], synergies: Synergies) -> tuple[Synergies, Floats]:
+    """Synergies in the order of those of another file, and the cosines of the pairs.
+
+    Raises:
+        ResultError: the file cannot be read, or is not of the same muscles.
+    """
+    reference = read(path)
+    if reference.activations.muscles != tuple(muscles):
+        others = ", ".join(reference.activations.muscles)
+        raise ResultError(f"{path}: its synergies are of the muscles {others}, not of {', '.join(muscles)}")
+    order, cosines = match(reference.synergies.weights, synergies.weights)
+    return synergies.ordered(order), cosines
+
+
+def _put_activations(file: Any, activations: Activations) -> None:
+    _put(file, "muscles", _strings(activations.muscles), axes="muscle")
+    _put(file, "sources", _strings(activations.sources), axes="recording")
+    _put(file, "notes", _strings(activations.notes), axes="note")
+    _put(file, "activations", activations.values, axes="sample, muscle", units="1",
+         description="envelopes over their maxima")  # fmt: skip
+    _put(file, "time", activations.time, axes="sample", units=activations.time_unit)
+    _put(file, "trial", activations.trial, axes="sample", description="number of the recording, or of the cycle")
+    _put(file, "maxima", activations.maxima, axes="muscle", description="what 1 stands for, in the recordings' unit")
+
+
+def _put_synergies(file: Any, result: SynergyResult) -> None:
+    s, counts = result.synergies, result.counts
+    account = s.account
+    _put(file, "W", s.weights, axes="muscle, synergy", units="1", description="synergies, the greatest weight is 1")
+    _put(file, "C", s.coefficients, axes="synergy, sample", units="1", description="coefficients of the synergies")
+    _put(file, "vaf", account.vaf, description="variance accounted for, 1 - |A - W C|^2 / |A|^2")
+    _put(file, "muscle_vaf", account.muscle_vaf, axes="muscle", description="the same of each muscle")
+    _put(file, "r2", account.r2, description="the same about the mean of all activations")
+    if result.similarity is not None:
+        _put(file, "similarity", result.similarity, axes="synergy", description="cosines with those of a reference")
+    group = file.create_group("counts", track_order=True)
+    _put(group, "count", np.array([c.count for c in counts], np.int64), axes="number of synergies")
+    for name, axes in {"vaf": "", "r2": "", "muscle_vaf": ", muscle", "restart_vaf": ", restart"}.items():
+        _put(group, name, np.array([getattr(c, name) for c in counts]), axes=f"number of synergies{axes}")
+
+
+def _put(group: Any, name: str, data: Any, **attributes: str) -> None:
+    """Store an array or number with its attributes; raises ResultError if a number is not finite."""
+    array = np.asarray(data)
+    if array.dtype.kind == "f" and not np.isfinite(array).all():
+        raise ResultError(f"{name} holds a value that is not finite; nothing was written")
+    large = {"compression": "gzip", "compression_opts": 1, "shuffle": True} if array.nbytes >= 4096 else {}
+    dataset = group.create_dataset(name, data=array, **(large if array.dtype.kind in "fi" else {}))
+    for key, text in attributes.items():
+        dataset.attrs[key] = text
+
+
+def _load(file: Any) -> SynergyResult:
+    activations = Activations(
+        _text(file["muscles"]), file["activations"][()], file["time"][()], str(file["time"].attrs["units"]),
+        file["trial"][()], file["maxima"][()], _text(file["sources"]), _text(file["notes"]),
+    )  # fmt: skip
+    group = file["counts"]
+    names = ("count", "vaf", "muscle_vaf", "r2", "restart_vaf")
+    counts = tuple(
+        Account(int(count), float(vaf), muscle_vaf, float(r2), restarts)
+        for count, vaf, muscle_vaf, r2, restarts in zip(*(group[name][()] for name in names), strict=True)
+    )
+    account = next(account for account in counts if account.count == file["W"].shape[1])
+    synergies = Synergies(file["W"][()], file["C"][()], account)
+    similarity = file["similarity"][()] if "similarity" in file else None
+    return SynergyResult(activations, synergies, counts, similarity, dict(file.attrs))
+
+
+def _strings(names: Sequence[str]) -> Any:
+    return np.asarray(names, dtype=h5py.string_dtype())
+
+
+def _text(dataset: Any) -> tuple[str, ...]:
+    return tuple(dataset.asstr()[()])
+
+
+def _versions() -> dict[str, str]:
+    found = {}
+    for package in PACKAGES:
+        try:
+            found[package.replace("-", "_")] = version(package)
+        except PackageNotFoundError:
+            found[package.replace("-", "_")] = "unknown"
+    return found

@@ -1,0 +1,140 @@
+"""From recordings to one matrix of activations: read, filter, cut, resample, join, normalise."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+
+from warpmuscle.errors import SignalError
+from warpmuscle.synergy.cycles import by_cycles, read_cycles
+from warpmuscle.synergy.ecg import remove_ecg
+from warpmuscle.synergy.emg import Chain, band_passed, envelope, given_envelope, normalised, resampled
+from warpmuscle.synergy.recordings import read_signals
+from warpmuscle.synergy.signals import Floats, Integers, Signals
+
+
+@dataclass(frozen=True)
+class Preparation:
+    """What is done with recordings."""
+
+    channels: tuple[str, ...] = ()  # names or patterns; all if empty
+    sampling_rate: float | None = None  # 1/s, of files without times
+    chain: Chain = field(default_factory=Chain)
+    already_filtered: bool = False  # what is read are envelopes
+    ecg: str = ""  # remove the heart's signal: "auto", or the name of a channel with an electrocardiogram
+    window: tuple[float, float] | None = None  # s
+    rate: float | None = 100.0  # 1/s, of the activations; None for that of the files
+    cycles: tuple[Path, ...] = ()  # a file of cycles a recording
+    cycle_range: tuple[int, int] | None = None  # first and last cycle, counted from 1
+    points: int = 200  # a cycle
+    subtract_minimum: bool = False
+    maxima: Path | None = None  # recording of maximum voluntary contractions; else the greatest values normalise
+
+
+@dataclass(frozen=True)
+class Activations:
+    """T samples of M muscles, 0..1 but for what exceeds a maximum voluntary contraction."""
+
+    muscles: tuple[str, ...]  # (M,)
+    values: Floats  # (T, M)
+    time: Floats  # (T,), s within each recording, or cycles
+    time_unit: str  # "s" or "cycle"
+    trial: Integers  # (T,), number of the recording, or of the cycle, from 0
+    maxima: Floats  # (M,), what 1 stands for in the unit of the recordings
+    sources: tuple[str, ...]  # files
+    notes: tuple[str, ...] = ()  # what else is worth knowing
+
+
+def prepare(paths: Sequence[str | Path], preparation: Preparation) -> Activations:
+    """Activations of recordings, joined in their order and normalised over all of them.
+
+    Raises:
+        SignalError: a recording cannot be used, or does not fit what is asked for.
+    """
+    if not paths:
+        raise SignalError("there are no recordings")
+    if preparation.cycles and len(preparation.cycles) != len(paths):
+        raise SignalError(f"{len(preparation.cycles)} files of cycles do not go with {len(paths)} recordings")
+    if preparation.cycles and preparation.window is not None:
+        raise SignalError("a time window and cycles both cut a recording; give one of them")
+    if preparation.cycle_range is not None and not preparation.cycles:
+        raise SignalError("a range of cycles needs files of cycles")
+    notes: list[str] = []
+    parts: list[Signals] = []
+    trials: list[Integers] = []
+    for index, path in enumerate(paths):
+        whole = _filtered(path, preparation, notes)
+        if parts and whole.names != parts[0].names:
+            raise whole.error(f"its channels are {', '.join(whole.names)}, not {', '.join(parts[0].names)} as before")
+        part = _cut(whole, preparation, index)
+        count = len(part.values)
+        begun = int(trials[-1][-1]) + 1 if trials else 0
+        trials.append(begun + (np.arange(count) // preparation.points if preparation.cycles else np.zeros(count, int)))
+        parts.append(part)
+    values = np.concatenate([part.values for part in parts])
+    maxima = values.max(axis=0)
+    if preparation.maxima is not None:
+        strongest = _filtered(preparation.maxima, preparation, notes)
+        if strongest.names != parts[0].names:
+            raise strongest.error(f"its channels are {', '.join(strongest.names)}, not {', '.join(parts[0].names)}")
+        maxima = strongest.values.max(axis=0)
+    scaled = normalised(values, maxima, parts[0], preparation.subtract_minimum)
+    if preparation.maxima is not None and scaled.max() > 1.0:
+        most = int(scaled.max(axis=0).argmax())
+        notes.append(f"{parts[0].names[most]} reaches {scaled[:, most].max():.2f} of its maximum voluntary contraction")
+    time = np.concatenate([part.time for part in parts])
+    unit = "cycle" if preparation.cycles else "s"
+    sources = tuple(str(path) for path in paths)
+    return Activations(parts[0].names, scaled, time, unit, np.concatenate(trials), maxima, sources, tuple(notes))
+
+
+def _filtered(path: str | Path, preparation: Preparation, notes: list[str]) -> Signals:
+    """The envelopes of a recording, of its whole length at its own rate."""
+    reference = preparation.ecg if preparation.ecg not in ("", "auto") else ""
+    wanted = (*preparation.channels, reference) if reference and preparation.channels else preparation.channels
+    signals = read_signals(path, wanted, preparation.sampling_rate)
+    if preparation.already_filtered:
+        if preparation.ecg:
+            raise signals.error("the heart's signal is removed from raw signals, not from envelopes")
+        return given_envelope(signals)
+    signals = band_passed(signals, preparation.chain)
+    if preparation.ecg:
+        heart = None
+        if reference:
+            if reference not in signals.names:
+                raise signals.error(f"no channel is called {reference!r}; there are {', '.join(signals.names)}")
+            column = signals.names.index(reference)
+            heart = signals.values[:, column]
+            names = signals.names[:column] + signals.names[column + 1 :]
+            signals = replace(signals, names=names, values=np.delete(signals.values, column, axis=1))
+        removal = remove_ecg(signals, heart)
+        signals = removal.signals
+        worst = int(removal.share.argmax())
+        notes.append(
+            f"{Path(path).name}: {removal.components} of {len(signals.names)} components held the heart's signal"
+            + (f", at most {removal.share[worst]:.0%} of a channel's power ({signals.names[worst]})"
+               if removal.components else "")
+        )  # fmt: skip
+    return envelope(signals, preparation.chain)
+
+
+def _cut(signals: Signals, preparation: Preparation, index: int) -> Signals:
+    """The part of a recording that is wanted, at the wanted rate or by cycles."""
+    if preparation.cycles:
+        cycles = read_cycles(preparation.cycles[index])
+        if preparation.cycle_range is not None:
+            cycles = cycles.chosen(*preparation.cycle_range)
+        return by_cycles(signals, cycles, preparation.points)
+    if preparation.window is not None:
+        signals = signals.between(*preparation.window)
+    if preparation.rate is None:
+        return signals
+    if not preparation.already_filtered and preparation.rate <= 2.0 * preparation.chain.low_pass:
+        raise signals.error(
+            f"{preparation.rate:g} activations a second cannot hold a low-pass of {preparation.chain.low_pass:g} Hz; "
+            f"ask for more than {2.0 * preparation.chain.low_pass:g}"
+        )
+    return resampled(signals, preparation.rate)
