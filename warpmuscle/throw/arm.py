@@ -287,9 +287,13 @@ def hand_jacobian(arm: Arm, motions: Motions) -> Floats:
 
 
 def hand_position(arm: Arm, coordinates: Floats) -> Floats:
-    """Position (n, 3), m, of the tip of the last joint's child: as far beyond its centre of mass as the joint is before.
-
-    """
+    """Position (n, 3), m, of the hand: as far beyond the last body's centre of mass as its joint lies before it."""
     joint = arm.scene.character.joints[arm.joints[-1]]
     position, turned = body_points(arm.scene, coordinates)[joint.child]
     return np.asarray(position + rotate(turned, -2.0 * rows(joint.position_in_child)))
+
+
+def joint_positions(arm: Arm, coordinates: Floats) -> list[Floats]:
+    """Positions (n, 3), m, of the arm's joints, from the first one on."""
+    points = body_points(arm.scene, coordinates)
+    return [points[arm.scene.character.joints[name].child][0] for name in arm.joints]

@@ -1,29 +1,29 @@
-"""Recorded motions: angles of joints over time from CSV or NumPy files, resampled and differentiated.
+"""Recorded motions: angles of joints over time from tables or NumPy files, resampled and differentiated.
 
-A CSV has a header and a row a sample: a column of time (`time`, `time_s` or `t`, in s) and one for each joint, named by
+A table (CSV, or OpenSim's .mot and .sto) has a header and a row a sample: a column of time (`time`, `time_s` or `t`, in s) and one for each joint, named by
 it, such as `elbow`, `elbow_deg` or `elbow_flexion_rad`. Without `_deg` or `_rad`, angles beyond 2 pi mean degrees.
 Optional, else zero: the trunk's pitch as `trunk_pitch_deg`, or the angle of the upper arm to gravity as
 `shoulder_flexion_gravity_deg`, from which it follows; the shoulder's place as `shoulder_forward_m`, `shoulder_up_m`.
 
-A `.npz` file holds many motions: `time` (T,), and (M, T) arrays named as those columns, of degrees unless `_rad`;
+A `.npz` file holds M motions: `time` (T,), and (M, T) arrays named as those columns, of degrees unless `_rad`;
 `trial` (M,) names them; keypoints in m, x forward and z up, as `keypoint_pos_m` (M, T, k, 3) with names `keypoints`
 (k,), of which R_SHOULDER gives the shoulder's place.
 """
 
 from __future__ import annotations
 
-import csv
 import zipfile
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 from scipy.interpolate import make_interp_spline
 
 from warpmuscle.arrays import Floats
-from warpmuscle.errors import ResultError
+from warpmuscle.errors import SignalError
 from warpmuscle.formats.files import unreadable
+from warpmuscle.synergy.tables import Table, read_table
 
 RATE = 100.0  # Hz, of everything that is compared
 PADDING = 0.1  # s, mirrored about each end, so that second derivatives there come from data on both sides
@@ -33,13 +33,15 @@ TIME_NAMES = ("time", "time_s", "t", "t_s")
 PITCH = "trunk_pitch"
 TO_GRAVITY = "shoulder_flexion_gravity"
 PLACE = ("shoulder_forward", "shoulder_up")
+SHOULDER_POINT = "R_SHOULDER"
 
 
 @dataclass(frozen=True)
 class Motion:
-    """A recorded motion as it was read: angles (S, J), rad, at increasing times (S,), s."""
+    """A recorded motion as it was read: angles (S, J), rad, at increasing times (S,) from 0 on, s."""
 
     name: str
+    start: float  # s, time of the first sample in its file
     time: Floats
     angles: Floats
     pitch: Floats  # (S,) of the trunk, forwards, rad
@@ -78,118 +80,121 @@ class Motions:
 
 
 def read(path: str | Path, joints: Sequence[str]) -> list[Motion]:
-    """The motions in a CSV or `.npz` file, angles in the order of `joints`.
+    """The motions in a table of text or a `.npz` file, angles in the order of `joints`.
 
     Raises:
-        ResultError: the file cannot be read, lacks a column, or holds anything but finite numbers at increasing times.
+        SignalError: the file cannot be read, lacks a column, or holds anything but finite numbers at increasing times.
     """
     path = Path(path)
-    try:
-        if path.suffix.lower() == ".npz":
-            return _read_npz(path, joints)
-        return [_read_csv(path, joints)]
-    except (OSError, UnicodeDecodeError, zipfile.BadZipFile) as error:
-        raise ResultError(f"{path}: {unreadable(error)}") from None
+    if path.suffix.lower() == ".npz":
+        return _read_npz(path, joints)
+    table = read_table(path)
+    columns = _Columns(path, path.stem, [name.lower() for name in table.names], table)
+    return [_motion(columns, joints)]
 
 
-def _read_csv(path: Path, joints: Sequence[str]) -> Motion:
-    with open(path, newline="", encoding="utf-8-sig") as file:
-        lines = [line for line in csv.reader(file) if any(cell.strip() for cell in line)]
-    if not lines:
-        raise ResultError(f"{path}: the file is empty")
-    header = [cell.strip().lower() for cell in lines[0]]
-    columns: dict[str, Floats] = {name: np.empty(len(lines) - 1) for name in header}
-    for number, line in enumerate(lines[1:], start=2):
-        if len(line) != len(header):
-            raise ResultError(f"{path}: row {number} has {len(line)} values, the header has {len(header)}")
-        for name, cell in zip(header, line, strict=True):
-            try:
-                columns[name][number - 2] = float(cell)
-            except ValueError:
-                columns[name][number - 2] = np.nan
-    time = next((columns[name] for name in TIME_NAMES if name in columns), None)
-    if time is None:
-        raise ResultError(f"{path}: no column of time; name one `time_s`")
-    return _motion(path, path.stem, time, columns, joints)
+@dataclass(frozen=True)
+class _Columns:
+    """Named columns of one motion, read when they are asked for."""
+
+    path: Path
+    motion: str
+    names: list[str]
+    table: Table | None = None
+    arrays: dict[str, Floats] = field(default_factory=dict)
+
+    def get(self, *names: str) -> Floats | None:
+        """The first of these columns that there is, finite throughout."""
+        for name in names:
+            if name not in self.names:
+                continue
+            column = self.arrays[name] if self.table is None else self.table.columns([self.names.index(name)])[:, 0]
+            wrong = np.flatnonzero(~np.isfinite(column))
+            if len(wrong):
+                line = 0 if self.table is None else int(self.table.lines[wrong[0]])
+                raise self.error(f"the value is {column[wrong[0]]}, not a finite number", name, line)
+            return np.asarray(column, dtype=np.float64)
+        return None
+
+    def error(self, message: str, column: str = "", line: int = 0) -> SignalError:
+        inside = f"motion {self.motion}: " if self.table is None else ""
+        return SignalError(f"{inside}{f'column {column!r}: ' if column else ''}{message}", "", self.path, line)
 
 
 def _read_npz(path: Path, joints: Sequence[str]) -> list[Motion]:
     try:
         with np.load(path, allow_pickle=False) as data:
             arrays = {name.lower(): data[name] for name in data.files}
-    except (ValueError, EOFError) as error:
-        raise ResultError(f"{path}: not a file of plain NumPy arrays: {error}") from None
+    except (OSError, ValueError, EOFError, zipfile.BadZipFile) as error:
+        raise SignalError(unreadable(error), file=path) from None
     time = next((arrays[name] for name in TIME_NAMES if name in arrays), None)
     if time is None or time.ndim != 1:
-        raise ResultError(f"{path}: no array `time` (T,)")
+        raise SignalError("no array `time` (T,)", file=path)
     count = max((len(a) for a in arrays.values() if a.ndim == 2 and a.shape[1] == len(time)), default=0)
     if count == 0:
-        raise ResultError(f"{path}: no arrays of angles (motions, {len(time)})")
+        raise SignalError(f"no arrays of angles (motions, {len(time)})", file=path)
     trials = arrays.get("trial", np.arange(count))
     keypoints = arrays.get("keypoint_pos_m")
-    names = [str(name) for name in arrays.get("keypoints", ())]
+    points = [str(name) for name in arrays.get("keypoints", ())]
     motions = []
     for index in range(count):
-        columns = {}
+        columns = {"time": time}
         for name, a in arrays.items():
             if a.shape == (count, len(time)) and a.dtype.kind == "f":
-                columns[name if name.endswith(("_deg", "_rad", "_m")) else f"{name}_deg"] = a[index].astype(float)
-        if keypoints is not None and "R_SHOULDER" in names:
-            place = keypoints[index, :, names.index("R_SHOULDER")].astype(float)
+                columns[name if name.endswith(("_deg", "_rad", "_m")) else f"{name}_deg"] = a[index]
+        if keypoints is not None and keypoints.ndim == 4 and SHOULDER_POINT in points:
+            place = keypoints[index, :, points.index(SHOULDER_POINT)]
             columns["shoulder_forward_m"], columns["shoulder_up_m"] = place[:, 0], place[:, 2]
-        motions.append(_motion(path, str(trials[index]), time.astype(float), columns, joints))
+        motions.append(_motion(_Columns(path, str(trials[index]), list(columns), None, columns), joints))
     return motions
 
 
-def _motion(path: Path, name: str, time: Floats, columns: dict[str, Floats], joints: Sequence[str]) -> Motion:
-    where = f"{path}, {name}" if name != path.stem else str(path)
-    _check_time(where, time)
-    angles = [_angle(where, columns, (joint, f"{joint}_flexion"), required=True) for joint in joints]
-    pitch = _angle(where, columns, (PITCH,))
+def _motion(columns: _Columns, joints: Sequence[str]) -> Motion:
+    time = columns.get(*TIME_NAMES)
+    if time is None:
+        raise columns.error("no column of time; name one `time_s`")
+    _check_time(columns, time)
+    angles = []
+    for joint in joints:
+        angle = _angle(columns, joint, f"{joint}_flexion")
+        if angle is None:
+            raise columns.error(f"no column of the angle of {joint!r}; name one `{joint}_deg`")
+        angles.append(angle)
+    pitch = _angle(columns, PITCH)
     if pitch is None:
-        to_gravity = _angle(where, columns, (TO_GRAVITY,))
-        shoulder = _angle(where, columns, ("shoulder", "shoulder_flexion"))
+        to_gravity, shoulder = _angle(columns, TO_GRAVITY), _angle(columns, "shoulder", "shoulder_flexion")
         pitch = np.zeros_like(time) if to_gravity is None or shoulder is None else shoulder - to_gravity
     place = np.zeros((len(time), 2))
-    for axis, key in enumerate(PLACE):
-        column = columns.get(f"{key}_m", columns.get(key))
+    for axis, name in enumerate(PLACE):
+        column = columns.get(f"{name}_m", name)
         if column is not None:
-            place[:, axis] = _finite(where, key, column)
-    return Motion(name, time - time[0], np.stack([a for a in angles if a is not None], axis=1), pitch, place)
+            place[:, axis] = column
+    return Motion(columns.motion, float(time[0]), time - time[0], np.stack(angles, axis=1), pitch, place)
 
 
-def _check_time(where: str, time: Floats) -> None:
-    _finite(where, "time", time)
+def _check_time(columns: _Columns, time: Floats) -> None:
     if len(time) < LEAST_SAMPLES:
-        raise ResultError(f"{where}: {len(time)} samples; a motion takes at least {LEAST_SAMPLES}")
+        raise columns.error(f"{len(time)} samples; a motion takes at least {LEAST_SAMPLES}")
     steps = np.diff(time)
     if np.any(steps <= 0.0):
         row = int(np.flatnonzero(steps <= 0.0)[0])
-        raise ResultError(f"{where}: time does not increase from {time[row]:g} to {time[row + 1]:g} s")
+        line = 0 if columns.table is None else int(columns.table.lines[row + 1])
+        raise columns.error(f"time must increase, but goes from {time[row]:g} to {time[row + 1]:g} s", "", line)
     if time[-1] - time[0] > LONGEST:
-        raise ResultError(f"{where}: {time[-1] - time[0]:g} s long; times are seconds, at most {LONGEST:g} of them")
+        raise columns.error(f"{time[-1] - time[0]:g} s long; times are in seconds, at most {LONGEST:g} of them")
 
 
-def _angle(where: str, columns: dict[str, Floats], names: Sequence[str], required: bool = False) -> Floats | None:
+def _angle(columns: _Columns, *names: str) -> Floats | None:
     """A column of angles, rad, under one of these names with or without its unit."""
     for name in names:
-        if f"{name}_deg" in columns:
-            return np.radians(_finite(where, f"{name}_deg", columns[f"{name}_deg"]))
-        if f"{name}_rad" in columns:
-            return _finite(where, f"{name}_rad", columns[f"{name}_rad"])
-        if name in columns:
-            angle = _finite(where, name, columns[name])
-            return np.radians(angle) if np.abs(angle).max() > 2.0 * np.pi else angle
-    if required:
-        raise ResultError(f"{where}: no column of the angle of {names[0]!r}; name one `{names[0]}_deg`")
+        degrees, radians, plain = columns.get(f"{name}_deg"), columns.get(f"{name}_rad"), columns.get(name)
+        if degrees is not None:
+            return np.radians(degrees)
+        if radians is not None:
+            return radians
+        if plain is not None:
+            return np.radians(plain) if np.abs(plain).max() > 2.0 * np.pi else plain
     return None
-
-
-def _finite(where: str, name: str, column: Floats) -> Floats:
-    wrong = np.flatnonzero(~np.isfinite(column))
-    if len(wrong):
-        raise ResultError(f"{where}: {name} is not a finite number in sample {wrong[0] + 1}")
-    return column
 
 
 def resample(motions: Sequence[Motion], rate: float = RATE) -> Motions:

@@ -70,6 +70,11 @@ class Throw:
 
     goal: Goal
     flight: Flight  # of one throw
+    release: float  # s
+    below: float  # m, where the shoulder starts, forwards
+    ground: float  # m, height of the ground
+    gravity: float  # m/s^2
+    known: Floats  # (size,) signals at their knots of the throw that it began as
     own: Floats  # (size,) signals at their knots
     replay: Replay  # of one motion
     synergies: tuple[int, ...]  # whose signals changed
@@ -161,7 +166,10 @@ class Thrower:
             replay.angle[:, :, self._follower.arm.free], known, self._follower.motions.valid[:1]
         )[0]
         change = float(np.sqrt(np.mean((own - self._own[places]) ** 2)))
-        return Throw(goal, self.flight(replay, goal.height), signals, replay, synergies, change, resemblance)
+        return Throw(
+            goal, self.flight(replay, goal.height), self.release, self._below, self._ground, self._gravity, self._own,
+            signals, replay, synergies, change, resemblance,
+        )  # fmt: skip
 
     def _approach(self, own: Floats, places: NDArray[np.intp], goal: Goal, wanted: Floats, steps: int) -> Floats:
         """Signals at some places that come nearest to what is wanted, from others on."""
