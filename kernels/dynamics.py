@@ -307,9 +307,7 @@ def accelerate_body(instance: int, body: int, skeleton: Skeleton, work: Work):
     parent = skeleton.parent[body]
     kind = skeleton.joint_type[body]
     alpha = work.angular_acceleration[parent]
-    r = work.position[body] - work.position[parent]
-    parent_angular = work.angular_velocity[parent]
-    a = work.acceleration[parent] + wp.cross(alpha, r)
+    a = work.acceleration[parent] + wp.cross(alpha, work.position[body] - work.position[parent])
     x = joint_acceleration(kind, body, alpha, a, work)
     relative = wp.vec3(0.0)
     if kind == BALL:
@@ -318,8 +316,23 @@ def accelerate_body(instance: int, body: int, skeleton: Skeleton, work: Work):
         relative = work.rotation[body] * at(skeleton.axis_a, instance, body) * x[0]
         if kind == UNIVERSAL:
             relative += work.rotation[parent] * at(skeleton.axis_b, instance, body) * x[1]
-    alpha = alpha + work.bias[body] + relative
-    a = a + wp.cross(parent_angular, wp.cross(parent_angular, r))
+    move_body(body, alpha, a, x, relative, skeleton, work)
+
+
+@wp.func
+def move_body(
+    body: int, parent_alpha: wp.vec3, parent_a: wp.vec3, x: wp.vec3, relative: wp.vec3, skeleton: Skeleton, work: Work
+):  # fmt: skip
+    """Acceleration of a body whose joint accelerates by x, which turns it by `relative`, rad/s^2, world.
+
+    Args:
+        parent_alpha: angular acceleration of the parent. parent_a: acceleration that it gives the joint.
+    """
+    parent = skeleton.parent[body]
+    r = work.position[body] - work.position[parent]
+    parent_angular = work.angular_velocity[parent]
+    alpha = parent_alpha + work.bias[body] + relative
+    a = parent_a + wp.cross(parent_angular, wp.cross(parent_angular, r))
     work.angular_acceleration[body] = alpha
     work.acceleration[body] = a
     work.factor_c[body] = x

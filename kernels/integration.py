@@ -77,26 +77,32 @@ def integrate_root(instance: int, model: Model, state: State, work: Work, kick: 
 
 
 @wp.func
-def integrate_stage(instance: int, lane: int, lanes: int, model: Model, state: State, work: Work):
-    """Move all coordinates over a step by leapfrog, see `kicked`. Ends with a barrier."""
-    skeleton = model.skeleton
+def integrate_body(
+    instance: int, i: int, kind: int, kick: float, largest: float, model: Model, state: State, work: Work
+):  # fmt: skip
+    """Move the root, or the joint of a body, of a given type, over a step."""
     h = model.time_step
     half = 0.5 * h
+    first = model.skeleton.coordinate_start[i]
+    speed = model.skeleton.speed_start[i]
+    x = work.factor_c[i]
+    if i == 0:
+        integrate_root(instance, model, state, work, kick, largest)
+    elif kind == BALL:
+        w = kicked_vector(state, instance, speed, x, kick, half, largest, work)
+        store_quat(state, instance, first, turn(coordinate_quat(state, instance, first), w, h))
+    elif kind != FIXED:
+        move(state, instance, first, h * kicked(state, instance, speed, x[0], kick, half, largest, work))
+        if kind == UNIVERSAL:
+            middle = kicked(state, instance, speed + 1, x[1], kick, half, largest, work)
+            move(state, instance, first + 1, h * middle)
+
+
+@wp.func
+def integrate_stage(instance: int, lane: int, lanes: int, model: Model, state: State, work: Work):
+    """Move all coordinates over a step by leapfrog, see `kicked`. Ends with a barrier."""
     largest = at(model.failure, instance, 0)[2]
-    kick = wp.where(state.step[instance] == 0, half, h)
+    kick = wp.where(state.step[instance] == 0, 0.5 * model.time_step, model.time_step)
     for i in range(lane, model.body_count, lanes):
-        kind = skeleton.joint_type[i]
-        first = skeleton.coordinate_start[i]
-        speed = skeleton.speed_start[i]
-        x = work.factor_c[i]
-        if i == 0:
-            integrate_root(instance, model, state, work, kick, largest)
-        elif kind == BALL:
-            w = kicked_vector(state, instance, speed, x, kick, half, largest, work)
-            store_quat(state, instance, first, turn(coordinate_quat(state, instance, first), w, h))
-        elif kind != FIXED:
-            move(state, instance, first, h * kicked(state, instance, speed, x[0], kick, half, largest, work))
-            if kind == UNIVERSAL:
-                middle = kicked(state, instance, speed + 1, x[1], kick, half, largest, work)
-                move(state, instance, first + 1, h * middle)
+        integrate_body(instance, i, model.skeleton.joint_type[i], kick, largest, model, state, work)
     synchronize()

@@ -123,11 +123,12 @@ def no_muscles(
 
 
 @cache
-def muscle_stage_of(kind: MuscleKind, terms: tuple[str, ...] = ()) -> Any:
+def muscle_stage_of(kind: MuscleKind, terms: tuple[str, ...] = (), recorded: bool = True) -> Any:
     """The Warp function that lets the muscles of a kind drive the joints, see `actuation`. It ends with a barrier.
 
     Args:
         kind: what is compiled in. terms: of the objective that are summed over muscles.
+        recorded: whether frames hold what the muscles do.
     """
     add_terms = muscle_terms_of(terms)
     contraction = contraction_of(kind.curves, kind.tendon)
@@ -171,7 +172,7 @@ def muscle_stage_of(kind: MuscleKind, terms: tuple[str, ...] = ()) -> Any:
         w.speed = c.speed
         w.force = c.force
         add_terms(instance, m, w, model, state)
-        if frame >= 0:
+        if wp.static(recorded) and frame >= 0:
             row = record.slot[instance]
             record.muscle[row, frame, 0, m] = stretch.fixed + stretch.moving
             record.muscle[row, frame, 1, m] = c.length

@@ -1,8 +1,18 @@
 """Frames of chosen instances."""
 
+from functools import cache
+from typing import Any, NamedTuple
+
 import warp as wp
 
 from warpmuscle.kernels.structs import Model, Record, State, Work
+
+
+class RecordKind(NamedTuple):
+    """What a step records."""
+
+    whole: bool = True  # everything; else the coordinates and speeds
+    muscles: bool = True  # and what the muscles do
 
 
 @wp.func
@@ -10,7 +20,7 @@ def frame_of(instance: int, step: int, record: Record) -> int:
     """The frame to be written in this step, or -1: the instance is not recorded, or no frame is due."""
     if record.every == 0:
         return -1
-    if record.slot[instance] < 0 or step % record.every != 0 or step / record.every >= record.phase.shape[1]:
+    if record.slot[instance] < 0 or step % record.every != 0 or step / record.every >= record.coordinates.shape[1]:
         return -1
     return step / record.every
 
@@ -55,3 +65,30 @@ def record_stage(
         record.position[row, frame, i] = work.position[i]
         record.angular_velocity[row, frame, i] = work.angular_velocity[i]
         record.torque[row, frame, i] = work.torque[i]
+
+
+@wp.func
+def record_motion(
+    instance: int, lane: int, lanes: int, frame: int, model: Model, state: State, record: Record, work: Work
+):
+    """Write coordinates and speeds alone, if a frame is due. Ends without a barrier."""
+    if frame < 0:
+        return
+    row = record.slot[instance]
+    for i in range(lane, state.coordinates.shape[1], lanes):
+        record.coordinates[row, frame, i] = state.coordinates[instance, i]
+    for i in range(lane, state.speeds.shape[1], lanes):
+        record.speeds[row, frame, i] = state.speeds[instance, i]
+
+
+@wp.func
+def record_nothing(
+    instance: int, lane: int, lanes: int, frame: int, model: Model, state: State, record: Record, work: Work
+):
+    """What the controller wants is not recorded."""
+
+
+@cache
+def recorders_of(kind: RecordKind) -> tuple[Any, Any]:
+    """The Warp functions that record what the controller wants, and the state, see `record_stage`."""
+    return (record_desired, record_stage) if kind.whole else (record_nothing, record_motion)

@@ -7,13 +7,15 @@ import warp as wp
 
 from warpmuscle.kernels.collision import collision_stage_of
 from warpmuscle.kernels.dynamics import acceleration_stage, inertia_stage
+from warpmuscle.kernels.hybrid import hybrid_acceleration_stage, hybrid_integrate_stage
 from warpmuscle.kernels.integration import integrate_stage
 from warpmuscle.kernels.kinematics import kinematics_stage
 from warpmuscle.kernels.lanes import slots_of, synchronize, work_at, work_memory
+from warpmuscle.kernels.motion import prescribe_stage
 from warpmuscle.kernels.muscle_stage import MuscleKind, muscle_stage_of, no_muscles
 from warpmuscle.kernels.objective import effort_stage, posture_status, step_status
 from warpmuscle.kernels.objective_terms import ObjectiveKind, objective_stage_of
-from warpmuscle.kernels.record import frame_of, record_desired, record_stage
+from warpmuscle.kernels.record import RecordKind, frame_of, recorders_of
 from warpmuscle.kernels.simbicon import advance_phase, control_stage
 from warpmuscle.kernels.structs import RIGHT, RUNNING, Model, Record, State, Work
 
@@ -35,15 +37,26 @@ def foot_force_stage(instance: int, model: Model, state: State, work: Work):
 
 
 @cache
-def one_step_of(muscles: MuscleKind | None, objective: ObjectiveKind, collisions: bool) -> Any:
+def one_step_of(
+    muscles: MuscleKind | None,
+    objective: ObjectiveKind,
+    collisions: bool,
+    motion: bool = False,
+    recorded: RecordKind = RecordKind(),  # noqa: B008, immutable
+) -> Any:
     """The Warp function that makes one step of one instance and returns its status, the same on all lanes.
 
     Args:
         muscles: kind of the muscles, None for characters that torques alone drive.
         objective: the terms that are summed up.
         collisions: whether bodies are tested for running into each other.
+        motion: whether the motion of some coordinates is prescribed.
+        recorded: what is recorded.
     """
-    muscle_stage = muscle_stage_of(muscles, objective.muscle) if muscles is not None else no_muscles
+    record_desired, record_stage = recorders_of(recorded)
+    muscle_stage = no_muscles
+    if muscles is not None:
+        muscle_stage = muscle_stage_of(muscles, objective.muscle, recorded.muscles)
     objective_stage = objective_stage_of(objective)
     collision_stage = collision_stage_of(collisions)
 
@@ -68,9 +81,15 @@ def one_step_of(muscles: MuscleKind | None, objective: ObjectiveKind, collisions
         objective_stage(instance, lane, lanes, model, state, work)
         record_stage(instance, lane, lanes, frame, model, state, record, work)
         synchronize()
+        if wp.static(motion):
+            prescribe_stage(instance, lane, lanes, model, state, work)
         inertia_stage(instance, lane, lanes, model, state, work)
-        acceleration_stage(instance, lane, lanes, model, work)
-        integrate_stage(instance, lane, lanes, model, state, work)
+        if wp.static(motion):
+            hybrid_acceleration_stage(instance, lane, lanes, model, state, work)
+            hybrid_integrate_stage(instance, lane, lanes, model, state, work)
+        else:
+            acceleration_stage(instance, lane, lanes, model, work)
+            integrate_stage(instance, lane, lanes, model, state, work)
         status = step_status(model, work)
         if status == RUNNING and lane == 0:
             foot_force_stage(instance, model, state, work)
@@ -99,6 +118,8 @@ def step_kernel(
     muscles: MuscleKind | None = None,
     objective: ObjectiveKind = ObjectiveKind(),  # noqa: B008, immutable
     collisions: bool = False,
+    motion: bool = False,
+    recorded: RecordKind = RecordKind(),  # noqa: B008, immutable
 ) -> Any:
     """The fused kernel of a size class: launch with dim=(running instances, lanes) and this block_dim.
 
@@ -106,9 +127,9 @@ def step_kernel(
         capacity: bodies that it has room for, see `lanes.capacity_of`.
         lanes: threads that share an instance; 1 on the CPU.
         block_dim: threads a block, a multiple of lanes.
-        muscles, objective, collisions: see `one_step_of`.
+        muscles, objective, collisions, motion, recorded: see `one_step_of`.
     """
-    one_step = one_step_of(muscles, objective, collisions)
+    one_step = one_step_of(muscles, objective, collisions, motion, recorded)
     instances_per_block = max(block_dim // lanes, 1)
     slots = slots_of(capacity)
     memory = work_memory(capacity, instances_per_block)

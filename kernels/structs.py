@@ -13,10 +13,14 @@ from warpmuscle.kernels.spatial import symmetric
 
 ROOT_FREE, ROOT_PLANAR, ROOT_FIXED = 0, 1, 2
 BALL, UNIVERSAL, HINGE, FIXED = 1, 2, 3, 4
+SECOND_HINGE, ROOT_PRESCRIBED = 5, 6  # what motion leaves of a universal joint whose first axis it has, and of a root
+FIRST_AXIS, SECOND_AXIS, BOTH_AXES = 1, 2, 3  # of a universal joint, prescribed
 LEFT, RIGHT, REVERSE, SAME = 0, 1, 2, 3
 RUNNING, COMPLETED, FELL, TURNED, TOUCHED, DIVERGED, CROSSED, COLLIDED = 0, 1, 2, 3, 4, 5, 6, 7
 BY_TORQUE, BY_MUSCLES, MIXED = 0, 1, 2  # what drives a joint
 KEEP, DROP, CLIP = 0, 1, 2  # pushing contributions to a muscle's desired force
+
+polynomial = wp.types.vector(length=6, dtype=float)  # coefficients, the constant first
 
 
 @wp.func
@@ -190,6 +194,19 @@ class Actuation:
 
 
 @wp.struct
+class Motion:
+    """How the kinematic coordinates move; see `motion.py`. Only kernels that have it compiled in read it."""
+
+    start: wp.array[float]  # (pieces,) s, where the pieces of the curves start
+    curve: wp.array3d[polynomial]  # (rows, pieces, curves) over the time since the start of the piece
+    row: wp.array[int]  # (instances,) which row of the curves an instance follows; none: its own, or the only one
+    angle: wp.array2d[int]  # (angles, 3) coordinate, speed and curve of angles and positions
+    turn: wp.array2d[int]  # (turns, 4) first coordinate, speed and curve of a quaternion; 1: speeds along world axes
+    joint: wp.array2d[int]  # (joints, 2) body, and which axes of a hinge or universal joint
+    remaining: wp.array[int]  # (bodies,) the joint types that the dynamics sees
+
+
+@wp.struct
 class Model:
     """Everything that stays the same during a simulation."""
 
@@ -214,6 +231,7 @@ class Model:
     actuation: Actuation
     muscles: Muscles
     paths: Paths
+    motion: Motion
 
 
 @wp.struct
@@ -234,7 +252,9 @@ class State:
 
     coordinates: wp.array2d[float]  # (instances, coordinates) joint angles rad, quaternions, root position m
     speeds: wp.array2d[float]  # (instances, speeds) rad/s (ball: child axes), m/s and rad/s of the root (world)
-    accelerations: wp.array2d[float]  # (instances, speeds) derivatives of the speeds in the step before
+    accelerations: wp.array2d[
+        float
+    ]  # (instances, speeds) derivatives of the speeds in the step before; now if kinematic
     phase: wp.array[float]  # (instances,)
     stance: wp.array[int]  # (instances,) LEFT or RIGHT
     machine_state: wp.array[int]  # (instances,)

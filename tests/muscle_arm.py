@@ -16,7 +16,7 @@ ABOUT_JOINT = INERTIA[0] + MASS * REACH**2  # kg m^2, about the x axis of the jo
 def muscle(*places: tuple[str, tuple[float, float, float]], **properties: Any) -> Muscle:
     """A muscle through points of bodies."""
     given = {"f_max": 400.0, "l_opt": 0.15, "l_slack": 0.1, **properties}
-    return Muscle([ViaPoint(body, position) for body, position in places], **given)
+    return Muscle(path=[ViaPoint(body, position) for body, position in places], **given)
 
 
 def arm(kind: str = "hinge", flexor: dict[str, Any] | None = None, **changes: Any) -> Scene:

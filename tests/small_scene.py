@@ -65,17 +65,21 @@ def muscle_scene() -> Scene:
     character.joints["lToe"] = Joint("hinge", "lFoot", "lToes", (0.0, 0.0, 0.1), (0.0, 0.0, -0.1), axes=[X])
     character.muscles = {
         "HFL": Muscle(
-            [ViaPoint("pelvis", (0.0, 0.1, 0.1)), ViaPoint("lFoot", (0.0, -0.3, 0.1))], 1000.0, 0.2, 0.15, 0.01
+            path=[ViaPoint("pelvis", (0.0, 0.1, 0.1)), ViaPoint("lFoot", (0.0, -0.3, 0.1))],
+            f_max=1000.0,
+            l_opt=0.2,
+            l_slack=0.15,
+            delay=0.01,
         ),
         "TFL": Muscle(
-            [
+            path=[
                 ViaPoint("lFoot", (0.0, 0.3, 0.0)),
                 ViaPoint("lFoot", (0.0, 0.1, 0.05), Condition("lToe", -1.0, 0.5)),
                 ViaPoint("lToes", (0.0, -0.1, 0.0)),
             ],
-            500.0,
-            0.1,
-            0.2,
+            f_max=500.0,
+            l_opt=0.1,
+            l_slack=0.2,
             pennation=0.3,
             excitation=Excitation([0.0, 0.5], [0.0, 1.0], period=1.0),
         ),

@@ -36,7 +36,7 @@ def arm(**muscle) -> Scene:
     bent = ViaPoint("base", (0.0, 0.0, 0.5), Condition("elbow", -0.5, 0.5))
     path = [ViaPoint("base", (0.0, 0.1, -0.15)), bent, ViaPoint("tip", (0.0, 0.1, 0.15))]
     given = {"f_max": 500.0, "l_opt": 0.1, "l_slack": 0.2} | muscle
-    character = Character("base", bodies, {"elbow": joint}, "fixed", {"flexor": Muscle(path, **given)})
+    character = Character("base", bodies, {"elbow": joint}, "fixed", {"flexor": Muscle(path=path, **given)})
     return Scene("arm", character)
 
 

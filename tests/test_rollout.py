@@ -9,10 +9,11 @@ import pytest
 from warpmuscle.errors import RolloutError
 from warpmuscle.formats import load
 from warpmuscle.kernels.lanes import work_floats
+from warpmuscle.launching import usual_lanes
 from warpmuscle.number import Free
 from warpmuscle.parameters import start_values, substitute
 from warpmuscle.recording import Recording
-from warpmuscle.rollout import Rollout, _lanes
+from warpmuscle.rollout import Rollout
 from warpmuscle.scene import Scene
 from warpmuscle.status import Status
 
@@ -371,8 +372,8 @@ def test_impossible_duration_is_an_error(duration: float):
 
 def test_lanes_are_as_many_as_the_memory_of_a_block_asks_for():
     biped, centipede = work_floats(15), work_floats(60)
-    assert (_lanes(None, biped), _lanes(None, centipede)) == (8, 16)
-    assert _lanes(4, biped) == 4
+    assert (usual_lanes(None, biped), usual_lanes(None, centipede)) == (8, 16)
+    assert usual_lanes(4, biped) == 4
     for wanted, floats in ((3, biped), (8, centipede), (None, work_floats(400))):
         with pytest.raises(RolloutError):
-            _lanes(wanted, floats)
+            usual_lanes(wanted, floats)

@@ -294,8 +294,11 @@ def test_initial_paths_are_as_long_as_those_of_the_simulation():
     character = biped()
     turn = (0.3, -0.2, 0.1, 0.9)
     ends = ["head", "lLowerarm", "rLowerarm", "lToes", "rToes"]
-    far = {body: Muscle([HERE, ViaPoint(body, (0.05, 0.02, -0.03))], 1.0, 0.1, 0.1) for body in ends}
-    character.muscles = far | {"knee": Muscle(points_about_a_knee(), 1.0, 0.1, 0.1)}
+    far = {
+        body: Muscle(path=[HERE, ViaPoint(body, (0.05, 0.02, -0.03))], f_max=1.0, l_opt=0.1, l_slack=0.1)
+        for body in ends
+    }
+    character.muscles = far | {"knee": Muscle(path=points_about_a_knee(), f_max=1.0, l_opt=0.1, l_slack=0.1)}
     joints = {name: JointState(turn) for name in character.joints}
     scene = Scene("lengths", character, initial_state=InitialState((0.0, 1.0, 0.0), turn, joints=joints))
     lengths = Stages(scene, 1, "cpu").muscle_paths().length[0]

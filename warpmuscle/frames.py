@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 import warp as wp
 
 from warpmuscle.arrays import Floats, rows
+from warpmuscle.errors import RolloutError
 from warpmuscle.kernels import structs
+from warpmuscle.kernels.record import RecordKind
 from warpmuscle.pose import conjugate, multiply, rotate
 from warpmuscle.recording import MUSCLE_QUANTITIES, Recording
 from warpmuscle.scene import Scene
@@ -31,6 +34,22 @@ ARRAYS: dict[str, tuple[tuple[int | str, ...], Any]] = {
     "muscle": ((len(MUSCLE_QUANTITIES), "muscles"), float),
 }
 
+MOTION = ("coordinates", "speeds")
+
+
+def record_kind(quantities: Sequence[str] | None) -> RecordKind:
+    """What a step records for the quantities that are asked for; all if None.
+
+    Raises:
+        RolloutError: an unknown name.
+    """
+    if quantities is None:
+        return RecordKind()
+    for name in quantities:
+        if name not in (*MOTION, *MUSCLE_QUANTITIES):
+            raise RolloutError(f"no quantity {name!r}; known: {', '.join((*MOTION, *MUSCLE_QUANTITIES))}")
+    return RecordKind(False, any(name in MUSCLE_QUANTITIES for name in quantities))
+
 
 class Frames:
     """Device arrays for the motion of chosen instances."""
@@ -44,9 +63,10 @@ class Frames:
         every: int,
         steps: int,
         device: Any,
+        kind: RecordKind = RecordKind(),  # noqa: B008, immutable
     ) -> None:
         """Room for a frame every `every` steps of a simulation of `steps` steps."""
-        self.names, self.muscles, self.chosen, self.every = names, muscles, chosen, every
+        self.names, self.muscles, self.chosen, self.every, self.kind = names, muscles, chosen, every, kind
         sizes = {"bodies": len(names.bodies), "coordinates": names.coordinates, "speeds": names.speeds}
         sizes["muscles"] = max(len(muscles), 1)
         slot = np.full(instances, -1, dtype=np.int32)
@@ -55,17 +75,38 @@ class Frames:
         self.record.slot = wp.array(slot, dtype=int, device=device)
         self.record.every = every if chosen else 0
         lead = (len(chosen), -(-steps // every)) if chosen else (1, 1)
+        self._kept = [n for n in ARRAYS if kind.whole or n in MOTION or (n == "muscle" and kind.muscles)]
         for name, (shape, dtype) in ARRAYS.items():
             trail = tuple(sizes[size] if isinstance(size, str) else size for size in shape)
-            setattr(self.record, name, wp.zeros((*lead, *trail), dtype=dtype, device=device))
+            room = lead if name in self._kept else (0, 0)
+            setattr(self.record, name, wp.zeros((*room, *trail), dtype=dtype, device=device))
 
     def clear(self) -> None:
         """Forget what was recorded."""
-        for name in ARRAYS:
+        for name in self._kept:
             getattr(self.record, name).zero_()
+
+    def values(self, name: str, steps: int) -> Floats:
+        """A quantity of all chosen instances (chosen, frames, ...) in the first `steps` steps, float32.
+
+        Raises:
+            RolloutError: it was not recorded.
+        """
+        array = "muscle" if name in MUSCLE_QUANTITIES else name
+        if not self.chosen:
+            raise RolloutError("no instance was recorded: name some in Rollout(..., record=[...])")
+        if array not in (*MOTION, "muscle") or array not in self._kept:
+            raise RolloutError(f"{name!r} was not recorded: name it in Rollout(..., quantities=[...])")
+        count = -(-steps // self.every)
+        recorded = getattr(self.record, array).numpy()[:, :count]
+        if array == "muscle":
+            recorded = recorded[:, :, MUSCLE_QUANTITIES.index(name), : len(self.muscles)]
+        return np.asarray(recorded)
 
     def recording(self, scene: Scene, instance: int, steps: int) -> Recording:
         """The motion of a chosen instance over its first `steps` steps."""
+        if not self.kind.whole:
+            raise RolloutError("only some quantities were recorded: take them from `Rollout.recorded`")
         row, count, names = self.chosen.index(instance), -(-steps // self.every), self.names
         raw = {name: getattr(self.record, name).numpy()[row, :count].astype(float) for name in ARRAYS}
         orientation, parents = raw["orientation"], list(names.parents[1:])

@@ -14,6 +14,7 @@ from warpmuscle.kernels import structs
 from warpmuscle.kernels.curves import DE_GROOTE, LEE, MILLARD, THELEN
 from warpmuscle.kernels.muscle_stage import COMPLIANT, HILL, IDEAL, LEGACY, RIGID, SWITCH, MuscleKind
 from warpmuscle.paths import PathTable, path_table, paths_struct
+from warpmuscle.pose import from_rotation_vector
 from warpmuscle.scene import Actuation, Muscle, MuscleModel, Scene
 from warpmuscle.topology import SPEEDS, Topology
 
@@ -33,8 +34,8 @@ class Driven:
 
     @property
     def by_torque_alone(self) -> bool:
-        """Whether the controller's torques act as they are on all joints."""
-        return all(set(drive) <= {"torque"} for drive in self.drives.values())
+        """Whether the controller's torques act as they are on all joints that are free to move."""
+        return all(set(drive) <= {"torque", "kinematic"} for drive in self.drives.values())
 
 
 def muscle_kind(model: MuscleModel) -> MuscleKind:
@@ -156,17 +157,15 @@ def actuation_struct(scene: Scene, names: Topology, drives: dict[str, list[str]]
 
 def _drive(words: list[str], elastic: bool) -> int:
     """How the torque of a joint is made."""
-    if set(words) <= {"torque"}:
+    free = set(words) - {"kinematic"}
+    if free <= {"torque"}:
         return int(structs.BY_TORQUE)
-    return int(structs.BY_MUSCLES if set(words) == {"muscle"} and not elastic else structs.MIXED)
+    return int(structs.BY_MUSCLES if free == {"muscle"} and not elastic else structs.MIXED)
 
 
 def _rest(own: Actuation) -> Floats:
     """Relaxed orientation of a joint's child in its parent, (rows, 4)."""
-    vector = rows(own.rest)
-    angle = np.linalg.norm(vector, axis=-1, keepdims=True)
-    half = 0.5 * angle
-    return np.concatenate([vector * 0.5 * np.sinc(half / np.pi), np.cos(half)], axis=-1)
+    return from_rotation_vector(rows(own.rest))
 
 
 def muscle_state(instances: int, muscles: int, crossings: int, capacity: int, device: Any) -> structs.MuscleState:

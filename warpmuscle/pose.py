@@ -46,6 +46,13 @@ def about(axis: ArrayLike, angle: ArrayLike) -> Array:
     )
 
 
+def from_rotation_vector(vector: ArrayLike) -> Array:
+    """Rotations by vectors (..., 3) along their axes, as long as their angles, rad."""
+    v = np.asarray(vector, dtype=np.float64)
+    half = 0.5 * np.linalg.norm(v, axis=-1, keepdims=True)
+    return np.concatenate([v * 0.5 * np.sinc(half / np.pi), np.cos(half)], axis=-1)
+
+
 def twist_angle(q: ArrayLike, axis: ArrayLike) -> Array:
     """Angle of a rotation about a unit axis, rad, within -pi..pi: the twist of its swing-twist decomposition."""
     a = np.asarray(q, dtype=np.float64)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from functools import cached_property
 from typing import Any
 
@@ -23,18 +22,30 @@ from warpmuscle.batch_input import (
     root_noise,
 )  # fmt: skip
 from warpmuscle.collisions import collision_pairs, collisions_struct
-from warpmuscle.compiling import is_compiled
 from warpmuscle.devices import find_device
 from warpmuscle.disturbances import Disturbances, none, tilted
 from warpmuscle.errors import Error, RolloutError
 from warpmuscle.formats import load, npz
 from warpmuscle.formats.npz import JointMotion
-from warpmuscle.frames import Frames
+from warpmuscle.frames import Frames, record_kind
+from warpmuscle.inputs import Inputs, excitation_arrays
+from warpmuscle.inputs import start_values as checked_start
 from warpmuscle.kernels import structs
 from warpmuscle.kernels.lanes import capacity_of, work_floats
 from warpmuscle.kernels.step import step_kernel
+from warpmuscle.launching import GPU_BLOCK, Launcher, usual_lanes
 from warpmuscle.memory import InstanceBytes, bytes_of, check_memory, repeated, struct_bytes
 from warpmuscle.model import model_struct, start_of
+from warpmuscle.motion import (
+    Curves,
+    coordinate_numbers,
+    given_curves,
+    kinematic,
+    motion_struct,
+    moved,
+    scene_curves,
+    speed_numbers,
+)
 from warpmuscle.muscles import driven, muscle_kind
 from warpmuscle.objective import objective_kind, term_values, wanted, weighted
 from warpmuscle.parameters import Parameter, free_parameters, start_values, substitute
@@ -44,15 +55,11 @@ from warpmuscle.results import read
 from warpmuscle.scene import Scene
 from warpmuscle.state import state_struct
 from warpmuscle.status import Status
-from warpmuscle.topology import topology
+from warpmuscle.topology import coordinate_names, topology
 from warpmuscle.tracking import reference_fields, reference_table
 from warpmuscle.validate import check_scene
 
-SLICES_PER_THREAD = 4  # so that threads stay busy when some slices lose their instances sooner
-GPU_LANES = 8
-GPU_BLOCK = 32
 FEW = 256  # instances for which there always is memory, so that nobody has to find out how much they take
-SHARED_BYTES = 48 * 1024  # of memory that a block may declare
 Progress = Callable[["Rollout"], None]
 
 
@@ -77,6 +84,7 @@ class Rollout:
         *,
         record: Sequence[int] = (),
         record_rate: float = 100.0,
+        quantities: Sequence[str] | None = None,
         threads: int | None = None,
         lanes: int | None = None,
     ) -> None:
@@ -89,40 +97,48 @@ class Rollout:
                 `split.make_rollout`.
             record: instances whose motion is kept.
             record_rate: frames per second of simulated time.
+            quantities: what is kept of them, for `recorded`: "coordinates", "speeds" and names of muscle quantities
+                (see `recording.QUANTITIES`); by default everything, for `recording`.
             threads: CPU threads, by default one a core; without effect on a GPU.
             lanes: GPU threads that share an instance, by default 8; without effect on the CPU.
 
         Raises:
             SceneError: the scene is inconsistent.
-            RolloutError: no such device or not enough memory on it, or an impossible number of instances, recordings,
-                threads or lanes.
+            RolloutError: no such device or not enough memory on it, an impossible number of instances, recordings,
+                threads or lanes, or an unknown quantity.
         """
         check_scene(scene)
         self.scene = scene
         self.instances = positive(instances, "instances")
         self.parameters: list[Parameter] = free_parameters(scene)
         self.names = topology(scene.character)
+        self.coordinate_names, self.speed_names = coordinate_names(self.names, scene.character)
         self._driven = driven(scene, self.names)
+        self._kinematic = kinematic(scene, self.names, self._driven.drives)
         self.device = find_device(device)
         self.threads = positive(os.cpu_count() or 1 if threads is None else threads, "threads")
         self.steps = round(scene.duration / scene.time_step)
         self.block_dim = 1 if self.device.is_cpu else GPU_BLOCK
         capacity = capacity_of(len(self.names.bodies))
-        self.lanes = 1 if self.device.is_cpu else _lanes(lanes, work_floats(capacity))
+        self.lanes = 1 if self.device.is_cpu else usual_lanes(lanes, work_floats(capacity))
         kind = None if self._driven.by_torque_alone else muscle_kind(scene.muscle_model)
         self._objective = objective_kind(scene, kind is not None)
         self._colliding = collision_pairs(scene, self.names)
-        self._kernel = step_kernel(capacity, self.lanes, self.block_dim, kind, self._objective, bool(self._colliding))
-        buffers = self.threads if self.device.is_cpu else 1
-        self._buffers = [wp.zeros(work_floats(capacity), dtype=float, device=self.device) for _ in range(buffers)]
+        recorded = record_kind(quantities)
+        self._kernel = step_kernel(
+            capacity, self.lanes, self.block_dim, kind, self._objective, bool(self._colliding),
+            bool(self._kinematic.names), recorded,
+        )  # fmt: skip
+        self._launcher = Launcher(self._kernel, self.device, capacity, self.lanes, self.block_dim, self.threads)
         if self.instances > FEW:
             check_memory(self.instances, self.instance_bytes.state, self.device)
         self._state = self._state_of(self.instances, self.device)
         every = max(round(1.0 / (record_rate * scene.time_step)), 1)
         self._frames = Frames(
             self.names, self._driven.muscles, self.instances, chosen(record, self.instances), every, self.steps,
-            self.device,
+            self.device, recorded,
         )  # fmt: skip
+        self._inputs = Inputs()
         self._disturbances = none(self.instances)
         self._reference = self._tracked()
         self._numeric, self._model = substitute(scene, start_values(scene)), structs.Model()
@@ -136,7 +152,15 @@ class Rollout:
         model = model_struct(numeric, self.names, self._driven, device)
         if self._colliding:
             model.collisions = collisions_struct(numeric, self.names, self._colliding, device)
+        if self._kinematic.names:
+            model.motion = motion_struct(self._kinematic, self._curves_of(numeric), device)
         return model
+
+    def _curves_of(self, numeric: Scene) -> Curves:
+        """The motion of the kinematic coordinates, as given or as the scene says."""
+        if self._inputs.motion is not None:
+            return self._inputs.motion
+        return scene_curves(numeric, self.names, self._kinematic, start_of(numeric, self.names).coordinates)
 
     @cached_property
     def instance_bytes(self) -> InstanceBytes:
@@ -171,7 +195,10 @@ class Rollout:
     def _use(self, numeric: Scene) -> None:
         """Take the numbers of all instances from this scene (see `parameters.substitute`), and start again."""
         self._model = self._model_of(numeric, self.device)
+        self._inputs.put(self._model)
         self._numeric, self._start = numeric, start_of(numeric, self.names)
+        if self._kinematic.names:
+            self._moved = moved(self._kinematic, self._curves_of(numeric), 0.0)
         for field, part in self._reference.items():
             setattr(self._model, field, part)
         self._tilt()
@@ -188,29 +215,139 @@ class Rollout:
 
     def restart(self, root_velocity: Floats) -> None:
         """Put every instance back to its start, with something added to the root's linear speeds, (rows, 3 or less)."""
-        n, s, start = self.instances, self._state, self._start
-        speeds = np.broadcast_to(start.speeds, (n, self.names.speeds)).astype(np.float32)
+        n, s, start, given = self.instances, self._state, self._start, self._inputs
+        at = start.coordinates if given.coordinates is None else given.coordinates
+        coordinates = np.broadcast_to(at, (n, self.names.coordinates)).astype(np.float32)
+        at = start.speeds if given.speeds is None else given.speeds
+        speeds = np.broadcast_to(at, (n, self.names.speeds)).astype(np.float32)
         linear = LINEAR_SPEEDS[self.scene.character.root_joint]
         speeds[:, :linear] += root_velocity
         speeds[:, :linear] += self._disturbances.velocity[:, 3 - linear :]
-        s.coordinates.assign(np.broadcast_to(start.coordinates, (n, self.names.coordinates)).astype(np.float32))
+        s.accelerations.zero_()
+        if self._kinematic.names:
+            s.accelerations.assign(self._put_moved(coordinates, speeds))
+        s.coordinates.assign(coordinates)
         s.speeds.assign(speeds)
         s.stance.fill_(start.stance)
         s.machine_state.fill_(start.machine_state)
-        if len(start.activation) == 1:
-            s.muscles.activation.fill_(float(start.activation[0, 0]))
+        activation = start.activation if given.activation is None else given.activation
+        if activation.size == 1:
+            s.muscles.activation.fill_(float(activation[0, 0]))
         else:
-            activation = np.broadcast_to(start.activation, s.muscles.activation.shape)
-            s.muscles.activation.assign(activation.astype(np.float32))
+            s.muscles.activation.assign(np.broadcast_to(activation, s.muscles.activation.shape).astype(np.float32))
         for name in ("fibre_length", "previous_fibre_length", "force", "moment_arm", "excitation_ring"):
             getattr(s.muscles, name).zero_()
         for name in ("torque_integral", "muscle_terms", "body_terms", "whole_terms"):
             getattr(s, name).zero_()
-        for name in ("accelerations", "phase", "foot_force", "start_height", "step", "status"):
+        for name in ("phase", "foot_force", "start_height", "step", "status"):
             getattr(s, name).zero_()
         self.steps_done = 0
         self._running: Ints = np.arange(n, dtype=np.int32)
         self._frames.clear()
+
+    def _put_moved(self, coordinates: Any, speeds: Any) -> Any:
+        """Put the kinematic coordinates and their speeds to where their motion starts; all accelerations there."""
+        start, row = self._moved, None if self._inputs.motion is None else self._inputs.motion.row
+        chosen = slice(None) if row is None else row
+        numbers = speed_numbers(self._kinematic)
+        accelerations = np.zeros(speeds.shape, dtype=np.float32)
+        coordinates[:, coordinate_numbers(self._kinematic)] = start.coordinates[chosen]
+        speeds[:, numbers] = start.speeds[chosen]
+        accelerations[:, numbers] = start.accelerations[chosen]
+        return accelerations
+
+    @property
+    def muscle_names(self) -> tuple[str, ...]:
+        """Muscles in the order of `set_excitations`: all of the scene."""
+        return tuple(self.scene.character.muscles)
+
+    @property
+    def motion_names(self) -> tuple[str, ...]:
+        """Kinematic coordinates in the order of `set_motion`, a part of `coordinate_names`; see `motion.py`."""
+        return self._kinematic.names
+
+    def set_excitations(self, time: ArrayLike, values: ArrayLike) -> None:
+        """Excite all muscles over time in place of a controller and of the scene's excitations, and start again.
+
+        It stays so, also with other parameters. Values beyond 0..1 count as 0 or 1.
+
+        Args:
+            time: (K,) s, increasing; excitations are straight between these knots and constant beyond them.
+            values: (1 or instances, muscles, K), muscles as in `muscle_names`.
+
+        Raises:
+            RolloutError: wrong shapes, numbers that are not finite, or times that do not increase.
+        """
+        every = self.muscle_names
+        chosen = [every.index(name) for name in self._driven.muscles]
+        self._inputs.excitations = excitation_arrays(time, values, len(every), chosen, self.instances, self.device)
+        self._inputs.put(self._model)
+        self.reset()
+
+    def set_motion(self, time: ArrayLike, values: ArrayLike, of: ArrayLike | None = None) -> None:
+        """Let the kinematic coordinates move in place of what the scene says, and start again. It stays so.
+
+        Args:
+            time: (K,) s, increasing, over the whole simulated time; between knots motions are splines of fifth degree.
+            values: (1 or instances, coordinates, K), rad and m, coordinates as in `motion_names`; quaternions of any
+                length but zero.
+            of: (instances,) number of the row of `values`, which then may have any number of them, that an instance
+                follows.
+
+        Raises:
+            RolloutError: no kinematic coordinates, wrong shapes, numbers that are not finite, times that do not
+                increase or do not reach over the simulated time.
+        """
+        end = self.steps * self.scene.time_step
+        curves = given_curves(self._kinematic, time, values, of, self.instances, end)
+        self._inputs.motion, self._moved = curves, moved(self._kinematic, curves, 0.0)
+        self._model.motion = motion_struct(self._kinematic, curves, self.device)
+        self.reset()
+
+    def set_initial(
+        self,
+        coordinates: ArrayLike | None = None,
+        speeds: ArrayLike | None = None,
+        activation: ArrayLike | None = None,
+    ) -> None:
+        """Start from other states than the scene's, where given, and start again. It stays so.
+
+        Kinematic coordinates start where their motion does, whatever is given here.
+
+        Args:
+            coordinates: (1 or instances, coordinates) rad, m, and quaternions of unit length, as in `coordinate_names`.
+            speeds: (1 or instances, speeds) rad/s and m/s, as in `speed_names`.
+            activation: (1 or instances, muscles), as in `muscle_names`.
+
+        Raises:
+            RolloutError: wrong shapes, or numbers that are not finite.
+        """
+        n, given = self.instances, self._inputs
+        if coordinates is not None:
+            given.coordinates = checked_start(coordinates, self.names.coordinates, n, "initial coordinates")
+        if speeds is not None:
+            given.speeds = checked_start(speeds, self.names.speeds, n, "initial speeds")
+        if activation is not None:
+            every = self.muscle_names
+            values = checked_start(activation, len(every), n, "initial activations")
+            given.activation = values[:, [every.index(name) for name in self._driven.muscles]]
+        self.reset()
+
+    def recorded(self, quantity: str) -> Floats:
+        """A quantity of all recorded instances, in the order of `record`, at 0, 1/record_rate, ... s before the end.
+
+        Frames after the end of an instance that failed are zero.
+
+        Args:
+            quantity: "coordinates" or "speeds", as in `coordinate_names` and `speed_names`, or a muscle quantity.
+
+        Returns:
+            (recorded instances, frames, coordinates, speeds or simulated muscles), float32.
+
+        Raises:
+            RolloutError: it was not recorded.
+        """
+        return self._frames.values(quantity, self.steps_done)
 
     def _tracked(self) -> dict[str, Any]:
         """The gait that the objective tracks, by field of the model; nothing if it tracks none."""
@@ -277,7 +414,7 @@ class Rollout:
     def advance(self, step: int) -> None:
         """Bring all instances that still run to this step, in one launch."""
         if step > self.steps_done and self.running:
-            self._launch(step - self.steps_done)
+            self._launcher.launch(step - self.steps_done, self._running, self._model, self._state, self._frames.record)
             self.steps_done = step
             status = self._state.status.numpy()
             self._running = self._running[status[self._running] == Status.RUNNING]
@@ -289,44 +426,12 @@ class Rollout:
 
     def load(self) -> None:
         """Have the kernel ready on the device, compiled now unless Warp has it in its cache."""
-        self._kernel.module.load(self.device, self.block_dim)
+        self._launcher.load()
 
     @property
     def compiles(self) -> bool:
         """Whether the kernel is yet to be compiled, for some seconds, when it is run."""
-        return not is_compiled(self._kernel, self.device, self.block_dim)
-
-    def _launch(self, steps: int) -> None:
-        record = self._frames.record
-        if not self.device.is_cpu:
-            running = wp.array(self._running, dtype=int, device=self.device)
-            self._launch_slice(steps, running, self._buffers[0], record)
-            return
-        count = min(self.threads * SLICES_PER_THREAD, len(self._running))
-        slices = [wp.array(part, dtype=int, device=self.device) for part in np.array_split(self._running, count)]
-        if self.threads == 1 or count == 1:
-            for part in slices:
-                self._launch_slice(steps, part, self._buffers[0], record)
-            return
-        self.load()  # threads must not meet in the compiler
-        free = list(self._buffers)
-        with ThreadPoolExecutor(self.threads) as pool:
-
-            def work(part: wp.array) -> None:
-                buffer = free.pop()
-                self._launch_slice(steps, part, buffer, record)
-                free.append(buffer)
-
-            list(pool.map(work, slices))
-
-    def _launch_slice(self, steps: int, running: wp.array, buffer: wp.array, record: structs.Record) -> None:
-        wp.launch(
-            self._kernel,
-            dim=(len(running), self.lanes),
-            inputs=[steps, running, self._model, self._state, record, wp.uint64(buffer.ptr)],
-            device=self.device,
-            block_dim=self.block_dim,
-        )
+        return self._launcher.compiles
 
     def complete(self) -> None:
         """Those that have come to the end of the simulation have completed it."""
@@ -396,18 +501,3 @@ class Rollout:
     def model(self) -> structs.Model:
         """The model as Warp arrays on the device, without a copy (see `kernels.structs.Model`)."""
         return self._model
-
-
-def _lanes(wanted: int | None, floats: int) -> int:
-    """Lanes an instance on a GPU: as wanted, or the usual number, or more where a large character needs it.
-
-    The working sets of the instances of a block, `floats` numbers each, share the block's memory.
-    """
-    fitting = [n for n in (1, 2, 4, 8, 16, 32) if GPU_BLOCK // n * floats * 4 <= SHARED_BYTES]
-    if not fitting:
-        raise RolloutError("the character has more bodies than a GPU block has memory for; simulate it on the CPU")
-    if wanted is None:
-        return max(GPU_LANES, fitting[0])
-    if wanted not in fitting:
-        raise RolloutError(f"lanes must be one of {', '.join(map(str, fitting))} for this character, not {wanted}")
-    return wanted

@@ -8,17 +8,40 @@ bodies have identity orientation, so that a joint axis has the same coordinates 
 
 from __future__ import annotations
 
-from typing import Any, Literal, cast
+from typing import Literal
 
 import msgspec
 
 from warpmuscle.number import Number, Vector
+from warpmuscle.scene_controller import (
+    PD,
+    Balance,
+    Component,
+    Controller,
+    Curve,
+    Feedback,
+    State,
+    Trajectory,
+)
+from warpmuscle.scene_motion import Motion
+from warpmuscle.scene_muscles import (
+    Actuation,
+    Condition,
+    Drive,
+    Excitation,
+    Muscle,
+    MuscleModel,
+    Pulley,
+    ViaPoint,
+)
+from warpmuscle.scene_part import Part, Side
 
-Side = Literal["left", "right"]
-
-
-class Part(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
-    """Base of everything in a scene: unknown keys are errors, defaults are not written."""
+__all__ = [
+    "PD", "Actuation", "Balance", "Body", "Box", "Capsule", "Character", "Component", "Condition", "Controller",
+    "Curve", "Drive", "Excitation", "Failure", "Feedback", "Ground", "InitialState", "Joint", "JointState", "Motion",
+    "Muscle", "MuscleModel", "Objective", "Part", "Pulley", "Robustness", "Scene", "SearchStage", "Shape", "Side",
+    "Sphere", "State", "Tracking", "Trajectory", "ViaPoint",
+]  # fmt: skip
 
 
 class Sphere(Part, tag_field="type", tag="sphere"):
@@ -75,59 +98,6 @@ class Joint(Part):
     limit_damping: Number = 20.0  # N m s/rad
 
 
-class Condition(Part):
-    """The interval of a joint angle in which a via point counts; the path slides on and off it about both ends."""
-
-    joint: str  # a hinge or a universal joint
-    low: Number  # rad
-    high: Number
-    blend: Number = 0.1  # rad, width of the transition about each end
-    axis: int = 0  # which angle of a universal joint
-
-
-class ViaPoint(Part):
-    """A point of a muscle's path, fixed to a body: at a position, or on a line, where a search may move it along.
-
-    Positions are in the body's frame: from its centre of mass, m. The position on a line is start + at (end - start).
-    """
-
-    body: str
-    position: Vector | None = None
-    condition: Condition | None = None  # never for the first and the last point
-    start: Vector | None = None  # of the line, all three in place of `position`
-    end: Vector | None = None
-    at: Number | None = None  # 0 at the start of the line, 1 at its end
-
-    def place(self) -> tuple[Any, Any, Any]:
-        """The position, m, of a checked point whose numbers are floats, or (n,) arrays with one value an instance."""
-        if self.position is not None:
-            return self.position
-        start, end, at = cast("tuple[tuple[Any, ...], tuple[Any, ...], Any]", (self.start, self.end, self.at))
-        x, y, z = (a + at * (b - a) for a, b in zip(start, end, strict=True))
-        return x, y, z
-
-
-class Excitation(Part):
-    """Excitation over time, straight between knots and constant beyond them, in place of the controller's."""
-
-    time: list[Number]  # s
-    value: list[Number]  # 0..1
-    period: Number = 0.0  # s after which it starts again; 0: never
-
-
-class Muscle(Part):
-    """A musculotendon unit: a path from origin to insertion, and the properties of fibre and tendon."""
-
-    path: list[ViaPoint]
-    f_max: Number  # N, maximum isometric force
-    l_opt: Number  # m, optimal fibre length
-    l_slack: Number  # m, slack length of the tendon
-    delay: Number = 0.0  # s, from controller to muscle
-    pennation: Number = 0.0  # rad, at the optimal fibre length
-    slow_fibres: Number = 0.5  # fraction of slow-twitch fibres, for the metabolic power
-    excitation: Excitation | None = None
-
-
 class Character(Part):
     """A tree of bodies. Joints are numbered breadth first from the root, in the order of this table."""
 
@@ -136,132 +106,6 @@ class Character(Part):
     joints: dict[str, Joint] = {}
     root_joint: Literal["free", "planar", "fixed"] = "free"  # planar: moves in y and z, turns about x; fixed: welded
     muscles: dict[str, Muscle] = {}
-
-
-class MuscleModel(Part):
-    """What all muscles have in common; the sources of the curves stand in `kernels/curves.py`.
-
-    `tendon`: rigid; switch, rigid up to l_opt and infinitely compliant beyond it (Bergmann 2017, section 4.1.1); or
-    compliant, with the fibre length as a state (Millard 2013). Fibre length, speed and force stay within physical
-    bounds. `legacy`: exactly as the original program computed it, unbounded, with its switch and its old moment arms.
-    `ideal`: a muscle's force is the desired one, without activation and contraction (Bergmann 2017, section 7.1).
-    `negative`: what a joint counts in a muscle's desired force that wants the muscle to push: keep it, drop the joint
-    from the average, or clip it to zero.
-    """
-
-    curves: Literal["lee", "thelen", "millard", "de_groote"] = "lee"
-    tendon: Literal["rigid", "switch", "compliant"] = "rigid"
-    legacy: bool = False
-    ideal: bool = False
-    negative: Literal["keep", "drop", "clip"] = "keep"
-    activation: Literal["linear", "scaled"] = "linear"  # scaled: rates depend on activation (Thelen 2003, eq. 1-2)
-    rise_time: Number = 0.01  # s, time constant of activation
-    fall_time: Number = 0.01  # s, of deactivation
-    initial_activation: Number = 1.0e-4
-    v_max: Number = 10.0  # l_opt/s, fastest shortening
-    damping: Number = 0.1  # of the fibre: beta of Millard 2013, f_max at v_max
-
-
-Drive = Literal["torque", "muscle", "assisted", "passive", "none"]  # none: not even the spring-damper
-
-
-class Actuation(Part):
-    """What drives a joint: one word, or one a degree of freedom.
-
-    A ball joint has three, about the child's x, y and z; a universal joint two and a hinge one, about their axes.
-    Torque: the controller's; muscle: what the muscles pull; assisted: both together; passive: neither. A spring-damper
-    acts besides on degrees of freedom that are not driven by torque alone, if it has a stiffness or damping.
-    A joint that is not named is driven by the muscles that cross it, or by torque if there are none.
-    """
-
-    drive: Drive | list[Drive]
-    stiffness: Number = 0.0  # N m/rad
-    damping: Number = 0.0  # N m s/rad
-    rest: Vector = (0.0, 0.0, 0.0)  # rad, rotation vector at which the spring is relaxed, from the reference pose
-
-
-class PD(Part):
-    """Proportional-derivative gains of a joint; `scale` and the torque limit act along the child's axes."""
-
-    kp: Number  # N m/rad
-    kd: Number  # N m s/rad
-    torque_limit: Number = 10000.0  # N m, times scale
-    scale: Vector = (1.0, 1.0, 1.0)
-
-
-class Curve(Part):
-    """A Catmull-Rom curve over the phase of a state; constant beyond its knots."""
-
-    phase: list[Number]
-    value: list[Number]
-
-
-class Feedback(Part):
-    """Linear balance feedback: cd (d . axis) + cv (v . axis), in the character frame.
-
-    d is the vector from the stance foot to the whole body's centre of mass, v the velocity of the latter.
-    """
-
-    axis: Vector
-    cd: Number = 0.0  # rad/m
-    cv: Number = 0.0  # rad s/m
-    d_limits: tuple[Number, Number] = (-1000.0, 1000.0)  # clamp of d . axis, m
-    v_limits: tuple[Number, Number] = (-1000.0, 1000.0)  # clamp of v . axis, m/s
-
-
-class Component(Part):
-    """One rotation of a target: a base angle over the phase plus balance feedback, about `axis`."""
-
-    axis: Vector
-    phase: list[Number] = []
-    angle: list[Number] = []  # rad, one a phase
-    reverse_on: Side | Literal["never"] = "never"  # stance in which the base angle changes its sign
-    feedback: Feedback | None = None
-
-
-class Trajectory(Part):
-    """Target orientation of a joint: the rotations of its components, the first one applied first."""
-
-    components: list[Component] = []
-    frame: Literal["parent", "character"] = "parent"  # the swing hip's is always the character frame
-    strength: Curve | None = None  # factor on the joint's PD torque; 1 if absent
-
-
-class Balance(Part):
-    """Set points of the balance feedback over the phase, in the character frame; x changes sign in right stance."""
-
-    distance_x: Curve | None = None  # m
-    distance_z: Curve | None = None
-    velocity_x: Curve | None = None  # m/s
-    velocity_z: Curve | None = None
-
-
-class State(Part):
-    """A state of the controller's machine. Trajectories are named by joint, `root`, `SWING_X` or `STANCE_X`."""
-
-    time: Number  # s, nominal duration
-    trajectories: dict[str, Trajectory] = {}
-    next: int = 0
-    transition: Literal["foot_down", "time_up"] = "foot_down"
-    stance: Literal["reverse", "same", "left", "right"] = "reverse"  # stance on entering this state
-    balance: Balance | None = None
-    description: str = ""
-
-
-class Controller(Part):
-    """A SIMBICON controller (Yin, Loken, van de Panne 2007; as in the Controller Editor Framework 1.5)."""
-
-    states: list[State]
-    pd: dict[str, PD] = {}  # by joint, or `root`; a joint without an entry gets no torque
-    feet: tuple[str, str] = ("lFoot", "rFoot")  # bodies, left and right
-    hips: tuple[str, str] = ("lHip", "rHip")  # joints, left and right
-    stance_hip_damping: Number = -1.0  # N m s^2/rad^2; off unless positive
-    stance_hip_max_velocity: Number = 4.0  # rad/s
-    root_predictive_torque_scale: Number = 0.0
-    heading_control: bool = True  # False: the root's target follows the character's own heading
-    desired_heading: Number = 0.0  # rad
-    start_state: int = 0
-    start_stance: Side = "left"
 
 
 class JointState(Part):
@@ -411,6 +255,7 @@ class Scene(Part):
     stages: list[SearchStage] = []  # of a search, one after the other; none: all of it at once
     muscle_model: MuscleModel = msgspec.field(default_factory=MuscleModel)
     actuation: dict[str, Actuation] = {}  # by joint
+    motion: dict[str, Motion] = {}  # by joint with kinematic degrees of freedom, or `root`
     duration: float = 10.0  # s
     time_step: float = 0.0005  # s
     gravity: Number = 9.8  # m/s^2, downwards

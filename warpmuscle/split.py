@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 import warp as wp
@@ -31,6 +31,7 @@ def make_rollout(
     *,
     record: Sequence[int] = (),
     record_rate: float = 100.0,
+    quantities: Sequence[str] | None = None,
     threads: int | None = None,
     lanes: int | None = None,
 ) -> Rollout | SplitRollout:
@@ -38,17 +39,20 @@ def make_rollout(
 
     Args:
         device: as for `Rollout`, or "cuda:all", or several such as "cuda:0,cuda:2".
-        scene, instances, record, record_rate, threads, lanes: see `Rollout`.
+        scene, instances, record, record_rate, quantities, threads, lanes: see `Rollout`.
 
     Raises:
         SceneError, RolloutError: as `Rollout`.
     """
     if not is_several(device):
-        return Rollout(scene, instances, device, record=record, record_rate=record_rate, threads=threads, lanes=lanes)
+        return Rollout(
+            scene, instances, device, record=record, record_rate=record_rate, quantities=quantities, threads=threads,
+            lanes=lanes,
+        )  # fmt: skip
     names = [str(found) for found in find_devices(device)]
     return SplitRollout(
-        scene, instances, names, devices_name(device), record=record, record_rate=record_rate, threads=threads,
-        lanes=lanes,
+        scene, instances, names, devices_name(device), record=record, record_rate=record_rate, quantities=quantities,
+        threads=threads, lanes=lanes,
     )  # fmt: skip
 
 
@@ -71,6 +75,7 @@ class SplitRollout:
         *,
         record: Sequence[int] = (),
         record_rate: float = 100.0,
+        quantities: Sequence[str] | None = None,
         threads: int | None = None,
         lanes: int | None = None,
     ) -> None:
@@ -79,7 +84,8 @@ class SplitRollout:
         Args:
             devices: names of single devices, of which as many are used as there are instances.
             name: of all of them; by default their names.
-            scene, instances, record, record_rate, threads, lanes: see `Rollout`; the threads are those of each device.
+            scene, instances, record, record_rate, quantities, threads, lanes: see `Rollout`; threads are those of each
+                device.
 
         Raises:
             SceneError, RolloutError: as `Rollout`.
@@ -92,7 +98,8 @@ class SplitRollout:
         self._recorded = chosen(record, self.instances)
         self.parts = [
             Rollout(
-                scene, share.stop - share.start, device, record_rate=record_rate, threads=threads, lanes=lanes,
+                scene, share.stop - share.start, device, record_rate=record_rate, quantities=quantities,
+                threads=threads, lanes=lanes,
                 record=[i - share.start for i in self._recorded if share.start <= i < share.stop],
             )
             for device, share in zip(devices, self.shares, strict=False)
@@ -104,6 +111,37 @@ class SplitRollout:
         """See `Rollout.set_parameters`."""
         array = checked_values(values, self.instances, len(self.parameters))
         self._each(lambda part, share: part.set_parameters(array if array.ndim == 1 else array[share]))
+
+    def set_excitations(self, time: ArrayLike, values: ArrayLike) -> None:
+        """See `Rollout.set_excitations`."""
+        given = np.asarray(values)
+        self._each(lambda part, share: part.set_excitations(time, self._shared(given, share)))
+
+    def set_motion(self, time: ArrayLike, values: ArrayLike, of: ArrayLike | None = None) -> None:
+        """See `Rollout.set_motion`."""
+        given = np.asarray(values)
+        if of is None:
+            self._each(lambda part, share: part.set_motion(time, self._shared(given, share)))
+        else:
+            self._each(lambda part, share: part.set_motion(time, given, self._shared(np.asarray(of), share)))
+
+    def set_initial(
+        self,
+        coordinates: ArrayLike | None = None,
+        speeds: ArrayLike | None = None,
+        activation: ArrayLike | None = None,
+    ) -> None:
+        """See `Rollout.set_initial`."""
+        given = [None if values is None else np.asarray(values) for values in (coordinates, speeds, activation)]
+
+        def of(share: slice) -> list[Any]:
+            return [None if values is None else self._shared(values, share) for values in given]
+
+        self._each(lambda part, share: part.set_initial(*of(share)))
+
+    def _shared(self, values: Any, share: slice) -> Any:
+        """The rows of some instances, or what all of them share; parts refuse what has another number of rows."""
+        return values[share] if values.ndim and len(values) == self.instances else values
 
     def reset(self, velocity_noise: float = 0.0, seed: int = 0) -> None:
         """See `Rollout.reset`; the noise is that of the whole batch."""
@@ -185,6 +223,18 @@ class SplitRollout:
             if instance in self._recorded and instance is not None and share.start <= instance < share.stop:
                 return part.recording(instance - share.start)
         raise RolloutError(f"instance {instance} was not recorded: name it in record=[...]")
+
+    def recorded(self, quantity: str) -> Floats:
+        """See `Rollout.recorded`."""
+        whole = [
+            part.recorded(quantity)
+            for part, share in zip(self.parts, self.shares, strict=True)
+            if any(share.start <= i < share.stop for i in self._recorded)
+        ]
+        if not whole:
+            return self.parts[0].recorded(quantity)  # which says that none was
+        order = [i for share in self.shares for i in self._recorded if share.start <= i < share.stop]
+        return np.concatenate(whole)[[order.index(i) for i in self._recorded]]
 
     def _each(self, work: Callable[[Rollout, slice], Given]) -> list[Given]:
         """What `work` gives of every part and its share, all at the same time.

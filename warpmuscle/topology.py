@@ -42,6 +42,22 @@ class Topology:
         return 0 if joint == "root" else self.joints.index(joint) + 1
 
 
+def coordinate_names(names: Topology, character: Character) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Names of all coordinates and of all speeds: `root.x`, a hinge's own, `ankle.0`, `hip.qx` and `hip.x`."""
+    parts = {"ball": ("qx", "qy", "qz", "qw"), "universal": ("0", "1"), "hinge": ("",), "fixed": ()}
+    rates = parts | {"ball": ("x", "y", "z")}
+    orientation = ("qx", "qy", "qz", "qw")
+    root = {"free": ("x", "y", "z", *orientation), "planar": ("y", "z", "turn"), "fixed": ("x", "y", "z", *orientation)}
+    root_rates = {"free": ("x", "y", "z", "wx", "wy", "wz"), "planar": ("y", "z", "turn"), "fixed": ()}
+    kind = character.root_joint
+    coordinates, speeds = [f"root.{part}" for part in root[kind]], [f"root.{part}" for part in root_rates[kind]]
+    for name in names.joints:
+        joint = character.joints[name].type
+        coordinates += [f"{name}.{part}".rstrip(".") for part in parts[joint]]
+        speeds += [f"{name}.{part}".rstrip(".") for part in rates[joint]]
+    return tuple(coordinates), tuple(speeds)
+
+
 def topology(character: Character) -> Topology:
     """Number the bodies breadth first from the root, children in the order of the character's joints."""
     bodies, joints, parents, depth = [character.root], [], [-1], [0]

@@ -31,6 +31,7 @@ from warpmuscle.scene import (
     State,
 )
 from warpmuscle.typed import to_type
+from warpmuscle.validate_motion import check_motion
 from warpmuscle.validate_muscles import check_muscles
 from warpmuscle.validate_objective import check_failure, check_objective, check_stages
 
@@ -75,6 +76,7 @@ class _Check(Checks):
             )
         self.character(scene.character)
         check_muscles(self)
+        check_motion(self)
         if scene.controller is not None:
             self.controller(scene.controller, scene.character)
         self.initial_state(scene.initial_state, scene.character)

@@ -171,6 +171,8 @@ def _actuation(checks: Checks, key: str, name: str, own: Actuation) -> None:
     if not isinstance(own.drive, str) and len(words) != SPEEDS[kind]:
         message = f"a {kind} joint takes one word or {SPEEDS[kind]} in a list, got {len(words)}"
         raise SceneError(message, key=f"{key}.drive")
+    if kind == "ball" and "kinematic" in words and set(words) != {"kinematic"}:
+        raise SceneError("a ball joint is kinematic as a whole or not at all", key=f"{key}.drive")
     if MUSCULAR.intersection(words) and usual_drive(name, character) != "muscle":
         raise SceneError("no muscle crosses this joint", key=f"{key}.drive")
     checks.not_negative(key, own, "stiffness", "damping")

@@ -120,7 +120,9 @@ def test_what_the_original_files_cannot_hold_of_muscles_is_listed(tmp_path):
 
 def test_joints_that_muscles_drive_are_marked_where_the_scene_restricts_them(tmp_path):
     scene, lost = muscle_scene(), list[Ignored]()
-    scene.character.muscles["TFL"] = Muscle([ViaPoint("lFoot", X), ViaPoint("lToes", X)], 1.0, 1.0, 0.0)
+    scene.character.muscles["TFL"] = Muscle(
+        path=[ViaPoint("lFoot", X), ViaPoint("lToes", X)], f_max=1.0, l_opt=1.0, l_slack=0.0
+    )
     scene.actuation = {}
     save(scene, tmp_path / "small.rbs", ignored=lost)
     assert "actuationType" not in (tmp_path / "small.rbs").read_text()

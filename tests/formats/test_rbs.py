@@ -159,7 +159,7 @@ def test_meshes_and_unknown_lines_are_listed_and_never_silent(tmp_path):
 def test_muscles_have_a_path_and_properties_in_any_order(tmp_path):
     contents, notes = parse(tmp_path, with_muscle("delay 0.005"))
     path = [ViaPoint("pelvis", (0.0, -0.1, 0.05)), ViaPoint("leg", (0.0, 0.1, 0.04))]
-    assert contents.character.muscles == {"GLU": Muscle(path, 1500.0, 0.1, 0.12, 0.005)}
+    assert contents.character.muscles == {"GLU": Muscle(path=path, f_max=1500.0, l_opt=0.1, l_slack=0.12, delay=0.005)}
     assert notes.ignored == []
     assert parse(tmp_path, with_muscle())[0].character.muscles["GLU"].delay == 0.0
 

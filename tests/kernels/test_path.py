@@ -325,7 +325,7 @@ def test_no_muscles_are_no_trouble():
 
 def test_stages_give_the_paths_of_all_muscles_of_a_character_even_if_none_drives_a_joint():
     c, s = character(), random_states(character(), 3)
-    c.muscles = {name: Muscle(list(path_), 1000.0, 0.1, 0.1) for name, path_ in PATHS.items()}
+    c.muscles = {name: Muscle(path=list(path_), f_max=1000.0, l_opt=0.1, l_slack=0.1) for name, path_ in PATHS.items()}
     stages_ = Stages(Scene("path", c, actuation={name: Actuation("none") for name in moving(c)}), 3, "cpu")
     stages_.set_state(*(getattr(s, name) for name in type(s).__dataclass_fields__))
     got, expected = stages_.muscle_paths(), geometry_of(somewhere(character(), 3), PATHS)

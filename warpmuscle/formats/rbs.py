@@ -375,7 +375,7 @@ def _read_muscle(opening: Line, lines: Lines) -> tuple[str, Muscle]:
     for index, (_, line) in enumerate(path):
         line.mark(notes, f"{key}.path.{index}")
     properties: dict[str, Any] = {field_name: value for field_name, (value, _) in numbers.items()}
-    return name, Muscle([point for point, _ in path], **properties)
+    return name, Muscle(path=[point for point, _ in path], **properties)
 
 
 def _attributes(opening: Line, end: str, lines: Lines) -> Iterator[Line]:

@@ -1,0 +1,130 @@
+"""Hybrid dynamics: the articulated-body algorithm where some degrees of freedom are prescribed, see `motion.py`."""
+
+import warp as wp
+
+from warpmuscle.kernels.dynamics import (
+    accelerate_body,
+    accelerate_root,
+    joint_acceleration,
+    leave_for_parent,
+    move_body,
+    reduce_ball,
+    reduce_hinge,
+    reduce_universal,
+    with_children,
+)
+from warpmuscle.kernels.integration import integrate_body, kicked, move
+from warpmuscle.kernels.lanes import synchronize
+from warpmuscle.kernels.motion import follow, prescribed_root
+from warpmuscle.kernels.spatial import symmetric_times
+from warpmuscle.kernels.structs import (
+    BALL,
+    FIXED,
+    HINGE,
+    ROOT_PLANAR,
+    ROOT_PRESCRIBED,
+    SECOND_HINGE,
+    UNIVERSAL,
+    Model,
+    State,
+    Work,
+    at,
+)
+
+
+@wp.func
+def second_axis(instance: int, body: int, model: Model, work: Work) -> wp.vec3:
+    """The axis of a universal joint that rides on the parent, world."""
+    return work.rotation[model.skeleton.parent[body]] * at(model.skeleton.axis_b, instance, body)
+
+
+@wp.func
+def reduce_remaining(instance: int, body: int, model: Model, work: Work):
+    """Eliminate what is not prescribed of the joint of one body and leave the rest for its parent.
+
+    Written as `dynamics.reduce_body`; sharing code with it changes how the compiler rounds there.
+    """
+    skeleton = model.skeleton
+    x = with_children(body, skeleton, work)
+    parent = skeleton.parent[body]
+    r = work.position[body] - work.position[parent]
+    parent_angular = work.angular_velocity[parent]
+    drift = wp.cross(parent_angular, wp.cross(parent_angular, r))
+    x.n += symmetric_times(x.a, work.bias[body]) + x.b * drift
+    x.f += wp.transpose(x.b) * work.bias[body] + symmetric_times(x.c, drift)
+    torque = -work.torque[body]
+    kind = model.motion.remaining[body]
+    axis_a = work.rotation[body] * at(skeleton.axis_a, instance, body)
+    axis_b = work.rotation[parent] * at(skeleton.axis_b, instance, body)
+    if kind == BALL:
+        reduce_ball(body, r, torque, x, work)
+    elif kind == FIXED:
+        leave_for_parent(body, r, x.a, x.b, x.c, x.n, x.f, work)
+    elif kind == UNIVERSAL:
+        reduce_universal(body, r, torque, x, axis_a, axis_b, work)
+    elif kind == HINGE:
+        reduce_hinge(body, r, torque, x, axis_a, work)
+    else:
+        reduce_hinge(body, r, torque, x, axis_b, work)
+
+
+@wp.func
+def accelerate_remaining(instance: int, body: int, model: Model, work: Work):
+    """Acceleration of a body, and of what is not prescribed of its joint, from its parent's."""
+    kind = model.motion.remaining[body]
+    if kind == model.skeleton.joint_type[body]:
+        accelerate_body(instance, body, model.skeleton, work)
+    else:
+        parent = model.skeleton.parent[body]
+        alpha = work.angular_acceleration[parent]
+        a = work.acceleration[parent] + wp.cross(alpha, work.position[body] - work.position[parent])
+        x = wp.vec3(0.0)
+        relative = wp.vec3(0.0)
+        if kind != FIXED:
+            x = joint_acceleration(HINGE, body, alpha, a, work)
+            axis = second_axis(instance, body, model, work)
+            if kind == HINGE:
+                axis = work.rotation[body] * at(model.skeleton.axis_a, instance, body)
+            relative = axis * x[0]
+        move_body(body, alpha, a, x, relative, model.skeleton, work)
+
+
+@wp.func
+def hybrid_acceleration_stage(instance: int, lane: int, lanes: int, model: Model, state: State, work: Work):
+    """Accelerations of all bodies, and of joints where they are not prescribed. Ends with a barrier."""
+    for step in range(1, model.level_count):
+        level = model.level_count - step
+        for body in range(model.level_start[level] + lane, model.level_start[level + 1], lanes):
+            reduce_remaining(instance, body, model, work)
+        synchronize()
+    if lane == 0:
+        if model.motion.remaining[0] == ROOT_PRESCRIBED:
+            x = prescribed_root(instance, model.skeleton.joint_type[0] == ROOT_PLANAR, state)
+            work.angular_acceleration[0] = wp.spatial_top(x)
+            work.acceleration[0] = wp.spatial_bottom(x)
+        else:
+            accelerate_root(model.skeleton.joint_type[0], model.skeleton, work)
+    synchronize()
+    for level in range(1, model.level_count):
+        for body in range(model.level_start[level] + lane, model.level_start[level + 1], lanes):
+            accelerate_remaining(instance, body, model, work)
+        synchronize()
+
+
+@wp.func
+def hybrid_integrate_stage(instance: int, lane: int, lanes: int, model: Model, state: State, work: Work):
+    """Move all coordinates over a step: by leapfrog, or as their motion prescribes. Ends with a barrier."""
+    h = model.time_step
+    largest = at(model.failure, instance, 0)[2]
+    step = state.step[instance]
+    kick = wp.where(step == 0, 0.5 * h, h)
+    for i in range(lane, model.body_count, lanes):
+        kind = model.motion.remaining[i]
+        if kind == SECOND_HINGE:
+            speed = model.skeleton.speed_start[i] + 1
+            middle = kicked(state, instance, speed, work.factor_c[i][0], kick, 0.5 * h, largest, work)
+            move(state, instance, model.skeleton.coordinate_start[i] + 1, h * middle)
+        elif kind != ROOT_PRESCRIBED:
+            integrate_body(instance, i, kind, kick, largest, model, state, work)
+    follow(instance, lane, lanes, float(step + 1) * h, model, state)
+    synchronize()
