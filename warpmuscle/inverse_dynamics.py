@@ -90,9 +90,7 @@ def _outward(character: Character, names: Topology, motion: Moving) -> list[_Bod
         r = rotate(parent.orientation, anchor)
         q, v, a = (
             part[:, start[number] : start[number + 1]]
-            for part, start in zip(
-                motion, (names.coordinate_start, names.speed_start, names.speed_start), strict=True
-            )
+            for part, start in zip(motion, (names.coordinate_start, names.speed_start, names.speed_start), strict=True)
         )
         bodies.append(_child(joint, parent, r, q, v, a))
     return bodies

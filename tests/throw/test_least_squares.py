@@ -24,7 +24,9 @@ def decays(which, own, shared):
 
 @pytest.mark.parametrize("damping", [1e-3, 10.0])
 def test_own_and_shared_unknowns_are_found_together(damping: float):
-    result = fit(decays, unknowns(np.ones((3, 2)), -5.0, 5.0), unknowns([0.5], 0.0, 9.0), damping=damping, iterations=60)
+    result = fit(
+        decays, unknowns(np.ones((3, 2)), -5.0, 5.0), unknowns([0.5], 0.0, 9.0), damping=damping, iterations=60
+    )
     np.testing.assert_allclose(result.shared, 1.7, rtol=1e-4)
     np.testing.assert_allclose(result.own, [[1.0, 0.2], [2.0, -0.3], [0.5, 0.0]], atol=1e-3)
 

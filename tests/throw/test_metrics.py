@@ -33,8 +33,8 @@ def test_the_trivial_baseline_is_the_mean_of_the_others():
 
 
 def test_all_bars_count_at_the_same_time():
-    fine = dict(r2=np.full((1, 3), 0.9995), velocity_r2=np.full((1, 3), 0.98), hand_error=np.array([0.01]))
-    signals = dict(correlation=np.array([0.95]), by_synergy=np.full((1, 5), 0.9))
+    fine = {"r2": np.full((1, 3), 0.9995), "velocity_r2": np.full((1, 3), 0.98), "hand_error": np.array([0.01])}
+    signals = {"correlation": np.array([0.95]), "by_synergy": np.full((1, 5), 0.9)}
     assert Agreement(**fine, **signals).good().all()
     assert not Agreement(**(fine | {"hand_error": np.array([0.03])}), **signals).good().any()
     assert not Agreement(**(fine | {"velocity_r2": np.array([[0.98, 0.96, 0.98]])}), **signals).good().any()

@@ -62,7 +62,7 @@ def test_the_trunks_pitch_follows_from_the_angle_to_gravity(tmp_path: Path):
 def test_unusable_files_are_refused_in_one_line_with_their_name(tmp_path: Path, text: str, message: str):
     path = tmp_path / "throw.csv"
     path.write_text(text)
-    with pytest.raises(Error, match="throw.csv") as error:
+    with pytest.raises(Error, match=r"throw\.csv") as error:
         read(path, JOINTS)
     assert message in str(error.value)
     assert "\n" not in str(error.value)
@@ -72,7 +72,7 @@ def test_missing_and_foreign_files_are_refused(tmp_path: Path):
     with pytest.raises(Error, match="no such file"):
         read(tmp_path / "none.csv", JOINTS)
     (tmp_path / "bad.npz").write_bytes(b"nothing")
-    with pytest.raises(Error, match="bad.npz"):
+    with pytest.raises(Error, match=r"bad\.npz"):
         read(tmp_path / "bad.npz", JOINTS)
 
 

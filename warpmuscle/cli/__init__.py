@@ -14,6 +14,7 @@ from warpmuscle.cli.scenes import convert, fit_muscles, info, scenes
 from warpmuscle.cli.simulate import simulate
 from warpmuscle.cli.sweep import sweep
 from warpmuscle.cli.synergies import synergies
+from warpmuscle.cli.throw import throw
 from warpmuscle.errors import Error
 
 app = typer.Typer(
@@ -24,7 +25,7 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
-for command in (scenes, info, simulate, optimize, sweep, apply, report, export, fit_muscles, convert, synergies):
+for command in (scenes, info, simulate, optimize, sweep, apply, report, export, fit_muscles, convert, synergies, throw):
     app.command(command.__name__.replace("_", "-"))(command)
 
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
+import numpy as np
 import typer
 from rich.markup import escape
 from rich.table import Table
@@ -16,12 +17,11 @@ from warpmuscle.errors import Error
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from warpmuscle.throw.arm import Arm
     from warpmuscle.throw.fit import Fitted
-    from warpmuscle.throw.follow import Follower
     from warpmuscle.throw.job import Job
-    from warpmuscle.throw.published import Published
-    from warpmuscle.throw.synthesis import Throw
+    from warpmuscle.throw.problem import Lack
+    from warpmuscle.throw.report import Row
+    from warpmuscle.throw.synthesis import Goal, Throw
 
 
 def throw(
@@ -85,7 +85,7 @@ def throw(
     job = Job(loaded, files or [], options)
     _print_problem(job)
     if as_published:
-        _published(job)
+        _print_published(job)
     goals = _goals(target or [], height, speed, angle)
     fitted = None
     if not as_published or goals or curve:
@@ -96,9 +96,9 @@ def throw(
         _print_curve(job, fitted)
     throws: list[Throw] = []
     if goals and fitted is not None:
-        throws = _throws(job, fitted, goals, release, adapt)
+        throws = _throws(job, goals, release, adapt)
     if output is not None:
-        job.write(output, throws, {"command": command_line(), "seed": seed})
+        job.write(output, {"command": command_line(), "seed": seed})
         out.print(f"wrote {output}")
     if plot is not None:
         from warpmuscle.throw.plot import draw_fit, draw_throws
@@ -108,3 +108,111 @@ def throw(
         else:
             draw_fit(plot, job.follower, fitted, job.published)
         out.print(f"wrote {plot}")
+
+
+def _pairs(texts: Sequence[str]) -> dict[str, str]:
+    pairs = {}
+    for text in texts:
+        muscle, equals, name = text.partition("=")
+        if not equals or not muscle or not name:
+            raise Error(f"--channel {text!r}: say MUSCLE=CHANNEL")
+        pairs[muscle.strip()] = name.strip()
+    return pairs
+
+
+def _goals(targets: Sequence[float], height: float, speed: float | None, angle: float | None) -> list[Goal]:
+    from warpmuscle.throw.synthesis import Goal
+
+    radians = None if angle is None else float(np.radians(angle))
+    if not targets and speed is None and radians is None:
+        return []
+    distances: list[float | None] = [*targets] or [None]
+    return [Goal(distance, height, speed, radians) for distance in distances]
+
+
+def _print_problem(job: Job) -> None:
+    """What is to be fitted, and what the muscles lack for it."""
+    motions, synergies, arm = job.motions, job.follower.synergies, job.arm
+    kind = "computed by static optimisation, not EMG" if synergies.source == "computed" else synergies.source
+    out.print(
+        f"{len(motions)} motion{'' if len(motions) == 1 else 's'} of {motions.time[-1]:.3g} s, muscles on "
+        f"{', '.join(arm.driven)}; {synergies.count} synergies ({escape(kind)}), VAF {synergies.explained:.4f}"
+    )
+    _print_lacks(job.lacks, "muscle groups")
+
+
+def _print_lacks(lacks: Sequence[Lack], whose: str) -> None:
+    for lack in lacks:
+        log.print(f"[yellow]{escape(lack.motion)} is beyond the strength of the {whose}:[/] {escape(lack.explanation)}")
+
+
+def _print_published(job: Job) -> None:
+    from warpmuscle.throw.report import PAPER, published_rows
+
+    headings = [f"{joint} r2" for joint in job.arm.driven]
+    with log.status("fitting as published") as shown:
+        if len(job.motions) > 1 and job.options.emg is None:
+            mean = job.publish_mean()
+            _print_table("as published, mean motion", headings, published_rows(mean))
+        result = job.publish(lambda stage: shown.update(f"fitting as published: {stage}"))
+    title = "as published, median (worst) of each motion fitted by itself" if len(job.motions) > 1 else "as published"
+    _print_table(title, headings, published_rows(result))
+    out.print(f"Cruz Ruiz et al. 2015: after parameters {' '.join(PAPER['parameters'])}, after signals "
+              f"{' '.join(PAPER['signals'])} (shoulder, elbow, wrist)")  # fmt: skip
+
+
+def _print_fit(job: Job, fitted: Fitted) -> None:
+    from warpmuscle.throw.report import baseline_row, stage_rows
+
+    headings = [f"{joint} r2" for joint in job.arm.driven]
+    headings += ["least r2", "velocity r2", "least", "hand, cm (most)", "correlation (least)", "all bars"]
+    if job.held_out:
+        headings.append("held out")
+    rows = stage_rows(fitted.stages, job.held_out)
+    baseline = baseline_row(job.follower)
+    _print_table("better fit, medians over motions", [*headings, ""], [*([baseline] if baseline else []), *rows])
+    good, a = fitted.agreement.good(), fitted.agreement
+    for k in (~good).nonzero()[0] if len(job.motions) > 1 else []:
+        out.print(
+            f"  {escape(job.motions.names[k])}: r2 {a.r2[k].min():.4f}, velocity r2 {a.velocity_r2[k].min():.3f}, "
+            f"hand {100.0 * a.hand_error[k]:.1f} cm, correlation {a.correlation[k]:.3f}"
+        )
+    _print_lacks(job.final_lacks(), "fitted muscles")
+
+
+def _print_table(title: str, headings: Sequence[str], rows: Sequence[Row]) -> None:
+    table = Table("", *headings, title=title, title_justify="left")
+    for row in rows:
+        table.add_row(row.name, *row.cells, *[""] * (len(headings) - len(row.cells)))
+    out.print(table)
+
+
+def _print_curve(job: Job, fitted: Fitted) -> None:
+    """Accuracy against fidelity to the extracted signals."""
+    from warpmuscle.throw.report import Row
+
+    headings = ["correlation", *(f"{joint} r2" for joint in job.arm.driven), "least r2"]
+    rows = []
+    with log.status("fitting at several prices"):
+        for price, a in job.curve():
+            middle = [f"{value:.4f}" for value in np.median(a.r2, axis=0)]
+            rows.append(Row(f"{price:g}", (f"{np.nanmedian(a.correlation):.3f}", *middle, f"{a.r2.min():.4f}")))
+    _print_table("accuracy against fidelity, by its price", headings, rows)
+
+
+def _throws(job: Job, goals: Sequence[Goal], release: float | None, adapt: int) -> list[Throw]:
+    with log.status("throwing"):
+        throws = job.throw(goals, release, adapt)
+    for made in throws:
+        flight, goal = made.flight, made.goal
+        text = (
+            f"released after {made.release:.3g} s at {flight.speed[0]:.2f} m/s, {np.degrees(flight.angle[0]):.1f} deg"
+        )
+        if np.isfinite(flight.distance[0]):
+            text += f"; lands at {flight.distance[0]:.3f} m"
+        if goal.distance is not None:
+            verdict = f"{100.0 * made.error:.1f} cm from the target at {goal.distance:g} m"
+            text += f", {verdict}" if made.met else f": [yellow]the muscles do not reach {goal.distance:g} m[/]"
+        changed = ", ".join(f"C{k + 1}" for k in made.synergies)
+        out.print(f"{text}; {changed} changed by {made.change:.3f}")
+    return throws

@@ -19,7 +19,7 @@ from warpmuscle.kernels import curves
 from warpmuscle.kernels.muscle import rigid_force
 from warpmuscle.parameters import Parameter, free_parameters, start_values, substitute
 from warpmuscle.pose import about, rotate
-from warpmuscle.scene import Actuation, Muscle, Scene
+from warpmuscle.scene import Actuation, Drive, Motion, Muscle, Scene
 from warpmuscle.throw.motion import Motions
 from warpmuscle.topology import Topology, topology
 
@@ -90,7 +90,9 @@ class Arm:
     def damping(self) -> Floats:
         """Of the joints, (J,) N m s/rad."""
         plain = substitute(self.scene, start_values(self.scene))
-        return np.array([rows(plain.actuation.get(name, Actuation("muscle")).damping)[()] for name in self.joints])
+        return np.array(
+            [float(rows(plain.actuation.get(name, Actuation("muscle")).damping).flat[0]) for name in self.joints]
+        )
 
     @cached_property
     def parameters(self) -> list[Parameter]:
@@ -116,15 +118,23 @@ class Arm:
     @cached_property
     def bounds(self) -> tuple[Floats, Floats]:
         """Least and greatest unknowns, (P,)."""
-        ends = np.stack([self.unknowns([p.min for p in self.parameters]), self.unknowns([p.max for p in self.parameters])])
+        ends = np.stack(
+            [self.unknowns([p.min for p in self.parameters]), self.unknowns([p.max for p in self.parameters])]
+        )
         return ends.min(axis=0), ends.max(axis=0)
 
-    def with_prescribed(self) -> Scene:
-        """The scene, its prescribed joints kinematic and its root too if it can move."""
-        actuation = dict(self.scene.actuation)
-        for name in self.prescribed:
-            actuation[name] = Actuation("kinematic")
-        return msgspec.structs.replace(self.scene, actuation=actuation)
+    @cached_property
+    def simulated(self) -> Scene:
+        """The scene with muscles on the driven joints, its prescribed joints kinematic, and its root if it can move."""
+        actuation, motion = dict(self.scene.actuation), dict(self.scene.motion)
+        for name in self.joints:
+            own = actuation.get(name, Actuation("muscle"))
+            drive: Drive = "kinematic" if name in self.prescribed else "muscle"
+            actuation[name] = msgspec.structs.replace(own, drive=drive)
+            motion.pop(name, None)
+        if self.scene.character.root_joint != "fixed":
+            motion["root"] = Motion([0.0], position=[self.scene.initial_state.root_position])
+        return msgspec.structs.replace(self.scene, actuation=actuation, motion=motion)
 
     def muscle_table(self, unknowns: Floats) -> MuscleTable:
         """The muscles as arrays, for parameters (Z, P)."""
@@ -167,7 +177,7 @@ class MuscleTable:
         return MuscleTable(
             CURVES[model.curves], column(lambda m: m.f_max), l_opt, column(lambda m: m.l_slack),
             l_opt * np.sin(column(lambda m: m.pennation)), column(_rest_length), pulleys("moment_arm"),
-            pulleys("rest_angle"), float(rows(model.v_max)), float(rows(model.damping)),
+            pulleys("rest_angle"), float(rows(model.v_max).flat[0]), float(rows(model.damping).flat[0]),
         )  # fmt: skip
 
     def forces(self, activation: Floats, angle: Floats, speed: Floats) -> Floats:
@@ -257,7 +267,9 @@ def _offset_from_root(arm: Arm, body: str, position: Floats) -> Floats:
     at, turned = body_points(arm.scene, start_coordinates(arm)[None])[body]
     root, root_turned = body_points(arm.scene, start_coordinates(arm)[None])[arm.scene.character.root]
     number = arm.names.bodies.index(body)
-    com = np.zeros(3) if number == 0 else rows(arm.scene.character.joints[arm.names.joints[number - 1]].position_in_child)
+    com = (
+        np.zeros(3) if number == 0 else rows(arm.scene.character.joints[arm.names.joints[number - 1]].position_in_child)
+    )
     from_root = at[0] + rotate(turned[0], position - com) - root[0]
     return rotate(root_turned[0] * [-1.0, -1.0, -1.0, 1.0], from_root)
 

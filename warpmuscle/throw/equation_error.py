@@ -66,7 +66,7 @@ class _Problem:
         inside = motions.valid[:, ::STRIDE].ravel() > 0.0
 
         def samples(values: Floats) -> Floats:
-            return values[:, ::STRIDE].reshape(len(inside), -1)[inside]
+            return np.asarray(values[:, ::STRIDE].reshape(len(inside), -1)[inside])
 
         self._arm, self._start = arm, start
         self._angle, self._speed = samples(motions.angles[0]), samples(motions.angles[1])
@@ -78,7 +78,7 @@ class _Problem:
 
     def residuals(self, unknowns: Floats) -> Floats:
         """(R,) of one set of parameters."""
-        return self._batch(unknowns[None])[0]
+        return np.asarray(self._batch(unknowns[None])[0])
 
     def jacobian(self, unknowns: Floats) -> Floats:
         """(R, P) by differences, all at once."""

@@ -142,12 +142,12 @@ class _Fitting:
         self._shared = self._start = found.unknowns
         self._stage("equations", 0)
 
-    def _fit(
-        self, which: NDArray[np.intp], steps: int, *, own: bool, shared: bool, damping: float = 1e-2
-    ) -> Outcome:
+    def _fit(self, which: NDArray[np.intp], steps: int, *, own: bool, shared: bool, damping: float = 1e-2) -> Outcome:
         """A stage of Levenberg-Marquardt on some motions, with their signals or the shared parameters or both free."""
         follower, s = self._follower, self._settings
-        self._progress({(False, True): "parameters", (True, True): "parameters and signals"}.get((own, shared), "signals"))
+        self._progress(
+            {(False, True): "parameters", (True, True): "parameters and signals"}.get((own, shared), "signals")
+        )
         size = follower.size
         signals = Unknowns(
             self._own[which], np.zeros(size), np.ones(size), SIGNAL_STEP, None,
@@ -167,7 +167,7 @@ class _Fitting:
         """Sum of squared second differences of the signals at their knots, (size, size)."""
         second = np.diff(np.eye(len(self._follower.knots)), 2, axis=0)
         block = self._settings.smoothness * second.T @ second
-        return np.kron(np.eye(self._follower.synergies.count), block)
+        return np.asarray(np.kron(np.eye(self._follower.synergies.count), block), dtype=np.float64)
 
     def _stage(self, name: str, simulations: int) -> None:
         agreement, self._replay = self._follower.agreement(self._own, self._shared)
@@ -183,7 +183,11 @@ def trade(
     own = fitted.own
     for price in prices:
         fitting = _Fitting(
-            follower, fitted.unknowns, np.arange(len(follower.motions)), replace(settings, fidelity=price), lambda s: None
+            follower,
+            fitted.unknowns,
+            np.arange(len(follower.motions)),
+            replace(settings, fidelity=price),
+            lambda s: None,
         )
         own = fitting.signals(own, fitted.unknowns)
         curve.append((price, follower.agreement(own, fitted.unknowns)[0]))

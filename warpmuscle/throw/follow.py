@@ -97,7 +97,9 @@ def hand_error(arm: Arm, motions: Motions, angle: Floats) -> Floats:
     simulated = recorded.copy()
     simulated[:, :, arm.coordinate_places] = angle
     count, samples = recorded.shape[:2]
-    ends = [hand_position(arm, q.reshape(count * samples, -1)).reshape(count, samples, 3) for q in (recorded, simulated)]
+    ends = [
+        hand_position(arm, q.reshape(count * samples, -1)).reshape(count, samples, 3) for q in (recorded, simulated)
+    ]
     distance = np.linalg.norm(ends[1] - ends[0], axis=-1) * motions.valid
     return np.asarray(distance.max(axis=1))
 

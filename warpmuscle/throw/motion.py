@@ -1,7 +1,7 @@
 """Recorded motions: angles of joints over time from tables or NumPy files, resampled and differentiated.
 
-A table (CSV, or OpenSim's .mot and .sto) has a header and a row a sample: a column of time (`time`, `time_s` or `t`, in s) and one for each joint, named by
-it, such as `elbow`, `elbow_deg` or `elbow_flexion_rad`. Without `_deg` or `_rad`, angles beyond 2 pi mean degrees.
+A table (CSV, or OpenSim's .mot and .sto) has a header and a row a sample: a column of time (`time`, `time_s` or `t`, in
+s) and one for each joint, named by it, such as `elbow`, `elbow_deg` or `elbow_flexion_rad`. Without `_deg` or `_rad`, angles beyond 2 pi mean degrees.
 Optional, else zero: the trunk's pitch as `trunk_pitch_deg`, or the angle of the upper arm to gravity as
 `shoulder_flexion_gravity_deg`, from which it follows; the shoulder's place as `shoulder_forward_m`, `shoulder_up_m`.
 
@@ -16,6 +16,7 @@ import zipfile
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from scipy.interpolate import make_interp_spline
@@ -74,9 +75,7 @@ class Motions:
             return parts[0][index], parts[1][index], parts[2][index]
 
         names = tuple(self.names[i] for i in index)
-        return Motions(
-            names, self.time, self.valid[index], pick(self.angles), pick(self.pitch), pick(self.place)
-        )
+        return Motions(names, self.time, self.valid[index], pick(self.angles), pick(self.pitch), pick(self.place))
 
 
 def read(path: str | Path, joints: Sequence[str]) -> list[Motion]:
@@ -221,7 +220,7 @@ def resample(motions: Sequence[Motion], rate: float = RATE) -> Motions:
     )  # fmt: skip
 
 
-def _spline(time: Floats, values: Floats) -> object:
+def _spline(time: Floats, values: Floats) -> Any:
     """A quintic spline through values (S, ...), continued beyond both ends by point reflection of the data there."""
     count = int(np.clip(np.sum(time < time[0] + PADDING), 3, len(time) - 1))
     left, right = slice(count, 0, -1), slice(-2, -count - 2, -1)

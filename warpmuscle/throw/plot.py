@@ -67,7 +67,9 @@ def draw_fit(
             for name, _, signals, color in curves:
                 axes.plot(time, signals[inside, k], color=color, linewidth=1.0, label=name)
             strongest = np.argsort(-synergies.weights[:, k])
-            named = [f"{arm.muscles[m]} {synergies.weights[m, k]:.2f}" for m in strongest if synergies.weights[m, k] > 0.1]
+            named = [
+                f"{arm.muscles[m]} {synergies.weights[m, k]:.2f}" for m in strongest if synergies.weights[m, k] > 0.1
+            ]
             axes.set_title(f"C{k + 1}: {', '.join(named)}")
             axes.set_ylim(-0.03, 1.03)
         panels[0].legend(fontsize=8)

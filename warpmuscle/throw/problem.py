@@ -58,8 +58,8 @@ def check_limits(arm: Arm, motion: Motion) -> None:
         frame = int(np.argmax(np.maximum(angle - high, low - angle)))
         if angle[frame] > high + BEYOND or angle[frame] < low - BEYOND:
             raise SignalError(
-                f"motion {motion.name}: {name} is at {np.degrees(angle[frame]):.1f} deg after {motion.time[frame]:.3g} s, "
-                f"beyond its limits of {np.degrees(low):.0f} and {np.degrees(high):.0f} deg in the scene"
+                f"motion {motion.name}: {name} is at {np.degrees(angle[frame]):.1f} deg after "
+                f"{motion.time[frame]:.3g} s, beyond its limits of {np.degrees(low):.0f} and {np.degrees(high):.0f} deg in the scene"
             )
 
 

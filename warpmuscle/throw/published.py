@@ -169,7 +169,9 @@ class _Published:
         """Places of the parameters of the muscles that pull on a joint."""
         table = self._arm.scene.character.muscles
         starts = tuple(
-            f"character.muscles.{name}." for name, muscle in table.items() if any(p.joint == joint for p in muscle.pulleys)
+            f"character.muscles.{name}."
+            for name, muscle in table.items()
+            if any(p.joint == joint for p in muscle.pulleys)
         )
         return [i for i, parameter in enumerate(self._arm.parameters) if parameter.name.startswith(starts)]
 
@@ -179,7 +181,7 @@ class _Published:
         The sum of squares takes the place of eq. 13's sum of absolute errors: where the muscles can, both come to 0.
         """
         stepper = Stepper(self._whole, self._arm.values(unknowns), self._synergies.count + 1)
-        count, size = len(self._motions), self._synergies.count
+        size = self._synergies.count
         signals = self._synergies.signals.copy()
         angles, speeds = [stepper.angle[:, 0]], [stepper.speed[:, 0]]
         nothing = Unknowns(np.zeros(1), np.zeros(1), np.ones(1), 1.0, free=False)
@@ -208,14 +210,12 @@ class _Published:
         place = np.arange(len(which)) - np.searchsorted(which, which)
         excitation[which, place] = self._synergies.excitation(own)
         angle, _ = stepper.attempt(excitation)
-        return angle[which, place][:, self._arm.free]
+        return np.asarray(angle[which, place][:, self._arm.free])
 
 
 def _minimize(cost: Callable[[NDArray[np.intp], Floats], Floats], start: Floats, evaluations: int) -> Floats:
     """The best points (n, P) of n searches of the unit cube by NLopt, side by side."""
-    searches = [
-        NloptSearch(ALGORITHM, row, 0, gradient_step=GRADIENT_STEP, tolerance=TOLERANCE) for row in start
-    ]
+    searches = [NloptSearch(ALGORITHM, row, 0, gradient_step=GRADIENT_STEP, tolerance=TOLERANCE) for row in start]
     for _ in range(evaluations):
         if all(search.finished() for search in searches):
             break

@@ -167,7 +167,9 @@ def _put(group: Any, name: str, data: Any, **attributes: str) -> None:
     array = np.asarray(data)
     if array.dtype.kind == "f" and not np.isfinite(array).all():
         raise ResultError(f"{name} holds a value that is not finite; nothing was written")
-    packed = {"compression": "gzip", "compression_opts": 1} if array.dtype.kind in "fib" and array.nbytes >= 4096 else {}
+    packed = (
+        {"compression": "gzip", "compression_opts": 1} if array.dtype.kind in "fib" and array.nbytes >= 4096 else {}
+    )
     dataset = group.create_dataset(name, data=array, **packed)
     for key, text in attributes.items():
         dataset.attrs[key] = text

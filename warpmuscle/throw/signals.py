@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from warpmuscle.arrays import Floats
+from warpmuscle.arrays import Floats, rows
 from warpmuscle.parameters import start_values, substitute
 from warpmuscle.synergy.static_optimization import StaticOptimization, static_optimization
 from warpmuscle.throw.arm import Arm, needed_torques
@@ -78,18 +78,23 @@ def computed_activation(arm: Arm, motions: Motions, unknowns: Floats) -> tuple[F
     return found.activation.reshape(count, samples, -1), found
 
 
+def time_constants(arm: Arm) -> tuple[float, float]:
+    """Of activation and deactivation, s."""
+    model = substitute(arm.scene, start_values(arm.scene)).muscle_model
+    return float(rows([model.rise_time])[0, 0]), float(rows([model.fall_time])[0, 0])
+
+
 def to_excitation(arm: Arm, activation: Floats) -> Floats:
     """Excitations (n, T, M) that lead to activations: eq. 11 of Cruz Ruiz 2015 backwards, kept within 0..1."""
-    model = substitute(arm.scene, start_values(arm.scene)).muscle_model
+    rise, fall = time_constants(arm)
     slope = np.gradient(activation, 1.0 / RATE, axis=1)
-    lag = np.where(slope >= 0.0, model.rise_time, model.fall_time)
+    lag = np.where(slope >= 0.0, rise, fall)
     return np.asarray(np.clip(activation + lag * slope, 0.0, 1.0))
 
 
 def to_activation(arm: Arm, excitation: Floats) -> Floats:
     """Activations (n, T, M) after excitations: eq. 11, exact for excitations that step from sample to sample."""
-    model = substitute(arm.scene, start_values(arm.scene)).muscle_model
-    rise, fall = (1.0 - np.exp(-1.0 / (RATE * max(float(t), 1e-6))) for t in (model.rise_time, model.fall_time))  # type: ignore[arg-type]
+    rise, fall = (1.0 - np.exp(-1.0 / (RATE * max(constant, 1e-6))) for constant in time_constants(arm))
     activation = excitation.copy()
     for k in range(1, excitation.shape[1]):
         gap = excitation[:, k - 1] - activation[:, k - 1]

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from warpmuscle.arrays import Floats
 from warpmuscle.rollout import Rollout
 from warpmuscle.scene import Failure, Scene
-from warpmuscle.throw.arm import Arm, kinematic_coordinates, states
+from warpmuscle.throw.arm import Arm, states
 from warpmuscle.throw.motion import RATE, Motions
 
 KEPT = 4  # batches of different sizes that are kept ready
@@ -23,21 +23,19 @@ class Simulator:
         simulations: how many copies so far. steps: how many steps of copies.
     """
 
-    def __init__(
-        self, arm: Arm, motions: Motions, *, device: str | None = None, threads: int | None = None
-    ) -> None:
+    def __init__(self, arm: Arm, motions: Motions, *, device: str | None = None, threads: int | None = None) -> None:
         self.arm, self.motions = arm, motions
         self._device, self._threads = device, threads
         self.scene = _scene(arm, float(motions.time[-1]))
         coordinates, speeds, _ = states(arm, motions)
         self._coordinates, self._speeds = coordinates[:, 0], speeds[:, 0]
-        self._moved = kinematic_coordinates(arm, coordinates)
+        every = Rollout(self.scene, 1, "cpu")
+        numbers = [every.coordinate_names.index(name) for name in every.motion_names]
+        self._moved = coordinates[:, :, numbers].transpose(0, 2, 1)
         self._rollouts: dict[int, Rollout] = {}
         self.simulations = self.steps = 0
 
-    def run(
-        self, which: NDArray[np.intp], time: Floats, excitation: Floats, values: Floats
-    ) -> tuple[Floats, Floats]:
+    def run(self, which: NDArray[np.intp], time: Floats, excitation: Floats, values: Floats) -> tuple[Floats, Floats]:
         """Angles and angular velocities (B, T, J) of all joints at the motions' times.
 
         A copy that diverges stays where it was last.
@@ -47,16 +45,21 @@ class Simulator:
             time: (K,) s, knots. excitation: (B, M, K), straight between them; activations start at the first.
             values: of the scene's free parameters, (P,) or (B, P).
         """
+        rollout = self.prepared(which, time, excitation, values)
+        rollout.run()
+        self.simulations += len(which)
+        self.steps += len(which) * rollout.steps
+        return self._sampled(rollout)
+
+    def prepared(self, which: NDArray[np.intp], time: Floats, excitation: Floats, values: Floats) -> Rollout:
+        """The same copies at their start; theirs until the next call for as many."""
         rollout = self._rollout(len(which))
         rollout.set_parameters(values)
         if self._moved.shape[1]:
             rollout.set_motion(self.motions.time, self._moved, which)
         rollout.set_excitations(time, excitation)
         rollout.set_initial(self._coordinates[which], self._speeds[which], excitation[:, :, 0])
-        rollout.run()
-        self.simulations += len(which)
-        self.steps += len(which) * rollout.steps
-        return self._sampled(rollout)
+        return rollout
 
     def _rollout(self, count: int) -> Rollout:
         rollout = self._rollouts.pop(count, None)
@@ -86,7 +89,6 @@ class Simulator:
 
 def _scene(arm: Arm, duration: float) -> Scene:
     """The scene for so long, s, in which nothing but divergence ends a copy."""
-    scene = arm.with_prescribed()
     return msgspec.structs.replace(
-        scene, duration=duration, failure=Failure(com_height=0.0, heading=0.0, max_speed=FASTEST)
+        arm.simulated, duration=duration, failure=Failure(com_height=0.0, heading=0.0, max_speed=FASTEST)
     )

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from warpmuscle.arrays import Floats
 from warpmuscle.errors import Error
 from warpmuscle.parameters import start_values, substitute
-from warpmuscle.throw.arm import Arm, hand_position, states
+from warpmuscle.throw.arm import hand_position, states
 from warpmuscle.throw.follow import Follower, Replay
 from warpmuscle.throw.least_squares import Prior, Unknowns, fit
 from warpmuscle.throw.metrics import determination
@@ -128,9 +128,7 @@ class Thrower:
         ends = []
         for sign in (-1.0, 1.0):
             moved = np.repeat(q[:, frame], len(replay.angle), axis=0)
-            if arm.scene.character.root_joint == "planar":
-                moved[:, :3] += sign * MOMENT * v[0, frame, :3]
-            elif arm.scene.character.root_joint == "free":
+            if arm.scene.character.root_joint != "fixed":
                 moved[:, :3] += sign * MOMENT * v[0, frame, :3]
             moved[:, arm.coordinate_places] = replay.angle[:, frame] + sign * MOMENT * replay.speed[:, frame]
             ends.append(hand_position(arm, moved)[:, [2, 1]])
@@ -177,13 +175,13 @@ class Thrower:
         def residuals(which: NDArray[np.intp], x: Floats, _: Floats) -> Floats:
             signals = np.tile(self._own, (len(x), 1))
             signals[:, places] = x
-            return self._outcome(signals, goal) - wanted
+            return np.asarray(self._outcome(signals, goal) - wanted)
 
         size = len(places)
         price = Prior(PRICE * np.eye(size), self._own[places][None])
         unknowns = Unknowns(own[None], np.zeros(size), np.ones(size), 1e-3, None, [price])
         nothing = Unknowns(np.zeros(1), np.zeros(1), np.ones(1), 1.0, free=False)
-        return fit(residuals, unknowns, nothing, iterations=steps, damping=1.0, tolerance=1e-5).own[0]
+        return fit(residuals, unknowns, nothing, iterations=steps, damping=1.0, tolerance=1e-5).own[0].copy()
 
     def _replay(self, signals: Floats) -> Replay:
         return self._follower.replay(np.zeros(len(signals), dtype=np.intp), signals, self._shared)
@@ -192,7 +190,7 @@ class Thrower:
         """What the goal is about, in its units, (B, k)."""
         flight = self.flight(self._replay(signals), goal.height)
         parts = [getattr(flight, name) / UNITS[name] for name in UNITS if getattr(goal, name) is not None]
-        return np.nan_to_num(np.stack(parts, axis=1))
+        return np.asarray(np.nan_to_num(np.stack(parts, axis=1)))
 
     def _wanted(self, goal: Goal) -> Floats:
         return np.array([getattr(goal, name) / UNITS[name] for name in UNITS if getattr(goal, name) is not None])

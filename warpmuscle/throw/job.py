@@ -1,0 +1,131 @@
+"""A whole job: read motions, find synergies, fit, report and keep."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from warpmuscle.errors import Error
+from warpmuscle.formats import load
+from warpmuscle.parameters import start_values
+from warpmuscle.scene import Scene
+from warpmuscle.throw.arm import Arm
+from warpmuscle.throw.fit import Fitted, Settings, fit_motions, trade
+from warpmuscle.throw.follow import Follower
+from warpmuscle.throw.metrics import Agreement
+from warpmuscle.throw.motion import resample
+from warpmuscle.throw.problem import (
+    Lack,
+    computed_excitation,
+    computed_synergies,
+    lacking,
+    mean_motion,
+    measured_synergies,
+    read_motions,
+)
+from warpmuscle.throw.published import Published, as_published
+from warpmuscle.throw.report import write
+from warpmuscle.throw.scene_motion import motion_of
+from warpmuscle.throw.signals import Knots
+from warpmuscle.throw.synthesis import Goal, Throw, Thrower
+
+GROUPS = "_groups"  # ending of the scene that has the same arm with the strength of whole groups of muscles
+PRICES = (1e-4, 1e-3, 1e-2, 3e-2, 1e-1, 3e-1)
+
+
+@dataclass(frozen=True)
+class Options:
+    """What a job is asked for."""
+
+    count: int = 5
+    prescribed: tuple[str, ...] = ()
+    emg: Path | None = None
+    channels: Mapping[str, str] = field(default_factory=dict)
+    activations: str = ""  # scene whose muscles compute activations
+    fit_all: bool = False
+    fidelity: float = 1e-3
+    device: str | None = None
+    threads: int | None = None
+    seed: int = 0
+
+
+class Job:
+    """Motions, an arm and synergies, and what has been fitted to them.
+
+    Attributes:
+        lacks: motions that the muscles, with the strength of whole groups, are too weak for.
+        training: motions that parameters are fitted to. held_out: the others.
+    """
+
+    def __init__(self, scene: Scene, files: Sequence[str | Path], options: Options) -> None:
+        """Read and prepare; with no files, the motion is the one that the scene itself tells of its joints."""
+        self.options, self.arm = options, Arm(scene, options.prescribed)
+        recorded = read_motions(files, self.arm) if files else [motion_of(scene, self.arm)]
+        self.motions = resample(recorded)
+        strong = Arm(load(options.activations), options.prescribed) if options.activations else self.arm
+        if strong.joints != self.arm.joints or strong.muscles != self.arm.muscles:
+            raise Error(f"{options.activations} has other joints or muscles than {scene.name}")
+        if options.emg is None:
+            synergies, self.lacks = computed_synergies(self.arm, self.motions, strong, options.count, options.seed)
+        else:
+            synergies = measured_synergies(self.arm, recorded, options.emg, options.channels)
+            self.lacks = lacking(strong, self.motions, computed_excitation(strong, self.motions)[1])
+        self._recorded, self._strong = recorded, strong
+        knots = Knots(self.motions.time)
+        self.follower = Follower(
+            self.arm, self.motions, synergies, knots, device=options.device, threads=options.threads
+        )
+        self.start = self.arm.unknowns(start_values(scene))
+        count = len(self.motions)
+        self.training = list(range(count)) if options.fit_all or count == 1 else list(range(0, count, 2))
+        self.held_out = [k for k in range(count) if k not in self.training]
+        self.settings = Settings(fidelity=options.fidelity, seed=options.seed)
+        self.fitted: Fitted | None = None
+        self.published: Published | None = None
+
+    def fit(self, progress: Callable[[str], None] = lambda stage: None) -> Fitted:
+        """The better fit."""
+        self.fitted = fit_motions(self.follower, self.start, self.training, self.settings, progress)
+        return self.fitted
+
+    def publish(self, progress: Callable[[str], None] = lambda stage: None) -> Published:
+        """The published fit, of every motion by itself."""
+        self.published = as_published(
+            self.arm, self.motions, self.follower.synergies, self.start, device=self.options.device,
+            threads=self.options.threads, progress=progress,
+        )  # fmt: skip
+        return self.published
+
+    def publish_mean(self) -> Published:
+        """The published fit of the mean of all motions."""
+        mean = resample([mean_motion(self._recorded)])
+        synergies, _ = computed_synergies(self.arm, mean, self._strong, self.options.count, self.options.seed)
+        return as_published(
+            self.arm, mean, synergies, self.start, device=self.options.device, threads=self.options.threads
+        )
+
+    def final_lacks(self) -> list[Lack]:
+        """What the fitted muscles lack for the motions."""
+        assert self.fitted is not None
+        from warpmuscle.throw.signals import computed_activation
+
+        return lacking(self.arm, self.motions, computed_activation(self.arm, self.motions, self.fitted.unknowns)[1])
+
+    def curve(self) -> list[tuple[float, Agreement]]:
+        """Accuracy against fidelity."""
+        if self.fitted is None:
+            raise Error("fit before the curve of accuracy against fidelity")
+        return trade(self.follower, self.fitted, PRICES, self.settings)
+
+    def throw(self, goals: Sequence[Goal], release: float | None, adapt: int) -> list[Throw]:
+        """New throws out of the first motion."""
+        if self.fitted is None:
+            raise Error("fit a throw before making new ones")
+        thrower = Thrower(self.follower, self.fitted.own[0], self.fitted.unknowns, release)
+        return [thrower.throw(goal, count=adapt) for goal in goals]
+
+    def write(self, path: str | Path, attributes: Mapping[str, Any]) -> None:
+        """Keep everything as HDF5, see `report.write`."""
+        write(path, self.follower, self.fitted, self.published, self.training, attributes)
