@@ -104,24 +104,27 @@ class Arm:
         ratio = np.maximum(np.abs(low), np.abs(high)) / np.maximum(np.minimum(np.abs(low), np.abs(high)), 1e-12)
         return (low * high > 0.0) & (ratio > RATIO)
 
+    @cached_property
+    def _ends(self) -> tuple[Floats, Floats]:
+        """Of the parameters' intervals, in the scale in which they change."""
+        low, high = (self._scaled([getattr(p, end) for p in self.parameters]) for end in ("min", "max"))
+        return low, np.where(high != low, high, low + 1.0)
+
+    def _scaled(self, values: ArrayLike) -> Floats:
+        array = np.asarray(values, dtype=np.float64)
+        return np.where(self._by_factor, np.log(np.maximum(np.abs(array), 1e-300)), array)
+
     def unknowns(self, values: ArrayLike) -> Floats:
-        """Values of the free parameters (..., P) as a fit sees them: logarithms of what changes by factors."""
-        values = np.asarray(values, dtype=np.float64)
-        return np.where(self._by_factor, np.log(np.maximum(np.abs(values), 1e-300)), values)
+        """Values of the free parameters (..., P) as a fit sees them: 0..1 over their intervals, by factors where fit."""
+        low, high = self._ends
+        return np.asarray((self._scaled(values) - low) / (high - low))
 
     def values(self, unknowns: ArrayLike) -> Floats:
         """The inverse of `unknowns`."""
-        x = np.asarray(unknowns, dtype=np.float64)
+        low, high = self._ends
+        x = low + np.asarray(unknowns, dtype=np.float64) * (high - low)
         sign = np.sign([p.min + p.max for p in self.parameters])
         return np.asarray(np.where(self._by_factor, sign * np.exp(np.where(self._by_factor, x, 0.0)), x))
-
-    @cached_property
-    def bounds(self) -> tuple[Floats, Floats]:
-        """Least and greatest unknowns, (P,)."""
-        ends = np.stack(
-            [self.unknowns([p.min for p in self.parameters]), self.unknowns([p.max for p in self.parameters])]
-        )
-        return ends.min(axis=0), ends.max(axis=0)
 
     @cached_property
     def simulated(self) -> Scene:
@@ -180,40 +183,33 @@ class MuscleTable:
             pulleys("rest_angle"), float(rows(model.v_max).flat[0]), float(rows(model.damping).flat[0]),
         )  # fmt: skip
 
-    def forces(self, activation: Floats, angle: Floats, speed: Floats) -> Floats:
-        """Tensions, N, (Z, ..., M) at activations (..., M) or one for all, angles and speeds (..., J)."""
-        offset = angle[None, ..., None, :] - _spread(self.rest_angle, angle.ndim)
-        arm = _spread(self.moment_arm, angle.ndim)
-        length = _spread(self.rest_length, angle.ndim - 1) - np.sum(arm * offset, axis=-1)
-        rate = -np.sum(arm * speed[None, ..., None, :], axis=-1)
+    def forces(self, activation: Floats | float, angle: Floats, speed: Floats) -> Floats:
+        """Tensions (Z, S, M), N, at activations (S, M) or one for all, angles and speeds (S, J)."""
+        arm = self.moment_arm[:, None]
+        offset = angle[None, :, None, :] - self.rest_angle[:, None]
+        length = self.rest_length[:, None] - np.sum(arm * offset, axis=-1)
+        rate = -np.sum(arm * speed[None, :, None, :], axis=-1)
 
-        def flat(values: ArrayLike) -> wp.array:
-            full = np.broadcast_to(np.asarray(values, dtype=np.float64), length.shape)
-            return wp.array(full.ravel().astype(np.float32), dtype=float, device="cpu")
+        def flat(values: Floats | float) -> wp.array:
+            full = np.broadcast_to(np.asarray(values, dtype=np.float32), length.shape)
+            return wp.array(full.ravel(), dtype=float, device="cpu")
 
-        per_muscle = [flat(_spread(v, angle.ndim - 1)) for v in (self.l_opt, self.l_slack, self.width)]
+        per_muscle = [flat(values[:, None]) for values in (self.l_opt, self.l_slack, self.width)]
         out = wp.map(
             rigid_force, self.model, flat(activation), flat(length), flat(rate), *per_muscle, self.v_max,
             self.fibre_damping,
         )  # fmt: skip
-        return np.asarray(out.numpy().reshape(length.shape).astype(np.float64) * _spread(self.f_max, angle.ndim - 1))
+        return np.asarray(out.numpy().reshape(length.shape).astype(np.float64) * self.f_max[:, None])
 
-    def torques(self, activation: Floats, angle: Floats, speed: Floats) -> Floats:
-        """Torques, N m, of every muscle about every joint, (Z, ..., M, J)."""
-        force = self.forces(activation, angle, speed)
-        return np.asarray(force[..., None] * _spread(self.moment_arm, angle.ndim))
+    def torques(self, activation: Floats | float, angle: Floats, speed: Floats) -> Floats:
+        """Torques (Z, S, M, J), N m, of every muscle about every joint."""
+        return np.asarray(self.forces(activation, angle, speed)[..., None] * self.moment_arm[:, None])
 
 
 def _rest_length(muscle: Muscle) -> Any:
     if muscle.rest_length is None:
         raise SceneError("a muscle without pulleys cannot be fitted to motions", key="character.muscles")
     return muscle.rest_length
-
-
-def _spread(values: Floats, axes: int) -> Floats:
-    """(Z, M, ...) arrays with singleton axes after Z, so that they meet (Z, ..., M, ...) of so many axes in all."""
-    missing = axes + 1 - values.ndim
-    return values.reshape(values.shape[:1] + (1,) * max(missing, 0) + values.shape[1:])
 
 
 def states(arm: Arm, motions: Motions) -> tuple[Floats, Floats, Floats]:

@@ -18,9 +18,10 @@ from warpmuscle.throw.motion import Motions
 
 SPARE = 0.7  # of its strength a muscle may need at most
 HINGE = 3.0  # weight of what it needs beyond, against an error of torque
-PRIOR = 0.02  # weight of a parameter's distance from its start, in fifths of its interval
-FIFTH = 0.2
+PRIOR = 0.1  # weight of a parameter's distance from its start, in parts of its interval
+SCATTER = 0.1  # of the starts, in the same parts
 STRIDE = 3  # samples
+EDGE = 5  # samples at both ends of a motion, where second derivatives are not to be trusted
 STARTS = 4
 STEP = 1e-3  # of the difference quotients, wide enough for forces in single precision
 
@@ -43,14 +44,12 @@ def fit_equations(
         activation: (n, T, M) as extracted.
     """
     problem = _Problem(arm, motions, activation, start)
-    low, high = arm.bounds
-    inner = 1e-6 * (high - low)
     rng = np.random.default_rng(seed)
     best = None
     for number in range(starts):
-        x = start if number == 0 else start + rng.normal(size=start.shape) * 0.5 * FIFTH * (high - low)
+        x = start if number == 0 else start + rng.normal(size=start.shape) * SCATTER
         found = least_squares(
-            problem.residuals, np.clip(x, low + inner, high - inner), problem.jacobian, (low, high),
+            problem.residuals, np.clip(x, 1e-6, 1.0 - 1e-6), problem.jacobian, (0.0, 1.0),
             max_nfev=60, ftol=1e-5, xtol=1e-5,
         )  # fmt: skip
         if best is None or found.cost < best.cost:
@@ -63,18 +62,20 @@ class _Problem:
     """Residuals of the equations of motion for sets of parameters."""
 
     def __init__(self, arm: Arm, motions: Motions, activation: Floats, start: Floats) -> None:
-        inside = motions.valid[:, ::STRIDE].ravel() > 0.0
+        counted = motions.valid > 0.0
+        counted[:, :EDGE] = False
+        ends = motions.valid.sum(axis=1)[:, None] - EDGE
+        counted &= np.arange(counted.shape[1]) < ends
+        counted[:, np.arange(counted.shape[1]) % STRIDE != 0] = False
 
         def samples(values: Floats) -> Floats:
-            return np.asarray(values[:, ::STRIDE].reshape(len(inside), -1)[inside])
+            return np.asarray(values[counted])
 
         self._arm, self._start = arm, start
         self._angle, self._speed = samples(motions.angles[0]), samples(motions.angles[1])
         self._needed = samples(needed_torques(arm, motions))[:, arm.free]
         self._activation = samples(activation)
         self._scale = np.maximum(self._needed.std(axis=0), 1e-6) * np.sqrt(self._needed.shape[0])
-        low, high = arm.bounds
-        self._width = FIFTH * np.maximum(high - low, 1e-12)
 
     def residuals(self, unknowns: Floats) -> Floats:
         """(R,) of one set of parameters."""
@@ -82,7 +83,7 @@ class _Problem:
 
     def jacobian(self, unknowns: Floats) -> Floats:
         """(R, P) by differences, all at once."""
-        step = np.where(unknowns > np.mean(self._arm.bounds, axis=0), -STEP, STEP)
+        step = np.where(unknowns > 0.5, -STEP, STEP)
         moved = np.concatenate([unknowns[None], unknowns + np.diag(step)])
         values = self._batch(moved)
         return np.asarray(((values[1:] - values[0]) / step[:, None]).T)
@@ -91,11 +92,11 @@ class _Problem:
         table, free = self._arm.muscle_table(unknowns), self._arm.free
         made = table.torques(self._activation, self._angle, self._speed)[..., free]
         error = (made.sum(axis=-2) - self._needed) / self._scale
-        most = table.torques(np.ones(1), self._angle, self._speed)[..., free]
-        passive = table.torques(np.zeros(1), self._angle, self._speed)[..., free]
+        most = table.torques(1.0, self._angle, self._speed)[..., free]
+        passive = table.torques(0.0, self._angle, self._speed)[..., free]
         active, wanted = SPARE * (most - passive), self._needed - passive.sum(axis=-2)
         upper, lower = np.maximum(active, 0.0).sum(axis=-2), np.minimum(active, 0.0).sum(axis=-2)
         beyond = (np.maximum(wanted - upper, 0.0) + np.minimum(wanted - lower, 0.0)) / self._scale
         count = len(unknowns)
-        prior = PRIOR * (unknowns - self._start) / self._width
+        prior = PRIOR * (unknowns - self._start)
         return np.concatenate([error.reshape(count, -1), HINGE * beyond.reshape(count, -1), prior], axis=1)

@@ -34,13 +34,14 @@ class Settings:
     closer to it, and the less accurate the motion.
     """
 
-    fidelity: float = 1e-3
+    fidelity: float = 3e-3
     smoothness: float = 1e-4  # price of second differences of signals
-    prior: float = 1e-3  # price of a parameter's distance from its start, in fifths of its interval
+    prior: float = 0.025  # price of a parameter's distance from its start, in parts of its interval
     parameter_steps: int = 20
     early_steps: int = 8
     common_steps: int = 15
     signal_steps: int = 12
+    tolerance: float = 5e-3  # relative gain of a step, below which it is enough
     common: bool = True  # whether parameters and signals are fitted together
     starts: int = 4
     seed: int = 0
@@ -153,15 +154,16 @@ class _Fitting:
             self._own[which], np.zeros(size), np.ones(size), SIGNAL_STEP, None,
             [Prior(s.fidelity * np.eye(size), self._extracted[which]), Prior(self._smoothness(), np.zeros(size))], own,
         )  # fmt: skip
-        low, high = follower.arm.bounds
-        width = np.maximum(high - low, 1e-12)
-        prior = Prior(np.diag(s.prior / (0.2 * width) ** 2), self._start)
-        parameters = Unknowns(self._shared, low, high, PARAMETER_STEP, DAMPED * width, [prior], shared)
+        count = len(self._shared)
+        prior = Prior(s.prior * np.eye(count), self._start)
+        parameters = Unknowns(
+            self._shared, np.zeros(count), np.ones(count), PARAMETER_STEP, np.full(count, DAMPED), [prior], shared
+        )
 
         def residuals(rows: NDArray[np.intp], x: Floats, z: Floats) -> Floats:
             return follower.residuals(which[rows], x, z)
 
-        return fit(residuals, signals, parameters, iterations=steps, damping=damping, tolerance=1e-3)
+        return fit(residuals, signals, parameters, iterations=steps, damping=damping, tolerance=s.tolerance)
 
     def _smoothness(self) -> Floats:
         """Sum of squared second differences of the signals at their knots, (size, size)."""

@@ -1,9 +1,10 @@
 """Recorded motions: angles of joints over time from tables or NumPy files, resampled and differentiated.
 
 A table (CSV, or OpenSim's .mot and .sto) has a header and a row a sample: a column of time (`time`, `time_s` or `t`, in
-s) and one for each joint, named by it, such as `elbow`, `elbow_deg` or `elbow_flexion_rad`. Without `_deg` or `_rad`, angles beyond 2 pi mean degrees.
-Optional, else zero: the trunk's pitch as `trunk_pitch_deg`, or the angle of the upper arm to gravity as
-`shoulder_flexion_gravity_deg`, from which it follows; the shoulder's place as `shoulder_forward_m`, `shoulder_up_m`.
+s) and one for each joint, named by it, such as `elbow`, `elbow_deg` or `elbow_flexion_rad`. Without `_deg` or `_rad`,
+angles beyond 2 pi mean degrees. Optional, else zero: how far the trunk leans forwards as `trunk_pitch_deg`, or the
+angle of the upper arm to gravity as `shoulder_flexion_gravity_deg`, from which that follows; the shoulder's place as
+`shoulder_forward_m`, `shoulder_up_m`.
 
 A `.npz` file holds M motions: `time` (T,), and (M, T) arrays named as those columns, of degrees unless `_rad`;
 `trial` (M,) names them; keypoints in m, x forward and z up, as `keypoint_pos_m` (M, T, k, 3) with names `keypoints`

@@ -59,7 +59,7 @@ def check_limits(arm: Arm, motion: Motion) -> None:
         if angle[frame] > high + BEYOND or angle[frame] < low - BEYOND:
             raise SignalError(
                 f"motion {motion.name}: {name} is at {np.degrees(angle[frame]):.1f} deg after "
-                f"{motion.time[frame]:.3g} s, beyond its limits of {np.degrees(low):.0f} and {np.degrees(high):.0f} deg in the scene"
+                f"{motion.time[frame]:.3g} s, beyond its limits of {np.degrees(low):.0f} and {np.degrees(high):.0f} deg"
             )
 
 

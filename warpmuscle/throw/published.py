@@ -146,21 +146,20 @@ class _Published:
         alone = replace(arm, prescribed=tuple(other for other in arm.joints if other != name))
         simulator = Simulator(alone, self._motions, device=self._device, threads=self._threads)
         own = self._own_parameters(name)
-        low, high = (end[own] for end in arm.bounds)
         excitation = self._synergies.excitation(self._synergies.signals).transpose(0, 2, 1)
         place = arm.joints.index(name)
 
         def r2(which: NDArray[np.intp], cube: Floats) -> Floats:
             values = unknowns[which].copy()
-            values[:, own] = low + cube * (high - low)
+            values[:, own] = cube
             angle, _ = simulator.run(which, self._motions.time, excitation[which], arm.values(values))
             recorded, valid = self._motions.angles[0][which], self._motions.valid[which]
             return determination(angle[:, :, [place]], recorded[:, :, [place]], valid)[:, 0]
 
-        start = np.clip((unknowns[:, own] - low) / (high - low), 0.0, 1.0)
+        start = np.clip(unknowns[:, own], 0.0, 1.0)
         best = _minimize(lambda which, cube: np.minimum(1.0 - r2(which, cube), WORST), start, evaluations)
         result = unknowns.copy()
-        result[:, own] = low + best * (high - low)
+        result[:, own] = best
         reached = r2(np.arange(len(best)), best)
         self._others += simulator.simulations
         return result, reached

@@ -68,8 +68,8 @@ def computed_activation(arm: Arm, motions: Motions, unknowns: Floats) -> tuple[F
     table = arm.muscle_table(unknowns[None])
     count, samples = motions.pitch[0].shape
     angle, speed = (motions.angles[k].reshape(count * samples, -1) for k in (0, 1))
-    passive = table.forces(np.zeros(1), angle, speed)[0]
-    active = np.maximum(table.forces(np.ones(1), angle, speed)[0] - passive, 0.0)
+    passive = table.forces(0.0, angle, speed)[0]
+    active = np.maximum(table.forces(1.0, angle, speed)[0] - passive, 0.0)
     moment_arm = table.moment_arm[:, :, arm.free].transpose(0, 2, 1)
     torque = needed_torques(arm, motions)[:, :, arm.free].reshape(count * samples, -1)
     inside = motions.valid.reshape(-1, 1)

@@ -181,7 +181,8 @@ class Thrower:
         price = Prior(PRICE * np.eye(size), self._own[places][None])
         unknowns = Unknowns(own[None], np.zeros(size), np.ones(size), 1e-3, None, [price])
         nothing = Unknowns(np.zeros(1), np.zeros(1), np.ones(1), 1.0, free=False)
-        return fit(residuals, unknowns, nothing, iterations=steps, damping=1.0, tolerance=1e-5).own[0].copy()
+        found = fit(residuals, unknowns, nothing, iterations=steps, damping=1.0, tolerance=1e-5)
+        return np.asarray(found.own[0])
 
     def _replay(self, signals: Floats) -> Replay:
         return self._follower.replay(np.zeros(len(signals), dtype=np.intp), signals, self._shared)
