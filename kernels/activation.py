@@ -37,6 +37,21 @@ def activation_relaxed(activation: float, excitation: float, rate: float, time_s
 
 
 @wp.func
+def neural_step(activation: float, neural: float, excitation: float, rest: float, neural_rest: float, mix: float):
+    """Activation a and neural signal e after a step of e' = (u - e)/tau_ne, a' = (e - a)/tau (Cruz Ruiz 2015, eq. 11).
+
+    Exact for an excitation u that does not change within the step:
+
+        a = u + (a - u) A + (e - u) tau_ne/(tau_ne - tau) (E - A),    A = exp(-h/tau), E = exp(-h/tau_ne)
+
+    Args:
+        rest: A. neural_rest: E. mix: tau_ne/(tau_ne - tau) (E - A).
+    """
+    a = excitation + (activation - excitation) * rest + (neural - excitation) * mix
+    return wp.vec2(a, excitation + (neural - excitation) * neural_rest)
+
+
+@wp.func
 def delayed_slot(step: int, delay_steps: int, capacity: int) -> int:
     """Slot of a ring buffer that was written `delay_steps` steps ago.
 

@@ -7,7 +7,7 @@ import warp as wp
 
 from warpmuscle.kernels.lanes import synchronize
 from warpmuscle.kernels.simbicon import pd_error
-from warpmuscle.kernels.spatial import full, symmetric, symmetric_part
+from warpmuscle.kernels.spatial import full, symmetric, symmetric_outer, symmetric_part
 from warpmuscle.kernels.structs import BALL, BY_TORQUE, MIXED, UNIVERSAL, Model, State, Work, at
 
 
@@ -92,6 +92,28 @@ def mixed_torque(instance: int, body: int, model: Model, state: State, work: Wor
     torque += passive * passive_torque(rotation * error, work.joint_velocity[body], stiffness, damping)
     work.torque[body] = torque
     work.stiffness[body] = symmetric_part(inertia)
+
+
+@wp.func
+def implicit_damping_stage(instance: int, lane: int, lanes: int, model: Model, state: State, work: Work):
+    """Add the damping of muscles, linearised over the step, to the implicit inertia of their joints: h d r r^T.
+
+    What a muscle's shortening at one joint does about another one stays explicit, which is stable for two joints. Ends
+    with a barrier.
+    """
+    paths = model.paths
+    for i in range(1 + lane, model.body_count, lanes):
+        drive = model.actuation.drive[i]
+        if drive != BY_TORQUE:
+            inertia = symmetric(0.0)
+            for crossing in range(paths.crossing_start[i], paths.crossing_start[i + 1]):
+                damping = state.muscles.damping[instance, paths.crossing_muscle[crossing]]
+                inertia += symmetric_outer(state.muscles.moment_arm[instance, crossing], damping * model.time_step)
+            if drive == MIXED:
+                by_muscles = joint_projector(instance, i, model.actuation.by_muscles[i], model, work)
+                inertia = symmetric_part(by_muscles * full(inertia) * wp.transpose(by_muscles))
+            work.stiffness[i] = work.stiffness[i] + inertia
+    synchronize()
 
 
 @wp.func

@@ -1,13 +1,17 @@
 """Normalised curves of Hill-type muscles: active and passive force-length, force-velocity, tendon force-strain.
 
 Forces are over f_max, fibre lengths over l_opt, speeds over v_max and positive when lengthening, tendon strains
-l_tendon/l_slack - 1. `model` is LEE, THELEN, MILLARD or DE_GROOTE:
+l_tendon/l_slack - 1. `model` is one of
 
 - LEE: Lee 2014 as in Bergmann 2017, eq. 4-6. That source treats the tendon as rigid; Thelen's curve stands in.
 - THELEN: Thelen 2003 with the constants of OpenSim 4.6.
 - MILLARD: Millard 2013 with the default curves of OpenSim 4.6's Millard2012EquilibriumMuscle.
 - DE_GROOTE: De Groote 2016 with the constants of OpenSim 4.6, which corrected them so that f_l(1) = f_v(0) = 1,
   f_v(-1) = 0, and the tendon is slack at strain 0.
+- THELEN_EXPLICIT: Thelen's with a force-velocity curve that does not depend on the activation: (1 + v)/(1 - 4 v)
+  shortening, (1 + 35 v)/(1 + 25 v) lengthening (Thelen 2003, eq. 6 and 7 at full activation, solved for the force).
+- SARSHARI: Sarshari 2018 (thesis, EPFL), as the CusToM toolbox (Muller 2019) has them: a bell of width 0.0955, and a
+  force-velocity curve that is 0.955 at rest. Thelen's tendon.
 """
 
 import math
@@ -16,7 +20,7 @@ import warp as wp
 
 from warpmuscle.kernels.millard import millard_active, millard_passive, millard_tendon, millard_velocity
 
-LEE, THELEN, MILLARD, DE_GROOTE = 0, 1, 2, 3
+LEE, THELEN, MILLARD, DE_GROOTE, THELEN_EXPLICIT, SARSHARI = 0, 1, 2, 3, 4, 5
 
 PASSIVE_STRAIN = 0.6  # at f_max: LEE, THELEN and DE_GROOTE
 GROOTE_FLOOR = math.exp(4.0 * (0.2 - 1.0) / PASSIVE_STRAIN)  # passive force is zero at length 0.2
@@ -122,6 +126,20 @@ def groote_velocity(speed: float) -> wp.vec2:
 
 
 @wp.func
+def sarshari_passive(length: float) -> float:
+    """0.067 exp(3.832 (l - 1)) + 0.00378 (Sarshari 2018)."""
+    return 0.067 * wp.exp(3.832 * (length - 1.0)) + 0.00378
+
+
+@wp.func
+def sarshari_velocity(speed: float) -> wp.vec2:
+    """1.9108/(1 + exp(-4.994 v)), and its slope (Sarshari 2018)."""
+    fade = wp.exp(-4.994 * speed)
+    part = 1.0 / (1.0 + fade)
+    return wp.vec2(1.9108 * part, wp.static(1.9108 * 4.994) * fade * part * part)
+
+
+@wp.func
 def groote_speed(force: float) -> float:
     """Inverse of `groote_velocity`."""
     return (wp.sinh((force - 0.8825327733249912) / -0.3211346127989808) + 0.374) / -8.149
@@ -167,6 +185,8 @@ def active_force_length(model: int, length: float) -> float:
         return millard_active(length)
     if model == DE_GROOTE:
         return groote_active(length)
+    if model == SARSHARI:
+        return gaussian_active(length, 0.0955)
     return gaussian_active(length, wp.where(model == LEE, 0.5, 0.45))
 
 
@@ -177,8 +197,10 @@ def passive_force_length(model: int, length: float) -> float:
         return millard_passive(length)
     if model == DE_GROOTE:
         return groote_passive(length)
-    if model == THELEN:
+    if model == THELEN or model == THELEN_EXPLICIT:  # noqa: SIM109, device code
         return thelen_passive(length)
+    if model == SARSHARI:
+        return sarshari_passive(length)
     return lee_passive(length)
 
 
@@ -187,8 +209,9 @@ def force_velocity_slope(model: int, speed: float, activation: float) -> wp.vec2
     """Force-velocity multiplier and its derivative by speed.
 
     Args:
-        activation: used by THELEN only, where a fibre shortens at most at 0.25 + 0.75 a. There and with LEE and
-            DE_GROOTE the multiplier is negative for faster shortening, with MILLARD it stays zero.
+        activation: used by THELEN only, where a fibre shortens at most at 0.25 + 0.75 a. There and with LEE,
+            THELEN_EXPLICIT and DE_GROOTE the multiplier is negative for faster shortening, with MILLARD it stays zero,
+            and with SARSHARI it is positive at any speed.
     """
     if model == MILLARD:
         return millard_velocity(speed)
@@ -198,6 +221,10 @@ def force_velocity_slope(model: int, speed: float, activation: float) -> wp.vec2
         scale = 1.0 / (0.25 + 0.75 * activation)
         scaled = thelen_velocity(speed * scale)
         return wp.vec2(scaled[0], scaled[1] * scale)
+    if model == THELEN_EXPLICIT:
+        return hyperbolic_velocity(speed, 0.25, 1.4)
+    if model == SARSHARI:
+        return sarshari_velocity(speed)
     return hyperbolic_velocity(speed, 0.3, 1.8)
 
 
@@ -209,13 +236,17 @@ def force_velocity(model: int, speed: float, activation: float) -> float:
 
 @wp.func
 def force_velocity_inverse(model: int, force: float, activation: float) -> float:
-    """Speed at which the force-velocity multiplier is `force`; LEE: less than 1.8."""
+    """Speed at which the force-velocity multiplier is `force`, which is less than the greatest one."""
     if model == MILLARD:
         return millard_speed(force)
     if model == DE_GROOTE:
         return groote_speed(force)
     if model == THELEN:
         return thelen_speed(force) * (0.25 + 0.75 * activation)
+    if model == THELEN_EXPLICIT:
+        return hyperbolic_speed(force, 0.25, 1.4)
+    if model == SARSHARI:
+        return -wp.log(1.9108 / force - 1.0) / 4.994
     return hyperbolic_speed(force, 0.3, 1.8)
 
 

@@ -115,6 +115,18 @@ def fibre_force(model: int, activation: float, length: float, speed: float, damp
 
 
 @wp.func
+def fibre_damping(model: int, activation: float, length: float, speed: float, damping: float) -> float:
+    """Derivative of `fibre_force` by speed, over f_max and v_max; 0 where the force is at a bound."""
+    if wp.abs(speed) > LARGEST_SPEED:
+        return 0.0
+    active = activation * active_force_length(model, length)
+    curve = force_velocity_slope(model, speed, activation)
+    if active * curve[0] + bounded_passive(model, length) + damping * speed <= 0.0:
+        return 0.0
+    return active * curve[1] + damping
+
+
+@wp.func
 def rigid_force(
     model: int, activation: float, mt_length: float, mt_speed: float,
     l_opt: float, l_slack: float, width: float, v_max: float, damping: float,

@@ -5,7 +5,7 @@ Bergmann 2017, section 5.1, after Geijtenbeek 2013.
 
 import warp as wp
 
-from warpmuscle.kernels.activation import activation_rate, activation_relaxed, delayed_slot
+from warpmuscle.kernels.activation import activation_rate, activation_relaxed, delayed_slot, neural_step
 from warpmuscle.kernels.structs import CLIP, DROP, Model, Muscles, MuscleState, State, Work, at
 
 SMALLEST_ARM = 1.0e-6  # m
@@ -93,3 +93,20 @@ def activated(
         a = excitation + (a - excitation) * at(muscles.fall_rest, instance, muscle)
     state.activation[instance, muscle] = a
     return a
+
+
+@wp.func
+def neurally_activated(instance: int, muscle: int, excitation: float, muscles: Muscles, state: MuscleState) -> float:
+    """The same by way of a neural signal, which rises or falls as it ends up above or below the activation."""
+    a = state.activation[instance, muscle]
+    e = state.neural[instance, muscle]
+    neural_rest = at(muscles.neural_rest, instance, muscle)
+    rest = at(muscles.rise_rest, instance, muscle)
+    mix = at(muscles.rise_mix, instance, muscle)
+    if excitation + (e - excitation) * neural_rest < a:
+        rest = at(muscles.fall_rest, instance, muscle)
+        mix = at(muscles.fall_mix, instance, muscle)
+    after = neural_step(a, e, excitation, rest, neural_rest, mix)
+    state.activation[instance, muscle] = after[0]
+    state.neural[instance, muscle] = after[1]
+    return after[0]

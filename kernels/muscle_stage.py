@@ -9,12 +9,13 @@ from typing import Any, NamedTuple
 import warp as wp
 
 from warpmuscle.kernels.activation import activation_step
-from warpmuscle.kernels.actuation import actuation_stage
+from warpmuscle.kernels.actuation import actuation_stage, implicit_damping_stage
 from warpmuscle.kernels.lanes import synchronize
 from warpmuscle.kernels.muscle import (
     bounded_fibre_length,
     compliant_force,
     compliant_step,
+    fibre_damping,
     fibre_equilibrium,
     fibre_force,
     legacy_force,
@@ -24,9 +25,9 @@ from warpmuscle.kernels.muscle import (
     switched_fibre_length,
     switched_fibre_speed,
 )
-from warpmuscle.kernels.muscle_control import activated, delayed, desired_force, timed_excitation
+from warpmuscle.kernels.muscle_control import activated, delayed, desired_force, neurally_activated, timed_excitation
 from warpmuscle.kernels.objective_terms import MuscleWork, muscle_terms_of
-from warpmuscle.kernels.path import Stretch, joint_velocities, muscle_stretch
+from warpmuscle.kernels.path import Stretch, joint_velocities, stretch_of
 from warpmuscle.kernels.structs import Model, Record, State, Work, at
 
 RIGID, SWITCH, COMPLIANT = 0, 1, 2  # tendons
@@ -36,9 +37,12 @@ HILL, LEGACY, IDEAL = 0, 1, 2  # laws
 class MuscleKind(NamedTuple):
     """What is compiled into a step."""
 
-    curves: int  # LEE, THELEN, MILLARD or DE_GROOTE
+    curves: int  # LEE ... SARSHARI, see `curves.py`
     tendon: int  # RIGID, SWITCH or COMPLIANT
     law: int  # HILL, LEGACY or IDEAL
+    pulleys: bool = False  # some muscles run on pulleys
+    neural: bool = False  # neural dynamics before that of the activation
+    implicit: bool = False  # damping linearised over the step, with rigid tendons
 
 
 @wp.struct
@@ -48,10 +52,11 @@ class Contraction:
     length: float  # m
     speed: float  # m/s
     force: float  # N, along the tendon
+    damping: float  # N s/m, of the force by the speed of the path, if implicit
 
 
 @cache
-def contraction_of(curves: int, tendon: int) -> Any:
+def contraction_of(curves: int, tendon: int, implicit: bool = False) -> Any:
     """The Warp function (instance, muscle, activation, stretch, model, state) -> Contraction of a kind of muscles."""
 
     @wp.func
@@ -71,6 +76,10 @@ def contraction_of(curves: int, tendon: int) -> Any:
         speed = c.speed / (at(muscles.v_max, instance, m) * l_opt)
         force = fibre_force(curves, activation, x, speed, at(muscles.damping, instance, m))
         c.force = at(muscles.f_max, instance, m) * force * pennation_cosine(c.length, width)
+        if wp.static(implicit):
+            cosine = pennation_cosine(c.length, width)
+            slope = fibre_damping(curves, activation, x, speed, at(muscles.damping, instance, m)) * cosine * cosine
+            c.damping = slope * at(muscles.f_max, instance, m) / (at(muscles.v_max, instance, m) * l_opt)
         return c
 
     @wp.func
@@ -131,8 +140,9 @@ def muscle_stage_of(kind: MuscleKind, terms: tuple[str, ...] = (), recorded: boo
         recorded: whether frames hold what the muscles do.
     """
     add_terms = muscle_terms_of(terms)
-    contraction = contraction_of(kind.curves, kind.tendon)
-    law = kind.law
+    contraction = contraction_of(kind.curves, kind.tendon, kind.implicit)
+    stretch_stage = stretch_of(kind.pulleys)
+    law, neural, implicit = kind.law, kind.neural, kind.implicit
 
     @wp.func
     def one_muscle(instance: int, m: int, frame: int, model: Model, state: State, record: Record, work: Work):
@@ -141,7 +151,7 @@ def muscle_stage_of(kind: MuscleKind, terms: tuple[str, ...] = (), recorded: boo
         desired = wp.float32(0.0)
         if wp.static(law == LEGACY) and step > 0:
             desired = desired_force(instance, m, model, state, work)  # with the moment arms of the step before
-        stretch = muscle_stretch(instance, m, model, state, work, state.muscles.moment_arm)
+        stretch = stretch_stage(instance, m, model, state, work, state.muscles.moment_arm)
         if wp.static(law != LEGACY) or step == 0:
             desired = desired_force(instance, m, model, state, work)
         f_max = at(muscles.f_max, instance, m)
@@ -162,9 +172,14 @@ def muscle_stage_of(kind: MuscleKind, terms: tuple[str, ...] = (), recorded: boo
                 state.muscles.activation[instance, m] = a
                 c = legacy_contraction(instance, m, a, stretch, model, state)
             else:
-                a = activated(instance, m, excitation, model.time_step, muscles, state.muscles)
+                if wp.static(neural):
+                    a = neurally_activated(instance, m, excitation, muscles, state.muscles)
+                else:
+                    a = activated(instance, m, excitation, model.time_step, muscles, state.muscles)
                 c = contraction(instance, m, a, stretch, model, state)
         state.muscles.force[instance, m] = c.force
+        if wp.static(implicit):
+            state.muscles.damping[instance, m] = c.damping
         w = MuscleWork()
         w.activation = state.muscles.activation[instance, m]
         w.excitation = excitation
@@ -191,5 +206,7 @@ def muscle_stage_of(kind: MuscleKind, terms: tuple[str, ...] = (), recorded: boo
             one_muscle(instance, m, frame, model, state, record, work)
         synchronize()
         actuation_stage(instance, lane, lanes, model, state, work)
+        if wp.static(implicit):
+            implicit_damping_stage(instance, lane, lanes, model, state, work)
 
     return muscle_stage

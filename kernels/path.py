@@ -14,7 +14,13 @@ is longer, so blend slowly where a point makes a long detour.
 A moment arm is a vector r, world axes, with the torque F r on the joint's parent and -F r on its child; the path
 lengthens at r . w with the angular velocity w of the child relative to the parent. (OpenSim's moment arm of a
 coordinate, -dl/dq, is minus the component of r along its axis.)
+
+A path on pulleys has no points: l = l_rest - sum of r_k (q_k - q_rest) with constant moment arms r_k of the joint
+angles that it runs over (Cruz Ruiz 2015, eq. 3).
 """
+
+from functools import cache
+from typing import Any
 
 import warp as wp
 
@@ -208,3 +214,47 @@ def muscle_stretch(
             weight = segment_weight(instance, segment, 0, model, state, paths, work)
         total.moving += length * weight.value
     return total
+
+
+@wp.func
+def pulley_stretch(
+    instance: int, muscle: int, model: Model, state: State, work: Work, arm: wp.array2d[wp.vec3]
+) -> Stretch:
+    """The same of a path on pulleys."""
+    paths = model.paths
+    total = Stretch()
+    total.fixed = at(paths.fixed_length, instance, muscle)
+    for k in range(paths.pulley_start[muscle], paths.pulley_start[muscle + 1]):
+        crossing = paths.pulley_crossing[k]
+        joint = paths.crossing_joint[crossing]
+        axis = paths.pulley_axis[k]
+        pulley = at(paths.pulley, instance, k)
+        angle = state.coordinates[instance, model.skeleton.coordinate_start[joint] + axis]
+        total.moving -= pulley[0] * (angle - pulley[1])
+        r = coordinate_gradient(instance, joint, axis, model, work) * -pulley[0]
+        total.speed += wp.dot(r, work.joint_velocity[joint])
+        if paths.pulley_first[k] == 0:
+            r += arm[instance, crossing]
+        arm[instance, crossing] = r
+    return total
+
+
+@cache
+def stretch_of(pulleys: bool) -> Any:
+    """The Warp function of the length and speed of a path, see `muscle_stretch`.
+
+    Args:
+        pulleys: whether there are paths on pulleys.
+    """
+    if not pulleys:
+        return muscle_stretch
+
+    @wp.func
+    def any_stretch(
+        instance: int, muscle: int, model: Model, state: State, work: Work, arm: wp.array2d[wp.vec3]
+    ) -> Stretch:
+        if model.paths.pulley_start[muscle + 1] > model.paths.pulley_start[muscle]:
+            return pulley_stretch(instance, muscle, model, state, work, arm)
+        return muscle_stretch(instance, muscle, model, state, work, arm)
+
+    return any_stretch

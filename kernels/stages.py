@@ -15,7 +15,7 @@ from warpmuscle.kernels.dynamics import acceleration_stage, body_inertia, inerti
 from warpmuscle.kernels.kinematics import kinematics_stage
 from warpmuscle.kernels.lanes import work_at
 from warpmuscle.kernels.muscle_stage import MuscleKind, muscle_stage_of
-from warpmuscle.kernels.path import joint_velocities, muscle_stretch
+from warpmuscle.kernels.path import joint_velocities, stretch_of
 from warpmuscle.kernels.simbicon import control_stage
 from warpmuscle.kernels.spatial import symmetric, symmetric_times
 from warpmuscle.kernels.structs import BALL, ROOT_FREE, UNIVERSAL, Model, Record, State, Work, at
@@ -90,6 +90,9 @@ def contact_forces(
         moment[i, body] = total.moment - wp.cross(c, total.force)
 
 
+any_stretch = stretch_of(True)
+
+
 @wp.kernel
 def muscle_paths(
     # in
@@ -107,7 +110,7 @@ def muscle_paths(
     kinematics_stage(i, 0, 1, model, state, work)
     joint_velocities(0, 1, model, work)
     for muscle in range(model.muscles.count):
-        stretch = muscle_stretch(i, muscle, model, state, work, arm)
+        stretch = any_stretch(i, muscle, model, state, work, arm)
         length[i, muscle] = stretch.fixed + stretch.moving
         speed[i, muscle] = stretch.speed
 

@@ -128,7 +128,8 @@ class Paths:
     """Paths of all muscles, one behind the other; a crossing is a pair of a joint and a muscle that acts on it.
 
     Crossings are sorted by joint, so that a joint gathers its own muscles. Joints are named by the body they carry.
-    Segments that lie within one body and always count are part of a muscle's fixed length and not listed.
+    Segments that lie within one body and always count are part of a muscle's fixed length and not listed; so is the
+    rest length of a muscle on pulleys.
     """
 
     fixed_length: wp.array2d[float]  # (rows, muscles) m
@@ -152,6 +153,11 @@ class Paths:
     crossing_muscle: wp.array[int]  # (crossings,)
     muscle_crossing_start: wp.array[int]  # (muscles + 1,)
     muscle_crossing: wp.array[int]  # (crossings,) the crossings of a muscle, nearest to the root first
+    pulley_start: wp.array[int]  # (muscles + 1,) pulleys of muscle m are pulley_start[m]..pulley_start[m + 1] - 1
+    pulley_crossing: wp.array[int]  # (pulleys,)
+    pulley_axis: wp.array[int]  # (pulleys,) which of the joint's coordinates
+    pulley_first: wp.array[int]  # (pulleys,) 1: no pulley before belongs to the crossing
+    pulley: wp.array2d[wp.vec2]  # (rows, pulleys) moment arm, m, and rest angle, rad
 
 
 @wp.struct
@@ -159,7 +165,7 @@ class Muscles:
     """What stays the same of the muscles."""
 
     count: int
-    model: int  # LEE, THELEN, MILLARD or DE_GROOTE; the fused step has it compiled in
+    model: int  # LEE ... SARSHARI, see `curves.py`; the fused step has it compiled in
     negative: int  # KEEP, DROP or CLIP
     scaled_rates: int  # 1: the rates of activation depend on the activation
     f_max: wp.array2d[float]  # (rows, muscles) N
@@ -173,6 +179,9 @@ class Muscles:
     slow_fibres: wp.array2d[float]  # (rows, muscles) fraction of slow-twitch fibres
     rise_rest: wp.array2d[float]  # (rows, muscles) exp(-h/rise_time): what a step leaves of the way to go, up ...
     fall_rest: wp.array2d[float]  # (rows, muscles) ... and down; the rates of activation being constant
+    neural_rest: wp.array2d[float]  # (rows, muscles) of neural dynamics: what a step leaves of the way to go, ...
+    rise_mix: wp.array2d[float]  # (rows, muscles) ... and what part of it counts for the activation, up and down; see
+    fall_mix: wp.array2d[float]  # (rows, muscles) `activation.neural_step`
     delay_steps: wp.array2d[int]  # (rows, muscles) less than the capacity of the ring
     knot_start: wp.array[int]  # (muscles + 1,) knots of the excitation of a muscle that has its own, over time
     knot_time: wp.array2d[float]  # (rows, knots) s
@@ -240,6 +249,8 @@ class MuscleState:
 
     activation: wp.array2d[float]  # (instances, muscles)
     excitation_ring: wp.array3d[float]  # (instances, capacity, muscles) see `delayed_slot`
+    neural: wp.array2d[float]  # (instances, muscles) between excitation and activation, with neural dynamics
+    damping: wp.array2d[float]  # (instances, muscles) N s/m, that a step takes as implicit
     fibre_length: wp.array2d[float]  # (instances, muscles) m; with compliant tendons or in legacy mode
     previous_fibre_length: wp.array2d[float]  # (instances, muscles) m, a step before
     force: wp.array2d[float]  # (instances, muscles) N

@@ -195,6 +195,8 @@ def scene_curves(scene: Scene, names: Topology, moving: Kinematic, held: Floats)
         body = names.body_of_joint(name)
         first, end = names.coordinate_start[body], names.coordinate_start[body + 1]
         own = [place[k] for k in range(first, end) if k in place]
+        if not own:
+            continue
         values = _knots(scene, name, motion, held[:, first:end])
         motions.append((np.asarray(motion.time, dtype=np.float64), values, own))
         done.update(own)

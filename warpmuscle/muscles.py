@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,14 +12,17 @@ import warp as wp
 from warpmuscle.arrays import Floats, rows, to_device
 from warpmuscle.bodies import stacked
 from warpmuscle.kernels import structs
-from warpmuscle.kernels.curves import DE_GROOTE, LEE, MILLARD, THELEN
+from warpmuscle.kernels.curves import DE_GROOTE, LEE, MILLARD, SARSHARI, THELEN, THELEN_EXPLICIT
 from warpmuscle.kernels.muscle_stage import COMPLIANT, HILL, IDEAL, LEGACY, RIGID, SWITCH, MuscleKind
 from warpmuscle.paths import PathTable, path_table, paths_struct
 from warpmuscle.pose import from_rotation_vector
 from warpmuscle.scene import Actuation, Muscle, MuscleModel, Scene
 from warpmuscle.topology import SPEEDS, Topology
 
-CURVES = {"lee": LEE, "thelen": THELEN, "millard": MILLARD, "de_groote": DE_GROOTE}
+CURVES = {
+    "lee": LEE, "thelen": THELEN, "millard": MILLARD, "de_groote": DE_GROOTE, "thelen_explicit": THELEN_EXPLICIT,
+    "sarshari": SARSHARI,
+}  # fmt: skip
 TENDON = {"rigid": RIGID, "switch": SWITCH, "compliant": COMPLIANT}
 NEGATIVE = {"keep": structs.KEEP, "drop": structs.DROP, "clip": structs.CLIP}
 LEGACY_RATE = 2000.0  # steps a second of the original program, in which its delays count
@@ -32,22 +36,31 @@ class Driven:
     muscles: tuple[str, ...]  # those that act on a joint that they drive; the others are not simulated
     table: PathTable  # of those muscles
 
+    def of(self, scene: Scene) -> list[Muscle]:
+        """The simulated muscles."""
+        return [scene.character.muscles[name] for name in self.muscles]
+
     @property
     def by_torque_alone(self) -> bool:
         """Whether the controller's torques act as they are on all joints that are free to move."""
         return all(set(drive) <= {"torque", "kinematic"} for drive in self.drives.values())
 
 
-def muscle_kind(model: MuscleModel) -> MuscleKind:
-    """What a step has compiled in for the muscles of a scene."""
+def muscle_kind(model: MuscleModel, muscles: Iterable[Muscle] = ()) -> MuscleKind:
+    """What a step has compiled in for some muscles of a scene."""
     law = LEGACY if model.legacy else IDEAL if model.ideal else HILL
-    return MuscleKind(CURVES[model.curves], TENDON[model.tendon] if law == HILL else RIGID, law)
+    pulleys = any(muscle.pulleys for muscle in muscles)
+    hill = law == HILL
+    return MuscleKind(
+        CURVES[model.curves], TENDON[model.tendon] if hill else RIGID, law, pulleys,
+        hill and model.activation == "neural", hill and model.implicit_damping,
+    )  # fmt: skip
 
 
 def driven(scene: Scene, names: Topology) -> Driven:
     """Which joints torques and muscles drive, and which muscles are simulated."""
     character = scene.character
-    every = path_table({name: muscle.path for name, muscle in character.muscles.items()}, names, character)
+    every = path_table(character.muscles, names, character)
     crossed = {names.joints[crossing.joint - 1] for crossing in every.crossings}
     drives: dict[str, list[str]] = {}
     for joint in names.joints:
@@ -57,7 +70,7 @@ def driven(scene: Scene, names: Topology) -> Driven:
     pulling = {joint for joint, drive in drives.items() if {"muscle", "assisted"} & set(drive)}
     acting = {c.muscle for c in every.crossings if names.joints[c.joint - 1] in pulling}
     chosen = tuple(name for i, name in enumerate(character.muscles) if i in acting)
-    table = path_table({name: character.muscles[name].path for name in chosen}, names, character)
+    table = path_table({name: character.muscles[name] for name in chosen}, names, character)
     return Driven(drives, chosen, table)
 
 
@@ -83,6 +96,9 @@ def muscles_struct(scene: Scene, chosen: tuple[str, ...], device: Any) -> struct
         "fall_time": model.fall_time,
         "rise_rest": np.exp(-scene.time_step / np.asarray(model.rise_time)),
         "fall_rest": np.exp(-scene.time_step / np.asarray(model.fall_time)),
+        "neural_rest": np.exp(-scene.time_step / np.asarray(model.neural_time)),
+        "rise_mix": _neural_mix(scene.time_step, model.neural_time, model.rise_time),
+        "fall_mix": _neural_mix(scene.time_step, model.neural_time, model.fall_time),
     }
     for field, value in common.items():
         column = np.reshape(np.asarray(value, dtype=np.float64), (-1, 1))
@@ -90,6 +106,13 @@ def muscles_struct(scene: Scene, chosen: tuple[str, ...], device: Any) -> struct
     s.delay_steps = to_device(delay_steps(scene, chosen), int, device)
     _excitations(s, muscles, device)
     return s
+
+
+def _neural_mix(time_step: float, neural_time: Any, time: Any) -> Floats:
+    """What a step takes from the neural signal's way to go into the activation, see `activation.neural_step`."""
+    neural, own = np.broadcast_arrays(np.asarray(neural_time, np.float64), np.asarray(time, np.float64))
+    own = np.where(np.abs(own - neural) < 1e-9 * neural, own * (1.0 + 1e-6), own)  # so that nothing is divided by 0
+    return np.asarray(neural / (neural - own) * (np.exp(-time_step / neural) - np.exp(-time_step / own)))
 
 
 def delay_steps(scene: Scene, chosen: tuple[str, ...]) -> Floats:
@@ -172,7 +195,7 @@ def muscle_state(instances: int, muscles: int, crossings: int, capacity: int, de
     """Room for the state of the muscles of a batch; `capacity` is the longest delay in steps and one."""
     shape = (instances, max(muscles, 1))
     s = structs.MuscleState()
-    for name in ("activation", "fibre_length", "previous_fibre_length", "force"):
+    for name in ("activation", "neural", "damping", "fibre_length", "previous_fibre_length", "force"):
         setattr(s, name, wp.zeros(shape, dtype=float, device=device))
     s.excitation_ring = wp.zeros((instances, max(capacity, 1), shape[1]), dtype=float, device=device)
     s.moment_arm = wp.zeros((instances, max(crossings, 1)), dtype=wp.vec3, device=device)
@@ -181,7 +204,7 @@ def muscle_state(instances: int, muscles: int, crossings: int, capacity: int, de
 
 def model_parts(scene: Scene, names: Topology, found: Driven, device: Any) -> dict[str, Any]:
     """The parts of the model that muscles need, by field of `kernels.structs.Model`."""
-    paths = {name: scene.character.muscles[name].path for name in found.muscles}
+    paths = {name: scene.character.muscles[name] for name in found.muscles}
     return {
         "actuation": actuation_struct(scene, names, found.drives, device),
         "muscles": muscles_struct(scene, found.muscles, device),

@@ -27,7 +27,8 @@ UNITS = {
     "root_velocity": "m/s", "root_angular_velocity": "rad/s", "heading": "rad", "height": "m", "stiffness": "N/m",
     "damping": "N s/m", "tangential_damping": "N s/m", "gravity": "m/s^2", "position": "m", "f_max": "N",
     "l_opt": "m", "l_slack": "m", "delay": "s", "pennation": "rad", "blend": "rad", "period": "s", "rise_time": "s",
-    "fall_time": "s", "v_max": "l_opt/s", "rest": "rad", "self_collision": "m",
+    "fall_time": "s", "v_max": "l_opt/s", "rest": "rad", "self_collision": "m", "neural_time": "s", "rest_length": "m",
+    "moment_arm": "m", "rest_angle": "rad",
 }  # fmt: skip
 
 

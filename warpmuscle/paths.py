@@ -14,23 +14,24 @@ from warpmuscle.arrays import Floats, rows, to_device
 from warpmuscle.bodies import stacked
 from warpmuscle.kernels import structs
 from warpmuscle.number import Free
-from warpmuscle.scene import Character, Condition, ViaPoint
+from warpmuscle.scene import Character, Condition, Muscle, Pulley, ViaPoint
 from warpmuscle.topology import Topology
-from warpmuscle.validate_muscles import check_path
+from warpmuscle.validate_muscles import check_path, check_pulleys
 
 ZERO = (0.0, 0.0, 0.0)
 
 
-MusclePath = Sequence[ViaPoint]
+MusclePath = Sequence[ViaPoint] | Muscle  # the points of a path, or a muscle with points or pulleys
 
 
 @dataclass(frozen=True)
 class Crossing:
-    """A muscle that acts on a joint, and through which segments."""
+    """A muscle that acts on a joint, and through which segments or pulleys."""
 
     joint: int  # number of the body that the joint carries
     muscle: int
     terms: tuple[tuple[int, int], ...]  # segment; 1 if it ends beyond the joint, -1 if it starts there, else 0
+    pulleys: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -43,6 +44,9 @@ class PathTable:
     segments: list[tuple[int, int]] = field(default_factory=list)
     segment_start: list[int] = field(default_factory=lambda: [0])  # (muscles + 1,)
     crossings: list[Crossing] = field(default_factory=list)  # sorted by joint, then by muscle
+    pulleys: list[Pulley] = field(default_factory=list)
+    pulley_start: list[int] = field(default_factory=lambda: [0])  # (muscles + 1,)
+    rest_length: list[Any] = field(default_factory=list)  # by muscle: None without pulleys
 
     def conditional(self, segment: int) -> list[Condition]:
         """The conditions that the weight of a segment depends on."""
@@ -57,10 +61,16 @@ def path_table(paths: Mapping[str, MusclePath], names: Topology, character: Char
         SceneError: an unknown body or joint, fewer than two points, or a point or condition that cannot be used.
     """
     for muscle, path in paths.items():
-        _check(f"muscles.{muscle}.path", path, character)
-    table = PathTable(tuple(paths), tuple(point for path in paths.values() for point in path))
+        _check(f"muscles.{muscle}", path, character)
+    points = [route.path if isinstance(route, Muscle) else route for route in paths.values()]
+    table = PathTable(tuple(paths), tuple(point for path in points for point in path))
+    for route in paths.values():
+        pulleyed = isinstance(route, Muscle) and bool(route.pulleys)
+        table.pulleys.extend(route.pulleys if isinstance(route, Muscle) else ())
+        table.pulley_start.append(len(table.pulleys))
+        table.rest_length.append(route.rest_length if isinstance(route, Muscle) and pulleyed else None)
     first = 0
-    for path in paths.values():
+    for path in points:
         pairs = [(first + a, first + b) for a, b in _segments(path)]
         first += len(path)
         table.fixed.append([pair for pair in pairs if _is_fixed(pair, table)])
@@ -72,13 +82,20 @@ def path_table(paths: Mapping[str, MusclePath], names: Topology, character: Char
         for muscle_number in range(len(paths)):
             segments = range(table.segment_start[muscle_number], table.segment_start[muscle_number + 1])
             terms = tuple(term for segment in segments for term in _terms(segment, joint, beyond, table, names))
-            if terms:
-                table.crossings.append(Crossing(joint, muscle_number, terms))
+            own = range(table.pulley_start[muscle_number], table.pulley_start[muscle_number + 1])
+            over = tuple(k for k in own if table.pulleys[k].joint == names.joints[joint - 1])
+            if terms or over:
+                table.crossings.append(Crossing(joint, muscle_number, terms, over))
     return table
 
 
 def _check(key: str, path: MusclePath, character: Character) -> None:
-    check_path(key, path, character, _extent)
+    if not isinstance(path, Muscle):
+        check_path(f"{key}.path", path, character, _extent)
+    elif path.pulleys:
+        check_pulleys(f"{key}.pulleys", path.pulleys, character)
+    else:
+        check_path(f"{key}.path", path.path, character, _extent)
 
 
 def _extent(number: Any) -> tuple[float, float]:
@@ -88,7 +105,7 @@ def _extent(number: Any) -> tuple[float, float]:
     return float(np.min(number)), float(np.max(number))
 
 
-def _segments(path: MusclePath) -> list[tuple[int, int]]:
+def _segments(path: Sequence[ViaPoint]) -> list[tuple[int, int]]:
     """All pairs of points of a path with none but conditional points between them, in order."""
     pairs = []
     for a in range(len(path) - 1):
@@ -101,7 +118,7 @@ def _segments(path: MusclePath) -> list[tuple[int, int]]:
 
 def joints_of_muscles(character: Character, names: Topology) -> dict[str, list[str]]:
     """Joints that each muscle of a character acts on, nearest to the root first."""
-    table = path_table({name: muscle.path for name, muscle in character.muscles.items()}, names, character)
+    table = path_table(character.muscles, names, character)
     joints: dict[str, list[str]] = {name: [] for name in table.muscles}
     for crossing in table.crossings:
         joints[table.muscles[crossing.muscle]].append(names.joints[crossing.joint - 1])
@@ -174,6 +191,12 @@ def paths_struct(paths: Mapping[str, MusclePath], names: Topology, character: Ch
     p.crossing_muscle = _numbers([crossing.muscle for crossing in table.crossings], device)
     p.muscle_crossing_start = to_device(_starts(by_muscle), int, device)
     p.muscle_crossing = _numbers([i for crossings in by_muscle for i in crossings], device)
+    over = {k: (i, int(k == c.pulleys[0])) for i, c in enumerate(table.crossings) for k in c.pulleys}
+    p.pulley_start = to_device(table.pulley_start, int, device)
+    p.pulley_crossing, p.pulley_first = (_numbers([over[k][n] for k in range(len(over))], device) for n in range(2))
+    p.pulley_axis = _numbers([pulley.axis for pulley in table.pulleys], device)
+    pulleys = rows([[pulley.moment_arm, pulley.rest_angle] for pulley in table.pulleys] or [(0.0, 0.0)])
+    p.pulley = to_device(pulleys, wp.vec2, device)
     return p
 
 
@@ -205,10 +228,10 @@ def _ends(segment: tuple[int, int], table: PathTable, names: Topology, character
 
 
 def _fixed_lengths(table: PathTable) -> Floats:
-    """What the segments within bodies add to the length of each muscle, (rows, muscles), m."""
+    """What the segments within bodies add to the length of each muscle, or its rest length, (rows, muscles), m."""
     lengths = []
-    for pairs in table.fixed or [[]]:
-        total = np.zeros(1)
+    for pairs, rest in zip(table.fixed or [[]], table.rest_length or [None], strict=True):
+        total = np.zeros(1) if rest is None else rows(rest)
         for a, b in pairs:
             start, end = (rows(table.points[number].place()) for number in (a, b))
             total = total + np.linalg.norm(end - start, axis=-1)

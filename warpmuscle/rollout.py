@@ -116,12 +116,13 @@ class Rollout:
         self._driven = driven(scene, self.names)
         self._kinematic = kinematic(scene, self.names, self._driven.drives)
         self.device = find_device(device)
+        self._inputs = Inputs()
         self.threads = positive(os.cpu_count() or 1 if threads is None else threads, "threads")
         self.steps = round(scene.duration / scene.time_step)
         self.block_dim = 1 if self.device.is_cpu else GPU_BLOCK
         capacity = capacity_of(len(self.names.bodies))
         self.lanes = 1 if self.device.is_cpu else usual_lanes(lanes, work_floats(capacity))
-        kind = None if self._driven.by_torque_alone else muscle_kind(scene.muscle_model)
+        kind = None if self._driven.by_torque_alone else muscle_kind(scene.muscle_model, self._driven.of(scene))
         self._objective = objective_kind(scene, kind is not None)
         self._colliding = collision_pairs(scene, self.names)
         recorded = record_kind(quantities)
@@ -138,7 +139,6 @@ class Rollout:
             self.names, self._driven.muscles, self.instances, chosen(record, self.instances), every, self.steps,
             self.device, recorded,
         )  # fmt: skip
-        self._inputs = Inputs()
         self._disturbances = none(self.instances)
         self._reference = self._tracked()
         self._numeric, self._model = substitute(scene, start_values(scene)), structs.Model()
@@ -235,7 +235,8 @@ class Rollout:
             s.muscles.activation.fill_(float(activation[0, 0]))
         else:
             s.muscles.activation.assign(np.broadcast_to(activation, s.muscles.activation.shape).astype(np.float32))
-        for name in ("fibre_length", "previous_fibre_length", "force", "moment_arm", "excitation_ring"):
+        s.muscles.neural.assign(s.muscles.activation)
+        for name in ("damping", "fibre_length", "previous_fibre_length", "force", "moment_arm", "excitation_ring"):
             getattr(s.muscles, name).zero_()
         for name in ("torque_integral", "muscle_terms", "body_terms", "whole_terms"):
             getattr(s, name).zero_()

@@ -11,8 +11,9 @@ class Motion(Part):
 
     Between its knots a motion is a spline of fifth degree, so that position, velocity and acceleration have no jump;
     fewer than six knots lie on one polynomial, and a single one holds still. The knots reach over the simulated time.
-    A hinge or universal joint has `value`, a ball joint `rotation`, and the root `position` and `rotation`; a free root
-    that gives one of them only keeps the other one as in the initial state.
+    A hinge or universal joint has `value`, a ball joint `rotation`, and the root `position` and `rotation`; a root that
+    gives one of them only keeps the other one as in the initial state. A joint without kinematic degrees of freedom
+    does not follow its motion, which then is what fits compare with.
     """
 
     time: list[float]  # s

@@ -86,21 +86,27 @@ class MuscleModel(Part):
     compliant, with the fibre length as a state (Millard 2013). Fibre length, speed and force stay within physical
     bounds. `legacy`: exactly as the original program computed it, unbounded, with its switch and its old moment arms.
     `ideal`: a muscle's force is the desired one, without activation and contraction (Bergmann 2017, section 7.1).
+    `activation`: linear, with constant rates; scaled, rates depend on the activation (Thelen 2003, eq. 1 and 2); or
+    neural, linear after a neural signal that follows the excitation (Cruz Ruiz 2015, eq. 11).
+    `implicit_damping`: with rigid tendons, what force changes with speed is linearised over the step, so that strong
+    muscles on light bodies stay stable.
     `negative`: what a joint counts in a muscle's desired force that wants the muscle to push: keep it, drop the joint
     from the average, or clip it to zero.
     """
 
-    curves: Literal["lee", "thelen", "millard", "de_groote"] = "lee"
+    curves: Literal["lee", "thelen", "millard", "de_groote", "thelen_explicit", "sarshari"] = "lee"
     tendon: Literal["rigid", "switch", "compliant"] = "rigid"
     legacy: bool = False
     ideal: bool = False
     negative: Literal["keep", "drop", "clip"] = "keep"
-    activation: Literal["linear", "scaled"] = "linear"  # scaled: rates depend on activation (Thelen 2003, eq. 1-2)
+    activation: Literal["linear", "scaled", "neural"] = "linear"
     rise_time: Number = 0.01  # s, time constant of activation
     fall_time: Number = 0.01  # s, of deactivation
+    neural_time: Number = 0.001  # s, of the neural signal that the activation follows
     initial_activation: Number = 1.0e-4
     v_max: Number = 10.0  # l_opt/s, fastest shortening
     damping: Number = 0.1  # of the fibre: beta of Millard 2013, f_max at v_max
+    implicit_damping: bool = False
 
 
 Drive = Literal["torque", "muscle", "assisted", "passive", "kinematic", "none"]  # none: not even the spring-damper

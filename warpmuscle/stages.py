@@ -119,7 +119,7 @@ class Stages(Rollout):
     def muscle_paths(self) -> MusclePaths:
         """Paths of all muscles of the character, whether or not they drive a joint."""
         character, names = self._numeric.character, self.names
-        paths = {name: muscle.path for name, muscle in character.muscles.items()}
+        paths = character.muscles
         table = path_table(paths, names, character)
         self._model.paths = paths_struct(paths, names, character, self.device)
         self._model.muscles.count = len(paths)
@@ -147,7 +147,7 @@ class Stages(Rollout):
         torque[:, 1:] = desired
         given = wp.array(torque, dtype=wp.vec3, device=self.device)
         frames = Frames(self.names, self._driven.muscles, n, list(range(n)), 1, 1, self.device)
-        kernel = stages.muscle_torques(muscle_kind(self.scene.muscle_model))
+        kernel = stages.muscle_torques(muscle_kind(self.scene.muscle_model, self._driven.of(self.scene)))
         result = self._run(kernel, [given, frames.record], [((b,), wp.vec3)])[0]
         quantities = frames.record.muscle.numpy()[:, 0, :, : len(self._driven.muscles)]
         return result[:, 1:], {name: quantities[:, k] for k, name in enumerate(MUSCLE_QUANTITIES)}

@@ -63,12 +63,11 @@ def _root(key: str, motion: Motion, scene: Scene) -> None:
 
 
 def _joint(key: str, name: str, motion: Motion, scene: Scene) -> None:
-    """A joint has kinematic degrees of freedom, and knots for each of them."""
+    """A joint has knots for each of its kinematic degrees of freedom, or for all if none is."""
     joint: Joint = scene.character.joints[name]
-    axes = kinematic_axes(scene, name)
+    axes = kinematic_axes(scene, name) or list(range(SPEEDS[joint.type]))
     if not axes:
-        message = f'joint {name!r} is not kinematic; say so with `[actuation.{name}] drive = "kinematic"`'
-        raise SceneError(message, key=key)
+        raise SceneError("a fixed joint does not move", key=key)
     if joint.type == "ball":
         _only(key, motion, "rotation")
         _count(f"{key}.rotation", len(motion.rotation), motion)
@@ -79,7 +78,7 @@ def _joint(key: str, name: str, motion: Motion, scene: Scene) -> None:
         raise SceneError("either numbers, or one list of them an angle", key=f"{key}.value")
     given: list[Any] = lists or [motion.value]
     if len(given) != len(axes):
-        raise SceneError(f"{len(axes)} kinematic angles take {len(axes)} lists, got {len(given)}", key=f"{key}.value")
+        raise SceneError(f"{len(axes)} angles take {len(axes)} lists, got {len(given)}", key=f"{key}.value")
     for index, values in enumerate(given):
         _count(f"{key}.value.{index}" if lists else f"{key}.value", len(values), motion)
 

@@ -20,6 +20,7 @@ from warpmuscle.scene import (
     Drive,
     Excitation,
     Muscle,
+    Pulley,
     Scene,
     ViaPoint,
 )
@@ -76,6 +77,27 @@ def check_path(
         _condition(place, point.condition, character, interval)
 
 
+def check_pulleys(key: str, pulleys: Sequence[Pulley], character: Character) -> None:
+    """Check the pulleys of a muscle.
+
+    Raises:
+        SceneError: an unknown joint, or one without such an angle.
+    """
+    for index, pulley in enumerate(pulleys):
+        _angle(f"{key}.{index}", pulley.joint, pulley.axis, "pulley", character)
+
+
+def _angle(key: str, joint: str, axis: int, what: str, character: Character) -> None:
+    """A joint has an angle of this number."""
+    if joint not in character.joints:
+        raise SceneError(f"there is no joint {joint!r}{near(joint, character.joints)}", key=f"{key}.joint")
+    kind = character.joints[joint].type
+    if kind not in ("hinge", "universal"):
+        raise SceneError(f"a {kind} joint has no angle for a {what}", key=f"{key}.joint")
+    if not 0 <= axis < SPEEDS[kind]:
+        raise SceneError(f"a {kind} joint has no angle {axis}", key=f"{key}.axis")
+
+
 def _on_body(key: str, point: ViaPoint, interval: Callable[[Number], tuple[float, float]]) -> None:
     """A point has either a position, or a line and a place on it."""
     line = {name: getattr(point, name) for name in ("start", "end", "at")}
@@ -96,14 +118,7 @@ def _condition(
     key: str, condition: Condition, character: Character, interval: Callable[[Number], tuple[float, float]]
 ) -> None:
     """A condition has an angle of a joint, and an interval of it."""
-    if condition.joint not in character.joints:
-        message = f"there is no joint {condition.joint!r}{near(condition.joint, character.joints)}"
-        raise SceneError(message, key=f"{key}.joint")
-    kind = character.joints[condition.joint].type
-    if kind not in ("hinge", "universal"):
-        raise SceneError(f"a {kind} joint has no angle for a condition", key=f"{key}.joint")
-    if not 0 <= condition.axis < SPEEDS[kind]:
-        raise SceneError(f"a {kind} joint has no angle {condition.axis}", key=f"{key}.axis")
+    _angle(key, condition.joint, condition.axis, "condition", character)
     low, high = interval(condition.low)[1], interval(condition.high)[0]
     if low >= high:
         raise SceneError(f"low is not less than high: {low:g}, {high:g}", key=f"{key}.low")
@@ -115,7 +130,7 @@ def _condition(
 def _muscle(checks: Checks, key: str, muscle: Muscle) -> None:
     """A muscle has a path, force and lengths, and a delay within the simulation."""
     scene = checks.checked
-    check_path(f"{key}.path", muscle.path, scene.character, checks.interval)
+    _route(checks, key, muscle)
     checks.positive(key, muscle, "f_max", "l_opt")
     if scene.muscle_model.tendon == "compliant":
         checks.positive(key, muscle, "l_slack")
@@ -130,6 +145,24 @@ def _muscle(checks: Checks, key: str, muscle: Muscle) -> None:
         raise SceneError(f"must be less than {GREATEST_PENNATION:g} rad, is {steepest:g}", key=f"{key}.pennation")
     if muscle.excitation is not None:
         _excitation(checks, f"{key}.excitation", muscle.excitation)
+
+
+def _route(checks: Checks, key: str, muscle: Muscle) -> None:
+    """A muscle has either a path, or pulleys and a rest length."""
+    character = checks.checked.character
+    if not muscle.pulleys:
+        if muscle.rest_length is not None:
+            raise SceneError("only a muscle with pulleys has a rest length; a path has its own", f"{key}.rest_length")
+        if not muscle.path:
+            raise SceneError("a muscle needs a `path`, or `pulleys` and a `rest_length`", key=key)
+        check_path(f"{key}.path", muscle.path, character, checks.interval)
+        return
+    if muscle.path:
+        raise SceneError("give either a `path` or `pulleys`, not both", key=f"{key}.pulleys")
+    if muscle.rest_length is None:
+        raise SceneError("a muscle with pulleys needs a `rest_length`", key=key)
+    checks.positive(key, muscle, "rest_length")
+    check_pulleys(f"{key}.pulleys", muscle.pulleys, character)
 
 
 def _excitation(checks: Checks, key: str, excitation: Excitation) -> None:
@@ -147,11 +180,13 @@ def _excitation(checks: Checks, key: str, excitation: Excitation) -> None:
 def _model(checks: Checks) -> None:
     """The model of all muscles has rates, and does not ask for two laws at once."""
     key, model = "muscle_model", checks.checked.muscle_model
-    checks.positive(key, model, "rise_time", "fall_time", "v_max")
+    checks.positive(key, model, "rise_time", "fall_time", "neural_time", "v_max")
     checks.fraction(f"{key}.initial_activation", model.initial_activation)
     if model.damping is not None:
         check = checks.positive if model.tendon == "compliant" else checks.not_negative
         check(key, model, "damping")
+    if model.implicit_damping and (model.legacy or model.ideal or model.tendon != "rigid"):
+        raise SceneError("only muscles with rigid tendons take damping as implicit", key=f"{key}.implicit_damping")
     if model.legacy and model.ideal:
         raise SceneError("muscles cannot be both legacy and ideal", key=f"{key}.ideal")
     for field, default in (("tendon", "rigid"), ("curves", "lee")):
@@ -178,8 +213,11 @@ def _actuation(checks: Checks, key: str, name: str, own: Actuation) -> None:
     checks.not_negative(key, own, "stiffness", "damping")
 
 
-def crosses(path: Sequence[ViaPoint], joint: str, character: Character) -> bool:
+def crosses(muscle: Muscle, joint: str, character: Character) -> bool:
     """Whether a muscle acts on a joint: its path runs from one side to the other, or depends on the joint's angle."""
+    path = muscle.path
+    if muscle.pulleys:
+        return any(pulley.joint == joint for pulley in muscle.pulleys)
     beyond = _carried(character.joints[joint].child, character)
     on_angle = any(point.condition is not None and point.condition.joint == joint for point in path)
     return on_angle or len({point.body in beyond for point in path}) == 2
@@ -188,7 +226,7 @@ def crosses(path: Sequence[ViaPoint], joint: str, character: Character) -> bool:
 def usual_drive(joint: str, character: Character) -> Drive:
     """What drives a joint of which the scene does not say it."""
     muscles = character.muscles.values()
-    return "muscle" if any(crosses(muscle.path, joint, character) for muscle in muscles) else "torque"
+    return "muscle" if any(crosses(muscle, joint, character) for muscle in muscles) else "torque"
 
 
 def _carried(body: str, character: Character) -> set[str]:
@@ -227,9 +265,22 @@ def initial_path_lengths(scene: Scene) -> dict[str, float]:
     poses, angles = initial_pose(scene)
     lengths = {}
     for name, muscle in scene.character.muscles.items():
+        if muscle.pulleys:
+            lengths[name] = _pulley_length(muscle, angles)
+            continue
         points = [_position(point, *poses[point.body]) for point in muscle.path if _counts(point, angles)]
         lengths[name] = float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
     return lengths
+
+
+def _pulley_length(muscle: Muscle, angles: dict[str, Floats]) -> float:
+    """Length of a muscle on pulleys at angles of the joints, rad."""
+    assert muscle.rest_length is not None
+    taken = (
+        plain_number(p.moment_arm) * (float(angles[p.joint][p.axis]) - plain_number(p.rest_angle))
+        for p in muscle.pulleys
+    )
+    return plain_number(muscle.rest_length) - sum(taken)
 
 
 def _no_fibre(muscle: Muscle, length: float) -> str:
