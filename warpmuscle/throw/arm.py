@@ -15,8 +15,8 @@ from scipy.interpolate import make_interp_spline
 from warpmuscle.arrays import Floats, rows
 from warpmuscle.errors import Error, SceneError
 from warpmuscle.inverse_dynamics import body_points, inverse_dynamics
-from warpmuscle.kernels import curves
 from warpmuscle.kernels.muscle import rigid_force
+from warpmuscle.muscles import CURVES
 from warpmuscle.parameters import Parameter, free_parameters, start_values, substitute
 from warpmuscle.pose import about, rotate
 from warpmuscle.scene import Actuation, Drive, Motion, Muscle, Scene
@@ -25,7 +25,6 @@ from warpmuscle.topology import Topology, topology
 
 X_AXIS = np.array([1.0, 0.0, 0.0])
 RATIO = 2.0  # a parameter whose bounds are further apart than this, on one side of 0, changes by factors
-CURVES = {"lee": curves.LEE, "thelen": curves.THELEN, "millard": curves.MILLARD, "de_groote": curves.DE_GROOTE}
 EXTENT = 1e-4  # rad
 
 

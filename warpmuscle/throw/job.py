@@ -31,7 +31,7 @@ from warpmuscle.throw.scene_motion import motion_of
 from warpmuscle.throw.signals import Knots
 from warpmuscle.throw.synthesis import Goal, Throw, Thrower
 
-GROUPS = "_groups"  # ending of the scene that has the same arm with the strength of whole groups of muscles
+GROUPS = {"throw": "throw_groups"}  # the same arm with the strength of whole groups of muscles
 PRICES = (1e-4, 1e-3, 1e-2, 3e-2, 1e-1, 3e-1)
 
 
@@ -64,9 +64,10 @@ class Job:
         self.options, self.arm = options, Arm(scene, options.prescribed)
         recorded = read_motions(files, self.arm) if files else [motion_of(scene, self.arm)]
         self.motions = resample(recorded)
-        strong = Arm(load(options.activations), options.prescribed) if options.activations else self.arm
+        name = options.activations or GROUPS.get(scene.name, "")
+        strong = Arm(load(name), options.prescribed) if name else self.arm
         if strong.joints != self.arm.joints or strong.muscles != self.arm.muscles:
-            raise Error(f"{options.activations} has other joints or muscles than {scene.name}")
+            raise Error(f"{name} has other joints or muscles than {scene.name}")
         if options.emg is None:
             synergies, self.lacks = computed_synergies(self.arm, self.motions, strong, options.count, options.seed)
         else:

@@ -31,6 +31,7 @@ from warpmuscle.throw.stepper import Stepper
 ALGORITHM = "LD_SLSQP"
 TOLERANCE = 1e-3  # of a parameter's interval: NLopt's steps below it end its search
 GRADIENT_STEP = 2e-3  # of a parameter's interval
+INSTANT = 1e-6  # s
 WORST = 1e3  # mean squared error, over the variance of the angle, of what diverged
 GREEDY_STEPS = 4  # of Gauss and Newton at each time step
 GREEDY_DAMPING = 1e-9
@@ -105,7 +106,7 @@ def as_published(
 
 def _without_dynamics(arm: Arm) -> Scene:
     """The scene with activations that follow excitations at once, as the paper's fits have it."""
-    model = msgspec.structs.replace(arm.scene.muscle_model, rise_time=1e-6, fall_time=1e-6)
+    model = msgspec.structs.replace(arm.scene.muscle_model, rise_time=INSTANT, fall_time=INSTANT, neural_time=INSTANT)
     return msgspec.structs.replace(arm.scene, muscle_model=model)
 
 
