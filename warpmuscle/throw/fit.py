@@ -43,7 +43,7 @@ class Settings:
     signal_steps: int = 12
     tolerance: float = 5e-3  # relative gain of a step, below which it is enough
     common: bool = True  # whether parameters and signals are fitted together
-    starts: int = 4
+    starts: int = 3
     seed: int = 0
 
 
@@ -163,7 +163,12 @@ class _Fitting:
         def residuals(rows: NDArray[np.intp], x: Floats, z: Floats) -> Floats:
             return follower.residuals(which[rows], x, z)
 
-        return fit(residuals, signals, parameters, iterations=steps, damping=damping, tolerance=s.tolerance)
+        def rough(rows: NDArray[np.intp], x: Floats, z: Floats) -> Floats:
+            return follower.residuals(which[rows], x, z, rough=True)
+
+        return fit(
+            residuals, signals, parameters, iterations=steps, damping=damping, tolerance=s.tolerance, rough=rough
+        )
 
     def _smoothness(self) -> Floats:
         """Sum of squared second differences of the signals at their knots, (size, size)."""

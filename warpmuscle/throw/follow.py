@@ -15,6 +15,7 @@ from warpmuscle.throw.signals import Knots, Synergies
 from warpmuscle.throw.simulator import Simulator
 
 VELOCITY_WEIGHT = 0.3  # of an error of velocity over its deviation, against one of angle over its
+ROUGH_STEP = 0.005  # s
 FAR = 10.0  # rad and rad/s: errors beyond it count as this much, so that one wild copy does not decide all
 
 
@@ -42,6 +43,8 @@ class Follower:
     ) -> None:
         self.arm, self.motions, self.synergies, self.knots = arm, motions, synergies, knots
         self.simulator = Simulator(arm, motions, device=device, threads=threads)
+        step = max(ROUGH_STEP, arm.scene.time_step)
+        self.rough_simulator = Simulator(arm, motions, device=device, threads=threads, time_step=step)
         inside = motions.valid[:, 1:, None]
         length = np.sqrt(motions.valid[:, 1:].sum(axis=1))[:, None, None]
         angle, speed = (motions.angles[order][:, :, arm.free] for order in (0, 1))
@@ -59,18 +62,22 @@ class Follower:
         """Rows of `size` values as (B, N, K)."""
         return own.reshape(len(own), self.synergies.count, len(self.knots))
 
-    def replay(self, which: NDArray[np.intp], own: Floats, shared: Floats) -> Replay:
-        """Copies (B,) of motions under signals (B, size), with parameters (B, P) or (P,) as `Arm.unknowns`."""
+    def replay(self, which: NDArray[np.intp], own: Floats, shared: Floats, rough: bool = False) -> Replay:
+        """Copies (B,) of motions under signals (B, size), with parameters (B, P) or (P,) as `Arm.unknowns`.
+
+        Rough ones take longer time steps: good enough for derivatives.
+        """
+        simulator = self.rough_simulator if rough else self.simulator
         values = self.arm.values(shared)
         if values.ndim == 2 and np.all(values == values[0]):
             values = values[0]
         excitation = self.synergies.excitation(self.shaped(own).transpose(0, 2, 1)).transpose(0, 2, 1)
-        angle, speed = self.simulator.run(which, self.knots.time, excitation, values)
+        angle, speed = simulator.run(which, self.knots.time, excitation, values)
         return Replay(angle, speed)
 
-    def residuals(self, which: NDArray[np.intp], own: Floats, shared: Floats) -> Floats:
+    def residuals(self, which: NDArray[np.intp], own: Floats, shared: Floats, rough: bool = False) -> Floats:
         """(B, R); their squares sum up to 1 - r2 of all angles, and a part of that of velocities."""
-        replay = self.replay(which, own, shared)
+        replay = self.replay(which, own, shared, rough)
         parts = []
         for order, simulated in ((0, replay.angle), (1, replay.speed)):
             recorded = self.motions.angles[order][which][:, 1:, self.arm.free]

@@ -71,6 +71,7 @@ def fit(
     damping: float = 1e-2,
     tolerance: float = 1e-4,
     enough: Callable[[Floats], NDArray[np.bool_]] | None = None,
+    rough: Residuals | None = None,
 ) -> Outcome:
     """Minimise the sum of squared residuals and priors over all fits.
 
@@ -81,8 +82,9 @@ def fit(
         tolerance: two steps in a row with less relative gain end it.
         enough: tells by the residuals (n, R) which fits are good enough to leave the batch; only of fits that share
             nothing that is free.
+        rough: residuals for the derivatives alone, if others are cheaper and nearly as good for that.
     """
-    solver = _Solver(residuals, own, shared, damping)
+    solver = _Solver(residuals, rough, own, shared, damping)
     stalled = 0
     for _ in range(iterations):
         if enough is not None and not shared.free:
@@ -101,8 +103,10 @@ def fit(
 class _Solver:
     """The state of a fit between steps."""
 
-    def __init__(self, residuals: Residuals, own: Unknowns, shared: Unknowns, damping: float) -> None:
-        self._residuals, self._own, self._shared = residuals, own, shared
+    def __init__(
+        self, residuals: Residuals, rough: Residuals | None, own: Unknowns, shared: Unknowns, damping: float
+    ) -> None:
+        self._residuals, self._rough, self._own, self._shared = residuals, rough, own, shared
         self.own, self.shared = own.start.copy(), shared.start.copy()
         self._damping = np.full(len(self.own), damping)
         self.active = np.ones(len(self.own), dtype=bool)
@@ -154,9 +158,19 @@ class _Solver:
             shared[:, first + index, index] += parts[-1]
         offsets = np.concatenate(parts, axis=1)
         copies = np.repeat(which, count)
-        moved = self._evaluate(copies, own.reshape(len(copies), -1), shared.reshape(len(copies), -1))
+        own, shared = own.reshape(len(copies), -1), shared.reshape(len(copies), -1)
+        base = self.residual[which]
+        if self._rough is None:
+            moved = self._residuals(copies, own, shared)
+        else:  # the unmoved ones go with them, to be differenced alike
+            copies = np.concatenate([copies, which])
+            own = np.concatenate([own, self.own[which]])
+            shared = np.concatenate([shared, np.tile(self.shared, (len(which), 1))])
+            moved = self._rough(copies, own, shared)
+            moved, base = moved[: -len(which)], moved[-len(which) :]
+        self.outcome.simulations += len(copies)
         moved = moved.reshape(len(which), count, -1)
-        return np.asarray(((moved - self.residual[which][:, None]) / offsets[:, :, None]).transpose(0, 2, 1))
+        return np.asarray(((moved - base[:, None]) / offsets[:, :, None]).transpose(0, 2, 1))
 
     def _blocks(self, which: NDArray[np.intp], jacobian: Floats) -> tuple[Floats, Floats, NDArray[np.bool_]]:
         """Of the fits' own unknowns: matrices (m, U, U), half gradients (m, U), and which may move (m, U)."""

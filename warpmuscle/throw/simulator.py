@@ -23,10 +23,19 @@ class Simulator:
         simulations: how many copies so far. steps: how many steps of copies.
     """
 
-    def __init__(self, arm: Arm, motions: Motions, *, device: str | None = None, threads: int | None = None) -> None:
+    def __init__(
+        self,
+        arm: Arm,
+        motions: Motions,
+        *,
+        device: str | None = None,
+        threads: int | None = None,
+        time_step: float | None = None,
+    ) -> None:
+        """Prepare; `time_step`, s, takes the place of the scene's."""
         self.arm, self.motions = arm, motions
         self._device, self._threads = device, threads
-        self.scene = _scene(arm, float(motions.time[-1]))
+        self.scene = _scene(arm, float(motions.time[-1]), time_step or arm.scene.time_step)
         coordinates, speeds, _ = states(arm, motions)
         self._coordinates, self._speeds = coordinates[:, 0], speeds[:, 0]
         every = Rollout(self.scene, 1, "cpu")
@@ -87,8 +96,8 @@ class Simulator:
         return parts[0], parts[1]
 
 
-def _scene(arm: Arm, duration: float) -> Scene:
+def _scene(arm: Arm, duration: float, time_step: float) -> Scene:
     """The scene for so long, s, in which nothing but divergence ends a copy."""
     return msgspec.structs.replace(
-        arm.simulated, duration=duration, failure=Failure(com_height=0.0, heading=0.0, max_speed=FASTEST)
+        arm.simulated, duration=duration, time_step=time_step, failure=Failure(com_height=0.0, heading=0.0, max_speed=FASTEST)
     )
