@@ -186,7 +186,7 @@ def point_muscles(bodies: Character, parts: dict[str, Segment], shoulder: np.nda
         path = []
         for body, forward, up in POINTS[name]:
             origin = shoulder if body == "trunk" else -np.array(parts[body].com)
-            path.append(ViaPoint(body, tuple(rounded(origin + [0.0, up, forward]))))
+            path.append(ViaPoint(body, tuple(rounded(np.add(origin, (0.0, up, forward))))))
         muscles[name] = Muscle(path=path, f_max=f_max, l_opt=l_opt, l_slack=0.0)
     rest = {}
     for joint, degrees in REST.items():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import Any
 
@@ -9,10 +10,25 @@ import numpy as np
 import warp as wp
 from numpy.typing import ArrayLike
 
-from warpmuscle.arrays import Floats, to_device
+from warpmuscle.arrays import Floats, Ints, arrays_of, to_device
 from warpmuscle.errors import RolloutError
 from warpmuscle.kernels import structs
-from warpmuscle.motion import Curves, check_knots
+from warpmuscle.model import start_of
+from warpmuscle.motion import (
+    Curves,
+    Kinematic,
+    Moved,
+    check_knots,
+    coordinate_numbers,
+    given_curves,
+    motion_struct,
+    moved,
+    scene_curves,
+    speed_numbers,
+)
+from warpmuscle.muscles import Driven
+from warpmuscle.scene import Scene
+from warpmuscle.topology import Topology
 
 
 @dataclass
@@ -71,3 +87,142 @@ def start_values(values: ArrayLike, count: int, instances: int, what: str) -> Fl
     if not np.isfinite(array).all():
         raise RolloutError(f"a number of the {what} is not finite")
     return array
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """Where all instances of a batch stand."""
+
+    arrays: list[wp.array]
+    steps_done: int
+    running: Ints
+
+
+class Given(ABC):
+    """A batch that can be given more than parameters."""
+
+    scene: Scene
+    names: Topology
+    instances: int
+    steps: int
+    steps_done: int
+    device: Any
+    _driven: Driven
+    _kinematic: Kinematic
+    _inputs: Inputs
+    _moved: Moved
+    _model: structs.Model
+    _state: structs.State
+    _running: Ints
+
+    @abstractmethod
+    def reset(self, velocity_noise: float = 0.0, seed: int = 0) -> None:
+        """Put every instance back to its start."""
+
+    def _put_moved(self, coordinates: Any, speeds: Any) -> Any:
+        """Put the kinematic coordinates and their speeds to where their motion starts; all accelerations there."""
+        start, row = self._moved, None if self._inputs.motion is None else self._inputs.motion.row
+        chosen = slice(None) if row is None else row
+        numbers = speed_numbers(self._kinematic)
+        accelerations = np.zeros(speeds.shape, dtype=np.float32)
+        coordinates[:, coordinate_numbers(self._kinematic)] = start.coordinates[chosen]
+        speeds[:, numbers] = start.speeds[chosen]
+        accelerations[:, numbers] = start.accelerations[chosen]
+        return accelerations
+
+    @property
+    def muscle_names(self) -> tuple[str, ...]:
+        """Muscles in the order of `set_excitations`: all of the scene."""
+        return tuple(self.scene.character.muscles)
+
+    @property
+    def motion_names(self) -> tuple[str, ...]:
+        """Kinematic coordinates in the order of `set_motion`, a part of `coordinate_names`; see `motion.py`."""
+        return self._kinematic.names
+
+    def set_excitations(self, time: ArrayLike, values: ArrayLike, *, restart: bool = True) -> None:
+        """Excite all muscles over time in place of a controller and of the scene's excitations, and start again.
+
+        It stays so, also with other parameters. Values beyond 0..1 count as 0 or 1.
+
+        Args:
+            time: (K,) s, increasing; excitations are straight between these knots and constant beyond them.
+            values: (1 or instances, muscles, K), muscles as in `muscle_names`.
+            restart: False to go on from where the batch stands.
+
+        Raises:
+            RolloutError: wrong shapes, numbers that are not finite, or times that do not increase.
+        """
+        every = self.muscle_names
+        chosen = [every.index(name) for name in self._driven.muscles]
+        self._inputs.excitations = excitation_arrays(time, values, len(every), chosen, self.instances, self.device)
+        self._inputs.put(self._model)
+        if restart:
+            self.reset()
+
+    def set_motion(self, time: ArrayLike, values: ArrayLike, of: ArrayLike | None = None) -> None:
+        """Let the kinematic coordinates move in place of what the scene says, and start again. It stays so.
+
+        Args:
+            time: (K,) s, increasing, over the whole simulated time; between knots motions are splines of fifth degree.
+            values: (1 or instances, coordinates, K), rad and m, coordinates as in `motion_names`; quaternions of any
+                length but zero.
+            of: (instances,) number of the row of `values`, which then may have any number of them, that an instance
+                follows.
+
+        Raises:
+            RolloutError: no kinematic coordinates, wrong shapes, numbers that are not finite, times that do not
+                increase or do not reach over the simulated time.
+        """
+        end = self.steps * self.scene.time_step
+        curves = given_curves(self._kinematic, time, values, of, self.instances, end)
+        self._inputs.motion, self._moved = curves, moved(self._kinematic, curves, 0.0)
+        self._model.motion = motion_struct(self._kinematic, curves, self.device)
+        self.reset()
+
+    def set_initial(
+        self,
+        coordinates: ArrayLike | None = None,
+        speeds: ArrayLike | None = None,
+        activation: ArrayLike | None = None,
+    ) -> None:
+        """Start from other states than the scene's, where given, and start again. It stays so.
+
+        Kinematic coordinates start where their motion does, whatever is given here.
+
+        Args:
+            coordinates: (1 or instances, coordinates) rad, m, and quaternions of unit length, as in `coordinate_names`.
+            speeds: (1 or instances, speeds) rad/s and m/s, as in `speed_names`.
+            activation: (1 or instances, muscles), as in `muscle_names`.
+
+        Raises:
+            RolloutError: wrong shapes, or numbers that are not finite.
+        """
+        n, given = self.instances, self._inputs
+        if coordinates is not None:
+            given.coordinates = start_values(coordinates, self.names.coordinates, n, "initial coordinates")
+        if speeds is not None:
+            given.speeds = start_values(speeds, self.names.speeds, n, "initial speeds")
+        if activation is not None:
+            every = self.muscle_names
+            values = start_values(activation, len(every), n, "initial activations")
+            chosen = [every.index(name) for name in self._driven.muscles]
+            given.activation = values[:, chosen] if chosen else None
+        self.reset()
+
+    def _curves_of(self, numeric: Scene) -> Curves:
+        """The motion of the kinematic coordinates, as given or as the scene says."""
+        if self._inputs.motion is not None:
+            return self._inputs.motion
+        return scene_curves(numeric, self.names, self._kinematic, start_of(numeric, self.names).coordinates)
+
+    def snapshot(self) -> Snapshot:
+        """Where all instances stand now, for `restore`."""
+        arrays = [wp.clone(array) for array in arrays_of(self._state)]
+        return Snapshot(arrays, self.steps_done, self._running.copy())
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Put all instances back to where they stood; what they have been given stays as it is now."""
+        for array, kept in zip(arrays_of(self._state), snapshot.arrays, strict=True):
+            wp.copy(array, kept)
+        self.steps_done, self._running = snapshot.steps_done, snapshot.running.copy()

@@ -28,24 +28,14 @@ from warpmuscle.errors import Error, RolloutError
 from warpmuscle.formats import load, npz
 from warpmuscle.formats.npz import JointMotion
 from warpmuscle.frames import Frames, record_kind
-from warpmuscle.inputs import Inputs, excitation_arrays
-from warpmuscle.inputs import start_values as checked_start
+from warpmuscle.inputs import Given, Inputs
 from warpmuscle.kernels import structs
 from warpmuscle.kernels.lanes import capacity_of, work_floats
 from warpmuscle.kernels.step import step_kernel
 from warpmuscle.launching import GPU_BLOCK, Launcher, usual_lanes
 from warpmuscle.memory import InstanceBytes, bytes_of, check_memory, repeated, struct_bytes
 from warpmuscle.model import model_struct, start_of
-from warpmuscle.motion import (
-    Curves,
-    coordinate_numbers,
-    given_curves,
-    kinematic,
-    motion_struct,
-    moved,
-    scene_curves,
-    speed_numbers,
-)
+from warpmuscle.motion import kinematic, motion_struct, moved
 from warpmuscle.muscles import driven, muscle_kind
 from warpmuscle.objective import objective_kind, term_values, wanted, weighted
 from warpmuscle.parameters import Parameter, free_parameters, start_values, substitute
@@ -63,7 +53,7 @@ FEW = 256  # instances for which there always is memory, so that nobody has to f
 Progress = Callable[["Rollout"], None]
 
 
-class Rollout:
+class Rollout(Given):
     """Independent simulations of one scene, each with its own parameters, stepped together on one device.
 
     Instances that fail stop; the others go on undisturbed. The same parameters give the same bits on the same kind of
@@ -156,12 +146,6 @@ class Rollout:
             model.motion = motion_struct(self._kinematic, self._curves_of(numeric), device)
         return model
 
-    def _curves_of(self, numeric: Scene) -> Curves:
-        """The motion of the kinematic coordinates, as given or as the scene says."""
-        if self._inputs.motion is not None:
-            return self._inputs.motion
-        return scene_curves(numeric, self.names, self._kinematic, start_of(numeric, self.names).coordinates)
-
     @cached_property
     def instance_bytes(self) -> InstanceBytes:
         """Memory on the device that every further instance takes."""
@@ -245,94 +229,6 @@ class Rollout:
         self.steps_done = 0
         self._running: Ints = np.arange(n, dtype=np.int32)
         self._frames.clear()
-
-    def _put_moved(self, coordinates: Any, speeds: Any) -> Any:
-        """Put the kinematic coordinates and their speeds to where their motion starts; all accelerations there."""
-        start, row = self._moved, None if self._inputs.motion is None else self._inputs.motion.row
-        chosen = slice(None) if row is None else row
-        numbers = speed_numbers(self._kinematic)
-        accelerations = np.zeros(speeds.shape, dtype=np.float32)
-        coordinates[:, coordinate_numbers(self._kinematic)] = start.coordinates[chosen]
-        speeds[:, numbers] = start.speeds[chosen]
-        accelerations[:, numbers] = start.accelerations[chosen]
-        return accelerations
-
-    @property
-    def muscle_names(self) -> tuple[str, ...]:
-        """Muscles in the order of `set_excitations`: all of the scene."""
-        return tuple(self.scene.character.muscles)
-
-    @property
-    def motion_names(self) -> tuple[str, ...]:
-        """Kinematic coordinates in the order of `set_motion`, a part of `coordinate_names`; see `motion.py`."""
-        return self._kinematic.names
-
-    def set_excitations(self, time: ArrayLike, values: ArrayLike) -> None:
-        """Excite all muscles over time in place of a controller and of the scene's excitations, and start again.
-
-        It stays so, also with other parameters. Values beyond 0..1 count as 0 or 1.
-
-        Args:
-            time: (K,) s, increasing; excitations are straight between these knots and constant beyond them.
-            values: (1 or instances, muscles, K), muscles as in `muscle_names`.
-
-        Raises:
-            RolloutError: wrong shapes, numbers that are not finite, or times that do not increase.
-        """
-        every = self.muscle_names
-        chosen = [every.index(name) for name in self._driven.muscles]
-        self._inputs.excitations = excitation_arrays(time, values, len(every), chosen, self.instances, self.device)
-        self._inputs.put(self._model)
-        self.reset()
-
-    def set_motion(self, time: ArrayLike, values: ArrayLike, of: ArrayLike | None = None) -> None:
-        """Let the kinematic coordinates move in place of what the scene says, and start again. It stays so.
-
-        Args:
-            time: (K,) s, increasing, over the whole simulated time; between knots motions are splines of fifth degree.
-            values: (1 or instances, coordinates, K), rad and m, coordinates as in `motion_names`; quaternions of any
-                length but zero.
-            of: (instances,) number of the row of `values`, which then may have any number of them, that an instance
-                follows.
-
-        Raises:
-            RolloutError: no kinematic coordinates, wrong shapes, numbers that are not finite, times that do not
-                increase or do not reach over the simulated time.
-        """
-        end = self.steps * self.scene.time_step
-        curves = given_curves(self._kinematic, time, values, of, self.instances, end)
-        self._inputs.motion, self._moved = curves, moved(self._kinematic, curves, 0.0)
-        self._model.motion = motion_struct(self._kinematic, curves, self.device)
-        self.reset()
-
-    def set_initial(
-        self,
-        coordinates: ArrayLike | None = None,
-        speeds: ArrayLike | None = None,
-        activation: ArrayLike | None = None,
-    ) -> None:
-        """Start from other states than the scene's, where given, and start again. It stays so.
-
-        Kinematic coordinates start where their motion does, whatever is given here.
-
-        Args:
-            coordinates: (1 or instances, coordinates) rad, m, and quaternions of unit length, as in `coordinate_names`.
-            speeds: (1 or instances, speeds) rad/s and m/s, as in `speed_names`.
-            activation: (1 or instances, muscles), as in `muscle_names`.
-
-        Raises:
-            RolloutError: wrong shapes, or numbers that are not finite.
-        """
-        n, given = self.instances, self._inputs
-        if coordinates is not None:
-            given.coordinates = checked_start(coordinates, self.names.coordinates, n, "initial coordinates")
-        if speeds is not None:
-            given.speeds = checked_start(speeds, self.names.speeds, n, "initial speeds")
-        if activation is not None:
-            every = self.muscle_names
-            values = checked_start(activation, len(every), n, "initial activations")
-            given.activation = values[:, [every.index(name) for name in self._driven.muscles]]
-        self.reset()
 
     def recorded(self, quantity: str) -> Floats:
         """A quantity of all recorded instances, in the order of `record`, at 0, 1/record_rate, ... s before the end.

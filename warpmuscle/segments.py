@@ -31,7 +31,7 @@ LENGTHS = {  # over height
     "foot": 0.152,
 }
 # Percent of the body's mass; percent of the length: centre of mass forwards, upwards and to the right of a right
-# segment from its proximal end (the foot's: from the ankle; the head's: from its lower end), and radii of gyration about
+# segment from its proximal end (of the foot from the ankle, of the head from below), and radii of gyration about
 # the same axes. Products of inertia are left out.
 Row = tuple[float, tuple[float, float, float], tuple[float, float, float]]
 TABLES: dict[Sex, dict[str, Row]] = {

@@ -112,10 +112,10 @@ class SplitRollout:
         array = checked_values(values, self.instances, len(self.parameters))
         self._each(lambda part, share: part.set_parameters(array if array.ndim == 1 else array[share]))
 
-    def set_excitations(self, time: ArrayLike, values: ArrayLike) -> None:
+    def set_excitations(self, time: ArrayLike, values: ArrayLike, *, restart: bool = True) -> None:
         """See `Rollout.set_excitations`."""
         given = np.asarray(values)
-        self._each(lambda part, share: part.set_excitations(time, self._shared(given, share)))
+        self._each(lambda part, share: part.set_excitations(time, self._shared(given, share), restart=restart))
 
     def set_motion(self, time: ArrayLike, values: ArrayLike, of: ArrayLike | None = None) -> None:
         """See `Rollout.set_motion`."""
