@@ -20,7 +20,7 @@ from warpmuscle.search.nlopt import NloptSearch
 from warpmuscle.search.together import ask_all, tell_all
 from warpmuscle.synergy.activation_filter import ActivationFilter
 from warpmuscle.throw.arm import Arm
-from warpmuscle.throw.follow import Replay
+from warpmuscle.throw.follow import ROUGH_STEP, Replay
 from warpmuscle.throw.least_squares import Prior, Unknowns, fit
 from warpmuscle.throw.metrics import determination
 from warpmuscle.throw.motion import RATE, Motions
@@ -29,7 +29,10 @@ from warpmuscle.throw.simulator import Simulator
 from warpmuscle.throw.stepper import Stepper
 
 ALGORITHM = "LD_SLSQP"
-TOLERANCE = 1e-3  # of a parameter's interval: NLopt's steps below it end its search
+TOLERANCE = 1e-4  # of a parameter's interval: NLopt's steps below it end its search
+STARTS = 4  # the first one from the literature
+SCATTER = 0.25  # of the others, in parts of a parameter's interval
+FLOOR = 1e-3  # of 1 - r2, below which gains count less and less
 GRADIENT_STEP = 2e-3  # of a parameter's interval
 INSTANT = 1e-6  # s
 WORST = 1e3  # mean squared error, over the variance of the angle, of what diverged
@@ -145,24 +148,28 @@ class _Published:
         """Parameters (n, P) of the muscles of a joint fitted while all other joints are driven; its r2 (n,)."""
         arm = self._arm
         alone = replace(arm, prescribed=tuple(other for other in arm.joints if other != name))
-        simulator = Simulator(alone, self._motions, device=self._device, threads=self._threads)
+        rough, exact = (
+            Simulator(alone, self._motions, device=self._device, threads=self._threads, time_step=time_step)
+            for time_step in (max(ROUGH_STEP, arm.scene.time_step), None)
+        )
         own = self._own_parameters(name)
         excitation = self._synergies.excitation(self._synergies.signals).transpose(0, 2, 1)
         place = arm.joints.index(name)
 
-        def r2(which: NDArray[np.intp], cube: Floats) -> Floats:
+        def r2(simulator: Simulator, which: NDArray[np.intp], cube: Floats) -> Floats:
             values = unknowns[which].copy()
             values[:, own] = cube
             angle, _ = simulator.run(which, self._motions.time, excitation[which], arm.values(values))
             recorded, valid = self._motions.angles[0][which], self._motions.valid[which]
             return determination(angle[:, :, [place]], recorded[:, :, [place]], valid)[:, 0]
 
-        start = np.clip(unknowns[:, own], 0.0, 1.0)
-        best = _minimize(lambda which, cube: np.minimum(1.0 - r2(which, cube), WORST), start, evaluations)
+        def cost(which: NDArray[np.intp], cube: Floats) -> Floats:
+            return np.minimum(1.0 - r2(rough, which, cube), WORST)
+
         result = unknowns.copy()
-        result[:, own] = best
-        reached = r2(np.arange(len(best)), best)
-        self._others += simulator.simulations
+        result[:, own] = _minimize(cost, np.clip(unknowns[:, own], 0.0, 1.0), evaluations)
+        reached = r2(exact, np.arange(len(result)), result[:, own])
+        self._others += rough.simulations + exact.simulations
         return result, reached
 
     def _own_parameters(self, joint: str) -> list[int]:
@@ -214,11 +221,23 @@ class _Published:
 
 
 def _minimize(cost: Callable[[NDArray[np.intp], Floats], Floats], start: Floats, evaluations: int) -> Floats:
-    """The best points (n, P) of n searches of the unit cube by NLopt, side by side."""
-    searches = [NloptSearch(ALGORITHM, row, 0, gradient_step=GRADIENT_STEP, tolerance=TOLERANCE) for row in start]
+    """The best points (n, P) of n problems in the unit cube by NLopt, side by side, from several starts each.
+
+    What is minimised is the logarithm of the cost: the minimum is the same, and far from it slopes are not so steep.
+    """
+    count, rng = len(start), np.random.default_rng(0)
+    others = np.clip(
+        np.tile(start, (STARTS - 1, 1)) + rng.normal(0.0, SCATTER, (len(start) * (STARTS - 1), start.shape[1])),
+        0.0,
+        1.0,
+    )
+    points = np.concatenate([start, others])
+    searches = [NloptSearch(ALGORITHM, row, 0, gradient_step=GRADIENT_STEP, tolerance=TOLERANCE) for row in points]
     for _ in range(evaluations):
         if all(search.finished() for search in searches):
             break
         batch = ask_all(searches)
-        tell_all(searches, batch, cost(batch.owner, np.asarray(batch.candidates)))
-    return np.stack([search.state()["best"] for search in searches])
+        tell_all(searches, batch, np.log(cost(batch.owner % count, np.asarray(batch.candidates)) + FLOOR))
+    reached = np.array([float(search.state()["best_cost"]) for search in searches]).reshape(STARTS, count)
+    best = np.stack([search.state()["best"] for search in searches]).reshape(STARTS, count, -1)
+    return np.asarray(best[reached.argmin(axis=0), np.arange(count)])

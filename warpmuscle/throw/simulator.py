@@ -99,5 +99,8 @@ class Simulator:
 def _scene(arm: Arm, duration: float, time_step: float) -> Scene:
     """The scene for so long, s, in which nothing but divergence ends a copy."""
     return msgspec.structs.replace(
-        arm.simulated, duration=duration, time_step=time_step, failure=Failure(com_height=0.0, heading=0.0, max_speed=FASTEST)
+        arm.simulated,
+        duration=duration,
+        time_step=time_step,
+        failure=Failure(com_height=0.0, heading=0.0, max_speed=FASTEST),
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from warpmuscle.arrays import Floats, arrays_of
+from warpmuscle.arrays import Floats
 from warpmuscle.throw.motion import RATE
 from warpmuscle.throw.simulator import Simulator
 
@@ -24,30 +24,23 @@ class Stepper:
         nothing = np.zeros((len(which), len(simulator.arm.muscles), 1))
         self._rollout = simulator.prepared(which, np.zeros(1), nothing, values[which])
         self._every = round(1.0 / (RATE * simulator.scene.time_step))
-        self._arrays = [array for array in arrays_of(self._rollout.state) if array.size]
         self.tried = 0
-        self._hold()
+        self._held = self._rollout.snapshot()
         self.angle, self.speed = self._now()
 
     def attempt(self, excitation: Floats) -> tuple[Floats, Floats]:
         """Angles and speeds (n, copies, J) a sample later under constant excitations (n, copies, M)."""
-        for array, held in zip(self._arrays, self._held, strict=True):
-            array.assign(held)
-        knots = self._rollout.model.muscles.knot_value
-        knots.assign(np.ascontiguousarray(excitation.reshape(knots.shape), dtype=np.float32))
-        self._rollout.steps_done = self._step
-        self._rollout.advance(self._step + self._every)
+        self._rollout.restore(self._held)
+        values = excitation.reshape(-1, excitation.shape[2], 1)
+        self._rollout.set_excitations(np.zeros(1), values, restart=False)
+        self._rollout.advance(self._rollout.steps_done + self._every)
         self.tried += len(excitation) * self.copies
         return self._now()
 
     def commit(self, excitation: Floats) -> None:
         """Go on by a sample under excitations (n, M)."""
         self.angle, self.speed = self.attempt(np.repeat(excitation[:, None], self.copies, axis=1))
-        self._hold()
-
-    def _hold(self) -> None:
-        self._step = self._rollout.steps_done
-        self._held = [array.numpy().copy() for array in self._arrays]
+        self._held = self._rollout.snapshot()
 
     def _now(self) -> tuple[Floats, Floats]:
         arm, state = self._simulator.arm, self._rollout.state
