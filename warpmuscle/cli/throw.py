@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Annotated
 import numpy as np
 import typer
 from rich.markup import escape
-from rich.table import Table
 
 from warpmuscle.cli.common import Device, Threads, command_line, load_scene, start_warp, writable
 from warpmuscle.cli.console import log, out
@@ -149,7 +148,7 @@ def _print_lacks(lacks: Sequence[Lack], whose: str) -> None:
 def _print_published(job: Job) -> None:
     from warpmuscle.throw.report import PAPER, published_rows
 
-    headings = [f"{joint} r2" for joint in job.arm.driven]
+    headings = [*(f"{joint} r2" for joint in job.arm.driven), "time"]
     with log.status("fitting as published") as shown:
         if len(job.motions) > 1 and job.options.emg is None:
             mean = job.publish_mean()
@@ -170,7 +169,7 @@ def _print_fit(job: Job, fitted: Fitted) -> None:
         headings.append("held out")
     rows = stage_rows(fitted.stages, job.held_out)
     baseline = baseline_row(job.follower)
-    _print_table("better fit, medians over motions", [*headings, ""], [*([baseline] if baseline else []), *rows])
+    _print_table("better fit, medians over motions", [*headings, "time"], [*([baseline] if baseline else []), *rows])
     good, a = fitted.agreement.good(), fitted.agreement
     for k in (~good).nonzero()[0] if len(job.motions) > 1 else []:
         out.print(
@@ -181,10 +180,14 @@ def _print_fit(job: Job, fitted: Fitted) -> None:
 
 
 def _print_table(title: str, headings: Sequence[str], rows: Sequence[Row]) -> None:
-    table = Table("", *headings, title=title, title_justify="left")
-    for row in rows:
-        table.add_row(row.name, *row.cells, *[""] * (len(headings) - len(row.cells)))
-    out.print(table)
+    """Aligned text, as wide as it has to be: a table of many columns is of no use squeezed into a narrow console."""
+    lines = [["", *headings], *([row.name, *row.cells] for row in rows)]
+    widths = [max(len(line[k]) for line in lines if k < len(line)) for k in range(max(map(len, lines)))]
+    out.print(f"\n[bold]{escape(title)}[/]")
+    for line in lines:
+        first, *rest = (cell.ljust(width) if k == 0 else cell.rjust(width)
+                        for k, (cell, width) in enumerate(zip(line, widths, strict=False)))  # fmt: skip
+        out.print(escape("  ".join([first, *rest]).rstrip()))
 
 
 def _print_curve(job: Job, fitted: Fitted) -> None:

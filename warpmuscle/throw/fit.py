@@ -35,7 +35,7 @@ class Settings:
     """
 
     fidelity: float = 3e-3
-    smoothness: float = 1e-4  # price of second differences of signals
+    smoothness: float = 1e-4  # price of second differences of a signal's distance from the extracted one
     prior: float = 0.025  # price of a parameter's distance from its start, in parts of its interval
     parameter_steps: int = 20
     early_steps: int = 8
@@ -126,10 +126,12 @@ class _Fitting:
         self._stage("signals", outcome.simulations)
         return Fitted(self._shared, self._own, self._replay, self._stages)
 
-    def signals(self, own: Floats, shared: Floats) -> Floats:
-        """Signals (n, size) of all motions fitted from `own` on with parameters that stay."""
-        self._own, self._shared = own.copy(), shared
-        return self._fit(self._all, self._settings.signal_steps, own=True, shared=False).own
+    def again(self, own: Floats, shared: Floats) -> tuple[Floats, Floats]:
+        """Signals (n, size) and parameters (P,) fitted from others on."""
+        self._own, self._shared, self._start = own.copy(), shared, shared
+        both = self._fit(self._training, self._settings.common_steps, own=True, shared=True, damping=0.1)
+        self._own[self._training], self._shared = both.own, both.shared
+        return self._fit(self._all, self._settings.signal_steps, own=True, shared=False).own, self._shared
 
     def _equations(self) -> None:
         """Parameters by the equations of motion; what is regularised towards from now on."""
@@ -152,7 +154,7 @@ class _Fitting:
         size = follower.size
         signals = Unknowns(
             self._own[which], np.zeros(size), np.ones(size), SIGNAL_STEP, None,
-            [Prior(s.fidelity * np.eye(size), self._extracted[which]), Prior(self._smoothness(), np.zeros(size))], own,
+            [Prior(s.fidelity * np.eye(size) + self._smoothness(), self._extracted[which])], own,
         )  # fmt: skip
         count = len(self._shared)
         prior = Prior(s.prior * np.eye(count), self._start)
@@ -171,7 +173,7 @@ class _Fitting:
         )
 
     def _smoothness(self) -> Floats:
-        """Sum of squared second differences of the signals at their knots, (size, size)."""
+        """Sum of squared second differences at the knots, (size, size)."""
         second = np.diff(np.eye(len(self._follower.knots)), 2, axis=0)
         block = self._settings.smoothness * second.T @ second
         return np.asarray(np.kron(np.eye(self._follower.synergies.count), block), dtype=np.float64)
@@ -182,20 +184,24 @@ class _Fitting:
 
 
 def trade(
-    follower: Follower, fitted: Fitted, prices: Sequence[float], settings: Settings | None = None
+    follower: Follower,
+    fitted: Fitted,
+    training: NDArray[np.intp],
+    prices: Sequence[float],
+    settings: Settings | None = None,
 ) -> list[tuple[float, Agreement]]:
-    """Accuracy against fidelity: signals fitted again at other prices of leaving the extracted ones."""
+    """Accuracy against fidelity: parameters and signals fitted again at other prices of leaving the extracted ones."""
     settings = settings or Settings()
     curve = []
-    own = fitted.own
+    own, shared = fitted.own, fitted.unknowns
     for price in prices:
         fitting = _Fitting(
             follower,
             fitted.unknowns,
-            np.arange(len(follower.motions)),
+            training,
             replace(settings, fidelity=price),
             lambda s: None,
         )
-        own = fitting.signals(own, fitted.unknowns)
-        curve.append((price, follower.agreement(own, fitted.unknowns)[0]))
+        own, shared = fitting.again(own, shared)
+        curve.append((price, follower.agreement(own, shared)[0]))
     return curve

@@ -14,7 +14,7 @@ from warpmuscle.throw.motion import Motions
 from warpmuscle.throw.signals import Knots, Synergies
 from warpmuscle.throw.simulator import Simulator
 
-VELOCITY_WEIGHT = 0.3  # of an error of velocity over its deviation, against one of angle over its
+VELOCITY_WEIGHT = 0.03  # of an error of velocity over its deviation, against one of angle over its
 ROUGH_STEP = 0.005  # s
 FAR = 10.0  # rad and rad/s: errors beyond it count as this much, so that one wild copy does not decide all
 
@@ -52,6 +52,11 @@ class Follower:
             factor * inside / (_deviation(values, motions.valid) * length)
             for factor, values in ((1.0, angle), (velocity_weight, speed))
         )
+
+    def load(self) -> None:
+        """Have the kernels ready, compiled now unless Warp has them in its cache."""
+        self.simulator.load()
+        self.rough_simulator.load()
 
     @property
     def size(self) -> int:

@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from warpmuscle.errors import Error
 from warpmuscle.formats import load
 from warpmuscle.parameters import start_values
@@ -32,7 +34,7 @@ from warpmuscle.throw.signals import Knots
 from warpmuscle.throw.synthesis import Goal, Throw, Thrower
 
 GROUPS = {"throw": "throw_groups"}  # the same arm with the strength of whole groups of muscles
-PRICES = (1e-4, 1e-3, 1e-2, 3e-2, 1e-1, 3e-1)
+PRICES = (1e-3, 5e-3, 1e-2, 2e-2, 3e-2, 1e-1)
 
 
 @dataclass(frozen=True)
@@ -88,6 +90,7 @@ class Job:
 
     def fit(self, progress: Callable[[str], None] = lambda stage: None) -> Fitted:
         """The better fit."""
+        self.follower.load()
         self.fitted = fit_motions(self.follower, self.start, self.training, self.settings, progress)
         return self.fitted
 
@@ -118,7 +121,7 @@ class Job:
         """Accuracy against fidelity."""
         if self.fitted is None:
             raise Error("fit before the curve of accuracy against fidelity")
-        return trade(self.follower, self.fitted, PRICES, self.settings)
+        return trade(self.follower, self.fitted, np.asarray(self.training), PRICES, self.settings)
 
     def throw(self, goals: Sequence[Goal], release: float | None, adapt: int) -> list[Throw]:
         """New throws out of the first motion."""

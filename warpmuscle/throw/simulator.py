@@ -60,6 +60,10 @@ class Simulator:
         self.steps += len(which) * rollout.steps
         return self._sampled(rollout)
 
+    def load(self) -> None:
+        """Have the kernel ready, compiled now unless Warp has it in its cache."""
+        self._rollout(1).load()
+
     def prepared(self, which: NDArray[np.intp], time: Floats, excitation: Floats, values: Floats) -> Rollout:
         """The same copies at their start; theirs until the next call for as many."""
         rollout = self._rollout(len(which))
