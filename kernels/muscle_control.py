@@ -96,9 +96,16 @@ def activated(
 
 
 @wp.func
-def neurally_activated(instance: int, muscle: int, excitation: float, muscles: Muscles, state: MuscleState) -> float:
-    """The same by way of a neural signal, which rises or falls as it ends up above or below the activation."""
+def neurally_activated(
+    instance: int, muscle: int, step: int, excitation: float, muscles: Muscles, state: MuscleState
+) -> float:
+    """Activation now, a step after the last one, by way of a neural signal; both are stored, and as given at step 0.
+
+    The activation rises or falls as the neural signal ends up above or below it.
+    """
     a = state.activation[instance, muscle]
+    if step == 0:
+        return a
     e = state.neural[instance, muscle]
     neural_rest = at(muscles.neural_rest, instance, muscle)
     rest = at(muscles.rise_rest, instance, muscle)

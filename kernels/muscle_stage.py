@@ -156,7 +156,10 @@ def muscle_stage_of(kind: MuscleKind, terms: tuple[str, ...] = (), recorded: boo
             desired = desired_force(instance, m, model, state, work)
         f_max = at(muscles.f_max, instance, m)
         if muscles.knot_start[m + 1] > muscles.knot_start[m]:
-            desired = f_max * timed_excitation(muscles, instance, m, float(step) * model.time_step)
+            time = float(step) * model.time_step
+            if wp.static(neural):
+                time -= 0.5 * model.time_step  # the middle of the step that the activation is moved over
+            desired = f_max * timed_excitation(muscles, instance, m, time)
         excitation = wp.min(desired / f_max, 1.0)
         c = Contraction()
         if wp.static(law == IDEAL):
@@ -173,7 +176,7 @@ def muscle_stage_of(kind: MuscleKind, terms: tuple[str, ...] = (), recorded: boo
                 c = legacy_contraction(instance, m, a, stretch, model, state)
             else:
                 if wp.static(neural):
-                    a = neurally_activated(instance, m, excitation, muscles, state.muscles)
+                    a = neurally_activated(instance, m, step, excitation, muscles, state.muscles)
                 else:
                     a = activated(instance, m, excitation, model.time_step, muscles, state.muscles)
                 c = contraction(instance, m, a, stretch, model, state)

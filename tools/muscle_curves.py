@@ -1,4 +1,4 @@
-"""Normalised curves of all four muscle models in one figure.
+"""Normalised curves of all muscle models in one figure.
 
 python tools/muscle_curves.py [FILE]       draws FILE, muscle_curves.png if not given
 """
@@ -14,8 +14,9 @@ import warp as wp
 from warpmuscle.kernels import curves
 
 MODELS = {"Lee 2014": curves.LEE, "Thelen 2003": curves.THELEN, "Millard 2013": curves.MILLARD}
-MODELS["De Groote 2016"] = curves.DE_GROOTE
-STYLES = ("-", "--", "-", "-.")
+MODELS |= {"De Groote 2016": curves.DE_GROOTE, "Thelen, explicit": curves.THELEN_EXPLICIT}
+MODELS["Sarshari 2018"] = curves.SARSHARI
+STYLES = ("-", "--", "-", "-.", ":", "--")
 PANELS = (  # function, further arguments, range of the axis, its label, title
     (curves.active_force_length, (), (0.2, 2.0), "fibre length / l_opt", "Active"),
     (curves.passive_force_length, (), (0.2, 1.7), "fibre length / l_opt", "Passive"),

@@ -9,23 +9,20 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from scipy.interpolate import make_interp_spline
+from throw_subject import FLEXION, LUMBAR, SHOULDER, WholeBody, arm, hinges, rounded, trunk
 
 from warpmuscle.formats.toml_layout import layout
 from warpmuscle.number import Free
+from warpmuscle.pose import about, multiply
 from warpmuscle.scene import (
     Actuation,
-    Body,
-    Box,
-    Capsule,
     Character,
     Failure,
     Ground,
     InitialState,
-    Joint,
     JointState,
     Motion,
     Muscle,
@@ -33,23 +30,22 @@ from warpmuscle.scene import (
     Part,
     Pulley,
     Scene,
-    Sphere,
     ViaPoint,
 )
 from warpmuscle.segments import Segment, segment
 from warpmuscle.validate_muscles import initial_path_lengths
 
 KNOTS, DURATION, RATE = 16, 1.5, 100
-SHOULDER = (
-    -0.104,
-    0.818,
-)  # of the height: half the width of the shoulders to the right, and their height (Winter 2009)
-DATA = """# Mean of 22 free throws of one thrower, 1.91 m and 90.7 kg; computed from MLSE Sport Performance Lab (SPL) Open Data,
-# basketball/freethrow (CC BY-NC-SA 4.0): markerless, 30 Hz, low-pass 8 Hz; 0 s is 1 s before the fastest extension of the
-# elbow. Sixteen knots a coordinate, fitted by least squares to 151 samples, within 0.5 degrees and 1 mm of them."""
-SOURCES = """# f_max: Holzbaur 2005 (deltoids, ECU and FCR; biceps long head and triceps long head as in OpenSim's arm26). l_opt and
-# l_slack: Saul 2015. Moment arms: means over the joint's range in the upper limb model of Saul 2015, computed with OpenSim
-# 4.6. Rest angles and lengths are a choice (Cruz Ruiz 2015, section 2.5: arbitrary, then optimised), as are the bounds:
+DATA = """\
+# Motion: mean of 22 free throws of one thrower, 1.91 m and 90.7 kg; computed from MLSE Sport Performance Lab (SPL)
+# Open Data, basketball/freethrow (CC BY-NC-SA 4.0): markerless, 30 Hz, low-pass 8 Hz; 0 s is 1 s before the fastest
+# extension of the elbow. Sixteen knots a coordinate by least squares, within 0.5 degrees and 1 mm of 151 samples.
+# The muscles drive the three joints; their motion is what fits compare with. In a free throw the forearm is pronated,
+# so that palmar flexion turns the hand against the elbow's flexion."""
+SOURCES = """\
+# f_max: Holzbaur 2005 (deltoids, ECU, FCR; long heads of biceps and triceps as in OpenSim's arm26). l_opt, l_slack:
+# Saul 2015. Moment arms: means over the joint's range in the upper limb model of Saul 2015, computed with OpenSim 4.6.
+# Rest angles and lengths are a choice (Cruz Ruiz 2015, section 2.5: arbitrary, then optimised), and so are the bounds:
 # these six stand for whole groups of muscles. Pennation is neglected, as in Cruz Ruiz 2015."""
 # name: joint, f_max N, l_opt m, l_slack m, moment arm m
 MUSCLES = {
@@ -62,8 +58,6 @@ MUSCLES = {
 }
 REST = {"shoulder": 75.0, "elbow": 70.0, "wrist": 0.0}  # degrees
 DAMPING = {"shoulder": 0.5, "elbow": 0.3, "wrist": 0.05}  # N m s/rad
-FLEXION = {"shoulder": (-1.0, 0.0, 0.0), "elbow": (-1.0, 0.0, 0.0), "wrist": (1.0, 0.0, 0.0)}
-SEGMENTS = {"shoulder": "upper_arm", "elbow": "forearm", "wrist": "hand"}
 Place = tuple[
     str, float, float
 ]  # segment, and m forwards of its axis and up from its distal end, the trunk's from the shoulder
@@ -74,12 +68,7 @@ POINTS: dict[str, list[Place]] = {
     "m4": [("upper_arm", -0.02, -0.12), ("upper_arm", -0.025, -0.295), ("forearm", -0.015, 0.02)],
     "m5": [("forearm", -0.012, -0.06), ("forearm", -0.015, -0.255), ("hand", -0.013, -0.03)],
     "m6": [("forearm", 0.012, -0.06), ("forearm", 0.013, -0.255), ("hand", 0.011, -0.03)],
-}  # the upper arm's from the shoulder, the forearm's from the elbow, the hand's from the wrist
-
-
-def rounded(numbers: Any, digits: int = 4) -> Any:
-    """Plain numbers without noise."""
-    return np.round(np.asarray(numbers, dtype=float), digits).tolist()
+}
 
 
 def knots(values: np.ndarray) -> np.ndarray:
@@ -100,6 +89,7 @@ class Throws:
         self.time = rounded(np.linspace(0.0, DURATION, KNOTS))
         self.angles = {joint: knots(angle.mean(axis=0)) for joint, angle in angles.items()}
         self.pitch = knots(pitch.mean(axis=0))
+        self.height = float(place[:, 0, 2].mean())  # m, of the shoulder at the start
         self.moved = knots((place - place[:, :1]).mean(axis=0)[:, [0, 2]])  # forwards and up
 
     def motion(self, joint: str) -> Motion:
@@ -120,43 +110,6 @@ class Throws:
         place = np.asarray(home) + np.asarray(shoulder) + self.moved - turned
         position = [(0.0, y, z) for z, y in rounded(place)]
         return Motion(self.time, rotation=[(-p, 0.0, 0.0) for p in rounded(self.pitch)], position=position)
-
-
-def arm(height: float, mass: float) -> tuple[dict[str, Body], dict[str, Segment]]:
-    """The segments of the right arm as bodies."""
-    parts = {name: segment(name, height, mass) for name in SEGMENTS.values()}
-    bodies = {}
-    for name, part in parts.items():
-        top, bottom = np.negative(part.com), np.array([0.0, -part.length, 0.0]) - part.com
-        radius = {"upper_arm": 0.045, "forearm": 0.035, "hand": 0.025}[name]
-        shape = Capsule(tuple(rounded(top)), tuple(rounded(bottom)), radius)
-        bodies[name] = Body(rounded(part.mass), tuple(rounded(part.inertia, 6)), [shape])
-    return bodies, parts
-
-
-def hinges(parts: dict[str, Segment], parent: str, shoulder: Any) -> dict[str, Joint]:
-    """The joints of the planar arm, the first at a place of its parent."""
-    joints, place = {}, shoulder
-    for name, child in SEGMENTS.items():
-        part = parts[child]
-        in_child = tuple(rounded(np.negative(part.com)))
-        joints[name] = Joint("hinge", parent, child, tuple(rounded(place)), in_child, [FLEXION[name]])
-        parent, place = child, np.array([0.0, -part.length, 0.0]) - part.com
-    return joints
-
-
-def trunk(height: float, mass: float) -> tuple[Body, np.ndarray]:
-    """Head, torso, pelvis and left arm as one body, which only moves as prescribed, and the place of its shoulder."""
-    names = ("head", "torso", "pelvis", "upper_arm", "forearm", "hand")
-    whole = sum(segment(name, height, mass).mass for name in names)
-    size = 0.5 * np.array([0.22, 0.36, 0.12]) * height
-    inertia = (
-        whole / 3.0 * np.array([size[1] ** 2 + size[2] ** 2, size[0] ** 2 + size[2] ** 2, size[0] ** 2 + size[1] ** 2])
-    )
-    shape = Box(tuple(rounded(-0.9 * size)), tuple(rounded(0.9 * size)))
-    head = Sphere((0.0, round(1.35 * size[1], 4), 0.0), 0.1)
-    body = Body(rounded(whole), tuple(rounded(inertia)), [shape, head])
-    return body, np.array([SHOULDER[0] * height, 0.8 * size[1], 0.0])
 
 
 def free(value: float, low: float, high: float) -> Free:
@@ -219,8 +172,56 @@ def common(name: str, description: str, character: Character, throws: Throws, ro
         ),
         actuation={joint: Actuation("muscle", damping=damping) for joint, damping in DAMPING.items()},
         motion={"root": root, **{joint: throws.motion(joint) for joint in FLEXION}},
-        duration=DURATION, time_step=0.001, gravity=9.81, implicit_pd=True,
+        duration=DURATION, time_step=0.001, gravity=9.81,
     )  # fmt: skip
+
+
+def whole_scene(body: WholeBody, throws: Throws) -> Scene:
+    """The throw; the feet stay where they are while the body rises."""
+    lumbar = np.array([0.0, LUMBAR * body.height])
+    shoulder = (0.0, (SHOULDER[1] - LUMBAR) * body.height)
+    risen = throws.root((0.0, 0.0), shoulder)  # of the lumbar joint
+    forward, up = np.array([[p[2], p[1]] for p in risen.position]).T
+    forward, up = forward - forward.mean(), up - up.max() - 0.01
+    com = body.com["pelvis"]
+    position = [(0.0, y, z) for y, z in rounded(np.stack([lumbar[1] + up + com[1], forward + com[2]], axis=1))]
+    hip, knee = legs(body.height, body.mass, forward, up)
+    time, root = throws.time, Motion(throws.time, position=position)
+    scene = common("throw_body", WHOLE, body.character, throws, root)
+    motion = {"root": scene.motion["root"], "lumbar": Motion(time, rotation=risen.rotation)}
+    for letter in "lr":
+        motion[f"{letter}_hip"] = Motion(time, rotation=[(-angle, 0.0, 0.0) for angle in rounded(hip)])
+        motion[f"{letter}_knee"] = Motion(time, value=rounded(knee))
+        motion[f"{letter}_ankle"] = Motion(time, value=[[0.0] * KNOTS, rounded(knee - hip)])
+    motion |= {"elbow": Motion([0.0], value=[rounded(np.pi)]), "wrist": Motion([0.0], value=[0.0])}
+    motion["l_elbow"] = Motion([0.0], value=[[rounded(np.pi)], [0.6]])
+    scene.motion = motion | {"shoulder": scene.motion["shoulder"]}
+    scene.actuation = {name: Actuation("kinematic") for name, joint in body.joints.items() if joint.type != "fixed"}
+    scene.actuation["shoulder"] = Actuation("muscle", damping=DAMPING["shoulder"])
+    for joint in ("elbow", "wrist"):
+        scene.actuation[joint] = Actuation(["kinematic", "muscle"], damping=DAMPING[joint])
+    start = scene.initial_state.joints
+    start["elbow"] = pronated(body, throws, "elbow", np.pi)
+    start["wrist"] = pronated(body, throws, "wrist", 0.0)
+    return scene
+
+
+def pronated(body: WholeBody, throws: Throws, joint: str, turn: float) -> JointState:
+    """Start of a flexion beside which the child is turned about its own other axis."""
+    curve = make_interp_spline(throws.time, throws.angles[joint], k=5)
+    own, flex = (np.array(axis) for axis in body.joints[joint].axes)
+    orientation = multiply(about(flex, float(curve(0.0))), about(own, turn))
+    return JointState(tuple(rounded(orientation, 5)), tuple(rounded(flex * float(curve(0.0, nu=1)))))
+
+
+def legs(height: float, mass: float, forward: np.ndarray, up: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Flexion of hip and knee, rad, with which the ankles stay as the hips move, m, from above them."""
+    thigh, shank = (segment(name, height, mass).length for name in ("thigh", "shank"))
+    down, back = thigh + shank + up, -forward
+    reach = np.hypot(down, back)
+    knee = np.arccos(np.clip((reach**2 - thigh**2 - shank**2) / (2.0 * thigh * shank), -1.0, 1.0))
+    lean = np.arctan2(back, down)
+    return lean + np.arctan2(shank * np.sin(knee), thigh + shank * np.cos(knee)), knee
 
 
 def main() -> None:
@@ -234,31 +235,46 @@ def main() -> None:
     bodies, parts = arm(given.height, given.mass)
     body, shoulder = trunk(given.height, given.mass)
     character = Character("trunk", {"trunk": body, **bodies}, hinges(parts, "trunk", shoulder), "planar")
-    who = f"of a man of {given.height:g} m and {given.mass:g} kg: segments after Dumas 2007, see `warpmuscle/segments.py`."
-    write(
-        given.output / "throw_arm.toml",
-        f"# A right arm on a trunk, {who}\n# Tables to add muscles to.\n\n{layout(character)}",
-    )
-    write(
-        given.output / "throw_pulleys.toml",
-        f"# The muscles of `throw_arm.toml` on pulleys.\n{SOURCES}\n\n{layout(Tables(pulley_muscles()))}",
-    )
-    points = point_muscles(character, parts, shoulder)
-    write(
-        given.output / "throw_points.toml",
-        f"# The muscles of `throw_arm.toml` through points, whose moment arms change with the angles; the points are a choice.\n{SOURCES}\n\n{layout(Tables(points))}",
-    )
-    height = SHOULDER[1] * given.height
-    root = throws.root((0.0, height - shoulder[1]), (0.0, shoulder[1]))
-    scene = common(
-        "throw",
-        "A planar arm of three joints and six pulley muscles throws overhead; its trunk moves as recorded (Cruz Ruiz 2015).",
-        character,
-        throws,
-        root,
-    )
-    files = ["throw_arm.toml", "throw_pulleys.toml"]
-    write(given.output / "throw.toml", f"# {scene.description}\n{DATA}\n\n{layout(scene, {'character': files})}")
+    who = f"a man of {given.height:g} m and {given.mass:g} kg: segments after Dumas 2007, see `warpmuscle/segments.py`"
+    to_add = "Tables to add to a character with the joints shoulder, elbow and wrist."
+    headers = {
+        "throw_arm": f"A right arm on the trunk of {who}.\n# Tables to add muscles to.",
+        "throw_pulleys": f"Six muscles of an arm on pulleys. {to_add}\n{SOURCES}",
+        "throw_points": "Six muscles of `throw_arm.toml` through points, which are a choice; so moment arms vary."
+        f"\n{SOURCES}",
+        "throw_whole": f"The whole body of {who}.\n# 21 segments, 32 degrees of freedom. "
+        "Torso and head with neck are divided by length; half a kilogram\n# of the torso turns with each arm's flexion.",
+    }
+    whole = WholeBody(given.height, given.mass)
+    pulleys = pulley_muscles()
+    tables: dict[str, Part] = {
+        "throw_arm": character,
+        "throw_pulleys": Tables(pulleys),
+        "throw_points": Tables(point_muscles(character, parts, shoulder)),
+        "throw_whole": whole.character,
+    }
+    second = "\n".join(f"{name}.pulleys.0.axis = 1" for name, muscle in MUSCLES.items() if muscle[0] != "shoulder")
+    ends = {"throw_whole": f"\n# Flexion of elbow and wrist is their second angle.\n[muscles]\n{second}\n"}
+    for name, part in tables.items():
+        write(given.output / f"{name}.toml", f"# {headers[name]}\n\n{layout(part)}{ends.get(name, '')}")
+    home = throws.height - shoulder[1]
+    planar = common("throw", PLANAR, character, throws, throws.root((0.0, home), (0.0, shoulder[1])))
+    save(planar, ["throw_arm.toml", "throw_pulleys.toml"], given.output)
+    text = f'# {VIA}\n\nname = "throw_via"\nbase = "throw.toml"\ncharacter = ["throw_arm.toml", "throw_points.toml"]\n'
+    write(given.output / "throw_via.toml", f'{text}description = "{VIA}"\n')
+    save(whole_scene(whole, throws), ["throw_pulleys.toml", "throw_whole.toml"], given.output)
+
+
+PLANAR = (
+    "A planar arm of three joints and six pulley muscles throws overhead; its trunk moves as recorded (Cruz Ruiz 2015)."
+)
+VIA = "The throwing arm with muscles through points, whose moment arms vary with the angles."
+WHOLE = "A body of 21 segments throws: six muscles move three joints of its right arm, all else moves as prescribed."
+
+
+def save(scene: Scene, files: list[str], folder: Path) -> None:
+    """Write a scene whose character stands in other files."""
+    write(folder / f"{scene.name}.toml", f"# {scene.description}\n{DATA}\n\n{layout(scene, {'character': files})}")
 
 
 def write(path: Path, text: str) -> None:

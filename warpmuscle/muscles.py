@@ -97,8 +97,8 @@ def muscles_struct(scene: Scene, chosen: tuple[str, ...], device: Any) -> struct
         "rise_rest": np.exp(-scene.time_step / np.asarray(model.rise_time)),
         "fall_rest": np.exp(-scene.time_step / np.asarray(model.fall_time)),
         "neural_rest": np.exp(-scene.time_step / np.asarray(model.neural_time)),
-        "rise_mix": _neural_mix(scene.time_step, model.neural_time, model.rise_time),
-        "fall_mix": _neural_mix(scene.time_step, model.neural_time, model.fall_time),
+        "rise_mix": neural_mix(scene.time_step, model.neural_time, model.rise_time),
+        "fall_mix": neural_mix(scene.time_step, model.neural_time, model.fall_time),
     }
     for field, value in common.items():
         column = np.reshape(np.asarray(value, dtype=np.float64), (-1, 1))
@@ -108,7 +108,7 @@ def muscles_struct(scene: Scene, chosen: tuple[str, ...], device: Any) -> struct
     return s
 
 
-def _neural_mix(time_step: float, neural_time: Any, time: Any) -> Floats:
+def neural_mix(time_step: float, neural_time: Any, time: Any) -> Floats:
     """What a step takes from the neural signal's way to go into the activation, see `activation.neural_step`."""
     neural, own = np.broadcast_arrays(np.asarray(neural_time, np.float64), np.asarray(time, np.float64))
     own = np.where(np.abs(own - neural) < 1e-9 * neural, own * (1.0 + 1e-6), own)  # so that nothing is divided by 0

@@ -89,7 +89,7 @@ class MuscleModel(Part):
     `activation`: linear, with constant rates; scaled, rates depend on the activation (Thelen 2003, eq. 1 and 2); or
     neural, linear after a neural signal that follows the excitation (Cruz Ruiz 2015, eq. 11).
     `implicit_damping`: with rigid tendons, what force changes with speed is linearised over the step, so that strong
-    muscles on light bodies stay stable.
+    muscles on light bodies stay stable; so are the dampers of the joints.
     `negative`: what a joint counts in a muscle's desired force that wants the muscle to push: keep it, drop the joint
     from the average, or clip it to zero.
     """

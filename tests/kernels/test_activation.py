@@ -5,6 +5,7 @@ import pytest
 from probes import evaluate
 
 from warpmuscle.kernels import activation
+from warpmuscle.muscles import neural_mix
 
 TIMES = {"Thelen2003": activation.THELEN_TIMES, "Millard2012Equilibrium": activation.MILLARD_TIMES}
 
@@ -53,3 +54,35 @@ def test_delay_equals_a_queue_that_starts_full_of_the_first_value(delay: int):
         ring[step % 64] = step
         read.append(ring[slot[step]])
     assert read == [0] * delay + list(range(200 - delay))
+
+
+# Neural dynamics.
+
+NEURAL, RISE, FALL, STEP = 0.001, 0.05, 0.08, 0.001  # s
+
+
+def neural_steps(excitation: np.ndarray, start: float, time: float) -> np.ndarray:
+    """Activations and neural signals (n, 2) after steps of one time constant under excitations (n,)."""
+    rest, neural_rest = np.exp(-STEP / time), np.exp(-STEP / NEURAL)
+    mix = NEURAL / (NEURAL - time) * (neural_rest - rest)
+    state, history = np.array([[start, start]]), []
+    for u in excitation:
+        state = evaluate(activation.neural_step, state[:, 0], state[:, 1], u, rest, neural_rest, mix)
+        history.append(state[0])
+    return np.array(history)
+
+
+@pytest.mark.parametrize(("start", "end"), [(0.05, 0.9), (0.9, 0.1)])
+def test_neural_dynamics_is_exact_for_constant_excitations(start: float, end: float):
+    """Against the closed form of two first-order lags in a row (Cruz Ruiz 2015, eq. 11)."""
+    t = STEP * np.arange(1, 101)
+    got = neural_steps(np.full(100, end), start, RISE)
+    shape = (RISE * np.exp(-t / RISE) - NEURAL * np.exp(-t / NEURAL)) / (RISE - NEURAL)
+    np.testing.assert_allclose(got[:, 0], end + (start - end) * shape, atol=2e-6)
+    np.testing.assert_allclose(got[:, 1], end + (start - end) * np.exp(-t / NEURAL), atol=1e-6)
+
+
+def test_neural_dynamics_of_equal_time_constants_has_a_limit():
+    nearly, equal = (neural_mix(STEP, 0.01, time) for time in (0.01 * (1.0 + 1e-4), 0.01))
+    assert float(equal) == pytest.approx(STEP / 0.01 * np.exp(-STEP / 0.01), rel=1e-5)
+    assert float(nearly) == pytest.approx(float(equal), rel=1e-3)

@@ -5,9 +5,10 @@ import pytest
 from probes import evaluate
 
 from warpmuscle.kernels import curves, millard
-from warpmuscle.kernels.curves import DE_GROOTE, LEE, MILLARD, THELEN
+from warpmuscle.kernels.curves import DE_GROOTE, LEE, MILLARD, SARSHARI, THELEN, THELEN_EXPLICIT
 
-MODELS = {"lee": LEE, "thelen": THELEN, "millard": MILLARD, "de groote": DE_GROOTE}
+MODELS = {"lee": LEE, "thelen": THELEN, "millard": MILLARD, "de groote": DE_GROOTE, "explicit": THELEN_EXPLICIT}
+ALL = MODELS | {"sarshari": SARSHARI}  # whose curves pass neither 1 at rest nor 0 at their ends
 every_model = pytest.mark.parametrize("model", MODELS.values(), ids=MODELS)
 TABLE = 2e-4  # error of the tables of Millard's curves
 
@@ -66,14 +67,16 @@ def closed_active(model: int, x: np.ndarray) -> np.ndarray:
             (0.1, 1.0, np.sqrt(0.125), 0.0),
         ]
         return sum(b1 * np.exp(-0.5 * ((x - b2) / (b3 + b4 * x)) ** 2) for b1, b2, b3, b4 in bells)
-    return np.exp(-((x - 1.0) ** 2) / {LEE: 0.5, THELEN: 0.45}[model])
+    return np.exp(-((x - 1.0) ** 2) / {LEE: 0.5, THELEN: 0.45, THELEN_EXPLICIT: 0.45, SARSHARI: 0.0955}[model])
 
 
 def closed_passive(model: int, x: np.ndarray) -> np.ndarray:
     if model == DE_GROOTE:
         floor = np.exp(4.0 * -0.8 / 0.6)
         return np.maximum(np.exp(4.0 * (x - 1.0) / 0.6) - floor, 0.0) / (np.exp(4.0) - floor)
-    k = {LEE: 4.0, THELEN: 5.0}[model]
+    if model == SARSHARI:
+        return 0.067 * np.exp(3.832 * (x - 1.0)) + 0.00378
+    k = {LEE: 4.0, THELEN: 5.0, THELEN_EXPLICIT: 5.0}[model]
     return np.where(x > 1.0, np.expm1(k * (x - 1.0) / 0.6) / np.expm1(k), 0.0)
 
 
@@ -81,12 +84,16 @@ def closed_velocity(model: int, v: np.ndarray) -> np.ndarray:
     """At full activation."""
     if model == DE_GROOTE:
         return -0.3211346127989808 * np.arcsinh(-8.149 * v - 0.374) + 0.8825327733249912
+    if model == SARSHARI:
+        return 1.9108 / (1.0 + np.exp(-4.994 * v))
+    if model == THELEN_EXPLICIT:
+        return np.where(v <= 0.0, (1.0 + v) / (1.0 - 4.0 * v), (1.0 + 35.0 * v) / (1.0 + 25.0 * v))
     shape, longest = {LEE: (0.3, 1.8), THELEN: (0.25, 1.4)}[model]
     x, y = v * (2.0 + 2.0 / shape), longest - 1.0
     return np.where(v <= 0.0, (v + 1.0) / (1.0 - v / shape), (longest * x + y) / (x + y))
 
 
-@pytest.mark.parametrize("model", [LEE, THELEN, DE_GROOTE], ids=["lee", "thelen", "de groote"])
+@pytest.mark.parametrize("model", [model for model in ALL.values() if model != MILLARD])
 def test_curves_are_their_closed_forms(model: int):
     x, v = np.linspace(0.3, 1.7, 500), np.linspace(-1.0, 0.18, 500)
     np.testing.assert_allclose(evaluate(curves.active_force_length, model, x), closed_active(model, x), atol=2e-6)
@@ -122,12 +129,20 @@ def test_passive_force_and_tendon_force_grow_from_zero(model: int):
     assert np.all(np.diff(tendon) > -2e-7)
 
 
+@pytest.mark.parametrize("speed", [-0.7, 0.0, 0.3])
+def test_explicit_force_velocity_is_that_of_thelen_at_full_activation_and_knows_no_other(speed: float):
+    explicit = evaluate(curves.force_velocity, THELEN_EXPLICIT, speed, np.array([0.01, 0.5, 1.0]))
+    assert np.ptp(explicit) == 0.0
+    if speed < 0.18:  # beyond it Thelen's goes on straight
+        assert explicit[0] == pytest.approx(evaluate(curves.force_velocity, THELEN, speed, 1.0)[0], abs=1e-6)
+
+
 @pytest.mark.parametrize(("model", "strain"), [(LEE, 0.04), (THELEN, 0.04), (MILLARD, 0.049), (DE_GROOTE, 0.049)])
 def test_tendon_carries_the_largest_isometric_force_at_its_strain(model: int, strain: float):
     assert evaluate(curves.tendon_force_strain, model, strain)[0] == pytest.approx(1.0, abs=1e-5)
 
 
-@every_model
+@pytest.mark.parametrize("model", ALL.values(), ids=ALL)
 @pytest.mark.parametrize("activation", [0.01, 1.0])
 def test_inverse_of_force_velocity_gives_the_speed_back(model: int, activation: float):
     v = np.linspace(-0.95, 0.95, 400) * (0.25 + 0.75 * activation if model == THELEN else 1.0)
@@ -136,7 +151,7 @@ def test_inverse_of_force_velocity_gives_the_speed_back(model: int, activation: 
     np.testing.assert_allclose(got, v, atol=2e-4)
 
 
-@every_model
+@pytest.mark.parametrize("model", ALL.values(), ids=ALL)
 def test_slopes_are_derivatives(model: int):
     v, strain, h = np.linspace(-0.98, 0.98, 198), np.linspace(-0.0103, 0.06, 150), 2e-3
     cases = [(lambda x: evaluate(curves.force_velocity_slope, model, x, 0.5), v, h, 0.1)]

@@ -265,3 +265,17 @@ def test_energy_of_a_mass_on_a_muscle_changes_by_the_work_of_its_active_part(mod
     drift = np.abs(np.array(energy) - energy[0]).max(axis=0)
     assert np.all(effort > 0.1)
     assert np.all(drift < 5e-5 * effort)
+
+
+@every_model
+def test_damping_of_a_fibre_is_the_slope_of_its_force(model: int):
+    rng = np.random.default_rng(3)
+    a, x, v = rng.uniform(0.05, 1.0, 300), rng.uniform(0.5, 1.5, 300), rng.uniform(-0.9, 0.9, 300)
+    h, around = 2e-3, np.abs(v) > 0.02  # hyperbolas have a kink in their slope at rest
+    ahead, behind = (evaluate(muscle.fibre_force, model, a, x, v + d, 0.1) for d in (h, -h))
+    got = evaluate(muscle.fibre_damping, model, a, x, v, 0.1)
+    pulling = around & (behind > 0.0)
+    assert pulling.mean() > 0.5
+    np.testing.assert_allclose(got[pulling], ((ahead - behind) / (2.0 * h))[pulling], atol=0.03)
+    assert np.all(got[(ahead == 0.0) & around] == 0.0)
+    assert evaluate(muscle.fibre_damping, model, 1.0, 1.0, 1.2, 0.1)[0] == 0.0

@@ -212,6 +212,9 @@ def _add_muscles(model: Element, scene: Scene) -> int:
     bodies = {element.get("name"): element for element in model.iter("body")}
     tendons, actuators = SubElement(model, "tendon"), SubElement(model, "actuator")
     for name, muscle in muscles.items():
+        if muscle.pulleys:
+            _add_pulleys(SubElement(tendons, "fixed", name=name), muscle, scene.character)
+            continue
         tendon = SubElement(tendons, "spatial", name=name)
         for index, point in enumerate(muscle.path):
             if point.condition is None:
@@ -224,6 +227,20 @@ def _add_muscles(model: Element, scene: Scene) -> int:
     return len(acting)
 
 
+def _add_pulleys(tendon: Element, muscle: Muscle, character: Character) -> None:
+    """The joint angles that a muscle runs over at constant radii; MuJoCo counts its length from the reference pose."""
+    for pulley in muscle.pulleys:
+        suffix = f"_{'ab'[pulley.axis]}" if character.joints[pulley.joint].type == "universal" else ""
+        SubElement(tendon, "joint", joint=pulley.joint + suffix, coef=_text(-_number(pulley.moment_arm)))
+
+
+def _length_in_reference_pose(muscle: Muscle) -> float:
+    """Of a muscle on pulleys, m; 0 of others, whose lengths MuJoCo computes itself."""
+    if muscle.rest_length is None:
+        return 0.0
+    return _number(muscle.rest_length) + sum(_number(p.moment_arm) * _number(p.rest_angle) for p in muscle.pulleys)
+
+
 def _actuator(muscle: Muscle, model: MuscleModel) -> dict[str, str]:
     """Attributes of MuJoCo's muscle actuator.
 
@@ -231,7 +248,7 @@ def _actuator(muscle: Muscle, model: MuscleModel) -> dict[str, str]:
     fibre counts as it acts along the tendon about its optimal length.
     """
     cosine = math.cos(_number(muscle.pennation))
-    optimal = _number(muscle.l_slack) + _number(muscle.l_opt) * cosine
+    optimal = _number(muscle.l_slack) + _number(muscle.l_opt) * cosine - _length_in_reference_pose(muscle)
     lengths = (optimal + (relative - 1.0) * _number(muscle.l_opt) / cosine for relative in _OPERATING)
     return {
         "ctrlrange": "0 1",

@@ -167,6 +167,8 @@ def _joint(name: str, joint: Joint, *, marked: bool) -> Iterator[str]:
 
 def _muscle(name: str, muscle: Muscle) -> Iterator[str]:
     """A muscle, its points without their conditions."""
+    if muscle.pulleys:
+        raise SceneError("this format has no pulleys", key=f"character.muscles.{name}.pulleys")
     yield from ("\tMuscle", f"\t\tname {name}")
     for point in muscle.path:
         yield from (f"\t\tA_RigidBody {point.body}", f"\t\tposition {_row(*point.place())}")
