@@ -47,7 +47,7 @@ def throw(
     ] = False,
     fidelity: Annotated[
         float, typer.Option(min=0.0, help="Price of leaving the extracted signals, against accuracy.")
-    ] = 3e-3,
+    ] = 1e-3,
     curve: Annotated[bool, typer.Option("--curve", help="Print accuracy against fidelity at several prices.")] = False,
     target: Annotated[
         list[float] | None, typer.Option(help="Distance at which a ball is to land, m; may be given several times.")

@@ -34,7 +34,7 @@ class Settings:
     closer to it, and the less accurate the motion.
     """
 
-    fidelity: float = 3e-3
+    fidelity: float = 1e-3
     smoothness: float = 1e-4  # price of second differences of a signal's distance from the extracted one
     prior: float = 0.025  # price of a parameter's distance from its start, in parts of its interval
     parameter_steps: int = 20

@@ -14,7 +14,7 @@ from warpmuscle.throw.motion import Motions
 from warpmuscle.throw.signals import Knots, Synergies
 from warpmuscle.throw.simulator import Simulator
 
-VELOCITY_WEIGHT = 0.03  # of an error of velocity over its deviation, against one of angle over its
+VELOCITY_WEIGHT = 0.05  # of an error of velocity over its deviation, against one of angle over its
 ROUGH_STEP = 0.005  # s
 FAR = 10.0  # rad and rad/s: errors beyond it count as this much, so that one wild copy does not decide all
 

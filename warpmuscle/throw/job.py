@@ -47,7 +47,7 @@ class Options:
     channels: Mapping[str, str] = field(default_factory=dict)
     activations: str = ""  # scene whose muscles compute activations
     fit_all: bool = False
-    fidelity: float = 3e-3
+    fidelity: float = 1e-3
     device: str | None = None
     threads: int | None = None
     seed: int = 0
