@@ -28,7 +28,10 @@ def throw(
         list[Path] | None,
         typer.Argument(metavar="[MOTION]...", help="CSV, .mot, .sto or .npz files with times and joint angles."),
     ] = None,
-    scene: Annotated[str, typer.Option(help="The arm: a shipped scene or a TOML file.")] = "throw",
+    scene: Annotated[
+        str | None,
+        typer.Option(help="The arm: a shipped scene or a TOML file; by default throw, or throw_ball for a goal."),
+    ] = None,
     number: Annotated[int, typer.Option("--number", "-n", min=1, help="How many synergies, of computed ones.")] = 5,
     emg: Annotated[
         Path | None, typer.Option(help="HDF5 file of `warpmuscle synergies`, in place of computed synergies.")
@@ -56,7 +59,7 @@ def throw(
     speed: Annotated[float | None, typer.Option(help="Speed at which the ball is to leave the hand, m/s.")] = None,
     angle: Annotated[float | None, typer.Option(help="Its angle above the horizontal, degrees.")] = None,
     release: Annotated[
-        float | None, typer.Option(help="Time of release, s; by default when the hand is fastest.")
+        float | None, typer.Option(help="Time of release, s; by default when the ball would fly farthest.")
     ] = None,
     adapt: Annotated[int, typer.Option(min=1, help="How many synergies' signals may change for a new throw.")] = 3,
     output: Annotated[Path | None, typer.Option("--output", "-o", help="HDF5 file to write.")] = None,
@@ -75,7 +78,8 @@ def throw(
     writable(output, plot)
     if not files and not target and speed is None and angle is None:
         raise Error("nothing to do: name files with motions, or a goal such as --target 4")
-    loaded = load_scene([scene])
+    goals = _goals(target or [], height, speed, angle)
+    loaded = load_scene([scene or ("throw_ball" if goals else "throw")])
     start_warp()
     options = Options(
         count=number, prescribed=tuple(prescribe or ()), emg=emg, channels=_pairs(channel or []), fit_all=fit_all,
@@ -85,7 +89,6 @@ def throw(
     _print_problem(job)
     if as_published:
         _print_published(job)
-    goals = _goals(target or [], height, speed, angle)
     fitted = None
     if not as_published or goals or curve:
         with log.status("fitting") as shown:
@@ -215,7 +218,7 @@ def _throws(job: Job, goals: Sequence[Goal], release: float | None, adapt: int) 
             text += f"; lands at {flight.distance[0]:.3f} m"
         if goal.distance is not None:
             verdict = f"{100.0 * made.error:.1f} cm from the target at {goal.distance:g} m"
-            text += f", {verdict}" if made.met else f": [yellow]the muscles do not reach {goal.distance:g} m[/]"
+            text += f", {verdict}" if made.met else f": [yellow]no signals were found that reach {goal.distance:g} m[/]"
         changed = ", ".join(f"C{k + 1}" for k in made.synergies)
         out.print(f"{text}; {changed} changed by {made.change:.3f}")
     return throws

@@ -16,6 +16,7 @@ from warpmuscle.arrays import Floats, rows
 from warpmuscle.errors import Error, SceneError
 from warpmuscle.inverse_dynamics import body_points, inverse_dynamics
 from warpmuscle.kernels.muscle import rigid_force
+from warpmuscle.model import start_of
 from warpmuscle.muscles import CURVES
 from warpmuscle.parameters import Parameter, free_parameters, start_values, substitute
 from warpmuscle.pose import about, rotate
@@ -114,7 +115,7 @@ class Arm:
         return np.where(self._by_factor, np.log(np.maximum(np.abs(array), 1e-300)), array)
 
     def unknowns(self, values: ArrayLike) -> Floats:
-        """Values of the free parameters (..., P) as a fit sees them: 0..1 over their intervals, by factors where fit."""
+        """Values of the free parameters (..., P) as a fit sees them: 0..1 over their intervals."""
         low, high = self._ends
         return np.asarray((self._scaled(values) - low) / (high - low))
 
@@ -235,10 +236,11 @@ def states(arm: Arm, motions: Motions) -> tuple[Floats, Floats, Floats]:
 
 
 def start_coordinates(arm: Arm) -> Floats:
-    """Coordinates (C,) of the scene's initial state."""
-    from warpmuscle.model import start_of
-
+    """Coordinates (C,) of the scene's initial state, its root where the scene's own motion of it begins."""
     plain = substitute(arm.scene, start_values(arm.scene))
+    if "root" in plain.motion and plain.motion["root"].position:
+        state = msgspec.structs.replace(plain.initial_state, root_position=plain.motion["root"].position[0])
+        plain = msgspec.structs.replace(plain, initial_state=state)
     return np.asarray(start_of(plain, arm.names).coordinates[0])
 
 
@@ -294,10 +296,19 @@ def hand_jacobian(arm: Arm, motions: Motions) -> Floats:
 
 
 def hand_position(arm: Arm, coordinates: Floats) -> Floats:
-    """Position (n, 3), m, of the hand: as far beyond the last body's centre of mass as its joint lies before it."""
-    joint = arm.scene.character.joints[arm.joints[-1]]
-    position, turned = body_points(arm.scene, coordinates)[joint.child]
-    return np.asarray(position + rotate(turned, -2.0 * rows(joint.position_in_child)))
+    """Position (n, 3), m, of the ball in the hand.
+
+    It is the centre of what is fixed to the last body; if there is nothing, it is taken to be as far beyond the hand's
+    centre of mass as the wrist lies before it.
+    """
+    joints, points = arm.scene.character.joints, body_points(arm.scene, coordinates)
+    hand = joints[arm.joints[-1]]
+    for joint in joints.values():
+        if joint.type == "fixed" and joint.parent == hand.child:
+            position, turned = points[joint.child]
+            return np.asarray(position - rotate(turned, rows(joint.position_in_child)))
+    position, turned = points[hand.child]
+    return np.asarray(position - rotate(turned, 2.0 * rows(hand.position_in_child)))
 
 
 def joint_positions(arm: Arm, coordinates: Floats) -> list[Floats]:

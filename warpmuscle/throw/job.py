@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import numpy as np
 
 from warpmuscle.errors import Error
@@ -33,7 +34,7 @@ from warpmuscle.throw.scene_motion import motion_of
 from warpmuscle.throw.signals import Knots
 from warpmuscle.throw.synthesis import Goal, Throw, Thrower
 
-GROUPS = {"throw": "throw_groups"}  # the same arm with the strength of whole groups of muscles
+GROUPS = "throw_groups"  # scene whose muscles, as strong as whole groups, compute activations of the same muscles
 PRICES = (1e-3, 5e-3, 1e-2, 2e-2, 3e-2, 1e-1)
 
 
@@ -45,7 +46,6 @@ class Options:
     prescribed: tuple[str, ...] = ()
     emg: Path | None = None
     channels: Mapping[str, str] = field(default_factory=dict)
-    activations: str = ""  # scene whose muscles compute activations
     fit_all: bool = False
     fidelity: float = 1e-3
     device: str | None = None
@@ -66,10 +66,7 @@ class Job:
         self.options, self.arm = options, Arm(scene, options.prescribed)
         recorded = read_motions(files, self.arm) if files else [motion_of(scene, self.arm)]
         self.motions = resample(recorded)
-        name = options.activations or GROUPS.get(scene.name, "")
-        strong = Arm(load(name), options.prescribed) if name else self.arm
-        if strong.joints != self.arm.joints or strong.muscles != self.arm.muscles:
-            raise Error(f"{name} has other joints or muscles than {scene.name}")
+        strong = self._strengthened(scene)
         if options.emg is None:
             synergies, self.lacks = computed_synergies(self.arm, self.motions, strong, options.count, options.seed)
         else:
@@ -87,6 +84,18 @@ class Job:
         self.settings = Settings(fidelity=options.fidelity, seed=options.seed)
         self.fitted: Fitted | None = None
         self.published: Published | None = None
+
+    def _strengthened(self, scene: Scene) -> Arm:
+        """The arm with the muscles that compute activations, if they are of the same names over the same joints."""
+        groups = load(GROUPS).character.muscles
+        own = scene.character.muscles
+        same = own.keys() == groups.keys() and all(
+            [p.joint for p in own[name].pulleys] == [p.joint for p in groups[name].pulleys] for name in own
+        )
+        if not same:
+            return self.arm
+        character = msgspec.structs.replace(scene.character, muscles=groups)
+        return Arm(msgspec.structs.replace(scene, character=character), self.options.prescribed)
 
     def fit(self, progress: Callable[[str], None] = lambda stage: None) -> Fitted:
         """The better fit."""

@@ -111,7 +111,9 @@ def _draw_flight(axes: Any, follower: Follower, throw: Throw, color: str) -> Non
     for number, frame in enumerate(np.linspace(0, release, FRAMES).astype(int)):
         chain = joint_positions(arm, q[frame : frame + 1])
         points = np.stack([*chain, hand_position(arm, q[frame : frame + 1])])[:, 0] - [0.0, throw.ground, throw.below]
-        axes.plot(points[:, 2], points[:, 1], color=color, linewidth=1.5, alpha=0.2 + 0.8 * number / (FRAMES - 1))
+        axes.plot(
+            points[:, 2], points[:, 1], color=color, linewidth=1.5, alpha=min(0.2 + 0.8 * number / (FRAMES - 1), 1.0)
+        )
     flight, goal = throw.flight, throw.goal
     duration = flight.duration[0] if np.isfinite(flight.duration[0]) else 0.5
     time = np.linspace(0.0, duration, 100)

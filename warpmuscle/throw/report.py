@@ -38,7 +38,10 @@ def published_rows(result: Published) -> list[Row]:
     """r2 by joint after each stage of the published procedure: median, and worst of all motions."""
     rows = []
     for stage in result.stages:
-        cells = [f"{middle:.3f} ({worst:.3f})" for middle, worst in zip(*_spread(stage.r2), strict=True)]
+        cells = [
+            f"{middle:.3f} ({worst:.3f})" if len(stage.r2) > 1 else f"{middle:.3f}"
+            for middle, worst in zip(*_spread(stage.r2), strict=True)
+        ]
         rows.append(Row(stage.name, (*cells, f"{stage.seconds:.1f} s")))
     return rows
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from warpmuscle.arrays import Floats
 from warpmuscle.errors import Error
 from warpmuscle.parameters import start_values, substitute
-from warpmuscle.throw.arm import hand_position, states
+from warpmuscle.throw.arm import hand_position, joint_positions, states
 from warpmuscle.throw.follow import Follower, Replay
 from warpmuscle.throw.least_squares import Prior, Unknowns, fit
 from warpmuscle.throw.metrics import determination
@@ -23,8 +23,9 @@ ALLOWED = 0.05  # m, by which a ball may miss its target
 MOMENT = 1e-4  # s, of the difference quotient of the hand's velocity
 PRICE = 1e-3  # of a squared change of a signal at a knot, against a squared error in its unit
 UNITS = {"distance": 0.02, "speed": 0.05, "angle": np.radians(1.0)}  # errors that count as 1: m, m/s, rad
-STAGES = 4  # in which a goal is approached
-STEPS = 15
+WINDOW = 0.5  # s before the release in which signals change: earlier ones change the whole course of the motion
+PACE = 20.0  # units by which a goal is approached at once
+STEPS = 12
 
 
 @dataclass(frozen=True)
@@ -99,27 +100,35 @@ class Thrower:
 
         Args:
             own: (size,) its signals at their knots. shared: (P,) its parameters.
-            release: s; by default when the hand is fastest.
+            release: s; by default when a ball that is let go with the hand above the shoulder flies farthest.
         """
         self._follower, self._own, self._shared = follower, own.copy(), shared
         self.known = follower.replay(np.zeros(1, dtype=np.intp), own[None], shared)
         arm, self._recorded = follower.arm, states(follower.arm, follower.motions)[0][0]
         plain = substitute(arm.scene, start_values(arm.scene))
         self._gravity, self._ground = float(plain.gravity), float(plain.ground.height)  # type: ignore[arg-type]
-        self._below = self._recorded_shoulder()
+        self._shoulder = joint_positions(arm, self._recorded)[0][:, [2, 1]]
+        self._below = float(self._shoulder[0, 0])
         time = follower.motions.time
         if release is None:
-            speed = [np.linalg.norm(self._hand(self.known, k)[1][0]) for k in range(len(time))]
-            release = float(time[int(np.argmax(speed))])
+            release = float(time[self._best_frame()])
+        if not 0.0 < release <= time[-1]:
+            raise Error(f"the release must be within the throw, 0 to {time[-1]:g} s, not {release:g} s")
         self.release = release
         self._frame = int(np.clip(round(release / (time[1] - time[0])), 0, len(time) - 1))
 
-    def _recorded_shoulder(self) -> float:
-        from warpmuscle.inverse_dynamics import body_points
-
-        arm = self._follower.arm
-        child = arm.scene.character.joints[arm.joints[0]].child
-        return float(body_points(arm.scene, self._recorded[:1])[child][0][0, 2])
+    def _best_frame(self) -> int:
+        """The frame from which the known throw would carry farthest with the hand above the shoulder."""
+        best, farthest = 0, -np.inf
+        for frame in range(len(self._recorded)):
+            position, velocity = self._hand(self.known, frame)
+            if position[0, 1] > self._shoulder[frame, 1]:
+                distance = float(self._fly(position, velocity, 0.0).distance[0])
+                if distance > farthest:
+                    best, farthest = frame, distance
+        if best == 0:
+            raise Error("the hand never comes above the shoulder in this throw: say when to release the ball")
+        return best
 
     def _hand(self, replay: Replay, frame: int) -> tuple[Floats, Floats]:
         """Position and velocity (B, 2) of the hand at a frame, forwards and up."""
@@ -136,7 +145,9 @@ class Thrower:
 
     def flight(self, replay: Replay, height: float) -> Flight:
         """The flights of balls let go in these throws, to a height above the ground, m."""
-        position, velocity = self._hand(replay, self._frame)
+        return self._fly(*self._hand(replay, self._frame), height)
+
+    def _fly(self, position: Floats, velocity: Floats, height: float) -> Flight:
         position = position - [self._below, self._ground]
         drop = velocity[:, 1] ** 2 + 2.0 * self._gravity * (position[:, 1] - height)
         duration = np.where(drop >= 0.0, (velocity[:, 1] + np.sqrt(np.maximum(drop, 0.0))) / self._gravity, np.nan)
@@ -153,9 +164,13 @@ class Thrower:
         places = self._places(synergies)
         own, start = self._own[places].copy(), self._outcome(self._own[None], goal)[0]
         wanted = self._wanted(goal)
-        for stage in range(1, STAGES + 1):
-            between = start + (wanted - start) * stage / STAGES
-            own = self._approach(own, places, goal, between, STEPS)
+        stages = max(int(np.ceil(np.abs(wanted - start).max() / PACE)), 1)
+        for stage in range(1, stages + 1):
+            between = start + (wanted - start) * stage / stages
+            nearer = self._approach(own, places, goal, between)
+            if not self._nearer(nearer, own, places, goal, wanted):
+                break
+            own = nearer
         signals = self._own.copy()
         signals[places] = own
         replay = self._replay(signals[None])
@@ -169,27 +184,37 @@ class Thrower:
             signals, replay, synergies, change, resemblance,
         )  # fmt: skip
 
-    def _approach(self, own: Floats, places: NDArray[np.intp], goal: Goal, wanted: Floats, steps: int) -> Floats:
+    def _nearer(self, own: Floats, than: Floats, places: NDArray[np.intp], goal: Goal, wanted: Floats) -> bool:
+        """Whether signals at some places come nearer to what is wanted than others."""
+        signals = np.tile(self._own, (2, 1))
+        signals[:, places] = own, than
+        error = np.linalg.norm(self._outcome(signals, goal) - wanted, axis=1)
+        return bool(error[0] < error[1])
+
+    def _approach(self, own: Floats, places: NDArray[np.intp], goal: Goal, wanted: Floats) -> Floats:
         """Signals at some places that come nearest to what is wanted, from others on."""
 
-        def residuals(which: NDArray[np.intp], x: Floats, _: Floats) -> Floats:
+        def residuals(which: NDArray[np.intp], x: Floats, _: Floats, rough: bool = False) -> Floats:
             signals = np.tile(self._own, (len(x), 1))
             signals[:, places] = x
-            return np.asarray(self._outcome(signals, goal) - wanted)
+            return np.asarray(self._outcome(signals, goal, rough) - wanted)
+
+        def roughly(which: NDArray[np.intp], x: Floats, shared: Floats) -> Floats:
+            return residuals(which, x, shared, rough=True)
 
         size = len(places)
         price = Prior(PRICE * np.eye(size), self._own[places][None])
         unknowns = Unknowns(own[None], np.zeros(size), np.ones(size), 1e-3, None, [price])
         nothing = Unknowns(np.zeros(1), np.zeros(1), np.ones(1), 1.0, free=False)
-        found = fit(residuals, unknowns, nothing, iterations=steps, damping=1.0, tolerance=1e-5)
+        found = fit(residuals, unknowns, nothing, iterations=STEPS, damping=1.0, tolerance=1e-5, rough=roughly)
         return np.asarray(found.own[0])
 
-    def _replay(self, signals: Floats) -> Replay:
-        return self._follower.replay(np.zeros(len(signals), dtype=np.intp), signals, self._shared)
+    def _replay(self, signals: Floats, rough: bool = False) -> Replay:
+        return self._follower.replay(np.zeros(len(signals), dtype=np.intp), signals, self._shared, rough)
 
-    def _outcome(self, signals: Floats, goal: Goal) -> Floats:
+    def _outcome(self, signals: Floats, goal: Goal, rough: bool = False) -> Floats:
         """What the goal is about, in its units, (B, k)."""
-        flight = self.flight(self._replay(signals), goal.height)
+        flight = self.flight(self._replay(signals, rough), goal.height)
         parts = [getattr(flight, name) / UNITS[name] for name in UNITS if getattr(goal, name) is not None]
         return np.asarray(np.nan_to_num(np.stack(parts, axis=1)))
 
@@ -197,10 +222,10 @@ class Thrower:
         return np.array([getattr(goal, name) / UNITS[name] for name in UNITS if getattr(goal, name) is not None])
 
     def _places(self, synergies: tuple[int, ...]) -> NDArray[np.intp]:
-        """Of the values of these synergies' signals at knots before the release, and the one after it."""
+        """Of the values of these synergies' signals at knots within the window, and the one after the release."""
         knots = self._follower.knots
-        early = np.flatnonzero(knots.time < self.release + knots.time[1])
-        return np.concatenate([number * len(knots) + early for number in synergies])
+        inside = np.flatnonzero((knots.time > self.release - WINDOW) & (knots.time < self.release + knots.time[1]))
+        return np.concatenate([number * len(knots) + inside for number in synergies])
 
     def _most_useful(self, goal: Goal, count: int) -> tuple[int, ...]:
         """The synergies whose signals change most of what the goal is about."""
