@@ -89,7 +89,7 @@ def test_goals_that_make_no_sense_are_refused(job: Job):
 
 def test_computed_activations_make_the_torques_that_the_motion_needs():
     arm, motion = arm_and_motion()
-    strong = Job(arm.scene, [], Options())._strong
+    strong = Job(arm.scene, [], Options()).strong
     motions = resample([motion])
     unknowns = np.zeros(0)
     activation, found = computed_activation(strong, motions, unknowns)
@@ -110,7 +110,7 @@ def test_excitations_lead_back_to_the_activations_that_they_are_computed_from():
 
 def test_a_motion_beyond_the_strength_of_the_muscles_says_which_lack_how_much():
     arm, motion = arm_and_motion()
-    strong = Job(arm.scene, [], Options())._strong
+    strong = Job(arm.scene, [], Options()).strong
     usual, fast = resample([motion]), resample([faster(motion, 3.0)])
     assert not lacking(strong, usual, computed_excitation(strong, usual)[1])
     lack = lacking(strong, fast, computed_excitation(strong, fast)[1])[0]
@@ -124,7 +124,7 @@ def test_motions_beyond_the_limits_of_a_joint_are_refused():
     scene = arm.scene
     if not scene.character.joints["elbow"].limits:
         scene.character.joints["elbow"].limits = [(-0.2, 2.7)]
-    with pytest.raises(Error, match="elbow is at 229.2 deg after 0.7 s"):
+    with pytest.raises(Error, match=r"elbow is at 229\.2 deg after 0\.7 s"):
         check_limits(Arm(scene), Motion("m", 0.0, motion.time, angles, motion.pitch, motion.place))
 
 

@@ -26,7 +26,6 @@ from warpmuscle.topology import Topology, topology
 
 X_AXIS = np.array([1.0, 0.0, 0.0])
 RATIO = 2.0  # a parameter whose bounds are further apart than this, on one side of 0, changes by factors
-EXTENT = 1e-4  # rad
 
 
 @dataclass(frozen=True)
@@ -277,22 +276,6 @@ def needed_torques(arm: Arm, motions: Motions) -> Floats:
     count, samples = q.shape[:2]
     forces = inverse_dynamics(arm.scene, *(x.reshape(count * samples, -1) for x in (q, v, a)))
     return forces[:, arm.speed_places].reshape(count, samples, -1) + arm.damping * motions.angles[1]
-
-
-def hand_jacobian(arm: Arm, motions: Motions) -> Floats:
-    """Motion of the tip of the last body with the joints' angles, (n, T, J, 3), m/rad, along recorded motions."""
-    q, _, _ = states(arm, motions)
-    count, samples = q.shape[:2]
-    flat = q.reshape(count * samples, -1)
-    columns = []
-    for place in arm.coordinate_places:
-        ends = []
-        for sign in (1.0, -1.0):
-            moved = flat.copy()
-            moved[:, place] += sign * EXTENT
-            ends.append(hand_position(arm, moved))
-        columns.append((ends[0] - ends[1]) / (2.0 * EXTENT))
-    return np.stack(columns, axis=1).reshape(count, samples, len(columns), 3)
 
 
 def hand_position(arm: Arm, coordinates: Floats) -> Floats:

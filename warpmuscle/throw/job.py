@@ -72,7 +72,7 @@ class Job:
         else:
             synergies = measured_synergies(self.arm, recorded, options.emg, options.channels)
             self.lacks = lacking(strong, self.motions, computed_excitation(strong, self.motions)[1])
-        self._recorded, self._strong = recorded, strong
+        self._recorded, self.strong = recorded, strong
         knots = Knots(self.motions.time)
         self.follower = Follower(
             self.arm, self.motions, synergies, knots, device=options.device, threads=options.threads
@@ -114,7 +114,7 @@ class Job:
     def publish_mean(self) -> Published:
         """The published fit of the mean of all motions."""
         mean = resample([mean_motion(self._recorded)])
-        synergies, _ = computed_synergies(self.arm, mean, self._strong, self.options.count, self.options.seed)
+        synergies, _ = computed_synergies(self.arm, mean, self.strong, self.options.count, self.options.seed)
         return as_published(
             self.arm, mean, synergies, self.start, device=self.options.device, threads=self.options.threads
         )

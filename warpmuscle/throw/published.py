@@ -48,6 +48,7 @@ class PublishedStage:
     r2: Floats
     seconds: float
     simulations: int
+    replay: Replay | None = None  # None where only one joint at a time was simulated
 
 
 @dataclass(frozen=True)
@@ -86,7 +87,7 @@ def as_published(
 
     def note(name: str, replay: Replay) -> None:
         r2 = fitting.r2(replay)
-        stages.append(PublishedStage(name, r2, time.perf_counter() - begin, fitting.simulations))
+        stages.append(PublishedStage(name, r2, time.perf_counter() - begin, fitting.simulations, replay))
 
     progress("synergies as extracted")
     note("synergies as extracted", fitting.open_loop(unknowns, synergies.signals))
