@@ -3,12 +3,15 @@
 A joint torque acts positively on the parent and negatively on the child, as in the original program.
 """
 
+from functools import cache
+from typing import Any
+
 import warp as wp
 
 from warpmuscle.kernels.lanes import synchronize
 from warpmuscle.kernels.simbicon import pd_error
 from warpmuscle.kernels.spatial import full, symmetric, symmetric_outer, symmetric_part
-from warpmuscle.kernels.structs import BALL, BY_TORQUE, MIXED, UNIVERSAL, Model, State, Work, at
+from warpmuscle.kernels.structs import BALL, BY_TORQUE, MIXED, UNIVERSAL, Model, State, Work, at, whole
 
 IMPLICIT_SHARE = 0.55  # of a step that implicit damping looks ahead: 0.5 is most accurate, more settles faster
 
@@ -39,13 +42,15 @@ def universal_projector(a: wp.vec3, b: wp.vec3, weight: wp.vec3) -> wp.mat33:
 @wp.func
 def joint_projector(instance: int, body: int, weight: wp.vec3, model: Model, work: Work) -> wp.mat33:
     """What a torque does about the degrees of freedom of a joint, each times its weight, world axes."""
-    kind = model.skeleton.joint_type[body]
+    plan = model.skeleton.plan[body]
+    row = at(model.skeleton.row, instance, body)
+    kind = plan.joint_type
     rotation = work.rotation[body]
     if kind == BALL:
         return ball_projector(rotation, weight)
-    a = rotation * at(model.skeleton.axis_a, instance, body)
+    a = rotation * row.axis_a
     if kind == UNIVERSAL:
-        b = work.rotation[model.skeleton.parent[body]] * at(model.skeleton.axis_b, instance, body)
+        b = work.rotation[plan.parent] * row.axis_b
         return universal_projector(a, b, weight)
     return hinge_projector(a, weight[0])
 
@@ -62,7 +67,7 @@ def passive_torque(error: wp.vec3, velocity: wp.vec3, stiffness: float, damping:
 
 
 @wp.func
-def muscle_torque(instance: int, body: int, model: Model, state: State) -> wp.vec3:
+def muscle_torque(instance: int, body: int, model: Model, state: State, work: Work) -> wp.vec3:
     """Torque of the muscles on a joint, world, N m: the sum of F r (Bergmann 2017, eq. 8 and 9)."""
     total = wp.vec3(0.0)
     for crossing in range(model.paths.crossing_start[body], model.paths.crossing_start[body + 1]):
@@ -72,18 +77,30 @@ def muscle_torque(instance: int, body: int, model: Model, state: State) -> wp.ve
 
 
 @wp.func
-def mixed_torque(instance: int, body: int, model: Model, state: State, work: Work):
+def pulled_torque(instance: int, body: int, model: Model, state: State, work: Work) -> wp.vec3:
+    """The same from the F r of all crossings in the working set."""
+    total = wp.vec3(0.0)
+    for crossing in range(model.paths.crossing_start[body], model.paths.crossing_start[body + 1]):
+        total += work.pull[whole(crossing)]
+    return total
+
+
+@wp.func
+def mixed_torque(instance: int, body: int, muscles: wp.vec3, model: Model, work: Work):
     """Torque and implicit inertia of a joint whose degrees of freedom are driven in different ways, into `work`.
 
     The joint velocities are in the working set.
+
+    Args:
+        muscles: torque of the muscles, world, N m.
     """
     actuation = model.actuation
-    parent = model.skeleton.parent[body]
+    parent = whole(model.skeleton.plan[body].parent)
     rotation = work.rotation[body]
     by_torque = joint_projector(instance, body, actuation.by_torque[body], model, work)
     by_muscles = joint_projector(instance, body, actuation.by_muscles[body], model, work)
     passive = joint_projector(instance, body, actuation.passive[body], model, work)
-    torque = by_torque * work.torque[body] + by_muscles * muscle_torque(instance, body, model, state)
+    torque = by_torque * work.torque[body] + by_muscles * muscles
     inertia = by_torque * full(work.stiffness[body]) * wp.transpose(by_torque)
     stiffness = at(actuation.stiffness, instance, body)
     damping = at(actuation.damping, instance, body)
@@ -125,14 +142,28 @@ def implicit_damping_stage(instance: int, lane: int, lanes: int, model: Model, s
     synchronize()
 
 
-@wp.func
-def actuation_stage(instance: int, lane: int, lanes: int, model: Model, state: State, work: Work):
-    """Put in place of the controller's torques what really drives the joints. Ends with a barrier."""
-    for i in range(1 + lane, model.body_count, lanes):
-        drive = model.actuation.drive[i]
-        if drive == MIXED:
-            mixed_torque(instance, i, model, state, work)
-        elif drive != BY_TORQUE:
-            work.torque[i] = muscle_torque(instance, i, model, state)
-            work.stiffness[i] = symmetric(0.0)
-    synchronize()
+@cache
+def actuation_stage_of(muscle_torque: Any, mixed: bool = True) -> Any:
+    """The Warp function that puts in place of the controller's torques what really drives the joints.
+
+    It ends with a barrier.
+
+    Args:
+        muscle_torque: `muscle_torque`, or `pulled_torque` if the pulls are in the working set.
+        mixed: whether joints may be driven in different ways at once.
+    """
+
+    @wp.func
+    def actuation_stage(instance: int, lane: int, lanes: int, model: Model, state: State, work: Work):
+        for i in range(1 + lane, model.body_count, lanes):
+            drive = model.actuation.drive[i]
+            if drive != BY_TORQUE:
+                torque = muscle_torque(instance, i, model, state, work)
+                if wp.static(mixed) and drive == MIXED:
+                    mixed_torque(instance, i, torque, model, work)
+                else:
+                    work.torque[i] = torque
+                    work.stiffness[i] = symmetric(0.0)
+        synchronize()
+
+    return actuation_stage

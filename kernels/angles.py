@@ -15,14 +15,11 @@ def sine_cosine(x: float) -> wp.vec2:
     z = r * r
     s = r + r * z * (-0.16666665 + z * (0.00833275 - z * 0.00019588))
     c = 1.0 - 0.5 * z + z * z * (0.0416666646 + z * (-0.00138882965 + z * 2.45471008e-5))
-    quadrant = int(k) & 3
-    if quadrant == 1:
-        return wp.vec2(c, -s)
-    if quadrant == 2:
-        return wp.vec2(-s, -c)
-    if quadrant == 3:
-        return wp.vec2(-c, s)
-    return wp.vec2(s, c)
+    quadrant = int(k)
+    odd = (quadrant & 1) != 0
+    sine = wp.where(odd, c, s)
+    cosine = wp.where(odd, s, c)
+    return wp.vec2(wp.where((quadrant & 2) != 0, -sine, sine), wp.where(((quadrant + 1) & 2) != 0, -cosine, cosine))
 
 
 @wp.func

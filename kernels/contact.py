@@ -61,24 +61,24 @@ def body_contacts(instance: int, body: int, model: Model, work: Work) -> Contact
     height = wp.dot(normal, work.position[body]) - at(contacts.height, instance, 0)
     if height > at(contacts.reach, instance, body):
         return total
-    stiffness = at(contacts.stiffness, instance, 0)
-    damping = at(contacts.damping, instance, 0)
-    tangential = at(contacts.tangential_damping, instance, 0)
+    ground = at(contacts.ground, instance, 0)
+    stiffness = ground.stiffness
+    damping = ground.damping
     middle = work.velocity[body] - work.lag_velocity[body]  # the implicit step starts from the middle of the last one
     spin = work.angular_velocity[body] - work.lag_angular[body]
     up = wp.transpose(work.rotation[body]) * normal
-    for k in range(contacts.start[body], contacts.start[body + 1]):
+    plan = model.skeleton.plan[body]
+    for k in range(plan.first_point, plan.end_point):
         point = at(contacts.point, instance, k)
-        radius = at(contacts.radius, instance, k)
-        depth = radius - height - wp.dot(up, point)
+        depth = point.radius - height - wp.dot(up, point.place)
         if depth > 0.0:
-            r = work.rotation[body] * point - radius * normal
+            r = work.rotation[body] * point.place - point.radius * normal
             velocity = middle + wp.cross(spin, r)
             speed = wp.dot(normal, velocity)
             along = normal_force(depth, speed, stiffness, damping, h)
             if along > 0.0:
                 slip = velocity - normal * speed
-                across = friction_damping(along, wp.length(slip), tangential, at(contacts.friction, instance, k))
+                across = friction_damping(along, wp.length(slip), ground.tangential_damping, point.friction)
                 force = normal * along - slip * across
                 c = contact_tensor(normal, h * (damping + h * stiffness), h * across)
                 b = cross_rows(r, c)
@@ -93,12 +93,13 @@ def body_contacts(instance: int, body: int, model: Model, work: Work) -> Contact
 @wp.func
 def contact_stage(instance: int, body: int, model: Model, work: Work):
     """Add the contacts of one body to its articulated inertia and bias force, and keep what its foot force needs."""
-    slot = model.skeleton.foot_slot[body]
+    plan = model.skeleton.plan[body]
+    slot = plan.foot_slot
     if slot >= 0:
         work.contact_c[slot] = symmetric(0.0)
         work.contact_b[slot] = wp.mat33(0.0)
         work.contact_force[slot] = wp.vec3(0.0)
-    if model.contacts.start[body + 1] == model.contacts.start[body]:
+    if plan.end_point == plan.first_point:
         return
     total = body_contacts(instance, body, model, work)
     if wp.length_sq(total.force) == 0.0:

@@ -35,6 +35,7 @@ from warpmuscle.kernels.structs import (
     State,
     Work,
     at,
+    whole,
 )
 
 
@@ -60,11 +61,12 @@ def gyroscopic_moment(angular_velocity: wp.vec3, inertia: symmetric) -> wp.vec3:
 def body_inertia(instance: int, body: int, model: Model, work: Work):
     """Inertia of a body about its joint, and the force that gravity and its own motion ask for."""
     skeleton = model.skeleton
+    row = at(skeleton.row, instance, body)
     rotation = work.rotation[body]
     angular = work.angular_velocity[body]
-    mass = at(skeleton.mass, instance, body)
-    c = rotation * at(skeleton.com, instance, body)
-    a = inertia_about_joint(rotation, at(skeleton.inertia, instance, body), mass, c)
+    mass = row.mass
+    c = rotation * row.com
+    a = inertia_about_joint(rotation, row.inertia, mass, c)
     weight = wp.vec3(0.0, -mass * at(model.gravity, instance, 0), 0.0)
     work.block_a[body] = a
     work.block_b[body] = wp.skew(c * mass)
@@ -93,7 +95,7 @@ def inertia_stage(instance: int, lane: int, lanes: int, model: Model, state: Sta
         body_inertia(instance, i, model, work)
         if i == 0:
             work.bias_force[0] = work.bias_force[0] - push_now(instance, state)
-        if model.skeleton.has_limits[i] == 1:
+        if model.skeleton.plan[i].has_limits == 1:
             limit_stage(instance, i, model, state, work)
         contact_stage(instance, i, model, work)
     synchronize()
@@ -119,8 +121,8 @@ def with_children(body: int, skeleton: Skeleton, work: Work) -> Articulated:
     x.c = work.block_c[body]
     x.n = work.bias_moment[body]
     x.f = work.bias_force[body]
-    first = skeleton.first_child[body]
-    for child in range(first, first + skeleton.child_count[body]):
+    first = skeleton.plan[body].first_child
+    for child in range(first, first + skeleton.plan[body].child_count):
         x.a += work.block_a[child]
         x.b += work.block_b[child]
         x.c += work.block_c[child]
@@ -235,7 +237,7 @@ def reduce_universal(
 def reduce_body(instance: int, body: int, skeleton: Skeleton, work: Work):
     """Eliminate the joint of one body and leave the rest for its parent."""
     x = with_children(body, skeleton, work)
-    parent = skeleton.parent[body]
+    parent = whole(skeleton.plan[body].parent)
     r = work.position[body] - work.position[parent]
     bias = work.bias[body]
     parent_angular = work.angular_velocity[parent]
@@ -243,17 +245,17 @@ def reduce_body(instance: int, body: int, skeleton: Skeleton, work: Work):
     x.n += symmetric_times(x.a, bias) + x.b * drift
     x.f += wp.transpose(x.b) * bias + symmetric_times(x.c, drift)
     torque = -work.torque[body]
-    kind = skeleton.joint_type[body]
+    kind = skeleton.plan[body].joint_type
     if kind == BALL:
         reduce_ball(body, r, torque, x, work)
     elif kind == FIXED:
         leave_for_parent(body, r, x.a, x.b, x.c, x.n, x.f, work)
     else:
-        axis_a = work.rotation[body] * at(skeleton.axis_a, instance, body)
+        axis_a = work.rotation[body] * at(skeleton.row, instance, body).axis_a
         if kind == HINGE:
             reduce_hinge(body, r, torque, x, axis_a, work)
         else:
-            axis_b = work.rotation[parent] * at(skeleton.axis_b, instance, body)
+            axis_b = work.rotation[parent] * at(skeleton.row, instance, body).axis_b
             reduce_universal(body, r, torque, x, axis_a, axis_b, work)
 
 
@@ -304,8 +306,8 @@ def joint_acceleration(kind: int, body: int, alpha: wp.vec3, a: wp.vec3, work: W
 @wp.func
 def accelerate_body(instance: int, body: int, skeleton: Skeleton, work: Work):
     """Acceleration of a body and of its joint (left in factor_c) from its parent's; the foot force of the step."""
-    parent = skeleton.parent[body]
-    kind = skeleton.joint_type[body]
+    parent = whole(skeleton.plan[body].parent)
+    kind = skeleton.plan[body].joint_type
     alpha = work.angular_acceleration[parent]
     a = work.acceleration[parent] + wp.cross(alpha, work.position[body] - work.position[parent])
     x = joint_acceleration(kind, body, alpha, a, work)
@@ -313,9 +315,9 @@ def accelerate_body(instance: int, body: int, skeleton: Skeleton, work: Work):
     if kind == BALL:
         relative = work.rotation[body] * x
     elif kind != FIXED:
-        relative = work.rotation[body] * at(skeleton.axis_a, instance, body) * x[0]
+        relative = work.rotation[body] * at(skeleton.row, instance, body).axis_a * x[0]
         if kind == UNIVERSAL:
-            relative += work.rotation[parent] * at(skeleton.axis_b, instance, body) * x[1]
+            relative += work.rotation[parent] * at(skeleton.row, instance, body).axis_b * x[1]
     move_body(body, alpha, a, x, relative, skeleton, work)
 
 
@@ -328,7 +330,7 @@ def move_body(
     Args:
         parent_alpha: angular acceleration of the parent. parent_a: acceleration that it gives the joint.
     """
-    parent = skeleton.parent[body]
+    parent = whole(skeleton.plan[body].parent)
     r = work.position[body] - work.position[parent]
     parent_angular = work.angular_velocity[parent]
     alpha = parent_alpha + work.bias[body] + relative
@@ -336,24 +338,36 @@ def move_body(
     work.angular_acceleration[body] = alpha
     work.acceleration[body] = a
     work.factor_c[body] = x
-    slot = skeleton.foot_slot[body]
+    slot = skeleton.plan[body].foot_slot
     if slot >= 0:
         given_way = symmetric_times(work.contact_c[slot], a) + wp.transpose(work.contact_b[slot]) * alpha
         work.contact_force[slot] = work.contact_force[slot] - given_way
 
 
 @wp.func
-def acceleration_stage(instance: int, lane: int, lanes: int, model: Model, work: Work):
-    """Accelerations of all bodies and joints: backward pass, root, forward pass. Ends with a barrier."""
+def backward_pass(instance: int, lane: int, lanes: int, model: Model, work: Work):
+    """Eliminate all joints, level by level from the tips to the root. Ends with a barrier."""
     for step in range(1, model.level_count):
         level = model.level_count - step
-        for body in range(model.level_start[level] + lane, model.level_start[level + 1], lanes):
+        for body in range(whole(model.level_start[level] + lane), model.level_start[level + 1], lanes):
             reduce_body(instance, body, model.skeleton, work)
         synchronize()
+
+
+@wp.func
+def forward_pass(instance: int, lane: int, lanes: int, model: Model, work: Work):
+    """Accelerations of the root, then of all other bodies and joints, level by level. Ends with a barrier."""
     if lane == 0:
-        accelerate_root(model.skeleton.joint_type[0], model.skeleton, work)
+        accelerate_root(model.skeleton.plan[0].joint_type, model.skeleton, work)
     synchronize()
     for level in range(1, model.level_count):
-        for body in range(model.level_start[level] + lane, model.level_start[level + 1], lanes):
+        for body in range(whole(model.level_start[level] + lane), model.level_start[level + 1], lanes):
             accelerate_body(instance, body, model.skeleton, work)
         synchronize()
+
+
+@wp.func
+def acceleration_stage(instance: int, lane: int, lanes: int, model: Model, work: Work):
+    """Accelerations of all bodies and joints. Ends with a barrier."""
+    backward_pass(instance, lane, lanes, model, work)
+    forward_pass(instance, lane, lanes, model, work)

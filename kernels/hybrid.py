@@ -13,7 +13,7 @@ from warpmuscle.kernels.dynamics import (
     reduce_universal,
     with_children,
 )
-from warpmuscle.kernels.integration import integrate_body, kicked, move
+from warpmuscle.kernels.integration import integrate_angle, integrate_body
 from warpmuscle.kernels.lanes import synchronize
 from warpmuscle.kernels.motion import follow, prescribed_root
 from warpmuscle.kernels.spatial import symmetric_times
@@ -29,13 +29,14 @@ from warpmuscle.kernels.structs import (
     State,
     Work,
     at,
+    whole,
 )
 
 
 @wp.func
 def second_axis(instance: int, body: int, model: Model, work: Work) -> wp.vec3:
     """The axis of a universal joint that rides on the parent, world."""
-    return work.rotation[model.skeleton.parent[body]] * at(model.skeleton.axis_b, instance, body)
+    return work.rotation[model.skeleton.plan[body].parent] * at(model.skeleton.row, instance, body).axis_b
 
 
 @wp.func
@@ -46,7 +47,7 @@ def reduce_remaining(instance: int, body: int, model: Model, work: Work):
     """
     skeleton = model.skeleton
     x = with_children(body, skeleton, work)
-    parent = skeleton.parent[body]
+    parent = whole(skeleton.plan[body].parent)
     r = work.position[body] - work.position[parent]
     parent_angular = work.angular_velocity[parent]
     drift = wp.cross(parent_angular, wp.cross(parent_angular, r))
@@ -54,8 +55,8 @@ def reduce_remaining(instance: int, body: int, model: Model, work: Work):
     x.f += wp.transpose(x.b) * work.bias[body] + symmetric_times(x.c, drift)
     torque = -work.torque[body]
     kind = model.motion.remaining[body]
-    axis_a = work.rotation[body] * at(skeleton.axis_a, instance, body)
-    axis_b = work.rotation[parent] * at(skeleton.axis_b, instance, body)
+    axis_a = work.rotation[body] * at(skeleton.row, instance, body).axis_a
+    axis_b = work.rotation[parent] * at(skeleton.row, instance, body).axis_b
     if kind == BALL:
         reduce_ball(body, r, torque, x, work)
     elif kind == FIXED:
@@ -72,10 +73,10 @@ def reduce_remaining(instance: int, body: int, model: Model, work: Work):
 def accelerate_remaining(instance: int, body: int, model: Model, work: Work):
     """Acceleration of a body, and of what is not prescribed of its joint, from its parent's."""
     kind = model.motion.remaining[body]
-    if kind == model.skeleton.joint_type[body]:
+    if kind == model.skeleton.plan[body].joint_type:
         accelerate_body(instance, body, model.skeleton, work)
     else:
-        parent = model.skeleton.parent[body]
+        parent = whole(model.skeleton.plan[body].parent)
         alpha = work.angular_acceleration[parent]
         a = work.acceleration[parent] + wp.cross(alpha, work.position[body] - work.position[parent])
         x = wp.vec3(0.0)
@@ -84,7 +85,7 @@ def accelerate_remaining(instance: int, body: int, model: Model, work: Work):
             x = joint_acceleration(HINGE, body, alpha, a, work)
             axis = second_axis(instance, body, model, work)
             if kind == HINGE:
-                axis = work.rotation[body] * at(model.skeleton.axis_a, instance, body)
+                axis = work.rotation[body] * at(model.skeleton.row, instance, body).axis_a
             relative = axis * x[0]
         move_body(body, alpha, a, x, relative, model.skeleton, work)
 
@@ -94,19 +95,19 @@ def hybrid_acceleration_stage(instance: int, lane: int, lanes: int, model: Model
     """Accelerations of all bodies, and of joints where they are not prescribed. Ends with a barrier."""
     for step in range(1, model.level_count):
         level = model.level_count - step
-        for body in range(model.level_start[level] + lane, model.level_start[level + 1], lanes):
+        for body in range(whole(model.level_start[level] + lane), model.level_start[level + 1], lanes):
             reduce_remaining(instance, body, model, work)
         synchronize()
     if lane == 0:
         if model.motion.remaining[0] == ROOT_PRESCRIBED:
-            x = prescribed_root(instance, model.skeleton.joint_type[0] == ROOT_PLANAR, state)
+            x = prescribed_root(instance, model.skeleton.plan[0].joint_type == ROOT_PLANAR, state)
             work.angular_acceleration[0] = wp.spatial_top(x)
             work.acceleration[0] = wp.spatial_bottom(x)
         else:
-            accelerate_root(model.skeleton.joint_type[0], model.skeleton, work)
+            accelerate_root(model.skeleton.plan[0].joint_type, model.skeleton, work)
     synchronize()
     for level in range(1, model.level_count):
-        for body in range(model.level_start[level] + lane, model.level_start[level + 1], lanes):
+        for body in range(whole(model.level_start[level] + lane), model.level_start[level + 1], lanes):
             accelerate_remaining(instance, body, model, work)
         synchronize()
 
@@ -121,9 +122,9 @@ def hybrid_integrate_stage(instance: int, lane: int, lanes: int, model: Model, s
     for i in range(lane, model.body_count, lanes):
         kind = model.motion.remaining[i]
         if kind == SECOND_HINGE:
-            speed = model.skeleton.speed_start[i] + 1
-            middle = kicked(state, instance, speed, work.factor_c[i][0], kick, 0.5 * h, largest, work)
-            move(state, instance, model.skeleton.coordinate_start[i] + 1, h * middle)
+            first = model.skeleton.plan[i].coordinate_start + 1
+            speed = model.skeleton.plan[i].speed_start + 1
+            integrate_angle(state, instance, first, speed, work.factor_c[i][0], kick, h, largest, work)
         elif kind != ROOT_PRESCRIBED:
             integrate_body(instance, i, kind, kick, largest, model, state, work)
     follow(instance, lane, lanes, float(step + 1) * h, model, state)

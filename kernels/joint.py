@@ -13,19 +13,14 @@ def hinge_rotation(axis: wp.vec3, angle: float) -> wp.quat:
 
 
 @wp.func
-def universal_rotation(axis_a: wp.vec3, axis_b: wp.vec3, angle_a: float, angle_b: float) -> wp.quat:
-    """Rotation of a universal joint: by b about the parent's axis, then by a about the child's own."""
-    return hinge_rotation(axis_b, angle_b) * hinge_rotation(axis_a, angle_a)
-
-
-@wp.func
 def universal_bias(parent_velocity: wp.vec3, rate_a: wp.vec3, rate_b: wp.vec3) -> wp.vec3:
-    """Velocity-product angular acceleration of a universal joint, rad/s^2.
+    """Velocity-product angular acceleration of a universal joint, rad/s^2; with rate_b = 0 of any other one.
 
     Axis b moves with the parent and axis a with the child: d/dt (b b') and d/dt (a a') at constant rates.
 
     Args:
         parent_velocity: angular velocity of the parent, world, rad/s.
-        rate_a, rate_b: a a' and b b', the axes times their rates, world, rad/s.
+        rate_a, rate_b: a a' and b b', the axes times their rates, world, rad/s. Of hinges and ball joints rate_a is the
+            angular velocity relative to the parent.
     """
     return wp.cross(parent_velocity + rate_a + rate_b, rate_a) + wp.cross(parent_velocity, rate_b)

@@ -2,9 +2,21 @@
 
 import warp as wp
 
-from warpmuscle.kernels.joint import hinge_rotation, universal_bias, universal_rotation
+from warpmuscle.kernels.joint import hinge_rotation, universal_bias
 from warpmuscle.kernels.lanes import synchronize
-from warpmuscle.kernels.structs import BALL, HINGE, ROOT_FREE, ROOT_PLANAR, UNIVERSAL, Model, Skeleton, State, Work, at
+from warpmuscle.kernels.structs import (
+    BALL,
+    FIXED,
+    ROOT_FREE,
+    ROOT_PLANAR,
+    UNIVERSAL,
+    Model,
+    Skeleton,
+    State,
+    Work,
+    at,
+    whole,
+)
 
 
 @wp.func
@@ -25,23 +37,38 @@ def speed_vector(state: State, instance: int, first: int) -> wp.vec3:
 
 
 @wp.func
+def coordinate_vector(state: State, instance: int, first: int) -> wp.vec3:
+    """The vector stored at coordinates first..first + 2."""
+    return wp.vec3(
+        state.coordinates[instance, first],
+        state.coordinates[instance, first + 1],
+        state.coordinates[instance, first + 2],
+    )
+
+
+@wp.func
+def acceleration_vector(state: State, instance: int, first: int) -> wp.vec3:
+    """The vector stored at accelerations first..first + 2."""
+    return wp.vec3(
+        state.accelerations[instance, first],
+        state.accelerations[instance, first + 1],
+        state.accelerations[instance, first + 2],
+    )
+
+
+@wp.func
 def lag_vector(state: State, instance: int, first: int, half: float) -> wp.vec3:
     """What speeds first..first + 2 gained in the last half step (s)."""
-    return (
-        wp.vec3(
-            state.accelerations[instance, first],
-            state.accelerations[instance, first + 1],
-            state.accelerations[instance, first + 2],
-        )
-        * half
-    )
+    return acceleration_vector(state, instance, first) * half
 
 
 @wp.func
 def joint_orientation(skeleton: Skeleton, state: State, instance: int, body: int) -> wp.quat:
     """Orientation of a body in its parent; of body 0 in the world."""
-    kind = skeleton.joint_type[body]
-    first = skeleton.coordinate_start[body]
+    plan = skeleton.plan[body]
+    row = at(skeleton.row, instance, body)
+    kind = plan.joint_type
+    first = plan.coordinate_start
     q = wp.quat(0.0, 0.0, 0.0, 1.0)
     if body == 0:
         if kind == ROOT_PLANAR:
@@ -50,15 +77,10 @@ def joint_orientation(skeleton: Skeleton, state: State, instance: int, body: int
             q = coordinate_quat(state, instance, first + 3)
     elif kind == BALL:
         q = coordinate_quat(state, instance, first)
-    elif kind == HINGE:
-        q = hinge_rotation(at(skeleton.axis_a, instance, body), state.coordinates[instance, first])
-    elif kind == UNIVERSAL:
-        q = universal_rotation(
-            at(skeleton.axis_a, instance, body),
-            at(skeleton.axis_b, instance, body),
-            state.coordinates[instance, first],
-            state.coordinates[instance, first + 1],
-        )
+    elif kind != FIXED:
+        q = hinge_rotation(row.axis_a, state.coordinates[instance, first])
+        if kind == UNIVERSAL:
+            q = hinge_rotation(row.axis_b, state.coordinates[instance, first + 1]) * q
     return q
 
 
@@ -66,19 +88,19 @@ def joint_orientation(skeleton: Skeleton, state: State, instance: int, body: int
 def place_root(skeleton: Skeleton, state: State, instance: int, half: float, work: Work):
     """Pose and velocity of the root from its coordinates and speeds, and the lag of its velocity."""
     q = joint_orientation(skeleton, state, instance, 0)
-    position = wp.vec3(state.coordinates[instance, 0], state.coordinates[instance, 1], state.coordinates[instance, 2])
+    position = coordinate_vector(state, instance, 0)
     velocity = wp.vec3(0.0, 0.0, 0.0)
     angular = wp.vec3(0.0, 0.0, 0.0)
     lag_velocity = wp.vec3(0.0, 0.0, 0.0)
     lag_angular = wp.vec3(0.0, 0.0, 0.0)
-    if skeleton.joint_type[0] == ROOT_PLANAR:
+    if skeleton.plan[0].joint_type == ROOT_PLANAR:
         position = wp.vec3(0.0, state.coordinates[instance, 0], state.coordinates[instance, 1])
         velocity = wp.vec3(0.0, state.speeds[instance, 0], state.speeds[instance, 1])
         angular = wp.vec3(state.speeds[instance, 2], 0.0, 0.0)
         lag = lag_vector(state, instance, 0, half)
         lag_velocity = wp.vec3(0.0, lag[0], lag[1])
         lag_angular = wp.vec3(lag[2], 0.0, 0.0)
-    elif skeleton.joint_type[0] == ROOT_FREE:
+    elif skeleton.plan[0].joint_type == ROOT_FREE:
         velocity = speed_vector(state, instance, 0)
         angular = speed_vector(state, instance, 3)
         lag_velocity = lag_vector(state, instance, 0, half)
@@ -94,45 +116,59 @@ def place_root(skeleton: Skeleton, state: State, instance: int, half: float, wor
 
 
 @wp.func
-def place_body(skeleton: Skeleton, state: State, instance: int, body: int, half: float, work: Work):
+def move_joint(skeleton: Skeleton, state: State, instance: int, body: int, half: float, work: Work):
+    """What the joint of a body does, in the axes of its bodies: orientation, velocity, and what that gained.
+
+    One part of the velocity is along axes of the child, the other, of universal joints, along an axis of the parent.
+    """
+    plan = skeleton.plan[body]
+    row = at(skeleton.row, instance, body)
+    kind = plan.joint_type
+    first = plan.speed_start
+    work.anchor[body] = row.anchor
+    work.turned[body] = joint_orientation(skeleton, state, instance, body)
+    rate = wp.vec3(0.0)
+    gain = wp.vec3(0.0)
+    parent_rate = wp.vec3(0.0)
+    parent_gain = wp.vec3(0.0)
+    if kind == BALL:
+        rate = speed_vector(state, instance, first)
+        gain = lag_vector(state, instance, first, half)
+    elif kind != FIXED:
+        axis = row.axis_a
+        rate = axis * state.speeds[instance, first]
+        gain = axis * (half * state.accelerations[instance, first])
+        if kind == UNIVERSAL:
+            axis = row.axis_b
+            parent_rate = axis * state.speeds[instance, first + 1]
+            parent_gain = axis * (half * state.accelerations[instance, first + 1])
+    work.rate[body] = rate
+    work.gain[body] = gain
+    work.parent_rate[body] = parent_rate
+    work.parent_gain[body] = parent_gain
+
+
+@wp.func
+def place_body(skeleton: Skeleton, body: int, work: Work):
     """Pose and velocity of a body, and the lag of its velocity, from those of its parent and its joint's motion."""
-    parent = skeleton.parent[body]
-    kind = skeleton.joint_type[body]
-    first = skeleton.speed_start[body]
-    q = work.orientation[parent] * joint_orientation(skeleton, state, instance, body)
+    parent = whole(skeleton.plan[body].parent)
+    q = work.orientation[parent] * work.turned[body]
     rotation = wp.quat_to_matrix(q)
     parent_rotation = work.rotation[parent]
     parent_angular = work.angular_velocity[parent]
-    r = parent_rotation * at(skeleton.anchor, instance, body)
-    relative = wp.vec3(0.0, 0.0, 0.0)
-    lag = wp.vec3(0.0, 0.0, 0.0)
-    bias = wp.vec3(0.0, 0.0, 0.0)
-    if kind == BALL:
-        relative = rotation * speed_vector(state, instance, first)
-        lag = rotation * lag_vector(state, instance, first, half)
-        bias = wp.cross(parent_angular, relative)
-    elif kind == HINGE:
-        axis = rotation * at(skeleton.axis_a, instance, body)
-        relative = axis * state.speeds[instance, first]
-        lag = axis * (half * state.accelerations[instance, first])
-        bias = wp.cross(parent_angular, relative)
-    elif kind == UNIVERSAL:
-        axis = rotation * at(skeleton.axis_a, instance, body)
-        other = parent_rotation * at(skeleton.axis_b, instance, body)
-        rate_a = axis * state.speeds[instance, first]
-        rate_b = other * state.speeds[instance, first + 1]
-        relative = rate_a + rate_b
-        lag = (axis * state.accelerations[instance, first] + other * state.accelerations[instance, first + 1]) * half
-        bias = universal_bias(parent_angular, rate_a, rate_b)
+    parent_lag = work.lag_angular[parent]
+    r = parent_rotation * work.anchor[body]
+    rate_a = rotation * work.rate[body]
+    rate_b = parent_rotation * work.parent_rate[body]
+    lag = rotation * work.gain[body] + parent_rotation * work.parent_gain[body]
     work.orientation[body] = q
     work.rotation[body] = rotation
     work.position[body] = work.position[parent] + r
-    work.angular_velocity[body] = parent_angular + relative
+    work.angular_velocity[body] = parent_angular + (rate_a + rate_b)
     work.velocity[body] = work.velocity[parent] + wp.cross(parent_angular, r)
-    parent_lag = work.lag_angular[parent]
     work.lag_angular[body] = parent_lag + lag
     work.lag_velocity[body] = work.lag_velocity[parent] + wp.cross(parent_lag, r)
-    work.bias[body] = bias
+    work.bias[body] = universal_bias(parent_angular, rate_a, rate_b)
 
 
 @wp.func
@@ -151,15 +187,18 @@ def kinematics_stage(instance: int, lane: int, lanes: int, model: Model, state: 
     half = 0.5 * model.time_step
     if lane == 0:
         place_root(skeleton, state, instance, half, work)
+    for body in range(1 + lane, model.body_count, lanes):
+        move_joint(skeleton, state, instance, body, half, work)
     synchronize()
     for level in range(1, model.level_count):
-        for body in range(model.level_start[level] + lane, model.level_start[level + 1], lanes):
-            place_body(skeleton, state, instance, body, half, work)
+        for body in range(whole(model.level_start[level] + lane), model.level_start[level + 1], lanes):
+            place_body(skeleton, body, work)
         synchronize()
     mass = at(skeleton.total_mass, instance, 0)
     for i in range(lane, model.body_count, lanes):
-        m = at(skeleton.mass, instance, i)
-        c = work.rotation[i] * at(skeleton.com, instance, i)
+        row = at(skeleton.row, instance, i)
+        m = row.mass
+        c = work.rotation[i] * row.com
         work.moment[i] = m * (work.position[i] + c)
         work.momentum[i] = m * (work.velocity[i] + wp.cross(work.angular_velocity[i], c))
     synchronize()

@@ -14,10 +14,11 @@ from warpmuscle.kernels.spatial import symmetric
 from warpmuscle.kernels.structs import Work
 
 CAPACITY_STEP = 5  # bodies; the 15 bodies of the SIMBICON biped fill a class exactly
-BODY_FLOATS = 67
+FIRST, SECOND, CONTROL = 44, 24, 12  # floats a body in the two blocks of `work_at`; of the controller in the second
 SLOT_FLOATS = 18
 OTHER_FLOATS = 8
 SHAPES_A_BODY = 4  # that may collide, on average
+PULLS_A_BODY = 4  # crossings of muscles, on average; those of more are kept in the state
 
 
 def capacity_of(bodies: int) -> int:
@@ -31,12 +32,11 @@ def slots_of(capacity: int) -> int:
 
 
 def work_floats(capacity: int) -> int:
-    """Size of the working set of one instance in floats (4 bytes each).
+    """Size of the working set of one instance in floats (4 bytes each): an odd multiple of 8.
 
-    An odd multiple of 8, so that lanes of the four instances of a warp that read the same thing of the same body find
-    it in different banks of the shared memory.
+    So lanes of two instances that read the same thing of the same body find it in different banks of shared memory.
     """
-    floats = BODY_FLOATS * capacity + SLOT_FLOATS * slots_of(capacity) + OTHER_FLOATS
+    floats = (FIRST + SECOND) * capacity + SLOT_FLOATS * slots_of(capacity) + OTHER_FLOATS
     return floats + (8 - floats) % 16
 
 
@@ -80,48 +80,58 @@ symmetric_at = part_of(symmetric, "wp::vec_t<6, wp::float32>")
 def work_at(memory: wp.array[float], n: int, slots: int) -> Work:
     """Views on the working set in some memory, with room for n bodies.
 
-    What a step no longer needs gives its place to what it needs then. Five groups live one after the other in the same
-    27 floats a body: sums of the kinematics, shapes that may collide, the controller's targets with the joint
-    velocities, the articulated inertia, and accelerations. The joint factors of the backward pass take the places of
-    the velocities and their lags, of the same joint's torque and stiffness, and of the same body's orientation; the
-    root, which keeps its own, has no joint.
+    What belongs to a body lies together, so that one address leads to all of it, in two blocks of multiples of four
+    numbers, which a lane fetches at once.
+    What a step no longer needs gives its place to what it needs then.
+    In the second block six groups live one after the other: motions of the joints, sums of the kinematics, shapes that
+    may collide, the controller's targets with joint velocities and the muscles' pulls, the articulated inertia, and
+    accelerations. The joint factors of the backward pass take the places of the velocities and their lags, of the same
+    joint's torque and stiffness, and of the same body's orientation; the root, which keeps its own, has no joint.
     """
     w = Work()
-    w.rotation = matrices_at(memory, 0, 9, n)
-    w.position = vectors_at(memory, 9 * n, 3, n)
-    w.angular_velocity = vectors_at(memory, 12 * n, 3, n)
-    w.bias = vectors_at(memory, 15 * n, 3, n)
-    w.torque = vectors_at(memory, 18 * n, 9, n)
-    w.stiffness = symmetric_at(memory, 18 * n + 3, 9, n)
-    w.factor_b = matrices_at(memory, 18 * n, 9, n)
-    w.orientation = quaternions_at(memory, 27 * n, 4, n)
-    w.factor_c = vectors_at(memory, 27 * n, 4, n)
-    w.velocity = vectors_at(memory, 31 * n, 3, n)
-    w.lag_angular = vectors_at(memory, 34 * n, 3, n)
-    w.lag_velocity = vectors_at(memory, 37 * n, 3, n)
-    w.factor_a = matrices_at(memory, 31 * n, 9, n)
-    shared = 40 * n
-    w.moment = vectors_at(memory, shared, 3, n)
-    w.momentum = vectors_at(memory, shared + 3 * n, 3, n)
-    w.shape_middle = vectors_at(memory, shared, 3, SHAPES_A_BODY * n)
-    w.shape_half = vectors_at(memory, shared + 3 * SHAPES_A_BODY * n, 3, SHAPES_A_BODY * n)
-    w.target = quaternions_at(memory, shared, 4, n)
-    w.strength = floats_at(memory, shared + 4 * n, 1, n)
-    w.frame = integers_at(memory, shared + 5 * n, 1, n)
-    w.joint_velocity = vectors_at(memory, shared + 6 * n, 3, n)
-    w.block_a = symmetric_at(memory, shared, 6, n)
-    w.block_b = matrices_at(memory, shared + 6 * n, 9, n)
-    w.block_c = symmetric_at(memory, shared + 15 * n, 6, n)
-    w.bias_moment = vectors_at(memory, shared + 21 * n, 3, n)
-    w.bias_force = vectors_at(memory, shared + 24 * n, 3, n)
-    w.angular_acceleration = vectors_at(memory, shared, 3, n)
-    w.acceleration = vectors_at(memory, shared + 3 * n, 3, n)
-    feet = shared + 27 * n
-    w.contact_b = matrices_at(memory, feet, 9, slots)
-    w.contact_c = symmetric_at(memory, feet + 9 * slots, 6, slots)
-    w.contact_force = vectors_at(memory, feet + 15 * slots, 3, slots)
-    w.center = vectors_at(memory, feet + 18 * slots, 3, 2)
-    w.flags = integers_at(memory, feet + 18 * slots + 6, 1, 2)
+    w.orientation = quaternions_at(memory, 0, FIRST, n)
+    w.factor_c = vectors_at(memory, 0, FIRST, n)
+    w.rotation = matrices_at(memory, 4, FIRST, n)
+    w.position = vectors_at(memory, 13, FIRST, n)
+    w.angular_velocity = vectors_at(memory, 16, FIRST, n)
+    w.bias = vectors_at(memory, 19, FIRST, n)
+    w.torque = vectors_at(memory, 22, FIRST, n)
+    w.stiffness = symmetric_at(memory, 25, FIRST, n)
+    w.factor_b = matrices_at(memory, 22, FIRST, n)
+    w.velocity = vectors_at(memory, 31, FIRST, n)
+    w.lag_angular = vectors_at(memory, 34, FIRST, n)
+    w.lag_velocity = vectors_at(memory, 37, FIRST, n)
+    w.factor_a = matrices_at(memory, 31, FIRST, n)
+    w.bias_force = vectors_at(memory, 40, FIRST, n)
+    second = FIRST * n
+    w.turned = quaternions_at(memory, second, SECOND, n)
+    w.rate = vectors_at(memory, second + 4, SECOND, n)
+    w.gain = vectors_at(memory, second + 7, SECOND, n)
+    w.parent_rate = vectors_at(memory, second + 10, SECOND, n)
+    w.parent_gain = vectors_at(memory, second + 13, SECOND, n)
+    w.anchor = vectors_at(memory, second + 16, SECOND, n)
+    w.moment = vectors_at(memory, second, SECOND, n)
+    w.momentum = vectors_at(memory, second + 3, SECOND, n)
+    w.shape_middle = vectors_at(memory, second, 6, SHAPES_A_BODY * n)
+    w.shape_half = vectors_at(memory, second + 3, 6, SHAPES_A_BODY * n)
+    w.block_a = symmetric_at(memory, second, SECOND, n)
+    w.block_b = matrices_at(memory, second + 6, SECOND, n)
+    w.block_c = symmetric_at(memory, second + 15, SECOND, n)
+    w.bias_moment = vectors_at(memory, second + 21, SECOND, n)
+    w.angular_acceleration = vectors_at(memory, second, SECOND, n)
+    w.acceleration = vectors_at(memory, second + 3, SECOND, n)
+    w.target = quaternions_at(memory, second, CONTROL, n)
+    w.strength = floats_at(memory, second + 4, CONTROL, n)
+    w.frame = integers_at(memory, second + 5, CONTROL, n)
+    w.joint_velocity = vectors_at(memory, second + 6, CONTROL, n)
+    w.pull = vectors_at(memory, second + CONTROL * n, 3, PULLS_A_BODY * n)
+    feet = second + SECOND * n
+    w.contact_b = matrices_at(memory, feet, SLOT_FLOATS, slots)
+    w.contact_c = symmetric_at(memory, feet + 9, SLOT_FLOATS, slots)
+    w.contact_force = vectors_at(memory, feet + 15, SLOT_FLOATS, slots)
+    rest = feet + SLOT_FLOATS * slots
+    w.center = vectors_at(memory, rest, 3, 2)
+    w.flags = integers_at(memory, rest + 6, 1, 2)
     return w
 
 

@@ -4,7 +4,7 @@ import warp as wp
 
 from warpmuscle.kernels.kinematics import coordinate_quat
 from warpmuscle.kernels.spatial import symmetric_outer
-from warpmuscle.kernels.structs import BALL, UNIVERSAL, Model, State, Work, at
+from warpmuscle.kernels.structs import BALL, UNIVERSAL, Model, State, Work, at, whole
 
 
 @wp.func
@@ -100,22 +100,25 @@ def add_limit(body: int, axis: wp.vec3, limit: wp.vec2, work: Work):
 def limit_stage(instance: int, body: int, model: Model, state: State, work: Work):
     """Add the joint's limits, if any is exceeded, to its torque and implicit inertia."""
     skeleton = model.skeleton
-    kind = skeleton.joint_type[body]
-    low = at(skeleton.limit_low, instance, body)
-    high = at(skeleton.limit_high, instance, body)
-    stiffness = at(skeleton.limit_stiffness, instance, body)
-    damping = at(skeleton.limit_damping, instance, body)
-    axis_a = at(skeleton.axis_a, instance, body)
-    axis_b = at(skeleton.axis_b, instance, body)
-    parent = skeleton.parent[body]
-    first = skeleton.coordinate_start[body]
-    speed = skeleton.speed_start[body]
+    plan = skeleton.plan[body]
+    row = at(skeleton.row, instance, body)
+    limits = at(skeleton.limits, instance, body)
+    kind = plan.joint_type
+    low = limits.low
+    high = limits.high
+    stiffness = limits.stiffness
+    damping = limits.damping
+    axis_a = row.axis_a
+    axis_b = row.axis_b
+    parent = whole(plan.parent)
+    first = plan.coordinate_start
+    speed = plan.speed_start
     half = 0.5 * model.time_step
     if kind == BALL:
         q = coordinate_quat(state, instance, first)
-        cosine = at(skeleton.limit_cosine, instance, body)
-        sine = at(skeleton.limit_sine, instance, body)
-        if not ball_within(q, axis_a, axis_b, cosine, sine, at(skeleton.limit_half_cosine, instance, body)):
+        cosine = limits.cosine
+        sine = limits.sine
+        if not ball_within(q, axis_a, axis_b, cosine, sine, limits.half_cosine):
             angles = ball_angles(q, axis_a, axis_b)
             g = ball_rate_axes(work.rotation[parent] * axis_a, work.rotation[body] * axis_b)
             angular = work.angular_velocity[body] - work.angular_velocity[parent]

@@ -102,9 +102,9 @@ def prescribe_stage(instance: int, lane: int, lanes: int, model: Model, state: S
     for k in range(lane, model.motion.joint.shape[0], lanes):
         body = model.motion.joint[k, 0]
         axes = model.motion.joint[k, 1]
-        first = skeleton.speed_start[body]
+        first = skeleton.plan[body].speed_start
         relative = wp.vec3(0.0)
-        if skeleton.joint_type[body] == BALL:
+        if skeleton.plan[body].joint_type == BALL:
             relative = work.rotation[body] * wp.vec3(
                 state.accelerations[instance, first],
                 state.accelerations[instance, first + 1],
@@ -112,10 +112,10 @@ def prescribe_stage(instance: int, lane: int, lanes: int, model: Model, state: S
             )
         else:
             if axes != SECOND_AXIS:
-                axis = work.rotation[body] * at(skeleton.axis_a, instance, body)
+                axis = work.rotation[body] * at(skeleton.row, instance, body).axis_a
                 relative += axis * state.accelerations[instance, first]
             if axes != FIRST_AXIS:
-                axis = work.rotation[skeleton.parent[body]] * at(skeleton.axis_b, instance, body)
+                axis = work.rotation[skeleton.plan[body].parent] * at(skeleton.row, instance, body).axis_b
                 relative += axis * state.accelerations[instance, first + 1]
         work.bias[body] = work.bias[body] + relative
 

@@ -6,7 +6,18 @@ Bergmann 2017, section 5.1, after Geijtenbeek 2013.
 import warp as wp
 
 from warpmuscle.kernels.activation import activation_rate, activation_relaxed, delayed_slot, neural_step
-from warpmuscle.kernels.structs import CLIP, DROP, Model, Muscles, MuscleState, State, Work, at
+from warpmuscle.kernels.structs import (
+    CLIP,
+    DROP,
+    Model,
+    MuscleRow,
+    Muscles,
+    MuscleState,
+    OwnExcitation,
+    State,
+    Work,
+    at,
+)
 
 SMALLEST_ARM = 1.0e-6  # m
 
@@ -34,29 +45,32 @@ def counted(force: float, negative: int) -> wp.vec2:
 
 
 @wp.func
-def desired_force(instance: int, muscle: int, model: Model, state: State, work: Work) -> float:
-    """Force that a muscle should have, N: the average over its joints, never negative (step 2).
-
-    The moment arms are those in the state, the wanted torques those in the working set.
-    """
-    paths = model.paths
-    total = wp.vec2(0.0, 0.0)
-    for k in range(paths.muscle_crossing_start[muscle], paths.muscle_crossing_start[muscle + 1]):
-        crossing = paths.muscle_crossing[k]
-        torque = work.torque[paths.crossing_joint[crossing]]
-        total += counted(wanted_force(torque, state.muscles.moment_arm[instance, crossing]), model.muscles.negative)
-    return wp.max(total[0], 0.0) / wp.max(total[1], 1.0)
+def average_force(wanted: wp.vec2) -> float:
+    """Force that a muscle should have, N: the average over its joints, never negative (step 2), from `counted` sums."""
+    return wp.max(wanted[0], 0.0) / wp.max(wanted[1], 1.0)
 
 
 @wp.func
-def timed_excitation(muscles: Muscles, instance: int, muscle: int, time: float) -> float:
+def desired_force(instance: int, muscle: int, model: Model, state: State, work: Work) -> float:
+    """Force that a muscle should have, N, with the moment arms in the state and the torques in the working set."""
+    paths = model.paths
+    total = wp.vec2(0.0, 0.0)
+    span = paths.span[muscle]
+    for k in range(span.first_crossing, span.end_crossing):
+        crossing = paths.of_muscle[k]
+        arm = state.muscles.moment_arm[instance, crossing.number]
+        total += counted(wanted_force(work.torque[crossing.joint], arm), model.muscles.negative)
+    return average_force(total)
+
+
+@wp.func
+def timed_excitation(muscles: Muscles, own: OwnExcitation, instance: int, time: float) -> float:
     """A muscle's own excitation at a time, s: straight between knots, constant beyond them, repeated if periodic."""
-    first = muscles.knot_start[muscle]
-    last = muscles.knot_start[muscle + 1] - 1
-    period = at(muscles.period, instance, muscle)
+    first = own.first_knot
+    last = own.end_knot - 1
     t = time
-    if period > 0.0:
-        t = time - wp.floor(time / period) * period
+    if own.period > 0.0:
+        t = time - wp.floor(time / own.period) * own.period
     if t <= at(muscles.knot_time, instance, first):
         return at(muscles.knot_value, instance, first)
     for k in range(first + 1, last + 1):
@@ -69,51 +83,44 @@ def timed_excitation(muscles: Muscles, instance: int, muscle: int, time: float) 
 
 
 @wp.func
-def delayed(instance: int, muscle: int, step: int, excitation: float, muscles: Muscles, state: MuscleState) -> float:
-    """Put an excitation into the muscle's delay line, and take out what the muscle hears of it now (step 4)."""
+def heard_before(instance: int, muscle: int, step: int, delay_steps: int, state: MuscleState) -> float:
+    """What the muscle's delay line gives out now, unless the delay is less than a step."""
     capacity = state.excitation_ring.shape[1]
-    state.excitation_ring[instance, step & (capacity - 1), muscle] = excitation
-    slot = delayed_slot(step, at(muscles.delay_steps, instance, muscle), capacity)
-    return state.excitation_ring[instance, slot, muscle]
+    return state.excitation_ring[instance, delayed_slot(step, delay_steps, capacity), muscle]
 
 
 @wp.func
-def activated(
-    instance: int, muscle: int, excitation: float, time_step: float, muscles: Muscles, state: MuscleState
+def delayed(
+    instance: int, muscle: int, step: int, delay_steps: int, excitation: float, before: float, state: MuscleState
 ) -> float:
-    """Activation after a step towards an excitation; it is stored."""
-    a = state.activation[instance, muscle]
-    if muscles.scaled_rates == 1:
-        rise = at(muscles.rise_time, instance, muscle)
-        rate = activation_rate(a, excitation, rise, at(muscles.fall_time, instance, muscle))
-        a = activation_relaxed(a, excitation, rate, time_step)
-    elif excitation > a:
-        a = excitation + (a - excitation) * at(muscles.rise_rest, instance, muscle)
-    else:
-        a = excitation + (a - excitation) * at(muscles.fall_rest, instance, muscle)
-    state.activation[instance, muscle] = a
-    return a
+    """Put an excitation into the muscle's delay line, and say what the muscle hears now (step 4).
 
-
-@wp.func
-def neurally_activated(
-    instance: int, muscle: int, step: int, excitation: float, muscles: Muscles, state: MuscleState
-) -> float:
-    """Activation now, a step after the last one, by way of a neural signal; both are stored, and as given at step 0.
-
-    The activation rises or falls as the neural signal ends up above or below it.
+    Args:
+        before: from `heard_before`, which is asked for early, since it takes long to come from memory.
     """
-    a = state.activation[instance, muscle]
-    if step == 0:
-        return a
-    e = state.neural[instance, muscle]
-    neural_rest = at(muscles.neural_rest, instance, muscle)
-    rest = at(muscles.rise_rest, instance, muscle)
-    mix = at(muscles.rise_mix, instance, muscle)
-    if excitation + (e - excitation) * neural_rest < a:
-        rest = at(muscles.fall_rest, instance, muscle)
-        mix = at(muscles.fall_mix, instance, muscle)
-    after = neural_step(a, e, excitation, rest, neural_rest, mix)
-    state.activation[instance, muscle] = after[0]
-    state.neural[instance, muscle] = after[1]
-    return after[0]
+    slot = step & (state.excitation_ring.shape[1] - 1)
+    state.excitation_ring[instance, slot, muscle] = excitation
+    if step == 0 or delay_steps == 0:
+        return excitation
+    return before
+
+
+@wp.func
+def activated(activation: float, excitation: float, time_step: float, row: MuscleRow, scaled_rates: int) -> float:
+    """Activation after a step towards an excitation."""
+    if scaled_rates == 1:
+        rate = activation_rate(activation, excitation, row.rise_time, row.fall_time)
+        return activation_relaxed(activation, excitation, rate, time_step)
+    rest = wp.where(excitation > activation, row.rise_rest, row.fall_rest)
+    return excitation + (activation - excitation) * rest
+
+
+@wp.func
+def neurally_activated(activation: float, neural: float, excitation: float, row: MuscleRow) -> wp.vec2:
+    """Activation and neural signal after a step; that rises or falls as this ends up above or below it."""
+    rest = row.rise_rest
+    mix = row.rise_mix
+    if excitation + (neural - excitation) * row.neural_rest < activation:
+        rest = row.fall_rest
+        mix = row.fall_mix
+    return neural_step(activation, neural, excitation, rest, row.neural_rest, mix)

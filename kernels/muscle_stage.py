@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import warp as wp
 
 from warpmuscle.kernels.activation import activation_step
-from warpmuscle.kernels.actuation import actuation_stage, implicit_damping_stage
+from warpmuscle.kernels.actuation import actuation_stage_of, implicit_damping_stage, muscle_torque, pulled_torque
 from warpmuscle.kernels.lanes import synchronize
 from warpmuscle.kernels.muscle import (
     bounded_fibre_length,
@@ -25,10 +25,18 @@ from warpmuscle.kernels.muscle import (
     switched_fibre_length,
     switched_fibre_speed,
 )
-from warpmuscle.kernels.muscle_control import activated, delayed, desired_force, neurally_activated, timed_excitation
+from warpmuscle.kernels.muscle_control import (
+    activated,
+    average_force,
+    delayed,
+    desired_force,
+    heard_before,
+    neurally_activated,
+    timed_excitation,
+)
 from warpmuscle.kernels.objective_terms import MuscleWork, muscle_terms_of
 from warpmuscle.kernels.path import Stretch, joint_velocities, stretch_of
-from warpmuscle.kernels.structs import Model, Record, State, Work, at
+from warpmuscle.kernels.structs import Model, MuscleRow, Record, State, Work, at, whole
 
 RIGID, SWITCH, COMPLIANT = 0, 1, 2  # tendons
 HILL, LEGACY, IDEAL = 0, 1, 2  # laws
@@ -40,7 +48,10 @@ class MuscleKind(NamedTuple):
     curves: int  # LEE ... SARSHARI, see `curves.py`
     tendon: int  # RIGID, SWITCH or COMPLIANT
     law: int  # HILL, LEGACY or IDEAL
+    pulls_at_hand: bool = False  # moment arms and torques of all crossings are kept in the working set
+    mixed: bool = True  # muscles, torques and spring-dampers may share a joint
     pulleys: bool = False  # some muscles run on pulleys
+    conditions: bool = True  # some points of paths are conditional
     neural: bool = False  # neural dynamics before that of the activation
     implicit: bool = False  # damping linearised over the step, with rigid tendons
 
@@ -57,14 +68,15 @@ class Contraction:
 
 @cache
 def contraction_of(curves: int, tendon: int, implicit: bool = False) -> Any:
-    """The Warp function (instance, muscle, activation, stretch, model, state) -> Contraction of a kind of muscles."""
+    """The Warp function (instance, muscle, activation, stretch, row, model, state) -> Contraction of a kind."""
 
     @wp.func
-    def rigid(instance: int, m: int, activation: float, stretch: Stretch, model: Model, state: State) -> Contraction:
-        muscles = model.muscles
-        l_opt = at(muscles.l_opt, instance, m)
-        slack = at(muscles.l_slack, instance, m) - stretch.fixed
-        width = at(muscles.width, instance, m)
+    def rigid(
+        instance: int, m: int, activation: float, stretch: Stretch, row: MuscleRow, model: Model, state: State
+    ) -> Contraction:
+        l_opt = row.l_opt
+        slack = row.l_slack - stretch.fixed
+        width = row.width
         c = Contraction()
         if wp.static(tendon == SWITCH):
             c.length = bounded_fibre_length(switched_fibre_length(stretch.moving, l_opt, slack), l_opt, 0.0)
@@ -73,23 +85,22 @@ def contraction_of(curves: int, tendon: int, implicit: bool = False) -> Any:
             c.length = rigid_fibre_length(stretch.moving, l_opt, slack, width)
             c.speed = rigid_fibre_speed(stretch.speed, c.length, width)
         x = c.length / l_opt
-        speed = c.speed / (at(muscles.v_max, instance, m) * l_opt)
-        force = fibre_force(curves, activation, x, speed, at(muscles.damping, instance, m))
-        c.force = at(muscles.f_max, instance, m) * force * pennation_cosine(c.length, width)
+        speed = c.speed / (row.v_max * l_opt)
+        force = fibre_force(curves, activation, x, speed, row.damping)
+        c.force = row.f_max * force * pennation_cosine(c.length, width)
         if wp.static(implicit):
             cosine = pennation_cosine(c.length, width)
-            slope = fibre_damping(curves, activation, x, speed, at(muscles.damping, instance, m)) * cosine * cosine
-            c.damping = slope * at(muscles.f_max, instance, m) / (at(muscles.v_max, instance, m) * l_opt)
+            slope = fibre_damping(curves, activation, x, speed, row.damping) * cosine * cosine
+            c.damping = slope * row.f_max / (row.v_max * l_opt)
         return c
 
     @wp.func
     def compliant(
-        instance: int, m: int, activation: float, stretch: Stretch, model: Model, state: State
+        instance: int, m: int, activation: float, stretch: Stretch, row: MuscleRow, model: Model, state: State
     ) -> Contraction:
-        muscles = model.muscles
-        l_opt = at(muscles.l_opt, instance, m)
-        l_slack = at(muscles.l_slack, instance, m)
-        width = at(muscles.width, instance, m)
+        l_opt = row.l_opt
+        l_slack = row.l_slack
+        width = row.width
         path_length = stretch.fixed + stretch.moving
         if state.step[instance] == 0:
             settled = fibre_equilibrium(curves, activation, path_length, l_opt, l_slack, width)
@@ -99,28 +110,30 @@ def contraction_of(curves: int, tendon: int, implicit: bool = False) -> Any:
         c = Contraction()
         c.length = compliant_step(
             curves, activation, path_length, before, state.muscles.previous_fibre_length[instance, m],
-            l_opt, l_slack, width, at(muscles.v_max, instance, m), at(muscles.damping, instance, m), model.time_step,
+            l_opt, l_slack, width, row.v_max, row.damping, model.time_step,
         )  # fmt: skip
         state.muscles.previous_fibre_length[instance, m] = before
         state.muscles.fibre_length[instance, m] = c.length
         c.speed = (c.length - before) / model.time_step
         tendon_force = compliant_force(curves, path_length, c.length, l_slack, width)
-        c.force = at(muscles.f_max, instance, m) * tendon_force
+        c.force = row.f_max * tendon_force
         return c
 
     return compliant if tendon == COMPLIANT else rigid
 
 
 @wp.func
-def legacy_contraction(instance: int, m: int, activation: float, stretch: Stretch, model: Model, state: State):
+def legacy_contraction(
+    instance: int, m: int, activation: float, stretch: Stretch, row: MuscleRow, model: Model, state: State
+):
     """As the program of Bergmann 2017 computed it: tendon switch, backward difference of the length, no bounds."""
-    l_opt = at(model.muscles.l_opt, instance, m)
+    l_opt = row.l_opt
     c = Contraction()
-    c.length = switched_fibre_length(stretch.moving, l_opt, at(model.muscles.l_slack, instance, m) - stretch.fixed)
+    c.length = switched_fibre_length(stretch.moving, l_opt, row.l_slack - stretch.fixed)
     if state.step[instance] > 0:
         c.speed = (c.length - state.muscles.fibre_length[instance, m]) / model.time_step
     state.muscles.fibre_length[instance, m] = c.length
-    c.force = legacy_force(at(model.muscles.f_max, instance, m), activation, c.length, c.speed, l_opt)
+    c.force = legacy_force(row.f_max, activation, c.length, c.speed, l_opt)
     return c
 
 
@@ -129,6 +142,18 @@ def no_muscles(
     instance: int, lane: int, lanes: int, frame: int, model: Model, state: State, record: Record, work: Work
 ):
     """The muscle stage of a character that torques alone drive."""
+
+
+@wp.func
+def arms_in_state(instance: int, state: State, work: Work) -> wp.array[wp.vec3]:
+    """Where the moment arms of an instance are kept: in the state."""
+    return state.muscles.moment_arm[instance]
+
+
+@wp.func
+def arms_at_hand(instance: int, state: State, work: Work) -> wp.array[wp.vec3]:
+    """The same: in the working set."""
+    return work.pull
 
 
 @cache
@@ -141,64 +166,77 @@ def muscle_stage_of(kind: MuscleKind, terms: tuple[str, ...] = (), recorded: boo
     """
     add_terms = muscle_terms_of(terms)
     contraction = contraction_of(kind.curves, kind.tendon, kind.implicit)
-    stretch_stage = stretch_of(kind.pulleys)
+    actuation_stage = actuation_stage_of(pulled_torque if kind.pulls_at_hand else muscle_torque, kind.mixed)
+    stretch_stage = stretch_of(kind.pulleys, kind.conditions)
     law, neural, implicit = kind.law, kind.neural, kind.implicit
+    at_hand = kind.pulls_at_hand
+    arms = arms_at_hand if at_hand else arms_in_state
 
     @wp.func
     def one_muscle(instance: int, m: int, frame: int, model: Model, state: State, record: Record, work: Work):
         muscles = model.muscles
         step = state.step[instance]
+        row = at(muscles.row, instance, m)
+        own = at(muscles.own, instance, m)
+        a = state.muscles.activation[instance, m]
+        before = heard_before(instance, m, step, row.delay_steps, state.muscles)
         desired = wp.float32(0.0)
         if wp.static(law == LEGACY) and step > 0:
             desired = desired_force(instance, m, model, state, work)  # with the moment arms of the step before
-        stretch = stretch_stage(instance, m, model, state, work, state.muscles.moment_arm)
+        stretch = stretch_stage(instance, m, model, state, work, arms(instance, state, work))
         if wp.static(law != LEGACY) or step == 0:
-            desired = desired_force(instance, m, model, state, work)
-        f_max = at(muscles.f_max, instance, m)
-        if muscles.knot_start[m + 1] > muscles.knot_start[m]:
+            desired = average_force(stretch.wanted)
+        if own.end_knot > own.first_knot:
             time = float(step) * model.time_step
             if wp.static(neural):
                 time -= 0.5 * model.time_step  # the middle of the step that the activation is moved over
-            desired = f_max * timed_excitation(muscles, instance, m, time)
-        excitation = wp.min(desired / f_max, 1.0)
+            desired = row.f_max * timed_excitation(muscles, own, instance, time)
+        excitation = wp.min(desired / row.f_max, 1.0)
         c = Contraction()
         if wp.static(law == IDEAL):
-            state.muscles.activation[instance, m] = excitation
-            c.length = stretch.moving + (stretch.fixed - at(muscles.l_slack, instance, m))
+            a = excitation
+            c.length = stretch.moving + (stretch.fixed - row.l_slack)
             c.speed = stretch.speed
             c.force = desired
         else:
-            excitation = delayed(instance, m, step, excitation, muscles, state.muscles)
+            excitation = delayed(instance, m, step, row.delay_steps, excitation, before, state.muscles)
             if wp.static(law == LEGACY):
-                rate = 1.0 / at(muscles.rise_time, instance, m)
-                a = activation_step(state.muscles.activation[instance, m], excitation, rate, model.time_step)
-                state.muscles.activation[instance, m] = a
-                c = legacy_contraction(instance, m, a, stretch, model, state)
+                a = activation_step(a, excitation, 1.0 / row.rise_time, model.time_step)
+                c = legacy_contraction(instance, m, a, stretch, row, model, state)
             else:
                 if wp.static(neural):
-                    a = neurally_activated(instance, m, step, excitation, muscles, state.muscles)
+                    if step > 0:  # the first activation is as given
+                        after = neurally_activated(a, state.muscles.neural[instance, m], excitation, row)
+                        state.muscles.neural[instance, m] = after[1]
+                        a = after[0]
                 else:
-                    a = activated(instance, m, excitation, model.time_step, muscles, state.muscles)
-                c = contraction(instance, m, a, stretch, model, state)
+                    a = activated(a, excitation, model.time_step, row, muscles.scaled_rates)
+                c = contraction(instance, m, a, stretch, row, model, state)
+        if wp.static(at_hand):
+            span = model.paths.span[m]
+            for k in range(span.first_crossing, span.end_crossing):
+                crossing = whole(model.paths.of_muscle[whole(k)].number)
+                work.pull[crossing] = work.pull[crossing] * c.force
+        state.muscles.activation[instance, m] = a
         state.muscles.force[instance, m] = c.force
         if wp.static(implicit):
             state.muscles.damping[instance, m] = c.damping
         w = MuscleWork()
-        w.activation = state.muscles.activation[instance, m]
+        w.activation = a
         w.excitation = excitation
         w.length = c.length
         w.speed = c.speed
         w.force = c.force
         add_terms(instance, m, w, model, state)
         if wp.static(recorded) and frame >= 0:
-            row = record.slot[instance]
-            record.muscle[row, frame, 0, m] = stretch.fixed + stretch.moving
-            record.muscle[row, frame, 1, m] = c.length
-            record.muscle[row, frame, 2, m] = c.speed
-            record.muscle[row, frame, 3, m] = desired
-            record.muscle[row, frame, 4, m] = excitation
-            record.muscle[row, frame, 5, m] = state.muscles.activation[instance, m]
-            record.muscle[row, frame, 6, m] = c.force
+            slot = record.slot[instance]
+            record.muscle[slot, frame, 0, m] = stretch.fixed + stretch.moving
+            record.muscle[slot, frame, 1, m] = c.length
+            record.muscle[slot, frame, 2, m] = c.speed
+            record.muscle[slot, frame, 3, m] = desired
+            record.muscle[slot, frame, 4, m] = excitation
+            record.muscle[slot, frame, 5, m] = a
+            record.muscle[slot, frame, 6, m] = c.force
 
     @wp.func
     def muscle_stage(

@@ -6,7 +6,7 @@ Arrays of muscle numbers are (rows, muscles) with rows = 1 where all instances s
 import warp as wp
 
 from warpmuscle.kernels.muscle import compliant_force, compliant_step, fibre_equilibrium, rigid_force
-from warpmuscle.kernels.muscle_control import activated, delayed
+from warpmuscle.kernels.muscle_control import activated, delayed, heard_before
 from warpmuscle.kernels.structs import Muscles, MuscleState, at
 
 wp.set_module_options({"enable_backward": False, "max_unroll": 1})
@@ -21,8 +21,10 @@ def activate(
 ):  # fmt: skip
     """Delay the excitations (instances, muscles), and move the activations over a step."""
     i, m = wp.tid()
-    heard = delayed(i, m, step, excitation[i, m], muscles, state)
-    activated(i, m, heard, time_step, muscles, state)
+    row = at(muscles.row, i, m)
+    before = heard_before(i, m, step, row.delay_steps, state)
+    heard = delayed(i, m, step, row.delay_steps, excitation[i, m], before, state)
+    state.activation[i, m] = activated(state.activation[i, m], heard, time_step, row, muscles.scaled_rates)
 
 
 @wp.kernel
@@ -34,12 +36,12 @@ def muscle_force_rigid(
 ):  # fmt: skip
     """Forces, N, with rigid tendons, from lengths (m) and speeds (m/s) of the units, (instances, muscles)."""
     i, m = wp.tid()
+    row = at(muscles.row, i, m)
     force = rigid_force(
         muscles.model, state.activation[i, m], mt_length[i, m], mt_speed[i, m],
-        at(muscles.l_opt, i, m), at(muscles.l_slack, i, m), at(muscles.width, i, m), at(muscles.v_max, i, m),
-        at(muscles.damping, i, m),
+        row.l_opt, row.l_slack, row.width, row.v_max, row.damping,
     )  # fmt: skip
-    state.force[i, m] = at(muscles.f_max, i, m) * force
+    state.force[i, m] = row.f_max * force
 
 
 @wp.kernel
@@ -51,10 +53,10 @@ def settle_fibres(
 ):  # fmt: skip
     """Set the fibre lengths to the equilibrium at rest with compliant tendons, as a simulation starts from."""
     i, m = wp.tid()
+    row = at(muscles.row, i, m)
     length = fibre_equilibrium(
-        muscles.model, state.activation[i, m], mt_length[i, m],
-        at(muscles.l_opt, i, m), at(muscles.l_slack, i, m), at(muscles.width, i, m),
-    )  # fmt: skip
+        muscles.model, state.activation[i, m], mt_length[i, m], row.l_opt, row.l_slack, row.width
+    )
     state.fibre_length[i, m] = length
     state.previous_fibre_length[i, m] = length
 
@@ -68,14 +70,13 @@ def muscle_force_compliant(
 ):  # fmt: skip
     """Fibre lengths and forces, N, with compliant tendons after a step; lengths of the units (m) at its end."""
     i, m = wp.tid()
-    l_slack = at(muscles.l_slack, i, m)
-    width = at(muscles.width, i, m)
+    row = at(muscles.row, i, m)
     before = state.fibre_length[i, m]
     length = compliant_step(
         muscles.model, state.activation[i, m], mt_length[i, m], before, state.previous_fibre_length[i, m],
-        at(muscles.l_opt, i, m), l_slack, width, at(muscles.v_max, i, m), at(muscles.damping, i, m), time_step,
+        row.l_opt, row.l_slack, row.width, row.v_max, row.damping, time_step,
     )  # fmt: skip
-    force = compliant_force(muscles.model, mt_length[i, m], length, l_slack, width)
+    force = compliant_force(muscles.model, mt_length[i, m], length, row.l_slack, row.width)
     state.previous_fibre_length[i, m] = before
     state.fibre_length[i, m] = length
-    state.force[i, m] = at(muscles.f_max, i, m) * force
+    state.force[i, m] = row.f_max * force

@@ -43,41 +43,45 @@ def effort_cubed(instance: int, m: int, w: MuscleWork, model: Model) -> float:
 @wp.func
 def contractile_force(instance: int, m: int, w: MuscleWork, model: Model) -> float:
     """Force of the active part of the fibre, N, never negative."""
-    l_opt = at(model.muscles.l_opt, instance, m)
-    v = wp.clamp(w.speed / (l_opt * at(model.muscles.v_max, instance, m)), -LARGEST_SPEED, LARGEST_SPEED)
+    row = at(model.muscles.row, instance, m)
+    l_opt = row.l_opt
+    v = wp.clamp(w.speed / (l_opt * row.v_max), -LARGEST_SPEED, LARGEST_SPEED)
     curves = model.muscles.model
     multiplier = active_force_length(curves, w.length / l_opt) * force_velocity(curves, v, w.activation)
-    return wp.max(w.activation * multiplier * at(model.muscles.f_max, instance, m), 0.0)
+    return wp.max(w.activation * multiplier * row.f_max, 0.0)
 
 
 @wp.func
 def metabolic_wang(instance: int, m: int, w: MuscleWork, model: Model) -> float:
     """Metabolic power, W, see `metabolics.wang_power`."""
-    l_opt = at(model.muscles.l_opt, instance, m)
+    row = at(model.muscles.row, instance, m)
+    l_opt = row.l_opt
     return wang_power(
         w.activation, w.excitation, w.length / l_opt, w.speed, contractile_force(instance, m, w, model), 0.0,
-        at(model.muscles.slow_fibres, instance, m), muscle_mass(at(model.muscles.f_max, instance, m), l_opt),
+        row.slow_fibres, muscle_mass(row.f_max, l_opt),
     )  # fmt: skip
 
 
 @wp.func
 def metabolic_bhargava(instance: int, m: int, w: MuscleWork, model: Model) -> float:
     """Metabolic power, W, see `metabolics.bhargava_power`."""
-    l_opt = at(model.muscles.l_opt, instance, m)
+    row = at(model.muscles.row, instance, m)
+    l_opt = row.l_opt
     return bhargava_power(
         w.activation, w.excitation, w.length / l_opt, w.speed, contractile_force(instance, m, w, model), 0.0,
-        at(model.muscles.slow_fibres, instance, m), muscle_mass(at(model.muscles.f_max, instance, m), l_opt),
+        row.slow_fibres, muscle_mass(row.f_max, l_opt),
     )  # fmt: skip
 
 
 @wp.func
 def metabolic_umberger(instance: int, m: int, w: MuscleWork, model: Model) -> float:
     """Metabolic power, W, see `metabolics.umberger_power`."""
-    l_opt = at(model.muscles.l_opt, instance, m)
+    row = at(model.muscles.row, instance, m)
+    l_opt = row.l_opt
     return umberger_power(
         w.activation, w.excitation, w.length / l_opt, w.speed, contractile_force(instance, m, w, model),
-        active_force_length(model.muscles.model, w.length / l_opt), at(model.muscles.slow_fibres, instance, m),
-        muscle_mass(at(model.muscles.f_max, instance, m), l_opt), at(model.muscles.v_max, instance, m), l_opt,
+        active_force_length(model.muscles.model, w.length / l_opt), row.slow_fibres,
+        muscle_mass(row.f_max, l_opt), row.v_max, l_opt,
     )  # fmt: skip
 
 
@@ -90,7 +94,7 @@ def applied_torque(instance: int, body: int, model: Model, state: State, work: W
 @wp.func
 def joint_limits(instance: int, body: int, model: Model, state: State, work: Work) -> float:
     """Magnitude of the torque of a joint's limits, N m."""
-    if model.skeleton.has_limits[body] == 0:
+    if model.skeleton.plan[body].has_limits == 0:
         return 0.0
     torque = work.torque[body]
     stiffness = work.stiffness[body]
@@ -105,7 +109,7 @@ def joint_limits(instance: int, body: int, model: Model, state: State, work: Wor
 def smoothness(instance: int, body: int, model: Model, state: State, work: Work) -> float:
     """Squared acceleration of a joint's speeds in the step before, rad^2/s^4."""
     total = wp.float32(0.0)
-    for k in range(model.skeleton.speed_start[body], model.skeleton.speed_start[body + 1]):
+    for k in range(model.skeleton.plan[body].speed_start, model.skeleton.plan[body].speed_end):
         total += state.accelerations[instance, k] * state.accelerations[instance, k]
     return total
 
@@ -117,7 +121,7 @@ def tracking(instance: int, body: int, model: Model, state: State, work: Work) -
         return 0.0
     bins = model.reference_bins
     row = state.stance[instance] * bins + wp.clamp(int(state.phase[instance] * float(bins)), 0, bins - 1)
-    relative = wp.quat_inverse(work.orientation[model.skeleton.parent[body]]) * work.orientation[body]
+    relative = wp.quat_inverse(work.orientation[model.skeleton.plan[body].parent]) * work.orientation[body]
     error = pd_error(relative, model.reference[row, body])
     return model.tracked[body] * wp.dot(error, error)
 

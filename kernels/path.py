@@ -25,7 +25,8 @@ from typing import Any
 import warp as wp
 
 from warpmuscle.kernels.lanes import synchronize
-from warpmuscle.kernels.structs import UNIVERSAL, Model, Paths, State, Work, at
+from warpmuscle.kernels.muscle_control import counted, wanted_force
+from warpmuscle.kernels.structs import UNIVERSAL, Model, Paths, State, Work, at, whole
 
 SHORTEST = 1.0e-9  # m, of a segment that has a direction
 
@@ -46,6 +47,7 @@ class Stretch:
     fixed: float  # m, of the segments within bodies
     moving: float  # m, of all others
     speed: float  # m/s
+    wanted: wp.vec2  # N, what its joints want of the muscle, and the number of joints that count; see `counted`
 
 
 @wp.func
@@ -99,10 +101,12 @@ def without(a: Weight) -> Weight:
 @wp.func
 def coordinate_gradient(instance: int, joint: int, axis: int, model: Model, work: Work) -> wp.vec3:
     """World vector whose product with the angular velocity of a hinge or universal joint is a coordinate's speed."""
-    a = work.rotation[joint] * at(model.skeleton.axis_a, instance, joint)
-    if model.skeleton.joint_type[joint] != UNIVERSAL:
+    plan = model.skeleton.plan[joint]
+    row = at(model.skeleton.row, instance, joint)
+    a = work.rotation[joint] * row.axis_a
+    if plan.joint_type != UNIVERSAL:
         return a
-    b = work.rotation[model.skeleton.parent[joint]] * at(model.skeleton.axis_b, instance, joint)
+    b = work.rotation[plan.parent] * row.axis_b
     cosine = wp.dot(a, b)
     across = wp.where(axis == 0, a - b * cosine, b - a * cosine)
     return across / (1.0 - cosine * cosine)
@@ -119,10 +123,10 @@ def point_weight(instance: int, point: int, joint: int, model: Model, state: Sta
     on = paths.condition_joint[condition]
     axis = paths.condition_axis[condition]
     interval = at(paths.condition_interval, instance, condition)
-    angle = state.coordinates[instance, model.skeleton.coordinate_start[on] + axis]
+    angle = state.coordinates[instance, model.skeleton.plan[on].coordinate_start + axis]
     weight = condition_weight(angle, interval[0], interval[1], interval[2])
     w.value = weight[0]
-    w.rate = weight[1] * state.speeds[instance, model.skeleton.speed_start[on] + axis]
+    w.rate = weight[1] * state.speeds[instance, model.skeleton.plan[on].speed_start + axis]
     if on == joint and weight[1] != 0.0:
         w.gradient = coordinate_gradient(instance, on, axis, model, work) * weight[1]
     return w
@@ -133,8 +137,8 @@ def segment_weight(
     instance: int, segment: int, joint: int, model: Model, state: State, paths: Paths, work: Work
 ) -> Weight:
     """How much a segment counts; its gradient is by turns of the given joint."""
-    a = paths.segment[segment, 0]
-    b = paths.segment[segment, 1]
+    a = paths.segment_points[segment, 0]
+    b = paths.segment_points[segment, 1]
     w = point_weight(instance, a, joint, model, state, paths, work)
     w = both(w, point_weight(instance, b, joint, model, state, paths, work))
     for left_out in range(a + 1, b):
@@ -147,24 +151,26 @@ def offset_between(body: int, origin: int, work: Work) -> wp.vec3:
     """From the joint of the body `origin` to that of another one, world axes, m."""
     if body == origin:
         return wp.vec3(0.0)
-    return work.position[body] - work.position[origin]
+    return work.position[whole(body)] - work.position[whole(origin)]
 
 
 @wp.func
-def segment_end(instance: int, segment: int, end: int, model: Model, work: Work) -> wp.vec3:
-    """From the joint of the segment's origin to its end a (0) or b (1), world axes, m."""
-    paths = model.paths
-    body = paths.segment_body[segment, end]
-    local = work.rotation[body] * at(paths.segment_end, instance, 2 * segment + end)
-    if paths.segment_far[segment] != 0:
-        local += offset_between(body, paths.segment_origin[segment], work)
+def segment_end(end: wp.vec3, body: int, origin: int, far: int, work: Work) -> wp.vec3:
+    """From the joint of the segment's origin to one of its ends, world axes, m.
+
+    Args:
+        end: in the axes of its body; from the joint of the origin, or if `far` from that of its body.
+    """
+    local = work.rotation[whole(body)] * end
+    if far != 0:
+        local += offset_between(body, origin, work)
     return local
 
 
 @wp.func
 def joint_velocity(joint: int, model: Model, work: Work) -> wp.vec3:
     """Angular velocity of a joint's child relative to its parent in the middle of the last step, world, rad/s."""
-    parent = model.skeleton.parent[joint]
+    parent = whole(model.skeleton.plan[joint].parent)
     child = work.angular_velocity[joint] - work.lag_angular[joint]
     return child - work.angular_velocity[parent] + work.lag_angular[parent]
 
@@ -177,84 +183,101 @@ def joint_velocities(lane: int, lanes: int, model: Model, work: Work):
     synchronize()
 
 
-@wp.func
-def muscle_stretch(
-    instance: int, muscle: int, model: Model, state: State, work: Work, arm: wp.array2d[wp.vec3]
-) -> Stretch:
-    """Length and lengthening speed of one muscle's path, from kinematics and joint velocities in the working set.
+@cache
+def segments_stretch_of(conditions: bool) -> Any:
+    """The Warp function of length and lengthening speed of one muscle's path of segments, and of its moment arms.
+
+    They follow from kinematics and joint velocities in the working set. What its joints want of the muscle follows from
+    the torques there, if the controller's are.
 
     Args:
-        arm: (instances, crossings) gets the moment arm vectors of the muscle, m, world: a tension F puts the torque
-            F r on the joint's parent and -F r on its child.
+        conditions: whether there are conditional points.
+
+    The function's last argument, (crossings,), gets the moment arm vectors of the muscle, m, world: a tension F puts
+    the torque F r on the joint's parent and -F r on its child.
     """
-    paths = model.paths
-    total = Stretch()
-    total.fixed = at(paths.fixed_length, instance, muscle)
-    for segment in range(paths.segment_start[muscle], paths.segment_start[muscle + 1]):
-        varies = paths.segment_varies[segment]
-        a = segment_end(instance, segment, 0, model, work)
-        d = segment_end(instance, segment, 1, model, work) - a
-        length = wp.length(d)
-        direction = d * (1.0 / wp.max(length, SHORTEST))
-        weight = Weight()
-        weight.value = 1.0
-        for term in range(paths.term_start[segment], paths.term_start[segment + 1]):
-            crossing = paths.term_crossing[term]
-            joint = paths.crossing_joint[crossing]
-            center = offset_between(joint, paths.segment_origin[segment], work)
-            r = segment_moment_arm(a, center, direction) * float(paths.term_sign[term])
-            if varies != 0:
-                weight = segment_weight(instance, segment, joint, model, state, paths, work)
-                r = r * weight.value + weight.gradient * length
-            total.speed += wp.dot(r, work.joint_velocity[joint])
-            if paths.term_first[term] == 0:
-                r += arm[instance, crossing]
-            arm[instance, crossing] = r
-        if varies != 0:
-            weight = segment_weight(instance, segment, 0, model, state, paths, work)
-        total.moving += length * weight.value
-    return total
+
+    @wp.func
+    def muscle_stretch(
+        instance: int, muscle: int, model: Model, state: State, work: Work, arm: wp.array[wp.vec3]
+    ) -> Stretch:
+        paths = model.paths
+        total = Stretch()
+        total.fixed = at(paths.fixed_length, instance, muscle)
+        span = paths.span[muscle]
+        for i in range(span.first_segment, span.end_segment):
+            segment = paths.segment[whole(i)]
+            ends = at(paths.ends, instance, i)
+            a = segment_end(ends.a, segment.body_a, segment.origin, segment.far, work)
+            d = segment_end(ends.b, segment.body_b, segment.origin, segment.far, work) - a
+            length = wp.length(d)
+            direction = d * (1.0 / wp.max(length, SHORTEST))
+            weight = Weight()
+            weight.value = 1.0
+            for k in range(segment.first_term, segment.end_term):
+                term = paths.term[whole(k)]
+                joint = whole(term.joint)
+                crossing = whole(term.crossing)
+                center = offset_between(joint, segment.origin, work)
+                r = segment_moment_arm(a, center, direction) * float(term.sign)
+                if wp.static(conditions) and segment.varies != 0:
+                    weight = segment_weight(instance, i, joint, model, state, paths, work)
+                    r = r * weight.value + weight.gradient * length
+                total.speed += wp.dot(r, work.joint_velocity[joint])
+                if term.first == 0:
+                    r += arm[crossing]
+                arm[crossing] = r
+                if term.last != 0:
+                    total.wanted += counted(wanted_force(work.torque[joint], r), model.muscles.negative)
+            if wp.static(conditions) and segment.varies != 0:
+                weight = segment_weight(instance, i, 0, model, state, paths, work)
+            total.moving += length * weight.value
+        return total
+
+    return muscle_stretch
 
 
 @wp.func
 def pulley_stretch(
-    instance: int, muscle: int, model: Model, state: State, work: Work, arm: wp.array2d[wp.vec3]
+    instance: int, muscle: int, model: Model, state: State, work: Work, arm: wp.array[wp.vec3]
 ) -> Stretch:
-    """The same of a path on pulleys."""
+    """What `segments_stretch_of` says, of a path on pulleys."""
     paths = model.paths
     total = Stretch()
     total.fixed = at(paths.fixed_length, instance, muscle)
-    for k in range(paths.pulley_start[muscle], paths.pulley_start[muscle + 1]):
-        crossing = paths.pulley_crossing[k]
-        joint = paths.crossing_joint[crossing]
-        axis = paths.pulley_axis[k]
-        pulley = at(paths.pulley, instance, k)
-        angle = state.coordinates[instance, model.skeleton.coordinate_start[joint] + axis]
-        total.moving -= pulley[0] * (angle - pulley[1])
-        r = coordinate_gradient(instance, joint, axis, model, work) * -pulley[0]
-        total.speed += wp.dot(r, work.joint_velocity[joint])
-        if paths.pulley_first[k] == 0:
-            r += arm[instance, crossing]
-        arm[instance, crossing] = r
+    span = paths.span[muscle]
+    for k in range(span.first_pulley, span.end_pulley):
+        pulley = paths.pulley[k]
+        own = at(paths.pulley_row, instance, k)
+        angle = state.coordinates[instance, model.skeleton.plan[pulley.joint].coordinate_start + pulley.axis]
+        total.moving -= own[0] * (angle - own[1])
+        r = coordinate_gradient(instance, pulley.joint, pulley.axis, model, work) * -own[0]
+        total.speed += wp.dot(r, work.joint_velocity[pulley.joint])
+        if pulley.first == 0:
+            r += arm[pulley.crossing]
+        arm[pulley.crossing] = r
+        if pulley.last != 0:
+            total.wanted += counted(wanted_force(work.torque[pulley.joint], r), model.muscles.negative)
     return total
 
 
 @cache
-def stretch_of(pulleys: bool) -> Any:
-    """The Warp function of the length and speed of a path, see `muscle_stretch`.
+def stretch_of(pulleys: bool = True, conditions: bool = True) -> Any:
+    """The Warp function of the length and speed of a path, see `segments_stretch_of`.
 
     Args:
-        pulleys: whether there are paths on pulleys.
+        pulleys: whether there are paths on pulleys. conditions: whether there are conditional points.
     """
+    segments_stretch = segments_stretch_of(conditions)
     if not pulleys:
-        return muscle_stretch
+        return segments_stretch
 
     @wp.func
     def any_stretch(
-        instance: int, muscle: int, model: Model, state: State, work: Work, arm: wp.array2d[wp.vec3]
+        instance: int, muscle: int, model: Model, state: State, work: Work, arm: wp.array[wp.vec3]
     ) -> Stretch:
-        if model.paths.pulley_start[muscle + 1] > model.paths.pulley_start[muscle]:
+        if model.paths.span[muscle].end_pulley > model.paths.span[muscle].first_pulley:
             return pulley_stretch(instance, muscle, model, state, work, arm)
-        return muscle_stretch(instance, muscle, model, state, work, arm)
+        return segments_stretch(instance, muscle, model, state, work, arm)
 
     return any_stretch

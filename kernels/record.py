@@ -13,6 +13,10 @@ class RecordKind(NamedTuple):
 
     whole: bool = True  # everything; else the coordinates and speeds
     muscles: bool = True  # and what the muscles do
+    motion: bool = True  # not nothing at all
+
+
+NOTHING = RecordKind(False, False, False)
 
 
 @wp.func
@@ -85,10 +89,12 @@ def record_motion(
 def record_nothing(
     instance: int, lane: int, lanes: int, frame: int, model: Model, state: State, record: Record, work: Work
 ):
-    """What the controller wants is not recorded."""
+    """Write nothing."""
 
 
 @cache
 def recorders_of(kind: RecordKind) -> tuple[Any, Any]:
     """The Warp functions that record what the controller wants, and the state, see `record_stage`."""
-    return (record_desired, record_stage) if kind.whole else (record_nothing, record_motion)
+    if kind.whole:
+        return record_desired, record_stage
+    return record_nothing, record_motion if kind.motion else record_nothing

@@ -11,7 +11,7 @@ from warpmuscle.kernels.joint import hinge_rotation
 from warpmuscle.kernels.lanes import synchronize
 from warpmuscle.kernels.spatial import heading, symmetric, symmetric_rotated
 from warpmuscle.kernels.spline import curve_value
-from warpmuscle.kernels.structs import REVERSE, RIGHT, SAME, Model, Simbicon, State, Work, at
+from warpmuscle.kernels.structs import REVERSE, RIGHT, SAME, Model, Simbicon, State, Work, at, whole
 
 
 @wp.func
@@ -111,27 +111,22 @@ def component_rotation(
     simbicon: Simbicon, instance: int, c: int, phase: float, stance: int, distance: wp.vec3, velocity: wp.vec3
 ) -> wp.quat:
     """Rotation of component c: its base angle, reversed in one stance if it says so, plus balance feedback."""
-    knots = simbicon.component_knots
-    angle = curve_value(simbicon.knot_phase, simbicon.knot_value, instance, knots[c, 0], knots[c, 1], phase)
-    if simbicon.component_reverse[c] == stance:
+    plan = simbicon.components[c]
+    row = at(simbicon.component_rows, instance, c)
+    angle = curve_value(simbicon.knots, instance, plan.first_knot, plan.end_knot, phase)
+    if plan.reverse == stance:
         angle = -angle
-    if simbicon.has_feedback[c] == 1:
-        angle += balance_feedback(
-            distance,
-            velocity,
-            at(simbicon.feedback_axis, instance, c),
-            at(simbicon.feedback_gain, instance, c),
-            at(simbicon.feedback_limits, instance, c),
-        )
-    return hinge_rotation(at(simbicon.component_axis, instance, c), angle)
+    if plan.has_feedback == 1:
+        angle += balance_feedback(distance, velocity, row.feedback_axis, row.feedback_gain, row.feedback_limits)
+    return hinge_rotation(row.axis, angle)
 
 
 @wp.func
 def balance_set_point(simbicon: Simbicon, instance: int, row: int, first: int, phase: float, stance: int) -> wp.vec3:
     """Desired d (first = 0) or v (first = 4) of a state; its x part changes sign in right stance."""
     k = simbicon.balance_knots
-    x = curve_value(simbicon.knot_phase, simbicon.knot_value, instance, k[row, first], k[row, first + 1], phase)
-    z = curve_value(simbicon.knot_phase, simbicon.knot_value, instance, k[row, first + 2], k[row, first + 3], phase)
+    x = curve_value(simbicon.knots, instance, k[row, first], k[row, first + 1], phase)
+    z = curve_value(simbicon.knots, instance, k[row, first + 2], k[row, first + 3], phase)
     if stance == RIGHT:
         x = -x
     return wp.vec3(x, 0.0, z)
@@ -153,24 +148,26 @@ def targets_stage(instance: int, lane: int, lanes: int, model: Model, state: Sta
     if stance == RIGHT:
         foot = simbicon.right_foot
     frame = heading(work.orientation[0])
-    foot_center = work.position[foot] + work.rotation[foot] * at(model.skeleton.com, instance, foot)
+    foot_center = work.position[foot] + work.rotation[foot] * at(model.skeleton.row, instance, foot).com
     distance = wp.quat_rotate_inv(frame, work.center[0] - foot_center)
     velocity = wp.quat_rotate_inv(frame, work.center[1])
     if simbicon.balance_knots[row, 7] >= 0:
         distance -= balance_set_point(simbicon, instance, row, 0, phase, stance)
         velocity -= balance_set_point(simbicon, instance, row, 4, phase, stance)
-    for t in range(simbicon.trajectory_start[row] + lane, simbicon.trajectory_start[row + 1], lanes):
-        body = simbicon.trajectory_body[t, stance]
+    control = simbicon.states[row]
+    for t in range(control.first_trajectory + lane, control.end_trajectory, lanes):
+        trajectory = simbicon.trajectories[t]
+        body = wp.where(stance == RIGHT, trajectory.right_body, trajectory.left_body)
         q = wp.quat(0.0, 0.0, 0.0, 1.0)
-        for c in range(simbicon.component_start[t], simbicon.component_start[t + 1]):
+        for c in range(trajectory.first_component, trajectory.end_component):
             q = component_rotation(simbicon, instance, c, phase, stance, distance, velocity) * q
-        first = simbicon.strength_knots[t, 0]
-        end = simbicon.strength_knots[t, 1]
+        first = trajectory.first_knot
+        end = trajectory.end_knot
         if body >= 0:
             work.target[body] = q
-            work.frame[body] = simbicon.character_frame[t]
+            work.frame[body] = trajectory.character_frame
             if end > first:
-                work.strength[body] = curve_value(simbicon.knot_phase, simbicon.knot_value, instance, first, end, phase)
+                work.strength[body] = curve_value(simbicon.knots, instance, first, end, phase)
     synchronize()
 
 
@@ -201,16 +198,17 @@ def joint_torque(instance: int, body: int, in_character_frame: bool, frame: wp.q
     base = frame
     angular = work.angular_velocity[body] - work.lag_angular[body]
     if not in_character_frame:
-        parent = model.skeleton.parent[body]
+        parent = whole(model.skeleton.plan[body].parent)
         base = work.orientation[parent]
         angular = angular - work.angular_velocity[parent] + work.lag_angular[parent]
     error = pd_error(work.orientation[body], base * work.target[body])
     velocity = wp.transpose(rotation) * angular
-    kp = at(simbicon.kp, instance, body)
-    kd = at(simbicon.kd, instance, body)
+    gains = at(simbicon.gains, instance, body)
+    kp = gains.kp
+    kd = gains.kd
     strength = work.strength[body]
-    scale = at(simbicon.scale, instance, body)
-    limit = at(simbicon.torque_limit, instance, body)
+    scale = gains.scale
+    limit = gains.torque_limit
     work.stiffness[body] = symmetric(0.0)
     if model.implicit_pd == 1:
         torque = pd_torque(error, velocity, kp, kd + model.time_step * kp, strength, scale, limit)
@@ -231,15 +229,8 @@ def root_torque(instance: int, frame: wp.quat, model: Model, work: Work) -> wp.v
         facing = hinge_rotation(wp.vec3(0.0, 1.0, 0.0), at(simbicon.hip, instance, 0)[3])
     error = pd_error(work.orientation[0], facing * work.target[0])
     velocity = wp.transpose(rotation) * (work.angular_velocity[0] - work.lag_angular[0])
-    return rotation * pd_torque(
-        error,
-        velocity,
-        at(simbicon.kp, instance, 0),
-        at(simbicon.kd, instance, 0),
-        1.0,
-        at(simbicon.scale, instance, 0),
-        at(simbicon.torque_limit, instance, 0),
-    )
+    gains = at(simbicon.gains, instance, 0)
+    return rotation * pd_torque(error, velocity, gains.kp, gains.kd, 1.0, gains.scale, gains.torque_limit)
 
 
 @wp.func
@@ -252,7 +243,8 @@ def hip_share(share: float, torque: wp.vec3, part: wp.vec3, rotation: wp.mat33, 
 @wp.func
 def hip_bound(simbicon: Simbicon, instance: int, hip: int) -> wp.vec3:
     """Torque limits of a hip by axis of the thigh, N m."""
-    return torque_bound(at(simbicon.scale, instance, hip), at(simbicon.torque_limit, instance, hip))
+    gains = at(simbicon.gains, instance, hip)
+    return torque_bound(gains.scale, gains.torque_limit)
 
 
 @wp.func
@@ -278,10 +270,10 @@ def hips_stage(instance: int, lane: int, frame: wp.quat, model: Model, state: St
         hip = at(simbicon.hip, instance, 0)
         on_root = root_torque(instance, frame, model, work)
         for child in range(
-            model.skeleton.first_child[0], model.skeleton.first_child[0] + model.skeleton.child_count[0]
+            model.skeleton.plan[0].first_child, model.skeleton.plan[0].first_child + model.skeleton.plan[0].child_count
         ):
             on_root += work.torque[child]
-        foot_center = work.position[foot] + work.rotation[foot] * at(model.skeleton.com, instance, foot)
+        foot_center = work.position[foot] + work.rotation[foot] * at(model.skeleton.row, instance, foot).com
         lateral = wp.quat_rotate_inv(frame, work.center[0] - foot_center)[0]
         missing = wp.quat_rotate(frame, wp.vec3(0.0, 0.0, hip[2] * 9.8 * lateral)) - on_root
         damping = 0.0
@@ -350,9 +342,10 @@ def advance_phase(instance: int, model: Model, state: State):
     row = state.machine_state[instance]
     stance = state.stance[instance]
     phase = state.phase[instance] + model.time_step / at(simbicon.state_time, instance, row)
-    if transition_due(phase, simbicon.on_foot_down[row], state.foot_force[instance, 1 - stance][1]):
-        row = simbicon.next_state[row]
+    control = simbicon.states[row]
+    if transition_due(phase, control.on_foot_down, state.foot_force[instance, 1 - stance][1]):
+        row = control.next_state
         state.machine_state[instance] = row
-        state.stance[instance] = stance_after(stance, simbicon.stance_rule[row])
+        state.stance[instance] = stance_after(stance, simbicon.states[row].stance_rule)
         phase = 0.0
     state.phase[instance] = phase

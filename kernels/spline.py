@@ -2,7 +2,7 @@
 
 import warp as wp
 
-from warpmuscle.kernels.structs import at
+from warpmuscle.kernels.structs import Knot, at
 
 
 @wp.func
@@ -18,31 +18,27 @@ def hermite(before: float, start: float, end: float, after: float, s: float) -> 
 
 
 @wp.func
-def curve_value(
-    phase: wp.array2d[float], value: wp.array2d[float], instance: int, first: int, end: int, x: float
-) -> float:
+def curve_value(knots: wp.array2d[Knot], instance: int, first: int, end: int, x: float) -> float:
     """Catmull-Rom curve through knots first..end-1 of an instance, constant beyond them, 0 without knots.
 
     Args:
-        phase, value: (1 or instances, knots); phases increase within a curve.
+        knots: (1 or instances, knots); phases increase within a curve.
         x: phase to evaluate at.
     """
     if end <= first:
         return 0.0
-    if x <= at(phase, instance, first):
-        return at(value, instance, first)
     last = end - 1
-    if x >= at(phase, instance, last):
-        return at(value, instance, last)
+    left = at(knots, instance, first)
+    ending = at(knots, instance, last)
+    if x <= left.phase:
+        return left.value
+    if x >= ending.phase:
+        return ending.value
     k = int(first + 1)
-    while x >= at(phase, instance, k):
+    while x >= at(knots, instance, k).phase:
         k += 1
-    left = at(phase, instance, k - 1)
-    right = at(phase, instance, k)
-    return hermite(
-        at(value, instance, wp.max(k - 2, first)),
-        at(value, instance, k - 1),
-        at(value, instance, k),
-        at(value, instance, wp.min(k + 1, last)),
-        (x - left) / (right - left),
-    )
+    left = at(knots, instance, k - 1)
+    right = at(knots, instance, k)
+    before = at(knots, instance, wp.max(k - 2, first)).value
+    after = at(knots, instance, wp.min(k + 1, last)).value
+    return hermite(before, left.value, right.value, after, (x - left.phase) / (right.phase - left.phase))

@@ -46,7 +46,7 @@ def forward_kinematics(
     work = work_of(i, model, workspace)
     kinematics_stage(i, 0, 1, model, state, work)
     for body in range(model.body_count):
-        c = work.rotation[body] * at(model.skeleton.com, i, body)
+        c = work.rotation[body] * at(model.skeleton.row, i, body).com
         position[i, body] = work.position[body] + c
         orientation[i, body] = work.orientation[body]
         velocity[i, body] = work.velocity[body] + wp.cross(work.angular_velocity[body], c)
@@ -86,11 +86,11 @@ def contact_forces(
     for body in range(model.body_count):
         total = body_contacts(i, body, model, work)
         force[i, body] = total.force
-        c = work.rotation[body] * at(model.skeleton.com, i, body)
+        c = work.rotation[body] * at(model.skeleton.row, i, body).com
         moment[i, body] = total.moment - wp.cross(c, total.force)
 
 
-any_stretch = stretch_of(True)
+any_stretch = stretch_of()
 
 
 @wp.kernel
@@ -103,14 +103,14 @@ def muscle_paths(
     """Length, m, and lengthening speed, m/s, of all muscles (instances, muscles), and all moment arms.
 
     Returns:
-        arm: (instances, crossings) m, world axes; see `path.muscle_stretch`.
+        arm: (instances, crossings) m, world axes; see `path.segments_stretch_of`.
     """
     i = wp.tid()
     work = work_of(i, model, workspace)
     kinematics_stage(i, 0, 1, model, state, work)
     joint_velocities(0, 1, model, work)
     for muscle in range(model.muscles.count):
-        stretch = any_stretch(i, muscle, model, state, work, arm)
+        stretch = any_stretch(i, muscle, model, state, work, arm[i])
         length[i, muscle] = stretch.fixed + stretch.moving
         speed[i, muscle] = stretch.speed
 
@@ -175,11 +175,11 @@ def forward_dynamics(
     for body in range(model.body_count):
         alpha = work.angular_acceleration[body]
         angular = work.angular_velocity[body]
-        c = work.rotation[body] * at(model.skeleton.com, i, body)
+        c = work.rotation[body] * at(model.skeleton.row, i, body).com
         angular_acceleration[i, body] = alpha
         acceleration[i, body] = work.acceleration[body] + wp.cross(alpha, c) + wp.cross(angular, wp.cross(angular, c))
-        first = model.skeleton.speed_start[body]
-        for k in range(model.skeleton.speed_start[body + 1] - first):
+        first = model.skeleton.plan[body].speed_start
+        for k in range(model.skeleton.plan[body].speed_end - first):
             speed_rate[i, first + k] = speed_rate_of(body, k, model, work)
 
 
@@ -188,7 +188,7 @@ def speed_rate_of(body: int, k: int, model: Model, work: Work) -> float:
     """Derivative of speed k of a body's joint, from the accelerations."""
     if body > 0:
         return work.factor_c[body][k]
-    if model.skeleton.joint_type[0] == ROOT_FREE:
+    if model.skeleton.plan[0].joint_type == ROOT_FREE:
         if k < 3:
             return work.acceleration[0][k]
         return work.angular_acceleration[0][k - 3]
@@ -208,7 +208,7 @@ def unit(k: int) -> wp.vec3:
 @wp.func
 def angular_axis(instance: int, body: int, k: int, model: Model, work: Work) -> wp.vec3:
     """Angular velocity that a unit of speed k of a body's joint gives the body relative to its parent, world."""
-    kind = model.skeleton.joint_type[body]
+    kind = model.skeleton.plan[body].joint_type
     if body == 0:
         if kind == ROOT_FREE:
             return wp.where(k < 3, wp.vec3(0.0), unit(wp.max(k - 3, 0)))
@@ -216,14 +216,14 @@ def angular_axis(instance: int, body: int, k: int, model: Model, work: Work) -> 
     if kind == BALL:
         return work.rotation[body] * unit(k)
     if kind == UNIVERSAL and k == 1:
-        return work.rotation[model.skeleton.parent[body]] * at(model.skeleton.axis_b, instance, body)
-    return work.rotation[body] * at(model.skeleton.axis_a, instance, body)
+        return work.rotation[model.skeleton.plan[body].parent] * at(model.skeleton.row, instance, body).axis_b
+    return work.rotation[body] * at(model.skeleton.row, instance, body).axis_a
 
 
 @wp.func
 def linear_axis(body: int, k: int, model: Model) -> wp.vec3:
     """Velocity that a unit of speed k of a body's joint gives its joint, world; zero but for the root."""
-    if body == 0 and model.skeleton.joint_type[0] == ROOT_FREE:
+    if body == 0 and model.skeleton.plan[0].joint_type == ROOT_FREE:
         return wp.where(k < 3, unit(wp.min(k, 2)), wp.vec3(0.0))
     if body == 0:
         return wp.where(k < 2, unit(wp.min(k, 1) + 1), wp.vec3(0.0))
@@ -249,24 +249,24 @@ def mass_matrix(
         a = work.block_a[body]
         b = work.block_b[body]
         c = work.block_c[body]
-        for k in range(skeleton.speed_start[body + 1] - skeleton.speed_start[body]):
+        for k in range(skeleton.plan[body].speed_end - skeleton.plan[body].speed_start):
             axis = angular_axis(i, body, k, model, work)
             direction = linear_axis(body, k, model)
             n = symmetric_times(a, axis) + b * direction
             f = wp.transpose(b) * axis + symmetric_times(c, direction)
-            column = skeleton.speed_start[body] + k
+            column = skeleton.plan[body].speed_start + k
             above = int(body)
             while above >= 0:
-                for j in range(skeleton.speed_start[above + 1] - skeleton.speed_start[above]):
+                for j in range(skeleton.plan[above].speed_end - skeleton.plan[above].speed_start):
                     m = wp.dot(angular_axis(i, above, j, model, work), n) + wp.dot(linear_axis(above, j, model), f)
-                    matrix[i, skeleton.speed_start[above] + j, column] = m
-                    matrix[i, column, skeleton.speed_start[above] + j] = m
-                parent = skeleton.parent[above]
+                    matrix[i, skeleton.plan[above].speed_start + j, column] = m
+                    matrix[i, column, skeleton.plan[above].speed_start + j] = m
+                parent = skeleton.plan[above].parent
                 if parent >= 0:
                     n = n + wp.cross(work.position[above] - work.position[parent], f)
                 above = parent
         if body > 0:
-            parent = skeleton.parent[body]
+            parent = skeleton.plan[body].parent
             leave_for_parent(
                 body, work.position[body] - work.position[parent], a, b, c, wp.vec3(0.0), wp.vec3(0.0), work
             )

@@ -23,55 +23,96 @@ KEEP, DROP, CLIP = 0, 1, 2  # pushing contributions to a muscle's desired force
 polynomial = wp.types.vector(length=6, dtype=float)  # coefficients, the constant first
 
 
+@wp.func_native(snippet="__builtin_assume(i >= 0); return i;")
+def whole(i: int) -> int: ...  # a number that is never negative, so that the compiler need not count from the end
+
+
 @wp.func
 def at(a: wp.array2d[Any], instance: int, i: int):
     """Element i of an instance in an array that has one row for all instances or one row an instance."""
-    return a[wp.min(instance, a.shape[0] - 1), i]
+    return a[whole(wp.min(instance, a.shape[0] - 1)), whole(i)]
+
+
+@wp.struct
+class BodyPlan:
+    """The place of a body in the tree, and of what belongs to it in other lists."""
+
+    parent: int
+    joint_type: int  # ROOT_* for body 0
+    coordinate_start: int
+    speed_start: int
+    speed_end: int  # the one after the last
+    first_child: int
+    child_count: int
+    has_limits: int
+    foot_slot: int  # where the contact force of a foot or toe is kept, -1 for other bodies
+    first_point: int  # of contact
+    end_point: int
+
+
+@wp.struct
+class BodyRow:
+    """The numbers of a body and its joint."""
+
+    mass: float  # kg
+    com: wp.vec3  # m, from the joint, body axes
+    inertia: wp.vec3  # kg m^2, principal, about the centre of mass
+    anchor: wp.vec3  # m, joint from the parent's joint, parent's axes
+    axis_a: wp.vec3  # hinge; universal, on the child; ball: first limit axis, on the parent
+    axis_b: wp.vec3  # universal, on the parent; ball: third limit axis, on the child
+
+
+@wp.struct
+class LimitRow:
+    """The limits of a joint."""
+
+    low: wp.vec3  # rad
+    high: wp.vec3  # rad
+    cosine: wp.vec3  # of the middle of the limits
+    sine: wp.vec3  # of the same
+    half_cosine: wp.vec3  # of half the distance between them; -2 beyond a full turn
+    stiffness: float  # N m/rad
+    damping: float  # N m s/rad
 
 
 @wp.struct
 class Skeleton:
     """Bodies and joints. Body frames have their origin at the joint to the parent (the root's: its centre of mass)."""
 
-    parent: wp.array[int]  # (bodies,)
-    joint_type: wp.array[int]  # (bodies,) ROOT_* for body 0
-    coordinate_start: wp.array[int]  # (bodies,)
-    speed_start: wp.array[int]  # (bodies,)
-    first_child: wp.array[int]  # (bodies,)
-    child_count: wp.array[int]  # (bodies,)
-    has_limits: wp.array[int]  # (bodies,)
-    foot_slot: wp.array[int]  # (bodies,) where the contact force of a foot or toe is kept, -1 for other bodies
+    plan: wp.array[BodyPlan]  # (bodies,)
+    row: wp.array2d[BodyRow]  # (rows, bodies)
+    limits: wp.array2d[LimitRow]  # (rows, bodies)
     foot_side: wp.array[int]  # (slots,) LEFT or RIGHT
     total_mass: wp.array2d[float]  # (rows, 1) kg
-    mass: wp.array2d[float]  # (rows, bodies) kg
-    com: wp.array2d[wp.vec3]  # (rows, bodies) m, from the joint, body axes
-    inertia: wp.array2d[wp.vec3]  # (rows, bodies) kg m^2, principal, about the centre of mass
-    anchor: wp.array2d[wp.vec3]  # (rows, bodies) m, joint from the parent's joint, parent's axes
-    axis_a: wp.array2d[wp.vec3]  # (rows, bodies) hinge; universal, on the child; ball: first limit axis, on the parent
-    axis_b: wp.array2d[wp.vec3]  # (rows, bodies) universal, on the parent; ball: third limit axis, on the child
-    limit_low: wp.array2d[wp.vec3]  # (rows, bodies) rad
-    limit_high: wp.array2d[wp.vec3]  # (rows, bodies) rad
-    limit_cosine: wp.array2d[wp.vec3]  # (rows, bodies) of the middle of the limits
-    limit_sine: wp.array2d[wp.vec3]  # (rows, bodies) of the same
-    limit_half_cosine: wp.array2d[wp.vec3]  # (rows, bodies) of half the distance between them; -2 beyond a full turn
-    limit_stiffness: wp.array2d[float]  # (rows, bodies) N m/rad
-    limit_damping: wp.array2d[float]  # (rows, bodies) N m s/rad
+
+
+@wp.struct
+class ContactPoint:
+    """A point of a body that may touch the ground; body axes, from the body's joint."""
+
+    place: wp.vec3  # m
+    radius: float  # m, of the sphere about it
+    friction: float
+
+
+@wp.struct
+class Ground:
+    """What the ground is like, apart from where it is."""
+
+    stiffness: float  # N/m
+    damping: float  # N s/m
+    tangential_damping: float  # N s/m
 
 
 @wp.struct
 class Contacts:
-    """Contact points of the bodies, and the ground plane; body axes, from the body's joint."""
+    """Contact points of the bodies, and the ground plane."""
 
-    start: wp.array[int]  # (bodies + 1,) points of body i are start[i]..start[i + 1] - 1
     reach: wp.array2d[float]  # (rows, bodies) m, no contact while the joint is higher than this
-    point: wp.array2d[wp.vec3]  # (rows, points) m
-    radius: wp.array2d[float]  # (rows, points) m, of the sphere about the point
-    friction: wp.array2d[float]  # (rows, points)
+    point: wp.array2d[ContactPoint]  # (rows, points)
     normal: wp.array2d[wp.vec3]  # (rows, 1) upward unit normal of the ground
     height: wp.array2d[float]  # (rows, 1) m
-    stiffness: wp.array2d[float]  # (rows, 1) N/m
-    damping: wp.array2d[float]  # (rows, 1) N s/m
-    tangential_damping: wp.array2d[float]  # (rows, 1) N s/m
+    ground: wp.array2d[Ground]  # (rows, 1)
 
 
 @wp.struct
@@ -88,6 +129,68 @@ class Collisions:
 
 
 @wp.struct
+class Gains:
+    """Of the PD controller of a joint."""
+
+    kp: float  # N m/rad
+    kd: float  # N m s/rad
+    torque_limit: float  # N m
+    scale: wp.vec3  # along child axes
+
+
+@wp.struct
+class ControlState:
+    """A state of the controller's machine."""
+
+    next_state: int
+    on_foot_down: int  # 1: foot down, 0: time up
+    stance_rule: int  # LEFT, RIGHT, REVERSE or SAME, on entering
+    first_trajectory: int
+    end_trajectory: int  # the one after its last
+
+
+@wp.struct
+class Trajectory:
+    """Where a joint is to go in a state."""
+
+    left_body: int  # body in left stance; -1 if a later trajectory drives its joint
+    right_body: int  # in right stance
+    character_frame: int
+    first_knot: int  # of the strength
+    end_knot: int
+    first_component: int
+    end_component: int
+
+
+@wp.struct
+class ComponentPlan:
+    """What stays the same of a component: one rotation of a trajectory."""
+
+    reverse: int  # stance that reverses the base angle, or -1
+    first_knot: int
+    end_knot: int
+    has_feedback: int
+
+
+@wp.struct
+class ComponentRow:
+    """Its numbers."""
+
+    axis: wp.vec3
+    feedback_axis: wp.vec3
+    feedback_gain: wp.vec2  # cd, cv
+    feedback_limits: wp.vec4  # d low, d high, v low, v high
+
+
+@wp.struct
+class Knot:
+    """Of a curve."""
+
+    phase: float
+    value: float
+
+
+@wp.struct
 class Simbicon:
     """The controller: gains by body (0: the root), states, trajectories, their components, and curves as knots."""
 
@@ -97,30 +200,78 @@ class Simbicon:
     left_hip: int
     right_hip: int
     heading_control: int
-    kp: wp.array2d[float]  # (rows, bodies) N m/rad
-    kd: wp.array2d[float]  # (rows, bodies) N m s/rad
-    torque_limit: wp.array2d[float]  # (rows, bodies) N m
-    scale: wp.array2d[wp.vec3]  # (rows, bodies) along child axes
+    gains: wp.array2d[Gains]  # (rows, bodies)
     hip: wp.array2d[wp.vec4]  # (rows, 1) damping, largest velocity, predictive scale, desired heading
-    next_state: wp.array[int]  # (states,)
-    on_foot_down: wp.array[int]  # (states,) 1: foot down, 0: time up
-    stance_rule: wp.array[int]  # (states,) LEFT, RIGHT, REVERSE or SAME, on entering
+    states: wp.array[ControlState]  # (states,)
     state_time: wp.array2d[float]  # (rows, states) s
     balance_knots: wp.array2d[int]  # (states, 8) first and end of the curves of distance x, z and velocity x, z
-    trajectory_start: wp.array[int]  # (states + 1,)
-    trajectory_body: wp.array2d[int]  # (trajectories, 2) body in left and in right stance
-    character_frame: wp.array[int]  # (trajectories,)
-    strength_knots: wp.array2d[int]  # (trajectories, 2) first and end
-    component_start: wp.array[int]  # (trajectories + 1,)
-    component_axis: wp.array2d[wp.vec3]  # (rows, components)
-    component_reverse: wp.array[int]  # (components,) stance that reverses the base angle, or -1
-    component_knots: wp.array2d[int]  # (components, 2) first and end
-    has_feedback: wp.array[int]  # (components,)
-    feedback_axis: wp.array2d[wp.vec3]  # (rows, components)
-    feedback_gain: wp.array2d[wp.vec2]  # (rows, components) cd, cv
-    feedback_limits: wp.array2d[wp.vec4]  # (rows, components) d low, d high, v low, v high
-    knot_phase: wp.array2d[float]  # (rows, knots)
-    knot_value: wp.array2d[float]  # (rows, knots)
+    trajectories: wp.array[Trajectory]  # (trajectories,)
+    components: wp.array[ComponentPlan]  # (components,)
+    component_rows: wp.array2d[ComponentRow]  # (rows, components)
+    knots: wp.array2d[Knot]  # (rows, knots)
+
+
+@wp.struct
+class PathSpan:
+    """Where the path of a muscle stands in the lists of all paths."""
+
+    first_segment: int
+    end_segment: int  # the one after its last
+    first_crossing: int  # in `Paths.of_muscle`
+    end_crossing: int
+    first_pulley: int
+    end_pulley: int
+
+
+@wp.struct
+class Segment:
+    """A straight part of a path, in the order of the path from a to b."""
+
+    body_a: int
+    body_b: int
+    origin: int  # the body from whose joint it is measured
+    far: int  # 0: its bodies are neighbours, and its ends are given from the origin
+    varies: int  # 1: its weight depends on conditions
+    first_term: int
+    end_term: int
+
+
+@wp.struct
+class SegmentEnds:
+    """Both ends of a segment, axes of their bodies."""
+
+    a: wp.vec3  # m, from the joint of the segment's origin, or of its own body
+    b: wp.vec3
+
+
+@wp.struct
+class Term:
+    """What a segment contributes to a crossing."""
+
+    crossing: int
+    joint: int
+    sign: int  # 1: b is beyond the joint, -1: a is, 0: only a condition hangs on the joint
+    first: int  # 1: no segment before contributes to the crossing
+    last: int  # 1: none after it does
+
+
+@wp.struct
+class Pulley:
+    """A pulley that a path turns with."""
+
+    crossing: int
+    joint: int
+    axis: int  # which of the joint's coordinates
+    first: int  # 1: no pulley before belongs to the crossing
+    last: int  # 1: none after it does
+
+
+@wp.struct
+class Crossing:
+    """A crossing of a muscle."""
+
+    number: int
+    joint: int
 
 
 @wp.struct
@@ -129,35 +280,55 @@ class Paths:
 
     Crossings are sorted by joint, so that a joint gathers its own muscles. Joints are named by the body they carry.
     Segments that lie within one body and always count are part of a muscle's fixed length and not listed; so is the
-    rest length of a muscle on pulleys.
+    rest length of a muscle on pulleys. What a lane needs at once lies together, since each fetch from memory takes the
+    time of hundreds of operations.
     """
 
     fixed_length: wp.array2d[float]  # (rows, muscles) m
+    span: wp.array[PathSpan]  # (muscles,)
+    segment: wp.array[Segment]  # (segments,)
+    ends: wp.array2d[SegmentEnds]  # (rows, segments)
+    term: wp.array[Term]  # (terms,)
+    of_muscle: wp.array[Crossing]  # (crossings,) those of each muscle, nearest to the root first
     point_condition: wp.array[int]  # (points,) -1: the point always counts
     condition_joint: wp.array[int]  # (conditions,)
     condition_axis: wp.array[int]  # (conditions,) which of the joint's coordinates
     condition_interval: wp.array2d[wp.vec3]  # (rows, conditions) low, high, width of the blend, rad
-    segment_start: wp.array[int]  # (muscles + 1,) segments of muscle m are segment_start[m]..segment_start[m + 1] - 1
-    segment: wp.array2d[int]  # (segments, 2) its points a and b, in the order of the path
-    segment_body: wp.array2d[int]  # (segments, 2) bodies of a and b
-    segment_origin: wp.array[int]  # (segments,) the body from whose joint the segment is measured
-    segment_far: wp.array[int]  # (segments,) 0: its bodies are neighbours, and its ends are given from the origin
-    segment_end: wp.array2d[wp.vec3]  # (rows, 2 segments) m, a and b, their body's axes; else from their body's joint
-    segment_varies: wp.array[int]  # (segments,) 1: its weight depends on conditions
-    term_start: wp.array[int]  # (segments + 1,) crossings to which a segment contributes
-    term_crossing: wp.array[int]  # (terms,)
-    term_sign: wp.array[int]  # (terms,) 1: b is beyond the joint, -1: a is, 0: only a condition hangs on the joint
-    term_first: wp.array[int]  # (terms,) 1: no segment before contributes to the crossing
+    segment_points: wp.array2d[int]  # (segments, 2) a and b
     crossing_start: wp.array[int]  # (bodies + 1,) crossings of the joint of body i
-    crossing_joint: wp.array[int]  # (crossings,)
     crossing_muscle: wp.array[int]  # (crossings,)
-    muscle_crossing_start: wp.array[int]  # (muscles + 1,)
-    muscle_crossing: wp.array[int]  # (crossings,) the crossings of a muscle, nearest to the root first
-    pulley_start: wp.array[int]  # (muscles + 1,) pulleys of muscle m are pulley_start[m]..pulley_start[m + 1] - 1
-    pulley_crossing: wp.array[int]  # (pulleys,)
-    pulley_axis: wp.array[int]  # (pulleys,) which of the joint's coordinates
-    pulley_first: wp.array[int]  # (pulleys,) 1: no pulley before belongs to the crossing
-    pulley: wp.array2d[wp.vec2]  # (rows, pulleys) moment arm, m, and rest angle, rad
+    pulley: wp.array[Pulley]  # (pulleys,)
+    pulley_row: wp.array2d[wp.vec2]  # (rows, pulleys) moment arm, m, and rest angle, rad
+
+
+@wp.struct
+class MuscleRow:
+    """The numbers of one muscle, which a lane fetches together."""
+
+    f_max: float  # N
+    l_opt: float  # m
+    l_slack: float  # m
+    width: float  # m, l_opt sin(pennation at l_opt)
+    v_max: float  # l_opt/s
+    damping: float  # force at v_max over f_max
+    rise_time: float  # s, time constant of activation
+    fall_time: float  # s, of deactivation
+    rise_rest: float  # exp(-h/rise_time): what a step leaves of the way to go, up ...
+    fall_rest: float  # ... and down; the rates of activation being constant
+    neural_rest: float  # of neural dynamics: what a step leaves of the way to go, ...
+    rise_mix: float  # ... and what part of it counts for the activation, up ...
+    fall_mix: float  # ... and down; see `activation.neural_step`
+    slow_fibres: float  # fraction of slow-twitch fibres
+    delay_steps: int  # less than the capacity of the ring
+
+
+@wp.struct
+class OwnExcitation:
+    """The excitation of a muscle that has its own, over time."""
+
+    first_knot: int
+    end_knot: int  # the one after the last; none if it is the first
+    period: float  # s, 0: it does not repeat
 
 
 @wp.struct
@@ -168,25 +339,10 @@ class Muscles:
     model: int  # LEE ... SARSHARI, see `curves.py`; the fused step has it compiled in
     negative: int  # KEEP, DROP or CLIP
     scaled_rates: int  # 1: the rates of activation depend on the activation
-    f_max: wp.array2d[float]  # (rows, muscles) N
-    l_opt: wp.array2d[float]  # (rows, muscles) m
-    l_slack: wp.array2d[float]  # (rows, muscles) m
-    width: wp.array2d[float]  # (rows, muscles) m, l_opt sin(pennation at l_opt)
-    v_max: wp.array2d[float]  # (rows, muscles) l_opt/s
-    damping: wp.array2d[float]  # (rows, muscles) force at v_max over f_max
-    rise_time: wp.array2d[float]  # (rows, muscles) s, time constant of activation
-    fall_time: wp.array2d[float]  # (rows, muscles) s, of deactivation
-    slow_fibres: wp.array2d[float]  # (rows, muscles) fraction of slow-twitch fibres
-    rise_rest: wp.array2d[float]  # (rows, muscles) exp(-h/rise_time): what a step leaves of the way to go, up ...
-    fall_rest: wp.array2d[float]  # (rows, muscles) ... and down; the rates of activation being constant
-    neural_rest: wp.array2d[float]  # (rows, muscles) of neural dynamics: what a step leaves of the way to go, ...
-    rise_mix: wp.array2d[float]  # (rows, muscles) ... and what part of it counts for the activation, up and down; see
-    fall_mix: wp.array2d[float]  # (rows, muscles) `activation.neural_step`
-    delay_steps: wp.array2d[int]  # (rows, muscles) less than the capacity of the ring
-    knot_start: wp.array[int]  # (muscles + 1,) knots of the excitation of a muscle that has its own, over time
+    row: wp.array2d[MuscleRow]  # (rows, muscles)
+    own: wp.array2d[OwnExcitation]  # (rows, muscles)
     knot_time: wp.array2d[float]  # (rows, knots) s
     knot_value: wp.array2d[float]  # (rows, knots)
-    period: wp.array2d[float]  # (rows, muscles) s, 0: the excitation does not repeat
 
 
 @wp.struct
@@ -297,6 +453,12 @@ class Work:
     lag_angular: wp.array[wp.vec3]  # (bodies,) rad/s, what the angular velocity gained in the last half step
     lag_velocity: wp.array[wp.vec3]  # (bodies,) m/s, what the velocity of the joint gained in the last half step
     bias: wp.array[wp.vec3]  # (bodies,) rad/s^2, velocity-product part of the relative angular acceleration
+    anchor: wp.array[wp.vec3]  # (bodies,) m, joint from the parent's joint, parent's axes
+    turned: wp.array[wp.quat]  # (bodies,) orientation in the parent
+    rate: wp.array[wp.vec3]  # (bodies,) rad/s, of the joint, along axes of the child
+    gain: wp.array[wp.vec3]  # (bodies,) rad/s, what that gained in the last half step
+    parent_rate: wp.array[wp.vec3]  # (bodies,) rad/s, along an axis of the parent
+    parent_gain: wp.array[wp.vec3]  # (bodies,) rad/s
     center: wp.array[wp.vec3]  # (2,) COM and its velocity
     moment: wp.array[wp.vec3]  # (bodies,) kg m, mass times centre of mass, world
     momentum: wp.array[wp.vec3]  # (bodies,) kg m/s
@@ -306,6 +468,7 @@ class Work:
     target: wp.array[wp.quat]  # (bodies,)
     strength: wp.array[float]  # (bodies,)
     frame: wp.array[int]  # (bodies,) 1: target in the character frame
+    pull: wp.array[wp.vec3]  # (PULLS_A_BODY bodies,) of crossings: moment arms, m, then torques, N m, world
     torque: wp.array[wp.vec3]  # (bodies,) N m, world
     stiffness: wp.array[symmetric]  # (bodies,) N m s^2/rad, implicit joint inertia h (d + h k), world axes
     block_a: wp.array[symmetric]  # (bodies,) articulated inertia: angular block, kg m^2

@@ -33,7 +33,10 @@ def changed(scene: Scene, old: str, new: str, folder: Path) -> Path:
 def test_help_names_every_command(tmp_path):
     shown = run("--help", folder=tmp_path)
     assert shown.returncode == 0
-    assert all(name in shown.stdout for name in ("info", "simulate", "optimize", "convert", "apply", "scenes"))
+    assert all(
+        name in shown.stdout
+        for name in ("info", "simulate", "optimize", "convert", "apply", "scenes", "view", "plot", "video", "synergies")
+    )
 
 
 def test_info_counts_bodies_freedoms_mass_and_parameters(tmp_path):

@@ -79,9 +79,10 @@ def test_a_root_that_is_not_free_starts_as_far_as_it_can_move(root_joint: str, m
 def test_numbers_that_all_instances_share_are_stored_once():
     scene = scene_with(InitialState())
     scene.character.bodies["torso"].mass = np.array([20.0, 22.0, 24.0])
-    skeleton = model_struct(scene, topology(scene.character), driven(scene, topology(scene.character)), "cpu").skeleton
-    assert skeleton.mass.shape == (3, 15)
-    assert skeleton.inertia.shape == (1, 15)
+    names = topology(scene.character)
+    skeleton = model_struct(scene, names, driven(scene, names), "cpu").skeleton
+    np.testing.assert_allclose(skeleton.row.numpy()["mass"][:, names.bodies.index("torso")], [20.0, 22.0, 24.0])
+    assert skeleton.limits.shape == (1, 15)
     np.testing.assert_allclose(skeleton.total_mass.numpy()[:, 0], [70.4 - 2.5, 70.4 - 0.5, 70.4 + 1.5], rtol=1e-6)
 
 
@@ -108,10 +109,11 @@ def test_model_of_a_shipped_scene_names_its_parts():
     scene = load("iwalk")
     names = topology(scene.character)
     model = model_struct(scene, names, driven(scene, names), "cpu")
-    kinds = dict(zip(names.bodies, model.skeleton.joint_type.numpy(), strict=True))
+    plan = model.skeleton.plan.numpy()
+    kinds = dict(zip(names.bodies, plan["joint_type"], strict=True))
     assert (kinds["pelvis"], kinds["lLowerleg"], kinds["lFoot"]) == (ROOT_FREE, HINGE, UNIVERSAL)
     assert names.bodies[model.simbicon.left_foot] == "lFoot"
     assert names.bodies[model.simbicon.right_hip] == "rUpperleg"
-    slots = {body: slot for body, slot in zip(names.bodies, model.skeleton.foot_slot.numpy(), strict=True) if slot >= 0}
+    slots = {body: slot for body, slot in zip(names.bodies, plan["foot_slot"], strict=True) if slot >= 0}
     assert set(slots) == {"lFoot", "lToes", "rFoot", "rToes"}
-    assert model.contacts.start.numpy()[-1] == 3 * 1 + 8 * 2 + 2 * 8 + 2  # spheres, capsules, boxes, toes
+    assert plan["end_point"][-1] == 3 * 1 + 8 * 2 + 2 * 8 + 2  # spheres, capsules, boxes, toes

@@ -372,8 +372,13 @@ def test_impossible_duration_is_an_error(duration: float):
 
 def test_lanes_are_as_many_as_the_memory_of_a_block_asks_for():
     biped, centipede = work_floats(15), work_floats(60)
-    assert (usual_lanes(None, biped), usual_lanes(None, centipede)) == (8, 16)
-    assert usual_lanes(4, biped) == 4
+    assert [usual_lanes(None, floats, 5120, 132) for floats in (biped, centipede)] == [8, 16]
+    assert usual_lanes(4, biped, 5120, 132) == 4
     for wanted, floats in ((3, biped), (8, centipede), (None, work_floats(400))):
         with pytest.raises(RolloutError):
-            usual_lanes(wanted, floats)
+            usual_lanes(wanted, floats, 5120, 132)
+
+
+def test_few_instances_have_more_lanes_so_that_no_multiprocessor_is_idle():
+    biped = work_floats(15)
+    assert [usual_lanes(None, biped, n, 132) for n in (1, 1024, 2048, 4096, 65536)] == [16, 16, 16, 8, 8]

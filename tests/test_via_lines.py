@@ -35,10 +35,11 @@ def with_point(point: ViaPoint, kind: str = "hinge") -> Scene:
 
 
 def segment_ends(scene: Scene, values: np.ndarray) -> np.ndarray:
-    """Ends of all segments (n, 2 segments, 3) of the scene's paths for parameter values (n, P)."""
+    """Ends of all segments (n, segments, 2, 3) of the scene's paths for parameter values (n, P)."""
     character = substitute(scene, values).character
     paths = {name: muscle.path for name, muscle in character.muscles.items()}
-    return paths_struct(paths, topology(character), character, "cpu").segment_end.numpy()
+    ends = paths_struct(paths, topology(character), character, "cpu").ends.numpy()
+    return np.stack([ends["a"], ends["b"]], axis=2)
 
 
 def test_each_instance_has_its_point_at_its_own_place_on_the_line():

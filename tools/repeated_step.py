@@ -10,23 +10,23 @@ import numpy as np
 import warp as wp
 
 from warpmuscle.collisions import collision_pairs
-from warpmuscle.kernels.actuation import actuation_stage
+from warpmuscle.kernels.actuation import actuation_stage_of, muscle_torque, pulled_torque
 from warpmuscle.kernels.collision import collision_stage_of
 from warpmuscle.kernels.contact import contact_stage
-from warpmuscle.kernels.dynamics import accelerate_body, accelerate_root, body_inertia, push_now, reduce_body
+from warpmuscle.kernels.dynamics import backward_pass, body_inertia, forward_pass, push_now
 from warpmuscle.kernels.integration import integrate_stage
 from warpmuscle.kernels.kinematics import kinematics_stage
 from warpmuscle.kernels.lanes import capacity_of, slots_of, synchronize, work_at, work_memory
 from warpmuscle.kernels.limits import limit_stage
-from warpmuscle.kernels.muscle_stage import MuscleKind, muscle_stage_of, no_muscles
+from warpmuscle.kernels.muscle_stage import MuscleKind, arms_at_hand, arms_in_state, muscle_stage_of, no_muscles
 from warpmuscle.kernels.objective import effort_stage, posture_status
 from warpmuscle.kernels.objective_terms import ObjectiveKind, objective_stage_of
-from warpmuscle.kernels.path import joint_velocities, muscle_stretch
+from warpmuscle.kernels.path import joint_velocities, stretch_of
 from warpmuscle.kernels.simbicon import advance_phase, targets_stage, torques_stage
 from warpmuscle.kernels.spatial import symmetric
 from warpmuscle.kernels.step import MAX_REGISTERS, foot_force_stage, module_options
 from warpmuscle.kernels.structs import MIXED, RUNNING, Model, Record, State, Work
-from warpmuscle.muscles import driven, muscle_kind
+from warpmuscle.muscles import compiled_kind, driven
 from warpmuscle.objective import objective_kind
 from warpmuscle.rollout import Rollout
 
@@ -88,38 +88,34 @@ def dynamics_parts(
         body_inertia(instance, i, model, work)
         if i == 0:
             work.bias_force[0] = work.bias_force[0] - push_now(instance, state)
-        if limits and model.skeleton.has_limits[i] == 1:
+        if limits and model.skeleton.plan[i].has_limits == 1:
             limit_stage(instance, i, model, state, work)
         if parts >= CONTACT:
             contact_stage(instance, i, model, work)
     synchronize()
     if parts >= BACKWARD:
-        for step in range(1, model.level_count):
-            level = model.level_count - step
-            for body in range(model.level_start[level] + lane, model.level_start[level + 1], lanes):
-                reduce_body(instance, body, model.skeleton, work)
-            synchronize()
+        backward_pass(instance, lane, lanes, model, work)
     if parts >= FORWARD:
-        if lane == 0:
-            accelerate_root(model.skeleton.joint_type[0], model.skeleton, work)
+        forward_pass(instance, lane, lanes, model, work)
+
+
+def all_paths(muscles: MuscleKind) -> Any:
+    """A Warp function for lengths and moment arms of all muscles."""
+    arms = arms_at_hand if muscles.pulls_at_hand else arms_in_state
+    muscle_stretch = stretch_of(muscles.pulleys, muscles.conditions)
+
+    @wp.func
+    def paths(instance: int, lane: int, lanes: int, model: Model, state: State, work: Work):
+        joint_velocities(lane, lanes, model, work)
+        for m in range(lane, model.muscles.count, lanes):
+            muscle_stretch(instance, m, model, state, work, arms(instance, state, work))
         synchronize()
-        for level in range(1, model.level_count):
-            for body in range(model.level_start[level] + lane, model.level_start[level + 1], lanes):
-                accelerate_body(instance, body, model.skeleton, work)
-            synchronize()
+
+    return paths
 
 
 @wp.func
-def all_paths(instance: int, lane: int, lanes: int, model: Model, state: State, work: Work):
-    """Lengths and moment arms of all muscles."""
-    joint_velocities(lane, lanes, model, work)
-    for m in range(lane, model.muscles.count, lanes):
-        muscle_stretch(instance, m, model, state, work, state.muscles.moment_arm)
-    synchronize()
-
-
-@wp.func
-def no_paths(instance: int, lane: int, lanes: int, model: Model, state: State, work: Work):
+def no_stage(instance: int, lane: int, lanes: int, model: Model, state: State, work: Work):
     """Of a character without muscles."""
 
 
@@ -134,8 +130,11 @@ def repeated_step_kernel(
     """
     per_block, slots = max(block_dim // lanes, 1), slots_of(capacity)
     memory = work_memory(capacity, per_block)
-    muscle_stage = muscle_stage_of(muscles, objective.muscle) if muscles is not None else no_muscles
-    paths = all_paths if muscles is not None else no_paths
+    muscle_stage, paths, actuation_stage = no_muscles, no_stage, no_stage
+    if muscles is not None:
+        muscle_stage = muscle_stage_of(muscles, objective.muscle)
+        paths = all_paths(muscles)
+        actuation_stage = actuation_stage_of(pulled_torque if muscles.pulls_at_hand else muscle_torque, muscles.mixed)
     objective_stage, collision_stage = objective_stage_of(objective), collision_stage_of(collisions)
 
     @wp.kernel(
@@ -222,11 +221,11 @@ class RepeatedStep:
     def __init__(self, rollout: Rollout, noise: float) -> None:
         """Args: noise: of the starting velocities, m/s."""
         scene, names = rollout.scene, rollout.names
-        actuators = driven(scene, names)
         self.rollout, self.noise = rollout, noise
-        self.muscles = None if actuators.by_torque_alone else muscle_kind(scene.muscle_model)
+        capacity = capacity_of(len(names.bodies))
+        self.muscles = compiled_kind(scene, names, driven(scene, names), capacity)
         self.kernel = repeated_step_kernel(
-            capacity_of(len(names.bodies)), rollout.lanes, rollout.block_dim, self.muscles,
+            capacity, rollout.lanes, rollout.block_dim, self.muscles,
             objective_kind(scene, self.muscles is not None), bool(collision_pairs(scene, names)),
         )  # fmt: skip
         self.mixed = bool((rollout.model.actuation.drive.numpy() == MIXED).any())

@@ -242,8 +242,8 @@ def main() -> None:
         "throw_pulleys": f"Six muscles of an arm on pulleys. {to_add}\n{SOURCES}",
         "throw_points": "Six muscles of `throw_arm.toml` through points, which are a choice; so moment arms vary."
         f"\n{SOURCES}",
-        "throw_whole": f"The whole body of {who}.\n# 21 segments, 32 degrees of freedom. "
-        "Torso and head with neck are divided by length; half a kilogram\n# of the torso turns with each arm's flexion.",
+        "throw_whole": f"The whole body of {who}.\n# 21 segments, 32 degrees of freedom. Torso and head with neck are "
+        "divided by length; half a kilogram\n# of the torso turns with each arm's flexion.",
     }
     whole = WholeBody(given.height, given.mass)
     pulleys = pulley_muscles()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -47,6 +47,27 @@ def to_device(values: Any, dtype: Any, device: Any) -> wp.array:
     is_int = dtype is int
     array = np.ascontiguousarray(values, dtype=np.int32 if is_int else np.float32)
     return wp.array(array, dtype=dtype, device=device)
+
+
+def structs_to_device(struct: Any, columns: Mapping[str, Any], device: Any) -> wp.array:
+    """A Warp array of structures, from the values of each of their fields.
+
+    Args:
+        columns: by field, arrays of one shape, or of one row where others have many; a vector's components are last.
+    """
+    dtype = np.dtype(struct.numpy_dtype())
+    width = {name: dtype[name].ndim for name in columns}
+    shapes = [np.shape(v)[: np.ndim(v) - width[name]] for name, v in columns.items()]
+    table = np.zeros(np.broadcast_shapes(*shapes), dtype=dtype)
+    for name, values in columns.items():
+        table[name] = values
+    return wp.array(table, dtype=struct, device=device)
+
+
+def records_to_device(struct: Any, device: Any, **columns: Sequence[int]) -> wp.array:
+    """The same of whole numbers in lists, one structure of zeros if the lists are empty."""
+    filled = {name: values if len(values) else [0] for name, values in columns.items()}
+    return structs_to_device(struct, filled, device)
 
 
 def arrays_of(struct: Any) -> Iterator[wp.array]:

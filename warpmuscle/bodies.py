@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from warpmuscle.arrays import Floats, orthogonal, rows, to_device
+from warpmuscle.arrays import Floats, orthogonal, records_to_device, rows, structs_to_device, to_device
 from warpmuscle.errors import SceneError
 from warpmuscle.kernels import structs
 from warpmuscle.kernels.lanes import capacity_of, slots_of
@@ -54,8 +54,12 @@ def foot_slots(names: Topology, feet: tuple[str, str]) -> tuple[list[int], list[
     return slot, side
 
 
-def skeleton_struct(scene: Scene, names: Topology, device: Any) -> structs.Skeleton:
-    """The device structure of bodies and joints of a scene (see `kernels.structs.Skeleton`)."""
+def skeleton_struct(scene: Scene, names: Topology, points: list[int], device: Any) -> structs.Skeleton:
+    """The device structure of bodies and joints of a scene (see `kernels.structs.Skeleton`).
+
+    Args:
+        points: (bodies + 1,) where the contact points of each body start, see `contacts_struct`.
+    """
     character = scene.character
     bodies = [character.bodies[name] for name in names.bodies]
     joints: list[Joint | None] = [None, *(character.joints[name] for name in names.joints)]
@@ -67,38 +71,48 @@ def skeleton_struct(scene: Scene, names: Topology, device: Any) -> structs.Skele
         for i, joint in enumerate(joints)
     ]
     axes = [joint_axes(joint) for joint in joints]
-    limits = [_limits(joint) for joint in joints]
     slot, side = foot_slots(names, scene.controller.feet) if scene.controller is not None else ([-1] * len(bodies), [])
     mass = rows([body.mass for body in bodies])
 
     s = structs.Skeleton()
-    s.parent = to_device(names.parents, int, device)
-    s.joint_type = to_device(kinds, int, device)
-    s.coordinate_start = to_device(names.coordinate_start, int, device)
-    s.speed_start = to_device(names.speed_start, int, device)
-    s.first_child = to_device(names.first_child, int, device)
-    s.child_count = to_device(names.child_count, int, device)
-    s.has_limits = to_device([int(joint is not None and bool(joint.limits)) for joint in joints], int, device)
-    s.foot_slot = to_device(slot, int, device)
+    s.plan = records_to_device(
+        structs.BodyPlan, device,
+        parent=names.parents, joint_type=kinds, coordinate_start=names.coordinate_start[: len(bodies)],
+        speed_start=names.speed_start[:-1], speed_end=names.speed_start[1:],
+        first_child=names.first_child, child_count=names.child_count,
+        has_limits=[joint is not None and bool(joint.limits) for joint in joints], foot_slot=slot,
+        first_point=points[:-1], end_point=points[1:],
+    )  # fmt: skip
     s.foot_side = to_device(side or [0], int, device)
     s.total_mass = to_device(mass.sum(axis=1, keepdims=True), float, device)
-    s.mass = to_device(mass, float, device)
-    s.com = to_device(stacked(com), wp.vec3, device)
-    s.inertia = to_device(rows([list(body.inertia) for body in bodies]), wp.vec3, device)
-    s.anchor = to_device(stacked(anchors), wp.vec3, device)
-    s.axis_a = to_device(stacked([a for a, _ in axes]), wp.vec3, device)
-    s.axis_b = to_device(stacked([b for _, b in axes]), wp.vec3, device)
+    columns = {
+        "mass": mass,
+        "com": stacked(com),
+        "inertia": rows([list(body.inertia) for body in bodies]),
+        "anchor": stacked(anchors),
+        "axis_a": stacked([a for a, _ in axes]),
+        "axis_b": stacked([b for _, b in axes]),
+    }
+    s.row = structs_to_device(structs.BodyRow, columns, device)
+    s.limits = structs_to_device(structs.LimitRow, _limit_columns(joints), device)
+    return s
+
+
+def _limit_columns(joints: list[Joint | None]) -> dict[str, Floats]:
+    """Limits of all joints, by field of `kernels.structs.LimitRow`."""
+    limits = [_limits(joint) for joint in joints]
     low = rows([[low for low, _ in limit] for limit in limits])
     high = rows([[high for _, high in limit] for limit in limits])
     half = 0.5 * (high - low)
-    s.limit_low = to_device(low, wp.vec3, device)
-    s.limit_high = to_device(high, wp.vec3, device)
-    s.limit_cosine = to_device(np.cos(0.5 * (low + high)), wp.vec3, device)
-    s.limit_sine = to_device(np.sin(0.5 * (low + high)), wp.vec3, device)
-    s.limit_half_cosine = to_device(np.where(half < np.pi, np.cos(half), -2.0), wp.vec3, device)
-    s.limit_stiffness = to_device(rows([0.0 if j is None else j.limit_stiffness for j in joints]), float, device)
-    s.limit_damping = to_device(rows([0.0 if j is None else j.limit_damping for j in joints]), float, device)
-    return s
+    return {
+        "low": low,
+        "high": high,
+        "cosine": np.cos(0.5 * (low + high)),
+        "sine": np.sin(0.5 * (low + high)),
+        "half_cosine": np.where(half < np.pi, np.cos(half), -2.0),
+        "stiffness": rows([0.0 if joint is None else joint.limit_stiffness for joint in joints]),
+        "damping": rows([0.0 if joint is None else joint.limit_damping for joint in joints]),
+    }
 
 
 def _limits(joint: Joint | None) -> list[tuple[Any, Any]]:
@@ -118,8 +132,11 @@ def contact_points(shape: Shape) -> list[tuple[list[Any], Any]]:
     return [([x, y, z], 0.0) for y in (y0, y1) for x in (x0, x1) for z in (z0, z1)]
 
 
-def contacts_struct(scene: Scene, names: Topology, device: Any) -> structs.Contacts:
-    """The device structure of contact points and ground of a scene (see `kernels.structs.Contacts`)."""
+def contacts_struct(scene: Scene, names: Topology, device: Any) -> tuple[structs.Contacts, list[int]]:
+    """The device structure of contact points and ground of a scene, and where the points of each body start in it.
+
+    See `kernels.structs.Contacts`; the starts are (bodies + 1,).
+    """
     ground = scene.ground
     touchable = bool(np.any(rows(ground.stiffness) > 0.0))
     start, points, radii, friction, reach = [0], [], [], [], []
@@ -139,14 +156,15 @@ def contacts_struct(scene: Scene, names: Topology, device: Any) -> structs.Conta
         start.append(len(points))
     nothing = not points
     c = structs.Contacts()
-    c.start = to_device(start, int, device)
     c.reach = to_device(stacked(reach), float, device)
-    c.point = to_device(stacked(points or [rows((0.0, 0.0, 0.0))]), wp.vec3, device)
-    c.radius = to_device(rows([0.0] if nothing else radii), float, device)
-    c.friction = to_device(stacked(friction or [rows([0.0])[:, 0]]), float, device)
+    columns = {
+        "place": stacked(points or [rows((0.0, 0.0, 0.0))]),
+        "radius": rows([0.0] if nothing else radii),
+        "friction": stacked(friction or [rows([0.0])[:, 0]]),
+    }
+    c.point = structs_to_device(structs.ContactPoint, columns, device)
     c.normal = to_device(normalized(rows([list(ground.normal)])), wp.vec3, device)
     c.height = to_device(rows([ground.height]), float, device)
-    c.stiffness = to_device(rows([ground.stiffness]), float, device)
-    c.damping = to_device(rows([ground.damping]), float, device)
-    c.tangential_damping = to_device(rows([ground.tangential_damping]), float, device)
-    return c
+    columns = {field: rows([getattr(ground, field)]) for field in structs.Ground.vars}
+    c.ground = structs_to_device(structs.Ground, columns, device)
+    return c, start

@@ -7,7 +7,7 @@ from typing import Any
 
 import warp as wp
 
-from warpmuscle.arrays import rows, to_device
+from warpmuscle.arrays import records_to_device, rows, structs_to_device, to_device
 from warpmuscle.kernels import structs
 from warpmuscle.pose import normalized
 from warpmuscle.scene import PD, Balance, Component, Controller, Curve, Feedback, State
@@ -67,10 +67,8 @@ def controller_struct(controller: Controller | None, names: Topology, device: An
 def _fill_gains(s: structs.Simbicon, controller: Controller, names: Topology, device: Any) -> None:
     off = PD(kp=0.0, kd=0.0, torque_limit=0.0, scale=(0.0, 0.0, 0.0))
     gains = [controller.pd.get(joint, off) for joint in ("root", *names.joints)]
-    s.kp = to_device(rows([pd.kp for pd in gains]), float, device)
-    s.kd = to_device(rows([pd.kd for pd in gains]), float, device)
-    s.torque_limit = to_device(rows([pd.torque_limit for pd in gains]), float, device)
-    s.scale = to_device(rows([list(pd.scale) for pd in gains]), wp.vec3, device)
+    columns = {field: rows([getattr(pd, field) for pd in gains]) for field in structs.Gains.vars}
+    s.gains = structs_to_device(structs.Gains, columns, device)
     hip = [
         controller.stance_hip_damping,
         controller.stance_hip_max_velocity,
@@ -84,32 +82,48 @@ def _fill_states(s: structs.Simbicon, states: list[State], names: Topology, devi
     knots = Knots()
     trajectories = [trajectory for state in states for trajectory in state.trajectories.values()]
     components = [component for trajectory in trajectories for component in trajectory.components]
-    s.next_state = to_device([state.next for state in states], int, device)
-    s.on_foot_down = to_device([int(state.transition == "foot_down") for state in states], int, device)
-    s.stance_rule = to_device([STANCE_RULE[state.stance] for state in states], int, device)
+    trajectory_start = _starts([len(state.trajectories) for state in states])
+    s.states = records_to_device(
+        structs.ControlState, device,
+        next_state=[state.next for state in states],
+        on_foot_down=[state.transition == "foot_down" for state in states],
+        stance_rule=[STANCE_RULE[state.stance] for state in states],
+        first_trajectory=trajectory_start[:-1], end_trajectory=trajectory_start[1:],
+    )  # fmt: skip
     s.state_time = to_device(rows([state.time for state in states]), float, device)
     s.balance_knots = to_device([_balance_knots(state.balance, knots) for state in states], int, device)
-    s.trajectory_start = to_device(_starts([len(state.trajectories) for state in states]), int, device)
     bodies = [pair for state in states for pair in trajectory_bodies(state, names)]
-    s.trajectory_body = to_device(bodies or [(-1, -1)], int, device)
-    s.character_frame = to_device([int(t.frame == "character") for t in trajectories] or [0], int, device)
-    s.strength_knots = to_device([knots.add_curve(t.strength) for t in trajectories] or [(0, 0)], int, device)
-    s.component_start = to_device(_starts([len(t.components) for t in trajectories]), int, device)
+    strength = [knots.add_curve(t.strength) for t in trajectories]
+    component_start = _starts([len(t.components) for t in trajectories])
+    s.trajectories = records_to_device(
+        structs.Trajectory, device,
+        left_body=[left for left, _ in bodies], right_body=[right for _, right in bodies],
+        character_frame=[t.frame == "character" for t in trajectories],
+        first_knot=[first for first, _ in strength], end_knot=[end for _, end in strength],
+        first_component=component_start[:-1], end_component=component_start[1:],
+    )  # fmt: skip
     _fill_components(s, components or [Component(axis=(1.0, 0.0, 0.0))], knots, device)
-    s.knot_phase = to_device(rows(knots.phase or [0.0]), float, device)
-    s.knot_value = to_device(rows(knots.value or [0.0]), float, device)
+    columns = {"phase": rows(knots.phase or [0.0]), "value": rows(knots.value or [0.0])}
+    s.knots = structs_to_device(structs.Knot, columns, device)
 
 
 def _fill_components(s: structs.Simbicon, components: list[Component], knots: Knots, device: Any) -> None:
     none = Feedback(axis=(0.0, 0.0, 1.0))
     feedback = [none if component.feedback is None else component.feedback for component in components]
-    s.component_axis = to_device(normalized(rows([list(c.axis) for c in components])), wp.vec3, device)
-    s.component_reverse = to_device([REVERSE_ON[c.reverse_on] for c in components], int, device)
-    s.component_knots = to_device([knots.add(c.phase, c.angle) for c in components], int, device)
-    s.has_feedback = to_device([int(c.feedback is not None) for c in components], int, device)
-    s.feedback_axis = to_device(normalized(rows([list(f.axis) for f in feedback])), wp.vec3, device)
-    s.feedback_gain = to_device(rows([[f.cd, f.cv] for f in feedback]), wp.vec2, device)
-    s.feedback_limits = to_device(rows([[*f.d_limits, *f.v_limits] for f in feedback]), wp.vec4, device)
+    curves = [knots.add(c.phase, c.angle) for c in components]
+    s.components = records_to_device(
+        structs.ComponentPlan, device,
+        reverse=[REVERSE_ON[c.reverse_on] for c in components],
+        first_knot=[first for first, _ in curves], end_knot=[end for _, end in curves],
+        has_feedback=[c.feedback is not None for c in components],
+    )  # fmt: skip
+    columns = {
+        "axis": normalized(rows([list(c.axis) for c in components])),
+        "feedback_axis": normalized(rows([list(f.axis) for f in feedback])),
+        "feedback_gain": rows([[f.cd, f.cv] for f in feedback]),
+        "feedback_limits": rows([[*f.d_limits, *f.v_limits] for f in feedback]),
+    }
+    s.component_rows = structs_to_device(structs.ComponentRow, columns, device)
 
 
 def _balance_knots(balance: Balance | None, knots: Knots) -> list[int]:

@@ -32,7 +32,7 @@ class Piece:
 
 def pieces(character: Character, feet: Sequence[str]) -> list[Piece]:
     """Pieces of a numeric character: bones between joints, outlines of the feet and of limb ends."""
-    sides = _sides(character)
+    sides = sides_of(character)
     found: list[Piece] = []
     for name, body in character.bodies.items():
         starts = [joint.position_in_child for joint in character.joints.values() if joint.child == name]
@@ -42,14 +42,14 @@ def pieces(character: Character, feet: Sequence[str]) -> list[Piece]:
             reach = [start, *ends]  # so that leg, foot and toes meet
             found += [_outline(name, sides[name], shape, reach) for shape in body.shapes]
             continue
-        for end in _bones(start, ends or [_far_end(shape, start) for shape in body.shapes]):
+        for end in bones(start, ends or [far_end(shape, start) for shape in body.shapes]):
             found.append(Piece(name, sides[name], end))
         if not ends:
             found += [_outline(name, sides[name], shape, []) for shape in body.shapes if not isinstance(shape, Capsule)]
     return found
 
 
-def _bones(start: Floats, ends: Sequence[Floats]) -> list[Floats]:
+def bones(start: Floats, ends: Sequence[Floats]) -> list[Floats]:
     """Lines from a joint to others; a body with several has them branch off in their middle."""
     if len(ends) < 2:
         return [np.stack([start, end]) for end in ends]
@@ -102,7 +102,7 @@ def _ancestors(character: Character, body: str) -> list[str]:
     return [body, *(character.joints[name].parent for name in leg(character, body))]
 
 
-def _sides(character: Character) -> dict[str, Side]:
+def sides_of(character: Character) -> dict[str, Side]:
     """Which side of the plane x = 0 each body is on in the reference pose; x points to the left."""
     sides: dict[str, Side] = {}
     for body in character.bodies:
@@ -124,7 +124,7 @@ def _outline(body: str, side: Side, shape: Shape, reach: Sequence[Floats]) -> Pi
     return Piece(body, side, np.array([*points, *reach], dtype=float), outline=True, radius=radius)
 
 
-def _far_end(shape: Shape, start: Floats) -> Floats:
+def far_end(shape: Shape, start: Floats) -> Floats:
     """Where a bone that begins at `start` ends: the far end of a capsule, the middle of another shape."""
     if isinstance(shape, Capsule):
         return max(_point(shape.start), _point(shape.end), key=lambda end: float(np.linalg.norm(end - start)))

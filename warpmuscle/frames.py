@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -103,12 +104,14 @@ class Frames:
             recorded = recorded[:, :, MUSCLE_QUANTITIES.index(name), : len(self.muscles)]
         return np.asarray(recorded)
 
-    def recording(self, scene: Scene, instance: int, steps: int) -> Recording:
-        """The motion of a chosen instance over its first `steps` steps."""
+    def recording(self, scene: Scene, instance: int, steps: int, start: float = 0.0) -> Recording:
+        """The motion of a chosen instance over its first `steps` steps, from a time on, s, but for the last frame."""
         if not self.kind.whole:
             raise RolloutError("only some quantities were recorded: take them from `Rollout.recorded`")
-        row, count, names = self.chosen.index(instance), -(-steps // self.every), self.names
-        raw = {name: getattr(self.record, name).numpy()[row, :count].astype(float) for name in ARRAYS}
+        names, capacity = self.names, self.record.phase.shape[1]
+        count = min(-(-steps // self.every), capacity)
+        first = max(min(math.ceil(start / (self.every * scene.time_step) - 1e-6), count - 1), 0)
+        raw = self._raw(self.chosen.index(instance), first, count)
         orientation, parents = raw["orientation"], list(names.parents[1:])
         angular = raw["angular_velocity"]
         parent_orientation = orientation[:, parents]
@@ -117,7 +120,7 @@ class Frames:
             joint_names=names.joints,
             body_names=names.bodies,
             muscle_names=self.muscles,
-            time=np.arange(count) * self.every * scene.time_step,
+            time=np.arange(first, count) * self.every * scene.time_step,
             phase=raw["phase"],
             stance=raw["stance"].astype(np.int32),
             state=raw["machine_state"].astype(np.int32),
@@ -138,6 +141,12 @@ class Frames:
             body_orientation=orientation,
             **{name: of_muscles[:, k] for k, name in enumerate(MUSCLE_QUANTITIES)},
         )
+
+    def _raw(self, row: int, first: int, count: int) -> dict[str, Floats]:
+        """Frames first..count - 1 of all arrays of a row; only these leave the device."""
+        if first == 0:
+            return {name: getattr(self.record, name).numpy()[row, :count].astype(float) for name in ARRAYS}
+        return {name: getattr(self.record, name)[row, first:count].numpy().astype(float) for name in ARRAYS}
 
     def _centers(self, scene: Scene, instance: int) -> Floats:
         """Centres of mass from the joints, body axes, (bodies, 3), m."""

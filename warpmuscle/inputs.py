@@ -10,7 +10,7 @@ import numpy as np
 import warp as wp
 from numpy.typing import ArrayLike
 
-from warpmuscle.arrays import Floats, Ints, arrays_of, to_device
+from warpmuscle.arrays import Floats, Ints, arrays_of, structs_to_device, to_device
 from warpmuscle.errors import RolloutError
 from warpmuscle.kernels import structs
 from warpmuscle.model import start_of
@@ -67,11 +67,11 @@ def excitation_arrays(
     check_knots(t, v, "excitations")
     own = np.clip(v if chosen == list(range(muscles)) else v[:, chosen], 0.0, 1.0)
     count = len(chosen)
+    first = np.arange(count)[None] * len(t)
     return {
-        "knot_start": to_device(np.arange(count + 1) * len(t), int, device),
+        "own": structs_to_device(structs.OwnExcitation, {"first_knot": first, "end_knot": first + len(t)}, device),
         "knot_time": to_device(np.tile(t, count)[None], float, device),
         "knot_value": to_device(own.reshape(len(v), -1), float, device),
-        "period": to_device(np.zeros((1, max(count, 1))), float, device),
     }
 
 

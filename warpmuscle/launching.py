@@ -16,6 +16,9 @@ from warpmuscle.kernels.lanes import work_floats
 
 SLICES_PER_THREAD = 4  # so that threads stay busy when some slices lose their instances sooner
 GPU_LANES = 8
+MOST_LANES = 16  # that are of use to a biped
+WARP = 32  # lanes that a multiprocessor runs together
+BUSY_WARPS = 8  # of them keep a multiprocessor about as busy as more do
 SHARED_BYTES = 48 * 1024  # of memory that a block may declare
 GPU_BLOCK = 32
 
@@ -74,16 +77,18 @@ class Launcher:
             list(pool.map(work, slices))
 
 
-def usual_lanes(wanted: int | None, floats: int) -> int:
-    """Lanes an instance on a GPU: as wanted, or the usual number, or more where a large character needs it.
+def usual_lanes(wanted: int | None, floats: int, instances: int, multiprocessors: int) -> int:
+    """Lanes an instance on a GPU: as wanted, or the usual number, or more.
 
-    The working sets of the instances of a block, `floats` numbers each, share the block's memory.
+    More where few instances would leave multiprocessors idle, and where a large character needs it: the working sets of
+    the instances of a block, `floats` numbers each, share the block's memory. Results do not depend on it.
     """
     fitting = [n for n in (1, 2, 4, 8, 16, 32) if GPU_BLOCK // n * floats * 4 <= SHARED_BYTES]
     if not fitting:
         raise RolloutError("the character has more bodies than a GPU block has memory for; simulate it on the CPU")
     if wanted is None:
-        return max(GPU_LANES, fitting[0])
+        idle = [n for n in fitting if n <= MOST_LANES and n * instances <= BUSY_WARPS * WARP * multiprocessors]
+        return max(GPU_LANES, fitting[0], *idle)
     if wanted not in fitting:
         raise RolloutError(f"lanes must be one of {', '.join(map(str, fitting))} for this character, not {wanted}")
     return wanted

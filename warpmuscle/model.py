@@ -59,9 +59,9 @@ def model_struct(scene: Scene, names: Topology, found: Driven, device: Any) -> s
     m.gravity = to_device(rows([scene.gravity]), float, device)
     m.failure = to_device(rows([failure]), wp.vec4, device)
     m.level_start = to_device(names.level_start, int, device)
-    m.skeleton = skeleton_struct(scene, names, device)
+    m.contacts, points = contacts_struct(scene, names, device)
+    m.skeleton = skeleton_struct(scene, names, points, device)
     m.foot_slots = m.skeleton.foot_side.shape[0] if scene.controller is not None else 0
-    m.contacts = contacts_struct(scene, names, device)
     m.simbicon = controller_struct(scene.controller, names, device)
     for field, part in objective_fields(scene, names, device).items():
         setattr(m, field, part)

@@ -65,7 +65,7 @@ def useless_muscles(scene: Scene) -> list[tuple[str, str, float]]:
     for name, joint in scene.character.joints.items():
         greatest: dict[str, float] = {}
         for axis in range(SPEEDS[joint.type]):
-            arms = moment_arms(scene, name, axis, np.linspace(*_range(joint, axis), SAMPLES))
+            arms = moment_arms(scene, name, axis, np.linspace(*joint_range(joint, axis), SAMPLES))
             for muscle, arm in zip(arms.muscles, np.abs(arms.arm).max(axis=0), strict=True):
                 greatest[muscle] = max(greatest.get(muscle, 0.0), float(arm))
         found.extend((muscle, name, arm) for muscle, arm in greatest.items() if arm < USELESS)
@@ -77,7 +77,7 @@ def _along(paths: MusclePaths, crossings: list[int], about: Floats) -> Floats:
     return np.asarray(-np.einsum("nci,ni->nc", paths.moment_arm[:, crossings].astype(float), about))
 
 
-def _range(joint: Joint, axis: int) -> tuple[float, float]:
+def joint_range(joint: Joint, axis: int) -> tuple[float, float]:
     """Range of a degree of freedom, rad; the limits of a ball joint are about other axes and do not count."""
     if joint.type == "ball" or not joint.limits:
         return DEFAULT_RANGE

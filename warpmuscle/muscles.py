@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from warpmuscle.arrays import Floats, rows, to_device
+from warpmuscle.arrays import Floats, rows, structs_to_device, to_device
 from warpmuscle.bodies import stacked
 from warpmuscle.kernels import structs
 from warpmuscle.kernels.curves import DE_GROOTE, LEE, MILLARD, SARSHARI, THELEN, THELEN_EXPLICIT
+from warpmuscle.kernels.lanes import PULLS_A_BODY
 from warpmuscle.kernels.muscle_stage import COMPLIANT, HILL, IDEAL, LEGACY, RIGID, SWITCH, MuscleKind
 from warpmuscle.paths import PathTable, path_table, paths_struct
 from warpmuscle.pose import from_rotation_vector
@@ -47,13 +48,13 @@ class Driven:
 
 
 def muscle_kind(model: MuscleModel, muscles: Iterable[Muscle] = ()) -> MuscleKind:
-    """What a step has compiled in for some muscles of a scene."""
+    """What a step has compiled in for some muscles of a scene, the moment arms being in the state."""
     law = LEGACY if model.legacy else IDEAL if model.ideal else HILL
     pulleys = any(muscle.pulleys for muscle in muscles)
     hill = law == HILL
     return MuscleKind(
-        CURVES[model.curves], TENDON[model.tendon] if hill else RIGID, law, pulleys,
-        hill and model.activation == "neural", hill and model.implicit_damping,
+        CURVES[model.curves], TENDON[model.tendon] if hill else RIGID, law, pulleys=pulleys,
+        neural=hill and model.activation == "neural", implicit=hill and model.implicit_damping,
     )  # fmt: skip
 
 
@@ -83,12 +84,7 @@ def muscles_struct(scene: Scene, chosen: tuple[str, ...], device: Any) -> struct
     s.model = CURVES[model.curves]
     s.negative = NEGATIVE[model.negative]
     s.scaled_rates = int(model.activation == "scaled")
-    s.f_max, s.l_opt, s.l_slack = (
-        to_device(_of_muscles(muscles, field), float, device) for field in ("f_max", "l_opt", "l_slack")
-    )
-    s.slow_fibres = to_device(_of_muscles(muscles, "slow_fibres"), float, device)
-    width = _of_muscles(muscles, "l_opt") * np.sin(_of_muscles(muscles, "pennation"))
-    s.width = to_device(width if np.any(width) else width[:1], float, device)  # mostly nothing is pennate
+    own = {field: _of_muscles(muscles, field) for field in ("f_max", "l_opt", "l_slack", "slow_fibres")}
     common = {
         "v_max": model.v_max,
         "damping": model.damping,
@@ -100,12 +96,25 @@ def muscles_struct(scene: Scene, chosen: tuple[str, ...], device: Any) -> struct
         "rise_mix": neural_mix(scene.time_step, model.neural_time, model.rise_time),
         "fall_mix": neural_mix(scene.time_step, model.neural_time, model.fall_time),
     }
-    for field, value in common.items():
-        column = np.reshape(np.asarray(value, dtype=np.float64), (-1, 1))
-        setattr(s, field, to_device(np.repeat(column, max(len(muscles), 1), axis=1), float, device))
-    s.delay_steps = to_device(delay_steps(scene, chosen), int, device)
+    columns = own | {field: np.reshape(np.asarray(value), (-1, 1)) for field, value in common.items()}
+    columns["width"] = own["l_opt"] * np.sin(_of_muscles(muscles, "pennation"))
+    columns["delay_steps"] = delay_steps(scene, chosen)
+    s.row = structs_to_device(structs.MuscleRow, columns, device)
     _excitations(s, muscles, device)
     return s
+
+
+def compiled_kind(scene: Scene, names: Topology, found: Driven, capacity: int) -> MuscleKind | None:
+    """What a step for so many bodies (capacity) has compiled in for muscles; nothing where torques alone act."""
+    if found.by_torque_alone:
+        return None
+    kind = muscle_kind(scene.muscle_model, found.of(scene))
+    elastic = (_elastic(scene.actuation.get(joint)) for joint in names.joints)
+    drives = [_drive(found.drives[joint], spring) for joint, spring in zip(names.joints, elastic, strict=True)]
+    # Legacy muscles want to know the moment arms of the step before, implicit damping those of this one.
+    at_hand = len(found.table.crossings) <= PULLS_A_BODY * capacity and kind.law != LEGACY and not kind.implicit
+    conditions = any(point.condition is not None for point in found.table.points)
+    return kind._replace(pulls_at_hand=at_hand, mixed=structs.MIXED in drives, conditions=conditions)
 
 
 def neural_mix(time_step: float, neural_time: Any, time: Any) -> Floats:
@@ -132,7 +141,7 @@ def _of_muscles(muscles: list[Muscle], field: str) -> Floats:
 
 
 def _excitations(s: structs.Muscles, muscles: list[Muscle], device: Any) -> None:
-    """Knots of the muscles that have an excitation of their own."""
+    """Put in the excitations of the muscles that have their own."""
     time: list[Any] = []
     value: list[Any] = []
     start = [0]
@@ -142,10 +151,10 @@ def _excitations(s: structs.Muscles, muscles: list[Muscle], device: Any) -> None
             value.extend(muscle.excitation.value)
         start.append(len(time))
     period = [0.0 if muscle.excitation is None else muscle.excitation.period for muscle in muscles]
-    s.knot_start = to_device(start, int, device)
     s.knot_time = to_device(rows(time or [0.0]), float, device)
     s.knot_value = to_device(rows(value or [0.0]), float, device)
-    s.period = to_device(rows(period or [0.0]), float, device)
+    columns = {"first_knot": start[:-1] or [0], "end_knot": start[1:] or [0], "period": rows(period or [0.0])}
+    s.own = structs_to_device(structs.OwnExcitation, columns, device)
 
 
 def actuation_struct(scene: Scene, names: Topology, drives: dict[str, list[str]], device: Any) -> structs.Actuation:
@@ -160,7 +169,7 @@ def actuation_struct(scene: Scene, names: Topology, drives: dict[str, list[str]]
             for kind in ("torque", "muscle"):
                 weights[kind][body, axis] = word in (kind, "assisted")
         own = scene.actuation.get(joint) or Actuation("none")
-        elastic = bool(np.any(rows([own.stiffness, own.damping])))
+        elastic = _elastic(own)
         drive[body] = _drive(drives[joint], elastic)
         for axis, word in enumerate(drives[joint]):
             weights["passive"][body, axis] = elastic and word in ("passive", "muscle", "assisted")
@@ -176,6 +185,11 @@ def actuation_struct(scene: Scene, names: Topology, drives: dict[str, list[str]]
     s.stiffness = to_device(rows(stiffness), float, device)
     s.damping = to_device(rows(damping), float, device)
     return s
+
+
+def _elastic(own: Actuation | None) -> bool:
+    """Whether a joint has a spring-damper."""
+    return own is not None and bool(np.any(rows([own.stiffness, own.damping])))
 
 
 def _drive(words: list[str], elastic: bool) -> int:

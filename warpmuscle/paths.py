@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from warpmuscle.arrays import Floats, rows, to_device
+from warpmuscle.arrays import Floats, records_to_device, rows, structs_to_device, to_device
 from warpmuscle.bodies import stacked
 from warpmuscle.kernels import structs
 from warpmuscle.number import Free
@@ -165,11 +165,13 @@ def paths_struct(paths: Mapping[str, MusclePath], names: Topology, character: Ch
         for muscle in range(len(table.muscles))
     ]
     joints = [crossing.joint for crossing in table.crossings]
-    by_segment: list[list[tuple[int, int, int]]] = [[] for _ in table.segments]  # crossing, sign, whether the first
+    by_segment: list[list[dict[str, int]]] = [[] for _ in table.segments]
     for i, crossing in enumerate(table.crossings):
         for place, (segment, sign) in enumerate(crossing.terms):
-            by_segment[segment].append((i, sign, int(place == 0)))
-    terms = [term for group in by_segment for term in group]
+            first, last = place == 0, place == len(crossing.terms) - 1
+            term = {"crossing": i, "joint": crossing.joint, "sign": sign, "first": first, "last": last}
+            by_segment[segment].append(term)
+    segment_start, term_start, crossing_start = table.segment_start, _starts(by_segment), _starts(by_muscle)
 
     p = structs.Paths()
     p.fixed_length = to_device(_fixed_lengths(table), float, device)
@@ -177,26 +179,40 @@ def paths_struct(paths: Mapping[str, MusclePath], names: Topology, character: Ch
     p.condition_joint = _numbers([names.body_of_joint(c.joint) for c in conditions], device)
     p.condition_axis = _numbers([c.axis for c in conditions], device)
     p.condition_interval = to_device(rows([[c.low, c.high, c.blend] for c in conditions] or [ZERO]), wp.vec3, device)
-    p.segment_start = to_device(table.segment_start, int, device)
-    p.segment = to_device(table.segments or [(0, 0)], int, device)
-    p.segment_body = to_device([end.bodies for end in ends] or [(0, 0)], int, device)
-    p.segment_origin = _numbers([end.origin for end in ends], device)
-    p.segment_far = _numbers([int(end.far) for end in ends], device)
-    p.segment_end = to_device(stacked([point for end in ends for point in end.points] or [rows(ZERO)]), wp.vec3, device)
-    p.segment_varies = _numbers([int(bool(table.conditional(i))) for i in range(len(table.segments))], device)
-    p.term_start = to_device(_starts(by_segment), int, device)
-    p.term_crossing, p.term_sign, p.term_first = (_numbers([term[k] for term in terms], device) for k in range(3))
+    p.span = records_to_device(
+        structs.PathSpan, device,
+        first_segment=segment_start[:-1], end_segment=segment_start[1:],
+        first_crossing=crossing_start[:-1], end_crossing=crossing_start[1:],
+        first_pulley=table.pulley_start[:-1], end_pulley=table.pulley_start[1:],
+    )  # fmt: skip
+    p.segment = records_to_device(
+        structs.Segment, device,
+        body_a=[end.bodies[0] for end in ends], body_b=[end.bodies[1] for end in ends],
+        origin=[end.origin for end in ends], far=[end.far for end in ends],
+        varies=[bool(table.conditional(i)) for i in range(len(table.segments))],
+        first_term=term_start[:-1], end_term=term_start[1:],
+    )  # fmt: skip
+    a, b = (stacked([end.points[k] for end in ends] or [rows(ZERO)]) for k in range(2))
+    p.ends = structs_to_device(structs.SegmentEnds, {"a": a, "b": b}, device)
+    terms = [term for group in by_segment for term in group]
+    p.term = records_to_device(
+        structs.Term, device, **{name: [term[name] for term in terms] for name in structs.Term.vars}
+    )
+    of_muscle = [i for crossings in by_muscle for i in crossings]
+    p.of_muscle = records_to_device(structs.Crossing, device, number=of_muscle, joint=[joints[i] for i in of_muscle])
+    p.segment_points = to_device(table.segments or [(0, 0)], int, device)
     p.crossing_start = to_device(np.searchsorted(joints, np.arange(len(names.bodies) + 1)), int, device)
-    p.crossing_joint = _numbers(joints, device)
     p.crossing_muscle = _numbers([crossing.muscle for crossing in table.crossings], device)
-    p.muscle_crossing_start = to_device(_starts(by_muscle), int, device)
-    p.muscle_crossing = _numbers([i for crossings in by_muscle for i in crossings], device)
-    over = {k: (i, int(k == c.pulleys[0])) for i, c in enumerate(table.crossings) for k in c.pulleys}
-    p.pulley_start = to_device(table.pulley_start, int, device)
-    p.pulley_crossing, p.pulley_first = (_numbers([over[k][n] for k in range(len(over))], device) for n in range(2))
-    p.pulley_axis = _numbers([pulley.axis for pulley in table.pulleys], device)
+    over = {k: (i, k == c.pulleys[0], k == c.pulleys[-1]) for i, c in enumerate(table.crossings) for k in c.pulleys}
+    places = [over[k] for k in range(len(over))]
+    p.pulley = records_to_device(
+        structs.Pulley, device,
+        crossing=[i for i, _, _ in places], joint=[joints[i] for i, _, _ in places],
+        axis=[pulley.axis for pulley in table.pulleys],
+        first=[first for _, first, _ in places], last=[last for _, _, last in places],
+    )  # fmt: skip
     pulleys = rows([[pulley.moment_arm, pulley.rest_angle] for pulley in table.pulleys] or [(0.0, 0.0)])
-    p.pulley = to_device(pulleys, wp.vec2, device)
+    p.pulley_row = to_device(pulleys, wp.vec2, device)
     return p
 
 

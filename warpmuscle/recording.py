@@ -7,10 +7,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from warpmuscle.scene import Scene
+    from warpmuscle.view.page import Page
 
 Floats = NDArray[np.floating[Any]]
 Integers = NDArray[np.integer[Any]]
@@ -147,6 +151,19 @@ class Recording:
         chosen = (self.time >= start) & (self.time <= end)
         arrays = {name: self[name][chosen] for name in QUANTITIES}
         return Recording.of(arrays, self.joint_names, self.body_names, self.muscle_names)
+
+    def view(self, scene: Scene) -> Page:
+        """The motion as a page that a notebook shows and `save` writes.
+
+        Args:
+            scene: that made it; free parameters count with their start values.
+
+        Raises:
+            Error: there are no frames, or they are of another character.
+        """
+        from warpmuscle.view.page import Page, replay_html  # needed by those only who look
+
+        return Page(replay_html(self, scene))
 
     def position_of(self, body: str) -> Floats:
         """Centre of mass (F, 3) of a body by name, m; raises ValueError for an unknown name."""

@@ -6,12 +6,15 @@ import platform
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib.metadata import PackageNotFoundError, version
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from warpmuscle.recording import Floats, Integers, Recording
+
+if TYPE_CHECKING:
+    from warpmuscle.view.page import Page
 
 PACKAGES = {"warpmuscle": "warpmuscle", "warp": "warp-lang", "numpy": "numpy", "h5py": "h5py"}
 
@@ -142,6 +145,16 @@ class Result:
     replays: tuple[Recording, ...] = ()
     searched: Searched | None = None
     versions: Mapping[str, str] = field(default_factory=installed_versions)
+
+    def view(self, replay: int | None = None) -> Page:
+        """The recorded motions, or one of them, as a page that a notebook shows and `save` writes.
+
+        Raises:
+            ResultError: there is no such motion.
+        """
+        from warpmuscle.view.sources import of_replays, page_of_sights  # needed by those only who look
+
+        return page_of_sights(of_replays(self, replay=replay))
 
 
 def joined(parts: Sequence[Evaluations]) -> Evaluations:

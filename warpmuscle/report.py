@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from warpmuscle.arrays import Floats
@@ -79,24 +81,47 @@ def curve(values: Floats) -> str:
     return "".join(BLOCKS[round(x * (len(BLOCKS) - 1))] for x in scaled)
 
 
-def score(result: Result) -> list[str]:
-    """The best candidate's cost as the sum of its weighted terms."""
+@dataclass(frozen=True)
+class Share:
+    """A term of the objective and its part in a cost, which is their product."""
+
+    name: str
+    weight: float
+    value: float
+    unit: str
+    description: str
+
+    @property
+    def cost(self) -> float:
+        """Weight times value."""
+        return self.weight * self.value
+
+
+def shares(result: Result) -> tuple[str, list[Share]]:
+    """The stage that the best candidate's cost is of, empty without stages, and the weighted terms that make it up."""
     assert result.best is not None
     assert result.evaluations is not None
     scene, index, of = toml.loads(result.scene), result.best.index, ""
     stage = int(result.evaluations.stage[index])
     if scene.stages:
-        of = f" of stage {stage}, {scene.stages[stage].name}"
+        of = f"stage {stage}, {scene.stages[stage].name}"
     scene = stage_scene(scene, stage, np.asarray(result.best.params, dtype=np.float64))
-    numeric = substitute(scene, start_values(scene))
-    lines = [f"cost of the best, candidate {index}{of}: {result.best.cost:.6g}"]
+    objective = substitute(scene, start_values(scene)).objective
+    found = []
     for name, value in zip(result.evaluations.term_names, result.evaluations.terms[index], strict=True):
-        weight = float(np.asarray(getattr(numeric.objective, name)))
-        if weight:
-            unit = TERMS[name].unit
-            lines.append(
-                f"  {weight * value:12.6g} = {weight:g} x {value:.6g} {unit}  {name}: {TERMS[name].description}"
-            )
+        if weight := float(np.asarray(getattr(objective, name))):
+            found.append(Share(name, weight, float(value), *TERMS[name]))
+    return of, found
+
+
+def score(result: Result) -> list[str]:
+    """The best candidate's cost as the sum of its weighted terms."""
+    assert result.best is not None
+    of, terms = shares(result)
+    lines = [f"cost of the best, candidate {result.best.index}{of and f' of {of}'}: {result.best.cost:.6g}"]
+    for term in terms:
+        product = f"{term.cost:12.6g} = {term.weight:g} x {term.value:.6g} {term.unit}"
+        lines.append(f"  {product}  {term.name}: {term.description}")
     return lines
 
 

@@ -22,7 +22,9 @@ There are no time stamps, so that the same result gives the same bytes.
 
 from __future__ import annotations
 
+import contextlib
 import io
+from collections.abc import Iterator
 from dataclasses import fields
 from pathlib import Path
 from typing import Any
@@ -93,10 +95,16 @@ def read(path: str | Path, run: str | None = None) -> Result:
         ResultError: no such file, not a result file, damaged, written by a newer version of the format, or without such
             a run.
     """
-    path = Path(path)
+    with opened(Path(path), run) as group:
+        return _load(group)
+
+
+@contextlib.contextmanager
+def opened(path: Path, run: str | None = None) -> Iterator[Any]:
+    """The HDF5 group of a result in its open file; see `read`."""
     try:
         with h5py.File(path, "r") as file:
-            return _load(_of_run(path, file, run))
+            yield _of_run(path, file, run)
     except FileNotFoundError:
         raise ResultError(f"{path}: no such file") from None
     except (PermissionError, IsADirectoryError) as error:

@@ -31,12 +31,13 @@ from warpmuscle.frames import Frames, record_kind
 from warpmuscle.inputs import Given, Inputs
 from warpmuscle.kernels import structs
 from warpmuscle.kernels.lanes import capacity_of, work_floats
+from warpmuscle.kernels.record import NOTHING
 from warpmuscle.kernels.step import step_kernel
 from warpmuscle.launching import GPU_BLOCK, Launcher, usual_lanes
 from warpmuscle.memory import InstanceBytes, bytes_of, check_memory, repeated, struct_bytes
 from warpmuscle.model import model_struct, start_of
 from warpmuscle.motion import kinematic, motion_struct, moved
-from warpmuscle.muscles import driven, muscle_kind
+from warpmuscle.muscles import compiled_kind, driven
 from warpmuscle.objective import objective_kind, term_values, wanted, weighted
 from warpmuscle.parameters import Parameter, free_parameters, start_values, substitute
 from warpmuscle.pose import normalized
@@ -111,11 +112,14 @@ class Rollout(Given):
         self.steps = round(scene.duration / scene.time_step)
         self.block_dim = 1 if self.device.is_cpu else GPU_BLOCK
         capacity = capacity_of(len(self.names.bodies))
-        self.lanes = 1 if self.device.is_cpu else usual_lanes(lanes, work_floats(capacity))
-        kind = None if self._driven.by_torque_alone else muscle_kind(scene.muscle_model, self._driven.of(scene))
+        self.lanes = 1
+        if not self.device.is_cpu:
+            self.lanes = usual_lanes(lanes, work_floats(capacity), self.instances, self.device.sm_count)
+        kind = compiled_kind(scene, self.names, self._driven, capacity)
         self._objective = objective_kind(scene, kind is not None)
         self._colliding = collision_pairs(scene, self.names)
-        recorded = record_kind(quantities)
+        # On a GPU, code that is not there saves time; elsewhere one kernel for all saves compiling another.
+        recorded = record_kind(quantities) if record or self.device.is_cpu else NOTHING
         self._kernel = step_kernel(
             capacity, self.lanes, self.block_dim, kind, self._objective, bool(self._colliding),
             bool(self._kinematic.names), recorded,
@@ -178,6 +182,15 @@ class Rollout(Given):
 
     def _use(self, numeric: Scene) -> None:
         """Take the numbers of all instances from this scene (see `parameters.substitute`), and start again."""
+        self.change(numeric)
+        self.reset()
+
+    def change(self, numeric: Scene) -> None:
+        """Go on from where the batch stands with other numbers; what starts count with the next `reset`.
+
+        Args:
+            numeric: the batch's scene with numbers in place of its free parameters (see `parameters.substitute`).
+        """
         self._model = self._model_of(numeric, self.device)
         self._inputs.put(self._model)
         self._numeric, self._start = numeric, start_of(numeric, self.names)
@@ -186,7 +199,6 @@ class Rollout(Given):
         for field, part in self._reference.items():
             setattr(self._model, field, part)
         self._tilt()
-        self.reset()
 
     def reset(self, velocity_noise: float = 0.0, seed: int = 0) -> None:
         """Put every instance back to its start.
@@ -377,8 +389,11 @@ class Rollout(Given):
         failed = ~np.isin(self.status(), (Status.RUNNING, Status.COMPLETED))
         return np.asarray(np.where(failed, worst * (1.0 + missed), weighted(self._numeric, self.terms())))
 
-    def recording(self, instance: int | None = None) -> Recording:
+    def recording(self, instance: int | None = None, start: float = 0.0) -> Recording:
         """Motion of a recorded instance up to its end; by default of the first one recorded.
+
+        Args:
+            start: s, from where on it is wanted; at least the last frame is given.
 
         Raises:
             RolloutError: the instance was not among those to record.
@@ -387,7 +402,7 @@ class Rollout(Given):
             instance = self._frames.chosen[0]
         if instance is None or instance not in self._frames.chosen:
             raise RolloutError(f"instance {instance} was not recorded: name it in Rollout(..., record=[...])")
-        return self._frames.recording(self._numeric, instance, int(self._state.step.numpy()[instance]))
+        return self._frames.recording(self._numeric, instance, int(self._state.step.numpy()[instance]), start)
 
     @property
     def state(self) -> structs.State:

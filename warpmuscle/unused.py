@@ -35,8 +35,8 @@ def unused_parameters(scene: Scene) -> list[str]:
     differs = np.zeros(count, dtype=bool)
     for array in (*arrays_of(batch.model), *arrays_of(batch.state)):
         if len(array) == count:
-            flat = array.numpy().reshape(count, -1)
-            differs |= np.any((flat != flat[0]) & ~(np.isnan(flat) & np.isnan(flat[0])), axis=1)
+            flat = np.ascontiguousarray(array.numpy()).reshape(count, -1).view(np.uint8)
+            differs |= np.any(flat != flat[0], axis=1)
     used = differs[1 : 2 * len(parameters) : 2] | differs[2 : 2 * len(parameters) + 1 : 2]
     return [
         parameter.name

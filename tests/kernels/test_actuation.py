@@ -66,6 +66,9 @@ def test_passive_torque_is_that_of_a_spring_damper_on_the_parent():
 # Sources of the torque of a joint.
 
 
+by_muscles = actuation.actuation_stage_of(actuation.muscle_torque)
+
+
 @wp.kernel(enable_backward=False)
 def driven(
     # in
@@ -80,7 +83,7 @@ def driven(
     for body in range(model.body_count):
         work.torque[body] = wanted[i, body]
         work.stiffness[body] = inertia
-    actuation.actuation_stage(i, 0, 1, model, state, work)
+    by_muscles(i, 0, 1, model, state, work)
     for body in range(model.body_count):
         torque[i, body] = work.torque[body]
         stiffness[i, body] = work.stiffness[body]

@@ -18,12 +18,6 @@ def test_hinge_turns_about_its_axis():
     np.testing.assert_allclose(evaluate(joint.hinge_rotation, axis, angle), turn_about(axis, angle), atol=3e-7)
 
 
-def test_universal_joint_turns_by_b_of_the_parent_then_by_a_of_the_child():
-    a, b, angle = units(N, 1), units(N, 2), random_angles(3)
-    expected = multiply(turn_about(b, angle[:, 1]), turn_about(a, angle[:, 0]))
-    np.testing.assert_allclose(evaluate(joint.universal_rotation, a, b, *angle[:, :2].T), expected, atol=3e-7)
-
-
 def test_universal_bias_is_the_change_of_angular_velocity_at_constant_rates():
     """Axis b in a parent that turns at constant speed, axis a in the child: differentiate the angular velocity."""
     parent, a, b, angle, rate = vectors(N, 1), units(N, 2), units(N, 3), random_angles(4), vectors(N, 5, 3.0)

@@ -7,8 +7,9 @@ from probes import evaluate, vectors
 
 from mujoco_oracle import random_states
 from muscle_arm import leg
+from warpmuscle.arrays import structs_to_device
 from warpmuscle.kernels import activation, muscle_control
-from warpmuscle.kernels.structs import CLIP, DROP, KEEP, Muscles, MuscleState
+from warpmuscle.kernels.structs import CLIP, DROP, KEEP, MuscleRow, Muscles, MuscleState, OwnExcitation
 from warpmuscle.scene import MuscleModel
 from warpmuscle.stages import Stages
 
@@ -79,17 +80,17 @@ def test_ideal_muscles_have_the_force_that_they_should_have_even_beyond_f_max():
 @wp.kernel(enable_backward=False)
 def timed(muscles: Muscles, time: wp.array[float], excitation: wp.array2d[float]):
     i, m = wp.tid()
-    excitation[i, m] = muscle_control.timed_excitation(muscles, 0, m, time[i])
+    excitation[i, m] = muscle_control.timed_excitation(muscles, muscles.own[0, m], 0, time[i])
 
 
 def test_own_excitation_is_straight_between_knots_constant_beyond_and_periodic():
     knots = [([0.2, 0.5, 0.9], [0.1, 0.8, 0.4], 0.0), ([0.3], [0.6], 0.0), ([0.1, 0.4], [0.0, 1.0], 0.5)]
     muscles = Muscles()
-    muscles.knot_start = wp.array([0, 3, 4, 6], dtype=int, device="cpu")
     for name, column in (("knot_time", 0), ("knot_value", 1)):
         values = np.concatenate([knot[column] for knot in knots])[None].astype(np.float32)
         setattr(muscles, name, wp.array(values, dtype=float, device="cpu"))
-    muscles.period = wp.array(np.array([[knot[2] for knot in knots]], np.float32), dtype=float, device="cpu")
+    columns = {"first_knot": [[0, 3, 4]], "end_knot": [[3, 4, 6]], "period": [[knot[2] for knot in knots]]}
+    muscles.own = structs_to_device(OwnExcitation, columns, "cpu")
     time = np.linspace(-0.301, 2.31, 1000)
     given, got = wp.array(time.astype(np.float32), dtype=float, device="cpu"), wp.zeros((1000, 3), device="cpu")
     wp.launch(timed, got.shape, [muscles, given], [got], device="cpu")
@@ -108,11 +109,9 @@ def activating() -> tuple[Muscles, MuscleState]:
     muscles, state = Muscles(), MuscleState()
     count = len(DELAYS)
     rise, fall = np.linspace(0.005, 0.05, count), np.linspace(0.02, 0.08, count)
-    numbers = {"rise_time": rise, "fall_time": fall}
+    numbers = {"rise_time": rise, "fall_time": fall, "delay_steps": np.array(DELAYS)}
     numbers |= {"rise_rest": np.exp(-TIME_STEP / rise), "fall_rest": np.exp(-TIME_STEP / fall)}
-    for name, value in numbers.items():
-        setattr(muscles, name, wp.array(value[None].astype(np.float32), dtype=float, device="cpu"))
-    muscles.delay_steps = wp.array([DELAYS], dtype=int, device="cpu")
+    muscles.row = structs_to_device(MuscleRow, {name: value[None] for name, value in numbers.items()}, "cpu")
     state.excitation_ring = wp.zeros((1, 32, count), dtype=float, device="cpu")
     state.activation = wp.full((1, count), 0.3, dtype=float, device="cpu")
     return muscles, state
@@ -121,7 +120,9 @@ def activating() -> tuple[Muscles, MuscleState]:
 @wp.kernel(enable_backward=False)
 def heard(step: int, excitation: float, muscles: Muscles, state: MuscleState, result: wp.array[float]):
     m = wp.tid()
-    result[m] = muscle_control.delayed(0, m, step, excitation, muscles, state)
+    delay_steps = muscles.row[0, m].delay_steps
+    before = muscle_control.heard_before(0, m, step, delay_steps, state)
+    result[m] = muscle_control.delayed(0, m, step, delay_steps, excitation, before, state)
 
 
 def test_muscle_hears_an_excitation_its_delay_later_and_the_first_one_until_then():
@@ -137,7 +138,9 @@ def test_muscle_hears_an_excitation_its_delay_later_and_the_first_one_until_then
 def activations(steps: int, excitation: wp.array[float], muscles: Muscles, state: MuscleState):
     m = wp.tid()
     for _ in range(steps):
-        muscle_control.activated(0, m, excitation[m], wp.static(TIME_STEP), muscles, state)
+        state.activation[0, m] = muscle_control.activated(
+            state.activation[0, m], excitation[m], wp.static(TIME_STEP), muscles.row[0, m], muscles.scaled_rates
+        )
 
 
 TOWARDS = np.array([0.9, 0.0, 0.31, 0.1])  # by muscle, from 0.3
@@ -155,7 +158,8 @@ def after(steps: int, scaled: bool) -> tuple[Muscles, np.ndarray]:
 @pytest.mark.parametrize("steps", [1, 7, 200])
 def test_activation_with_linear_rates_is_the_exact_exponential(steps: int):
     muscles, got = after(steps, False)
-    rate = 1.0 / np.where(TOWARDS > 0.3, muscles.rise_time.numpy()[0], muscles.fall_time.numpy()[0])
+    row = muscles.row.numpy()[0]
+    rate = 1.0 / np.where(TOWARDS > 0.3, row["rise_time"], row["fall_time"])
     np.testing.assert_allclose(got, TOWARDS + (0.3 - TOWARDS) * np.exp(-rate * steps * TIME_STEP), atol=1e-6)
 
 
@@ -164,7 +168,7 @@ def test_activation_with_scaled_rates_relaxes_step_by_step_at_the_rate_it_has(st
     muscles, got = after(steps, True)
     expected = np.full(len(TOWARDS), 0.3)
     for _ in range(steps):
-        times = muscles.rise_time.numpy()[0], muscles.fall_time.numpy()[0]
+        times = (muscles.row.numpy()[0][name] for name in ("rise_time", "fall_time"))
         rate = evaluate(activation.activation_rate, expected, TOWARDS, *times)
         expected = TOWARDS + (expected - TOWARDS) * np.exp(-rate * TIME_STEP)
     np.testing.assert_allclose(got, expected, atol=2e-6)

@@ -5,9 +5,10 @@ import pytest
 import warp as wp
 from probes import evaluate
 
+from warpmuscle.arrays import structs_to_device
 from warpmuscle.kernels import activation, muscle, muscles
 from warpmuscle.kernels.curves import MILLARD
-from warpmuscle.kernels.structs import Muscles, MuscleState
+from warpmuscle.kernels.structs import MuscleRow, Muscles, MuscleState
 
 INSTANCES, MUSCLES, CAPACITY, TIME_STEP = 3, 4, 16, 1.0 / 2000.0
 OWN = ("l_opt", "l_slack", "width", "v_max", "damping")  # as the functions take them
@@ -23,9 +24,8 @@ def setting(rows: int) -> tuple[Muscles, MuscleState, dict[str, np.ndarray]]:
     model, state = Muscles(), MuscleState()
     model.model = MILLARD
     rests = {f"{way}_rest": np.exp(-TIME_STEP / numbers[f"{way}_time"]) for way in ("rise", "fall")}
-    for name, value in (numbers | rests).items():
-        setattr(model, name, wp.array(value, dtype=float, device="cpu"))
-    model.delay_steps = wp.array(np.arange(MUSCLES)[None], dtype=int, device="cpu")
+    columns = numbers | rests | {"delay_steps": np.arange(MUSCLES)[None]}
+    model.row = structs_to_device(MuscleRow, columns, "cpu")
     full = {name: np.broadcast_to(value, (INSTANCES, MUSCLES)).ravel() for name, value in numbers.items()}
     numbers = full | {"activation": np.random.default_rng(1).random(INSTANCES * MUSCLES)}
     state.activation = wp.array(numbers["activation"].reshape(INSTANCES, MUSCLES), dtype=float, device="cpu")

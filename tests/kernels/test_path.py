@@ -275,13 +275,16 @@ def test_muscles_act_on_the_joints_between_the_bodies_of_their_points():
 def test_joints_find_their_muscles_and_muscles_their_joints():
     names = topology(character())
     p, table = paths_struct(PATHS, names, character(), "cpu"), path_table(PATHS, names, character())
-    start, joint, muscle = (a.numpy() for a in (p.crossing_start, p.crossing_joint, p.crossing_muscle))
-    assert [(c.joint, c.muscle) for c in table.crossings] == list(zip(joint, muscle, strict=True))
+    start, muscle = p.crossing_start.numpy(), p.crossing_muscle.numpy()
+    joint = np.array([crossing.joint for crossing in table.crossings])
+    assert [crossing.muscle for crossing in table.crossings] == muscle.tolist()
     assert all(set(joint[start[body] : start[body + 1]]) <= {body} for body in range(len(names.bodies)))
     assert start[-1] == len(joint)
-    first, crossing = p.muscle_crossing_start.numpy(), p.muscle_crossing.numpy()
-    assert all(set(muscle[crossing[first[m] : first[m + 1]]]) <= {m} for m in range(len(PATHS)))
-    assert sorted(crossing) == list(range(len(joint)))
+    own = p.of_muscle.numpy()
+    for m, span in enumerate(p.span.numpy()):
+        assert set(muscle[own["number"][span["first_crossing"] : span["end_crossing"]]]) <= {m}
+    assert sorted(own["number"]) == list(range(len(joint)))
+    assert (own["joint"] == joint[own["number"]]).all()
 
 
 def test_fixed_joints_have_no_muscles():

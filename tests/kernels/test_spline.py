@@ -6,23 +6,23 @@ import simbicon_oracle as oracle
 import warp as wp
 from probes import evaluate
 
+from warpmuscle.arrays import structs_to_device
 from warpmuscle.kernels.spline import curve_value, hermite
+from warpmuscle.kernels.structs import Knot
 
 
 @wp.kernel(enable_backward=False)
-def values_of(
-    phase: wp.array2d[float], value: wp.array2d[float], first: int, end: int, x: wp.array[float], y: wp.array2d[float]
-):
+def values_of(knots: wp.array2d[Knot], first: int, end: int, x: wp.array[float], y: wp.array2d[float]):
     i, k = wp.tid()
-    y[i, k] = curve_value(phase, value, i, first, end, x[k])
+    y[i, k] = curve_value(knots, i, first, end, x[k])
 
 
 def curve(phase, value, first: int, end: int, x, instances: int = 1) -> np.ndarray:
     """Values (instances, n) of knots first..end-1 at n phases."""
-    tables = [wp.array(np.atleast_2d(a), dtype=float, device="cpu") for a in (phase, value)]
+    knots = structs_to_device(Knot, {"phase": np.atleast_2d(phase), "value": np.atleast_2d(value)}, "cpu")
     at = wp.array(x, dtype=float, device="cpu")
     out = wp.zeros((instances, len(x)), dtype=float, device="cpu")
-    wp.launch(values_of, dim=out.shape, inputs=[*tables, first, end, at], outputs=[out], device="cpu")
+    wp.launch(values_of, dim=out.shape, inputs=[knots, first, end, at], outputs=[out], device="cpu")
     return out.numpy()
 
 

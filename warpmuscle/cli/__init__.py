@@ -9,12 +9,15 @@ from rich.markup import escape
 
 from warpmuscle.cli.console import INTERRUPTED, log
 from warpmuscle.cli.optimize import optimize
+from warpmuscle.cli.plot import plot
 from warpmuscle.cli.results import apply, export, report
 from warpmuscle.cli.scenes import convert, fit_muscles, info, scenes
 from warpmuscle.cli.simulate import simulate
 from warpmuscle.cli.sweep import sweep
 from warpmuscle.cli.synergies import synergies
 from warpmuscle.cli.throw import throw
+from warpmuscle.cli.video import video
+from warpmuscle.cli.view import view
 from warpmuscle.errors import Error
 
 app = typer.Typer(
@@ -25,7 +28,11 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
-for command in (scenes, info, simulate, optimize, sweep, apply, report, export, fit_muscles, convert, synergies, throw):
+COMMANDS = (
+    scenes, info, simulate, optimize, sweep, apply, report, view, plot, video, export, fit_muscles, convert,
+    synergies, throw,
+)  # fmt: skip
+for command in COMMANDS:
     app.command(command.__name__.replace("_", "-"))(command)
 
 

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from warpmuscle.cli.console import out
+from warpmuscle.cli.console import log, out
 
 Run = Annotated[str | None, typer.Option(help="Which run of the file of a sweep.")]
 
@@ -34,14 +34,46 @@ def apply(
 
 def report(
     result: Annotated[Path, typer.Argument(help="HDF5 file of an optimisation.")],
+    output: Annotated[Path | None, typer.Option("--output", "-o", help=".html page to write, with figures.")] = None,
+    reference: Annotated[
+        list[Path] | None, typer.Option(help="HDF5 file of another walk to put beside this one's numbers in the page.")
+    ] = None,
+    replay: Annotated[int, typer.Option(min=0, help="Which motion of the file is in the page.")] = 0,
     run: Run = None,
 ) -> None:
-    """Show what an optimisation found: outcomes, convergence, the score explained, parameters in their bounds."""
+    """Show what an optimisation found: outcomes, convergence, the score explained, parameters in their bounds.
+
+    With -o it is one page that needs nothing but a browser, with figures, the motion to play, and the gait beside human
+    walking. Example: warpmuscle report result.h5 -o report.html
+    """
     from warpmuscle.report import report as lines_of
     from warpmuscle.results import read
 
+    if output is not None:
+        _write_page(result, output, reference or [], replay, run)
+        return
     for line in lines_of(read(result, run)):
         out.print(line, markup=False)
+
+
+def _write_page(result: Path, output: Path, references: list[Path], replay: int, run: str | None) -> None:
+    from warpmuscle.cli.common import start_warp, writable
+    from warpmuscle.errors import Error
+    from warpmuscle.formats.files import replace_file
+    from warpmuscle.plots.subject import Choices, Subject
+    from warpmuscle.report_page import report_html
+    from warpmuscle.results import read
+
+    if output.suffix.lower() not in (".html", ".htm"):
+        raise Error(f"{output}: a report is written as .html")
+    writable(output)
+    subject = Subject(read(result, run), Choices(replay), result, run)
+    others = [Subject(read(path), Choices(), path) for path in references]
+    start_warp()
+    with log.status("drawing") as shown:
+        page = report_html(subject, others, lambda what: shown.update(f"drawing: {what}"))
+    replace_file(output, page)
+    out.print(f"wrote {output}", markup=False)
 
 
 def export(

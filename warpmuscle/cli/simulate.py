@@ -78,7 +78,7 @@ def simulate(
         write(output, Result(toml.dumps(scene), str(rollout.device), command_line(), 0, table, replays=(recording,)))
         out.print(f"wrote {output}")
     if plot is not None:
-        from warpmuscle.plot import stick_figures
+        from warpmuscle.plots.stick_figures import stick_figures
 
         stick_figures(recording, scene, plot, gait)
         out.print(f"wrote {plot}")

@@ -37,7 +37,7 @@ def synergies(
     vaf: Annotated[float, typer.Option(help="Variance to account for, of all muscles together, for -n auto.")] = 0.95,
     muscle_vaf: Annotated[float, typer.Option(help="The same of each muscle.")] = 0.75,
     band: Annotated[
-        tuple[float, float] | None, typer.Option(metavar="LOW HIGH", help="Band-pass, Hz.  [default: 10 450]")
+        tuple[float, float] | None, typer.Option(metavar="LOW HIGH", help="Band-pass, Hz; by default 10 450.")
     ] = None,
     low_pass: Annotated[float, typer.Option(help="Low-pass after rectification, Hz; for gait 20 is usual.")] = 6.0,
     order: Annotated[int, typer.Option(help="Order of one pass of each Butterworth filter.")] = 4,
@@ -46,7 +46,7 @@ def synergies(
     ] = False,
     sampling_rate: Annotated[float | None, typer.Option(help="1/s, of files without times.")] = None,
     rate: Annotated[
-        float | None, typer.Option(help="Activations a second.  [default: 100, or the files' if already filtered]")
+        float | None, typer.Option(help="Activations a second; by default 100, or as the files if already filtered.")
     ] = None,
     ecg: Annotated[
         str | None,
@@ -91,7 +91,7 @@ def synergies(
     """  # fmt: skip
     from warpmuscle.synergy.emg import Chain
     from warpmuscle.synergy.extraction import Rule, extract
-    from warpmuscle.synergy.files import SynergyResult, described, in_order_of, write
+    from warpmuscle.synergy.files import SynergyResult, described, in_order_of, read, write
     from warpmuscle.synergy.preparation import Preparation, prepare
 
     writable(output, plot)
@@ -110,14 +110,15 @@ def synergies(
         subtract_minimum=subtract_minimum,
         maxima=mvc,
     )
+    reference = None if like is None else read(like)
     with log.status("reading and filtering") as shown:
         activations = prepare(recordings, preparation)
         found, accounts = extract(
             activations.values, rule, restarts, seed, lambda count: shown.update(f"factorising, {count} synergies")
         )
     similarity = None
-    if like is not None:
-        found, similarity = in_order_of(like, activations.muscles, found)
+    if reference is not None:
+        found, similarity = in_order_of(reference, activations.muscles, found)
     attributes = {"command": command_line(), "seed": seed, **described(preparation)}
     result = SynergyResult(activations, found, tuple(accounts), similarity, attributes)
     _print(result)

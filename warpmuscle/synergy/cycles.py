@@ -16,6 +16,8 @@ from warpmuscle.synergy.emg import at_times
 from warpmuscle.synergy.signals import Floats, Signals
 from warpmuscle.synergy.tables import read_table
 
+MOST_POINTS = 10_000  # of a cycle
+
 
 @dataclass(frozen=True)
 class Cycles:
@@ -70,8 +72,9 @@ def by_cycles(signals: Signals, cycles: Cycles, points: int) -> Signals:
         SignalError: a cycle is not within the recording, or the points cannot be shared out among the phases.
     """
     phases = cycles.phases.shape[1] - 1
-    if points < 2 * phases or points % phases:
-        raise SignalError(f"{points} points cannot be shared out among {phases} phases of two points or more")
+    if points < 2 * phases or points % phases or points > MOST_POINTS:
+        what = f"a multiple of {phases}, from {2 * phases} to {MOST_POINTS}"
+        raise SignalError(f"the points of a cycle of {phases} phases must be {what}, not {points}")
     begin, end = float(cycles.phases[0, 0]), float(cycles.phases[-1, -1])
     if begin < signals.start or end > signals.end:
         raise SignalError(

@@ -1,8 +1,9 @@
 """The heart's signal removed from electromyograms by independent component analysis (Willigenburg et al. 2012).
 
-Channels are unmixed by scikit-learn's FastICA; components that hold the heart's beats are left out when they are mixed
-again. Such a component is the one that goes with a reference channel, or without one it is recognised by its beats:
-short, regular, 40 to 180 a minute.
+Channels are unmixed by scikit-learn's FastICA; of components that hold the heart's beats only what is faster than
+40 Hz, which is muscle, is mixed again. Such a component goes with a reference channel, or without one is recognised by
+its beats: short, regular, each like the others, 40 to 180 a minute. Artefacts of the steps of a regular gait are like
+that, too; name a reference channel then, or leave the heart in.
 """
 
 from __future__ import annotations
@@ -18,11 +19,13 @@ from warpmuscle.errors import Error
 from warpmuscle.synergy.signals import Floats, Signals
 
 BEAT_BAND = (8.0, 30.0)  # Hz, where most of a QRS complex is
+HEART = 40.0  # Hz, what is faster in a component of the heart is muscle that leaked into it
 INTERVAL = (60.0 / 180.0, 60.0 / 40.0)  # s, between beats
 BEAT = 0.1  # s, on both sides of a beat's peak
 LEAST_BEATS = 4
 SPREAD = 0.15  # of intervals: half the range of the middle half, over the median
 CONCENTRATION = 0.6  # least share of the power near beats
+LIKENESS = 0.8  # least median correlation of beats with their mean; bursts of EMG are noise that averages out
 AGREEMENT = 0.5  # least correlation with a reference channel
 
 
@@ -31,7 +34,7 @@ class EcgRemoval:
     """What was removed."""
 
     signals: Signals
-    components: int  # how many
+    rates: tuple[float, ...]  # beats a minute, of each component that was removed
     share: Floats  # (C,) of each channel's power
 
 
@@ -44,7 +47,7 @@ def remove_ecg(signals: Signals, reference: Floats | None = None, seed: int = 0)
         seed: of the start of the analysis.
 
     Raises:
-        SignalError: fewer than two channels.
+        SignalError: fewer than two channels, or too low a sampling rate.
         Error: scikit-learn is not installed.
     """
     decomposition, convergence = _sklearn()
@@ -56,33 +59,40 @@ def remove_ecg(signals: Signals, reference: Floats | None = None, seed: int = 0)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", convergence)  # gaussian components never settle; those of the heart do at once
         sources = analysis.fit_transform(values / scale)
+    if signals.rate <= 2.0 * HEART:
+        raise signals.error(f"the heart's signal is not told from muscles' at {signals.rate:.6g} 1/s, too low a rate")
+    beats = [beat_rate(source, signals.rate) for source in sources.T]
     if reference is None:
-        found = [k for k in range(sources.shape[1]) if is_heart(sources[:, k], signals.rate)]
+        found = [k for k, beat in enumerate(beats) if beat > 0.0]
     else:
         centred = (reference - reference.mean()) / reference.std()
         agreement = np.abs(sources.T @ centred) / (len(centred) * sources.std(axis=0))
         found = np.flatnonzero(agreement >= AGREEMENT).tolist()
-    removed = (sources[:, found] @ analysis.mixing_[:, found].T * scale)[:, : signals.values.shape[1]]
+    slow = sosfiltfilt(butter(4, HEART, fs=signals.rate, output="sos"), sources[:, found], axis=0)
+    removed = (slow @ analysis.mixing_[:, found].T * scale)[:, : signals.values.shape[1]]
     share = np.mean(removed**2, axis=0) / np.mean(signals.values**2, axis=0)
-    return EcgRemoval(signals.changed(signals.values - removed), len(found), share)
+    return EcgRemoval(signals.changed(signals.values - removed), tuple(beats[k] for k in found), share)
 
 
-def is_heart(source: Floats, rate: float) -> bool:
-    """Whether a component (T,), sampled at `rate` 1/s, consists of short regular beats."""
-    if rate <= 2.0 * BEAT_BAND[1]:
-        return False
-    beats = np.abs(sosfiltfilt(butter(2, BEAT_BAND, "bandpass", fs=rate, output="sos"), source))
-    peaks, _ = find_peaks(beats, height=0.35 * np.quantile(beats, 0.999), distance=max(1, int(INTERVAL[0] * rate)))
+def beat_rate(source: Floats, rate: float) -> float:
+    """Beats a minute of a component (T,), sampled at `rate` 1/s; 0 unless they are short, regular and alike."""
+    if len(source) < 2.0 * INTERVAL[1] * rate:
+        return 0.0
+    wave = sosfiltfilt(butter(2, BEAT_BAND, "bandpass", fs=rate, output="sos"), source)
+    size, reach = np.abs(wave), int(BEAT * rate)
+    peaks, _ = find_peaks(size, height=0.35 * np.quantile(size, 0.999), distance=max(1, int(INTERVAL[0] * rate)))
+    peaks = peaks[(peaks >= reach) & (peaks < len(wave) - reach)]
     if len(peaks) < LEAST_BEATS:
-        return False
+        return 0.0
     low, middle, high = np.quantile(np.diff(peaks) / rate, (0.25, 0.5, 0.75))
-    near = np.zeros(len(beats), bool)
-    reach = int(BEAT * rate)
-    for peak in peaks:
-        near[max(0, peak - reach) : peak + reach] = True
-    concentrated = float(np.sum(beats[near] ** 2) / np.sum(beats**2)) >= CONCENTRATION
-    regular = bool(high - low <= 2.0 * SPREAD * middle)
-    return concentrated and regular and bool(INTERVAL[0] <= middle <= INTERVAL[1])
+    if high - low > 2.0 * SPREAD * middle or not INTERVAL[0] <= middle <= INTERVAL[1]:
+        return 0.0
+    beats = np.stack([wave[peak - reach : peak + reach] for peak in peaks])
+    mean = beats.mean(axis=0)
+    likeness = beats @ mean / (np.linalg.norm(beats, axis=1) * np.linalg.norm(mean))
+    concentration = np.sum(beats**2) / np.sum(wave**2)
+    alike = concentration >= CONCENTRATION and np.median(likeness) >= LIKENESS
+    return 60.0 / float(middle) if alike else 0.0
 
 
 def _sklearn() -> tuple[Any, type[Warning]]:

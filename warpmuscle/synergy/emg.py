@@ -15,6 +15,8 @@ from scipy.signal import butter, sosfiltfilt
 from warpmuscle.errors import SignalError
 from warpmuscle.synergy.signals import Floats, Signals, check_signals
 
+FINEST = 10  # times the rate of a recording, to which it can be resampled
+
 
 @dataclass(frozen=True)
 class Chain:
@@ -80,10 +82,14 @@ def resampled(signals: Signals, rate: float) -> Signals:
     """Signals at another rate, 1/s, interpolated between samples; low-pass them below half of it first.
 
     Raises:
-        SignalError: the rate is not greater than 0, or leaves fewer than two samples.
+        SignalError: the rate is not greater than 0, leaves fewer than two samples, or is far above the signals' own.
     """
     if not (np.isfinite(rate) and rate > 0.0):
         raise signals.error(f"a rate must be greater than 0, not {rate:g} 1/s")
+    if rate > FINEST * signals.rate:
+        raise signals.error(
+            f"at most {FINEST * signals.rate:g} activations a second are interpolated from {signals.rate:g} a second"
+        )
     count = int(np.floor((signals.end - signals.start) * rate + 1e-6)) + 1
     if count < 2:
         raise signals.error(f"lasts {signals.end - signals.start:g} s, too short for samples at {rate:g} 1/s")

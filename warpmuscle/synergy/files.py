@@ -106,16 +106,15 @@ def read(path: str | Path) -> SynergyResult:
         raise ResultError(f"{path}: damaged file of synergies: {' '.join(str(error).split())}") from None
 
 
-def in_order_of(path: str | Path, muscles: Sequence[str], synergies: Synergies) -> tuple[Synergies, Floats]:
+def in_order_of(reference: SynergyResult, muscles: Sequence[str], synergies: Synergies) -> tuple[Synergies, Floats]:
     """Synergies in the order of those of another file, and the cosines of the pairs.
 
     Raises:
-        ResultError: the file cannot be read, or is not of the same muscles.
+        ResultError: they are not of the same muscles.
     """
-    reference = read(path)
-    if reference.activations.muscles != tuple(muscles):
-        others = ", ".join(reference.activations.muscles)
-        raise ResultError(f"{path}: its synergies are of the muscles {others}, not of {', '.join(muscles)}")
+    others = reference.activations.muscles
+    if others != tuple(muscles):
+        raise ResultError(f"the synergies to compare with are of {', '.join(others)}, not of {', '.join(muscles)}")
     order, cosines = match(reference.synergies.weights, synergies.weights)
     return synergies.ordered(order), cosines
 

@@ -48,8 +48,8 @@ def draw_synergies(
         raise Error("figures need matplotlib: pip install 'warpmuscle[plot]'") from None
     count = synergies.account.count
     with matplotlib.rc_context(_STYLE):
-        figure = matplotlib.figure.Figure(figsize=(_WIDTH, 0.9 + _ROW * count + _BOTTOM), layout="constrained")
-        upper, lower = figure.subfigures(2, 1, squeeze=False, height_ratios=[0.6 + _ROW * count, _BOTTOM])
+        figure: Any = matplotlib.figure.Figure(figsize=(_WIDTH, 0.9 + _ROW * count + _BOTTOM), layout="constrained")
+        upper, lower = figure.subfigures(2, 1, height_ratios=[0.6 + _ROW * count, _BOTTOM])
         panels = upper.subplots(count, 2, sharex="col", squeeze=False, width_ratios=[1.0, 1.7])
         for k in range(count):
             _draw_weights(panels[k, 0], activations.muscles, synergies.weights[:, k], k)
@@ -73,7 +73,7 @@ def draw_synergies(
 
 def _time_label(activations: Activations) -> str:
     if activations.time_unit == "cycle":
-        return "cycle (%)"
+        return "cycle (% of its points)"
     return "time (s)" if len(activations.sources) == 1 else "time, recordings one after the other (s)"
 
 

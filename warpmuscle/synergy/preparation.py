@@ -10,7 +10,7 @@ import numpy as np
 
 from warpmuscle.errors import SignalError
 from warpmuscle.synergy.cycles import by_cycles, read_cycles
-from warpmuscle.synergy.ecg import remove_ecg
+from warpmuscle.synergy.ecg import EcgRemoval, remove_ecg
 from warpmuscle.synergy.emg import Chain, band_passed, envelope, given_envelope, normalised, resampled
 from warpmuscle.synergy.recordings import read_signals
 from warpmuscle.synergy.signals import Floats, Integers, Signals
@@ -112,13 +112,20 @@ def _filtered(path: str | Path, preparation: Preparation, notes: list[str]) -> S
             signals = replace(signals, names=names, values=np.delete(signals.values, column, axis=1))
         removal = remove_ecg(signals, heart)
         signals = removal.signals
-        worst = int(removal.share.argmax())
-        notes.append(
-            f"{Path(path).name}: {removal.components} of {len(signals.names)} components held the heart's signal"
-            + (f", at most {removal.share[worst]:.0%} of a channel's power ({signals.names[worst]})"
-               if removal.components else "")
-        )  # fmt: skip
+        notes.append(_told(Path(path).name, removal))
     return envelope(signals, preparation.chain)
+
+
+def _told(name: str, removal: EcgRemoval) -> str:
+    """What was removed from a recording, in words."""
+    if not removal.rates:
+        return f"{name}: no component holds the heart's signal, nothing was removed"
+    worst = int(removal.share.argmax())
+    rates = ", ".join(f"{rate:.0f}" if rate > 0.0 else "irregular" for rate in removal.rates)
+    return (
+        f"{name}: the heart's signal was removed ({rates} beats a minute), at most {removal.share[worst]:.0%} of a "
+        f"channel's power, in {removal.signals.names[worst]}"
+    )
 
 
 def _cut(signals: Signals, preparation: Preparation, index: int) -> Signals:

@@ -19,6 +19,7 @@ import h5py
 import numpy as np
 
 from warpmuscle.errors import SignalError
+from warpmuscle.synergy.c3d import read_c3d
 from warpmuscle.synergy.signals import Floats, Integers, Signals, check_signals, choose_channels
 from warpmuscle.synergy.tables import STORAGE, read_table
 
@@ -150,24 +151,8 @@ def _of_hdf5(file: Any, path: Path, channels: Sequence[str], rate: float | None)
 
 
 def _read_c3d(path: Path, channels: Sequence[str], rate: float | None) -> Signals:
-    try:
-        import ezc3d
-    except ImportError:
-        raise SignalError("C3D files need ezc3d: pip install 'warpmuscle[c3d]'", file=path) from None
-    if not path.is_file():
-        raise SignalError("there is no such file", file=path)
-    with path.open("rb") as file:
-        if file.read(2)[1:] != b"\x50":  # else ezc3d takes any numbers for sizes
-            raise SignalError("is not a C3D file", file=path)
-    try:
-        content = ezc3d.c3d(str(path))
-        analogs = np.asarray(content["data"]["analogs"], np.float64)[0]
-        labels = content["parameters"]["ANALOG"]["LABELS"]["value"]
-        found = float(content["parameters"]["ANALOG"]["RATE"]["value"][0])
-    except Exception as error:  # the library raises what its C++ code throws
-        raise SignalError(f"cannot be read as C3D: {error}", file=path) from None
-    names = tuple(str(label).strip() for label in labels[: len(analogs)])
-    if not len(analogs) or len(names) != len(analogs):
-        raise SignalError(f"holds {len(analogs)} analog channels with {len(names)} names", file=path)
+    names, found, values = read_c3d(path)
+    if rate is None and not (np.isfinite(found) and found > 0.0):
+        raise SignalError(f"gives {found:g} 1/s as the rate of its analog channels; give the sampling rate", file=path)
     chosen = choose_channels(names, channels, str(path))
-    return Signals(tuple(names[k] for k in chosen), rate or found, analogs[chosen].T, str(path))
+    return Signals(tuple(names[k] for k in chosen), rate or found, values[:, chosen], str(path))

@@ -1,26 +1,26 @@
-"""Figures of a recording; needs matplotlib, the extra `plot` of the package."""
+"""Stick figures of a motion over time, and curves below them."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from warpmuscle.errors import Error
-from warpmuscle.figure import Piece, leg, pieces, project
+from warpmuscle.figure import Piece, pieces, project
 from warpmuscle.gait import Gait
 from warpmuscle.parameters import start_values, substitute
-from warpmuscle.pose import twist_angle
+from warpmuscle.plots.joints import joint_curves
+from warpmuscle.plots.style import SIDE_COLORS, WIDTH, matplotlib, save, style
+from warpmuscle.plots.subject import Subject
 from warpmuscle.recording import QUANTITIES, Floats, Integers, Recording
 from warpmuscle.scene import Scene
+from warpmuscle.strides import SIDES, leg_angles
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-# From Okabe and Ito's palette: told apart with any kind of colour vision.
-_COLORS = {"left": "#0072B2", "right": "#D55E00", "middle": "#404040"}
 _TINTS = {"left": "#B8D8EA", "right": "#F6D5BF", "middle": "#FFFFFF"}  # of outlines
 _COM_COLOR, _GROUND_COLOR = "#009E73", "#909090"
 _LAYERS = ("left", "middle", "right")  # seen from the character's right
@@ -30,18 +30,13 @@ _STEPS = 2  # a stride
 _GAP = 0.08  # m, least distance between neighbouring figures
 _PITCH = 0.65  # m, least mean advance from one figure to the next, which fills the page
 _MARGIN = 0.12  # m, around the figures
-_WIDTH = 11.0  # inches
-_STYLE = {
-    "font.size": 9.0,
-    "axes.titlesize": 9.5,
-    "axes.titlelocation": "left",
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.linewidth": 0.8,
-    "legend.frameon": False,
-    "lines.solid_capstyle": "round",
-    "lines.solid_joinstyle": "round",
-}
+_PANELS = 4  # below the figures
+
+
+def draw(subject: Subject) -> Any:
+    """The last two steps of a walk, or the part of a motion that was chosen."""
+    shown = subject.recording if subject.choices.timed else _last_steps(subject.recording)
+    return _figure(shown, subject.scene, subject.gait)
 
 
 def stick_figures(recording: Recording, scene: Scene, path: str | Path, gait: Gait | None = None) -> None:
@@ -61,30 +56,14 @@ def stick_figures(recording: Recording, scene: Scene, path: str | Path, gait: Ga
     """
     if recording.frames < 2:
         raise Error("a figure needs a recording of at least two frames")
-    matplotlib = _matplotlib()
-    scene = substitute(scene, start_values(scene))
+    with style():
+        figure = _figure(_last_steps(recording), substitute(scene, start_values(scene)), gait)
+    save(figure, path)
+
+
+def _figure(recording: Recording, scene: Scene, gait: Gait | None) -> Any:
+    """Side and front view at the same scale above, curves over time below."""
     feet = ("lFoot", "rFoot") if scene.controller is None else scene.controller.feet
-    shown = _last_steps(recording)
-    with matplotlib.rc_context(_STYLE):
-        figure = _draw(matplotlib.figure.Figure, shown, scene, feet)
-        figure.suptitle(_title(scene, gait), fontweight="bold", fontsize=12, y=1.0 - 0.1 / figure.get_figheight())
-        try:
-            figure.savefig(path, dpi=160)
-        except (OSError, ValueError) as error:
-            raise Error(f"{path}: figure cannot be written: {getattr(error, 'strerror', None) or error}") from None
-
-
-def _matplotlib() -> Any:
-    """The module, without pyplot and its windows; raises Error if it is not installed."""
-    try:
-        import matplotlib.figure
-    except ImportError:
-        raise Error("figures need matplotlib: pip install 'warpmuscle[plot]'") from None
-    return matplotlib
-
-
-def _draw(new_figure: Callable[..., Any], recording: Recording, scene: Scene, feet: tuple[str, str]) -> Any:
-    """A matplotlib figure: side and front view at the same scale above, curves over time below."""
     drawn = sorted(pieces(scene.character, feet), key=lambda piece: _LAYERS.index(piece.side))
     frames, offsets = _spread(recording, drawn)
     middle = int(frames[len(frames) // 2])
@@ -93,14 +72,14 @@ def _draw(new_figure: Callable[..., Any], recording: Recording, scene: Scene, fe
     low, high = min(side[0, 1], ground) - _MARGIN, side[1, 1] + _MARGIN
     side_width = side[1, 0] - side[0, 0]
     center, front_width = front[:, 0].mean(), max(front[1, 0] - front[0, 0] + 2.0 * _MARGIN, 0.13 * side_width)
-    room = _WIDTH - 1.1  # inches for both views, without margins and gap
-    scale = min(room / (side_width + 2.0 * _MARGIN + front_width), 3.5 / (high - low))  # inches/m
+    room = WIDTH - 1.07  # inches for both views, without margins and gap
+    scale = min(room / (side_width + 2.0 * _MARGIN + front_width), 3.2 / (high - low))  # inches/m
     spare = (room / scale - front_width - side_width) / 2.0
 
     height = scale * (high - low)
-    page = _Page(new_figure(figsize=(_WIDTH, height + 4.1)))
-    front_axes = page.axes(_WIDTH - 0.15 - scale * front_width, 3.45, scale * front_width, height)
-    side_axes = page.axes(0.6, 3.45, room - scale * front_width, height)
+    paper = _Page(matplotlib().figure.Figure(figsize=(WIDTH, height + 3.65)))
+    front_axes = paper.axes(WIDTH - 0.12 - scale * front_width, 3.0, scale * front_width, height)
+    side_axes = paper.axes(0.62, 3.0, room - scale * front_width, height)
     side_axes.set(xlim=(side[0, 0] - spare, side[1, 0] + spare), ylim=(low, high))
     front_axes.set(xlim=(center - front_width / 2.0, center + front_width / 2.0), ylim=(low, high))
     for axes in (side_axes, front_axes):
@@ -108,16 +87,16 @@ def _draw(new_figure: Callable[..., Any], recording: Recording, scene: Scene, fe
     _draw_side(side_axes, recording, drawn, frames, offsets)
     _draw_front(front_axes, recording, drawn, middle)
 
-    pitch = (_WIDTH - 0.1) / 4.0
-    panels = [page.axes(0.6 + pitch * column, 0.85, pitch - 0.65, 1.75) for column in range(4)]
-    _draw_angles(panels[:3], recording, scene, feet)
-    _draw_forces(panels[3], recording)
+    pitch = (WIDTH - 0.05) / _PANELS
+    panels = [paper.axes(0.58 + pitch * column, 0.8, pitch - 0.74, 1.45) for column in range(_PANELS)]
+    _draw_curves(panels, recording, scene)
     for axes in panels:
         axes.set_xlabel("time (s)")
         axes.set_xlim(recording.time[0], recording.time[-1])
-        axes.locator_params(axis="x", nbins=5)
-    page.figure.legend(*side_axes.get_legend_handles_labels(), loc="lower center", ncols=3)
-    return page.figure
+        axes.locator_params(axis="x", nbins=4)
+    paper.figure.legend(*side_axes.get_legend_handles_labels(), loc="lower center", ncols=3)
+    paper.figure.text(0.008, 1.0 - 0.06 / (height + 3.65), _title(scene, gait), weight="bold", size=11.0, va="top")
+    return paper.figure
 
 
 class _Page:
@@ -191,8 +170,8 @@ def _draw_side(axes: Axes, recording: Recording, drawn: list[Piece], frames: Int
     """Figures walking along the page, each over its time, and the path of the centre of mass."""
     for frame in frames:
         _draw_figure(axes, recording, drawn, int(frame), _SIDE, float(offsets[frame]))
-    for side in ("left", "right"):
-        axes.plot([], [], color=_COLORS[side], lw=2.0, label=f"{side} leg and arm")
+    for side in SIDES if any(piece.side != "middle" for piece in drawn) else ():
+        axes.plot([], [], color=SIDE_COLORS[side], lw=2.0, label=f"{side} side")
     places = recording.com[:, 2] + offsets
     axes.plot(places, recording.com[:, 1], color=_COM_COLOR, lw=1.5, label="centre of mass", zorder=4)
     axes.plot(places[frames], recording.com[frames, 1], "o", color=_COM_COLOR, ms=3.5, zorder=4)
@@ -216,31 +195,36 @@ def _draw_figure(
 ) -> None:
     for piece in drawn:
         points = project(recording, piece, frame, view) + np.array([offset, 0.0])
-        color = _COLORS[piece.side]
+        color = SIDE_COLORS[piece.side]
         if piece.outline:
             axes.fill(*points.T, facecolor=_TINTS[piece.side], edgecolor=color, lw=1.2, zorder=2)
         else:
             axes.plot(*points.T, color=color, lw=2.0, zorder=2)
 
 
-def _draw_angles(panels: Any, recording: Recording, scene: Scene, feet: tuple[str, str]) -> None:
-    """Sagittal angles of the lowest three joints down to each foot, flexion (of the ankle: dorsiflexion) upwards."""
-    time, degrees = recording.time, np.degrees(1.0)
-    for side, foot in zip(("left", "right"), feet, strict=True):
-        if foot not in scene.character.bodies:
-            continue
-        joints = leg(scene.character, foot)[-3:]
-        for axes, name, sign in zip(panels, joints, (-1.0, 1.0, -1.0), strict=False):
-            orientation = recording.joint_orientation[:, recording.joint_names.index(name)]
-            angle = sign * np.unwrap(twist_angle(orientation, (1.0, 0.0, 0.0)))
-            axes.plot(time, degrees * angle, color=_COLORS[side], lw=1.6)
-    for axes, title in zip(panels, ("Hip flexion", "Knee flexion", "Ankle dorsiflexion"), strict=True):
-        axes.set(title=title, ylabel="angle (deg)")
+def _draw_curves(panels: list[Any], recording: Recording, scene: Scene) -> None:
+    """Angles of the legs and vertical ground forces; of a character without legs the joints that turn most."""
+    try:
+        angles = leg_angles(recording, scene)
+    except Error:
+        _draw_joints(panels, recording, scene)
+        return
+    for axes, (name, sides) in zip(panels, angles.items(), strict=False):
+        for side, angle in sides.items():
+            axes.plot(recording.time, angle, color=SIDE_COLORS[side])
+        axes.set(title=name, ylabel="angle (deg)")
         axes.axhline(0.0, color=_GROUND_COLOR, lw=0.8, zorder=0)
+    for side in SIDES:
+        panels[-1].plot(recording.time, recording[f"foot_force_{side}"][:, 1], color=SIDE_COLORS[side], lw=1.2)
+    panels[-1].set(title="Vertical ground force", ylabel=f"force ({QUANTITIES['foot_force_left'].units})")
 
 
-def _draw_forces(axes: Axes, recording: Recording) -> None:
-    units = QUANTITIES["foot_force_left"].units
-    for side in ("left", "right"):
-        axes.plot(recording.time, recording[f"foot_force_{side}"][:, 1], color=_COLORS[side], lw=1.2)
-    axes.set(title="Vertical ground force", ylabel=f"force ({units})")
+def _draw_joints(panels: list[Any], recording: Recording, scene: Scene) -> None:
+    found = [(f"{name}, {axis}", angle) for name in recording.joint_names
+             for axis, angle in joint_curves(recording, scene, name)]  # fmt: skip
+    found.sort(key=lambda curve: -float(np.ptp(curve[1])))
+    for axes, (name, angle) in zip(panels, found, strict=False):
+        axes.plot(recording.time, angle, color=SIDE_COLORS["middle"])
+        axes.set(title=name, ylabel="angle (deg)")
+    for axes in panels[len(found) :]:
+        axes.set_visible(False)

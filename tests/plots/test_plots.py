@@ -1,0 +1,150 @@
+"""Figures of results: every kind is drawn, with units on its axes; what a result does not hold is said in one line."""
+
+import dataclasses
+import re
+
+import msgspec
+import numpy as np
+import pytest
+from matplotlib.text import Text
+
+from muscle_arm import arm
+from small_result import arm_motion, no_parameters, search_result, walk_result
+from warpmuscle.errors import Error
+from warpmuscle.formats import toml
+from warpmuscle.plots import KINDS, Absent, Choices, Subject, draw, plot
+from warpmuscle.records import Result
+from warpmuscle.results import write
+
+SEARCHES = ("convergence", "parameters")
+GAITS = ("angles", "ground_force")
+
+
+@pytest.fixture(scope="module")
+def result() -> Result:
+    """A search with the motion of its best."""
+    return search_result()
+
+
+@pytest.fixture(scope="module")
+def armed() -> Result:
+    """The motion of an arm, which does not walk."""
+    return Result(toml.dumps(arm()), "cpu", "", 0, no_parameters(), replays=(arm_motion(),))
+
+
+def words(figure: object) -> list[str]:
+    """All texts of a figure that are shown."""
+    return [text.get_text() for text in figure.findobj(Text) if text.get_text()]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_kind_is_drawn_for_a_walk_with_units_on_its_axes(kind: str, result):
+    figure = draw(Subject(result), kind)
+    shown = words(figure)
+    labels = [text for axes in figure.axes for text in (axes.get_xlabel(), axes.get_ylabel()) if text]
+    labels += [text for text in (figure.get_supxlabel(), figure.get_supylabel()) if text]
+    plain = {"candidates evaluated", "generation", "part of the maximum"}
+    assert all(re.search(r"\(.+\)", label) for label in labels if label not in plain), labels
+    assert "walk56" in "".join(shown)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_names_beside_the_panels_do_not_overlap(kind: str, result):
+    figure = draw(Subject(result), kind)
+    figure.draw_without_rendering()
+    for axes in figure.axes:
+        boxes = [Text.get_window_extent(text) for text in [*axes.texts, *axes.get_yticklabels()] if text.get_text()]
+        for k, box in enumerate(boxes):
+            others = [other.padded(-1.0) for other in boxes[k + 1 :]]
+            assert not any(box.overlaps(other) for other in others)
+
+
+@pytest.mark.parametrize("kind", [kind for kind in KINDS if kind not in (*SEARCHES, *GAITS)])
+def test_kinds_that_need_no_gait_draw_an_arm(kind: str, armed):
+    assert words(draw(Subject(armed), kind))
+
+
+@pytest.mark.parametrize("kind", GAITS)
+def test_gait_kinds_say_that_an_arm_has_no_legs(kind: str, armed):
+    with pytest.raises(Absent, match="no legs to walk on: there is no body 'lFoot' or 'rFoot'"):
+        draw(Subject(armed), kind)
+
+
+@pytest.mark.parametrize("kind", SEARCHES)
+def test_a_simulation_has_no_search_to_draw(kind: str):
+    with pytest.raises(Absent, match="holds no search"):
+        draw(Subject(walk_result()), kind)
+
+
+def test_a_file_without_a_motion_says_so(result):
+    with pytest.raises(Absent, match="holds no motion"):
+        draw(Subject(dataclasses.replace(result, replays=())), "angles")
+
+
+def test_a_motion_of_another_character_is_refused(result, armed):
+    mixed = dataclasses.replace(result, replays=armed.replays)
+    with pytest.raises(Error, match="motion 0 is of another character than the scene 'walk56'"):
+        draw(Subject(mixed), "joints")
+
+
+def test_choices_that_a_result_does_not_have_are_named_with_those_it_has(result):
+    for choices, message in (
+        (Choices(replay=3), "numbered from 0; none has number 3"),
+        (Choices(start=90.0), "lie within the times wanted"),
+        (Choices(muscles=("lSOl",)), "no muscle is called 'lSOl'; did you mean 'lSOL'"),
+    ):
+        with pytest.raises(Error, match=message):
+            draw(Subject(result, choices), "activation")
+    with pytest.raises(Error, match="no figure is called 'angels'; did you mean 'angles'"):
+        draw(Subject(result), "angels")
+
+
+def test_chosen_muscles_are_shown_as_curves_of_both_sides(result):
+    figure = draw(Subject(result, Choices(muscles=("?SOL", "?TA"))), "activation")
+    assert [axes.get_title(loc="left") for axes in figure.axes] == ["SOL", "TA"]
+    assert len(figure.axes[0].lines) == 2
+
+
+def test_control_shows_the_muscles_that_act_on_the_chosen_joint(result):
+    figure = draw(Subject(result, Choices(joints=("rKnee",))), "control")
+    assert {"rKnee", "rHAM", "rVAS"} <= {axes.get_title(loc="left") for axes in figure.axes}
+
+
+@pytest.mark.parametrize("ending", [".png", ".svg"])
+def test_the_same_result_gives_the_same_bytes(ending: str, tmp_path):
+    for name in ("one", "two"):
+        plot(walk_result(), "angles", tmp_path / f"{name}{ending}")
+    assert (tmp_path / f"one{ending}").read_bytes() == (tmp_path / f"two{ending}").read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("name", "panels"),
+    [("/replay/0/com", 1), ("replay/0/joint_torque", 14), ("/replay/0/muscle_force", 2), ("/evaluations/params", 2)],
+)
+def test_any_dataset_is_drawn_by_its_name(name: str, panels: int, result, tmp_path):
+    write(tmp_path / "a.h5", result)
+    figure = draw(Subject(result, None, tmp_path / "a.h5"), f"dataset:{name}")
+    assert len(figure.axes) == panels
+
+
+def test_datasets_that_cannot_be_drawn_give_one_line_with_those_that_can(result, tmp_path):
+    write(tmp_path / "a.h5", result)
+    for name, message in (
+        ("/replay/0/con", "has no dataset '/replay/0/con'; did you mean '/replay/0/com'"),
+        ("/scene", "/scene is text; there are"),
+        ("/best/cost", "/best/cost is the number"),
+        ("/replay", "/replay is a group"),
+        ("", "has no dataset ''"),
+    ):
+        with pytest.raises(Error, match=message) as caught:
+            draw(Subject(result, None, tmp_path / "a.h5"), f"dataset:{name}")
+        assert "\n" not in str(caught.value)
+        assert "/evaluations/{" in str(caught.value)
+
+
+def test_free_numbers_of_the_scene_have_the_values_of_the_best(result):
+    subject = Subject(result)
+    name = "controller.states.0.time"
+    best = float(result.best.params[result.parameters.name.index(name)])
+    assert float(np.asarray(subject.scene.controller.states[0].time)) == pytest.approx(best)
+    assert msgspec.structs.asdict(subject.scene)["name"] == "walk56"

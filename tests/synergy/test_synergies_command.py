@@ -1,0 +1,82 @@
+"""The command as a user meets it: in a process of its own."""
+
+import subprocess
+import sys
+
+import h5py
+import numpy as np
+import pytest
+from synthetic_emg import raw_emg, write_csv
+
+
+def run(*arguments, folder):
+    """Run `warpmuscle synergies` with these arguments in a folder."""
+    command = [sys.executable, "-c", "from warpmuscle.cli import main; main()", "synergies", *map(str, arguments)]
+    return subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=300)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("synergies")
+    write_csv(folder / "a.csv", raw_emg(4.0, seed=0))
+    write_csv(folder / "b.csv", raw_emg(4.0, seed=1))
+    (folder / "cycles.csv").write_text("start\n0.2\n1.7\n3.2\n")
+    return folder
+
+
+def test_number_is_found_and_file_and_figure_are_written(folder):
+    done = run("a.csv", "b.csv", "-o", "syn.h5", "--plot", "syn.png", "--restarts", 3, folder=folder)
+    assert done.returncode == 0, done.stderr
+    assert "7 channels, 800 samples of 2 recordings" in done.stdout
+    assert "3 synergies account for 0.9" in done.stdout
+    with h5py.File(folder / "syn.h5") as file:
+        assert file["W"].shape == (7, 3)
+        assert file.attrs["command"].startswith("warpmuscle ")
+        assert np.ptp(file["trial"][()]) == 1
+    assert (folder / "syn.png").stat().st_size > 20_000
+
+
+def test_options_reach_the_chain_and_synergies_follow_another_file(folder):
+    assert run("a.csv", "-n", 3, "-o", "first.h5", "--restarts", 2, folder=folder).returncode == 0
+    done = run(
+        "b.csv", "-n", 3, "-o", "second.h5", "--like", "first.h5", "--band", 20, 400, "--low-pass", 8, "--cycles",
+        "cycles.csv", "--points", 50, "--subtract-minimum", "--ecg", "auto", "--restarts", 2, folder=folder,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert "no component holds the heart's signal" in done.stderr
+    assert "cosine" in done.stdout
+    with h5py.File(folder / "second.h5") as file:
+        assert file.attrs["band"].tolist() == [20.0, 400.0]
+        assert (file.attrs["low_pass"], file.attrs["points"]) == (8.0, 50)
+        assert file["C"].shape == (3, 100)
+        assert file["similarity"][()].min() > 0.95
+
+
+def test_same_seed_gives_the_same_file(folder):
+    for name in ("one", "two"):
+        assert run("a.csv", "-n", 2, "-o", f"{name}.h5", "--restarts", 2, folder=folder).returncode == 0
+    with h5py.File(folder / "one.h5") as one, h5py.File(folder / "two.h5") as two:
+        assert np.array_equal(one["C"][()], two["C"][()])
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (("a.csv", "-n", 9), "9 synergies are more than the 7 channels with 400 samples allow"),
+        (("a.csv", "-n", "few"), "a number of synergies is at least 1, or auto or knee, not 'few'"),
+        (("a.csv", "--already-filtered"), "a.csv:2: channel 'FCR': is -0.003839, but an envelope is never negative"),
+        (("a.csv", "--band", 10, 700), "a band up to 700 Hz needs a sampling rate above 1400 1/s"),
+        (("none.csv",), "none.csv: there is no such file"),
+        (("a.csv", "--channels", "BIC,XYZ"), "a.csv: no channel is called 'XYZ'"),
+        (("a.csv", "-o", "nowhere/syn.h5"), "its folder does not exist"),
+        (("a.csv", "--like", "a.csv", "-n", 2), "a.csv: not an HDF5 file, or damaged"),
+        (("a.csv", "--vaf", 2), "a VAF to reach must be from 0 to 1, not 2"),
+    ],
+)
+def test_errors_are_one_line_and_nothing_is_written(folder, arguments, says):
+    before = sorted(folder.iterdir())
+    done = run(*arguments, folder=folder)
+    assert done.returncode == 2
+    assert says in done.stderr
+    assert len(done.stderr.strip().splitlines()) == 1
+    assert sorted(folder.iterdir()) == before

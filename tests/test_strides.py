@@ -1,0 +1,58 @@
+"""Gait cycles are found where feet touch down, and curves over them are what they were over time."""
+
+import numpy as np
+import pytest
+
+from small_result import walk_result, walk_scene, with_arrays
+from warpmuscle.errors import Error
+from warpmuscle.norms import NORMS
+from warpmuscle.strides import PERCENT, leg_angles, over_strides, steady_strides, strides, touch_downs
+
+
+def test_strides_begin_where_the_stance_changes_to_that_side():
+    motion = walk_result().replays[0]
+    np.testing.assert_allclose(touch_downs(motion, "left"), [1.0, 2.0, 3.0, 4.0], atol=1e-9)
+    np.testing.assert_allclose(touch_downs(motion, "right"), [0.5, 1.5, 2.5, 3.5], atol=1e-9)
+    assert strides(motion, "left", 1.5) == [(2.0, 3.0), (3.0, 4.0)]
+
+
+def test_without_a_stance_touch_downs_follow_from_the_forces_and_short_lifts_do_not_count():
+    motion = walk_result().replays[0]
+    force = np.zeros((len(motion.time), 3))
+    force[(motion.time > 0.5) & (motion.time < 1.2), 1] = 700.0
+    force[(motion.time > 0.8) & (motion.time < 0.83), 1] = 0.0
+    force[motion.time > 2.0, 1] = 700.0
+    walked = with_arrays(motion, stance=0 * motion.stance, foot_force_left=force)
+    np.testing.assert_allclose(touch_downs(walked, "left"), [0.51, 2.01], atol=1e-9)
+
+
+def test_curves_over_strides_follow_the_motion():
+    time = np.linspace(0.0, 4.0, 401)
+    values = np.stack([np.sin(2.0 * np.pi * time), time], axis=1)
+    curves = over_strides(time, values, [(1.0, 2.0), (2.0, 4.0)])
+    assert curves.shape == (2, 101, 2)
+    np.testing.assert_allclose(curves[0, :, 0], np.sin(2.0 * np.pi * PERCENT / 100.0), atol=1e-9)
+    np.testing.assert_allclose(curves[1, :, 1], 2.0 + PERCENT / 50.0, atol=1e-9)
+
+
+def test_leg_angles_are_flexion_in_degrees():
+    motion, scene = walk_result().replays[0], walk_scene()
+    angles = leg_angles(motion, scene)
+    expected = -np.degrees(0.3 * np.sin(2.0 * np.pi * motion.time))
+    np.testing.assert_allclose(angles["Hip flexion"]["left"], expected, atol=1e-6)
+    np.testing.assert_allclose(angles["Hip flexion"]["right"], -expected, atol=1e-6)
+
+
+def test_a_motion_of_less_than_a_cycle_says_so():
+    motion = walk_result().replays[0].window(0.0, 1.6)
+    with pytest.raises(Error, match="no whole gait cycle: the left foot lands less than twice"):
+        steady_strides(motion, walk_scene())
+
+
+@pytest.mark.parametrize("name", NORMS)
+def test_norms_go_through_their_key_points_and_close_the_cycle(name: str):
+    norm = NORMS[name]
+    at, value = np.array(norm.points).T
+    np.testing.assert_allclose(norm.mean(at), value, atol=1e-12)
+    assert norm.mean(np.array([0.0]))[0] == pytest.approx(norm.mean(np.array([100.0]))[0])
+    assert np.all(np.diff(at) > 0.0)

@@ -1,0 +1,128 @@
+"""Films: frames show the whole character, repeat without a jump, and become files of the right length."""
+
+import builtins
+import dataclasses
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from muscle_arm import arm
+from small_result import arm_motion, walk_result, walk_scene
+from warpmuscle.errors import Error
+from warpmuscle.video import Film, Look, make_film, write
+from warpmuscle.video.camera import camera_on
+from warpmuscle.video.painter import Painter
+from warpmuscle.video.solids import outlines
+
+SMALL = {"width": 160, "height": 120}
+
+
+@pytest.fixture(scope="module")
+def film() -> Film:
+    """A second of a walk at ten frames a second."""
+    motion = walk_result().replays[0].window(1.0, 2.0)
+    return make_film(motion, walk_scene(), Look(**SMALL, rate=10.0))
+
+
+def test_every_point_lies_within_the_picture(film):
+    for k in range(len(film.time)):
+        points = np.concatenate([film.capsule_ends[k].reshape(-1, 3), film.muscle_points[k]])
+        flat, depth = film.camera.project(points, film.followed[k])
+        assert np.all(np.abs(flat) <= [160.0 / 120.0, 1.0])
+        assert np.all(depth > 0.0)
+
+
+def test_seen_from_the_right_forwards_is_to_the_right_and_up_is_up():
+    box = np.array([[-1.0, 0.0, -1.0], [1.0, 2.0, 1.0]])
+    camera = camera_on(box, 0.0, 0.0, 1.5)
+    flat, _ = camera.project(np.array([[0.0, 1.0, 1.0], [0.0, 2.0, 0.0]]), np.zeros(3))
+    assert flat[0, 0] > 0.1
+    assert flat[0, 1] == pytest.approx(0.0, abs=1e-12)
+    assert flat[1, 1] > 0.1
+    assert camera.forward == pytest.approx([1.0, 0.0, 0.0])
+
+
+def test_frames_change_as_the_character_moves_and_muscles_have_their_colours(film):
+    painter = Painter(film)
+    first, later = painter.frame(0), painter.frame(5)
+    assert first.shape == (120, 160, 3)
+    assert np.mean(np.any(first != later, axis=-1)) > 0.01
+    np.testing.assert_array_equal(painter.frame(0), first)
+
+
+def test_a_film_of_whole_strides_ends_as_it_begins():
+    film = make_film(walk_result().replays[0], walk_scene(), Look(**SMALL, strides=2))
+    step = film.time[1] - film.time[0]
+    assert len(film.time) == 60
+    assert film.time[-1] + step == pytest.approx(film.time[0] + 2.0)
+    advance = film.followed[-1] - film.followed[0] + (film.followed[1] - film.followed[0])
+    assert advance[2] / (2.0 * film.tile) == pytest.approx(round(advance[2] / (2.0 * film.tile)))
+    ends = film.capsule_ends - film.followed[:, None, None]
+    moves = np.abs(np.diff(ends, axis=0)).max()
+    assert np.abs(ends[-1] - ends[0]).max() <= 1.5 * moves
+
+
+@pytest.mark.parametrize("ending", [".mp4", ".gif", ".webp"])
+def test_files_hold_all_frames_at_their_rate(ending: str, film, tmp_path):
+    path = tmp_path / f"walk{ending}"
+    told = []
+    write(film, path, lambda done, total: told.append((done, total)))
+    assert told[-1] == (10, 10)
+    assert [file.name for file in tmp_path.iterdir()] == [path.name]
+    if ending == ".mp4":
+        ffmpeg = pytest.importorskip("imageio_ffmpeg")
+        assert ffmpeg.count_frames_and_secs(str(path)) == (10, pytest.approx(1.0))
+        return
+    with Image.open(path) as image:
+        assert (image.n_frames, image.size) == (10, (160, 120))
+        assert image.info.get("duration", 100) == 100
+
+
+def test_a_fixed_arm_is_filmed_too(tmp_path):
+    film = make_film(arm_motion(), arm(), Look(**SMALL))
+    assert Painter(film).frame(0).std() > 1.0
+    with pytest.raises(Error, match="no legs to walk on"):
+        make_film(arm_motion(), arm(), Look(**SMALL, strides=1))
+
+
+def test_muscles_without_a_path_are_left_out(film):
+    pathless = dataclasses.replace(film, muscle_points=film.muscle_points[:, :0], muscle_start=0 * film.muscle_start)
+    assert np.any(Painter(pathless).frame(0) != Painter(film).frame(0))
+
+
+def test_impossible_wishes_are_refused(film, tmp_path, monkeypatch):
+    motion, scene = walk_result().replays[0], walk_scene()
+    for wish, message in (
+        ({"width": 161}, "even numbers of pixels"),
+        ({"rate": 0.0}, "1 to 240 are possible"),
+        ({"speed": float("nan")}, "0.001 to 100 are possible"),
+        ({"elevation": 90.0}, "-89 to 89 are possible"),
+        ({"strides": 40}, "40 gait cycles were asked for"),
+    ):
+        with pytest.raises(Error, match=message):
+            make_film(motion, scene, Look(**(SMALL | wish)))
+    with pytest.raises(Error, match="at least two frames"):
+        make_film(motion.window(0.0, 0.001), scene)
+    with pytest.raises(Error, match=r"a film is written as \.mp4, \.gif, \.webp"):
+        write(film, tmp_path / "walk.avi")
+    with pytest.raises(Error, match="its folder does not exist"):
+        write(film, tmp_path / "nowhere" / "walk.gif")
+    original = builtins.__import__
+
+    def without_ffmpeg(name: str, *rest: object) -> object:
+        if name.startswith("imageio"):
+            raise ImportError(name)
+        return original(name, *rest)
+
+    monkeypatch.setattr(builtins, "__import__", without_ffmpeg)
+    with pytest.raises(Error, match=r"pip install 'warpmuscle\[video\]'"):
+        write(film, tmp_path / "walk.mp4")
+
+
+def test_outlines_are_as_wide_as_their_circles_and_hold_both():
+    ends, radius = np.array([[[0.0, 0.0], [3.0, 0.0]], [[1.0, 1.0], [1.0, 1.0]]]), np.array([[1.0, 0.5], [2.0, 2.0]])
+    capsule, ball = outlines(ends, radius)
+    assert capsule[:, 0].min() == pytest.approx(-1.0, abs=0.05)
+    assert capsule[:, 0].max() == pytest.approx(3.5, abs=0.05)
+    np.testing.assert_allclose(np.linalg.norm(ball - 1.0, axis=1), 2.0)

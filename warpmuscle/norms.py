@@ -1,0 +1,64 @@
+"""Norm bands of adult human walking at a comfortable speed, to see a simulated gait beside.
+
+Between key points, the extremes of a norm's mean curve, a band follows smooth steps; it is as exact as they are.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from warpmuscle.recording import Floats
+
+SOURCE = "norm curves in SCONE Studio"
+
+
+@dataclass(frozen=True)
+class Norm:
+    """Mean and half-width of a quantity over the gait cycle, from the touch-down of a foot to its next."""
+
+    points: tuple[tuple[float, float], ...]  # percent of the cycle and mean, in order
+    half_band: float
+    unit: str
+    periodic: bool = True  # the last point leads on to the first; else the mean is 0 before and after
+
+    def mean(self, percent: Floats) -> Floats:
+        """Mean at these percents, of the same shape."""
+        at, value = np.array(self.points).T
+        if self.periodic:
+            at = np.concatenate([[at[-1] - 100.0], at, [at[0] + 100.0]])
+            value = np.concatenate([value[-1:], value, value[:1]])
+        after = np.clip(np.searchsorted(at, percent), 1, len(at) - 1)
+        part = np.clip((percent - at[after - 1]) / (at[after] - at[after - 1]), 0.0, 1.0)
+        smooth = part * part * (3.0 - 2.0 * part)  # level at both ends, as at an extreme
+        return np.asarray((1.0 - smooth) * value[after - 1] + smooth * value[after])
+
+
+NORMS = {
+    "Hip flexion": Norm(((1.0, 33.0), (52.0, -8.3), (87.0, 33.7)), 8.4, "deg"),
+    "Knee flexion": Norm(((12.0, 19.4), (39.0, 7.2), (72.0, 63.4), (97.0, 3.8)), 5.3, "deg"),
+    "Ankle dorsiflexion": Norm(((5.0, -6.5), (43.0, 12.5), (64.0, -19.9), (85.0, 2.7)), 3.9, "deg"),
+    "Vertical ground force": Norm(
+        ((0.0, 0.0), (15.0, 1.05), (31.0, 0.80), (49.0, 1.14), (64.0, 0.0)), 0.06, "body weights", periodic=False
+    ),
+}
+
+
+@dataclass(frozen=True)
+class Reference:
+    """Means of a measure of human walking, from the least to the greatest of the groups measured."""
+
+    low: float
+    high: float
+    source: str
+
+
+_MURRAY = "Murray et al. 1964, 1970"
+REFERENCES = {
+    "speed": Reference(1.27, 1.46, "Bohannon 1997"),
+    "step length": Reference(0.66, 0.79, _MURRAY),
+    "step width": Reference(0.071, 0.081, _MURRAY),
+    "cadence": Reference(117.0, 117.0, _MURRAY),
+    "cost of transport": Reference(3.05, 3.51, "PLOS ONE 0168070, 0138154"),
+}

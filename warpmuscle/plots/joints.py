@@ -1,0 +1,75 @@
+"""Joint angles over time, of any character."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from warpmuscle.formats.sto import coordinates
+from warpmuscle.plots.pairs import pairs
+from warpmuscle.plots.style import GRAY, PALETTE, grid, heading
+from warpmuscle.plots.subject import Absent, Subject
+from warpmuscle.recording import Floats, Recording
+from warpmuscle.scene import Scene
+
+_AXES = {"x": "x", "y": "y", "z": "z", "a": "first axis", "b": "second axis", "": "angle"}
+_COLORS = dict(zip(_AXES.values(), (*PALETTE[:3], *PALETTE[:2], PALETTE[0]), strict=True))
+_LEGEND = {"x, first or only axis": PALETTE[0], "y, second axis": PALETTE[1], "z": PALETTE[2]}
+_STRIDES = 3  # that are shown unless a time is chosen
+
+
+def draw(subject: Subject) -> Any:
+    """A panel a joint, left and right in the same one."""
+    recording, scene = _shown(subject), subject.scene
+    moving = [name for name in recording.joint_names if scene.character.joints[name].type != "fixed"]
+    if not moving:
+        raise Absent(f"{subject.source}: no joint of {scene.name} moves")
+    rows = pairs(subject.chosen("joint", moving, subject.choices.joints))
+    columns = len(rows) if len(rows) <= 3 else min(4, (len(rows) + 1) // 2)
+    figure, panels = grid(len(rows), columns, 1.9, sharex=True)
+    used: set[str] = set()
+    for axes, row in zip(panels, rows, strict=True):
+        for name, line in ((row.left, "-"), (row.right, "--")) if row.left != row.right else ((row.left, "-"),):
+            for number, (label, angle) in enumerate(joint_curves(recording, scene, name)):
+                axes.plot(recording.time, angle, line, color=_COLORS[label], lw=1.4 - 0.2 * number)
+                used.add(_COLORS[label])
+        axes.axhline(0.0, color=GRAY, lw=0.6, zorder=0)
+        axes.set(title=row.label, ylabel="angle (deg)")
+        axes.margins(x=0.0)
+    for axes in panels[-columns:]:
+        axes.set_xlabel("time (s)")
+        axes.tick_params(labelbottom=True)
+    _legend(figure, panels[0], used, any(row.left != row.right for row in rows))
+    heading(
+        figure, f"{scene.name}: joint angles over time", "child relative to parent; of a ball joint turns about x, y, z"
+    )
+    return figure
+
+
+def _legend(figure: Any, axes: Any, used: set[str], paired: bool) -> None:
+    for label, color in ((label, color) for label, color in _LEGEND.items() if color in used):
+        axes.plot([], [], color=color, label=label)
+    for line, side in (("-", "left"), ("--", "right")) if paired else ():
+        axes.plot([], [], line, color=PALETTE[6], label=side)
+    handles = axes.get_legend_handles_labels()
+    figure.legend(*handles, loc="outside lower center", ncols=len(handles[1]))
+
+
+def _shown(subject: Subject) -> Recording:
+    """The last strides of a walk, unless a time was chosen."""
+    if subject.choices.timed or not subject.walks:
+        return subject.recording
+    cycles = subject.strides["left"][-_STRIDES:]
+    return subject.recording.window(cycles[0][0], cycles[-1][1])
+
+
+def joint_curves(recording: Recording, scene: Scene, joint: str) -> list[tuple[str, Floats]]:
+    """Angles (F,) of a joint, degrees, with the names of their axes; turns about x, then y, then z of a ball joint."""
+    names, values = coordinates(recording, scene)
+    found: list[tuple[str, Floats]] = []
+    for k, name in enumerate(names):
+        base, _, axis = name.rpartition("_")
+        if name == joint or (base == joint and axis in _AXES):
+            found.append((_AXES["" if name == joint else axis], np.asarray(values[:, k])))
+    return found

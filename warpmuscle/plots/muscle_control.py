@@ -1,0 +1,99 @@
+"""What a joint's controller asks for, and what its muscles make of it (Bergmann 2017, figs 14-15)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from warpmuscle.figure import leg
+from warpmuscle.plots.joints import joint_curves
+from warpmuscle.plots.style import GRAY, PALETTE, grid, heading
+from warpmuscle.plots.subject import Absent, Subject
+from warpmuscle.recording import Recording
+
+_MOST = 12  # muscles
+_AXIS_COLORS = (PALETTE[0], PALETTE[1], PALETTE[2])
+
+
+def draw(subject: Subject) -> Any:
+    """Angles and torques of one joint, and of each of its muscles desired force, excitation and activation.
+
+    Without a choice the joint is the lowest of the left leg that muscles act on, and the time the last stride.
+    """
+    crossed = _crossed(subject)
+    joint = _joint(subject, crossed)
+    muscles = subject.chosen("muscle", crossed[joint], subject.choices.muscles)[:_MOST]
+    recording = _shown(subject)
+    figure, panels = grid(2 + len(muscles), 3 if len(muscles) > 2 else 2, 1.75, sharex=True)
+    for (name, angle), color in zip(joint_curves(recording, subject.scene, joint), _AXIS_COLORS, strict=False):
+        panels[0].plot(recording.time, angle, color=color, label=name)
+    panels[0].set(title=joint, ylabel="angle (deg)")
+    _torques(panels[1], recording, joint)
+    for axes, name in zip(panels[2:], muscles, strict=True):
+        k = recording.muscle_names.index(name)
+        f_max = float(np.asarray(subject.scene.character.muscles[name].f_max))
+        desired = np.clip(recording.muscle_desired_force[:, k] / f_max, 0.0, 1.0)
+        axes.plot(recording.time, desired, ":", color=PALETTE[6], label="desired force / f_max")
+        axes.plot(recording.time, recording.muscle_excitation[:, k], color=PALETTE[1], label="excitation")
+        axes.plot(recording.time, recording.muscle_activation[:, k], color=PALETTE[0], label="activation")
+        axes.set(title=name, ylabel="part of the maximum")
+        axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))
+    for axes in panels[-3 if len(muscles) > 2 else -2 :]:
+        axes.set_xlabel("time (s)")
+        axes.tick_params(labelbottom=True)
+    for axes in panels[:2]:
+        axes.axhline(0.0, color=GRAY, lw=0.6, zorder=0)
+        axes.legend(fontsize=7.0, handlelength=1.0, labelspacing=0.2)
+    if muscles:
+        figure.legend(*panels[2].get_legend_handles_labels(), loc="outside lower center", ncols=3)
+    heading(figure, f"{subject.scene.name}: {joint}, from the desired torque to activation", _note(recording, muscles))
+    return figure
+
+
+def _note(recording: Recording, muscles: list[str]) -> str:
+    return f"{recording.time[0]:.2f} to {recording.time[-1]:.2f} s; {len(muscles)} muscles act on the joint"
+
+
+def _torques(axes: Any, recording: Recording, joint: str) -> None:
+    """Wanted torque as lines, the torque that acts as thin ones."""
+    k = recording.joint_names.index(joint)
+    for axis, color in zip(range(3), _AXIS_COLORS, strict=True):
+        axes.plot(
+            recording.time, recording.joint_torque_desired[:, k, axis], color=color, label=f"{'xyz'[axis]} desired"
+        )
+        axes.plot(recording.time, recording.joint_torque[:, k, axis], "--", color=color, lw=0.8)
+    axes.plot([], [], "--", color=GRAY, lw=0.8, label="applied")
+    axes.set(title="Torque on the parent, world", ylabel="torque (N m)")
+
+
+def _crossed(subject: Subject) -> dict[str, list[str]]:
+    """Muscles of the motion by the joints that they act on; joints without any are left out."""
+    from warpmuscle.paths import joints_of_muscles  # Warp takes a while to import
+    from warpmuscle.topology import topology
+
+    recording, character = subject.recording, subject.scene.character
+    if not recording.muscle_names:
+        raise Absent(f"{subject.source}: the motion of {subject.scene.name} has no muscles")
+    found: dict[str, list[str]] = {name: [] for name in recording.joint_names}
+    for muscle, joints in joints_of_muscles(character, topology(character)).items():
+        for joint in joints if muscle in recording.muscle_names else ():
+            found[joint].append(muscle)
+    return {joint: muscles for joint, muscles in found.items() if muscles}
+
+
+def _joint(subject: Subject, crossed: dict[str, list[str]]) -> str:
+    if not crossed:
+        raise Absent(f"{subject.source}: no muscle of {subject.scene.name} acts on a joint")
+    if subject.choices.joints:
+        return subject.chosen("joint that muscles act on", list(crossed), subject.choices.joints)[0]
+    controller = subject.scene.controller
+    chain = leg(subject.scene.character, controller.feet[0]) if controller is not None else []
+    return next((joint for joint in reversed(chain) if joint in crossed), next(iter(crossed)))
+
+
+def _shown(subject: Subject) -> Recording:
+    """The last stride, unless a time was chosen or there is none."""
+    if subject.choices.timed or not subject.walks:
+        return subject.recording
+    return subject.recording.window(*subject.strides["left"][-1])

@@ -1,0 +1,152 @@
+"""What a figure is drawn from: a result, which of its motions, and what of that is wanted."""
+
+from __future__ import annotations
+
+import fnmatch
+from collections.abc import Container, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from warpmuscle.checks import near
+from warpmuscle.errors import Error
+from warpmuscle.formats import toml
+from warpmuscle.gait import Gait, measure
+from warpmuscle.parameters import start_values, substitute
+from warpmuscle.recording import Recording
+from warpmuscle.records import Result
+from warpmuscle.scene import Scene
+from warpmuscle.stage_scene import stage_scene
+from warpmuscle.strides import Strides, feet_of, steady_strides
+
+
+class Absent(Error):
+    """A result does not hold what a kind of figure shows."""
+
+
+@dataclass(frozen=True)
+class Choices:
+    """What is wanted of a result."""
+
+    replay: int = 0  # number of the motion
+    start: float = -np.inf  # s, of the part of the motion that counts
+    end: float = np.inf  # s
+    joints: tuple[str, ...] = ()  # names or patterns such as `l*`; all if empty
+    muscles: tuple[str, ...] = ()  # the same
+    norms: bool = True  # whether norms of human walking are drawn
+
+    @classmethod
+    def between(cls, replay: int, start: float | None, end: float | None, **further: Any) -> Choices:
+        """A part of a motion from `start` to `end`, s, to which None sets no bound."""
+        return cls(replay, -np.inf if start is None else start, np.inf if end is None else end, **further)
+
+    @property
+    def timed(self) -> bool:
+        """Whether a part of the motion was chosen."""
+        return bool(np.isfinite(self.start) or np.isfinite(self.end))
+
+
+class Subject:
+    """A result to draw, read as far as a figure asks for it."""
+
+    def __init__(
+        self, result: Result, choices: Choices | None = None, path: Path | None = None, run: str | None = None
+    ):
+        """Hold a result, the file that it is from, if any, and which run of it."""
+        self.result, self.choices, self.path, self.run = result, choices or Choices(), path, run
+
+    @property
+    def source(self) -> str:
+        """How errors call the result."""
+        return str(self.path) if self.path is not None else "this result"
+
+    @cached_property
+    def scene(self) -> Scene:
+        """The scene without free parameters, with the values that the motion was made with."""
+        scene, best = toml.loads(self.result.scene), self.result.best
+        if best is not None and self.result.evaluations is not None:
+            stage = int(self.result.evaluations.stage[best.index])
+            scene = stage_scene(scene, stage, np.asarray(best.params, dtype=np.float64))
+        return substitute(scene, start_values(scene))
+
+    @cached_property
+    def recording(self) -> Recording:
+        """The chosen part of the chosen motion, at least two frames.
+
+        Raises:
+            Error: there is no such motion, or too little of it between the times wanted.
+        """
+        replays, wanted = self.result.replays, self.choices.replay
+        if not replays:
+            raise Absent(f"{self.source} holds no motion; `simulate -o` and `optimize -o` write files that do")
+        if not 0 <= wanted < len(replays):
+            raise Error(f"{self.source} has {len(replays)} motions, numbered from 0; none has number {wanted}")
+        motion, character = replays[wanted], self.scene.character
+        known: dict[str, Container[str]] = {
+            "joint": character.joints,
+            "body": character.bodies,
+            "muscle": character.muscles,
+        }
+        if any(name not in part for what, part in known.items() for name in getattr(motion, f"{what}_names")):
+            raise Error(f"{self.source}: motion {wanted} is of another character than the scene {self.scene.name!r}")
+        part = motion.window(self.choices.start, self.choices.end)
+        if part.frames < 2:
+            span = f", {motion.time[0]:.4g} to {motion.time[-1]:.4g} s" if motion.frames else ""
+            raise Error(
+                f"{self.source}: {part.frames} frames of motion {wanted} ({motion.frames} frames{span}) lie within the "
+                "times wanted; a figure needs two"
+            )
+        return part
+
+    @cached_property
+    def gait(self) -> Gait | None:
+        """Measures of the walk; None for a character without legs or controller."""
+        if self.scene.controller is None or any(foot not in self.recording.body_names for foot in self._feet):
+            return None
+        return measure(self.recording, *self._feet)
+
+    @property
+    def _feet(self) -> tuple[str, str]:
+        return self.scene.controller.feet if self.scene.controller is not None else ("lFoot", "rFoot")
+
+    @cached_property
+    def strides(self) -> dict[str, Strides]:
+        """Gait cycles of the steady part of the motion, by side; raises Absent where there are none."""
+        recording = self.recording
+        try:
+            feet_of(self.scene)
+            return steady_strides(recording, self.scene)
+        except Error as error:
+            raise Absent(f"{self.source}: {error}") from None
+
+    @property
+    def walks(self) -> bool:
+        """Whether the motion has whole gait cycles."""
+        try:
+            return bool(self.strides)
+        except Error:
+            return False
+
+    def chosen(self, what: str, names: Sequence[str], patterns: Sequence[str]) -> list[str]:
+        """Those of the names that a pattern matches, all without patterns.
+
+        Raises:
+            Error: a pattern matches none.
+        """
+        for pattern in patterns:
+            if not fnmatch.filter(names, pattern):
+                listed = ", ".join(names) or "none"
+                raise Error(f"{self.source}: no {what} is called {pattern!r}{near(pattern, names)}; there are {listed}")
+        return [name for name in names if not patterns or any(fnmatch.fnmatchcase(name, p) for p in patterns)]
+
+    def about_strides(self) -> str:
+        """What the gait cycles of a figure are, as words."""
+        counts = sorted({len(cycles) for cycles in self.strides.values()})
+        count = " or ".join(map(str, counts))
+        begin = min(cycles[0][0] for cycles in self.strides.values())
+        end = max(cycles[-1][1] for cycles in self.strides.values())
+        cycles = f"mean and standard deviation of {count} gait cycles" if counts[-1] > 1 else "1 gait cycle"
+        return f"{cycles} of each leg, {begin:.1f} to {end:.1f} s"

@@ -1,0 +1,81 @@
+"""Analog channels of C3D files, read by the package `ezc3d` in a process of its own.
+
+The library trusts the sizes that a file gives, so that a damaged file may end its process; hence the other one. And it
+reads a truncated file as a short one; hence what it read is compared with the number of frames in the file's header.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import io
+import struct
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+
+from warpmuscle.errors import SignalError
+from warpmuscle.synergy.signals import Floats
+
+BLOCK = 512  # bytes
+MIPS = 86  # processor type of files with the most significant byte first
+MOST_FRAMES = 65535  # that the header can tell
+PATIENCE = 300.0  # s
+_READ = """
+import sys, ezc3d, numpy
+c3d = ezc3d.c3d(sys.argv[1])
+data, analog = c3d["data"], c3d["parameters"]["ANALOG"]
+labels = []
+for key in ["LABELS", *(f"LABELS{k}" for k in range(2, 99))]:
+    labels += list(analog[key]["value"]) if key in analog else []
+values, rate = data["analogs"][0], float(analog["RATE"]["value"][0])
+numpy.savez(sys.stdout.buffer, values=values, names=numpy.array(labels, str), rate=rate)
+"""
+
+
+def read_c3d(path: Path) -> tuple[tuple[str, ...], float, Floats]:
+    """Names (C,), sampling rate, 1/s, and values (T, C) of the analog channels.
+
+    Raises:
+        SignalError: ezc3d is not installed, or the file cannot be read, is no C3D file, damaged or truncated.
+    """
+    if importlib.util.find_spec("ezc3d") is None:
+        raise SignalError("C3D files need ezc3d: pip install 'warpmuscle[c3d]'", file=path)
+    frames, samples = _header(path)
+    try:
+        done = subprocess.run([sys.executable, "-c", _READ, str(path)], capture_output=True, timeout=PATIENCE)
+    except subprocess.TimeoutExpired:
+        raise SignalError(f"cannot be read as C3D within {PATIENCE:g} s; it may be damaged", file=path) from None
+    if done.returncode != 0:
+        raise SignalError("cannot be read as C3D; it is damaged, or holds no analog channels", file=path)
+    with np.load(io.BytesIO(done.stdout)) as arrays:
+        content = {name: arrays[name] for name in arrays.files}
+    values = np.asarray(content["values"], np.float64).T
+    names = tuple(str(name).strip() for name in content["names"])
+    if not values.shape[1] or len(names) != values.shape[1]:
+        raise SignalError(f"holds {values.shape[1]} analog channels with {len(names)} names", file=path)
+    if samples > 0 and frames < MOST_FRAMES and len(values) < frames * samples:
+        raise SignalError(f"is truncated: holds {len(values) // samples} of {frames} frames", file=path)
+    return names, float(content["rate"]), values
+
+
+def _header(path: Path) -> tuple[int, int]:
+    """Frames of the file, and samples of each analog channel in a frame; raises SignalError if it is no C3D file."""
+    try:
+        with path.open("rb") as file:
+            begin = file.read(BLOCK)
+            file.seek(BLOCK * (max(begin[0], 1) - 1) if begin else 0)
+            parameters = file.read(4)
+    except FileNotFoundError:
+        raise SignalError("there is no such file", file=path) from None
+    except OSError as error:
+        raise SignalError(f"cannot be read: {error.strerror or error}", file=path) from None
+    if not begin:
+        raise SignalError("is empty", file=path)
+    if len(begin) < BLOCK or begin[1] != 0x50 or len(parameters) < 4:
+        raise SignalError("is not a C3D file", file=path)
+    order = ">" if parameters[3] == MIPS else "<"
+    first, last = struct.unpack_from(f"{order}HH", begin, 6)
+    (samples,) = struct.unpack_from(f"{order}H", begin, 18)
+    return last - first + 1, samples

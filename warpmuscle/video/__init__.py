@@ -1,0 +1,8 @@
+"""Motions as moving pictures, drawn without a screen; needs the extra `video` of the package."""
+
+from __future__ import annotations
+
+from warpmuscle.video.files import ENDINGS, check_film, write
+from warpmuscle.video.film import Film, Look, make_film
+
+__all__ = ["ENDINGS", "Film", "Look", "check_film", "make_film", "write"]

@@ -1,0 +1,175 @@
+"""A motion prepared for a film: what is where at each of its moments, and the camera that follows."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warpmuscle.errors import Error
+from warpmuscle.parameters import start_values, substitute
+from warpmuscle.recording import Floats, Recording
+from warpmuscle.scene import Scene
+from warpmuscle.strides import body_weight, steady_strides
+from warpmuscle.video.camera import Camera, camera_on
+from warpmuscle.video.solids import Boxes, Capsules, in_world, solids
+from warpmuscle.view.track import Track, track_of
+
+TILE = 0.5  # m, of the ground
+_SMOOTH = 1.2  # s over which the camera evens out what it follows
+_FORCE_LENGTH = 0.55  # m that a force of one body weight is drawn as
+_WITHIN = 64  # moments that the camera's distance is chosen from
+
+
+@dataclass(frozen=True)
+class Look:
+    """How a film looks.
+
+    Attributes:
+        width, height: px, even numbers. rate: frames a second.
+        azimuth: deg, from where the camera looks: 0 from the right side, 90 from the front.
+        elevation: deg, from above.
+        speed: of the motion in the film; 0.25 is four times slower.
+        strides: so many last gait cycles as a film that can be repeated without a jump; 0: the whole motion.
+        forces: whether ground forces are drawn. caption: whether name, time and colours are written.
+    """
+
+    width: int = 1280
+    height: int = 720
+    rate: float = 30.0
+    azimuth: float = 20.0
+    elevation: float = 6.0
+    speed: float = 1.0
+    strides: int = 0
+    forces: bool = True
+    caption: bool = True
+
+
+@dataclass(frozen=True)
+class Film:
+    """What is drawn, over F frames; places are m, world."""
+
+    name: str
+    look: Look
+    time: Floats  # (F,) s, of the motion
+    followed: Floats  # (F, 3)
+    camera: Camera
+    tile: float  # m
+    ground: float  # m, height
+    capsules: Capsules
+    capsule_ends: Floats  # (F, C, 2, 3)
+    boxes: Boxes
+    box_corners: Floats  # (F, B, 8, 3)
+    muscle_points: Floats  # (F, P, 3)
+    muscle_start: NDArray[np.int64]  # (M + 1,) points of muscle m are start[m]..start[m + 1] - 1
+    activation: Floats  # (F, M) 0..1
+    load: Floats  # (F, M) 0..1, how thick
+    force_from: Floats  # (F, 2, 3) where ground forces act
+    force_to: Floats  # (F, 2, 3) tips of their arrows
+
+
+def make_film(recording: Recording, scene: Scene, look: Look | None = None) -> Film:
+    """Prepare the film of a motion.
+
+    Args:
+        recording: at least two frames. scene: that made it; free parameters count with their start values.
+
+    Raises:
+        Error: too short a motion, one of another character, or no gait cycles where some are asked for.
+    """
+    look = look or Look()
+    _check(look)
+    if recording.frames < 2:
+        raise Error("a film needs a motion of at least two frames")
+    scene = substitute(scene, start_values(scene))
+    track = track_of(recording, scene)
+    start, end = float(recording.time[0]), float(recording.time[-1])
+    if look.strides:
+        cycles = steady_strides(recording, scene)["left"]
+        if len(cycles) < look.strides:
+            raise Error(f"{scene.name}: {look.strides} gait cycles were asked for, the steady walk has {len(cycles)}")
+        start, end = cycles[-look.strides][0], cycles[-1][1]
+    frames = max(2, round((end - start) / look.speed * look.rate))
+    moments = start + np.arange(frames) * (end - start) / frames  # of a film that repeats, the last is not the first
+    return _film(track, scene, look, moments, (start, end))
+
+
+def _check(look: Look) -> None:
+    if look.width % 2 or look.height % 2 or not (64 <= look.width <= 7680 and 64 <= look.height <= 4320):
+        raise Error(f"a film cannot be {look.width} x {look.height}: even numbers of pixels, 64 to 7680 x 4320")
+    if not 1.0 <= look.rate <= 240.0:
+        raise Error(f"a film cannot have {look.rate:g} frames a second; 1 to 240 are possible")
+    if not 0.001 <= look.speed <= 100.0:
+        raise Error(f"a film cannot run at {look.speed:g} times the speed of the motion; 0.001 to 100 are possible")
+    if not -89.0 <= look.elevation <= 89.0 or not np.isfinite(look.azimuth):
+        raise Error(f"the camera cannot look from {look.elevation:g} degrees above; -89 to 89 are possible")
+
+
+def _film(track: Track, scene: Scene, look: Look, moments: Floats, span: tuple[float, float]) -> Film:
+    recording = track.recording
+    time = recording.time.astype(float)
+    capsules, boxes = solids(scene.character, recording.body_names)
+    ends = in_world(recording, capsules.body, capsules.ends)
+    corners = in_world(recording, boxes.body, boxes.corners)
+    force = track.foot_force * (_FORCE_LENGTH / body_weight(scene)) * look.forces
+    followed, tile = _followed(recording, span if look.strides else None)
+    everything = np.concatenate([part.reshape(len(time), -1, 3) for part in (ends, corners, track.muscle_points())], 1)
+    shown = (time >= span[0]) & (time <= span[1])
+    seen = (everything - followed[:, None])[shown]
+    seen = seen[:: max(1, len(seen) // _WITHIN)].reshape(-1, 3)
+    margin = float(np.max(capsules.radius, initial=0.02))
+    box = np.stack([seen.min(axis=0) - margin, seen.max(axis=0) + margin])
+    corners_of_all = np.stack(np.meshgrid(*box.T, indexing="ij"), axis=-1).reshape(-1, 3)
+    camera = camera_on(corners_of_all, np.radians(look.azimuth), np.radians(look.elevation), look.width / look.height)
+    return Film(
+        name=scene.name,
+        look=look,
+        time=moments,
+        followed=at(time, followed, moments),
+        camera=camera,
+        tile=tile,
+        ground=float(np.asarray(scene.ground.height)),
+        capsules=capsules,
+        capsule_ends=at(time, ends, moments),
+        boxes=boxes,
+        box_corners=at(time, corners, moments),
+        muscle_points=at(time, track.muscle_points(), moments),
+        muscle_start=track.doll.muscles.start,
+        activation=at(time, recording.muscle_activation, moments),
+        load=at(time, track.muscle_load, moments),
+        force_from=at(time, track.foot_center, moments),
+        force_to=at(time, track.foot_center + force, moments),
+    )
+
+
+def _followed(recording: Recording, repeated: tuple[float, float] | None) -> tuple[Floats, float]:
+    """What the camera follows (F, 3), m, on the ground, and the length of a tile, m.
+
+    In a film that is repeated it moves evenly, and a whole number of tiles from its begin to its end.
+    """
+    time, com = recording.time.astype(float), recording.com.astype(float) * np.array([1.0, 0.0, 1.0])
+    if repeated is not None:
+        first, last = at(time, com, np.array(repeated))
+        part = (time - repeated[0]) / (repeated[1] - repeated[0])
+        advance = float(abs(last[2] - first[2]))
+        tile = advance / max(1, round(advance / (2.0 * TILE))) / 2.0 if advance > TILE else TILE
+        return first + part[:, None] * (last - first), tile
+    interval = (time[-1] - time[0]) / (len(time) - 1)
+    half = min(int(0.5 * _SMOOTH / interval), len(time) - 1)
+    if half == 0:
+        return com, TILE
+    before, behind = 2.0 * com[0] - com[half:0:-1], 2.0 * com[-1] - com[-2 : -half - 2 : -1]
+    padded = np.concatenate([before, com, behind])
+    summed = np.concatenate([np.zeros((1, 3)), np.cumsum(padded, axis=0)])
+    width = 2 * half + 1
+    return (summed[width:] - summed[:-width]) / width, TILE
+
+
+def at(time: Floats, values: NDArray[Any], moments: Floats) -> Floats:
+    """Values (F, ...) at times (F,) as they are at moments (n,), linearly interpolated: (n, ...)."""
+    after = np.clip(np.searchsorted(time, moments), 1, len(time) - 1)
+    part = np.clip((moments - time[after - 1]) / (time[after] - time[after - 1]), 0.0, 1.0)
+    part = part.reshape(part.shape + (1,) * (values.ndim - 1))
+    return np.asarray((1.0 - part) * values[after - 1] + part * values[after])

@@ -1,0 +1,107 @@
+"""Curves over time to plot below a replay: angles, torques, activations and ground forces; numbers only."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from warpmuscle.bodies import joint_axes
+from warpmuscle.figure import Side
+from warpmuscle.formats.sto import euler_xyz
+from warpmuscle.pose import Array, conjugate, hinge_coordinates, normalized, rotate, universal_coordinates
+from warpmuscle.recording import Floats, Recording
+from warpmuscle.scene import Joint, Scene
+
+AXES = {"ball": "xyz", "universal": "ab", "hinge": ("",), "fixed": ()}
+
+
+@dataclass(frozen=True)
+class Line:
+    """One curve of a panel."""
+
+    name: str
+    side: Side
+    values: Floats  # (F,)
+
+
+@dataclass(frozen=True)
+class Panel:
+    """Curves in common axes, of the left and the right side where there are both."""
+
+    group: str
+    title: str
+    unit: str
+    lines: tuple[Line, ...]
+
+
+def panels_of(recording: Recording, scene: Scene) -> list[Panel]:
+    """All panels of a recording and its scene without free parameters, group by group.
+
+    Angles are a joint's own, of a ball joint turns about the child's x, then y, then z axis; torques act on the child,
+    about the same axes, of a ball joint those of the parent. Units are degrees, N m, 1 and N.
+    """
+    angles: dict[str, Floats] = {}
+    torques: dict[str, Floats] = {}
+    orientations = dict(zip(recording.body_names, np.moveaxis(recording.body_orientation, 1, 0), strict=True))
+    for number, name in enumerate(recording.joint_names):
+        joint = scene.character.joints[name]
+        own = _angles(joint, normalized(recording.joint_orientation[:, number]))
+        acting = -rotate(conjugate(orientations[joint.parent]), recording.joint_torque[:, number])
+        about = _components(joint, acting)
+        for axis, word in enumerate(AXES[joint.type]):
+            key = f"{name} {word}".strip()
+            angles[key], torques[key] = np.degrees(own[:, axis]), about[:, axis]
+    feet = {"left": recording.foot_force_left, "right": recording.foot_force_right}
+    panels = _panels("angles", "°", angles) + _panels("torques", "N m", torques)
+    activation = dict(zip(recording.muscle_names, recording.muscle_activation.T, strict=True))
+    panels += _panels("activations", "", activation)
+    if any(np.any(force) for force in feet.values()):
+        for word, axis in (("vertical", 1), ("forwards", 2), ("to the left", 0)):
+            lines = tuple(Line(f"{side} foot", side, force[:, axis]) for side, force in _sided(feet))
+            panels.append(Panel("ground forces", word, "N", lines))
+    return panels
+
+
+def _sided(feet: dict[str, Floats]) -> list[tuple[Side, Floats]]:
+    return [("left", feet["left"]), ("right", feet["right"])]
+
+
+def _angles(joint: Joint, q: Array) -> Floats:
+    """Angles (F, degrees of freedom), rad."""
+    a, b = joint_axes(joint)
+    still = np.zeros((len(q), 3))
+    if joint.type == "hinge":
+        return hinge_coordinates(q, still, a)[0]
+    if joint.type == "universal":
+        return universal_coordinates(q, still, a, b)[0]
+    return euler_xyz(q)
+
+
+def _components(joint: Joint, torque: Floats) -> Floats:
+    """Torque (F, 3) in the parent's frame along the joint's axes, (F, degrees of freedom)."""
+    if joint.type not in ("hinge", "universal"):
+        return torque
+    a, b = joint_axes(joint)
+    axes = np.concatenate([a, b] if joint.type == "universal" else [a])
+    return np.asarray(torque @ axes.T)
+
+
+def _panels(group: str, unit: str, curves: dict[str, Floats]) -> list[Panel]:
+    """A panel for each curve, or for the curves of both sides, whose names begin with l and r."""
+    panels = []
+    for name, values in curves.items():
+        other = _other_side(name, curves)
+        if other is None:
+            panels.append(Panel(group, name.replace("_", " "), unit, (Line(name, "middle", values),)))
+        elif name[0] == "l":
+            lines = (Line(name, "left", values), Line(other, "right", curves[other]))
+            panels.append(Panel(group, name[1:].replace("_", " ").strip(), unit, lines))
+    return panels
+
+
+def _other_side(name: str, names: Sequence[str] | dict[str, Floats]) -> str | None:
+    """The name of the same on the other side, if there is one."""
+    mirrored = {"l": "r", "r": "l"}.get(name[:1])
+    return mirrored + name[1:] if mirrored is not None and mirrored + name[1:] in names else None

@@ -1,0 +1,25 @@
+"""Where several bipeds walk, so that all are seen."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from warpmuscle.recording import Floats
+
+ACROSS = 8  # beside each other at most, unless there are more than 64
+MOST = 64  # bipeds that can be told apart
+BESIDE, BEHIND = 1.3, 2.6  # m, between neighbours
+
+
+def camera_of(offsets: Floats) -> tuple[float, float, float]:
+    """Distance, m, turn about the vertical and height angle, rad, from where all of the lanes are seen."""
+    spread = float(np.linalg.norm(np.ptp(offsets, axis=0)))
+    return (3.7, -1.1, 0.16) if len(offsets) == 1 else (4.0 + 0.75 * spread, -0.55, 0.2 + 0.01 * spread)
+
+
+def lanes(count: int) -> Floats:
+    """Offsets (count, 3), m, of each biped: from left to right, row behind row, about the middle of the first row."""
+    columns = min(count, max(ACROSS, int(np.ceil(np.sqrt(count)))))
+    number = np.arange(count)
+    x = ((columns - 1) / 2.0 - number % columns) * BESIDE
+    return np.stack([x, np.zeros(count), -BEHIND * (number // columns)], axis=1)

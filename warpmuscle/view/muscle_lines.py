@@ -1,0 +1,101 @@
+"""Muscles as polylines with a constant number of points; numbers only."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warpmuscle.bodies import joint_axes
+from warpmuscle.pose import hinge_coordinates, normalized, rotate, universal_coordinates
+from warpmuscle.recording import Floats, Recording
+from warpmuscle.scene import Character, Condition
+
+
+@dataclass(frozen=True)
+class MuscleLines:
+    """Via points of M muscles, P in all, one muscle behind the other."""
+
+    names: tuple[str, ...]
+    start: NDArray[np.int64]  # (M + 1,) points of muscle m are start[m]..start[m + 1] - 1
+    body: NDArray[np.int64]  # (P,) number of the body that a point is fixed to
+    place: Floats  # (P, 3) m, in the body's frame
+    conditional: NDArray[np.int64]  # (C,) numbers of the points that count only at some joint angles
+    conditions: tuple[Condition, ...]  # C of them
+
+
+def muscle_lines(character: Character, muscles: Sequence[str], body_names: Sequence[str]) -> MuscleLines:
+    """Paths of muscles of a character without free parameters."""
+    paths = [character.muscles[name].path for name in muscles]
+    points = [point for path in paths for point in path]
+    conditional = [number for number, point in enumerate(points) if point.condition is not None]
+    return MuscleLines(
+        names=tuple(muscles),
+        start=np.cumsum([0, *(len(path) for path in paths)]),
+        body=np.array([body_names.index(point.body) for point in points], dtype=np.int64),
+        place=np.array([point.place() for point in points], dtype=np.float64).reshape(-1, 3),
+        conditional=np.array(conditional, dtype=np.int64),
+        conditions=tuple(point.condition for point in points if point.condition is not None),
+    )
+
+
+def point_weights(lines: MuscleLines, recording: Recording, character: Character) -> Floats:
+    """How much each conditional point counts over time, (F, C), 0..1, as `kernels.path.condition_weight` has it."""
+    weights = np.ones((recording.frames, len(lines.conditions)))
+    for number, condition in enumerate(lines.conditions):
+        angle = _angle(recording, character, condition)
+        low, high, blend = (float(np.asarray(x)) for x in (condition.low, condition.high, condition.blend))
+        weights[:, number] = _smooth_step((angle - low) / blend + 0.5) * _smooth_step((high - angle) / blend + 0.5)
+    return weights
+
+
+def _angle(recording: Recording, character: Character, condition: Condition) -> Floats:
+    """The joint angle (F,), rad, that a condition is about."""
+    joint = character.joints[condition.joint]
+    q = normalized(recording.joint_orientation[:, recording.joint_names.index(condition.joint)])
+    a, b = joint_axes(joint)
+    still = np.zeros((len(q), 3))
+    if joint.type == "hinge":
+        return np.asarray(hinge_coordinates(q, still, a)[0][:, 0])
+    return np.asarray(universal_coordinates(q, still, a, b)[0][:, condition.axis])
+
+
+def _smooth_step(x: Floats) -> Floats:
+    t = np.clip(x, 0.0, 1.0)
+    return np.asarray(t * t * (3.0 - 2.0 * t))
+
+
+def world_points(lines: MuscleLines, position: Floats, orientation: Floats, weights: Floats) -> Floats:
+    """Points (F, P, 3), m, world.
+
+    A conditional point slides onto the straight line between its neighbours as its weight goes to 0, so that the
+    polyline is as long as the muscle's path wherever weights are 0 or 1.
+
+    Args:
+        position: (F, B, 3) of the bodies. orientation: (F, B, 4). weights: (F, C), see `point_weights`.
+    """
+    points = np.asarray(position[:, lines.body] + rotate(orientation[:, lines.body], lines.place))
+    if not len(lines.conditional):
+        return points
+    weight = np.ones(points.shape[:2])
+    weight[:, lines.conditional] = weights
+    before, behind = points.copy(), points.copy()  # the nearest points that count, this one included
+    for k in lines.conditional:
+        before[:, k] = np.where(weight[:, k, None] >= 0.5, points[:, k], before[:, k - 1])
+    for k in lines.conditional[::-1]:
+        behind[:, k] = np.where(weight[:, k, None] >= 0.5, points[:, k], behind[:, k + 1])
+    drawn = points.copy()
+    for k in lines.conditional:
+        line = _nearest_on_line(points[:, k], before[:, k - 1], behind[:, k + 1])
+        drawn[:, k] = line + weight[:, k, None] * (points[:, k] - line)
+    return drawn
+
+
+def _nearest_on_line(point: Floats, start: Floats, end: Floats) -> Floats:
+    """The nearest points (F, 3) between starts and ends."""
+    along = end - start
+    square = np.maximum(np.sum(along * along, axis=-1, keepdims=True), 1e-12)
+    part = np.clip(np.sum((point - start) * along, axis=-1, keepdims=True) / square, 0.0, 1.0)
+    return np.asarray(start + along * part)

@@ -1,0 +1,143 @@
+"""What there is to see in result files and scenes, as motions with the scenes that made them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from warpmuscle.errors import Error, ResultError
+from warpmuscle.formats import toml
+from warpmuscle.parameters import start_values, substitute
+from warpmuscle.recording import Recording
+from warpmuscle.records import Result
+from warpmuscle.results import read
+from warpmuscle.scene import Scene
+from warpmuscle.view.lanes import MOST
+from warpmuscle.view.page import Page, page_of
+from warpmuscle.view.track import Track, track_of
+
+SUFFIXES = (".h5", ".hdf5")
+RATE = 50.0  # frames a second that are shown
+FEW = 8  # motions; of more of them half the frames are shown
+
+
+@dataclass(frozen=True)
+class Sight:
+    """A motion to look at."""
+
+    label: str
+    recording: Recording
+    scene: Scene  # that made it, without free parameters
+
+
+def is_result(path: str) -> bool:
+    """Whether a source is a result file rather than a scene: by its name, or by its first bytes."""
+    if Path(path).suffix.lower() in SUFFIXES:
+        return True
+    try:
+        with open(path, "rb") as file:
+            return file.read(8) == b"\x89HDF\r\n\x1a\n"
+    except OSError:
+        return False
+
+
+def of_results(
+    paths: Sequence[str],
+    replay: int | None = None,
+    candidates: int | None = None,
+    run: str | None = None,
+    device: str | None = None,
+) -> list[Sight]:
+    """The motions of result files.
+
+    Args:
+        replay: only this one of each file. candidates: in their place so many of the best candidates, which are run
+            again on a device.
+        run: which one of a sweep's file.
+
+    Raises:
+        ResultError: a file cannot be read, or holds no such motion.
+    """
+    sights = []
+    for path in paths:
+        result = read(path, run)
+        name = Path(path).stem if len(paths) > 1 else ""
+        if candidates is not None:
+            sights += of_candidates(result, candidates, device, path, name)
+        else:
+            sights += of_replays(result, path, name, replay)
+    return sights
+
+
+def of_replays(
+    result: Result, path: str | Path = "the result", name: str = "", replay: int | None = None
+) -> list[Sight]:
+    """The recorded motions of a result, or one of them; raises ResultError if there is none."""
+    if not result.replays:
+        hint = "; --candidates N runs the N best again" if result.best is not None else ""
+        raise ResultError(f"{path}: holds no motion to show{hint}")
+    if replay is not None and replay >= len(result.replays):
+        raise ResultError(f"{path} has {len(result.replays)} motions, none with number {replay}")
+    scene = toml.loads(result.scene)
+    values = start_values(scene) if result.best is None else np.asarray(result.best.params, dtype=np.float64)
+    numeric = substitute(scene, values)
+    chosen = range(len(result.replays)) if replay is None else [replay]
+    labels = {number: f"{scene.name} {number}" if len(result.replays) > 1 else scene.name for number in chosen}
+    return [Sight(name or labels[number], result.replays[number], numeric) for number in chosen]
+
+
+def of_candidates(result: Result, count: int, device: str | None, path: str | Path, name: str = "") -> list[Sight]:
+    """So many of the best candidates of an optimisation, run again."""
+    from warpmuscle.rollout import Rollout
+
+    if result.evaluations is None or len(result.evaluations) == 0:
+        raise ResultError(f"{path}: holds no candidates to run again")
+    scene, evaluations = toml.loads(result.scene), result.evaluations
+    last = evaluations.stage == evaluations.stage.max()
+    order = [int(row) for row in np.argsort(evaluations.cost, kind="stable") if last[row]]
+    rows: list[int] = []
+    for row in order:
+        if not any(np.array_equal(evaluations.params[row], evaluations.params[other]) for other in rows):
+            rows.append(row)
+        if len(rows) == count:
+            break
+    values = np.asarray(evaluations.params[rows], dtype=np.float64)
+    rollout = Rollout(scene, len(rows), device, record=range(len(rows)), record_rate=RATE)
+    rollout.set_parameters(values)
+    rollout.run()
+    labels = [f"{name} {row}: {evaluations.cost[row]:.5g}".strip() for row in rows]
+    return [
+        Sight(label, rollout.recording(number), substitute(scene, values[number]))
+        for number, label in enumerate(labels)
+    ]
+
+
+def of_scene(scene: Scene, device: str | None = None) -> list[Sight]:
+    """A scene, run once."""
+    from warpmuscle.rollout import Rollout
+
+    rollout = Rollout(scene, 1, device, record=[0], record_rate=RATE)
+    rollout.run()
+    return [Sight(scene.name, rollout.recording(), substitute(scene, start_values(scene)))]
+
+
+def tracks_of(sights: Sequence[Sight]) -> list[Track]:
+    """What is drawn of motions; equal scenes share what does not move. Raises Error for more than 64 of them."""
+    if len(sights) > MOST:
+        raise Error(f"{len(sights)} motions are more than can be seen at once: {MOST}; --replay chooses one of a file")
+    rate = RATE if len(sights) <= FEW else RATE / 2.0
+    tracks: list[Track] = []
+    for number, sight in enumerate(sights):
+        same = next((k for k in range(number) if sights[k].scene is sight.scene), None)
+        doll = tracks[same].doll if same is not None else None
+        tracks.append(track_of(sight.recording, sight.scene, sight.label, rate, doll))
+    return tracks
+
+
+def page_of_sights(sights: Sequence[Sight], title: str = "") -> Page:
+    """A page of motions, by default called as the first one's scene."""
+    scenes = [sight.scene for sight in sights]
+    return Page(page_of(tracks_of(sights), scenes, title or scenes[0].name, autoplay=True, plots=True))

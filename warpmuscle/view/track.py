@@ -1,0 +1,200 @@
+"""What is shown of one simulated instance: a doll made of its scene, and its motion; numbers only."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warpmuscle.bodies import contact_points
+from warpmuscle.controller import trajectory_bodies
+from warpmuscle.errors import Error
+from warpmuscle.pose import about, multiply, normalized, rotate, twist_angle
+from warpmuscle.recording import QUANTITIES, Floats, Recording
+from warpmuscle.scene import Scene
+from warpmuscle.topology import Topology, topology
+from warpmuscle.view.muscle_lines import MuscleLines, muscle_lines, point_weights, world_points
+from warpmuscle.view.parts import Part, parts_of
+
+UP = np.array([0.0, 1.0, 0.0])
+FULL_FORCE = 1.5  # f_max, drawn as the thickest muscle
+
+
+@dataclass(frozen=True)
+class Doll:
+    """What stays the same while a character moves; B bodies."""
+
+    parts: tuple[Part, ...]
+    muscles: MuscleLines
+    parent: NDArray[np.int64]  # (B,) -1 for the root
+    in_parent: Floats  # (B, 3) m, a body's joint in its parent's frame
+    in_child: Floats  # (B, 3) m, and in its own
+    weight: float  # N, of the whole body, in standard gravity
+    names: Topology
+
+    def positions(self, root: Floats, orientation: Floats) -> Floats:
+        """Centres of mass (F, B, 3), m, from that of the root (F, 3) and the orientations of all bodies (F, B, 4)."""
+        position = np.empty((*orientation.shape[:2], 3))
+        position[:, 0] = root
+        for body, parent in enumerate(self.parent[1:], 1):
+            anchor = position[:, parent] + rotate(orientation[:, parent], self.in_parent[body])
+            position[:, body] = anchor - rotate(orientation[:, body], self.in_child[body])
+        return position
+
+
+@dataclass(frozen=True)
+class Track:
+    """The motion of a doll over F frames."""
+
+    label: str
+    doll: Doll
+    recording: Recording  # of these frames
+    desired: Floats | None  # (F, B, 4) orientations that the controller wants; None without a controller
+    point_weight: Floats  # (F, C) of the muscles' conditional points
+    muscle_load: Floats  # (F, M) force over `FULL_FORCE` f_max, 0..1
+    foot_force: Floats  # (F, 2, 3) N, on the left and the right foot
+    foot_center: Floats  # (F, 2, 3) m, where these act
+
+    @property
+    def frames(self) -> int:
+        """Number of frames."""
+        return self.recording.frames
+
+    def muscle_points(self) -> Floats:
+        """Via points (F, P, 3) of all muscles, m, world."""
+        r = self.recording
+        return world_points(self.doll.muscles, r.body_position, r.body_orientation, self.point_weight)
+
+
+def doll_of(scene: Scene, muscles: tuple[str, ...]) -> Doll:
+    """The doll of a scene without free parameters (see `parameters.substitute`), with some of its muscles."""
+    names, character = topology(scene.character), scene.character
+    joints = [character.joints[name] for name in names.joints]
+    zero = (0.0, 0.0, 0.0)
+    mass = sum(float(np.asarray(body.mass)) for body in character.bodies.values())
+    return Doll(
+        parts=tuple(parts_of(character, names.bodies)),
+        muscles=muscle_lines(character, muscles, names.bodies),
+        parent=np.array(names.parents, dtype=np.int64),
+        in_parent=np.array([zero, *(joint.position_in_parent for joint in joints)], dtype=np.float64),
+        in_child=np.array([zero, *(joint.position_in_child for joint in joints)], dtype=np.float64),
+        weight=9.81 * mass,
+        names=names,
+    )
+
+
+def track_of(
+    recording: Recording, scene: Scene, label: str = "", rate: float | None = None, doll: Doll | None = None
+) -> Track:
+    """What is shown of a recording.
+
+    Args:
+        scene: that made it, without free parameters (see `parameters.substitute`).
+        rate: frames a second at most, of those recorded.
+        doll: of that scene and these muscles, if there is one already.
+
+    Raises:
+        Error: the recording has no frames, or is of another character.
+    """
+    doll = doll if doll is not None else _checked_doll(recording, scene)
+    recording = thinned(recording, rate)
+    f_max = np.array([scene.character.muscles[name].f_max for name in recording.muscle_names], dtype=np.float64)
+    return Track(
+        label=label or scene.name,
+        doll=doll,
+        recording=recording,
+        desired=desired_pose(recording, scene, doll.names),
+        point_weight=point_weights(doll.muscles, recording, scene.character),
+        muscle_load=np.clip(recording.muscle_force / (FULL_FORCE * f_max), 0.0, 1.0),
+        foot_force=np.stack([recording.foot_force_left, recording.foot_force_right], axis=1),
+        foot_center=foot_centers(recording, scene, doll.names),
+    )
+
+
+def _checked_doll(recording: Recording, scene: Scene) -> Doll:
+    if recording.frames == 0:
+        raise Error("there is nothing to show: the motion has no frames")
+    names = topology(scene.character)
+    unknown = [name for name in recording.muscle_names if name not in scene.character.muscles]
+    if names.bodies != recording.body_names or names.joints != recording.joint_names or unknown:
+        raise Error(f"the motion is of another character than that of the scene {scene.name!r}")
+    return doll_of(scene, recording.muscle_names)
+
+
+def thinned(recording: Recording, rate: float | None) -> Recording:
+    """Every k-th frame, so that there are `rate` frames a second or a few more; all of them without a rate."""
+    if rate is None or recording.frames < 3:
+        return recording
+    interval = float(recording.time[-1] - recording.time[0]) / (recording.frames - 1)
+    every = max(int(1.0 / (rate * interval) + 1e-6), 1)
+    arrays = {name: recording[name][::every] for name in QUANTITIES}
+    return Recording.of(arrays, recording.joint_names, recording.body_names, recording.muscle_names)
+
+
+def desired_pose(recording: Recording, scene: Scene, names: Topology) -> Floats | None:
+    """Orientations (F, B, 4) that the controller wants for all bodies, from the root's own outwards.
+
+    Joints without a controller of their own stay as they are. Targets in the character's frame, those of the swing hip
+    among them, do not depend on the parent.
+    """
+    controller = scene.controller
+    if controller is None:
+        return None
+    wanted = np.array(recording.body_orientation, dtype=np.float64)
+    facing = about(UP, twist_angle(recording.root_orientation, UP))
+    by_character = _in_character_frame(recording, scene, names)
+    for body, joint in enumerate(names.joints, 1):
+        parent = wanted[:, names.parents[body]]
+        if joint in controller.pd:
+            base = np.where(by_character[:, body, None], facing, parent)
+            wanted[:, body] = multiply(base, normalized(recording.joint_target[:, body - 1]))
+        else:
+            wanted[:, body] = multiply(parent, recording.joint_orientation[:, body - 1])
+    return wanted
+
+
+def _in_character_frame(recording: Recording, scene: Scene, names: Topology) -> NDArray[np.bool_]:
+    """Whether the target of each body is in the character's frame, (F, B)."""
+    assert scene.controller is not None
+    states, hips = scene.controller.states, scene.controller.hips
+    table = np.zeros((len(states), 2, len(names.bodies)), dtype=bool)  # by state and stance
+    for number, state in enumerate(states):
+        for trajectory, bodies in zip(state.trajectories.values(), trajectory_bodies(state, names), strict=True):
+            for stance, body in enumerate(bodies):
+                if body >= 0:
+                    table[number, stance, body] = trajectory.frame == "character"
+    for stance, swing_hip in enumerate(reversed(hips)):
+        table[:, stance, names.body_of_joint(swing_hip)] = True
+    return np.asarray(table[recording.state, recording.stance])
+
+
+def foot_centers(recording: Recording, scene: Scene, names: Topology) -> Floats:
+    """Where the ground forces act on both feet, (F, 2, 3), m, world: on the ground, contact points weighted by depth.
+
+    A foot that does not touch the ground has its lowest point instead.
+    """
+    feet = scene.controller.feet if scene.controller is not None else ()
+    normal = normalized(np.array(scene.ground.normal, dtype=np.float64))
+    height = float(np.asarray(scene.ground.height))
+    centers = np.zeros((recording.frames, 2, 3))
+    for side, foot in enumerate(feet):
+        number = names.bodies.index(foot)
+        bodies = [number, *(child for child, parent in enumerate(names.parents) if parent == number)]
+        found = [(body, shape) for body in bodies for shape in scene.character.bodies[names.bodies[body]].shapes]
+        points, depths = [], []
+        for body, shape in found:
+            for point, radius in contact_points(shape):
+                turned = rotate(recording.body_orientation[:, body], np.array(point, dtype=np.float64))
+                points.append(recording.body_position[:, body] + turned)
+                depths.append(height + float(np.asarray(radius)) - points[-1] @ normal)
+        if not points:
+            centers[:, side] = recording.body_position[:, number]
+            continue
+        place, depth = np.stack(points, axis=1), np.stack(depths, axis=1)
+        share = np.maximum(depth, 0.0)
+        lowest = depth >= depth.max(axis=1, keepdims=True)
+        share = np.where(share.sum(axis=1, keepdims=True) > 0.0, share, lowest)
+        center = np.sum(share[..., None] * place, axis=1) / share.sum(axis=1, keepdims=True)
+        centers[:, side] = center + (height - center @ normal)[:, None] * normal
+    return centers
