@@ -112,7 +112,7 @@ def corruption_table(job: Job, strong: Arm) -> None:
     excitation, _ = computed_excitation(strong, job.motions)
     for kind in CORRUPTIONS:
         signals = corrupted(excitation, kind)
-        synergies = factorized(job.arm, job.motions, signals, job.options.count, kind)
+        synergies = factorized(job.arm, job.motions, signals, job.count, kind)
         follower = Follower(job.arm, job.motions, synergies, job.follower.knots)
         a = fit_motions(follower, job.start, job.training, job.settings).agreement
         close = a.r2.min(axis=1) >= 0.99

@@ -32,7 +32,10 @@ def throw(
         str | None,
         typer.Option(help="The arm: a shipped scene or a TOML file; by default throw, or throw_ball for a goal."),
     ] = None,
-    number: Annotated[int, typer.Option("--number", "-n", min=1, help="How many synergies, of computed ones.")] = 5,
+    number: Annotated[
+        int | None,
+        typer.Option("--number", "-n", min=1, help="How many synergies to compute; by default 5, or one a muscle."),
+    ] = None,
     emg: Annotated[
         Path | None, typer.Option(help="HDF5 file of `warpmuscle synergies`, in place of computed synergies.")
     ] = None,

@@ -34,6 +34,7 @@ from warpmuscle.throw.scene_motion import motion_of
 from warpmuscle.throw.signals import Knots
 from warpmuscle.throw.synthesis import Goal, Throw, Thrower
 
+USUAL = 5  # synergies (Cruz Ruiz 2015)
 GROUPS = "throw_groups"  # scene whose muscles, as strong as whole groups, compute activations of the same muscles
 PRICES = (1e-3, 5e-3, 1e-2, 2e-2, 3e-2, 1e-1)
 
@@ -42,7 +43,7 @@ PRICES = (1e-3, 5e-3, 1e-2, 2e-2, 3e-2, 1e-1)
 class Options:
     """What a job is asked for."""
 
-    count: int = 5
+    count: int | None = None  # of computed synergies; by default USUAL, or one a muscle if these are fewer
     prescribed: tuple[str, ...] = ()
     emg: Path | None = None
     channels: Mapping[str, str] = field(default_factory=dict)
@@ -57,18 +58,19 @@ class Job:
     """Motions, an arm and synergies, and what has been fitted to them.
 
     Attributes:
-        lacks: motions that the muscles, with the strength of whole groups, are too weak for.
+        count: of synergies, where they are computed. lacks: motions that the muscles, with the strength of whole groups, are too weak for.
         training: motions that parameters are fitted to. held_out: the others.
     """
 
     def __init__(self, scene: Scene, files: Sequence[str | Path], options: Options) -> None:
         """Read and prepare; with no files, the motion is the one that the scene itself tells of its joints."""
         self.options, self.arm = options, Arm(scene, options.prescribed)
+        self.count = min(USUAL, len(self.arm.acting)) if options.count is None else options.count
         recorded = read_motions(files, self.arm) if files else [motion_of(scene, self.arm)]
         self.motions = resample(recorded)
         strong = self._strengthened(scene)
         if options.emg is None:
-            synergies, self.lacks = computed_synergies(self.arm, self.motions, strong, options.count, options.seed)
+            synergies, self.lacks = computed_synergies(self.arm, self.motions, strong, self.count, options.seed)
         else:
             synergies = measured_synergies(self.arm, recorded, options.emg, options.channels)
             self.lacks = lacking(strong, self.motions, computed_excitation(strong, self.motions)[1])
@@ -114,7 +116,7 @@ class Job:
     def publish_mean(self) -> Published:
         """The published fit of the mean of all motions."""
         mean = resample([mean_motion(self._recorded)])
-        synergies, _ = computed_synergies(self.arm, mean, self.strong, self.options.count, self.options.seed)
+        synergies, _ = computed_synergies(self.arm, mean, self.strong, self.count, self.options.seed)
         return as_published(
             self.arm, mean, synergies, self.start, device=self.options.device, threads=self.options.threads
         )
