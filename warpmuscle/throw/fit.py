@@ -23,6 +23,7 @@ from warpmuscle.throw.signals import to_activation
 
 SIGNAL_STEP = 1e-3  # of difference quotients: wide enough for simulations in single precision
 PARAMETER_STEP = 1e-3
+HORIZON = 1.0  # s, by which it grows
 DAMPED = 0.06  # of an interval: the size of a parameter's step in which damping is meant
 
 
@@ -116,22 +117,30 @@ class _Fitting:
         self._shared = outcome.shared
         self._stage("parameters", outcome.simulations)
         if s.common:
-            outcome = self._fit(self._training, s.early_steps, own=True, shared=False)
-            self._own[self._training] = outcome.own
+            outcome = self._signals(self._training, s.early_steps)
             both = self._fit(self._training, s.common_steps, own=True, shared=True, damping=0.1)
             self._own[self._training], self._shared = both.own, both.shared
             self._stage("parameters and signals", outcome.simulations + both.simulations)
-        outcome = self._fit(self._all, s.signal_steps, own=True, shared=False)
-        self._own = outcome.own
+        outcome = self._signals(self._all, s.signal_steps)
         self._stage("signals", outcome.simulations)
         return Fitted(self._shared, self._own, self._replay, self._stages)
+
+    def _signals(self, which: NDArray[np.intp], steps: int) -> Outcome:
+        """Fit signals of some motions over a horizon that grows: what is late in a long motion hangs on all before."""
+        end, simulations = self._follower.horizon, 0
+        for horizon in [*np.arange(HORIZON, end - 0.5 * HORIZON, HORIZON).tolist(), end]:
+            self._follower.horizon = horizon
+            outcome = self._fit(which, steps, own=True, shared=False)
+            self._own[which] = outcome.own
+            simulations += outcome.simulations
+        return Outcome(outcome.own, outcome.shared, outcome.cost, outcome.history, simulations)
 
     def again(self, own: Floats, shared: Floats) -> tuple[Floats, Floats]:
         """Signals (n, size) and parameters (P,) fitted from others on."""
         self._own, self._shared, self._start = own.copy(), shared, shared
         both = self._fit(self._training, self._settings.common_steps, own=True, shared=True, damping=0.1)
         self._own[self._training], self._shared = both.own, both.shared
-        return self._fit(self._all, self._settings.signal_steps, own=True, shared=False).own, self._shared
+        return self._signals(self._all, self._settings.signal_steps).own, self._shared
 
     def _equations(self) -> None:
         """Parameters by the equations of motion; what is regularised towards from now on."""

@@ -28,7 +28,11 @@ class Replay:
 
 
 class Follower:
-    """Simulates copies of n motions under signals of synergies, and compares them with the recordings."""
+    """Simulates copies of n motions under signals of synergies, and compares them with the recordings.
+
+    Attributes:
+        horizon: s, up to which residuals count.
+    """
 
     def __init__(
         self,
@@ -42,6 +46,7 @@ class Follower:
         velocity_weight: float = VELOCITY_WEIGHT,
     ) -> None:
         self.arm, self.motions, self.synergies, self.knots = arm, motions, synergies, knots
+        self.horizon = float(motions.time[-1])
         self.simulator = Simulator(arm, motions, device=device, threads=threads)
         step = max(ROUGH_STEP, arm.scene.time_step)
         self.rough_simulator = Simulator(arm, motions, device=device, threads=threads, time_step=step)
@@ -86,7 +91,8 @@ class Follower:
         parts = []
         for order, simulated in ((0, replay.angle), (1, replay.speed)):
             recorded = self.motions.angles[order][which][:, 1:, self.arm.free]
-            error = np.clip(simulated[:, 1:, self.arm.free] - recorded, -FAR, FAR)
+            counted = (self.motions.time[1:] <= self.horizon + 1e-9)[:, None]
+            error = counted * np.clip(simulated[:, 1:, self.arm.free] - recorded, -FAR, FAR)
             parts.append((error * self._weight[order][which]).reshape(len(which), -1))
         return np.concatenate(parts, axis=1)
 

@@ -58,7 +58,8 @@ class Job:
     """Motions, an arm and synergies, and what has been fitted to them.
 
     Attributes:
-        count: of synergies, where they are computed. lacks: motions that the muscles, with the strength of whole groups, are too weak for.
+        count: of synergies, where they are computed.
+        lacks: motions that the muscles, with the strength of whole groups, are too weak for.
         training: motions that parameters are fitted to. held_out: the others.
     """
 

@@ -19,6 +19,7 @@ from warpmuscle.arrays import Floats
 Residuals = Callable[[NDArray[np.intp], Floats, Floats], Floats]
 LEAST_DAMPING, MOST_DAMPING = 1e-9, 1e6
 ATTEMPTS = 5  # at a step, with ever more damping
+ROUGH_ENOUGH = 1e-3  # relative gain of a step, below which rough derivatives are no longer of use
 BOUND = 1e-9  # an unknown nearer than that to its bound is at it
 
 
@@ -93,6 +94,8 @@ def fit(
             break
         gain = solver.step()
         solver.outcome.history.append(solver.cost.copy())
+        if gain < ROUGH_ENOUGH and solver.refine():
+            continue
         stalled = stalled + 1 if gain < tolerance else 0
         if stalled >= 2:
             break
@@ -109,6 +112,7 @@ class _Solver:
         self._residuals, self._rough, self._own, self._shared = residuals, rough, own, shared
         self.own, self.shared = own.start.copy(), shared.start.copy()
         self._damping = np.full(len(self.own), damping)
+        self._first_damping = damping
         self.active = np.ones(len(self.own), dtype=bool)
         self.outcome = Outcome(self.own, self.shared, np.zeros(len(self.own)))
         self.residual = self._evaluate(np.arange(len(self.own)), self.own, np.tile(self.shared, (len(self.own), 1)))
@@ -127,6 +131,14 @@ class _Solver:
 
     def _cost_of_shared(self, shared: Floats) -> float:
         return float(sum(prior.cost(shared[None])[0] for prior in self._shared.priors))
+
+    def refine(self) -> bool:
+        """Take exact derivatives from now on, with the damping of the start; False if they have been all along."""
+        if self._rough is None:
+            return False
+        self._rough = None
+        self._damping[:] = self._first_damping
+        return True
 
     def step(self) -> float:
         """Take a step, or none if no damping makes one that helps; returns the relative gain."""
