@@ -13,6 +13,8 @@ from warpmuscle.segments import Segment, segment
 SHOULDER = (-0.104, 0.818)  # of the height: half the width of the shoulders, to the right; their height (Winter 2009)
 LUMBAR = 0.583  # of the height: that of the lumbar joint
 FLEXION = {"shoulder": (-1.0, 0.0, 0.0), "elbow": (-1.0, 0.0, 0.0), "wrist": (1.0, 0.0, 0.0)}
+LIMITS = {"shoulder": (-1.0472, 3.2289), "elbow": (-0.1745, 2.618), "wrist": (-1.3963, 1.3963)}  # rad
+LIMIT_SPRING = (100.0, 1.0)  # N m/rad, N m s/rad: soft, for light segments
 SEGMENTS = {"shoulder": "upper_arm", "elbow": "forearm", "wrist": "hand"}
 SPLIT = {  # parts of segments, from their lower ends
     "abdomen": ("torso", 0.0, 0.39),
@@ -55,7 +57,9 @@ def hinges(parts: dict[str, Segment], parent: str, shoulder: Any) -> dict[str, J
     for name, child in SEGMENTS.items():
         part = parts[child]
         in_child = tuple(rounded(np.negative(part.com)))
-        joints[name] = Joint("hinge", parent, child, tuple(rounded(place)), in_child, [FLEXION[name]])
+        joints[name] = Joint(
+            "hinge", parent, child, tuple(rounded(place)), in_child, [FLEXION[name]], [LIMITS[name]], *LIMIT_SPRING
+        )
         parent, place = child, np.array([0.0, -part.length, 0.0]) - part.com
     return joints
 

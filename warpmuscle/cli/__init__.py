@@ -15,6 +15,7 @@ from warpmuscle.cli.scenes import convert, fit_muscles, info, scenes
 from warpmuscle.cli.simulate import simulate
 from warpmuscle.cli.sweep import sweep
 from warpmuscle.cli.synergies import synergies
+from warpmuscle.cli.throw import throw
 from warpmuscle.cli.video import video
 from warpmuscle.cli.view import view
 from warpmuscle.errors import Error
@@ -29,7 +30,7 @@ app = typer.Typer(
 )
 COMMANDS = (
     scenes, info, simulate, optimize, sweep, apply, report, view, plot, video, export, fit_muscles, convert,
-    synergies,
+    synergies, throw,
 )  # fmt: skip
 for command in COMMANDS:
     app.command(command.__name__.replace("_", "-"))(command)

@@ -1,0 +1,135 @@
+"""The throwing arm fitted to the mean throw of its own scene, and thrown with: every stage on real simulations."""
+
+import h5py
+import numpy as np
+import pytest
+
+from warpmuscle.errors import Error
+from warpmuscle.formats import load
+from warpmuscle.throw.arm import Arm, needed_torques
+from warpmuscle.throw.fit import Settings
+from warpmuscle.throw.job import Job, Options
+from warpmuscle.throw.motion import Motion, resample
+from warpmuscle.throw.problem import check_limits, computed_excitation, lacking
+from warpmuscle.throw.published import as_published
+from warpmuscle.throw.scene_motion import motion_of
+from warpmuscle.throw.signals import computed_activation, to_activation, to_excitation
+from warpmuscle.throw.synthesis import Goal, Thrower
+
+
+@pytest.fixture(scope="module")
+def job() -> Job:
+    """Fitted from literature parameters to signals computed with others."""
+    made = Job(load("throw"), [], Options())
+    made.settings = Settings(common_steps=4, early_steps=3, signal_steps=6)
+    made.fit()
+    return made
+
+
+def arm_and_motion() -> tuple[Arm, Motion]:
+    scene = load("throw")
+    arm = Arm(scene)
+    return arm, motion_of(scene, arm)
+
+
+def faster(motion: Motion, factor: float) -> Motion:
+    return Motion("fast", 0.0, motion.time / factor, motion.angles, motion.pitch, motion.place)
+
+
+def test_the_fit_meets_all_bars_from_literature_parameters(job: Job):
+    agreement = job.fitted.agreement
+    assert agreement.good().all(), agreement
+    assert job.fitted.stages[0].agreement.r2.min() < 0.0
+
+
+def test_parameters_stay_within_the_intervals_of_the_scene(job: Job):
+    for parameter, value in zip(job.arm.parameters, job.arm.values(job.fitted.unknowns), strict=True):
+        assert parameter.min * (1 - 1e-9) <= value <= parameter.max * (1 + 1e-9) or parameter.min < 0.0
+    values = np.array([p.value for p in job.arm.parameters])
+    np.testing.assert_allclose(job.arm.values(job.arm.unknowns(values)), values, rtol=1e-12)
+
+
+def test_a_fit_is_kept_whole_with_the_scene_that_it_came_to(job: Job, tmp_path):
+    job.write(tmp_path / "throw.h5", {"command": "test"})
+    with h5py.File(tmp_path / "throw.h5") as file:
+        assert file.attrs["format"] == "warpmuscle throw"
+        assert file["fit/angle"].shape == file["motions/angle"].shape == (1, 151, 3)
+        assert file["fit/r2"][-1].min() > 0.999
+        (tmp_path / "fitted.toml").write_text(file["fit"].attrs["scene"])
+    assert load(str(tmp_path / "fitted.toml")).character.muscles["m1"].f_max.value != 1142.6
+
+
+@pytest.mark.parametrize("distance", [1.5, 2.0])
+def test_a_ball_lands_on_its_target_by_a_few_synergies_alone(job: Job, distance: float):
+    thrower = Thrower(job.follower, job.fitted.own[0], job.fitted.unknowns)
+    made = thrower.throw(Goal(distance=distance), count=3)
+    assert made.met
+    changed = job.follower.shaped((made.own != job.fitted.own[0])[None])[0].any(axis=1)
+    assert set(np.flatnonzero(changed)) <= set(made.synergies)
+    free = made.flight.position[0] + made.flight.velocity[0] * made.flight.duration[0]
+    assert free[1] - 0.5 * thrower._gravity * made.flight.duration[0] ** 2 == pytest.approx(0.0, abs=1e-6)
+
+
+def test_the_published_procedure_meets_the_angles_before_its_filter(job: Job):
+    result = as_published(job.arm, job.motions, job.follower.synergies, job.start, evaluations=3)
+    names = [stage.name for stage in result.stages]
+    assert names[-2:] == ["signals step by step", "signals filtered"]
+    assert np.isfinite(result.stages[-1].r2).all()
+    assert result.stages[-2].r2.mean() > result.stages[0].r2.mean()
+
+
+def test_goals_that_make_no_sense_are_refused(job: Job):
+    with pytest.raises(Error, match="goal"):
+        Goal()
+    with pytest.raises(Error, match="distance"):
+        Goal(distance=-1.0)
+    with pytest.raises(Error, match="within the throw"):
+        Thrower(job.follower, job.fitted.own[0], job.fitted.unknowns, release=9.0)
+
+
+def test_computed_activations_make_the_torques_that_the_motion_needs():
+    arm, motion = arm_and_motion()
+    strong = Job(arm.scene, [], Options()).strong
+    motions = resample([motion])
+    unknowns = np.zeros(0)
+    activation, found = computed_activation(strong, motions, unknowns)
+    angle, speed = motions.angles[0][0], motions.angles[1][0]
+    made = strong.muscle_table(unknowns[None]).torques(activation[0], angle, speed)[0].sum(axis=1)
+    needed = needed_torques(strong, motions)[0]
+    np.testing.assert_allclose(made[found.feasible], needed[found.feasible], atol=1e-3)
+    assert found.feasible.mean() > 0.97
+
+
+def test_excitations_lead_back_to_the_activations_that_they_are_computed_from():
+    arm, _ = arm_and_motion()
+    time = np.arange(0.0, 1.5, 0.01)
+    activation = (0.4 + 0.3 * np.sin(4.0 * time))[None, :, None]
+    back = to_activation(arm, to_excitation(arm, activation))
+    np.testing.assert_allclose(back[:, 15:], activation[:, 15:], atol=0.03)
+
+
+def test_a_motion_beyond_the_strength_of_the_muscles_says_which_lack_how_much():
+    arm, motion = arm_and_motion()
+    strong = Job(arm.scene, [], Options()).strong
+    usual, fast = resample([motion]), resample([faster(motion, 3.0)])
+    assert not lacking(strong, usual, computed_excitation(strong, usual)[1])
+    lack = lacking(strong, fast, computed_excitation(strong, fast)[1])[0]
+    assert "m1 lacks" in lack.explanation or "m4 lacks" in lack.explanation
+
+
+def test_motions_beyond_the_limits_of_a_joint_are_refused():
+    arm, motion = arm_and_motion()
+    angles = motion.angles.copy()
+    angles[70, 1] = 4.0
+    scene = arm.scene
+    if not scene.character.joints["elbow"].limits:
+        scene.character.joints["elbow"].limits = [(-0.2, 2.7)]
+    with pytest.raises(Error, match=r"elbow is at 229\.2 deg after 0\.7 s"):
+        check_limits(Arm(scene), Motion("m", 0.0, motion.time, angles, motion.pitch, motion.place))
+
+
+def test_joints_that_no_muscle_moves_cannot_be_prescribed():
+    with pytest.raises(Error, match="knee"):
+        Arm(load("throw"), ("knee",)).driven  # noqa: B018
+    with pytest.raises(Error, match="all joints"):
+        Arm(load("throw"), ("shoulder", "elbow", "wrist"))

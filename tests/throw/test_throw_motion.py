@@ -1,0 +1,111 @@
+"""Recorded motions: what files may hold, what is refused, and smooth derivatives up to the ends."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from warpmuscle.errors import Error
+from warpmuscle.throw.motion import Motion, read, resample
+
+JOINTS = ("shoulder", "elbow")
+TIME = np.arange(0.0, 1.001, 0.02)
+
+
+def table(tmp_path: Path, header: str, *columns: np.ndarray) -> Path:
+    path = tmp_path / "throw.csv"
+    np.savetxt(path, np.column_stack(columns), delimiter=",", header=header, comments="")
+    return path
+
+
+@pytest.mark.parametrize(
+    ("header", "factor"),
+    [
+        ("time_s,shoulder_deg,elbow_deg", 180.0 / np.pi),
+        ("time,elbow_flexion_rad,shoulder_flexion_rad", 1.0),
+        ("T,Shoulder,Elbow", 180.0 / np.pi),
+        ("t,shoulder,elbow", 1.0),
+    ],
+)
+def test_units_follow_the_names_or_the_size_of_the_angles(tmp_path: Path, header: str, factor: float):
+    shoulder, elbow = 0.5 + TIME, 2.0 - TIME
+    columns = (elbow, shoulder) if header.startswith("time,elbow") else (shoulder, elbow)
+    path = table(tmp_path, header, TIME - 0.4, *(c * factor for c in columns))
+    motion = read(path, JOINTS)[0]
+    assert motion.start == pytest.approx(-0.4)
+    np.testing.assert_allclose(motion.angles, np.stack([shoulder, elbow], axis=1), atol=1e-12)
+    np.testing.assert_allclose(motion.time, TIME, atol=1e-12)
+
+
+def test_the_trunks_pitch_follows_from_the_angle_to_gravity(tmp_path: Path):
+    header = "time,shoulder_deg,elbow_deg,shoulder_flexion_gravity_deg,shoulder_forward_m,shoulder_up_m"
+    path = table(tmp_path, header, TIME, 20.0 + TIME, 30.0 * TIME, 5.0 + TIME, TIME**2, 1.4 + 0.0 * TIME)
+    motion = read(path, JOINTS)[0]
+    np.testing.assert_allclose(motion.pitch, np.radians(15.0))  # leaning forwards lessens the angle to gravity
+    np.testing.assert_allclose(motion.place[:, 0], TIME**2)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "empty"),
+        ("time,shoulder\n" + "".join(f"{t},1\n" for t in range(20)), "elbow_deg"),
+        ("shoulder,elbow\n" + "1,1\n" * 20, "time"),
+        ("time,shoulder,elbow\n" + "".join(f"{t},1,1\n" for t in range(5)), "5 samples"),
+        ("time,shoulder,elbow\n" + "".join(f"{min(t, 7)},1,1\n" for t in range(20)), "increase"),
+        ("time,shoulder,elbow\n" + "".join(f"{t},1,nan\n" for t in range(20)), ":2: column 'elbow'"),
+        ("time,shoulder,elbow\n" + "".join(f"{t},1,x\n" for t in range(20)), "'x' is not a number"),
+        ("time,shoulder,elbow\n0,1\n", "cells"),
+        ("time,shoulder,elbow\n" + "".join(f"{10 * t},1,1\n" for t in range(20)), "seconds"),
+    ],
+)
+def test_unusable_files_are_refused_in_one_line_with_their_name(tmp_path: Path, text: str, message: str):
+    path = tmp_path / "throw.csv"
+    path.write_text(text)
+    with pytest.raises(Error, match=r"throw\.csv") as error:
+        read(path, JOINTS)
+    assert message in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_missing_and_foreign_files_are_refused(tmp_path: Path):
+    with pytest.raises(Error, match="no such file"):
+        read(tmp_path / "none.csv", JOINTS)
+    (tmp_path / "bad.npz").write_bytes(b"nothing")
+    with pytest.raises(Error, match=r"bad\.npz"):
+        read(tmp_path / "bad.npz", JOINTS)
+
+
+def test_many_motions_are_read_from_arrays(tmp_path: Path):
+    angles = np.degrees(np.stack([TIME, 2.0 * TIME]))
+    place = np.zeros((2, len(TIME), 2, 3))
+    place[:, :, 1, 2] = 1.5
+    np.savez(
+        tmp_path / "two.npz", time=TIME, shoulder_flexion=angles, elbow_flexion=angles, trial=np.array(["a", "b"]),
+        keypoint_pos_m=place, keypoints=np.array(["R_HIP", "R_SHOULDER"]),
+    )  # fmt: skip
+    motions = read(tmp_path / "two.npz", JOINTS)
+    assert [motion.name for motion in motions] == ["a", "b"]
+    np.testing.assert_allclose(motions[1].angles[:, 0], 2.0 * TIME)
+    np.testing.assert_allclose(motions[0].place, np.tile([0.0, 1.5], (len(TIME), 1)))
+
+
+def made(time: np.ndarray) -> Motion:
+    angles = np.stack([np.sin(3.0 * time), np.cos(2.0 * time)], axis=1)
+    return Motion("made", 0.0, time, angles, 0.1 * time, np.zeros((len(time), 2)))
+
+
+def test_derivatives_are_those_of_the_motion_and_stay_small_at_its_ends():
+    regular = resample([made(TIME)])
+    time = regular.time[15:-15]
+    np.testing.assert_allclose(regular.angles[0][0, 15:-15, 0], np.sin(3.0 * time), atol=1e-6)
+    np.testing.assert_allclose(regular.angles[2][0, 15:-15, 0], -9.0 * np.sin(3.0 * time), atol=1e-2)
+    assert np.abs(regular.angles[2]).max() < 12.0
+
+
+def test_shorter_motions_stand_still_beyond_their_end():
+    motions = resample([made(TIME), made(TIME[:26])])
+    assert motions.valid.sum(axis=1).tolist() == [101.0, 51.0]
+    assert np.all(motions.angles[0][1, 51:] == motions.angles[0][1, 50])
+    assert np.all(motions.angles[1][1, 51:] == 0.0)
+    assert motions.rows([1]).names == ("made",)

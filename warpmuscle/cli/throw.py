@@ -1,0 +1,227 @@
+"""The command that fits muscles and synergies to recorded motions of an arm, and makes new throws."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import numpy as np
+import typer
+from rich.markup import escape
+
+from warpmuscle.cli.common import Device, Threads, command_line, load_scene, start_warp, writable
+from warpmuscle.cli.console import log, out
+from warpmuscle.errors import Error
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from warpmuscle.throw.fit import Fitted
+    from warpmuscle.throw.job import Job
+    from warpmuscle.throw.problem import Lack
+    from warpmuscle.throw.report import Row
+    from warpmuscle.throw.synthesis import Goal, Throw
+
+
+def throw(
+    files: Annotated[
+        list[Path] | None,
+        typer.Argument(metavar="[MOTION]...", help="CSV, .mot, .sto or .npz files with times and joint angles."),
+    ] = None,
+    scene: Annotated[
+        str | None,
+        typer.Option(help="The arm: a shipped scene or a TOML file; by default throw, or throw_ball for a goal."),
+    ] = None,
+    number: Annotated[
+        int | None,
+        typer.Option("--number", "-n", min=1, help="How many synergies to compute; by default 5, or one a muscle."),
+    ] = None,
+    emg: Annotated[
+        Path | None, typer.Option(help="HDF5 file of `warpmuscle synergies`, in place of computed synergies.")
+    ] = None,
+    channel: Annotated[
+        list[str] | None, typer.Option(metavar="MUSCLE=CHANNEL", help="Which channel of --emg stands for a muscle.")
+    ] = None,
+    prescribe: Annotated[
+        list[str] | None, typer.Option(metavar="JOINT", help="A joint that moves as recorded, without muscles.")
+    ] = None,
+    as_published: Annotated[
+        bool, typer.Option("--as-published", help="Fit as Cruz Ruiz et al. 2015 did, each motion by itself.")
+    ] = False,
+    fit_all: Annotated[
+        bool, typer.Option("--fit-all", help="Fit parameters to all motions, rather than to every other one.")
+    ] = False,
+    fidelity: Annotated[
+        float, typer.Option(min=0.0, help="Price of leaving the extracted signals, against accuracy.")
+    ] = 1e-3,
+    curve: Annotated[bool, typer.Option("--curve", help="Print accuracy against fidelity at several prices.")] = False,
+    target: Annotated[
+        list[float] | None, typer.Option(help="Distance at which a ball is to land, m; may be given several times.")
+    ] = None,
+    height: Annotated[float, typer.Option(help="Height of the target above the ground, m.")] = 0.0,
+    speed: Annotated[float | None, typer.Option(help="Speed at which the ball is to leave the hand, m/s.")] = None,
+    angle: Annotated[float | None, typer.Option(help="Its angle above the horizontal, degrees.")] = None,
+    release: Annotated[
+        float | None, typer.Option(help="Time of release, s; by default when the ball would fly farthest.")
+    ] = None,
+    adapt: Annotated[int, typer.Option(min=1, help="How many synergies' signals may change for a new throw.")] = 3,
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="HDF5 file to write.")] = None,
+    plot: Annotated[Path | None, typer.Option(help="Figure to draw, .png, .svg or .pdf.")] = None,
+    device: Device = None,
+    threads: Threads = None,
+    seed: Annotated[int, typer.Option(min=0, help="Of random starts.")] = 0,
+) -> None:
+    """Fit an arm's muscles and synergies to recorded motions and replay them, or throw a ball at a target.
+
+    Examples: warpmuscle throw throws/*.csv -o throw.h5; warpmuscle throw serve.csv --prescribe shoulder;
+    warpmuscle throw lift.csv --emg syn.h5 --prescribe wrist --curve; warpmuscle throw --target 2 --target 4
+    """
+    from warpmuscle.throw.job import Job, Options
+
+    writable(output, plot)
+    if not files and not target and speed is None and angle is None:
+        raise Error("nothing to do: name files with motions, or a goal such as --target 4")
+    goals = _goals(target or [], height, speed, angle)
+    loaded = load_scene([scene or ("throw_ball" if goals else "throw")])
+    start_warp()
+    options = Options(
+        count=number, prescribed=tuple(prescribe or ()), emg=emg, channels=_pairs(channel or []), fit_all=fit_all,
+        fidelity=fidelity, device=device, threads=threads, seed=seed,
+    )  # fmt: skip
+    job = Job(loaded, files or [], options)
+    _print_problem(job)
+    if as_published:
+        _print_published(job)
+    fitted = None
+    if not as_published or goals or curve:
+        with log.status("fitting") as shown:
+            fitted = job.fit(lambda stage: shown.update(f"fitting {stage}"))
+        _print_fit(job, fitted)
+    if curve and fitted is not None:
+        _print_curve(job, fitted)
+    throws: list[Throw] = []
+    if goals and fitted is not None:
+        throws = _throws(job, goals, release, adapt)
+    if output is not None:
+        job.write(output, {"command": command_line(), "seed": seed})
+        out.print(f"wrote {output}")
+    if plot is not None:
+        from warpmuscle.throw.plot import draw_fit, draw_throws
+
+        if throws:
+            draw_throws(plot, job.follower, throws)
+        else:
+            draw_fit(plot, job.follower, fitted, job.published)
+        out.print(f"wrote {plot}")
+
+
+def _pairs(texts: Sequence[str]) -> dict[str, str]:
+    pairs = {}
+    for text in texts:
+        muscle, equals, name = text.partition("=")
+        if not equals or not muscle or not name:
+            raise Error(f"--channel {text!r}: say MUSCLE=CHANNEL")
+        pairs[muscle.strip()] = name.strip()
+    return pairs
+
+
+def _goals(targets: Sequence[float], height: float, speed: float | None, angle: float | None) -> list[Goal]:
+    from warpmuscle.throw.synthesis import Goal
+
+    radians = None if angle is None else float(np.radians(angle))
+    if not targets and speed is None and radians is None:
+        return []
+    distances: list[float | None] = [*targets] or [None]
+    return [Goal(distance, height, speed, radians) for distance in distances]
+
+
+def _print_problem(job: Job) -> None:
+    """What is to be fitted, and what the muscles lack for it."""
+    motions, synergies, arm = job.motions, job.follower.synergies, job.arm
+    kind = "computed by static optimisation, not EMG" if synergies.source == "computed" else synergies.source
+    out.print(
+        f"{len(motions)} motion{'' if len(motions) == 1 else 's'} of {motions.time[-1]:.3g} s, muscles on "
+        f"{', '.join(arm.driven)}; {synergies.count} synergies ({escape(kind)}), VAF {synergies.explained:.4f}"
+    )
+    _print_lacks(job.lacks, "muscle groups")
+
+
+def _print_lacks(lacks: Sequence[Lack], whose: str) -> None:
+    for lack in lacks:
+        log.print(f"[yellow]{escape(lack.motion)} is beyond the strength of the {whose}:[/] {escape(lack.explanation)}")
+
+
+def _print_published(job: Job) -> None:
+    from warpmuscle.throw.report import PAPER, published_rows
+
+    headings = [*(f"{joint} r2" for joint in job.arm.driven), "time"]
+    with log.status("fitting as published") as shown:
+        if len(job.motions) > 1 and job.options.emg is None:
+            mean = job.publish_mean()
+            _print_table("as published, mean motion", headings, published_rows(mean))
+        result = job.publish(lambda stage: shown.update(f"fitting as published: {stage}"))
+    title = "as published, median (worst) of each motion fitted by itself" if len(job.motions) > 1 else "as published"
+    _print_table(title, headings, published_rows(result))
+    out.print(f"Cruz Ruiz et al. 2015: after parameters {' '.join(PAPER['parameters'])}, after signals "
+              f"{' '.join(PAPER['signals'])} (shoulder, elbow, wrist)")  # fmt: skip
+
+
+def _print_fit(job: Job, fitted: Fitted) -> None:
+    from warpmuscle.throw.report import baseline_row, stage_rows
+
+    headings = [f"{joint} r2" for joint in job.arm.driven]
+    headings += ["least r2", "velocity r2", "least", "hand, cm (most)", "correlation (least)", "all bars"]
+    if job.held_out:
+        headings.append("held out")
+    rows = stage_rows(fitted.stages, job.held_out)
+    baseline = baseline_row(job.follower)
+    _print_table("better fit, medians over motions", [*headings, "time"], [*([baseline] if baseline else []), *rows])
+    good, a = fitted.agreement.good(), fitted.agreement
+    for k in (~good).nonzero()[0] if len(job.motions) > 1 else []:
+        out.print(
+            f"  {escape(job.motions.names[k])}: r2 {a.r2[k].min():.4f}, velocity r2 {a.velocity_r2[k].min():.3f}, "
+            f"hand {100.0 * a.hand_error[k]:.1f} cm, correlation {a.correlation[k]:.3f}"
+        )
+    _print_lacks(job.final_lacks(), "fitted muscles")
+
+
+def _print_table(title: str, headings: Sequence[str], rows: Sequence[Row]) -> None:
+    """Aligned text, as wide as it has to be: a table of many columns is of no use squeezed into a narrow console."""
+    lines = [["", *headings], *([row.name, *row.cells] for row in rows)]
+    widths = [max(len(line[k]) for line in lines if k < len(line)) for k in range(max(map(len, lines)))]
+    out.print(f"\n[bold]{escape(title)}[/]")
+    for line in lines:
+        first, *rest = (cell.ljust(width) if k == 0 else cell.rjust(width)
+                        for k, (cell, width) in enumerate(zip(line, widths, strict=False)))  # fmt: skip
+        out.print(escape("  ".join([first, *rest]).rstrip()))
+
+
+def _print_curve(job: Job, fitted: Fitted) -> None:
+    """Accuracy against fidelity to the extracted signals."""
+    from warpmuscle.throw.report import Row
+
+    headings = ["correlation", *(f"{joint} r2" for joint in job.arm.driven), "least r2"]
+    rows = []
+    with log.status("fitting at several prices"):
+        for price, a in job.curve():
+            middle = [f"{value:.4f}" for value in np.median(a.r2, axis=0)]
+            rows.append(Row(f"{price:g}", (f"{np.nanmedian(a.correlation):.3f}", *middle, f"{a.r2.min():.4f}")))
+    _print_table("accuracy against fidelity, by its price", headings, rows)
+
+
+def _throws(job: Job, goals: Sequence[Goal], release: float | None, adapt: int) -> list[Throw]:
+    with log.status("throwing"):
+        throws = job.throw(goals, release, adapt)
+    for made in throws:
+        flight, goal = made.flight, made.goal
+        text = (
+            f"released after {made.release:.3g} s at {flight.speed[0]:.2f} m/s, {np.degrees(flight.angle[0]):.1f} deg"
+        )
+        if np.isfinite(flight.distance[0]):
+            text += f"; lands at {flight.distance[0]:.3f} m"
+        if goal.distance is not None:
+            verdict = f"{100.0 * made.error:.1f} cm from the target at {goal.distance:g} m"
+            text += f", {verdict}" if made.met else f": [yellow]no signals were found that reach {goal.distance:g} m[/]"
+        changed = ", ".join(f"C{k + 1}" for k in made.synergies)
+        out.print(f"{text}; {changed} changed by {made.change:.3f}")
+    return throws

@@ -1,0 +1,216 @@
+"""The better fit: parameters and signals together, by forward simulation of several motions at once.
+
+Stages: equations of motion (no simulation); parameters alone; signals alone, a few steps, every motion by itself; both
+together on the motions that parameters are fitted to; and signals alone on all motions. So those that are held out
+get their signals fitted to parameters that never saw them. Activation dynamics is inside the simulation all along.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warpmuscle.arrays import Floats
+from warpmuscle.throw.equation_error import fit_equations
+from warpmuscle.throw.follow import Follower, Replay
+from warpmuscle.throw.least_squares import Outcome, Prior, Unknowns, fit
+from warpmuscle.throw.metrics import Agreement
+from warpmuscle.throw.signals import to_activation
+
+SIGNAL_STEP = 1e-3  # of difference quotients: wide enough for simulations in single precision
+PARAMETER_STEP = 1e-3
+HORIZON = 1.0  # s, by which it grows
+DAMPED = 0.06  # of an interval: the size of a parameter's step in which damping is meant
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How motions are fitted.
+
+    `fidelity` is the price of a signal's distance from the extracted one, knot by knot, against 1 - r2: the more, the
+    closer to it, and the less accurate the motion.
+    """
+
+    fidelity: float = 1e-3
+    smoothness: float = 1e-4  # price of second differences of a signal's distance from the extracted one
+    prior: float = 0.025  # price of a parameter's distance from its start, in parts of its interval
+    parameter_steps: int = 20
+    early_steps: int = 8
+    common_steps: int = 15
+    signal_steps: int = 12
+    tolerance: float = 5e-3  # relative gain of a step, below which it is enough
+    common: bool = True  # whether parameters and signals are fitted together
+    starts: int = 3
+    seed: int = 0
+
+
+@dataclass(frozen=True)
+class Stage:
+    """What a stage came to."""
+
+    name: str
+    agreement: Agreement
+    seconds: float
+    simulations: int
+
+
+@dataclass
+class Fitted:
+    """Parameters and signals of a fit to n motions."""
+
+    unknowns: Floats  # (P,) see `Arm.unknowns`
+    own: Floats  # (n, N K) signals at their knots, see `Follower.shaped`
+    replay: Replay
+    stages: list[Stage] = field(default_factory=list)
+
+    @property
+    def agreement(self) -> Agreement:
+        return self.stages[-1].agreement
+
+
+def fit_motions(
+    follower: Follower,
+    start: Floats,
+    training: Sequence[int],
+    settings: Settings | None = None,
+    progress: Callable[[str], None] = lambda stage: None,
+) -> Fitted:
+    """Fit parameters to the motions `training`, and signals to all.
+
+    Args:
+        start: (P,) parameters to start from, see `Arm.unknowns`.
+        progress: is told of every stage before it begins.
+    """
+    return _Fitting(follower, start, np.asarray(training, dtype=np.intp), settings or Settings(), progress).run()
+
+
+class _Fitting:
+    """A fit and its stages."""
+
+    def __init__(
+        self,
+        follower: Follower,
+        start: Floats,
+        training: NDArray[np.intp],
+        settings: Settings,
+        progress: Callable[[str], None],
+    ) -> None:
+        self._follower, self._settings, self._progress = follower, settings, progress
+        self._training, self._all = training, np.arange(len(follower.motions))
+        self._start = start
+        signals = follower.knots.fitted(follower.synergies.signals)
+        self._extracted = signals.reshape(len(signals), -1)
+        self._own, self._shared = self._extracted.copy(), start.copy()
+        self._stages: list[Stage] = []
+        self._replay = Replay(np.zeros(0), np.zeros(0))
+        self._begin = time.perf_counter()
+
+    def run(self) -> Fitted:
+        s = self._settings
+        self._stage("start", 0)
+        self._equations()
+        outcome = self._fit(self._training, s.parameter_steps, own=False, shared=True, damping=1.0)
+        self._shared = outcome.shared
+        self._stage("parameters", outcome.simulations)
+        if s.common:
+            outcome = self._signals(self._training, s.early_steps)
+            both = self._fit(self._training, s.common_steps, own=True, shared=True, damping=0.1)
+            self._own[self._training], self._shared = both.own, both.shared
+            self._stage("parameters and signals", outcome.simulations + both.simulations)
+        outcome = self._signals(self._all, s.signal_steps)
+        self._stage("signals", outcome.simulations)
+        return Fitted(self._shared, self._own, self._replay, self._stages)
+
+    def _signals(self, which: NDArray[np.intp], steps: int) -> Outcome:
+        """Fit signals of some motions over a horizon that grows: what is late in a long motion hangs on all before."""
+        end, simulations = self._follower.horizon, 0
+        for horizon in [*np.arange(HORIZON, end - 0.5 * HORIZON, HORIZON).tolist(), end]:
+            self._follower.horizon = horizon
+            outcome = self._fit(which, steps, own=True, shared=False)
+            self._own[which] = outcome.own
+            simulations += outcome.simulations
+        return Outcome(outcome.own, outcome.shared, outcome.cost, outcome.history, simulations)
+
+    def again(self, own: Floats, shared: Floats) -> tuple[Floats, Floats]:
+        """Signals (n, size) and parameters (P,) fitted from others on."""
+        self._own, self._shared, self._start = own.copy(), shared, shared
+        both = self._fit(self._training, self._settings.common_steps, own=True, shared=True, damping=0.1)
+        self._own[self._training], self._shared = both.own, both.shared
+        return self._signals(self._all, self._settings.signal_steps).own, self._shared
+
+    def _equations(self) -> None:
+        """Parameters by the equations of motion; what is regularised towards from now on."""
+        follower, s = self._follower, self._settings
+        self._progress("equations")
+        activation = to_activation(follower.arm, follower.synergies.excitation(follower.synergies.signals))
+        motions = follower.motions.rows(self._training.tolist())
+        found = fit_equations(
+            follower.arm, motions, activation[self._training], self._start, starts=s.starts, seed=s.seed
+        )
+        self._shared = self._start = found.unknowns
+        self._stage("equations", 0)
+
+    def _fit(self, which: NDArray[np.intp], steps: int, *, own: bool, shared: bool, damping: float = 1e-2) -> Outcome:
+        """A stage of Levenberg-Marquardt on some motions, with their signals or the shared parameters or both free."""
+        follower, s = self._follower, self._settings
+        self._progress(
+            {(False, True): "parameters", (True, True): "parameters and signals"}.get((own, shared), "signals")
+        )
+        size = follower.size
+        signals = Unknowns(
+            self._own[which], np.zeros(size), np.ones(size), SIGNAL_STEP, None,
+            [Prior(s.fidelity * np.eye(size) + self._smoothness(), self._extracted[which])], own,
+        )  # fmt: skip
+        count = len(self._shared)
+        prior = Prior(s.prior * np.eye(count), self._start)
+        parameters = Unknowns(
+            self._shared, np.zeros(count), np.ones(count), PARAMETER_STEP, np.full(count, DAMPED), [prior], shared
+        )
+
+        def residuals(rows: NDArray[np.intp], x: Floats, z: Floats) -> Floats:
+            return follower.residuals(which[rows], x, z)
+
+        def rough(rows: NDArray[np.intp], x: Floats, z: Floats) -> Floats:
+            return follower.residuals(which[rows], x, z, rough=True)
+
+        return fit(
+            residuals, signals, parameters, iterations=steps, damping=damping, tolerance=s.tolerance, rough=rough
+        )
+
+    def _smoothness(self) -> Floats:
+        """Sum of squared second differences at the knots, (size, size)."""
+        second = np.diff(np.eye(len(self._follower.knots)), 2, axis=0)
+        block = self._settings.smoothness * second.T @ second
+        return np.asarray(np.kron(np.eye(self._follower.synergies.count), block), dtype=np.float64)
+
+    def _stage(self, name: str, simulations: int) -> None:
+        agreement, self._replay = self._follower.agreement(self._own, self._shared)
+        self._stages.append(Stage(name, agreement, time.perf_counter() - self._begin, simulations))
+
+
+def trade(
+    follower: Follower,
+    fitted: Fitted,
+    training: NDArray[np.intp],
+    prices: Sequence[float],
+    settings: Settings | None = None,
+) -> list[tuple[float, Agreement]]:
+    """Accuracy against fidelity: parameters and signals fitted again at other prices of leaving the extracted ones."""
+    settings = settings or Settings()
+    curve = []
+    own, shared = fitted.own, fitted.unknowns
+    for price in prices:
+        fitting = _Fitting(
+            follower,
+            fitted.unknowns,
+            training,
+            replace(settings, fidelity=price),
+            lambda s: None,
+        )
+        own, shared = fitting.again(own, shared)
+        curve.append((price, follower.agreement(own, shared)[0]))
+    return curve

@@ -1,0 +1,147 @@
+"""A whole job: read motions, find synergies, fit, report and keep."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+
+from warpmuscle.errors import Error
+from warpmuscle.formats import load
+from warpmuscle.parameters import start_values
+from warpmuscle.scene import Scene
+from warpmuscle.throw.arm import Arm
+from warpmuscle.throw.fit import Fitted, Settings, fit_motions, trade
+from warpmuscle.throw.follow import Follower
+from warpmuscle.throw.metrics import Agreement
+from warpmuscle.throw.motion import resample
+from warpmuscle.throw.problem import (
+    Lack,
+    computed_excitation,
+    computed_synergies,
+    lacking,
+    mean_motion,
+    measured_synergies,
+    read_motions,
+)
+from warpmuscle.throw.published import Published, as_published
+from warpmuscle.throw.report import write
+from warpmuscle.throw.scene_motion import motion_of
+from warpmuscle.throw.signals import Knots
+from warpmuscle.throw.synthesis import Goal, Throw, Thrower
+
+USUAL = 5  # synergies (Cruz Ruiz 2015)
+GROUPS = "throw_groups"  # scene whose muscles, as strong as whole groups, compute activations of the same muscles
+PRICES = (1e-3, 5e-3, 1e-2, 2e-2, 3e-2, 1e-1)
+
+
+@dataclass(frozen=True)
+class Options:
+    """What a job is asked for."""
+
+    count: int | None = None  # of computed synergies; by default USUAL, or one a muscle if these are fewer
+    prescribed: tuple[str, ...] = ()
+    emg: Path | None = None
+    channels: Mapping[str, str] = field(default_factory=dict)
+    fit_all: bool = False
+    fidelity: float = 1e-3
+    device: str | None = None
+    threads: int | None = None
+    seed: int = 0
+
+
+class Job:
+    """Motions, an arm and synergies, and what has been fitted to them.
+
+    Attributes:
+        count: of synergies, where they are computed.
+        lacks: motions that the muscles, with the strength of whole groups, are too weak for.
+        training: motions that parameters are fitted to. held_out: the others.
+    """
+
+    def __init__(self, scene: Scene, files: Sequence[str | Path], options: Options) -> None:
+        """Read and prepare; with no files, the motion is the one that the scene itself tells of its joints."""
+        self.options, self.arm = options, Arm(scene, options.prescribed)
+        self.count = min(USUAL, len(self.arm.acting)) if options.count is None else options.count
+        recorded = read_motions(files, self.arm) if files else [motion_of(scene, self.arm)]
+        self.motions = resample(recorded)
+        strong = self._strengthened(scene)
+        if options.emg is None:
+            synergies, self.lacks = computed_synergies(self.arm, self.motions, strong, self.count, options.seed)
+        else:
+            synergies = measured_synergies(self.arm, recorded, options.emg, options.channels)
+            self.lacks = lacking(strong, self.motions, computed_excitation(strong, self.motions)[1])
+        self._recorded, self.strong = recorded, strong
+        knots = Knots(self.motions.time)
+        self.follower = Follower(
+            self.arm, self.motions, synergies, knots, device=options.device, threads=options.threads
+        )
+        self.start = self.arm.unknowns(start_values(scene))
+        count = len(self.motions)
+        self.training = list(range(count)) if options.fit_all or count == 1 else list(range(0, count, 2))
+        self.held_out = [k for k in range(count) if k not in self.training]
+        self.settings = Settings(fidelity=options.fidelity, seed=options.seed)
+        self.fitted: Fitted | None = None
+        self.published: Published | None = None
+
+    def _strengthened(self, scene: Scene) -> Arm:
+        """The arm with the muscles that compute activations, if they are of the same names over the same joints."""
+        groups = load(GROUPS).character.muscles
+        own = scene.character.muscles
+        same = own.keys() == groups.keys() and all(
+            [p.joint for p in own[name].pulleys] == [p.joint for p in groups[name].pulleys] for name in own
+        )
+        if not same:
+            return self.arm
+        character = msgspec.structs.replace(scene.character, muscles=groups)
+        return Arm(msgspec.structs.replace(scene, character=character), self.options.prescribed)
+
+    def fit(self, progress: Callable[[str], None] = lambda stage: None) -> Fitted:
+        """The better fit."""
+        self.follower.load()
+        self.fitted = fit_motions(self.follower, self.start, self.training, self.settings, progress)
+        return self.fitted
+
+    def publish(self, progress: Callable[[str], None] = lambda stage: None) -> Published:
+        """The published fit, of every motion by itself."""
+        self.published = as_published(
+            self.arm, self.motions, self.follower.synergies, self.start, device=self.options.device,
+            threads=self.options.threads, progress=progress,
+        )  # fmt: skip
+        return self.published
+
+    def publish_mean(self) -> Published:
+        """The published fit of the mean of all motions."""
+        mean = resample([mean_motion(self._recorded)])
+        synergies, _ = computed_synergies(self.arm, mean, self.strong, self.count, self.options.seed)
+        return as_published(
+            self.arm, mean, synergies, self.start, device=self.options.device, threads=self.options.threads
+        )
+
+    def final_lacks(self) -> list[Lack]:
+        """What the fitted muscles lack for the motions."""
+        assert self.fitted is not None
+        from warpmuscle.throw.signals import computed_activation
+
+        return lacking(self.arm, self.motions, computed_activation(self.arm, self.motions, self.fitted.unknowns)[1])
+
+    def curve(self) -> list[tuple[float, Agreement]]:
+        """Accuracy against fidelity."""
+        if self.fitted is None:
+            raise Error("fit before the curve of accuracy against fidelity")
+        return trade(self.follower, self.fitted, np.asarray(self.training), PRICES, self.settings)
+
+    def throw(self, goals: Sequence[Goal], release: float | None, adapt: int) -> list[Throw]:
+        """New throws out of the first motion."""
+        if self.fitted is None:
+            raise Error("fit a throw before making new ones")
+        thrower = Thrower(self.follower, self.fitted.own[0], self.fitted.unknowns, release)
+        return [thrower.throw(goal, count=adapt) for goal in goals]
+
+    def write(self, path: str | Path, attributes: Mapping[str, Any]) -> None:
+        """Keep everything as HDF5, see `report.write`."""
+        write(path, self.follower, self.fitted, self.published, self.training, attributes)

@@ -1,0 +1,178 @@
+"""What fits came to: as rows of text for people, and as HDF5 for programs."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+from warpmuscle.arrays import Floats
+from warpmuscle.errors import ResultError, SceneError
+from warpmuscle.formats import toml
+from warpmuscle.formats.files import replace_file
+from warpmuscle.parameters import with_values
+from warpmuscle.throw.fit import Fitted, Stage
+from warpmuscle.throw.follow import Follower
+from warpmuscle.throw.metrics import leave_one_out
+from warpmuscle.throw.published import Published
+
+FORMAT, FORMAT_VERSION = "warpmuscle throw", 1
+# Shoulder, elbow and wrist in Cruz Ruiz 2015, sections 3.3 and 3.4; its first wrist is only said to be negative.
+PAPER = {"parameters": ("0.897", "0.890", "< 0"), "signals": ("0.927", "0.942", "0.814")}
+
+
+@dataclass(frozen=True)
+class Row:
+    """A line of a table."""
+
+    name: str
+    cells: tuple[str, ...]
+
+
+def published_rows(result: Published) -> list[Row]:
+    """r2 by joint after each stage of the published procedure: median, and worst of all motions."""
+    rows = []
+    for stage in result.stages:
+        cells = [
+            f"{middle:.3f} ({worst:.3f})" if len(stage.r2) > 1 else f"{middle:.3f}"
+            for middle, worst in zip(*_spread(stage.r2), strict=True)
+        ]
+        rows.append(Row(stage.name, (*cells, f"{stage.seconds:.1f} s")))
+    return rows
+
+
+def stage_rows(stages: Sequence[Stage], held_out: Sequence[int]) -> list[Row]:
+    """What each stage of the better fit came to."""
+    rows = []
+    for stage in stages:
+        a = stage.agreement
+        good = a.good()
+        cells = [f"{middle:.4f}" for middle in np.median(a.r2, axis=0)]
+        cells += [f"{a.r2.min():.4f}", f"{np.median(a.velocity_r2.min(axis=1)):.3f}", f"{a.velocity_r2.min():.3f}"]
+        cells += [f"{100.0 * np.median(a.hand_error):.1f} ({100.0 * a.hand_error.max():.1f})"]
+        cells += [f"{np.nanmedian(a.correlation):.3f} ({np.nanmin(a.correlation):.3f})"]
+        cells += [f"{good.sum()}/{len(good)}"]
+        if held_out:
+            cells += [f"{good[list(held_out)].sum()}/{len(held_out)}"]
+        rows.append(Row(stage.name, (*cells, f"{stage.seconds:.1f} s")))
+    return rows
+
+
+def baseline_row(follower: Follower) -> Row | None:
+    """The mean of the other motions in place of each; None of a single motion."""
+    motions, free = follower.motions, follower.arm.free
+    if len(motions) < 2:
+        return None
+    r2 = leave_one_out(motions.angles[0][:, :, free], motions.valid)
+    return Row("mean of the others", (*(f"{v:.4f}" for v in np.median(r2, axis=0)), f"{r2.min():.4f}"))
+
+
+def _spread(values: Floats) -> tuple[Floats, Floats]:
+    return np.median(values, axis=0), values.min(axis=0)
+
+
+def write(
+    path: str | Path,
+    follower: Follower,
+    fitted: Fitted | None,
+    published: Published | None,
+    training: Sequence[int],
+    attributes: Mapping[str, Any],
+) -> None:
+    """Write fits as HDF5, whole or not at all.
+
+    `/motions`: names, time, recorded angles and speeds; `/synergies`: W and extracted C; `/fit`: parameters, the scene
+    with them, knots, C, simulated angles and speeds, and what each stage came to; `/published`: the same of that one.
+
+    Raises:
+        ResultError: the file cannot be written; nothing is left behind then.
+    """
+    memory = io.BytesIO()
+    with h5py.File(memory, "w", track_order=True) as file:
+        file.attrs["format"], file.attrs["format_version"] = FORMAT, FORMAT_VERSION
+        for name, value in attributes.items():
+            file.attrs[name] = value
+        _put_recorded(file, follower, training)
+        if fitted is not None:
+            _put_fit(file.create_group("fit", track_order=True), follower, fitted)
+        if published is not None:
+            _put_published(file.create_group("published", track_order=True), follower, published)
+    try:
+        replace_file(Path(path), memory.getvalue())
+    except SceneError as error:
+        raise ResultError(f"{path}: {error.message}") from None
+
+
+def _put_recorded(file: Any, follower: Follower, training: Sequence[int]) -> None:
+    motions, arm, synergies = follower.motions, follower.arm, follower.synergies
+    group = file.create_group("motions", track_order=True)
+    _put(group, "names", _text(motions.names), axes="motion")
+    _put(group, "joints", _text(arm.joints), axes="joint")
+    _put(group, "driven", _text(arm.driven), description="joints that muscles move")
+    _put(group, "fitted", np.isin(np.arange(len(motions)), training), axes="motion",
+         description="whether parameters were fitted to it")  # fmt: skip
+    _put(group, "time", motions.time, units="s", axes="sample")
+    _put(group, "valid", motions.valid > 0.0, axes="motion, sample")
+    _put(group, "angle", motions.angles[0], units="rad", axes="motion, sample, joint")
+    _put(group, "speed", motions.angles[1], units="rad/s", axes="motion, sample, joint")
+    group = file.create_group("synergies", track_order=True)
+    _put(group, "muscles", _text(arm.muscles), axes="muscle")
+    _put(group, "W", synergies.weights, axes="muscle, synergy")
+    _put(group, "C", synergies.signals, axes="motion, sample, synergy", description="as extracted")
+    group.attrs["source"], group.attrs["vaf"] = synergies.source, synergies.explained
+
+
+def _put_fit(group: Any, follower: Follower, fitted: Fitted) -> None:
+    arm = follower.arm
+    values = arm.values(fitted.unknowns)
+    group.attrs["scene"] = toml.dumps(with_values(arm.scene, np.clip(values, *_ends(arm))))
+    _put(group, "parameters", values, axes="parameter")
+    _put(group, "parameter_names", _text([p.name for p in arm.parameters]), axes="parameter")
+    _put(group, "parameter_units", _text([p.unit for p in arm.parameters]), axes="parameter")
+    _put(group, "knots", follower.knots.time, units="s")
+    _put(group, "knot_values", follower.shaped(fitted.own), axes="motion, synergy, knot")
+    _put(group, "C", follower.knots.sampled(follower.shaped(fitted.own)), axes="motion, sample, synergy")
+    _put(group, "angle", fitted.replay.angle, units="rad", axes="motion, sample, joint")
+    _put(group, "speed", fitted.replay.speed, units="rad/s", axes="motion, sample, joint")
+    _put(group, "stages", _text([stage.name for stage in fitted.stages]), axes="stage")
+    for name in ("r2", "velocity_r2", "hand_error", "correlation", "by_synergy"):
+        values = np.nan_to_num(np.stack([getattr(stage.agreement, name) for stage in fitted.stages]))
+        _put(group, name, values, axes="stage, motion, ...", units="m" if name == "hand_error" else "1")
+    _put(group, "seconds", np.array([stage.seconds for stage in fitted.stages]), units="s", axes="stage")
+    _put(group, "simulations", np.array([stage.simulations for stage in fitted.stages]), axes="stage")
+
+
+def _put_published(group: Any, follower: Follower, published: Published) -> None:
+    arm = follower.arm
+    _put(group, "parameters", arm.values(published.unknowns), axes="motion, parameter")
+    _put(group, "parameter_names", _text([p.name for p in arm.parameters]), axes="parameter")
+    _put(group, "C", published.signals, axes="motion, sample, synergy", description="after the filter")
+    _put(group, "angle", published.replay.angle, units="rad", axes="motion, sample, joint")
+    _put(group, "stages", _text([stage.name for stage in published.stages]), axes="stage")
+    _put(group, "r2", np.stack([stage.r2 for stage in published.stages]), axes="stage, motion, joint")
+    _put(group, "seconds", np.array([stage.seconds for stage in published.stages]), units="s", axes="stage")
+
+
+def _ends(arm: Any) -> tuple[Floats, Floats]:
+    return np.array([p.min for p in arm.parameters]), np.array([p.max for p in arm.parameters])
+
+
+def _text(names: Sequence[str]) -> Any:
+    return np.asarray(list(names), dtype=h5py.string_dtype())
+
+
+def _put(group: Any, name: str, data: Any, **attributes: str) -> None:
+    array = np.asarray(data)
+    if array.dtype.kind == "f" and not np.isfinite(array).all():
+        raise ResultError(f"{name} holds a value that is not finite; nothing was written")
+    packed = (
+        {"compression": "gzip", "compression_opts": 1} if array.dtype.kind in "fib" and array.nbytes >= 4096 else {}
+    )
+    dataset = group.create_dataset(name, data=array, **packed)
+    for key, text in attributes.items():
+        dataset.attrs[key] = text

@@ -1,0 +1,42 @@
+"""The motion that a scene itself tells of its joints, as if it had been recorded."""
+
+from __future__ import annotations
+
+import msgspec
+import numpy as np
+
+from warpmuscle.errors import SceneError
+from warpmuscle.pose import twist_angle
+from warpmuscle.rollout import Rollout
+from warpmuscle.scene import Scene
+from warpmuscle.throw.arm import X_AXIS, Arm, joint_positions
+from warpmuscle.throw.motion import RATE, Motion
+
+
+def motion_of(scene: Scene, arm: Arm) -> Motion:
+    """The motion of a scene whose joints are all kinematic.
+
+    Raises:
+        SceneError: a joint that the arm's muscles move has no motion in it.
+    """
+    for name in arm.joints:
+        if name not in scene.motion:
+            raise SceneError(f"{scene.name} has no motion of {name!r}; name files with motions", key="motion")
+    actuation = dict(scene.actuation)
+    for name in arm.joints:
+        actuation[name] = msgspec.structs.replace(actuation[name], drive="kinematic")
+    rollout = Rollout(
+        msgspec.structs.replace(scene, actuation=actuation), 1, "cpu", record=[0], record_rate=RATE,
+        quantities=["coordinates", "speeds"],
+    )  # fmt: skip
+    rollout.run()
+    coordinates = np.concatenate([rollout.recorded("coordinates")[0], rollout.state.coordinates.numpy()]).astype(float)
+    time = np.arange(len(coordinates)) / RATE
+    kind = scene.character.root_joint
+    pitch = np.zeros(len(time))
+    if kind == "planar":
+        pitch = coordinates[:, 2]
+    elif kind == "free":
+        pitch = twist_angle(coordinates[:, 3:7], X_AXIS)
+    place = joint_positions(arm, coordinates)[0][:, [2, 1]]
+    return Motion(scene.name, 0.0, time, coordinates[:, arm.coordinate_places], pitch, place - place[0])

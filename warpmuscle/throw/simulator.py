@@ -1,0 +1,110 @@
+"""Batches of simulated copies of recorded motions, each with its own excitations and parameters."""
+
+from __future__ import annotations
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from warpmuscle.arrays import Floats
+from warpmuscle.rollout import Rollout
+from warpmuscle.scene import Failure, Scene
+from warpmuscle.throw.arm import Arm, states
+from warpmuscle.throw.motion import RATE, Motions
+
+KEPT = 4  # batches of different sizes that are kept ready
+FASTEST = 1e3  # rad/s, beyond which a copy has diverged
+
+
+class Simulator:
+    """Simulates copies of n recorded motions, from their first sample on.
+
+    Attributes:
+        simulations: how many copies so far. steps: how many steps of copies.
+    """
+
+    def __init__(
+        self,
+        arm: Arm,
+        motions: Motions,
+        *,
+        device: str | None = None,
+        threads: int | None = None,
+        time_step: float | None = None,
+    ) -> None:
+        """Prepare; `time_step`, s, takes the place of the scene's."""
+        self.arm, self.motions = arm, motions
+        self._device, self._threads = device, threads
+        self.scene = _scene(arm, float(motions.time[-1]), time_step or arm.scene.time_step)
+        coordinates, speeds, _ = states(arm, motions)
+        self._coordinates, self._speeds = coordinates[:, 0], speeds[:, 0]
+        every = Rollout(self.scene, 1, "cpu")
+        numbers = [every.coordinate_names.index(name) for name in every.motion_names]
+        self._moved = coordinates[:, :, numbers].transpose(0, 2, 1)
+        self._rollouts: dict[int, Rollout] = {}
+        self.simulations = self.steps = 0
+
+    def run(self, which: NDArray[np.intp], time: Floats, excitation: Floats, values: Floats) -> tuple[Floats, Floats]:
+        """Angles and angular velocities (B, T, J) of all joints at the motions' times.
+
+        A copy that diverges stays where it was last.
+
+        Args:
+            which: (B,) motion that a copy starts as and whose prescribed coordinates it follows.
+            time: (K,) s, knots. excitation: (B, M, K), straight between them; activations start at the first.
+            values: of the scene's free parameters, (P,) or (B, P).
+        """
+        rollout = self.prepared(which, time, excitation, values)
+        rollout.run()
+        self.simulations += len(which)
+        self.steps += len(which) * rollout.steps
+        return self._sampled(rollout)
+
+    def load(self) -> None:
+        """Have the kernel ready, compiled now unless Warp has it in its cache."""
+        self._rollout(1).load()
+
+    def prepared(self, which: NDArray[np.intp], time: Floats, excitation: Floats, values: Floats) -> Rollout:
+        """The same copies at their start; theirs until the next call for as many."""
+        rollout = self._rollout(len(which))
+        rollout.set_parameters(values)
+        if self._moved.shape[1]:
+            rollout.set_motion(self.motions.time, self._moved, which)
+        rollout.set_excitations(time, excitation)
+        rollout.set_initial(self._coordinates[which], self._speeds[which], excitation[:, :, 0])
+        return rollout
+
+    def _rollout(self, count: int) -> Rollout:
+        rollout = self._rollouts.pop(count, None)
+        if rollout is None:
+            while len(self._rollouts) >= KEPT:
+                del self._rollouts[next(iter(self._rollouts))]
+            rollout = Rollout(
+                self.scene, count, self._device, record=range(count), record_rate=RATE, threads=self._threads,
+                quantities=["coordinates", "speeds"],
+            )  # fmt: skip
+        self._rollouts[count] = rollout
+        return rollout
+
+    def _sampled(self, rollout: Rollout) -> tuple[Floats, Floats]:
+        arm = self.arm
+        parts = []
+        for name, places in (("coordinates", arm.coordinate_places), ("speeds", arm.speed_places)):
+            frames = rollout.recorded(name)[:, :, places]
+            last = getattr(rollout.state, name).numpy()[:, places]
+            parts.append(np.concatenate([frames, last[:, None]], axis=1).astype(np.float64))
+        ended = np.floor(rollout.end_time() * RATE + 1e-6).astype(int)
+        for row in np.flatnonzero(ended < parts[0].shape[1] - 1):
+            for part in parts:
+                part[row, ended[row] + 1 :] = part[row, ended[row]]
+        return parts[0], parts[1]
+
+
+def _scene(arm: Arm, duration: float, time_step: float) -> Scene:
+    """The scene for so long, s, in which nothing but divergence ends a copy."""
+    return msgspec.structs.replace(
+        arm.simulated,
+        duration=duration,
+        time_step=time_step,
+        failure=Failure(com_height=0.0, heading=0.0, max_speed=FASTEST),
+    )
