@@ -71,6 +71,7 @@ def synergy_figure(path: Path, job: Job) -> None:
             left.set(title=f"w{k + 1}", ylim=(0.0, 1.05))
             right.plot(np.arange(len(long)) / RATE, long[:, k], color=COLORS[k % len(COLORS)], linewidth=0.9)
             right.set(title=f"C{k + 1}, computed from the motions", ylim=(0.0, 1.0))
+            left.set_ylabel("weight (1)")
         axes[-1, 1].set_xlabel("time of all motions one after the other (s)")
         figure.savefig(path, dpi=140)
 
@@ -92,6 +93,9 @@ def published_figure(path: Path, job: Job, result: Published, motion: int = 0) -
                 panel.plot(time[inside], np.degrees(simulated.angle[motion][inside, column]), color=COLORS[1])
                 panel.set_title(f"{job.arm.joints[column]}, r2 {stage.r2[motion, row]:.3f}\n{stage.name}")
                 panel.set_ylim(recorded.min() - 40.0, recorded.max() + 40.0)
+            axes[row, 0].set_ylabel("flexion (deg)")
+        for panel in axes[-1]:
+            panel.set_xlabel("time (s)")
         figure.savefig(path, dpi=140)
 
 

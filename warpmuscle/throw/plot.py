@@ -99,7 +99,11 @@ def draw_throws(path: str | Path, follower: Follower, throws: Sequence[Throw]) -
         axes.set_aspect("equal")
         axes.set_xlabel("forwards from below the shoulder (m)")
         axes.set_ylabel("height (m)")
-        axes.legend(fontsize=8, loc="upper right")
+        axes.legend(fontsize=8, loc="lower center")
+        for axes in rows[-1]:
+            axes.set_xlabel("time (s)")
+        for axes in rows[:, 0]:
+            axes.set_ylabel("signal (1)")
         _save(figure, path)
 
 
