@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from small_scene import sound_scene
 from warpmuscle.errors import SceneError
-from warpmuscle.formats import toml
+from warpmuscle.formats import load, toml
 from warpmuscle.formats.toml_lines import key_lines
 from warpmuscle.number import Free
 from warpmuscle.scene import Scene, SearchStage, State, Trajectory
@@ -211,3 +211,15 @@ def test_lines_of_keys_of_every_kind_are_found():
     assert lines[("t", "q q", "cA", "f")] == 6
     assert lines[("l", "0", "m")] == 8
     assert lines[("l", "1", "n", "o")] == 11
+
+
+def test_a_scene_anywhere_may_be_based_on_a_shipped_one(tmp_path):
+    for base in ("fwalk", "fwalk.toml"):
+        (tmp_path / "mine.toml").write_text(f'name = "mine"\nbase = "{base}"\ncharacter = ["biped.toml"]\n')
+        assert toml.read(tmp_path / "mine.toml").character == load("fwalk").character
+
+
+def test_a_file_beside_the_scene_goes_before_a_shipped_one(tmp_path):
+    (tmp_path / "fwalk.toml").write_text(toml.dumps(load("iwalk")))
+    (tmp_path / "mine.toml").write_text('name = "mine"\nbase = "fwalk.toml"\n')
+    assert toml.read(tmp_path / "mine.toml").controller == load("iwalk").controller

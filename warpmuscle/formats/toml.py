@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import tomllib
 from collections.abc import Sequence
+from importlib import resources
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +25,8 @@ def read(path: str | Path, doubts: list[SceneError] | None = None) -> Scene:
     Its `character` is a table, or the path of another TOML file, relative to the scene's own folder, that holds a
     character's tables at its top level. It may be a list of such paths: tables of later files add to those of earlier
     ones, key by key, so that muscles, or just new properties of them, can stand in a file of their own. `base` may name
-    another scene, likewise, from which this one takes all that it does not say itself.
+    another scene, likewise, from which this one takes all that it does not say itself. What is not in the scene's
+    folder may be a shipped file.
 
     Args:
         path: the file.
@@ -83,7 +85,7 @@ def _scene(source: Source, folder: Path, doubts: list[SceneError] | None = None)
         named = layer.data.get("character")
         if isinstance(named, str) or (named and isinstance(named, list) and all(isinstance(n, str) for n in named)):
             names = [named] if isinstance(named, str) else named
-            characters = [Source.read(place / name, prefix="character.") for name in names]
+            characters = [Source.read(_found(place, name), prefix="character.") for name in names]
             data.pop("character", None)
             for file in characters:
                 merge(data, {"character": file.data})
@@ -116,11 +118,18 @@ def _layers(source: Source, folder: Path, above: tuple[Path, ...]) -> list[tuple
         return [(source, folder)]
     if not isinstance(base, str):
         raise source.placed(SceneError("the base is the path of another scene", key="base"))
-    path = folder / base
+    path = _found(folder, base)
     if path.resolve() in above:
         raise source.placed(SceneError(f"scenes are based on each other: {base!r}", key="base"))
     lower = Source.read(path)
     return [*_layers(lower, path.parent, (*above, path.resolve())), (source, folder)]
+
+
+def _found(folder: Path, name: str) -> Path:
+    """A file that a scene names: one in its own folder, else a shipped one, which needs no suffix."""
+    own = folder / name
+    shipped = Path(str(resources.files("warpmuscle.scenes"))) / (name if name.endswith(".toml") else f"{name}.toml")
+    return shipped if not own.exists() and Path(name).name == name and shipped.exists() else own
 
 
 def merge(table: dict[str, Any], other: dict[str, Any]) -> None:
