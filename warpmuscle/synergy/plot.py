@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from warpmuscle.errors import Error
+from warpmuscle.plots.style import matplotlib, save
 from warpmuscle.synergy.factorization import Account, Synergies
 from warpmuscle.synergy.preparation import Activations
 
@@ -41,14 +41,9 @@ def draw_synergies(
     Raises:
         Error: matplotlib is not installed, or the file cannot be written.
     """
-    try:
-        import matplotlib
-        import matplotlib.figure
-    except ImportError:
-        raise Error("figures need matplotlib: pip install 'warpmuscle[plot]'") from None
     count = synergies.account.count
-    with matplotlib.rc_context(_STYLE):
-        figure: Any = matplotlib.figure.Figure(figsize=(_WIDTH, 0.9 + _ROW * count + _BOTTOM), layout="constrained")
+    with matplotlib().rc_context(_STYLE):
+        figure: Any = matplotlib().figure.Figure(figsize=(_WIDTH, 0.9 + _ROW * count + _BOTTOM), layout="constrained")
         upper, lower = figure.subfigures(2, 1, height_ratios=[0.6 + _ROW * count, _BOTTOM])
         panels = upper.subplots(count, 2, sharex="col", squeeze=False, width_ratios=[1.0, 1.7])
         for k in range(count):
@@ -65,10 +60,7 @@ def draw_synergies(
             f"{count} synergies of {len(activations.muscles)} muscles: VAF {synergies.account.vaf:.3f}",
             fontweight="bold", fontsize=12,
         )  # fmt: skip
-        try:
-            figure.savefig(path, dpi=140)
-        except (OSError, ValueError) as error:
-            raise Error(f"{path}: figure cannot be written: {getattr(error, 'strerror', None) or error}") from None
+        save(figure, path)
 
 
 def _time_label(activations: Activations) -> str:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from warpmuscle.arrays import Floats
-from warpmuscle.errors import Error
+from warpmuscle.plots.style import matplotlib, save
 from warpmuscle.throw.arm import hand_position, joint_positions, states
 from warpmuscle.throw.fit import Fitted
 from warpmuscle.throw.follow import Follower
@@ -34,7 +34,6 @@ def draw_fit(
     Raises:
         Error: matplotlib is not installed, or the file cannot be written.
     """
-    matplotlib = _matplotlib()
     arm, motions, synergies = follower.arm, follower.motions, follower.synergies
     inside = motions.valid[motion] > 0.0
     time = motions.time[inside]
@@ -44,9 +43,9 @@ def draw_fit(
     if fitted is not None:
         signals = follower.knots.sampled(follower.shaped(fitted.own))
         curves.append(("better fit", fitted.replay.angle[motion], signals[motion], SIMULATED))
-    with matplotlib.rc_context(STYLE):
+    with matplotlib().rc_context(STYLE):
         count = max(len(arm.driven), synergies.count)
-        figure = matplotlib.figure.Figure(figsize=(10.0, 1.0 + 1.35 * count), layout="constrained")
+        figure = matplotlib().figure.Figure(figsize=(10.0, 1.0 + 1.35 * count), layout="constrained")
         left, right = figure.subfigures(1, 2, width_ratios=[1.0, 1.0])
         angles = left.subplots(len(arm.driven), 1, sharex=True, squeeze=False)[:, 0]
         for axes, column in zip(angles, arm.free, strict=True):
@@ -76,7 +75,7 @@ def draw_fit(
         panels[-1].set_xlabel("time (s)")
         what = "computed from the motion, not EMG" if synergies.source == "computed" else synergies.source
         figure.suptitle(f"{motions.names[motion]}; synergies {what}", fontweight="bold")
-        _save(figure, path)
+        save(figure, path)
 
 
 def draw_throws(path: str | Path, follower: Follower, throws: Sequence[Throw]) -> None:
@@ -85,9 +84,8 @@ def draw_throws(path: str | Path, follower: Follower, throws: Sequence[Throw]) -
     Raises:
         Error: matplotlib is not installed, or the file cannot be written.
     """
-    matplotlib = _matplotlib()
-    with matplotlib.rc_context(STYLE):
-        figure = matplotlib.figure.Figure(figsize=(10.0, 3.0 + 2.1 * len(throws)), layout="constrained")
+    with matplotlib().rc_context(STYLE):
+        figure = matplotlib().figure.Figure(figsize=(10.0, 3.0 + 2.1 * len(throws)), layout="constrained")
         flights, rest = figure.subfigures(2, 1, height_ratios=[3.0, 2.1 * len(throws)])
         axes = flights.subplots()
         rows = rest.subplots(len(throws), follower.synergies.count, sharex=True, sharey=True, squeeze=False)
@@ -104,7 +102,7 @@ def draw_throws(path: str | Path, follower: Follower, throws: Sequence[Throw]) -
             axes.set_xlabel("time (s)")
         for axes in rows[:, 0]:
             axes.set_ylabel("signal (1)")
-        _save(figure, path)
+        save(figure, path)
 
 
 def _draw_flight(axes: Any, follower: Follower, throw: Throw, color: str) -> None:
@@ -141,35 +139,18 @@ def _draw_changes(row: Any, follower: Follower, throw: Throw, color: str) -> Non
         axes.set_ylim(-0.03, 1.03)
 
 
-def _matplotlib() -> Any:
-    try:
-        import matplotlib
-        import matplotlib.figure
-    except ImportError:
-        raise Error("figures need matplotlib: pip install 'warpmuscle[plot]'") from None
-    return matplotlib
-
-
-def _save(figure: Any, path: str | Path) -> None:
-    try:
-        figure.savefig(path, dpi=140)
-    except (OSError, ValueError) as error:
-        raise Error(f"{path}: figure cannot be written: {getattr(error, 'strerror', None) or error}") from None
-
-
 def draw_trade(path: str | Path, curves: Sequence[tuple[str, Floats, Floats]]) -> None:
     """Draw accuracy, 1 - r2, against correlation with the extracted signals, one curve a name.
 
     Args:
         curves: name, correlation (K,), and worst r2 of any joint (K,).
     """
-    matplotlib = _matplotlib()
-    with matplotlib.rc_context(STYLE):
-        figure = matplotlib.figure.Figure(figsize=(6.0, 4.0), layout="constrained")
+    with matplotlib().rc_context(STYLE):
+        figure = matplotlib().figure.Figure(figsize=(6.0, 4.0), layout="constrained")
         axes = figure.subplots()
         for (name, correlation, r2), color in zip(curves, COLORS, strict=False):
             axes.semilogy(correlation, np.maximum(1.0 - r2, 1e-7), marker="o", color=color, label=name)
         axes.set_xlabel("correlation of fitted with extracted signals")
         axes.set_ylabel("1 - r2, least followed joint")
         axes.legend(fontsize=8)
-        _save(figure, path)
+        save(figure, path)
