@@ -7,6 +7,7 @@ of its child, and what its acceleration asks for is part of the bias.
 
 import warp as wp
 
+from warpmuscle.kernels.kinematics import acceleration_vector
 from warpmuscle.kernels.structs import BALL, FIRST_AXIS, SECOND_AXIS, Model, Motion, State, Work, at, polynomial
 
 
@@ -105,11 +106,7 @@ def prescribe_stage(instance: int, lane: int, lanes: int, model: Model, state: S
         first = skeleton.plan[body].speed_start
         relative = wp.vec3(0.0)
         if skeleton.plan[body].joint_type == BALL:
-            relative = work.rotation[body] * wp.vec3(
-                state.accelerations[instance, first],
-                state.accelerations[instance, first + 1],
-                state.accelerations[instance, first + 2],
-            )
+            relative = work.rotation[body] * acceleration_vector(state, instance, first)
         else:
             if axes != SECOND_AXIS:
                 axis = work.rotation[body] * at(skeleton.row, instance, body).axis_a

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import accumulate
 from typing import Any
 
 import numpy as np
@@ -40,6 +41,11 @@ def orthogonal(v: Floats, axis: Floats) -> Floats:
     across = v - np.sum(v * axis, axis=-1, keepdims=True) * axis
     length = np.linalg.norm(across, axis=-1, keepdims=True)
     return np.asarray(across / np.where(length > 1e-9, length, 1.0))
+
+
+def starts(counts: Iterable[int]) -> list[int]:
+    """Where each group starts when all are put one behind the other, and where the last one ends, from their sizes."""
+    return [0, *accumulate(counts)]
 
 
 def to_device(values: Any, dtype: Any, device: Any) -> wp.array:

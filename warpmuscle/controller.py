@@ -7,7 +7,7 @@ from typing import Any
 
 import warp as wp
 
-from warpmuscle.arrays import records_to_device, rows, structs_to_device, to_device
+from warpmuscle.arrays import records_to_device, rows, starts, structs_to_device, to_device
 from warpmuscle.kernels import structs
 from warpmuscle.pose import normalized
 from warpmuscle.scene import PD, Balance, Component, Controller, Curve, Feedback, State
@@ -82,7 +82,7 @@ def _fill_states(s: structs.Simbicon, states: list[State], names: Topology, devi
     knots = Knots()
     trajectories = [trajectory for state in states for trajectory in state.trajectories.values()]
     components = [component for trajectory in trajectories for component in trajectory.components]
-    trajectory_start = _starts([len(state.trajectories) for state in states])
+    trajectory_start = starts(len(state.trajectories) for state in states)
     s.states = records_to_device(
         structs.ControlState, device,
         next_state=[state.next for state in states],
@@ -94,7 +94,7 @@ def _fill_states(s: structs.Simbicon, states: list[State], names: Topology, devi
     s.balance_knots = to_device([_balance_knots(state.balance, knots) for state in states], int, device)
     bodies = [pair for state in states for pair in trajectory_bodies(state, names)]
     strength = [knots.add_curve(t.strength) for t in trajectories]
-    component_start = _starts([len(t.components) for t in trajectories])
+    component_start = starts(len(t.components) for t in trajectories)
     s.trajectories = records_to_device(
         structs.Trajectory, device,
         left_body=[left for left, _ in bodies], right_body=[right for _, right in bodies],
@@ -132,8 +132,3 @@ def _balance_knots(balance: Balance | None, knots: Knots) -> list[int]:
         return [0] * 7 + [-1]
     curves = (balance.distance_x, balance.distance_z, balance.velocity_x, balance.velocity_z)
     return [number for curve in curves for number in knots.add_curve(curve)]
-
-
-def _starts(counts: list[int]) -> list[int]:
-    """Start of each group, and the end of the last, from the sizes of groups that lie one behind the other."""
-    return [sum(counts[:i]) for i in range(len(counts) + 1)]

@@ -75,7 +75,7 @@ def excitation_arrays(
     }
 
 
-def start_values(values: ArrayLike, count: int, instances: int, what: str) -> Floats:
+def checked_state(values: ArrayLike, count: int, instances: int, what: str) -> Floats:
     """Values to start from, (1 or instances, count).
 
     Raises:
@@ -202,12 +202,12 @@ class Given(ABC):
         """
         n, given = self.instances, self._inputs
         if coordinates is not None:
-            given.coordinates = start_values(coordinates, self.names.coordinates, n, "initial coordinates")
+            given.coordinates = checked_state(coordinates, self.names.coordinates, n, "initial coordinates")
         if speeds is not None:
-            given.speeds = start_values(speeds, self.names.speeds, n, "initial speeds")
+            given.speeds = checked_state(speeds, self.names.speeds, n, "initial speeds")
         if activation is not None:
             every = self.muscle_names
-            values = start_values(activation, len(every), n, "initial activations")
+            values = checked_state(activation, len(every), n, "initial activations")
             chosen = [every.index(name) for name in self._driven.muscles]
             given.activation = values[:, chosen] if chosen else None
         self.reset()

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from warpmuscle.arrays import Floats, records_to_device, rows, structs_to_device, to_device
+from warpmuscle.arrays import Floats, records_to_device, rows, starts, structs_to_device, to_device
 from warpmuscle.bodies import stacked
 from warpmuscle.kernels import structs
 from warpmuscle.number import Free
@@ -171,7 +171,8 @@ def paths_struct(paths: Mapping[str, MusclePath], names: Topology, character: Ch
             first, last = place == 0, place == len(crossing.terms) - 1
             term = {"crossing": i, "joint": crossing.joint, "sign": sign, "first": first, "last": last}
             by_segment[segment].append(term)
-    segment_start, term_start, crossing_start = table.segment_start, _starts(by_segment), _starts(by_muscle)
+    segment_start, term_start = table.segment_start, starts(map(len, by_segment))
+    crossing_start = starts(map(len, by_muscle))
 
     p = structs.Paths()
     p.fixed_length = to_device(_fixed_lengths(table), float, device)
@@ -253,11 +254,6 @@ def _fixed_lengths(table: PathTable) -> Floats:
             total = total + np.linalg.norm(end - start, axis=-1)
         lengths.append(total)
     return stacked(lengths)
-
-
-def _starts(groups: Sequence[Sequence[Any]]) -> list[int]:
-    """Where each group starts when all are put one behind the other, and where the last one ends."""
-    return [0, *np.cumsum([len(group) for group in groups], dtype=int).tolist()]
 
 
 def _numbers(values: Sequence[int], device: Any) -> wp.array:
