@@ -97,7 +97,7 @@ def draw_throws(path: str | Path, follower: Follower, throws: Sequence[Throw]) -
         axes.set_aspect("equal")
         axes.set_xlabel("forwards from below the shoulder (m)")
         axes.set_ylabel("height (m)")
-        axes.legend(fontsize=8, loc="lower center")
+        axes.legend(fontsize=8, loc="upper left", bbox_to_anchor=(1.02, 1.0))
         for axes in rows[-1]:
             axes.set_xlabel("time (s)")
         for axes in rows[:, 0]:
