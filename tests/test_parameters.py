@@ -9,7 +9,16 @@ from small_scene import sound_scene
 from warpmuscle.checks import Checks
 from warpmuscle.errors import Error
 from warpmuscle.number import Free
-from warpmuscle.parameters import Parameter, free_parameters, greatest, snap, start_values, substitute, with_values
+from warpmuscle.parameters import (
+    Parameter,
+    free_parameters,
+    greatest,
+    pinned,
+    snap,
+    start_values,
+    substitute,
+    with_values,
+)
 from warpmuscle.scene import PD, Scene
 from warpmuscle.validate import check_scene
 
@@ -70,6 +79,20 @@ def test_numbers_tied_by_a_factor_are_its_multiple_in_every_row(scene):
     assert (checks.start(doubled), checks.interval(doubled)) == (1.4, (1.0, 1.8))
 
 
+def test_numbers_that_go_through_points_follow_on_straight_lines_in_every_row(scene):
+    time = "controller.states.0.time"
+    scene.controller.pd["rHip"].kd = curve = Free(same_as=time, through=((0.6, 10.0), (0.7, 2.0), (0.8, 4.0)))
+    assert [parameter.name for parameter in free_parameters(scene)].count("controller.pd.rHip.kd") == 0
+    rows = np.array([[0.5, 0.1, 7.0], [0.65, 0.1, 7.0], [0.8, 0.1, 7.0]])
+    np.testing.assert_allclose(substitute(scene, rows).controller.pd["rHip"].kd, [10.0, 6.0, 4.0])
+    assert substitute(scene, start_values(scene)).controller.pd["rHip"].kd == 2.0
+    assert pinned(scene, rows[1], {time}).controller.pd["rHip"].kd == curve
+    assert pinned(scene, rows[1], set()).controller.pd["rHip"].kd == pytest.approx(6.0)
+    assert Checks(scene).interval(curve) == (2.0, 10.0)  # the least value is in the middle
+    assert greatest(scene, curve) == 10.0
+    check_scene(scene)
+
+
 def test_greatest_value_of_a_number_is_its_own_or_its_maximum_or_that_of_what_it_follows(scene):
     numbers = [3.0, scene.controller.states[0].time, Free(same_as="controller.states.0.time")]
     assert [greatest(scene, number) for number in numbers] == [3.0, 0.9, 0.9]
@@ -83,9 +106,14 @@ def test_greatest_value_of_a_number_is_its_own_or_its_maximum_or_that_of_what_it
         ({"same_as": "a.b", "factor": float("inf")}, "factor must be finite"),
         ({"value": 1.0, "min": 0.0, "max": 2.0, "factor": -1.0}, "only a number with `same_as` takes a factor"),
         ({"same_as": "a.b", "factor": -1.0, "min": 0.0}, "takes value, min, max and step from that parameter"),
+        ({"same_as": "a.b", "factor": 2.0, "through": ((0.0, 1.0), (1.0, 2.0))}, "takes no factor"),
+        ({"same_as": "a.b", "through": ((0.0, 1.0),)}, "two finite points at least"),
+        ({"same_as": "a.b", "through": ((0.0, 1.0), (0.0, 2.0))}, "must increase, but 0 follows 0"),
+        ({"same_as": "a.b", "through": ((0.0, 1.0), (1.0, float("nan")))}, "two finite points at least"),
+        ({"value": 1.0, "min": 0.0, "max": 2.0, "through": ((0.0, 1.0), (1.0, 2.0))}, "only a number with `same_as`"),
     ],
 )
-def test_factors_belong_to_tied_numbers(members, message):
+def test_factors_and_points_belong_to_tied_numbers(members, message):
     with pytest.raises(ValueError, match=message):
         Free(**members)
 

@@ -108,6 +108,17 @@ def test_only_the_numbers_named_change_also_where_one_follows_another(names, for
     assert (values[paths["H"]], values[paths["T"]]) == forces
 
 
+def test_points_that_a_number_goes_through_change_with_it_and_with_what_it_follows():
+    scene = follower_scene()
+    f_max = "character.muscles.HFL.f_max"
+    scene.character.muscles["TFL"].f_max = Free(same_as=f_max, through=((600.0, 50.0), (1800.0, 90.0)))
+    before = numbers(scene)["character.muscles.TFL.f_max"]
+    assert numbers(multiplied(scene, {f_max: 2.0}))["character.muscles.TFL.f_max"] == pytest.approx(before)
+    halved = multiplied(scene, {f_max: 2.0, "character.muscles.TFL.f_max": 0.5})
+    assert numbers(halved)["character.muscles.TFL.f_max"] == pytest.approx(0.5 * before)
+    assert halved.character.muscles["TFL"].f_max.through == ((1200.0, 25.0), (3600.0, 45.0))
+
+
 def test_what_cannot_be_multiplied_is_a_clear_error():
     scene = follower_scene()
     with pytest.raises(SceneError, match=r"TFL.f_max: follows character.muscles.HFL.f_max, which would be 0"):

@@ -29,15 +29,14 @@ class Checks:
         source = self.free[number.same_as] if number.same_as else number
         if source.min is None or source.max is None:
             raise SceneError("a free parameter needs value, min and max")
-        ends = source.min * number.factor, source.max * number.factor
-        return min(ends), max(ends)
+        return number.range_over(source.min, source.max)
 
     def start(self, number: Number) -> float:
         """A number's own or start value."""
         if not isinstance(number, Free):
             return number
         value = (self.free[number.same_as] if number.same_as else number).value
-        return math.nan if value is None else value * number.factor
+        return math.nan if value is None else float(number.following(value))
 
     def positive(self, key: str, part: msgspec.Struct, *fields: str) -> None:
         """The named fields are greater than zero, for every value a search may give them."""

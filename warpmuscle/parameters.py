@@ -78,7 +78,7 @@ def greatest(scene: Scene, number: Number) -> float:
         source = next(free for key, free in leaves(scene) if key == number.same_as)
     assert source.min is not None
     assert source.max is not None
-    return max(source.min * number.factor, source.max * number.factor)
+    return number.range_over(source.min, source.max)[1]
 
 
 def substitute(scene: Scene, values: Floats) -> Scene:
@@ -105,7 +105,7 @@ def substitute(scene: Scene, values: Floats) -> Scene:
         name = number.same_as or key
         if name not in columns:
             raise SceneError(f"{name!r} is not a free parameter", key=f"{key}.same_as")
-        return columns[name] if number.factor == 1.0 else columns[name] * number.factor
+        return number.following(columns[name])
 
     return rebuilt(scene, lambda key, leaf: column(key, leaf) if isinstance(leaf, Free) else leaf)
 
@@ -169,7 +169,7 @@ def pinned(scene: Scene, values: Floats, free: Collection[str]) -> Scene:
         name = leaf.same_as or key
         if name in free:
             return leaf
-        return numbers[name] if leaf.factor == 1.0 else numbers[name] * leaf.factor
+        return leaf.following(numbers[name])
 
     return rebuilt(started, replaced)
 

@@ -42,10 +42,12 @@ def multiplied(scene: Scene, factors: Mapping[str, float]) -> Scene:
         if not isinstance(leaf, Free):
             return leaf * factor if factor != 1.0 else leaf
         source = factors.get(leaf.same_as, 1.0) if leaf.same_as else 1.0
-        if factor == source == 1.0 or (leaf.same_as and factor == source):
+        if factor == source == 1.0 or (leaf.same_as and factor == source and not leaf.through):
             return leaf
         if source == 0.0:
             raise SceneError(f"follows {leaf.same_as}, which would be 0: name both of them, or neither", key=path)
+        if leaf.through:
+            return Free(same_as=leaf.same_as, through=tuple(sorted((s * source, v * factor) for s, v in leaf.through)))
         return _times(path, leaf, factor / source)
 
     return rebuilt(scene, replaced)

@@ -65,6 +65,21 @@ def test_numbers_that_follow_go_on_following():
     assert changed("controller.pd.rHip.kp", 3.0).controller.pd["lHip"].kp == Free(10.0, 5.0, 20.0)
 
 
+def test_numbers_that_go_through_points_take_their_value_there_from_a_number():
+    base = scene()
+    base.controller.pd["rHip"] = PD(Free(same_as=SOURCE, through=((10.0, 1.0), (20.0, 3.0))), 1.0)
+    assert changed(SOURCE, 15.0, base).controller.pd["rHip"].kp == 2.0
+    follower = changed(SOURCE, {"same_as": "controller.pd.root.kp"}, with_free_root(base)).controller.pd["rHip"].kp
+    assert follower == Free(same_as="controller.pd.root.kp", through=((10.0, 1.0), (20.0, 3.0)))
+    with pytest.raises(SceneError, match=r"goes through points over controller\.pd\.lHip\.kp, which follows"):
+        changed(SOURCE, {"same_as": "controller.pd.root.kp", "factor": 2.0}, with_free_root(base))
+
+
+def with_free_root(scene: Scene) -> Scene:
+    scene.controller.pd["root"] = PD(Free(12.0, 10.0, 20.0), 2.0)
+    return scene
+
+
 def test_pattern_sets_or_multiplies_every_number_that_it_matches():
     base = load("walk56")
     weak = changed("character.muscles.?SOL.f_max", {"factor": 0.25}, base).character.muscles

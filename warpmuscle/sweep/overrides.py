@@ -147,10 +147,23 @@ def _with(scene: Scene, values: Sequence[tuple[list[str], Any]]) -> Scene:
             return leaf
         source = leaf_at.get(leaf.same_as)
         if isinstance(source, Free):
-            return Free(same_as=source.same_as, factor=leaf.factor * source.factor) if source.same_as else leaf
-        return source * leaf.factor if isinstance(source, int | float) else leaf
+            return _following_through(leaf, source, path) if source.same_as else leaf
+        return leaf.following(source) if isinstance(source, int | float) else leaf
 
     return rebuilt(changed, following)
+
+
+def _following_through(leaf: Free, source: Free, path: str) -> Free:
+    """A number that follows a number which itself follows one now: it follows that one."""
+    if not source.through:
+        if not leaf.through:
+            return Free(same_as=source.same_as, factor=leaf.factor * source.factor)
+        if source.factor == 1.0:
+            return Free(same_as=source.same_as, through=leaf.through)
+    elif not leaf.through:
+        points = tuple((at, value * leaf.factor) for at, value in source.through)
+        return Free(same_as=source.same_as, through=points)
+    raise SceneError(f"goes through points over {leaf.same_as}, which follows {source.same_as} now", key=path)
 
 
 def _put(data: Any, scene: Scene, names: list[str], value: Any) -> None:
