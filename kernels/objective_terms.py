@@ -11,10 +11,10 @@ import warp as wp
 from warpmuscle.kernels.curves import active_force_length, force_velocity
 from warpmuscle.kernels.limits import limit_stage
 from warpmuscle.kernels.metabolics import bhargava_power, muscle_mass, umberger_power, wang_power
-from warpmuscle.kernels.muscle import LARGEST_SPEED
+from warpmuscle.kernels.muscle import LARGEST_SPEED, bounded_passive
 from warpmuscle.kernels.own_curves import OwnCurves, with_curves
 from warpmuscle.kernels.simbicon import pd_error
-from warpmuscle.kernels.spatial import heading_angle
+from warpmuscle.kernels.spatial import heading_angle, turn_about_x
 from warpmuscle.kernels.structs import Model, State, Work, at
 
 
@@ -87,6 +87,13 @@ def metabolic_umberger(instance: int, m: int, w: MuscleWork, model: Model) -> fl
 
 
 @wp.func
+def passive_force(instance: int, m: int, w: MuscleWork, model: Model) -> float:
+    """Force of the passive fibre, N."""
+    row = at(model.muscles.row, instance, m)
+    return row.f_max * bounded_passive(model.muscles.model, w.length / row.l_opt)
+
+
+@wp.func
 def applied_torque(instance: int, body: int, model: Model, state: State, work: Work) -> float:
     """Magnitude of the torque that drives a joint, N m."""
     return wp.length(work.torque[body])
@@ -116,15 +123,34 @@ def smoothness(instance: int, body: int, model: Model, state: State, work: Work)
 
 
 @wp.func
+def bin_of_phase(phase: float, bins: int) -> int:
+    """Which of so many equal parts a phase is in."""
+    return wp.clamp(int(phase * float(bins)), 0, bins - 1)
+
+
+@wp.func
 def tracking(instance: int, body: int, model: Model, state: State, work: Work) -> float:
     """Squared angle between a joint and that of the tracked gait at the same phase of the same stance, rad^2."""
     if model.reference_bins == 0:
         return 0.0
-    bins = model.reference_bins
-    row = state.stance[instance] * bins + wp.clamp(int(state.phase[instance] * float(bins)), 0, bins - 1)
+    row = state.stance[instance] * model.reference_bins + bin_of_phase(state.phase[instance], model.reference_bins)
     relative = wp.quat_inverse(work.orientation[model.skeleton.plan[body].parent]) * work.orientation[body]
     error = pd_error(relative, model.reference[row, body])
     return model.tracked[body] * wp.dot(error, error)
+
+
+@wp.func
+def norms(instance: int, body: int, model: Model, state: State, work: Work) -> float:
+    """Squared difference of a joint's sagittal angle and that of human walking, in half-bands of the norm.
+
+    At phase p of its step a stance leg is at 50 p % of the gait cycle, a swing leg at 50 + 50 p %.
+    """
+    if model.norm_bins == 0:
+        return 0.0
+    row = state.stance[instance] * model.norm_bins + bin_of_phase(state.phase[instance], model.norm_bins)
+    relative = wp.quat_inverse(work.orientation[model.skeleton.plan[body].parent]) * work.orientation[body]
+    deviation = model.norm_scale[body] * turn_about_x(relative) - model.norm[row, body]
+    return deviation * deviation
 
 
 @wp.func
@@ -158,20 +184,35 @@ def ground_force(instance: int, model: Model, state: State, work: Work) -> float
     return left + wp.max(state.foot_force[instance, 1][1] / weight - bound, 0.0)
 
 
+@wp.func
+def norm_force(instance: int, model: Model, state: State, work: Work) -> float:
+    """Squared difference of each foot's vertical force and that of human walking, in half-bands, of the step before."""
+    if model.norm_bins == 0:
+        return 0.0
+    stance = state.stance[instance]
+    weight = at(model.skeleton.total_mass, instance, 0) * at(model.gravity, instance, 0)
+    human = model.norm_force[bin_of_phase(state.phase[instance], model.norm_bins)]
+    on_stance = state.foot_force[instance, stance][1] / weight - human[0]
+    on_swing = state.foot_force[instance, 1 - stance][1] / weight - human[1]
+    return (on_stance * on_stance + on_swing * on_swing) / (model.norm_force_band * model.norm_force_band)
+
+
 MUSCLE_TERMS = {
     "effort_squared": effort_squared,
     "effort_cubed": effort_cubed,
     "metabolic_wang": metabolic_wang,
     "metabolic_umberger": metabolic_umberger,
     "metabolic_bhargava": metabolic_bhargava,
+    "passive_force": passive_force,
 }
 BODY_TERMS = {
     "applied_torque": applied_torque,
     "joint_limits": joint_limits,
     "smoothness": smoothness,
     "tracking": tracking,
+    "norms": norms,
 }
-WHOLE_TERMS = {"speed": speed, "heading": heading, "head": head, "ground_force": ground_force}
+WHOLE_TERMS = {"speed": speed, "heading": heading, "head": head, "ground_force": ground_force, "norm_force": norm_force}
 
 
 @wp.func

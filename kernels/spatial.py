@@ -140,11 +140,22 @@ def heading(q: wp.quat) -> wp.quat:
 
 
 @wp.func
+def turn_about_x(q: wp.quat) -> float:
+    """Angle of the twist about x in a rotation, rad, -pi..pi."""
+    return within_pi(2.0 * wp.atan2(q[0], q[3]))
+
+
+@wp.func
 def heading_angle(q: wp.quat) -> float:
     """Angle of the heading about the vertical, rad, -pi..pi."""
-    angle = 2.0 * wp.atan2(q[1], q[3])
+    return within_pi(2.0 * wp.atan2(q[1], q[3]))
+
+
+@wp.func
+def within_pi(angle: float) -> float:
+    """An angle of -2 pi to 2 pi, rad, within -pi..pi."""
     if angle > wp.static(wp.PI):
-        angle -= wp.static(2.0 * wp.PI)
+        return angle - wp.static(2.0 * wp.PI)
     if angle < -wp.static(wp.PI):
-        angle += wp.static(2.0 * wp.PI)
+        return angle + wp.static(2.0 * wp.PI)
     return angle

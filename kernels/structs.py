@@ -103,6 +103,11 @@ class Model:
     reference_bins: int  # of the phase, for each stance
     reference: wp.array2d[wp.quat]  # (2 bins, bodies) child in parent, of a tracked gait; left stance first
     tracked: wp.array[float]  # (bodies,) 1: the body's joint is compared with it
+    norm_bins: int  # of the phase, for each stance
+    norm: wp.array2d[float]  # (2 norm bins, bodies) sagittal angle of human walking in half-bands; left stance first
+    norm_scale: wp.array[float]  # (bodies,) half-bands/rad, signed; 0: no norm of the body's joint
+    norm_force: wp.array[wp.vec2]  # (norm bins,) vertical force on stance and swing foot, body weights
+    norm_force_band: float  # body weights, half-band of that
     level_start: wp.array[int]  # (levels + 1,)
     skeleton: Skeleton
     contacts: Contacts

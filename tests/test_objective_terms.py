@@ -9,16 +9,20 @@ from small_scene import sound_scene
 from warpmuscle.errors import SceneError
 from warpmuscle.formats import load
 from warpmuscle.kernels.metabolics import DENSITY, STRESS
+from warpmuscle.kernels.muscle import LARGEST_PASSIVE
+from warpmuscle.norms import NORMS
 from warpmuscle.number import Free
 from warpmuscle.objective import TERMS, wanted
 from warpmuscle.rollout import Rollout
 from warpmuscle.scene import InitialState, JointState, MuscleModel, Objective, Scene
 from warpmuscle.status import Status
+from warpmuscle.strides import SIDES, body_weight, leg_angles
 from warpmuscle.validate import check_scene
 from warpmuscle.validate_objective import TERM_WEIGHTS
 
 ONES = dict.fromkeys(TERM_WEIGHTS, 1.0) | {"tracking": 0.0}
-EVERY = Objective(**ONES, head_body="tip")
+WALKS_ONLY = {"norms": 0.0, "norm_force": 0.0}
+EVERY = Objective(**ONES | WALKS_ONLY, head_body="tip")
 ACTIVE = 0.6
 
 
@@ -101,6 +105,66 @@ def test_torques_of_limits_count_only_where_a_joint_is_beyond_them():
     stopped = values(scene)
     assert free["joint_limits"][0] == 0.0
     assert stopped["joint_limits"][0] > 1.0
+
+
+def walked(name: str, **weights) -> Rollout:
+    """A second of a shipped walk, every step of it recorded."""
+    scene = msgspec.structs.replace(load(name), duration=1.0, objective=Objective(**weights))
+    rollout = Rollout(scene, 1, "cpu", record=[0], record_rate=1.0 / scene.time_step)
+    rollout.run()
+    return rollout
+
+
+def percent_of_cycle(recording, side: int) -> np.ndarray:
+    """Where a leg is in the gait cycle by the phase of the controller, to a fiftieth of a step."""
+    step = (np.clip((recording.phase * 50.0).astype(int), 0, 49) + 0.5) / 50.0
+    return 50.0 * step + np.where(recording.stance == side, 0.0, 50.0)
+
+
+def test_norms_are_squared_half_bands_between_legs_and_human_ones():
+    rollout = walked("fwalk", norms=1.0)
+    recording = rollout.recording()
+    angles = leg_angles(recording, rollout.numeric)
+    total = np.zeros(len(recording.time))
+    for title, sides in angles.items():
+        for number, side in enumerate(SIDES):
+            human = NORMS[title].mean(percent_of_cycle(recording, number))
+            total += ((sides[side] - human) / NORMS[title].half_band) ** 2
+    expected = total[:-1].mean() * rollout.end_time()[0]
+    assert expected > 5.0
+    np.testing.assert_allclose(rollout.terms()["norms"], expected, rtol=0.01)
+
+
+def test_norm_force_is_the_same_of_vertical_forces_in_body_weights():
+    rollout = walked("fwalk", norm_force=1.0)
+    recording, norm = rollout.recording(), NORMS["Vertical ground force"]
+    total = np.zeros(len(recording.time))
+    for number, side in enumerate(SIDES):
+        force = recording[f"foot_force_{side}"][:, 1] / body_weight(rollout.numeric)
+        total += ((force - norm.mean(percent_of_cycle(recording, number))) / norm.half_band) ** 2
+    np.testing.assert_allclose(rollout.terms()["norm_force"], total.mean() * rollout.end_time()[0], rtol=0.02)
+
+
+def test_passive_force_is_that_of_fibres_stretched_beyond_their_optimum():
+    rollout = walked("walk56", passive_force=1.0)
+    recording, muscles = rollout.recording(), rollout.numeric.character.muscles
+    total = 0.0
+    for index, name in enumerate(recording.muscle_names):
+        stretch = recording.muscle_fibre_length[:, index] / muscles[name].l_opt - 1.0
+        passive = np.where(stretch > 0.0, np.expm1(4.0 * stretch / 0.6) / np.expm1(4.0), 0.0)  # Bergmann 2017, eq. 6
+        total += muscles[name].f_max * np.minimum(passive, LARGEST_PASSIVE).mean()
+    assert total > 100.0
+    np.testing.assert_allclose(rollout.terms()["passive_force"], total * rollout.end_time()[0], rtol=0.01)
+
+
+@pytest.mark.parametrize("term", ["norms", "norm_force"])
+def test_what_does_not_walk_is_not_compared_with_human_walking(term: str):
+    with pytest.raises(SceneError, match=f"{term}.*no controller"):
+        check_scene(msgspec.structs.replace(arm("hinge", {}), objective=Objective(**{term: 1.0})))
+    scene = sound_scene()
+    scene.objective = Objective(**{term: 1.0})
+    with pytest.raises(SceneError, match="has no hip, knee and ankle"):
+        check_scene(scene)
 
 
 def test_cost_is_the_weighted_sum_and_a_failure_costs_more():

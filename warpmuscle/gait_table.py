@@ -8,11 +8,10 @@ import numpy as np
 
 from warpmuscle.errors import Error
 from warpmuscle.gait import measure
-from warpmuscle.norms import NORMS, REFERENCES, SOURCE
+from warpmuscle.norms import LEG_ANGLES, NORMS, REFERENCES, SOURCE
 from warpmuscle.recording import Floats, Recording
 from warpmuscle.scene import Scene
 from warpmuscle.strides import (
-    LEG_ANGLES,
     PERCENT,
     SIDES,
     body_weight,

@@ -9,9 +9,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from warpmuscle.figure import leg
 from warpmuscle.recording import Floats
+from warpmuscle.scene import Scene
+from warpmuscle.topology import Topology
 
 SOURCE = "norm curves in SCONE Studio"
+LEG_ANGLES = ("Hip flexion", "Knee flexion", "Ankle dorsiflexion")
+FLEXION = (-1.0, 1.0, -1.0)  # sign of a turn about x, which points to the left, that is flexion of hip, knee and ankle
+BINS = 50  # of the phase of a step
+STANCE = 50.0 * (np.arange(BINS) + 0.5) / BINS  # percent of the gait cycle where the stance leg is in each of them
 
 
 @dataclass(frozen=True)
@@ -62,3 +69,24 @@ REFERENCES = {
     "cadence": Reference(117.0, 117.0, _MURRAY),
     "cost of transport": Reference(3.05, 3.51, "PLOS ONE 0168070, 0138154"),
 }
+
+
+def norm_table(scene: Scene, names: Topology) -> tuple[Floats, Floats]:
+    """Sagittal angles of human legs over the phase of a step, for `kernels.objective_terms.norms`.
+
+    Args:
+        scene: with a controller, whose feet have a hip, a knee and an ankle above them.
+
+    Returns:
+        Mean angles (2 BINS, bodies) of each body's joint in half-bands, left stance first, and (bodies,) half-bands per
+        rad of a turn about x, 0 for joints without a norm.
+    """
+    assert scene.controller is not None
+    table, scale = np.zeros((2 * BINS, len(names.bodies))), np.zeros(len(names.bodies))
+    for side, foot in enumerate(scene.controller.feet):
+        percents = np.concatenate([STANCE, STANCE + 50.0] if side == 0 else [STANCE + 50.0, STANCE])
+        for title, sign, joint in zip(LEG_ANGLES, FLEXION, leg(scene.character, foot)[-3:], strict=True):
+            body, norm = names.body_of_joint(joint), NORMS[title]
+            table[:, body] = norm.mean(percents) / norm.half_band
+            scale[body] = np.degrees(sign) / norm.half_band
+    return table, scale

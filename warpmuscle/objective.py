@@ -12,6 +12,7 @@ from warpmuscle.arrays import Floats, rows, to_device
 from warpmuscle.custom import Kind, custom_terms
 from warpmuscle.kernels import structs
 from warpmuscle.kernels.objective_terms import BODY_TERMS, MUSCLE_TERMS, WHOLE_TERMS, ObjectiveKind
+from warpmuscle.norms import BINS, NORMS, STANCE, norm_table
 from warpmuscle.scene import Objective, Scene
 from warpmuscle.topology import Topology
 
@@ -39,6 +40,9 @@ TERMS: dict[str, Term] = {
     "joint_limits": Term("N m s", "torque of the joints' limits, summed over joints and time"),
     "ground_force": Term("s", "vertical force on a foot beyond its bound, in body weights, over time"),
     "tracking": Term("rad^2 s", "squared angles between the joints and the tracked gait, summed and over time"),
+    "norms": Term("s", "squared angles, in half-bands, between legs and human ones, summed and over time"),
+    "norm_force": Term("s", "squared vertical force, in half-bands, between feet and human ones, over time"),
+    "passive_force": Term("N s", "force of stretched fibres, summed over muscles and time"),
     "smoothness": Term("rad^2/s^3", "squared acceleration of the joints, summed and over time"),
 }
 
@@ -98,7 +102,18 @@ def objective_fields(scene: Scene, names: Topology, device: Any) -> dict[str, An
     objective = scene.objective
     head = names.bodies.index(objective.head_body) if objective.head_body in names.bodies else 0
     numbers = rows([[objective.target_speed, objective.ground_force_bound]])
-    return {"head": head, "objective": to_device(numbers, wp.vec2, device)}
+    fields = {"head": head, "objective": to_device(numbers, wp.vec2, device)}
+    if {"norms", "norm_force"} & set(wanted(objective)):
+        angle, scale = norm_table(scene, names)
+        force = NORMS["Vertical ground force"]
+        fields |= {
+            "norm_bins": BINS,
+            "norm": to_device(angle, float, device),
+            "norm_scale": to_device(scale, float, device),
+            "norm_force": to_device(np.stack([force.mean(STANCE), force.mean(STANCE + 50.0)], 1), wp.vec2, device),
+            "norm_force_band": force.half_band,
+        }
+    return fields
 
 
 def term_values(

@@ -182,6 +182,9 @@ class Objective(Part):
     ground_force: Number = 0.0  # beyond its bound
     smoothness: Number = 0.0
     tracking: Number = 0.0  # error from the tracked gait
+    norms: Number = 0.0  # error of hips, knees and ankles from human walking; see `norms.py`
+    norm_force: Number = 0.0  # the same of the vertical ground force
+    passive_force: Number = 0.0  # of stretched muscle fibres
     target_speed: Number = 1.0  # m/s, forward
     ground_force_bound: Number = 1.5  # body weights, vertical, on each foot
     head_body: str = "head"

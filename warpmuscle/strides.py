@@ -10,14 +10,13 @@ from numpy.typing import NDArray
 from warpmuscle.errors import Error
 from warpmuscle.figure import leg
 from warpmuscle.gait import measure
+from warpmuscle.norms import FLEXION, LEG_ANGLES
 from warpmuscle.pose import twist_angle
 from warpmuscle.recording import Floats, Recording
 from warpmuscle.scene import Character, Scene
 
 SIDES = ("left", "right")
 PERCENT = np.linspace(0.0, 100.0, 101)  # of the gait cycle, where curves have their samples
-LEG_ANGLES = ("Hip flexion", "Knee flexion", "Ankle dorsiflexion")
-_SIGNS = (-1.0, 1.0, -1.0)  # of turns about x, which points to the left, to those angles
 _TOUCH = 0.05  # of the greatest vertical force: a foot with more is on the ground
 _FLIGHT = 0.1  # s, shortest time off the ground before a touch-down
 Strides = list[tuple[float, float]]  # s, begin and end of each
@@ -90,7 +89,7 @@ def leg_angles(recording: Recording, scene: Scene) -> dict[str, dict[str, Floats
         joints = leg(scene.character, foot)[-3:]
         if len(joints) < 3:
             raise Error(f"{scene.name} has no hip, knee and ankle: {len(joints)} joints lead to its {side} foot")
-        for name, joint, sign in zip(LEG_ANGLES, joints, _SIGNS, strict=True):
+        for name, joint, sign in zip(LEG_ANGLES, joints, FLEXION, strict=True):
             found[name][side] = np.degrees(sign * sagittal_angle(recording, joint))
     return found
 

@@ -8,14 +8,17 @@ import msgspec
 
 from warpmuscle.checks import Checks, join, known, near
 from warpmuscle.errors import SceneError
+from warpmuscle.figure import leg
+from warpmuscle.norms import LEG_ANGLES
 from warpmuscle.parameters import free_parameters
-from warpmuscle.scene import Failure, Objective, SearchStage
+from warpmuscle.scene import Failure, Objective, Scene, SearchStage
 from warpmuscle.stage_scene import freed
 from warpmuscle.typed import to_type
 
 TERM_WEIGHTS = (
     "torque", "fall", "applied_torque", "effort_squared", "effort_cubed", "metabolic", "cost_of_transport", "speed",
-    "heading", "head", "joint_limits", "ground_force", "tracking", "smoothness",
+    "heading", "head", "joint_limits", "ground_force", "tracking", "norms", "norm_force",
+    "passive_force", "smoothness",
 )  # fmt: skip
 
 
@@ -27,7 +30,20 @@ def check_objective(checks: Checks, key: str, objective: Objective) -> None:
         known(objective.head_body, scene.character.bodies, "body", f"{key}.head_body")
     if scene.tracking is None and checks.interval(objective.tracking)[1] > 0.0:
         raise SceneError("there is no gait to track: name one in [tracking]", key=f"{key}.tracking")
+    for name in ("norms", "norm_force"):
+        if checks.interval(getattr(objective, name))[1] > 0.0:
+            _check_legs(scene, f"{key}.{name}")
     checks.positive(key, objective, "failure_cost")
+
+
+def _check_legs(scene: Scene, key: str) -> None:
+    """There is something to compare with human legs: a controller that walks, on two legs of three joints at least."""
+    if scene.controller is None:
+        raise SceneError("there is no controller whose steps could be compared with human walking", key=key)
+    for foot in scene.controller.feet:
+        joints = leg(scene.character, foot)
+        if len(joints) < len(LEG_ANGLES):
+            raise SceneError(f"{foot!r} has no hip, knee and ankle: {len(joints)} joints lead to it", key=key)
 
 
 def check_failure(checks: Checks, key: str, failure: Failure) -> None:
