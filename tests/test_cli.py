@@ -45,6 +45,15 @@ def test_info_counts_bodies_freedoms_mass_and_parameters(tmp_path):
     assert "controller.pd.lHip.kp" in shown
 
 
+def test_values_of_the_scene_are_set_on_the_command_line(tmp_path):
+    settings = ("--set", "objective.target_speed=1.5", "--set", "description=quick", "--set", "controller.pd.*.kp=7")
+    shown = run("info", "fwalk", *settings, folder=tmp_path)
+    assert shown.returncode == 0, shown.stderr
+    assert "quick" in shown.stdout
+    assert "controller.pd.lHip.kp" not in shown.stdout  # a number now, no free parameter
+    assert "controller.pd.lHip.kd" in shown.stdout
+
+
 def test_simulate_prints_the_gait_and_writes_file_and_picture(tmp_path):
     done = run("simulate", "fwalk", "--duration", 4, "-o", "run.h5", "--plot", "walk.png", folder=tmp_path)
     assert done.returncode == 0, done.stderr
@@ -117,6 +126,9 @@ def test_bad_scene_is_one_line_with_file_line_and_key_and_leaves_no_file(old, ne
     "arguments",
     [
         ("simulate", "nowhere.toml"),
+        ("simulate", "fwalk", "--set", "objective.target_speed"),
+        ("simulate", "fwalk", "--set", "objective.target_spede=1"),
+        ("simulate", "fwalk", "--set", "objective.target_speed=fast"),
         ("simulate", "nobody"),
         ("simulate", "fwalk", "--device", "cuda:99"),
         ("simulate", "fwalk", "--device", "cuda:98,cuda:99"),

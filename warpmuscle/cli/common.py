@@ -14,6 +14,7 @@ import typer
 from rich.markup import escape
 
 from warpmuscle.cli.console import log, print_ignored
+from warpmuscle.errors import Error
 
 if TYPE_CHECKING:
     from warpmuscle.scene import Scene
@@ -28,6 +29,14 @@ Threads = Annotated[int | None, typer.Option(min=1, help="CPU threads, of no eff
 Duration = Annotated[float | None, typer.Option(help="Simulated time, s; by default the scene's.")]
 TimeStep = Annotated[float | None, typer.Option(help="Time step, s; by default the scene's.")]
 
+Settings = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set",
+        metavar="KEY=VALUE",
+        help="Another value in the scene: objective.target_speed=1.25, or 'character.muscles.?SOL.f_max={factor=0.5}'.",
+    ),
+]
 Trust = Annotated[
     bool,
     typer.Option(
@@ -62,15 +71,33 @@ def _trust(given: bool) -> bool:
     return given
 
 
-def load_scene(sources: list[str], keyword_rule: bool = False) -> Scene:
-    """The scene, and on the error stream what its files hold that is not used."""
+def load_scene(sources: list[str], keyword_rule: bool = False, settings: list[str] | None = None) -> Scene:
+    """The scene with what `--set` changes, and on the error stream what its files hold that is not used."""
     from warpmuscle.formats import Ignored, load
 
     ignored: list[Ignored] = []
     with doubts_printed():
         scene = load(*sources, ignored=ignored, keyword_rule=keyword_rule)
     print_ignored(ignored, "some input was ignored:")
-    return scene
+    return with_settings(scene, settings) if settings else scene
+
+
+def with_settings(scene: Scene, settings: list[str]) -> Scene:
+    """The scene with values in place of its own, each given as KEY=VALUE, the value in TOML or as plain text."""
+    import tomllib
+
+    from warpmuscle.sweep.overrides import Override, overridden
+
+    overrides = []
+    for text in settings:
+        key, equals, value = text.partition("=")
+        if not key.strip() or not equals:
+            raise Error(f"--set {text!r}: write KEY=VALUE, such as objective.target_speed=1.25")
+        try:
+            overrides.append(Override(key.strip(), tomllib.loads(f"value = {value}")["value"]))
+        except tomllib.TOMLDecodeError:
+            overrides.append(Override(key.strip(), value.strip()))
+    return overridden(scene, overrides)
 
 
 @contextlib.contextmanager

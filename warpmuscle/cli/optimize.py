@@ -12,6 +12,7 @@ from warpmuscle.cli.common import (
     UNLIMITED,
     Device,
     Duration,
+    Settings,
     Threads,
     TimeStep,
     Trust,
@@ -58,6 +59,7 @@ def optimize(
     target: Annotated[float | None, typer.Option(help="End at this cost, of the last stage.")] = None,
     duration: Duration = None,
     time_step: TimeStep = None,
+    settings: Settings = None,
     device: Device = None,
     threads: Threads = None,
     trust: Trust = False,
@@ -90,7 +92,7 @@ def optimize(
                 progress=bar.update,
             )  # fmt: skip
     elif sources:
-        scene = changed(load_scene(sources), duration, time_step, None)
+        scene = changed(load_scene(sources, settings=settings), duration, time_step, None)
         count = candidates or (UNLIMITED if limit is not None and not scene.stages else USUAL * searches)
         output = output if output is not None else Path(f"{scene.name}.h5")
         writable(output)

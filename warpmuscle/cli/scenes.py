@@ -8,7 +8,17 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.table import Table
 
-from warpmuscle.cli.common import Device, Duration, Sources, changed, command_line, load_scene, start_warp, writable
+from warpmuscle.cli.common import (
+    Device,
+    Duration,
+    Settings,
+    Sources,
+    changed,
+    command_line,
+    load_scene,
+    start_warp,
+    writable,
+)
 from warpmuscle.cli.console import log, out, print_ignored
 
 if TYPE_CHECKING:
@@ -23,7 +33,7 @@ def scenes() -> None:
         out.print(f"[bold]{name}[/]  {load(name).description}")
 
 
-def info(sources: Sources) -> None:
+def info(sources: Sources, settings: Settings = None) -> None:
     """Show what a scene holds: bodies, degrees of freedom, mass, muscles, free parameters.
 
     Muscles whose moment arm about a joint that they cross stays under 1 mm over its range are pointed out.
@@ -32,7 +42,7 @@ def info(sources: Sources) -> None:
     from warpmuscle.parameters import free_parameters, start_values, substitute
     from warpmuscle.topology import topology
 
-    scene = load_scene(sources)
+    scene = load_scene(sources, settings=settings)
     parameters = free_parameters(scene)
     numeric, names = substitute(scene, start_values(scene)), topology(scene.character)
     mass = rows([body.mass for body in numeric.character.bodies.values()]).sum()

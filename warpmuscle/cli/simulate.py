@@ -11,6 +11,7 @@ import typer
 from warpmuscle.cli.common import (
     Device,
     Duration,
+    Settings,
     Sources,
     TimeStep,
     Trust,
@@ -36,6 +37,7 @@ def simulate(
     legacy: Annotated[
         bool, typer.Option("--legacy", help="Muscles as the original program computed them, without bounds.")
     ] = False,
+    settings: Settings = None,
     device: Device = None,
     trust: Trust = False,
     output: Annotated[Path | None, typer.Option("--output", "-o", help="HDF5 file to write.")] = None,
@@ -48,7 +50,7 @@ def simulate(
     warpmuscle simulate bipV2.rbs fWalk.sbc --duration 60
     """
     writable(output, plot)
-    scene = changed(load_scene(sources), duration, time_step, implicit_pd)
+    scene = changed(load_scene(sources, settings=settings), duration, time_step, implicit_pd)
     if legacy:
         scene = _as_legacy(scene)
     start_warp()

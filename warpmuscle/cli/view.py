@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from warpmuscle.cli.common import Device, Duration, Trust, changed, load_scene, start_warp, writable
+from warpmuscle.cli.common import Device, Duration, Settings, Trust, changed, load_scene, start_warp, writable
 from warpmuscle.cli.console import INTERRUPTED, log, out
 from warpmuscle.cli.results import Run
 from warpmuscle.errors import Error
@@ -30,6 +30,7 @@ def view(
     replay: Annotated[int | None, typer.Option(min=0, help="Which motion of a file; by default all.")] = None,
     run: Run = None,
     duration: Duration = None,
+    settings: Settings = None,
     device: Device = None,
     host: Annotated[str, typer.Option(help="Address to listen at; 0.0.0.0 lets others watch.")] = "127.0.0.1",
     port: Annotated[int, typer.Option(min=1, max=65535, help="Port to listen at, or the next free one.")] = 8080,
@@ -54,9 +55,9 @@ def view(
         )
         if any(files):
             raise Error(f"--live takes a scene; `warpmuscle apply {sources[0]} -o best.toml` makes one of a result")
-        viewer = _live_viewer(sources, device, host, port)
+        viewer = _live_viewer(sources, settings, device, host, port)
     else:
-        sights = _sights(sources, all(files), candidates, replay, run, duration, device)
+        sights = _sights(sources, all(files), candidates, replay, run, duration, settings, device)
         if export is not None:
             from warpmuscle.view.sources import page_of_sights
 
@@ -75,26 +76,26 @@ def _refuse(given: dict[str, object], option: str) -> None:
 
 def _sights(
     sources: list[str], are_files: bool, candidates: int | None, replay: int | None, run: str | None,
-    duration: float | None, device: str | None,
+    duration: float | None, settings: list[str] | None, device: str | None,
 ) -> list[Sight]:  # fmt: skip
     """What is to be seen in files, or in a scene after it has been run."""
     from warpmuscle.view.sources import of_results, of_scene
 
     if are_files:
-        _refuse({"--duration": duration}, "a result file")
+        _refuse({"--duration": duration, "--set": settings or None}, "a result file")
         if candidates is not None:
             start_warp()
         with log.status("reading" if candidates is None else "simulating; the first run compiles for some seconds"):
             return of_results(sources, replay, candidates, run, device)
     _refuse({"--candidates": candidates, "--replay": replay, "--run": run}, "a scene")
-    scene = changed(load_scene(sources), duration, None, None)
+    scene = changed(load_scene(sources, settings=settings), duration, None, None)
     start_warp()
     with log.status("simulating; the first run compiles for some seconds"):
         return of_scene(scene, device)
 
 
-def _live_viewer(sources: list[str], device: str | None, host: str, port: int) -> Viewer:
-    scene = load_scene(sources)
+def _live_viewer(sources: list[str], settings: list[str] | None, device: str | None, host: str, port: int) -> Viewer:
+    scene = load_scene(sources, settings=settings)
     start_warp()
     from warpmuscle.view.live import Live
     from warpmuscle.view.live_run import LiveRun
