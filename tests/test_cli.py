@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from warpmuscle.formats import load, toml
+from warpmuscle.parameters import free_parameters, start_values, substitute
 from warpmuscle.scene import Scene
 
 
@@ -91,6 +92,13 @@ def test_optimize_then_apply_gives_a_scene_with_the_best_cost(tmp_path):
         assert f"cost {file['best/cost'][()]:.6g}" in again.stdout
         assert np.argmin(file["evaluations/cost"]) == file["best/index"][()]
         assert file.attrs["command"].startswith("warpmuscle optimize fwalk")
+    small = run("apply", "result.h5", "-o", "s.toml", "--on", "fwalk", "--fix", "controller.pd.*", folder=tmp_path)
+    assert small.returncode == 0, small.stderr
+    text, scene, best = (tmp_path / "s.toml").read_text(), load(tmp_path / "s.toml"), load(tmp_path / "best.toml")
+    assert "warpmuscle optimize fwalk" in text
+    assert len(text) < 0.3 * len((tmp_path / "best.toml").read_text())
+    assert not [p for p in free_parameters(scene) if p.name.startswith("controller.pd.")]
+    assert substitute(scene, start_values(scene)).controller == substitute(best, start_values(best)).controller
 
 
 def test_convert_to_the_original_formats_and_back_keeps_the_motion(tmp_path):

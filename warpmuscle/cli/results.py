@@ -3,33 +3,101 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from warpmuscle.cli.console import log, out
 
+if TYPE_CHECKING:
+    from warpmuscle.scene import Scene
+
 Run = Annotated[str | None, typer.Option(help="Which run of the file of a sweep.")]
 
 
 def apply(
-    result: Annotated[Path, typer.Argument(help="HDF5 file of an optimisation.")],
+    results: Annotated[list[Path], typer.Argument(metavar="RESULT...", help="HDF5 file of an optimisation.")],
     output: Annotated[Path, typer.Option("--output", "-o", help="TOML file to write.")],
+    on: Annotated[
+        str | None, typer.Option(metavar="SCENE", help="Write only what differs from this scene, as based on it.")
+    ] = None,
+    over: Annotated[
+        str | None,
+        typer.Option(metavar="KEY", help="Several results that differ in this number: what else differs follows it."),
+    ] = None,
+    fix: Annotated[
+        list[str] | None,
+        typer.Option(metavar="PATTERN", help="Numbers that are to be free no more, such as 'character.*'."),
+    ] = None,
+    description: Annotated[str | None, typer.Option(help="Of the new scene; by default that of the old one.")] = None,
     run: Run = None,
 ) -> None:
-    """Write the scene of an optimisation with its best parameters as a scene file."""
+    """Write the scene of an optimisation with its best parameters as a scene file.
+
+    Examples: warpmuscle apply walk56.h5 -o best.toml; warpmuscle apply slow.h5 fast.h5 --on walk56
+    --over objective.target_speed -o walk56_speeds.toml
+    """
+    from warpmuscle.errors import Error
+    from warpmuscle.formats import save
+    from warpmuscle.formats.files import replace_file
+
+    if (over is None) != (len(results) == 1) or (over is not None and on is None):
+        raise Error("apply takes one result, or several with --over KEY and --on SCENE")
+    found = [_best_scene(path, run, fix or []) for path in results]
+    if on is None:
+        save(_called(found[0][0], None, description), output)
+    else:
+        if output.suffix.lower() != ".toml":
+            raise Error(f"{output}: a scene on another one is written as .toml")
+        replace_file(output, _on_another(found, on, over, output.stem, description))
+    out.print(f"wrote {output}")
+
+
+def _best_scene(path: Path, run: str | None, fix: list[str]) -> tuple[Scene, str]:
+    """The scene of a result with its best parameters, some of them fixed, and how they were found."""
+    from fnmatch import fnmatchcase
+
     import numpy as np
 
-    from warpmuscle.errors import ResultError
-    from warpmuscle.formats import save, toml
-    from warpmuscle.parameters import with_values
+    from warpmuscle.errors import Error, ResultError
+    from warpmuscle.formats import toml
+    from warpmuscle.parameters import free_parameters, pinned, with_values
     from warpmuscle.results import read
 
-    content = read(result, run)
+    content = read(path, run)
     if content.best is None:
-        raise ResultError(f"{result} holds no candidates to choose the best of")
-    save(with_values(toml.loads(content.scene), np.asarray(content.best.params, dtype=np.float64)), output)
-    out.print(f"wrote {output}")
+        raise ResultError(f"{path} holds no candidates to choose the best of")
+    scene, best = toml.loads(content.scene), np.asarray(content.best.params, dtype=np.float64)
+    names = [parameter.name for parameter in free_parameters(scene)]
+    for pattern in fix:
+        if not any(fnmatchcase(name, pattern) for name in names):
+            raise Error(f"--fix {pattern!r}: {path} has no free parameter of this name")
+    free = {name for name in names if not any(fnmatchcase(name, pattern) for pattern in fix)}
+    scene = pinned(with_values(scene, best), best, free)
+    count = 0 if content.evaluations is None else len(content.evaluations)
+    return scene, f"cost {content.best.cost:.6g} after {count} candidates on {content.device}: {content.command}"
+
+
+def _called(scene: Scene, name: str | None, description: str | None) -> Scene:
+    import msgspec
+
+    return msgspec.structs.replace(
+        scene,
+        name=scene.name if name is None else name,
+        description=scene.description if description is None else description,
+    )
+
+
+def _on_another(found: list[tuple[Scene, str]], on: str, over: str | None, name: str, description: str | None) -> str:
+    """The text of a scene based on another one, from one scene or through several."""
+    from warpmuscle.formats import derived, load
+
+    scenes = [_called(scene, name, description) for scene, _ in found]
+    comment = [f"By `warpmuscle apply`, {how}" for _, how in found]
+    base = on if on.endswith(".toml") else f"{on}.toml"
+    if over is None:
+        return derived.on_base(scenes[0], load(on), base, comment)
+    return derived.over(scenes, over, load(on), base, comment)
 
 
 def report(

@@ -135,7 +135,8 @@ def _found(folder: Path, name: str) -> Path:
 def merge(table: dict[str, Any], other: dict[str, Any]) -> None:
     """Put another table into a table: what both have is merged if it is a table, else replaced.
 
-    A table whose keys are numbers changes the items of a list: `[controller.states.0]` the first state.
+    So is a number that is free in one of them and follows another number in the other. A table whose keys are numbers
+    changes the items of a list: `[controller.states.0]` the first state.
     """
     for key, value in other.items():
         mine = table.get(key)
@@ -143,11 +144,16 @@ def merge(table: dict[str, Any], other: dict[str, Any]) -> None:
             items = {str(index): item for index, item in enumerate(mine)}
             merge(items, value)
             table[key] = list(items.values())
-        elif isinstance(value, dict) and isinstance(mine, dict):
+        elif isinstance(value, dict) and isinstance(mine, dict) and not _turns(mine, value):
             table[key] = dict(mine)
             merge(table[key], value)
         else:
             table[key] = value
+
+
+def _turns(mine: dict[str, Any], value: dict[str, Any]) -> bool:
+    """Whether a free number is to follow another one now, or one that follows to be free."""
+    return ("same_as" in value and "value" in mine) or ("value" in value and "same_as" in mine)
 
 
 class Source:

@@ -1,0 +1,135 @@
+"""Scenes as small files based on other scenes: only what differs, and curves through several scenes' numbers."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import msgspec
+import numpy as np
+import tomlkit
+
+from warpmuscle.errors import SceneError
+from warpmuscle.formats.files import shown
+from warpmuscle.number import Free
+from warpmuscle.parameters import leaves, start_values, substitute
+from warpmuscle.scene import Scene
+
+OWN = ("name", "description")  # what a scene says of itself
+
+
+def on_base(scene: Scene, base: Scene, base_name: str, comment: Sequence[str] = ()) -> str:
+    """A scene as TOML text that takes from a base all that is the same there.
+
+    Args:
+        scene: sound scene. base: the scene called `base_name`, from which it differs in single values only.
+        comment: lines to begin with.
+
+    Raises:
+        SceneError: the scenes differ in more than single values.
+    """
+    return _text(scene, base_name, _differences(scene, base), comment)
+
+
+def over(scenes: Sequence[Scene], key: str, base: Scene, base_name: str, comment: Sequence[str] = ()) -> str:
+    """Scenes with different values of one number as one scene, in which that one is free and what else differs follows.
+
+    Args:
+        scenes: two or more, which differ in numbers only. key: path of the number; it starts from the first scene's.
+        base, base_name, comment: see `on_base`.
+
+    Raises:
+        SceneError: not all have a number of their own at the key, or they differ in more than numbers.
+    """
+    tables = [dict(leaves(substitute(scene, start_values(scene)))) for scene in scenes]
+    at = [float(table[key]) for table in tables if isinstance(table.get(key), int | float)]
+    if len(at) < len(scenes) or len(set(at)) < max(len(at), 2):
+        raise SceneError("each of two or more scenes needs a number of its own here", key=key)
+    order = np.argsort(at)
+    mine: dict[str, Any] = {}
+    for path, leaf in leaves(scenes[0]):
+        values = [table.get(path) for table in tables]
+        if path == key:
+            mine[path] = Free(at[0], min(at), max(at))
+        elif all(value == values[0] for value in values) or path in OWN:
+            mine[path] = values[0]
+        elif isinstance(leaf, int | float | Free) and not isinstance(leaf, bool):
+            mine[path] = Free(same_as=key, through=tuple((at[index], float(values[index])) for index in order))
+        else:
+            raise SceneError("the scenes differ in more than numbers", key=path)
+    return _text(scenes[0], base_name, _changes(mine, dict(leaves(base))), comment)
+
+
+def _differences(scene: Scene, base: Scene) -> dict[str, Any]:
+    """Leaves of the scene, by path, that the base has not, or otherwise."""
+    mine, theirs = dict(leaves(scene)), dict(leaves(base))
+    for path in mine.keys() ^ theirs.keys():
+        raise SceneError(f"this is not in both {scene.name} and {base.name}, on which it should be based", key=path)
+    return _changes(mine, theirs)
+
+
+def _changes(mine: Mapping[str, Any], theirs: Mapping[str, Any]) -> dict[str, Any]:
+    """What differs, by path: a leaf, or the fields of a number in which it is not as theirs."""
+    found: dict[str, Any] = {}
+    for path, leaf in mine.items():
+        other = theirs.get(path)
+        if leaf == other:
+            continue
+        if isinstance(leaf, Free):
+            known = isinstance(other, Free) and bool(other.same_as) == bool(leaf.same_as)
+            found[path] = _fields(leaf, other if known else None)
+        elif (whole := _plain_list(mine, path)) is not None:
+            found[path.rpartition(".")[0]] = whole  # the base may have it by default only, without items to change
+        else:
+            found[path] = leaf
+    return found
+
+
+def _plain_list(table: Mapping[str, Any], path: str) -> list[Any] | None:
+    """The whole list of plain values that a leaf is an item of; None for other leaves."""
+    parent, _, index = path.rpartition(".")
+    if not index.isdigit():
+        return None
+    items = [table[f"{parent}.{k}"] for k in itertools.takewhile(lambda k: f"{parent}.{k}" in table, itertools.count())]
+    return None if any(isinstance(item, Free) for item in items) or not items else items
+
+
+def _fields(number: Free, other: Free | None) -> dict[str, Any]:
+    """Fields of a number that differ from those of another one, or from what they are by default."""
+    fields = {field.name: field.default for field in msgspec.structs.fields(number)}
+    if other is not None:
+        fields = {name: getattr(other, name) for name in fields}
+    return {name: getattr(number, name) for name, usual in fields.items() if getattr(number, name) != usual}
+
+
+def _text(scene: Scene, base_name: str, changes: Mapping[str, Any], comment: Sequence[str]) -> str:
+    lines = [*(f"# {line}" for line in comment), *([""] if comment else []), f"name = {_text_of(scene.name)}"]
+    lines += [f"base = {_text_of(base_name)}", f"description = {_text_of(scene.description)}"]
+    tables: dict[tuple[str, ...], list[str]] = {(): []}
+    for path, leaf in changes.items():
+        if path not in OWN:
+            *table, name = path.split(".")
+            tables.setdefault(tuple(table), []).append(_line(name, leaf))
+    lines += tables.pop(())
+    for table_path, rows in tables.items():
+        lines += ["", f"[{'.'.join(map(_key, table_path))}]", *rows]
+    return "\n".join(lines) + "\n"
+
+
+def _line(name: str, leaf: Any) -> str:
+    if not isinstance(leaf, dict):
+        return f"{_key(name)} = {_text_of(leaf)}"
+    return f"{_key(name)} = {{ {', '.join(f'{field} = {_text_of(value)}' for field, value in leaf.items())} }}"
+
+
+def _text_of(value: Any) -> str:
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(map(_text_of, value))}]"
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    return tomlkit.item(value).as_string() if isinstance(value, str) else shown(value)
+
+
+def _key(name: str) -> str:
+    return tomlkit.key(name).as_string()
