@@ -60,7 +60,7 @@ def page(result) -> Page:
 def test_every_part_is_there_and_closed(page):
     assert page.open == []
     assert page.ids == ["replay", "score", "search", "motion", "gait", "made"]
-    assert sum(link.startswith("data:image/svg+xml;base64,") for link in page.links) == 7
+    assert sum(link.startswith("data:image/svg+xml;base64,") for link in page.links) == 8
 
 
 def test_nothing_comes_from_elsewhere(page):
@@ -144,7 +144,7 @@ def test_a_browser_without_a_network_shows_all_figures_and_plays_the_motion(brow
     page.goto(path.as_uri())
     assert page.title() == "walk56: report"
     widths = "Promise.all([...document.images].map((image) => image.decode().then(() => image.naturalWidth)))"
-    assert len(page.evaluate(widths)) == 7
+    assert len(page.evaluate(widths)) == 8
     assert min(page.evaluate(widths)) > 300
     page.locator("iframe").scroll_into_view_if_needed()
     frame = page.frame_locator("iframe").locator("body")

@@ -13,7 +13,7 @@ from warpmuscle.strides import PERCENT
 _RIPPLE = 4  # % of the cycle: what is shorter is no hump
 _SMOOTHING = np.hanning(2 * _RIPPLE + 3)[1:-1] / (_RIPPLE + 1.0)  # weights of the neighbours, their sum is 1
 _IMPACT = 5.0  # % of the cycle, before which a peak of the force is that of the impact
-_MIDDLE = (20.0, 45.0)  # % of the cycle, where the valley is
+_MIDDLE = (20.0, 40.0)  # % of the cycle, where the valley is
 _LOADED = 0.05  # body weights: a foot with more is on the ground
 _LEAST_VALLEY = 0.02  # body weights, depth below the lower hump
 
@@ -68,7 +68,7 @@ def _tops(curve: Floats, low: float, high: float) -> list[KeyPoint]:
 def force_humps(force: Floats) -> Humps:
     """The humps of a vertical ground force (101,), body weights, from a foot's touch-down to its next.
 
-    The valley is the dip in the middle of the stance, 20 to 45 % of the cycle, that lies deepest below the lower one of
+    The valley is the dip in the middle of the stance, 20 to 40 % of the cycle, that lies deepest below the lower one of
     the peaks on its two sides. Peaks of the impact, in the first 5 % of the cycle, do not count, nor do ripples: the
     curve is smoothed over +-4 % of the cycle.
     """

@@ -22,7 +22,7 @@ from warpmuscle.report import AT_BOUND, Share, shares
 from warpmuscle.status import Status
 
 _SEARCH_FIGURES = ("convergence", "parameters")
-_MOTION_FIGURES = ("sticks", "angles", "ground_force", "activation", "control", "joints")
+_MOTION_FIGURES = ("sticks", "angles", "ground_force", "feet", "activation", "control", "joints")
 _REPLAY_HEIGHT = 560  # px
 Tell = Callable[[str], None]
 

@@ -147,7 +147,8 @@ def slope_trials(
     batch.disturb(Disturbances(numbers.velocity, numbers.push, numbers.push_start, np.array(slopes, dtype=float)))
     batch.run()
     survived, ended = batch.status() == Status.COMPLETED, batch.end_time()
-    speeds = [measure(batch.recording(i), *feet_of(scene)).speed_forward for i in range(count)]
+    motions = [batch.recording(i) for i in range(count)]
+    speeds = [measure(motion, *feet_of(scene)).speed_forward if motion.frames else 0.0 for motion in motions]
     return [
         SlopeTrial(*row) for row in zip(map(float, slopes), map(bool, survived), map(float, ended), speeds, strict=True)
     ]
