@@ -2,8 +2,14 @@
 
 import warp as wp
 
-from warpmuscle.kernels.muscle import bounded_passive, pennation_cosine
-from warpmuscle.kernels.objective_terms import MuscleWork, metabolic_bhargava, metabolic_umberger, metabolic_wang
+from warpmuscle.kernels.muscle import pennation_cosine
+from warpmuscle.kernels.objective_terms import (
+    MuscleWork,
+    metabolic_bhargava,
+    metabolic_umberger,
+    metabolic_wang,
+    passive_force,
+)
 from warpmuscle.kernels.structs import Model, at
 
 wp.set_module_options({"enable_backward": False, "max_unroll": 1})
@@ -31,8 +37,7 @@ def muscle_effort(
     w.excitation = excitation[i, m]
     w.length = length[i, m]
     w.speed = speed[i, m]
-    cosine = pennation_cosine(w.length, row.width)
-    passive[i, m] = row.f_max * bounded_passive(model.muscles.model, w.length / row.l_opt) * cosine
+    passive[i, m] = passive_force(0, m, w, model) * pennation_cosine(w.length, row.width)
     if metabolic_model == WANG:
         power[i, m] = metabolic_wang(0, m, w, model)
     elif metabolic_model == UMBERGER:

@@ -21,6 +21,7 @@ import warp as wp
 from gait_pictures import compare, draw_gait
 
 import warpmuscle as wm
+from warpmuscle.cli.common import with_settings
 from warpmuscle.errors import Error
 from warpmuscle.formats.files import replace_file
 from warpmuscle.gait_quality import AT, Measures, gait_measures
@@ -33,7 +34,6 @@ from warpmuscle.robustness_trials import upright
 from warpmuscle.scene import Scene
 from warpmuscle.split import make_rollout
 from warpmuscle.status import Status
-from warpmuscle.sweep.overrides import Override, overridden
 from warpmuscle.topology import topology
 
 ORIGINAL = "fwalk"  # the torque-driven walk that all others stand beside
@@ -79,15 +79,7 @@ def scene_of(name: str) -> Scene:
         Error: there is no such scene, or no such number in it.
     """
     base, _, changes = name.partition(":")
-    scene = wm.load(base)
-    overrides = []
-    for change in changes.split(",") if changes else []:
-        key, _, value = change.partition("=")
-        try:
-            overrides.append(Override(key.strip(), float(value)))
-        except ValueError:
-            raise Error(f"{name}: {change!r} is not KEY=NUMBER") from None
-    scene = overridden(scene, overrides) if overrides else scene
+    scene = with_settings(wm.load(base), changes.split(",")) if changes else wm.load(base)
     return substitute(scene, start_values(scene))
 
 
