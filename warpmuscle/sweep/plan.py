@@ -25,9 +25,9 @@ Example:
 
 What stands in `[grid]` is an axis: a key with a list of values, or a name with several keys that change together, by
 `values`, the same for all keys, or by `factors`. Several `[[grid]]` are swept one after the other, each by itself and
-with every entry of `[[run]]`; where a run has no value of an axis of factors, it counts as 1. Keys are those of `overrides.py`, and in axes and runs besides
-`scene`, `seed` and `search.OPTION`; what a run or an axis sets comes after what `[set]` does. A run is named by what
-sets it apart: `normal,seed=2,target_speed=0.8,weakness=0.25`.
+with every entry of `[[run]]`; where a run has no value of an axis of factors, it counts as 1. Keys are those of
+`overrides.py`, and in axes and runs besides `scene`, `seed` and `search.OPTION`; what a run or an axis sets comes after
+what `[set]` does. A run is named by what sets it apart: `normal,seed=2,target_speed=0.8,weakness=0.25`.
 """
 
 from __future__ import annotations
