@@ -195,8 +195,9 @@ def main(
             gait, recording = judge(name, scene, duration, runs, noise, device, threads)
             gaits.append(gait)
             if pictures is not None and gait.measures:
-                motions[name] = recording, scene
                 draw_gait(pictures, name, recording, scene)
+                if "knee, least" in gait.measures:
+                    motions[name] = recording, scene
         if pictures is not None and motions:
             compare(pictures / "gaits.png", motions)
         if output is not None:

@@ -6,8 +6,6 @@ from pathlib import Path
 import pytest
 import typer
 
-from small_sweep import small_sweep
-from warpmuscle.sweep.plan import read as plan_of
 from warpmuscle.sweep.run import sweep
 
 EXPERIMENTS = Path(__file__).parents[2] / "tools" / "experiments"
@@ -65,8 +63,8 @@ def test_weaker_gaits_come_after_the_normal_one_from_strong_to_weak(done: Path):
 
 
 def test_a_file_without_a_normal_run_is_one_line(tmp_path: Path, capsys):
-    other = small_sweep(tmp_path, candidates=1, duration=0.01)
-    sweep(plan_of(other), tmp_path / "other.h5", device="cpu", command="test")
+    (tmp_path / "other.toml").write_text('scene = "fwalk"\n[set]\nduration = 0.01\n[search]\ncandidates = 1\n')
+    sweep(tmp_path / "other.toml", tmp_path / "other.h5", device="cpu", command="test")
     (tmp_path / "no.h5").write_bytes(b"no")
     for name in ("other.h5", "no.h5", "missing.h5"):
         with pytest.raises(typer.Exit) as caught:
