@@ -13,6 +13,13 @@ def has_fallen(height: float, start_height: float, fraction: float) -> bool:
 
 
 @wp.func
+def height_above_ground(instance: int, model: Model, work: Work) -> float:
+    """Distance of the centre of mass from the plane of the ground, m: on a slope, a walk loses or gains no height."""
+    normal = at(model.contacts.normal, instance, 0)
+    return wp.dot(normal, work.center[0]) - at(model.contacts.height, instance, 0)
+
+
+@wp.func
 def has_turned(angle: float, desired: float, largest: float) -> bool:
     """Whether the heading is off by more than `largest` (Bergmann 2017, section 6: 45 degrees); never if 0."""
     error = wp.abs(angle - desired)
@@ -37,8 +44,10 @@ def feet_apart(model: Model, work: Work) -> float:
 def posture_status(instance: int, model: Model, state: State, work: Work) -> int:
     """Status by the pose at the start of a step: RUNNING, FELL, TURNED or CROSSED."""
     limits = at(model.failure, instance, 0)
-    if limits[0] > 0.0 and has_fallen(work.center[0][1], state.start_height[instance], limits[0]):
-        return FELL
+    if limits[0] > 0.0:
+        height = height_above_ground(instance, model, work)
+        if has_fallen(height, state.start_height[instance], limits[0]):
+            return FELL
     desired = at(model.simbicon.hip, instance, 0)[3]
     if has_turned(heading_angle(work.orientation[0]), desired, limits[1]):
         return TURNED

@@ -14,7 +14,7 @@ from warpmuscle.kernels.kinematics import kinematics_stage
 from warpmuscle.kernels.lanes import slots_of, synchronize, work_at, work_memory
 from warpmuscle.kernels.motion import prescribe_stage
 from warpmuscle.kernels.muscle_stage import MuscleKind, muscle_stage_of, no_muscles
-from warpmuscle.kernels.objective import effort_stage, posture_status, step_status
+from warpmuscle.kernels.objective import effort_stage, height_above_ground, posture_status, step_status
 from warpmuscle.kernels.objective_terms import ObjectiveKind, muscle_functions, objective_stage_of
 from warpmuscle.kernels.record import RecordKind, frame_of, recorders_of
 from warpmuscle.kernels.simbicon import advance_phase
@@ -72,7 +72,7 @@ def one_step_of(
             frame = frame_of(instance, step, record)
         kinematics_stage(instance, lane, lanes, model, state, work)
         if step == 0 and lane == 0:
-            state.start_height[instance] = work.center[0][1]
+            state.start_height[instance] = height_above_ground(instance, model, work)
         synchronize()
         status = posture_status(instance, model, state, work)
         if status != RUNNING:

@@ -148,7 +148,7 @@ class State:
     foot_force: wp.array2d[wp.vec3]  # (instances, 2) N, left and right, of the step before
     step: wp.array[int]  # (instances,) steps made
     status: wp.array[int]  # (instances,) RUNNING ... DIVERGED
-    start_height: wp.array[float]  # (instances,) m, COM height at step 0
+    start_height: wp.array[float]  # (instances,) m, of the COM above the ground at step 0
     push: wp.array[wp.vec3]  # (instances,) N, on the root's centre of mass, world
     push_steps: wp.array2d[int]  # (instances, 2) first step of the push, and the step after its last
     torque_integral: wp.array2d[wp.float64]  # (instances, bodies) sum over steps of |feedback torque|, N m

@@ -10,6 +10,7 @@ from warpmuscle.errors import RolloutError, SceneError
 from warpmuscle.formats import load
 from warpmuscle.rollout import Rollout
 from warpmuscle.scene import Body, Character, Failure, Ground, InitialState, Robustness, Scene, Sphere
+from warpmuscle.status import Status
 from warpmuscle.validate import check_scene
 
 MASS = 2.0
@@ -52,6 +53,15 @@ def test_on_a_slope_a_ball_without_friction_slides_with_gravity_times_its_sine()
         velocity = rollout.recording(i).root_velocity[-1]
         expected = -9.8 * np.sin(angle) * np.cos(angle) * 0.99
         np.testing.assert_allclose(velocity[2], expected, atol=0.1)
+
+
+def test_who_goes_downhill_has_not_fallen_and_who_sinks_has():
+    scene = msgspec.structs.replace(ball(), failure=Failure(0.9, 0.0))
+    rollout = Rollout(scene, 2, "cpu", record=[0])
+    rollout.disturb(disturbed(2, slope=np.array([-0.3, 0.0]), velocity=np.array([[0.0] * 3, [0.0, -10.0, 0.0]])))
+    rollout.run()
+    assert rollout.status().tolist() == [Status.COMPLETED, Status.FELL]
+    assert rollout.recording(0).com[-1, 1] < -0.3
 
 
 def test_velocities_are_added_to_the_start_and_parameters_keep_the_disturbances():

@@ -47,6 +47,8 @@ def test_a_motion_of_less_than_a_cycle_says_so():
     motion = walk_result().replays[0].window(0.0, 1.6)
     with pytest.raises(Error, match="no whole gait cycle: the left foot lands less than twice"):
         steady_strides(motion, walk_scene())
+    with pytest.raises(Error, match="no whole gait cycle"):
+        steady_strides(motion.window(9.0), walk_scene())
 
 
 @pytest.mark.parametrize("name", NORMS)

@@ -54,8 +54,8 @@ def measure(recording: Recording, left_foot: str, right_foot: str, start: float 
         start = fallback
     steady = recording.time >= start
     velocity = recording.com_velocity[steady].mean(axis=0, dtype=float)
-    heading = np.unwrap(twist_angle(recording.root_orientation, _UP))
-    steps = _steps(recording, left_foot, right_foot, heading, changes)[steady[changes]]
+    turned = heading(recording)
+    steps = _steps(recording, left_foot, right_foot, turned, changes)[steady[changes]]
     times = recording.time[changes[steady[changes]]].astype(float)
     return Gait(
         start=float(recording.time[steady][0]),
@@ -66,13 +66,18 @@ def measure(recording: Recording, left_foot: str, right_foot: str, start: float 
         step_length=float(steps[:, 2].mean()) if len(steps) else None,
         step_width=float(np.abs(steps[:, 0]).mean()) if len(steps) else None,
         cadence=60.0 * (len(times) - 1) / float(times[-1] - times[0]) if len(times) > 1 else None,
-        heading_drift=float(heading[-1] - heading[steady][0]),
+        heading_drift=float(turned[-1] - turned[steady][0]),
     )
 
 
-def _steps(recording: Recording, left_foot: str, right_foot: str, heading: Floats, changes: Integers) -> Floats:
+def heading(recording: Recording) -> Floats:
+    """Heading (F,) of the root, rad, positive to the left, without jumps."""
+    return np.asarray(np.unwrap(twist_angle(recording.root_orientation, _UP)))
+
+
+def _steps(recording: Recording, left_foot: str, right_foot: str, turned: Floats, changes: Integers) -> Floats:
     """Vectors (K, 3), m, from one stance foot to the next for K changes of stance, in the frame of the heading (F,)."""
     right_stance = recording.stance[:, None] == 1
     stance_foot = np.where(right_stance, recording.position_of(right_foot), recording.position_of(left_foot))
     landings = stance_foot[np.concatenate([[0], changes])].astype(float)
-    return rotate(conjugate(about(_UP, heading[changes])), np.diff(landings, axis=0))
+    return rotate(conjugate(about(_UP, turned[changes])), np.diff(landings, axis=0))

@@ -1,28 +1,52 @@
-"""A walk in numbers beside those of human walking, and beside another walk."""
+"""A walk in numbers beside those of human walking, and beside other walks."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
+from warpmuscle.gait_quality import AT, Measures
+from warpmuscle.norms import NORMS, REFERENCES, SOURCE
 
-from warpmuscle.errors import Error
-from warpmuscle.gait import measure
-from warpmuscle.norms import LEG_ANGLES, NORMS, REFERENCES, SOURCE
-from warpmuscle.recording import Floats, Recording
-from warpmuscle.scene import Scene
-from warpmuscle.strides import (
-    PERCENT,
-    SIDES,
-    body_weight,
-    feet_of,
-    leg_angles,
-    over_strides,
-    steady_strides,
-)
-
-TRANSPORT = "cost of transport"
-_STANCE = PERCENT <= 60.0  # of the gait cycle, about
+_CYCLE = "% of the cycle"
+_BODY_WEIGHTS = "body weights"
+_UNITS = {
+    "speed": "m/s",
+    "target speed": "m/s",
+    "error of the speed": "m/s",
+    "step length": "m",
+    "step width": "m",
+    "cadence": "steps/min",
+    "stance": _CYCLE,
+    "greatest vertical force": _BODY_WEIGHTS,
+    "first hump of the force": _BODY_WEIGHTS,
+    "valley of the force": _BODY_WEIGHTS,
+    "second hump of the force": _BODY_WEIGHTS,
+    "depth of the valley": _BODY_WEIGHTS,
+    "metabolic power": "W/kg",
+    "cost of transport": "J/(kg m)",
+    "share of passive force": "%",
+    "mean activation": "0 to 1",
+    "activation above 15 Hz": "% of the spectrum",
+    "slide of the stance foot": "cm a step",
+    "greatest slide of the stance foot": "cm a step",
+    "drag of the trailing foot": "cm a step",
+    "depth of the feet": "mm",
+}
+_FORCE = "Vertical ground force"
+# Which point of which norm a measure is.
+_POINTS = {
+    "hip, least": ("Hip flexion", 1),
+    "hip, greatest": ("Hip flexion", 2),
+    "knee, greatest in stance": ("Knee flexion", 0),
+    "knee, greatest in swing": ("Knee flexion", 2),
+    "knee, least": ("Knee flexion", 3),
+    "ankle, greatest in stance": ("Ankle dorsiflexion", 1),
+    "ankle, least at push-off": ("Ankle dorsiflexion", 2),
+    "first hump of the force": (_FORCE, 1),
+    "valley of the force": (_FORCE, 2),
+    "second hump of the force": (_FORCE, 3),
+    "greatest vertical force": (_FORCE, 3),
+}
 
 
 @dataclass(frozen=True)
@@ -36,70 +60,35 @@ class Row:
     source: str  # of that
 
 
-def gait_measures(recording: Recording, scene: Scene) -> dict[str, float | None]:
-    """Measures of a walk by their names in `gait_table`.
+def gait_table(walks: list[Measures]) -> list[Row]:
+    """Rows of measures, in order, of one or several walks (see `gait_measures`) beside human walking.
 
-    Args:
-        scene: without free parameters.
-
-    Raises:
-        Error: no legs, or no whole gait cycle.
+    A measure that no walk gives has no row.
     """
-    feet = feet_of(scene)
-    cycles = steady_strides(recording, scene)
-    gait = measure(recording, *feet)
-    found: dict[str, float | None] = {
-        "speed": gait.speed_forward,
-        "step length": gait.step_length,
-        "step width": gait.step_width,
-        "cadence": gait.cadence,
-    }
-    curves: dict[str, Floats] = {}
-    try:
-        angles = leg_angles(recording, scene)
-    except Error:
-        angles = {}
-    for name, sides in angles.items():
-        means = [over_strides(recording.time, sides[side], cycles[side]).mean(axis=0) for side in SIDES]
-        curves[name] = np.mean(means, axis=0)
-    weight = body_weight(scene)
-    forces = [over_strides(recording.time, recording[f"foot_force_{side}"][:, 1], cycles[side]) for side in SIDES]
-    force = np.mean([part.mean(axis=0) for part in forces], axis=0) / weight
-    found["greatest vertical force"] = float(force[_STANCE].max())
-    for name in LEG_ANGLES if angles else ():
-        joint = name.split()[0].lower()
-        found[f"{joint}, least"], found[f"{joint}, greatest"] = float(curves[name].min()), float(curves[name].max())
-    for name, curve in {**curves, "Vertical ground force": force}.items():
-        norm = NORMS[name]
-        inside = np.abs(curve - norm.mean(PERCENT)) <= norm.half_band
-        found[f"{name.lower()} within the norm band"] = 100.0 * float(inside.mean())
-    return found
+    names = dict.fromkeys(name for walk in walks for name, value in walk.items() if value is not None)
+    return [Row(name, unit_of(name), tuple(walk.get(name) for walk in walks), *human(name)) for name in names]
 
 
-def gait_table(walks: list[dict[str, float | None]]) -> list[Row]:
-    """Rows of measures, in order, of one or several walks (see `gait_measures`) beside human walking."""
-    names = dict.fromkeys(name for walk in walks for name in walk)
-    return [Row(name, _unit(name), tuple(walk.get(name) for walk in walks), *_human(name)) for name in names]
+def unit_of(name: str) -> str:
+    """Unit of a measure."""
+    if name.startswith("deviation"):
+        return "half-bands"
+    return _CYCLE if name.endswith(("norm band", AT)) else _UNITS.get(name, "deg")
 
 
-def _unit(name: str) -> str:
-    units = {"speed": "m/s", TRANSPORT: "J/(kg m)", "cadence": "steps/min", "greatest vertical force": "body weights"}
-    if name.endswith("norm band"):
-        return "% of the cycle"
-    return units.get(name, "m" if name.startswith("step") else "deg")
-
-
-def _human(name: str) -> tuple[str, str]:
-    """What human walking has for a measure, and where it is known from."""
+def human(name: str) -> tuple[str, str]:
+    """What human walking has for a measure, and where it is known from; empty if that is not known."""
     if name in REFERENCES:
         known = REFERENCES[name]
         text = f"{known.low:g}" if known.low == known.high else f"{known.low:g} to {known.high:g}"
         return text, known.source
-    joint, _, end = name.partition(", ")
-    for title, norm in NORMS.items():
-        values = [value for _, value in norm.points]
-        if title.split()[0].lower() == joint and end:
-            return f"{min(values) if end == 'least' else max(values):g} ± {norm.half_band:g}", SOURCE
-        if name == "greatest vertical force" and title == "Vertical ground force":
-            return f"{max(values):g} ± {norm.half_band:g}", SOURCE
+    title, index = _POINTS.get(name.removesuffix(AT), ("", 0))
+    if title:
+        percent, value = NORMS[title].points[index]
+        return f"{percent:g}" if name.endswith(AT) else f"{value:g} ± {NORMS[title].half_band:g}", SOURCE
+    if name == "depth of the valley":
+        first, valley, second = (NORMS[_FORCE].points[index][1] for index in (1, 2, 3))
+        return f"{min(first, second) - valley:.2g}", SOURCE
+    if name == "stance":
+        return f"{NORMS[_FORCE].points[-1][0]:g}", SOURCE
     return ("100", SOURCE) if name.endswith("norm band") else ("", "")

@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 
 from warpmuscle.errors import Error
-from warpmuscle.gait_table import TRANSPORT, Row, gait_measures, gait_table
+from warpmuscle.gait_quality import gait_measures
+from warpmuscle.gait_table import Row, gait_table
 from warpmuscle.plots import KINDS, draw
 from warpmuscle.plots.parameters import unit_values
 from warpmuscle.plots.style import picture
@@ -21,7 +22,7 @@ from warpmuscle.report import AT_BOUND, Share, shares
 from warpmuscle.status import Status
 
 _SEARCH_FIGURES = ("convergence", "parameters")
-_MOTION_FIGURES = ("sticks", "angles", "ground_force", "activation", "control", "joints")
+_MOTION_FIGURES = ("sticks", "angles", "ground_force", "feet", "activation", "control", "joints")
 _REPLAY_HEIGHT = 560  # px
 Tell = Callable[[str], None]
 
@@ -173,18 +174,7 @@ def _rows(subject: Subject, others: list[Subject]) -> list[Row]:
             walks.append(gait_measures(one.recording, one.scene))
         except Error as error:
             raise Error(f"{one.source}: {error}" if one.source not in str(error) else str(error)) from None
-        if (cost := _cost_of_transport(one.result)) is not None and one.choices.replay == 0:
-            walks[-1][TRANSPORT] = cost
     return gait_table(walks)
-
-
-def _cost_of_transport(result: Result) -> float | None:
-    """Cost of transport of the best candidate, J/(kg m), if the objective has that term."""
-    evaluations, best = result.evaluations, result.best
-    if best is None or evaluations is None or "cost_of_transport" not in evaluations.term_names:
-        return None
-    value = float(evaluations.terms[best.index, evaluations.term_names.index("cost_of_transport")])
-    return value if np.isfinite(value) else None
 
 
 def _replay(subject: Subject) -> str:

@@ -152,7 +152,7 @@ class Failure(Part):
     every 0.002 s.
     """
 
-    com_height: Number = 0.9  # lowest centre of mass as a fraction of the initial height; 0 switches the test off
+    com_height: Number = 0.9  # lowest height of the centre of mass above the ground over the initial one; 0: no test
     heading: Number = 0.7853981633974483  # largest turn from the desired heading, rad; 0 switches the test off
     body_contact: bool = False  # any body but the feet and their children touches the ground
     leg_crossing: Number = 0.0  # m, how far a foot may go beyond the other one to its side; 0 switches the test off

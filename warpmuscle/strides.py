@@ -60,7 +60,8 @@ def steady_strides(recording: Recording, scene: Scene) -> dict[str, Strides]:
     Raises:
         Error: no legs, or fewer than one whole cycle of a side.
     """
-    start = measure(recording, *feet_of(scene)).start
+    feet = feet_of(scene)
+    start = measure(recording, *feet).start if recording.frames else 0.0
     found = {side: strides(recording, side, start) or strides(recording, side) for side in SIDES}
     for side, cycles in found.items():
         if not cycles:

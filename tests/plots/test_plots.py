@@ -17,7 +17,7 @@ from warpmuscle.records import Result
 from warpmuscle.results import write
 
 SEARCHES = ("convergence", "parameters")
-GAITS = ("angles", "ground_force")
+GAITS = ("angles", "ground_force", "feet")
 
 
 @pytest.fixture(scope="module")

@@ -108,9 +108,45 @@ def test_missing_file_is_an_error(tmp_path):
         read(tmp_path / "a.toml")
 
 
-def test_shipped_example_weakens_both_plantarflexors():
+GRIDS = """scene = "walk56"
+[[grid]]
+calf = { keys = ["character.muscles.?SOL.f_max"], factors = [1, 0.5] }
+[[grid]]
+thigh = { keys = ["character.muscles.?VAS.f_max"], factors = [0.5] }
+gravity = [9.8, 5]
+"""
+
+
+def test_grids_are_swept_by_themselves_and_with_every_run(tmp_path):
+    found = plan(tmp_path, GRIDS)
+    assert [run.name for run in found.runs] == ["calf=1", "calf=0.5", "thigh=0.5,gravity=9.8", "thigh=0.5,gravity=5"]
+    assert [run.axes for run in found.runs] == [
+        {"calf": 1.0, "thigh": 1.0},
+        {"calf": 0.5, "thigh": 1.0},
+        {"calf": 1.0, "thigh": 0.5, "gravity": 9.8},
+        {"calf": 1.0, "thigh": 0.5, "gravity": 5.0},
+    ]
+    assert found.runs[3].scene.gravity == 5.0
+    twice = GRIDS + '[[run]]\nname = "a"\n[[run]]\nname = "b"\nduration = 3\n'
+    assert names(tmp_path, twice)[3:5] == ["a,thigh=0.5,gravity=5", "b,calf=1"]
+
+
+def test_what_is_wrong_in_one_of_several_grids_has_its_place(tmp_path):
+    with pytest.raises(SceneError, match=r"a\.toml:8: gravit: unknown key"):
+        plan(tmp_path, GRIDS + "[[grid]]\ngravit = [9.8]\n")
+    with pytest.raises(SceneError, match=r"a\.toml:8: grid\.2\.gravity: an axis is a list"):
+        plan(tmp_path, GRIDS + "[[grid]]\ngravity = 9.8\n")
+
+
+def test_shipped_sweep_weakens_three_groups_on_both_sides():
     found = read(Path(__file__).parents[2] / "tools" / "sweeps" / "weakness.toml")
-    assert [run.name for run in found.runs] == [f"weakness={value}" for value in ("1", "0.75", "0.5", "0.25")]
-    for run, factor in zip(found.runs, (1.0, 0.75, 0.5, 0.25), strict=True):
-        left, right = (run.scene.character.muscles[f"{side}SOL"].f_max for side in "lr")
-        assert left == right == factor * found.runs[0].scene.character.muscles["lSOL"].f_max
+    muscles = {"plantarflexors": "SOL", "hip_abductors": "HipAbd", "quadriceps": "VAS"}
+    normal = found.runs[0].scene.character.muscles
+    assert set(found.runs[0].axes.values()) == {1.0}
+    for group in muscles:
+        assert {run.axes[group] for run in found.runs} == {1.0, 0.75, 0.5, 0.25}
+    assert len(found.runs) == 10
+    for run in found.runs:
+        for group, name in muscles.items():
+            for muscle in (f"l{name}", f"r{name}"):
+                assert run.scene.character.muscles[muscle].f_max == run.axes[group] * normal[muscle].f_max

@@ -36,7 +36,7 @@ def plot(
 ) -> None:
     """Draw figures of a result file.
 
-    Kinds: sticks, angles, ground_force, activation, control, joints, moment_arms, convergence, parameters.
+    Kinds: sticks, angles, ground_force, feet, activation, control, joints, moment_arms, convergence, parameters.
     Examples: warpmuscle plot walk.h5; warpmuscle plot walk.h5 --what angles -o angles.svg;
     warpmuscle plot walk.h5 --what dataset:/replay/0/com
     """

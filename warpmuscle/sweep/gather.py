@@ -3,7 +3,8 @@
 - attributes of `/`: `format` ("warpmuscle sweep"), `format_version`, `name`, `command`
 - `/sweep`: the sweep file, TOML text
 - `/runs/<name>/...`: each run, all that its result file has (see `warpmuscle.results`)
-- `/table/{run, seed, evaluated, best_cost, ended}`: (R,), a row a run; `/table/axes/<axis>`: (R,), what sets it apart
+- `/table/{run, seed, evaluated, best_cost, ended}`: (R,), a row a run; `/table/axes/<axis>`: (R,), what sets it apart;
+  not a number, or empty, where a run has no value of an axis
 - `/all/{cost, status, end_time, search, generation, stage}`: (N,), the candidates of all runs one behind the other;
   `params` and `terms` (N, ...) if all runs have the same. Virtual datasets: they show what stands in `/runs`, and take
   no room.
@@ -90,8 +91,8 @@ def _put_table(file: Any, entries: Sequence[RunEntry], runs: Sequence[Any]) -> N
         _put_column(table, name, values)
     axes = table.create_group("axes", track_order=True)
     for name in dict.fromkeys(name for entry in entries for name in entry.axes):
-        values = [entry.axes.get(name, "") for entry in entries]
-        numeric = all(isinstance(value, int | float) for value in values)
+        numeric = all(isinstance(entry.axes.get(name, 0.0), int | float) for entry in entries)
+        values = [entry.axes.get(name, np.nan if numeric else "") for entry in entries]
         _put_column(axes, name.replace("/", "_"), np.array(values, dtype=float) if numeric else list(map(str, values)))
 
 

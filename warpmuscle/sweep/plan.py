@@ -24,9 +24,10 @@ Example:
     "scale.?Lowerleg" = 0.9
 
 What stands in `[grid]` is an axis: a key with a list of values, or a name with several keys that change together, by
-`values`, the same for all keys, or by `factors`. Keys are those of `overrides.py`, and in axes and runs besides
-`scene`, `seed` and `search.OPTION`; what a run or an axis sets comes after what `[set]` does. A run is named by what
-sets it apart: `normal,seed=2,target_speed=0.8,weakness=0.25`.
+`values`, the same for all keys, or by `factors`. Several `[[grid]]` are swept one after the other, each by itself and
+with every entry of `[[run]]`; where a run has no value of an axis of factors, it counts as 1. Keys are those of
+`overrides.py`, and in axes and runs besides `scene`, `seed` and `search.OPTION`; what a run or an axis sets comes after
+what `[set]` does. A run is named by what sets it apart: `normal,seed=2,target_speed=0.8,weakness=0.25`.
 """
 
 from __future__ import annotations
@@ -35,7 +36,7 @@ import itertools
 import re
 import typing
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -79,7 +80,7 @@ class _File(msgspec.Struct, forbid_unknown_fields=True):
     seed: int = 1
     set: dict[str, Any] = {}
     search: Search = msgspec.field(default_factory=Search)
-    grid: dict[str, Any] = {}
+    grid: dict[str, Any] | list[dict[str, Any]] = {}
     run: list[dict[str, Any]] = []
 
 
@@ -112,6 +113,7 @@ class _Choice:
     axis: str
     value: float | str
     overrides: tuple[Override, ...]
+    factor: bool = False  # of an axis of factors
 
     @property
     def label(self) -> str:
@@ -134,17 +136,32 @@ def read(path: str | Path) -> Plan:
 
 
 def _plan(path: Path, source: Source, file: _File) -> Plan:
-    axes = [_choices(source, key, value) for key, value in _flat(file.grid)]
+    tables = {"grid": file.grid} if isinstance(file.grid, dict) else _numbered("grid", file.grid)
+    grids = [_axes(source, place, table) for place, table in tables.items()] or [[]]
     entries: list[tuple[_Choice, ...]] = [(_entry(source, index, entry),) for index, entry in enumerate(file.run)]
-    names = [axis[0].axis for axis in axes]
-    if twice := [name for name in names if names.count(name) > 1]:
-        raise SceneError(f"two axes would be called {twice[0]!r}: name one as NAME = {{ keys = [..], .. }}", key="grid")
     base = _Base(path, file, [Override(key, value, source.line(f"set.{key}")) for key, value in file.set.items()])
     runs: list[Run] = []
     for entry in entries or [()]:
-        for choices in itertools.product(*axes):
-            runs.append(base.run([*entry, *choices], {run.name for run in runs}))
-    return Plan(path, file.name or path.stem, source.text, tuple(runs))
+        for axes in grids:
+            for choices in itertools.product(*axes):
+                runs.append(base.run([*entry, *choices], {run.name for run in runs}))
+    normal = {axis[0].axis: 1.0 for axes in grids for axis in axes if axis[0].factor}
+    every = [replace(run, axes=normal | dict(run.axes)) for run in runs]
+    return Plan(path, file.name or path.stem, source.text, tuple(every))
+
+
+def _numbered(key: str, tables: Sequence[Mapping[str, Any]]) -> dict[str, Mapping[str, Any]]:
+    """Tables of a list by their places."""
+    return {f"{key}.{index}": table for index, table in enumerate(tables)}
+
+
+def _axes(source: Source, place: str, table: Mapping[str, Any]) -> list[list[_Choice]]:
+    """The axes of a grid that stands at a place."""
+    axes = [_choices(source, f"{place}.{key}", key, value) for key, value in _flat(table)]
+    names = [axis[0].axis for axis in axes]
+    if twice := [name for name in names if names.count(name) > 1]:
+        raise SceneError(f"two axes would be called {twice[0]!r}: name one as NAME = {{ keys = [..], .. }}", key=place)
+    return axes
 
 
 def _flat(table: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, Any]]:
@@ -157,9 +174,8 @@ def _flat(table: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, Any]
             yield key, value
 
 
-def _choices(source: Source, key: str, value: Any) -> list[_Choice]:
-    """The values of an axis."""
-    place = f"grid.{key}"
+def _choices(source: Source, place: str, key: str, value: Any) -> list[_Choice]:
+    """The values of an axis that stands at a place."""
     if isinstance(value, dict):
         axis = to_type(value, _Axis, key=place)
         if bool(axis.values) == bool(axis.factors) or not axis.keys:
@@ -175,7 +191,7 @@ def _choices(source: Source, key: str, value: Any) -> list[_Choice]:
     for index, one in enumerate(values):
         line = source.line(f"{place}.{part}.{index}" if part else f"{place}.{index}")
         overrides = tuple(Override(each, one, line) for each in keys)
-        choices.append(_Choice(name, _shown_value(one, index), overrides))
+        choices.append(_Choice(name, _shown_value(one, index), overrides, part == "factors"))
     return choices
 
 

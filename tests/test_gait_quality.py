@@ -1,0 +1,114 @@
+"""Measures of walks that are made up: angles and forces of the norms, headings that turn, speeds that are asked for."""
+
+import msgspec
+import numpy as np
+import pytest
+
+from small_result import STRIDE, march, walk_result, walk_scene, with_arrays
+from warpmuscle.gait_quality import aimed_speed, gait_measures
+from warpmuscle.gait_table import gait_table, human, unit_of
+from warpmuscle.norms import NORMS
+from warpmuscle.parameters import start_values, substitute
+from warpmuscle.pose import about
+from warpmuscle.recording import Recording
+from warpmuscle.scene import Objective, Scene, SearchStage
+from warpmuscle.strides import body_weight, touch_downs
+
+JOINTS = {"Hip flexion": ("Hip", -1.0), "Knee flexion": ("Knee", 1.0), "Ankle dorsiflexion": ("Ankle", -1.0)}
+
+
+@pytest.fixture(scope="module")
+def scene() -> Scene:
+    """The walk on 56 muscles."""
+    return substitute(walk_scene(), start_values(walk_scene()))
+
+
+def normal_walk(scene: Scene, away: float = 0.0) -> Recording:
+    """A march whose legs move as the norms do, all curves so many half-bands above them."""
+    motion = march(scene.character, 1.2, 4.0, 801, len(scene.character.muscles))
+    turned, forces = motion.joint_orientation.copy(), {}
+    for side in ("left", "right"):
+        cycle = 100.0 * ((motion.time - touch_downs(motion, side)[0]) % STRIDE) / STRIDE
+        for name, (joint, sign) in JOINTS.items():
+            angle = np.radians(sign * (NORMS[name].mean(cycle) + away * NORMS[name].half_band))
+            turned[:, motion.joint_names.index(side[0] + joint)] = about([1.0, 0.0, 0.0], angle)
+        norm = NORMS["Vertical ground force"]
+        force = (norm.mean(cycle) + away * norm.half_band) * body_weight(scene)
+        forces[f"foot_force_{side}"] = np.stack([0.0 * force, force, 0.0 * force], axis=1)
+    return with_arrays(motion, joint_orientation=turned, **forces)
+
+
+def test_a_walk_on_the_norms_has_their_key_points_and_does_not_deviate(scene: Scene):
+    found = gait_measures(normal_walk(scene), scene)
+    for name in ("hip", "knee", "ankle", "three angles", "ground force"):
+        assert found[f"deviation of the {name}"] == pytest.approx(0.0, abs=0.06)
+    expected = {
+        "hip, least": (-8.3, 52), "hip, greatest": (33.7, 87), "knee, greatest in stance": (19.4, 12),
+        "knee, greatest in swing": (63.4, 72), "ankle, greatest in stance": (12.5, 43),
+        "ankle, least at push-off": (-19.9, 64), "first hump of the force": (1.05, 15),
+        "valley of the force": (0.80, 31), "second hump of the force": (1.14, 49),
+    }  # fmt: skip
+    for name, (value, percent) in expected.items():
+        assert found[name] == pytest.approx(value, abs=0.03 if "force" in name else 0.2), name
+        assert found[f"{name} at"] == pytest.approx(percent, abs=1.5), name
+    assert found["knee, least"] == pytest.approx(3.8, abs=0.2)
+    assert found["knee flexion within the norm band"] == 100.0
+    assert found["stance"] == pytest.approx(62.0, abs=2.0)
+
+
+def test_a_walk_at_the_edges_of_the_bands_deviates_by_one(scene: Scene):
+    found = gait_measures(normal_walk(scene, away=1.0), scene)
+    for name in ("hip", "knee", "ankle", "three angles", "ground force"):
+        assert found[f"deviation of the {name}"] == pytest.approx(1.0, abs=0.06)
+
+
+def test_a_slow_or_backward_walk_is_not_measured_by_norms(scene: Scene):
+    backward = normal_walk(scene)
+    found = gait_measures(with_arrays(backward, com_velocity=0.0 * backward.com_velocity), scene)
+    assert found["deviation of the hip"] is None
+    assert found["hip flexion within the norm band"] is None
+    assert found["cost of transport"] is None
+    assert found["metabolic power"] is not None
+
+
+def test_a_heading_that_turns_evenly_drifts_from_the_first_cycle_to_the_last(scene: Scene):
+    motion = normal_walk(scene)
+    motion = with_arrays(motion, root_orientation=about([0.0, 1.0, 0.0], np.radians(6.0) * motion.time))
+    found = gait_measures(motion, scene)
+    assert found["drift of the heading"] == pytest.approx(6.0 * STRIDE * 1.5, abs=0.2)  # of two, and of three cycles
+    assert found["greatest error of the heading"] == pytest.approx(6.0 * 3.5, abs=0.2)
+
+
+def test_a_speed_counts_as_asked_for_if_the_objective_or_a_stage_says_so(scene: Scene):
+    def aimed(objective: Objective, *stages: SearchStage) -> float | None:
+        return aimed_speed(msgspec.structs.replace(scene, objective=objective, stages=list(stages)))
+
+    assert aimed(Objective()) is None
+    assert aimed(Objective(speed=2.0)) == 1.0
+    assert aimed(Objective(target_speed=1.25)) == 1.25
+    assert aimed(Objective(), SearchStage("a", objective={"speed": 3.0})) == 1.0
+    fast = msgspec.structs.replace(scene, objective=Objective(speed=1.0, target_speed=1.25))
+    motion = normal_walk(scene)
+    found = gait_measures(with_arrays(motion, com_velocity=0.0 * motion.com_velocity + [0.0, 0.0, 1.2]), fast)
+    assert found["error of the speed"] == pytest.approx(-0.05)
+
+
+def test_every_measure_has_a_unit_and_a_torque_driven_walk_has_none_of_muscles(scene: Scene):
+    muscles = gait_measures(normal_walk(scene), scene)
+    torques = gait_measures(
+        walk_result("fwalk").replays[0], substitute(walk_scene("fwalk"), start_values(walk_scene("fwalk")))
+    )
+    rows = {row.name: row for row in gait_table([torques, muscles])}
+    assert all(row.unit for row in rows.values())
+    for name in ("cost of transport", "share of passive force", "mean activation"):
+        assert rows[name].values[0] is None
+        assert rows[name].values[1] is not None
+
+
+def test_what_humans_have_is_read_off_the_norms():
+    assert human("knee, greatest in swing") == ("63.4 ± 5.3", "norm curves in SCONE Studio")
+    assert human("knee, greatest in swing at")[0] == "72"
+    assert human("depth of the valley")[0] == "0.25"
+    assert human("stance")[0] == "64"
+    assert human("depth of the feet") == ("", "")
+    assert (unit_of("hip, least at"), unit_of("hip, least")) == ("% of the cycle", "deg")

@@ -1,0 +1,94 @@
+"""The commands that judge gaits, on short runs of the walk on torques: tables, files, and what becomes of a fall."""
+
+import json
+import sys
+from pathlib import Path
+
+import pytest
+import typer
+
+TOOLS = Path(__file__).parents[2] / "tools"
+if str(TOOLS) not in sys.path:
+    sys.path.append(str(TOOLS))
+
+import gait_table  # noqa: E402
+import robustness  # noqa: E402
+
+FALLS = "fwalk:failure.com_height=1.2"  # at once
+SHORT = "fwalk:initial_state.root_position.1=1.03"
+
+
+def table(capsys: pytest.CaptureFixture[str], *names: str, duration: float = 4.0, **options: object) -> list[list[str]]:
+    """Cells of the table of gaits, by row."""
+    given = {"noise": 0.02, "device": "cpu", "threads": 1, "output": None, "pictures": None} | options
+    gait_table.main(list(names), duration, 2, **given)
+    lines = [line for line in capsys.readouterr().out.splitlines() if line.startswith("|")]
+    return [[cell.strip() for cell in line.strip("|").split("|")] for line in lines]
+
+
+def test_a_gait_stands_beside_people_and_the_original_and_a_fall_is_told(capsys, tmp_path):
+    rows = {row[0]: row[1:] for row in table(capsys, FALLS, SHORT, output=tmp_path / "gaits.json")}
+    assert rows[""] == ["unit", "human", "`fwalk`", f"`{FALLS}`", f"`{SHORT}`"]
+    assert rows["upright"][2:] == ["4", "fell at 0.0", "4"]
+    assert rows["upright of 2 runs of 4 s, noise 0.02 m/s"][2:4] == ["2", "0"]
+    assert rows["speed"][1:] == ["1.27 to 1.46", rows["speed"][2], "", rows["speed"][4]]
+    assert 0.8 < float(rows["speed"][2]) < 1.1
+    assert rows["knee, greatest in swing"][1].endswith("at 72 %")
+    assert " at " in rows["knee, greatest in swing"][2]
+    assert "cost of transport" not in rows  # no gait here has muscles
+    written = json.loads((tmp_path / "gaits.json").read_text())
+    gaits = {gait["name"]: gait for gait in written["gaits"]}
+    assert gaits["fwalk"]["measures"]["speed"] == pytest.approx(float(rows["speed"][2]), abs=0.01)
+    assert gaits[FALLS]["measures"] == {}
+    assert "no whole gait cycle" in gaits[FALLS]["why"]
+    assert written["units"]["speed"] == "m/s"
+    assert written["human"]["stance"]["value"] == "64"
+
+
+def test_pictures_of_a_gait_are_written(capsys, tmp_path):
+    table(capsys, "fwalk", pictures=tmp_path / "new")
+    names = {"gaits.png", *(f"fwalk_{kind}.png" for kind in ("sticks", "angles", "ground_force", "feet"))}
+    assert {path.name for path in (tmp_path / "new").iterdir()} == names
+
+
+def test_what_misses_its_aim_is_said():
+    measures = {
+        "speed": 1.1,
+        "target speed": 1.0,
+        "error of the speed": 0.1,
+        "cost of transport": 5.0,
+        "knee, least": -3.0,
+    }
+    found = gait_table.misses(gait_table.Judged("a", "fell", False, 7.25, 17, False, measures), 20)
+    assert found == [
+        "fell at 7.2 s",
+        "upright in 17 of 20 runs",
+        "speed 1.10 m/s for 1 m/s",
+        "cost of transport 5.0 J/(kg m) (aim: 4.5)",
+        "knee, least -3.0 deg (aim: -1 or more)",
+    ]
+    measures = {"target speed": -0.6, "error of the speed": 0.02, "cost of transport": 4.0}
+    assert gait_table.misses(gait_table.Judged("b", "", True, 60.0, 18, False, measures), 20) == []
+
+
+@pytest.mark.parametrize("name", ["fwolk", "fwalk:duration", "fwalk:duration=x", "fwalk:durations=3"])
+def test_a_scene_or_number_that_is_not_there_is_one_line(name: str, capsys):
+    with pytest.raises(typer.Exit) as caught:
+        table(capsys, name)
+    assert caught.value.exit_code == 2
+    assert capsys.readouterr().err.startswith("error: ")
+
+
+def test_robustness_tells_pushes_and_slopes(capsys, tmp_path):
+    path = tmp_path / "robustness.json"
+    robustness.main(["fwalk", FALLS], 2, [20.0, 300.0], 1, 1.0, 1.0, "cpu", 1, path)
+    rows = [line.strip("| ").split(" | ") for line in capsys.readouterr().out.splitlines()]
+    assert rows[0][:2] == ["gait", "half survive, N s"]
+    assert 20.0 < float(rows[2][1]) < 300.0
+    assert rows[2][3] == "100 0"
+    assert rows[2][4].endswith("m/s")
+    assert rows[3][1] == "falls without a push"
+    written = json.loads(path.read_text())["gaits"]
+    assert written[0]["survived"] == [2, 2, 0]
+    assert written[1]["half_impulse"] == 0.0
+    assert [trial["slope_deg"] for trial in written[0]["slopes"]] == pytest.approx([-1.0, 1.0])

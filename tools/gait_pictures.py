@@ -1,0 +1,71 @@
+"""Figures of gaits for `gait_table.py`: each by itself, and all beside the norms."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from warpmuscle.formats import toml
+from warpmuscle.optimization import parameter_table
+from warpmuscle.parameters import free_parameters
+from warpmuscle.plots import KINDS, Absent, Choices, Subject, draw
+from warpmuscle.plots.angles import legend_below, norm_band
+from warpmuscle.plots.style import GRAY, cycle_axis, mean_and_spread, page, save, style
+from warpmuscle.recording import Recording
+from warpmuscle.records import Result
+from warpmuscle.scene import Scene
+from warpmuscle.strides import PERCENT, SIDES, body_weight, leg_angles, over_strides, steady_strides
+
+_FIGURES = ("sticks", "angles", "ground_force", "feet", "activation")
+_FORCE = "Vertical ground force"
+_ROW = 1.75  # inches
+
+
+def draw_gait(folder: Path, name: str, recording: Recording, scene: Scene) -> None:
+    """Draw all that shows a gait, as far as it has that: NAME_KIND.png in a folder, which is made."""
+    folder.mkdir(parents=True, exist_ok=True)
+    table = parameter_table(free_parameters(scene))
+    result = Result(toml.dumps(scene), "cpu", "", 0, table, replays=(recording,))
+    stem = re.sub(r"[^\w.=+-]", "_", Path(name).stem if name.endswith(".toml") else name)
+    for kind in _FIGURES:
+        assert kind in KINDS
+        try:
+            save(draw(Subject(result, Choices()), kind), folder / f"{stem}_{kind}.png")
+        except Absent:
+            continue
+
+
+def compare(path: Path, motions: Mapping[str, tuple[Recording, Scene]]) -> None:
+    """Draw the angles of the legs and the vertical ground force of several gaits, a row each, beside the norms.
+
+    Args:
+        motions: recordings with whole gait cycles, and their scenes without free parameters, by name.
+    """
+    with style():
+        figure = page(_ROW * len(motions) + 0.6)
+        rows = figure.subplots(len(motions), 4, sharex=True, sharey="col", squeeze=False)
+        for axes, (name, (recording, scene)) in zip(rows, motions.items(), strict=True):
+            _row(axes, recording, scene)
+            axes[0].set_ylabel(f"{name}\nangle (deg)")
+            axes[3].set_ylabel("force (body weights)")
+        for axes, title in zip(rows[0], ("Hip flexion", "Knee flexion", "Ankle dorsiflexion", _FORCE), strict=True):
+            axes.set_title(title)
+        for axes in rows[-1]:
+            axes.set_xlabel("gait cycle (%)")
+        rows[0, 3].set_ylim(0.0, 2.0)
+        legend_below(figure, rows[0, 0])
+    save(figure, path)
+
+
+def _row(panels: Any, recording: Recording, scene: Scene) -> None:
+    cycles, weight = steady_strides(recording, scene), body_weight(scene)
+    curves = {**leg_angles(recording, scene), _FORCE: {}}
+    curves[_FORCE] = {side: recording[f"foot_force_{side}"][:, 1] / weight for side in SIDES}
+    for axes, (name, sides) in zip(panels, curves.items(), strict=True):
+        norm_band(axes, name)
+        for side, values in sides.items():
+            mean_and_spread(axes, PERCENT, over_strides(recording.time, values, cycles[side]), side)
+        axes.axhline(0.0, color=GRAY, lw=0.6, zorder=0)
+        cycle_axis(axes)

@@ -1,0 +1,84 @@
+"""What the muscles of a recorded motion spend, how much of their force is passive, and whether they tremble."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import warp as wp
+
+from warpmuscle.kernels import effort, structs
+from warpmuscle.muscles import muscles_struct
+from warpmuscle.recording import Floats, Recording
+from warpmuscle.scene import Scene
+from warpmuscle.strides import body_mass
+
+TREMBLING = 15.0  # Hz, beyond which there is none of the control of a gait
+LEAST_SPEED = 0.2  # m/s, below which energy over distance says little
+_MODELS = {"wang": effort.WANG, "umberger": effort.UMBERGER, "bhargava": effort.BHARGAVA}
+
+
+class Spent(NamedTuple):
+    """What muscles spend, in the mean over a motion."""
+
+    power: float  # W/kg, metabolic, of the muscles and of the body at rest, over the mass of the body
+    passive_share: float  # of the tension of all muscles
+
+
+def spent(recording: Recording, scene: Scene) -> Spent | None:
+    """Metabolic power of the muscles, by the model of the scene's objective, and the passive share of their forces.
+
+    Torques cost nothing here: of a scene that they help to drive, only the muscles count.
+
+    Args:
+        scene: without free parameters.
+
+    Returns:
+        None without muscles, or where these have no curves of the package: ideal, legacy, or with curves of one's own.
+    """
+    kind = scene.muscle_model
+    own = kind.active_force_length or kind.passive_force_length or kind.force_velocity
+    if not recording.muscle_names or not recording.frames or kind.ideal or kind.legacy or own:
+        return None
+    model = structs.Model()
+    model.muscles = muscles_struct(scene, recording.muscle_names, "cpu")
+    names = ("muscle_activation", "muscle_excitation", "muscle_fibre_length", "muscle_fibre_velocity")
+    given = [wp.array(recording[name].astype(np.float32), dtype=float, device="cpu") for name in names]
+    passive, power = (wp.zeros_like(given[0]) for _ in range(2))
+    wp.launch(
+        effort.muscle_effort,
+        dim=given[0].shape,
+        inputs=[model, _MODELS[scene.objective.metabolic_model], *given],
+        outputs=[passive, power],
+        device="cpu",
+    )
+    tension = float(recording.muscle_force.sum(dtype=float))
+    rest = float(np.asarray(scene.objective.basal_rate).flat[0])
+    muscles = float(power.numpy().sum(axis=1, dtype=float).mean())
+    share = min(float(passive.numpy().sum(dtype=float)) / tension, 1.0) if tension > 0.0 else 0.0
+    return Spent(rest + muscles / body_mass(scene.character), share)
+
+
+def trembling(time: Floats, activation: Floats, above: float = TREMBLING) -> float | None:
+    """Part of the power of activations (F, M) about their means that lies above a frequency, Hz.
+
+    The mean over muscles, weighted by that power, of Hann-windowed spectra. Steps of an activation, such as at a
+    touch-down, have a little of it without any trembling.
+
+    Returns:
+        None where it cannot be told: fewer frames a second than twice the frequency, a motion of less than a second,
+        or activations that do not change.
+    """
+    if len(time) < 3 or time[-1] - time[0] < 1.0 or activation.shape[1] == 0:
+        return None
+    interval = float(time[-1] - time[0]) / (len(time) - 1)
+    if 0.5 / interval <= above:
+        return None
+    window = np.hanning(len(time))[:, None]
+    values = activation - np.average(activation, axis=0, weights=window[:, 0])
+    power = np.square(np.abs(np.fft.rfft(window * values, axis=0))).sum(axis=1)
+    power[1 : (len(time) + 1) // 2] *= 2.0  # what stands for two frequencies, of either sign
+    total = float(power.sum())
+    if total < 1e-12 * len(time):
+        return None
+    return float(power[np.fft.rfftfreq(len(time), interval) > above].sum()) / total
