@@ -102,9 +102,22 @@ def read(path: str | Path, run: str | None = None) -> Result:
 @contextlib.contextmanager
 def opened(path: Path, run: str | None = None) -> Iterator[Any]:
     """The HDF5 group of a result in its open file; see `read`."""
+    with _opened_file(path) as file:
+        yield _of_run(path, file, run)
+
+
+def run_names(path: str | Path) -> tuple[str, ...]:
+    """Names of the runs in the file of a sweep; none in that of an optimisation. For errors see `read`."""
+    with _opened_file(Path(path)) as file:
+        _check_format(Path(path), file)
+        return tuple(file.get("runs", ()))
+
+
+@contextlib.contextmanager
+def _opened_file(path: Path) -> Iterator[Any]:
     try:
         with h5py.File(path, "r") as file:
-            yield _of_run(path, file, run)
+            yield file
     except FileNotFoundError:
         raise ResultError(f"{path}: no such file") from None
     except (PermissionError, IsADirectoryError) as error:

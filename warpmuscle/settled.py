@@ -6,6 +6,7 @@ import msgspec
 import numpy as np
 
 from warpmuscle.errors import RolloutError
+from warpmuscle.pose import twist_angle
 from warpmuscle.recording import Floats, Recording
 from warpmuscle.rollout import Rollout
 from warpmuscle.scene import InitialState, JointState, Scene
@@ -50,7 +51,9 @@ def state_at(motion: Recording, frame: int) -> InitialState:
         return tuple(round(float(value), DIGITS) + 0.0 for value in values)
 
     height = numbers(motion.root_position[frame])[1]
+    heading = twist_angle(motion.root_orientation[frame], (0.0, 1.0, 0.0))
     return InitialState(
+        heading=round(float(heading), DIGITS) + 0.0,
         root_position=(0.0, height, 0.0),
         root_orientation=numbers(motion.root_orientation[frame]),  # type: ignore[arg-type]
         root_velocity=numbers(motion.root_velocity[frame]),  # type: ignore[arg-type]

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from warpmuscle.cli.common import start_warp
 from warpmuscle.cli.console import log, out
 
 if TYPE_CHECKING:
@@ -29,21 +30,26 @@ def apply(
         list[str] | None,
         typer.Option(metavar="PATTERN", help="Numbers that are to be free no more, such as 'character.*'."),
     ] = None,
+    settle: Annotated[
+        float | None,
+        typer.Option(min=0.0, metavar="SECONDS", help="Begin in the midst of its motion, at a step after this time."),
+    ] = None,
     description: Annotated[str | None, typer.Option(help="Of the new scene; by default that of the old one.")] = None,
     run: Run = None,
 ) -> None:
     """Write the scene of an optimisation with its best parameters as a scene file.
 
-    Examples: warpmuscle apply walk56.h5 -o best.toml; warpmuscle apply slow.h5 fast.h5 --on walk56
+    Examples: warpmuscle apply walk56.h5 -o best.toml; warpmuscle apply speeds.h5 --on walk56_human --settle 4
     --over objective.target_speed -o walk56_speeds.toml
     """
     from warpmuscle.errors import Error
     from warpmuscle.formats import save
     from warpmuscle.formats.files import replace_file
 
-    if (over is None) != (len(results) == 1) or (over is not None and on is None):
-        raise Error("apply takes one result, or several with --over KEY and --on SCENE")
-    found = [_best_scene(path, run, fix or []) for path in results]
+    sources = [(path, name) for path in results for name in _runs_of(path, run, over is not None)]
+    if (over is None) != (len(sources) == 1) or (over is not None and on is None):
+        raise Error("apply takes one result, or with --over KEY and --on SCENE several, or all runs of a sweep")
+    found = [_best_scene(path, name, fix or [], settle) for path, name in sources]
     if on is None:
         save(_called(found[0][0], None, description), output)
     else:
@@ -53,8 +59,15 @@ def apply(
     out.print(f"wrote {output}")
 
 
-def _best_scene(path: Path, run: str | None, fix: list[str]) -> tuple[Scene, str]:
-    """The scene of a result with its best parameters, some of them fixed, and how they were found."""
+def _runs_of(path: Path, run: str | None, every: bool) -> list[str | None]:
+    """Names of the runs wanted of a file; None stands for the only one of an optimisation."""
+    from warpmuscle.results import run_names
+
+    return [run] if run is not None or not every else list(run_names(path)) or [None]
+
+
+def _best_scene(path: Path, run: str | None, fix: list[str], settle: float | None) -> tuple[Scene, str]:
+    """The scene of a result with its best parameters, some of them fixed, settled, and how they were found."""
     from fnmatch import fnmatchcase
 
     import numpy as np
@@ -74,6 +87,12 @@ def _best_scene(path: Path, run: str | None, fix: list[str]) -> tuple[Scene, str
             raise Error(f"--fix {pattern!r}: {path} has no free parameter of this name")
     free = {name for name in names if not any(fnmatchcase(name, pattern) for pattern in fix)}
     scene = pinned(with_values(scene, best), best, free)
+    if settle is not None:
+        start_warp()
+        from warpmuscle.settled import settled
+
+        with log.status("settling"):
+            scene = settled(scene, settle)
     count = 0 if content.evaluations is None else len(content.evaluations)
     return scene, f"cost {content.best.cost:.6g} after {count} candidates on {content.device}: {content.command}"
 
@@ -125,7 +144,7 @@ def report(
 
 
 def _write_page(result: Path, output: Path, references: list[Path], replay: int, run: str | None) -> None:
-    from warpmuscle.cli.common import start_warp, writable
+    from warpmuscle.cli.common import writable
     from warpmuscle.errors import Error
     from warpmuscle.formats.files import replace_file
     from warpmuscle.plots.subject import Choices, Subject

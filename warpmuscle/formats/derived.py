@@ -29,7 +29,7 @@ def on_base(scene: Scene, base: Scene, base_name: str, comment: Sequence[str] = 
     Raises:
         SceneError: the scenes differ in more than single values.
     """
-    return _text(scene, base_name, _differences(scene, base), comment)
+    return _text(scene, base_name, _differences(scene, base, base_name), comment)
 
 
 def over(scenes: Sequence[Scene], key: str, base: Scene, base_name: str, comment: Sequence[str] = ()) -> str:
@@ -58,18 +58,18 @@ def over(scenes: Sequence[Scene], key: str, base: Scene, base_name: str, comment
             mine[path] = Free(same_as=key, through=tuple((at[index], float(values[index])) for index in order))
         else:
             raise SceneError("the scenes differ in more than numbers", key=path)
-    return _text(scenes[0], base_name, _changes(mine, dict(leaves(base))), comment)
+    return _text(scenes[0], base_name, _changes(mine, dict(leaves(base)), base_name), comment)
 
 
-def _differences(scene: Scene, base: Scene) -> dict[str, Any]:
+def _differences(scene: Scene, base: Scene, base_name: str) -> dict[str, Any]:
     """Leaves of the scene, by path, that the base has not, or otherwise."""
     mine, theirs = dict(leaves(scene)), dict(leaves(base))
     for path in mine.keys() ^ theirs.keys():
-        raise SceneError(f"this is not in both {scene.name} and {base.name}, on which it should be based", key=path)
-    return _changes(mine, theirs)
+        raise SceneError(f"this is not in both {scene.name} and {base_name}, on which it should be based", key=path)
+    return _changes(mine, theirs, base_name)
 
 
-def _changes(mine: Mapping[str, Any], theirs: Mapping[str, Any]) -> dict[str, Any]:
+def _changes(mine: Mapping[str, Any], theirs: Mapping[str, Any], base_name: str) -> dict[str, Any]:
     """What differs, by path: a leaf, or the fields of a number in which it is not as theirs."""
     found: dict[str, Any] = {}
     for path, leaf in mine.items():
@@ -79,6 +79,8 @@ def _changes(mine: Mapping[str, Any], theirs: Mapping[str, Any]) -> dict[str, An
         if isinstance(leaf, Free):
             known = isinstance(other, Free) and bool(other.same_as) == bool(leaf.same_as)
             found[path] = _fields(leaf, other if known else None)
+        elif leaf is None:
+            raise SceneError(f"{base_name} says something here that cannot be taken back", key=path)
         elif (whole := _plain_list(mine, path)) is not None:
             found[path.rpartition(".")[0]] = whole  # the base may have it by default only, without items to change
         else:
