@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from warpmuscle.cli.common import start_warp
+from warpmuscle.cli.common import Settings, start_warp, with_settings
 from warpmuscle.cli.console import log, out
 
 if TYPE_CHECKING:
@@ -30,10 +30,17 @@ def apply(
         list[str] | None,
         typer.Option(metavar="PATTERN", help="Numbers that are to be free no more, such as 'character.*'."),
     ] = None,
+    among: Annotated[
+        int | None,
+        typer.Option(
+            "--hardiest", min=1, metavar="N", help="Of the N best, the one that most disturbed runs come through."
+        ),
+    ] = None,
     settle: Annotated[
         float | None,
         typer.Option(min=0.0, metavar="SECONDS", help="Begin in the midst of its motion, at a step after this time."),
     ] = None,
+    settings: Settings = None,
     description: Annotated[str | None, typer.Option(help="Of the new scene; by default that of the old one.")] = None,
     run: Run = None,
 ) -> None:
@@ -49,7 +56,7 @@ def apply(
     sources = [(path, name) for path in results for name in _runs_of(path, run, over is not None)]
     if (over is None) != (len(sources) == 1) or (over is not None and on is None):
         raise Error("apply takes one result, or with --over KEY and --on SCENE several, or all runs of a sweep")
-    found = [_best_scene(path, name, fix or [], settle) for path, name in sources]
+    found = [_best_scene(path, name, fix or [], settings or [], settle, among) for path, name in sources]
     if on is None:
         save(_called(found[0][0], None, description), output)
     else:
@@ -66,7 +73,9 @@ def _runs_of(path: Path, run: str | None, every: bool) -> list[str | None]:
     return [run] if run is not None or not every else list(run_names(path)) or [None]
 
 
-def _best_scene(path: Path, run: str | None, fix: list[str], settle: float | None) -> tuple[Scene, str]:
+def _best_scene(
+    path: Path, run: str | None, fix: list[str], settings: list[str], settle: float | None, among: int | None
+) -> tuple[Scene, str]:
     """The scene of a result with its best parameters, some of them fixed, settled, and how they were found."""
     from fnmatch import fnmatchcase
 
@@ -80,13 +89,22 @@ def _best_scene(path: Path, run: str | None, fix: list[str], settle: float | Non
     content = read(path, run)
     if content.best is None:
         raise ResultError(f"{path} holds no candidates to choose the best of")
-    scene, best = toml.loads(content.scene), np.asarray(content.best.params, dtype=np.float64)
+    scene, best, chosen = toml.loads(content.scene), np.asarray(content.best.params, dtype=np.float64), ""
+    if among is not None:
+        if content.evaluations is None or scene.stages:
+            raise Error(f"{path}: --hardiest chooses among the candidates of a search without stages")
+        start_warp()
+        from warpmuscle.hardiest import RUNS, hardiest
+
+        with log.status("simulating good candidates again"):
+            best, held = hardiest(scene, content.evaluations, among)
+        chosen = f"; the hardiest of the best {among}, upright in {held} of {RUNS} runs"
     names = [parameter.name for parameter in free_parameters(scene)]
     for pattern in fix:
         if not any(fnmatchcase(name, pattern) for name in names):
             raise Error(f"--fix {pattern!r}: {path} has no free parameter of this name")
     free = {name for name in names if not any(fnmatchcase(name, pattern) for pattern in fix)}
-    scene = pinned(with_values(scene, best), best, free)
+    scene = with_settings(pinned(with_values(scene, best), best, free), settings)
     if settle is not None:
         start_warp()
         from warpmuscle.settled import settled
@@ -94,7 +112,10 @@ def _best_scene(path: Path, run: str | None, fix: list[str], settle: float | Non
         with log.status("settling"):
             scene = settled(scene, settle)
     count = 0 if content.evaluations is None else len(content.evaluations)
-    return scene, f"cost {content.best.cost:.6g} after {count} candidates on {content.device}: {content.command}"
+    return (
+        scene,
+        f"cost {content.best.cost:.6g} after {count} candidates on {content.device}{chosen}: {content.command}",
+    )
 
 
 def _called(scene: Scene, name: str | None, description: str | None) -> Scene:
