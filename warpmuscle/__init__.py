@@ -21,7 +21,8 @@ if TYPE_CHECKING:
     from warpmuscle.gait import measure
     from warpmuscle.optimization import optimize, resume
     from warpmuscle.recording import Recording
-    from warpmuscle.results import Result, read, write
+    from warpmuscle.records import Result
+    from warpmuscle.results import read, write
     from warpmuscle.rollout import Rollout
     from warpmuscle.scene import Scene
     from warpmuscle.split import SplitRollout, make_rollout
@@ -36,7 +37,7 @@ __all__ = [
 ]  # fmt: skip
 
 _HOMES = {
-    "Recording": "recording", "Result": "results", "Rollout": "rollout", "Scene": "scene",
+    "Recording": "recording", "Result": "records", "Rollout": "rollout", "Scene": "scene",
     "SplitRollout": "split", "Stages": "stages", "Status": "status", "load": "formats", "make_rollout": "split",
     "measure": "gait", "optimize": "optimization", "read": "results",
     "resume": "optimization", "save": "formats", "trust": "trusted", "write": "results",

@@ -132,6 +132,16 @@ class Searched:
 
 
 @dataclass(frozen=True)
+class Fit:
+    """How a fit of simulated motions to n recorded ones went, over S stages."""
+
+    joints: tuple[str, ...]  # J that were compared
+    stages: tuple[str, ...]  # names
+    r2: Floats  # (S, n, J), share of the variance of angles that is met
+    seconds: Floats  # (S,) since the begin, at the end of each stage
+
+
+@dataclass(frozen=True)
 class Result:
     """All that a run leaves behind; evaluations, best and searched are None for a run that searched nothing."""
 
@@ -145,6 +155,8 @@ class Result:
     replays: tuple[Recording, ...] = ()
     searched: Searched | None = None
     versions: Mapping[str, str] = field(default_factory=installed_versions)
+    replay_names: tuple[str, ...] = ()  # of the motions, if they have any
+    fit: Fit | None = None  # of motions to recorded ones, which are then their `joint_target`
 
     def view(self, replay: int | None = None) -> Page:
         """The recorded motions, or one of them, as a page that a notebook shows and `save` writes.

@@ -10,7 +10,7 @@ from warpmuscle.arrays import Floats
 from warpmuscle.formats import toml
 from warpmuscle.objective import described, weight_of
 from warpmuscle.parameters import start_values, substitute
-from warpmuscle.records import Evaluations, ParameterTable, Result
+from warpmuscle.records import Evaluations, Fit, ParameterTable, Result
 from warpmuscle.stage_scene import stage_scene
 from warpmuscle.status import Status
 
@@ -24,10 +24,28 @@ def report(result: Result) -> list[str]:
     """Lines about a result, in plain text."""
     lines = [f"made by: {line}" for line in result.command.splitlines()]
     lines.append(f"device {result.device}, seed {result.seed}, {len(result.parameters.name)} free parameters")
+    if result.fit is not None:
+        lines += ["", *fit(result.fit)]
+        lines += [f"motion {number}: {name}" for number, name in enumerate(result.replay_names)]
+        return lines
     if result.evaluations is None or result.best is None:
         return [*lines, f"no search; {len(result.replays)} motion{'s' if len(result.replays) != 1 else ''}"]
     lines += ["", *outcomes(result.evaluations), "", *convergence(result)]
     lines += ["", *score(result), "", *parameters(result.parameters, np.asarray(result.best.params))]
+    return lines
+
+
+def fit(found: Fit) -> list[str]:
+    """r2 of each joint's angle after each stage: the median of all motions, and the worst one of several."""
+    count = found.r2.shape[1]
+    width = max(map(len, found.stages), default=0)
+    lines = [
+        f"fit of {count} motion{'s' if count != 1 else ''}: r2 of {', '.join(found.joints)}{' (worst)' * (count > 1)}"
+    ]
+    for name, r2, seconds in zip(found.stages, found.r2, found.seconds, strict=True):
+        middle, worst = np.median(r2, axis=0), r2.min(axis=0)
+        cells = [f"{m:8.4f}" + (f" ({w:.4f})" if count > 1 else "") for m, w in zip(middle, worst, strict=True)]
+        lines.append(f"  {name:{width}} {' '.join(cells)}  after {seconds:.1f} s")
     return lines
 
 

@@ -100,6 +100,6 @@ def test_figure_is_drawn_for_trials_and_for_cycles(tmp_path, result, unit):
 def test_figure_that_cannot_be_written_is_said(tmp_path, result):
     with pytest.raises(Error, match=r"a figure is written as \.png, \.svg, \.pdf"):
         draw_synergies(tmp_path / "syn.xyz", result.activations, result.synergies)
-    with pytest.raises(Error, match="syn.png"):
+    with pytest.raises(Error, match=r"syn\.png"):
         draw_synergies(tmp_path / "missing" / "syn.png", result.activations, result.synergies)
     assert not list(tmp_path.iterdir())
