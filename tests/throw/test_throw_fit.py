@@ -19,6 +19,7 @@ from warpmuscle.throw.job import Job, Options
 from warpmuscle.throw.motion import Motion, resample
 from warpmuscle.throw.problem import check_limits, computed_excitation, lacking
 from warpmuscle.throw.published import as_published
+from warpmuscle.throw.report import write
 from warpmuscle.throw.scene_motion import motion_of
 from warpmuscle.throw.signals import computed_activation, to_activation, to_excitation
 from warpmuscle.throw.synthesis import Goal, Thrower
@@ -151,12 +152,16 @@ def test_a_ball_lands_on_its_target_by_a_few_synergies_alone(job: Job, distance:
     assert free[1] - 0.5 * thrower._gravity * made.flight.duration[0] ** 2 == pytest.approx(0.0, abs=1e-6)
 
 
-def test_the_published_procedure_meets_the_angles_before_its_filter(job: Job):
+def test_the_published_procedure_meets_the_angles_before_its_filter(job: Job, tmp_path):
     result = as_published(job.arm, job.motions, job.follower.synergies, job.start, evaluations=3)
     names = [stage.name for stage in result.stages]
     assert names[-2:] == ["signals step by step", "signals filtered"]
     assert np.isfinite(result.stages[-1].r2).all()
     assert result.stages[-2].r2.mean() > result.stages[0].r2.mean()
+    write(tmp_path / "published.h5", job.follower, None, result, [0], {})
+    kept = read(tmp_path / "published.h5")
+    assert kept.fit.stages[-1] == "signals filtered"
+    np.testing.assert_allclose(hinge_angle(kept.replays[0].joint_orientation), result.replay.angle[0, :-1], atol=1e-4)
 
 
 def test_goals_that_make_no_sense_are_refused(job: Job):

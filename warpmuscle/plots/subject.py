@@ -17,7 +17,7 @@ from warpmuscle.formats import toml
 from warpmuscle.gait import Gait, measure
 from warpmuscle.parameters import start_values, substitute
 from warpmuscle.recording import Recording
-from warpmuscle.records import Result
+from warpmuscle.records import ParameterTable, Result
 from warpmuscle.scene import Scene
 from warpmuscle.stage_scene import stage_scene
 from warpmuscle.strides import Strides, feet_of, steady_strides
@@ -164,3 +164,11 @@ class Subject:
         end = max(cycles[-1][1] for cycles in self.strides.values())
         cycles = f"mean and standard deviation of {count} gait cycles" if counts[-1] > 1 else "1 gait cycle"
         return f"{cycles} of each leg, {begin:.1f} to {end:.1f} s"
+
+
+def of_recording(recording: Recording, scene: Scene) -> Result:
+    """A result that holds a motion of a scene, and nothing else."""
+    none = np.zeros(0)
+    return Result(
+        toml.dumps(scene), "", "", 0, ParameterTable((), (), none, none, none, none, ()), replays=(recording,)
+    )
