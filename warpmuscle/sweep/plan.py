@@ -52,6 +52,7 @@ from warpmuscle.parameters import free_parameters
 from warpmuscle.records import Options
 from warpmuscle.scene import Scene
 from warpmuscle.sweep.overrides import Override, is_factor, overridden
+from warpmuscle.trusted import trust, trusts_everything
 from warpmuscle.typed import to_type
 
 LONGEST_NAME = 120  # of a run; file systems take 255 bytes, and `.h5.journal` comes behind it
@@ -104,6 +105,11 @@ class Plan:
     text: str  # of the file
     runs: tuple[Run, ...]
 
+    def trust(self) -> None:
+        """Let code run that its scenes name."""
+        for run in self.runs:
+            trust(run.scene, self.file.absolute().parent)
+
 
 @dataclass(frozen=True)
 class _Choice:
@@ -119,27 +125,35 @@ class _Choice:
         return f"{self.axis}={value}" if self.axis else value
 
 
-def read(path: str | Path) -> Plan:
+def read(path: str | Path, trusted: bool = False) -> Plan:
     """The plan of a sweep file.
+
+    Args:
+        trusted: let code run that its scenes name, once they are simulated.
 
     Raises:
         SceneError: it cannot be read or used, with file, line and key.
     """
-    path = Path(path)
+    path, trusted = Path(path), trusted or trusts_everything()
     source = Source.read(path)
     try:
-        return _plan(path, source, to_type(source.data, _File))
+        plan = _plan(path, source, to_type(source.data, _File), trusted)
     except SceneError as error:
         raise source.placed(error) from None
+    if trusted:
+        plan.trust()
+    return plan
 
 
-def _plan(path: Path, source: Source, file: _File) -> Plan:
+def _plan(path: Path, source: Source, file: _File, trusted: bool) -> Plan:
     axes = [_choices(source, key, value) for key, value in _flat(file.grid)]
     entries: list[tuple[_Choice, ...]] = [(_entry(source, index, entry),) for index, entry in enumerate(file.run)]
     names = [axis[0].axis for axis in axes]
     if twice := [name for name in names if names.count(name) > 1]:
         raise SceneError(f"two axes would be called {twice[0]!r}: name one as NAME = {{ keys = [..], .. }}", key="grid")
-    base = _Base(path, file, [Override(key, value, source.line(f"set.{key}")) for key, value in file.set.items()])
+    base = _Base(
+        path, file, [Override(key, value, source.line(f"set.{key}")) for key, value in file.set.items()], trusted
+    )
     runs: list[Run] = []
     for entry in entries or [()]:
         for choices in itertools.product(*axes):
@@ -221,8 +235,8 @@ def _label(value: float | str) -> str:
 class _Base:
     """What all runs of a sweep have in common."""
 
-    def __init__(self, path: Path, file: _File, common: Sequence[Override]) -> None:
-        self._path, self._file, self._common = path, file, common
+    def __init__(self, path: Path, file: _File, common: Sequence[Override], trusted: bool) -> None:
+        self._path, self._file, self._common, self._trusted = path, file, common, trusted
         self._scenes: dict[str, Scene] = {}
 
     def run(self, chosen: Sequence[_Choice], taken: set[str]) -> Run:
@@ -280,7 +294,7 @@ class _Base:
         if name not in self._scenes:
             path = self._path.parent / name
             try:
-                self._scenes[name] = load(path if path.suffix == ".toml" else name)
+                self._scenes[name] = load(path if path.suffix == ".toml" else name, trust=self._trusted)
             except SceneError as error:
                 if error.file is not None and error.line:
                     raise
