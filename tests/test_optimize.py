@@ -63,7 +63,7 @@ def test_same_seed_gives_the_same_file(scene, result, tmp_path):
 
 
 def test_replay_ends_where_the_candidate_ended(scene, result):
-    recording = replay(scene, result.best.params, "cpu")
+    recording, _ = replay(scene, result.best.params, "cpu")
     np.testing.assert_array_equal(recording.com, result.replays[0].com)
 
 

@@ -212,4 +212,4 @@ def test_a_sweep_on_a_cluster_takes_no_several_devices(tmp_path):
 
 def test_a_replay_is_made_on_the_first_device(two_cpus):
     scene = short_walk(0.1)
-    assert_same_bits(replay(scene, CANDIDATE, "cuda:all"), replay(scene, CANDIDATE, "cpu"))
+    assert_same_bits(replay(scene, CANDIDATE, "cuda:all")[0], replay(scene, CANDIDATE, "cpu")[0])

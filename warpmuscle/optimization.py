@@ -168,8 +168,10 @@ def resume(
             raise ResultError(f"{path}: cannot be continued here: {error}; it was made by {made}") from None
 
 
-def replay(scene: Scene, values: Floats, device: str | None = None) -> Recording:
-    """Motion of the scene with these parameter values, (P,): alone, and the same to the last bit as in a batch.
+def replay(scene: Scene, values: Floats, device: str | None = None) -> tuple[Recording, dict[str, dict[str, float]]]:
+    """Motion of the scene with these parameter values, (P,), and what joints and muscles add to its cost.
+
+    Alone, it is the same to the last bit as in a batch, but for what disturbs runs there.
 
     Args:
         device: see `make_rollout`; of several the first one.
@@ -177,7 +179,7 @@ def replay(scene: Scene, values: Floats, device: str | None = None) -> Recording
     rollout = Rollout(scene, 1, str(find_devices(device)[0]), record=[0], threads=1)
     rollout.set_parameters(values)
     rollout.run()
-    return rollout.recording()
+    return rollout.recording(), rollout.parts()
 
 
 def parameter_table(parameters: list[Parameter]) -> ParameterTable:
@@ -263,4 +265,5 @@ def _finished(scene: Scene, campaign: Campaign | Curriculum, start: Result, ende
     if scene.stages:
         scene = stage_scene(scene, int(result.evaluations.stage[result.best.index]), best)
         best = start_values(scene)
-    return changed(result, replays=(replay(scene, best, result.device),))
+    motion, parts = replay(scene, best, result.device)
+    return changed(result, replays=(motion,), parts=parts)

@@ -156,6 +156,7 @@ class Result:
     searched: Searched | None = None
     versions: Mapping[str, str] = field(default_factory=installed_versions)
     replay_names: tuple[str, ...] = ()  # of the motions, if they have any
+    parts: Mapping[str, Mapping[str, float]] = field(default_factory=dict)  # of terms, by joint or muscle, undisturbed
     fit: Fit | None = None  # of motions to recorded ones, which are then their `joint_target`
 
     def view(self, replay: int | None = None) -> Page:

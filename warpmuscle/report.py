@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -17,6 +18,7 @@ from warpmuscle.status import Status
 BLOCKS = "▁▂▃▄▅▆▇█"
 BAR = 21  # characters between the bounds of a parameter
 AT_BOUND = 0.01  # of the interval: nearer than this, a value leans on its bound
+LARGEST = 5  # parts of a term that are named
 CURVE = 60  # characters of a convergence curve
 
 
@@ -108,6 +110,19 @@ class Share:
     value: float
     unit: str
     description: str
+    parts: Mapping[str, float] = field(default_factory=dict)  # what joints and muscles add to the value
+
+    @property
+    def largest(self) -> str:
+        """Which joints or muscles add most, in words; empty if it is no sum over them."""
+        total = sum(self.parts.values())
+        if total <= 0.0:
+            return ""
+        ranked = sorted(self.parts.items(), key=lambda part: -part[1])
+        shown = [f"{name} {100.0 * value / total:.0f} %" for name, value in ranked[:LARGEST]]
+        if rest := ranked[LARGEST:]:
+            shown.append(f"{len(rest)} others {100.0 * sum(value for _, value in rest) / total:.0f} %")
+        return ", ".join(shown)
 
     @property
     def cost(self) -> float:
@@ -128,18 +143,20 @@ def shares(result: Result) -> tuple[str, list[Share]]:
     found = []
     for name, value in zip(result.evaluations.term_names, result.evaluations.terms[index], strict=True):
         if weight := float(np.asarray(weight_of(objective, name))):
-            found.append(Share(name, weight, float(value), *described(name)))
+            found.append(Share(name, weight, float(value), *described(name), result.parts.get(name, {})))
     return of, found
 
 
 def score(result: Result) -> list[str]:
-    """The best candidate's cost as the sum of its weighted terms."""
+    """The best candidate's cost as the sum of its weighted terms, and who adds most to them."""
     assert result.best is not None
     of, terms = shares(result)
     lines = [f"cost of the best, candidate {result.best.index}{of and f' of {of}'}: {result.best.cost:.6g}"]
     for term in terms:
         product = f"{term.cost:12.6g} = {term.weight:g} x {term.value:.6g} {term.unit}"
         lines.append(f"  {product}  {term.name}: {term.description}")
+        if term.largest:
+            lines.append(f"{'':15}{term.largest}")
     return lines
 
 

@@ -49,6 +49,11 @@ def put(file: Any, result: Result, file_format: str = FORMAT) -> None:
         if result.searched is not None and result.searched.stages and result.evaluations is not None:
             stage = np.int64(result.evaluations.stage[result.best.index])
             _put(file["best"], "stage", stage, description="stage that the cost is of; others have other costs")
+        for term, parts in result.parts.items():
+            group = file["best"].create_group(f"parts/{term}", track_order=True)
+            _put(group, "name", tuple(parts), axes="part", description="joints or muscles that add to the term")
+            _put(group, "value", np.array(list(parts.values())), axes="part",
+                 description="what they add in the motion, in the unit of the term")  # fmt: skip
     if result.searched is not None:
         _put_searched(file, result.searched)
     names = result.replay_names or ("",) * len(result.replays)

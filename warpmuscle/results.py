@@ -7,7 +7,8 @@ The layout is a contract with readers in other languages; README of the project 
 - `/parameters/{name, unit, min, max, step, value, scale}`: (P,)
 - `/evaluations/{params, cost, status, end_time, search, generation, stage}`: (N, P) and (N,); `terms` (N, T),
   `term_names`
-- `/best/{params, cost, index}`, and `stage` if the scene has stages: best of the last stage that has any candidates
+- `/best/{params, cost, index}`, and `stage` if the scene has stages: best of the last stage that has any candidates;
+  `/best/parts/<term>/{name, value}`: what joints and muscles add to a term in its motion
 - `/history/{generation, search, best, median, spread, sigma, asks_crc32, stage}`: (H,), a row for each generation of a
   search
 - `/searches`: the options of the optimisation as attributes, `strategy`, `searches`, `restarts`, `candidates`, `ended`,
@@ -147,6 +148,7 @@ def _load(file: Any) -> Result:
         parameters=_load_parameters(file["parameters"]),
         evaluations=_load_evaluations(file["evaluations"]) if "evaluations" in file else None,
         best=_load_best(file["best"]) if "best" in file else None,
+        parts=_load_parts(file["best/parts"]) if "best/parts" in file else {},
         replays=tuple(_load_recording(groups[str(number)]) for number in range(len(groups))),
         replay_names=names if any(names) else (),
         fit=next((_load_fit(file, name) for name in ("fit", "published") if name in file), None),
@@ -196,6 +198,13 @@ def _load_staged(group: Any) -> Staged:
 
 def _load_best(group: Any) -> Best:
     return Best(group["params"][()], float(group["cost"][()]), int(group["index"][()]))
+
+
+def _load_parts(group: Any) -> dict[str, dict[str, float]]:
+    return {
+        str(term): dict(zip(_strings(inner["name"]), inner["value"][()].tolist(), strict=True))
+        for term, inner in group.items()
+    }
 
 
 def _load_fit(file: Any, name: str) -> Fit:

@@ -40,6 +40,7 @@ from warpmuscle.model import model_struct, start_of
 from warpmuscle.motion import kinematic, motion_struct, moved
 from warpmuscle.muscles import compiled_kind, driven
 from warpmuscle.objective import objective_kind, term_values, wanted, weighted
+from warpmuscle.objective_parts import Parts, term_parts
 from warpmuscle.parameters import Parameter, free_parameters, start_values, substitute
 from warpmuscle.pose import normalized
 from warpmuscle.recording import Recording
@@ -382,6 +383,12 @@ class Rollout(Stepped):
         """Values (instances,) of the objective's terms so far, by name; see `objective.TERMS`."""
         names = wanted(self.scene.objective)  # not of the numbers: a free weight may be 0 in all instances
         return term_values(names, self._numeric, self._objective, self._state, self.end_time(), self._distance())
+
+    def parts(self, instance: int = 0) -> dict[str, Parts]:
+        """What joints and muscles have added to the terms of an instance so far, by term and name."""
+        end = float(self.end_time()[instance])
+        muscles = self._driven.muscles
+        return term_parts(self.terms(), self._numeric, self._objective, self._state, self.names, muscles, instance, end)
 
     def _distance(self) -> Floats:
         """Horizontal distance from the start, (instances,), m."""
