@@ -27,6 +27,7 @@ from warpmuscle.errors import Error
 
 if TYPE_CHECKING:
     from warpmuscle.records import Result
+    from warpmuscle.scene import Scene
 
 USUAL = 5000  # candidates of a search
 
@@ -73,7 +74,7 @@ def optimize(
     --resume FILE goes on. Examples: warpmuscle optimize fwalk --candidates 5000;
     warpmuscle optimize walk56 --search cma --searches 16 --until 2h; warpmuscle optimize --resume walk56.h5
     """
-    limit = None if until is None else seconds(until)
+    limit, scene = None if until is None else seconds(until), None
     if resume is not None:
         given = {name for name in context.params if _is_given(context, name)}
         for name in sorted(given - {"candidates", "until", "target", "device", "threads", "resume", "trust"}):
@@ -105,7 +106,7 @@ def optimize(
             )  # fmt: skip
     else:
         raise Error("optimize takes a scene, or --resume and a file")
-    _print_result(result, bar)
+    _print_result(result, bar, scene)
     out.print(f"wrote {output}")
 
 
@@ -129,7 +130,7 @@ def _is_given(context: typer.Context, name: str) -> bool:
     return source is not None and source.name == "COMMANDLINE" and context.params[name] not in (None, [], ())
 
 
-def _print_result(result: Result, bar: ProgressBar) -> None:
+def _print_result(result: Result, bar: ProgressBar, scene: Scene | None) -> None:
     """Print what became of the candidates, and the best one."""
     import numpy as np
 
@@ -162,7 +163,7 @@ def _print_result(result: Result, bar: ProgressBar) -> None:
         f"best: candidate {best.index} of generation {evaluations.generation[best.index]}{found}, "
         f"cost {best.cost:.6g}{given}"
     )
-    print_gait(toml.loads(result.scene), result.replays[0])
+    print_gait(scene if scene is not None else toml.loads(result.scene), result.replays[0])
 
 
 def _print_stages(result: Result) -> None:
