@@ -94,6 +94,9 @@ class History:
     stage: Integers  # (H,)
 
 
+ANY_NUMBER = 10**9  # of candidates, of an optimisation that ends by its time
+
+
 @dataclass(frozen=True)
 class Options:
     """What an optimisation was asked for, all that it needs to go on except the scene and the seed."""
@@ -106,6 +109,11 @@ class Options:
     candidates: int = 5000  # to be evaluated in all
     until: float | None = None  # s of wall time
     target: float | None = None  # cost
+
+    @property
+    def limited(self) -> bool:
+        """Whether the number of candidates ends it."""
+        return self.candidates < ANY_NUMBER
 
 
 @dataclass(frozen=True)

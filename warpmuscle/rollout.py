@@ -27,8 +27,7 @@ from warpmuscle.devices import find_device
 from warpmuscle.disturbances import Disturbances, none, tilted
 from warpmuscle.errors import Error, RolloutError
 from warpmuscle.foreign import is_array, mask_of
-from warpmuscle.formats import load, npz
-from warpmuscle.formats.npz import JointMotion
+from warpmuscle.formats import load
 from warpmuscle.frames import Frames, record_kind
 from warpmuscle.inputs import Inputs
 from warpmuscle.kernels import structs
@@ -44,13 +43,12 @@ from warpmuscle.objective_parts import Parts, term_parts
 from warpmuscle.parameters import Parameter, free_parameters, start_values, substitute
 from warpmuscle.pose import normalized
 from warpmuscle.recording import Recording
-from warpmuscle.results import read
 from warpmuscle.scene import Scene
 from warpmuscle.state import state_struct
 from warpmuscle.status import Status
 from warpmuscle.stepped import Stepped
 from warpmuscle.topology import coordinate_names, topology
-from warpmuscle.tracking import reference_fields, reference_table
+from warpmuscle.tracking import motion_in_file, tracked_fields
 from warpmuscle.trusted import trust as allow
 from warpmuscle.validate import check_scene
 
@@ -296,23 +294,12 @@ class Rollout(Stepped):
         if tracking is None or "tracking" not in self._objective.body:
             return {}
         if tracking.file:
-            if tracking.file.lower().endswith(".npz"):
-                plain = substitute(self.scene, start_values(self.scene))
-                replays: Sequence[Recording | JointMotion] = [npz.read(tracking.file, plain.character)]
-            else:
-                replays = read(tracking.file).replays
-            if tracking.replay >= len(replays):
-                raise RolloutError(f"{tracking.file} has {len(replays)} motions, none with number {tracking.replay}")
-            motion = replays[tracking.replay].window(tracking.start)
+            motion = motion_in_file(tracking, substitute(self.scene, start_values(self.scene)).character)
         else:
             other = Rollout(load(tracking.scene), 1, str(self.device), record=[0], record_rate=200.0)
             other.run()
-            motion = other.recording().window(tracking.start)
-        if not len(motion.phase):
-            source = tracking.file or tracking.scene
-            raise RolloutError(f"{source} has no motion from {tracking.start:g} s on, which `tracking.start` asks for")
-        table, counts = reference_table(motion, self.names, tracking.joints)
-        return reference_fields(table, counts, self.device)
+            motion = other.recording()
+        return tracked_fields(motion, tracking, self.names, self.device)
 
     def disturb(self, disturbances: Disturbances) -> None:
         """Push instances, start them at other velocities, or tilt their ground, from now on; and start again.

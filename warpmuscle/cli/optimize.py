@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from warpmuscle.cli.common import (
-    UNLIMITED,
     Device,
     Duration,
     Threads,
@@ -80,19 +79,18 @@ def optimize(
         for name in sorted(given - {"candidates", "until", "target", "device", "threads", "resume", "trust"}):
             word = "scene" if name == "sources" else f"--{name.replace('_', '-')}"
             raise Error(f"--resume takes no {word}: the file says what to go on with")
-        more = UNLIMITED if candidates is None and limit is not None else candidates
         output = resume
         start_warp()
         from warpmuscle.optimization import resume as go_on
 
         with ProgressBar() as bar:
             result = go_on(
-                resume, more, device, until=limit, target=target, threads=threads, command=command_line(),
+                resume, candidates, device, until=limit, target=target, threads=threads, command=command_line(),
                 progress=bar.update,
             )  # fmt: skip
     elif sources:
         scene = changed(load_scene(sources), duration, time_step, None)
-        count = candidates or (UNLIMITED if limit is not None and not scene.stages else USUAL * searches)
+        count = candidates or (None if limit is not None and not scene.stages else USUAL * searches)
         output = output if output is not None else Path(f"{scene.name}.h5")
         writable(output)
         start_warp()
@@ -141,7 +139,7 @@ def _print_result(result: Result, bar: ProgressBar, scene: Scene | None) -> None
     assert result.best is not None
     assert result.searched is not None
     evaluations, best, options = result.evaluations, result.best, result.searched.options
-    of = f" of {options.candidates}" if len(evaluations.cost) < options.candidates < UNLIMITED else ""
+    of = f" of {options.candidates}" if len(evaluations.cost) < options.candidates and options.limited else ""
     rate = f"{bar.simulated / max(bar.elapsed, 1e-9):.0f} s of motion per second on {result.device}"
     earlier = f", {bar.recalled} of them earlier" if bar.recalled else ""
     out.print(f"{len(evaluations.cost)}{of} candidates in {bar.elapsed:.1f} s{earlier}, {rate}")
