@@ -8,23 +8,14 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-import warp as wp
 from numpy.typing import ArrayLike
 
-from warpmuscle.arrays import Floats, Ints, rows, to_device
-from warpmuscle.batch_input import (
-    LINEAR_SPEEDS,
-    checked_values,
-    chosen,
-    chunk_steps,
-    end_step,
-    positive,
-    root_noise,
-)  # fmt: skip
+from warpmuscle.arrays import Floats, Ints
+from warpmuscle.batch_input import LINEAR_SPEEDS, checked_values, chosen, chunk_steps, end_step, positive, root_noise
 from warpmuscle.collisions import collision_pairs, collisions_struct
 from warpmuscle.custom import check_custom, custom_controller
 from warpmuscle.devices import find_device
-from warpmuscle.disturbances import Disturbances, none, tilted
+from warpmuscle.disturbances import none
 from warpmuscle.errors import Error, RolloutError
 from warpmuscle.foreign import is_array, mask_of
 from warpmuscle.formats import load
@@ -41,7 +32,6 @@ from warpmuscle.muscles import compiled_kind, driven
 from warpmuscle.objective import objective_kind, term_values, wanted, weighted
 from warpmuscle.objective_parts import Parts, term_parts
 from warpmuscle.parameters import Parameter, free_parameters, start_values, substitute
-from warpmuscle.pose import normalized
 from warpmuscle.recording import Recording
 from warpmuscle.scene import Scene
 from warpmuscle.state import state_struct
@@ -300,28 +290,6 @@ class Rollout(Stepped):
             other.run()
             motion = other.recording()
         return tracked_fields(motion, tracking, self.names, self.device)
-
-    def disturb(self, disturbances: Disturbances) -> None:
-        """Push instances, start them at other velocities, or tilt their ground, from now on; and start again.
-
-        Raises:
-            RolloutError: another number of instances.
-        """
-        if len(disturbances) != self.instances:
-            raise RolloutError(f"{len(disturbances)} disturbances for {self.instances} instances")
-        self._disturbances = d = disturbances
-        h, s = self.scene.time_step, self._state
-        first = np.rint(d.push_start / h).astype(np.int32)
-        steps = max(round(d.push_duration / h), 1)
-        s.push.assign((d.push / (steps * h)).astype(np.float32))
-        s.push_steps.assign(np.stack([first, first + steps], axis=1).astype(np.int32))
-        self._tilt()
-        self.reset()
-
-    def _tilt(self) -> None:
-        """Turn the ground's normal by each instance's slope."""
-        level = normalized(rows([list(self._numeric.ground.normal)]))
-        self._model.contacts.normal = to_device(tilted(level, self._disturbances.slope), wp.vec3, self.device)
 
     def run(self, duration: float | None = None, progress: Progress | None = None) -> None:
         """Simulate on from where the batch stands.
