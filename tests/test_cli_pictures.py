@@ -71,6 +71,11 @@ def test_video_writes_a_film(run):
     assert done[:2] == (0, "wrote walk.gif: 5 frames, 1 s")
 
 
+def test_video_shows_several_files_side_by_side(run):
+    done = run("video", "walk.h5", "best.h5", "-o", "both.gif", "--size", "192x64", "--rate", 5, "--end", 1)
+    assert done[:2] == (0, "wrote both.gif: 5 frames, 1 s")
+
+
 @pytest.mark.parametrize("command", [("plot", "-o", "x.png"), ("report", "-o", "x.html"), ("video", "-o", "x.mp4")])
 @pytest.mark.parametrize(
     ("file", "message"),

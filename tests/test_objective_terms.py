@@ -219,3 +219,15 @@ def test_a_head_that_is_no_body_is_named():
     scene.objective = Objective(head=1.0, head_body="haed")
     with pytest.raises(SceneError, match="haed"):
         check_scene(scene)
+
+
+def test_what_joints_and_muscles_add_to_terms_sums_up_to_them():
+    rollout = Rollout(held(), 2, "cpu")
+    rollout.run()
+    terms, parts = rollout.terms(), rollout.parts(1)
+    assert set(parts["effort_squared"]) == {"flexor", "extensor"}
+    assert set(parts["metabolic"]) == {"flexor", "extensor", "basal rate"}
+    assert set(parts["cost_of_transport"]) == set(parts["metabolic"])
+    assert not {"speed", "heading", "head", "fall"} & set(parts)
+    for name, own in parts.items():
+        assert sum(own.values()) == pytest.approx(terms[name][1], rel=1e-6)

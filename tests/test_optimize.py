@@ -63,7 +63,7 @@ def test_same_seed_gives_the_same_file(scene, result, tmp_path):
 
 
 def test_replay_ends_where_the_candidate_ended(scene, result):
-    recording = replay(scene, result.best.params, "cpu")
+    recording, _ = replay(scene, result.best.params, "cpu")
     np.testing.assert_array_equal(recording.com, result.replays[0].com)
 
 
@@ -143,7 +143,8 @@ def test_target_and_time_end_it_and_are_said_to(scene):
     assert result.best.cost <= 0.97 * given
     assert result.best.index >= len(result.evaluations) - 11
     assert result.searched.ended == "the target is reached"
-    result = optimize(short, 1_000_000, until=0.5, **options)
+    result = optimize(short, None, until=0.5, **options)
+    assert not result.searched.options.limited
     assert 0 < len(result.evaluations) < 100_000
     assert result.searched.ended == "the time is up"
 

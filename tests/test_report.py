@@ -8,6 +8,7 @@ from warpmuscle import report
 from warpmuscle.formats import load
 from warpmuscle.optimization import optimize
 from warpmuscle.records import ParameterTable, Result
+from warpmuscle.results import read, write
 from warpmuscle.scene import Objective, SearchStage
 
 
@@ -20,10 +21,24 @@ def searched() -> Result:
 
 def test_the_weighted_terms_of_the_best_add_up_to_its_cost(searched):
     lines = report.score(searched)
-    parts = [float(line.split("=")[0]) for line in lines[1:]]
+    parts = [float(line.split("=")[0]) for line in lines[1:] if "=" in line]
     assert len(parts) == 2
     np.testing.assert_allclose(sum(parts), searched.best.cost, rtol=1e-4)
     assert "speed" in "".join(lines)
+
+
+def test_the_joints_that_add_most_to_a_term_are_named_and_kept_in_the_file(searched, tmp_path):
+    write(tmp_path / "a.h5", searched)
+    _, (torque, speed) = report.shares(read(tmp_path / "a.h5"))
+    best = searched.evaluations.terms[searched.best.index]
+    assert sum(torque.parts.values()) == pytest.approx(best[0], rel=1e-6)
+    largest = max(torque.parts, key=torque.parts.get)
+    share = 100.0 * torque.parts[largest] / best[0]
+    assert torque.largest.startswith(f"{largest} {share:.0f} %, ")
+    assert torque.largest.count(",") == report.LARGEST
+    assert "others" in torque.largest
+    assert speed.largest == ""
+    assert torque.largest in "\n".join(report.score(searched))
 
 
 def test_report_counts_outcomes_ranks_searches_and_shows_every_parameter(searched):
@@ -46,6 +61,7 @@ def test_stages_are_told_apart_and_the_score_is_by_the_objective_of_the_last():
     assert f"{result.best.cost:.6g}" in lines[4]
     first, *terms = report.score(result)
     assert "of stage 1, race" in first
+    terms = [term for term in terms if "=" in term]
     np.testing.assert_allclose(sum(float(term.split("=")[0]) for term in terms), result.best.cost, rtol=1e-4)
     assert "0.5 x" in terms[0]
     assert "20 x" in terms[1]

@@ -13,8 +13,8 @@ from biped import random_recording
 from warpmuscle.errors import ResultError
 from warpmuscle.journal import Journal
 from warpmuscle.recording import QUANTITIES
-from warpmuscle.records import TABLE
-from warpmuscle.results import (
+from warpmuscle.records import (
+    TABLE,
     Best,
     Evaluations,
     History,
@@ -23,9 +23,8 @@ from warpmuscle.results import (
     Result,
     Searched,
     Staged,
-    read,
-    write,
 )
+from warpmuscle.results import read, write
 from warpmuscle.status import Status
 
 

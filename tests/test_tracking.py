@@ -11,7 +11,8 @@ from warpmuscle.errors import ResultError, RolloutError, SceneError
 from warpmuscle.formats import load
 from warpmuscle.optimization import parameter_table
 from warpmuscle.parameters import free_parameters
-from warpmuscle.results import Result, write
+from warpmuscle.records import Result
+from warpmuscle.results import write
 from warpmuscle.rollout import Rollout
 from warpmuscle.scene import Objective, Scene, Tracking
 from warpmuscle.validate import check_scene

@@ -42,14 +42,15 @@ def test_a_candidate_is_what_its_runs_alone_come_to(cost):
     trials = Trials(scene, 2, "cpu")
     trials.set_parameters(candidates(scene))
     trials.run()
+    found = trials.outcomes()
     for i, values in enumerate(candidates(scene)):
         alone = runs_alone(scene, values)
         worst = alone.cost().argmax()
-        assert trials.cost()[i] == (alone.cost().max() if cost == "worst" else alone.cost().mean())
-        assert trials.status()[i] == alone.status()[worst]
-        assert trials.end_time()[i] == alone.end_time()[worst]
+        assert trials.cost()[i] == found.cost[i] == (alone.cost().max() if cost == "worst" else alone.cost().mean())
+        assert found.status[i] == alone.status()[worst]
+        assert found.end_time[i] == alone.end_time()[worst]
         for name, terms in alone.terms().items():
-            assert trials.terms()[name][i] == (terms[worst] if cost == "worst" else terms.mean())
+            assert found.terms[name][i] == (terms[worst] if cost == "worst" else terms.mean())
 
 
 def test_one_failing_run_makes_a_candidate_fail_and_cost_more_than_its_undisturbed_run():
@@ -59,7 +60,7 @@ def test_one_failing_run_makes_a_candidate_fail_and_cost_more_than_its_undisturb
     runs = trials.batch.status()
     assert runs[0] == Status.COMPLETED
     assert runs[1] != Status.COMPLETED
-    assert trials.status()[0] not in (Status.COMPLETED, Status.RUNNING)
+    assert trials.outcomes().status[0] not in (Status.COMPLETED, Status.RUNNING)
     assert trials.cost()[0] > scene.objective.failure_cost > trials.batch.cost()[0]
 
 

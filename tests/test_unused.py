@@ -44,3 +44,13 @@ def test_shipped_scenes_free_nothing_in_vain(name):
     scene = load(name)
     if free_parameters(scene):
         assert unused_parameters(scene) == []
+
+
+def test_motions_and_collisions_count_as_what_uses_a_parameter():
+    scene = load("fwalk")
+    scene.failure.self_collision = Free(0.05, 0.01, 0.1)
+    assert unused_parameters(scene) == []
+    scene = load("throw")
+    scene.actuation["wrist"].drive = "kinematic"
+    scene.motion["wrist"].value[3] = Free(0.2, 0.1, 0.3)
+    assert not [name for name in unused_parameters(scene) if name.startswith("motion")]

@@ -20,8 +20,10 @@ if TYPE_CHECKING:
     from warpmuscle.formats import load, save
     from warpmuscle.gait import measure
     from warpmuscle.optimization import optimize, resume
+    from warpmuscle.plots import plot
     from warpmuscle.recording import Recording
-    from warpmuscle.results import Result, read, write
+    from warpmuscle.records import Result
+    from warpmuscle.results import read, write
     from warpmuscle.rollout import Rollout
     from warpmuscle.scene import Scene
     from warpmuscle.split import SplitRollout, make_rollout
@@ -31,14 +33,14 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Error", "Recording", "Result", "ResultError", "Rollout", "RolloutError", "Scene", "SceneError",
-    "SplitRollout", "Stages", "Status", "load", "make_rollout", "measure", "optimize", "read", "resume", "save",
+    "SplitRollout", "Stages", "Status", "load", "make_rollout", "measure", "optimize", "plot", "read", "resume", "save",
     "trust", "write",
 ]  # fmt: skip
 
 _HOMES = {
-    "Recording": "recording", "Result": "results", "Rollout": "rollout", "Scene": "scene",
+    "Recording": "recording", "Result": "records", "Rollout": "rollout", "Scene": "scene",
     "SplitRollout": "split", "Stages": "stages", "Status": "status", "load": "formats", "make_rollout": "split",
-    "measure": "gait", "optimize": "optimization", "read": "results",
+    "measure": "gait", "optimize": "optimization", "plot": "plots", "read": "results",
     "resume": "optimization", "save": "formats", "trust": "trusted", "write": "results",
 }  # fmt: skip
 

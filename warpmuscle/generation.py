@@ -78,12 +78,12 @@ class Generation:
 
     def take(self, rows: NDArray[np.intp], trials: Trials) -> None:
         """Take what has ended of the trials that evaluate these rows."""
-        ended = trials.ended()
+        ended, found = trials.ended(), trials.outcomes()
         rows = rows[ended]
-        self.cost[rows], self.end_time[rows] = trials.cost()[ended], trials.end_time()[ended]
-        for index, values in enumerate(trials.terms().values()):
+        self.cost[rows], self.end_time[rows] = found.cost[ended], found.end_time[ended]
+        for index, values in enumerate(found.terms.values()):
             self.terms[rows, index] = values[ended]
-        self.status[rows] = trials.status()[ended]
+        self.status[rows] = found.status[ended]
 
 
 class Evaluator(Protocol):
@@ -114,7 +114,7 @@ class Batches:
         self.device = str(first.batch.device)
         self.largest = max(_suiting(device, first) // first.runs, 1)
         self._loaded = False
-        self.term_names = tuple(first.terms())
+        self.term_names = tuple(first.batch.terms())
         self._trials: dict[int, Trials] = {1: first}
 
     def evaluate(self, generation: Generation, limit: int, tracker: Tracker, enough: Callable[[], Any]) -> None:

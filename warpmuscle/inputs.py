@@ -1,4 +1,4 @@
-"""What instances of a batch are given beside parameters: excitations, motions, and where they start."""
+"""What instances of a batch are given beside parameters: excitations, motions, disturbances, and where they start."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ import numpy as np
 import warp as wp
 from numpy.typing import ArrayLike
 
-from warpmuscle.arrays import Floats, Ints, arrays_of, structs_to_device, to_device
+from warpmuscle.arrays import Floats, Ints, arrays_of, rows, structs_to_device, to_device
+from warpmuscle.disturbances import Disturbances, tilted
 from warpmuscle.errors import RolloutError
 from warpmuscle.kernels import structs
 from warpmuscle.model import start_of
@@ -27,6 +28,7 @@ from warpmuscle.motion import (
     speed_numbers,
 )
 from warpmuscle.muscles import Driven
+from warpmuscle.pose import normalized
 from warpmuscle.scene import Scene
 from warpmuscle.topology import Topology
 
@@ -111,6 +113,8 @@ class Given(ABC):
     _driven: Driven
     _kinematic: Kinematic
     _inputs: Inputs
+    _disturbances: Disturbances
+    _numeric: Scene
     _moved: Moved
     _model: structs.Model
     _state: structs.State
@@ -211,6 +215,28 @@ class Given(ABC):
             chosen = [every.index(name) for name in self._driven.muscles]
             given.activation = values[:, chosen] if chosen else None
         self.reset()
+
+    def disturb(self, disturbances: Disturbances) -> None:
+        """Push instances, start them at other velocities, or tilt their ground, from now on; and start again.
+
+        Raises:
+            RolloutError: another number of instances.
+        """
+        if len(disturbances) != self.instances:
+            raise RolloutError(f"{len(disturbances)} disturbances for {self.instances} instances")
+        self._disturbances = d = disturbances
+        h, s = self.scene.time_step, self._state
+        first = np.rint(d.push_start / h).astype(np.int32)
+        steps = max(round(d.push_duration / h), 1)
+        s.push.assign((d.push / (steps * h)).astype(np.float32))
+        s.push_steps.assign(np.stack([first, first + steps], axis=1).astype(np.int32))
+        self._tilt()
+        self.reset()
+
+    def _tilt(self) -> None:
+        """Turn the ground's normal by each instance's slope."""
+        level = normalized(rows([list(self._numeric.ground.normal)]))
+        self._model.contacts.normal = to_device(tilted(level, self._disturbances.slope), wp.vec3, self.device)
 
     def _curves_of(self, numeric: Scene) -> Curves:
         """The motion of the kinematic coordinates, as given or as the scene says."""

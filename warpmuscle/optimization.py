@@ -19,7 +19,7 @@ from warpmuscle.keeper import Keeper
 from warpmuscle.parameters import Parameter, free_parameters, start_values
 from warpmuscle.progress import Progress, Tracker
 from warpmuscle.recording import Recording
-from warpmuscle.records import Evaluations, Options, ParameterTable, Result, Searched, Staged, best_of
+from warpmuscle.records import ANY_NUMBER, Evaluations, Options, ParameterTable, Result, Searched, Staged, best_of
 from warpmuscle.rollout import Rollout
 from warpmuscle.scene import Scene
 from warpmuscle.stage_plan import plan, prolonged, searches_of, settled
@@ -33,7 +33,7 @@ MakeBatches = Callable[[Scene], Evaluator]
 
 def optimize(
     scene: Scene,
-    candidates: int = 5000,
+    candidates: int | None = 5000,
     seed: int = 1,
     device: str | None = None,
     *,
@@ -61,7 +61,7 @@ def optimize(
 
     Args:
         scene: with free parameters.
-        candidates: how many to evaluate, in all searches and stages together.
+        candidates: how many to evaluate, in all searches and stages together; None for any number, with `until`.
         seed: of the searches; the same seed gives the same result on the same kind of device.
         device: see `make_rollout`. threads: CPU threads, by default one a core.
         search: the strategy, see `search.strategies`.
@@ -82,7 +82,10 @@ def optimize(
         Error: the scene has no free parameters, or one that nothing uses, an option is impossible, the output cannot
             be written, or the search was interrupted before any candidate had ended.
     """
-    options = Options(search, searches, population, sigma, restarts, candidates, until, target)
+    if candidates is None and until is None:
+        raise Error("without a number of candidates a search needs a time to end at: until")
+    count = ANY_NUMBER if candidates is None else candidates
+    options = Options(search, searches, population, sigma, restarts, count, until, target)
     check_options(options)
     parameters = _parameters(scene)
     check_used(scene)
@@ -127,7 +130,8 @@ def resume(
 
     Args:
         path: result file of `optimize(output=...)`, which is kept up further.
-        candidates: how many more to evaluate; by default what is left of those asked for first.
+        candidates: how many more to evaluate; by default any number with `until`, else what is left of those asked for
+            first.
         device: by default that of the file; on one of another kind costs differ in their last bits.
         until: s of wall time from now, by default as many as at first.
         target: cost at which to end, of the last stage if there are any; by default the one asked for.
@@ -143,9 +147,10 @@ def resume(
         assert earlier.searched is not None
         evaluated = sum(map(len, known.values()))
         options = earlier.searched.options
+        more = ANY_NUMBER if candidates is None and until is not None else candidates
         options = changed(
             options,
-            candidates=options.candidates if candidates is None else evaluated + candidates,
+            candidates=options.candidates if more is None else evaluated + more,
             until=options.until if until is None else until,
             target=options.target if target is None else target,
         )
@@ -154,7 +159,7 @@ def resume(
         stages = earlier.searched.stages
         if len(stages) != len(scene.stages):
             raise ResultError(f"{path}: damaged result file: its search has other stages than its scene")
-        if stages and (candidates is not None or target is not None):
+        if stages and (more is not None or target is not None):
             stages = prolonged(stages, options, target)
         tracker = Tracker(options.candidates, options.until, progress)
         batches = batches or (lambda part: Batches(part, device or earlier.device, threads))
@@ -168,8 +173,10 @@ def resume(
             raise ResultError(f"{path}: cannot be continued here: {error}; it was made by {made}") from None
 
 
-def replay(scene: Scene, values: Floats, device: str | None = None) -> Recording:
-    """Motion of the scene with these parameter values, (P,): alone, and the same to the last bit as in a batch.
+def replay(scene: Scene, values: Floats, device: str | None = None) -> tuple[Recording, dict[str, dict[str, float]]]:
+    """Motion of the scene with these parameter values, (P,), and what joints and muscles add to its cost.
+
+    Alone, it is the same to the last bit as in a batch, but for what disturbs runs there.
 
     Args:
         device: see `make_rollout`; of several the first one.
@@ -177,7 +184,7 @@ def replay(scene: Scene, values: Floats, device: str | None = None) -> Recording
     rollout = Rollout(scene, 1, str(find_devices(device)[0]), record=[0], threads=1)
     rollout.set_parameters(values)
     rollout.run()
-    return rollout.recording()
+    return rollout.recording(), rollout.parts()
 
 
 def parameter_table(parameters: list[Parameter]) -> ParameterTable:
@@ -263,4 +270,5 @@ def _finished(scene: Scene, campaign: Campaign | Curriculum, start: Result, ende
     if scene.stages:
         scene = stage_scene(scene, int(result.evaluations.stage[result.best.index]), best)
         best = start_values(scene)
-    return changed(result, replays=(replay(scene, best, result.device),))
+    motion, parts = replay(scene, best, result.device)
+    return changed(result, replays=(motion,), parts=parts)

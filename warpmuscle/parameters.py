@@ -16,6 +16,7 @@ from warpmuscle.scene import Scene
 
 Floats = NDArray[np.float64]
 Part = TypeVar("Part")
+PLAIN = frozenset({float, int, str, bool, type(None)})  # what most leaves are
 
 UNITS = {
     "mass": "kg", "inertia": "kg m^2", "center": "m", "radius": "m", "start": "m", "end": "m", "low": "m", "high": "m",
@@ -49,18 +50,29 @@ def leaves(value: Any, key: str = "") -> Iterator[tuple[str, Any]]:
     """Every (dotted path, value) below `value` that is no structure, list, tuple or table, in order of appearance."""
     for name, member in _members(value) or ():
         path = f"{key}.{name}" if key else name
-        if _members(member) is None:
+        if type(member) in PLAIN or _members(member) is None:
             yield path, member
         else:
             yield from leaves(member, path)
 
 
+def _free_leaves(value: Any, key: str, found: list[tuple[str, Free]]) -> None:
+    """Put the leaves into a list that are `Free`; scenes are walked often, and most of them is numbers."""
+    for name, member in _members(value) or ():
+        if type(member) is Free:
+            found.append((f"{key}{name}", member))
+        elif type(member) not in PLAIN:
+            _free_leaves(member, f"{key}{name}.", found)
+
+
 def free_parameters(scene: Scene) -> list[Parameter]:
     """The free parameters of a scene in order of appearance; numbers that follow another one are left out."""
+    found: list[tuple[str, Free]] = []
+    _free_leaves(scene, "", found)
     return [
         Parameter(key, number.value, number.min, number.max, number.step, _unit(key), number.scale)
-        for key, number in leaves(scene)
-        if isinstance(number, Free) and number.value is not None and number.min is not None and number.max is not None
+        for key, number in found
+        if number.value is not None and number.min is not None and number.max is not None
     ]
 
 
@@ -139,7 +151,7 @@ def with_values(scene: Scene, values: Floats) -> Scene:
 
 def rebuilt(value: Part, replace: Callable[[str, Any], Any], key: str = "") -> Part:
     """A copy of a scene or of a part of it, with `replace(path, leaf)` in place of every leaf (see `leaves`)."""
-    members = _members(value)
+    members = None if type(value) in PLAIN else _members(value)
     if members is None:
         return replace(key, value)  # type: ignore[no-any-return]
     parts = [(name, rebuilt(member, replace, f"{key}.{name}" if key else name)) for name, member in members]

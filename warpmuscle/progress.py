@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from warpmuscle.records import ANY_NUMBER
 from warpmuscle.trials import Trials
 
 NOTICED = 0.002  # s, for which nobody has to wait
@@ -31,6 +32,11 @@ class Progress:
     stages: int = 0  # how many there are
     stage_name: str = ""
     compiling: bool = False  # the kernel, for some seconds
+
+    @property
+    def limited(self) -> bool:
+        """Whether the number of candidates ends it."""
+        return self.candidates < ANY_NUMBER
 
 
 class Tracker:

@@ -53,7 +53,9 @@ QUANTITIES: dict[str, Quantity] = {
     "joint_angular_velocity": Quantity("rad/s", _JOINT_VECTOR, "of the child relative to the parent, parent's frame"),
     "joint_torque": Quantity("N m", _JOINT_VECTOR, "torque on the parent, its negative acts on the child, world"),
     "joint_torque_desired": Quantity("N m", _JOINT_VECTOR, "torque that the controller wanted, as joint_torque"),
-    "joint_target": Quantity("1", _JOINT_QUATERNION, "quaternion, target orientation of the controller"),
+    "joint_target": Quantity(
+        "1", _JOINT_QUATERNION, "quaternion, target orientation of the controller, or as recorded"
+    ),
     "com": Quantity("m", _VECTOR, "centre of mass of the whole body, world"),
     "com_velocity": Quantity("m/s", _VECTOR, "velocity of the centre of mass of the whole body, world"),
     "foot_force_left": Quantity("N", _VECTOR, "ground force on the left foot, of the step that ended at this time"),
@@ -145,6 +147,11 @@ class Recording:
     def frames(self) -> int:
         """Number of frames."""
         return len(self.time)
+
+    @property
+    def has_targets(self) -> bool:
+        """Whether joints were to move anywhere but to their reference pose."""
+        return bool(np.any(self.joint_target[..., :3]))
 
     def window(self, start: float, end: float = np.inf) -> Recording:
         """The frames with start <= time <= end, s."""

@@ -94,6 +94,9 @@ class History:
     stage: Integers  # (H,)
 
 
+ANY_NUMBER = 10**9  # of candidates, of an optimisation that ends by its time
+
+
 @dataclass(frozen=True)
 class Options:
     """What an optimisation was asked for, all that it needs to go on except the scene and the seed."""
@@ -106,6 +109,11 @@ class Options:
     candidates: int = 5000  # to be evaluated in all
     until: float | None = None  # s of wall time
     target: float | None = None  # cost
+
+    @property
+    def limited(self) -> bool:
+        """Whether the number of candidates ends it."""
+        return self.candidates < ANY_NUMBER
 
 
 @dataclass(frozen=True)
@@ -132,6 +140,16 @@ class Searched:
 
 
 @dataclass(frozen=True)
+class Fit:
+    """How a fit of simulated motions to n recorded ones went, over S stages."""
+
+    joints: tuple[str, ...]  # J that were compared
+    stages: tuple[str, ...]  # names
+    r2: Floats  # (S, n, J), share of the variance of angles that is met
+    seconds: Floats  # (S,) since the begin, at the end of each stage
+
+
+@dataclass(frozen=True)
 class Result:
     """All that a run leaves behind; evaluations, best and searched are None for a run that searched nothing."""
 
@@ -145,6 +163,9 @@ class Result:
     replays: tuple[Recording, ...] = ()
     searched: Searched | None = None
     versions: Mapping[str, str] = field(default_factory=installed_versions)
+    replay_names: tuple[str, ...] = ()  # of the motions, if they have any
+    parts: Mapping[str, Mapping[str, float]] = field(default_factory=dict)  # of terms, by joint or muscle, undisturbed
+    fit: Fit | None = None  # of motions to recorded ones, which are then their `joint_target`
 
     def view(self, replay: int | None = None) -> Page:
         """The recorded motions, or one of them, as a page that a notebook shows and `save` writes.

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -10,13 +11,14 @@ from warpmuscle.arrays import Floats
 from warpmuscle.formats import toml
 from warpmuscle.objective import described, weight_of
 from warpmuscle.parameters import start_values, substitute
-from warpmuscle.records import Evaluations, ParameterTable, Result
+from warpmuscle.records import Evaluations, Fit, ParameterTable, Result
 from warpmuscle.stage_scene import stage_scene
 from warpmuscle.status import Status
 
 BLOCKS = "▁▂▃▄▅▆▇█"
 BAR = 21  # characters between the bounds of a parameter
 AT_BOUND = 0.01  # of the interval: nearer than this, a value leans on its bound
+LARGEST = 5  # parts of a term that are named
 CURVE = 60  # characters of a convergence curve
 
 
@@ -24,10 +26,28 @@ def report(result: Result) -> list[str]:
     """Lines about a result, in plain text."""
     lines = [f"made by: {line}" for line in result.command.splitlines()]
     lines.append(f"device {result.device}, seed {result.seed}, {len(result.parameters.name)} free parameters")
+    if result.fit is not None:
+        lines += ["", *fit(result.fit)]
+        lines += [f"motion {number}: {name}" for number, name in enumerate(result.replay_names)]
+        return lines
     if result.evaluations is None or result.best is None:
         return [*lines, f"no search; {len(result.replays)} motion{'s' if len(result.replays) != 1 else ''}"]
     lines += ["", *outcomes(result.evaluations), "", *convergence(result)]
     lines += ["", *score(result), "", *parameters(result.parameters, np.asarray(result.best.params))]
+    return lines
+
+
+def fit(found: Fit) -> list[str]:
+    """r2 of each joint's angle after each stage: the median of all motions, and the worst one of several."""
+    count = found.r2.shape[1]
+    width = max(map(len, found.stages), default=0)
+    lines = [
+        f"fit of {count} motion{'s' if count != 1 else ''}: r2 of {', '.join(found.joints)}{' (worst)' * (count > 1)}"
+    ]
+    for name, r2, seconds in zip(found.stages, found.r2, found.seconds, strict=True):
+        middle, worst = np.median(r2, axis=0), r2.min(axis=0)
+        cells = [f"{m:8.4f}" + (f" ({w:.4f})" if count > 1 else "") for m, w in zip(middle, worst, strict=True)]
+        lines.append(f"  {name:{width}} {' '.join(cells)}  after {seconds:.1f} s")
     return lines
 
 
@@ -90,6 +110,19 @@ class Share:
     value: float
     unit: str
     description: str
+    parts: Mapping[str, float] = field(default_factory=dict)  # what joints and muscles add to the value
+
+    @property
+    def largest(self) -> str:
+        """Which joints or muscles add most, in words; empty if it is no sum over them."""
+        total = sum(self.parts.values())
+        if total <= 0.0:
+            return ""
+        ranked = sorted(self.parts.items(), key=lambda part: -part[1])
+        shown = [f"{name} {100.0 * value / total:.0f} %" for name, value in ranked[:LARGEST]]
+        if rest := ranked[LARGEST:]:
+            shown.append(f"{len(rest)} others {100.0 * sum(value for _, value in rest) / total:.0f} %")
+        return ", ".join(shown)
 
     @property
     def cost(self) -> float:
@@ -110,18 +143,20 @@ def shares(result: Result) -> tuple[str, list[Share]]:
     found = []
     for name, value in zip(result.evaluations.term_names, result.evaluations.terms[index], strict=True):
         if weight := float(np.asarray(weight_of(objective, name))):
-            found.append(Share(name, weight, float(value), *described(name)))
+            found.append(Share(name, weight, float(value), *described(name), result.parts.get(name, {})))
     return of, found
 
 
 def score(result: Result) -> list[str]:
-    """The best candidate's cost as the sum of its weighted terms."""
+    """The best candidate's cost as the sum of its weighted terms, and who adds most to them."""
     assert result.best is not None
     of, terms = shares(result)
     lines = [f"cost of the best, candidate {result.best.index}{of and f' of {of}'}: {result.best.cost:.6g}"]
     for term in terms:
         product = f"{term.cost:12.6g} = {term.weight:g} x {term.value:.6g} {term.unit}"
         lines.append(f"  {product}  {term.name}: {term.description}")
+        if term.largest:
+            lines.append(f"{'':15}{term.largest}")
     return lines
 
 

@@ -120,6 +120,11 @@ def _headline(subject: Subject) -> list[tuple[str, str]]:
     if result.best is not None and result.evaluations is not None:
         found.append((f"{result.best.cost:.5g}", "least cost"))
         found.append((f"{len(result.evaluations)}", "candidates"))
+    if result.fit is not None:
+        found += [
+            (f"{np.median(r2):.4f}", f"r2 of {joint}")
+            for joint, r2 in zip(result.fit.joints, result.fit.r2[-1].T, strict=True)
+        ]
     try:
         recording, gait = subject.recording, subject.gait
     except Error:

@@ -7,7 +7,8 @@ The layout is a contract with readers in other languages; README of the project 
 - `/parameters/{name, unit, min, max, step, value, scale}`: (P,)
 - `/evaluations/{params, cost, status, end_time, search, generation, stage}`: (N, P) and (N,); `terms` (N, T),
   `term_names`
-- `/best/{params, cost, index}`, and `stage` if the scene has stages: best of the last stage that has any candidates
+- `/best/{params, cost, index}`, and `stage` if the scene has stages: best of the last stage that has any candidates;
+  `/best/parts/<term>/{name, value}`: what joints and muscles add to a term in its motion
 - `/history/{generation, search, best, median, spread, sigma, asks_crc32, stage}`: (H,), a row for each generation of a
   search
 - `/searches`: the options of the optimisation as attributes, `strategy`, `searches`, `restarts`, `candidates`, `ended`,
@@ -15,7 +16,9 @@ The layout is a contract with readers in other languages; README of the project 
 - `/stages/<k>` if the scene has stages: the options of stage k as attributes, `name` and `ended` besides, `free`, the
   names of the parameters that it changes, and `best/{params, cost, index}`; the attribute `stage` of `/searches` is the
   number of the last stage begun, whose searches these are
-- `/replay/<k>/...`: motion, see `warpmuscle.recording.QUANTITIES`
+- `/replay/<k>/...`: motion, see `warpmuscle.recording.QUANTITIES`; `name` is an attribute if there are several
+
+Files of `warpmuscle throw` have `/scene`, `/parameters` and `/replay` as well, besides groups of their own.
 
 There are no time stamps, so that the same result gives the same bytes.
 """
@@ -31,46 +34,28 @@ from typing import Any
 
 import h5py
 import numpy as np
-from numpy.typing import NDArray
 
 from warpmuscle.checks import near
 from warpmuscle.errors import ResultError, SceneError
 from warpmuscle.formats.files import replace_file
-from warpmuscle.recording import INTEGER_QUANTITIES, MUSCLE_QUANTITIES, QUANTITIES, Recording
+from warpmuscle.recording import QUANTITIES, Recording
 from warpmuscle.records import (
     COLUMNS,
     PACKAGES,
     Best,
     Evaluations,
+    Fit,
     History,
     Options,
     ParameterTable,
     Result,
     Searched,
     Staged,
-    installed_versions,
 )
-from warpmuscle.status import Status
+from warpmuscle.result_layout import FORMAT, FORMAT_VERSION, HISTORY, put
 
-__all__ = [
-    "Best", "Evaluations", "History", "Options", "ParameterTable", "Result", "Searched", "Staged", "installed_versions",
-    "read", "write",
-]  # fmt: skip
-
-FORMAT = "warpmuscle"
 SWEEP_FORMAT = "warpmuscle sweep"  # see `warpmuscle.sweep.gather`
-FORMAT_VERSION = 1
-_COMPRESS_FROM = 4096  # bytes; smaller arrays are stored as they are
-_HISTORY = {
-    "generation": "number of the generation",
-    "search": "number of the search",
-    "best": "least cost of that search in that generation",
-    "median": "median cost of that search in that generation",
-    "spread": "standard deviation of its candidates in the unit cube, root mean square over parameters",
-    "sigma": "step size of the search after the generation, in the unit cube; not a number if it has none",
-    "asks_crc32": "CRC-32 of its candidates in the unit cube, float64 by rows, to tell a resumed search by",
-    "stage": "number of the stage",
-}
+THROW_FORMAT = "warpmuscle throw"  # see `warpmuscle.throw.report`
 
 
 def write(path: str | Path, result: Result) -> None:
@@ -97,6 +82,14 @@ def read(path: str | Path, run: str | None = None) -> Result:
     """
     with opened(Path(path), run) as group:
         return _load(group)
+
+
+def _image(result: Result) -> bytes:
+    """The bytes of a result file; made in memory, so that failures of the disk are plain OSErrors of one write."""
+    memory = io.BytesIO()
+    with h5py.File(memory, "w", track_order=True) as file:  # h5py keeps no times unless asked to
+        put(file, result)
+    return memory.getvalue()
 
 
 @contextlib.contextmanager
@@ -128,158 +121,14 @@ def _opened_file(path: Path) -> Iterator[Any]:
         raise ResultError(f"{path}: damaged result file: {' '.join(str(error).split())}") from None
 
 
-def _image(result: Result) -> bytes:
-    """The bytes of a result file; made in memory, so that failures of the disk are plain OSErrors of one write."""
-    memory = io.BytesIO()
-    with h5py.File(memory, "w", track_order=True) as file:  # h5py keeps no times unless asked to
-        file.attrs["format"] = FORMAT
-        file.attrs["format_version"] = FORMAT_VERSION
-        for name in sorted(result.versions):
-            file.attrs[f"{name}_version"] = result.versions[name]
-        file.attrs["device"], file.attrs["command"], file.attrs["seed"] = result.device, result.command, result.seed
-        _put(file, "scene", result.scene, description="the experiment, as TOML")
-        _put_parameters(file, result.parameters)
-        if result.evaluations is not None:
-            _put_evaluations(file, result.evaluations, len(result.parameters.name))
-        if result.best is not None:
-            _put_best(file, result.best)
-            if result.searched is not None and result.searched.stages and result.evaluations is not None:
-                stage = np.int64(result.evaluations.stage[result.best.index])
-                _put(file["best"], "stage", stage, description="stage that the cost is of; others have other costs")
-        if result.searched is not None:
-            _put_searched(file, result.searched)
-        for number, recording in enumerate(result.replays):
-            _put_recording(file.create_group(f"replay/{number}", track_order=True), recording)
-    return memory.getvalue()
-
-
-def _put_parameters(file: Any, parameters: ParameterTable) -> None:
-    count = len(parameters.name)
-    group = file.create_group("parameters", track_order=True)
-    _put(group, "name", parameters.name, axes="parameter", description="path in the scene")
-    _put(group, "unit", parameters.unit, axes="parameter", description="unit of value, min, max and step")
-    for name, description in {
-        "min": "lower bound of the search",
-        "max": "upper bound of the search",
-        "step": "precision of the search, 0 if continuous",
-        "value": "value in the scene of this file",
-    }.items():
-        array = _shaped(f"parameters/{name}", getattr(parameters, name), (count,))
-        _put(group, name, array, axes="parameter", description=description)
-    _put(group, "scale", parameters.scale, axes="parameter", description="of the unit interval from min to max")
-
-
-def _put_evaluations(file: Any, evaluations: Evaluations, parameter_count: int) -> None:
-    count = len(evaluations.cost)
-    group = file.create_group("evaluations", track_order=True)
-    params = _shaped("evaluations/params", evaluations.params, (count, parameter_count))
-    _put(group, "params", params, axes="evaluation, parameter", description="candidates, in units of /parameters/unit")
-    _put(group, "cost", _shaped("evaluations/cost", evaluations.cost, (count,)), axes="evaluation",
-         description="value of the objective")  # fmt: skip
-    status = np.asarray(_shaped("evaluations/status", evaluations.status, (count,)), dtype=np.int32)
-    _put(group, "status", status, axes="evaluation", description="outcome; see the attributes named after outcomes")
-    for member in Status:
-        group["status"].attrs[member.name] = int(member)
-    _put(group, "end_time", _shaped("evaluations/end_time", evaluations.end_time, (count,)), units="s",
-         axes="evaluation", description="simulated time at which the instance ended")  # fmt: skip
-    for name, description in {
-        "search": "number of the search that asked for it, -1 for the scene as given",
-        "generation": "generation in which it was asked for",
-        "stage": "stage in which it was asked for; costs of different stages cannot be compared",
-    }.items():
-        numbers = np.asarray(_shaped(f"evaluations/{name}", getattr(evaluations, name), (count,)), dtype=np.int32)
-        _put(group, name, numbers, axes="evaluation", description=description)
-    if evaluations.term_names:
-        terms = _shaped("evaluations/terms", evaluations.terms, (count, len(evaluations.term_names)))
-        _put(group, "terms", terms, axes="evaluation, term", finite=False,
-             description="terms of the objective, unweighted; not a number where an instance diverged")  # fmt: skip
-        _put(group, "term_names", evaluations.term_names, axes="term", description="terms of the objective")
-
-
-def _put_best(file: Any, best: Best) -> None:
-    group = file.create_group("best", track_order=True)
-    _put(group, "params", np.asarray(best.params), axes="parameter", description="in units of /parameters/unit")
-    _put(group, "cost", np.float64(best.cost), description="least value of the objective")
-    _put(group, "index", np.int64(best.index), description="row of /evaluations")
-
-
-def _put_searched(file: Any, searched: Searched) -> None:
-    count = len(searched.history.generation)
-    group = file.create_group("history", track_order=True)
-    for name, description in _HISTORY.items():
-        array = _shaped(f"history/{name}", getattr(searched.history, name), (count,))
-        _put(group, name, array, axes="generation of a search", description=description, finite=name != "sigma")
-    group = file.create_group("searches", track_order=True)
-    _put_options(group, searched.options)
-    group.attrs["ended"] = searched.ended
-    if searched.stages:
-        group.attrs["stage"] = searched.stage
-    for number, state in enumerate(searched.states):
-        inner = group.create_group(str(number), track_order=True)
-        for name in sorted(state):
-            _put(inner, name, state[name], description="state of the search, in the unit cube", finite=False)
-    for number, stage in enumerate(searched.stages):
-        inner = file.create_group(f"stages/{number}", track_order=True)
-        inner.attrs["name"] = stage.name
-        _put_options(inner, stage.options)
-        inner.attrs["ended"] = stage.ended
-        _put(inner, "free", stage.free, axes="dimension of a search", description="parameters that the stage changes")
-        if stage.best is not None:
-            _put_best(inner, stage.best)
-
-
-def _put_options(group: Any, options: Options) -> None:
-    for field in fields(Options):
-        if (value := getattr(options, field.name)) is not None:
-            group.attrs[field.name] = value
-
-
-def _put_recording(group: Any, recording: Recording) -> None:
-    _put(group, "joint_names", recording.joint_names, axes="joint", description="joints, breadth first from the root")
-    _put(group, "body_names", recording.body_names, axes="body", description="the root, then the joints' children")
-    if recording.muscle_names:
-        _put(group, "muscle_names", recording.muscle_names, axes="muscle", description="muscles that were simulated")
-    for name, quantity in QUANTITIES.items():
-        if name in MUSCLE_QUANTITIES and not recording.muscle_names:
-            continue
-        array = recording[name].astype(np.int32) if name in INTEGER_QUANTITIES else recording[name]
-        _put(group, name, array, quantity.units, ", ".join(quantity.axes), quantity.description)
-
-
-def _put(
-    group: Any, name: str, data: Any, units: str = "", axes: str = "", description: str = "", finite: bool = True
-) -> None:
-    """Store a string, strings, a number or an array, with its attributes.
-
-    Raises:
-        ResultError: a number is not finite, though all are to be.
-    """
-    if isinstance(data, (str, tuple)):
-        array: NDArray[Any] = np.asarray(data, dtype=h5py.string_dtype())
-    else:
-        array = np.asarray(data)
-        if finite and not np.isfinite(array).all():
-            raise ResultError(f"{group.name.rstrip('/')}/{name} holds a value that is not finite; nothing was written")
-    packed = {"compression": "gzip", "compression_opts": 1, "shuffle": True} if array.nbytes >= _COMPRESS_FROM else {}
-    dataset = group.create_dataset(name, data=array, **(packed if array.dtype.kind in "fi" else {}))
-    for key, text in {"units": units, "axes": axes, "description": description}.items():
-        if text:
-            dataset.attrs[key] = text
-
-
-def _shaped(name: str, array: NDArray[Any], shape: tuple[int, ...]) -> NDArray[Any]:
-    """The array, if it has this shape; raises ResultError otherwise."""
-    if np.shape(array) != shape:
-        raise ResultError(f"{name} has shape {np.shape(array)}, not {shape}; nothing was written")
-    return array
-
-
 def _of_run(path: Path, file: Any, run: str | None) -> Any:
     """The group that holds the one result wanted: the file itself, or a run of a sweep."""
     _check_format(path, file)
-    if file.attrs["format"] == FORMAT:
+    if file.attrs["format"] != SWEEP_FORMAT:
         if run is not None:
             raise ResultError(f"{path}: the file of one optimisation, not of a sweep; it has no run {run!r}")
+        if "scene" not in file:
+            raise ResultError(f"{path}: a fit without its scene and motions; `warpmuscle throw -o` writes all of it")
         return file
     names = list(file["runs"])
     if run is None:
@@ -291,7 +140,7 @@ def _of_run(path: Path, file: Any, run: str | None) -> Any:
 
 def _check_format(path: Path, file: Any) -> None:
     """Raise ResultError for a file of another kind or of a newer format."""
-    if file.attrs.get("format") not in (FORMAT, SWEEP_FORMAT):
+    if file.attrs.get("format") not in (FORMAT, SWEEP_FORMAT, THROW_FORMAT):
         raise ResultError(f"{path}: an HDF5 file, but not one written by warpmuscle")
     found = int(file.attrs["format_version"])
     if found > FORMAT_VERSION:
@@ -303,6 +152,7 @@ def _check_format(path: Path, file: Any) -> None:
 def _load(file: Any) -> Result:
     """The content of an open file; raises KeyError or ValueError where it is incomplete."""
     groups = file.get("replay", {})
+    names = tuple(str(groups[str(number)].attrs.get("name", "")) for number in range(len(groups)))
     return Result(
         scene=file["scene"].asstr()[()],
         device=str(file.attrs["device"]),
@@ -311,7 +161,10 @@ def _load(file: Any) -> Result:
         parameters=_load_parameters(file["parameters"]),
         evaluations=_load_evaluations(file["evaluations"]) if "evaluations" in file else None,
         best=_load_best(file["best"]) if "best" in file else None,
+        parts=_load_parts(file["best/parts"]) if "best/parts" in file else {},
         replays=tuple(_load_recording(groups[str(number)]) for number in range(len(groups))),
+        replay_names=names if any(names) else (),
+        fit=next((_load_fit(file, name) for name in ("fit", "published") if name in file), None),
         searched=_load_searched(file) if "searches" in file else None,
         versions={name: str(file.attrs[f"{name}_version"]) for name in ("python", *PACKAGES)},
     )
@@ -335,7 +188,7 @@ def _load_evaluations(group: Any) -> Evaluations:
 
 def _load_searched(file: Any) -> Searched:
     group, attributes = file["searches"], file["searches"].attrs
-    columns: dict[str, Any] = {name: array[()] for name, array in file["history"].items() if name in _HISTORY}
+    columns: dict[str, Any] = {name: array[()] for name, array in file["history"].items() if name in HISTORY}
     columns.setdefault("stage", np.zeros(len(columns["generation"]), dtype=np.int64))  # files of before there were any
     states = ({name: array[()] for name, array in group[str(number)].items()} for number in range(len(group)))
     inner = file.get("stages", {})
@@ -358,6 +211,18 @@ def _load_staged(group: Any) -> Staged:
 
 def _load_best(group: Any) -> Best:
     return Best(group["params"][()], float(group["cost"][()]), int(group["index"][()]))
+
+
+def _load_parts(group: Any) -> dict[str, dict[str, float]]:
+    return {
+        str(term): dict(zip(_strings(inner["name"]), inner["value"][()].tolist(), strict=True))
+        for term, inner in group.items()
+    }
+
+
+def _load_fit(file: Any, name: str) -> Fit:
+    group = file[name]
+    return Fit(_strings(file["motions/driven"]), _strings(group["stages"]), group["r2"][()], group["seconds"][()])
 
 
 def _load_recording(group: Any) -> Recording:

@@ -8,27 +8,17 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-import warp as wp
 from numpy.typing import ArrayLike
 
-from warpmuscle.arrays import Floats, Ints, rows, to_device
-from warpmuscle.batch_input import (
-    LINEAR_SPEEDS,
-    checked_values,
-    chosen,
-    chunk_steps,
-    end_step,
-    positive,
-    root_noise,
-)  # fmt: skip
+from warpmuscle.arrays import Floats, Ints
+from warpmuscle.batch_input import LINEAR_SPEEDS, checked_values, chosen, chunk_steps, end_step, positive, root_noise
 from warpmuscle.collisions import collision_pairs, collisions_struct
 from warpmuscle.custom import check_custom, custom_controller
 from warpmuscle.devices import find_device
-from warpmuscle.disturbances import Disturbances, none, tilted
+from warpmuscle.disturbances import none
 from warpmuscle.errors import Error, RolloutError
 from warpmuscle.foreign import is_array, mask_of
-from warpmuscle.formats import load, npz
-from warpmuscle.formats.npz import JointMotion
+from warpmuscle.formats import load
 from warpmuscle.frames import Frames, record_kind
 from warpmuscle.inputs import Inputs
 from warpmuscle.kernels import structs
@@ -40,16 +30,15 @@ from warpmuscle.model import model_struct, start_of
 from warpmuscle.motion import kinematic, motion_struct, moved
 from warpmuscle.muscles import compiled_kind, driven
 from warpmuscle.objective import objective_kind, term_values, wanted, weighted
+from warpmuscle.objective_parts import Parts, term_parts
 from warpmuscle.parameters import Parameter, free_parameters, start_values, substitute
-from warpmuscle.pose import normalized
 from warpmuscle.recording import Recording
-from warpmuscle.results import read
 from warpmuscle.scene import Scene
 from warpmuscle.state import state_struct
 from warpmuscle.status import Status
 from warpmuscle.stepped import Stepped
 from warpmuscle.topology import coordinate_names, topology
-from warpmuscle.tracking import reference_fields, reference_table
+from warpmuscle.tracking import motion_in_file, tracked_fields
 from warpmuscle.trusted import trust as allow
 from warpmuscle.validate import check_scene
 
@@ -295,45 +284,12 @@ class Rollout(Stepped):
         if tracking is None or "tracking" not in self._objective.body:
             return {}
         if tracking.file:
-            if tracking.file.lower().endswith(".npz"):
-                plain = substitute(self.scene, start_values(self.scene))
-                replays: Sequence[Recording | JointMotion] = [npz.read(tracking.file, plain.character)]
-            else:
-                replays = read(tracking.file).replays
-            if tracking.replay >= len(replays):
-                raise RolloutError(f"{tracking.file} has {len(replays)} motions, none with number {tracking.replay}")
-            motion = replays[tracking.replay].window(tracking.start)
+            motion = motion_in_file(tracking, substitute(self.scene, start_values(self.scene)).character)
         else:
             other = Rollout(load(tracking.scene), 1, str(self.device), record=[0], record_rate=200.0)
             other.run()
-            motion = other.recording().window(tracking.start)
-        if not len(motion.phase):
-            source = tracking.file or tracking.scene
-            raise RolloutError(f"{source} has no motion from {tracking.start:g} s on, which `tracking.start` asks for")
-        table, counts = reference_table(motion, self.names, tracking.joints)
-        return reference_fields(table, counts, self.device)
-
-    def disturb(self, disturbances: Disturbances) -> None:
-        """Push instances, start them at other velocities, or tilt their ground, from now on; and start again.
-
-        Raises:
-            RolloutError: another number of instances.
-        """
-        if len(disturbances) != self.instances:
-            raise RolloutError(f"{len(disturbances)} disturbances for {self.instances} instances")
-        self._disturbances = d = disturbances
-        h, s = self.scene.time_step, self._state
-        first = np.rint(d.push_start / h).astype(np.int32)
-        steps = max(round(d.push_duration / h), 1)
-        s.push.assign((d.push / (steps * h)).astype(np.float32))
-        s.push_steps.assign(np.stack([first, first + steps], axis=1).astype(np.int32))
-        self._tilt()
-        self.reset()
-
-    def _tilt(self) -> None:
-        """Turn the ground's normal by each instance's slope."""
-        level = normalized(rows([list(self._numeric.ground.normal)]))
-        self._model.contacts.normal = to_device(tilted(level, self._disturbances.slope), wp.vec3, self.device)
+            motion = other.recording()
+        return tracked_fields(motion, tracking, self.names, self.device)
 
     def run(self, duration: float | None = None, progress: Progress | None = None) -> None:
         """Simulate on from where the batch stands.
@@ -382,6 +338,12 @@ class Rollout(Stepped):
         """Values (instances,) of the objective's terms so far, by name; see `objective.TERMS`."""
         names = wanted(self.scene.objective)  # not of the numbers: a free weight may be 0 in all instances
         return term_values(names, self._numeric, self._objective, self._state, self.end_time(), self._distance())
+
+    def parts(self, instance: int = 0) -> dict[str, Parts]:
+        """What joints and muscles have added to the terms of an instance so far, by term and name."""
+        end = float(self.end_time()[instance])
+        muscles = self._driven.muscles
+        return term_parts(self.terms(), self._numeric, self._objective, self._state, self.names, muscles, instance, end)
 
     def _distance(self) -> Floats:
         """Horizontal distance from the start, (instances,), m."""

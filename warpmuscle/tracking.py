@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -9,11 +10,35 @@ import warp as wp
 
 from warpmuscle.arrays import Floats, to_device
 from warpmuscle.errors import RolloutError
+from warpmuscle.formats import npz
 from warpmuscle.formats.npz import JointMotion
 from warpmuscle.recording import Recording
+from warpmuscle.results import read
+from warpmuscle.scene import Character, Tracking
 from warpmuscle.topology import Topology
 
 BINS = 50  # of the phase
+
+
+def motion_in_file(tracking: Tracking, character: Character) -> Recording | JointMotion:
+    """The motion of a file that a scene names; raises Error if the file has no such motion, or cannot be read."""
+    replays: Sequence[Recording | JointMotion]
+    if tracking.file.lower().endswith(".npz"):
+        replays = [npz.read(tracking.file, character)]
+    else:
+        replays = read(tracking.file).replays
+    if tracking.replay >= len(replays):
+        raise RolloutError(f"{tracking.file} has {len(replays)} motions, none with number {tracking.replay}")
+    return replays[tracking.replay]
+
+
+def tracked_fields(motion: Recording | JointMotion, tracking: Tracking, names: Topology, device: Any) -> dict[str, Any]:
+    """The part of a motion that a scene tracks, by field of `kernels.structs.Model`; raises RolloutError."""
+    part = motion.window(tracking.start)
+    if not len(part.phase):
+        source = tracking.file or tracking.scene
+        raise RolloutError(f"{source} has no motion from {tracking.start:g} s on, which `tracking.start` asks for")
+    return reference_fields(*reference_table(part, names, tracking.joints), device)
 
 
 def reference_table(motion: Recording | JointMotion, names: Topology, joints: list[str]) -> tuple[Floats, Floats]:

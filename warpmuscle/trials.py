@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,16 @@ from warpmuscle.disturbances import combined, drawn
 from warpmuscle.scene import Scene
 from warpmuscle.split import make_rollout
 from warpmuscle.status import Status
+
+
+@dataclass(frozen=True)
+class Outcomes:
+    """What candidates came to, (candidates,) each."""
+
+    cost: Floats
+    status: Ints
+    end_time: Floats  # s
+    terms: dict[str, Floats]  # of the objective, by name
 
 
 class Trials:
@@ -51,21 +61,13 @@ class Trials:
         """Cost of every candidate, (candidates,)."""
         return combined(self.batch.cost().reshape(-1, self.runs), self.batch.scene.robustness)
 
-    def status(self) -> Ints:
-        """Status of every candidate, (candidates,)."""
-        return self._of_worst(self.batch.status())
-
-    def end_time(self) -> Floats:
-        """Simulated time that every candidate came to, (candidates,), s."""
-        return self._of_worst(self.batch.end_time())
-
-    def terms(self) -> dict[str, Floats]:
-        """Values (candidates,) of the objective's terms by name."""
-        if self.batch.scene.robustness.cost == "worst":
-            return {name: self._of_worst(values) for name, values in self.batch.terms().items()}
-        return {name: values.reshape(-1, self.runs).mean(axis=1) for name, values in self.batch.terms().items()}
-
-    def _of_worst(self, values: NDArray[Any]) -> NDArray[Any]:
-        """Of the values of all runs those of each candidate's run of greatest cost."""
-        worst = self.batch.cost().reshape(-1, self.runs).argmax(axis=1)
-        return np.asarray(values.reshape(-1, self.runs)[np.arange(self.candidates), worst])
+    def outcomes(self) -> Outcomes:
+        """What became of every candidate so far."""
+        cost, robustness = self.batch.cost().reshape(-1, self.runs), self.batch.scene.robustness
+        worst = np.arange(self.candidates) * self.runs + cost.argmax(axis=1)
+        terms = self.batch.terms()
+        if robustness.cost == "worst":
+            terms = {name: values[worst] for name, values in terms.items()}
+        else:
+            terms = {name: values.reshape(-1, self.runs).mean(axis=1) for name, values in terms.items()}
+        return Outcomes(combined(cost, robustness), self.batch.status()[worst], self.batch.end_time()[worst], terms)

@@ -2,15 +2,24 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import msgspec
 import numpy as np
+from numpy.typing import NDArray
 
-from warpmuscle.arrays import arrays_of
+from warpmuscle.arrays import Floats, arrays_of
+from warpmuscle.collisions import collision_pairs, collisions_struct
+from warpmuscle.custom import check_custom
 from warpmuscle.errors import Error
+from warpmuscle.model import model_struct, start_of
+from warpmuscle.motion import kinematic, motion_struct, scene_curves
+from warpmuscle.muscles import driven
 from warpmuscle.objective import TERMS
-from warpmuscle.parameters import free_parameters, start_values
-from warpmuscle.rollout import Rollout
+from warpmuscle.parameters import free_parameters, start_values, substitute
 from warpmuscle.scene import Scene
+from warpmuscle.topology import topology
+from warpmuscle.validate import check_scene
 
 SHOWN = 4  # names in a message
 
@@ -22,20 +31,20 @@ def unused_parameters(scene: Scene) -> list[str]:
     """
     objective = msgspec.structs.replace(scene.objective, tracking=0.0)
     scene = msgspec.structs.replace(scene, objective=objective, tracking=None, stages=[])  # of no effect on the others
+    check_scene(scene)
+    check_custom(scene)
     parameters, start = free_parameters(scene), start_values(scene)
     count = 2 * len(parameters) + 1
-    taken = {len(array) for array in arrays_of(Rollout(scene, 1, "cpu", threads=1).model)}
+    taken = {len(array) for array in _used(scene, start)}
     while count in taken:  # so that arrays of this length are those with a row an instance
         count += 1
     values = np.tile(start, (count, 1))
     for index, parameter in enumerate(parameters):
         values[1 + 2 * index, index], values[2 + 2 * index, index] = parameter.min, parameter.max
-    batch = Rollout(scene, count, "cpu", threads=1)
-    batch.set_parameters(values)
     differs = np.zeros(count, dtype=bool)
-    for array in (*arrays_of(batch.model), *arrays_of(batch.state)):
+    for array in _used(scene, values):
         if len(array) == count:
-            flat = np.ascontiguousarray(array.numpy()).reshape(count, -1).view(np.uint8)
+            flat = np.ascontiguousarray(array).reshape(count, -1).view(np.uint8)
             differs |= np.any(flat != flat[0], axis=1)
     used = differs[1 : 2 * len(parameters) : 2] | differs[2 : 2 * len(parameters) + 1 : 2]
     return [
@@ -43,6 +52,20 @@ def unused_parameters(scene: Scene) -> list[str]:
         for index, parameter in enumerate(parameters)
         if not used[index] and parameter.max > parameter.min and not _is_weight(parameter.name)
     ]
+
+
+def _used(scene: Scene, values: Floats) -> list[NDArray[Any]]:
+    """What simulations with values (P,) or (n, P) of the free parameters depend on: their model and their start."""
+    numeric, names = substitute(scene, values), topology(scene.character)
+    found, start = driven(scene, names), start_of(numeric, names)
+    parts: list[Any] = [model_struct(numeric, names, found, "cpu")]
+    if colliding := collision_pairs(scene, names):
+        parts.append(collisions_struct(numeric, names, colliding, "cpu"))
+    moving = kinematic(scene, names, found.drives)
+    if moving.names:
+        parts.append(motion_struct(moving, scene_curves(numeric, names, moving, start.coordinates), "cpu"))
+    arrays: list[NDArray[Any]] = [start.coordinates, start.speeds, start.activation]
+    return [array.astype(np.float32) for array in arrays] + [a.numpy() for part in parts for a in arrays_of(part)]
 
 
 def check_used(scene: Scene) -> None:

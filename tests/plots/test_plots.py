@@ -2,16 +2,20 @@
 
 import dataclasses
 import re
+import subprocess
+import sys
 
 import msgspec
 import numpy as np
 import pytest
 from matplotlib.text import Text
 
+import warpmuscle as wm
 from muscle_arm import arm
-from small_result import arm_motion, no_parameters, search_result, walk_result
+from small_result import arm_motion, no_parameters, search_result, walk_result, walk_scene
 from warpmuscle.errors import Error
 from warpmuscle.formats import toml
+from warpmuscle.parameters import substitute
 from warpmuscle.plots import KINDS, Absent, Choices, Subject, draw, plot
 from warpmuscle.records import Result
 from warpmuscle.results import write
@@ -115,6 +119,37 @@ def test_the_same_result_gives_the_same_bytes(ending: str, tmp_path):
     for name in ("one", "two"):
         plot(walk_result(), "angles", tmp_path / f"{name}{ending}")
     assert (tmp_path / f"one{ending}").read_bytes() == (tmp_path / f"two{ending}").read_bytes()
+
+
+def test_python_draws_results_files_and_recordings_alike(result, tmp_path):
+    write(tmp_path / "a.h5", result)
+    scene = substitute(walk_scene(), result.best.params)
+    sources = (result, tmp_path / "a.h5", str(tmp_path / "a.h5"))
+    figures = [wm.plot(source, "activation", muscles=["?SOL"], end=3.5) for source in sources]
+    figures.append(wm.plot(result.replays[0], "activation", muscles=["?SOL"], end=3.5, scene=scene))
+    assert len({tuple(words(figure)) for figure in figures}) == 1
+    assert wm.plot(tmp_path / "a.h5", "dataset:/evaluations/cost", tmp_path / "cost.svg").axes
+    assert (tmp_path / "cost.svg").read_bytes().startswith(b"<?xml")
+
+
+def test_python_says_what_is_wrong_before_it_draws(result, tmp_path):
+    for wrong, message in (
+        (lambda: wm.plot(result.replays[0], "joints"), "with its scene"),
+        (lambda: wm.plot(tmp_path / "no.h5", "joints"), "no such file"),
+        (lambda: wm.plot(result, "joint"), "did you mean 'joints'"),
+        (lambda: wm.plot(result, "joints", tmp_path / "a.bmp"), "a figure is written as"),
+        (lambda: wm.plot(result, "dataset:/best"), "drawn from a file"),
+    ):
+        with pytest.raises(wm.Error, match=message):
+            wrong()
+    assert not list(tmp_path.iterdir())
+
+
+def test_importing_the_package_imports_neither_matplotlib_nor_warp():
+    code = "import sys, warpmuscle as wm; assert not {'matplotlib', 'warp', 'h5py', 'numpy'} & set(sys.modules)"
+    code += "; import warpmuscle.cli; assert not {'numpy', 'h5py'} & set(sys.modules)"
+    code += "; wm.plot; assert 'matplotlib' not in sys.modules"
+    subprocess.run([sys.executable, "-c", code], check=True)
 
 
 @pytest.mark.parametrize(

@@ -1,20 +1,29 @@
 """The throwing arm fitted to the mean throw of its own scene, and thrown with: every stage on real simulations."""
 
+from pathlib import Path
+
 import h5py
 import numpy as np
 import pytest
 
 from warpmuscle.errors import Error
 from warpmuscle.formats import load
+from warpmuscle.formats.toml import loads as load_text
+from warpmuscle.plots import KINDS, Absent, Choices, Subject, draw
+from warpmuscle.report import report
+from warpmuscle.report_page import report_html
+from warpmuscle.results import read
 from warpmuscle.throw.arm import Arm, needed_torques
 from warpmuscle.throw.fit import Settings
 from warpmuscle.throw.job import Job, Options
 from warpmuscle.throw.motion import Motion, resample
 from warpmuscle.throw.problem import check_limits, computed_excitation, lacking
 from warpmuscle.throw.published import as_published
+from warpmuscle.throw.report import write
 from warpmuscle.throw.scene_motion import motion_of
 from warpmuscle.throw.signals import computed_activation, to_activation, to_excitation
 from warpmuscle.throw.synthesis import Goal, Thrower
+from warpmuscle.view.sources import of_replays, tracks_of
 
 
 @pytest.fixture(scope="module")
@@ -59,6 +68,79 @@ def test_a_fit_is_kept_whole_with_the_scene_that_it_came_to(job: Job, tmp_path):
     assert load(str(tmp_path / "fitted.toml")).character.muscles["m1"].f_max.value != 1142.6
 
 
+@pytest.fixture(scope="module")
+def kept(job: Job, tmp_path_factory) -> Path:
+    """The file of the fit and of a new throw."""
+    path = tmp_path_factory.mktemp("kept") / "throw.h5"
+    thrower = Thrower(job.follower, job.fitted.own[0], job.fitted.unknowns)
+    job.throws = [thrower.throw(Goal(distance=1.5), synergies=(0, 1, 3))]
+    job.write(path, {"command": "warpmuscle throw", "seed": 3})
+    return path
+
+
+def test_the_file_holds_motions_as_other_results_do_beside_the_recorded_ones(job: Job, kept):
+    result = read(kept)
+    assert (result.seed, result.replay_names) == (3, ("throw", "throw at 1.5 m"))
+    simulated, recorded = (
+        hinge_angle(q) for q in (result.replays[0].joint_orientation, result.replays[0].joint_target)
+    )
+    np.testing.assert_allclose(simulated, job.fitted.replay.angle[0, :-1], atol=1e-5)
+    np.testing.assert_allclose(recorded, job.motions.angles[0][0, :-1], atol=1e-6)
+    thrown = hinge_angle(result.replays[1].joint_orientation)
+    np.testing.assert_allclose(thrown, job.throws[0].replay.angle[0, :-1], atol=1e-5)
+    assert np.abs(thrown - simulated).max() > 0.01
+    best = load_text(result.scene).character.muscles["m1"].f_max.value
+    assert best == pytest.approx(result.parameters.value[result.parameters.name.index("character.muscles.m1.f_max")])
+
+
+def hinge_angle(quaternion: np.ndarray) -> np.ndarray:
+    """Angles (F, 3) of quaternions xyzw, rad: shoulder and elbow turn about -x, the wrist about x."""
+    return np.array([-2.0, -2.0, 2.0]) * np.arctan2(quaternion[..., 0], quaternion[..., 3])
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_kind_of_figure_is_drawn_or_says_in_a_line_why_not(kind: str, kept):
+    subject = Subject(read(kept), path=kept)
+    if kind in ("angles", "ground_force", "parameters"):
+        with pytest.raises(Absent, match=r"no legs|holds no search") as caught:
+            draw(subject, kind)
+        assert "\n" not in str(caught.value)
+    else:
+        assert draw(subject, kind).axes
+
+
+def test_angles_are_drawn_over_the_recorded_ones(kept):
+    panels = draw(Subject(read(kept)), "joints").axes
+    assert [len(axes.lines) for axes in panels] == [4, 3, 3]  # recorded, simulated, zero; a legend
+    below, above = (line.get_ydata() for line in panels[1].lines[:2])
+    np.testing.assert_allclose(below, above, atol=2.0)
+    assert not np.array_equal(below, above)
+
+
+@pytest.mark.parametrize(("name", "panels"), [("/fit/C", 1), ("/motions/angle", 1), ("/replay/1/muscle_force", 1)])
+def test_datasets_of_recorded_motions_are_drawn_over_time(name: str, panels: int, kept):
+    figure = draw(Subject(read(kept), path=kept), f"dataset:{name}")
+    assert len(figure.axes) == panels
+    assert figure.axes[0].get_xlabel() == "time (s)"
+
+
+def test_the_viewer_shows_the_recorded_motion_as_the_desired_one(kept):
+    sights = of_replays(read(kept))
+    assert [sight.label for sight in sights] == ["throw", "throw at 1.5 m"]
+    track = tracks_of(sights)[1]
+    assert np.abs(track.desired[:, -1] - track.recording.body_orientation[:, -1]).max() > 0.01
+    np.testing.assert_allclose(track.desired[:, 0], track.recording.body_orientation[:, 0])
+
+
+def test_the_report_of_a_fit_says_how_it_went_and_which_motions_there_are(kept):
+    lines = report(read(kept))
+    assert "fit of 1 motion: r2 of shoulder, elbow, wrist" in lines
+    assert lines[-2:] == ["motion 0: throw", "motion 1: throw at 1.5 m"]
+    page = report_html(Subject(read(kept), Choices(replay=1), kept))
+    assert "r2 of elbow" in page
+    assert page.count("<iframe") == 1
+
+
 @pytest.mark.parametrize("distance", [1.5, 2.0])
 def test_a_ball_lands_on_its_target_by_a_few_synergies_alone(job: Job, distance: float):
     thrower = Thrower(job.follower, job.fitted.own[0], job.fitted.unknowns)
@@ -70,12 +152,16 @@ def test_a_ball_lands_on_its_target_by_a_few_synergies_alone(job: Job, distance:
     assert free[1] - 0.5 * thrower._gravity * made.flight.duration[0] ** 2 == pytest.approx(0.0, abs=1e-6)
 
 
-def test_the_published_procedure_meets_the_angles_before_its_filter(job: Job):
+def test_the_published_procedure_meets_the_angles_before_its_filter(job: Job, tmp_path):
     result = as_published(job.arm, job.motions, job.follower.synergies, job.start, evaluations=3)
     names = [stage.name for stage in result.stages]
     assert names[-2:] == ["signals step by step", "signals filtered"]
     assert np.isfinite(result.stages[-1].r2).all()
     assert result.stages[-2].r2.mean() > result.stages[0].r2.mean()
+    write(tmp_path / "published.h5", job.follower, None, result, [0], {})
+    kept = read(tmp_path / "published.h5")
+    assert kept.fit.stages[-1] == "signals filtered"
+    np.testing.assert_allclose(hinge_angle(kept.replays[0].joint_orientation), result.replay.angle[0, :-1], atol=1e-4)
 
 
 def test_goals_that_make_no_sense_are_refused(job: Job):

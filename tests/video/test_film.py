@@ -10,7 +10,8 @@ from PIL import Image
 from muscle_arm import arm
 from small_result import arm_motion, walk_result, walk_scene
 from warpmuscle.errors import Error
-from warpmuscle.video import Film, Look, make_film, write
+from warpmuscle.video import Film, Look, films_beside, make_film, write
+from warpmuscle.video.beside import Sheet
 from warpmuscle.video.camera import camera_on
 from warpmuscle.video.painter import Painter
 from warpmuscle.video.solids import outlines
@@ -61,6 +62,37 @@ def test_a_film_of_whole_strides_ends_as_it_begins():
     ends = film.capsule_ends - film.followed[:, None, None]
     moves = np.abs(np.diff(ends, axis=0)).max()
     assert np.abs(ends[-1] - ends[0]).max() <= 1.5 * moves
+
+
+def test_films_beside_each_other_have_the_same_scale_and_pace_and_their_names():
+    motion = walk_result().replays[0]
+    motions = [("short", motion.window(1.0, 1.5), walk_scene()), ("long", motion.window(0.0, 1.0), walk_scene())]
+    both = films_beside(motions, Look(width=322, height=120, rate=10.0))
+    short, long = both.films
+    assert [film.name for film in both.films] == ["short", "long"]
+    assert short.camera == long.camera
+    np.testing.assert_allclose(short.time, [1.0, 1.1, 1.2, 1.3, 1.4, 1.5, 1.5, 1.5, 1.5, 1.5])
+    np.testing.assert_array_equal(both.time, long.time)
+    for film in both.films:
+        flat, _ = film.camera.project(film.capsule_ends[7].reshape(-1, 3), film.followed[7])
+        assert np.all(np.abs(flat) <= [160.0 / 120.0, 1.0])
+    picture = Sheet(both).frame(3)
+    assert picture.shape == (120, 322, 3)
+    np.testing.assert_array_equal(picture[:, :160], Painter(short, colors=False).frame(3))
+    np.testing.assert_array_equal(picture[:, 160:320], Painter(long).frame(3))
+
+
+def test_many_films_stand_in_rows_as_far_as_there_is_room():
+    motion = walk_result().replays[0].window(0.0, 0.2)
+    six = films_beside([("a", motion, walk_scene())] * 6, Look(width=320, height=200, rate=10.0))
+    assert (six.columns, six.films[0].look.width, six.films[0].look.height) == (3, 106, 100)
+    for count, look, message in (
+        (17, Look(), "17 motions cannot be seen beside each other"),
+        (9, Look(width=128, height=128), "9 motions need a larger picture"),
+        (2, Look(strides=2), "gait cycles are shown of one motion"),
+    ):
+        with pytest.raises(Error, match=message):
+            films_beside([("a", motion, walk_scene())] * count, look)
 
 
 @pytest.mark.parametrize("ending", [".mp4", ".gif", ".webp"])

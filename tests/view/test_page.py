@@ -1,12 +1,14 @@
 """The exported page in a real browser without a network: what it holds, plays and draws."""
 
 import base64
+import io
 import re
 from typing import Any
 
 import msgspec
 import numpy as np
 import pytest
+from PIL import Image
 
 from biped import random_recording
 from warpmuscle.errors import Error
@@ -119,6 +121,24 @@ def test_picture_shows_figure_ground_and_muscles(opened, tmp_path):
         for (let k = 0; k < d.length; k += 4) if (d[k + 2] > 90 && d[k] < 90 && d[k + 1] < 60) dark++;
         return dark; }"""
     assert opened.evaluate(count, base64.b64encode(shot).decode()) > 50  # pixels of relaxed muscles, dark blue
+
+
+def test_many_bipeds_are_drawn_whole_but_coarsely(browser, walk, tmp_path):
+    path = tmp_path / "many.html"
+    path.write_text(page_of_sights([walk] * 64).text)
+    page = browser.new_page(viewport={"width": 600, "height": 500}, offline=True)
+    page.set_default_timeout(60_000)
+    page.goto(path.as_uri())
+    page.evaluate("warpmuscle.ready.then(() => { warpmuscle.play(false); warpmuscle.seek(0.3); })")
+    now = drawn(page)
+    segments = len(walk.scene.character.muscles) * 64
+    assert now["bipeds"] == now["counts"]["paths"] == 64
+    assert now["counts"]["lines"] >= segments
+    assert (now["counts"]["glass"] + now["counts"]["body"]) % 64 == 0
+    shot = Image.open(io.BytesIO(page.locator("#scene").screenshot())).convert("RGB")
+    page.close()
+    colors = np.asarray(shot).reshape(-1, 3).astype(int)
+    assert np.sum((colors[:, 2] > colors[:, 0] + 60) & (colors[:, 1] < 60)) > 50  # relaxed muscles, dark blue
 
 
 def test_page_names_no_other_file_and_is_small(walk):

@@ -19,7 +19,8 @@ from warpmuscle.optimization import parameter_table
 from warpmuscle.parameters import free_parameters
 from warpmuscle.pose import rotate, twist_angle
 from warpmuscle.recording import Recording
-from warpmuscle.results import Result, write
+from warpmuscle.records import Result
+from warpmuscle.results import write
 from warpmuscle.scene import Actuation, Scene
 
 matplotlib.use("agg")

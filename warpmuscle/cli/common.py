@@ -19,8 +19,6 @@ from warpmuscle.errors import Error
 if TYPE_CHECKING:
     from warpmuscle.scene import Scene
 
-UNLIMITED = 10**9  # candidates of a search that ends by its time
-
 Sources = Annotated[list[str], typer.Argument(metavar="SCENE...", help="Scene name, TOML file, or .rbs .sbc [.rs].")]
 Device = Annotated[
     str | None, typer.Option(help="cpu, cuda:0, cuda:all, cuda:0,cuda:2, ...; by default a GPU if there is one.")

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from warpmuscle.cli.common import (
-    UNLIMITED,
     Device,
     Duration,
     Settings,
@@ -28,6 +27,7 @@ from warpmuscle.errors import Error
 
 if TYPE_CHECKING:
     from warpmuscle.records import Result
+    from warpmuscle.scene import Scene
 
 USUAL = 5000  # candidates of a search
 
@@ -75,25 +75,24 @@ def optimize(
     --resume FILE goes on. Examples: warpmuscle optimize fwalk --candidates 5000;
     warpmuscle optimize walk56 --search cma --searches 16 --until 2h; warpmuscle optimize --resume walk56.h5
     """
-    limit = None if until is None else seconds(until)
+    limit, scene = None if until is None else seconds(until), None
     if resume is not None:
         given = {name for name in context.params if _is_given(context, name)}
         for name in sorted(given - {"candidates", "until", "target", "device", "threads", "resume", "trust"}):
             word = "scene" if name == "sources" else f"--{name.replace('_', '-')}"
             raise Error(f"--resume takes no {word}: the file says what to go on with")
-        more = UNLIMITED if candidates is None and limit is not None else candidates
         output = resume
         start_warp()
         from warpmuscle.optimization import resume as go_on
 
         with ProgressBar() as bar:
             result = go_on(
-                resume, more, device, until=limit, target=target, threads=threads, command=command_line(),
+                resume, candidates, device, until=limit, target=target, threads=threads, command=command_line(),
                 progress=bar.update,
             )  # fmt: skip
     elif sources:
         scene = changed(load_scene(sources, settings=settings), duration, time_step, None)
-        count = candidates or (UNLIMITED if limit is not None and not scene.stages else USUAL * searches)
+        count = candidates or (None if limit is not None and not scene.stages else USUAL * searches)
         output = output if output is not None else Path(f"{scene.name}.h5")
         writable(output)
         start_warp()
@@ -107,7 +106,7 @@ def optimize(
             )  # fmt: skip
     else:
         raise Error("optimize takes a scene, or --resume and a file")
-    _print_result(result, bar)
+    _print_result(result, bar, scene)
     out.print(f"wrote {output}")
 
 
@@ -131,7 +130,7 @@ def _is_given(context: typer.Context, name: str) -> bool:
     return source is not None and source.name == "COMMANDLINE" and context.params[name] not in (None, [], ())
 
 
-def _print_result(result: Result, bar: ProgressBar) -> None:
+def _print_result(result: Result, bar: ProgressBar, scene: Scene | None) -> None:
     """Print what became of the candidates, and the best one."""
     import numpy as np
 
@@ -142,7 +141,7 @@ def _print_result(result: Result, bar: ProgressBar) -> None:
     assert result.best is not None
     assert result.searched is not None
     evaluations, best, options = result.evaluations, result.best, result.searched.options
-    of = f" of {options.candidates}" if len(evaluations.cost) < options.candidates < UNLIMITED else ""
+    of = f" of {options.candidates}" if len(evaluations.cost) < options.candidates and options.limited else ""
     rate = f"{bar.simulated / max(bar.elapsed, 1e-9):.0f} s of motion per second on {result.device}"
     earlier = f", {bar.recalled} of them earlier" if bar.recalled else ""
     out.print(f"{len(evaluations.cost)}{of} candidates in {bar.elapsed:.1f} s{earlier}, {rate}")
@@ -164,7 +163,7 @@ def _print_result(result: Result, bar: ProgressBar) -> None:
         f"best: candidate {best.index} of generation {evaluations.generation[best.index]}{found}, "
         f"cost {best.cost:.6g}{given}"
     )
-    print_gait(toml.loads(result.scene), result.replays[0])
+    print_gait(scene if scene is not None else toml.loads(result.scene), result.replays[0])
 
 
 def _print_stages(result: Result) -> None:

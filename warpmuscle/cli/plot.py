@@ -17,7 +17,7 @@ End = Annotated[float | None, typer.Option(help="End of that part, s.")]
 
 
 def plot(
-    result: Annotated[Path, typer.Argument(help="HDF5 file of a simulation or an optimisation.")],
+    result: Annotated[Path, typer.Argument(help="HDF5 file of a simulation, an optimisation or throws.")],
     what: Annotated[
         list[str] | None,
         typer.Option(help="Which figures: kinds, or dataset:/PATH; all that the file has if not given."),

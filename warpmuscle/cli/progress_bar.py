@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Self
 from rich.progress import BarColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.progress import Progress as Bars
 
-from warpmuscle.cli.common import UNLIMITED
 from warpmuscle.cli.console import log
 
 if TYPE_CHECKING:
@@ -66,7 +65,7 @@ class ProgressBar(Bar):
     def update(self, progress: Progress) -> None:
         """Show this progress."""
         self.simulated, self.recalled = progress.simulated, progress.recalled
-        of = f"/{progress.candidates}" if progress.candidates < UNLIMITED else ""
+        of = f"/{progress.candidates}" if progress.limited else ""
         alive = "compiling, 0" if progress.compiling else progress.alive
         stage = f"stage {progress.stage + 1}/{progress.stages} {progress.stage_name}, " if progress.stages else ""
         best = f"{progress.best:.5g}" if math.isfinite(progress.best) else "-"

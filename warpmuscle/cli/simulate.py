@@ -56,7 +56,8 @@ def simulate(
     start_warp()
     from warpmuscle.devices import find_devices
     from warpmuscle.optimization import parameter_table
-    from warpmuscle.results import Result, write
+    from warpmuscle.records import Result
+    from warpmuscle.results import write
     from warpmuscle.rollout import Rollout
     from warpmuscle.status import Status
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from warpmuscle.cli.common import Device, doubts_printed, start_warp
+from warpmuscle.cli.common import Device, Trust, doubts_printed, start_warp
 from warpmuscle.cli.console import INTERRUPTED, log, out
 from warpmuscle.cli.progress_bar import Bar
 from warpmuscle.errors import Error
@@ -33,6 +33,7 @@ def sweep(
     device: Device = None,
     threads: Annotated[int | None, typer.Option(min=1, help="CPU threads; of each task of a cluster.")] = None,
     status: Annotated[bool, typer.Option("--status", help="Only tell what the sweep has come to.")] = False,
+    trust: Trust = False,
 ) -> None:
     """Run many optimisations of a scene with other numbers, gathered into one file.
 

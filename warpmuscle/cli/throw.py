@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import numpy as np
 import typer
 from rich.markup import escape
 
@@ -128,7 +128,7 @@ def _pairs(texts: Sequence[str]) -> dict[str, str]:
 def _goals(targets: Sequence[float], height: float, speed: float | None, angle: float | None) -> list[Goal]:
     from warpmuscle.throw.synthesis import Goal
 
-    radians = None if angle is None else float(np.radians(angle))
+    radians = None if angle is None else math.radians(angle)
     if not targets and speed is None and radians is None:
         return []
     distances: list[float | None] = [*targets] or [None]
@@ -198,6 +198,8 @@ def _print_table(title: str, headings: Sequence[str], rows: Sequence[Row]) -> No
 
 def _print_curve(job: Job, fitted: Fitted) -> None:
     """Accuracy against fidelity to the extracted signals."""
+    import numpy as np
+
     from warpmuscle.throw.report import Row
 
     headings = ["correlation", *(f"{joint} r2" for joint in job.arm.driven), "least r2"]
@@ -215,9 +217,9 @@ def _throws(job: Job, goals: Sequence[Goal], release: float | None, adapt: int) 
     for made in throws:
         flight, goal = made.flight, made.goal
         text = (
-            f"released after {made.release:.3g} s at {flight.speed[0]:.2f} m/s, {np.degrees(flight.angle[0]):.1f} deg"
+            f"released after {made.release:.3g} s at {flight.speed[0]:.2f} m/s, {math.degrees(flight.angle[0]):.1f} deg"
         )
-        if np.isfinite(flight.distance[0]):
+        if math.isfinite(flight.distance[0]):
             text += f"; lands at {flight.distance[0]:.3f} m"
         if goal.distance is not None:
             verdict = f"{100.0 * made.error:.1f} cm from the target at {goal.distance:g} m"

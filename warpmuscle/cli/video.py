@@ -13,7 +13,10 @@ from warpmuscle.cli.results import Run
 
 
 def video(
-    result: Annotated[Path, typer.Argument(help="HDF5 file with a recorded motion.")],
+    results: Annotated[
+        list[Path],
+        typer.Argument(metavar="FILE...", help="HDF5 files with a recorded motion, to be shown side by side."),
+    ],
     output: Annotated[Path, typer.Option("--output", "-o", help=".mp4, .gif or .webp file to write.")],
     size: Annotated[str, typer.Option(help="Width x height, px.")] = "1280x720",
     rate: Annotated[float, typer.Option(help="Frames a second.")] = 30.0,
@@ -30,20 +33,30 @@ def video(
     end: End = None,
     run: Run = None,
 ) -> None:
-    """Make a film of a motion, without a screen.
+    """Make a film of a motion, or of several ones side by side, without a screen.
 
-    Examples: warpmuscle video walk.h5 -o walk.mp4; warpmuscle video walk.h5 -o walk.gif --size 480x400 --strides 2
+    Examples: warpmuscle video walk.h5 -o walk.mp4; warpmuscle video walk.h5 -o walk.gif --size 480x400 --strides 2;
+    warpmuscle video before.h5 after.h5 -o both.mp4
     """
     from rich.progress import Progress
 
     from warpmuscle.plots.subject import Choices, Subject
     from warpmuscle.results import read
-    from warpmuscle.video import Look, check_film, make_film, write
+    from warpmuscle.video import Beside, Film, Look, check_film, films_beside, make_film, write
 
     check_film(output)
     look = Look(*_size(size), rate, azimuth, elevation, speed, strides, forces, caption)
-    subject = Subject(read(result, run), Choices.between(replay, start, end), result, run)
-    film = make_film(subject.recording, subject.scene, look)
+    choices = Choices.between(replay, start, end)
+    subjects = [Subject(read(result, run), choices, result, run) for result in results]
+    film: Film | Beside
+    if len(subjects) == 1:
+        film = make_film(subjects[0].recording, subjects[0].scene, look, subjects[0].title)
+    else:
+        names = [result.stem for result in results]
+        if len(set(names)) < len(names):
+            names = [str(result) for result in results]
+        motions = [(name, one.recording, one.scene) for name, one in zip(names, subjects, strict=True)]
+        film = films_beside(motions, look)
     with Progress(console=log, transient=True) as progress:
         task = progress.add_task("drawing", total=len(film.time))
         write(film, output, lambda done, total: progress.update(task, completed=done))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any
 
 import msgspec
@@ -50,10 +51,13 @@ def _plain(value: Any) -> Any:
     return value
 
 
+_fields = cache(msgspec.structs.fields)
+
+
 def _plain_fields(part: msgspec.Struct) -> dict[str, Any]:
     """Fields of a structure without what equals its default."""
     plain = {}
-    for field in msgspec.structs.fields(part):
+    for field in _fields(type(part)):
         member = getattr(part, field.name)
         default = field.default_factory() if field.default_factory is not msgspec.NODEFAULT else field.default
         if field.required or member != default:
@@ -134,9 +138,7 @@ def _folded(key: str, values: Any) -> str:
 def _inline(value: Any) -> str:
     """A value on one line."""
     if isinstance(value, Free):
-        value = {
-            f.name: getattr(value, f.name) for f in msgspec.structs.fields(value) if getattr(value, f.name) != f.default
-        }
+        value = {f.name: getattr(value, f.name) for f in _fields(Free) if getattr(value, f.name) != f.default}
     if isinstance(value, dict):
         members = ", ".join(f"{_key(key)} = {_inline(member)}" for key, member in value.items())
         return f"{{ {members} }}" if members else "{}"
@@ -145,9 +147,15 @@ def _inline(value: Any) -> str:
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, str):
-        return tomlkit.item(value).as_string()
+        return _text(value)
     return shown(value)
 
 
+@cache
+def _text(value: str) -> str:
+    return tomlkit.item(value).as_string()
+
+
+@cache
 def _key(name: str) -> str:
     return tomlkit.key(name).as_string() if name else '""'

@@ -5,9 +5,9 @@ A kind of figure is a small file with a function `draw(subject)` that gives a ma
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from warpmuscle.checks import near
 from warpmuscle.errors import Error
@@ -24,9 +24,15 @@ from warpmuscle.plots import (
     parameters,
     stick_figures,
 )
-from warpmuscle.plots.style import save, style
-from warpmuscle.plots.subject import Absent, Choices, Subject
+from warpmuscle.plots.style import check_picture, save, style
+from warpmuscle.plots.subject import Absent, Choices, Subject, of_recording
+from warpmuscle.recording import Recording
 from warpmuscle.records import Result
+from warpmuscle.results import read
+from warpmuscle.scene import Scene
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 __all__ = ["KINDS", "Absent", "Choices", "Kind", "Subject", "check_kind", "draw", "plot", "save"]
 
@@ -54,18 +60,58 @@ KINDS: dict[str, Kind] = {
 }
 
 
-def plot(result: Result, kind: str, path: str | Path, choices: Choices | None = None) -> None:
-    """Draw a result and write the figure.
+def plot(
+    source: Result | Recording | str | Path,
+    kind: str,
+    path: str | Path | None = None,
+    *,
+    scene: Scene | None = None,
+    joints: Sequence[str] = (),
+    muscles: Sequence[str] = (),
+    norms: bool = True,
+    replay: int = 0,
+    start: float | None = None,
+    end: float | None = None,
+    run: str | None = None,
+) -> Figure:
+    """Draw a figure, and write it if a file is named.
 
     Args:
-        result: such as `warpmuscle.read` gives it.
-        kind: one of `KINDS`.
+        source: a result or the path of its HDF5 file, or a recording, of which `scene` made it.
+        kind: one of `KINDS`, or `dataset:` and the path of a dataset in a file.
         path: file to write; its ending (.png, .svg, .pdf) chooses the format.
+        scene: of a recording; free parameters count with their start values.
+        joints: names or patterns such as `l*` of what is shown, by default all. muscles: the same.
+        norms: whether norms of human walking are drawn.
+        replay: number of the motion.
+        start: s, of the part of the motion that counts. end: s.
+        run: name of a run in the file of a sweep.
+
+    Returns:
+        The figure, which notebooks show.
 
     Raises:
-        Error: an unknown kind, a result that does not hold what it shows, or the file cannot be written.
+        Absent: the source does not hold what the kind shows.
+        Error: matplotlib is not installed, an unknown kind or choice, or a file cannot be read or written.
     """
-    save(draw(Subject(result, choices), kind), path)
+    check_kind(kind)
+    if path is not None:
+        check_picture(Path(path))
+    choices = Choices.between(replay, start, end, joints=tuple(joints), muscles=tuple(muscles), norms=norms)
+    file = None
+    if isinstance(source, Recording):
+        if scene is None:
+            raise Error("a recording is drawn with its scene: plot(recording, kind, scene=scene)")
+        result = of_recording(source, scene)
+    elif isinstance(source, Result):
+        result = source
+    else:
+        file = Path(source)
+        result = read(file, run)
+    figure: Figure = draw(Subject(result, choices, file, run), kind)
+    if path is not None:
+        save(figure, path)
+    return figure
 
 
 def check_kind(kind: str) -> None:

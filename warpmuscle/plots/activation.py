@@ -23,7 +23,7 @@ def draw(subject: Subject) -> Any:
     if not names:
         raise Absent(f"{subject.source}: the motion of {subject.scene.name} has no muscles")
     rows = pairs(subject.chosen("muscle", names, subject.choices.muscles))
-    title = f"{subject.scene.name}: muscle activation"
+    title = f"{subject.title}: muscle activation"
     if not subject.walks:
         figure = _over_time(subject, rows)
         heading(figure, f"{title} over time", "activation 0 to 1")

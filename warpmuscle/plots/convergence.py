@@ -8,7 +8,7 @@ import numpy as np
 
 from warpmuscle.plots.style import GRAY, PALETTE, grid, heading
 from warpmuscle.plots.subject import Absent, Subject
-from warpmuscle.records import Evaluations, History
+from warpmuscle.records import Evaluations, Fit, History
 
 _MARGIN = 1.6  # the axis ends at so many times the greatest cost worth showing
 
@@ -16,6 +16,8 @@ _MARGIN = 1.6  # the axis ends at so many times the greatest cost worth showing
 def draw(subject: Subject) -> Any:
     """Costs of the candidates and the least so far, a panel a stage, and how widely the searches still sample."""
     evaluations, searched = subject.result.evaluations, subject.result.searched
+    if evaluations is None and subject.result.fit is not None:
+        return _of_fit(subject, subject.result.fit)
     if evaluations is None or len(evaluations) == 0:
         raise Absent(f"{subject.source} holds no search; `warpmuscle optimize` writes files that do")
     stages = [int(k) for k in np.unique(evaluations.stage)]
@@ -34,6 +36,29 @@ def draw(subject: Subject) -> Any:
         note += "" if searched.stages else f"; {searched.options.searches} x {searched.options.strategy}"
         note += f"; ended: {searched.ended}" if searched.ended else ""
     heading(figure, f"{subject.scene.name}: convergence", note)
+    return figure
+
+
+def _of_fit(subject: Subject, fit: Fit) -> Any:
+    """What the fit of each joint lacks after every stage: the median of all motions, and the worst one."""
+    figure, panels = grid(len(fit.joints), 3, 2.9, sharey=True)
+    stages = np.arange(len(fit.stages))
+    lacking = np.maximum(1.0 - fit.r2, 1e-6)
+    for k, (axes, joint) in enumerate(zip(panels, fit.joints, strict=True)):
+        if lacking.shape[1] > 1:
+            axes.plot(stages, lacking[:, :, k].max(axis=1), ".--", color=PALETTE[1], label="worst motion")
+        axes.plot(stages, np.median(lacking[:, :, k], axis=1), "o-", color=PALETTE[0], label="median of the motions")
+        axes.axhline(1.0, color=GRAY, lw=0.6, zorder=0)
+        axes.set_yscale("log")
+        axes.yaxis.set_major_formatter("{x:g}")
+        axes.set_xticks(stages, fit.stages, rotation=30, ha="right")
+        axes.set(title=joint, xlabel="stage of the fit", ylabel="1 - r2 of the angle (1)" if k == 0 else "")
+    handles = panels[0].get_legend_handles_labels()
+    if len(handles[1]) > 1:
+        figure.legend(*handles, loc="outside lower center", ncols=2)
+    count = lacking.shape[1]
+    note = f"{count} motion{'s' if count != 1 else ''}, {fit.seconds[-1]:.1f} s; at 1 no better than the mean angle"
+    heading(figure, f"{subject.scene.name}: convergence of the fit", note)
     return figure
 
 

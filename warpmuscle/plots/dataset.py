@@ -69,9 +69,13 @@ def _read(subject: Subject, name: str) -> Data:
         values = np.asarray(found[()], dtype=float)
         axes = [axis.strip() for axis in str(found.attrs.get("axes", "")).split(",")]
         axes += [""] * (values.ndim - len(axes))
+        if "sample" in axes[1:]:  # of recorded motions, the first axis of whose datasets counts them
+            values, axes = np.moveaxis(values, axes.index("sample"), 0), ["sample", *(a for a in axes if a != "sample")]
         x, x_label = np.arange(len(values), dtype=float), axes[0] or "row"
         if axes[0] == "frame" and "time" in found.parent:
             x, x_label = found.parent["time"][()].astype(float), "time (s)"
+        elif axes[0] == "sample" and len(values) == len(root["motions/time"]):
+            x, x_label = root["motions/time"][()].astype(float), "time (s)"
         names = [_members(root, found, axis, size) for axis, size in zip(axes[1:], values.shape[1:], strict=True)]
         unit = str(found.attrs.get("units", "1"))
         label = wanted.rsplit("/", 1)[1].replace("_", " ") + (f" ({unit})" if unit != "1" else "")
@@ -107,6 +111,10 @@ def _members(root: Any, dataset: Any, axis: str, size: int) -> list[str]:
         for table in (f"{axis}_names", "name"):
             if table in group and (axis == "parameter") == (table == "name"):
                 return [str(text) for text in group[table].asstr()[()]]
+    if axis in ("motion", "joint") and (table := {"motion": "names", "joint": "joints"}[axis]) in root.get(
+        "motions", {}
+    ):
+        return [str(text) for text in root["motions"][table].asstr()[()]]
     words = axis.split()
     return words if len(words) == size else [str(k) for k in range(size)]
 

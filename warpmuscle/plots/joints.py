@@ -16,6 +16,7 @@ from warpmuscle.scene import Scene
 _AXES = {"x": "x", "y": "y", "z": "z", "a": "first axis", "b": "second axis", "": "angle"}
 _COLORS = dict(zip(_AXES.values(), (*PALETTE[:3], *PALETTE[:2], PALETTE[0]), strict=True))
 _LEGEND = {"x, first or only axis": PALETTE[0], "y, second axis": PALETTE[1], "z": PALETTE[2]}
+RECORDED_COLOR = "#BBBBBB"
 _STRIDES = 3  # that are shown unless a time is chosen
 
 
@@ -29,8 +30,11 @@ def draw(subject: Subject) -> Any:
     columns = len(rows) if len(rows) <= 3 else min(4, (len(rows) + 1) // 2)
     figure, panels = grid(len(rows), columns, 1.9, sharex=True)
     used: set[str] = set()
+    recorded = subject.recorded(recording)
     for axes, row in zip(panels, rows, strict=True):
         for name, line in ((row.left, "-"), (row.right, "--")) if row.left != row.right else ((row.left, "-"),):
+            if recorded is not None:
+                recorded_curves(axes, recorded, scene, name)
             for number, (label, angle) in enumerate(joint_curves(recording, scene, name)):
                 axes.plot(recording.time, angle, line, color=_COLORS[label], lw=1.4 - 0.2 * number)
                 used.add(_COLORS[label])
@@ -41,9 +45,9 @@ def draw(subject: Subject) -> Any:
         axes.set_xlabel("time (s)")
         axes.tick_params(labelbottom=True)
     _legend(figure, panels[0], used, any(row.left != row.right for row in rows))
-    heading(
-        figure, f"{scene.name}: joint angles over time", "child relative to parent; of a ball joint turns about x, y, z"
-    )
+    note = "child relative to parent; of a ball joint turns about x, y, z"
+    note += "; wide and gray: as recorded" if recorded is not None else ""
+    heading(figure, f"{subject.title}: joint angles over time", note)
     return figure
 
 
@@ -62,6 +66,12 @@ def _shown(subject: Subject) -> Recording:
         return subject.recording
     cycles = subject.strides["left"][-_STRIDES:]
     return subject.recording.window(cycles[0][0], cycles[-1][1])
+
+
+def recorded_curves(axes: Any, recorded: Recording, scene: Scene, joint: str) -> None:
+    """The angles of a joint in a recorded motion, below those that are drawn over them."""
+    for _, angle in joint_curves(recorded, scene, joint):
+        axes.plot(recorded.time, angle, color=RECORDED_COLOR, lw=4.0, zorder=1)
 
 
 def joint_curves(recording: Recording, scene: Scene, joint: str) -> list[tuple[str, Floats]]:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from warpmuscle.figure import leg
-from warpmuscle.plots.joints import joint_curves
+from warpmuscle.plots.joints import RECORDED_COLOR, joint_curves, recorded_curves
 from warpmuscle.plots.style import GRAY, PALETTE, grid, heading
 from warpmuscle.plots.subject import Absent, Subject
 from warpmuscle.recording import Recording
@@ -26,15 +26,20 @@ def draw(subject: Subject) -> Any:
     muscles = subject.chosen("muscle", crossed[joint], subject.choices.muscles)[:_MOST]
     recording = _shown(subject)
     figure, panels = grid(2 + len(muscles), 3 if len(muscles) > 2 else 2, 1.75, sharex=True)
+    if (recorded := subject.recorded(recording)) is not None:
+        recorded_curves(panels[0], recorded, subject.scene, joint)
+        panels[0].plot([], [], color=RECORDED_COLOR, lw=4.0, label="recorded")
     for (name, angle), color in zip(joint_curves(recording, subject.scene, joint), _AXIS_COLORS, strict=False):
         panels[0].plot(recording.time, angle, color=color, label=name)
     panels[0].set(title=joint, ylabel="angle (deg)")
     _torques(panels[1], recording, joint)
+    wanted = bool(np.any(recording.joint_torque_desired))
     for axes, name in zip(panels[2:], muscles, strict=True):
         k = recording.muscle_names.index(name)
         f_max = float(np.asarray(subject.scene.character.muscles[name].f_max))
         desired = np.clip(recording.muscle_desired_force[:, k] / f_max, 0.0, 1.0)
-        axes.plot(recording.time, desired, ":", color=PALETTE[6], label="desired force / f_max")
+        if wanted:
+            axes.plot(recording.time, desired, ":", color=PALETTE[6], label="desired force / f_max")
         axes.plot(recording.time, recording.muscle_excitation[:, k], color=PALETTE[1], label="excitation")
         axes.plot(recording.time, recording.muscle_activation[:, k], color=PALETTE[0], label="activation")
         axes.set(title=name, ylabel="part of the maximum")
@@ -47,7 +52,11 @@ def draw(subject: Subject) -> Any:
         axes.legend(fontsize=7.0, handlelength=1.0, labelspacing=0.2)
     if muscles:
         figure.legend(*panels[2].get_legend_handles_labels(), loc="outside lower center", ncols=3)
-    heading(figure, f"{subject.scene.name}: {joint}, from the desired torque to activation", _note(recording, muscles))
+    heading(
+        figure,
+        f"{subject.title}: {joint}, {'from the desired torque' if wanted else 'from excitation'} to activation",
+        _note(recording, muscles),
+    )
     return figure
 
 
@@ -56,14 +65,18 @@ def _note(recording: Recording, muscles: list[str]) -> str:
 
 
 def _torques(axes: Any, recording: Recording, joint: str) -> None:
-    """Wanted torque as lines, the torque that acts as thin ones."""
+    """Wanted torque as lines, the torque that acts as thin ones; alone where no controller wants any."""
     k = recording.joint_names.index(joint)
+    wanted = bool(np.any(recording.joint_torque_desired))
     for axis, color in zip(range(3), _AXIS_COLORS, strict=True):
-        axes.plot(
-            recording.time, recording.joint_torque_desired[:, k, axis], color=color, label=f"{'xyz'[axis]} desired"
-        )
-        axes.plot(recording.time, recording.joint_torque[:, k, axis], "--", color=color, lw=0.8)
-    axes.plot([], [], "--", color=GRAY, lw=0.8, label="applied")
+        desired, applied = recording.joint_torque_desired[:, k, axis], recording.joint_torque[:, k, axis]
+        if wanted:
+            axes.plot(recording.time, desired, color=color, label=f"{'xyz'[axis]} desired")
+            axes.plot(recording.time, applied, "--", color=color, lw=0.8)
+        else:
+            axes.plot(recording.time, applied, color=color, label="xyz"[axis])
+    if wanted:
+        axes.plot([], [], "--", color=GRAY, lw=0.8, label="applied")
     axes.set(title="Torque on the parent, world", ylabel="torque (N m)")
 
 

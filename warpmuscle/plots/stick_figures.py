@@ -11,7 +11,7 @@ from warpmuscle.errors import Error
 from warpmuscle.figure import Piece, pieces, project
 from warpmuscle.gait import Gait
 from warpmuscle.parameters import start_values, substitute
-from warpmuscle.plots.joints import joint_curves
+from warpmuscle.plots.joints import RECORDED_COLOR, joint_curves, recorded_curves
 from warpmuscle.plots.style import SIDE_COLORS, WIDTH, matplotlib, save, style
 from warpmuscle.plots.subject import Subject
 from warpmuscle.recording import QUANTITIES, Floats, Integers, Recording
@@ -36,7 +36,7 @@ _PANELS = 4  # below the figures
 def draw(subject: Subject) -> Any:
     """The last two steps of a walk, or the part of a motion that was chosen."""
     shown = subject.recording if subject.choices.timed else _last_steps(subject.recording)
-    return _figure(shown, subject.scene, subject.gait)
+    return _figure(shown, subject.scene, subject.gait, subject.title, subject.recorded(shown))
 
 
 def stick_figures(recording: Recording, scene: Scene, path: str | Path, gait: Gait | None = None) -> None:
@@ -57,11 +57,13 @@ def stick_figures(recording: Recording, scene: Scene, path: str | Path, gait: Ga
     if recording.frames < 2:
         raise Error("a figure needs a recording of at least two frames")
     with style():
-        figure = _figure(_last_steps(recording), substitute(scene, start_values(scene)), gait)
+        figure = _figure(_last_steps(recording), substitute(scene, start_values(scene)), gait, scene.name)
     save(figure, path)
 
 
-def _figure(recording: Recording, scene: Scene, gait: Gait | None) -> Any:
+def _figure(
+    recording: Recording, scene: Scene, gait: Gait | None, title: str, recorded: Recording | None = None
+) -> Any:
     """Side and front view at the same scale above, curves over time below."""
     feet = ("lFoot", "rFoot") if scene.controller is None else scene.controller.feet
     drawn = sorted(pieces(scene.character, feet), key=lambda piece: _LAYERS.index(piece.side))
@@ -89,13 +91,15 @@ def _figure(recording: Recording, scene: Scene, gait: Gait | None) -> Any:
 
     pitch = (WIDTH - 0.05) / _PANELS
     panels = [paper.axes(0.58 + pitch * column, 0.8, pitch - 0.74, 1.45) for column in range(_PANELS)]
-    _draw_curves(panels, recording, scene)
+    _draw_curves(panels, recording, scene, recorded)
     for axes in panels:
         axes.set_xlabel("time (s)")
         axes.set_xlim(recording.time[0], recording.time[-1])
         axes.locator_params(axis="x", nbins=4)
-    paper.figure.legend(*side_axes.get_legend_handles_labels(), loc="lower center", ncols=3)
-    paper.figure.text(0.008, 1.0 - 0.06 / (height + 3.65), _title(scene, gait), weight="bold", size=11.0, va="top")
+    if recorded is not None:
+        side_axes.plot([], [], color=RECORDED_COLOR, lw=4.0, label="angle as recorded")
+    paper.figure.legend(*side_axes.get_legend_handles_labels(), loc="lower center", ncols=4)
+    paper.figure.text(0.008, 1.0 - 0.06 / (height + 3.65), _title(title, gait), weight="bold", size=11.0, va="top")
     return paper.figure
 
 
@@ -111,16 +115,16 @@ class _Page:
         return self.figure.add_axes(box)
 
 
-def _title(scene: Scene, gait: Gait | None) -> str:
+def _title(name: str, gait: Gait | None) -> str:
     if gait is None:
-        return scene.name
+        return name
     sign, way = (1.0, "forwards") if gait.speed_forward >= 0.0 else (-1.0, "backwards")
     parts = [f"{sign * gait.speed_forward:.2f} m/s {way}"]
     if gait.step_length is not None:
         parts.append(f"step length {sign * gait.step_length:.2f} m")
     if gait.cadence is not None:
         parts.append(f"{gait.cadence:.0f} steps/min")
-    return f"{scene.name}: {', '.join(parts)}"
+    return f"{name}: {', '.join(parts)}"
 
 
 def _last_steps(recording: Recording) -> Recording:
@@ -170,7 +174,7 @@ def _draw_side(axes: Axes, recording: Recording, drawn: list[Piece], frames: Int
     """Figures walking along the page, each over its time, and the path of the centre of mass."""
     for frame in frames:
         _draw_figure(axes, recording, drawn, int(frame), _SIDE, float(offsets[frame]))
-    for side in SIDES if any(piece.side != "middle" for piece in drawn) else ():
+    for side in (side for side in SIDES if any(piece.side == side for piece in drawn)):
         axes.plot([], [], color=SIDE_COLORS[side], lw=2.0, label=f"{side} side")
     places = recording.com[:, 2] + offsets
     axes.plot(places, recording.com[:, 1], color=_COM_COLOR, lw=1.5, label="centre of mass", zorder=4)
@@ -202,12 +206,12 @@ def _draw_figure(
             axes.plot(*points.T, color=color, lw=2.0, zorder=2)
 
 
-def _draw_curves(panels: list[Any], recording: Recording, scene: Scene) -> None:
+def _draw_curves(panels: list[Any], recording: Recording, scene: Scene, recorded: Recording | None) -> None:
     """Angles of the legs and vertical ground forces; of a character without legs the joints that turn most."""
     try:
         angles = leg_angles(recording, scene)
     except Error:
-        _draw_joints(panels, recording, scene)
+        _draw_joints(panels, recording, scene, recorded)
         return
     for axes, (name, sides) in zip(panels, angles.items(), strict=False):
         for side, angle in sides.items():
@@ -219,11 +223,13 @@ def _draw_curves(panels: list[Any], recording: Recording, scene: Scene) -> None:
     panels[-1].set(title="Vertical ground force", ylabel=f"force ({QUANTITIES['foot_force_left'].units})")
 
 
-def _draw_joints(panels: list[Any], recording: Recording, scene: Scene) -> None:
-    found = [(f"{name}, {axis}", angle) for name in recording.joint_names
+def _draw_joints(panels: list[Any], recording: Recording, scene: Scene, recorded: Recording | None) -> None:
+    found = [(name, f"{name}, {axis}", angle) for name in recording.joint_names
              for axis, angle in joint_curves(recording, scene, name)]  # fmt: skip
-    found.sort(key=lambda curve: -float(np.ptp(curve[1])))
-    for axes, (name, angle) in zip(panels, found, strict=False):
+    found.sort(key=lambda curve: -float(np.ptp(curve[2])))
+    for axes, (joint, name, angle) in zip(panels, found, strict=False):
+        if recorded is not None:
+            recorded_curves(axes, recorded, scene, joint)
         axes.plot(recording.time, angle, color=SIDE_COLORS["middle"])
         axes.set(title=name, ylabel="angle (deg)")
     for axes in panels[len(found) :]:

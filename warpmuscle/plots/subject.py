@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import fnmatch
 from collections.abc import Container, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -17,7 +17,7 @@ from warpmuscle.formats import toml
 from warpmuscle.gait import Gait, measure
 from warpmuscle.parameters import start_values, substitute
 from warpmuscle.recording import Recording
-from warpmuscle.records import Result
+from warpmuscle.records import ParameterTable, Result
 from warpmuscle.scene import Scene
 from warpmuscle.stage_scene import stage_scene
 from warpmuscle.strides import Strides, feet_of, steady_strides
@@ -81,7 +81,9 @@ class Subject:
         """
         replays, wanted = self.result.replays, self.choices.replay
         if not replays:
-            raise Absent(f"{self.source} holds no motion; `simulate -o` and `optimize -o` write files that do")
+            raise Absent(
+                f"{self.source} holds no motion; `simulate -o`, `optimize -o` and `throw -o` write files that do"
+            )
         if not 0 <= wanted < len(replays):
             raise Error(f"{self.source} has {len(replays)} motions, numbered from 0; none has number {wanted}")
         motion, character = replays[wanted], self.scene.character
@@ -100,6 +102,18 @@ class Subject:
                 "times wanted; a figure needs two"
             )
         return part
+
+    @property
+    def title(self) -> str:
+        """What figures of the motion are called: the scene, and which one of several motions."""
+        name, scene = "".join(self.result.replay_names[self.choices.replay :][:1]), self.scene.name
+        return f"{scene}, {name}" if name not in ("", scene) else scene
+
+    def recorded(self, motion: Recording) -> Recording | None:
+        """The motion as it was recorded, if it is one that was fitted: its joints alone."""
+        if self.result.fit is None or not motion.has_targets:
+            return None
+        return replace(motion, joint_orientation=motion.joint_target)
 
     @cached_property
     def gait(self) -> Gait | None:
@@ -150,3 +164,11 @@ class Subject:
         end = max(cycles[-1][1] for cycles in self.strides.values())
         cycles = f"mean and standard deviation of {count} gait cycles" if counts[-1] > 1 else "1 gait cycle"
         return f"{cycles} of each leg, {begin:.1f} to {end:.1f} s"
+
+
+def of_recording(recording: Recording, scene: Scene) -> Result:
+    """A result that holds a motion of a scene, and nothing else."""
+    none = np.zeros(0)
+    return Result(
+        toml.dumps(scene), "", "", 0, ParameterTable((), (), none, none, none, none, ()), replays=(recording,)
+    )

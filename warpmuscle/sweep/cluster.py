@@ -27,6 +27,7 @@ from warpmuscle.formats.files import replace_file
 from warpmuscle.journal import journal_path
 from warpmuscle.sweep.folder import MANIFEST, Folder, Manifest, has_ended
 from warpmuscle.sweep.local import Task, run_here
+from warpmuscle.sweep.named_code import NamedCode, trusted_there
 
 RETRIES = 5  # of a task whose worker died
 LOOK_EVERY = 1.0  # s
@@ -102,11 +103,13 @@ class Cluster:
             self._ray.shutdown()
 
     def run(
-        self, tasks: Sequence[Task], folder: Folder, manifest: Manifest, share: int | None, look: Callable[[], None]
-    ) -> dict[str, str]:
+        self, tasks: Sequence[Task], folder: Folder, manifest: Manifest, share: int | None, look: Callable[[], None],
+        code: NamedCode,
+    ) -> dict[str, str]:  # fmt: skip
         """Run what has not come to its end.
 
         Args:
+            code: that the scenes name.
             share: runs a task, see `run.sweep`.
             look: called every second.
 
@@ -125,7 +128,7 @@ class Cluster:
             part = left[begin : begin + size]
             known = {task.name: _files(folder.result(task.name)) for task in part}
             reference = remote.remote(
-                part, str(folder.path.resolve()), manifest.token, known, self._device, self._threads
+                part, str(folder.path.resolve()), manifest.token, known, code, self._device, self._threads
             )
             waiting[reference] = part
         failed: dict[str, str] = {}
@@ -203,13 +206,14 @@ def _check_reachable(address: str) -> None:
 
 
 def _work(
-    tasks: list[Task], folder: str, token: str, known: dict[str, dict[str, bytes]], device: str, threads: int
-) -> _Outcome:
+    tasks: list[Task], folder: str, token: str, known: dict[str, dict[str, bytes]], code: NamedCode, device: str,
+    threads: int,
+) -> _Outcome:  # fmt: skip
     """A task: the runs of a worker."""
     import warp
 
     warp.config.log_level = warp.LOG_WARNING
-    with _place(Path(folder), token, known) as (place, is_shared):
+    with _place(Path(folder), token, known) as (place, is_shared), trusted_there(code):
         failed = run_here(tasks, place, device, threads)
         files = {} if is_shared else {task.name: (place / f"{task.name}.h5") for task in tasks}
         return _Outcome(failed, {name: path.read_bytes() for name, path in files.items() if path.exists()})

@@ -24,7 +24,8 @@ import numpy as np
 from warpmuscle.errors import ResultError, SceneError
 from warpmuscle.formats.files import replace_file
 from warpmuscle.records import COLUMNS
-from warpmuscle.results import FORMAT_VERSION, SWEEP_FORMAT
+from warpmuscle.result_layout import FORMAT_VERSION
+from warpmuscle.results import SWEEP_FORMAT
 from warpmuscle.sweep.folder import Folder, Manifest, RunEntry
 
 DESCRIPTIONS = {

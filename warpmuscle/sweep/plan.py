@@ -53,6 +53,7 @@ from warpmuscle.parameters import free_parameters
 from warpmuscle.records import Options
 from warpmuscle.scene import Scene
 from warpmuscle.sweep.overrides import Override, is_factor, overridden
+from warpmuscle.trusted import trust, trusts_everything
 from warpmuscle.typed import to_type
 
 LONGEST_NAME = 120  # of a run; file systems take 255 bytes, and `.h5.journal` comes behind it
@@ -105,6 +106,11 @@ class Plan:
     text: str  # of the file
     runs: tuple[Run, ...]
 
+    def trust(self) -> None:
+        """Let code run that its scenes name."""
+        for run in self.runs:
+            trust(run.scene, self.file.absolute().parent)
+
 
 @dataclass(frozen=True)
 class _Choice:
@@ -121,25 +127,33 @@ class _Choice:
         return f"{self.axis}={value}" if self.axis else value
 
 
-def read(path: str | Path) -> Plan:
+def read(path: str | Path, trusted: bool = False) -> Plan:
     """The plan of a sweep file.
+
+    Args:
+        trusted: let code run that its scenes name, once they are simulated.
 
     Raises:
         SceneError: it cannot be read or used, with file, line and key.
     """
-    path = Path(path)
+    path, trusted = Path(path), trusted or trusts_everything()
     source = Source.read(path)
     try:
-        return _plan(path, source, to_type(source.data, _File))
+        plan = _plan(path, source, to_type(source.data, _File), trusted)
     except SceneError as error:
         raise source.placed(error) from None
+    if trusted:
+        plan.trust()
+    return plan
 
 
-def _plan(path: Path, source: Source, file: _File) -> Plan:
+def _plan(path: Path, source: Source, file: _File, trusted: bool) -> Plan:
     tables = {"grid": file.grid} if isinstance(file.grid, dict) else _numbered("grid", file.grid)
     grids = [_axes(source, place, table) for place, table in tables.items()] or [[]]
     entries: list[tuple[_Choice, ...]] = [(_entry(source, index, entry),) for index, entry in enumerate(file.run)]
-    base = _Base(path, file, [Override(key, value, source.line(f"set.{key}")) for key, value in file.set.items()])
+    base = _Base(
+        path, file, [Override(key, value, source.line(f"set.{key}")) for key, value in file.set.items()], trusted
+    )
     runs: list[Run] = []
     for entry in entries or [()]:
         for axes in grids:
@@ -237,8 +251,8 @@ def _label(value: float | str) -> str:
 class _Base:
     """What all runs of a sweep have in common."""
 
-    def __init__(self, path: Path, file: _File, common: Sequence[Override]) -> None:
-        self._path, self._file, self._common = path, file, common
+    def __init__(self, path: Path, file: _File, common: Sequence[Override], trusted: bool) -> None:
+        self._path, self._file, self._common, self._trusted = path, file, common, trusted
         self._scenes: dict[str, Scene] = {}
 
     def run(self, chosen: Sequence[_Choice], taken: set[str]) -> Run:
@@ -296,7 +310,7 @@ class _Base:
         if name not in self._scenes:
             path = self._path.parent / name
             try:
-                self._scenes[name] = load(path if path.suffix == ".toml" else name)
+                self._scenes[name] = load(path if path.suffix == ".toml" else name, trust=self._trusted)
             except SceneError as error:
                 if error.file is not None and error.line:
                     raise

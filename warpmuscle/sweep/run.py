@@ -16,6 +16,7 @@ from warpmuscle.progress import Progress
 from warpmuscle.sweep.folder import Folder, Manifest
 from warpmuscle.sweep.gather import gather
 from warpmuscle.sweep.local import Task, run_here
+from warpmuscle.sweep.named_code import named_by
 from warpmuscle.sweep.plan import Plan, read
 
 TELL_EVERY = 0.2  # s
@@ -57,6 +58,7 @@ def sweep(
     share: int | None = None,
     command: str = "",
     progress: Tell | None = None,
+    trust: bool = False,
 ) -> SweepResult:
     """Run all optimisations of a sweep file, or what is left of them, and gather their results.
 
@@ -74,12 +76,17 @@ def sweep(
             for each GPU.
         command: put into the results as what made them.
         progress: called several times a second of work.
+        trust: let code run that the scenes name, here and on a cluster.
 
     Raises:
-        Error: the sweep cannot be used, has changed since it began, or cannot be written.
+        Error: the sweep cannot be used, names code that is not trusted, has changed since it began, or cannot be
+            written.
         KeyboardInterrupt: it was interrupted; all that was evaluated is kept, and the same call goes on.
     """
-    plan = plan if isinstance(plan, Plan) else read(plan)
+    plan = plan if isinstance(plan, Plan) else read(plan, trust)
+    if trust:
+        plan.trust()
+    code = named_by([run.scene for run in plan.runs])
     output = Path(output) if output is not None else Path(f"{plan.file.stem}.h5")
     check_writable(output)
     folder = Folder.of(output)
@@ -90,7 +97,7 @@ def sweep(
         with Cluster(cluster, device, threads) as on, folder.at_work():
             manifest = folder.begin(plan, on.device_kind)
             board = _Board(plan, folder, manifest, progress)
-            failed = on.run(tasks, folder, manifest, share, board.look)
+            failed = on.run(tasks, folder, manifest, share, board.look, code)
             gathered = _finish(folder, manifest, output, command)
     else:
         found = find_devices(device)[0]

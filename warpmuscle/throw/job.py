@@ -87,6 +87,7 @@ class Job:
         self.settings = Settings(fidelity=options.fidelity, seed=options.seed)
         self.fitted: Fitted | None = None
         self.published: Published | None = None
+        self.throws: list[Throw] = []
 
     def _strengthened(self, scene: Scene) -> Arm:
         """The arm with the muscles that compute activations, if they are of the same names over the same joints."""
@@ -140,8 +141,9 @@ class Job:
         if self.fitted is None:
             raise Error("fit a throw before making new ones")
         thrower = Thrower(self.follower, self.fitted.own[0], self.fitted.unknowns, release)
-        return [thrower.throw(goal, count=adapt) for goal in goals]
+        self.throws = [thrower.throw(goal, count=adapt) for goal in goals]
+        return self.throws
 
     def write(self, path: str | Path, attributes: Mapping[str, Any]) -> None:
         """Keep everything as HDF5, see `report.write`."""
-        write(path, self.follower, self.fitted, self.published, self.training, attributes)
+        write(path, self.follower, self.fitted, self.published, self.training, attributes, self.throws)

@@ -78,7 +78,7 @@ def as_published(
         start: (P,) parameters from the literature, see `Arm.unknowns`.
         evaluations: gradients that NLopt may ask for, for each joint.
     """
-    plain = replace(arm, scene=_without_dynamics(arm))
+    plain = replace(arm, scene=without_dynamics(arm))
     whole = Simulator(plain, motions, device=device, threads=threads)
     fitting = _Published(plain, motions, synergies, whole, device, threads)
     begin = time.perf_counter()
@@ -108,7 +108,7 @@ def as_published(
     return Published(unknowns, filtered, replay, stages)
 
 
-def _without_dynamics(arm: Arm) -> Scene:
+def without_dynamics(arm: Arm) -> Scene:
     """The scene with activations that follow excitations at once, as the paper's fits have it."""
     model = msgspec.structs.replace(arm.scene.muscle_model, rise_time=INSTANT, fall_time=INSTANT, neural_time=INSTANT)
     return msgspec.structs.replace(arm.scene, muscle_model=model)

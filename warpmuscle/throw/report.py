@@ -12,16 +12,22 @@ import h5py
 import numpy as np
 
 from warpmuscle.arrays import Floats
+from warpmuscle.devices import find_device
 from warpmuscle.errors import ResultError, SceneError
 from warpmuscle.formats import toml
 from warpmuscle.formats.files import replace_file
-from warpmuscle.parameters import with_values
+from warpmuscle.optimization import parameter_table
+from warpmuscle.parameters import free_parameters, with_values
+from warpmuscle.records import Result
+from warpmuscle.result_layout import put
+from warpmuscle.results import THROW_FORMAT
 from warpmuscle.throw.fit import Fitted, Stage
 from warpmuscle.throw.follow import Follower
 from warpmuscle.throw.metrics import leave_one_out
 from warpmuscle.throw.published import Published
+from warpmuscle.throw.replays import fitted_replays, published_replay
+from warpmuscle.throw.synthesis import Throw
 
-FORMAT, FORMAT_VERSION = "warpmuscle throw", 1
 # Shoulder, elbow and wrist in Cruz Ruiz 2015, sections 3.3 and 3.4; its first wrist is only said to be negative.
 PAPER = {"parameters": ("0.897", "0.890", "< 0"), "signals": ("0.927", "0.942", "0.814")}
 
@@ -83,20 +89,22 @@ def write(
     published: Published | None,
     training: Sequence[int],
     attributes: Mapping[str, Any],
+    throws: Sequence[Throw] = (),
 ) -> None:
     """Write fits as HDF5, whole or not at all.
 
-    `/motions`: names, time, recorded angles and speeds; `/synergies`: W and extracted C; `/fit`: parameters, the scene
-    with them, knots, C, simulated angles and speeds, and what each stage came to; `/published`: the same of that one.
+    `/scene`, `/parameters` and `/replay` are as in other results (see `warpmuscle.results`): the scene with the fitted
+    parameters, every fitted motion with the recorded one as its `joint_target`, and new throws behind them; of the
+    published fit alone, which has parameters for each motion, the first. Besides, `/motions`: names, time, recorded
+    angles and speeds; `/synergies`: W and extracted C; `/fit`: parameters, the scene with them, knots, C, simulated
+    angles and speeds, and what each stage came to; `/published`: the same of that one.
 
     Raises:
         ResultError: the file cannot be written; nothing is left behind then.
     """
     memory = io.BytesIO()
     with h5py.File(memory, "w", track_order=True) as file:
-        file.attrs["format"], file.attrs["format_version"] = FORMAT, FORMAT_VERSION
-        for name, value in attributes.items():
-            file.attrs[name] = value
+        put(file, _result(follower, fitted, published, attributes, throws), THROW_FORMAT)
         _put_recorded(file, follower, training)
         if fitted is not None:
             _put_fit(file.create_group("fit", track_order=True), follower, fitted)
@@ -106,6 +114,32 @@ def write(
         replace_file(Path(path), memory.getvalue())
     except SceneError as error:
         raise ResultError(f"{path}: {error.message}") from None
+
+
+def _result(
+    follower: Follower,
+    fitted: Fitted | None,
+    published: Published | None,
+    attributes: Mapping[str, Any],
+    throws: Sequence[Throw],
+) -> Result:
+    """What the file holds in the layout of all results."""
+    arm, scene, replays = follower.arm, follower.arm.scene, None
+    if fitted is not None:
+        replays = fitted_replays(follower, fitted, throws)
+    elif published is not None:
+        replays = published_replay(follower, published)
+    if replays is not None:
+        scene = with_values(scene, np.clip(replays.parameters, *_ends(arm)))
+    return Result(
+        scene=toml.dumps(scene),
+        device=str(find_device(follower.simulator.device)),
+        command=str(attributes.get("command", "")),
+        seed=int(attributes.get("seed", 0)),
+        parameters=parameter_table(free_parameters(scene)),
+        replays=replays.motions if replays is not None else (),
+        replay_names=replays.names if replays is not None else (),
+    )
 
 
 def _put_recorded(file: Any, follower: Follower, training: Sequence[int]) -> None:

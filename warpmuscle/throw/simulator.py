@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warpmuscle.arrays import Floats
+from warpmuscle.recording import Recording
 from warpmuscle.rollout import Rollout
 from warpmuscle.scene import Failure, Scene
 from warpmuscle.throw.arm import Arm, states
@@ -34,7 +35,7 @@ class Simulator:
     ) -> None:
         """Prepare; `time_step`, s, takes the place of the scene's."""
         self.arm, self.motions = arm, motions
-        self._device, self._threads = device, threads
+        self.device, self.threads = device, threads
         self.scene = _scene(arm, float(motions.time[-1]), time_step or arm.scene.time_step)
         coordinates, speeds, _ = states(arm, motions)
         self._coordinates, self._speeds = coordinates[:, 0], speeds[:, 0]
@@ -67,12 +68,25 @@ class Simulator:
     def prepared(self, which: NDArray[np.intp], time: Floats, excitation: Floats, values: Floats) -> Rollout:
         """The same copies at their start; theirs until the next call for as many."""
         rollout = self._rollout(len(which))
+        self._prepare(rollout, which, time, excitation, values)
+        return rollout
+
+    def recordings(self, which: NDArray[np.intp], time: Floats, excitation: Floats, values: Floats) -> list[Recording]:
+        """The same copies with all that there is to know of their motions; see `run`."""
+        count = len(which)
+        rollout = Rollout(self.scene, count, self.device, record=range(count), record_rate=RATE, threads=self.threads)
+        self._prepare(rollout, which, time, excitation, values)
+        rollout.run()
+        return [rollout.recording(number) for number in range(count)]
+
+    def _prepare(
+        self, rollout: Rollout, which: NDArray[np.intp], time: Floats, excitation: Floats, values: Floats
+    ) -> None:
         rollout.set_parameters(values)
         if self._moved.shape[1]:
             rollout.set_motion(self.motions.time, self._moved, which)
         rollout.set_excitations(time, excitation)
         rollout.set_initial(self._coordinates[which], self._speeds[which], excitation[:, :, 0])
-        return rollout
 
     def _rollout(self, count: int) -> Rollout:
         rollout = self._rollouts.pop(count, None)
@@ -80,7 +94,7 @@ class Simulator:
             while len(self._rollouts) >= KEPT:
                 del self._rollouts[next(iter(self._rollouts))]
             rollout = Rollout(
-                self.scene, count, self._device, record=range(count), record_rate=RATE, threads=self._threads,
+                self.scene, count, self.device, record=range(count), record_rate=RATE, threads=self.threads,
                 quantities=["coordinates", "speeds"],
             )  # fmt: skip
         self._rollouts[count] = rollout

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
+from warpmuscle.video.beside import Beside, films_beside
 from warpmuscle.video.files import ENDINGS, check_film, write
 from warpmuscle.video.film import Film, Look, make_film
 
-__all__ = ["ENDINGS", "Film", "Look", "check_film", "make_film", "write"]
+__all__ = ["ENDINGS", "Beside", "Film", "Look", "check_film", "films_beside", "make_film", "write"]

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from warpmuscle.errors import Error
 from warpmuscle.formats.files import check_writable, unwritable
+from warpmuscle.video.beside import Beside, Sheet
 from warpmuscle.video.film import Film
 from warpmuscle.video.painter import FORCE_TINTS, Painter, muscle_colors
 
@@ -33,7 +34,7 @@ def check_film(path: Path) -> None:
     check_writable(path)
 
 
-def write(film: Film, path: str | Path, tell: Tell | None = None) -> None:
+def write(film: Film | Beside, path: str | Path, tell: Tell | None = None) -> None:
     """Draw a film and write it, whole or not at all; the name's ending (.mp4, .gif, .webp) chooses the format.
 
     Raises:
@@ -54,8 +55,8 @@ def write(film: Film, path: str | Path, tell: Tell | None = None) -> None:
             temporary.unlink(missing_ok=True)
 
 
-def _frames(film: Film, tell: Tell | None) -> Iterator[Image]:
-    painter = Painter(film)
+def _frames(film: Film | Beside, tell: Tell | None) -> Iterator[Image]:
+    painter = Sheet(film) if isinstance(film, Beside) else Painter(film)
     for number in range(len(film.time)):
         yield painter.frame(number)
         if tell is not None:
@@ -70,7 +71,7 @@ def _ffmpeg() -> Any:
     return imageio_ffmpeg
 
 
-def _write_mp4(path: Path, film: Film, frames: Iterator[Image]) -> None:
+def _write_mp4(path: Path, film: Film | Beside, frames: Iterator[Image]) -> None:
     look = film.look
     options = ["-crf", "20", "-preset", "medium", "-movflags", "+faststart"]
     writer = _ffmpeg().write_frames(
@@ -87,7 +88,7 @@ def _write_mp4(path: Path, film: Film, frames: Iterator[Image]) -> None:
         raise OSError("ffmpeg wrote nothing")
 
 
-def _write_gif(path: Path, film: Film, frames: Iterator[Image]) -> None:
+def _write_gif(path: Path, film: Film | Beside, frames: Iterator[Image]) -> None:
     """The same colours in all frames, so that what does not change costs nothing."""
     from PIL import Image as Pictures
 
@@ -105,7 +106,7 @@ def _write_gif(path: Path, film: Film, frames: Iterator[Image]) -> None:
     indexed[0].save(path, save_all=True, append_images=indexed[1:], duration=duration, loop=0, optimize=False)
 
 
-def _write_webp(path: Path, film: Film, frames: Iterator[Image]) -> None:
+def _write_webp(path: Path, film: Film | Beside, frames: Iterator[Image]) -> None:
     from PIL import Image as Pictures
 
     pictures = [Pictures.fromarray(frame) for frame in frames]

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -56,6 +57,7 @@ class Film:
     time: Floats  # (F,) s, of the motion
     followed: Floats  # (F, 3)
     camera: Camera
+    bounds: Floats  # (2, 3) m, least and greatest coordinates of all that is seen, from what is followed
     tile: float  # m
     ground: float  # m, height
     capsules: Capsules
@@ -70,21 +72,19 @@ class Film:
     force_to: Floats  # (F, 2, 3) tips of their arrows
 
 
-def make_film(recording: Recording, scene: Scene, look: Look | None = None) -> Film:
+def make_film(recording: Recording, scene: Scene, look: Look | None = None, name: str = "") -> Film:
     """Prepare the film of a motion.
 
     Args:
         recording: at least two frames. scene: that made it; free parameters count with their start values.
+        name: that is written into it, by default the scene's.
 
     Raises:
         Error: too short a motion, one of another character, or no gait cycles where some are asked for.
     """
     look = look or Look()
-    _check(look)
-    if recording.frames < 2:
-        raise Error("a film needs a motion of at least two frames")
-    scene = substitute(scene, start_values(scene))
-    track = track_of(recording, scene)
+    check_look(look)
+    track, scene = _prepared(recording, scene, name)
     start, end = float(recording.time[0]), float(recording.time[-1])
     if look.strides:
         cycles = steady_strides(recording, scene)["left"]
@@ -96,7 +96,43 @@ def make_film(recording: Recording, scene: Scene, look: Look | None = None) -> F
     return _film(track, scene, look, moments, (start, end))
 
 
-def _check(look: Look) -> None:
+def make_films(motions: Sequence[tuple[str, Recording, Scene]], look: Look) -> list[Film]:
+    """Prepare films of the same length and scale, each of a motion with its name, from its begin on.
+
+    One that ends before the others stands still.
+
+    Args:
+        look: of each.
+
+    Raises:
+        Error: as `make_film`; gait cycles, which differ in length, cannot be shown.
+    """
+    check_look(look)
+    if look.strides:
+        raise Error("gait cycles are shown of one motion; of several ones choose times by their start and end")
+    longest = max(float(recording.time[-1] - recording.time[0]) for _, recording, _ in motions if recording.frames)
+    passed = np.arange(max(2, round(longest / look.speed * look.rate))) * look.speed / look.rate
+    films = []
+    for name, recording, scene in motions:
+        track, numeric = _prepared(recording, scene, name)
+        span = float(recording.time[0]), float(recording.time[-1])
+        films.append(_film(track, numeric, look, np.minimum(span[0] + passed, span[1]), span))
+    low = np.min([film.bounds[0] for film in films], axis=0)
+    high = np.max([film.bounds[1] for film in films], axis=0)
+    camera = _camera(np.stack([low, high]), look)
+    return [replace(film, camera=camera) for film in films]
+
+
+def _prepared(recording: Recording, scene: Scene, name: str) -> tuple[Track, Scene]:
+    """What is shown of a motion, and its scene without free parameters."""
+    if recording.frames < 2:
+        raise Error("a film needs a motion of at least two frames")
+    numeric = substitute(scene, start_values(scene))
+    return track_of(recording, numeric, name), numeric
+
+
+def check_look(look: Look) -> None:
+    """Raise Error for a look that no film can have."""
     if look.width % 2 or look.height % 2 or not (64 <= look.width <= 7680 and 64 <= look.height <= 4320):
         raise Error(f"a film cannot be {look.width} x {look.height}: even numbers of pixels, 64 to 7680 x 4320")
     if not 1.0 <= look.rate <= 240.0:
@@ -121,14 +157,13 @@ def _film(track: Track, scene: Scene, look: Look, moments: Floats, span: tuple[f
     seen = seen[:: max(1, len(seen) // _WITHIN)].reshape(-1, 3)
     margin = float(np.max(capsules.radius, initial=0.02))
     box = np.stack([seen.min(axis=0) - margin, seen.max(axis=0) + margin])
-    corners_of_all = np.stack(np.meshgrid(*box.T, indexing="ij"), axis=-1).reshape(-1, 3)
-    camera = camera_on(corners_of_all, np.radians(look.azimuth), np.radians(look.elevation), look.width / look.height)
     return Film(
-        name=scene.name,
+        name=track.label,
         look=look,
         time=moments,
         followed=at(time, followed, moments),
-        camera=camera,
+        camera=_camera(box, look),
+        bounds=box,
         tile=tile,
         ground=float(np.asarray(scene.ground.height)),
         capsules=capsules,
@@ -142,6 +177,12 @@ def _film(track: Track, scene: Scene, look: Look, moments: Floats, span: tuple[f
         force_from=at(time, track.foot_center, moments),
         force_to=at(time, track.foot_center + force, moments),
     )
+
+
+def _camera(bounds: Floats, look: Look) -> Camera:
+    """A camera that sees all within bounds (2, 3), m, from what it follows."""
+    corners = np.stack(np.meshgrid(*bounds.T, indexing="ij"), axis=-1).reshape(-1, 3)
+    return camera_on(corners, np.radians(look.azimuth), np.radians(look.elevation), look.width / look.height)
 
 
 def _followed(recording: Recording, repeated: tuple[float, float] | None) -> tuple[Floats, float]:

@@ -16,7 +16,7 @@ from warpmuscle.video.solids import faces, outlines
 MUSCLES = "plasma"  # colours of activation
 _SIDE_TINTS = {"left": (0.70, 0.82, 0.92), "right": (0.96, 0.83, 0.73), "middle": (0.84, 0.86, 0.88)}
 _BONE_TINT = (0.93, 0.91, 0.86)
-_SKY, _TILE, _SHADOW = (0.957, 0.965, 0.973), (0.862, 0.88, 0.898), (0.745, 0.77, 0.795)
+SKY, _TILE, _SHADOW = (0.957, 0.965, 0.973), (0.862, 0.88, 0.898), (0.745, 0.77, 0.795)
 FORCE_TINTS = ((0.0, 0.38, 0.62), (0.76, 0.31, 0.0))  # left, right
 _LEVELS = 5  # of shade on a round surface
 _LIGHT = np.array([-0.45, 0.8, -0.4])  # from where the light comes: left, up and towards the eye in the picture
@@ -27,6 +27,7 @@ _FAR = 22  # tiles of ground to each side of what is followed
 _FADE = (3.0, 10.0)  # m from the middle over which the ground fades into the sky
 _LEAST_FORCE = 0.03  # m, shorter arrows are not drawn
 _TEXT = "#3A4650"
+_NARROW = 1.3  # width over height
 
 
 def muscle_colors(count: int = 48) -> Floats:
@@ -39,8 +40,8 @@ def muscle_colors(count: int = 48) -> Floats:
 class Painter:
     """A page that shows one frame of a film after the other."""
 
-    def __init__(self, film: Film) -> None:
-        """Prepare the page; raises Error without matplotlib."""
+    def __init__(self, film: Film, colors: bool = True) -> None:
+        """Prepare the page, with a scale of colours or without; raises Error without matplotlib."""
         matplotlib()
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.collections import PolyCollection
@@ -48,7 +49,7 @@ class Painter:
 
         self._film, look = film, film.look
         dpi = 72.0 * look.height / 480.0  # a point of text is 1/480 of the height
-        figure = Figure(figsize=(look.width / dpi, look.height / dpi), dpi=dpi, facecolor=_SKY)
+        figure = Figure(figsize=(look.width / dpi, look.height / dpi), dpi=dpi, facecolor=SKY)
         self._canvas: Any = FigureCanvasAgg(figure)
         axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
         aspect = look.width / look.height
@@ -58,8 +59,11 @@ class Painter:
         self._layers: list[Any] = [PolyCollection([], linewidths=0.0, zorder=order) for order in range(3)]
         for layer in self._layers:
             axes.add_collection(layer, autolim=False)
-        self._clock = axes.text(-aspect + 0.06, -0.94, "", size=15.0, color=_TEXT, zorder=5)
-        if look.caption and film.activation.shape[1]:
+        narrow = aspect < _NARROW  # then there is no room beside the scale of colours
+        letters = len(self._caption(len(film.time) - 1))
+        size = min(15.0, (480.0 * aspect - 30.0) / (0.62 * letters))  # a letter is some 0.62 of its size wide
+        self._clock = axes.text(-aspect + 0.06, 0.9 if narrow else -0.94, "", size=size, color=_TEXT, zorder=5)
+        if colors and look.caption and film.activation.shape[1]:
             _scale(axes, aspect, self._colors)
 
     def frame(self, number: int) -> NDArray[np.uint8]:
@@ -75,9 +79,12 @@ class Painter:
         self._layers[2].set_verts(shapes[order])
         self._layers[2].set_facecolor(colors[order])
         if film.look.caption:
-            self._clock.set_text(f"{film.name}   {film.time[number]:.2f} s")
+            self._clock.set_text(self._caption(number))
         self._canvas.draw()
         return np.asarray(self._canvas.buffer_rgba())[..., :3].copy()
+
+    def _caption(self, number: int) -> str:
+        return f"{self._film.name}   {self._film.time[number]:.2f} s"
 
     def _project(self, points: Floats, number: int) -> tuple[Floats, Floats]:
         flat, depth = self._film.camera.project(points.reshape(-1, 3), self._film.followed[number])
@@ -96,7 +103,7 @@ class Painter:
         flat, depth = self._project(points, number)
         distance = np.linalg.norm(places.mean(axis=1) - np.array([x, z]), axis=1)
         fade = np.clip((distance - _FADE[0]) / (_FADE[1] - _FADE[0]), 0.0, 1.0)[:, None]
-        colors = (1.0 - fade) * np.array(_TILE) + fade * np.array(_SKY)
+        colors = (1.0 - fade) * np.array(_TILE) + fade * np.array(SKY)
         seen = (depth.min(axis=1) > 0.1) & (fade[:, 0] < 1.0)
         return flat[seen], colors[seen]
 

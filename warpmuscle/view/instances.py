@@ -1,11 +1,11 @@
-"""One moment of several bipeds as instances of unit primitives in the world; numbers only.
+"""Moments of bipeds as instances of unit primitives in the world; numbers only.
 
 What a primitive measures is said in `parts.Part`; a cone has the radius 1 at its base and the length 1 along y.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -45,16 +45,72 @@ def joined(parts: Sequence[Instances]) -> Instances:
     return Instances(*(np.concatenate([getattr(part, name) for part in parts]) for name in fields))
 
 
-def solids(doll: Doll, kind: Kind, bones: bool, position: Floats, orientation: Floats) -> Instances:
-    """Shapes of one kind, or the bones of that kind, with bodies at (B, 3) and (B, 4)."""
+@dataclass(frozen=True)
+class Moment:
+    """T bipeds of the same doll, each at a moment of its own; places are m, world."""
+
+    doll: Doll
+    position: Floats  # (T, B, 3) of the bodies
+    orientation: Floats  # (T, B, 4)
+    desired: Floats | None  # (T, B, 4), see `Track.desired`
+    root: Floats  # (T, 3)
+    com: Floats  # (T, 3)
+    point_weight: Floats  # (T, C)
+    activation: Floats  # (T, M)
+    load: Floats  # (T, M)
+    foot_force: Floats  # (T, 2, 3) N
+    foot_center: Floats  # (T, 2, 3)
+
+
+def moments_of(tracks: Sequence[Track], frames: Sequence[int], offsets: Floats) -> list[Moment]:
+    """Tracks at a frame each, moved by offsets (n, 3), m: those of the same doll together, in their order."""
+    groups: dict[tuple[int, bool], list[int]] = {}
+    for number, track in enumerate(tracks):
+        groups.setdefault((id(track.doll), track.desired is None), []).append(number)
+    return [
+        _moment([tracks[k] for k in group], [frames[k] for k in group], offsets[group]) for group in groups.values()
+    ]
+
+
+def _moment(tracks: Sequence[Track], frames: Sequence[int], offset: Floats) -> Moment:
+    def stacked(array_of: Callable[[Track], Floats]) -> Floats:
+        return np.stack([array_of(track)[frame] for track, frame in zip(tracks, frames, strict=True)])
+
+    desired = None
+    if all(track.desired is not None for track in tracks):
+        desired = np.stack([t.desired[frame] for t, frame in zip(tracks, frames, strict=True) if t.desired is not None])
+    return Moment(
+        doll=tracks[0].doll,
+        position=stacked(lambda track: track.recording.body_position) + offset[:, None],
+        orientation=stacked(lambda track: track.recording.body_orientation),
+        desired=desired,
+        root=stacked(lambda track: track.recording.root_position) + offset,
+        com=stacked(lambda track: track.recording.com) + offset,
+        point_weight=stacked(lambda track: track.point_weight),
+        activation=stacked(lambda track: track.recording.muscle_activation),
+        load=stacked(lambda track: track.muscle_load),
+        foot_force=stacked(lambda track: track.foot_force),
+        foot_center=stacked(lambda track: track.foot_center) + offset[:, None],
+    )
+
+
+def solids(moment: Moment, kind: Kind, bones: bool) -> Instances:
+    """Shapes of one kind, or the bones of that kind."""
+    return _solids(moment.doll, kind, bones, moment.position, moment.orientation)
+
+
+def _solids(doll: Doll, kind: Kind, bones: bool, position: Floats, orientation: Floats) -> Instances:
+    """The same with bodies at (T, B, 3) and (T, B, 4)."""
     parts = [part for part in doll.parts if part.kind == kind and part.bone == bones]
     body = np.array([part.body for part in parts], dtype=np.int64)
-    turned = orientation[body].reshape(-1, 4)
+    turned, count = orientation[:, body], len(position)
+    place = position[:, body] + rotate(turned, _table(parts, "position", 3))
+    color = np.array([BONE if bones else TINTS[part.side] for part in parts], dtype=np.uint8).reshape(-1, 3)
     return Instances(
-        position[body].reshape(-1, 3) + rotate(turned, _table(parts, "position", 3)),
-        multiply(turned, _table(parts, "orientation", 4)),
-        _table(parts, "size", 3),
-        np.array([BONE if bones else TINTS[part.side] for part in parts], dtype=np.uint8).reshape(-1, 3),
+        place.reshape(-1, 3),
+        multiply(turned, _table(parts, "orientation", 4)).reshape(-1, 4),
+        np.tile(_table(parts, "size", 3), (count, 1)),
+        np.tile(color, (count, 1)),
     )
 
 
@@ -71,50 +127,51 @@ def tubes(start: Floats, end: Floats, radius: Floats, color: Bytes) -> Instances
     return Instances((start + end) / 2.0, turn_from_y(direction), size, color)
 
 
-def muscles(track: Track, frame: int, offset: Floats) -> Instances:
+def muscles(moment: Moment) -> Instances:
     """Cylinders along all muscles, coloured by activation and thick by force."""
-    lines, r, one = track.doll.muscles, track.recording, slice(frame, frame + 1)
-    points = world_points(lines, r.body_position[one], r.body_orientation[one], track.point_weight[one])[0] + offset
+    lines = moment.doll.muscles
+    points = world_points(lines, moment.position, moment.orientation, moment.point_weight)
     owner = np.repeat(np.arange(len(lines.names)), np.diff(lines.start))
     inner = np.flatnonzero(owner[1:] == owner[:-1])  # segments, by their first point
     low, high = MUSCLE_RADIUS
-    radius = (low + (high - low) * track.muscle_load[frame])[owner[inner]]
-    color = of_activation(r.muscle_activation[frame])[owner[inner]]
-    return tubes(points[inner], points[inner + 1], radius, color)
+    radius = (low + (high - low) * moment.load)[:, owner[inner]]
+    color = of_activation(moment.activation)[:, owner[inner]]
+    ends = (points[:, inner].reshape(-1, 3), points[:, inner + 1].reshape(-1, 3))
+    return tubes(*ends, radius.ravel(), color.reshape(-1, 3))
 
 
-def arrows(track: Track, frame: int, offset: Floats) -> tuple[Instances, Instances]:
+def arrows(moment: Moment) -> tuple[Instances, Instances]:
     """Shafts and heads of the ground forces on both feet; a force too small to be seen has no size."""
-    force = np.asarray(track.foot_force[frame], dtype=np.float64)
-    strength = np.linalg.norm(force, axis=-1) / track.doll.weight
+    force = moment.foot_force.reshape(-1, 3).astype(np.float64)
+    strength = np.linalg.norm(force, axis=-1) / moment.doll.weight
     seen = strength >= LEAST_FORCE
     length = np.where(seen, FORCE_LENGTH * strength, 0.0)[:, None]
     direction = np.where(seen[:, None], force, np.array([0.0, 1.0, 0.0]))
     direction = direction / np.linalg.norm(direction, axis=-1, keepdims=True)
-    start = track.foot_center[frame] + offset
+    start = moment.foot_center.reshape(-1, 3)
     head = np.minimum(HEAD_LENGTH, length)
     neck = start + direction * (length - head)
-    colors = np.array(FORCES, dtype=np.uint8)
+    colors = np.tile(np.array(FORCES, dtype=np.uint8), (len(force) // 2, 1))
     shafts = tubes(start, neck, np.where(seen, SHAFT, 0.0), colors)
     width = np.where(seen, HEAD, 0.0)
     size = np.stack([width, head[:, 0], width], axis=-1)
     return shafts, Instances(neck + direction * head / 2.0, turn_from_y(direction), size, colors)
 
 
-def mass_center(track: Track, frame: int, offset: Floats) -> Instances:
-    """A sphere at the centre of mass."""
-    position = np.asarray(track.recording.com[frame : frame + 1] + offset)
-    return Instances(position, UNTURNED[None], np.full((1, 3), COM_RADIUS), np.array([COM], dtype=np.uint8))
+def mass_center(moment: Moment) -> Instances:
+    """A sphere at the centre of mass of each."""
+    count = len(moment.com)
+    color = np.tile(np.array([COM], dtype=np.uint8), (count, 1))
+    return Instances(moment.com, np.tile(UNTURNED, (count, 1)), np.full((count, 3), COM_RADIUS), color)
 
 
-def desired(track: Track, frame: int, kind: Kind, offset: Floats) -> Instances:
-    """Shapes and bones of one kind in the pose that the controller wants; none without a controller."""
-    if track.desired is None:
+def desired(moment: Moment, kind: Kind) -> Instances:
+    """Shapes and bones of one kind in the pose that is wanted; none where none is."""
+    if moment.desired is None:
         nothing = np.zeros((0, 3))
         return Instances(nothing, np.zeros((0, 4)), nothing, np.zeros((0, 3), dtype=np.uint8))
-    orientation = track.desired[frame : frame + 1]
-    position = track.doll.positions(track.recording.root_position[frame : frame + 1], orientation)[0] + offset
-    both = joined([solids(track.doll, kind, bones, position, orientation[0]) for bones in (False, True)])
+    position = moment.doll.positions(moment.root, moment.desired)
+    both = joined([_solids(moment.doll, kind, bones, position, moment.desired) for bones in (False, True)])
     return Instances(
         both.position, both.orientation, both.size, np.broadcast_to(np.array(DESIRED, np.uint8), both.color.shape)
     )

@@ -86,6 +86,8 @@ def of_replays(
     numeric = substitute(scene, values)
     chosen = range(len(result.replays)) if replay is None else [replay]
     labels = {number: f"{scene.name} {number}" if len(result.replays) > 1 else scene.name for number in chosen}
+    if len(result.replay_names) > 1:
+        labels = {number: result.replay_names[number] for number in chosen}
     return [Sight(name or labels[number], result.replays[number], numeric) for number in chosen]
 
 

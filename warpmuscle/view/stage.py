@@ -12,7 +12,7 @@ from warpmuscle.recording import Floats
 from warpmuscle.scene import Ground
 from warpmuscle.view import instances, meshes
 from warpmuscle.view.colors import COM, PUSH, Bytes
-from warpmuscle.view.instances import Instances
+from warpmuscle.view.instances import Instances, Moment, moments_of
 from warpmuscle.view.parts import Kind, turn_from_y
 from warpmuscle.view.track import Track
 
@@ -24,7 +24,7 @@ SHOWN = {
     "muscles": True, "shapes": True, "bones": True, "desired pose": False, "ground forces": True,
     "centre of mass": True, "shadows": False, "follow": True,
 }  # fmt: skip
-Draw = Callable[[Track, int, Floats], Instances]
+Draw = Callable[[Moment], Instances]
 
 
 class Stage:
@@ -47,16 +47,17 @@ class Stage:
         self.world = server.scene.add_frame("/world", show_axes=False)
         self._add_ground(ground)
         frames = [0] * len(tracks)
+        first = moments_of(tracks, frames, offsets)
         glass = GLASS if any(track.doll.muscles.names for track in tracks) else None
         for kind in KINDS:
-            self._add("shapes", kind, tracks, frames, _body_draw(kind, bones=False), glass, flat=kind == "box")
-        self._add("bones", "cylinder", tracks, frames, _body_draw("cylinder", bones=True))
-        self._add("muscles", "cylinder", tracks, frames, instances.muscles)
+            self._add("shapes", kind, first, _body_draw(kind, bones=False), glass, flat=kind == "box")
+        self._add("bones", "cylinder", first, _body_draw("cylinder", bones=True))
+        self._add("muscles", "cylinder", first, instances.muscles)
         for kind in KINDS:
-            self._add("desired pose", kind, tracks, frames, _desired_draw(kind), GHOST, flat=kind == "box")
-        self._add("ground forces", "cylinder", tracks, frames, lambda *at: instances.arrows(*at)[0])
-        self._add("ground forces", "cone", tracks, frames, lambda *at: instances.arrows(*at)[1])
-        self._add("centre of mass", "sphere", tracks, frames, instances.mass_center)
+            self._add("desired pose", kind, first, _desired_draw(kind), GHOST, flat=kind == "box")
+        self._add("ground forces", "cylinder", first, lambda moment: instances.arrows(moment)[0])
+        self._add("ground forces", "cone", first, lambda moment: instances.arrows(moment)[1])
+        self._add("centre of mass", "sphere", first, instances.mass_center)
         self.paths = [self._add_path(number, track) for number, track in enumerate(tracks)]
         self.labels = [self._add_label(number, track) for number, track in enumerate(tracks) if len(tracks) > 1]
         self.show(tracks, frames)
@@ -72,11 +73,11 @@ class Stage:
         )  # fmt: skip
 
     def _add(
-        self, what: str, kind: str, tracks: Sequence[Track], frames: Sequence[int], draw: Draw,
+        self, what: str, kind: str, moments: Sequence[Moment], draw: Draw,
         opacity: float | None = None, flat: bool = False,
     ) -> None:  # fmt: skip
         """Add one batch of instances, unless there are none."""
-        first = self._joined(draw, tracks, frames)
+        first = _joined(draw, moments)
         if not len(first):
             return
         mesh = {"sphere": meshes.sphere(), "cylinder": meshes.tube(), "box": meshes.box(), "cone": meshes.tube(16, 0.0)}
@@ -90,10 +91,6 @@ class Stage:
         )  # fmt: skip
         self.handles[what].append(handle)
         self._drawn.append((what, handle, draw))
-
-    def _joined(self, draw: Draw, tracks: Sequence[Track], frames: Sequence[int]) -> Instances:
-        moments = zip(tracks, frames, self._offsets - self._middle, strict=True)
-        return instances.joined([draw(track, frame, offset) for track, frame, offset in moments])
 
     def _add_path(self, number: int, track: Track) -> Any:
         handle = self._server.scene.add_line_segments(
@@ -138,9 +135,10 @@ class Stage:
             if self.shown["follow"]:
                 self._middle = (com + self._offsets).mean(axis=0) * np.array([1.0, 0.0, 1.0])
                 self.world.position = -self._middle
+            moments = moments_of(tracks, frames, self._offsets - self._middle)
             for what, handle, draw in self._drawn:
                 if self.shown[what]:
-                    now = self._joined(draw, tracks, frames)
+                    now = _joined(draw, moments)
                     handle.batched_positions = now.position.astype(np.float32)
                     handle.batched_wxyzs = wxyz(now.orientation).astype(np.float32)
                     if what in ("muscles", "ground forces"):
@@ -161,13 +159,13 @@ def wxyz(orientation: Floats) -> Floats:
     return np.roll(orientation, 1, axis=-1)
 
 
-def _body_draw(kind: Kind, bones: bool) -> Draw:
-    def draw(track: Track, frame: int, offset: Floats) -> Instances:
-        r = track.recording
-        return instances.solids(track.doll, kind, bones, r.body_position[frame] + offset, r.body_orientation[frame])
+def _joined(draw: Draw, moments: Sequence[Moment]) -> Instances:
+    return instances.joined([draw(moment) for moment in moments])
 
-    return draw
+
+def _body_draw(kind: Kind, bones: bool) -> Draw:
+    return lambda moment: instances.solids(moment, kind, bones)
 
 
 def _desired_draw(kind: Kind) -> Draw:
-    return lambda track, frame, offset: instances.desired(track, frame, kind, offset)
+    return lambda moment: instances.desired(moment, kind)

@@ -50,7 +50,7 @@ class Track:
     label: str
     doll: Doll
     recording: Recording  # of these frames
-    desired: Floats | None  # (F, B, 4) orientations that the controller wants; None without a controller
+    desired: Floats | None  # (F, B, 4) orientations that the controller wants, or that were recorded, if any
     point_weight: Floats  # (F, C) of the muscles' conditional points
     muscle_load: Floats  # (F, M) force over `FULL_FORCE` f_max, 0..1
     foot_force: Floats  # (F, 2, 3) N, on the left and the right foot
@@ -133,14 +133,14 @@ def thinned(recording: Recording, rate: float | None) -> Recording:
 
 
 def desired_pose(recording: Recording, scene: Scene, names: Topology) -> Floats | None:
-    """Orientations (F, B, 4) that the controller wants for all bodies, from the root's own outwards.
+    """Orientations (F, B, 4) that the controller wants for all bodies, or that were recorded, from the root's outwards.
 
     Joints without a controller of their own stay as they are. Targets in the character's frame, those of the swing hip
     among them, do not depend on the parent.
     """
     controller = scene.controller
     if controller is None:
-        return None
+        return _recorded_pose(recording, names) if recording.has_targets else None
     wanted = np.array(recording.body_orientation, dtype=np.float64)
     facing = about(UP, twist_angle(recording.root_orientation, UP))
     by_character = _in_character_frame(recording, scene, names)
@@ -151,6 +151,14 @@ def desired_pose(recording: Recording, scene: Scene, names: Topology) -> Floats 
             wanted[:, body] = multiply(base, normalized(recording.joint_target[:, body - 1]))
         else:
             wanted[:, body] = multiply(parent, recording.joint_orientation[:, body - 1])
+    return wanted
+
+
+def _recorded_pose(recording: Recording, names: Topology) -> Floats:
+    """Orientations (F, B, 4) of all bodies in the recorded motion that was to be met, the root as it moved."""
+    wanted = np.array(recording.body_orientation, dtype=np.float64)
+    for body in range(1, len(names.bodies)):
+        wanted[:, body] = multiply(wanted[:, names.parents[body]], normalized(recording.joint_target[:, body - 1]))
     return wanted
 
 

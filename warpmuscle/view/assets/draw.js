@@ -1,19 +1,26 @@
-// Many unit primitives with WebGL 2: instanced, lit, with flat shadows on the ground.
+// Many unit primitives with WebGL 2: lit, with flat shadows on the ground.
 
-const STRIDE = 14; // numbers an instance: position 3, quaternion 4, size 3, color 4
+// A vertex looks up its corner and its instance in textures, so that a batch is one plain draw: where there is no
+// graphics card, every instance of an instanced one costs as much as some hundred triangles.
+const STRIDE = 16; // numbers an instance, four a texel: position and quaternion's x; y, z, w; size; color
+const ROW = 1024; // texels
 const BACKGROUND = [0.914, 0.933, 0.953];
 
 const SOLID_VERTEX = `#version 300 es
-layout(location=0) in vec3 corner; layout(location=1) in vec3 outward;
-layout(location=2) in vec3 position; layout(location=3) in vec4 turn;
-layout(location=4) in vec3 size; layout(location=5) in vec4 color;
+precision highp sampler2D;
+uniform sampler2D mesh; uniform sampler2D instances; uniform int vertices;
 uniform mat4 matrix; uniform vec3 light; uniform vec4 ground; uniform float shadow;
 out vec3 at; out vec3 normal; out vec4 tint;
-vec3 turned(vec3 v) { return v + 2.0 * cross(turn.xyz, cross(turn.xyz, v) + turn.w * v); }
+vec4 texel(sampler2D table, int k) { return texelFetch(table, ivec2(k % ${ROW}, k / ${ROW}), 0); }
+vec3 turned(vec4 turn, vec3 v) { return v + 2.0 * cross(turn.xyz, cross(turn.xyz, v) + turn.w * v); }
 void main() {
-  at = position + turned(corner * size);
-  normal = turned(outward / max(size, vec3(1e-6)));
-  tint = color;
+  int vertex = 2 * (gl_VertexID % vertices), instance = 4 * (gl_VertexID / vertices);
+  vec3 corner = texel(mesh, vertex).xyz, outward = texel(mesh, vertex + 1).xyz;
+  vec4 place = texel(instances, instance), turn = vec4(place.w, texel(instances, instance + 1).xyz);
+  vec3 size = texel(instances, instance + 2).xyz;
+  at = place.xyz + turned(turn, corner * size);
+  normal = turned(turn, outward / max(size, vec3(1e-6)));
+  tint = texel(instances, instance + 3);
   if (shadow > 0.5) at -= light * (dot(at, ground.xyz) - ground.w - 0.002) / dot(light, ground.xyz);
   gl_Position = matrix * vec4(at, 1.0);
 }`;
@@ -29,9 +36,10 @@ void main() {
   color = vec4(lit, tint.a);
 }`;
 const GROUND_VERTEX = `#version 300 es
-layout(location=0) in vec3 corner; uniform mat4 matrix; uniform vec4 ground; uniform vec3 middle; out vec2 place;
+uniform mat4 matrix; uniform vec4 ground; uniform vec3 middle; out vec2 place;
 out float far;
 void main() {
+  vec3 corner = vec3(gl_VertexID % 2 * 2 - 1, 0, gl_VertexID / 2 * 2 - 1); // of a strip of two triangles
   vec2 p = corner.xz * 80.0 + floor(middle.xz);
   vec3 n = ground.xyz;
   vec3 at = vec3(p.x, (ground.w - n.x * p.x - n.z * p.y) / n.y, p.y);
@@ -112,32 +120,35 @@ function makeProgram(gl, vertex, fragment) {
   return { program, place };
 }
 
+// A texture of four numbers a texel, and its size; never filtered.
+function makeTable(gl) {
+  const table = gl.createTexture();
+  gl.bindTexture(gl.TEXTURE_2D, table);
+  for (const name of ["TEXTURE_MIN_FILTER", "TEXTURE_MAG_FILTER"]) gl.texParameteri(gl.TEXTURE_2D, gl[name], gl.NEAREST);
+  return table;
+}
+
+function fillTable(gl, table, numbers) {
+  gl.bindTexture(gl.TEXTURE_2D, table);
+  gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA32F, ROW, numbers.length / (4 * ROW), 0, gl.RGBA, gl.FLOAT, numbers);
+}
+
 // Instances of one primitive, filled anew for every picture.
 class Batch {
-  constructor(gl, mesh) {
+  constructor(gl, { corners, faces }) {
     this.gl = gl;
-    this.data = new Float32Array(64 * STRIDE);
+    this.data = new Float32Array(4 * ROW);
+    this.rows = 0; // of the table on the device
     this.count = 0;
-    this.indices = mesh.faces.length;
-    this.array = gl.createVertexArray();
-    this.buffer = gl.createBuffer();
-    gl.bindVertexArray(this.array);
-    gl.bindBuffer(gl.ARRAY_BUFFER, gl.createBuffer());
-    gl.bufferData(gl.ARRAY_BUFFER, new Float32Array(mesh.corners), gl.STATIC_DRAW);
-    for (const k of [0, 1]) {
-      gl.enableVertexAttribArray(k);
-      gl.vertexAttribPointer(k, 3, gl.FLOAT, false, 24, 12 * k);
-    }
-    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, gl.createBuffer());
-    gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, new Uint16Array(mesh.faces), gl.STATIC_DRAW);
-    gl.bindBuffer(gl.ARRAY_BUFFER, this.buffer);
-    let first = 0;
-    for (const [k, width] of [[2, 3], [3, 4], [4, 3], [5, 4]]) {
-      gl.enableVertexAttribArray(k);
-      gl.vertexAttribPointer(k, width, gl.FLOAT, false, 4 * STRIDE, 4 * first);
-      gl.vertexAttribDivisor(k, 1);
-      first += width;
-    }
+    this.vertices = faces.length;
+    const numbers = new Float32Array(4 * ROW * Math.ceil((2 * faces.length) / ROW));
+    faces.forEach((corner, k) => {
+      numbers.set(corners.slice(6 * corner, 6 * corner + 3), 8 * k);
+      numbers.set(corners.slice(6 * corner + 3, 6 * corner + 6), 8 * k + 4);
+    });
+    this.mesh = makeTable(gl);
+    fillTable(gl, this.mesh, numbers);
+    this.instances = makeTable(gl);
   }
 
   add(position, turn, size, color, alpha) {
@@ -149,18 +160,32 @@ class Batch {
     const d = this.data, k = this.count++ * STRIDE;
     d[k] = position[0]; d[k + 1] = position[1]; d[k + 2] = position[2];
     d[k + 3] = turn[0]; d[k + 4] = turn[1]; d[k + 5] = turn[2]; d[k + 6] = turn[3];
-    d[k + 7] = size[0]; d[k + 8] = size[1]; d[k + 9] = size[2];
-    d[k + 10] = color[0]; d[k + 11] = color[1]; d[k + 12] = color[2]; d[k + 13] = alpha;
+    d[k + 8] = size[0]; d[k + 9] = size[1]; d[k + 10] = size[2];
+    d[k + 12] = color[0]; d[k + 13] = color[1]; d[k + 14] = color[2]; d[k + 15] = alpha;
   }
 
   send() {
-    this.gl.bindBuffer(this.gl.ARRAY_BUFFER, this.buffer);
-    this.gl.bufferData(this.gl.ARRAY_BUFFER, this.data.subarray(0, this.count * STRIDE), this.gl.DYNAMIC_DRAW);
+    const { gl } = this, rows = Math.ceil((this.count * STRIDE) / (4 * ROW));
+    if (this.rows * 4 * ROW < this.data.length) {
+      fillTable(gl, this.instances, this.data);
+      this.rows = this.data.length / (4 * ROW);
+      return;
+    }
+    gl.bindTexture(gl.TEXTURE_2D, this.instances);
+    gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, ROW, rows, gl.RGBA, gl.FLOAT, this.data.subarray(0, rows * 4 * ROW));
   }
 
-  draw() {
+  // With the program in use whose places of uniforms are given.
+  draw(place) {
     if (!this.count) return;
-    this.gl.bindVertexArray(this.array);
-    this.gl.drawElementsInstanced(this.gl.TRIANGLES, this.indices, this.gl.UNSIGNED_SHORT, 0, this.count);
+    const { gl } = this;
+    [this.mesh, this.instances].forEach((table, unit) => {
+      gl.activeTexture(gl.TEXTURE0 + unit);
+      gl.bindTexture(gl.TEXTURE_2D, table);
+    });
+    gl.uniform1i(place.mesh, 0);
+    gl.uniform1i(place.instances, 1);
+    gl.uniform1i(place.vertices, this.vertices);
+    gl.drawArrays(gl.TRIANGLES, 0, this.vertices * this.count);
   }
 }

@@ -8,7 +8,7 @@ const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4];
 class Player {
   constructor(content, arrays) {
     this.element = (id) => document.getElementById(id);
-    this.renderer = new Renderer(this.element("scene"), content.ground);
+    this.renderer = new Renderer(this.element("scene"), content.ground, content.tracks.length);
     this.bipeds = content.tracks.map((track) => new Biped(track, arrays, content.dolls[track.doll], this.renderer));
     this.end = Math.max(...this.bipeds.map((biped) => biped.arrays.time[biped.frames - 1]), 1e-6);
     this.step = this.end / Math.max(1, ...this.bipeds.map((biped) => biped.frames - 1));

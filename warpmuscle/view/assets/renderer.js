@@ -1,7 +1,9 @@
 // A picture of all batches: ground, shadows, solids, and what is translucent.
 
+const FEW = 4; // bipeds up to which all is drawn finely
+
 class Renderer {
-  constructor(canvas, ground) {
+  constructor(canvas, ground, bipeds) {
     const slow = isSoftware(), options = { antialias: !slow, stencil: true, alpha: false };
     const gl = canvas.getContext("webgl2", options);
     if (!gl) throw new Error("This browser has no WebGL 2, which the replay needs.");
@@ -13,15 +15,16 @@ class Renderer {
     this.light = unit([-0.45, 1.0, 0.35]);
     this.solid = makeProgram(gl, SOLID_VERTEX, SOLID_FRAGMENT);
     this.floor = makeProgram(gl, GROUND_VERTEX, GROUND_FRAGMENT);
-    const meshes = { sphere: sphereMesh(9, 14), cylinder: tubeMesh(16, 1), box: boxMesh() };
-    const thin = { sphere: sphereMesh(5, 8), cylinder: tubeMesh(7, 1), cone: tubeMesh(10, 0) };
+    this.fine = bipeds <= FEW; // many are small in the picture, and triangles are what they cost
+    const meshes = this.fine
+      ? { sphere: sphereMesh(8, 12), cylinder: tubeMesh(14, 1), box: boxMesh() }
+      : { sphere: sphereMesh(4, 7), cylinder: tubeMesh(6, 1), box: boxMesh() };
+    const thin = this.fine
+      ? { sphere: sphereMesh(5, 8), cylinder: tubeMesh(7, 1), cone: tubeMesh(10, 0) }
+      : { sphere: sphereMesh(4, 6), cylinder: tubeMesh(3, 1), cone: tubeMesh(6, 0) };
     const batches = (kinds) => Object.fromEntries(Object.entries(kinds).map(([k, mesh]) => [k, new Batch(gl, mesh)]));
     this.batches = { body: batches(meshes), lines: batches(thin), glass: batches(meshes) };
     this.paths = []; // batches of one instance
-    this.plane = new Batch(gl, { corners: [-1, 0, -1, 0, 1, 0, 1, 0, -1, 0, 1, 0, 1, 0, 1, 0, 1, 0, -1, 0, 1, 0, 1, 0],
-      faces: [0, 2, 1, 0, 3, 2] });
-    this.plane.add([0, 0, 0], [0, 0, 0, 1], [1, 1, 1], [1, 1, 1], 1);
-    this.plane.send();
   }
 
   clear() {
@@ -31,7 +34,7 @@ class Renderer {
 
   // A polyline as one batch, to be pushed to `paths` whenever it is to be seen.
   makePath(points, radius, color) {
-    const corners = [], faces = [], sectors = 5;
+    const corners = [], faces = [], sectors = this.fine ? 5 : 3;
     points.forEach((p, k) => {
       const turn = turnFromY(minus(points[Math.min(k + 1, points.length - 1)], points[Math.max(k - 1, 0)]));
       for (let j = 0; j <= sectors; j++) {
@@ -93,19 +96,24 @@ class Renderer {
       gl.enable(gl.STENCIL_TEST);
       gl.stencilFunc(gl.EQUAL, 0, 255);
       gl.stencilOp(gl.KEEP, gl.KEEP, gl.INCR);
+      gl.enable(gl.POLYGON_OFFSET_FILL); // the ground is wide, and its depth not exact everywhere
+      gl.polygonOffset(-1, -64);
       gl.depthMask(false);
-      [...all(body), ...all(glass)].forEach((batch) => batch.draw());
+      [...all(body), ...all(glass)].forEach((batch) => batch.draw(place));
       gl.depthMask(true);
+      gl.disable(gl.POLYGON_OFFSET_FILL);
       gl.disable(gl.STENCIL_TEST);
       gl.disable(gl.BLEND);
     }
     gl.uniform1f(place.shadow, 0);
-    [...all(body), ...all(lines), ...this.paths].forEach((batch) => batch.draw());
-    gl.colorMask(false, false, false, false); // of what is translucent only the front
-    all(glass).forEach((batch) => batch.draw());
-    gl.colorMask(true, true, true, true);
+    [...all(body), ...all(lines), ...this.paths].forEach((batch) => batch.draw(place));
+    if (this.fine) {
+      gl.colorMask(false, false, false, false); // of what is translucent only the front
+      all(glass).forEach((batch) => batch.draw(place));
+      gl.colorMask(true, true, true, true);
+    }
     gl.enable(gl.BLEND);
-    all(glass).forEach((batch) => batch.draw());
+    all(glass).forEach((batch) => batch.draw(place));
     gl.disable(gl.BLEND);
   }
 
@@ -116,7 +124,7 @@ class Renderer {
     gl.uniform4f(place.ground, ...this.ground.normal, this.ground.height);
     gl.uniform3fv(place.middle, middle);
     gl.uniform3fv(place.background, BACKGROUND);
-    this.plane.draw();
+    gl.drawArrays(gl.TRIANGLE_STRIP, 0, 4);
   }
 }
 

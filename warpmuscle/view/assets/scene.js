@@ -7,7 +7,7 @@ const PLASMA = [[0.05, 0.03, 0.53], [0.49, 0.01, 0.66], [0.8, 0.28, 0.47], [0.97
 const UNTURNED = [0, 0, 0, 1];
 const MUSCLE_RADIUS = [0.005, 0.015]; // m, without force and with the greatest
 const FORCE_SCALE = 0.7; // m that a force of one body weight is drawn as
-const PATH_POINTS = 150;
+const PATH_POINTS = [40, 150]; // of many bipeds, and of few
 const GLASS = 0.42; // opacity of shapes over muscles
 
 function plasma(x) {
@@ -21,7 +21,7 @@ class Biped {
     this.doll = doll;
     this.bodies = doll.parent.length;
     this.arrays = Object.fromEntries(Object.entries(content.arrays).map(([name, k]) => [name, arrays[k]]));
-    const com = this.arrays.com, every = Math.max(1, Math.ceil(this.frames / PATH_POINTS));
+    const com = this.arrays.com, every = Math.max(1, Math.ceil(this.frames / PATH_POINTS[Number(renderer.fine)]));
     const points = [];
     for (let f = 0; f < this.frames; f += every) points.push(add(this.row(com, 3, f), this.offset));
     this.path = renderer.makePath(points, 0.006, COM_TINT);
@@ -86,7 +86,7 @@ class Biped {
     const tint = (part) => (part.bone ? BONE_TINT : SIDE_TINT[part.side]);
     if (shown.shapes) drawParts(inside ? batches.glass : batches.body, shapes, pose, tint, inside ? GLASS : 1);
     if (shown.bones) drawParts(batches.body, bones, pose, tint, 1);
-    if (inside) this.drawMuscles(batches.lines, pose, moment);
+    if (inside) this.drawMuscles(batches.lines, pose, moment, renderer.fine);
     if (shown.desired && this.arrays.desired)
       drawParts(batches.glass, this.doll.parts, this.pose("desired", moment), () => GHOST_TINT, 0.3);
     if (shown.forces) this.drawForces(batches.lines, moment);
@@ -115,14 +115,14 @@ class Biped {
     return drawn;
   }
 
-  drawMuscles(batch, pose, moment) {
+  drawMuscles(batch, pose, moment, fine) {
     const { start, names } = this.doll.muscles, count = names.length;
     const points = this.musclePoints(pose, moment);
     const activation = this.between("activation", count, moment), load = this.between("load", count, moment);
     for (let m = 0; m < count; m++) {
       const radius = MUSCLE_RADIUS[0] + load[m] * (MUSCLE_RADIUS[1] - MUSCLE_RADIUS[0]), color = plasma(activation[m]);
       for (let k = start[m]; k < start[m + 1]; k++) {
-        const inner = k > start[m] && k < start[m + 1] - 1;
+        const inner = fine && k > start[m] && k < start[m + 1] - 1;
         if (inner) batch.sphere.add(points[k], UNTURNED, [radius, radius, radius], color, 1);
         if (k > start[m]) tube(batch.cylinder, points[k - 1], points[k], radius, color);
       }
