@@ -5,7 +5,8 @@ import pytest
 
 from warpmuscle.formats import load
 from warpmuscle.gait import measure
-from warpmuscle.parameters import start_values, substitute
+from warpmuscle.gait_quality import gait_measures
+from warpmuscle.parameters import free_parameters, start_values, substitute
 from warpmuscle.rollout import Rollout
 from warpmuscle.scene import Failure, MuscleModel, Scene
 from warpmuscle.status import Status
@@ -36,7 +37,15 @@ def test_biped_walks_on_muscles_alone(tendon: str):
 
 @pytest.mark.parametrize(
     ("name", "slowest", "fastest"),
-    [("walk44_but_hips", 0.8, 1.15), ("walk50_but_back", 0.8, 1.15), ("legs28", 0.8, 1.15), ("jog56", 0.9, 1.6)],
+    [
+        ("walk44_but_hips", 1.15, 1.35),
+        ("walk50_but_back", 1.15, 1.35),
+        ("legs28", 0.8, 1.15),
+        ("jog56", 1.7, 1.9),
+        ("inplace56", -0.05, 0.05),
+        ("back56", -0.7, -0.5),
+        ("wang2012", 0.95, 1.05),
+    ],
 )
 def test_gait_with_muscles_stays_upright(name: str, slowest: float, fastest: float):
     scene = load(name)
@@ -45,6 +54,21 @@ def test_gait_with_muscles_stays_upright(name: str, slowest: float, fastest: flo
     speeds = [measure(rollout.recording(i), *scene.controller.feet, start=2.5).speed_forward for i in range(4)]
     assert slowest < min(speeds)
     assert max(speeds) < fastest
+
+
+def test_one_scene_walks_like_a_person_at_the_speed_that_is_asked_for():
+    scene, speeds = load("walk56_speeds"), [0.8, 1.0, 1.25, 1.5]
+    assert {end.name for end in free_parameters(scene)} == {"objective.target_speed"}
+    rollout = Rollout(scene, 4, "cpu", record=range(4), record_rate=200.0)
+    rollout.set_parameters(np.array(speeds)[:, None])
+    rollout.run()
+    assert rollout.alive == 4
+    for i, speed in enumerate(speeds):
+        numeric = substitute(scene, np.array([speed]))
+        measures = gait_measures(rollout.recording(i), numeric)
+        assert measures["speed"] == pytest.approx(speed, rel=0.05)
+        assert measures["deviation of the three angles"] < 1.2
+        assert measures["greatest slide of the stance foot"] < 2.0
 
 
 @pytest.mark.parametrize("tendon", TENDONS)

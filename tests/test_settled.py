@@ -45,3 +45,13 @@ def test_what_begins_no_steps_is_said():
     still = msgspec.structs.replace(sound_scene(), controller=None)
     with pytest.raises(RolloutError, match="has no controller"):
         settled(still, 1.0)
+
+
+def test_start_on_a_slope_is_as_high_above_it_as_the_motion_was():
+    scene = load("fwalk")
+    scene.ground.normal = (0.0, 1.0, -0.02)
+    start = settled(scene, 1.5).initial_state
+    numeric = settled(msgspec.structs.replace(scene, initial_state=start), 0.0)
+    assert start.root_position[0] == start.root_position[2] == 0.0
+    assert start.root_position[1] == pytest.approx(scene.initial_state.root_position[1], abs=0.05)
+    assert numeric.initial_state.root_position[1] == pytest.approx(start.root_position[1], abs=0.03)

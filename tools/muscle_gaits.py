@@ -17,6 +17,7 @@ RUNS = (  # scene, runs, duration s, noise of the root's velocity m/s
     ("walk56", 1, 60.0, 0.0),
     ("walk56", 20, 30.0, 0.01),
     ("walk56", 32, 10.0, 0.1),
+    ("walk56_human", 20, 10.0, 0.05),
     ("walk44_but_hips", 8, 20.0, 0.01),
     ("walk50_but_back", 8, 20.0, 0.01),
     ("legs28", 8, 20.0, 0.01),

@@ -6,7 +6,8 @@ import msgspec
 import numpy as np
 
 from warpmuscle.errors import RolloutError
-from warpmuscle.pose import twist_angle
+from warpmuscle.initial_pose import plain_vector
+from warpmuscle.pose import normalized, twist_angle
 from warpmuscle.recording import Floats, Recording
 from warpmuscle.rollout import Rollout
 from warpmuscle.scene import InitialState, JointState, Scene
@@ -34,7 +35,8 @@ def settled(scene: Scene, after: float) -> Scene:
     frame = _first_step(motion, after, scene.controller.start_state, int(scene.controller.start_stance == "right"))
     if frame is None:
         raise RolloutError(f"{scene.name} begins no step between {after:g} s and its end at {motion.time[-1]:.3g} s")
-    return msgspec.structs.replace(scene, initial_state=state_at(motion, frame))
+    normal = normalized(plain_vector(rollout.numeric.ground.normal))
+    return msgspec.structs.replace(scene, initial_state=state_at(motion, frame, normal))
 
 
 def _first_step(motion: Recording, after: float, state: int, stance: int) -> int | None:
@@ -44,17 +46,17 @@ def _first_step(motion: Recording, after: float, state: int, stance: int) -> int
     return int(found[0]) if len(found) else None
 
 
-def state_at(motion: Recording, frame: int) -> InitialState:
-    """The state of a motion in one frame, above the origin of the ground."""
+def state_at(motion: Recording, frame: int, normal: Floats) -> InitialState:
+    """The state of a motion in one frame, moved along the ground with this normal, (3,), to above the origin."""
 
     def numbers(values: Floats) -> tuple[float, ...]:
         return tuple(round(float(value), DIGITS) + 0.0 for value in values)
 
-    height = numbers(motion.root_position[frame])[1]
+    height = float(motion.root_position[frame] @ normal / normal[1])
     heading = twist_angle(motion.root_orientation[frame], (0.0, 1.0, 0.0))
     return InitialState(
         heading=round(float(heading), DIGITS) + 0.0,
-        root_position=(0.0, height, 0.0),
+        root_position=(0.0, round(height, DIGITS), 0.0),
         root_orientation=numbers(motion.root_orientation[frame]),  # type: ignore[arg-type]
         root_velocity=numbers(motion.root_velocity[frame]),  # type: ignore[arg-type]
         root_angular_velocity=numbers(motion.root_angular_velocity[frame]),  # type: ignore[arg-type]

@@ -69,6 +69,16 @@ def test_numbers_of_several_scenes_follow_the_one_that_sets_them_apart(tmp_path)
     assert (between["lHip"].kp, between["rHip"].kp) == (7.5, 15.0)
 
 
+def test_number_in_a_list_that_the_base_has_by_default_can_follow(tmp_path):
+    base, scenes = sound_scene(), [sound_scene(), sound_scene()]
+    scenes[0].ground.normal, scenes[1].ground.normal = (0.0, 1.0, -0.1), (0.0, 1.0, 0.1)
+    scenes[1].controller.pd["root"] = PD(12.0, 1.0)
+    mine = read_on(base, derived.over(scenes, "ground.normal.2", base, "base.toml"), tmp_path)
+    assert mine.ground.normal == (0.0, 1.0, Free(-0.1, -0.1, 0.1))
+    values = [0.0 if parameter.name == "ground.normal.2" else parameter.value for parameter in free_parameters(mine)]
+    assert substitute(mine, np.array(values)).controller.pd["root"].kp == 11.0
+
+
 def test_scenes_that_differ_in_more_are_refused_with_the_key():
     base, mine = sound_scene(), sound_scene()
     mine.controller.pd["rHip"] = PD(1.0, 1.0)

@@ -76,25 +76,28 @@ def _changes(mine: Mapping[str, Any], theirs: Mapping[str, Any], base_name: str)
         other = theirs.get(path)
         if leaf == other:
             continue
-        if isinstance(leaf, Free):
+        if leaf is None:
+            raise SceneError(f"{base_name} says something here that cannot be taken back", key=path)
+        if (whole := _plain_list(mine, theirs, path)) is not None:
+            found[path.rpartition(".")[0]] = whole  # the base may have it by default only, without items to change
+        elif isinstance(leaf, Free):
             known = isinstance(other, Free) and bool(other.same_as) == bool(leaf.same_as)
             found[path] = _fields(leaf, other if known else None)
-        elif leaf is None:
-            raise SceneError(f"{base_name} says something here that cannot be taken back", key=path)
-        elif (whole := _plain_list(mine, path)) is not None:
-            found[path.rpartition(".")[0]] = whole  # the base may have it by default only, without items to change
         else:
             found[path] = leaf
     return found
 
 
-def _plain_list(table: Mapping[str, Any], path: str) -> list[Any] | None:
-    """The whole list of plain values that a leaf is an item of; None for other leaves."""
+def _plain_list(mine: Mapping[str, Any], theirs: Mapping[str, Any], path: str) -> list[Any] | None:
+    """The whole list of an item that is one of plain values in the base; None for other leaves."""
     parent, _, index = path.rpartition(".")
     if not index.isdigit():
         return None
-    items = [table[f"{parent}.{k}"] for k in itertools.takewhile(lambda k: f"{parent}.{k}" in table, itertools.count())]
-    return None if any(isinstance(item, Free) for item in items) or not items else items
+    paths = list(itertools.takewhile(lambda item: item in mine, (f"{parent}.{k}" for k in itertools.count())))
+    if not paths or any(isinstance(theirs.get(item), Free) for item in paths):
+        return None
+    items = [mine[item] for item in paths]
+    return [_fields(item, None) if isinstance(item, Free) else item for item in items]
 
 
 def _fields(number: Free, other: Free | None) -> dict[str, Any]:
@@ -120,12 +123,12 @@ def _text(scene: Scene, base_name: str, changes: Mapping[str, Any], comment: Seq
 
 
 def _line(name: str, leaf: Any) -> str:
-    if not isinstance(leaf, dict):
-        return f"{_key(name)} = {_text_of(leaf)}"
-    return f"{_key(name)} = {{ {', '.join(f'{field} = {_text_of(value)}' for field, value in leaf.items())} }}"
+    return f"{_key(name)} = {_text_of(leaf)}"
 
 
 def _text_of(value: Any) -> str:
+    if isinstance(value, dict):
+        return f"{{ {', '.join(f'{_key(name)} = {_text_of(member)}' for name, member in value.items())} }}"
     if isinstance(value, list | tuple):
         return f"[{', '.join(map(_text_of, value))}]"
     if isinstance(value, bool):
