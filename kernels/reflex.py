@@ -106,7 +106,16 @@ def of_fibre(signal: int) -> bool:
 
 
 @wp.func
-def sensed_signal(instance: int, plan: ReflexPlan, side: int, lean: wp.vec2, model: Model, state: State) -> wp.vec2:
+def sensed_signal(
+    instance: int,
+    plan: ReflexPlan,
+    side: int,
+    lean: wp.vec2,
+    load: float,
+    other_load: float,
+    model: Model,
+    state: State,
+) -> wp.vec2:
     """What a reflex senses, and its rate: muscles as they were in the step before, all else as it is."""
     kind = plan.signal
     if kind == CONSTANT:
@@ -125,9 +134,7 @@ def sensed_signal(instance: int, plan: ReflexPlan, side: int, lean: wp.vec2, mod
         if kind == LENGTH:
             return wp.vec2(fibre[0], fibre[1])
         return wp.vec2(fibre[1], 0.0)
-    if kind == LOAD:
-        return wp.vec2(leg_load(instance, side, model, state), 0.0)
-    return wp.vec2(leg_load(instance, 1 - side, model, state), 0.0)
+    return wp.vec2(wp.where(kind == LOAD, load, other_load), 0.0)
 
 
 @wp.func
@@ -167,7 +174,7 @@ def reflex_excitation(instance: int, muscle: int, lean: wp.vec2, model: Model, s
     total = wp.float32(0.0)
     for k in range(span.first, span.end):
         plan = reflexes.plan[k]
-        signal = sensed_signal(instance, plan, side, lean, model, state)
+        signal = sensed_signal(instance, plan, side, lean, load, other_load, model, state)
         if state.step[instance] > 0 or not of_fibre(plan.signal):  # before the first step no fibre has been felt
             total += reflex_term(plan, at(reflexes.row, instance, k), signal, stance, trailing, load, other_load)
     return wp.clamp(total, at(reflexes.bounds, instance, 0)[1], 1.0)

@@ -13,7 +13,7 @@ from warpmuscle.number import Free
 from warpmuscle.parameters import free_parameters
 from warpmuscle.reflexes import has_reflexes
 from warpmuscle.rollout import Rollout
-from warpmuscle.scene import Reflex, Scene
+from warpmuscle.scene import Actuation, Reflex, Scene
 from warpmuscle.status import Status
 from warpmuscle.topology import topology
 
@@ -45,6 +45,14 @@ def test_a_reflex_that_senses_nothing_is_refused_by_its_key(reflex: Reflex, musc
     with pytest.raises(SceneError, match=message) as caught:
         Rollout(with_reflex(reflex, muscle), 1, "cpu")
     assert caught.value.key == f"controller.reflexes.muscles.{key}"
+
+
+def test_a_muscle_that_is_not_simulated_cannot_be_sensed():
+    scene = with_reflex(Reflex(1.0, "force", "HFL"))
+    scene.actuation |= {hip: Actuation("torque") for hip in ("lHip", "rHip")}
+    with pytest.raises(SceneError, match="lHFL acts on no joint that muscles drive") as caught:
+        Rollout(scene, 1, "cpu")
+    assert caught.value.key == "controller.reflexes.muscles.SOL.own.of"
 
 
 @pytest.mark.parametrize(
@@ -92,8 +100,8 @@ def test_reflexes_are_compiled_and_kept_only_where_there_are_some(name: str, ref
 def test_an_instance_that_starts_again_repeats_its_walk():
     rollout = Rollout(load("reflex_walk"), 2, "cpu", threads=1)
     rollout.run(0.8)
-    first = rollout.state.coordinates.numpy()
-    felt = rollout.state.muscles.stands.numpy()
+    first = rollout.state.coordinates.numpy().copy()
+    felt = rollout.state.muscles.stands.numpy().copy()
     rollout.reset(mask=np.array([False, True]))
     rollout.run(0.8)
     np.testing.assert_array_equal(rollout.state.coordinates.numpy()[1], first[1])

@@ -8,6 +8,7 @@ from typing import Any
 import warp as wp
 
 from warpmuscle.arrays import records_to_device, rows, starts, structs_to_device, to_device
+from warpmuscle.errors import SceneError
 from warpmuscle.kernels import reflex_structs, structs
 from warpmuscle.scene import Reflex, Scene
 from warpmuscle.topology import Topology
@@ -44,7 +45,11 @@ def has_reflexes(scene: Scene, muscles: Sequence[str]) -> bool:
 
 
 def reflexes_struct(scene: Scene, names: Topology, muscles: Sequence[str], device: Any) -> structs.Reflexes:
-    """The device structure of the reflexes of the simulated muscles; an empty one if there are none."""
+    """The device structure of the reflexes of the simulated muscles; an empty one if there are none.
+
+    Raises:
+        SceneError: a reflex senses a muscle that is not simulated.
+    """
     s = structs.Reflexes()
     controller = scene.controller
     if controller is None or controller.reflexes is None or not has_reflexes(scene, muscles):
@@ -56,22 +61,33 @@ def reflexes_struct(scene: Scene, names: Topology, muscles: Sequence[str], devic
         reflex_structs.ReflexSpan, device, first=places[:-1], end=places[1:],
         side=[SIDES.get(muscle[0], structs.LEFT) for muscle in muscles],
     )  # fmt: skip
-    every = [(muscle, reflex) for muscle, reflexes in zip(muscles, own, strict=True) for reflex in reflexes.values()]
+    every = [
+        (muscle, name, reflex)
+        for muscle, reflexes in zip(muscles, own, strict=True)
+        for name, reflex in reflexes.items()
+    ]
+    terms = [reflex for _, _, reflex in every]
     s.plan = records_to_device(
         reflex_structs.ReflexPlan, device,
-        signal=[SIGNAL[reflex.signal] for _, reflex in every],
-        source=[_source(muscle, reflex, names, muscles) for muscle, reflex in every],
-        part=[PART[reflex.part] for _, reflex in every], moving=[MOVING[reflex.moving] for _, reflex in every],
-        during=[DURING[reflex.during] for _, reflex in every], times=[TIMES[reflex.times] for _, reflex in every],
+        signal=[SIGNAL[reflex.signal] for reflex in terms],
+        source=[_source(muscle, name, reflex, names, muscles) for muscle, name, reflex in every],
+        part=[PART[reflex.part] for reflex in terms], moving=[MOVING[reflex.moving] for reflex in terms],
+        during=[DURING[reflex.during] for reflex in terms], times=[TIMES[reflex.times] for reflex in terms],
     )  # fmt: skip
-    columns = {field: rows([getattr(reflex, field) for _, reflex in every]) for field in reflex_structs.ReflexRow.vars}
+    columns = {field: rows([getattr(reflex, field) for reflex in terms]) for field in reflex_structs.ReflexRow.vars}
     s.row = structs_to_device(reflex_structs.ReflexRow, columns, device)
     s.bounds = to_device(rows([[controller.reflexes.stance_load, controller.reflexes.least]]), wp.vec2, device)
     return s
 
 
-def _source(muscle: str, reflex: Reflex, names: Topology, muscles: Sequence[str]) -> int:
-    """Number of the muscle, or of the body on the joint, that a reflex senses."""
-    if reflex.signal in OF_MUSCLES:
-        return muscles.index(muscle[0] + reflex.of if reflex.of else muscle)
-    return names.body_of_joint(muscle[0] + reflex.of) if reflex.signal == "angle" else 0
+def _source(muscle: str, name: str, reflex: Reflex, names: Topology, muscles: Sequence[str]) -> int:
+    """Number of the muscle, or of the body on the joint, that a reflex of this name senses."""
+    sensed = muscle[0] + reflex.of if reflex.of else muscle
+    if reflex.signal == "angle":
+        return names.body_of_joint(sensed)
+    if reflex.signal in OF_MUSCLES and sensed not in muscles:
+        raise SceneError(
+            f"{sensed} acts on no joint that muscles drive, so there is nothing to sense",
+            key=f"controller.reflexes.muscles.{muscle[1:]}.{name}.of",
+        )
+    return muscles.index(sensed) if reflex.signal in OF_MUSCLES else 0
