@@ -35,6 +35,7 @@ from warpmuscle.kernels.muscle_control import (
 from warpmuscle.kernels.objective_terms import MuscleWork, muscle_terms_of
 from warpmuscle.kernels.own_curves import OwnCurves, with_curves
 from warpmuscle.kernels.path import Stretch, joint_velocities, stretch_of
+from warpmuscle.kernels.reflex import reflex_stage
 from warpmuscle.kernels.structs import Model, MuscleRow, Record, State, Work, at, whole
 
 RIGID, SWITCH, COMPLIANT = 0, 1, 2  # tendons
@@ -55,6 +56,7 @@ class MuscleKind(NamedTuple):
     implicit: bool = False  # damping linearised over the step, with rigid tendons
     given: bool = False  # excitations come from outside, as they are
     own: OwnCurves | None = None  # in place of some curves of the model
+    reflexes: bool = False  # some muscles have reflexes
 
 
 @wp.struct
@@ -173,7 +175,7 @@ def muscle_stage_of(kind: MuscleKind, terms: tuple[Any, ...] = (), recorded: boo
     contraction = contraction_of(kind.curves, kind.tendon, kind.implicit, kind.own)
     actuation_stage = actuation_stage_of(pulled_torque if kind.pulls_at_hand else muscle_torque, kind.mixed)
     stretch_stage = stretch_of(kind.pulleys, kind.conditions)
-    law, neural, implicit, given = kind.law, kind.neural, kind.implicit, kind.given
+    law, neural, implicit, given, reflexes = kind.law, kind.neural, kind.implicit, kind.given, kind.reflexes
     at_hand = kind.pulls_at_hand
     arms = arms_at_hand if at_hand else arms_in_state
 
@@ -191,6 +193,10 @@ def muscle_stage_of(kind: MuscleKind, terms: tuple[Any, ...] = (), recorded: boo
         stretch = stretch_stage(instance, m, model, state, work, arms(instance, state, work))
         if wp.static(law != LEGACY) or step == 0:
             desired = average_force(stretch.wanted)
+        if wp.static(reflexes):
+            reflexive = model.reflexes.span[m]
+            if reflexive.end > reflexive.first:
+                desired = row.f_max * state.muscles.reflex[instance, m]
         if own.end_knot > own.first_knot:
             time = float(step) * model.time_step
             if wp.static(neural):
@@ -227,6 +233,9 @@ def muscle_stage_of(kind: MuscleKind, terms: tuple[Any, ...] = (), recorded: boo
                 work.pull[crossing] = work.pull[crossing] * c.force
         state.muscles.activation[instance, m] = a
         state.muscles.force[instance, m] = c.force
+        if wp.static(reflexes):
+            felt = wp.vec3(c.length / row.l_opt, c.speed / row.l_opt, c.force / row.f_max)
+            state.muscles.sensed[instance, m] = felt
         if wp.static(implicit):
             state.muscles.damping[instance, m] = c.damping
         w = MuscleWork()
@@ -251,6 +260,8 @@ def muscle_stage_of(kind: MuscleKind, terms: tuple[Any, ...] = (), recorded: boo
         instance: int, lane: int, lanes: int, frame: int, model: Model, state: State, record: Record, work: Work
     ):
         joint_velocities(lane, lanes, model, work)
+        if wp.static(reflexes):
+            reflex_stage(instance, lane, lanes, model, state, work)
         for m in range(lane, model.muscles.count, lanes):
             one_muscle(instance, m, frame, model, state, record, work)
         synchronize()

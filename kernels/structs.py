@@ -35,6 +35,7 @@ from warpmuscle.kernels.muscle_structs import Pulley as Pulley
 from warpmuscle.kernels.muscle_structs import Segment as Segment
 from warpmuscle.kernels.muscle_structs import SegmentEnds as SegmentEnds
 from warpmuscle.kernels.muscle_structs import Term as Term
+from warpmuscle.kernels.reflex_structs import Reflexes as Reflexes
 from warpmuscle.kernels.spatial import symmetric
 
 ROOT_FREE, ROOT_PLANAR, ROOT_FIXED = 0, 1, 2
@@ -117,6 +118,7 @@ class Model:
     muscles: Muscles
     paths: Paths
     motion: Motion
+    reflexes: Reflexes
 
 
 @wp.struct
@@ -131,6 +133,12 @@ class MuscleState:
     previous_fibre_length: wp.array2d[float]  # (instances, muscles) m, a step before
     force: wp.array2d[float]  # (instances, muscles) N
     moment_arm: wp.array2d[wp.vec3]  # (instances, crossings) m, world
+    # Of reflexes; no instances where there are none:
+    sensed: wp.array2d[wp.vec3]  # (instances, muscles) length over l_opt, its rate 1/s, force over f_max
+    reflex: wp.array2d[float]  # (instances, muscles) excitation by reflexes
+    stands: wp.array2d[int]  # (instances, 2) 1: the left, the right leg is loaded
+    landed: wp.array[int]  # (instances,) LEFT or RIGHT, the leg that landed last
+    lean_at_lift: wp.array2d[float]  # (instances, 2) rad, of the trunk as the leg left the ground
 
 
 @wp.struct

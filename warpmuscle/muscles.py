@@ -18,6 +18,7 @@ from warpmuscle.kernels.lanes import PULLS_A_BODY
 from warpmuscle.kernels.muscle_stage import COMPLIANT, HILL, IDEAL, LEGACY, RIGID, SWITCH, MuscleKind
 from warpmuscle.paths import PathTable, path_table, paths_struct
 from warpmuscle.pose import from_rotation_vector
+from warpmuscle.reflexes import has_reflexes, reflexes_struct
 from warpmuscle.scene import Actuation, Muscle, MuscleModel, Scene
 from warpmuscle.topology import SPEEDS, Topology
 
@@ -116,7 +117,10 @@ def compiled_kind(scene: Scene, names: Topology, found: Driven, capacity: int) -
     # Legacy muscles want to know the moment arms of the step before, implicit damping those of this one.
     at_hand = len(found.table.crossings) <= PULLS_A_BODY * capacity and kind.law != LEGACY and not kind.implicit
     conditions = any(point.condition is not None for point in found.table.points)
-    return kind._replace(pulls_at_hand=at_hand, mixed=structs.MIXED in drives, conditions=conditions)
+    return kind._replace(
+        pulls_at_hand=at_hand, mixed=structs.MIXED in drives, conditions=conditions,
+        reflexes=has_reflexes(scene, found.muscles),
+    )  # fmt: skip
 
 
 def neural_mix(time_step: float, neural_time: Any, time: Any) -> Floats:
@@ -207,7 +211,9 @@ def _rest(own: Actuation) -> Floats:
     return from_rotation_vector(rows(own.rest))
 
 
-def muscle_state(instances: int, muscles: int, crossings: int, capacity: int, device: Any) -> structs.MuscleState:
+def muscle_state(
+    instances: int, muscles: int, crossings: int, capacity: int, device: Any, reflexes: bool = False
+) -> structs.MuscleState:
     """Room for the state of the muscles of a batch; `capacity` is the longest delay in steps and one."""
     shape = (instances, max(muscles, 1))
     s = structs.MuscleState()
@@ -215,6 +221,12 @@ def muscle_state(instances: int, muscles: int, crossings: int, capacity: int, de
         setattr(s, name, wp.zeros(shape, dtype=float, device=device))
     s.excitation_ring = wp.zeros((instances, max(capacity, 1), shape[1]), dtype=float, device=device)
     s.moment_arm = wp.zeros((instances, max(crossings, 1)), dtype=wp.vec3, device=device)
+    feeling = instances if reflexes else 0
+    s.sensed = wp.zeros((feeling, shape[1]), dtype=wp.vec3, device=device)
+    s.reflex = wp.zeros((feeling, shape[1]), dtype=float, device=device)
+    s.stands = wp.zeros((feeling, 2), dtype=int, device=device)
+    s.landed = wp.zeros(feeling, dtype=int, device=device)
+    s.lean_at_lift = wp.zeros((feeling, 2), dtype=float, device=device)
     return s
 
 
@@ -225,4 +237,5 @@ def model_parts(scene: Scene, names: Topology, found: Driven, device: Any) -> di
         "actuation": actuation_struct(scene, names, found.drives, device),
         "muscles": muscles_struct(scene, found.muscles, device),
         "paths": paths_struct(paths, names, scene.character, device),
+        "reflexes": reflexes_struct(scene, names, found.muscles, device),
     }

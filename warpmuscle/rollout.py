@@ -250,8 +250,9 @@ class Rollout(Stepped):
         else:
             s.muscles.activation.assign(np.broadcast_to(activation, s.muscles.activation.shape).astype(np.float32))
         s.muscles.neural.assign(s.muscles.activation)
-        for name in ("damping", "fibre_length", "previous_fibre_length", "force", "moment_arm", "excitation_ring"):
-            getattr(s.muscles, name).zero_()
+        for name in structs.MuscleState.vars:
+            if name not in ("activation", "neural"):
+                getattr(s.muscles, name).zero_()
         for name in ("torque_integral", "muscle_terms", "body_terms", "whole_terms"):
             getattr(s, name).zero_()
         for name in ("phase", "foot_force", "start_height", "step", "status"):

@@ -35,11 +35,13 @@ from warpmuscle.scene_muscles import (
     ViaPoint,
 )
 from warpmuscle.scene_part import Part, Side
+from warpmuscle.scene_reflexes import Reflex, Reflexes
 
 __all__ = [
     "PD", "Actuation", "Balance", "Body", "Box", "Capsule", "Character", "Component", "Condition", "Controller",
     "Curve", "Drive", "Excitation", "Failure", "Feedback", "Ground", "InitialState", "Joint", "JointState", "Motion",
-    "Muscle", "MuscleModel", "Objective", "Part", "Pulley", "Robustness", "Scene", "SearchStage", "Shape", "Side",
+    "Muscle", "MuscleModel", "Objective", "Part", "Pulley", "Reflex", "Reflexes", "Robustness",
+    "Scene", "SearchStage", "Shape", "Side",
     "Sphere", "State", "Tracking", "Trajectory", "ViaPoint",
 ]  # fmt: skip
 

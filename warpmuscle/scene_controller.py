@@ -6,6 +6,7 @@ from typing import Literal
 
 from warpmuscle.number import Number, Vector
 from warpmuscle.scene_part import Part, Side
+from warpmuscle.scene_reflexes import Reflexes
 
 
 class PD(Part):
@@ -90,3 +91,4 @@ class Controller(Part):
     desired_heading: Number = 0.0  # rad
     start_state: int = 0
     start_stance: Side = "left"
+    reflexes: Reflexes | None = None  # of muscles, in place of the torques that these are to give

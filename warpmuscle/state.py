@@ -12,6 +12,7 @@ from warpmuscle.kernels.objective_terms import ObjectiveKind
 from warpmuscle.muscles import Driven, muscle_state
 from warpmuscle.objective import term_arrays
 from warpmuscle.parameters import greatest
+from warpmuscle.reflexes import has_reflexes
 from warpmuscle.scene import Scene
 from warpmuscle.topology import Topology
 
@@ -41,7 +42,8 @@ def state_struct(
     table = found.table
     for name, array in term_arrays(objective, n, len(names.bodies), len(table.muscles), device).items():
         setattr(s, name, array)
-    s.muscles = muscle_state(n, len(table.muscles), len(table.crossings), _ring_capacity(scene, found), device)
+    capacity, reflexes = _ring_capacity(scene, found), has_reflexes(scene, found.muscles)
+    s.muscles = muscle_state(n, len(table.muscles), len(table.crossings), capacity, device, reflexes)
     return s
 
 

@@ -35,6 +35,7 @@ from warpmuscle.typed import to_type
 from warpmuscle.validate_motion import check_motion
 from warpmuscle.validate_muscles import check_muscles
 from warpmuscle.validate_objective import check_failure, check_objective, check_stages
+from warpmuscle.validate_reflexes import check_reflexes
 
 AXES = {"ball": 2, "universal": 2, "hinge": 1, "fixed": 0}  # by type of joint
 LIMITS = {"ball": 3, "universal": 2, "hinge": 1, "fixed": 0}
@@ -226,6 +227,8 @@ class _Check(Checks):
         if not controller.states:
             raise SceneError("a controller needs at least one state", key="controller.states")
         _check_index(controller.start_state, controller.states, "controller.start_state")
+        if controller.reflexes is not None:
+            check_reflexes(self, "controller.reflexes", controller.reflexes)
         for index, state in enumerate(controller.states):
             key = f"controller.states.{index}"
             _check_index(state.next, controller.states, f"{key}.next")

@@ -1,0 +1,97 @@
+"""Muscle reflexes against NumPy: single terms, and the excitations of a whole walk."""
+
+import itertools
+
+import numpy as np
+import pytest
+import warp as wp
+from probes import evaluate, turn_about, units, vectors
+from reflex_oracle import excitations, term
+
+from warpmuscle.arrays import structs_to_device
+from warpmuscle.formats import load
+from warpmuscle.kernels import reflex
+from warpmuscle.kernels.reflex_structs import ReflexPlan, ReflexRow
+from warpmuscle.recording import Recording
+from warpmuscle.reflexes import DURING, MOVING, PART, TIMES
+from warpmuscle.rollout import Rollout
+from warpmuscle.scene import Reflex, Scene
+
+
+@wp.kernel(enable_backward=False)
+def terms(
+    plan: wp.array[ReflexPlan], row: wp.array[ReflexRow], signal: wp.array[wp.vec2], legs: wp.array2d[int],
+    loads: wp.array[wp.vec2], result: wp.array2d[float],
+):  # fmt: skip
+    i, k = wp.tid()
+    stance, trailing = legs[i, 0] == 1, legs[i, 1] == 1
+    result[i, k] = reflex.reflex_term(plan[k], row[k], signal[i], stance, trailing, loads[i][0], loads[i][1])
+
+
+def test_a_reflex_adds_the_wanted_part_of_its_signal_in_its_phase_times_its_load():
+    random = np.random.default_rng(0)
+    choices = list(itertools.product(PART, MOVING, DURING, TIMES))
+    numbers = random.normal(size=(3, len(choices)))
+    reflexes = [
+        Reflex(gain, "length", offset=offset, lead=lead, part=part, moving=moving, during=during, times=times)
+        for gain, offset, lead, (part, moving, during, times) in zip(*numbers, choices, strict=True)
+    ]
+    words = {"part": PART, "moving": MOVING, "during": DURING, "times": TIMES}
+    columns = {name: [table[getattr(r, name)] for r in reflexes] for name, table in words.items()}
+    plan = structs_to_device(ReflexPlan, columns, "cpu")
+    row = structs_to_device(ReflexRow, dict(zip(("gain", "offset", "lead"), numbers, strict=True)), "cpu")
+    states = [(0, 0), (1, 0), (1, 1)] * 10
+    signal, loads = random.normal(size=(len(states), 2)), random.random((len(states), 2))
+    given = [wp.array(values.astype(np.float32), dtype=wp.vec2, device="cpu") for values in (signal, loads)]
+    legs = wp.array(np.array(states, np.int32), dtype=int, device="cpu")
+    result = wp.zeros((len(states), len(reflexes)), device="cpu")
+    wp.launch(terms, result.shape, [plan, row, given[0], legs, given[1], result], device="cpu")
+    for i, (stance, trailing) in enumerate(states):
+        phases = {"always", "stance" if stance else "swing"} | ({"trailing"} if trailing else set())
+        factors = {"once": 1.0, "load": loads[i, 0], "other_load": loads[i, 1]}
+        expected = [term(r, signal[i, 0], signal[i, 1], phases, factors) for r in reflexes]
+        np.testing.assert_allclose(result.numpy()[i], expected, atol=1e-6)
+    assert np.mean(result.numpy() != 0.0) > 0.2
+
+
+def test_lean_is_positive_forward_whatever_the_heading():
+    lean, rate, yaw = np.linspace(-1.0, 1.0, 50), vectors(50)[:, 0], np.linspace(-3.0, 3.0, 50)
+    heading = turn_about(np.array([0.0, 1.0, 0.0]), yaw)
+    forward = np.stack([np.sin(yaw), np.zeros(50), np.cos(yaw)], axis=1)
+    up = np.cos(lean)[:, None] * np.array([0.0, 1.0, 0.0]) + np.sin(lean)[:, None] * forward
+    left = np.stack([np.cos(yaw), np.zeros(50), -np.sin(yaw)], axis=1)
+    spin = rate[:, None] * left + 0.3 * units(50)[:, :1] * forward
+    got = evaluate(reflex.forward_lean, up, spin, heading)
+    np.testing.assert_allclose(got, np.stack([lean, rate], axis=1), atol=2e-6)
+
+
+@pytest.fixture(scope="module")
+def walk() -> tuple[Scene, Recording, float]:
+    """A second and a half of a walk by reflexes with a frame a step, and the body's weight, N."""
+    scene = load("reflex_walk")
+    rollout = Rollout(scene, 1, "cpu", record=[0], record_rate=1.0 / scene.time_step, threads=1)
+    rollout.run(1.5)
+    mass = sum(body.mass for body in rollout.numeric.character.bodies.values())
+    return rollout.numeric, rollout.recording(), float(mass * rollout.numeric.gravity)
+
+
+def test_excitations_of_a_walk_are_those_of_its_reflexes(walk: tuple[Scene, Recording, float]):
+    scene, motion, weight = walk
+    expected = excitations(scene, motion, weight)
+    f_max = np.array([scene.character.muscles[name].f_max for name in motion.muscle_names])
+    assert len(motion.muscle_names) == 14
+    assert not np.isnan(expected).any()
+    difference = np.abs(motion.muscle_desired_force / f_max - expected)
+    assert np.median(difference) < 1e-6
+    assert np.percentile(difference, 99.9) < 1e-4
+    assert np.ptp(expected, axis=0).min() > 0.05
+
+
+def test_muscles_hear_their_reflexes_after_their_delays(walk: tuple[Scene, Recording, float]):
+    scene, motion, _ = walk
+    for m, name in enumerate(motion.muscle_names):
+        muscle = scene.character.muscles[name]
+        late = round(muscle.delay / scene.time_step)
+        said = motion.muscle_desired_force[:, m] / muscle.f_max
+        np.testing.assert_allclose(motion.muscle_excitation[late:, m], said[: len(said) - late], atol=1e-6)
+        np.testing.assert_allclose(motion.muscle_excitation[:late, m], said[0], atol=1e-6)
