@@ -12,6 +12,12 @@ from warpmuscle.kernels.structs import Model, Work, at
 
 
 @wp.func
+def above_ground(instance: int, point: wp.vec3, model: Model) -> float:
+    """Distance of a point from the plane of the ground, m: on a slope, a walk loses or gains no height."""
+    return wp.dot(at(model.contacts.normal, instance, 0), point) - at(model.contacts.height, instance, 0)
+
+
+@wp.func
 def normal_force(depth: float, speed: float, stiffness: float, damping: float, time_step: float) -> float:
     """Force of a contact along the normal at the start of a step, N: k depth - (d + h k) speed, never negative.
 

@@ -2,6 +2,7 @@
 
 import warp as wp
 
+from warpmuscle.kernels.contact import above_ground
 from warpmuscle.kernels.spatial import heading, heading_angle
 from warpmuscle.kernels.structs import CROSSED, DIVERGED, FELL, RUNNING, TOUCHED, TURNED, Model, State, Work, at
 
@@ -10,13 +11,6 @@ from warpmuscle.kernels.structs import CROSSED, DIVERGED, FELL, RUNNING, TOUCHED
 def has_fallen(height: float, start_height: float, fraction: float) -> bool:
     """Whether the centre of mass is below a fraction of its initial height (Bergmann 2017, section 6); NaN has."""
     return not (height >= fraction * start_height)
-
-
-@wp.func
-def height_above_ground(instance: int, model: Model, work: Work) -> float:
-    """Distance of the centre of mass from the plane of the ground, m: on a slope, a walk loses or gains no height."""
-    normal = at(model.contacts.normal, instance, 0)
-    return wp.dot(normal, work.center[0]) - at(model.contacts.height, instance, 0)
 
 
 @wp.func
@@ -45,7 +39,7 @@ def posture_status(instance: int, model: Model, state: State, work: Work) -> int
     """Status by the pose at the start of a step: RUNNING, FELL, TURNED or CROSSED."""
     limits = at(model.failure, instance, 0)
     if limits[0] > 0.0:
-        height = height_above_ground(instance, model, work)
+        height = above_ground(instance, work.center[0], model)
         if has_fallen(height, state.start_height[instance], limits[0]):
             return FELL
     desired = at(model.simbicon.hip, instance, 0)[3]

@@ -7,6 +7,7 @@ Yin, Loken, van de Panne 2007, as programmed in the Controller Editor Framework 
 import warp as wp
 
 from warpmuscle.kernels.angles import arcsine_ratio
+from warpmuscle.kernels.contact import above_ground
 from warpmuscle.kernels.joint import hinge_rotation
 from warpmuscle.kernels.lanes import synchronize
 from warpmuscle.kernels.spatial import heading, symmetric, symmetric_rotated
@@ -314,7 +315,7 @@ def torques_stage(instance: int, lane: int, lanes: int, model: Model, state: Sta
         joint_torque(instance, i, in_character_frame, frame, model, work)
     synchronize()
     hips_stage(instance, lane, frame, model, state, work)
-    factor = strength_by_height(work.position[0][1])
+    factor = strength_by_height(above_ground(instance, work.position[0], model))
     for i in range(1 + lane, model.body_count, lanes):
         work.torque[i] = work.torque[i] * factor
         work.stiffness[i] = work.stiffness[i] * factor

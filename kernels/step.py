@@ -6,6 +6,7 @@ from typing import Any
 import warp as wp
 
 from warpmuscle.kernels.collision import collision_stage_of
+from warpmuscle.kernels.contact import above_ground
 from warpmuscle.kernels.control import control_stage_of
 from warpmuscle.kernels.dynamics import acceleration_stage, inertia_stage
 from warpmuscle.kernels.hybrid import hybrid_acceleration_stage, hybrid_integrate_stage
@@ -14,7 +15,7 @@ from warpmuscle.kernels.kinematics import kinematics_stage
 from warpmuscle.kernels.lanes import slots_of, synchronize, work_at, work_memory
 from warpmuscle.kernels.motion import prescribe_stage
 from warpmuscle.kernels.muscle_stage import MuscleKind, muscle_stage_of, no_muscles
-from warpmuscle.kernels.objective import effort_stage, height_above_ground, posture_status, step_status
+from warpmuscle.kernels.objective import effort_stage, posture_status, step_status
 from warpmuscle.kernels.objective_terms import ObjectiveKind, muscle_functions, objective_stage_of
 from warpmuscle.kernels.record import RecordKind, frame_of, recorders_of
 from warpmuscle.kernels.simbicon import advance_phase
@@ -72,7 +73,7 @@ def one_step_of(
             frame = frame_of(instance, step, record)
         kinematics_stage(instance, lane, lanes, model, state, work)
         if step == 0 and lane == 0:
-            state.start_height[instance] = height_above_ground(instance, model, work)
+            state.start_height[instance] = above_ground(instance, work.center[0], model)
         synchronize()
         status = posture_status(instance, model, state, work)
         if status != RUNNING:

@@ -12,14 +12,14 @@ import warp as wp
 from warpmuscle.collisions import collision_pairs
 from warpmuscle.kernels.actuation import actuation_stage_of, muscle_torque, pulled_torque
 from warpmuscle.kernels.collision import collision_stage_of
-from warpmuscle.kernels.contact import contact_stage
+from warpmuscle.kernels.contact import above_ground, contact_stage
 from warpmuscle.kernels.dynamics import backward_pass, body_inertia, forward_pass, push_now
 from warpmuscle.kernels.integration import integrate_stage
 from warpmuscle.kernels.kinematics import kinematics_stage
 from warpmuscle.kernels.lanes import capacity_of, slots_of, synchronize, work_at, work_memory
 from warpmuscle.kernels.limits import limit_stage
 from warpmuscle.kernels.muscle_stage import MuscleKind, arms_at_hand, arms_in_state, muscle_stage_of, no_muscles
-from warpmuscle.kernels.objective import effort_stage, height_above_ground, posture_status
+from warpmuscle.kernels.objective import effort_stage, posture_status
 from warpmuscle.kernels.objective_terms import ObjectiveKind, muscle_functions, objective_stage_of
 from warpmuscle.kernels.path import joint_velocities, stretch_of
 from warpmuscle.kernels.simbicon import advance_phase, targets_stage, torques_stage
@@ -154,7 +154,7 @@ def repeated_step_kernel(
             for _k in range(1 + extra[KINEMATICS]):
                 kinematics_stage(i, lane, lanes, model, state, work)
             if step == 0 and lane == 0:
-                state.start_height[i] = height_above_ground(i, model, work)
+                state.start_height[i] = above_ground(i, work.center[0], model)
             synchronize()
             status = int(RUNNING)
             for _k in range(1 + extra[FAILURE]):
