@@ -88,6 +88,12 @@ def scene_of(name: str) -> Scene:
     return substitute(scene, start_values(scene))
 
 
+def called(name: str) -> str:
+    """A short name of a scene with other numbers: that of the scene and the numbers."""
+    base, _, changes = name.partition(":")
+    return " ".join([base, *(change.partition("=")[2] for change in changes.split(",") if changes)])
+
+
 def judge(
     name: str, scene: Scene, duration: float, runs: int, noise: float, device: str | None, threads: int | None
 ) -> tuple[Judged, Recording]:
@@ -193,7 +199,7 @@ def main(
     wp.config.log_level = wp.LOG_WARNING
     names = list(dict.fromkeys([ORIGINAL, *(scenes or SCENES)]))
     try:
-        found = {name: scene_of(name) for name in names}
+        found = {called(name): scene_of(name) for name in names}
         gaits: list[Judged] = []
         motions: dict[str, tuple[Recording, Scene]] = {}
         for name, scene in found.items():

@@ -11,7 +11,7 @@ from warpmuscle.errors import SceneError
 from warpmuscle.formats import load, toml
 from warpmuscle.formats.toml_lines import key_lines
 from warpmuscle.number import Free
-from warpmuscle.scene import Scene, SearchStage, State, Trajectory
+from warpmuscle.scene import PD, Scene, SearchStage, State, Trajectory
 
 CHARACTER = """root = "pelvis"
 [bodies]
@@ -223,3 +223,10 @@ def test_a_file_beside_the_scene_goes_before_a_shipped_one(tmp_path):
     (tmp_path / "fwalk.toml").write_text(toml.dumps(load("iwalk")))
     (tmp_path / "mine.toml").write_text('name = "mine"\nbase = "fwalk.toml"\n')
     assert toml.read(tmp_path / "mine.toml").controller == load("iwalk").controller
+
+
+def test_numbers_that_go_through_points_are_written_as_they_are_read(tmp_path):
+    scene = sound_scene()
+    scene.controller.pd["root"] = PD(Free(same_as="controller.pd.lHip.kp", through=((5.0, 1.0), (20.0, 3.5))), 1.0)
+    toml.write(scene, tmp_path / "a.toml")
+    assert toml.read(tmp_path / "a.toml") == scene

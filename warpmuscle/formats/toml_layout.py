@@ -142,7 +142,7 @@ def _inline(value: Any) -> str:
     if isinstance(value, dict):
         members = ", ".join(f"{_key(key)} = {_inline(member)}" for key, member in value.items())
         return f"{{ {members} }}" if members else "{}"
-    if isinstance(value, list):
+    if isinstance(value, list | tuple):
         return f"[{', '.join(map(_inline, value))}]"
     if isinstance(value, bool):
         return "true" if value else "false"
