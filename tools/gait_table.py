@@ -41,7 +41,8 @@ SCENES = (
     "walk56", "walk56_speeds:objective.target_speed=0.8", "walk56_speeds:objective.target_speed=1.0",
     "walk56_speeds:objective.target_speed=1.25", "walk56_speeds:objective.target_speed=1.5", "walk44_but_hips",
     "walk50_but_back", "wang2012:objective.target_speed=1.0", "wang2012:objective.target_speed=1.25", "jog56",
-    "inplace56", "back56", "reflex_walk",
+    "walk56_slopes:ground.normal.2=-0.0875", "walk56_slopes:ground.normal.2=0.0875", "walk56_robust", "inplace56",
+    "back56", "reflex_walk",
 )  # fmt: skip
 RATE = 200.0  # frames/s, for what happens at a touch-down and for trembling
 SECONDS_OF_RUNS = 10.0  # s

@@ -160,8 +160,8 @@ def test_errors_of_the_whole_scene_carry_file_and_line(reference_data, tmp_path)
 @pytest.mark.parametrize(
     ("sources", "message"),
     [
-        ([], "no scene given; shipped scenes: bigbird_walk, bwalk"),
-        (["fwlk"], "there is no scene called 'fwlk'; did you mean 'fwalk'? shipped scenes: bigbird_walk"),
+        ([], "no scene given; shipped scenes: back56, back56_search, bigbird_walk, bwalk"),
+        (["fwlk"], "there is no scene called 'fwlk'; did you mean 'fwalk'? shipped scenes: back56, back56_search"),
         (["biped"], "there is no scene called 'biped'"),
         (["/"], "a scene is read from .toml"),
         (["a.toml", "b.sbc"], "'a.toml' cannot be combined with other files"),
