@@ -200,7 +200,9 @@ def main(
     wp.config.log_level = wp.LOG_WARNING
     names = list(dict.fromkeys([ORIGINAL, *(scenes or SCENES)]))
     try:
-        found = {called(name): scene_of(name) for name in names}
+        short = [called(name) for name in names]
+        labels = short if len(set(short)) == len(names) else names
+        found = {label: scene_of(name) for label, name in zip(labels, names, strict=True)}
         gaits: list[Judged] = []
         motions: dict[str, tuple[Recording, Scene]] = {}
         for name, scene in found.items():

@@ -5,7 +5,6 @@ from __future__ import annotations
 import msgspec
 import numpy as np
 
-from warpmuscle.arrays import Floats
 from warpmuscle.records import Evaluations
 from warpmuscle.scene import Robustness, Scene
 from warpmuscle.trials import Trials
@@ -16,7 +15,7 @@ VELOCITY_NOISE = 0.05  # m/s
 SEED = 7  # of the noise, another one than searches have by default
 
 
-def hardiest(scene: Scene, evaluations: Evaluations, count: int, threads: int | None = None) -> tuple[Floats, int]:
+def hardiest(scene: Scene, evaluations: Evaluations, count: int, threads: int | None = None) -> tuple[int, int]:
     """Of the candidates of least cost the one of least mean cost in runs of 10 s with velocity noise of 0.05 m/s.
 
     A run that fails costs so much that the number of those that do not decides first.
@@ -25,7 +24,7 @@ def hardiest(scene: Scene, evaluations: Evaluations, count: int, threads: int | 
         scene: of the search, without stages. evaluations: its candidates. count: how many of them to compare, at most.
 
     Returns:
-        Its parameters (P,), and how many of 20 runs it came through.
+        Its row of the evaluations, and how many of 20 runs it came through.
     """
     order = np.argsort(evaluations.cost, kind="stable")[:count]
     params = np.asarray(evaluations.params[order], dtype=np.float64)
@@ -37,4 +36,4 @@ def hardiest(scene: Scene, evaluations: Evaluations, count: int, threads: int | 
     trials.run()
     best = int(trials.cost().argmin())
     held = trials.batch.end_time().reshape(-1, RUNS)[best] >= DURATION - 0.5 * scene.time_step
-    return params[best], int(held.sum())
+    return int(order[best]), int(held.sum())

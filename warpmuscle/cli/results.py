@@ -89,7 +89,8 @@ def _best_scene(
     content = read(path, run)
     if content.best is None:
         raise ResultError(f"{path} holds no candidates to choose the best of")
-    scene, best, chosen = toml.loads(content.scene), np.asarray(content.best.params, dtype=np.float64), ""
+    scene, chosen = toml.loads(content.scene), ""
+    best, cost = np.asarray(content.best.params, dtype=np.float64), content.best.cost
     if among is not None:
         if content.evaluations is None or scene.stages:
             raise Error(f"{path}: --hardiest chooses among the candidates of a search without stages")
@@ -97,7 +98,8 @@ def _best_scene(
         from warpmuscle.hardiest import RUNS, hardiest
 
         with log.status("simulating good candidates again"):
-            best, held = hardiest(scene, content.evaluations, among)
+            row, held = hardiest(scene, content.evaluations, among)
+        best, cost = np.asarray(content.evaluations.params[row], dtype=np.float64), float(content.evaluations.cost[row])
         chosen = f"; the hardiest of the best {among}, upright in {held} of {RUNS} runs"
     names = [parameter.name for parameter in free_parameters(scene)]
     for pattern in fix:
@@ -114,7 +116,7 @@ def _best_scene(
     count = 0 if content.evaluations is None else len(content.evaluations)
     return (
         scene,
-        f"cost {content.best.cost:.6g} after {count} candidates on {content.device}{chosen}: {content.command}",
+        f"cost {cost:.6g} after {count} candidates on {content.device}{chosen}: {content.command}",
     )
 
 
