@@ -6,16 +6,17 @@ A run survives that comes to the end of its time without one of the failures of 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
 from warpmuscle.arrays import Floats
-from warpmuscle.disturbances import Disturbances, none
+from warpmuscle.disturbances import none
 from warpmuscle.errors import Error
 from warpmuscle.gait import measure
+from warpmuscle.monotone import rising
 from warpmuscle.scene import Scene
 from warpmuscle.split import make_rollout
 from warpmuscle.status import Status
@@ -93,8 +94,8 @@ def push_trials(
     toward = np.stack([np.sin(direction), 0.0 * direction, np.cos(direction)], axis=1)
     count = len(levels) * pushes
     push = (levels[:, None, None] * toward).reshape(count, 3)
-    disturbances = Disturbances(
-        np.zeros((count, 3)), push, np.tile(start, len(levels)), np.zeros(count), push_duration
+    disturbances = replace(
+        none(count), push=push, push_start=np.tile(start, len(levels)), push_duration=push_duration
     )  # fmt: skip
     batch = make_rollout(_lasting(scene, PUSHED_UNTIL + AFTERWARDS), count, device, threads=threads)
     batch.disturb(disturbances)
@@ -115,13 +116,7 @@ def half_impulse(impulses: Floats, survival: Floats) -> float:
     Returns:
         0 if not even the least impulse leaves half, infinity if the greatest one leaves more than half.
     """
-    blocks: list[list[float]] = []  # of neighbours: their mean and number
-    for part in survival:
-        blocks.append([float(part), 1.0])
-        while len(blocks) > 1 and blocks[-2][0] < blocks[-1][0]:
-            (a, m), (b, n) = blocks[-2:]
-            blocks[-2:] = [[(a * m + b * n) / (m + n), m + n]]
-    falling = np.repeat([block[0] for block in blocks], [int(block[1]) for block in blocks])
+    falling = -rising(-survival)
     below = np.flatnonzero(falling <= 0.5)
     if not len(below):
         return np.inf
@@ -142,9 +137,8 @@ def slope_trials(
 ) -> list[SlopeTrial]:
     """Let a gait go on slopes, rad, upwards if positive, in one batch."""
     count = len(slopes)
-    numbers = none(count)
     batch = make_rollout(_lasting(scene, duration), count, device, threads=threads, record=range(count))
-    batch.disturb(Disturbances(numbers.velocity, numbers.push, numbers.push_start, np.array(slopes, dtype=float)))
+    batch.disturb(replace(none(count), slope=np.array(slopes, dtype=float)))
     batch.run()
     survived, ended = batch.status() == Status.COMPLETED, batch.end_time()
     motions = [batch.recording(i) for i in range(count)]

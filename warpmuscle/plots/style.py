@@ -12,6 +12,7 @@ import numpy as np
 
 from warpmuscle.errors import Error
 from warpmuscle.formats.files import check_writable, replace_file
+from warpmuscle.monotone import rising
 from warpmuscle.recording import Floats
 
 # Okabe and Ito's palette: told apart with any kind of colour vision.
@@ -131,14 +132,8 @@ def label_ends(axes: Any, labels: Sequence[tuple[float, str, Any]], size: float 
 
 def apart(heights: Sequence[float], least: float) -> Floats:
     """Heights in ascending order, moved as little as possible so that neighbours are `least` apart."""
-    blocks: list[list[float]] = []  # of heights that touch: their mean without the distances between them, and number
-    for k, height in enumerate(heights):
-        blocks.append([height - k * least, 1.0])
-        while len(blocks) > 1 and blocks[-2][0] > blocks[-1][0]:
-            (a, m), (b, n) = blocks[-2:]
-            blocks[-2:] = [[(a * m + b * n) / (m + n), m + n]]
-    level = np.repeat([block[0] for block in blocks], [int(block[1]) for block in blocks])
-    return np.asarray(level + least * np.arange(len(heights)))
+    steps = least * np.arange(len(heights))
+    return np.asarray(rising(np.asarray(heights) - steps) + steps)
 
 
 def picture(figure: Any, ending: str, dpi: int = _DPI) -> bytes:
