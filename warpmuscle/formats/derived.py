@@ -8,10 +8,9 @@ from typing import Any
 
 import msgspec
 import numpy as np
-import tomlkit
 
 from warpmuscle.errors import SceneError
-from warpmuscle.formats.files import shown
+from warpmuscle.formats.toml_layout import inline, key_text
 from warpmuscle.number import Free
 from warpmuscle.parameters import leaves, start_values, substitute
 from warpmuscle.scene import Scene
@@ -80,9 +79,9 @@ def _changes(mine: Mapping[str, Any], theirs: Mapping[str, Any], base_name: str)
             raise SceneError(f"{base_name} says something here that cannot be taken back", key=path)
         if (whole := _plain_list(mine, theirs, path)) is not None:
             found[path.rpartition(".")[0]] = whole  # the base may have it by default only, without items to change
-        elif isinstance(leaf, Free):
-            known = isinstance(other, Free) and bool(other.same_as) == bool(leaf.same_as)
-            found[path] = _fields(leaf, other if known else None)
+        elif isinstance(leaf, Free) and isinstance(other, Free) and bool(other.same_as) == bool(leaf.same_as):
+            names = (field.name for field in msgspec.structs.fields(leaf))
+            found[path] = {name: getattr(leaf, name) for name in names if getattr(leaf, name) != getattr(other, name)}
         else:
             found[path] = leaf
     return found
@@ -96,45 +95,18 @@ def _plain_list(mine: Mapping[str, Any], theirs: Mapping[str, Any], path: str) -
     paths = list(itertools.takewhile(lambda item: item in mine, (f"{parent}.{k}" for k in itertools.count())))
     if not paths or any(isinstance(theirs.get(item), Free) for item in paths):
         return None
-    items = [mine[item] for item in paths]
-    return [_fields(item, None) if isinstance(item, Free) else item for item in items]
-
-
-def _fields(number: Free, other: Free | None) -> dict[str, Any]:
-    """Fields of a number that differ from those of another one, or from what they are by default."""
-    fields = {field.name: field.default for field in msgspec.structs.fields(number)}
-    if other is not None:
-        fields = {name: getattr(other, name) for name in fields}
-    return {name: getattr(number, name) for name, usual in fields.items() if getattr(number, name) != usual}
+    return [mine[item] for item in paths]
 
 
 def _text(scene: Scene, base_name: str, changes: Mapping[str, Any], comment: Sequence[str]) -> str:
-    lines = [*(f"# {line}" for line in comment), *([""] if comment else []), f"name = {_text_of(scene.name)}"]
-    lines += [f"base = {_text_of(base_name)}", f"description = {_text_of(scene.description)}"]
+    lines = [*(f"# {line}" for line in comment), *([""] if comment else []), f"name = {inline(scene.name)}"]
+    lines += [f"base = {inline(base_name)}", f"description = {inline(scene.description)}"]
     tables: dict[tuple[str, ...], list[str]] = {(): []}
     for path, leaf in changes.items():
         if path not in OWN:
             *table, name = path.split(".")
-            tables.setdefault(tuple(table), []).append(_line(name, leaf))
+            tables.setdefault(tuple(table), []).append(f"{key_text(name)} = {inline(leaf)}")
     lines += tables.pop(())
     for table_path, rows in tables.items():
-        lines += ["", f"[{'.'.join(map(_key, table_path))}]", *rows]
+        lines += ["", f"[{'.'.join(map(key_text, table_path))}]", *rows]
     return "\n".join(lines) + "\n"
-
-
-def _line(name: str, leaf: Any) -> str:
-    return f"{_key(name)} = {_text_of(leaf)}"
-
-
-def _text_of(value: Any) -> str:
-    if isinstance(value, dict):
-        return f"{{ {', '.join(f'{_key(name)} = {_text_of(member)}' for name, member in value.items())} }}"
-    if isinstance(value, list | tuple):
-        return f"[{', '.join(map(_text_of, value))}]"
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    return tomlkit.item(value).as_string() if isinstance(value, str) else shown(value)
-
-
-def _key(name: str) -> str:
-    return tomlkit.key(name).as_string()

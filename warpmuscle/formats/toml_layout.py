@@ -67,7 +67,7 @@ def _plain_fields(part: msgspec.Struct) -> dict[str, Any]:
 
 def _write_table(table: dict[str, Any], path: tuple[str, ...], lines: list[str], header: str = "") -> None:
     """Lines of a table: what fits on one line first, then tables of their own for the others."""
-    rows = {key: f"{_key(key)} = {_inline(member)}" for key, member in table.items()}
+    rows = {key: f"{key_text(key)} = {inline(member)}" for key, member in table.items()}
     own = [key for key, member in table.items() if _is_long(member, rows[key], depth=len(path) + 1)]
     if own and isinstance(table, _Named):
         own = list(table)  # none on a line, to keep the order
@@ -80,7 +80,7 @@ def _write_table(table: dict[str, Any], path: tuple[str, ...], lines: list[str],
         lines.extend(rows[key] if len(rows[key]) <= LIST_WIDTH else _folded(key, table[key]) for key in short)
     for key in sorted(own, key=lambda key: isinstance(table[key], list)):
         inner, member = (*path, key), table[key]
-        name = ".".join(map(_key, inner))
+        name = ".".join(map(key_text, inner))
         if isinstance(member, list):
             for item in member:
                 _write_table(item, inner, lines, f"[[{name}]]")
@@ -92,7 +92,7 @@ def _is_long(member: Any, row: str, depth: int) -> bool:
     """Whether a member gets tables of its own, as those with chosen names and all at the top level do."""
     if isinstance(member, list):
         tables = [item for item in member if isinstance(item, dict)]
-        return len(row) > LIST_WIDTH and any(len(_inline(item)) > ITEM_WIDTH for item in tables)
+        return len(row) > LIST_WIDTH and any(len(inline(item)) > ITEM_WIDTH for item in tables)
     if isinstance(member, _Named) and member:
         return depth < 3 or len(row) > WIDTH
     return isinstance(member, dict) and (len(row) > WIDTH or depth == 1)
@@ -100,13 +100,15 @@ def _is_long(member: Any, row: str, depth: int) -> bool:
 
 def _columns(table: dict[str, Any]) -> list[str]:
     """Rows `key = { a = 1, b = 2 }`, their cells padded to line up where all rows have the same members."""
-    names = [_key(key) for key in table]
+    names = [key_text(key) for key in table]
     width = max(map(len, names), default=0)
     members = list(table.values())
     if not all(isinstance(member, dict) for member in members):
-        return [f"{_key(key)} = {_inline(member)}" for key, member in table.items()]
+        return [f"{key_text(key)} = {inline(member)}" for key, member in table.items()]
     fields = list(dict.fromkeys(field for member in members for field in member))
-    cells = {field: [f"{_key(field)} = {_inline(m[field])}" if field in m else "" for m in members] for field in fields}
+    cells = {
+        field: [f"{key_text(field)} = {inline(m[field])}" if field in m else "" for m in members] for field in fields
+    }
     widths = {field: max(map(len, column)) + 1 for field, column in cells.items()}
     rows = []
     for index, name in enumerate(names):
@@ -122,12 +124,12 @@ def _columns(table: dict[str, Any]) -> list[str]:
 def _folded(key: str, values: Any) -> str:
     """A long list over several lines; anything else on one."""
     if not isinstance(values, list):
-        return f"{_key(key)} = {_inline(values)}"
+        return f"{key_text(key)} = {inline(values)}"
     if any(isinstance(value, dict) for value in values):
-        return "\n".join([f"{_key(key)} = [", *(f"    {_inline(value)}," for value in values), "]"])
-    lines, row = [f"{_key(key)} = ["], "   "
+        return "\n".join([f"{key_text(key)} = [", *(f"    {inline(value)}," for value in values), "]"])
+    lines, row = [f"{key_text(key)} = ["], "   "
     for value in values:
-        item = f" {_inline(value)},"
+        item = f" {inline(value)},"
         if len(row) + len(item) > LIST_WIDTH:
             lines.append(row)
             row = "   "
@@ -135,15 +137,15 @@ def _folded(key: str, values: Any) -> str:
     return "\n".join([*lines, row, "]"])
 
 
-def _inline(value: Any) -> str:
+def inline(value: Any) -> str:
     """A value on one line."""
     if isinstance(value, Free):
         value = {f.name: getattr(value, f.name) for f in _fields(Free) if getattr(value, f.name) != f.default}
     if isinstance(value, dict):
-        members = ", ".join(f"{_key(key)} = {_inline(member)}" for key, member in value.items())
+        members = ", ".join(f"{key_text(key)} = {inline(member)}" for key, member in value.items())
         return f"{{ {members} }}" if members else "{}"
     if isinstance(value, list | tuple):
-        return f"[{', '.join(map(_inline, value))}]"
+        return f"[{', '.join(map(inline, value))}]"
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, str):
@@ -157,5 +159,6 @@ def _text(value: str) -> str:
 
 
 @cache
-def _key(name: str) -> str:
+def key_text(name: str) -> str:
+    """A key as it is written, in quotes if need be."""
     return tomlkit.key(name).as_string() if name else '""'
