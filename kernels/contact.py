@@ -18,6 +18,12 @@ def above_ground(instance: int, point: wp.vec3, model: Model) -> float:
 
 
 @wp.func
+def body_weight(instance: int, model: Model) -> float:
+    """Weight of the whole character, N."""
+    return at(model.skeleton.total_mass, instance, 0) * at(model.gravity, instance, 0)
+
+
+@wp.func
 def normal_force(depth: float, speed: float, stiffness: float, damping: float, time_step: float) -> float:
     """Force of a contact along the normal at the start of a step, N: k depth - (d + h k) speed, never negative.
 

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 import warp as wp
 
+from warpmuscle.kernels.contact import body_weight
 from warpmuscle.kernels.curves import active_force_length, force_velocity
 from warpmuscle.kernels.limits import limit_stage
 from warpmuscle.kernels.metabolics import bhargava_power, muscle_mass, umberger_power, wang_power
@@ -178,7 +179,7 @@ def head(instance: int, model: Model, state: State, work: Work) -> float:
 @wp.func
 def ground_force(instance: int, model: Model, state: State, work: Work) -> float:
     """Vertical force on each foot beyond its bound, over body weight, summed, of the step before."""
-    weight = at(model.skeleton.total_mass, instance, 0) * at(model.gravity, instance, 0)
+    weight = body_weight(instance, model)
     bound = at(model.objective, instance, 0)[1]
     left = wp.max(state.foot_force[instance, 0][1] / weight - bound, 0.0)
     return left + wp.max(state.foot_force[instance, 1][1] / weight - bound, 0.0)
@@ -190,7 +191,7 @@ def norm_force(instance: int, model: Model, state: State, work: Work) -> float:
     if model.norm_bins == 0:
         return 0.0
     stance = state.stance[instance]
-    weight = at(model.skeleton.total_mass, instance, 0) * at(model.gravity, instance, 0)
+    weight = body_weight(instance, model)
     human = model.norm_force[bin_of_phase(state.phase[instance], model.norm_bins)]
     on_stance = state.foot_force[instance, stance][1] / weight - human[0]
     on_swing = state.foot_force[instance, 1 - stance][1] / weight - human[1]

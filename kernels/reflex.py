@@ -7,6 +7,7 @@ sense is of the present, and the delay line of the muscle makes it late.
 
 import warp as wp
 
+from warpmuscle.kernels.contact import body_weight
 from warpmuscle.kernels.lanes import synchronize
 from warpmuscle.kernels.reflex_structs import (
     ALWAYS,
@@ -95,7 +96,7 @@ def reflex_term(
 @wp.func
 def leg_load(instance: int, side: int, model: Model, state: State) -> float:
     """Vertical ground force on a leg in the step before, body weights."""
-    weight = at(model.skeleton.total_mass, instance, 0) * at(model.gravity, instance, 0)
+    weight = body_weight(instance, model)
     return wp.max(state.foot_force[instance, side][1], 0.0) / weight
 
 
