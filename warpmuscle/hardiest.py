@@ -7,6 +7,7 @@ import numpy as np
 
 from warpmuscle.records import Evaluations
 from warpmuscle.scene import Robustness, Scene
+from warpmuscle.status import Status
 from warpmuscle.trials import Trials
 
 RUNS = 20
@@ -35,5 +36,5 @@ def hardiest(scene: Scene, evaluations: Evaluations, count: int, threads: int | 
     trials.set_parameters(params)
     trials.run()
     best = int(trials.cost().argmin())
-    held = trials.batch.end_time().reshape(-1, RUNS)[best] >= DURATION - 0.5 * scene.time_step
+    held = trials.batch.status().reshape(-1, RUNS)[best] == Status.COMPLETED
     return int(order[best]), int(held.sum())

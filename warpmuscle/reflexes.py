@@ -11,6 +11,7 @@ from warpmuscle.arrays import records_to_device, rows, starts, structs_to_device
 from warpmuscle.errors import SceneError
 from warpmuscle.kernels import reflex_structs, structs
 from warpmuscle.scene import Reflex, Scene
+from warpmuscle.scene_reflexes import OF_MUSCLES
 from warpmuscle.topology import Topology
 
 SIDES = {"l": structs.LEFT, "r": structs.RIGHT}  # by the first letter of a name
@@ -28,7 +29,6 @@ DURING = {
 TIMES = {
     "once": reflex_structs.ONCE, "load": reflex_structs.BY_LOAD, "other_load": reflex_structs.BY_OTHER_LOAD
 }  # fmt: skip
-OF_MUSCLES = ("force", "length", "velocity")  # signals
 
 
 def reflexes_of(scene: Scene, muscle: str) -> dict[str, Reflex]:

@@ -15,6 +15,9 @@ Signal = Literal[
 ]  # fmt: skip
 
 
+OF_MUSCLES = ("force", "length", "velocity")  # signals
+
+
 class Reflex(Part):
     """One term of a muscle's excitation: gain part(signal - offset + lead rate), times a load, in a phase of a leg.
 

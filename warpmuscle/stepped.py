@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cached_property
@@ -40,13 +41,13 @@ class Stepped(Given):
     _start: Start
     _start_rows: dict[str, wp.array]
 
+    @abstractmethod
     def _starts(self, root_velocity: Floats) -> tuple[Any, Any, Any]:
         """Coordinates, speeds and accelerations of all instances at their start."""
-        raise NotImplementedError
 
+    @abstractmethod
     def restart(self, root_velocity: Floats) -> None:
         """Put every instance back to its start."""
-        raise NotImplementedError
 
     @cached_property
     def torque_names(self) -> tuple[str, ...]:

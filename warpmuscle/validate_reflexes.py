@@ -7,9 +7,9 @@ from collections.abc import Collection
 from warpmuscle.checks import Checks, known
 from warpmuscle.errors import SceneError
 from warpmuscle.scene import Reflex, Reflexes
+from warpmuscle.scene_reflexes import OF_MUSCLES
 
 SIDES = "lr"
-OF_MUSCLES = ("force", "length", "velocity")  # signals
 WITH_RATES = ("length", "lean", "angle")
 
 
