@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from warpmuscle.formats import toml
+from warpmuscle.norms import FORCE, LEG_ANGLES
 from warpmuscle.optimization import parameter_table
 from warpmuscle.parameters import free_parameters
 from warpmuscle.plots import KINDS, Absent, Choices, Subject, draw
@@ -16,10 +17,9 @@ from warpmuscle.plots.style import GRAY, cycle_axis, mean_and_spread, page, save
 from warpmuscle.recording import Recording
 from warpmuscle.records import Result
 from warpmuscle.scene import Scene
-from warpmuscle.strides import PERCENT, SIDES, body_weight, leg_angles, over_strides, steady_strides
+from warpmuscle.strides import PERCENT, leg_angles, over_strides, steady_strides, vertical_forces
 
 _FIGURES = ("sticks", "angles", "ground_force", "feet", "activation")
-_FORCE = "Vertical ground force"
 _ROW = 1.75  # inches
 
 
@@ -50,7 +50,7 @@ def compare(path: Path, motions: Mapping[str, tuple[Recording, Scene]]) -> None:
             _row(axes, recording, scene)
             axes[0].set_ylabel(f"{name}\nangle (deg)")
             axes[3].set_ylabel("force (body weights)")
-        for axes, title in zip(rows[0], ("Hip flexion", "Knee flexion", "Ankle dorsiflexion", _FORCE), strict=True):
+        for axes, title in zip(rows[0], (*LEG_ANGLES, FORCE), strict=True):
             axes.set_title(title)
         for axes in rows[-1]:
             axes.set_xlabel("gait cycle (%)")
@@ -60,9 +60,8 @@ def compare(path: Path, motions: Mapping[str, tuple[Recording, Scene]]) -> None:
 
 
 def _row(panels: Any, recording: Recording, scene: Scene) -> None:
-    cycles, weight = steady_strides(recording, scene), body_weight(scene)
-    curves = {**leg_angles(recording, scene), _FORCE: {}}
-    curves[_FORCE] = {side: recording[f"foot_force_{side}"][:, 1] / weight for side in SIDES}
+    cycles = steady_strides(recording, scene)
+    curves = {**leg_angles(recording, scene), FORCE: vertical_forces(recording, scene)}
     for axes, (name, sides) in zip(panels, curves.items(), strict=True):
         norm_band(axes, name)
         for side, values in sides.items():

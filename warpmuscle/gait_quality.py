@@ -14,22 +14,21 @@ from warpmuscle.foot_contact import foot_contact
 from warpmuscle.gait import heading, measure
 from warpmuscle.key_points import KeyPoint, force_humps, greatest, least, norm_deviation, peak, stance_part
 from warpmuscle.muscle_effort import LEAST_SPEED, spent, trembling
-from warpmuscle.norms import LEG_ANGLES, NORMS
+from warpmuscle.norms import FORCE, LEG_ANGLES, NORMS
 from warpmuscle.recording import Floats, Recording
 from warpmuscle.scene import Scene
 from warpmuscle.strides import (
     PERCENT,
     SIDES,
     Strides,
-    body_weight,
     feet_of,
     leg_angles,
     over_strides,
     steady_strides,
+    vertical_forces,
 )
 
 Measures = dict[str, float | None]
-FORCE = "Vertical ground force"
 AT = " at"  # at the end of the name of a percent of the cycle, behind the name of the value there
 LEAST_NORMAL_SPEED = 0.3  # m/s forwards, below which norms of walking do not apply
 # Key points by name: the curve, and the function and part of the cycle (%) that find it.
@@ -106,9 +105,7 @@ def _of_angles(recording: Recording, scene: Scene, cycles: dict[str, Strides], n
 
 
 def _of_force(recording: Recording, scene: Scene, cycles: dict[str, Strides], normal: bool) -> Measures:
-    weight = body_weight(scene)
-    forces = {side: recording[f"foot_force_{side}"][:, 1] / weight for side in SIDES}
-    curves = _means(recording.time, forces, cycles)
+    curves = _means(recording.time, vertical_forces(recording, scene), cycles)
     humps = [force_humps(curve) for curve in curves]
     found: Measures = {
         "deviation of the ground force": _deviation(FORCE, curves, normal),

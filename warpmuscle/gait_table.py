@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from warpmuscle.gait_quality import AT, Measures
-from warpmuscle.norms import NORMS, REFERENCES, SOURCE
+from warpmuscle.norms import FORCE, NORMS, REFERENCES, SOURCE
 
 _CYCLE = "% of the cycle"
 _BODY_WEIGHTS = "body weights"
@@ -32,7 +32,6 @@ _UNITS = {
     "drag of the trailing foot": "cm a step",
     "depth of the feet": "mm",
 }
-_FORCE = "Vertical ground force"
 # Which point of which norm a measure is.
 _POINTS = {
     "hip, least": ("Hip flexion", 1),
@@ -42,10 +41,10 @@ _POINTS = {
     "knee, least": ("Knee flexion", 3),
     "ankle, greatest in stance": ("Ankle dorsiflexion", 1),
     "ankle, least at push-off": ("Ankle dorsiflexion", 2),
-    "first hump of the force": (_FORCE, 1),
-    "valley of the force": (_FORCE, 2),
-    "second hump of the force": (_FORCE, 3),
-    "greatest vertical force": (_FORCE, 3),
+    "first hump of the force": (FORCE, 1),
+    "valley of the force": (FORCE, 2),
+    "second hump of the force": (FORCE, 3),
+    "greatest vertical force": (FORCE, 3),
 }
 
 
@@ -87,8 +86,8 @@ def human(name: str) -> tuple[str, str]:
         percent, value = NORMS[title].points[index]
         return f"{percent:g}" if name.endswith(AT) else f"{value:g} ± {NORMS[title].half_band:g}", SOURCE
     if name == "depth of the valley":
-        first, valley, second = (NORMS[_FORCE].points[index][1] for index in (1, 2, 3))
+        first, valley, second = (NORMS[FORCE].points[index][1] for index in (1, 2, 3))
         return f"{min(first, second) - valley:.2g}", SOURCE
     if name == "stance":
-        return f"{NORMS[_FORCE].points[-1][0]:g}", SOURCE
+        return f"{NORMS[FORCE].points[-1][0]:g}", SOURCE
     return ("100", SOURCE) if name.endswith("norm band") else ("", "")

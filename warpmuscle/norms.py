@@ -15,6 +15,7 @@ from warpmuscle.scene import Scene
 from warpmuscle.topology import Topology
 
 SOURCE = "norm curves in SCONE Studio"
+FORCE = "Vertical ground force"
 LEG_ANGLES = ("Hip flexion", "Knee flexion", "Ankle dorsiflexion")
 FLEXION = (-1.0, 1.0, -1.0)  # sign of a turn about x, which points to the left, that is flexion of hip, knee and ankle
 BINS = 50  # of the phase of a step
@@ -46,7 +47,7 @@ NORMS = {
     "Hip flexion": Norm(((1.0, 33.0), (52.0, -8.3), (87.0, 33.7)), 8.4, "deg"),
     "Knee flexion": Norm(((12.0, 19.4), (39.0, 7.2), (72.0, 63.4), (97.0, 3.8)), 5.3, "deg"),
     "Ankle dorsiflexion": Norm(((5.0, -6.5), (43.0, 12.5), (64.0, -19.9), (85.0, 2.7)), 3.9, "deg"),
-    "Vertical ground force": Norm(
+    FORCE: Norm(
         ((0.0, 0.0), (15.0, 1.05), (31.0, 0.80), (49.0, 1.14), (64.0, 0.0)), 0.06, "body weights", periodic=False
     ),
 }

@@ -12,7 +12,7 @@ from warpmuscle.arrays import Floats, rows, to_device
 from warpmuscle.custom import Kind, custom_terms
 from warpmuscle.kernels import structs
 from warpmuscle.kernels.objective_terms import BODY_TERMS, MUSCLE_TERMS, WHOLE_TERMS, ObjectiveKind
-from warpmuscle.norms import BINS, NORMS, STANCE, norm_table
+from warpmuscle.norms import BINS, FORCE, NORMS, STANCE, norm_table
 from warpmuscle.scene import Objective, Scene
 from warpmuscle.topology import Topology
 
@@ -105,7 +105,7 @@ def objective_fields(scene: Scene, names: Topology, device: Any) -> dict[str, An
     fields = {"head": head, "objective": to_device(numbers, wp.vec2, device)}
     if {"norms", "norm_force"} & set(wanted(objective)):
         angle, scale = norm_table(scene, names)
-        force = NORMS["Vertical ground force"]
+        force = NORMS[FORCE]
         fields |= {
             "norm_bins": BINS,
             "norm": to_device(angle, float, device),

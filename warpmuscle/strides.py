@@ -95,6 +95,12 @@ def leg_angles(recording: Recording, scene: Scene) -> dict[str, dict[str, Floats
     return found
 
 
+def vertical_forces(recording: Recording, scene: Scene) -> dict[str, Floats]:
+    """Vertical ground forces (F,) on the feet over the weight of a numeric scene's character, by side."""
+    weight = body_weight(scene)
+    return {side: recording[f"foot_force_{side}"][:, 1] / weight for side in SIDES}
+
+
 def sagittal_angle(recording: Recording, joint: str) -> Floats:
     """Turn (F,) of a joint's child about x, rad, without jumps."""
     orientation = recording.joint_orientation[:, recording.joint_names.index(joint)]

@@ -22,16 +22,15 @@ import warp as wp
 
 from warpmuscle.errors import Error
 from warpmuscle.gait_quality import Measures, gait_measures
-from warpmuscle.norms import LEG_ANGLES
+from warpmuscle.norms import FORCE, LEG_ANGLES
 from warpmuscle.plots import Subject
 from warpmuscle.plots.angles import norm_band
 from warpmuscle.plots.pairs import pairs
 from warpmuscle.plots.style import GRAY, cycle_axis, heading, label_ends, page, save, style
 from warpmuscle.recording import Floats
 from warpmuscle.results import SWEEP_FORMAT, read
-from warpmuscle.strides import PERCENT, SIDES, body_weight, leg_angles, over_strides
+from warpmuscle.strides import PERCENT, SIDES, leg_angles, over_strides, vertical_forces
 
-FORCE = "Vertical ground force"
 SHOWN = ("speed", "step length", "cost of transport")  # beside the normal ones
 TABLE = {  # measures by their head in the table, and their decimals
     "speed": ("speed, m/s", 2), "step length": ("step, m", 2), "cadence": ("steps/min", 0),
@@ -64,8 +63,7 @@ class Run:
     def curves(self) -> dict[str, Floats]:
         """Means (101,) of both legs over the gait cycle."""
         recording, scene, cycles = self.subject.recording, self.subject.scene, self.subject.strides
-        sides: dict[str, Any] = {**leg_angles(recording, scene)}
-        sides[FORCE] = {side: recording[f"foot_force_{side}"][:, 1] / body_weight(scene) for side in SIDES}
+        sides = {**leg_angles(recording, scene), FORCE: vertical_forces(recording, scene)}
         return {
             name: np.mean([over_strides(recording.time, of[s], cycles[s]).mean(axis=0) for s in SIDES], axis=0)
             for name, of in sides.items()
