@@ -63,8 +63,9 @@ def over(scenes: Sequence[Scene], key: str, base: Scene, base_name: str, comment
 def _differences(scene: Scene, base: Scene, base_name: str) -> dict[str, Any]:
     """Leaves of the scene, by path, that the base has not, or otherwise."""
     mine, theirs = dict(leaves(scene)), dict(leaves(base))
-    for path in mine.keys() ^ theirs.keys():
-        raise SceneError(f"this is not in both {scene.name} and {base_name}, on which it should be based", key=path)
+    alone = [path for path in (*mine, *theirs) if path not in mine or path not in theirs]
+    if alone:
+        raise SceneError(f"this is not in both {scene.name} and {base_name}, on which it should be based", key=alone[0])
     return _changes(mine, theirs, base_name)
 
 
