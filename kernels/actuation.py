@@ -11,7 +11,7 @@ import warp as wp
 from warpmuscle.kernels.lanes import synchronize
 from warpmuscle.kernels.simbicon import pd_error
 from warpmuscle.kernels.spatial import full, symmetric, symmetric_outer, symmetric_part
-from warpmuscle.kernels.structs import BALL, BY_TORQUE, MIXED, UNIVERSAL, Model, State, Work, at, whole
+from warpmuscle.kernels.structs import BALL, BY_TORQUE, MIXED, UNIVERSAL, Model, State, Work, at, rolled, whole
 
 IMPLICIT_SHARE = 0.55  # of a step that implicit damping looks ahead: 0.5 is most accurate, more settles faster
 
@@ -81,6 +81,7 @@ def pulled_torque(instance: int, body: int, model: Model, state: State, work: Wo
     """The same from the F r of all crossings in the working set."""
     total = wp.vec3(0.0)
     for crossing in range(model.paths.crossing_start[body], model.paths.crossing_start[body + 1]):
+        rolled()
         total += work.pull[whole(crossing)]
     return total
 

@@ -35,6 +35,7 @@ from warpmuscle.kernels.structs import (
     State,
     Work,
     at,
+    rolled,
     whole,
 )
 
@@ -123,6 +124,7 @@ def with_children(body: int, skeleton: Skeleton, work: Work) -> Articulated:
     x.f = work.bias_force[body]
     first = skeleton.plan[body].first_child
     for child in range(first, first + skeleton.plan[body].child_count):
+        rolled()
         x.a += work.block_a[child]
         x.b += work.block_b[child]
         x.c += work.block_c[child]

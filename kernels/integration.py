@@ -5,7 +5,7 @@ import warp as wp
 from warpmuscle.kernels.kinematics import acceleration_vector, coordinate_quat, coordinate_vector, speed_vector
 from warpmuscle.kernels.lanes import synchronize
 from warpmuscle.kernels.spatial import turn
-from warpmuscle.kernels.structs import BALL, FIXED, ROOT_FREE, ROOT_PLANAR, UNIVERSAL, Model, State, Work, at
+from warpmuscle.kernels.structs import BALL, FIXED, ROOT_FREE, ROOT_PLANAR, UNIVERSAL, Model, State, Work, at, whole
 
 
 @wp.func
@@ -115,8 +115,8 @@ def integrate_body(
     h = model.time_step
     half = 0.5 * h
     plan = model.skeleton.plan[i]
-    first = plan.coordinate_start
-    speed = plan.speed_start
+    first = whole(plan.coordinate_start)
+    speed = whole(plan.speed_start)
     x = work.factor_c[i]
     if i == 0:
         integrate_root(instance, model, state, work, kick, largest)

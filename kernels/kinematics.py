@@ -4,6 +4,7 @@ import warp as wp
 
 from warpmuscle.kernels.joint import hinge_rotation, universal_bias
 from warpmuscle.kernels.lanes import synchronize
+from warpmuscle.kernels.spatial import rotation_matrix
 from warpmuscle.kernels.structs import (
     BALL,
     FIXED,
@@ -15,6 +16,9 @@ from warpmuscle.kernels.structs import (
     State,
     Work,
     at,
+    component,
+    rolled,
+    set_component,
     whole,
 )
 
@@ -22,6 +26,7 @@ from warpmuscle.kernels.structs import (
 @wp.func
 def coordinate_quat(state: State, instance: int, first: int) -> wp.quat:
     """The quaternion stored at coordinates first..first + 3."""
+    first = whole(first)
     return wp.quat(
         state.coordinates[instance, first],
         state.coordinates[instance, first + 1],
@@ -33,12 +38,14 @@ def coordinate_quat(state: State, instance: int, first: int) -> wp.quat:
 @wp.func
 def speed_vector(state: State, instance: int, first: int) -> wp.vec3:
     """The vector stored at speeds first..first + 2."""
+    first = whole(first)
     return wp.vec3(state.speeds[instance, first], state.speeds[instance, first + 1], state.speeds[instance, first + 2])
 
 
 @wp.func
 def coordinate_vector(state: State, instance: int, first: int) -> wp.vec3:
     """The vector stored at coordinates first..first + 2."""
+    first = whole(first)
     return wp.vec3(
         state.coordinates[instance, first],
         state.coordinates[instance, first + 1],
@@ -49,6 +56,7 @@ def coordinate_vector(state: State, instance: int, first: int) -> wp.vec3:
 @wp.func
 def acceleration_vector(state: State, instance: int, first: int) -> wp.vec3:
     """The vector stored at accelerations first..first + 2."""
+    first = whole(first)
     return wp.vec3(
         state.accelerations[instance, first],
         state.accelerations[instance, first + 1],
@@ -68,7 +76,7 @@ def joint_orientation(skeleton: Skeleton, state: State, instance: int, body: int
     plan = skeleton.plan[body]
     row = at(skeleton.row, instance, body)
     kind = plan.joint_type
-    first = plan.coordinate_start
+    first = whole(plan.coordinate_start)
     q = wp.quat(0.0, 0.0, 0.0, 1.0)
     if body == 0:
         if kind == ROOT_PLANAR:
@@ -106,7 +114,7 @@ def place_root(skeleton: Skeleton, state: State, instance: int, half: float, wor
         lag_velocity = lag_vector(state, instance, 0, half)
         lag_angular = lag_vector(state, instance, 3, half)
     work.orientation[0] = q
-    work.rotation[0] = wp.quat_to_matrix(q)
+    work.rotation[0] = rotation_matrix(q)
     work.position[0] = position
     work.velocity[0] = velocity
     work.angular_velocity[0] = angular
@@ -124,7 +132,7 @@ def move_joint(skeleton: Skeleton, state: State, instance: int, body: int, half:
     plan = skeleton.plan[body]
     row = at(skeleton.row, instance, body)
     kind = plan.joint_type
-    first = plan.speed_start
+    first = whole(plan.speed_start)
     work.anchor[body] = row.anchor
     work.turned[body] = joint_orientation(skeleton, state, instance, body)
     rate = wp.vec3(0.0)
@@ -153,7 +161,7 @@ def place_body(skeleton: Skeleton, body: int, work: Work):
     """Pose and velocity of a body, and the lag of its velocity, from those of its parent and its joint's motion."""
     parent = whole(skeleton.plan[body].parent)
     q = work.orientation[parent] * work.turned[body]
-    rotation = wp.quat_to_matrix(q)
+    rotation = rotation_matrix(q)
     parent_rotation = work.rotation[parent]
     parent_angular = work.angular_velocity[parent]
     parent_lag = work.lag_angular[parent]
@@ -172,11 +180,12 @@ def place_body(skeleton: Skeleton, body: int, work: Work):
 
 
 @wp.func
-def sum_of(values: wp.array[wp.vec3], count: int) -> wp.vec3:
-    """Sum of the first `count` vectors, in order."""
-    total = wp.vec3(0.0, 0.0, 0.0)
+def component_sum(values: wp.array[wp.vec3], count: int, axis: int) -> float:
+    """Sum of a component of the first `count` vectors, in order."""
+    total = wp.float32(0.0)
     for i in range(count):
-        total += values[i]
+        rolled()
+        total += component(values, i, axis)
     return total
 
 
@@ -188,6 +197,7 @@ def kinematics_stage(instance: int, lane: int, lanes: int, model: Model, state: 
     if lane == 0:
         place_root(skeleton, state, instance, half, work)
     for body in range(1 + lane, model.body_count, lanes):
+        rolled()
         move_joint(skeleton, state, instance, body, half, work)
     synchronize()
     for level in range(1, model.level_count):
@@ -196,14 +206,18 @@ def kinematics_stage(instance: int, lane: int, lanes: int, model: Model, state: 
         synchronize()
     mass = at(skeleton.total_mass, instance, 0)
     for i in range(lane, model.body_count, lanes):
+        rolled()
         row = at(skeleton.row, instance, i)
         m = row.mass
         c = work.rotation[i] * row.com
         work.moment[i] = m * (work.position[i] + c)
         work.momentum[i] = m * (work.velocity[i] + wp.cross(work.angular_velocity[i], c))
     synchronize()
-    if lane == 0:
-        work.center[0] = sum_of(work.moment, model.body_count) / mass
-    if lane == lanes - 1:
-        work.center[1] = sum_of(work.momentum, model.body_count) / mass
+    for k in range(lane, 6, lanes):
+        rolled()
+        axis = k % 3
+        if k < 3:
+            set_component(work.center, 0, axis, component_sum(work.moment, model.body_count, axis) / mass)
+        else:
+            set_component(work.center, 1, axis, component_sum(work.momentum, model.body_count, axis) / mass)
     synchronize()

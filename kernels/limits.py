@@ -111,8 +111,8 @@ def limit_stage(instance: int, body: int, model: Model, state: State, work: Work
     axis_a = row.axis_a
     axis_b = row.axis_b
     parent = whole(plan.parent)
-    first = plan.coordinate_start
-    speed = plan.speed_start
+    first = whole(plan.coordinate_start)
+    speed = whole(plan.speed_start)
     half = 0.5 * model.time_step
     if kind == BALL:
         q = coordinate_quat(state, instance, first)

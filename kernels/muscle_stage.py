@@ -36,7 +36,7 @@ from warpmuscle.kernels.objective_terms import MuscleWork, muscle_terms_of
 from warpmuscle.kernels.own_curves import OwnCurves, with_curves
 from warpmuscle.kernels.path import Stretch, joint_velocities, stretch_of
 from warpmuscle.kernels.reflex import reflex_stage
-from warpmuscle.kernels.structs import Model, MuscleRow, Record, State, Work, at, whole
+from warpmuscle.kernels.structs import Model, MuscleRow, Record, State, Work, at, rolled, whole
 
 RIGID, SWITCH, COMPLIANT = 0, 1, 2  # tendons
 HILL, LEGACY, IDEAL = 0, 1, 2  # laws
@@ -52,6 +52,8 @@ class MuscleKind(NamedTuple):
     mixed: bool = True  # muscles, torques and spring-dampers may share a joint
     pulleys: bool = False  # some muscles run on pulleys
     conditions: bool = True  # some points of paths are conditional
+    straight: bool = False  # all paths are straight, see `structs.Straight`; pulls are at hand
+    timed: bool = True  # some excitations are given over time
     neural: bool = False  # neural dynamics before that of the activation
     implicit: bool = False  # damping linearised over the step, with rigid tendons
     given: bool = False  # excitations come from outside, as they are
@@ -174,9 +176,9 @@ def muscle_stage_of(kind: MuscleKind, terms: tuple[Any, ...] = (), recorded: boo
     add_terms = muscle_terms_of(terms)
     contraction = contraction_of(kind.curves, kind.tendon, kind.implicit, kind.own)
     actuation_stage = actuation_stage_of(pulled_torque if kind.pulls_at_hand else muscle_torque, kind.mixed)
-    stretch_stage = stretch_of(kind.pulleys, kind.conditions)
+    stretch_stage = stretch_of(kind.pulleys, kind.conditions, kind.straight)
     law, neural, implicit, given, reflexes = kind.law, kind.neural, kind.implicit, kind.given, kind.reflexes
-    at_hand = kind.pulls_at_hand
+    at_hand, straight, timed = kind.pulls_at_hand, kind.straight, kind.timed
     arms = arms_at_hand if at_hand else arms_in_state
 
     @wp.func
@@ -184,7 +186,6 @@ def muscle_stage_of(kind: MuscleKind, terms: tuple[Any, ...] = (), recorded: boo
         muscles = model.muscles
         step = state.step[instance]
         row = at(muscles.row, instance, m)
-        own = at(muscles.own, instance, m)
         a = state.muscles.activation[instance, m]
         before = heard_before(instance, m, step, row.delay_steps, state.muscles)
         desired = wp.float32(0.0)
@@ -197,14 +198,16 @@ def muscle_stage_of(kind: MuscleKind, terms: tuple[Any, ...] = (), recorded: boo
             reflexive = model.reflexes.span[m]
             if reflexive.end > reflexive.first:
                 desired = row.f_max * state.muscles.reflex[instance, m]
-        if own.end_knot > own.first_knot:
-            time = float(step) * model.time_step
-            if wp.static(neural):
-                time -= 0.5 * model.time_step  # the middle of the step that the activation is moved over
-            told = timed_excitation(muscles, own, instance, time)
-            if wp.static(given):
-                told = within(told)
-            desired = row.f_max * told
+        if wp.static(timed):
+            own = at(muscles.own, instance, m)
+            if own.end_knot > own.first_knot:
+                time = float(step) * model.time_step
+                if wp.static(neural):
+                    time -= 0.5 * model.time_step  # the middle of the step that the activation is moved over
+                told = timed_excitation(muscles, own, instance, time)
+                if wp.static(given):
+                    told = within(told)
+                desired = row.f_max * told
         excitation = wp.min(desired / row.f_max, 1.0)
         c = Contraction()
         if wp.static(law == IDEAL):
@@ -226,9 +229,12 @@ def muscle_stage_of(kind: MuscleKind, terms: tuple[Any, ...] = (), recorded: boo
                 else:
                     a = activated(a, excitation, model.time_step, row, muscles.scaled_rates)
                 c = contraction(instance, m, a, stretch, row, model, state)
-        if wp.static(at_hand):
+        if wp.static(straight):
+            work.pull[stretch.crossing] = stretch.arm * c.force
+        elif wp.static(at_hand):
             span = model.paths.span[m]
             for k in range(span.first_crossing, span.end_crossing):
+                rolled()
                 crossing = whole(model.paths.of_muscle[whole(k)].number)
                 work.pull[crossing] = work.pull[crossing] * c.force
         state.muscles.activation[instance, m] = a

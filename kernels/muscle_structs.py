@@ -59,6 +59,16 @@ class Pulley:
 
 
 @wp.struct
+class Straight:
+    """The path of a muscle that is one segment between neighbouring bodies and crosses the joint between them."""
+
+    body_a: int
+    body_b: int
+    crossing: int
+    sign: int  # 1: b is beyond the joint, -1: a is
+
+
+@wp.struct
 class Crossing:
     """A crossing of a muscle."""
 
@@ -81,6 +91,7 @@ class Paths:
     segment: wp.array[Segment]  # (segments,)
     ends: wp.array2d[SegmentEnds]  # (rows, segments)
     term: wp.array[Term]  # (terms,)
+    straight: wp.array[Straight]  # (muscles,) if all paths are such; the ends of each are those of its segment
     of_muscle: wp.array[Crossing]  # (crossings,) those of each muscle, nearest to the root first
     point_condition: wp.array[int]  # (points,) -1: the point always counts
     condition_joint: wp.array[int]  # (conditions,)

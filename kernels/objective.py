@@ -4,7 +4,19 @@ import warp as wp
 
 from warpmuscle.kernels.contact import above_ground
 from warpmuscle.kernels.spatial import heading, heading_angle
-from warpmuscle.kernels.structs import CROSSED, DIVERGED, FELL, RUNNING, TOUCHED, TURNED, Model, State, Work, at
+from warpmuscle.kernels.structs import (
+    CROSSED,
+    DIVERGED,
+    FELL,
+    RUNNING,
+    TOUCHED,
+    TURNED,
+    Model,
+    State,
+    Work,
+    at,
+    rolled,
+)
 
 
 @wp.func
@@ -67,6 +79,7 @@ def effort_stage(instance: int, lane: int, lanes: int, model: Model, state: Stat
     One sum a joint, in double precision, so that the result does not depend on lanes or on chunks of steps.
     """
     for i in range(1 + lane, model.body_count, lanes):
+        rolled()
         effort = wp.length(work.torque[i])
         if effort < 1.0e12:  # also refuses NaN, which the integrator is about to report as divergence
             # not `+=`, which would be an atomic operation

@@ -26,7 +26,7 @@ import warp as wp
 
 from warpmuscle.kernels.lanes import synchronize
 from warpmuscle.kernels.muscle_control import counted, wanted_force
-from warpmuscle.kernels.structs import UNIVERSAL, Model, Paths, State, Work, at, whole
+from warpmuscle.kernels.structs import UNIVERSAL, Model, Paths, State, Work, at, rolled, whole
 
 SHORTEST = 1.0e-9  # m, of a segment that has a direction
 
@@ -48,6 +48,8 @@ class Stretch:
     moving: float  # m, of all others
     speed: float  # m/s
     wanted: wp.vec2  # N, what its joints want of the muscle, and the number of joints that count; see `counted`
+    arm: wp.vec3  # m, the moment arm of a path that is straight
+    crossing: int  # and which crossing it belongs to
 
 
 @wp.func
@@ -179,6 +181,7 @@ def joint_velocity(joint: int, model: Model, work: Work) -> wp.vec3:
 def joint_velocities(lane: int, lanes: int, model: Model, work: Work):
     """Relative angular velocities of all joints into the working set. Ends with a barrier."""
     for body in range(1 + lane, model.body_count, lanes):
+        rolled()
         work.joint_velocity[body] = joint_velocity(body, model, work)
     synchronize()
 
@@ -238,6 +241,27 @@ def segments_stretch_of(conditions: bool) -> Any:
 
 
 @wp.func
+def straight_stretch(
+    instance: int, muscle: int, model: Model, state: State, work: Work, arm: wp.array[wp.vec3]
+) -> Stretch:
+    """What `segments_stretch_of` says, of a path that is straight; the moment arm is left to the caller."""
+    path = model.paths.straight[muscle]
+    ends = at(model.paths.ends, instance, muscle)
+    joint = whole(wp.max(path.body_a, path.body_b))
+    a = work.rotation[whole(path.body_a)] * ends.a
+    d = work.rotation[whole(path.body_b)] * ends.b - a
+    length = wp.length(d)
+    total = Stretch()
+    total.arm = wp.cross(a, d * (1.0 / wp.max(length, SHORTEST))) * float(path.sign)
+    total.crossing = whole(path.crossing)
+    total.fixed = at(model.paths.fixed_length, instance, muscle)
+    total.moving = length
+    total.speed = wp.dot(total.arm, work.joint_velocity[joint])
+    total.wanted = counted(wanted_force(work.torque[joint], total.arm), model.muscles.negative)
+    return total
+
+
+@wp.func
 def pulley_stretch(
     instance: int, muscle: int, model: Model, state: State, work: Work, arm: wp.array[wp.vec3]
 ) -> Stretch:
@@ -262,12 +286,15 @@ def pulley_stretch(
 
 
 @cache
-def stretch_of(pulleys: bool = True, conditions: bool = True) -> Any:
+def stretch_of(pulleys: bool = True, conditions: bool = True, straight: bool = False) -> Any:
     """The Warp function of the length and speed of a path, see `segments_stretch_of`.
 
     Args:
         pulleys: whether there are paths on pulleys. conditions: whether there are conditional points.
+        straight: whether all paths are straight, see `structs.Straight`.
     """
+    if straight:
+        return straight_stretch
     segments_stretch = segments_stretch_of(conditions)
     if not pulleys:
         return segments_stretch

@@ -12,7 +12,7 @@ from warpmuscle.kernels.joint import hinge_rotation
 from warpmuscle.kernels.lanes import synchronize
 from warpmuscle.kernels.spatial import heading, symmetric, symmetric_rotated
 from warpmuscle.kernels.spline import curve_value
-from warpmuscle.kernels.structs import REVERSE, RIGHT, SAME, Model, Simbicon, State, Work, at, whole
+from warpmuscle.kernels.structs import REVERSE, RIGHT, SAME, Model, Simbicon, State, Work, at, rolled, whole
 
 
 @wp.func
@@ -138,6 +138,7 @@ def targets_stage(instance: int, lane: int, lanes: int, model: Model, state: Sta
     """Target orientation, strength and frame of every joint and the root. Ends with a barrier."""
     simbicon = model.simbicon
     for i in range(lane, model.body_count, lanes):
+        rolled()
         work.target[i] = wp.quat(0.0, 0.0, 0.0, 1.0)
         work.strength[i] = 1.0
         work.frame[i] = 0
@@ -273,6 +274,7 @@ def hips_stage(instance: int, lane: int, frame: wp.quat, model: Model, state: St
         for child in range(
             model.skeleton.plan[0].first_child, model.skeleton.plan[0].first_child + model.skeleton.plan[0].child_count
         ):
+            rolled()
             on_root += work.torque[child]
         foot_center = work.position[foot] + work.rotation[foot] * at(model.skeleton.row, instance, foot).com
         lateral = wp.quat_rotate_inv(frame, work.center[0] - foot_center)[0]
@@ -316,9 +318,10 @@ def torques_stage(instance: int, lane: int, lanes: int, model: Model, state: Sta
     synchronize()
     hips_stage(instance, lane, frame, model, state, work)
     factor = strength_by_height(above_ground(instance, work.position[0], model))
-    for i in range(1 + lane, model.body_count, lanes):
-        work.torque[i] = work.torque[i] * factor
-        work.stiffness[i] = work.stiffness[i] * factor
+    if factor < 1.0:
+        for i in range(1 + lane, model.body_count, lanes):
+            work.torque[i] = work.torque[i] * factor
+            work.stiffness[i] = work.stiffness[i] * factor
     synchronize()
 
 
@@ -330,6 +333,7 @@ def control_stage(instance: int, lane: int, lanes: int, model: Model, state: Sta
         torques_stage(instance, lane, lanes, model, state, work)
     else:
         for i in range(lane, model.body_count, lanes):
+            rolled()
             work.target[i] = wp.quat(0.0, 0.0, 0.0, 1.0)
             work.torque[i] = wp.vec3(0.0, 0.0, 0.0)
             work.stiffness[i] = symmetric(0.0)

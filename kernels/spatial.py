@@ -85,6 +85,23 @@ def symmetric_product(a: wp.mat33, b: wp.mat33) -> symmetric:
     return symmetric(wp.dot(a0, b0), wp.dot(a0, b1), wp.dot(a0, b2), wp.dot(a1, b1), wp.dot(a1, b2), wp.dot(a2, b2))
 
 
+@wp.func_native(
+    snippet="""
+#if defined(__CUDA_ARCH__)
+const float c = 2.0f * q.w * q.w - 1.0f;
+const float x = 2.0f * q.x, y = 2.0f * q.y, z = 2.0f * q.z;
+return wp::mat33(
+    c + q.x * x, q.x * y - q.w * z, q.x * z + q.w * y,
+    q.y * x + q.w * z, c + q.y * y, q.y * z - q.w * x,
+    q.z * x - q.w * y, q.z * y + q.w * x, c + q.z * z);
+#else
+return wp::quat_to_matrix(q);
+#endif
+"""
+)
+def rotation_matrix(q: wp.quat) -> wp.mat33: ...  # of a unit quaternion; `quat_to_matrix` would multiply by many zeros
+
+
 @wp.func
 def cross_rows(r: wp.vec3, s: symmetric) -> wp.mat33:
     """[r]x S, with [r]x the matrix of the cross product."""

@@ -18,6 +18,19 @@ def hermite(before: float, start: float, end: float, after: float, s: float) -> 
 
 
 @wp.func
+def between_knots(knots: wp.array2d[Knot], instance: int, first: int, last: int, x: float) -> float:
+    """The same between the first and the last knot."""
+    k = int(first + 1)
+    while x >= at(knots, instance, k).phase:
+        k += 1
+    left = at(knots, instance, k - 1)
+    right = at(knots, instance, k)
+    before = at(knots, instance, wp.max(k - 2, first)).value
+    after = at(knots, instance, wp.min(k + 1, last)).value
+    return hermite(before, left.value, right.value, after, (x - left.phase) / (right.phase - left.phase))
+
+
+@wp.func
 def curve_value(knots: wp.array2d[Knot], instance: int, first: int, end: int, x: float) -> float:
     """Catmull-Rom curve through knots first..end-1 of an instance, constant beyond them, 0 without knots.
 
@@ -30,15 +43,8 @@ def curve_value(knots: wp.array2d[Knot], instance: int, first: int, end: int, x:
     last = end - 1
     left = at(knots, instance, first)
     ending = at(knots, instance, last)
-    if x <= left.phase:
-        return left.value
-    if x >= ending.phase:
-        return ending.value
-    k = int(first + 1)
-    while x >= at(knots, instance, k).phase:
-        k += 1
-    left = at(knots, instance, k - 1)
-    right = at(knots, instance, k)
-    before = at(knots, instance, wp.max(k - 2, first)).value
-    after = at(knots, instance, wp.min(k + 1, last)).value
-    return hermite(before, left.value, right.value, after, (x - left.phase) / (right.phase - left.phase))
+    # Both are fetched in any case, so that one does not wait for the other.
+    value = wp.where(x <= left.phase, left.value, ending.value)
+    if x > left.phase and x < ending.phase:
+        value = between_knots(knots, instance, first, last, x)
+    return value

@@ -18,24 +18,41 @@ from warpmuscle.kernels.muscle_stage import MuscleKind, muscle_stage_of, no_musc
 from warpmuscle.kernels.objective import effort_stage, posture_status, step_status
 from warpmuscle.kernels.objective_terms import ObjectiveKind, muscle_functions, objective_stage_of
 from warpmuscle.kernels.record import RecordKind, frame_of, recorders_of
+from warpmuscle.kernels.rows import known_rows_of
 from warpmuscle.kernels.simbicon import advance_phase
-from warpmuscle.kernels.structs import RIGHT, RUNNING, Model, Record, State, Work, whole
+from warpmuscle.kernels.structs import (
+    LEFT,
+    RIGHT,
+    RUNNING,
+    Model,
+    Record,
+    State,
+    Work,
+    component,
+    rolled,
+    set_component,
+    whole,
+)
+
+know_state = known_rows_of(State)
+know_model = known_rows_of(Model, ("actuation.effort", "muscles.knot_value"))  # others give these with any strides
 
 MAX_REGISTERS = 168  # three warps of 32 lanes in each quarter of a multiprocessor
 
 
 @wp.func
-def foot_force_stage(instance: int, model: Model, state: State, work: Work):
-    """Total contact force on each foot and its children. One lane calls it."""
-    left = wp.vec3(0.0)
-    right = wp.vec3(0.0)
-    for slot in range(model.foot_slots):
-        if model.skeleton.foot_side[slot] == RIGHT:
-            right += work.contact_force[slot]
-        else:
-            left += work.contact_force[slot]
-    state.foot_force[instance, 0] = left
-    state.foot_force[instance, 1] = right
+def foot_force_stage(instance: int, lane: int, lanes: int, model: Model, state: State, work: Work):
+    """Total contact force on each foot and its children, a component a lane. No barrier."""
+    for k in range(lane, 6, lanes):
+        rolled()
+        side = wp.where(k < 3, LEFT, RIGHT)
+        axis = k % 3
+        total = wp.float32(0.0)
+        for slot in range(model.foot_slots):
+            rolled()
+            if model.skeleton.foot_side[slot] == side:
+                total += component(work.contact_force, slot, axis)
+        set_component(state.foot_force[instance], side, axis, total)
 
 
 @cache
@@ -98,8 +115,10 @@ def one_step_of(
             acceleration_stage(instance, lane, lanes, model, work)
             integrate_stage(instance, lane, lanes, model, state, work)
         status = step_status(model, work)
+        if status == RUNNING:
+            foot_force_stage(instance, lane, lanes, model, state, work)
+        synchronize()
         if status == RUNNING and lane == 0:
-            foot_force_stage(instance, model, state, work)
             if model.simbicon.enabled == 1:
                 advance_phase(instance, model, state)
             state.step[instance] = step + 1
@@ -156,12 +175,16 @@ def step_kernel(
         state: State, record: Record, buffer: wp.uint64,
     ):  # fmt: skip
         i, number = wp.tid()
+        character = model
+        changing = state
+        know_model(character)
+        know_state(changing)
         lane = whole(number)
         instance = whole(running[i])
         work = work_at(memory(i % instances_per_block, buffer), capacity, slots)
         status = int(RUNNING)
         for _ in range(steps):
-            status = one_step(instance, lane, lanes, model, state, record, work)
+            status = one_step(instance, lane, lanes, character, changing, record, work)
             if status != RUNNING:
                 break
         if lane == 0 and status != RUNNING:

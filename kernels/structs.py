@@ -34,6 +34,7 @@ from warpmuscle.kernels.muscle_structs import PathSpan as PathSpan
 from warpmuscle.kernels.muscle_structs import Pulley as Pulley
 from warpmuscle.kernels.muscle_structs import Segment as Segment
 from warpmuscle.kernels.muscle_structs import SegmentEnds as SegmentEnds
+from warpmuscle.kernels.muscle_structs import Straight as Straight
 from warpmuscle.kernels.muscle_structs import Term as Term
 from warpmuscle.kernels.reflex_structs import Reflexes as Reflexes
 from warpmuscle.kernels.spatial import symmetric
@@ -52,6 +53,24 @@ polynomial = wp.types.vector(length=6, dtype=float)  # coefficients, the constan
 
 @wp.func_native(snippet="__builtin_assume(i >= 0); return i;")
 def whole(i: int) -> int: ...  # a number that is never negative, so that the compiler need not count from the end
+
+
+@wp.func_native(
+    snippet="""
+#if defined(__CUDA_ARCH__)
+asm volatile(".pragma \\"nounroll\\";");
+#endif
+"""
+)
+def rolled(): ...  # stands first in a loop that the compiler shall not unroll for the GPU
+
+
+@wp.func_native(snippet="return (*wp::address(a, i))[axis];")
+def component(a: wp.array[wp.vec3], i: int, axis: int) -> float: ...  # of vector i, fetched alone
+
+
+@wp.func_native(snippet="(*wp::address(a, i))[axis] = value;")
+def set_component(a: wp.array[wp.vec3], i: int, axis: int, value: float): ...
 
 
 @wp.func

@@ -172,6 +172,16 @@ def test_a_batch_goes_on_from_a_snapshot_under_other_excitations():
     assert_same(recorded(rollout), first)
 
 
+def test_a_kernel_that_knows_no_excitations_over_time_gives_way_when_some_are_given():
+    """As a GPU has it where no muscle of the scene has any."""
+    plain, lean = batch(1), batch(1)
+    lean._recipe = lean._recipe._replace(muscles=lean._recipe.muscles._replace(timed=False))
+    assert not lean._recipe_now.muscles.timed
+    for rollout in (plain, lean):
+        rollout.set_excitations([0.0, DURATION], [[[0.9, 0.1], [0.0, 0.8]]])
+    assert_same(recorded(plain), recorded(lean))
+
+
 def test_excitations_beyond_0_to_1_count_as_0_and_1():
     beyond, within = batch(1), batch(1)
     beyond.set_excitations([0.0], [[[1.5], [-0.2]]])

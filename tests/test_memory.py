@@ -6,7 +6,7 @@ import pytest
 
 from small_scene import muscle_scene
 from test_rollout import short_walk
-from warpmuscle import generation, memory
+from warpmuscle import generation, memory, rollout
 from warpmuscle.devices import free_memory
 from warpmuscle.errors import RolloutError
 from warpmuscle.formats import load
@@ -47,6 +47,7 @@ def test_the_memory_of_this_machine_is_known_or_said_not_to_be():
 
 def test_more_instances_than_fit_are_refused_with_the_number_that_does(monkeypatch):
     needed = Rollout(short_walk(), 1, "cpu").instance_bytes
+    monkeypatch.setattr(rollout, "FEW", 256)
     monkeypatch.setattr(memory, "free_memory", lambda device: 1000 * needed.state / memory.USABLE + 1.0)
     with pytest.raises(RolloutError, match=r"1001 instances need .* GiB on cpu, .* left for 1000 of .* KiB each"):
         Rollout(short_walk(), 1001, "cpu")
@@ -54,16 +55,17 @@ def test_more_instances_than_fit_are_refused_with_the_number_that_does(monkeypat
 
 
 def test_parameters_of_their_own_are_refused_where_they_do_not_fit_and_leave_the_batch_as_it_was(monkeypatch):
-    rollout, twin = (Rollout(short_walk(0.1), 300, "cpu") for _ in range(2))
-    monkeypatch.setattr(memory, "free_memory", lambda device: rollout.instance_bytes.model)
-    values = np.tile(start_values(rollout.scene), (300, 1)) * 1.01
+    one, twin = (Rollout(short_walk(0.1), 300, "cpu") for _ in range(2))
+    monkeypatch.setattr(rollout, "FEW", 256)
+    monkeypatch.setattr(memory, "free_memory", lambda device: one.instance_bytes.model)
+    values = np.tile(start_values(one.scene), (300, 1)) * 1.01
     with pytest.raises(RolloutError, match="300 instances need"):
-        rollout.set_parameters(values)
-    for batch in (rollout, twin):
+        one.set_parameters(values)
+    for batch in (one, twin):
         batch.run()
-    np.testing.assert_array_equal(rollout.cost(), twin.cost())
+    np.testing.assert_array_equal(one.cost(), twin.cost())
     monkeypatch.setattr(memory, "free_memory", lambda device: None)
-    rollout.set_parameters(values)
+    one.set_parameters(values)
 
 
 def test_batches_of_an_optimisation_are_as_large_as_fits(monkeypatch):

@@ -24,7 +24,7 @@ from warpmuscle.kernels.objective_terms import ObjectiveKind, muscle_functions, 
 from warpmuscle.kernels.path import joint_velocities, stretch_of
 from warpmuscle.kernels.simbicon import advance_phase, targets_stage, torques_stage
 from warpmuscle.kernels.spatial import symmetric
-from warpmuscle.kernels.step import MAX_REGISTERS, foot_force_stage, module_options
+from warpmuscle.kernels.step import MAX_REGISTERS, foot_force_stage, know_model, know_state, module_options
 from warpmuscle.kernels.structs import MIXED, RUNNING, Model, Record, State, Work
 from warpmuscle.muscles import compiled_kind, driven
 from warpmuscle.objective import objective_kind
@@ -102,7 +102,7 @@ def dynamics_parts(
 def all_paths(muscles: MuscleKind) -> Any:
     """A Warp function for lengths and moment arms of all muscles."""
     arms = arms_at_hand if muscles.pulls_at_hand else arms_in_state
-    muscle_stretch = stretch_of(muscles.pulleys, muscles.conditions)
+    muscle_stretch = stretch_of(muscles.pulleys, muscles.conditions, muscles.straight)
 
     @wp.func
     def paths(instance: int, lane: int, lanes: int, model: Model, state: State, work: Work):
@@ -144,10 +144,14 @@ def repeated_step_kernel(
         module_options=module_options(block_dim),
     )
     def repeated_step(
-        steps: int, model: Model, state: State, spare: State, record: Record, buffer: wp.uint64,
+        steps: int, model_given: Model, state_given: State, spare: State, record: Record, buffer: wp.uint64,
         extra: wp.array[int], kept: Kept,
     ):  # fmt: skip
         i, lane = wp.tid()
+        model = model_given
+        state = state_given
+        know_model(model)
+        know_state(state)
         work = work_at(memory(i % per_block, buffer), capacity, slots)
         for _ in range(steps):
             step = state.step[i]
@@ -195,8 +199,9 @@ def repeated_step_kernel(
                 work.flags[1] = 0
             synchronize()
             integrate_stage(i, lane, lanes, model, state, work)
+            foot_force_stage(i, lane, lanes, model, state, work)
+            synchronize()
             if lane == 0:
-                foot_force_stage(i, model, state, work)
                 if model.simbicon.enabled == 1:
                     advance_phase(i, model, state)
                 state.step[i] = step + 1
@@ -223,7 +228,7 @@ class RepeatedStep:
         scene, names = rollout.scene, rollout.names
         self.rollout, self.noise = rollout, noise
         capacity = capacity_of(len(names.bodies))
-        self.muscles = compiled_kind(scene, names, driven(scene, names), capacity)
+        self.muscles = compiled_kind(scene, names, driven(scene, names), capacity, lean=not rollout.device.is_cpu)
         self.kernel = repeated_step_kernel(
             capacity, rollout.lanes, rollout.block_dim, self.muscles,
             objective_kind(scene, self.muscles is not None), bool(collision_pairs(scene, names)),

@@ -16,7 +16,7 @@ from warpmuscle.kernels import structs
 from warpmuscle.kernels.curves import DE_GROOTE, LEE, MILLARD, SARSHARI, THELEN, THELEN_EXPLICIT
 from warpmuscle.kernels.lanes import PULLS_A_BODY
 from warpmuscle.kernels.muscle_stage import COMPLIANT, HILL, IDEAL, LEGACY, RIGID, SWITCH, MuscleKind
-from warpmuscle.paths import PathTable, path_table, paths_struct
+from warpmuscle.paths import PathTable, all_straight, path_table, paths_struct
 from warpmuscle.pose import from_rotation_vector
 from warpmuscle.reflexes import has_reflexes, reflexes_struct
 from warpmuscle.scene import Actuation, Muscle, MuscleModel, Scene
@@ -107,8 +107,12 @@ def muscles_struct(scene: Scene, chosen: tuple[str, ...], device: Any) -> struct
     return s
 
 
-def compiled_kind(scene: Scene, names: Topology, found: Driven, capacity: int) -> MuscleKind | None:
-    """What a step for so many bodies (capacity) has compiled in for muscles; nothing where torques alone act."""
+def compiled_kind(scene: Scene, names: Topology, found: Driven, capacity: int, lean: bool = False) -> MuscleKind | None:
+    """What a step for so many bodies (capacity) has compiled in for muscles; nothing where torques alone act.
+
+    Args:
+        lean: whether to leave out what can be left out, so that the step is faster and fits fewer scenes.
+    """
     if found.by_torque_alone:
         return None
     kind = muscle_kind(scene.muscle_model, found.of(scene))
@@ -117,7 +121,10 @@ def compiled_kind(scene: Scene, names: Topology, found: Driven, capacity: int) -
     # Legacy muscles want to know the moment arms of the step before, implicit damping those of this one.
     at_hand = len(found.table.crossings) <= PULLS_A_BODY * capacity and kind.law != LEGACY and not kind.implicit
     conditions = any(point.condition is not None for point in found.table.points)
+    muscles = (scene.character.muscles[name] for name in found.muscles)
     return kind._replace(
+        straight=lean and at_hand and all_straight(found.table, names),
+        timed=not lean or any(muscle.excitation is not None for muscle in muscles),
         pulls_at_hand=at_hand, mixed=structs.MIXED in drives, conditions=conditions,
         reflexes=has_reflexes(scene, found.muscles),
     )  # fmt: skip

@@ -201,6 +201,7 @@ def paths_struct(paths: Mapping[str, MusclePath], names: Topology, character: Ch
     )
     of_muscle = [i for crossings in by_muscle for i in crossings]
     p.of_muscle = records_to_device(structs.Crossing, device, number=of_muscle, joint=[joints[i] for i in of_muscle])
+    p.straight = records_to_device(structs.Straight, device, **_straight(table, names))
     p.segment_points = to_device(table.segments or [(0, 0)], int, device)
     p.crossing_start = to_device(np.searchsorted(joints, np.arange(len(names.bodies) + 1)), int, device)
     p.crossing_muscle = _numbers([crossing.muscle for crossing in table.crossings], device)
@@ -215,6 +216,36 @@ def paths_struct(paths: Mapping[str, MusclePath], names: Topology, character: Ch
     pulleys = rows([[pulley.moment_arm, pulley.rest_angle] for pulley in table.pulleys] or [(0.0, 0.0)])
     p.pulley_row = to_device(pulleys, wp.vec2, device)
     return p
+
+
+def all_straight(table: PathTable, names: Topology) -> bool:
+    """Whether every path is one segment between neighbouring bodies that crosses the joint between them."""
+    muscles = len(table.muscles)
+    single = table.segment_start == list(range(muscles + 1)) and not any(c.pulleys for c in table.crossings)
+    if not single or sorted(crossing.muscle for crossing in table.crossings) != list(range(muscles)):
+        return False
+    bodies = (_bodies(segment, table, names) for segment in table.segments)
+    neighbours = all(names.parents[max(pair)] == min(pair) for pair in bodies)
+    return neighbours and not any(map(table.conditional, range(muscles)))
+
+
+def _bodies(segment: tuple[int, int], table: PathTable, names: Topology) -> tuple[int, int]:
+    """Numbers of the bodies that a segment starts and ends at."""
+    a, b = (names.bodies.index(table.points[number].body) for number in segment)
+    return a, b
+
+
+def _straight(table: PathTable, names: Topology) -> dict[str, list[int]]:
+    """The fields of `kernels.structs.Straight` by muscle if all paths are straight, else of none that counts."""
+    if not all_straight(table, names):
+        return {field: [0] for field in structs.Straight.vars}
+    by_muscle = sorted(enumerate(table.crossings), key=lambda crossing: crossing[1].muscle)
+    bodies = [_bodies(segment, table, names) for segment in table.segments]
+    return {
+        "body_a": [a for a, _ in bodies], "body_b": [b for _, b in bodies],
+        "crossing": [number for number, _ in by_muscle],
+        "sign": [crossing.terms[0][1] for _, crossing in by_muscle],
+    }  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -234,7 +265,7 @@ def _ends(segment: tuple[int, int], table: PathTable, names: Topology, character
         return rows(character.joints[names.joints[body - 1]].position_in_child if body > 0 else ZERO)
 
     points = [table.points[number] for number in segment]
-    a, b = (names.bodies.index(point.body) for point in points)
+    a, b = _bodies(segment, table, names)
     own = [rows(point.place()) - joint_in(body) for point, body in zip(points, (a, b), strict=True)]
     for origin, other, end in ((b, a, 0), (a, b, 1)):
         if names.parents[origin] == other:

@@ -42,7 +42,7 @@ from warpmuscle.tracking import motion_in_file, tracked_fields
 from warpmuscle.trusted import trust as allow
 from warpmuscle.validate import check_scene
 
-FEW = 256  # instances for which there always is memory, so that nobody has to find out how much they take
+FEW = 8192  # instances, some 0.3 GiB, for which there always is memory, so that nobody has to find out about it
 Progress = Callable[["Rollout"], None]
 
 
@@ -112,7 +112,7 @@ class Rollout(Stepped):
         self.lanes = 1
         if not self.device.is_cpu:
             self.lanes = usual_lanes(lanes, work_floats(capacity), self.instances, self.device.sm_count)
-        kind = compiled_kind(scene, self.names, self._driven, capacity)
+        kind = compiled_kind(scene, self.names, self._driven, capacity, lean=not self.device.is_cpu)
         self._objective = objective_kind(scene, kind is not None)
         self._colliding = collision_pairs(scene, self.names)
         # On a GPU, code that is not there saves time; elsewhere one kernel for all saves compiling another.
@@ -122,7 +122,6 @@ class Rollout(Stepped):
             bool(self._kinematic.names), recorded, custom_controller(scene),
         )  # fmt: skip
         self._launchers: dict[Recipe, Launcher] = {}
-        self._launcher = self._launcher_of(self._recipe)
         if self.instances > FEW:
             check_memory(self.instances, self.instance_bytes.state, self.device)
         self._state = self._state_of(self.instances, self.device)

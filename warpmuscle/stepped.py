@@ -36,7 +36,6 @@ class Stepped(Given):
     threads: int
     _recipe: Recipe
     _launchers: dict[Recipe, Launcher]
-    _launcher: Launcher
     _frames: Frames
     _start: Start
     _start_rows: dict[str, wp.array]
@@ -48,6 +47,19 @@ class Stepped(Given):
     @abstractmethod
     def restart(self, root_velocity: Floats) -> None:
         """Put every instance back to its start."""
+
+    @property
+    def _launcher(self) -> Launcher:
+        """The launcher of the batch's own kernel, made when it is wanted first."""
+        return self._launcher_of(self._recipe_now)
+
+    @property
+    def _recipe_now(self) -> Recipe:
+        """What the batch's own kernel is made of, with what it needs for the excitations that were given."""
+        recipe = self._recipe
+        if recipe.muscles is None or self._inputs.excitations is None:
+            return recipe
+        return recipe._replace(muscles=recipe.muscles._replace(timed=True))
 
     @cached_property
     def torque_names(self) -> tuple[str, ...]:
@@ -145,11 +157,11 @@ class Stepped(Given):
 
     def _recipe_of(self, excited: bool, driven: bool) -> Recipe:
         """What a kernel is made of that takes excitations, torques or both from outside."""
-        recipe = self._recipe
+        recipe = self._recipe_now
         if excited:
             if recipe.muscles is None or not self.excitable:
                 raise RolloutError("there are no muscles to excite: they drive no joint of this scene")
-            recipe = recipe._replace(muscles=recipe.muscles._replace(given=True))
+            recipe = recipe._replace(muscles=recipe.muscles._replace(given=True, timed=True))
         return recipe._replace(effort=given_effort) if driven else recipe
 
     @contextmanager

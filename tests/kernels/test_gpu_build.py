@@ -48,7 +48,7 @@ def build(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFacto
     scene = load(request.param, ignored=[])
     names = topology(scene.character)
     capacity = capacity_of(len(names.bodies))
-    muscles = compiled_kind(scene, names, driven(scene, names), capacity)
+    muscles = compiled_kind(scene, names, driven(scene, names), capacity, lean=True)
     objective = objective_kind(scene, muscles is not None)
     kernel = step_kernel(capacity, GPU_LANES, GPU_BLOCK, muscles, objective, recorded=NOTHING)
     folder = tmp_path_factory.mktemp(request.param)
@@ -72,6 +72,9 @@ def test_nothing_spills_onto_the_stack(build: dict[str, bytes]):
 
 
 def test_the_step_fits_the_caches_of_instructions_as_it_did(build: dict[str, bytes]):
-    """Beyond 128 KiB a multiprocessor waits for instructions: 12 300 of them cost an H200 an eighth of its time."""
+    """Beyond 128 KiB a multiprocessor waits for instructions: with 11 200, for a third of the time of 1024 bipeds.
+
+    Loops that the compiler unrolls, and strides that it does not know, are what makes them many.
+    """
     (text,) = (name for name in build if name.startswith(".text."))
-    assert len(build[text]) < 12_000 * 16
+    assert len(build[text]) < 7_800 * 16
