@@ -381,4 +381,4 @@ def test_lanes_are_as_many_as_the_memory_of_a_block_asks_for():
 
 def test_few_instances_have_more_lanes_so_that_no_multiprocessor_is_idle():
     biped = work_floats(15)
-    assert [usual_lanes(None, biped, n, 132) for n in (1, 1024, 2048, 4096, 65536)] == [16, 16, 16, 8, 8]
+    assert [usual_lanes(None, biped, n, 132) for n in (1, 1024, 2560, 4096, 65536)] == [16, 16, 16, 8, 8]

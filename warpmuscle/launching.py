@@ -1,11 +1,18 @@
-"""Launches of the fused kernel: on the GPU one for all instances, on the CPU slices of them on several threads."""
+"""Launches of the fused kernel: of slices of the instances, on several threads of a CPU or streams of a GPU.
+
+A GPU that holds fewer instances than there are runs them in waves, and the last wave of a launch may leave most of it
+idle. So instances that do not fit at once are shared out over streams, whose launches are cut into pieces: while one
+stream waits for its last blocks, the others' fill the GPU.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import math
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor, wait
 from contextlib import contextmanager
 from functools import cached_property
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -24,9 +31,12 @@ SLICES_PER_THREAD = 4  # so that threads stay busy when some slices lose their i
 GPU_LANES = 8
 MOST_LANES = 16  # that are of use to a biped
 WARP = 32  # lanes that a multiprocessor runs together
-BUSY_WARPS = 8  # of them keep a multiprocessor about as busy as more do
+BUSY_WARPS = 11  # of them keep a multiprocessor about as busy as more do
 SHARED_BYTES = 48 * 1024  # of memory that a block may declare
 GPU_BLOCK = 32
+RESIDENT_BLOCKS = 12  # of GPU_BLOCK lanes that a multiprocessor has registers for, see `kernels.step.MAX_REGISTERS`
+STREAMS = 4
+WAVES = 24  # that the pieces of one launch make together at least, where instances do not fit at once
 
 
 class Recipe(NamedTuple):
@@ -86,31 +96,61 @@ class Launcher:
     ) -> None:
         """Make so many steps of the instances that run."""
 
-        def slice_(part: wp.array, buffer: wp.array) -> None:
+        def slice_(steps: int, part: wp.array, buffer: wp.array, stream: wp.Stream | None = None) -> None:
             wp.launch(
                 self.kernel,
                 dim=(len(part), self._lanes),
                 inputs=[steps, part, model, state, record, wp.uint64(buffer.ptr)],
                 device=self.device,
+                stream=stream,
                 block_dim=self._block_dim,
             )
 
         self.load()  # before threads, which must not meet in the compiler
         slices = self._slices_of(running)
         if len(slices) == 1:
-            slice_(slices[0], self._buffers[0])
-            return
+            slice_(steps, slices[0], self._buffers[0])
+        elif self.device.is_cpu:
+            self._on_threads(lambda part, buffer: slice_(steps, part, buffer), slices)
+        else:
+            pieces = piece_lengths(steps, self._waves(len(running)))
+            self._on_streams(lambda piece, part, stream: slice_(piece, part, self._buffers[0], stream), pieces, slices)
+
+    def _on_threads(self, run: Callable[[wp.array, wp.array], None], slices: list[wp.array]) -> None:
+        """Run every slice with a buffer of its own."""
         free = list(self._buffers)
 
         def work(part: wp.array) -> None:
             buffer = free.pop()
-            slice_(part, buffer)
+            run(part, buffer)
             free.append(buffer)
 
         launched = [self._pool.submit(work, part) for part in slices]
         wait(launched)  # also of those behind one that fails, so that the state is at rest then
         for one in launched:
             one.result()
+
+    def _on_streams(
+        self, run: Callable[[int, wp.array, wp.Stream], None], pieces: list[int], slices: list[wp.array]
+    ) -> None:
+        """Run pieces of so many steps of every slice, each slice on a stream of its own; later work waits for all."""
+        now = self.device.stream
+        for stream in self._streams:
+            stream.wait_stream(now)
+        for piece in pieces:
+            for part, stream in zip(slices, self._streams, strict=True):
+                run(piece, part, stream)
+        for stream in self._streams:
+            now.wait_stream(stream)
+
+    @cached_property
+    def _streams(self) -> list[wp.Stream]:
+        return [wp.Stream(self.device) for _ in range(STREAMS)]
+
+    def _waves(self, instances: int) -> float:
+        """How often over the GPU's multiprocessors would be full with so many instances."""
+        resident = self.device.sm_count * RESIDENT_BLOCKS * (self._block_dim // self._lanes)
+        return float(instances / resident)
 
     @cached_property
     def _pool(self) -> ThreadPoolExecutor:
@@ -122,9 +162,18 @@ class Launcher:
             count = 1
             if self.device.is_cpu and self._threads > 1:
                 count = min(self._threads * SLICES_PER_THREAD, len(running))
+            elif not self.device.is_cpu and self._waves(len(running)) > 1.0:
+                count = STREAMS
             slices = [wp.array(part, dtype=int, device=self.device) for part in np.array_split(running, count)]
             self._sliced = running, slices
         return self._sliced[1]
+
+
+def piece_lengths(steps: int, waves: float) -> list[int]:
+    """Into how many steps each a launch is cut that keeps a GPU busy for so many waves."""
+    pieces = min(math.ceil(WAVES / waves), steps)
+    ends = [steps * k // pieces for k in range(pieces + 1)]
+    return [after - before for before, after in pairwise(ends)]
 
 
 def usual_lanes(wanted: int | None, floats: int, instances: int, multiprocessors: int) -> int:
