@@ -10,8 +10,9 @@ from warpmuscle import generation
 from warpmuscle.errors import Error
 from warpmuscle.formats import load, toml
 from warpmuscle.number import Free
-from warpmuscle.optimization import optimize, replay
+from warpmuscle.optimization import optimize
 from warpmuscle.parameters import Parameter, free_parameters, from_unit, start_values, to_unit
+from warpmuscle.replayer import Replayer
 from warpmuscle.results import write
 from warpmuscle.rollout import Rollout
 from warpmuscle.status import Status
@@ -63,7 +64,7 @@ def test_same_seed_gives_the_same_file(scene, result, tmp_path):
 
 
 def test_replay_ends_where_the_candidate_ended(scene, result):
-    recording, _ = replay(scene, result.best.params, "cpu")
+    recording, _ = Replayer(scene, "cpu").replay(result.best.params)
     np.testing.assert_array_equal(recording.com, result.replays[0].com)
 
 

@@ -8,19 +8,16 @@ from pathlib import Path
 
 import numpy as np
 
-from warpmuscle.arrays import Floats
 from warpmuscle.campaign import INTERRUPTED, Campaign
 from warpmuscle.curriculum import Curriculum
-from warpmuscle.devices import find_devices
 from warpmuscle.errors import Error, Interrupted, ResultError
 from warpmuscle.formats import toml
 from warpmuscle.generation import Batches, Evaluator, OtherCandidates
 from warpmuscle.keeper import Keeper
 from warpmuscle.parameters import Parameter, free_parameters, start_values
 from warpmuscle.progress import Progress, Tracker
-from warpmuscle.recording import Recording
 from warpmuscle.records import ANY_NUMBER, Evaluations, Options, ParameterTable, Result, Searched, Staged, best_of
-from warpmuscle.rollout import Rollout
+from warpmuscle.replayer import Replayer
 from warpmuscle.scene import Scene
 from warpmuscle.stage_plan import plan, prolonged, searches_of, settled
 from warpmuscle.stage_scene import stage_scene
@@ -106,7 +103,8 @@ def optimize(
         searched=campaign.searched(""),
     )
     if output is None:
-        return _finished(scene, campaign, start, campaign.run(lambda generation: None))
+        player = _player(scene, campaign)
+        return _finished(scene, campaign, start, campaign.run(lambda generation: None), player)
     with Keeper.begin(Path(output), start) as keeper:
         return _kept(scene, campaign, start, keeper)
 
@@ -173,20 +171,6 @@ def resume(
             raise ResultError(f"{path}: cannot be continued here: {error}; it was made by {made}") from None
 
 
-def replay(scene: Scene, values: Floats, device: str | None = None) -> tuple[Recording, dict[str, dict[str, float]]]:
-    """Motion of the scene with these parameter values, (P,), and what joints and muscles add to its cost.
-
-    Alone, it is the same to the last bit as in a batch, but for what disturbs runs there.
-
-    Args:
-        device: see `make_rollout`; of several the first one.
-    """
-    rollout = Rollout(scene, 1, str(find_devices(device)[0]), record=[0], threads=1)
-    rollout.set_parameters(values)
-    rollout.run()
-    return rollout.recording(), rollout.parts()
-
-
 def parameter_table(parameters: list[Parameter]) -> ParameterTable:
     """Free parameters as a result file keeps them."""
     return ParameterTable(
@@ -244,15 +228,24 @@ def _kept(scene: Scene, campaign: Campaign | Curriculum, start: Result, keeper: 
     def keep(generation: Evaluations) -> None:
         keeper.put(generation, campaign.tracker.done, lambda: _so_far(campaign, start))
 
+    player = _player(scene, campaign)
     if isinstance(campaign, Curriculum):
         ended = campaign.run(keep, lambda: keeper.write(_so_far(campaign, start)))
     else:
         ended = campaign.run(keep)
     if len(campaign.evaluations()) == 0:
         keeper.finish(_so_far(campaign, start, ended))
-    result = _finished(scene, campaign, start, ended)
+    result = _finished(scene, campaign, start, ended, player)
     keeper.finish(result)
     return result
+
+
+def _player(scene: Scene, campaign: Campaign | Curriculum) -> Replayer:
+    """What replays the best candidate, made ready while the search runs; not of stages, whose last is not known yet."""
+    player = Replayer(scene, campaign.device)
+    if not scene.stages:
+        campaign.tracker.meanwhile = player.prepare
+    return player
 
 
 def _so_far(campaign: Campaign | Curriculum, start: Result, ended: str = "") -> Result:
@@ -260,7 +253,7 @@ def _so_far(campaign: Campaign | Curriculum, start: Result, ended: str = "") -> 
     return changed(start, evaluations=evaluations, best=best_of(evaluations), searched=campaign.searched(ended))
 
 
-def _finished(scene: Scene, campaign: Campaign | Curriculum, start: Result, ended: str) -> Result:
+def _finished(scene: Scene, campaign: Campaign | Curriculum, start: Result, ended: str, player: Replayer) -> Result:
     """The result with the motion of its best candidate."""
     result = _so_far(campaign, start, ended)
     if result.best is None or result.evaluations is None:
@@ -269,6 +262,6 @@ def _finished(scene: Scene, campaign: Campaign | Curriculum, start: Result, ende
     best = np.asarray(result.best.params, dtype=np.float64)
     if scene.stages:
         scene = stage_scene(scene, int(result.evaluations.stage[result.best.index]), best)
-        best = start_values(scene)
-    motion, parts = replay(scene, best, result.device)
+        best, player = start_values(scene), Replayer(scene, result.device)
+    motion, parts = player.replay(best)
     return changed(result, replays=(motion,), parts=parts)

@@ -40,11 +40,17 @@ class Progress:
 
 
 class Tracker:
-    """Keeps count of an optimisation, and tells its user several times a second."""
+    """Keeps count of an optimisation, and tells its user several times a second.
+
+    Attributes:
+        meanwhile: called before the kernel is compiled, and again and again while batches run, if there is anything to
+            do besides.
+    """
 
     def __init__(self, candidates: int, until: float | None, tell: Callable[[Progress], None] | None) -> None:
         """Begin at nothing; candidates and until (s of wall time) are what the optimisation ends at."""
         self.done, self.best = 0, np.inf
+        self.meanwhile: Callable[[], None] | None = None
         self._candidates, self._until, self._tell = candidates, until, tell
         self._begin = time.monotonic()
         self._quiet_until = 0.0
@@ -62,6 +68,8 @@ class Tracker:
 
     def compiling(self) -> None:
         """Tell that the kernel is compiled before the batch runs."""
+        if self.meanwhile is not None:
+            self.meanwhile()
         self._report(replace(self._now(self.done, 0, self.best, self._simulated, 0.0), compiling=True))
 
     def next_stage(self, stage: int, stages: int, name: str, generation: int) -> None:
@@ -84,6 +92,8 @@ class Tracker:
 
     def running(self, trials: Trials) -> None:
         """Tell of a batch that runs; more rarely where it takes long to find out how far a large one has come."""
+        if self.meanwhile is not None:
+            self.meanwhile()
         begin = time.monotonic()
         if self._tell is None or begin < self._quiet_until:
             return

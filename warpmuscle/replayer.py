@@ -1,0 +1,46 @@
+"""Replays the best candidate of a search."""
+
+from __future__ import annotations
+
+from concurrent.futures import Future, ThreadPoolExecutor
+
+from warpmuscle.arrays import Floats
+from warpmuscle.devices import find_devices
+from warpmuscle.objective_parts import Parts
+from warpmuscle.recording import Recording
+from warpmuscle.rollout import Rollout
+from warpmuscle.scene import Scene
+
+
+class Replayer:
+    """Replays candidates of a scene one by one, with all of their motion."""
+
+    def __init__(self, scene: Scene, device: str | None = None) -> None:
+        """Nothing is made yet; see `make_rollout` for the device: of several it is the first one."""
+        self._scene, self._device = scene, device
+        self._made: Future[Rollout] | None = None
+
+    def prepare(self) -> None:
+        """On a GPU, begin to make ready what `replay` needs, while a search waits for the GPU.
+
+        That takes as long as a small search, and compiling its kernel for the first time takes seconds.
+        """
+        if self._made is None and not find_devices(self._device)[0].is_cpu:
+            pool = ThreadPoolExecutor(1, thread_name_prefix="replay")
+            self._made = pool.submit(self._make)
+            pool.shutdown(wait=False)
+
+    def replay(self, values: Floats) -> tuple[Recording, dict[str, Parts]]:
+        """Motion of the scene with these parameter values, (P,), and what joints and muscles add to its cost.
+
+        Alone, it is the same to the last bit as in a batch, but for what disturbs runs there.
+        """
+        rollout = self._make() if self._made is None else self._made.result()
+        rollout.set_parameters(values)
+        rollout.run()
+        return rollout.recording(), rollout.parts()
+
+    def _make(self) -> Rollout:
+        rollout = Rollout(self._scene, 1, str(find_devices(self._device)[0]), record=[0], threads=1)
+        rollout.load()
+        return rollout
