@@ -61,7 +61,10 @@ def test_two_halves_equal_the_whole(scene, options, uninterrupted, tmp_path):
     assert only_file(path)
 
 
-def test_kill_at_any_write_loses_nothing_but_the_generation_in_progress(scene, options, uninterrupted, tmp_path):
+def test_kill_at_any_write_loses_nothing_but_the_generation_in_progress(
+    scene, options, uninterrupted, tmp_path, monkeypatch
+):
+    monkeypatch.setattr(keeper, "SOONEST", 0.0)  # so that the file is among what is written
     path = tmp_path / "a.h5"
     for moment in (*range(1, 10), *range(10, 2000, 29)):
         for leftover in tmp_path.iterdir():
@@ -148,6 +151,7 @@ def test_full_disk_is_one_line_and_nothing_is_lost(share, scene, tmp_path, monke
     path, full = tmp_path / "a.h5", []
     options = {"seed": 5, "device": "cpu", **STRATEGIES["cma"]}
     monkeypatch.setattr(keeper, "SHARE", share)
+    monkeypatch.setattr(keeper, "SOONEST", 0.0)
     with ExitStack() as disk, pytest.raises(ResultError) as caught:
         optimize(scene, CANDIDATES, output=path, progress=fill, **options)
     assert "cannot be written: file too large; what was evaluated is kept" in str(caught.value)

@@ -127,8 +127,8 @@ class Campaign:
     def _one_generation(self, keep: Callable[[Evaluations], None]) -> bool:
         """Ask, evaluate, keep and tell; False if only a part could be evaluated, of which nothing is told."""
         batch = ask_all(self._searches)
-        generation = self._generation(batch)
         known = self._known.get(self._number)
+        generation = self._generation(batch, all_of_it=known is not None)
         if known is not None:
             self._check(batch)
             generation.recall(known)
@@ -149,16 +149,23 @@ class Campaign:
             keep(self._done[-1])
         return True
 
-    def _generation(self, batch: Batch) -> Generation:
-        """What the searches ask for as one generation; the first one has the scene as given, by their wish or not."""
+    def _generation(self, batch: Batch, all_of_it: bool) -> Generation:
+        """What the searches ask for as one generation; the first one has the scene as given, by their wish or not.
+
+        Args:
+            all_of_it: or no more of it than are to be evaluated; those that are known may be anywhere in it.
+        """
         search = batch.owner.astype(np.int32)
         given = np.all(batch.candidates == self._start, axis=1)
-        values = from_unit(self._parameters, batch.candidates)
-        values[given] = self._given  # exactly, also where it lies between the steps
-        if self._number == 0 and not given.any():
+        extra = self._number == 0 and not given.any()
+        count = len(search) if all_of_it else min(len(search), self._options.candidates - self.tracker.done)
+        values = from_unit(self._parameters, batch.candidates[:count])
+        values[given[:count]] = self._given  # exactly, also where it lies between the steps
+        if extra:
             search = np.concatenate([np.array([GIVEN], dtype=np.int32), search])
             values = np.concatenate([self._given[None], values])
-        return Generation(self._number, search, values, self._batches.term_names)
+        whole = len(values) == len(search)
+        return Generation(self._number, search[: len(values)], values, self._batches.term_names, whole)
 
     def _check(self, batch: Batch) -> None:
         """Raise OtherCandidates if a search asks for others than it did before."""

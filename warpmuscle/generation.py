@@ -33,6 +33,8 @@ class OtherCandidates(Error):
 class Generation:
     """The candidates of one generation, n rows, and what has become of them.
 
+    If the search ends within it, these are only the first ones, as many as are to be evaluated.
+
     Attributes:
         number: of the generation.
         search: (n,), number of the search that asked for a row, -1 for the scene as given.
@@ -40,16 +42,19 @@ class Generation:
         cost: (n,). status: (n,), `RUNNING` where a row is yet to be evaluated. end_time: (n,), s. terms: (n, T).
     """
 
-    def __init__(self, number: int, search: Ints, values: Floats, term_names: tuple[str, ...]) -> None:
-        count = len(values)
+    def __init__(
+        self, number: int, search: Ints, values: Floats, term_names: tuple[str, ...], whole: bool = True
+    ) -> None:
+        """Nothing is evaluated yet; `whole`: these are all of its candidates."""
+        count, self._whole = len(values), whole
         self.number, self.search, self.values, self.term_names = number, search, values, term_names
         self.cost, self.end_time, self.terms = np.zeros(count), np.zeros(count), np.zeros((count, len(term_names)))
         self.status = np.full(count, Status.RUNNING, dtype=np.int32)
 
     @property
     def complete(self) -> bool:
-        """Whether all rows have been evaluated."""
-        return bool(np.all(self.status != Status.RUNNING))
+        """Whether all of its candidates have been evaluated."""
+        return self._whole and bool(np.all(self.status != Status.RUNNING))
 
     def missing(self) -> NDArray[np.intp]:
         """Rows that are yet to be evaluated, in order."""

@@ -20,6 +20,7 @@ from warpmuscle.results import read, write
 GROWTH = 1.25  # of the candidates, at which the file is written anew
 INTERVAL = 60.0  # s, after which it is
 SHARE = 0.05  # of the wall time at most goes into that
+SOONEST = 2.0  # s, before which it is not; the journal has it
 
 
 class Keeper:
@@ -95,7 +96,8 @@ class Keeper:
         with self._explained():
             self._journal.append(generation)
         since = time.monotonic() - self._written
-        if (count >= self._count * GROWTH or since >= INTERVAL) and self._duration <= SHARE * since:
+        due = count >= self._count * GROWTH or since >= INTERVAL
+        if due and since >= SOONEST and self._duration <= SHARE * since:
             self.write(result())
 
     def write(self, result: Result) -> None:

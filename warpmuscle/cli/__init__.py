@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import sys
 
 import typer
@@ -19,6 +20,8 @@ from warpmuscle.cli.throw import throw
 from warpmuscle.cli.video import video
 from warpmuscle.cli.view import view
 from warpmuscle.errors import Error
+
+GARBAGE = 50_000  # objects, at which Python looks for what it can free: starting makes many, all of which stay
 
 app = typer.Typer(
     help="Simulate and optimise muscle-actuated bipeds, thousands at once.\n\n"
@@ -38,6 +41,7 @@ for command in COMMANDS:
 
 def main() -> None:
     """Run the command line; an error that a user can mend is one line and exit code 2."""
+    gc.set_threshold(GARBAGE)
     try:
         code = app(standalone_mode=False)
     except Error as error:
