@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 import warp as wp
 
+import warpmuscle.split as split_module
 from small_sweep import contents, small_sweep
 from test_rollout import CANDIDATE, assert_same_bits, candidates, limp, short_walk
 from warpmuscle.devices import devices_name, find_device, find_devices
@@ -12,7 +13,8 @@ from warpmuscle.disturbances import drawn
 from warpmuscle.errors import Error, RolloutError
 from warpmuscle.formats import load
 from warpmuscle.generation import Batches
-from warpmuscle.optimization import optimize, replay, resume
+from warpmuscle.optimization import optimize, resume
+from warpmuscle.replayer import Replayer
 from warpmuscle.rollout import Rollout
 from warpmuscle.scene import Robustness
 from warpmuscle.split import SplitRollout, make_rollout
@@ -78,8 +80,13 @@ def test_disturbances_and_common_parameters_reach_every_part():
     assert len(set(split.cost())) == 7
 
 
-def test_an_interrupted_split_batch_can_be_read_and_continued():
-    one, split = both(short_walk(0.3), 5)
+@pytest.mark.parametrize(("telling", "times"), [(0.0, [0.1, 0.2, 0.3, 0.4]), (1e9, [0.1, 0.3, 0.4])])
+def test_an_interrupted_split_batch_can_be_read_and_continued(
+    telling: float, times: list[float], monkeypatch: pytest.MonkeyPatch
+):
+    """And devices wait for one another the more rarely, the faster they are."""
+    monkeypatch.setattr(split_module, "TELLING", telling)
+    one, split = both(short_walk(0.4), 5)
     one.run()
     told = []
 
@@ -93,7 +100,7 @@ def test_an_interrupted_split_batch_can_be_read_and_continued():
     assert np.isfinite(split.cost()).all()
     assert split.alive == 5
     split.run(progress=stop)
-    np.testing.assert_allclose(told, [0.1, 0.2, 0.3])
+    np.testing.assert_allclose(told, times)
     assert_same(one, split)
 
 
@@ -214,4 +221,5 @@ def test_a_sweep_on_a_cluster_takes_no_several_devices(tmp_path):
 
 def test_a_replay_is_made_on_the_first_device(two_cpus):
     scene = short_walk(0.1)
-    assert_same_bits(replay(scene, CANDIDATE, "cuda:all")[0], replay(scene, CANDIDATE, "cpu")[0])
+    replays = (Replayer(scene, device).replay(CANDIDATE)[0] for device in ("cuda:all", "cpu"))
+    assert_same_bits(*replays)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any, TypeVar
@@ -23,6 +24,7 @@ from warpmuscle.scene import Scene
 
 Progress = Callable[["SplitRollout"], None]
 Given = TypeVar("Given")
+TELLING = 0.2  # s of wall time between two times that progress is called, at least
 
 
 def make_rollout(
@@ -178,14 +180,17 @@ class SplitRollout:
         self._each(lambda part, share: part.disturb(disturbances.part(share)))
 
     def run(self, duration: float | None = None, progress: Progress | None = None) -> None:
-        """See `Rollout.run`; all devices make a chunk of steps at the same time."""
-        end = end_step(self, duration)
+        """See `Rollout.run`; progress is called when all devices have come equally far, a few times a second."""
+        end, chunk = end_step(self, duration), chunk_steps(self.scene)
+        steps = chunk
         self.load()
         while self.steps_done < end and any(part.running for part in self.parts):
-            target = min(self.steps_done + chunk_steps(self.scene), end)
-            self._each(lambda part, share, target=target: part.advance(target))  # type: ignore[misc]
+            target, begin = min(self.steps_done + steps, end), time.monotonic()
+            self._each(lambda part, share, target=target: _in_chunks(part, target, chunk))  # type: ignore[misc]
             if progress is not None:
                 progress(self)
+            if time.monotonic() - begin < TELLING:
+                steps *= 2  # since devices wait for one another here, though no longer than Ctrl-C should
         if self.steps_done >= self.steps:
             for part in self.parts:
                 part.complete()
@@ -272,3 +277,9 @@ class SplitRollout:
                 return list(pool.map(work, self.parts, self.shares))
         finally:
             wp.set_device(before)  # copies change Warp's default device for a moment, that of all threads
+
+
+def _in_chunks(part: Rollout, target: int, chunk: int) -> None:
+    """Bring a part to this step."""
+    while part.running and part.steps_done < target:
+        part.advance(min(part.steps_done + chunk, target))
