@@ -35,6 +35,18 @@ def test_biped_walks_on_muscles_alone(tendon: str):
         assert gait.cadence == pytest.approx(105.3, rel=0.03)
 
 
+def test_steps_four_times_as_long_make_the_same_gait_if_what_is_stiff_is_implicit():
+    fine, coarse = load("walk56"), load("walk56")
+    coarse.time_step, coarse.implicit_pd, coarse.muscle_model.implicit_damping = 1.0 / 500.0, True, True
+    gaits = []
+    for scene in (fine, coarse):
+        rollout = pushed(scene, 10.0)
+        assert rollout.alive == 4
+        each = [measure(rollout.recording(i), *scene.controller.feet, start=5.0) for i in range(4)]
+        gaits.append([np.mean([getattr(g, n) for g in each]) for n in ("speed_forward", "step_length", "cadence")])
+    np.testing.assert_allclose(gaits[1], gaits[0], rtol=0.03)
+
+
 @pytest.mark.parametrize(
     ("name", "slowest", "fastest"),
     [

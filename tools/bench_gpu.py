@@ -1,6 +1,6 @@
 """Where the time of the fused step goes on a GPU, and what its kernels take of it; beside MuJoCo Warp if installed.
 
-    python tools/bench_gpu.py                                    everything, about 100 s, into tools/bench_gpu.json
+    python tools/bench_gpu.py                                    everything, about 2 min, into tools/bench_gpu.json
     python tools/bench_gpu.py --kinds rigid --lanes 8 --no-peer  the walk on 56 muscles with rigid tendons only
     python tools/bench_gpu.py --stage-instances ""               totals only
     python tools/bench_gpu.py --device cpu --instances 64 --stage-instances 64 --json trial.json    without a GPU
@@ -48,6 +48,7 @@ from warpmuscle.scene import Scene
 
 KINDS = ("torques", "rigid", "compliant")
 RECORDED = 5120
+MANY = 65536  # instances, of which a run takes as long as is wanted
 PEER = "peer"
 JSON = Path(__file__).with_suffix(".json")
 Figures = dict[str, Any]
@@ -108,8 +109,10 @@ class Bench:
         return min(times[1:]), int(rollout.state.step.numpy().sum())
 
     def total(self, kind: str, lanes: int, instances: int) -> Figures:
-        """Rate of a batch, and time of a step of all of it."""
-        rollout = self.rollout(kind, lanes, instances)
+        """Rate of a batch, and time of a step of all of it; small ones run longer, so that their start counts less."""
+        scene, longer = self.scenes[kind], min(max(MANY / instances, 1.0), 10.0)
+        scene = msgspec.structs.replace(scene, duration=scene.duration * (1.0 if self.device.is_cpu else longer))
+        rollout = Rollout(scene, instances, str(self.device), lanes=lanes, threads=1)
         seconds, steps = self.timed(rollout)
         return {"million_steps_per_second": steps / seconds / 1e6, "step_microseconds": 1e6 * seconds / rollout.steps}
 
@@ -125,7 +128,7 @@ class Bench:
     def resources(self, kind: str, lanes: int, repeated: bool) -> Figures:
         """What a kernel takes of the GPU."""
         rollout = self.rollout(kind, lanes, 1)
-        kernel = RepeatedStep(rollout, 0.0).kernel if repeated else rollout._kernel
+        kernel = RepeatedStep(rollout, 0.0).kernel if repeated else rollout._launcher.kernel
         wp.load_module(kernel.module, self.device, block_dim=rollout.block_dim)
         return resources(kernel, self.device, rollout.block_dim, lanes)
 
@@ -173,7 +176,9 @@ def main(
     lanes: Annotated[str, typer.Option(help="Lanes of the totals.")] = "4,8,16,32",
     stage_instances: Annotated[str, typer.Option(help="Batch sizes of the stages.")] = "5120,65536",
     stage_lanes: Annotated[int, typer.Option(help="Lanes of the stages.")] = 8,
-    seconds: Annotated[float, typer.Option(help="Motion of a run for the totals.")] = 0.1,
+    seconds: Annotated[
+        float, typer.Option(help="Motion of a run for the totals, up to ten times as long for fewer.")
+    ] = 0.1,
     stage_seconds: Annotated[float, typer.Option(help="Motion of a run for the stages.")] = 0.05,
     repeats: Annotated[int, typer.Option(help="Runs, of which the fastest counts.")] = 2,
     noise: Annotated[float, typer.Option(help="Of the starting velocities, m/s.")] = 0.1,
