@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from warpmuscle.plots import plot
     from warpmuscle.recording import Recording
     from warpmuscle.records import Result
+    from warpmuscle.result_scene import best_scene
     from warpmuscle.results import read, write
     from warpmuscle.rollout import Rollout
     from warpmuscle.scene import Scene
@@ -33,14 +34,14 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Error", "Recording", "Result", "ResultError", "Rollout", "RolloutError", "Scene", "SceneError",
-    "SplitRollout", "Stages", "Status", "load", "make_rollout", "measure", "optimize", "plot", "read", "resume", "save",
-    "trust", "write",
+    "SplitRollout", "Stages", "Status", "best_scene", "load", "make_rollout", "measure", "optimize", "plot", "read",
+    "resume", "save", "trust", "write",
 ]  # fmt: skip
 
 _HOMES = {
     "Recording": "recording", "Result": "records", "Rollout": "rollout", "Scene": "scene",
-    "SplitRollout": "split", "Stages": "stages", "Status": "status", "load": "formats", "make_rollout": "split",
-    "measure": "gait", "optimize": "optimization", "plot": "plots", "read": "results",
+    "SplitRollout": "split", "Stages": "stages", "Status": "status", "best_scene": "result_scene", "load": "formats",
+    "make_rollout": "split", "measure": "gait", "optimize": "optimization", "plot": "plots", "read": "results",
     "resume": "optimization", "save": "formats", "trust": "trusted", "write": "results",
 }  # fmt: skip
 

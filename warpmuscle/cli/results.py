@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -56,7 +57,7 @@ def apply(
     sources = [(path, name) for path in results for name in _runs_of(path, run, over is not None)]
     if (over is None) != (len(sources) == 1) or (over is not None and on is None):
         raise Error("apply takes one result, or with --over KEY and --on SCENE several, or all runs of a sweep")
-    found = [_best_scene(path, name, fix or [], settings or [], settle, among) for path, name in sources]
+    found = [_best_of(path, name, fix or [], settings or [], settle, among) for path, name in sources]
     if on is None:
         save(_called(found[0][0], None, description), output)
     else:
@@ -73,51 +74,29 @@ def _runs_of(path: Path, run: str | None, every: bool) -> list[str | None]:
     return [run] if run is not None or not every else list(run_names(path)) or [None]
 
 
-def _best_scene(
+def _best_of(
     path: Path, run: str | None, fix: list[str], settings: list[str], settle: float | None, among: int | None
 ) -> tuple[Scene, str]:
     """The scene of a result with its best parameters, some of them fixed, settled, and how they were found."""
-    from fnmatch import fnmatchcase
-
-    import numpy as np
-
-    from warpmuscle.errors import Error, ResultError
-    from warpmuscle.formats import toml
-    from warpmuscle.parameters import free_parameters, pinned, with_values
+    from warpmuscle.errors import ResultError
+    from warpmuscle.result_scene import best_scene
     from warpmuscle.results import read
 
     content = read(path, run)
-    if content.best is None:
-        raise ResultError(f"{path} holds no candidates to choose the best of")
-    scene, chosen = toml.loads(content.scene), ""
-    best, cost = np.asarray(content.best.params, dtype=np.float64), content.best.cost
-    if among is not None:
-        if content.evaluations is None or scene.stages:
-            raise Error(f"{path}: --hardiest chooses among the candidates of a search without stages")
+    if among is not None or settle is not None:
         start_warp()
-        from warpmuscle.hardiest import RUNS, hardiest
-
-        with log.status("simulating good candidates again"):
-            row, held = hardiest(scene, content.evaluations, among)
-        best, cost = np.asarray(content.evaluations.params[row], dtype=np.float64), float(content.evaluations.cost[row])
-        chosen = f"; the hardiest of the best {among}, upright in {held} of {RUNS} runs"
-    names = [parameter.name for parameter in free_parameters(scene)]
-    for pattern in fix:
-        if not any(fnmatchcase(name, pattern) for name in names):
-            raise Error(f"--fix {pattern!r}: {path} has no free parameter of this name")
-    free = {name for name in names if not any(fnmatchcase(name, pattern) for pattern in fix)}
-    scene = with_settings(pinned(with_values(scene, best), best, free), settings)
+    try:
+        with log.status("simulating good candidates again") if among is not None else nullcontext():
+            scene, how = best_scene(content, fix, among)
+    except ResultError as error:
+        raise ResultError(f"{path}: {error}") from None
+    scene = with_settings(scene, settings)
     if settle is not None:
-        start_warp()
         from warpmuscle.settled import settled
 
         with log.status("settling"):
             scene = settled(scene, settle)
-    count = 0 if content.evaluations is None else len(content.evaluations)
-    return (
-        scene,
-        f"cost {cost:.6g} after {count} candidates on {content.device}{chosen}: {content.command}",
-    )
+    return scene, how
 
 
 def _called(scene: Scene, name: str | None, description: str | None) -> Scene:

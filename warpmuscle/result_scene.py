@@ -1,0 +1,51 @@
+"""The scene of a result with its best parameters, to go on with."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fnmatch import fnmatchcase
+
+import numpy as np
+
+from warpmuscle.errors import ResultError
+from warpmuscle.formats import toml
+from warpmuscle.parameters import free_parameters, pinned, with_values
+from warpmuscle.records import Result
+from warpmuscle.scene import Scene
+
+
+def best_scene(result: Result, fixed: Sequence[str] = (), among: int | None = None) -> tuple[Scene, str]:
+    """The scene of an optimisation with its best parameters in place of those it began with.
+
+    Args:
+        fixed: patterns of names, such as "character.*", of parameters that are to be free no more.
+        among: of so many best candidates the one that holds up best, see `hardiest.hardiest`; else the one of least
+            cost.
+
+    Returns:
+        The scene, and in words how its numbers were found.
+
+    Raises:
+        ResultError: there are no candidates, or none to choose among, or no parameter that a pattern means.
+    """
+    if result.best is None:
+        raise ResultError("holds no candidates to choose the best of")
+    scene, chosen = toml.loads(result.scene), ""
+    values, cost = result.best.params, result.best.cost
+    if among is not None:
+        if result.evaluations is None or scene.stages:
+            raise ResultError("the hardiest is chosen among the candidates of a search without stages")
+        from warpmuscle.hardiest import RUNS, hardiest  # which simulates
+
+        row, held = hardiest(scene, result.evaluations, among)
+        values, cost = result.evaluations.params[row], float(result.evaluations.cost[row])
+        chosen = f"; the hardiest of the best {among}, upright in {held} of {RUNS} runs"
+    best = np.asarray(values, dtype=np.float64)
+    names = [parameter.name for parameter in free_parameters(scene)]
+    for pattern in fixed:
+        if not any(fnmatchcase(name, pattern) for name in names):
+            raise ResultError(f"has no free parameter of the name {pattern!r} that could be fixed")
+    free = {name for name in names if not any(fnmatchcase(name, pattern) for pattern in fixed)}
+    count = 0 if result.evaluations is None else len(result.evaluations)
+    how = f"cost {cost:.6g} after {count} candidates on {result.device}{chosen}: {result.command}"
+    return pinned(with_values(scene, best), best, free), how
