@@ -52,18 +52,20 @@ class Tracker:
         self.done, self.best = 0, np.inf
         self.meanwhile: Callable[[], None] | None = None
         self._candidates, self._until, self._tell = candidates, until, tell
-        self._begin = time.monotonic()
+        self._begin, self._begun = time.monotonic(), False
         self._quiet_until = 0.0
         self._simulated, self._generation, self._median, self._recalled = 0.0, 0, np.inf, 0
         self._stage, self._stages, self._stage_name = 0, 0, ""
 
     @property
     def elapsed(self) -> float:
-        """Wall time since the beginning, s."""
+        """Wall time since the first batch was about to begin, s."""
         return time.monotonic() - self._begin
 
     def begun(self) -> None:
         """Tell before the first batch, also of a stage."""
+        if not self._begun:
+            self._begin, self._begun = time.monotonic(), True  # the time for a search is not for preparing it
         self._report(self._now(self.done, 0, self.best, self._simulated, 0.0))
 
     def compiling(self) -> None:
