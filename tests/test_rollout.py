@@ -212,7 +212,12 @@ def test_forces_on_the_feet_move_the_centre_of_mass():
     np.testing.assert_allclose(change, extrapolated, atol=0.3)
 
 
-def test_progress_is_reported_and_an_interrupted_batch_can_be_continued(alone: Rollout):
+@pytest.mark.parametrize(("quick", "expected"), [(0.0, [0.1, 0.2, 0.3, 0.4, 0.5]), (1e9, [0.1, 0.3, 0.4, 0.5])])
+def test_progress_is_reported_and_an_interrupted_batch_can_be_continued(
+    alone: Rollout, quick: float, expected: list[float], monkeypatch: pytest.MonkeyPatch
+):
+    """Chunks become longer where they are quick, and begin anew."""
+    monkeypatch.setattr("warpmuscle.rollout.QUICK", quick)
     rollout, times = simulated(durations=()), []
 
     def stop(batch: Rollout) -> None:
@@ -225,7 +230,7 @@ def test_progress_is_reported_and_an_interrupted_batch_can_be_continued(alone: R
     assert rollout.status()[0] == Status.RUNNING
     assert np.isfinite(rollout.cost()).all()
     rollout.run(progress=stop)
-    np.testing.assert_allclose(times, [0.1, 0.2, 0.3, 0.4, 0.5])
+    np.testing.assert_allclose(times, expected)
     assert_same_bits(rollout.recording(), alone.recording())
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import time
 from collections.abc import Callable, Sequence
 from functools import cached_property
 from typing import Any
@@ -43,6 +44,7 @@ from warpmuscle.trusted import trust as allow
 from warpmuscle.validate import check_scene
 
 FEW = 8192  # instances, some 0.3 GiB, for which there always is memory, so that nobody has to find out about it
+QUICK = 0.05  # s of wall time; a chunk that is over sooner and that all come through is followed by a longer one
 Progress = Callable[["Rollout"], None]
 
 
@@ -296,14 +298,17 @@ class Rollout(Stepped):
 
         Args:
             duration: s; by default up to the scene's duration. The batch never goes beyond that.
-            progress: called after every chunk of steps with this rollout. An exception from it, such as
-                KeyboardInterrupt, leaves a batch that can be read and continued.
+            progress: called after every chunk of steps with this rollout, some times a second or more often. An
+                exception from it, such as KeyboardInterrupt, leaves a batch that can be read and continued.
         """
-        end = end_step(self, duration)
+        end, chunk = end_step(self, duration), chunk_steps(self.scene)
         while self.steps_done < end and self.running:
-            self.advance(min(self.steps_done + chunk_steps(self.scene), end))
+            running, begin = len(self._running), time.monotonic()
+            self.advance(min(self.steps_done + chunk, end))
             if progress is not None:
                 progress(self)
+            rest = len(self._running) == running and time.monotonic() - begin < QUICK
+            chunk = 2 * chunk if rest else chunk_steps(self.scene)
         if self.steps_done >= self.steps:
             self.complete()
 
