@@ -6,8 +6,8 @@ import msgspec
 import numpy as np
 
 from warpmuscle.errors import RolloutError
-from warpmuscle.initial_pose import plain_vector
-from warpmuscle.pose import normalized, twist_angle
+from warpmuscle.ground import plane
+from warpmuscle.pose import twist_angle
 from warpmuscle.recording import Floats, Recording
 from warpmuscle.rollout import Rollout
 from warpmuscle.scene import InitialState, JointState, Scene
@@ -35,7 +35,7 @@ def settled(scene: Scene, after: float) -> Scene:
     frame = _first_step(motion, after, scene.controller.start_state, int(scene.controller.start_stance == "right"))
     if frame is None:
         raise RolloutError(f"{scene.name} begins no step between {after:g} s and its end at {motion.time[-1]:.3g} s")
-    normal = normalized(plain_vector(rollout.numeric.ground.normal))
+    normal, _ = plane(rollout.numeric.ground)
     return msgspec.structs.replace(scene, initial_state=state_at(motion, frame, normal))
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from warpmuscle.errors import Error
 from warpmuscle.figure import Piece, pieces, project
 from warpmuscle.gait import Gait
+from warpmuscle.ground import plane
 from warpmuscle.parameters import start_values, substitute
 from warpmuscle.plots.joints import RECORDED_COLOR, joint_curves, recorded_curves
 from warpmuscle.plots.style import SIDE_COLORS, WIDTH, matplotlib, save, style
@@ -166,8 +167,8 @@ def _extent(
 
 def _ground_height(scene: Scene) -> float:
     """Height of the ground below the origin, m."""
-    normal = np.array(scene.ground.normal, dtype=float)
-    return float(np.array(scene.ground.height, dtype=float) * np.linalg.norm(normal) / normal[1])
+    normal, height = plane(scene.ground)
+    return height / float(normal[1])
 
 
 def _draw_side(axes: Axes, recording: Recording, drawn: list[Piece], frames: Integers, offsets: Floats) -> None:

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from warpmuscle.formats.files import replace_file
+from warpmuscle.ground import plane
 from warpmuscle.parameters import start_values, substitute
 from warpmuscle.recording import Recording
 from warpmuscle.scene import Scene
@@ -99,15 +100,15 @@ def page_of(tracks: Sequence[Track], scenes: Sequence[Scene], title: str, autopl
     if all(track.desired is None for track in tracks):
         del shown["desired"]
     ground = scenes[0].ground
-    normal = np.array(ground.normal, dtype=np.float64)
+    normal, height = plane(ground)
     content = {
         "title": title,
         "autoplay": autoplay,
         "camera": dict(zip(("distance", "yaw", "pitch"), camera_of(offsets), strict=True)),
         "shown": {**shown, "follow": True, "plots": plots},
         "ground": {
-            "normal": (normal / np.linalg.norm(normal)).tolist(),
-            "height": float(np.asarray(ground.height)),
+            "normal": normal.tolist(),
+            "height": height,
             "visible": bool(np.asarray(ground.stiffness) > 0.0),
         },
         "tracks": contents,

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from warpmuscle.pose import normalized
+from warpmuscle.ground import plane
 from warpmuscle.recording import Floats
 from warpmuscle.scene import Ground
 from warpmuscle.view import instances, meshes
@@ -65,11 +65,11 @@ class Stage:
     def _add_ground(self, ground: Ground) -> None:
         if float(np.asarray(ground.stiffness)) <= 0.0:
             return
-        normal = normalized(np.array(ground.normal, dtype=np.float64))
+        normal, height = plane(ground)
         self._server.scene.add_grid(
             "/world/ground", plane="xz", infinite_grid=True, cell_size=0.5, section_size=5.0, fade_distance=40.0,
             plane_color=(226, 231, 237), plane_opacity=1.0, cell_color=(205, 212, 220), section_color=(165, 175, 187),
-            wxyz=wxyz(turn_from_y(normal)), position=normal * float(np.asarray(ground.height)) - 0.002 * normal,
+            wxyz=wxyz(turn_from_y(normal)), position=normal * height - 0.002 * normal,
         )  # fmt: skip
 
     def _add(

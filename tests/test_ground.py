@@ -1,0 +1,12 @@
+"""The ground of a scene as a plane."""
+
+import numpy as np
+
+from warpmuscle.ground import plane
+from warpmuscle.scene import Ground
+
+
+def test_the_normal_becomes_a_unit_and_the_height_is_measured_along_it():
+    normal, height = plane(Ground(normal=(0.0, 4.0, 3.0), height=0.5))
+    np.testing.assert_allclose(normal, [0.0, 0.8, 0.6])
+    assert height == 0.5
