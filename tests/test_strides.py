@@ -6,7 +6,16 @@ import pytest
 from small_result import walk_result, walk_scene, with_arrays
 from warpmuscle.errors import Error
 from warpmuscle.norms import NORMS
-from warpmuscle.strides import PERCENT, leg_angles, over_strides, steady_strides, strides, touch_downs
+from warpmuscle.strides import (
+    PERCENT,
+    leg_angles,
+    longest_span,
+    over_strides,
+    spans,
+    steady_strides,
+    strides,
+    touch_downs,
+)
 
 
 def test_strides_begin_where_the_stance_changes_to_that_side():
@@ -24,6 +33,15 @@ def test_without_a_stance_touch_downs_follow_from_the_forces_and_short_lifts_do_
     force[motion.time > 2.0, 1] = 700.0
     walked = with_arrays(motion, stance=0 * motion.stance, foot_force_left=force)
     np.testing.assert_allclose(touch_downs(walked, "left"), [0.51, 2.01], atol=1e-9)
+
+
+def test_spans_are_where_something_holds_without_a_break_and_the_first_of_the_longest_counts():
+    true = np.array([1, 0, 0, 1, 1, 0, 1, 1], dtype=bool)
+    assert spans(true) == [slice(0, 1), slice(3, 5), slice(6, 8)]
+    assert longest_span(true) == slice(3, 5)
+    assert longest_span(np.ones(4, dtype=bool)) == slice(0, 4)
+    assert longest_span(np.zeros(4, dtype=bool)) is None
+    assert spans(np.zeros(0, dtype=bool)) == []
 
 
 def test_curves_over_strides_follow_the_motion():

@@ -8,7 +8,7 @@ import numpy as np
 
 from warpmuscle.norms import NORMS
 from warpmuscle.recording import Floats
-from warpmuscle.strides import PERCENT
+from warpmuscle.strides import PERCENT, longest_span
 
 _RIPPLE = 4  # % of the cycle: what is shorter is no hump
 _SMOOTHING = np.hanning(2 * _RIPPLE + 3)[1:-1] / (_RIPPLE + 1.0)  # weights of the neighbours, their sum is 1
@@ -87,10 +87,5 @@ def force_humps(force: Floats) -> Humps:
 
 def stance_part(force: Floats) -> float:
     """Percent of the cycle after which a foot is off the ground until the next touch-down, from its force (101,)."""
-    loaded = np.flatnonzero(force[:-1] > _LOADED)
-    swing = np.flatnonzero(force[:-1] <= _LOADED)
-    if not len(loaded) or not len(swing):
-        return 100.0 if len(loaded) else 0.0
-    gaps = np.split(swing, np.flatnonzero(np.diff(swing) > 1) + 1)
-    longest = max(gaps, key=len)
-    return float(PERCENT[longest[0]])
+    swing = longest_span(force[:-1] <= _LOADED)
+    return 100.0 if swing is None else float(PERCENT[swing.start])

@@ -54,6 +54,17 @@ def strides(recording: Recording, side: str, start: float = 0.0) -> Strides:
     return list(zip(times[:-1].tolist(), times[1:].tolist(), strict=True))
 
 
+def spans(true: NDArray[np.bool_]) -> list[slice[int, int, None]]:
+    """Slices in which an array (F,) is true without a break."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], true.astype(np.int8), [0]])))
+    return [slice(int(begin), int(end)) for begin, end in zip(edges[::2], edges[1::2], strict=True)]
+
+
+def longest_span(true: NDArray[np.bool_]) -> slice[int, int, None] | None:
+    """The longest slice in which an array (F,) is true without a break, the first of several; None if it never is."""
+    return max(spans(true), key=lambda span: span.stop - span.start, default=None)
+
+
 def steady_strides(recording: Recording, scene: Scene) -> dict[str, Strides]:
     """Gait cycles of both sides in the steady part of a walk, as `gait.measure` finds it.
 
