@@ -67,6 +67,11 @@ def leg(character: Character, foot: str) -> list[str]:
     return names
 
 
+def foot_bodies(character: Character, foot: str) -> list[str]:
+    """A foot and the bodies that hang on it, such as its toes."""
+    return [foot, *(joint.child for joint in character.joints.values() if joint.parent == foot)]
+
+
 def project(recording: Recording, piece: Piece, frame: int, axes: tuple[int, int]) -> Floats:
     """Points (m, 2) to draw of a piece in one frame, m, on two of the world's axes."""
     index = recording.body_names.index(piece.body)

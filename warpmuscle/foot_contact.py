@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from warpmuscle.bodies import contact_points
-from warpmuscle.pose import conjugate, multiply, normalized, rotate
+from warpmuscle.figure import foot_bodies
+from warpmuscle.ground import plane
+from warpmuscle.pose import conjugate, multiply, rotate
 from warpmuscle.recording import Floats, Recording
 from warpmuscle.scene import Scene
-from warpmuscle.strides import SIDES, body_weight, feet_of
+from warpmuscle.strides import SIDES, body_weight, feet_of, spans
 
 LOADED = 0.25  # body weights on a foot, from which on it is a stance foot that may not slide
 
@@ -23,6 +25,15 @@ class FootContact(NamedTuple):
     greatest_slide: float  # of all steps
     mean_drag: float  # of a foot that touches the ground but carries little, the greatest of each step
     depth: float  # of the lowest point that a foot came to below the ground
+
+
+class FootPoint(NamedTuple):
+    """A corner of a box, or the centre of a sphere, that may touch the ground."""
+
+    body: int  # in the recording
+    radius: float  # m, of the sphere; 0 of a corner
+    position: Floats  # (F, 3) m, world
+    depth: Floats  # (F,) m, in the ground
 
 
 def foot_contact(recording: Recording, scene: Scene) -> FootContact:
@@ -40,66 +51,55 @@ def foot_contact(recording: Recording, scene: Scene) -> FootContact:
     Raises:
         Error: the character has no feet.
     """
-    normal = normalized(np.array(scene.ground.normal, dtype=float))
-    height = float(np.asarray(scene.ground.height).flat[0])
+    normal, _ = plane(scene.ground)
     slides: list[float] = []
     drags: list[float] = []
     depth = 0.0
     for side, foot in zip(SIDES, feet_of(scene), strict=True):
         loaded = recording[f"foot_force_{side}"] @ normal > LOADED * body_weight(scene)
-        points = [_point(recording, *point, normal, height) for point in _points(scene, foot)]
-        depth = max([depth, *(float(deep.max(initial=0.0)) for deep, _ in points)])
+        points = foot_points(recording, scene, foot)
+        moves = [_moved(recording, point, normal) for point in points]
+        depth = max([depth, *(float(point.depth.max(initial=0.0)) for point in points)])
         for found, counts in ((slides, loaded), (drags, ~loaded)):
-            slid = np.max([_slide((deep > 0.0) & counts, moved) for deep, moved in points], axis=0, initial=0.0)
-            found += [float(np.broadcast_to(slid, len(loaded))[span].max()) for span in _spans(counts)]
+            slides_of = [_slide((p.depth > 0.0) & counts, moved) for p, moved in zip(points, moves, strict=True)]
+            slid = np.max(slides_of, axis=0, initial=0.0)
+            found += [float(np.broadcast_to(slid, len(loaded))[span].max()) for span in spans(counts)]
     return FootContact(_mean(slides), max(slides, default=0.0), _mean(drags), depth)
 
 
-def _points(scene: Scene, foot: str) -> list[tuple[str, Floats, float]]:
-    """Body, place in its frame, m, and radius, m, of all points of a foot and its toes that may touch the ground."""
-    bodies = [foot, *(joint.child for joint in scene.character.joints.values() if joint.parent == foot)]
-    return [
-        (body, np.array(place, dtype=float), float(radius))
-        for body in bodies
-        for shape in scene.character.bodies[body].shapes
-        for place, radius in contact_points(shape)
-    ]
+def foot_points(recording: Recording, scene: Scene, foot: str) -> list[FootPoint]:
+    """All points of a foot and its toes that may touch the ground of a numeric scene, over a motion."""
+    normal, height = plane(scene.ground)
+    found = []
+    for name in foot_bodies(scene.character, foot):
+        body = recording.body_names.index(name)
+        orientation = recording.body_orientation[:, body].astype(float)
+        for shape in scene.character.bodies[name].shapes:
+            for place, radius in contact_points(shape):
+                position = recording.body_position[:, body] + rotate(orientation, np.array(place, dtype=float))
+                found.append(FootPoint(body, float(radius), position, height + float(radius) - position @ normal))
+    return found
 
 
 def _mean(values: list[float]) -> float:
     return float(np.mean(values)) if values else 0.0
 
 
-def _point(
-    recording: Recording, body: str, place: Floats, radius: float, normal: Floats, height: float
-) -> tuple[Floats, Floats]:
-    """Depth (F,) of a point in the ground, m, and how far (F, 3) what touches it moved along it since the frame before.
-
-    Args:
-        place: centre of a sphere of this radius, in the body's frame.
-    """
-    index = recording.body_names.index(body)
-    orientation = recording.body_orientation[:, index].astype(float)
-    center = recording.body_position[:, index] + rotate(orientation, place)
-    depth = height + radius - center @ normal
-    moved = np.diff(center, axis=0, prepend=center[:1])
-    if radius > 0.0:
+def _moved(recording: Recording, point: FootPoint, normal: Floats) -> Floats:
+    """How far (F, 3) what touches the ground moved along it since the frame before, m; what a sphere rolls is none."""
+    moved = np.diff(point.position, axis=0, prepend=point.position[:1])
+    if point.radius > 0.0:
+        orientation = recording.body_orientation[:, point.body].astype(float)
         turn = multiply(orientation[1:], conjugate(orientation[:-1]))
         angle = 2.0 * turn[:, :3] * np.sign(turn[:, 3:])  # small between two frames
-        moved[1:] += np.cross(angle, -radius * normal)
-    return depth, moved - (moved @ normal)[:, None] * normal
+        moved[1:] += np.cross(angle, -point.radius * normal)
+    return moved - (moved @ normal)[:, None] * normal
 
 
 def _slide(touching: NDArray[np.bool_], moved: Floats) -> Floats:
     """Distance (F,) of a point from where it came to touch, m; 0 while it does not."""
     slide = np.zeros(len(touching))
-    for span in _spans(touching):
+    for span in spans(touching):
         path = np.cumsum(moved[span][1:], axis=0)
         slide[span][1:] = np.linalg.norm(path, axis=1)
     return slide
-
-
-def _spans(true: NDArray[np.bool_]) -> list[Any]:
-    """Slices in which an array (F,) is true without a break."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], true.astype(np.int8), [0]])))
-    return [slice(int(begin), int(end)) for begin, end in zip(edges[::2], edges[1::2], strict=True)]

@@ -7,14 +7,14 @@ from typing import Any
 import numpy as np
 
 from warpmuscle.errors import Error
-from warpmuscle.figure import Piece, leg, pieces, project
+from warpmuscle.figure import Piece, foot_bodies, leg, pieces, project
 from warpmuscle.foot_contact import LOADED
+from warpmuscle.ground import plane
 from warpmuscle.plots.style import GRAY, SIDE_COLORS, heading, page
 from warpmuscle.plots.subject import Absent, Subject
-from warpmuscle.pose import normalized
 from warpmuscle.recording import Recording
 from warpmuscle.scene import Scene
-from warpmuscle.strides import SIDES, body_weight, feet_of
+from warpmuscle.strides import SIDES, body_weight, feet_of, longest_span
 
 _FRAMES = 8
 _SIDE_VIEW = (2, 1)  # world axes to the right and up of the page
@@ -39,7 +39,7 @@ def draw(subject: Subject) -> Any:
     for column, (side, foot) in enumerate(zip(SIDES, feet, strict=True)):
         begin, end = cycles[side][-2] if len(cycles[side]) > 1 else cycles[side][-1]
         events = {"touch-down": begin, "toe-off": toe_off(recording, scene, side, begin, end)}
-        limb = {foot, *_below(scene, foot), scene.character.joints[leg(scene.character, foot)[-1]].parent}
+        limb = {*foot_bodies(scene.character, foot), scene.character.joints[leg(scene.character, foot)[-1]].parent}
         own = [piece for piece in shown if piece.body in limb]
         for row, (event, time) in enumerate(events.items()):
             _row(list(rows[2 * column + row]), recording, scene, own, side, event, time)
@@ -54,12 +54,9 @@ def draw(subject: Subject) -> Any:
 def toe_off(recording: Recording, scene: Scene, side: str, begin: float, end: float) -> float:
     """Time between two touch-downs of a foot at which it gives off its load for the longest time, s."""
     force = recording[f"foot_force_{side}"][:, 1]
-    inside = np.flatnonzero((recording.time >= begin) & (recording.time <= end))
-    swing = inside[force[inside] < LOADED * body_weight(scene)]
-    if not len(swing):
-        return end
-    longest = max(np.split(swing, np.flatnonzero(np.diff(swing) > 1) + 1), key=len)
-    return float(recording.time[longest[0]])
+    inside = (recording.time >= begin) & (recording.time <= end)
+    swing = longest_span(inside & (force < LOADED * body_weight(scene)))
+    return end if swing is None else float(recording.time[swing.start])
 
 
 def _row(
@@ -80,9 +77,9 @@ def _row(
 def _close_up(
     axes: Any, recording: Recording, scene: Scene, shown: list[Piece], side: str, frame: int, before: int, middle: float
 ) -> None:
-    normal = normalized(np.array(scene.ground.normal, dtype=float))
+    normal, height = plane(scene.ground)
     across = middle + np.array([-0.5, 0.5]) * _WINDOW[0]
-    ground = (float(np.asarray(scene.ground.height).flat[0]) - across * normal[2]) / normal[1]
+    ground = (height - across * normal[2]) / normal[1]
     axes.fill_between(across, ground, ground - 1.0, color="#E4E0D8", lw=0.0, zorder=0)
     axes.plot(across, ground, color=GRAY, lw=0.8, zorder=3)
     outlines = []
@@ -108,8 +105,3 @@ def _close_up(
             tip = (lowest[0] + force[2], lowest[1] + force[1])
             axes.annotate("", tip, lowest, arrowprops=_FORCE_ARROW, zorder=4)
     axes.set(xlim=across, ylim=(level - _BELOW, level + _WINDOW[1] - _BELOW), aspect="equal", xticks=[], yticks=[])
-
-
-def _below(scene: Scene, foot: str) -> list[str]:
-    """Bodies that hang on a foot, such as its toes."""
-    return [joint.child for joint in scene.character.joints.values() if joint.parent == foot]

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from warpmuscle.bodies import contact_points
 from warpmuscle.controller import trajectory_bodies
 from warpmuscle.errors import Error
+from warpmuscle.foot_contact import foot_points
+from warpmuscle.ground import plane
 from warpmuscle.pose import about, multiply, normalized, rotate, twist_angle
 from warpmuscle.recording import QUANTITIES, Floats, Recording
 from warpmuscle.scene import Scene
@@ -108,7 +109,7 @@ def track_of(
         point_weight=point_weights(doll.muscles, recording, scene.character),
         muscle_load=np.clip(recording.muscle_force / (FULL_FORCE * f_max), 0.0, 1.0),
         foot_force=np.stack([recording.foot_force_left, recording.foot_force_right], axis=1),
-        foot_center=foot_centers(recording, scene, doll.names),
+        foot_center=foot_centers(recording, scene),
     )
 
 
@@ -177,29 +178,20 @@ def _in_character_frame(recording: Recording, scene: Scene, names: Topology) -> 
     return np.asarray(table[recording.state, recording.stance])
 
 
-def foot_centers(recording: Recording, scene: Scene, names: Topology) -> Floats:
+def foot_centers(recording: Recording, scene: Scene) -> Floats:
     """Where the ground forces act on both feet, (F, 2, 3), m, world: on the ground, contact points weighted by depth.
 
     A foot that does not touch the ground has its lowest point instead.
     """
     feet = scene.controller.feet if scene.controller is not None else ()
-    normal = normalized(np.array(scene.ground.normal, dtype=np.float64))
-    height = float(np.asarray(scene.ground.height))
+    normal, height = plane(scene.ground)
     centers = np.zeros((recording.frames, 2, 3))
     for side, foot in enumerate(feet):
-        number = names.bodies.index(foot)
-        bodies = [number, *(child for child, parent in enumerate(names.parents) if parent == number)]
-        found = [(body, shape) for body in bodies for shape in scene.character.bodies[names.bodies[body]].shapes]
-        points, depths = [], []
-        for body, shape in found:
-            for point, radius in contact_points(shape):
-                turned = rotate(recording.body_orientation[:, body], np.array(point, dtype=np.float64))
-                points.append(recording.body_position[:, body] + turned)
-                depths.append(height + float(np.asarray(radius)) - points[-1] @ normal)
+        points = foot_points(recording, scene, foot)
         if not points:
-            centers[:, side] = recording.body_position[:, number]
+            centers[:, side] = recording.position_of(foot)
             continue
-        place, depth = np.stack(points, axis=1), np.stack(depths, axis=1)
+        place, depth = (np.stack([getattr(point, name) for point in points], axis=1) for name in ("position", "depth"))
         share = np.maximum(depth, 0.0)
         lowest = depth >= depth.max(axis=1, keepdims=True)
         share = np.where(share.sum(axis=1, keepdims=True) > 0.0, share, lowest)
