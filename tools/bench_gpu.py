@@ -38,6 +38,7 @@ from typing import Annotated, Any
 import msgspec
 import typer
 import warp as wp
+from fastest_run import fastest_run
 from gpu_resources import resources
 from mujoco_warp_peer import peer_rate
 from repeated_step import RepeatedStep
@@ -97,16 +98,8 @@ class Bench:
         return Rollout(self.scenes[kind], instances, str(self.device), lanes=lanes, threads=1, **options)
 
     def timed(self, rollout: Rollout) -> tuple[float, int]:
-        """Time of the fastest of several runs, s, after one that does not count, and the steps that a run makes."""
-        times = []
-        for _ in range(1 + self.repeats):
-            rollout.reset(self.noise, seed=1)
-            wp.synchronize()
-            begin = time.perf_counter()
-            rollout.run()
-            wp.synchronize()
-            times.append(time.perf_counter() - begin)
-        return min(times[1:]), int(rollout.state.step.numpy().sum())
+        """Time of the fastest of several runs, s, and the steps that a run makes."""
+        return fastest_run(rollout, self.repeats, self.noise), int(rollout.state.step.numpy().sum())
 
     def total(self, kind: str, lanes: int, instances: int) -> Figures:
         """Rate of a batch, and time of a step of all of it; small ones run longer, so that their start counts less."""

@@ -10,13 +10,13 @@ without what comes before: the parameters' way to the devices takes about as lon
 
 from __future__ import annotations
 
-import time
 from typing import Annotated, Any
 
 import msgspec
 import numpy as np
 import typer
 import warp as wp
+from fastest_run import fastest_run
 from numpy.typing import NDArray
 
 from warpmuscle.devices import find_devices
@@ -26,6 +26,7 @@ from warpmuscle.split import make_rollout
 
 SPREAD = 0.01  # of the parameters about their start
 RUNS = 3
+NOISE = 0.01  # m/s, of the root's velocity at the start
 
 
 def spread(parameters: Any, count: int) -> NDArray[np.float64]:
@@ -39,16 +40,9 @@ def measured(scene: Scene, count: int, device: str) -> tuple[float, int, NDArray
     """Time of the fastest of some runs, s, the steps that all bipeds make in one, and their costs."""
     batch = make_rollout(scene, count, device)
     batch.set_parameters(spread(batch.parameters, count))
-    times = []
-    for _ in range(1 + RUNS):  # the first one compiles
-        batch.reset(velocity_noise=0.01, seed=1)
-        wp.synchronize()
-        begin = time.perf_counter()
-        batch.run()
-        wp.synchronize()
-        times.append(time.perf_counter() - begin)
+    seconds = fastest_run(batch, RUNS, NOISE)
     steps = int(np.rint(batch.end_time() / scene.time_step).sum())
-    return min(times[1:]), steps, batch.cost()
+    return seconds, steps, batch.cost()
 
 
 def main(
