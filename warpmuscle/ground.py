@@ -2,13 +2,28 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
+from numpy.typing import ArrayLike
 
 from warpmuscle.pose import normalized
 from warpmuscle.recording import Floats
 from warpmuscle.scene import Ground
 
 
-def plane(ground: Ground) -> tuple[Floats, float]:
-    """The unit normal (3,) of a numeric scene's ground, and how far along it the ground lies from the origin, m."""
-    return normalized(np.array(ground.normal, dtype=float)), float(np.asarray(ground.height).item())
+class Plane(NamedTuple):
+    """A plane in the world."""
+
+    normal: Floats  # (3,) of length 1
+    height: float  # m, from the origin along the normal
+
+    def height_at(self, x: ArrayLike, z: ArrayLike) -> Floats:
+        """Height y above or below places of the world, m."""
+        rise = self.height - self.normal[0] * np.asarray(x) - self.normal[2] * np.asarray(z)
+        return np.asarray(rise / self.normal[1])
+
+
+def plane(ground: Ground) -> Plane:
+    """The ground of a numeric scene."""
+    return Plane(normalized(np.array(ground.normal, dtype=float)), float(np.asarray(ground.height).item()))

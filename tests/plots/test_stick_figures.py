@@ -12,9 +12,10 @@ from small_result import march as marched
 from warpmuscle.errors import Error
 from warpmuscle.figure import convex_hull, leg, pieces, project
 from warpmuscle.gait import Gait
+from warpmuscle.ground import plane
 from warpmuscle.plots import stick_figures as plot
 from warpmuscle.recording import Recording
-from warpmuscle.scene import Scene
+from warpmuscle.scene import Ground, Scene
 
 FEET = ("lFoot", "rFoot")
 
@@ -52,6 +53,19 @@ def test_figures_do_not_overlap_and_keep_their_order_along_the_way(speed: float)
     ordered = spans if speed >= 0.0 else spans[::-1]
     assert all(one[1] < other[0] for one, other in itertools.pairwise(ordered))
     assert (speed < 30.0) == bool(np.any(offsets))
+
+
+@pytest.mark.parametrize("view", [(2, 1), (0, 1)])
+def test_ground_on_a_slope_is_drawn_where_each_figure_really_stands(view: tuple[int, int]):
+    recording, drawn, ground = march(1.2), pieces(biped(), FEET), plane(Ground(normal=(0.1, 1.0, -0.2), height=0.3))
+    for frame, offset in ((10, 0.0), (90, 3.0)):
+        ends = plot._ground_below(recording, ground, drawn, frame, offset, view)
+        for across, height in ends:
+            place = recording.com[frame].astype(float)
+            place[1], place[view[0]] = height, across - offset
+            assert place @ ground.normal == pytest.approx(0.3)
+        reach = np.concatenate([project(recording, piece, frame, view)[:, 0] for piece in drawn]) + offset
+        assert ends[0, 0] < reach.min() < reach.max() < ends[1, 0]
 
 
 def test_joints_of_neighbouring_bodies_meet_in_the_drawing():

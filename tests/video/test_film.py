@@ -3,6 +3,7 @@
 import builtins
 import dataclasses
 
+import msgspec
 import numpy as np
 import pytest
 from PIL import Image
@@ -10,6 +11,8 @@ from PIL import Image
 from muscle_arm import arm
 from small_result import arm_motion, walk_result, walk_scene
 from warpmuscle.errors import Error
+from warpmuscle.ground import plane
+from warpmuscle.scene import Ground
 from warpmuscle.video import Film, Look, films_beside, make_film, write
 from warpmuscle.video.beside import Sheet
 from warpmuscle.video.camera import camera_on
@@ -62,6 +65,20 @@ def test_a_film_of_whole_strides_ends_as_it_begins():
     ends = film.capsule_ends - film.followed[:, None, None]
     moves = np.abs(np.diff(ends, axis=0)).max()
     assert np.abs(ends[-1] - ends[0]).max() <= 1.5 * moves
+
+
+@pytest.mark.parametrize("strides", [0, 2])
+def test_on_a_slope_the_camera_and_the_tiles_go_with_the_ground(strides: int):
+    scene = msgspec.structs.replace(walk_scene(), ground=Ground(normal=(0.0, 1.0, -0.1)))
+    film = make_film(walk_result().replays[0], scene, Look(**SMALL, strides=strides))
+    np.testing.assert_allclose(film.followed @ film.ground.normal, 0.0, atol=1e-9)
+    assert film.followed[-1, 1] - film.followed[0, 1] > 0.1
+    rise = []  # of the tiles on the right of the picture, which is forwards, over those on its left
+    for ground in (film.ground, plane(Ground())):
+        tiles, _ = Painter(dataclasses.replace(film, ground=ground))._tiles(5)
+        across, up = tiles[..., 0].ravel(), tiles[..., 1].ravel()
+        rise.append(up[across > 0.3].mean() - up[across < -0.3].mean())
+    assert rise[0] > rise[1] + 0.05
 
 
 def test_films_beside_each_other_have_the_same_scale_and_pace_and_their_names():

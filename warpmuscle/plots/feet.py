@@ -77,9 +77,8 @@ def _row(
 def _close_up(
     axes: Any, recording: Recording, scene: Scene, shown: list[Piece], side: str, frame: int, before: int, middle: float
 ) -> None:
-    normal, height = plane(scene.ground)
     across = middle + np.array([-0.5, 0.5]) * _WINDOW[0]
-    ground = (height - across * normal[2]) / normal[1]
+    ground = plane(scene.ground).height_at(0.0, across)
     axes.fill_between(across, ground, ground - 1.0, color="#E4E0D8", lw=0.0, zorder=0)
     axes.plot(across, ground, color=GRAY, lw=0.8, zorder=3)
     outlines = []

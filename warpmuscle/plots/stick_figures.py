@@ -10,7 +10,7 @@ import numpy as np
 from warpmuscle.errors import Error
 from warpmuscle.figure import Piece, pieces, project
 from warpmuscle.gait import Gait
-from warpmuscle.ground import plane
+from warpmuscle.ground import Plane, plane
 from warpmuscle.parameters import start_values, substitute
 from warpmuscle.plots.joints import RECORDED_COLOR, joint_curves, recorded_curves
 from warpmuscle.plots.style import SIDE_COLORS, WIDTH, matplotlib, save, style
@@ -71,8 +71,9 @@ def _figure(
     frames, offsets = _spread(recording, drawn)
     middle = int(frames[len(frames) // 2])
     side, front = _extent(recording, drawn, frames, offsets, _SIDE), _extent(recording, drawn, [middle], 0.0, _FRONT)
-    ground = _ground_height(scene)
-    low, high = min(side[0, 1], ground) - _MARGIN, side[1, 1] + _MARGIN
+    ground = plane(scene.ground)
+    grounds = [_ground_below(recording, ground, drawn, int(k), float(offsets[k]), _SIDE) for k in frames]
+    low, high = min(side[0, 1], np.min(grounds, axis=(0, 1))[1]) - _MARGIN, side[1, 1] + _MARGIN
     side_width = side[1, 0] - side[0, 0]
     center, front_width = front[:, 0].mean(), max(front[1, 0] - front[0, 0] + 2.0 * _MARGIN, 0.13 * side_width)
     room = WIDTH - 1.07  # inches for both views, without margins and gap
@@ -85,8 +86,8 @@ def _figure(
     side_axes = paper.axes(0.62, 3.0, room - scale * front_width, height)
     side_axes.set(xlim=(side[0, 0] - spare, side[1, 0] + spare), ylim=(low, high))
     front_axes.set(xlim=(center - front_width / 2.0, center + front_width / 2.0), ylim=(low, high))
-    for axes in (side_axes, front_axes):
-        axes.axhline(ground, color=_GROUND_COLOR, lw=1.2, zorder=0)
+    _draw_ground(side_axes, grounds)
+    _draw_ground(front_axes, [_ground_below(recording, ground, drawn, middle, 0.0, _FRONT)])
     _draw_side(side_axes, recording, drawn, frames, offsets)
     _draw_front(front_axes, recording, drawn, middle)
 
@@ -165,10 +166,22 @@ def _extent(
     return np.stack([every.min(axis=0), every.max(axis=0)])
 
 
-def _ground_height(scene: Scene) -> float:
-    """Height of the ground below the origin, m."""
-    normal, height = plane(scene.ground)
-    return height / float(normal[1])
+def _ground_below(
+    recording: Recording, ground: Plane, drawn: list[Piece], frame: int, offset: float, view: tuple[int, int]
+) -> Floats:
+    """Ends (2, 2) on the page, m, of the ground below a figure: as it is where the figure really stands."""
+    across = _extent(recording, drawn, [frame], offset, view)[:, 0] + np.array([-0.5, 0.5]) * _GAP
+    place = {axis: np.full(2, recording.com[frame, axis], dtype=float) for axis in (0, 2)} | {view[0]: across - offset}
+    return np.stack([across, ground.height_at(place[0], place[2])], axis=1)
+
+
+def _draw_ground(axes: Axes, lines: list[Floats]) -> None:
+    """The ground below figures; where it is level, one line all across the page."""
+    if np.ptp([line[:, 1] for line in lines]) == 0.0:
+        axes.axhline(lines[0][0, 1], color=_GROUND_COLOR, lw=1.2, zorder=0)
+        return
+    for line in lines:
+        axes.plot(*line.T, color=_GROUND_COLOR, lw=1.2, zorder=0)
 
 
 def _draw_side(axes: Axes, recording: Recording, drawn: list[Piece], frames: Integers, offsets: Floats) -> None:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warpmuscle.errors import Error
+from warpmuscle.ground import Plane, plane
 from warpmuscle.parameters import start_values, substitute
 from warpmuscle.recording import Floats, Recording
 from warpmuscle.scene import Scene
@@ -59,7 +60,7 @@ class Film:
     camera: Camera
     bounds: Floats  # (2, 3) m, least and greatest coordinates of all that is seen, from what is followed
     tile: float  # m
-    ground: float  # m, height
+    ground: Plane
     capsules: Capsules
     capsule_ends: Floats  # (F, C, 2, 3)
     boxes: Boxes
@@ -150,7 +151,8 @@ def _film(track: Track, scene: Scene, look: Look, moments: Floats, span: tuple[f
     ends = in_world(recording, capsules.body, capsules.ends)
     corners = in_world(recording, boxes.body, boxes.corners)
     force = track.foot_force * (_FORCE_LENGTH / body_weight(scene)) * look.forces
-    followed, tile = _followed(recording, span if look.strides else None)
+    ground = plane(scene.ground)
+    followed, tile = _followed(recording, ground, span if look.strides else None)
     everything = np.concatenate([part.reshape(len(time), -1, 3) for part in (ends, corners, track.muscle_points())], 1)
     shown = (time >= span[0]) & (time <= span[1])
     seen = (everything - followed[:, None])[shown]
@@ -165,7 +167,7 @@ def _film(track: Track, scene: Scene, look: Look, moments: Floats, span: tuple[f
         camera=_camera(box, look),
         bounds=box,
         tile=tile,
-        ground=float(np.asarray(scene.ground.height)),
+        ground=ground,
         capsules=capsules,
         capsule_ends=at(time, ends, moments),
         boxes=boxes,
@@ -185,12 +187,13 @@ def _camera(bounds: Floats, look: Look) -> Camera:
     return camera_on(corners, np.radians(look.azimuth), np.radians(look.elevation), look.width / look.height)
 
 
-def _followed(recording: Recording, repeated: tuple[float, float] | None) -> tuple[Floats, float]:
+def _followed(recording: Recording, ground: Plane, repeated: tuple[float, float] | None) -> tuple[Floats, float]:
     """What the camera follows (F, 3), m, on the ground, and the length of a tile, m.
 
     In a film that is repeated it moves evenly, and a whole number of tiles from its begin to its end.
     """
-    time, com = recording.time.astype(float), recording.com.astype(float) * np.array([1.0, 0.0, 1.0])
+    time, com = recording.time.astype(float), recording.com.astype(float)
+    com[:, 1] = ground.height_at(com[:, 0], com[:, 2])
     if repeated is not None:
         first, last = at(time, com, np.array(repeated))
         part = (time - repeated[0]) / (repeated[1] - repeated[0])

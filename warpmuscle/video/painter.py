@@ -99,7 +99,8 @@ class Painter:
         column, row = (index[(column + row) % 2 == 0] for index in (column, row))
         corner = np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
         places = (np.stack([column, row], axis=-1)[:, None] + corner) * film.tile  # (n, 4, 2)
-        points = np.stack([places[..., 0], np.full(places.shape[:2], film.ground), places[..., 1]], axis=-1)
+        across, along = places[..., 0], places[..., 1]
+        points = np.stack([across, film.ground.height_at(across, along), along], axis=-1)
         flat, depth = self._project(points, number)
         distance = np.linalg.norm(places.mean(axis=1) - np.array([x, z]), axis=1)
         fade = np.clip((distance - _FADE[0]) / (_FADE[1] - _FADE[0]), 0.0, 1.0)[:, None]
@@ -116,10 +117,10 @@ class Painter:
         rims = ends[:, :, None] + film.capsules.radius[:, None, None, None] * circle
         found = []
         for points in (*rims.reshape(len(rims), -1, 3), *corners):
-            height = points[:, 1] - film.ground
+            height = points[:, 1] - film.ground.height_at(points[:, 0], points[:, 2])
             points[:, 0] += _SHADOW_LEAN[0] * height
             points[:, 2] += _SHADOW_LEAN[1] * height
-            points[:, 1] = film.ground
+            points[:, 1] = film.ground.height_at(points[:, 0], points[:, 2])
             found.append(convex_hull(self._project(points, number)[0]))
         return found
 
