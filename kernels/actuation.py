@@ -11,7 +11,18 @@ import warp as wp
 from warpmuscle.kernels.lanes import synchronize
 from warpmuscle.kernels.simbicon import pd_error
 from warpmuscle.kernels.spatial import full, symmetric, symmetric_outer, symmetric_part
-from warpmuscle.kernels.structs import BALL, BY_TORQUE, MIXED, UNIVERSAL, Model, State, Work, at, rolled, whole
+from warpmuscle.kernels.structs import (
+    BALL,
+    BY_TORQUE,
+    MIXED,
+    UNIVERSAL,
+    ModelRef,
+    StateRef,
+    WorkRef,
+    at,
+    rolled,
+    whole,
+)
 
 IMPLICIT_SHARE = 0.55  # of a step that implicit damping looks ahead: 0.5 is most accurate, more settles faster
 
@@ -40,7 +51,7 @@ def universal_projector(a: wp.vec3, b: wp.vec3, weight: wp.vec3) -> wp.mat33:
 
 
 @wp.func
-def joint_projector(instance: int, body: int, weight: wp.vec3, model: Model, work: Work) -> wp.mat33:
+def joint_projector(instance: int, body: int, weight: wp.vec3, model: ModelRef, work: WorkRef) -> wp.mat33:
     """What a torque does about the degrees of freedom of a joint, each times its weight, world axes."""
     plan = model.skeleton.plan[body]
     row = at(model.skeleton.row, instance, body)
@@ -67,7 +78,7 @@ def passive_torque(error: wp.vec3, velocity: wp.vec3, stiffness: float, damping:
 
 
 @wp.func
-def muscle_torque(instance: int, body: int, model: Model, state: State, work: Work) -> wp.vec3:
+def muscle_torque(instance: int, body: int, model: ModelRef, state: StateRef, work: WorkRef) -> wp.vec3:
     """Torque of the muscles on a joint, world, N m: the sum of F r (Bergmann 2017, eq. 8 and 9)."""
     total = wp.vec3(0.0)
     for crossing in range(model.paths.crossing_start[body], model.paths.crossing_start[body + 1]):
@@ -77,7 +88,7 @@ def muscle_torque(instance: int, body: int, model: Model, state: State, work: Wo
 
 
 @wp.func
-def pulled_torque(instance: int, body: int, model: Model, state: State, work: Work) -> wp.vec3:
+def pulled_torque(instance: int, body: int, model: ModelRef, state: StateRef, work: WorkRef) -> wp.vec3:
     """The same from the F r of all crossings in the working set."""
     total = wp.vec3(0.0)
     for crossing in range(model.paths.crossing_start[body], model.paths.crossing_start[body + 1]):
@@ -87,7 +98,7 @@ def pulled_torque(instance: int, body: int, model: Model, state: State, work: Wo
 
 
 @wp.func
-def mixed_torque(instance: int, body: int, muscles: wp.vec3, model: Model, work: Work):
+def mixed_torque(instance: int, body: int, muscles: wp.vec3, model: ModelRef, work: WorkRef):
     """Torque and implicit inertia of a joint whose degrees of freedom are driven in different ways, into `work`.
 
     The joint velocities are in the working set.
@@ -115,7 +126,7 @@ def mixed_torque(instance: int, body: int, muscles: wp.vec3, model: Model, work:
 
 
 @wp.func
-def implicit_damping_stage(instance: int, lane: int, lanes: int, model: Model, state: State, work: Work):
+def implicit_damping_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: WorkRef):
     """Add the damping of muscles, linearised over the step, to the implicit inertia of their joints: h d r r^T.
 
     What a muscle's shortening at one joint does about another one stays explicit, which is stable for two joints. The
@@ -155,7 +166,7 @@ def actuation_stage_of(muscle_torque: Any, mixed: bool = True) -> Any:
     """
 
     @wp.func
-    def actuation_stage(instance: int, lane: int, lanes: int, model: Model, state: State, work: Work):
+    def actuation_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: WorkRef):
         for i in range(1 + lane, model.body_count, lanes):
             drive = model.actuation.drive[i]
             if drive != BY_TORQUE:

@@ -8,17 +8,17 @@ normal and h d_t across it. K enters the body's articulated inertia, so that no 
 import warp as wp
 
 from warpmuscle.kernels.spatial import cross_rows, symmetric, symmetric_outer, symmetric_product
-from warpmuscle.kernels.structs import Model, Work, at
+from warpmuscle.kernels.structs import ModelRef, WorkRef, at
 
 
 @wp.func
-def above_ground(instance: int, point: wp.vec3, model: Model) -> float:
+def above_ground(instance: int, point: wp.vec3, model: ModelRef) -> float:
     """Distance of a point from the plane of the ground, m: on a slope, a walk loses or gains no height."""
     return wp.dot(at(model.contacts.normal, instance, 0), point) - at(model.contacts.height, instance, 0)
 
 
 @wp.func
-def body_weight(instance: int, model: Model) -> float:
+def body_weight(instance: int, model: ModelRef) -> float:
     """Weight of the whole character, N."""
     return at(model.skeleton.total_mass, instance, 0) * at(model.gravity, instance, 0)
 
@@ -64,7 +64,7 @@ class ContactSum:
 
 
 @wp.func
-def body_contacts(instance: int, body: int, model: Model, work: Work) -> ContactSum:
+def body_contacts(instance: int, body: int, model: ModelRef, work: WorkRef) -> ContactSum:
     """The contacts of one body with the ground; zero if it is clear of it."""
     contacts = model.contacts
     h = model.time_step
@@ -103,7 +103,7 @@ def body_contacts(instance: int, body: int, model: Model, work: Work) -> Contact
 
 
 @wp.func
-def contact_stage(instance: int, body: int, model: Model, work: Work):
+def contact_stage(instance: int, body: int, model: ModelRef, work: WorkRef):
     """Add the contacts of one body to its articulated inertia and bias force, and keep what its foot force needs."""
     plan = model.skeleton.plan[body]
     slot = plan.foot_slot

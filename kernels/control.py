@@ -12,11 +12,11 @@ import warp as wp
 from warpmuscle.kernels.lanes import synchronize
 from warpmuscle.kernels.simbicon import control_stage
 from warpmuscle.kernels.spatial import symmetric
-from warpmuscle.kernels.structs import BALL, HINGE, UNIVERSAL, Model, State, Work, at
+from warpmuscle.kernels.structs import BALL, HINGE, UNIVERSAL, ModelRef, StateRef, WorkRef, at
 
 
 @wp.func
-def effort_torque(instance: int, body: int, effort: wp.vec3, model: Model, work: Work) -> wp.vec3:
+def effort_torque(instance: int, body: int, effort: wp.vec3, model: ModelRef, work: WorkRef) -> wp.vec3:
     """Torque on the parent of a joint, world, N m, that does what the efforts of its speeds ask for."""
     kind = model.skeleton.plan[body].joint_type
     rotation = work.rotation[body]
@@ -33,7 +33,7 @@ def effort_torque(instance: int, body: int, effort: wp.vec3, model: Model, work:
 
 
 @wp.func
-def given_effort(instance: int, body: int, model: Model, state: State, work: Work) -> wp.vec3:
+def given_effort(instance: int, body: int, model: ModelRef, state: StateRef, work: WorkRef) -> wp.vec3:
     """Efforts of a joint as given from outside."""
     first = model.skeleton.plan[body].speed_start
     count = model.skeleton.plan[body].speed_end - first
@@ -60,7 +60,7 @@ def control_stage_of(effort: Any = None) -> Any:
         return control_stage
 
     @wp.func
-    def effort_stage(instance: int, lane: int, lanes: int, model: Model, state: State, work: Work):
+    def effort_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: WorkRef):
         if lane == 0:
             work.target[0] = wp.quat(0.0, 0.0, 0.0, 1.0)
             work.torque[0] = wp.vec3(0.0)

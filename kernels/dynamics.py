@@ -30,10 +30,10 @@ from warpmuscle.kernels.structs import (
     ROOT_FREE,
     ROOT_PLANAR,
     UNIVERSAL,
-    Model,
+    ModelRef,
     Skeleton,
-    State,
-    Work,
+    StateRef,
+    WorkRef,
     at,
     rolled,
     whole,
@@ -59,7 +59,7 @@ def gyroscopic_moment(angular_velocity: wp.vec3, inertia: symmetric) -> wp.vec3:
 
 
 @wp.func
-def body_inertia(instance: int, body: int, model: Model, work: Work):
+def body_inertia(instance: int, body: int, model: ModelRef, work: WorkRef):
     """Inertia of a body about its joint, and the force that gravity and its own motion ask for."""
     skeleton = model.skeleton
     row = at(skeleton.row, instance, body)
@@ -77,7 +77,7 @@ def body_inertia(instance: int, body: int, model: Model, work: Work):
 
 
 @wp.func
-def push_now(instance: int, state: State) -> wp.vec3:
+def push_now(instance: int, state: StateRef) -> wp.vec3:
     """Force that pushes the root in this step, N."""
     step = state.step[instance]
     if step >= state.push_steps[instance, 0] and step < state.push_steps[instance, 1]:
@@ -86,7 +86,7 @@ def push_now(instance: int, state: State) -> wp.vec3:
 
 
 @wp.func
-def inertia_stage(instance: int, lane: int, lanes: int, model: Model, state: State, work: Work):
+def inertia_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: WorkRef):
     """Inertia, gravity, velocity products, joint limits, contacts and pushes of every body. Ends with a barrier."""
     if lane == 0:
         work.flags[0] = 0
@@ -114,7 +114,7 @@ class Articulated:
 
 
 @wp.func
-def with_children(body: int, skeleton: Skeleton, work: Work) -> Articulated:
+def with_children(body: int, skeleton: Skeleton, work: WorkRef) -> Articulated:
     """A body's own articulated inertia and bias, and what its children have left for it."""
     x = Articulated()
     x.a = work.block_a[body]
@@ -135,7 +135,7 @@ def with_children(body: int, skeleton: Skeleton, work: Work) -> Articulated:
 
 @wp.func
 def leave_for_parent(
-    body: int, r: wp.vec3, a: symmetric, b: wp.mat33, c: symmetric, n: wp.vec3, f: wp.vec3, work: Work
+    body: int, r: wp.vec3, a: symmetric, b: wp.mat33, c: symmetric, n: wp.vec3, f: wp.vec3, work: WorkRef
 ):
     """Express a reduced articulated inertia about the parent's joint, r away, and leave it for the parent."""
     shifted = b + cross_rows(r, c)
@@ -147,7 +147,7 @@ def leave_for_parent(
 
 
 @wp.func
-def reduce_ball(body: int, r: wp.vec3, torque: wp.vec3, x: Articulated, work: Work):
+def reduce_ball(body: int, r: wp.vec3, torque: wp.vec3, x: Articulated, work: WorkRef):
     """Eliminate a ball joint. D = (A + K)^-1; relative acceleration D (t - n) - D A alpha - D B a.
 
     Without K the blocks A and B vanish (Featherstone 2008, eq. 7.43 with S = 1 in the angular block).
@@ -179,7 +179,7 @@ def reduce_ball(body: int, r: wp.vec3, torque: wp.vec3, x: Articulated, work: Wo
 
 
 @wp.func
-def reduce_hinge(body: int, r: wp.vec3, torque: wp.vec3, x: Articulated, axis: wp.vec3, work: Work):
+def reduce_hinge(body: int, r: wp.vec3, torque: wp.vec3, x: Articulated, axis: wp.vec3, work: WorkRef):
     """Eliminate a hinge: rank-1 downdate (Featherstone 2008, eq. 7.43)."""
     ua = symmetric_times(x.a, axis)
     ub = wp.transpose(x.b) * axis
@@ -200,7 +200,7 @@ def reduce_hinge(body: int, r: wp.vec3, torque: wp.vec3, x: Articulated, axis: w
 
 @wp.func
 def reduce_universal(
-    body: int, r: wp.vec3, torque: wp.vec3, x: Articulated, axis_a: wp.vec3, axis_b: wp.vec3, work: Work
+    body: int, r: wp.vec3, torque: wp.vec3, x: Articulated, axis_a: wp.vec3, axis_b: wp.vec3, work: WorkRef
 ):  # fmt: skip
     """Eliminate a universal joint: rank-2 downdate (Featherstone 2008, eq. 7.43)."""
     k = work.stiffness[body]
@@ -236,7 +236,7 @@ def reduce_universal(
 
 
 @wp.func
-def reduce_body(instance: int, body: int, skeleton: Skeleton, work: Work):
+def reduce_body(instance: int, body: int, skeleton: Skeleton, work: WorkRef):
     """Eliminate the joint of one body and leave the rest for its parent."""
     x = with_children(body, skeleton, work)
     parent = whole(skeleton.plan[body].parent)
@@ -262,7 +262,7 @@ def reduce_body(instance: int, body: int, skeleton: Skeleton, work: Work):
 
 
 @wp.func
-def accelerate_root(kind: int, skeleton: Skeleton, work: Work):
+def accelerate_root(kind: int, skeleton: Skeleton, work: WorkRef):
     """Acceleration of the root from its articulated inertia: none if fixed, three of six components if planar."""
     x = with_children(0, skeleton, work)
     alpha = wp.vec3(0.0)
@@ -283,7 +283,7 @@ def accelerate_root(kind: int, skeleton: Skeleton, work: Work):
 
 
 @wp.func
-def joint_acceleration(kind: int, body: int, alpha: wp.vec3, a: wp.vec3, work: Work) -> wp.vec3:
+def joint_acceleration(kind: int, body: int, alpha: wp.vec3, a: wp.vec3, work: WorkRef) -> wp.vec3:
     """Joint acceleration: about child axes for a ball, else by coordinate, rad/s^2.
 
     Args:
@@ -306,7 +306,7 @@ def joint_acceleration(kind: int, body: int, alpha: wp.vec3, a: wp.vec3, work: W
 
 
 @wp.func
-def accelerate_body(instance: int, body: int, skeleton: Skeleton, work: Work):
+def accelerate_body(instance: int, body: int, skeleton: Skeleton, work: WorkRef):
     """Acceleration of a body and of its joint (left in factor_c) from its parent's; the foot force of the step."""
     parent = whole(skeleton.plan[body].parent)
     kind = skeleton.plan[body].joint_type
@@ -325,7 +325,8 @@ def accelerate_body(instance: int, body: int, skeleton: Skeleton, work: Work):
 
 @wp.func
 def move_body(
-    body: int, parent_alpha: wp.vec3, parent_a: wp.vec3, x: wp.vec3, relative: wp.vec3, skeleton: Skeleton, work: Work
+    body: int, parent_alpha: wp.vec3, parent_a: wp.vec3, x: wp.vec3, relative: wp.vec3, skeleton: Skeleton,
+    work: WorkRef,
 ):  # fmt: skip
     """Acceleration of a body whose joint accelerates by x, which turns it by `relative`, rad/s^2, world.
 
@@ -347,7 +348,7 @@ def move_body(
 
 
 @wp.func
-def backward_pass(instance: int, lane: int, lanes: int, model: Model, work: Work):
+def backward_pass(instance: int, lane: int, lanes: int, model: ModelRef, work: WorkRef):
     """Eliminate all joints, level by level from the tips to the root. Ends with a barrier."""
     for step in range(1, model.level_count):
         level = model.level_count - step
@@ -357,7 +358,7 @@ def backward_pass(instance: int, lane: int, lanes: int, model: Model, work: Work
 
 
 @wp.func
-def forward_pass(instance: int, lane: int, lanes: int, model: Model, work: Work):
+def forward_pass(instance: int, lane: int, lanes: int, model: ModelRef, work: WorkRef):
     """Accelerations of the root, then of all other bodies and joints, level by level. Ends with a barrier."""
     if lane == 0:
         accelerate_root(model.skeleton.plan[0].joint_type, model.skeleton, work)
@@ -369,7 +370,7 @@ def forward_pass(instance: int, lane: int, lanes: int, model: Model, work: Work)
 
 
 @wp.func
-def acceleration_stage(instance: int, lane: int, lanes: int, model: Model, work: Work):
+def acceleration_stage(instance: int, lane: int, lanes: int, model: ModelRef, work: WorkRef):
     """Accelerations of all bodies and joints. Ends with a barrier."""
     backward_pass(instance, lane, lanes, model, work)
     forward_pass(instance, lane, lanes, model, work)

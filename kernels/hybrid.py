@@ -25,22 +25,22 @@ from warpmuscle.kernels.structs import (
     ROOT_PRESCRIBED,
     SECOND_HINGE,
     UNIVERSAL,
-    Model,
-    State,
-    Work,
+    ModelRef,
+    StateRef,
+    WorkRef,
     at,
     whole,
 )
 
 
 @wp.func
-def second_axis(instance: int, body: int, model: Model, work: Work) -> wp.vec3:
+def second_axis(instance: int, body: int, model: ModelRef, work: WorkRef) -> wp.vec3:
     """The axis of a universal joint that rides on the parent, world."""
     return work.rotation[model.skeleton.plan[body].parent] * at(model.skeleton.row, instance, body).axis_b
 
 
 @wp.func
-def reduce_remaining(instance: int, body: int, model: Model, work: Work):
+def reduce_remaining(instance: int, body: int, model: ModelRef, work: WorkRef):
     """Eliminate what is not prescribed of the joint of one body and leave the rest for its parent.
 
     Written as `dynamics.reduce_body`; sharing code with it changes how the compiler rounds there.
@@ -70,7 +70,7 @@ def reduce_remaining(instance: int, body: int, model: Model, work: Work):
 
 
 @wp.func
-def accelerate_remaining(instance: int, body: int, model: Model, work: Work):
+def accelerate_remaining(instance: int, body: int, model: ModelRef, work: WorkRef):
     """Acceleration of a body, and of what is not prescribed of its joint, from its parent's."""
     kind = model.motion.remaining[body]
     if kind == model.skeleton.plan[body].joint_type:
@@ -91,7 +91,7 @@ def accelerate_remaining(instance: int, body: int, model: Model, work: Work):
 
 
 @wp.func
-def hybrid_acceleration_stage(instance: int, lane: int, lanes: int, model: Model, state: State, work: Work):
+def hybrid_acceleration_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: WorkRef):
     """Accelerations of all bodies, and of joints where they are not prescribed. Ends with a barrier."""
     for step in range(1, model.level_count):
         level = model.level_count - step
@@ -113,7 +113,7 @@ def hybrid_acceleration_stage(instance: int, lane: int, lanes: int, model: Model
 
 
 @wp.func
-def hybrid_integrate_stage(instance: int, lane: int, lanes: int, model: Model, state: State, work: Work):
+def hybrid_integrate_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: WorkRef):
     """Move all coordinates over a step: by leapfrog, or as their motion prescribes. Ends with a barrier."""
     h = model.time_step
     largest = at(model.failure, instance, 0)[2]

@@ -5,7 +5,18 @@ import warp as wp
 from warpmuscle.kernels.kinematics import acceleration_vector, coordinate_quat, coordinate_vector, speed_vector
 from warpmuscle.kernels.lanes import synchronize
 from warpmuscle.kernels.spatial import turn
-from warpmuscle.kernels.structs import BALL, FIXED, ROOT_FREE, ROOT_PLANAR, UNIVERSAL, Model, State, Work, at, whole
+from warpmuscle.kernels.structs import (
+    BALL,
+    FIXED,
+    ROOT_FREE,
+    ROOT_PLANAR,
+    UNIVERSAL,
+    ModelRef,
+    StateRef,
+    WorkRef,
+    at,
+    whole,
+)
 
 
 @wp.func
@@ -25,7 +36,14 @@ def kicked(before: float, last: float, acceleration: float, kick: float, half: f
 
 @wp.func
 def store_speed(
-    state: State, instance: int, i: int, middle: float, acceleration: float, half: float, largest: float, work: Work
+    state: StateRef,
+    instance: int,
+    i: int,
+    middle: float,
+    acceleration: float,
+    half: float,
+    largest: float,
+    work: WorkRef,
 ) -> float:
     """Store speed i after a step from that in its middle, which is returned.
 
@@ -41,7 +59,7 @@ def store_speed(
 
 @wp.func
 def kicked_speed(
-    state: State, instance: int, i: int, acceleration: float, kick: float, half: float, largest: float, work: Work
+    state: StateRef, instance: int, i: int, acceleration: float, kick: float, half: float, largest: float, work: WorkRef
 ) -> float:
     """Speed i in the middle of a step; what it is after the step is stored."""
     middle = kicked(state.speeds[instance, i], state.accelerations[instance, i], acceleration, kick, half)
@@ -50,7 +68,14 @@ def kicked_speed(
 
 @wp.func
 def kicked_vector(
-    state: State, instance: int, first: int, acceleration: wp.vec3, kick: float, half: float, largest: float, work: Work
+    state: StateRef,
+    instance: int,
+    first: int,
+    acceleration: wp.vec3,
+    kick: float,
+    half: float,
+    largest: float,
+    work: WorkRef,
 ) -> wp.vec3:
     """The same for speeds first..first + 2, which are fetched at once."""
     before = speed_vector(state, instance, first)
@@ -68,14 +93,14 @@ def kicked_vector(
 
 
 @wp.func
-def store_quat(state: State, instance: int, first: int, q: wp.quat):
+def store_quat(state: StateRef, instance: int, first: int, q: wp.quat):
     """Store a quaternion at coordinates first..first + 3."""
     for i in range(4):
         state.coordinates[instance, first + i] = q[i]
 
 
 @wp.func
-def integrate_root(instance: int, model: Model, state: State, work: Work, kick: float, largest: float):
+def integrate_root(instance: int, model: ModelRef, state: StateRef, work: WorkRef, kick: float, largest: float):
     """Move the root over a step."""
     h = model.time_step
     kind = model.skeleton.plan[0].joint_type
@@ -98,8 +123,8 @@ def integrate_root(instance: int, model: Model, state: State, work: Work, kick: 
 
 @wp.func
 def integrate_angle(
-    state: State, instance: int, i: int, speed: int, acceleration: float, kick: float, h: float, largest: float,
-    work: Work,
+    state: StateRef, instance: int, i: int, speed: int, acceleration: float, kick: float, h: float, largest: float,
+    work: WorkRef,
 ):  # fmt: skip
     """Move coordinate i, whose speed has a number of its own, over a step."""
     angle = state.coordinates[instance, i]
@@ -109,7 +134,7 @@ def integrate_angle(
 
 @wp.func
 def integrate_body(
-    instance: int, i: int, kind: int, kick: float, largest: float, model: Model, state: State, work: Work
+    instance: int, i: int, kind: int, kick: float, largest: float, model: ModelRef, state: StateRef, work: WorkRef
 ):  # fmt: skip
     """Move the root, or the joint of a body, of a given type, over a step."""
     h = model.time_step
@@ -131,7 +156,7 @@ def integrate_body(
 
 
 @wp.func
-def integrate_stage(instance: int, lane: int, lanes: int, model: Model, state: State, work: Work):
+def integrate_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: WorkRef):
     """Move all coordinates over a step by leapfrog, see `kicked`. Ends with a barrier."""
     largest = at(model.failure, instance, 0)[2]
     kick = wp.where(state.step[instance] == 0, 0.5 * model.time_step, model.time_step)

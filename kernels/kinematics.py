@@ -11,10 +11,10 @@ from warpmuscle.kernels.structs import (
     ROOT_FREE,
     ROOT_PLANAR,
     UNIVERSAL,
-    Model,
+    ModelRef,
     Skeleton,
-    State,
-    Work,
+    StateRef,
+    WorkRef,
     at,
     component,
     rolled,
@@ -24,7 +24,7 @@ from warpmuscle.kernels.structs import (
 
 
 @wp.func
-def coordinate_quat(state: State, instance: int, first: int) -> wp.quat:
+def coordinate_quat(state: StateRef, instance: int, first: int) -> wp.quat:
     """The quaternion stored at coordinates first..first + 3."""
     first = whole(first)
     return wp.quat(
@@ -36,14 +36,14 @@ def coordinate_quat(state: State, instance: int, first: int) -> wp.quat:
 
 
 @wp.func
-def speed_vector(state: State, instance: int, first: int) -> wp.vec3:
+def speed_vector(state: StateRef, instance: int, first: int) -> wp.vec3:
     """The vector stored at speeds first..first + 2."""
     first = whole(first)
     return wp.vec3(state.speeds[instance, first], state.speeds[instance, first + 1], state.speeds[instance, first + 2])
 
 
 @wp.func
-def coordinate_vector(state: State, instance: int, first: int) -> wp.vec3:
+def coordinate_vector(state: StateRef, instance: int, first: int) -> wp.vec3:
     """The vector stored at coordinates first..first + 2."""
     first = whole(first)
     return wp.vec3(
@@ -54,7 +54,7 @@ def coordinate_vector(state: State, instance: int, first: int) -> wp.vec3:
 
 
 @wp.func
-def acceleration_vector(state: State, instance: int, first: int) -> wp.vec3:
+def acceleration_vector(state: StateRef, instance: int, first: int) -> wp.vec3:
     """The vector stored at accelerations first..first + 2."""
     first = whole(first)
     return wp.vec3(
@@ -65,13 +65,13 @@ def acceleration_vector(state: State, instance: int, first: int) -> wp.vec3:
 
 
 @wp.func
-def lag_vector(state: State, instance: int, first: int, half: float) -> wp.vec3:
+def lag_vector(state: StateRef, instance: int, first: int, half: float) -> wp.vec3:
     """What speeds first..first + 2 gained in the last half step (s)."""
     return acceleration_vector(state, instance, first) * half
 
 
 @wp.func
-def joint_orientation(skeleton: Skeleton, state: State, instance: int, body: int) -> wp.quat:
+def joint_orientation(skeleton: Skeleton, state: StateRef, instance: int, body: int) -> wp.quat:
     """Orientation of a body in its parent; of body 0 in the world."""
     plan = skeleton.plan[body]
     row = at(skeleton.row, instance, body)
@@ -93,7 +93,7 @@ def joint_orientation(skeleton: Skeleton, state: State, instance: int, body: int
 
 
 @wp.func
-def place_root(skeleton: Skeleton, state: State, instance: int, half: float, work: Work):
+def place_root(skeleton: Skeleton, state: StateRef, instance: int, half: float, work: WorkRef):
     """Pose and velocity of the root from its coordinates and speeds, and the lag of its velocity."""
     q = joint_orientation(skeleton, state, instance, 0)
     position = coordinate_vector(state, instance, 0)
@@ -124,7 +124,7 @@ def place_root(skeleton: Skeleton, state: State, instance: int, half: float, wor
 
 
 @wp.func
-def move_joint(skeleton: Skeleton, state: State, instance: int, body: int, half: float, work: Work):
+def move_joint(skeleton: Skeleton, state: StateRef, instance: int, body: int, half: float, work: WorkRef):
     """What the joint of a body does, in the axes of its bodies: orientation, velocity, and what that gained.
 
     One part of the velocity is along axes of the child, the other, of universal joints, along an axis of the parent.
@@ -157,7 +157,7 @@ def move_joint(skeleton: Skeleton, state: State, instance: int, body: int, half:
 
 
 @wp.func
-def place_body(skeleton: Skeleton, body: int, work: Work):
+def place_body(skeleton: Skeleton, body: int, work: WorkRef):
     """Pose and velocity of a body, and the lag of its velocity, from those of its parent and its joint's motion."""
     parent = whole(skeleton.plan[body].parent)
     q = work.orientation[parent] * work.turned[body]
@@ -190,7 +190,7 @@ def component_sum(values: wp.array[wp.vec3], count: int, axis: int) -> float:
 
 
 @wp.func
-def kinematics_stage(instance: int, lane: int, lanes: int, model: Model, state: State, work: Work):
+def kinematics_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: WorkRef):
     """Poses, velocities and centre of mass of one instance. Ends with a barrier."""
     skeleton = model.skeleton
     half = 0.5 * model.time_step

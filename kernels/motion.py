@@ -8,7 +8,17 @@ of its child, and what its acceleration asks for is part of the bias.
 import warp as wp
 
 from warpmuscle.kernels.kinematics import acceleration_vector
-from warpmuscle.kernels.structs import BALL, FIRST_AXIS, SECOND_AXIS, Model, Motion, State, Work, at, polynomial
+from warpmuscle.kernels.structs import (
+    BALL,
+    FIRST_AXIS,
+    SECOND_AXIS,
+    ModelRef,
+    Motion,
+    StateRef,
+    WorkRef,
+    at,
+    polynomial,
+)
 
 
 @wp.func
@@ -61,7 +71,7 @@ def curve_at(motion: Motion, row: int, piece: int, curve: int, x: float) -> wp.v
 
 
 @wp.func
-def follow(instance: int, lane: int, lanes: int, time: float, model: Model, state: State):
+def follow(instance: int, lane: int, lanes: int, time: float, model: ModelRef, state: StateRef):
     """Put kinematic coordinates, their speeds and accelerations to where they are at a time. No barrier."""
     motion = model.motion
     row = wp.min(instance, motion.curve.shape[0] - 1)
@@ -97,7 +107,7 @@ def follow(instance: int, lane: int, lanes: int, time: float, model: Model, stat
 
 
 @wp.func
-def prescribe_stage(instance: int, lane: int, lanes: int, model: Model, state: State, work: Work):
+def prescribe_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: WorkRef):
     """Add the prescribed accelerations of joints to the bias of their bodies. No barrier."""
     skeleton = model.skeleton
     for k in range(lane, model.motion.joint.shape[0], lanes):
@@ -118,7 +128,7 @@ def prescribe_stage(instance: int, lane: int, lanes: int, model: Model, state: S
 
 
 @wp.func
-def prescribed_root(instance: int, planar: bool, state: State) -> wp.spatial_vector:
+def prescribed_root(instance: int, planar: bool, state: StateRef) -> wp.spatial_vector:
     """Acceleration of a prescribed root, world: angular, rad/s^2, then linear, m/s^2."""
     a = state.accelerations
     if planar:

@@ -9,13 +9,13 @@ from warpmuscle.kernels.activation import activation_rate, activation_relaxed, d
 from warpmuscle.kernels.structs import (
     CLIP,
     DROP,
-    Model,
+    ModelRef,
     MuscleRow,
     Muscles,
     MuscleState,
     OwnExcitation,
-    State,
-    Work,
+    StateRef,
+    WorkRef,
     at,
 )
 
@@ -51,7 +51,7 @@ def average_force(wanted: wp.vec2) -> float:
 
 
 @wp.func
-def desired_force(instance: int, muscle: int, model: Model, state: State, work: Work) -> float:
+def desired_force(instance: int, muscle: int, model: ModelRef, state: StateRef, work: WorkRef) -> float:
     """Force that a muscle should have, N, with the moment arms in the state and the torques in the working set."""
     paths = model.paths
     total = wp.vec2(0.0, 0.0)

@@ -36,7 +36,7 @@ from warpmuscle.kernels.objective_terms import MuscleWork, muscle_terms_of
 from warpmuscle.kernels.own_curves import OwnCurves, with_curves
 from warpmuscle.kernels.path import Stretch, joint_velocities, stretch_of
 from warpmuscle.kernels.reflex import reflex_stage
-from warpmuscle.kernels.structs import Model, MuscleRow, Record, State, Work, at, rolled, whole
+from warpmuscle.kernels.structs import ModelRef, MuscleRow, RecordRef, StateRef, WorkRef, at, rolled, whole
 
 RIGID, SWITCH, COMPLIANT = 0, 1, 2  # tendons
 HILL, LEGACY, IDEAL = 0, 1, 2  # laws
@@ -81,7 +81,7 @@ def contraction_of(curves: int, tendon: int, implicit: bool = False, own: OwnCur
 
     @wp.func
     def rigid(
-        instance: int, m: int, activation: float, stretch: Stretch, row: MuscleRow, model: Model, state: State
+        instance: int, m: int, activation: float, stretch: Stretch, row: MuscleRow, model: ModelRef, state: StateRef
     ) -> Contraction:
         l_opt = row.l_opt
         slack = row.l_slack - stretch.fixed
@@ -105,7 +105,7 @@ def contraction_of(curves: int, tendon: int, implicit: bool = False, own: OwnCur
 
     @wp.func
     def compliant(
-        instance: int, m: int, activation: float, stretch: Stretch, row: MuscleRow, model: Model, state: State
+        instance: int, m: int, activation: float, stretch: Stretch, row: MuscleRow, model: ModelRef, state: StateRef
     ) -> Contraction:
         l_opt = row.l_opt
         l_slack = row.l_slack
@@ -133,7 +133,7 @@ def contraction_of(curves: int, tendon: int, implicit: bool = False, own: OwnCur
 
 @wp.func
 def legacy_contraction(
-    instance: int, m: int, activation: float, stretch: Stretch, row: MuscleRow, model: Model, state: State
+    instance: int, m: int, activation: float, stretch: Stretch, row: MuscleRow, model: ModelRef, state: StateRef
 ):
     """As the program of Bergmann 2017 computed it: tendon switch, backward difference of the length, no bounds."""
     l_opt = row.l_opt
@@ -148,19 +148,19 @@ def legacy_contraction(
 
 @wp.func
 def no_muscles(
-    instance: int, lane: int, lanes: int, frame: int, model: Model, state: State, record: Record, work: Work
+    instance: int, lane: int, lanes: int, frame: int, model: ModelRef, state: StateRef, record: RecordRef, work: WorkRef
 ):
     """The muscle stage of a character that torques alone drive."""
 
 
 @wp.func
-def arms_in_state(instance: int, state: State, work: Work) -> wp.array[wp.vec3]:
+def arms_in_state(instance: int, state: StateRef, work: WorkRef) -> wp.array[wp.vec3]:
     """Where the moment arms of an instance are kept: in the state."""
     return state.muscles.moment_arm[instance]
 
 
 @wp.func
-def arms_at_hand(instance: int, state: State, work: Work) -> wp.array[wp.vec3]:
+def arms_at_hand(instance: int, state: StateRef, work: WorkRef) -> wp.array[wp.vec3]:
     """The same: in the working set."""
     return work.pull
 
@@ -182,7 +182,9 @@ def muscle_stage_of(kind: MuscleKind, terms: tuple[Any, ...] = (), recorded: boo
     arms = arms_at_hand if at_hand else arms_in_state
 
     @wp.func
-    def one_muscle(instance: int, m: int, frame: int, model: Model, state: State, record: Record, work: Work):
+    def one_muscle(
+        instance: int, m: int, frame: int, model: ModelRef, state: StateRef, record: RecordRef, work: WorkRef
+    ):
         muscles = model.muscles
         step = state.step[instance]
         row = at(muscles.row, instance, m)
@@ -263,7 +265,14 @@ def muscle_stage_of(kind: MuscleKind, terms: tuple[Any, ...] = (), recorded: boo
 
     @wp.func
     def muscle_stage(
-        instance: int, lane: int, lanes: int, frame: int, model: Model, state: State, record: Record, work: Work
+        instance: int,
+        lane: int,
+        lanes: int,
+        frame: int,
+        model: ModelRef,
+        state: StateRef,
+        record: RecordRef,
+        work: WorkRef,
     ):
         joint_velocities(lane, lanes, model, work)
         if wp.static(reflexes):

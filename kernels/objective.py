@@ -11,9 +11,9 @@ from warpmuscle.kernels.structs import (
     RUNNING,
     TOUCHED,
     TURNED,
-    Model,
-    State,
-    Work,
+    ModelRef,
+    StateRef,
+    WorkRef,
     at,
     rolled,
 )
@@ -40,14 +40,14 @@ def has_crossed(apart: float, largest: float) -> bool:
 
 
 @wp.func
-def feet_apart(model: Model, work: Work) -> float:
+def feet_apart(model: ModelRef, work: WorkRef) -> float:
     """How far the joint of the left foot is to the left of that of the right foot, as the character faces, m."""
     between = work.position[model.simbicon.left_foot] - work.position[model.simbicon.right_foot]
     return wp.quat_rotate_inv(heading(work.orientation[0]), between)[0]
 
 
 @wp.func
-def posture_status(instance: int, model: Model, state: State, work: Work) -> int:
+def posture_status(instance: int, model: ModelRef, state: StateRef, work: WorkRef) -> int:
     """Status by the pose at the start of a step: RUNNING, FELL, TURNED or CROSSED."""
     limits = at(model.failure, instance, 0)
     if limits[0] > 0.0:
@@ -63,7 +63,7 @@ def posture_status(instance: int, model: Model, state: State, work: Work) -> int
 
 
 @wp.func
-def step_status(model: Model, work: Work) -> int:
+def step_status(model: ModelRef, work: WorkRef) -> int:
     """Status by what happened in a step: RUNNING, DIVERGED or TOUCHED."""
     if work.flags[1] == 1:
         return DIVERGED
@@ -73,7 +73,7 @@ def step_status(model: Model, work: Work) -> int:
 
 
 @wp.func
-def effort_stage(instance: int, lane: int, lanes: int, model: Model, state: State, work: Work):
+def effort_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: WorkRef):
     """Add this step's feedback torque of every joint to its integral (Bergmann 2017, section 6). No barrier.
 
     One sum a joint, in double precision, so that the result does not depend on lanes or on chunks of steps.

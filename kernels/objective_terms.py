@@ -16,7 +16,7 @@ from warpmuscle.kernels.muscle import LARGEST_SPEED, bounded_passive
 from warpmuscle.kernels.own_curves import OwnCurves, with_curves
 from warpmuscle.kernels.simbicon import pd_error
 from warpmuscle.kernels.spatial import heading_angle, turn_about_x
-from warpmuscle.kernels.structs import Model, State, Work, at
+from warpmuscle.kernels.structs import ModelRef, StateRef, WorkRef, at
 
 
 @wp.struct
@@ -31,19 +31,19 @@ class MuscleWork:
 
 
 @wp.func
-def effort_squared(instance: int, m: int, w: MuscleWork, model: Model) -> float:
+def effort_squared(instance: int, m: int, w: MuscleWork, model: ModelRef) -> float:
     """a^2."""
     return w.activation * w.activation
 
 
 @wp.func
-def effort_cubed(instance: int, m: int, w: MuscleWork, model: Model) -> float:
+def effort_cubed(instance: int, m: int, w: MuscleWork, model: ModelRef) -> float:
     """a^3."""
     return w.activation * w.activation * w.activation
 
 
 @wp.func
-def contractile_force(instance: int, m: int, w: MuscleWork, model: Model) -> float:
+def contractile_force(instance: int, m: int, w: MuscleWork, model: ModelRef) -> float:
     """Force of the active part of the fibre, N, never negative."""
     row = at(model.muscles.row, instance, m)
     l_opt = row.l_opt
@@ -54,7 +54,7 @@ def contractile_force(instance: int, m: int, w: MuscleWork, model: Model) -> flo
 
 
 @wp.func
-def metabolic_wang(instance: int, m: int, w: MuscleWork, model: Model) -> float:
+def metabolic_wang(instance: int, m: int, w: MuscleWork, model: ModelRef) -> float:
     """Metabolic power, W, see `metabolics.wang_power`."""
     row = at(model.muscles.row, instance, m)
     l_opt = row.l_opt
@@ -65,7 +65,7 @@ def metabolic_wang(instance: int, m: int, w: MuscleWork, model: Model) -> float:
 
 
 @wp.func
-def metabolic_bhargava(instance: int, m: int, w: MuscleWork, model: Model) -> float:
+def metabolic_bhargava(instance: int, m: int, w: MuscleWork, model: ModelRef) -> float:
     """Metabolic power, W, see `metabolics.bhargava_power`."""
     row = at(model.muscles.row, instance, m)
     l_opt = row.l_opt
@@ -76,7 +76,7 @@ def metabolic_bhargava(instance: int, m: int, w: MuscleWork, model: Model) -> fl
 
 
 @wp.func
-def metabolic_umberger(instance: int, m: int, w: MuscleWork, model: Model) -> float:
+def metabolic_umberger(instance: int, m: int, w: MuscleWork, model: ModelRef) -> float:
     """Metabolic power, W, see `metabolics.umberger_power`."""
     row = at(model.muscles.row, instance, m)
     l_opt = row.l_opt
@@ -88,20 +88,20 @@ def metabolic_umberger(instance: int, m: int, w: MuscleWork, model: Model) -> fl
 
 
 @wp.func
-def passive_force(instance: int, m: int, w: MuscleWork, model: Model) -> float:
+def passive_force(instance: int, m: int, w: MuscleWork, model: ModelRef) -> float:
     """Force of the passive fibre, N."""
     row = at(model.muscles.row, instance, m)
     return row.f_max * bounded_passive(model.muscles.model, w.length / row.l_opt)
 
 
 @wp.func
-def applied_torque(instance: int, body: int, model: Model, state: State, work: Work) -> float:
+def applied_torque(instance: int, body: int, model: ModelRef, state: StateRef, work: WorkRef) -> float:
     """Magnitude of the torque that drives a joint, N m."""
     return wp.length(work.torque[body])
 
 
 @wp.func
-def joint_limits(instance: int, body: int, model: Model, state: State, work: Work) -> float:
+def joint_limits(instance: int, body: int, model: ModelRef, state: StateRef, work: WorkRef) -> float:
     """Magnitude of the torque of a joint's limits, N m."""
     if model.skeleton.plan[body].has_limits == 0:
         return 0.0
@@ -115,7 +115,7 @@ def joint_limits(instance: int, body: int, model: Model, state: State, work: Wor
 
 
 @wp.func
-def smoothness(instance: int, body: int, model: Model, state: State, work: Work) -> float:
+def smoothness(instance: int, body: int, model: ModelRef, state: StateRef, work: WorkRef) -> float:
     """Squared acceleration of a joint's speeds in the step before, rad^2/s^4."""
     total = wp.float32(0.0)
     for k in range(model.skeleton.plan[body].speed_start, model.skeleton.plan[body].speed_end):
@@ -130,7 +130,7 @@ def bin_of_phase(phase: float, bins: int) -> int:
 
 
 @wp.func
-def tracking(instance: int, body: int, model: Model, state: State, work: Work) -> float:
+def tracking(instance: int, body: int, model: ModelRef, state: StateRef, work: WorkRef) -> float:
     """Squared angle between a joint and that of the tracked gait at the same phase of the same stance, rad^2."""
     if model.reference_bins == 0:
         return 0.0
@@ -141,7 +141,7 @@ def tracking(instance: int, body: int, model: Model, state: State, work: Work) -
 
 
 @wp.func
-def norms(instance: int, body: int, model: Model, state: State, work: Work) -> float:
+def norms(instance: int, body: int, model: ModelRef, state: StateRef, work: WorkRef) -> float:
     """Squared difference of a joint's sagittal angle and that of human walking, in half-bands of the norm.
 
     At phase p of its step a stance leg is at 50 p % of the gait cycle, a swing leg at 50 + 50 p %.
@@ -155,14 +155,14 @@ def norms(instance: int, body: int, model: Model, state: State, work: Work) -> f
 
 
 @wp.func
-def speed(instance: int, model: Model, state: State, work: Work) -> float:
+def speed(instance: int, model: ModelRef, state: StateRef, work: WorkRef) -> float:
     """Squared difference of the forward speed of the centre of mass and the target speed, m^2/s^2."""
     error = work.center[1][2] - at(model.objective, instance, 0)[0]
     return error * error
 
 
 @wp.func
-def heading(instance: int, model: Model, state: State, work: Work) -> float:
+def heading(instance: int, model: ModelRef, state: StateRef, work: WorkRef) -> float:
     """Squared difference of the heading and the desired heading, rad^2."""
     error = heading_angle(work.orientation[0]) - at(model.simbicon.hip, instance, 0)[3]
     error = error - wp.static(2.0 * wp.PI) * wp.round(error / wp.static(2.0 * wp.PI))
@@ -170,14 +170,14 @@ def heading(instance: int, model: Model, state: State, work: Work) -> float:
 
 
 @wp.func
-def head(instance: int, model: Model, state: State, work: Work) -> float:
+def head(instance: int, model: ModelRef, state: StateRef, work: WorkRef) -> float:
     """Squared angular velocity of the head, rad^2/s^2."""
     w = work.angular_velocity[model.head]
     return wp.dot(w, w)
 
 
 @wp.func
-def ground_force(instance: int, model: Model, state: State, work: Work) -> float:
+def ground_force(instance: int, model: ModelRef, state: StateRef, work: WorkRef) -> float:
     """Vertical force on each foot beyond its bound, over body weight, summed, of the step before."""
     weight = body_weight(instance, model)
     bound = at(model.objective, instance, 0)[1]
@@ -186,7 +186,7 @@ def ground_force(instance: int, model: Model, state: State, work: Work) -> float
 
 
 @wp.func
-def norm_force(instance: int, model: Model, state: State, work: Work) -> float:
+def norm_force(instance: int, model: ModelRef, state: StateRef, work: WorkRef) -> float:
     """Squared difference of each foot's vertical force and that of human walking, in half-bands, of the step before."""
     if model.norm_bins == 0:
         return 0.0
@@ -225,17 +225,17 @@ def sane(value: float) -> wp.float64:
 
 
 @wp.func
-def no_muscle_terms(instance: int, m: int, w: MuscleWork, model: Model, state: State):
+def no_muscle_terms(instance: int, m: int, w: MuscleWork, model: ModelRef, state: StateRef):
     """No term is summed over muscles."""
 
 
 @wp.func
-def no_body_terms(instance: int, body: int, model: Model, state: State, work: Work):
+def no_body_terms(instance: int, body: int, model: ModelRef, state: StateRef, work: WorkRef):
     """No term is summed over bodies."""
 
 
 @wp.func
-def no_whole_terms(instance: int, model: Model, state: State, work: Work):
+def no_whole_terms(instance: int, model: ModelRef, state: StateRef, work: WorkRef):
     """No term of the whole instance is summed."""
 
 
@@ -265,7 +265,7 @@ def muscle_terms_of(terms: tuple[Any, ...]) -> Any:
 
 def _and_muscle_term(others: Any, term: Any, index: int) -> Any:
     @wp.func
-    def add(instance: int, m: int, w: MuscleWork, model: Model, state: State):
+    def add(instance: int, m: int, w: MuscleWork, model: ModelRef, state: StateRef):
         others(instance, m, w, model, state)
         value = sane(term(instance, m, w, model))
         state.muscle_terms[instance, index, m] = state.muscle_terms[instance, index, m] + value
@@ -275,7 +275,7 @@ def _and_muscle_term(others: Any, term: Any, index: int) -> Any:
 
 def _and_body_term(others: Any, term: Any, index: int) -> Any:
     @wp.func
-    def add(instance: int, body: int, model: Model, state: State, work: Work):
+    def add(instance: int, body: int, model: ModelRef, state: StateRef, work: WorkRef):
         others(instance, body, model, state, work)
         value = sane(term(instance, body, model, state, work))
         state.body_terms[instance, index, body] = state.body_terms[instance, index, body] + value
@@ -285,7 +285,7 @@ def _and_body_term(others: Any, term: Any, index: int) -> Any:
 
 def _and_whole_term(others: Any, term: Any, index: int) -> Any:
     @wp.func
-    def add(instance: int, model: Model, state: State, work: Work):
+    def add(instance: int, model: ModelRef, state: StateRef, work: WorkRef):
         others(instance, model, state, work)
         value = sane(term(instance, model, state, work))
         state.whole_terms[instance, index] = state.whole_terms[instance, index] + value
@@ -307,7 +307,7 @@ def objective_stage_of(kind: ObjectiveKind) -> Any:
         whole_terms = _and_whole_term(whole_terms, own.get(name) or WHOLE_TERMS[name], index)
 
     @wp.func
-    def objective_stage(instance: int, lane: int, lanes: int, model: Model, state: State, work: Work):
+    def objective_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: WorkRef):
         for i in range(1 + lane, model.body_count, lanes):
             body_terms(instance, i, model, state, work)
         if lane == 0:

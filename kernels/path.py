@@ -26,7 +26,7 @@ import warp as wp
 
 from warpmuscle.kernels.lanes import synchronize
 from warpmuscle.kernels.muscle_control import counted, wanted_force
-from warpmuscle.kernels.structs import UNIVERSAL, Model, Paths, State, Work, at, rolled, whole
+from warpmuscle.kernels.structs import UNIVERSAL, ModelRef, Paths, StateRef, WorkRef, at, rolled, whole
 
 SHORTEST = 1.0e-9  # m, of a segment that has a direction
 
@@ -101,7 +101,7 @@ def without(a: Weight) -> Weight:
 
 
 @wp.func
-def coordinate_gradient(instance: int, joint: int, axis: int, model: Model, work: Work) -> wp.vec3:
+def coordinate_gradient(instance: int, joint: int, axis: int, model: ModelRef, work: WorkRef) -> wp.vec3:
     """World vector whose product with the angular velocity of a hinge or universal joint is a coordinate's speed."""
     plan = model.skeleton.plan[joint]
     row = at(model.skeleton.row, instance, joint)
@@ -115,7 +115,9 @@ def coordinate_gradient(instance: int, joint: int, axis: int, model: Model, work
 
 
 @wp.func
-def point_weight(instance: int, point: int, joint: int, model: Model, state: State, paths: Paths, work: Work) -> Weight:
+def point_weight(
+    instance: int, point: int, joint: int, model: ModelRef, state: StateRef, paths: Paths, work: WorkRef
+) -> Weight:
     """How much a point counts; its gradient is by turns of the given joint."""
     w = Weight()
     w.value = 1.0
@@ -136,7 +138,7 @@ def point_weight(instance: int, point: int, joint: int, model: Model, state: Sta
 
 @wp.func
 def segment_weight(
-    instance: int, segment: int, joint: int, model: Model, state: State, paths: Paths, work: Work
+    instance: int, segment: int, joint: int, model: ModelRef, state: StateRef, paths: Paths, work: WorkRef
 ) -> Weight:
     """How much a segment counts; its gradient is by turns of the given joint."""
     a = paths.segment_points[segment, 0]
@@ -149,7 +151,7 @@ def segment_weight(
 
 
 @wp.func
-def offset_between(body: int, origin: int, work: Work) -> wp.vec3:
+def offset_between(body: int, origin: int, work: WorkRef) -> wp.vec3:
     """From the joint of the body `origin` to that of another one, world axes, m."""
     if body == origin:
         return wp.vec3(0.0)
@@ -157,7 +159,7 @@ def offset_between(body: int, origin: int, work: Work) -> wp.vec3:
 
 
 @wp.func
-def segment_end(end: wp.vec3, body: int, origin: int, far: int, work: Work) -> wp.vec3:
+def segment_end(end: wp.vec3, body: int, origin: int, far: int, work: WorkRef) -> wp.vec3:
     """From the joint of the segment's origin to one of its ends, world axes, m.
 
     Args:
@@ -170,7 +172,7 @@ def segment_end(end: wp.vec3, body: int, origin: int, far: int, work: Work) -> w
 
 
 @wp.func
-def joint_velocity(joint: int, model: Model, work: Work) -> wp.vec3:
+def joint_velocity(joint: int, model: ModelRef, work: WorkRef) -> wp.vec3:
     """Angular velocity of a joint's child relative to its parent in the middle of the last step, world, rad/s."""
     parent = whole(model.skeleton.plan[joint].parent)
     child = work.angular_velocity[joint] - work.lag_angular[joint]
@@ -178,7 +180,7 @@ def joint_velocity(joint: int, model: Model, work: Work) -> wp.vec3:
 
 
 @wp.func
-def joint_velocities(lane: int, lanes: int, model: Model, work: Work):
+def joint_velocities(lane: int, lanes: int, model: ModelRef, work: WorkRef):
     """Relative angular velocities of all joints into the working set. Ends with a barrier."""
     for body in range(1 + lane, model.body_count, lanes):
         rolled()
@@ -202,7 +204,7 @@ def segments_stretch_of(conditions: bool) -> Any:
 
     @wp.func
     def muscle_stretch(
-        instance: int, muscle: int, model: Model, state: State, work: Work, arm: wp.array[wp.vec3]
+        instance: int, muscle: int, model: ModelRef, state: StateRef, work: WorkRef, arm: wp.array[wp.vec3]
     ) -> Stretch:
         paths = model.paths
         total = Stretch()
@@ -242,7 +244,7 @@ def segments_stretch_of(conditions: bool) -> Any:
 
 @wp.func
 def straight_stretch(
-    instance: int, muscle: int, model: Model, state: State, work: Work, arm: wp.array[wp.vec3]
+    instance: int, muscle: int, model: ModelRef, state: StateRef, work: WorkRef, arm: wp.array[wp.vec3]
 ) -> Stretch:
     """What `segments_stretch_of` says, of a path that is straight; the moment arm is left to the caller."""
     path = model.paths.straight[muscle]
@@ -263,7 +265,7 @@ def straight_stretch(
 
 @wp.func
 def pulley_stretch(
-    instance: int, muscle: int, model: Model, state: State, work: Work, arm: wp.array[wp.vec3]
+    instance: int, muscle: int, model: ModelRef, state: StateRef, work: WorkRef, arm: wp.array[wp.vec3]
 ) -> Stretch:
     """What `segments_stretch_of` says, of a path on pulleys."""
     paths = model.paths
@@ -301,7 +303,7 @@ def stretch_of(pulleys: bool = True, conditions: bool = True, straight: bool = F
 
     @wp.func
     def any_stretch(
-        instance: int, muscle: int, model: Model, state: State, work: Work, arm: wp.array[wp.vec3]
+        instance: int, muscle: int, model: ModelRef, state: StateRef, work: WorkRef, arm: wp.array[wp.vec3]
     ) -> Stretch:
         if model.paths.span[muscle].end_pulley > model.paths.span[muscle].first_pulley:
             return pulley_stretch(instance, muscle, model, state, work, arm)

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 import warp as wp
 
-from warpmuscle.kernels.structs import Model, Record, State, Work
+from warpmuscle.kernels.structs import ModelRef, RecordRef, StateRef, WorkRef
 
 
 class RecordKind(NamedTuple):
@@ -20,7 +20,7 @@ NOTHING = RecordKind(False, False, False)
 
 
 @wp.func
-def frame_of(instance: int, step: int, record: Record) -> int:
+def frame_of(instance: int, step: int, record: RecordRef) -> int:
     """The frame to be written in this step, or -1: the instance is not recorded, or no frame is due."""
     if record.every == 0:
         return -1
@@ -31,7 +31,7 @@ def frame_of(instance: int, step: int, record: Record) -> int:
 
 @wp.func
 def record_desired(
-    instance: int, lane: int, lanes: int, frame: int, model: Model, state: State, record: Record, work: Work
+    instance: int, lane: int, lanes: int, frame: int, model: ModelRef, state: StateRef, record: RecordRef, work: WorkRef
 ):
     """Write what the controller wants, if a frame is due. Ends without a barrier."""
     if frame < 0:
@@ -44,7 +44,7 @@ def record_desired(
 
 @wp.func
 def record_stage(
-    instance: int, lane: int, lanes: int, frame: int, model: Model, state: State, record: Record, work: Work
+    instance: int, lane: int, lanes: int, frame: int, model: ModelRef, state: StateRef, record: RecordRef, work: WorkRef
 ):
     """Write the state and the torques that act, if a frame is due. Ends without a barrier.
 
@@ -73,7 +73,7 @@ def record_stage(
 
 @wp.func
 def record_motion(
-    instance: int, lane: int, lanes: int, frame: int, model: Model, state: State, record: Record, work: Work
+    instance: int, lane: int, lanes: int, frame: int, model: ModelRef, state: StateRef, record: RecordRef, work: WorkRef
 ):
     """Write coordinates and speeds alone, if a frame is due. Ends without a barrier."""
     if frame < 0:
@@ -87,7 +87,7 @@ def record_motion(
 
 @wp.func
 def record_nothing(
-    instance: int, lane: int, lanes: int, frame: int, model: Model, state: State, record: Record, work: Work
+    instance: int, lane: int, lanes: int, frame: int, model: ModelRef, state: StateRef, record: RecordRef, work: WorkRef
 ):
     """Write nothing."""
 

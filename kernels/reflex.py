@@ -31,7 +31,7 @@ from warpmuscle.kernels.reflex_structs import (
     ReflexRow,
 )
 from warpmuscle.kernels.spatial import heading
-from warpmuscle.kernels.structs import Model, State, Work, at
+from warpmuscle.kernels.structs import ModelRef, StateRef, WorkRef, at
 
 
 @wp.func
@@ -94,7 +94,7 @@ def reflex_term(
 
 
 @wp.func
-def leg_load(instance: int, side: int, model: Model, state: State) -> float:
+def leg_load(instance: int, side: int, model: ModelRef, state: StateRef) -> float:
     """Vertical ground force on a leg in the step before, body weights."""
     weight = body_weight(instance, model)
     return wp.max(state.foot_force[instance, side][1], 0.0) / weight
@@ -114,8 +114,8 @@ def sensed_signal(
     lean: wp.vec2,
     load: float,
     other_load: float,
-    model: Model,
-    state: State,
+    model: ModelRef,
+    state: StateRef,
 ) -> wp.vec2:
     """What a reflex senses, and its rate: muscles as they were in the step before, all else as it is."""
     kind = plan.signal
@@ -139,7 +139,7 @@ def sensed_signal(
 
 
 @wp.func
-def trunk_lean(model: Model, work: Work) -> wp.vec2:
+def trunk_lean(model: ModelRef, work: WorkRef) -> wp.vec2:
     """Lean of the trunk and its rate, see `forward_lean`."""
     body = model.reflexes.trunk
     up = work.rotation[body] * wp.vec3(0.0, 1.0, 0.0)
@@ -147,7 +147,7 @@ def trunk_lean(model: Model, work: Work) -> wp.vec2:
 
 
 @wp.func
-def feel_ground(instance: int, lean: wp.vec2, model: Model, state: State):
+def feel_ground(instance: int, lean: wp.vec2, model: ModelRef, state: StateRef):
     """Which legs stand, which one landed last, and the lean at which each left the ground. One lane calls it."""
     threshold = at(model.reflexes.bounds, instance, 0)[0]
     stance = state.stance[instance]
@@ -163,7 +163,7 @@ def feel_ground(instance: int, lean: wp.vec2, model: Model, state: State):
 
 
 @wp.func
-def reflex_excitation(instance: int, muscle: int, lean: wp.vec2, model: Model, state: State) -> float:
+def reflex_excitation(instance: int, muscle: int, lean: wp.vec2, model: ModelRef, state: StateRef) -> float:
     """Excitation of a muscle by its reflexes, from the least one to 1."""
     reflexes = model.reflexes
     span = reflexes.span[muscle]
@@ -182,7 +182,7 @@ def reflex_excitation(instance: int, muscle: int, lean: wp.vec2, model: Model, s
 
 
 @wp.func
-def reflex_stage(instance: int, lane: int, lanes: int, model: Model, state: State, work: Work):
+def reflex_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: WorkRef):
     """Excitations of all muscles that have reflexes. Ends with a barrier."""
     lean = trunk_lean(model, work)
     if lane == 0:

@@ -12,7 +12,18 @@ from warpmuscle.kernels.joint import hinge_rotation
 from warpmuscle.kernels.lanes import synchronize
 from warpmuscle.kernels.spatial import heading, symmetric, symmetric_rotated
 from warpmuscle.kernels.spline import curve_value
-from warpmuscle.kernels.structs import REVERSE, RIGHT, SAME, Model, Simbicon, State, Work, at, rolled, whole
+from warpmuscle.kernels.structs import (
+    REVERSE,
+    RIGHT,
+    SAME,
+    ModelRef,
+    Simbicon,
+    StateRef,
+    WorkRef,
+    at,
+    rolled,
+    whole,
+)
 
 
 @wp.func
@@ -134,7 +145,7 @@ def balance_set_point(simbicon: Simbicon, instance: int, row: int, first: int, p
 
 
 @wp.func
-def targets_stage(instance: int, lane: int, lanes: int, model: Model, state: State, work: Work):
+def targets_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: WorkRef):
     """Target orientation, strength and frame of every joint and the root. Ends with a barrier."""
     simbicon = model.simbicon
     for i in range(lane, model.body_count, lanes):
@@ -193,7 +204,7 @@ def unless_clamped(inertia: wp.vec3, torque: wp.vec3, bound: wp.vec3) -> wp.vec3
 
 
 @wp.func
-def joint_torque(instance: int, body: int, in_character_frame: bool, frame: wp.quat, model: Model, work: Work):
+def joint_torque(instance: int, body: int, in_character_frame: bool, frame: wp.quat, model: ModelRef, work: WorkRef):
     """PD torque of one joint, world axes, and its implicit joint inertia, into `work`."""
     simbicon = model.simbicon
     rotation = work.rotation[body]
@@ -222,7 +233,7 @@ def joint_torque(instance: int, body: int, in_character_frame: bool, frame: wp.q
 
 
 @wp.func
-def root_torque(instance: int, frame: wp.quat, model: Model, work: Work) -> wp.vec3:
+def root_torque(instance: int, frame: wp.quat, model: ModelRef, work: WorkRef) -> wp.vec3:
     """Torque that keeps the root upright and on its heading, world, N m."""
     simbicon = model.simbicon
     rotation = work.rotation[0]
@@ -250,7 +261,7 @@ def hip_bound(simbicon: Simbicon, instance: int, hip: int) -> wp.vec3:
 
 
 @wp.func
-def hips_stage(instance: int, lane: int, frame: wp.quat, model: Model, state: State, work: Work):
+def hips_stage(instance: int, lane: int, frame: wp.quat, model: ModelRef, state: StateRef, work: WorkRef):
     """Give the hips what the root needs: together with all torques on the root they make the root's PD torque."""
     simbicon = model.simbicon
     stance_hip = simbicon.left_hip
@@ -303,7 +314,7 @@ def hips_stage(instance: int, lane: int, frame: wp.quat, model: Model, state: St
 
 
 @wp.func
-def torques_stage(instance: int, lane: int, lanes: int, model: Model, state: State, work: Work):
+def torques_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: WorkRef):
     """Torque of every joint from the targets. Ends with a barrier."""
     simbicon = model.simbicon
     frame = heading(work.orientation[0])
@@ -326,7 +337,7 @@ def torques_stage(instance: int, lane: int, lanes: int, model: Model, state: Sta
 
 
 @wp.func
-def control_stage(instance: int, lane: int, lanes: int, model: Model, state: State, work: Work):
+def control_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: WorkRef):
     """Targets and torques of the controller, or none. Ends with a barrier."""
     if model.simbicon.enabled == 1:
         targets_stage(instance, lane, lanes, model, state, work)
@@ -341,7 +352,7 @@ def control_stage(instance: int, lane: int, lanes: int, model: Model, state: Sta
 
 
 @wp.func
-def advance_phase(instance: int, model: Model, state: State):
+def advance_phase(instance: int, model: ModelRef, state: StateRef):
     """Phase, state and stance after a step, with the foot forces of that step. One lane calls it."""
     simbicon = model.simbicon
     row = state.machine_state[instance]

@@ -18,7 +18,18 @@ from warpmuscle.kernels.muscle_stage import MuscleKind, muscle_stage_of
 from warpmuscle.kernels.path import joint_velocities, stretch_of
 from warpmuscle.kernels.simbicon import control_stage
 from warpmuscle.kernels.spatial import symmetric, symmetric_times
-from warpmuscle.kernels.structs import BALL, ROOT_FREE, UNIVERSAL, Model, Record, State, Work, at
+from warpmuscle.kernels.structs import (
+    BALL,
+    ROOT_FREE,
+    UNIVERSAL,
+    Model,
+    ModelRef,
+    Record,
+    State,
+    Work,
+    WorkRef,
+    at,
+)
 
 wp.set_module_options({"enable_backward": False, "max_unroll": 1})
 
@@ -28,7 +39,7 @@ def memory_of(a: wp.array2d[float], row: int) -> wp.array[float]: ...
 
 
 @wp.func
-def work_of(instance: int, model: Model, workspace: wp.array2d[float]) -> Work:
+def work_of(instance: int, model: ModelRef, workspace: wp.array2d[float]) -> Work:
     """The working set of an instance, in its row of the workspace."""
     return work_at(memory_of(workspace, instance), model.body_count, model.foot_slots)
 
@@ -184,7 +195,7 @@ def forward_dynamics(
 
 
 @wp.func
-def speed_rate_of(body: int, k: int, model: Model, work: Work) -> float:
+def speed_rate_of(body: int, k: int, model: ModelRef, work: WorkRef) -> float:
     """Derivative of speed k of a body's joint, from the accelerations."""
     if body > 0:
         return work.factor_c[body][k]
@@ -206,7 +217,7 @@ def unit(k: int) -> wp.vec3:
 
 
 @wp.func
-def angular_axis(instance: int, body: int, k: int, model: Model, work: Work) -> wp.vec3:
+def angular_axis(instance: int, body: int, k: int, model: ModelRef, work: WorkRef) -> wp.vec3:
     """Angular velocity that a unit of speed k of a body's joint gives the body relative to its parent, world."""
     kind = model.skeleton.plan[body].joint_type
     if body == 0:
@@ -221,7 +232,7 @@ def angular_axis(instance: int, body: int, k: int, model: Model, work: Work) -> 
 
 
 @wp.func
-def linear_axis(body: int, k: int, model: Model) -> wp.vec3:
+def linear_axis(body: int, k: int, model: ModelRef) -> wp.vec3:
     """Velocity that a unit of speed k of a body's joint gives its joint, world; zero but for the root."""
     if body == 0 and model.skeleton.plan[0].joint_type == ROOT_FREE:
         return wp.where(k < 3, unit(wp.min(k, 2)), wp.vec3(0.0))

@@ -25,9 +25,12 @@ from warpmuscle.kernels.structs import (
     RIGHT,
     RUNNING,
     Model,
+    ModelRef,
     Record,
+    RecordRef,
     State,
-    Work,
+    StateRef,
+    WorkRef,
     component,
     rolled,
     set_component,
@@ -41,7 +44,7 @@ MAX_REGISTERS = 168  # three warps of 32 lanes in each quarter of a multiprocess
 
 
 @wp.func
-def foot_force_stage(instance: int, lane: int, lanes: int, model: Model, state: State, work: Work):
+def foot_force_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: WorkRef):
     """Total contact force on each foot and its children, a component a lane. No barrier."""
     for k in range(lane, 6, lanes):
         rolled()
@@ -82,8 +85,10 @@ def one_step_of(
     objective_stage = objective_stage_of(objective)
     collision_stage = collision_stage_of(collisions)
 
-    @wp.func
-    def one_step(instance: int, lane: int, lanes: int, model: Model, state: State, record: Record, work: Work) -> int:
+    @wp.func(inline=True)  # else structures that are given by reference have to lie in memory
+    def one_step(
+        instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, record: RecordRef, work: WorkRef
+    ) -> int:
         step = state.step[instance]
         frame = -1
         if wp.static(recorded.motion):

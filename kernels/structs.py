@@ -256,3 +256,10 @@ class Record:
     desired_torque: wp.array3d[wp.vec3]  # bodies; the controller's
     target: wp.array3d[wp.quat]  # bodies
     muscle: wp.array4d[float]  # quantities, muscles; path length ... force, see `muscle_stage`
+
+
+# What functions are given. With copies of structures this large, one a call, the compiler takes twice as long.
+ModelRef = wp.ref[Model]
+StateRef = wp.ref[State]
+WorkRef = wp.ref[Work]
+RecordRef = wp.ref[Record]

@@ -35,7 +35,7 @@ def weak(length: float) -> float:
     return 0.5 * wp.exp((length - 1.0) * (length - 1.0) * (-1.0 / 0.5))
 
 @wp.func
-def torque(instance: int, body: int, model: Model, state: State, work: Work) -> float:
+def torque(instance: int, body: int, model: ModelRef, state: StateRef, work: WorkRef) -> float:
     return wp.length(work.torque[body])
 
 @wp.func
@@ -64,7 +64,7 @@ def plain(length: float) -> float:
 '''
 IMPORTS = """from warpmuscle.kernels.curves import hyperbolic_velocity
 from warpmuscle.kernels.objective_terms import MuscleWork
-from warpmuscle.kernels.structs import Model, State, Work
+from warpmuscle.kernels.structs import Model, ModelRef, State, StateRef, Work, WorkRef
 """
 NAME = "their_parts"
 

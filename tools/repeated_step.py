@@ -25,7 +25,7 @@ from warpmuscle.kernels.path import joint_velocities, stretch_of
 from warpmuscle.kernels.simbicon import advance_phase, targets_stage, torques_stage
 from warpmuscle.kernels.spatial import symmetric
 from warpmuscle.kernels.step import MAX_REGISTERS, foot_force_stage, know_model, know_state, module_options
-from warpmuscle.kernels.structs import MIXED, RUNNING, Model, Record, State, Work
+from warpmuscle.kernels.structs import MIXED, RUNNING, Model, ModelRef, Record, State, StateRef, WorkRef
 from warpmuscle.muscles import compiled_kind, driven
 from warpmuscle.objective import objective_kind
 from warpmuscle.rollout import Rollout
@@ -50,7 +50,7 @@ class Kept:
 
 
 @wp.func
-def keep(instance: int, lane: int, lanes: int, model: Model, work: Work, kept: Kept):
+def keep(instance: int, lane: int, lanes: int, model: ModelRef, work: WorkRef, kept: Kept):
     """Put it by."""
     for i in range(lane, model.body_count, lanes):
         kept.torque[instance, i] = work.torque[i]
@@ -62,7 +62,7 @@ def keep(instance: int, lane: int, lanes: int, model: Model, work: Work, kept: K
 
 
 @wp.func
-def restore(instance: int, lane: int, lanes: int, model: Model, work: Work, kept: Kept):
+def restore(instance: int, lane: int, lanes: int, model: ModelRef, work: WorkRef, kept: Kept):
     """Take it back."""
     for i in range(lane, model.body_count, lanes):
         work.torque[i] = kept.torque[instance, i]
@@ -75,7 +75,7 @@ def restore(instance: int, lane: int, lanes: int, model: Model, work: Work, kept
 
 @wp.func
 def dynamics_parts(
-    instance: int, lane: int, lanes: int, parts: int, limits: bool, model: Model, state: State, work: Work
+    instance: int, lane: int, lanes: int, parts: int, limits: bool, model: ModelRef, state: StateRef, work: WorkRef
 ):
     """`inertia_stage` and `acceleration_stage` up to one of their parts, with or without the joint limits."""
     if parts < INERTIA:
@@ -105,7 +105,7 @@ def all_paths(muscles: MuscleKind) -> Any:
     muscle_stretch = stretch_of(muscles.pulleys, muscles.conditions, muscles.straight)
 
     @wp.func
-    def paths(instance: int, lane: int, lanes: int, model: Model, state: State, work: Work):
+    def paths(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: WorkRef):
         joint_velocities(lane, lanes, model, work)
         for m in range(lane, model.muscles.count, lanes):
             muscle_stretch(instance, m, model, state, work, arms(instance, state, work))
@@ -115,7 +115,7 @@ def all_paths(muscles: MuscleKind) -> Any:
 
 
 @wp.func
-def no_stage(instance: int, lane: int, lanes: int, model: Model, state: State, work: Work):
+def no_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: WorkRef):
     """Of a character without muscles."""
 
 

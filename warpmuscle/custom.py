@@ -30,6 +30,7 @@ TERM_ARGUMENTS: dict[Kind, tuple[Any, ...]] = {
 }
 CONTROLLER_ARGUMENTS = (wp.int32, wp.int32, Model, State, Work)
 PLAIN = {int: wp.int32, float: wp.float32}
+Reference = type(wp.ref[Model])
 
 
 def custom_terms(objective: Objective) -> dict[str, tuple[Kind, Any]]:
@@ -119,7 +120,9 @@ def _module(name: str, key: str) -> Any:
 
 
 def _arguments(function: Any) -> tuple[Any, ...]:
-    return tuple(PLAIN.get(kind, kind) for kind in function.input_types.values())
+    """Types of a function's arguments, be they values or references."""
+    values = (kind.value_type if isinstance(kind, Reference) else kind for kind in function.input_types.values())
+    return tuple(PLAIN.get(kind, kind) for kind in values)
 
 
 def _result(function: Any) -> Any:
