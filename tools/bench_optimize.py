@@ -26,6 +26,7 @@ import warp as wp
 from warpmuscle import campaign, optimization
 from warpmuscle.formats import load
 from warpmuscle.keeper import Keeper
+from warpmuscle.replayer import Replayer
 from warpmuscle.trials import Trials
 
 Seconds = dict[str, float]
@@ -36,7 +37,7 @@ PARTS: dict[str, list[tuple[Any, str]]] = {
     "simulation": [(Trials, "run")],
     "files": [(Keeper, "put"), (Keeper, "finish")],
     "preparation": [(Trials, "__init__")],
-    "replay of the best": [(optimization, "replay")],
+    "replay of the best": [(Replayer, "replay")],
 }
 HOST = ("sampling", "ranking and update", "parameters to the device", "files", "everything else")
 

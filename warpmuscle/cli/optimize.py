@@ -23,6 +23,7 @@ from warpmuscle.cli.common import (
 )
 from warpmuscle.cli.console import out, print_gait
 from warpmuscle.cli.progress_bar import ProgressBar
+from warpmuscle.driver import start_driver
 from warpmuscle.errors import Error
 
 if TYPE_CHECKING:
@@ -91,6 +92,7 @@ def optimize(
                 progress=bar.update,
             )  # fmt: skip
     elif sources:
+        start_driver(device)
         scene = changed(load_scene(sources, settings=settings), duration, time_step, None)
         count = candidates or (None if limit is not None and not scene.stages else USUAL * searches)
         output = output if output is not None else Path(f"{scene.name}.h5")

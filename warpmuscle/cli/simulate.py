@@ -22,6 +22,7 @@ from warpmuscle.cli.common import (
     writable,
 )
 from warpmuscle.cli.console import log, out, print_gait
+from warpmuscle.driver import start_driver
 
 if TYPE_CHECKING:
     from warpmuscle.scene import Scene
@@ -50,6 +51,7 @@ def simulate(
     warpmuscle simulate bipV2.rbs fWalk.sbc --duration 60
     """
     writable(output, plot)
+    start_driver(device)
     scene = changed(load_scene(sources, settings=settings), duration, time_step, implicit_pd)
     if legacy:
         scene = _as_legacy(scene)

@@ -12,6 +12,7 @@ import typer
 from warpmuscle.cli.common import Device, Trust, doubts_printed, start_warp
 from warpmuscle.cli.console import INTERRUPTED, log, out
 from warpmuscle.cli.progress_bar import Bar
+from warpmuscle.driver import start_driver
 from warpmuscle.errors import Error
 
 if TYPE_CHECKING:
@@ -45,6 +46,8 @@ def sweep(
 
         _print_status(sweep_status(file))
         return
+    if cluster is None:
+        start_driver(device)
     from warpmuscle.sweep.plan import read
 
     with doubts_printed():

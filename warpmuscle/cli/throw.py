@@ -11,6 +11,7 @@ from rich.markup import escape
 
 from warpmuscle.cli.common import Device, Threads, command_line, load_scene, start_warp, writable
 from warpmuscle.cli.console import log, out
+from warpmuscle.driver import start_driver
 from warpmuscle.errors import Error
 
 if TYPE_CHECKING:
@@ -82,6 +83,7 @@ def throw(
     if not files and not target and speed is None and angle is None:
         raise Error("nothing to do: name files with motions, or a goal such as --target 4")
     goals = _goals(target or [], height, speed, angle)
+    start_driver(device)
     loaded = load_scene([scene or ("throw_ball" if goals else "throw")])
     start_warp()
     options = Options(
