@@ -68,6 +68,24 @@ def test_replay_ends_where_the_candidate_ended(scene, result):
     np.testing.assert_array_equal(recording.com, result.replays[0].com)
 
 
+def test_motion_recorded_in_the_batch_is_that_of_a_replay(scene, result, tmp_path, monkeypatch):
+    monkeypatch.setattr(generation, "_recordable", lambda trials: 24)  # as on a GPU
+    monkeypatch.setattr(Replayer, "replay", None)
+    recorded = optimize(scene, candidates=24, seed=3, device="cpu", command="test")
+    write(tmp_path / "a.h5", result)
+    write(tmp_path / "b.h5", recorded)
+    assert (tmp_path / "a.h5").read_bytes() == (tmp_path / "b.h5").read_bytes()
+
+
+def test_motion_is_not_recorded_where_a_batch_has_no_room_or_there_are_several(scene, monkeypatch):
+    recordings = []
+    monkeypatch.setattr(generation, "_recordable", lambda trials: 24)
+    monkeypatch.setattr(generation.Batches, "motion", lambda batches, values: recordings.append(batches._recorded))
+    for candidates, population in ((25, None), (24, 6), (24, None)):
+        optimize(scene, candidates, 3, "cpu", population=population)
+    assert recordings == [False, False, True]
+
+
 def test_interrupt_keeps_what_has_ended(scene):
     def interrupt(progress):
         if progress.done > 0:

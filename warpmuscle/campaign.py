@@ -14,6 +14,7 @@ from warpmuscle.generation import Evaluator, Generation, OtherCandidates
 from warpmuscle.parameters import free_parameters, from_unit, start_values, to_unit
 from warpmuscle.progress import Tracker
 from warpmuscle.records import Evaluations, History, Options, Searched, joined
+from warpmuscle.replayer import Replay
 from warpmuscle.scene import Scene
 from warpmuscle.search.search import Search
 from warpmuscle.search.together import Batch, ask_all, tell_all
@@ -69,6 +70,16 @@ class Campaign:
     def device(self) -> str:
         """On which it evaluates."""
         return self._batches.device
+
+    def keep_motion(self) -> bool:
+        """If there is but one generation, record the motion of its candidates, see `Batches.keep_motion`."""
+        options = self._options
+        once = not self._known and options.candidates <= (options.population or 0) * options.searches
+        return once and self._batches.keep_motion(options.candidates)
+
+    def motion(self, values: Floats) -> Replay | None:
+        """See `Batches.motion`."""
+        return self._batches.motion(values)
 
     def run(self, keep: Callable[[Evaluations], None]) -> str:
         """Go on to the end.

@@ -52,6 +52,22 @@ def record_kind(quantities: Sequence[str] | None) -> RecordKind:
     return RecordKind(False, any(name in MUSCLE_QUANTITIES for name in quantities))
 
 
+def shapes(names: Topology, muscles: tuple[str, ...]) -> dict[str, tuple[int, ...]]:
+    """Shape of what a frame has of each array."""
+    sizes = {"bodies": len(names.bodies), "coordinates": names.coordinates, "speeds": names.speeds}
+    sizes["muscles"] = max(len(muscles), 1)
+    return {
+        name: tuple(sizes[size] if isinstance(size, str) else size for size in shape)
+        for name, (shape, _) in ARRAYS.items()
+    }
+
+
+def frame_bytes(names: Topology, muscles: tuple[str, ...]) -> int:
+    """Bytes of a frame in which everything is recorded."""
+    found = shapes(names, muscles)
+    return sum(math.prod(found[name]) * int(wp.types.type_size_in_bytes(ARRAYS[name][1])) for name in ARRAYS)
+
+
 class Frames:
     """Device arrays for the motion of chosen instances."""
 
@@ -68,8 +84,6 @@ class Frames:
     ) -> None:
         """Room for a frame every `every` steps of a simulation of `steps` steps."""
         self.names, self.muscles, self.chosen, self.every, self.kind = names, muscles, chosen, every, kind
-        sizes = {"bodies": len(names.bodies), "coordinates": names.coordinates, "speeds": names.speeds}
-        sizes["muscles"] = max(len(muscles), 1)
         slot = np.full(instances, -1, dtype=np.int32)
         slot[chosen] = np.arange(len(chosen))
         self.record = structs.Record()
@@ -77,10 +91,9 @@ class Frames:
         self.record.every = every if chosen else 0
         lead = (len(chosen), -(-steps // every)) if chosen else (1, 1)
         self._kept = [n for n in ARRAYS if kind.whole or n in MOTION or (n == "muscle" and kind.muscles)]
-        for name, (shape, dtype) in ARRAYS.items():
-            trail = tuple(sizes[size] if isinstance(size, str) else size for size in shape)
+        for name, shape in shapes(names, muscles).items():
             room = lead if name in self._kept else (0, 0)
-            setattr(self.record, name, wp.zeros((*room, *trail), dtype=dtype, device=device))
+            setattr(self.record, name, wp.zeros((*room, *shape), dtype=ARRAYS[name][1], device=device))
 
     def clear(self) -> None:
         """Forget what was recorded."""
@@ -144,8 +157,6 @@ class Frames:
 
     def _raw(self, row: int, first: int, count: int) -> dict[str, Floats]:
         """Frames first..count - 1 of all arrays of a row; only these leave the device."""
-        if first == 0:
-            return {name: getattr(self.record, name).numpy()[row, :count].astype(float) for name in ARRAYS}
         return {name: getattr(self.record, name)[row, first:count].numpy().astype(float) for name in ARRAYS}
 
     def _centers(self, scene: Scene, instance: int) -> Floats:

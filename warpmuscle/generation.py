@@ -14,6 +14,8 @@ from warpmuscle.errors import Error
 from warpmuscle.memory import instances_that_fit
 from warpmuscle.progress import Tracker
 from warpmuscle.records import Evaluations
+from warpmuscle.replayer import Replay
+from warpmuscle.rollout import Rollout
 from warpmuscle.scene import Scene
 from warpmuscle.status import Status
 from warpmuscle.trials import Trials
@@ -21,6 +23,7 @@ from warpmuscle.trials import Trials
 CPU_BATCH = 500  # small enough that finished candidates come in all along
 GPU_BATCH = 65536
 _KEPT = 2  # sizes of batches that are kept ready: full ones and the rest
+_RECORDED = 0.25  # of a GPU's free memory, at most, takes the motion of all candidates of a search of one batch
 
 
 class OtherCandidates(Error):
@@ -105,6 +108,12 @@ class Evaluator(Protocol):
     def evaluate(self, generation: Generation, limit: int, tracker: Tracker, enough: Callable[[], Any]) -> None:
         """See `Batches.evaluate`."""
 
+    def keep_motion(self, candidates: int) -> bool:
+        """See `Batches.keep_motion`."""
+
+    def motion(self, values: Floats) -> Replay | None:
+        """See `Batches.motion`."""
+
 
 class Batches:
     """Evaluates generations of any size on a device, in batches of a size that suits it.
@@ -120,7 +129,8 @@ class Batches:
         self.largest = max(_suiting(device, first) // first.runs, 1)
         self._loaded = False
         self.term_names = tuple(first.batch.terms())
-        self._trials: dict[int, Trials] = {1: first}
+        self._first, self._trials = first, {1: first}
+        self._recorded, self._values = False, np.zeros((0, len(first.batch.parameters)))
 
     def evaluate(self, generation: Generation, limit: int, tracker: Tracker, enough: Callable[[], Any]) -> None:
         """Evaluate what is missing of a generation.
@@ -137,8 +147,8 @@ class Batches:
             if enough():
                 return
             part = rows[begin : begin + self.largest]
-            trials = self._of_size(len(part))
-            trials.set_parameters(generation.values[part])
+            trials, self._values = self._of_size(len(part)), generation.values[part]
+            trials.set_parameters(self._values)
             self._load(trials, tracker)
             try:
                 trials.run(progress=tracker.running)
@@ -147,15 +157,41 @@ class Batches:
                 generation.take(part, trials)
             tracker.ended(trials)
 
+    def keep_motion(self, candidates: int) -> bool:
+        """Record the motion of all candidates if so many have room for it in one batch, and say whether they have.
+
+        It takes hardly any time on a GPU, while to replay the best of them, alone, takes as long as a small search.
+        """
+        self._recorded = candidates <= min(_recordable(self._first), self.largest)
+        if self._recorded:
+            self._trials.clear()  # of a candidate that was not
+        return self._recorded
+
+    def motion(self, values: Floats) -> Replay | None:
+        """The candidate of the last batch with these values, (P,), if it was recorded."""
+        same = (self._values == values).all(axis=1)
+        if not self._recorded or not same.any():
+            return None
+        batch, row = self._trials[len(same)].batch, int(same.argmax())
+        assert isinstance(batch, Rollout)
+        return batch.recording(row), batch.parts(row)
+
     def _of_size(self, candidates: int) -> Trials:
         """Trials of so many candidates, made now unless there are such."""
         trials = self._trials.pop(candidates, None)
         while len(self._trials) >= _KEPT:
             del self._trials[next(iter(self._trials))]
         if trials is None:
-            trials = Trials(self._scene, candidates, self.device, threads=self._threads)
+            trials = self._made(candidates)
         self._trials[candidates] = trials  # the last ones used come last
         return trials
+
+    def _made(self, candidates: int) -> Trials:
+        """New trials; those recorded with the lanes of one candidate: most fall soon, and the last take the time."""
+        if not self._recorded:
+            return Trials(self._scene, candidates, self.device, threads=self._threads)
+        lanes = self._first.batch.lanes if isinstance(self._first.batch, Rollout) else None
+        return Trials(self._scene, candidates, self.device, record=True, threads=self._threads, lanes=lanes)
 
     def _load(self, trials: Trials, tracker: Tracker) -> None:
         """Have the kernel ready, and tell before if that takes a while."""
@@ -173,6 +209,14 @@ def _suiting(device: str | None, trials: Trials) -> int:
     needed = _KEPT * trials.batch.instance_bytes.total
     fitting = [instances_that_fit(needed, found) for found in devices]
     return len(devices) * min([usual, *(count for count in fitting if count is not None)])
+
+
+def _recordable(trials: Trials) -> int:
+    """How many candidates there is room for on a GPU with all of their motion; none where it is quicker to replay."""
+    batch = trials.batch
+    if not isinstance(batch, Rollout) or batch.device.is_cpu or not trials.undisturbed:
+        return 0
+    return int(_RECORDED * (instances_that_fit(batch.recording_bytes, batch.device) or 0))
 
 
 def _places(part: Floats, whole: Floats) -> NDArray[np.intp] | None:

@@ -241,9 +241,12 @@ def _kept(scene: Scene, campaign: Campaign | Curriculum, start: Result, keeper: 
 
 
 def _player(scene: Scene, campaign: Campaign | Curriculum) -> Replayer:
-    """What replays the best candidate, made ready while the search runs; not of stages, whose last is not known yet."""
+    """What replays the best candidate unless all are recorded, made ready while the search runs.
+
+    Not so of stages, whose last is not known yet.
+    """
     player = Replayer(scene, campaign.device)
-    if not scene.stages:
+    if isinstance(campaign, Campaign) and not campaign.keep_motion():
         campaign.tracker.meanwhile = player.prepare
     return player
 
@@ -263,5 +266,6 @@ def _finished(scene: Scene, campaign: Campaign | Curriculum, start: Result, ende
     if scene.stages:
         scene = stage_scene(scene, int(result.evaluations.stage[result.best.index]), best)
         best, player = start_values(scene), Replayer(scene, result.device)
-    motion, parts = player.replay(best)
+    recorded = campaign.motion(best) if isinstance(campaign, Campaign) else None
+    motion, parts = recorded or player.replay(best)
     return changed(result, replays=(motion,), parts=parts)

@@ -11,6 +11,8 @@ from warpmuscle.recording import Recording
 from warpmuscle.rollout import Rollout
 from warpmuscle.scene import Scene
 
+Replay = tuple[Recording, dict[str, Parts]]  # motion of a candidate, and what joints and muscles add to its cost
+
 
 class Replayer:
     """Replays candidates of a scene one by one, with all of their motion."""
@@ -30,8 +32,8 @@ class Replayer:
             self._made = pool.submit(self._make)
             pool.shutdown(wait=False)
 
-    def replay(self, values: Floats) -> tuple[Recording, dict[str, Parts]]:
-        """Motion of the scene with these parameter values, (P,), and what joints and muscles add to its cost.
+    def replay(self, values: Floats) -> Replay:
+        """The scene with these parameter values, (P,).
 
         Alone, it is the same to the last bit as in a batch, but for what disturbs runs there.
         """

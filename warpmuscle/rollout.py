@@ -20,7 +20,7 @@ from warpmuscle.disturbances import none
 from warpmuscle.errors import Error, RolloutError
 from warpmuscle.foreign import is_array, mask_of
 from warpmuscle.formats import load
-from warpmuscle.frames import Frames, record_kind
+from warpmuscle.frames import Frames, frame_bytes, record_kind
 from warpmuscle.inputs import Inputs
 from warpmuscle.kernels import structs
 from warpmuscle.kernels.lanes import capacity_of, work_floats
@@ -157,6 +157,11 @@ class Rollout(Stepped):
             lambda count: self._state_of(count, "cpu"),
             lambda count: self._model_of(substitute(self.scene, repeated(start, count)), "cpu"),
         )
+
+    @property
+    def recording_bytes(self) -> int:
+        """Memory on the device that every further instance takes all of whose motion is recorded."""
+        return frame_bytes(self.names, self._driven.muscles) * -(-self.steps // self._frames.every)
 
     def set_parameters(self, values: ArrayLike) -> None:
         """Set the free parameters of all instances, and start again.
@@ -311,15 +316,6 @@ class Rollout(Stepped):
             chunk = 2 * chunk if rest else chunk_steps(self.scene)
         if self.steps_done >= self.steps:
             self.complete()
-
-    def load(self) -> None:
-        """Have the kernel ready on the device, compiled now unless Warp has it in its cache."""
-        self._launcher.load()
-
-    @property
-    def compiles(self) -> bool:
-        """Whether the kernel is yet to be compiled, for some seconds, when it is run."""
-        return self._launcher.compiles
 
     @property
     def time(self) -> float:

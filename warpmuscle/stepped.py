@@ -151,6 +151,15 @@ class Stepped(Given):
         muscles = self._state.muscles
         return found | {"activation": muscles.activation, "muscle_force": muscles.force}
 
+    def load(self) -> None:
+        """Have the kernel ready on the device, compiled now unless Warp has it in its cache."""
+        self._launcher.load()
+
+    @property
+    def compiles(self) -> bool:
+        """Whether the kernel is yet to be compiled, for some seconds, when it is run."""
+        return self._launcher.compiles
+
     def load_step(self, excitations: bool = False, torques: bool = False) -> None:
         """Have the kernel ready that `step` launches with excitations, torques, or both; see `load`."""
         self._launcher_of(self._recipe_of(excitations, torques)).load()

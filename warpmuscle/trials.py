@@ -32,15 +32,31 @@ class Trials:
     is one that failed if any did; its terms are those of that run where the worst cost counts, else their means.
 
     Attributes:
-        candidates: how many. runs: simulations of each.
+        candidates: how many. runs: simulations of each. undisturbed: each has one, that of the scene as it is.
         batch: all runs, those of a candidate next to each other.
     """
 
-    def __init__(self, scene: Scene, candidates: int, device: str | None = None, *, threads: int | None = None) -> None:
-        """Prepare; see `make_rollout` for device and threads, and for what it raises."""
+    def __init__(
+        self,
+        scene: Scene,
+        candidates: int,
+        device: str | None = None,
+        *,
+        record: bool = False,
+        threads: int | None = None,
+        lanes: int | None = None,
+    ) -> None:
+        """Prepare; see `make_rollout` for device, threads and lanes, and for what it raises.
+
+        Args:
+            record: all motion, for `motion`.
+        """
         self.candidates, self.runs = candidates, scene.robustness.runs
-        self.batch = make_rollout(scene, candidates * self.runs, device, threads=threads)
+        count = candidates * self.runs
+        recorded = range(count) if record else ()
+        self.batch = make_rollout(scene, count, device, record=recorded, threads=threads, lanes=lanes)
         runs = drawn(scene.robustness, scene.duration)
+        self.undisturbed = self.runs == 1 and not runs.any
         if runs.any:
             self.batch.disturb(runs.tiled(candidates))
 

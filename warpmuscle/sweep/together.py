@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from warpmuscle.arrays import Floats
 from warpmuscle.errors import Error, Interrupted
 from warpmuscle.generation import Batches, Generation
 from warpmuscle.optimization import MakeBatches
@@ -146,6 +147,13 @@ class _Worker(threading.Thread):
         self.request = None
         if self._raise is not None:
             raise self._raise
+
+    def keep_motion(self, candidates: int) -> bool:
+        """See `Evaluator`: batches of several optimisations are not recorded."""
+        return False
+
+    def motion(self, values: Floats) -> None:
+        """See `Evaluator`."""
 
 
 class _Shared:
