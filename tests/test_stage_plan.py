@@ -1,5 +1,7 @@
 """What stages of a search get of what was asked for."""
 
+from dataclasses import replace
+
 import msgspec
 import pytest
 
@@ -61,7 +63,7 @@ def test_settings_are_those_asked_for_unless_the_stage_has_its_own():
     assert (first.target, same.target, first.until) == (None, 2.0, None)
     own = plan(staged(None, None, strategy="random", searches=1, target=3.0), asked)[1][1].options
     assert (own.strategy, own.searches, own.population, own.restarts, own.target) == ("random", 1, None, "none", 3.0)
-    assert settled(own, 500).population == 500
+    assert settled(own, 500).population == 50
     assert settled(first, 500) == first
 
 
@@ -89,3 +91,15 @@ def test_more_candidates_are_for_the_last_stage():
 def test_each_stage_has_a_seed_of_its_own():
     assert stage_seed(7, 0) == 7
     assert len({stage_seed(seed, number) for seed in range(10) for number in range(5)}) == 50
+
+
+@pytest.mark.parametrize(
+    ("candidates", "searches", "population"),
+    [(5000, 1, 5000), (100_000, 1, 65536), (10, 3, 4), (1, 4, 1), (100_000, 3, 21846)],
+)
+def test_generations_of_a_random_search_are_as_large_as_a_batch_and_no_larger_than_the_search(
+    candidates: int, searches: int, population: int
+):
+    options = Options("random", searches, candidates=candidates)
+    assert settled(options, 65536).population == population
+    assert settled(replace(options, population=7), 65536).population == 7

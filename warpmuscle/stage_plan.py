@@ -79,10 +79,13 @@ def searches_of(scene: Scene, options: Options, seed: int) -> list[Search]:
 
 
 def settled(options: Options, largest: int) -> Options:
-    """The options with the generations of a random search as large as a batch (candidates), unless they say."""
+    """The options with the generations of a random search as large as a batch (candidates), unless they say.
+
+    Those of a search that is over in one batch have no more candidates than it asks for.
+    """
     if options.strategy != "random" or options.population is not None:
         return options
-    return changed(options, population=max(largest // options.searches, 1))
+    return changed(options, population=max(-(-min(largest, options.candidates) // options.searches), 1))
 
 
 def stage_seed(seed: int, number: int) -> int:
