@@ -97,11 +97,12 @@ def _folder() -> Path:
 
 def _shipped(name: str) -> Path:
     """Path of a shipped scene."""
-    names = scene_names()
     if "/" in name or Path(name).exists():
         raise SceneError(f"a scene is read from {', '.join(SUFFIXES)}", file=name)
-    if name in names:
-        return _folder() / f"{name}.toml"
+    path = _folder() / f"{name}.toml"
+    if path.is_file() and toml.is_scene(path):
+        return path
+    names = scene_names()  # of which each is read, so only where one has to be said
     near = difflib.get_close_matches(name, names, n=1)
     hint = f" did you mean {near[0]!r}?" if near else ""
     raise SceneError(f"there is no scene called {name!r};{hint} {_available()}, or give a file ({', '.join(SUFFIXES)})")
