@@ -1,0 +1,17 @@
+"""Every tool finds what it uses of the package."""
+
+import runpy
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+TOOLS = sorted(
+    path.relative_to(ROOT) for folder in ("tools", "tools/experiments") for path in (ROOT / folder).glob("*.py")
+)
+
+
+@pytest.mark.parametrize("tool", TOOLS, ids=str)
+def test_a_tool_can_be_imported(tool: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.syspath_prepend(str((ROOT / tool).parent))
+    assert runpy.run_path(str(ROOT / tool))["__doc__"]
