@@ -88,14 +88,12 @@ def main(
     given = load(scene)
     given = msgspec.structs.replace(given, duration=duration or given.duration)
     short = msgspec.structs.replace(given, duration=0.1)
-    optimization.optimize(short, 8, 1, device, search=search)  # compiles, and imports what it needs
     candidates = population * searches * generations
+    asked: dict[str, Any] = {"search": search, "searches": searches, "population": population}
+    optimization.optimize(short, min(candidates, 2 * population * searches), 1, device, **asked)  # compiles and imports
     with tempfile.TemporaryDirectory() as folder, stopwatch() as spent:
         begin = time.perf_counter()
-        result = optimization.optimize(
-            given, candidates, 1, device, search=search, searches=searches, population=population,
-            output=Path(folder) / "bench.h5",
-        )  # fmt: skip
+        result = optimization.optimize(given, candidates, 1, device, output=Path(folder) / "bench.h5", **asked)
         wall = time.perf_counter() - begin
         size = (Path(folder) / "bench.h5").stat().st_size
     assert result.evaluations is not None

@@ -53,6 +53,8 @@ def main() -> None:
             raise
         usage()
         sys.exit(2)
+    finally:
+        gc.freeze()  # what is left goes with the process; to look for garbage in it takes 0.15 s
     if code == INTERRUPTED:
         log.print("interrupted")
     sys.exit(code)
