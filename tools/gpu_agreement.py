@@ -8,7 +8,8 @@
   on the CPU itself if the starting speeds are changed in their last bits.
 - Over the whole time the motions part, as such motions do, but the times at which random candidates fall have the same
   distribution (two-sample Kolmogorov-Smirnov test).
-- Bits are the same for all lanes, batch sizes, places in a batch, chunks of steps, and numbers of GPUs.
+- Bits are the same for all lanes, batch sizes, places in a batch, chunks of steps, and numbers of GPUs, with motion
+  recorded or not.
 """
 
 from __future__ import annotations
@@ -94,6 +95,7 @@ def same_bits(scene: Scene, device: str) -> None:
     ways["chunks of 0.03 s"] = results(given, chunk=0.03)
     ways["in batches of 7"] = np.concatenate([results(part) for part in np.array_split(given[:70], 10)])
     ways["in reverse order"] = results(given[::-1])[::-1]
+    ways["with all motion recorded"] = results(given, record=range(len(given)))
     if len(wp.get_cuda_devices()) > 1:
         ways[f"{len(wp.get_cuda_devices())} GPUs"] = results(given, where="cuda:all")
     for way, got in ways.items():
