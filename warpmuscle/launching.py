@@ -10,9 +10,10 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor, wait
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import cached_property
 from itertools import pairwise
+from threading import Lock, RLock, Thread
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -25,7 +26,8 @@ from warpmuscle.kernels import structs
 from warpmuscle.kernels.lanes import work_floats
 from warpmuscle.kernels.muscle_stage import MuscleKind
 from warpmuscle.kernels.objective_terms import ObjectiveKind
-from warpmuscle.kernels.record import RecordKind
+from warpmuscle.kernels.record import NOTHING, RecordKind
+from warpmuscle.kernels.step import step_kernel
 
 SLICES_PER_THREAD = 4  # so that threads stay busy when some slices lose their instances sooner
 GPU_LANES = 8
@@ -37,6 +39,12 @@ GPU_BLOCK = 32
 RESIDENT_BLOCKS = 12  # of GPU_BLOCK lanes that a multiprocessor has registers for, see `kernels.step.MAX_REGISTERS`
 STREAMS = 4
 WAVES = 24  # that the pieces of one launch make together at least, where instances do not fit at once
+
+
+_making = Lock()  # Warp's own tables are not made for several threads
+_loading: dict[tuple[Any, str], RLock] = {}  # of kernels on devices: different ones may be compiled at the same time
+_loaded: set[tuple[Any, str]] = set()  # those that are there
+_asked: set[tuple[Any, str]] = set()  # those that were looked for
 
 
 class Recipe(NamedTuple):
@@ -64,16 +72,17 @@ def one_line_errors() -> Iterator[None]:
 
 
 class Launcher:
-    """A fused kernel on a device, with the memory that its threads work in."""
+    """The fused kernel of a recipe on a device, with the memory that its threads work in."""
 
-    def __init__(self, kernel: Any, device: Any, capacity: int, lanes: int, block_dim: int, threads: int) -> None:
-        """Prepare to launch; capacity is the kernel's in bodies."""
-        self.kernel, self.device = kernel, device
-        self._lanes, self._block_dim, self._threads = lanes, block_dim, threads
+    def __init__(self, recipe: Recipe, device: Any, threads: int) -> None:
+        """Prepare to launch; raises RolloutError for functions of users that are no Warp code."""
+        with one_line_errors(), _making:
+            self.kernel = step_kernel(*recipe)
+        self.recipe, self.device, self._threads = recipe, device, threads
         buffers = threads if device.is_cpu else 1
         self._loaded = False
         self._sliced: tuple[Ints | None, list[wp.array]] = (None, [])
-        self._buffers = [wp.zeros(work_floats(capacity), dtype=float, device=device) for _ in range(buffers)]
+        self._buffers = [wp.zeros(work_floats(recipe.capacity), dtype=float, device=device) for _ in range(buffers)]
 
     def load(self) -> None:
         """Have the kernel ready on the device, compiled now unless Warp has it in its cache.
@@ -82,14 +91,16 @@ class Launcher:
             RolloutError: it does not compile, as may be with functions of users.
         """
         if not self._loaded:
-            with one_line_errors():
-                self.kernel.module.load(self.device, self._block_dim)
+            key = (self.recipe, str(self.device))
+            with one_line_errors(), _loading.setdefault(key, RLock()):
+                self.kernel.module.load(self.device, self.recipe.block_dim)
             self._loaded = True
+            _loaded.add(key)
 
     @property
     def compiles(self) -> bool:
         """Whether the kernel is yet to be compiled, for some seconds, when it is run."""
-        return not is_compiled(self.kernel, self.device, self._block_dim)
+        return not is_compiled(self.kernel, self.device, self.recipe.block_dim)
 
     def launch(
         self, steps: int, running: Ints, model: structs.Model, state: structs.State, record: structs.Record
@@ -99,11 +110,11 @@ class Launcher:
         def slice_(steps: int, part: wp.array, buffer: wp.array, stream: wp.Stream | None = None) -> None:
             wp.launch(
                 self.kernel,
-                dim=(len(part), self._lanes),
+                dim=(len(part), self.recipe.lanes),
                 inputs=[steps, part, model, state, record, wp.uint64(buffer.ptr)],
                 device=self.device,
                 stream=stream,
-                block_dim=self._block_dim,
+                block_dim=self.recipe.block_dim,
             )
 
         self.load()  # before threads, which must not meet in the compiler
@@ -149,7 +160,7 @@ class Launcher:
 
     def _waves(self, instances: int) -> float:
         """How often over the GPU's multiprocessors would be full with so many instances."""
-        resident = self.device.sm_count * RESIDENT_BLOCKS * (self._block_dim // self._lanes)
+        resident = self.device.sm_count * RESIDENT_BLOCKS * (self.recipe.block_dim // self.recipe.lanes)
         return float(instances / resident)
 
     @cached_property
@@ -191,3 +202,31 @@ def usual_lanes(wanted: int | None, floats: int, instances: int, multiprocessors
     if wanted not in fitting:
         raise RolloutError(f"lanes must be one of {', '.join(map(str, fitting))} for this character, not {wanted}")
     return wanted
+
+
+def spread_recipe(recipe: Recipe, running: int, multiprocessors: int) -> Recipe | None:
+    """What a kernel is made of with more lanes for so few instances that still run; None if theirs is as good.
+
+    It is the one that replays use, since nothing is recorded where nothing is asked for.
+    """
+    lanes = usual_lanes(None, work_floats(recipe.capacity), running, multiprocessors)
+    if lanes <= recipe.lanes or recipe.recorded not in (NOTHING, RecordKind()):
+        return None
+    return recipe._replace(lanes=lanes, recorded=RecordKind())
+
+
+def soon_loaded(recipe: Recipe, device: Any) -> bool:
+    """Whether a kernel is loaded; if it need not be compiled, that is begun now, in the background."""
+    key = (recipe, str(device))
+    if key not in _loaded and key not in _asked:
+        _asked.add(key)
+        Thread(target=_load_if_compiled, args=(recipe, device), name="kernel").start()
+    return key in _loaded
+
+
+def _load_if_compiled(recipe: Recipe, device: Any) -> None:
+    """Load a kernel if Warp has it in its cache; whoever needs it says what is wrong with it."""
+    with suppress(RolloutError):
+        launcher = Launcher(recipe, device, threads=1)
+        if not launcher.compiles:
+            launcher.load()

@@ -124,6 +124,7 @@ class Rollout(Stepped):
             bool(self._kinematic.names), recorded, custom_controller(scene),
         )  # fmt: skip
         self._launchers: dict[Recipe, Launcher] = {}
+        self._spreads = lanes is None and not self.device.is_cpu
         if self.instances > FEW:
             check_memory(self.instances, self.instance_bytes.state, self.device)
         self._state = self._state_of(self.instances, self.device)

@@ -21,8 +21,7 @@ from warpmuscle.inputs import Given
 from warpmuscle.kernels import structs
 from warpmuscle.kernels.control import given_effort
 from warpmuscle.kernels.restart import put_rows
-from warpmuscle.kernels.step import step_kernel
-from warpmuscle.launching import Launcher, Recipe, one_line_errors
+from warpmuscle.launching import Launcher, Recipe, soon_loaded, spread_recipe
 from warpmuscle.model import Start
 from warpmuscle.status import Status
 
@@ -36,6 +35,7 @@ class Stepped(Given):
     threads: int
     _recipe: Recipe
     _launchers: dict[Recipe, Launcher]
+    _spreads: bool  # more lanes over an instance when few are left
     _frames: Frames
     _start: Start
     _start_rows: dict[str, wp.array]
@@ -101,13 +101,13 @@ class Stepped(Given):
 
     def advance(self, step: int, launcher: Launcher | None = None) -> None:
         """Bring all instances that still run to this step, in one launch unless some of them end before."""
-        launcher = self._launcher if launcher is None else launcher
         while step > self.steps_done and self.running:
             end = self._next_end()
             target = min(step, end)
             if target > self.steps_done:
                 count = target - self.steps_done
-                launcher.launch(count, self._running, self._model, self._state, self._frames.record)
+                now = self._launcher_now() if launcher is None else launcher
+                now.launch(count, self._running, self._model, self._state, self._frames.record)
                 self.steps_done = target
                 status = self._state.status.numpy()
                 goes_on = status[self._running] == Status.RUNNING
@@ -208,12 +208,16 @@ class Stepped(Given):
     def _launcher_of(self, recipe: Recipe) -> Launcher:
         """The launcher of a fused kernel."""
         if recipe not in self._launchers:
-            with one_line_errors():
-                kernel = step_kernel(*recipe)
-            self._launchers[recipe] = Launcher(
-                kernel, self.device, recipe.capacity, recipe.lanes, recipe.block_dim, self.threads
-            )
+            self._launchers[recipe] = Launcher(recipe, self.device, self.threads)
         return self._launchers[recipe]
+
+    def _launcher_now(self) -> Launcher:
+        """The launcher of the batch's own kernel, or of one that is quicker for the few instances left, if there is."""
+        if self._spreads:
+            spread = spread_recipe(self._recipe_now, len(self._running), self.device.sm_count)
+            if spread is not None and soon_loaded(spread, self.device):
+                return self._launcher_of(spread)
+        return self._launcher
 
     def restart_some(self, mask: NDArray[np.bool_], root_velocity: Floats) -> None:
         """Put the instances of a mask back to their start, see `restart`."""
