@@ -20,6 +20,7 @@ from warpmuscle.results import read, write
 GROWTH = 1.25  # of the candidates, at which the file is written anew
 INTERVAL = 60.0  # s, after which it is
 SHARE = 0.05  # of the wall time at most goes into that
+SPEED = 60.0e6  # bytes of candidates a second, that are compressed into it
 SOONEST = 2.0  # s, before which it is not; the journal has it
 
 
@@ -97,7 +98,8 @@ class Keeper:
             self._journal.append(generation)
         since = time.monotonic() - self._written
         due = count >= self._count * GROWTH or since >= INTERVAL
-        if due and since >= SOONEST and self._duration <= SHARE * since:
+        takes = max(self._duration, count * generation.params.shape[1] * generation.params.itemsize / SPEED)
+        if due and since >= SOONEST and takes <= SHARE * since:
             self.write(result())
 
     def write(self, result: Result) -> None:
