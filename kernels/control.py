@@ -1,5 +1,6 @@
-"""Controllers in the place of SIMBICON: efforts of joints from outside, or from a function compiled into the step.
+"""What controls the joints: SIMBICON, or efforts from outside or from a function compiled into the step.
 
+SIMBICON may renew its targets in some steps only; PD follows them in every step.
 An effort of a joint is a generalised force: its power is that of effort times speed, for each of the joint's speeds.
 A positive one turns the child, and the parent backwards, in the sense in which the speed is positive, N m.
 """
@@ -10,9 +11,9 @@ from typing import Any
 import warp as wp
 
 from warpmuscle.kernels.lanes import synchronize
-from warpmuscle.kernels.simbicon import control_stage
+from warpmuscle.kernels.simbicon import control_stage, targets_stage, torques_stage
 from warpmuscle.kernels.spatial import symmetric
-from warpmuscle.kernels.structs import BALL, HINGE, UNIVERSAL, ModelRef, StateRef, WorkRef, at
+from warpmuscle.kernels.structs import BALL, HINGE, UNIVERSAL, ModelRef, StateRef, WorkRef, at, rolled
 
 
 @wp.func
@@ -48,16 +49,37 @@ def given_effort(instance: int, body: int, model: ModelRef, state: StateRef, wor
     return effort
 
 
+@wp.func
+def held_control_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: WorkRef):
+    """Torques of SIMBICON towards the targets of the last step in which it renewed them. Ends with a barrier."""
+    renewed = state.step[instance] % model.simbicon.every == 0
+    if renewed:
+        targets_stage(instance, lane, lanes, model, state, work)
+    for i in range(lane, model.body_count, lanes):
+        rolled()
+        if renewed:
+            state.target[instance, i] = work.target[i]
+            state.target_plan[instance, i] = wp.vec2(work.strength[i], float(work.frame[i]))
+        else:
+            plan = state.target_plan[instance, i]
+            work.target[i] = state.target[instance, i]
+            work.strength[i] = plan[0]
+            work.frame[i] = int(plan[1])
+    synchronize()
+    torques_stage(instance, lane, lanes, model, state, work)
+
+
 @cache
-def control_stage_of(effort: Any = None) -> Any:
+def control_stage_of(effort: Any = None, held: bool = False) -> Any:
     """The Warp function that puts what is wanted of the joints into the working set. It ends with a barrier.
 
     Args:
         effort: a Warp function (instance, body, model, state, work) -> efforts of the joint that carries a body; None:
             SIMBICON.
+        held: whether SIMBICON holds its targets for some steps.
     """
     if effort is None:
-        return control_stage
+        return held_control_stage if held else control_stage
 
     @wp.func
     def effort_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: WorkRef):

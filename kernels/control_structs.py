@@ -70,6 +70,7 @@ class Simbicon:
     """The controller: gains by body (0: the root), states, trajectories, their components, and curves as knots."""
 
     enabled: int
+    every: int  # steps after which the targets are renewed; only kernels that hold them read it
     left_foot: int
     right_foot: int
     left_hip: int

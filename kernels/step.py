@@ -66,6 +66,7 @@ def one_step_of(
     motion: bool = False,
     recorded: RecordKind = RecordKind(),  # noqa: B008, immutable
     effort: Any = None,
+    held: bool = False,
 ) -> Any:
     """The Warp function that makes one step of one instance and returns its status, the same on all lanes.
 
@@ -75,13 +76,13 @@ def one_step_of(
         collisions: whether bodies are tested for running into each other.
         motion: whether the motion of some coordinates is prescribed.
         recorded: what is recorded.
-        effort: the controller, see `control.control_stage_of`; None: SIMBICON.
+        effort, held: the controller, see `control.control_stage_of`.
     """
     record_desired, record_stage = recorders_of(recorded)
     muscle_stage = no_muscles
     if muscles is not None:
         muscle_stage = muscle_stage_of(muscles, muscle_functions(objective, muscles.own), recorded.muscles)
-    control_stage = control_stage_of(effort)
+    control_stage = control_stage_of(effort, held)
     objective_stage = objective_stage_of(objective)
     collision_stage = collision_stage_of(collisions)
 
@@ -153,6 +154,7 @@ def step_kernel(
     motion: bool = False,
     recorded: RecordKind = RecordKind(),  # noqa: B008, immutable
     effort: Any = None,
+    held: bool = False,
 ) -> Any:
     """The fused kernel of a size class: launch with dim=(running instances, lanes) and this block_dim.
 
@@ -160,9 +162,9 @@ def step_kernel(
         capacity: bodies that it has room for, see `lanes.capacity_of`.
         lanes: threads that share an instance; 1 on the CPU.
         block_dim: threads a block, a multiple of lanes.
-        muscles, objective, collisions, motion, recorded, effort: see `one_step_of`.
+        muscles, objective, collisions, motion, recorded, effort, held: see `one_step_of`.
     """
-    one_step = one_step_of(muscles, objective, collisions, motion, recorded, effort)
+    one_step = one_step_of(muscles, objective, collisions, motion, recorded, effort, held)
     instances_per_block = max(block_dim // lanes, 1)
     slots = slots_of(capacity)
     memory = work_memory(capacity, instances_per_block)

@@ -173,6 +173,8 @@ class State:
     stance: wp.array[int]  # (instances,) LEFT or RIGHT
     machine_state: wp.array[int]  # (instances,)
     foot_force: wp.array2d[wp.vec3]  # (instances, 2) N, left and right, of the step before
+    target: wp.array2d[wp.quat]  # (instances, bodies) of the controller, where it holds them; else no instances
+    target_plan: wp.array2d[wp.vec2]  # (instances, bodies) their strength and frame, see `Work`
     step: wp.array[int]  # (instances,) steps made
     status: wp.array[int]  # (instances,) RUNNING ... DIVERGED
     start_height: wp.array[float]  # (instances,) m, of the COM above the ground at step 0

@@ -10,7 +10,7 @@ import warp as wp
 from warpmuscle.arrays import records_to_device, rows, starts, structs_to_device, to_device
 from warpmuscle.kernels import structs
 from warpmuscle.pose import normalized
-from warpmuscle.scene import PD, Balance, Component, Controller, Curve, Feedback, State
+from warpmuscle.scene import PD, Balance, Component, Controller, Curve, Feedback, Scene, State
 from warpmuscle.topology import Topology
 from warpmuscle.validate import trajectory_joints
 
@@ -49,12 +49,18 @@ def trajectory_bodies(state: State, names: Topology) -> list[tuple[int, int]]:
     ]
 
 
-def controller_struct(controller: Controller | None, names: Topology, device: Any) -> structs.Simbicon:
-    """The device structure of a controller (see `kernels.structs.Simbicon`), disabled if there is none."""
+def control_steps(scene: Scene) -> int:
+    """Steps after which the controller renews its targets."""
+    return max(round(1.0 / (scene.control_rate * scene.time_step)), 1) if scene.control_rate > 0.0 else 1
+
+
+def controller_struct(scene: Scene, names: Topology, device: Any) -> structs.Simbicon:
+    """The device structure of a scene's controller (see `kernels.structs.Simbicon`), disabled if there is none."""
+    controller = scene.controller
     enabled = controller is not None
     controller = controller if controller is not None else Controller(states=[State(time=1.0)], feet=("", ""))
     s = structs.Simbicon()
-    s.enabled = int(enabled)
+    s.enabled, s.every = int(enabled), control_steps(scene)
     if enabled:
         s.left_foot, s.right_foot = (names.bodies.index(foot) for foot in controller.feet)
         s.left_hip, s.right_hip = (names.body_of_joint(hip) for hip in controller.hips)

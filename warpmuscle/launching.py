@@ -59,6 +59,7 @@ class Recipe(NamedTuple):
     motion: bool
     recorded: RecordKind
     effort: Any = None
+    held: bool = False
 
 
 @contextmanager

@@ -62,7 +62,7 @@ def model_struct(scene: Scene, names: Topology, found: Driven, device: Any) -> s
     m.contacts, points = contacts_struct(scene, names, device)
     m.skeleton = skeleton_struct(scene, names, points, device)
     m.foot_slots = m.skeleton.foot_side.shape[0] if scene.controller is not None else 0
-    m.simbicon = controller_struct(scene.controller, names, device)
+    m.simbicon = controller_struct(scene, names, device)
     for field, part in objective_fields(scene, names, device).items():
         setattr(m, field, part)
     for field, part in model_parts(scene, names, found, device).items():

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from warpmuscle.arrays import Floats, Ints
 from warpmuscle.batch_input import LINEAR_SPEEDS, checked_values, chosen, chunk_steps, end_step, positive, root_noise
 from warpmuscle.collisions import collision_pairs, collisions_struct
+from warpmuscle.controller import control_steps
 from warpmuscle.custom import check_custom, custom_controller
 from warpmuscle.devices import find_device
 from warpmuscle.disturbances import none
@@ -121,7 +122,7 @@ class Rollout(Stepped):
         recorded = record_kind(quantities) if record or self.device.is_cpu else NOTHING
         self._recipe = Recipe(
             capacity, self.lanes, self.block_dim, kind, self._objective, bool(self._colliding),
-            bool(self._kinematic.names), recorded, custom_controller(scene),
+            bool(self._kinematic.names), recorded, custom_controller(scene), control_steps(scene) > 1,
         )  # fmt: skip
         self._launchers: dict[Recipe, Launcher] = {}
         self._spreads = lanes is None and not self.device.is_cpu

@@ -266,4 +266,7 @@ class Scene(Part):
     duration: float = 10.0  # s
     time_step: float = 0.0005  # s
     gravity: Number = 9.8  # m/s^2, downwards
+    control_rate: float = (
+        0.0  # Hz, at which the controller renews its targets, which PD follows meanwhile; 0: every step
+    )
     implicit_pd: bool = False  # PD linearised over the step, stable up to 1/500 s; False: explicit, as in the original

@@ -7,6 +7,7 @@ from typing import Any
 
 import warp as wp
 
+from warpmuscle.controller import control_steps
 from warpmuscle.kernels import structs
 from warpmuscle.kernels.objective_terms import ObjectiveKind
 from warpmuscle.muscles import Driven, muscle_state
@@ -37,6 +38,9 @@ def state_struct(
     s.push = wp.zeros(n, dtype=wp.vec3, device=device)
     s.push_steps = wp.zeros((n, 2), dtype=int, device=device)
     s.torque_integral = wp.zeros((n, len(names.bodies)), dtype=wp.float64, device=device)
+    held = n if control_steps(scene) > 1 else 0
+    s.target = wp.zeros((held, len(names.bodies)), dtype=wp.quat, device=device)
+    s.target_plan = wp.zeros((held, len(names.bodies)), dtype=wp.vec2, device=device)
     for name in ("stance", "machine_state", "step", "status"):
         setattr(s, name, wp.zeros(n, dtype=int, device=device))
     table = found.table

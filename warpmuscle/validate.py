@@ -89,7 +89,20 @@ class _Check(Checks):
         check_objective(self, "objective", scene.objective)
         self.robustness(scene.robustness)
         self.tracking(scene)
+        self.control_rate(scene)
         check_stages(self)
+
+    def control_rate(self, scene: Scene) -> None:
+        """At most once a step, and of the scene's own controller."""
+        self.not_negative("", scene, "control_rate")
+        most = 1.0 / scene.time_step
+        if scene.control_rate > most * (1.0 + 1e-6):
+            raise SceneError(
+                f"the controller cannot decide more often than every step, {most:g} Hz", key="control_rate"
+            )
+        if scene.control_rate > 0.0 and (scene.controller is None or scene.custom_controller):
+            which = "a custom_controller decides in every step" if scene.custom_controller else "there is no controller"
+            raise SceneError(f"{which}; leave control_rate out", key="control_rate")
 
     def robustness(self, robustness: Robustness) -> None:
         """At least one run; disturbances have sizes."""
