@@ -1,7 +1,8 @@
 """The stages of a step as kernels of their own over plain arrays, for pipelines of one's own and for tests.
 
 Launch each with dim = instances. `workspace` is scratch memory, (instances,
-`lanes.work_floats(lanes.capacity_of(bodies))`) floats.
+`lanes.work_floats(lanes.capacity_of(bodies))`) floats. A kernel of one's own that calls the functions of these stages
+needs `enable_backward=False`, since they take structures by reference.
 Body 0 is the root; body i hangs on joint i - 1.
 """
 
