@@ -61,6 +61,18 @@ def test_two_halves_equal_the_whole(scene, options, uninterrupted, tmp_path):
     assert only_file(path)
 
 
+def test_random_search_goes_on_with_the_candidates_that_it_would_have_had(scene, tmp_path, monkeypatch):
+    monkeypatch.setattr(generation, "_recordable", lambda trials: 1000)  # as on a GPU
+    whole = optimize(scene, 20, 5, "cpu")
+    optimize(scene, 8, 5, "cpu", output=tmp_path / "a.h5")
+    result = resume(tmp_path / "a.h5", 12)
+    assert whole.searched.options.population == 20
+    assert result.searched.options.population == 8
+    np.testing.assert_array_equal(result.evaluations.params, whole.evaluations.params)
+    np.testing.assert_array_equal(result.evaluations.cost, whole.evaluations.cost)
+    np.testing.assert_array_equal(result.replays[0].com, whole.replays[0].com)
+
+
 def test_kill_at_any_write_loses_nothing_but_the_generation_in_progress(
     scene, options, uninterrupted, tmp_path, monkeypatch
 ):

@@ -124,7 +124,8 @@ def resume(
     """Go on with a search that was interrupted or killed, or has come to its end, as if it had not been.
 
     Scene, seed and options are those of the file; what it holds is not evaluated again. In a search with stages the
-    last one gets the candidates that are asked for besides.
+    last one gets the candidates that are asked for besides. A random search goes on with the candidates that it would
+    have had, in generations as large as those it began with.
 
     Args:
         path: result file of `optimize(output=...)`, which is kept up further.
