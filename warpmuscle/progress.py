@@ -11,7 +11,7 @@ import numpy as np
 from warpmuscle.records import ANY_NUMBER
 from warpmuscle.trials import Trials
 
-NOTICED = 0.002  # s, for which nobody has to wait
+INTERVAL = 0.05  # s at least between two times that a batch is told of
 TELLING = 0.05  # of the time, that may go into finding out what to tell
 
 
@@ -93,7 +93,7 @@ class Tracker:
         self._report(self._now(self.done, 0, self.best, self._simulated, 0.0))
 
     def running(self, trials: Trials) -> None:
-        """Tell of a batch that runs; more rarely where it takes long to find out how far a large one has come."""
+        """Tell of a batch that runs, more rarely where it takes long to find out how far a large one has come."""
         if self.meanwhile is not None:
             self.meanwhile()
         begin = time.monotonic()
@@ -101,14 +101,14 @@ class Tracker:
             return
         progress = self._with(trials)
         took = time.monotonic() - begin
-        if took > NOTICED:
-            self._quiet_until = begin + took / TELLING
+        self._quiet_until = begin + max(INTERVAL, took / TELLING)
         self._report(progress)
 
     def ended(self, trials: Trials) -> None:
-        """Count a batch that has run."""
+        """Count a batch that has run, and tell of it."""
         now = self._with(trials)
         self.done, self.best, self._simulated = now.done, now.best, now.simulated
+        self._report(self._now(self.done, 0, self.best, self._simulated, 0.0))
 
     def next_generation(self, median: float) -> None:
         """A generation is complete, with this median cost."""
