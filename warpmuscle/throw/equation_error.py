@@ -18,11 +18,12 @@ from warpmuscle.throw.motion import Motions
 
 SPARE = 0.7  # of its strength a muscle may need at most
 HINGE = 3.0  # weight of what it needs beyond, against an error of torque
-PRIOR = 0.1  # weight of a parameter's distance from its start, in parts of its interval
+PRIOR = 1.0  # weight of a parameter's distance from its start, in parts of its interval
 SCATTER = 0.1  # of the starts, in the same parts
 STRIDE = 5  # samples
 EDGE = 5  # samples at both ends of a motion, where second derivatives are not to be trusted
 STARTS = 3
+TOLERANCE = 1e-8  # the valley is flat: far along it, parameters suit the equations as well, but other motions less
 STEP = 1e-3  # of the difference quotients, wide enough for forces in single precision
 
 
@@ -50,7 +51,7 @@ def fit_equations(
         x = start if number == 0 else start + rng.normal(size=start.shape) * SCATTER
         found = least_squares(
             problem.residuals, np.clip(x, 1e-6, 1.0 - 1e-6), problem.jacobian, (0.0, 1.0),
-            max_nfev=40, ftol=1e-5, xtol=1e-5,
+            max_nfev=100, ftol=TOLERANCE, xtol=TOLERANCE,
         )  # fmt: skip
         if best is None or found.cost < best.cost:
             best = found
