@@ -51,6 +51,13 @@ def test_the_fit_meets_all_bars_from_literature_parameters(job: Job):
     assert job.fitted.stages[0].agreement.r2.min() < 0.0
 
 
+def test_recorded_throws_meet_all_bars(reference_data: Path):
+    """All 22 free throws, every other one held out of the fit of the parameters."""
+    job = Job(load("throw"), sorted((reference_data / "spl_freethrow").glob("throw_T*.csv")), Options(seed=1))
+    assert len(job.motions) == 22
+    assert job.fit().agreement.good().all(), job.fitted.agreement
+
+
 def test_parameters_stay_within_the_intervals_of_the_scene(job: Job):
     for parameter, value in zip(job.arm.parameters, job.arm.values(job.fitted.unknowns), strict=True):
         assert parameter.min * (1 - 1e-9) <= value <= parameter.max * (1 + 1e-9) or parameter.min < 0.0
