@@ -109,6 +109,8 @@ def one_step_of(
         record_desired(instance, lane, lanes, frame, model, state, record, work)
         muscle_stage(instance, lane, lanes, frame, model, state, record, work)
         objective_stage(instance, lane, lanes, model, state, work)
+        if wp.static(recorded.whole):
+            synchronize()  # a term may put other torques into the working set for a while
         record_stage(instance, lane, lanes, frame, model, state, record, work)
         synchronize()
         if wp.static(motion):
