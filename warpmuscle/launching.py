@@ -13,7 +13,7 @@ from concurrent.futures import ThreadPoolExecutor, wait
 from contextlib import contextmanager, suppress
 from functools import cached_property
 from itertools import pairwise
-from threading import Lock, RLock, Thread
+from threading import Lock, Thread
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -40,9 +40,8 @@ RESIDENT_BLOCKS = 12  # of GPU_BLOCK lanes that a multiprocessor has registers f
 STREAMS = 4
 WAVES = 24  # that the pieces of one launch make together at least, where instances do not fit at once
 
-
 _making = Lock()  # Warp's own tables are not made for several threads
-_loading: dict[tuple[Any, str], RLock] = {}  # of kernels on devices: different ones may be compiled at the same time
+_loading: dict[tuple[Any, str], Lock] = {}  # of kernels on devices: different ones may be compiled at the same time
 _loaded: set[tuple[Any, str]] = set()  # those that are there
 _asked: set[tuple[Any, str]] = set()  # those that were looked for
 
@@ -93,7 +92,7 @@ class Launcher:
         """
         if not self._loaded:
             key = (self.recipe, str(self.device))
-            with one_line_errors(), _loading.setdefault(key, RLock()):
+            with one_line_errors(), _loading.setdefault(key, Lock()):
                 self.kernel.module.load(self.device, self.recipe.block_dim)
             self._loaded = True
             _loaded.add(key)

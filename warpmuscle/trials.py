@@ -49,7 +49,7 @@ class Trials:
         """Prepare; see `make_rollout` for device, threads and lanes, and for what it raises.
 
         Args:
-            record: all motion, for `motion`.
+            record: the motion of all runs, see `Rollout.recording`.
         """
         self.candidates, self.runs = candidates, scene.robustness.runs
         count = candidates * self.runs

@@ -18,12 +18,14 @@ from warpmuscle.throw.motion import Motions
 
 SPARE = 0.7  # of its strength a muscle may need at most
 HINGE = 3.0  # weight of what it needs beyond, against an error of torque
-PRIOR = 1.0  # weight of a parameter's distance from its start, in parts of its interval
+# Weight of a parameter's distance from its start, in parts of its interval. The valley of the error is flat: far along
+# it, parameters suit the motions that they are fitted to as well, but others less.
+PRIOR = 1.0
 SCATTER = 0.1  # of the starts, in the same parts
 STRIDE = 5  # samples
 EDGE = 5  # samples at both ends of a motion, where second derivatives are not to be trusted
 STARTS = 3
-TOLERANCE = 1e-8  # the valley is flat: far along it, parameters suit the equations as well, but other motions less
+TOLERANCE = 1e-8  # relative, of cost and parameters
 STEP = 1e-3  # of the difference quotients, wide enough for forces in single precision
 
 
