@@ -1,13 +1,15 @@
 """A simulation that goes on while its numbers change, without a browser."""
 
+import msgspec
 import numpy as np
 import pytest
 
+from warpmuscle.errors import Error
 from warpmuscle.formats import load
 from warpmuscle.pose import twist_angle
 from warpmuscle.rollout import Rollout
 from warpmuscle.status import Status
-from warpmuscle.view.live_run import LiveRun, can_change_speed
+from warpmuscle.view.live_run import SPEED_RATE, STEERING_INTERVAL, TURN_RATE, LiveRun, can_change_speed
 
 UP = np.array([0.0, 1.0, 0.0])
 
@@ -40,15 +42,89 @@ def test_changes_count_without_a_new_start(run):
     later(run, 0.1)
     index = next(k for k, p in enumerate(run.parameters) if p.name == "controller.pd.lKnee.kp")
     before, body = run.time, run.rollout.names.body_of_joint("rKnee")
-    run.values[index], run.turned, run.faster = 444.0, 0.5, 0.25
+    run.values[index] = 444.0
     run.apply()
-    simbicon = run.rollout.model.simbicon
     assert run.time == before
-    assert simbicon.gains.numpy()["kp"][0, body] == 444.0  # the right side follows the left
-    assert simbicon.hip.numpy()[0, 0, 3] == pytest.approx(0.5)
-    assert 0.25 in simbicon.knots.numpy()["value"]
-    run.values[index], run.turned, run.faster = 300.0, 0.0, 0.0
+    assert run.rollout.model.simbicon.gains.numpy()["kp"][0, body] == 444.0  # the right side follows the left
+    run.values[index] = 300.0
     run.apply()
+
+
+def heading_of_controller(run: LiveRun) -> float:
+    return float(run.rollout.model.simbicon.hip.numpy()[0, 0, 3])
+
+
+def test_what_is_no_number_or_beyond_the_bounds_does_not_reach_the_batch(run):
+    run.restart()
+    index = next(k for k, p in enumerate(run.parameters) if p.name == "controller.pd.lKnee.kp")
+    body = run.rollout.names.body_of_joint("rKnee")
+    for asked, had in ((1e308, 600.0), (float("inf"), 600.0), (-float("inf"), 150.0), (float("nan"), 150.0)):
+        run.values[index] = asked
+        run.apply()
+        assert run.rollout.model.simbicon.gains.numpy()["kp"][0, body] == run.values[index] == had
+    run.values[index] = 300.0
+    run.apply()
+    assert not np.any(run.push(float("nan"), 0.0))
+    assert not np.any(run.push(float("inf"), 0.0))
+    for asked in (1e308, float("nan"), float("inf"), -float("inf")):
+        run.faster = run.turned = asked
+        later(run, 0.24)
+        assert abs(heading_of_controller(run)) <= TURN_RATE * run.time
+    run.faster = run.turned = 0.0
+
+
+def test_a_turn_asked_for_at_once_reaches_the_controller_as_a_ramp_that_the_walk_survives(run):
+    run.restart()
+    later(run, 2.0)
+    run.turned, begun, before = np.radians(60.0), run.time, 0.0
+    while run.time < begun + 10.0:
+        later(run, 0.1)
+        now = heading_of_controller(run)
+        assert 0.0 <= now - before <= TURN_RATE * 2.0 * STEERING_INTERVAL + 1e-6
+        assert now <= TURN_RATE * (run.time - begun) + 1e-6
+        before = now
+    assert np.degrees(TURN_RATE) == pytest.approx(8.0)
+    assert before == pytest.approx(np.radians(60.0))
+    assert run.status == Status.RUNNING
+    assert twist_angle(run.window(0.0).root_orientation[-1], UP) == pytest.approx(np.radians(60.0), abs=0.1)
+    run.restart()  # straight ahead again: the turn begins anew
+    assert heading_of_controller(run) == 0.0
+    assert run.status == Status.RUNNING
+    run.turned = 0.0
+
+
+def test_steering_begins_gently_after_a_long_time_of_none_and_goes_back(run):
+    run.restart()
+    later(run, 1.0)
+    run.faster = 0.03
+    later(run, 0.1)
+    first = run.rollout.model.simbicon.knots.numpy()["value"].flat[0]  # of the balance of the first state
+    assert 0.0 < first <= SPEED_RATE * 2.0 * STEERING_INTERVAL + 1e-6
+    later(run, 0.5)
+    assert run.rollout.model.simbicon.knots.numpy()["value"].flat[0] == pytest.approx(0.03)
+    run.faster = 0.0
+    later(run, 0.5)
+    plain = LiveRun(load("fwalk")).rollout.model.simbicon
+    for field in ("hip", "knots", "balance_knots"):
+        assert np.array_equal(getattr(run.rollout.model.simbicon, field).numpy(), getattr(plain, field).numpy())
+
+
+def test_a_start_that_fails_at_once_shows_what_was_seen_before(run):
+    run.restart()
+    later(run, 0.1)
+    before = run.window(0.0)
+    scene = msgspec.structs.replace(run.scene, failure=msgspec.structs.replace(run.scene.failure, com_height=9.0))
+    run.rollout.model.failure.assign(np.array([[9.0, 0.0, 0.0, 0.0]], dtype=np.float32))
+    run.restart()
+    assert run.status == Status.FELL
+    assert run.rollout.recording(0).frames == 0
+    assert run.window(5.0) is before
+    assert run.track().frames == 1
+    run.apply()
+    run.restart()
+    assert run.window(0.0) is not before
+    with pytest.raises(Error, match=r"fwalk cannot be shown: in its first step it fell"):
+        LiveRun(scene)
 
 
 def test_steering_makes_it_faster_and_turns_it(run):
@@ -57,16 +133,13 @@ def test_steering_makes_it_faster_and_turns_it(run):
     for faster in (0.0, 0.2):
         run.restart()
         run.faster = faster
-        run.apply()
-        later(run, 6.0)
+        later(run, 8.0)
         speeds.append(run.window(2.0).com_velocity[:, 2].mean())
     assert speeds[1] > speeds[0] + 0.1
     run.faster, run.turned = 0.0, 0.4
-    run.apply()
-    later(run, 3.0)
+    later(run, 6.0)
     assert twist_angle(run.window(0.0).root_orientation[-1], UP) == pytest.approx(0.4, abs=0.1)
     run.turned = 0.0
-    run.apply()
 
 
 def test_push_gives_its_impulse_in_the_direction_that_the_biped_sees(run):

@@ -13,6 +13,7 @@ from warpmuscle.formats.sto import euler_xyz
 from warpmuscle.pose import Array, conjugate, hinge_coordinates, normalized, rotate, universal_coordinates
 from warpmuscle.recording import Floats, Recording
 from warpmuscle.scene import Joint, Scene
+from warpmuscle.strides import flexion_signs
 
 AXES = {"ball": "xyz", "universal": "ab", "hinge": ("",), "fixed": ()}
 
@@ -40,8 +41,10 @@ def panels_of(recording: Recording, scene: Scene) -> list[Panel]:
     """All panels of a recording and its scene without free parameters, group by group.
 
     Angles are a joint's own, of a ball joint turns about the child's x, then y, then z axis; torques act on the child,
-    about the same axes, of a ball joint those of the parent. Units are degrees, N m, 1 and N.
+    about the same axes, of a ball joint those of the parent. Units are degrees, N m, 1 and N. Flexion of
+    hips, knees and ankles is positive, and so is a torque towards it.
     """
+    signs = flexion_signs(scene)
     angles: dict[str, Floats] = {}
     torques: dict[str, Floats] = {}
     orientations = dict(zip(recording.body_names, np.moveaxis(recording.body_orientation, 1, 0), strict=True))
@@ -51,8 +54,8 @@ def panels_of(recording: Recording, scene: Scene) -> list[Panel]:
         acting = -rotate(conjugate(orientations[joint.parent]), recording.joint_torque[:, number])
         about = _components(joint, acting)
         for axis, word in enumerate(AXES[joint.type]):
-            key = f"{name} {word}".strip()
-            angles[key], torques[key] = np.degrees(own[:, axis]), about[:, axis]
+            key, sign = f"{name} {word}".strip(), signs.get(name, 1.0) if axis == 0 else 1.0
+            angles[key], torques[key] = sign * np.degrees(own[:, axis]), sign * about[:, axis]
     feet = {"left": recording.foot_force_left, "right": recording.foot_force_right}
     panels = _panels("angles", "°", angles) + _panels("torques", "N m", torques)
     activation = dict(zip(recording.muscle_names, recording.muscle_activation.T, strict=True))

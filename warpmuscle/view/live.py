@@ -12,7 +12,8 @@ from warpmuscle.parameters import Parameter
 from warpmuscle.recording import Floats
 from warpmuscle.status import Status
 from warpmuscle.view.curves import panels_of
-from warpmuscle.view.live_run import LiveRun, can_change_speed
+from warpmuscle.view.live_run import FARTHEST, FASTEST, SPEED_RATE, TURN_RATE, LiveRun, can_change_speed
+from warpmuscle.view.packing import whole
 from warpmuscle.view.player import SPEEDS
 from warpmuscle.view.viewer import Viewer
 
@@ -20,6 +21,7 @@ SEEN = 5.0  # s of the motion in plots and path
 REFRESH = 0.4  # s of wall time between two changes of them
 PAUSE_AFTER_FALL = 1.0  # s of wall time before it starts again
 ARROW = 0.5  # s of wall time that a push is seen
+HARDEST = 100.0  # N s of a push
 FEW = 24  # parameters whose sliders are all shown at once
 DIRECTIONS = {"forwards": 0.0, "to the left": 90.0, "backwards": 180.0, "to the right": -90.0}  # degrees
 AGAIN, STEP = "start again", "one frame on"
@@ -66,7 +68,7 @@ class Live(Viewer):
         gui = self.server.gui
         with gui.add_folder("Push"):
             self.push_button = gui.add_button("Push", color="orange")
-            self.impulse = gui.add_slider("impulse, N s", 0.0, 100.0, 1.0, 20.0)
+            self.impulse = gui.add_slider("impulse, N s", 0.0, HARDEST, 1.0, 20.0)
             self.direction = gui.add_dropdown("direction", list(DIRECTIONS), initial_value="to the left")
         self.push_button.on_click(self._locked(self._push))
         self.pushes: list[Floats] = []  # impulses given, N s
@@ -74,7 +76,8 @@ class Live(Viewer):
         self._arrow_until = 0.0
 
     def _push(self) -> None:
-        impulse = self.run.push(self.impulse.value, np.radians(DIRECTIONS[self.direction.value]))
+        strength = min(max(self.impulse.value, 0.0), HARDEST)
+        impulse = self.run.push(strength, np.radians(DIRECTIONS[self.direction.value]))
         self.pushes.append(impulse)
         if np.any(impulse):
             self._remove_arrow()
@@ -92,10 +95,12 @@ class Live(Viewer):
         if run.scene.controller is not None:
             with gui.add_folder("Steer"):
                 if can_change_speed(run.numeric.controller):
-                    self.faster = gui.add_slider("faster, m/s", -0.5, 0.5, 0.01, 0.0)
+                    rate = f"by {SPEED_RATE:g} m/s in each second"
+                    self.faster = gui.add_slider("faster, m/s", -FASTEST, FASTEST, 0.01, 0.0, hint=rate)
                     self.faster.on_update(self._locked(lambda: self._steer("faster", self.faster.value)))
                 if run.scene.controller.heading_control:
-                    self.turned = gui.add_slider("turn, degrees", -180.0, 180.0, 1.0, 0.0)
+                    rate, most = f"by {np.degrees(TURN_RATE):g} degrees in each second", float(np.degrees(FARTHEST))
+                    self.turned = gui.add_slider("turn, degrees", -most, most, 1.0, 0.0, hint=rate)
                     self.turned.on_update(self._locked(lambda: self._steer("turned", np.radians(self.turned.value))))
         if not run.parameters:
             return
@@ -114,8 +119,8 @@ class Live(Viewer):
             return
         unit = f", {parameter.unit}" if parameter.unit else ""
         slider = self.server.gui.add_slider(
-            parameter.name.removeprefix(_group(parameter)).strip(".") + unit, low, high, step,
-            float(parameter.value), hint=parameter.name, visible=visible,
+            whole(parameter.name).removeprefix(_group(parameter)).strip(".") + unit, low, high, step,
+            float(parameter.value), hint=whole(parameter.name), visible=visible,
         )  # fmt: skip
         slider.on_update(self._locked(lambda: self._set(index, slider.value)))
         self.parameters[parameter.name] = slider
@@ -130,8 +135,7 @@ class Live(Viewer):
         self._changed = True
 
     def _steer(self, what: str, value: float) -> None:
-        setattr(self.run, what, value)
-        self._changed = True
+        setattr(self.run, what, value)  # a ramp leads there
 
     def _locked(self, *actions: Callable[[], None]) -> Callable[[Any], None]:
         """A callback that does these one after the other, undisturbed."""
@@ -190,4 +194,4 @@ def _group(parameter: Parameter) -> str:
     words = parameter.name.split(".")
     while words and words[-1].isdigit():
         words.pop()
-    return ".".join(words[:-1])
+    return whole(".".join(words[:-1]))

@@ -6,6 +6,8 @@ import msgspec
 import numpy as np
 
 from warpmuscle.arrays import Floats
+from warpmuscle.controller import controller_struct
+from warpmuscle.errors import Error
 from warpmuscle.parameters import start_values, substitute
 from warpmuscle.pose import about, rotate, twist_angle
 from warpmuscle.recording import Recording
@@ -18,33 +20,48 @@ EPISODE = 300.0  # s, after which the simulation starts again
 RATE = 50.0  # frames a second
 PUSH_DURATION = 0.1  # s
 LONGEST = 0.1  # s of wall time that are made up for, so that a slow machine slows the motion down
+FASTEST, FARTHEST = 0.5, float(np.pi)  # m/s and rad that steering adds at most
+# Shipped walks survive a turn by 60 degrees at this rate (bigbird_walk: one way only); walk56 falls at 30 degrees/s.
+SPEED_RATE, TURN_RATE = 0.1, float(np.radians(8.0))  # m/s^2 and rad/s of simulated time
+STEERING_INTERVAL = 0.1  # s of simulated time between two steps of a ramp
 
 
 class LiveRun:
     """One instance of a scene, recorded as it goes.
 
     Attributes:
-        values: (P,) of the free parameters; `apply` makes changes count.
-        faster: m/s, added to the set point of the controller's forward velocity; `turned`: rad, to its heading.
+        values: (P,) of the free parameters; `apply` makes changes count, within the parameters' bounds.
+        faster: m/s to be added to the set point of the controller's forward velocity; `turned`: rad, to its heading.
+            Both are reached as ramps while the motion goes on, at `SPEED_RATE` and `TURN_RATE`.
     """
 
     def __init__(self, scene: Scene, device: str | None = "cpu") -> None:
-        """Prepare a scene; its duration does not count. Raises SceneError and RolloutError as `Rollout` does."""
+        """Prepare a scene; its duration does not count.
+
+        Raises:
+            SceneError, RolloutError: as `Rollout` does.
+            Error: the scene fails in its first step, so that there is nothing to see.
+        """
         self.scene = msgspec.structs.replace(scene, duration=EPISODE)
         self.rollout = Rollout(self.scene, 1, device, record=[0], record_rate=RATE)
         self.parameters = self.rollout.parameters
         self.values: Floats = start_values(self.scene)
+        self._applied: Floats = self.values.copy()
         self.faster = self.turned = 0.0
-        self.numeric = substitute(self.scene, self.values)
+        self._chosen = self.numeric = substitute(self.scene, self.values)  # without and with steering
+        self._steering = self._unsteered()
         self._doll = doll_of(self.numeric, self.rollout.recording().muscle_names)
         self._every = max(round(1.0 / (RATE * scene.time_step)), 1)
+        self._seen: Recording | None = None  # what was seen last
         self.restart()
+        self.window(0.0)
 
     def restart(self) -> None:
-        """Back to the start, with the parameters as they are now."""
+        """Back to the start, with the parameters as they are now; steering begins again, too."""
         self.rollout.state.push_steps.zero_()
         self.rollout.reset()
-        self._clock = 0.0  # s, that the motion has come to
+        self._clock = self._steered_at = 0.0  # s, that the motion has come to
+        self._steer_to(self._unsteered())
         self.rollout.advance(1)  # the first frame
 
     @property
@@ -62,6 +79,7 @@ class LiveRun:
         """Go on by a time, s, in whole frames."""
         self._clock = min(self._clock + min(passed, LONGEST), EPISODE)
         frames = int(self._clock / (self._every * self.scene.time_step))
+        self._steer()
         self.rollout.advance(min(frames * self._every + 1, self.rollout.steps))
 
     def step(self) -> None:
@@ -69,21 +87,56 @@ class LiveRun:
         self.advance(self._every * self.scene.time_step * 1.0001)
 
     def apply(self) -> None:
-        """Go on with the values as they are now; what concerns the start counts after the next `restart`."""
-        numeric = substitute(self.scene, self.values)
-        if numeric.controller is not None:
-            controller = steered(numeric.controller, self.faster, self.turned)
-            numeric = msgspec.structs.replace(numeric, controller=controller)
-        self.rollout.change(numeric)
-        self.numeric = numeric
-        self._doll = doll_of(numeric, self._doll.muscles.names)
+        """Go on with the values as they are now; what concerns the start counts after the next `restart`.
+
+        Values beyond a parameter's bounds become those bounds, and what is no number the value that it had.
+        """
+        low, high = (np.array([getattr(p, bound) for p in self.parameters]) for bound in ("min", "max"))
+        self.values = np.clip(np.where(np.isnan(self.values), self._applied, self.values), low, high)
+        self._applied = self.values.copy()
+        self._chosen = substitute(self.scene, self.values)
+        self.numeric = self._steered()
+        self.rollout.change(self.numeric)
+        self._doll = doll_of(self.numeric, self._doll.muscles.names)
+
+    def _unsteered(self) -> tuple[float, float]:
+        """What is added to the forward velocity, m/s, and the heading, rad, where nobody steers."""
+        controller = self._chosen.controller
+        return 0.0, 0.0 if controller is None else float(np.asarray(controller.desired_heading))
+
+    def _steered(self) -> Scene:
+        controller = self._chosen.controller
+        if controller is None:
+            return self._chosen
+        return msgspec.structs.replace(self._chosen, controller=steered(controller, *self._steering))
+
+    def _steer(self) -> None:
+        """Bring velocity and heading nearer to what is asked for, by as much as is due."""
+        passed = min(self.time - self._steered_at, 2.0 * STEERING_INTERVAL)
+        if passed < STEERING_INTERVAL - 1e-9:
+            return
+        self._steered_at = self.time
+        faster, heading = self._steering
+        wanted = self._unsteered()[1] + _within(self.turned, FARTHEST)
+        self._steer_to((
+            faster + _within(_within(self.faster, FASTEST) - faster, SPEED_RATE * passed),
+            heading + _within(wanted - heading, TURN_RATE * passed),
+        ))  # fmt: skip
+
+    def _steer_to(self, steering: tuple[float, float]) -> None:
+        if steering != self._steering:
+            self._steering = steering
+            self.numeric = self._steered()
+            self.rollout.model.simbicon = controller_struct(self.numeric, self.rollout.names, self.rollout.device)
 
     def push(self, impulse: float, angle: float) -> Floats:
         """Push the root from now on for 0.1 s; returns the impulse (3,), N s, world.
 
         Args:
-            impulse: N s. angle: rad, about the vertical from straight ahead, to the left.
+            impulse: N s, none if it is no finite number.
+            angle: rad, about the vertical from straight ahead, to the left.
         """
+        impulse = impulse if np.isfinite(impulse) else 0.0
         facing = about(UP, twist_angle(self.window(0.0).root_orientation[-1], UP) + angle)
         vector = rotate(facing, np.array([0.0, 0.0, impulse]))
         state, steps = self.rollout.state, max(round(PUSH_DURATION / self.scene.time_step), 1)
@@ -93,8 +146,17 @@ class LiveRun:
         return vector
 
     def window(self, length: float) -> Recording:
-        """The last so many seconds of the motion, or its last frame."""
-        return self.rollout.recording(0, start=max(self.time - length, 0.0))
+        """The last so many seconds of the motion, or its last frame; what was seen before if it has none.
+
+        Raises:
+            Error: nothing was ever seen.
+        """
+        motion = self.rollout.recording(0, start=max(self.time - length, 0.0))
+        if motion.frames:
+            self._seen = motion
+        if self._seen is None:
+            raise Error(f"{self.scene.name} cannot be shown: in its first step it {self.status.meaning}")
+        return self._seen
 
     def track(self, length: float = 0.0) -> Track:
         """What is shown of the last so many seconds."""
@@ -110,11 +172,15 @@ def can_change_speed(controller: Controller | None) -> bool:
     return any(feedback is not None and feedback.axis[2] != 0.0 and feedback.cv != 0.0 for feedback in feedbacks)
 
 
-def steered(controller: Controller, faster: float, turned: float) -> Controller:
-    """A controller without free parameters whose set points of velocity and heading are greater."""
-    states = [_with_velocity(state, faster) for state in controller.states]
-    heading = float(np.asarray(controller.desired_heading)) + turned
+def steered(controller: Controller, faster: float, heading: float) -> Controller:
+    """A controller without free parameters with greater set points of the velocity, m/s, and another heading, rad."""
+    states = [_with_velocity(state, faster) for state in controller.states] if faster else controller.states
     return msgspec.structs.replace(controller, states=states, desired_heading=heading)
+
+
+def _within(value: float, most: float) -> float:
+    """The nearest number that is not greater than the other one, in either direction; 0 for what is no number."""
+    return 0.0 if np.isnan(value) else float(np.clip(value, -most, most))
 
 
 def _with_velocity(state: State, faster: float) -> State:

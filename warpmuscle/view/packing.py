@@ -57,3 +57,8 @@ def script_json(content: Any) -> str:
     """JSON that can stand within a `<script>` element, whatever its strings hold."""
     text = json.dumps(content, separators=(",", ":"), allow_nan=False)
     return text.replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")
+
+
+def whole(text: str) -> str:
+    """A text without the halves of letters that names of files and of Python may hold, which no page can."""
+    return text.encode(errors="replace").decode()

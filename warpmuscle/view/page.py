@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from warpmuscle.arguments import as_path
 from warpmuscle.formats.files import replace_file
 from warpmuscle.ground import plane
 from warpmuscle.parameters import start_values, substitute
@@ -18,7 +19,7 @@ from warpmuscle.recording import Recording
 from warpmuscle.scene import Scene
 from warpmuscle.view.curves import panels_of
 from warpmuscle.view.lanes import camera_of, lanes
-from warpmuscle.view.packing import Packer, script_json
+from warpmuscle.view.packing import Packer, script_json, whole
 from warpmuscle.view.track import Doll, Track, track_of
 
 SCRIPTS = ("unpack.js", "math.js", "draw.js", "renderer.js", "scene.js", "plots.js", "player.js")
@@ -26,7 +27,7 @@ RATE = 50.0  # frames a second; the page draws what lies between them
 MANY = 4  # tracks beyond which curves are stored coarsely
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Page:
     """An HTML page, which a notebook shows where it stands."""
 
@@ -35,7 +36,10 @@ class Page:
 
     def save(self, path: str | Path) -> None:
         """Write the page to a file, whole or not at all; raises Error if it cannot be written."""
-        replace_file(Path(path), self.text)
+        replace_file(as_path(path, "path"), self.text)
+
+    def __repr__(self) -> str:
+        return f"Page({len(self.text.encode()) / 1e3:.0f} kB of HTML; save(path) writes it, a notebook shows it)"
 
     def _repr_html_(self) -> str:
         return iframe(self.text, self.height)
@@ -86,7 +90,7 @@ def replay_html(
 
 def page_of(tracks: Sequence[Track], scenes: Sequence[Scene], title: str, autoplay: bool, plots: bool) -> str:
     """The page of tracks and of their scenes without free parameters."""
-    packer = Packer()
+    packer, title = Packer(), whole(title)
     distinct = list({id(track.doll): track.doll for track in tracks}.values())
     offsets = lanes(len(tracks))
     bits = 16 if len(tracks) <= MANY else 8

@@ -10,6 +10,7 @@ import numpy as np
 from warpmuscle.recording import Floats
 from warpmuscle.view.colors import LINES
 from warpmuscle.view.curves import Panel
+from warpmuscle.view.packing import whole
 
 POINTS = 250  # of a curve at most
 FIRST = (("angles", "Knee"), ("ground forces", "vertical"), ("activations", ""), ("torques", "Knee"))
@@ -78,12 +79,12 @@ class Plots:
 
 
 def _series(panel: Panel) -> tuple[dict[str, Any], ...]:
-    lines = [{"label": line.name, "stroke": LINES[line.side], "width": 1.5} for line in panel.lines]
+    lines = [{"label": whole(line.name), "stroke": LINES[line.side], "width": 1.5} for line in panel.lines]
     return ({"label": "time, s"}, *lines, CURSOR)
 
 
 def _name(panel: Panel) -> str:
-    return f"{panel.group}: {panel.title}" + (f", {panel.unit}" if panel.unit else "")
+    return whole(f"{panel.group}: {panel.title}" + (f", {panel.unit}" if panel.unit else ""))
 
 
 def _first(panels: Sequence[Panel]) -> list[int]:

@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 
 from warpmuscle.errors import Error, ResultError
-from warpmuscle.formats import toml
 from warpmuscle.parameters import start_values, substitute
 from warpmuscle.recording import Recording
 from warpmuscle.records import Result
+from warpmuscle.result_scene import scene_in
 from warpmuscle.results import read
 from warpmuscle.scene import Scene
 from warpmuscle.view.lanes import MOST
@@ -81,7 +81,7 @@ def of_replays(
         raise ResultError(f"{path}: holds no motion to show{hint}")
     if replay is not None and replay >= len(result.replays):
         raise ResultError(f"{path} has {len(result.replays)} motions, none with number {replay}")
-    scene = toml.loads(result.scene)
+    scene = scene_in(result)
     values = start_values(scene) if result.best is None else np.asarray(result.best.params, dtype=np.float64)
     numeric = substitute(scene, values)
     chosen = range(len(result.replays)) if replay is None else [replay]
@@ -97,7 +97,7 @@ def of_candidates(result: Result, count: int, device: str | None, path: str | Pa
 
     if result.evaluations is None or len(result.evaluations) == 0:
         raise ResultError(f"{path}: holds no candidates to run again")
-    scene, evaluations = toml.loads(result.scene), result.evaluations
+    scene, evaluations = scene_in(result), result.evaluations
     last = evaluations.stage == evaluations.stage.max()
     order = [int(row) for row in np.argsort(evaluations.cost, kind="stable") if last[row]]
     rows: list[int] = []

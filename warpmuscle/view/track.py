@@ -11,11 +11,13 @@ from warpmuscle.controller import trajectory_bodies
 from warpmuscle.errors import Error
 from warpmuscle.foot_contact import foot_points
 from warpmuscle.ground import plane
+from warpmuscle.motion_of_scene import check_motion_of
 from warpmuscle.pose import about, multiply, normalized, rotate, twist_angle
 from warpmuscle.recording import QUANTITIES, Floats, Recording
 from warpmuscle.scene import Scene
 from warpmuscle.topology import Topology, topology
 from warpmuscle.view.muscle_lines import MuscleLines, muscle_lines, point_weights, world_points
+from warpmuscle.view.packing import whole
 from warpmuscle.view.parts import Part, parts_of
 
 UP = np.array([0.0, 1.0, 0.0])
@@ -102,7 +104,7 @@ def track_of(
     recording = thinned(recording, rate)
     f_max = np.array([scene.character.muscles[name].f_max for name in recording.muscle_names], dtype=np.float64)
     return Track(
-        label=label or scene.name,
+        label=whole(label or scene.name),
         doll=doll,
         recording=recording,
         desired=desired_pose(recording, scene, doll.names),
@@ -120,6 +122,7 @@ def _checked_doll(recording: Recording, scene: Scene) -> Doll:
     unknown = [name for name in recording.muscle_names if name not in scene.character.muscles]
     if names.bodies != recording.body_names or names.joints != recording.joint_names or unknown:
         raise Error(f"the motion is of another character than that of the scene {scene.name!r}")
+    check_motion_of(recording, scene)
     return doll_of(scene, recording.muscle_names)
 
 

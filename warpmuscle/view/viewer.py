@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import io
-import socket
 import threading
 import time
 from collections.abc import Callable, Sequence
@@ -15,8 +14,11 @@ import numpy as np
 from warpmuscle.errors import Error
 from warpmuscle.recording import Floats
 from warpmuscle.scene import Ground
+from warpmuscle.view.access import access_to
 from warpmuscle.view.curves import Panel
+from warpmuscle.view.guard import Guard, GuardedHost, guarding
 from warpmuscle.view.lanes import camera_of, lanes
+from warpmuscle.view.packing import whole
 from warpmuscle.view.plots import Plots
 from warpmuscle.view.stage import SHOWN, Stage
 from warpmuscle.view.track import Track
@@ -25,20 +27,25 @@ PICTURES = 40.0  # a second, at most
 
 
 def new_server(host: str, port: int, title: str) -> Any:
-    """A viser server at a port or the next free one, any if 0; raises Error without viser, or for no such host."""
+    """A viser server at a port or the next free one, any if 0, behind a `Guard`, which it has as `guard`.
+
+    Raises:
+        Error: viser is missing or of a version that cannot be guarded, or nothing can listen at the host.
+    """
     try:
         import viser
     except ImportError:
         raise Error(
             "the viewer needs viser: pip install 'warpmuscle[view]'; --export writes a page without it"
         ) from None
-    try:
-        with socket.socket() as tried:
-            tried.bind((host, 0))  # viser would try for ever
-    except OSError as error:
-        raise Error(f"the viewer cannot listen at {host}: {error.strerror or error}") from None
+    guard, place = Guard(access_to(host)), GuardedHost(host)
     with contextlib.redirect_stdout(io.StringIO()):  # it prints its address in a box
-        server = viser.ViserServer(host=host, port=port, label=title, verbose=False)
+        with guarding(guard, place, f"viser-v{viser.__version__}"):
+            server = viser.ViserServer(host=place, port=port, label=whole(title), verbose=False)
+        if not guard.installed or not hasattr(server.gui, "_gui_input_handle_from_uuid"):
+            server.stop()
+            raise Error(f"viser {viser.__version__} cannot be guarded against other pages: pip install 'viser<1.2'")
+    guard.server, server.guard = server, guard
     server.gui.configure_theme(show_logo=False, show_share_button=False, brand_color=(0, 114, 178))
     server.gui.main_panel.dock_right()
     server.gui.main_panel.set_width(380)
@@ -95,9 +102,11 @@ class Viewer:
 
     @property
     def url(self) -> str:
-        """Where a browser finds it."""
-        host = self.server.get_host()
-        return f"http://{'127.0.0.1' if host == '0.0.0.0' else host}:{self.server.get_port()}"
+        """Where a browser of this machine finds it; with the token where others can reach it, too."""
+        host = {"0.0.0.0": "127.0.0.1", "::": "::1"}.get(self.server.get_host(), self.server.get_host())
+        token = self.server.guard.access.token
+        place = f"[{host}]" if ":" in host else host
+        return f"http://{place}:{self.server.get_port()}" + (f"/?token={token}" if token else "")
 
     def start(self) -> None:
         """Begin to move."""

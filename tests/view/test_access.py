@@ -1,0 +1,116 @@
+"""Which requests a viewer answers, by what a browser says of them."""
+
+import pytest
+
+from warpmuscle.errors import Error
+from warpmuscle.view.access import Access, access_to
+
+SOCKET = [("Upgrade", "websocket"), ("Connection", "Upgrade")]
+
+
+def request(host: str, origin: str | None = None, *, socket: bool = False, **more: str) -> list[tuple[str, str]]:
+    headers = [("Host", host), *(SOCKET if socket else [])]
+    headers += [("Origin", origin)] if origin is not None else []
+    return headers + [(name.replace("_", "-"), value) for name, value in more.items()]
+
+
+@pytest.mark.parametrize("host", ["localhost:8080", "127.0.0.1:8080", "[::1]:8080", "localhost", "LocalHost:9000"])
+def test_a_page_under_a_name_of_this_machine_alone_is_answered(host):
+    access = Access()
+    assert access.refusal("/", request(host)) is None
+    assert access.refusal("/?fixedDpr=0.3", request(host, sec_fetch_site="none")) is None
+    assert access.refusal("/", request(host, f"http://{host.lower()}", socket=True)) is None
+
+
+@pytest.mark.parametrize(
+    "host",
+    ["evil.example:8080", "127.0.0.1.evil.example", "localhost.evil.example", "localhost.", "127.0.0.2", "0.0.0.0",
+     "evil.example@localhost", "localhost:8080:1", "localhost:", "::1", "[::1", "192.168.0.7:8080", "", "localhost/x",
+     "localhost\n", "\u217cocalhost"],
+)  # fmt: skip
+def test_another_name_is_refused_even_if_it_leads_here(host):
+    reason = "its address is no name of this machine alone"
+    if host != "localhost\n":  # a header ends there
+        assert Access().refusal("/", request(host)) == reason
+        assert Access().refusal("/", request(host, f"http://{host}", socket=True)) == reason
+    assert Access().refusal("/", []) == reason
+
+
+@pytest.mark.parametrize(
+    "origin",
+    ["http://evil.example", "http://localhost:9000", "http://127.0.0.1:8080", "null", "", "http://localhost",
+     "http://localhost:8080.evil.example", "http://localhost:8080/", "file://", "chrome-extension://abc", None],
+)  # fmt: skip
+def test_a_socket_is_opened_for_a_page_of_the_same_origin_only(origin):
+    assert Access().refusal("/", request("localhost:8080", origin, socket=True)) == "it comes from another page"
+
+
+def test_what_another_page_fetches_embeds_or_loads_is_refused_but_not_a_link_to_the_page():
+    access, host = Access(), "localhost:8080"
+    assert access.refusal("/", request(host, "http://localhost:9000")) == "it comes from another page"
+    for site in ("cross-site", "same-site", "odd"):
+        for mode, kind in (("no-cors", "script"), ("navigate", "iframe"), ("cors", "empty"), ("", "")):
+            headers = request(host, sec_fetch_site=site, sec_fetch_mode=mode, sec_fetch_dest=kind)
+            assert access.refusal("/", headers) == "it comes from another page"
+        link = {"sec_fetch_site": site, "sec_fetch_mode": "navigate", "sec_fetch_dest": "document"}
+        assert access.refusal("/", request(host, **link)) is None
+        assert access.refusal("/", request(host, f"http://{host}", socket=True, **link)) == "it comes from another page"
+
+
+def test_headers_that_stand_twice_are_refused():
+    for name, value in (("host", "localhost"), ("Origin", "http://localhost"), ("UPGRADE", "websocket")):
+        headers = [*request("localhost", "http://localhost", socket=True), (name, value)]
+        assert Access().refusal("/", headers) == "it says twice where it comes from"
+
+
+@pytest.mark.parametrize(
+    "target",
+    ["/?websocket=ws://evil.example", "/?%77ebsocket=ws://evil.example", "/?fixedDpr=1&playbackPath=//evil.example/x",
+     "/?websocket", "/x?a=b?websocket=1", "//[?websocket=1", "/?\x1b[2J=1"],
+)  # fmt: skip
+def test_addresses_that_would_lead_the_page_to_another_server_are_refused(target):
+    reason = Access().refusal(target, request("localhost"))
+    assert reason is not None
+    assert reason.startswith("its address asks for '")
+    assert reason.isprintable()
+
+
+def test_a_server_that_others_reach_wants_its_token_whatever_the_name():
+    access = access_to("0.0.0.0")
+    assert len(access.token) >= 20
+    assert access.token != access_to("0.0.0.0").token
+    cookie, good = access.headers("localhost")["Set-Cookie"].split("; ", 1)
+    assert good == "Path=/; HttpOnly; SameSite=Strict"
+    for host in ("localhost:8080", "127.0.0.1", "machine.example:8080"):
+        own = f"http://{host}"
+        assert access.refusal(f"/?token={access.token}", request(host)) is None
+        assert access.refusal("/", request(host, own, socket=True, Cookie=f"a=b; {cookie}")) is None
+        assert access.refusal("/", request(host, "http://evil.example", socket=True, Cookie=cookie)) is not None
+        for wrong in ("/", "/?token=", "/?token=x", f"/?token={access.token[:-1]}", "/?token=\ud800", "/?token=%ff"):
+            assert access.refusal(wrong, request(host)) == "its address lacks the token"
+        for jar in ("", "token", f"{access.cookie}=", f"{access.cookie}=x", f"other={access.token}", ";;=\x00"):
+            assert access.refusal("/", request(host, Cookie=jar)) == "its address lacks the token"
+    for host in ("", "a;b", "a b", "a\x1b", "a, b", "[x]", "evil.example'"):
+        assert access.refusal(f"/?token={access.token}", request(host)) == "its address lacks the token"
+    assert access.refusal(f"/?token={access.token}", []) == "its address lacks the token"
+
+
+def test_loopback_addresses_need_no_token_and_nothing_else_can_be_embedded():
+    for host in ("127.0.0.1", "localhost", "::1"):
+        try:
+            assert access_to(host).token == ""
+        except Error:
+            assert host == "::1"  # a machine without IPv6
+    headers = Access().headers("localhost:8080")
+    assert "Set-Cookie" not in headers
+    assert headers["X-Frame-Options"] == "DENY"
+    policy = headers["Content-Security-Policy"].split("; ")
+    assert "frame-ancestors 'none'" in policy
+    assert policy[-1] == "connect-src 'self' data: blob: ws://localhost:8080 wss://localhost:8080"
+
+
+@pytest.mark.parametrize("host", ["203.0.113.1", "no.such.host.invalid", "a" * 300, "x..y", "\x00"])
+def test_hosts_where_nothing_can_listen_are_one_clear_error(host):
+    with pytest.raises(Error, match="the viewer cannot listen at") as caught:
+        access_to(host)
+    assert "\n" not in str(caught.value)

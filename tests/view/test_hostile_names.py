@@ -1,0 +1,134 @@
+"""Names that are made to run code in a page, in every page that shows them, in a real browser."""
+
+import time
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+import hostile
+from warpmuscle.plots.subject import Subject
+from warpmuscle.report_page import report_html
+from warpmuscle.validate import check_scene
+from warpmuscle.view.live import Live
+from warpmuscle.view.live_run import LiveRun
+from warpmuscle.view.packing import whole
+from warpmuscle.view.page import Page, replay_html
+from warpmuscle.view.replay import Replay
+from warpmuscle.view.sources import of_replays, page_of_sights, tracks_of
+from warpmuscle.view.viewer import Viewer, new_server
+
+PATIENCE = 60.0  # s, on a busy machine
+HIT = "document.querySelectorAll('main img[src=x], main svg, body > img, [onerror], [onload], [onmouseover]').length"
+
+
+def until(condition: Callable[[], bool]) -> None:
+    end = time.monotonic() + PATIENCE
+    while not condition():
+        assert time.monotonic() < end, "it never came to that"
+        time.sleep(0.05)
+
+
+def test_the_scene_is_one_that_can_be_made():
+    check_scene(hostile.scene())
+
+
+def test_exported_page_shows_names_as_text(browser, tmp_path):
+    sights = of_replays(hostile.result())
+    page = browser.new_page(viewport={"width": 700, "height": 500})
+    found = hostile.watched(page)
+    page_of_sights(sights).save(tmp_path / "a.html")
+    page.goto((tmp_path / "a.html").as_uri())
+    page.evaluate("warpmuscle.ready")
+    assert page.title() == hostile.NAMES[0]
+    assert page.locator("#selected option").all_text_contents() == list(hostile.NAMES[:2])
+    for group in ("angles", "torques", "activations"):
+        page.evaluate(f"warpmuscle.group('{group}')")
+        assert page.evaluate("warpmuscle.state().panels") >= len(hostile.NAMES) - 1  # one pair shares a panel
+        page.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+    assert page.evaluate(HIT) == 0
+    assert page.evaluate("({}).x === undefined && Object.keys(Object.prototype).length === 0")
+    page.close()
+    assert not found
+
+
+@pytest.mark.parametrize("name", hostile.NAMES)
+def test_every_name_can_be_the_title_of_a_page_and_stand_in_a_notebook(browser, name):
+    page = browser.new_page(viewport={"width": 300, "height": 300})
+    found = hostile.watched(page)
+    text = replay_html(hostile.motion(), hostile.scene(), [name], title=name)
+    page.set_content(Page(text)._repr_html_())
+    inner = page.frames[1]
+    inner.wait_for_function("window.warpmuscle && warpmuscle.ready.then(() => true)")
+    assert inner.evaluate("document.querySelector('#legend b').textContent") == whole(name)
+    assert inner.evaluate(HIT) == 0
+    page.close()
+    assert not found
+
+
+def test_report_shows_names_as_text(browser, tmp_path):
+    page = browser.new_page(viewport={"width": 900, "height": 700})
+    found = hostile.watched(page)
+    (tmp_path / "r.html").write_text(report_html(Subject(hostile.result())), encoding="utf-8")
+    page.goto((tmp_path / "r.html").as_uri())
+    assert page.title() == f"{hostile.NAMES[0]}: report"
+    page.wait_for_function("frames[0] && frames[0].warpmuscle && frames[0].warpmuscle.ready.then(() => true)")
+    images = "Promise.all([...document.images].map((image) => image.decode().then(() => image.naturalWidth)))"
+    assert min(page.evaluate(images)) > 300
+    assert page.locator("pre").first.text_content() == hostile.NAMES[1]
+    assert page.evaluate(HIT) == 0
+    page.close()
+    assert not found
+
+
+def shown(browser: Any, viewer: Viewer, look: Callable[[Any], None]) -> None:
+    """Look at a viewer in a browser; nothing may go wrong there."""
+    for what in viewer.stage.shown:
+        viewer.stage.toggle(what, False)  # what has no names takes time to draw
+    viewer.start()
+    page = browser.new_page(viewport={"width": 420, "height": 700})
+    page.set_default_timeout(1000.0 * PATIENCE)
+    found = hostile.watched(page)
+    page.goto(f"{viewer.url}?fixedDpr=0.1")
+    page.get_by_role("button", name="Pause").wait_for()
+    look(page)
+    assert page.evaluate(HIT) == 0
+    page.close()
+    viewer.stop()
+    viewer.wait()
+    assert not found
+
+
+def test_replay_shows_names_as_text(browser):
+    pytest.importorskip("viser", reason="no viser: pip install 'warpmuscle[view]'")
+    sights = of_replays(hostile.result())
+    viewer = Replay(new_server("127.0.0.1", 0, hostile.NAMES[1]), tracks_of(sights), [sight.scene for sight in sights])
+
+    def look(page: Any) -> None:
+        viewer.play(False)
+        menu = viewer.plots.menus[0]
+        page.get_by_label("plot 1").first.click()  # shows all options
+        page.get_by_role("option").nth(len(menu.options) - 1).wait_for(state="attached")
+        page.keyboard.press("Escape")
+        for number in (0, len(menu.options) // 2, len(menu.options) - 1):
+            menu.value = menu.options[number]
+            viewer.plots.show(0.0)
+        viewer.choose(1)
+        page.wait_for_timeout(500)
+
+    shown(browser, viewer, look)
+
+
+def test_live_shows_names_as_text(browser):
+    pytest.importorskip("viser", reason="no viser: pip install 'warpmuscle[view]'")
+    viewer = Live(new_server("127.0.0.1", 0, hostile.NAMES[1]), LiveRun(hostile.scene(muscles=False)))
+    assert len(viewer.parameters) == len(hostile.NAMES) + 1
+
+    def look(page: Any) -> None:
+        viewer.play(False)
+        page.get_by_text("Parameters", exact=True).click()
+        for number in range(3):
+            page.get_by_text("mass, kg").nth(number).hover()  # shows the whole name
+        page.wait_for_timeout(500)
+
+    shown(browser, viewer, look)

@@ -1,0 +1,125 @@
+"""Which requests a viewer answers: those of its own page, under a name of this machine alone or with its token.
+
+A page of another origin can reach the ports of the machine it is shown on. What it cannot do is change what its browser
+says of it: `Host` is the name in the address, and stays a foreign one even if that name is made to lead here (DNS
+rebinding); `Origin` is whose page asks.
+"""
+
+from __future__ import annotations
+
+import ipaddress
+import re
+import secrets
+import socket
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from http.cookies import CookieError, SimpleCookie
+from urllib.parse import parse_qsl, urlsplit
+
+from warpmuscle.errors import Error
+
+LOOPBACK = re.compile(r"(localhost|127\.0\.0\.1|\[::1\])(:[0-9]{1,5})?")
+HOST = re.compile(r"([0-9a-z._-]+|\[[0-9a-f:.]+\])(:[0-9]{1,5})?")
+# Others of viser's own would make its page listen to another server, or play another file.
+QUERY = {"token", "fixedDpr", "darkMode"}
+POLICY = "Content-Security-Policy"
+HEADERS = {
+    # viser evaluates the code of its plots, which come from its own server, as all else does.
+    POLICY: "default-src 'self' 'unsafe-inline' 'unsafe-eval' data: blob:; object-src 'none'; "
+    "base-uri 'none'; form-action 'none'; frame-ancestors 'none'; connect-src 'self' data: blob:",
+    "X-Frame-Options": "DENY",
+    "Cross-Origin-Opener-Policy": "same-origin",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "X-Content-Type-Options": "nosniff",
+    "Referrer-Policy": "no-referrer",
+    "Cache-Control": "no-store",
+}
+Headers = Iterable[tuple[str, str]]
+
+
+@dataclass(frozen=True)
+class Access:
+    """Who may ask.
+
+    Attributes:
+        token: what an address has to hold, "" if names of this machine are enough.
+        cookie: name under which a browser keeps the token for the page's own requests.
+    """
+
+    token: str = ""
+    cookie: str = field(default_factory=lambda: f"viewer-{secrets.token_hex(4)}")
+
+    def refusal(self, target: str, headers: Headers) -> str | None:
+        """Why a request for a target such as `/?token=...` is refused, None if it is not."""
+        given = _lists(headers)
+        if any(len(given.get(name, [])) > 1 for name in ("host", "origin", "upgrade", "sec-fetch-site")):
+            return "it says twice where it comes from"
+        host = _one(given, "host").lower()
+        named = HOST.fullmatch(host) and self.holds_token(target, headers) if self.token else LOOPBACK.fullmatch(host)
+        if not named:
+            return "its address lacks the token" if self.token else "its address is no name of this machine alone"
+        if unknown := sorted({name for name, _ in _query(target)} - QUERY):
+            return f"its address asks for {unknown[0][:20]!a}"
+        origin, is_socket = _one(given, "origin").lower(), bool(_one(given, "upgrade"))
+        if origin not in (f"http://{host}", f"https://{host}") and (origin or is_socket):
+            return "it comes from another page"
+        opened = (_one(given, "sec-fetch-mode"), _one(given, "sec-fetch-dest")) == ("navigate", "document")
+        if _one(given, "sec-fetch-site") not in ("", "none", "same-origin") and not (opened and not is_socket):
+            return "it comes from another page"
+        return None
+
+    def holds_token(self, target: str, headers: Headers) -> bool:
+        """Whether the address or the cookie of a request holds the token."""
+        cookies: SimpleCookie = SimpleCookie()
+        try:
+            cookies.load("; ".join(_lists(headers).get("cookie", [])))
+        except CookieError:
+            return False
+        kept = [cookies[self.cookie].value] if self.cookie in cookies else []
+        offered = [value for name, value in _query(target) if name == "token"] + kept
+        return any(secrets.compare_digest(value.encode(errors="replace"), self.token.encode()) for value in offered)
+
+    def headers(self, host: str) -> dict[str, str]:
+        """What an answer under a host that was not refused tells the browser.
+
+        It is to keep the token, to give the page to no other one, and to connect it with nothing but its server.
+        """
+        kept = {"Set-Cookie": f"{self.cookie}={self.token}; Path=/; HttpOnly; SameSite=Strict"} if self.token else {}
+        sockets = f"{HEADERS[POLICY]} ws://{host} wss://{host}"  # which 'self' does not mean in every browser
+        return HEADERS | {POLICY: sockets} | kept
+
+
+def access_to(host: str) -> Access:
+    """Access to a server that listens at a host: with a token if others can reach it.
+
+    Raises:
+        Error: nothing can listen there.
+    """
+    try:
+        found = socket.getaddrinfo(host, 0, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)
+        for family, kind, protocol, _, address in found:
+            with socket.socket(family, kind, protocol) as tried:
+                tried.bind(address)
+    except (OSError, UnicodeError) as error:
+        raise Error(f"the viewer cannot listen at {host}: {getattr(error, 'strerror', None) or error}") from None
+    alone = all(ipaddress.ip_address(str(address[0]).partition("%")[0]).is_loopback for *_, address in found)
+    return Access() if alone else Access(secrets.token_urlsafe(16))
+
+
+def _lists(headers: Headers) -> dict[str, list[str]]:
+    """Values by names in small letters."""
+    lists: dict[str, list[str]] = {}
+    for name, value in headers:
+        lists.setdefault(name.lower(), []).append(value.strip())
+    return lists
+
+
+def _one(lists: dict[str, list[str]], name: str) -> str:
+    return next(iter(lists.get(name, [])), "")
+
+
+def _query(target: str) -> list[tuple[str, str]]:
+    try:
+        return parse_qsl(urlsplit(target).query, keep_blank_values=True, errors="replace")
+    except ValueError:
+        return [("?", "")]
