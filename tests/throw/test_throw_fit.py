@@ -1,23 +1,34 @@
 """The throwing arm fitted to the mean throw of its own scene, and thrown with: every stage on real simulations."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import h5py
 import numpy as np
 import pytest
 
-from warpmuscle.errors import Error
+from test_journal import disk_of
+from warpmuscle.errors import Error, ResultError
 from warpmuscle.formats import load
 from warpmuscle.formats.toml import loads as load_text
+from warpmuscle.parameters import start_values
 from warpmuscle.plots import KINDS, Absent, Choices, Subject, draw
 from warpmuscle.report import report
 from warpmuscle.report_page import report_html
 from warpmuscle.results import read
-from warpmuscle.throw.arm import Arm, needed_torques
+from warpmuscle.throw.arm import Arm, joint_positions, needed_torques, root_motion, states
+from warpmuscle.throw.capacity import Capacity
 from warpmuscle.throw.fit import Settings
 from warpmuscle.throw.job import Job, Options
 from warpmuscle.throw.motion import Motion, resample
-from warpmuscle.throw.problem import check_limits, computed_excitation, lacking
+from warpmuscle.throw.problem import (
+    check_limits,
+    check_range,
+    computed_excitation,
+    computed_synergies,
+    lacking,
+    sparsest,
+)
 from warpmuscle.throw.published import as_published
 from warpmuscle.throw.report import write
 from warpmuscle.throw.scene_motion import motion_of
@@ -83,6 +94,14 @@ def kept(job: Job, tmp_path_factory) -> Path:
     job.throws = [thrower.throw(Goal(distance=1.5), synergies=(0, 1, 3))]
     job.write(path, {"command": "warpmuscle throw", "seed": 3})
     return path
+
+
+def test_full_disk_leaves_an_older_file_of_throws(job: Job, kept, tmp_path):
+    path = tmp_path / "throw.h5"
+    path.write_text("older")
+    with disk_of(64), pytest.raises(ResultError, match=r"throw\.h5: cannot be written: file too large"):
+        job.write(path, {"command": "warpmuscle throw", "seed": 3})
+    assert [(file.name, file.read_text()) for file in tmp_path.iterdir()] == [("throw.h5", "older")]
 
 
 def test_the_file_holds_motions_as_other_results_do_beside_the_recorded_ones(job: Job, kept):
@@ -159,6 +178,17 @@ def test_a_ball_lands_on_its_target_by_a_few_synergies_alone(job: Job, distance:
     assert free[1] - 0.5 * thrower._gravity * made.flight.duration[0] ** 2 == pytest.approx(0.0, abs=1e-6)
 
 
+def test_a_goal_is_met_only_if_all_that_it_names_is(job: Job):
+    made = Thrower(job.follower, job.fitted.own[0], job.fitted.unknowns).throw(Goal(distance=1.5))
+    speed = float(made.flight.speed[0])
+    assert made.met
+    assert replace(made, goal=Goal(distance=1.5, speed=speed)).met
+    assert not replace(made, goal=Goal(distance=1.5, speed=speed + 1.0)).met
+    assert not replace(made, goal=Goal(angle=float(made.flight.angle[0]) + 0.1)).met
+    nowhere = replace(made.flight, distance=np.array([np.nan]))
+    assert not replace(made, flight=nowhere).met
+
+
 def test_the_published_procedure_meets_the_angles_before_its_filter(job: Job, tmp_path):
     result = as_published(job.arm, job.motions, job.follower.synergies, job.start, evaluations=3)
     names = [stage.name for stage in result.stages]
@@ -176,6 +206,10 @@ def test_goals_that_make_no_sense_are_refused(job: Job):
         Goal()
     with pytest.raises(Error, match="distance"):
         Goal(distance=-1.0)
+    with pytest.raises(Error, match="angle"):
+        Goal(angle=np.radians(120.0))
+    with pytest.raises(Error, match="height"):
+        Goal(distance=2.0, height=np.inf)
     with pytest.raises(Error, match="within the throw"):
         Thrower(job.follower, job.fitted.own[0], job.fitted.unknowns, release=9.0)
 
@@ -197,16 +231,16 @@ def test_excitations_lead_back_to_the_activations_that_they_are_computed_from():
     arm, _ = arm_and_motion()
     time = np.arange(0.0, 1.5, 0.01)
     activation = (0.4 + 0.3 * np.sin(4.0 * time))[None, :, None]
-    back = to_activation(arm, to_excitation(arm, activation))
-    np.testing.assert_allclose(back[:, 15:], activation[:, 15:], atol=0.03)
+    back = to_activation(arm, to_excitation(arm, activation), activation[:, 0])
+    np.testing.assert_allclose(back, activation, atol=0.03)
 
 
 def test_a_motion_beyond_the_strength_of_the_muscles_says_which_lack_how_much():
     arm, motion = arm_and_motion()
     strong = Job(arm.scene, [], Options()).strong
     usual, fast = resample([motion]), resample([faster(motion, 3.0)])
-    assert not lacking(strong, usual, computed_excitation(strong, usual)[1])
-    lack = lacking(strong, fast, computed_excitation(strong, fast)[1])[0]
+    assert not lacking(strong, usual, computed_excitation(strong, usual)[-1])
+    lack = lacking(strong, fast, computed_excitation(strong, fast)[-1])[0]
     assert "m1 lacks" in lack.explanation or "m4 lacks" in lack.explanation
 
 
@@ -219,6 +253,67 @@ def test_motions_beyond_the_limits_of_a_joint_are_refused():
         scene.character.joints["elbow"].limits = [(-0.2, 2.7)]
     with pytest.raises(Error, match=r"elbow is at 229\.2 deg after 0\.7 s"):
         check_limits(Arm(scene), Motion("m", 0.0, motion.time, angles, motion.pitch, motion.place))
+
+
+def test_activations_start_where_the_motion_has_them_and_not_at_the_first_excitation():
+    """A relaxing muscle is told less than it still does: what it is told before the file begins is in nothing else."""
+    arm, motion = arm_and_motion()
+    motions = resample([motion])
+    strong = Job(arm.scene, [], Options()).strong
+    activation, excitation, _ = computed_excitation(strong, motions)
+    synergies, _ = computed_synergies(arm, motions, strong, 6)
+    assert np.abs(excitation[0, 0] - activation[0, 0]).max() > 0.05
+    np.testing.assert_allclose(synergies.excitation(synergies.start)[0], activation[0, 0], atol=0.02)
+
+
+def test_the_shoulder_accelerates_alike_in_the_middle_and_at_the_ends_of_a_noisy_file():
+    """Its place and the trunk's pitch are differentiated once, not again as the root's place."""
+    arm, motion = arm_and_motion()
+    noisy = motion.pitch + np.radians(0.02) * np.random.default_rng(0).normal(size=motion.pitch.shape)
+    bend = root_motion(arm, resample([replace(motion, pitch=noisy)]))[2][0]
+    clean = root_motion(arm, resample([motion]))[2][0]
+    error = np.abs(bend - clean).max(axis=1)
+    assert error[[0, 1, -2, -1]].max() < 1.5 * error[10:-10].max()
+
+
+def test_the_root_moves_so_that_the_shoulder_does_as_recorded():
+    arm, motion = arm_and_motion()
+    motions = resample([motion])
+    q, v, a = states(arm, motions)
+    shoulder = joint_positions(arm, q[0])[0][:, [2, 1]]
+    np.testing.assert_allclose(shoulder - shoulder[0], motions.place[0][0] - motions.place[0][0, 0], atol=1e-9)
+    np.testing.assert_allclose(np.gradient(q[0, :, :3], 0.01, axis=0)[1:-1], v[0, 1:-1, :3], atol=0.02)
+    np.testing.assert_allclose(np.gradient(v[0, :, :3], 0.01, axis=0)[1:-1], a[0, 1:-1, :3], atol=0.5)
+
+
+def test_what_a_motion_needs_beyond_the_muscles_strength_counts_in_fits():
+    arm, motion = arm_and_motion()
+    strong = Job(arm.scene, [], Options()).strong
+    motions = resample([motion, faster(motion, 3.0)])
+    usual, fast = Capacity(strong, motions).residuals(np.array([0, 1]), np.zeros((2, 0)))
+    assert np.abs(usual).max() < 0.2 < np.abs(fast).max()
+    literature = Capacity(arm, motions).residuals(np.array([0]), arm.unknowns(start_values(arm.scene))[None])
+    assert np.abs(literature).max() > 2.0 * np.abs(usual).max()
+
+
+def test_ties_that_other_synergies_can_take_over_are_undone():
+    """Of the first muscle and the last, which have synergies of their own; the other two share one and stay tied."""
+    weights = np.array([[1.0, 0.47, 0.0], [0.0, 1.0, 0.0], [0.0, 0.4, 0.0], [0.02, 0.0, 1.0]])
+    expected = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.4, 0.0], [0.0, 0.0, 1.0]]
+    np.testing.assert_array_equal(sparsest(weights), expected)
+
+
+def test_joints_that_stand_still_are_refused_unless_they_are_prescribed():
+    arm, motion = arm_and_motion()
+    still = replace(motion, angles=motion.angles * [1.0, 1.0, 0.01])
+    with pytest.raises(Error, match=r"wrist moves by no more than 0\.\d+ deg.*--prescribe wrist"):
+        check_range(arm, still)
+    check_range(Arm(arm.scene, ("wrist",)), still)
+
+
+def test_an_arm_of_other_joints_than_hinges_is_refused_rather_than_fitted_in_part():
+    with pytest.raises(Error, match="muscles of throw_body move elbow, wrist, which are no hinges"):
+        Arm(load("throw_body"))
 
 
 def test_joints_that_no_muscle_moves_cannot_be_prescribed():

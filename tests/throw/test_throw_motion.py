@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from warpmuscle.errors import Error
-from warpmuscle.throw.motion import Motion, read, resample
+from warpmuscle.throw.motion import MARGIN, Motion, resample
+from warpmuscle.throw.motion_files import read
 
 JOINTS = ("shoulder", "elbow")
 TIME = np.arange(0.0, 1.001, 0.02)
@@ -90,6 +91,27 @@ def test_many_motions_are_read_from_arrays(tmp_path: Path):
     np.testing.assert_allclose(motions[0].place, np.tile([0.0, 1.5], (len(TIME), 1)))
 
 
+@pytest.mark.parametrize("name", ["time", "elbow_flexion"])
+@pytest.mark.parametrize("kind", ["c8", "U8", "M8[s]", "?"])
+def test_arrays_of_other_than_numbers_are_refused_by_their_name(tmp_path: Path, name: str, kind: str):
+    angles = np.stack([80.0 + 20.0 * TIME, 90.0 + 20.0 * TIME])
+    arrays = {"time": TIME, "shoulder_flexion": angles, "elbow_flexion": angles}
+    np.savez(tmp_path / "a.npz", **arrays | {name: np.ones(arrays[name].shape, int).astype(kind)})
+    with pytest.raises(Error, match=rf"a\.npz: motion 0: column '{name}.*holds values of type .*, not numbers"):
+        read(tmp_path / "a.npz", JOINTS)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [{"trial": np.array(["a"])}, {"keypoint_pos_m": np.zeros((1, len(TIME), 1, 3)), "keypoints": ["R_SHOULDER"]}],
+)
+def test_names_and_points_of_another_number_of_motions_are_refused(tmp_path: Path, wrong: dict):
+    angles = np.stack([80.0 + 20.0 * TIME, 90.0 + 20.0 * TIME])
+    np.savez(tmp_path / "a.npz", time=TIME, shoulder_flexion=angles, elbow_flexion=angles, **wrong)
+    with pytest.raises(Error, match=r"a\.npz: `.*` has shape"):
+        read(tmp_path / "a.npz", JOINTS)
+
+
 def made(time: np.ndarray) -> Motion:
     angles = np.stack([np.sin(3.0 * time), np.cos(2.0 * time)], axis=1)
     return Motion("made", 0.0, time, angles, 0.1 * time, np.zeros((len(time), 2)))
@@ -103,9 +125,68 @@ def test_derivatives_are_those_of_the_motion_and_stay_small_at_its_ends():
     assert np.abs(regular.angles[2]).max() < 12.0
 
 
-def test_shorter_motions_stand_still_beyond_their_end():
+@pytest.mark.parametrize("noise", [0.0, 0.02])
+def test_accelerations_at_the_ends_of_a_file_are_those_of_the_motion(noise: float):
+    """Of a motion that is cut where it accelerates, with noise, deg: no more error at the ends than in between."""
+    time = np.arange(0.0, 0.801, 0.01)
+    errors = []
+    for start in np.arange(0.0, 6.0, 0.1):
+        angle = np.sin(6.0 * (time + start))
+        noisy = angle + np.radians(noise) * np.random.default_rng(int(10 * start)).normal(size=time.shape)
+        motion = Motion("cut", 0.0, time, noisy[:, None], 0.0 * time, np.zeros((len(time), 2)))
+        errors.append(resample([motion]).angles[2][0, :, 0] + 36.0 * angle)
+    size = np.sqrt(np.mean(np.square(errors), axis=0))
+    assert size[[0, -1]].max() < max(1.2 * size[10:-10].max(), 3.0)  # rad/s^2, of 36
+
+
+def test_shorter_motions_come_to_rest_beyond_their_end_without_a_jump():
     motions = resample([made(TIME), made(TIME[:26])])
     assert motions.valid.sum(axis=1).tolist() == [101.0, 51.0]
-    assert np.all(motions.angles[0][1, 51:] == motions.angles[0][1, 50])
-    assert np.all(motions.angles[1][1, 51:] == 0.0)
+    angle, speed, bend = (part[1, 48:, 0] for part in motions.angles)
+    assert np.abs(np.diff(speed)).max() < 1.0  # rad/s, of 3
+    np.testing.assert_allclose(np.gradient(angle, 0.01)[1:-1], speed[1:-1], atol=0.1)
+    assert np.abs(angle[20:] - angle[2]).max() < 3.0 * MARGIN
+    assert max(np.abs(speed[35:]).max(), np.abs(bend[35:]).max()) < 1e-3
     assert motions.rows([1]).names == ("made",)
+
+
+def columns(**columns: np.ndarray) -> tuple[str, list[np.ndarray]]:
+    return ",".join(["time_s", *columns]), [TIME, *columns.values()]
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"shoulder_deg": 0.3 + TIME, "elbow_deg": 1.5 - TIME}, "name the column `shoulder_rad`"),
+        ({"shoulder_rad": 90.0 * TIME, "elbow_rad": 1.5 - TIME}, "name the column `shoulder_deg`"),
+        ({"shoulder_deg": 90.0 * TIME, "elbow_deg": 20.0 * TIME, "elbow_rad": TIME}, "more than one column"),
+        ({"shoulder_deg": 90.0 * TIME, "Elbow_deg": 20.0 * TIME, "elbow_deg": TIME}, "more than one column"),
+        ({"shoulder": TIME, "shoulder_flexion_deg": 90.0 * TIME, "elbow": TIME}, "shoulder, shoulder_flexion_deg"),
+        ({"t": TIME, "shoulder_deg": 90.0 * TIME, "elbow_deg": 20.0 * TIME}, "more than one column with times"),
+        (
+            {"shoulder_deg": 160.0 * TIME, "elbow_deg": 20.0 * TIME, "shoulder_flexion_gravity_deg": 2.8 * TIME},
+            "the trunk would lean by 157 deg",
+        ),
+    ],
+)
+def test_columns_that_are_in_another_unit_or_there_twice_are_refused(tmp_path: Path, given: dict, message: str):
+    header, values = columns(**given)
+    with pytest.raises(Error) as error:
+        read(table(tmp_path, header, *values), JOINTS)
+    assert message in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_a_still_joint_without_a_unit_is_in_degrees_if_the_others_are(tmp_path: Path):
+    header, values = columns(shoulder=100.0 * TIME, elbow=3.0 + 0.0 * TIME)
+    np.testing.assert_allclose(read(table(tmp_path, header, *values), JOINTS)[0].angles[:, 1], np.radians(3.0))
+
+
+def test_what_a_file_does_not_say_is_known(tmp_path: Path):
+    header, values = columns(shoulder_deg=100.0 * TIME, elbow_deg=30.0 * TIME, shoulder_up_m=TIME)
+    assert read(table(tmp_path, header, *values), JOINTS)[0].absent == ("trunk_pitch", "shoulder_forward")
+    header, values = columns(
+        shoulder_deg=100.0 * TIME, elbow_deg=30.0 * TIME, trunk_pitch_deg=TIME, shoulder_up_m=TIME,
+        shoulder_forward_m=TIME,
+    )  # fmt: skip
+    assert read(table(tmp_path, header, *values), JOINTS)[0].absent == ()

@@ -113,10 +113,11 @@ def corrupted(excitation: np.ndarray, kind: str, seed: int = 1) -> np.ndarray:
 
 def corruption_table(job: Job, strong: Arm) -> None:
     """Fit corrupted signals and print what the fits came to."""
-    excitation, _ = computed_excitation(strong, job.motions)
+    activation, excitation, _ = computed_excitation(strong, job.motions)
     for kind in CORRUPTIONS:
         signals = corrupted(excitation, kind)
-        synergies = factorized(job.arm, job.motions, signals, job.count, kind)
+        start = activation[:, 0] if kind == "clean" else signals[:, 0]
+        synergies = factorized(job.arm, job.motions, signals, start, job.count, kind)
         follower = Follower(job.arm, job.motions, synergies, job.follower.knots)
         a = fit_motions(follower, job.start, job.training, job.settings).agreement
         close = a.r2.min(axis=1) >= 0.99

@@ -7,15 +7,25 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.markup import escape
 
-from warpmuscle.cli.common import Device, Threads, command_line, load_scene, start_warp, writable
-from warpmuscle.cli.console import log, out
+from warpmuscle.cli.common import (
+    Device,
+    Threads,
+    Trust,
+    command_line,
+    load_scene,
+    scene_names_like,
+    start_warp,
+    writable,
+)
+from warpmuscle.cli.console import log, marked, out
 from warpmuscle.driver import start_driver
 from warpmuscle.errors import Error
 
+MISSED = 1  # exit code where a new throw misses its goal
+
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from warpmuscle.throw.fit import Fitted
     from warpmuscle.throw.job import Job
@@ -31,7 +41,10 @@ def throw(
     ] = None,
     scene: Annotated[
         str | None,
-        typer.Option(help="The arm: a shipped scene or a TOML file; by default throw, or throw_ball for a goal."),
+        typer.Option(
+            help="The arm: a shipped scene or a TOML file; by default throw, or throw_ball for a goal.",
+            autocompletion=scene_names_like,
+        ),
     ] = None,
     number: Annotated[
         int | None,
@@ -42,6 +55,10 @@ def throw(
     ] = None,
     channel: Annotated[
         list[str] | None, typer.Option(metavar="MUSCLE=CHANNEL", help="Which channel of --emg stands for a muscle.")
+    ] = None,
+    low_pass: Annotated[
+        float | None,
+        typer.Option(help="Take what is faster, Hz, from recorded motions; 6 to 10 suits most. By default nothing."),
     ] = None,
     prescribe: Annotated[
         list[str] | None, typer.Option(metavar="JOINT", help="A joint that moves as recorded, without muscles.")
@@ -59,38 +76,61 @@ def throw(
     target: Annotated[
         list[float] | None, typer.Option(help="Distance at which a ball is to land, m; may be given several times.")
     ] = None,
-    height: Annotated[float, typer.Option(help="Height of the target above the ground, m.")] = 0.0,
+    height: Annotated[float | None, typer.Option(help="Height of the target above the ground, m; else 0.")] = None,
     speed: Annotated[float | None, typer.Option(help="Speed at which the ball is to leave the hand, m/s.")] = None,
     angle: Annotated[float | None, typer.Option(help="Its angle above the horizontal, degrees.")] = None,
     release: Annotated[
         float | None, typer.Option(help="Time of release, s; by default when the ball would fly farthest.")
     ] = None,
-    adapt: Annotated[int, typer.Option(min=1, help="How many synergies' signals may change for a new throw.")] = 3,
+    adapt: Annotated[
+        int | None, typer.Option(min=1, help="How many synergies' signals may change for a new throw; else 3.")
+    ] = None,
     output: Annotated[Path | None, typer.Option("--output", "-o", help="HDF5 file to write.")] = None,
     plot: Annotated[Path | None, typer.Option(help="Figure to draw, .png, .svg or .pdf.")] = None,
     device: Device = None,
     threads: Threads = None,
     seed: Annotated[int, typer.Option(min=0, help="Of random starts.")] = 0,
-) -> None:
+    trust: Trust = False,
+) -> int:
     """Fit an arm's muscles and synergies to recorded motions and replay them, or throw a ball at a target.
+
+    A MOTION has columns time_s and, for each joint, shoulder_deg, elbow_deg, wrist_deg (or _rad; also
+    shoulder_flexion_deg and so on). Read as well, and taken to be 0 where they are missing: trunk_pitch_deg, how far
+    the trunk leans forwards, or shoulder_flexion_gravity_deg, the upper arm's angle to gravity, from which that
+    follows; shoulder_forward_m and shoulder_up_m, the shoulder's place.
+
+    Exit codes: 0, 1 if a new throw misses its goal (files are written all the same), 2 if an input cannot be used.
 
     Examples: warpmuscle throw throws/*.csv -o throw.h5; warpmuscle throw serve.csv --prescribe shoulder;
     warpmuscle throw lift.csv --emg syn.h5 --prescribe wrist --curve; warpmuscle throw --target 2 --target 4
     """
     from warpmuscle.throw.job import Job, Options
 
-    writable(output, plot)
+    writable(output)
+    if plot is not None:
+        from warpmuscle.plots.style import check_picture
+
+        check_picture(plot)
+        if output is not None and plot.resolve() == output.resolve():
+            raise Error(f"--output and --plot both name {plot}")
     if not files and not target and speed is None and angle is None:
         raise Error("nothing to do: name files with motions, or a goal such as --target 4")
-    goals = _goals(target or [], height, speed, angle)
+    goals = _goals(target or [], height or 0.0, speed, angle)
+    _check_needed({"--channel": channel}, emg, "--emg")
+    _check_needed({"--height": height, "--release": release, "--adapt": adapt}, goals, "a goal such as --target 4")
+    _check_needed({"--low-pass": low_pass}, files, "files with motions")
+    if emg is not None and number is not None:
+        raise Error("--number is for computed synergies; --emg brings its own")
     start_driver(device)
     loaded = load_scene([scene or ("throw_ball" if goals else "throw")])
     start_warp()
     options = Options(
         count=number, prescribed=tuple(prescribe or ()), emg=emg, channels=_pairs(channel or []), fit_all=fit_all,
-        fidelity=fidelity, device=device, threads=threads, seed=seed,
+        fidelity=fidelity, low_pass=low_pass, device=device, threads=threads, seed=seed,
     )  # fmt: skip
     job = Job(loaded, files or [], options)
+    if release is not None:
+        job.check_release(release)
     _print_problem(job)
     if as_published:
         _print_published(job)
@@ -103,7 +143,7 @@ def throw(
         _print_curve(job, fitted)
     throws: list[Throw] = []
     if goals and fitted is not None:
-        throws = _throws(job, goals, release, adapt)
+        throws = _throws(job, goals, release, adapt or 3)
     if output is not None:
         job.write(output, {"command": command_line(), "seed": seed})
         out.print(f"wrote {output}")
@@ -115,6 +155,14 @@ def throw(
         else:
             draw_fit(plot, job.follower, fitted, job.published)
         out.print(f"wrote {plot}")
+    return 0 if all(made.met for made in throws) else MISSED
+
+
+def _check_needed(options: Mapping[str, object], given: object, what: str) -> None:
+    """Error if one of these options is given without what it is for."""
+    for name, value in options.items():
+        if value and not given:
+            raise Error(f"{name} is of use only with {what}")
 
 
 def _pairs(texts: Sequence[str]) -> dict[str, str]:
@@ -139,18 +187,23 @@ def _goals(targets: Sequence[float], height: float, speed: float | None, angle: 
 
 def _print_problem(job: Job) -> None:
     """What is to be fitted, and what the muscles lack for it."""
+    from warpmuscle.throw.problem import COMPUTED
+
     motions, synergies, arm = job.motions, job.follower.synergies, job.arm
-    kind = "computed by static optimisation, not EMG" if synergies.source == "computed" else synergies.source
+    kind = "computed by static optimisation of the same motions, not EMG"
+    kind = kind if synergies.source == COMPUTED else synergies.source
     out.print(
         f"{len(motions)} motion{'' if len(motions) == 1 else 's'} of {motions.time[-1]:.3g} s, muscles on "
-        f"{', '.join(arm.driven)}; {synergies.count} synergies ({escape(kind)}), VAF {synergies.explained:.4f}"
+        f"{', '.join(arm.driven)}; {synergies.count} synergies ({kind}), VAF {synergies.explained:.4f}"
     )
+    for note in job.notes():
+        log.print(marked("note:", "yellow", f" {note}"))
     _print_lacks(job.lacks, "muscle groups")
 
 
 def _print_lacks(lacks: Sequence[Lack], whose: str) -> None:
     for lack in lacks:
-        log.print(f"[yellow]{escape(lack.motion)} is beyond the strength of the {whose}:[/] {escape(lack.explanation)}")
+        log.print(marked(f"{lack.motion} is beyond the strength of the {whose}:", "yellow", f" {lack.explanation}"))
 
 
 def _print_published(job: Job) -> None:
@@ -181,7 +234,7 @@ def _print_fit(job: Job, fitted: Fitted) -> None:
     good, a = fitted.agreement.good(), fitted.agreement
     for k in (~good).nonzero()[0] if len(job.motions) > 1 else []:
         out.print(
-            f"  {escape(job.motions.names[k])}: r2 {a.r2[k].min():.4f}, velocity r2 {a.velocity_r2[k].min():.3f}, "
+            f"  {job.motions.names[k]}: r2 {a.r2[k].min():.4f}, velocity r2 {a.velocity_r2[k].min():.3f}, "
             f"hand {100.0 * a.hand_error[k]:.1f} cm, correlation {a.correlation[k]:.3f}"
         )
     _print_lacks(job.final_lacks(), "fitted muscles")
@@ -191,11 +244,12 @@ def _print_table(title: str, headings: Sequence[str], rows: Sequence[Row]) -> No
     """Aligned text, as wide as it has to be: a table of many columns is of no use squeezed into a narrow console."""
     lines = [["", *headings], *([row.name, *row.cells] for row in rows)]
     widths = [max(len(line[k]) for line in lines if k < len(line)) for k in range(max(map(len, lines)))]
-    out.print(f"\n[bold]{escape(title)}[/]")
+    out.print()
+    out.print(marked(title, "bold"))
     for line in lines:
         first, *rest = (cell.ljust(width) if k == 0 else cell.rjust(width)
                         for k, (cell, width) in enumerate(zip(line, widths, strict=False)))  # fmt: skip
-        out.print(escape("  ".join([first, *rest]).rstrip()))
+        out.print("  ".join([first, *rest]).rstrip())
 
 
 def _print_curve(job: Job, fitted: Fitted) -> None:
@@ -223,9 +277,18 @@ def _throws(job: Job, goals: Sequence[Goal], release: float | None, adapt: int) 
         )
         if math.isfinite(flight.distance[0]):
             text += f"; lands at {flight.distance[0]:.3f} m"
-        if goal.distance is not None:
-            verdict = f"{100.0 * made.error:.1f} cm from the target at {goal.distance:g} m"
-            text += f", {verdict}" if made.met else f": [yellow]no signals were found that reach {goal.distance:g} m[/]"
+        if goal.distance is not None and made.met:
+            text += f", {100.0 * made.error:.1f} cm from the target at {goal.distance:g} m"
         changed = ", ".join(f"C{k + 1}" for k in made.synergies)
         out.print(f"{text}; {changed} changed by {made.change:.3f}")
+        if not made.met:
+            log.print(marked("missed:", "yellow", f" {_missed(job, made)}"))
     return throws
+
+
+def _missed(job: Job, made: Throw) -> str:
+    """What a throw misses, and what may help."""
+    text = f"no signals of these {len(made.synergies)} synergies were found that throw {made.goal}"
+    if len(made.synergies) < job.follower.synergies.count:
+        text += f"; --adapt {job.follower.synergies.count} lets all of them change"
+    return text

@@ -10,7 +10,6 @@ import msgspec
 import numpy as np
 import warp as wp
 from numpy.typing import ArrayLike
-from scipy.interpolate import make_interp_spline
 
 from warpmuscle.arrays import Floats, rows
 from warpmuscle.errors import Error, SceneError
@@ -23,6 +22,7 @@ from warpmuscle.pose import about, rotate
 from warpmuscle.scene import Actuation, Drive, Motion, Muscle, Scene
 from warpmuscle.throw.motion import Motions
 from warpmuscle.topology import Topology, topology
+from warpmuscle.warp_start import start_warp
 
 X_AXIS = np.array([1.0, 0.0, 0.0])
 RATIO = 2.0  # a parameter whose bounds are further apart than this, on one side of 0, changes by factors
@@ -41,6 +41,15 @@ class Arm:
             raise Error(f"joint {wrong[0]!r} cannot be prescribed: muscles move {', '.join(self.joints)}")
         if not self.driven:
             raise Error("all joints that muscles move are prescribed; leave one to the muscles")
+        character = self.scene.character
+        moved = {p.joint: name for name, muscle in character.muscles.items() for p in muscle.pulleys}
+        left = [joint for joint in moved if joint not in self.joints]
+        if left:
+            raise SceneError(
+                f"muscles of {self.scene.name} move {', '.join(left)}, which "
+                f"{'is no hinge' if len(left) == 1 else 'are no hinges'}: only arms of hinges can be fitted and thrown "
+                "with, such as `throw`", key="character.muscles",
+            )  # fmt: skip
 
     @cached_property
     def names(self) -> Topology:
@@ -184,6 +193,7 @@ class MuscleTable:
 
     def forces(self, activation: Floats | float, angle: Floats, speed: Floats) -> Floats:
         """Tensions (Z, S, M), N, at activations (S, M) or one for all, angles and speeds (S, J)."""
+        start_warp()
         arm = self.moment_arm[:, None]
         offset = angle[None, :, None, :] - self.rest_angle[:, None]
         length = self.rest_length[:, None] - np.sum(arm * offset, axis=-1)
@@ -250,12 +260,17 @@ def root_motion(arm: Arm, motions: Motions) -> tuple[Floats, Floats, Floats]:
     joint = arm.scene.character.joints[arm.joints[0]]
     offset = _offset_from_root(arm, joint.parent, rows(joint.position_in_parent))
     turned = rotate(about(X_AXIS, motions.pitch[0]), np.broadcast_to(offset, (*motions.pitch[0].shape, 3)))
-    moved = np.zeros_like(turned)
-    moved[..., 2], moved[..., 1] = motions.place[0][..., 0], motions.place[0][..., 1]
-    moved -= moved[:, :1]
-    position = home + offset + moved - turned
-    curve = make_interp_spline(motions.time, position, k=5, axis=1)
-    return position, curve(motions.time, nu=1), curve(motions.time, nu=2)
+    place, rate, bend = (_forward_and_up(part) for part in motions.place)
+    _, pitch_rate, pitch_bend = (part[..., None] for part in motions.pitch)
+    across = np.cross(X_AXIS, turned)  # by how much it moves with the pitch
+    inwards = np.cross(X_AXIS, across)
+    position = home + offset + place - place[:, motions.time.searchsorted(-1e-9)][:, None] - turned
+    return position, rate - pitch_rate * across, bend - pitch_bend * across - pitch_rate**2 * inwards
+
+
+def _forward_and_up(place: Floats) -> Floats:
+    """Forwards and up (..., 2) as x, y and z."""
+    return np.stack([np.zeros_like(place[..., 0]), place[..., 1], place[..., 0]], axis=-1)
 
 
 def _offset_from_root(arm: Arm, body: str, position: Floats) -> Floats:

@@ -14,16 +14,13 @@ from scipy.optimize import least_squares
 
 from warpmuscle.arrays import Floats
 from warpmuscle.throw.arm import Arm, needed_torques
+from warpmuscle.throw.capacity import HINGE, SPARE, STRIDE, shortfall
 from warpmuscle.throw.motion import Motions
 
-SPARE = 0.7  # of its strength a muscle may need at most
-HINGE = 3.0  # weight of what it needs beyond, against an error of torque
 # Weight of a parameter's distance from its start, in parts of its interval. The valley of the error is flat: far along
 # it, parameters suit the motions that they are fitted to as well, but others less.
 PRIOR = 1.0
 SCATTER = 0.1  # of the starts, in the same parts
-STRIDE = 5  # samples
-EDGE = 5  # samples at both ends of a motion, where second derivatives are not to be trusted
 STARTS = 3
 TOLERANCE = 1e-8  # relative, of cost and parameters
 STEP = 1e-3  # of the difference quotients, wide enough for forces in single precision
@@ -66,9 +63,6 @@ class _Problem:
 
     def __init__(self, arm: Arm, motions: Motions, activation: Floats, start: Floats) -> None:
         counted = motions.valid > 0.0
-        counted[:, :EDGE] = False
-        ends = motions.valid.sum(axis=1)[:, None] - EDGE
-        counted &= np.arange(counted.shape[1]) < ends
         counted[:, np.arange(counted.shape[1]) % STRIDE != 0] = False
 
         def samples(values: Floats) -> Floats:
@@ -95,11 +89,7 @@ class _Problem:
         table, free = self._arm.muscle_table(unknowns), self._arm.free
         made = table.torques(self._activation, self._angle, self._speed)[..., free]
         error = (made.sum(axis=-2) - self._needed) / self._scale
-        most = table.torques(1.0, self._angle, self._speed)[..., free]
-        passive = table.torques(0.0, self._angle, self._speed)[..., free]
-        active, wanted = SPARE * (most - passive), self._needed - passive.sum(axis=-2)
-        upper, lower = np.maximum(active, 0.0).sum(axis=-2), np.minimum(active, 0.0).sum(axis=-2)
-        beyond = (np.maximum(wanted - upper, 0.0) + np.minimum(wanted - lower, 0.0)) / self._scale
+        beyond = shortfall(table, self._angle, self._speed, self._needed, free, SPARE) / self._scale
         count = len(unknowns)
         prior = PRIOR * (unknowns - self._start)
         return np.concatenate([error.reshape(count, -1), HINGE * beyond.reshape(count, -1), prior], axis=1)

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warpmuscle.arrays import Floats
+from warpmuscle.throw.capacity import Capacity
 from warpmuscle.throw.equation_error import fit_equations
 from warpmuscle.throw.follow import Follower, Replay
 from warpmuscle.throw.least_squares import Outcome, Prior, Unknowns, fit
@@ -63,7 +64,7 @@ class Fitted:
     """Parameters and signals of a fit to n motions."""
 
     unknowns: Floats  # (P,) see `Arm.unknowns`
-    own: Floats  # (n, N K) signals at their knots, see `Follower.shaped`
+    own: Floats  # (n, size) signals at their knots and start, see `Follower.size`
     replay: Replay
     stages: list[Stage] = field(default_factory=list)
 
@@ -102,8 +103,8 @@ class _Fitting:
         self._follower, self._settings, self._progress = follower, settings, progress
         self._training, self._all = training, np.arange(len(follower.motions))
         self._start = start
-        signals = follower.knots.fitted(follower.synergies.signals)
-        self._extracted = signals.reshape(len(signals), -1)
+        self._extracted = follower.extracted
+        self._capacity = Capacity(follower.arm, follower.motions)
         self._own, self._shared = self._extracted.copy(), start.copy()
         self._stages: list[Stage] = []
         self._replay = Replay(np.zeros(0), np.zeros(0))
@@ -146,7 +147,9 @@ class _Fitting:
         """Parameters by the equations of motion; what is regularised towards from now on."""
         follower, s = self._follower, self._settings
         self._progress("equations")
-        activation = to_activation(follower.arm, follower.synergies.excitation(follower.synergies.signals))
+        synergies = follower.synergies
+        excitation, start = synergies.excitation(synergies.signals), synergies.excitation(synergies.start)
+        activation = to_activation(follower.arm, excitation, start)
         motions = follower.motions.rows(self._training.tolist())
         found = fit_equations(
             follower.arm, motions, activation[self._training], self._start, starts=s.starts, seed=s.seed
@@ -171,11 +174,14 @@ class _Fitting:
             self._shared, np.zeros(count), np.ones(count), PARAMETER_STEP, np.full(count, DAMPED), [prior], shared
         )
 
-        def residuals(rows: NDArray[np.intp], x: Floats, z: Floats) -> Floats:
-            return follower.residuals(which[rows], x, z)
+        def residuals(rows: NDArray[np.intp], x: Floats, z: Floats, roughly: bool = False) -> Floats:
+            followed = follower.residuals(which[rows], x, z, roughly)
+            if not shared:
+                return followed
+            return np.concatenate([followed, self._capacity.residuals(which[rows], z)], axis=1)
 
         def rough(rows: NDArray[np.intp], x: Floats, z: Floats) -> Floats:
-            return follower.residuals(which[rows], x, z, rough=True)
+            return residuals(rows, x, z, roughly=True)
 
         return fit(
             residuals, signals, parameters, iterations=steps, damping=damping, tolerance=s.tolerance, rough=rough
@@ -185,7 +191,8 @@ class _Fitting:
         """Sum of squared second differences at the knots, (size, size)."""
         second = np.diff(np.eye(len(self._follower.knots)), 2, axis=0)
         block = self._settings.smoothness * second.T @ second
-        return np.asarray(np.kron(np.eye(self._follower.synergies.count), block), dtype=np.float64)
+        at_knots = np.kron(np.eye(self._follower.synergies.count), block)
+        return np.asarray(np.pad(at_knots, (0, self._follower.size - len(at_knots))), dtype=np.float64)
 
     def _stage(self, name: str, simulations: int) -> None:
         agreement, self._replay = self._follower.agreement(self._own, self._shared)

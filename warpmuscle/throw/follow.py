@@ -65,12 +65,27 @@ class Follower:
 
     @property
     def size(self) -> int:
-        """Number of values of a motion's signals at their knots."""
-        return self.synergies.count * len(self.knots)
+        """Number of values of a motion's signals: at their knots, and those that the activations start by."""
+        return self.synergies.count * (len(self.knots) + 1)
+
+    @property
+    def extracted(self) -> Floats:
+        """The extracted signals as rows of `size` values, (n, size)."""
+        knots = self.knots.fitted(self.synergies.signals)
+        return np.concatenate([knots.reshape(len(knots), -1), self.synergies.start], axis=1)
 
     def shaped(self, own: Floats) -> Floats:
-        """Rows of `size` values as (B, N, K)."""
-        return own.reshape(len(own), self.synergies.count, len(self.knots))
+        """Values at the knots (B, N, K) of rows of `size` values."""
+        count = self.synergies.count
+        return own[:, :-count].reshape(len(own), count, len(self.knots))
+
+    def excitation(self, own: Floats) -> Floats:
+        """Excitations (B, M, K) at the knots by signals (B, size)."""
+        return self.synergies.excitation(self.shaped(own).transpose(0, 2, 1)).transpose(0, 2, 1)
+
+    def start(self, own: Floats) -> Floats:
+        """Activations (B, M) at t = 0 by signals (B, size)."""
+        return self.synergies.excitation(own[:, -self.synergies.count :])
 
     def replay(self, which: NDArray[np.intp], own: Floats, shared: Floats, rough: bool = False) -> Replay:
         """Copies (B,) of motions under signals (B, size), with parameters (B, P) or (P,) as `Arm.unknowns`.
@@ -81,8 +96,7 @@ class Follower:
         values = self.arm.values(shared)
         if values.ndim == 2 and np.all(values == values[0]):
             values = values[0]
-        excitation = self.synergies.excitation(self.shaped(own).transpose(0, 2, 1)).transpose(0, 2, 1)
-        angle, speed = simulator.run(which, self.knots.time, excitation, values)
+        angle, speed = simulator.run(which, self.knots.time, self.excitation(own), values, self.start(own))
         return Replay(angle, speed)
 
     def residuals(self, which: NDArray[np.intp], own: Floats, shared: Floats, rough: bool = False) -> Floats:

@@ -26,13 +26,15 @@ from warpmuscle.throw.problem import (
     lacking,
     mean_motion,
     measured_synergies,
+    notes,
     read_motions,
+    usable,
 )
 from warpmuscle.throw.published import Published, as_published
 from warpmuscle.throw.report import write
 from warpmuscle.throw.scene_motion import motion_of
 from warpmuscle.throw.signals import Knots
-from warpmuscle.throw.synthesis import Goal, Throw, Thrower
+from warpmuscle.throw.synthesis import Goal, Throw, Thrower, check_release
 
 USUAL = 5  # synergies (Cruz Ruiz 2015)
 GROUPS = "throw_groups"  # scene whose muscles, as strong as whole groups, compute activations of the same muscles
@@ -49,6 +51,7 @@ class Options:
     channels: Mapping[str, str] = field(default_factory=dict)
     fit_all: bool = False
     fidelity: float = 1e-3
+    low_pass: float | None = None  # Hz, of recorded motions
     device: str | None = None
     threads: int | None = None
     seed: int = 0
@@ -65,17 +68,20 @@ class Job:
 
     def __init__(self, scene: Scene, files: Sequence[str | Path], options: Options) -> None:
         """Read and prepare; with no files, the motion is the one that the scene itself tells of its joints."""
+        if not 0.0 <= options.fidelity < np.inf:
+            raise Error(f"a price of leaving the extracted signals must be 0 or more, not {options.fidelity:g}")
         self.options, self.arm = options, Arm(scene, options.prescribed)
         self.count = min(USUAL, len(self.arm.acting)) if options.count is None else options.count
-        recorded = read_motions(files, self.arm) if files else [motion_of(scene, self.arm)]
+        read = read_motions(files, self.arm) if files else [motion_of(scene, self.arm)]
+        recorded = usable(read, self.arm, options.low_pass)
         self.motions = resample(recorded)
         strong = self._strengthened(scene)
         if options.emg is None:
             synergies, self.lacks = computed_synergies(self.arm, self.motions, strong, self.count, options.seed)
         else:
             synergies = measured_synergies(self.arm, recorded, options.emg, options.channels)
-            self.lacks = lacking(strong, self.motions, computed_excitation(strong, self.motions)[1])
-        self._recorded, self.strong = recorded, strong
+            self.lacks = lacking(strong, self.motions, computed_excitation(strong, self.motions)[-1])
+        self._read, self._recorded, self.strong = read, recorded, strong
         knots = Knots(self.motions.time)
         self.follower = Follower(
             self.arm, self.motions, synergies, knots, device=options.device, threads=options.threads
@@ -100,6 +106,14 @@ class Job:
             return self.arm
         character = msgspec.structs.replace(scene.character, muscles=groups)
         return Arm(msgspec.structs.replace(scene, character=character), self.options.prescribed)
+
+    def notes(self) -> list[str]:
+        """What is worth knowing of the motions before they are fitted."""
+        return notes(self._read, self._recorded, self.arm, self.options.low_pass)
+
+    def check_release(self, release: float) -> None:
+        """Error unless a time of release, s, is within the first motion."""
+        check_release(release, self.motions)
 
     def fit(self, progress: Callable[[str], None] = lambda stage: None) -> Fitted:
         """The better fit."""

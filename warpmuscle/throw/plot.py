@@ -94,7 +94,8 @@ def draw_throws(path: str | Path, follower: Follower, throws: Sequence[Throw]) -
             _draw_flight(axes, follower, throw, color)
             _draw_changes(rows[index], follower, throw, color)
         axes.axhline(0.0, color="#909090", linewidth=1.0)
-        axes.set_aspect("equal")
+        axes.margins(0.05)  # for the marks of targets
+        axes.set_aspect("equal", adjustable="datalim")  # a box that shrinks leaves its label and legend no room
         axes.set_xlabel("forwards from below the shoulder (m)")
         axes.set_ylabel("height (m)")
         axes.legend(fontsize=8, loc="upper left", bbox_to_anchor=(1.02, 1.0))

@@ -11,16 +11,20 @@ import numpy as np
 from warpmuscle.arrays import Floats
 from warpmuscle.errors import Error, SignalError
 from warpmuscle.parameters import start_values, substitute
-from warpmuscle.synergy.factorization import factorize
+from warpmuscle.synergy.factorization import factorize, reconstruct
 from warpmuscle.synergy.files import read as read_synergies
 from warpmuscle.synergy.static_optimization import StaticOptimization
 from warpmuscle.throw.arm import Arm
-from warpmuscle.throw.motion import Motion, Motions, read, resample
+from warpmuscle.throw.motion import PITCH, PLACE, Motion, Motions, resample
+from warpmuscle.throw.motion_files import TO_GRAVITY, read
 from warpmuscle.throw.signals import Synergies, computed_activation, to_excitation
+from warpmuscle.throw.smoothing import NOISY, check_noise, low_passed, noise, removed
 
+LEAST_RANGE = np.radians(3.0)  # of the angle of a joint that muscles move
 BEYOND = np.radians(1.0)  # by which a recorded angle may exceed a joint's limits
 SPIKE = 0.01  # part of the frames in which muscles may fall short without a word: noise of twice differentiated angles
 COMPUTED = "computed"
+PURE = 0.05  # most of other muscles' weights, in parts of its own, in a synergy that is one muscle alone
 
 
 @dataclass(frozen=True)
@@ -36,14 +40,75 @@ def read_motions(paths: Sequence[str | Path], arm: Arm) -> list[Motion]:
     """The motions in files, checked against the limits of the arm's joints.
 
     Raises:
-        SignalError: a file cannot be used, or a motion goes beyond a joint's limits.
+        SignalError: a file cannot be used, a motion goes beyond a joint's limits, or a joint that muscles are to move
+            stands still.
     """
     motions = [motion for path in paths for motion in read(path, arm.joints)]
     if not motions:
         raise SignalError("there are no motions")
     for motion in motions:
         check_limits(arm, motion)
+        check_range(arm, motion)
     return motions
+
+
+def usable(motions: Sequence[Motion], arm: Arm, low_pass: float | None) -> list[Motion]:
+    """Motions that have passed a filter, if there is one, and hold no more noise than a fit can bear.
+
+    Args:
+        low_pass: Hz, see `smoothing.low_passed`.
+
+    Raises:
+        SignalError: the filter does not suit a motion, or accelerations are lost in noise.
+    """
+    passed = [motion if low_pass is None else low_passed(motion, low_pass) for motion in motions]
+    for motion in passed:
+        check_noise(motion, arm.joints)
+    return passed
+
+
+def notes(read: Sequence[Motion], passed: Sequence[Motion], arm: Arm, low_pass: float | None) -> list[str]:
+    """What is worth knowing of motions: what a filter took from them, noise, and what their files do not say.
+
+    Args:
+        read: before, passed: after the filter.
+    """
+    found = []
+    if low_pass is not None:
+        parts = np.degrees([removed(before, after) for before, after in zip(read, passed, strict=True)])
+        taken = ", ".join(f"{value:.2g} deg of {name}" for name, value in zip(arm.joints, _rms(parts), strict=True))
+        found.append(f"low-pass at {low_pass:g} Hz, second order, forwards and backwards, took {taken} (rms)")
+    noisy = [motion.name for motion in passed if max(noise(motion), default=0.0) > NOISY]
+    if noisy:
+        found.append(
+            f"{_of(noisy, passed)}: a good part of the acceleration is noise, which the computed signals have in "
+            "them; --low-pass takes it away"
+        )
+    absent = {name: [motion.name for motion in read if name in motion.absent] for name in (PITCH, *PLACE)}
+    if absent[PITCH]:
+        found.append(
+            f"{_of(absent[PITCH], read)}: no {PITCH}_deg or {TO_GRAVITY}_deg, so the trunk is taken to stand upright "
+            "and gravity pulls at a false angle where it leans"
+        )
+    still = [name for name in PLACE if absent[name]]
+    if still:
+        columns = " and ".join(f"{name}_m" for name in still)
+        found.append(
+            f"{_of(absent[still[0]], read)}: no {columns}, so the shoulder is taken to stand still and what its "
+            "acceleration asks of the muscles is missing"
+        )
+    return found
+
+
+def _of(names: Sequence[str], motions: Sequence[Motion]) -> str:
+    """Which of some motions are meant."""
+    if len(names) == 1 or len(names) < len(motions):
+        return ", ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")
+    return f"all {len(motions)} motions"
+
+
+def _rms(values: Floats) -> Floats:
+    return np.asarray(np.sqrt(np.mean(np.square(values), axis=0)))
 
 
 def check_limits(arm: Arm, motion: Motion) -> None:
@@ -60,6 +125,17 @@ def check_limits(arm: Arm, motion: Motion) -> None:
             raise SignalError(
                 f"motion {motion.name}: {name} is at {np.degrees(angle[frame]):.1f} deg after "
                 f"{motion.time[frame]:.3g} s, beyond its limits of {np.degrees(low):.0f} and {np.degrees(high):.0f} deg"
+            )
+
+
+def check_range(arm: Arm, motion: Motion) -> None:
+    """SignalError if a joint that muscles are to move stands still: there is nothing to tell its muscles by."""
+    for column, name in zip(arm.free, arm.driven, strict=True):
+        extent = float(np.ptp(motion.angles[:, column]))
+        if extent < LEAST_RANGE:
+            raise SignalError(
+                f"motion {motion.name}: {name} moves by no more than {np.degrees(extent):.2g} deg, too little to fit "
+                f"muscles to; are its angles in radians? If it stands still, give it to --prescribe {name}"
             )
 
 
@@ -88,29 +164,50 @@ def computed_synergies(
         strong: the same arm with the muscles that activations are computed with; not those that the fit starts from.
         count: N.
     """
-    excitation, found = computed_excitation(strong, motions)
+    activation, excitation, found = computed_excitation(strong, motions)
     lacks = lacking(strong, motions, found)
     acting = arm.acting
     if count > len(acting):
         raise Error(f"{count} synergies are more than the {len(acting)} muscles that move {', '.join(arm.driven)}")
-    return factorized(arm, motions, excitation, count, COMPUTED, seed), lacks
+    return factorized(arm, motions, excitation, activation[:, 0], count, COMPUTED, seed), lacks
 
 
-def computed_excitation(strong: Arm, motions: Motions) -> tuple[Floats, StaticOptimization]:
-    """Excitations (n, T, M) by static optimisation."""
+def computed_excitation(strong: Arm, motions: Motions) -> tuple[Floats, Floats, StaticOptimization]:
+    """Activations and excitations (n, T, M) by static optimisation."""
     activation, found = computed_activation(strong, motions, strong.unknowns(start_values(strong.scene)))
-    return to_excitation(strong, activation), found
+    return activation, to_excitation(strong, activation), found
 
 
-def factorized(arm: Arm, motions: Motions, excitation: Floats, count: int, source: str, seed: int = 0) -> Synergies:
-    """Synergies of excitations (n, T, M) of the muscles that act."""
+def factorized(
+    arm: Arm, motions: Motions, excitation: Floats, start: Floats, count: int, source: str, seed: int = 0
+) -> Synergies:
+    """Synergies of excitations (n, T, M) of the muscles that act, whose activations start at (n, M)."""
     acting, inside = arm.acting, motions.valid > 0.0
-    found = factorize(excitation[:, :, acting][inside], count, seed=seed)
+    given = excitation[:, :, acting][inside]
+    sparse = sparsest(factorize(given, count, seed=seed).weights)
+    coefficients = reconstruct(given, sparse)
     weights = np.zeros((len(arm.muscles), count))
-    weights[acting] = found.weights
+    weights[acting] = sparse
     signals = np.zeros((*motions.valid.shape, count))
-    signals[inside] = found.coefficients.T
-    return Synergies(weights, np.clip(signals, 0.0, 1.0), found.account.vaf, source)
+    signals[inside] = coefficients.T
+    first = reconstruct(start[:, acting], sparse).T
+    explained = 1.0 - float(np.sum((given - (sparse @ coefficients).T) ** 2) / np.sum(given**2))
+    return Synergies(weights, np.clip(signals, 0.0, 1.0), np.clip(first, 0.0, 1.0), explained, source)
+
+
+def sparsest(weights: Floats) -> Floats:
+    """Weights (M, N) without those that other synergies can take over.
+
+    Where a synergy is one muscle alone, what other synergies hold of that muscle can as well be in its own signal: all
+    such factorisations account for the same. Only the one with the fewest ties leaves signals free to change alone.
+    """
+    weights = weights.copy()
+    main = weights.argmax(axis=0)
+    for k, muscle in enumerate(main):
+        others = np.arange(weights.shape[1]) != k
+        if np.sum(weights[:, k]) - weights[muscle, k] <= PURE * weights[muscle, k]:
+            weights[muscle, others & (main != muscle)] = 0.0
+    return weights
 
 
 def lacking(arm: Arm, motions: Motions, found: StaticOptimization) -> list[Lack]:
@@ -173,7 +270,5 @@ def measured_synergies(arm: Arm, recorded: Sequence[Motion], path: str | Path, n
             signals[row, :, k] = np.interp(motions.time, time, result.synergies.coefficients[k, own])
     # Where a synergy's greatest weight is a muscle that the arm lacks, what is left of it is brought back to 1.
     scale = np.maximum(weights.max(axis=0), 1e-12)
-    return Synergies(
-        weights / scale, np.clip(signals * scale * motions.valid[:, :, None], 0.0, 1.0),
-        result.synergies.account.vaf, str(path),
-    )  # fmt: skip
+    signals = np.clip(signals * scale * motions.valid[:, :, None], 0.0, 1.0)
+    return Synergies(weights / scale, signals, signals[:, 0], result.synergies.account.vaf, str(path))

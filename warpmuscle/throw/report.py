@@ -170,6 +170,8 @@ def _put_fit(group: Any, follower: Follower, fitted: Fitted) -> None:
     _put(group, "parameter_units", _text([p.unit for p in arm.parameters]), axes="parameter")
     _put(group, "knots", follower.knots.time, units="s")
     _put(group, "knot_values", follower.shaped(fitted.own), axes="motion, synergy, knot")
+    _put(group, "start", fitted.own[:, -follower.synergies.count :], axes="motion, synergy",
+         description="signals that the activations start by")  # fmt: skip
     _put(group, "C", follower.knots.sampled(follower.shaped(fitted.own)), axes="motion, sample, synergy")
     _put(group, "angle", fitted.replay.angle, units="rad", axes="motion, sample, joint")
     _put(group, "speed", fitted.replay.speed, units="rad/s", axes="motion, sample, joint")

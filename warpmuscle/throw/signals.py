@@ -21,10 +21,15 @@ RIDGE = 1e-3  # so that a knot that few samples tell of stays near 0
 
 @dataclass(frozen=True)
 class Synergies:
-    """M muscles by N synergies, and their signals along n motions."""
+    """M muscles by N synergies, and their signals along n motions.
+
+    What muscles were told before a recording began is not in it, but their activations still have it in them; so these
+    start by signals of their own rather than at the first excitation.
+    """
 
     weights: Floats  # (M, N), the greatest of each synergy 1
     signals: Floats  # (n, T, N), 0..1
+    start: Floats  # (n, N), 0..1: signals whose excitations are the activations at t = 0
     explained: float  # variance accounted for, 0..1
     source: str  # "computed", or the file of the measured ones
 
@@ -92,10 +97,15 @@ def to_excitation(arm: Arm, activation: Floats) -> Floats:
     return np.asarray(np.clip(activation + lag * slope, 0.0, 1.0))
 
 
-def to_activation(arm: Arm, excitation: Floats) -> Floats:
-    """Activations (n, T, M) after excitations: eq. 11, exact for excitations that step from sample to sample."""
+def to_activation(arm: Arm, excitation: Floats, start: Floats) -> Floats:
+    """Activations (n, T, M) after excitations: eq. 11, exact for excitations that step from sample to sample.
+
+    Args:
+        start: (n, M) activations at t = 0.
+    """
     rise, fall = (1.0 - np.exp(-1.0 / (RATE * max(constant, 1e-6))) for constant in time_constants(arm))
     activation = excitation.copy()
+    activation[:, 0] = start
     for k in range(1, excitation.shape[1]):
         gap = excitation[:, k - 1] - activation[:, k - 1]
         activation[:, k] = activation[:, k - 1] + np.where(gap >= 0.0, rise, fall) * gap

@@ -11,10 +11,10 @@ from warpmuscle.recording import Recording
 from warpmuscle.rollout import Rollout
 from warpmuscle.scene import Failure, Scene
 from warpmuscle.throw.arm import Arm, states
-from warpmuscle.throw.motion import RATE, Motions
+from warpmuscle.throw.motion import MARGIN, RATE, Motions, resample
 
 KEPT = 4  # batches of different sizes that are kept ready
-FASTEST = 1e3  # rad/s, beyond which a copy has diverged
+FASTEST = 1e3  # rad/s and m/s, beyond which a copy has diverged
 
 
 class Simulator:
@@ -41,21 +41,26 @@ class Simulator:
         self._coordinates, self._speeds = coordinates[:, 0], speeds[:, 0]
         every = Rollout(self.scene, 1, "cpu")
         numbers = [every.coordinate_names.index(name) for name in every.motion_names]
-        self._moved = coordinates[:, :, numbers].transpose(0, 2, 1)
+        # Beyond both ends too, so that the splines through these samples have the accelerations of the motions there.
+        wider = resample(motions.recorded, until=float(motions.time[-1]), margin=MARGIN)
+        self._moved_time, self._moved = wider.time, states(arm, wider)[0][:, :, numbers].transpose(0, 2, 1)
         self._rollouts: dict[int, Rollout] = {}
         self.simulations = self.steps = 0
 
-    def run(self, which: NDArray[np.intp], time: Floats, excitation: Floats, values: Floats) -> tuple[Floats, Floats]:
+    def run(
+        self, which: NDArray[np.intp], time: Floats, excitation: Floats, values: Floats, start: Floats | None = None
+    ) -> tuple[Floats, Floats]:
         """Angles and angular velocities (B, T, J) of all joints at the motions' times.
 
         A copy that diverges stays where it was last.
 
         Args:
             which: (B,) motion that a copy starts as and whose prescribed coordinates it follows.
-            time: (K,) s, knots. excitation: (B, M, K), straight between them; activations start at the first.
+            time: (K,) s, knots. excitation: (B, M, K), straight between them.
             values: of the scene's free parameters, (P,) or (B, P).
+            start: (B, M) activations at t = 0; by default the first excitations.
         """
-        rollout = self.prepared(which, time, excitation, values)
+        rollout = self.prepared(which, time, excitation, values, start)
         rollout.run()
         self.simulations += len(which)
         self.steps += len(which) * rollout.steps
@@ -65,28 +70,39 @@ class Simulator:
         """Have the kernel ready, compiled now unless Warp has it in its cache."""
         self._rollout(1).load()
 
-    def prepared(self, which: NDArray[np.intp], time: Floats, excitation: Floats, values: Floats) -> Rollout:
+    def prepared(
+        self, which: NDArray[np.intp], time: Floats, excitation: Floats, values: Floats, start: Floats | None = None
+    ) -> Rollout:
         """The same copies at their start; theirs until the next call for as many."""
         rollout = self._rollout(len(which))
-        self._prepare(rollout, which, time, excitation, values)
+        self._prepare(rollout, which, time, excitation, values, start)
         return rollout
 
-    def recordings(self, which: NDArray[np.intp], time: Floats, excitation: Floats, values: Floats) -> list[Recording]:
+    def recordings(
+        self, which: NDArray[np.intp], time: Floats, excitation: Floats, values: Floats, start: Floats | None = None
+    ) -> list[Recording]:
         """The same copies with all that there is to know of their motions; see `run`."""
         count = len(which)
         rollout = Rollout(self.scene, count, self.device, record=range(count), record_rate=RATE, threads=self.threads)
-        self._prepare(rollout, which, time, excitation, values)
+        self._prepare(rollout, which, time, excitation, values, start)
         rollout.run()
         return [rollout.recording(number) for number in range(count)]
 
     def _prepare(
-        self, rollout: Rollout, which: NDArray[np.intp], time: Floats, excitation: Floats, values: Floats
+        self,
+        rollout: Rollout,
+        which: NDArray[np.intp],
+        time: Floats,
+        excitation: Floats,
+        values: Floats,
+        start: Floats | None,
     ) -> None:
         rollout.set_parameters(values)
         if self._moved.shape[1]:
-            rollout.set_motion(self.motions.time, self._moved, which)
+            rollout.set_motion(self._moved_time, self._moved, which)
         rollout.set_excitations(time, excitation)
-        rollout.set_initial(self._coordinates[which], self._speeds[which], excitation[:, :, 0])
+        activation = excitation[:, :, 0] if start is None else start
+        rollout.set_initial(self._coordinates[which], self._speeds[which], activation)
 
     def _rollout(self, count: int) -> Rollout:
         rollout = self._rollouts.pop(count, None)
@@ -120,5 +136,5 @@ def _scene(arm: Arm, duration: float, time_step: float) -> Scene:
         arm.simulated,
         duration=duration,
         time_step=time_step,
-        failure=Failure(com_height=0.0, heading=0.0, max_speed=FASTEST),
+        failure=Failure(com_height=0.0, heading=0.0, max_speed=FASTEST, max_com_speed=FASTEST),
     )

@@ -18,8 +18,9 @@ from warpmuscle.throw.arm import hand_position, joint_positions, states
 from warpmuscle.throw.follow import Follower, Replay
 from warpmuscle.throw.least_squares import Prior, Unknowns, fit
 from warpmuscle.throw.metrics import determination
+from warpmuscle.throw.motion import Motions
 
-ALLOWED = 0.05  # m, by which a ball may miss its target
+ALLOWED = {"distance": 0.05, "speed": 0.1, "angle": np.radians(2.0)}  # m, m/s, rad, by which a ball may miss its goal
 MOMENT = 1e-4  # s, of the difference quotient of the hand's velocity
 PRICE = 1e-3  # of a squared change of a signal at a knot, against a squared error in its unit
 UNITS = {"distance": 0.02, "speed": 0.05, "angle": np.radians(1.0)}  # errors that count as 1: m, m/s, rad
@@ -44,6 +45,17 @@ class Goal:
             value = getattr(self, name)
             if value is not None and not 0.0 < value < 100.0:
                 raise Error(f"the {name} of a throw must be greater than 0 and less than 100, not {value:g}")
+        if self.angle is not None and not abs(self.angle) <= np.pi / 2.0:
+            raise Error(f"the angle of a throw must be from -90 to 90 deg, not {np.degrees(self.angle):g} deg")
+        if not -10.0 <= self.height <= 100.0:
+            raise Error(f"the height of a target must be from -10 to 100 m, not {self.height:g} m")
+
+    def __str__(self) -> str:
+        parts = [f"to {self.distance:g} m"] if self.distance is not None else []
+        parts += [f"at {self.height:g} m of height"] if self.distance is not None and self.height else []
+        parts += [f"with {self.speed:g} m/s"] if self.speed is not None else []
+        parts += [f"at {np.degrees(self.angle):.3g} deg"] if self.angle is not None else []
+        return " ".join(parts)
 
 
 @dataclass(frozen=True)
@@ -75,8 +87,8 @@ class Throw:
     below: float  # m, where the shoulder starts, forwards
     ground: float  # m, height of the ground
     gravity: float  # m/s^2
-    known: Floats  # (size,) signals at their knots of the throw that it began as
-    own: Floats  # (size,) signals at their knots
+    known: Floats  # (size,) signals of the throw that it began as, see `Follower.size`
+    own: Floats  # (size,) signals
     replay: Replay  # of one motion
     synergies: tuple[int, ...]  # whose signals changed
     change: float  # root mean square of that change
@@ -89,7 +101,20 @@ class Throw:
 
     @property
     def met(self) -> bool:
-        return bool(np.isfinite(self.error) and self.error <= ALLOWED)
+        """Whether everything that the goal names is met; a ball that does not land meets no distance."""
+        misses = [
+            abs(float(getattr(self.flight, name)[0]) - getattr(self.goal, name)) <= most
+            for name, most in ALLOWED.items()
+            if getattr(self.goal, name) is not None
+        ]
+        return all(misses)
+
+
+def check_release(release: float, motions: Motions) -> None:
+    """Error unless a time of release, s, is within the first motion."""
+    end = float(motions.time[motions.valid[0] > 0.0][-1])
+    if not 0.0 < release <= end:
+        raise Error(f"the release must be within the throw, 0 to {end:g} s, not {release:g} s")
 
 
 class Thrower:
@@ -99,7 +124,7 @@ class Thrower:
         """Begin with a fitted throw, the first of the follower's.
 
         Args:
-            own: (size,) its signals at their knots. shared: (P,) its parameters.
+            own: (size,) its signals. shared: (P,) its parameters.
             release: s; by default when a ball that is let go with the hand above the shoulder flies farthest.
         """
         self._follower, self._own, self._shared = follower, own.copy(), shared
@@ -112,8 +137,7 @@ class Thrower:
         time = follower.motions.time
         if release is None:
             release = float(time[self._best_frame()])
-        if not 0.0 < release <= time[-1]:
-            raise Error(f"the release must be within the throw, 0 to {time[-1]:g} s, not {release:g} s")
+        check_release(release, follower.motions)
         self.release = release
         self._frame = int(np.clip(round(release / (time[1] - time[0])), 0, len(time) - 1))
 

@@ -1,0 +1,59 @@
+"""Noise of recorded motions is told from motion, and a low-pass takes it away without lag."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from warpmuscle.errors import SignalError
+from warpmuscle.throw.motion import Motion
+from warpmuscle.throw.smoothing import NOISY, check_noise, low_passed, noise, removed
+
+TIME = np.arange(0.0, 1.501, 0.01)
+JOINTS = ("shoulder", "elbow")
+
+
+def motion(size: float = 0.0, time: np.ndarray = TIME) -> Motion:
+    """Angles that move by 1 rad within half a second, with white noise, deg."""
+    angles = np.stack([0.5 * np.sin(6.0 * time), 0.5 * np.cos(7.0 * time)], axis=1)
+    angles += np.radians(size) * np.random.default_rng(0).normal(size=angles.shape)
+    return Motion("m", 0.0, time, angles, 0.1 * time, np.zeros((len(time), 2)))
+
+
+def test_noise_of_two_degrees_is_refused_with_its_size_and_what_helps():
+    with pytest.raises(SignalError, match=r"shoulder has noise of about (1\.[89]|2|2\.[012]) deg.*--low-pass 6"):
+        check_noise(motion(2.0), JOINTS)
+    check_noise(motion(0.0), JOINTS)
+    assert max(noise(motion(0.0))) < 0.5 * NOISY < NOISY < min(noise(motion(0.05)))
+
+
+def test_slow_recordings_hold_too_little_to_tell_noise_by():
+    check_noise(motion(2.0, TIME[::3]), JOINTS)
+
+
+def test_a_low_pass_takes_the_noise_and_leaves_the_motion_where_it_was():
+    clean, noisy = motion(), motion(2.0)
+    passed = low_passed(noisy, 6.0)
+    check_noise(passed, JOINTS)
+    assert np.sqrt(np.mean((passed.angles - clean.angles) ** 2)) < np.radians(1.0)
+    np.testing.assert_allclose(np.degrees(removed(noisy, passed)), 2.0, atol=0.4)
+    np.testing.assert_allclose(low_passed(clean, 6.0).angles, clean.angles, atol=0.02)
+    assert np.abs(low_passed(clean, 6.0).pitch - clean.pitch).max() < 1e-3
+
+
+def test_uneven_times_are_made_even():
+    uneven = motion(0.0, np.sort(np.concatenate([TIME[::2], TIME[1:40:2]])))
+    passed = low_passed(uneven, 8.0)
+    assert np.ptp(np.diff(passed.time)) < 1e-9
+    assert passed.time[-1] == uneven.time[-1]
+
+
+@pytest.mark.parametrize(("frequency", "message"), [(0.0, "above 0 Hz"), (60.0, "below half"), (np.nan, "nan Hz")])
+def test_frequencies_that_make_no_filter_are_refused(frequency: float, message: str):
+    with pytest.raises(SignalError, match=message):
+        low_passed(motion(), frequency)
+
+
+def test_a_motion_that_is_shorter_than_a_period_is_refused():
+    with pytest.raises(SignalError, match=r"0\.2 s are too short for a low-pass of 4 Hz"):
+        low_passed(replace(motion(), time=TIME[:21], angles=motion().angles[:21]), 4.0)

@@ -1,0 +1,119 @@
+"""The command `throw`: what is refused before anything is fitted, what is said, and how a missed goal ends."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from warpmuscle.cli import app
+from warpmuscle.errors import Error
+from warpmuscle.throw import job
+from warpmuscle.throw.fit import Settings
+
+TIME = np.arange(0.0, 1.501, 0.01)
+
+
+@pytest.fixture
+def motion(tmp_path: Path) -> Path:
+    """A throw of an arm, without what the trunk and the shoulder do."""
+    return written(tmp_path / "m.csv")
+
+
+def written(path: Path, noise: float = 0.0) -> Path:
+    phase = 2.0 * np.pi * TIME / 1.5
+    angles = np.stack([60.0 - 30.0 * np.cos(phase), 60.0 + 20.0 * np.sin(phase), 10.0 * np.sin(phase)], axis=1)
+    angles += noise * np.random.default_rng(0).normal(size=angles.shape)
+    header = "time_s,shoulder_deg,elbow_deg,wrist_deg"
+    np.savetxt(path, np.column_stack([TIME, angles]), delimiter=",", header=header, comments="")
+    return path
+
+
+@pytest.fixture
+def nothing_fitted(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fit(*_: Any, **__: Any) -> None:
+        raise AssertionError("fitted")
+
+    monkeypatch.setattr(job.Job, "fit", fit)
+    monkeypatch.setattr(job.Job, "publish", fit)
+
+
+def error(*arguments: object) -> str:
+    """What `throw` refuses, as the command line prints it."""
+    result = CliRunner().invoke(app, ["throw", *map(str, arguments)])
+    assert isinstance(result.exception, Error), result.output
+    return str(result.exception)
+
+
+@pytest.mark.usefixtures("nothing_fitted")
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--channel", "m1=DELT"], "--channel is of use only with --emg"),
+        (["--release", "0.5"], "--release is of use only with a goal"),
+        (["--height", "2"], "--height is of use only with a goal"),
+        (["--adapt", "2"], "--adapt is of use only with a goal"),
+        (["--plot", "fit.bmp"], "fit.bmp: a figure is written as"),
+        (["--plot", "no/such/folder/fit.png"], "folder"),
+        (["--target", "2", "--release", "9"], "the release must be within the throw, 0 to 1.5 s, not 9 s"),
+        (["--target", "2", "--release", "nan"], "the release must be within the throw"),
+        (["--target", "nan"], "the distance of a throw"),
+        (["--fidelity", "inf"], "price"),
+        (["--low-pass", "80"], "below half the sampling rate, 50 Hz"),
+        (["--emg", "e.h5", "-n", "3"], "--number is for computed synergies"),
+    ],
+)
+def test_what_cannot_be_done_is_refused_before_the_fit(motion: Path, arguments: list[str], message: str):
+    assert message in error(motion, *arguments)
+
+
+@pytest.mark.usefixtures("nothing_fitted")
+def test_a_low_pass_without_a_file_is_refused():
+    assert "--low-pass is of use only with files" in error("--target", "2", "--low-pass", "6")
+
+
+@pytest.mark.usefixtures("nothing_fitted")
+def test_noise_is_refused_before_the_fit_and_a_low_pass_offered(tmp_path: Path):
+    assert "--low-pass 6" in error(written(tmp_path / "noisy.csv", 2.0))
+
+
+def test_what_a_low_pass_took_and_what_a_file_does_not_say_is_told(tmp_path: Path):
+    options = job.Options(low_pass=6.0)
+    made = job.Job(job.load("throw"), [written(tmp_path / "noisy.csv", 2.0)], options)
+    told = made.notes()
+    assert "low-pass at 6 Hz" in told[0]
+    assert "deg of elbow" in told[0]
+    assert (
+        "noisy: no trunk_pitch_deg or shoulder_flexion_gravity_deg, so the trunk is taken to stand upright" in told[1]
+    )
+    assert "noisy: no shoulder_forward_m and shoulder_up_m, so the shoulder is taken to stand still" in told[2]
+    assert len(told) == 3
+    assert job.Job(job.load("throw"), [], job.Options()).notes() == []
+
+
+def test_a_missed_goal_is_said_and_ends_with_code_1(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
+    def quick(**given: Any) -> Settings:
+        return Settings(common=False, parameter_steps=3, signal_steps=3, starts=1, **given)
+
+    monkeypatch.setattr(job, "Settings", quick)
+    arguments = ["throw", "--target", "60", "--adapt", "1", "-o", str(tmp_path / "t.h5"), "--plot", "t.png"]
+    monkeypatch.chdir(tmp_path)
+    result = CliRunner().invoke(app, arguments, standalone_mode=False)
+    assert result.exception is None, result.exception
+    assert result.return_value == 1
+    assert "no signals of these 1 synergies were found that throw to 60 m; --adapt 5 lets all" in result.output
+    assert (tmp_path / "t.h5").is_file()
+    assert (tmp_path / "t.png").is_file()
+
+
+def test_columns_and_exit_codes_are_in_the_help():
+    text = " ".join(CliRunner().invoke(app, ["throw", "--help"]).output.replace("│", " ").split())
+    for name in (
+        "shoulder_flexion_gravity_deg",
+        "trunk_pitch_deg",
+        "shoulder_forward_m",
+        "shoulder_up_m",
+        "Exit codes",
+    ):
+        assert name in text
