@@ -66,8 +66,14 @@ def test_sampling_rate_too_low_for_a_filter_is_said():
 
 
 def test_recording_too_short_for_a_filter_is_said():
-    with pytest.raises(SignalError, match="holds 20 samples, too few for the filter"):
-        band_passed(Signals(("a",), RATE, raw_emg().values[:20, :1]), Chain())
+    """Of 30 samples the envelope of a channel is 0 throughout, which is the filter's fault and not the channel's."""
+    short = Signals(("a",), RATE, raw_emg().values[:30, :1])
+    with pytest.raises(SignalError, match=r"30 samples last 0\.03 s, too short for a band from 10 Hz on"):
+        band_passed(short, Chain())
+    with pytest.raises(SignalError, match=r"a low-pass of 6 Hz, which takes at least one period, 0\.167 s"):
+        envelope(short, Chain())
+    with pytest.raises(SignalError, match="holds 3 samples, too few for the filter"):
+        band_passed(Signals(("a",), 20.0, raw_emg().values[:3, :1]), Chain((8.0, 9.0)))
 
 
 def test_negative_value_of_an_envelope_is_said_with_its_channel_and_line():

@@ -6,11 +6,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.markup import escape
 from rich.table import Table
 
 from warpmuscle.cli.common import command_line, writable
-from warpmuscle.cli.console import log, out
+from warpmuscle.cli.console import log, marked, out
 
 if TYPE_CHECKING:
     from warpmuscle.synergy.files import SynergyResult
@@ -136,7 +135,7 @@ def _print(result: SynergyResult) -> None:
     """Print what each number of synergies accounts for, and the synergies that were taken."""
     activations, account = result.activations, result.synergies.account
     for note in activations.notes:
-        log.print(f"[yellow]note:[/] {escape(note)}")
+        log.print(marked("note:", "yellow", f" {note}"))
     samples, muscles = activations.values.shape
     trials = len(set(activations.trial.tolist()))
     what = "cycle" if activations.time_unit == "cycle" else "recording"
@@ -145,7 +144,7 @@ def _print(result: SynergyResult) -> None:
     for row in result.counts:
         worst = int(row.muscle_vaf.argmin())
         cells = [f"{row.count}", f"{row.vaf:.4f}", f"{row.r2:.4f}",
-                 f"{row.muscle_vaf[worst]:.4f}  {escape(activations.muscles[worst])}",
+                 f"{row.muscle_vaf[worst]:.4f}  {activations.muscles[worst]}",
                  f"{row.restart_vaf.min():.4f}"]  # fmt: skip
         table.add_row(*cells, style="bold" if row.count == account.count else None)
     out.print(table)
@@ -153,7 +152,7 @@ def _print(result: SynergyResult) -> None:
     table = Table(f"{account.count} synergies", *names, "VAF")
     for m, muscle in enumerate(activations.muscles):
         weights = [f"{weight:.3f}" for weight in result.synergies.weights[m]]
-        table.add_row(escape(muscle), *weights, f"{account.muscle_vaf[m]:.4f}")
+        table.add_row(muscle, *weights, f"{account.muscle_vaf[m]:.4f}")
     if result.similarity is not None:
         table.add_row("cosine", *(f"{cosine:.3f}" for cosine in result.similarity), style="italic")
     out.print(table)

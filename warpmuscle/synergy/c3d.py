@@ -16,6 +16,9 @@ from pathlib import Path
 import numpy as np
 
 from warpmuscle.errors import SignalError
+from warpmuscle.formats.archive import DamagedArchive, read_arrays
+from warpmuscle.formats.files import check_regular
+from warpmuscle.limits import check_size
 from warpmuscle.synergy.signals import Floats
 
 BLOCK = 512  # bytes
@@ -44,13 +47,15 @@ def read_c3d(path: Path) -> tuple[tuple[str, ...], float, Floats]:
         raise SignalError("C3D files need ezc3d: pip install 'warpmuscle[c3d]'", file=path)
     frames, samples = _header(path)
     try:
-        done = subprocess.run([sys.executable, "-c", _READ, str(path)], capture_output=True, timeout=PATIENCE)
+        done = subprocess.run([sys.executable, "-P", "-c", _READ, str(path)], capture_output=True, timeout=PATIENCE)
     except subprocess.TimeoutExpired:
         raise SignalError(f"cannot be read as C3D within {PATIENCE:g} s; it may be damaged", file=path) from None
     if done.returncode != 0:
         raise SignalError("cannot be read as C3D; it is damaged, or holds no analog channels", file=path)
-    with np.load(io.BytesIO(done.stdout)) as arrays:
-        content = {name: arrays[name] for name in arrays.files}
+    try:
+        content = read_arrays(io.BytesIO(done.stdout))
+    except DamagedArchive:
+        raise SignalError("cannot be read as C3D; it is damaged", file=path) from None
     values = np.asarray(content["values"], np.float64).T
     names = tuple(str(name).strip() for name in content["names"])
     if not values.shape[1] or len(names) != values.shape[1]:
@@ -63,6 +68,8 @@ def read_c3d(path: Path) -> tuple[tuple[str, ...], float, Floats]:
 def _header(path: Path) -> tuple[int, int]:
     """Frames of the file, and samples of each analog channel in a frame; raises SignalError if it is no C3D file."""
     try:
+        check_regular(path)
+        check_size("table", path.stat().st_size, lambda text: SignalError(text, file=path))
         with path.open("rb") as file:
             begin = file.read(BLOCK)
             file.seek(BLOCK * (max(begin[0], 1) - 1) if begin else 0)

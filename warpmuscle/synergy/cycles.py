@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from warpmuscle.errors import SignalError
+from warpmuscle.limits import check_size
 from warpmuscle.synergy.emg import at_times
 from warpmuscle.synergy.signals import Floats, Signals
 from warpmuscle.synergy.tables import read_table
@@ -82,6 +83,7 @@ def by_cycles(signals: Signals, cycles: Cycles, points: int) -> Signals:
             f"{signals.start:g} s to {signals.end:g} s",
             file=cycles.source or None,
         )
+    check_size("samples", len(cycles.phases) * points * len(signals.names), signals.error)
     share = np.arange(points // phases) * (phases / points)
     bounds = cycles.phases
     time = bounds[:, :-1, None] + share * np.diff(bounds, axis=1)[:, :, None]

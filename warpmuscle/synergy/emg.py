@@ -13,6 +13,7 @@ import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
 from warpmuscle.errors import SignalError
+from warpmuscle.limits import check_size
 from warpmuscle.synergy.signals import Floats, Signals, check_signals
 
 FINEST = 10  # times the rate of a recording, to which it can be resampled
@@ -47,6 +48,7 @@ def band_passed(signals: Signals, chain: Chain) -> Signals:
     if chain.band is None:
         return signals.changed(values)
     _check_rate(signals, chain.band[1], f"a band up to {chain.band[1]:g} Hz")
+    _check_length(signals, chain.band[0], f"a band from {chain.band[0]:g} Hz on")
     sections = butter(chain.order, chain.band, "bandpass", fs=signals.rate, output="sos")
     return signals.changed(_zero_lag(signals, sections, values))
 
@@ -58,6 +60,7 @@ def envelope(signals: Signals, chain: Chain) -> Signals:
         SignalError: the sampling rate is too low for the low-pass, or the recording too short for the filter.
     """
     _check_rate(signals, chain.low_pass, f"a low-pass of {chain.low_pass:g} Hz")
+    _check_length(signals, chain.low_pass, f"a low-pass of {chain.low_pass:g} Hz")
     sections = butter(chain.order, chain.low_pass, "lowpass", fs=signals.rate, output="sos")
     return signals.changed(np.maximum(_zero_lag(signals, sections, np.abs(signals.values)), 0.0))
 
@@ -91,6 +94,7 @@ def resampled(signals: Signals, rate: float) -> Signals:
             f"at most {FINEST * signals.rate:g} activations a second are interpolated from {signals.rate:g} a second"
         )
     count = int(np.floor((signals.end - signals.start) * rate + 1e-6)) + 1
+    check_size("samples", count * len(signals.names), signals.error)
     if count < 2:
         raise signals.error(f"lasts {signals.end - signals.start:g} s, too short for samples at {rate:g} 1/s")
     changed = replace(signals, rate=rate, lines=None, values=np.zeros((count, 0)))
@@ -108,6 +112,16 @@ def _check_rate(signals: Signals, frequency: float, what: str) -> None:
         raise signals.error(
             f"{what} needs a sampling rate above {2.0 * frequency:g} 1/s, this one is {signals.rate:.6g} 1/s; "
             "ask for a lower frequency"
+        )
+
+
+def _check_length(signals: Signals, frequency: float, what: str) -> None:
+    """What is shorter than a period of a filter is all transient: its envelope may well be 0 throughout."""
+    lasts = len(signals.values) / signals.rate
+    if lasts < 1.0 / frequency:
+        raise signals.error(
+            f"{len(signals.values)} samples last {lasts:.3g} s, too short for {what}, which takes at least one period, "
+            f"{1.0 / frequency:.3g} s"
         )
 
 

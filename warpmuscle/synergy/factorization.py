@@ -18,6 +18,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment, nnls
 
 from warpmuscle.errors import Error, SignalError
+from warpmuscle.limits import check_size
 from warpmuscle.synergy.signals import Floats
 
 RESTARTS = 10
@@ -95,6 +96,7 @@ def _check(activations: Floats, count: int, restarts: int) -> None:
         raise SignalError("activations must be finite, not negative, and not all 0")
     if count < 1 or restarts < 1:
         raise SignalError(f"at least one synergy and one restart are needed, not {count} and {restarts}")
+    check_size("restarts", restarts, SignalError)
     if count > min(samples, muscles):
         raise SignalError(f"{count} synergies are more than the {muscles} channels with {samples} samples allow")
 

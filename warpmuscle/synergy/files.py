@@ -1,7 +1,8 @@
 """Files of synergies: HDF5 that says what it holds, written whole or not at all.
 
 - attributes of `/`: `format` ("warpmuscle synergies"), `format_version`, `command`, `seed`, versions of what made it,
-  and how the recordings were prepared: `band`, `low_pass`, `order`, ... as in `warpmuscle.synergy.preparation`
+  `processor`, `blas`, and how the recordings were prepared: `band`, `low_pass`, `order`, ... as in
+  `warpmuscle.synergy.preparation`
 - `/muscles` (M,), `/sources` (S,), `/notes`: names of the channels and of the files, and remarks
 - `/activations` (T, M), `/time` (T,) with the unit s or cycle, `/trial` (T,), `/maxima` (M,)
 - `/W` (M, N): synergies, the greatest weight of each 1; `/C` (N, T): their coefficients, A = W C
@@ -24,8 +25,11 @@ from typing import Any
 import h5py
 import numpy as np
 
+from warpmuscle.array_checks import check_numbers
 from warpmuscle.errors import ResultError, SceneError
+from warpmuscle.formats import hdf5
 from warpmuscle.formats.files import replace_file
+from warpmuscle.machine import this_machine
 from warpmuscle.synergy.factorization import Account, Synergies, match
 from warpmuscle.synergy.preparation import Activations, Preparation
 from warpmuscle.synergy.signals import Floats
@@ -73,6 +77,8 @@ def write(path: str | Path, result: SynergyResult) -> None:
         file.attrs["format"], file.attrs["format_version"] = FORMAT, FORMAT_VERSION
         for name, text in _versions().items():
             file.attrs[f"{name}_version"] = text
+        for name, text in this_machine().items():
+            file.attrs[name] = text
         for name, value in result.attributes.items():
             file.attrs[name] = value
         _put_activations(file, result.activations)
@@ -89,21 +95,15 @@ def read(path: str | Path) -> SynergyResult:
     Raises:
         ResultError: no such file, not a file of synergies, damaged, or written by a newer version of the format.
     """
-    try:
-        with h5py.File(path, "r") as file:
-            if file.attrs.get("format") != FORMAT:
-                raise ResultError(f"{path}: an HDF5 file, but not one of synergies")
-            if int(file.attrs["format_version"]) > FORMAT_VERSION:
-                raise ResultError(f"{path}: its format is newer than what this warpmuscle reads; update it")
-            return _load(file)
-    except FileNotFoundError:
-        raise ResultError(f"{path}: no such file") from None
-    except (PermissionError, IsADirectoryError) as error:
-        raise ResultError(f"{path}: cannot be read: {error.strerror}") from None
-    except OSError:
-        raise ResultError(f"{path}: not an HDF5 file, or damaged") from None
-    except (KeyError, ValueError, TypeError, AttributeError, RuntimeError, StopIteration) as error:
-        raise ResultError(f"{path}: damaged file of synergies: {' '.join(str(error).split())}") from None
+    with hdf5.opened(path, lambda message: ResultError(f"{path}: {message}"), "damaged file of synergies") as file:
+        if file.attrs.get("format") != FORMAT:
+            raise ResultError(f"{path}: an HDF5 file, but not one of synergies")
+        if int(file.attrs["format_version"]) > FORMAT_VERSION:
+            raise ResultError(f"{path}: its format is newer than what this warpmuscle reads; update it")
+        hdf5.check_contents(file)
+        result = _load(file)
+        _check(result)
+        return result
 
 
 def in_order_of(reference: SynergyResult, muscles: Sequence[str], synergies: Synergies) -> tuple[Synergies, Floats]:
@@ -159,8 +159,8 @@ def _put(group: Any, name: str, data: Any, **attributes: str) -> None:
 
 def _load(file: Any) -> SynergyResult:
     activations = Activations(
-        _text(file["muscles"]), file["activations"][()], file["time"][()], str(file["time"].attrs["units"]),
-        file["trial"][()], file["maxima"][()], _text(file["sources"]), _text(file["notes"]),
+        hdf5.strings(file["muscles"]), file["activations"][()], file["time"][()], str(file["time"].attrs["units"]),
+        file["trial"][()], file["maxima"][()], hdf5.strings(file["sources"]), hdf5.strings(file["notes"]),
     )  # fmt: skip
     group = file["counts"]
     names = ("count", "vaf", "muscle_vaf", "r2", "restart_vaf")
@@ -174,12 +174,28 @@ def _load(file: Any) -> SynergyResult:
     return SynergyResult(activations, synergies, counts, similarity, dict(file.attrs))
 
 
+def _check(result: SynergyResult) -> None:
+    """ValueError unless shapes fit each other and all numbers are finite and of a usable size."""
+    a, s = result.activations, result.synergies
+    samples, muscles, count = len(a.time), len(a.muscles), s.account.count
+    if len(set(a.muscles)) != muscles:
+        raise ValueError("muscles holds a name twice")
+    check_numbers("activations", a.values, (samples, muscles))
+    check_numbers("time", a.time, (samples,))
+    check_numbers("trial", a.trial, (samples,))
+    check_numbers("maxima", a.maxima, (muscles,))
+    check_numbers("W", s.weights, (muscles, count), 0.0)
+    check_numbers("C", s.coefficients, (count, samples), 0.0)
+    if result.similarity is not None:
+        check_numbers("similarity", result.similarity, (count,))
+    for account in result.counts:
+        check_numbers("counts/vaf", [account.vaf, account.r2], (2,))
+        check_numbers("counts/muscle_vaf", account.muscle_vaf, (muscles,))
+        check_numbers("counts/restart_vaf", account.restart_vaf, np.shape(account.restart_vaf))
+
+
 def _strings(names: Sequence[str]) -> Any:
     return np.asarray(names, dtype=h5py.string_dtype())
-
-
-def _text(dataset: Any) -> tuple[str, ...]:
-    return tuple(dataset.asstr()[()])
 
 
 def _versions() -> dict[str, str]:

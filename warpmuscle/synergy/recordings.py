@@ -19,6 +19,7 @@ import h5py
 import numpy as np
 
 from warpmuscle.errors import SignalError
+from warpmuscle.formats import hdf5
 from warpmuscle.synergy.c3d import read_c3d
 from warpmuscle.synergy.signals import Floats, Integers, Signals, check_signals, choose_channels
 from warpmuscle.synergy.tables import STORAGE, read_table
@@ -101,17 +102,11 @@ def _clock(time: Floats, path: Path, lines: Integers | None = None) -> _Clock:
 def _read_hdf5(path: Path, channels: Sequence[str], rate: float | None) -> Signals:
     if path.is_file() and path.stat().st_size == 0:
         raise SignalError("is empty", file=path)
-    try:
-        with h5py.File(path, "r") as file:
-            return _of_hdf5(file, path, channels, rate)
-    except FileNotFoundError:
-        raise SignalError("there is no such file", file=path) from None
-    except (IsADirectoryError, PermissionError) as error:
-        raise SignalError(f"cannot be read: {error.strerror}", file=path) from None
-    except OSError:
-        raise SignalError("is not an HDF5 file, or damaged", file=path) from None
-    except (KeyError, ValueError, TypeError, RuntimeError, AttributeError) as error:
-        raise SignalError(f"cannot be used: {error}", file=path) from None
+    if not path.exists():
+        raise SignalError("there is no such file", file=path)
+    with hdf5.opened(path, lambda message: SignalError(message, file=path), "cannot be used") as file:
+        hdf5.check_contents(file)
+        return _of_hdf5(file, path, channels, rate)
 
 
 def _of_hdf5(file: Any, path: Path, channels: Sequence[str], rate: float | None) -> Signals:
@@ -123,7 +118,7 @@ def _of_hdf5(file: Any, path: Path, channels: Sequence[str], rate: float | None)
         values = np.asarray(file["values"][()], np.float64)
         if "names" not in file or values.ndim != 2 or values.shape[1] != len(file["names"]):
             raise SignalError(f"`names` must name the columns of `values`, which has shape {values.shape}", file=path)
-        names = tuple(str(name) for name in file["names"].asstr()[()])
+        names = hdf5.strings(file["names"])
     else:
         names = tuple(
             name for name, item in file.items()

@@ -10,10 +10,12 @@ from pathlib import Path
 
 import numpy as np
 
-from warpmuscle.errors import SignalError
+from warpmuscle.errors import SceneError, SignalError
+from warpmuscle.formats.files import read_file, unreadable
 from warpmuscle.synergy.signals import Floats, Integers
 
 STORAGE = (".mot", ".sto")
+LONGEST_ROW = 100_000  # characters; Python reads cells of a little more
 _COUNT = re.compile(r"\s*(nrows|datarows|ncolumns|datacolumns)\s*[= ]\s*(\d+)\s*$", re.IGNORECASE)
 
 
@@ -69,6 +71,9 @@ def read_table(path: str | Path) -> Table:
                 if line.strip() and not line.lstrip().startswith("#")]  # fmt: skip
     if not numbered:
         raise SignalError("is empty: it holds no row of names", file=path)
+    long = next((number for number, line in numbered if len(line) > LONGEST_ROW), 0)
+    if long:
+        raise SignalError(f"a row is longer than {LONGEST_ROW} characters", file=path, line=long)
     first, header = numbered[0]
     delimiter = next((mark for mark in "\t;," if mark in header.strip()), None)
     names = tuple(cell.strip() for cell in _cells(header, delimiter))
@@ -101,13 +106,15 @@ def _header(path: Path, lines: list[str]) -> tuple[int, dict[str, int]]:
 
 def _text(path: Path) -> str:
     try:
-        content = path.read_bytes()
+        content = read_file(path, "table")
     except FileNotFoundError:
         raise SignalError("there is no such file", file=path) from None
     except IsADirectoryError:
         raise SignalError("this is a folder, not a file", file=path) from None
-    except OSError as error:
-        raise SignalError(f"cannot be read: {error.strerror or error}", file=path) from None
+    except SceneError as error:
+        raise SignalError(error.message, file=path) from None
+    except (OSError, ValueError) as error:
+        raise SignalError(unreadable(error), file=path) from None
     if not content.strip():
         raise SignalError("is empty", file=path)
     try:
