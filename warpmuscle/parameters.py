@@ -13,24 +13,11 @@ from numpy.typing import NDArray
 from warpmuscle.errors import Error, SceneError
 from warpmuscle.number import Free, Number, Scale
 from warpmuscle.scene import Scene
+from warpmuscle.units import unit_below
 
 Floats = NDArray[np.float64]
 Part = TypeVar("Part")
 PLAIN = frozenset({float, int, str, bool, type(None)})  # what most leaves are
-
-UNITS = {
-    "mass": "kg", "inertia": "kg m^2", "center": "m", "radius": "m", "start": "m", "end": "m", "low": "m", "high": "m",
-    "position_in_parent": "m", "position_in_child": "m", "limits": "rad", "limit_stiffness": "N m/rad",
-    "limit_damping": "N m s/rad", "kp": "N m/rad", "kd": "N m s/rad", "torque_limit": "N m", "angle": "rad",
-    "cd": "rad/m", "cv": "rad s/m", "d_limits": "m", "v_limits": "m/s", "distance_x": "m", "distance_z": "m",
-    "velocity_x": "m/s", "velocity_z": "m/s", "time": "s", "stance_hip_damping": "N m s^2/rad^2",
-    "stance_hip_max_velocity": "rad/s", "desired_heading": "rad", "angular_velocity": "rad/s", "root_position": "m",
-    "root_velocity": "m/s", "root_angular_velocity": "rad/s", "heading": "rad", "height": "m", "stiffness": "N/m",
-    "damping": "N s/m", "tangential_damping": "N s/m", "gravity": "m/s^2", "position": "m", "f_max": "N",
-    "l_opt": "m", "l_slack": "m", "delay": "s", "pennation": "rad", "blend": "rad", "period": "s", "rise_time": "s",
-    "fall_time": "s", "v_max": "l_opt/s", "rest": "rad", "self_collision": "m", "neural_time": "s", "rest_length": "m",
-    "moment_arm": "m", "rest_angle": "rad",
-}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -56,22 +43,22 @@ def leaves(value: Any, key: str = "") -> Iterator[tuple[str, Any]]:
             yield from leaves(member, path)
 
 
-def _free_leaves(value: Any, key: str, found: list[tuple[str, Free]]) -> None:
-    """Put the leaves into a list that are `Free`; scenes are walked often, and most of them is numbers."""
+def _free_leaves(value: Any, key: str, unit: str, found: list[tuple[str, Free, str]]) -> None:
+    """Put the leaves into a list that are `Free`, with units; scenes are walked often, and most of them is numbers."""
     for name, member in _members(value) or ():
         if type(member) is Free:
-            found.append((f"{key}{name}", member))
+            found.append((f"{key}{name}", member, unit_below(value, name, unit)))
         elif type(member) not in PLAIN:
-            _free_leaves(member, f"{key}{name}.", found)
+            _free_leaves(member, f"{key}{name}.", unit_below(value, name, unit), found)
 
 
 def free_parameters(scene: Scene) -> list[Parameter]:
     """The free parameters of a scene in order of appearance; numbers that follow another one are left out."""
-    found: list[tuple[str, Free]] = []
-    _free_leaves(scene, "", found)
+    found: list[tuple[str, Free, str]] = []
+    _free_leaves(scene, "", "1", found)
     return [
-        Parameter(key, number.value, number.min, number.max, number.step, _unit(key), number.scale)
-        for key, number in found
+        Parameter(key, number.value, number.min, number.max, number.step, "" if unit == "1" else unit, number.scale)
+        for key, number, unit in found
         if number.value is not None and number.min is not None and number.max is not None
     ]
 
@@ -251,14 +238,6 @@ def _members(value: Any) -> list[tuple[str, Any]] | None:
     if isinstance(value, list | tuple):
         return [(str(index), member) for index, member in enumerate(value)]
     return None
-
-
-def _unit(key: str) -> str:
-    """Unit of the innermost field on the path that has one; the numbers of a curve have that of the curve."""
-    field, *outer = [name for name in reversed(key.split(".")) if not name.isdigit()]
-    if field == "value" and outer:
-        field = outer[0]
-    return UNITS.get(field, "")
 
 
 def _as_values(parameters: list[Parameter], values: Floats, dimensions: tuple[int, ...]) -> Floats:

@@ -39,6 +39,8 @@ def put(file: Any, result: Result, file_format: str = FORMAT) -> None:
     file.attrs["format_version"] = FORMAT_VERSION
     for name in sorted(result.versions):
         file.attrs[f"{name}_version"] = result.versions[name]
+    for name in sorted(result.machine):
+        file.attrs[name] = result.machine[name]
     file.attrs["device"], file.attrs["command"], file.attrs["seed"] = result.device, result.command, result.seed
     _put(file, "scene", result.scene, description="the experiment, as TOML")
     _put_parameters(file, result.parameters)
@@ -123,11 +125,13 @@ def _put_searched(file: Any, searched: Searched) -> None:
     group = file.create_group("searches", track_order=True)
     _put_options(group, searched.options)
     group.attrs["ended"] = searched.ended
+    if searched.elsewhere:
+        group.attrs["elsewhere"] = searched.elsewhere
     if searched.stages:
         group.attrs["stage"] = searched.stage
     for number, state in enumerate(searched.states):
         inner = group.create_group(str(number), track_order=True)
-        for name in sorted(state):
+        for name in sorted(name for name in state if not np.isinf(state[name]).any()):  # infinite: unknown so far
             _put(inner, name, state[name], description="state of the search, in the unit cube", finite=False)
     for number, stage in enumerate(searched.stages):
         inner = file.create_group(f"stages/{number}", track_order=True)
