@@ -32,11 +32,18 @@ def march(character: Character, speed: float, duration: float = 2.0, frames: int
     poses = forward_kinematics(scene, position, upright, dict(zip(joints, np.moveaxis(orientation, 1, 0), strict=True)))
     arrays = {name: rng[name] for name in QUANTITIES} | {
         "time": time, "stance": (time // 0.5).astype(int) % 2, "root_position": position, "com": position,
+        "foot_force_left": footfalls(time, 0.0), "foot_force_right": footfalls(time, 0.5 * STRIDE),
         "root_orientation": upright, "joint_orientation": orientation,
         "body_position": np.stack([pose[0] for pose in poses.values()], axis=1),
         "body_orientation": np.stack([pose[1] for pose in poses.values()], axis=1),
     }  # fmt: skip
     return Recording.of(arrays, tuple(joints), tuple(poses), tuple(getattr(character, "muscles", {}))[:muscles])
+
+
+def footfalls(time: np.ndarray, first: float, stance: float = 0.6) -> np.ndarray:
+    """Forces (F, 3), N, on a foot that is on the ground for this part of every stride, from a time on."""
+    loaded = (time - first) % STRIDE < stance * STRIDE - 1e-9
+    return np.stack([0.0 * time, 350.0 / stance * loaded, 0.0 * time], axis=1)
 
 
 @cache

@@ -16,7 +16,7 @@ from warpmuscle.records import Evaluations
 def generation(number: int, count: int = 5) -> Evaluations:
     """Candidates of a generation."""
     rng = np.random.default_rng(number)
-    whole = (rng.integers(0, 9, count).astype(np.int32) for _ in range(3))
+    whole = (rng.integers(0, 8, count).astype(np.int32) for _ in range(3))
     numbers = np.full(count, number, dtype=np.int32)
     terms = np.where(rng.random((count, 2)) < 0.2, np.nan, rng.random((count, 2)))
     params, cost, end_time = rng.random((count, 3)), rng.random(count), rng.random(count)

@@ -40,7 +40,8 @@ def mask_of(values: Any, instances: int) -> NDArray[np.bool_]:
 
 def is_array(values: Any) -> bool:
     """Whether something is an array of one dimension or more, or a list, and no number."""
-    return not isinstance(values, int | float | np.generic)
+    listed = isinstance(values, list | tuple) or hasattr(values, "__array__") or hasattr(values, "__dlpack__")
+    return isinstance(values, wp.array) or (listed and not isinstance(values, np.generic))
 
 
 def host_array(values: Any, what: str) -> NDArray[Any]:
@@ -52,7 +53,7 @@ def host_array(values: Any, what: str) -> NDArray[Any]:
         if _is_foreign(plain) and plain.__dlpack_device__()[0] != 1:  # not in the memory of the CPU
             return np.asarray(wp.from_dlpack(plain).numpy())
         return np.asarray(plain)
-    except (TypeError, ValueError, RuntimeError, BufferError) as error:
+    except (TypeError, ValueError, RuntimeError, BufferError, OverflowError) as error:
         raise RolloutError(f"{what} cannot be taken from a {type(values).__name__}: {_line(error)}") from error
 
 
@@ -68,7 +69,7 @@ def _taken(values: Any, device: Any, what: str) -> wp.array:
         if array.dtype is not wp.float32:
             return wp.array(array.numpy().astype(np.float32), dtype=float, device=device)
         return array if array.device == device else wp.clone(array, device=device)
-    except (TypeError, ValueError, RuntimeError, BufferError) as error:
+    except (TypeError, ValueError, RuntimeError, BufferError, OverflowError) as error:
         raise RolloutError(f"{what} cannot be taken from a {type(values).__name__}: {_line(error)}") from error
 
 

@@ -11,20 +11,21 @@ from __future__ import annotations
 import contextlib
 import io
 import os
+import stat
 import struct
 import sys
-import zipfile
 import zlib
 from pathlib import Path
 from types import TracebackType
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from warpmuscle.errors import OccupiedError, ResultError
-from warpmuscle.formats.files import unwritable
+from warpmuscle.formats.archive import Arrays, DamagedArchive, read_arrays
+from warpmuscle.formats.files import NOT_REGULAR, check_regular, unwritable
 from warpmuscle.records import TABLE, Evaluations
+from warpmuscle.result_checks import check_evaluations
 
 if sys.platform != "win32":
     import fcntl
@@ -32,7 +33,6 @@ if sys.platform != "win32":
 SUFFIX = ".journal"
 _MAGIC = b"warpmuscle journal 1\n"
 _HEAD = struct.Struct("<QI")  # length and CRC-32 of what follows
-Arrays = dict[str, NDArray[Any]]
 
 
 def journal_path(path: Path) -> Path:
@@ -57,11 +57,14 @@ class Journal:
             ResultError: it cannot be written, is open elsewhere, or belongs to another run.
         """
         self._path, self._identity = path, identity
+        found = path.exists()
         try:
             self._file = os.open(path, os.O_RDWR | os.O_CREAT | getattr(os, "O_BINARY", 0), 0o666)
         except OSError as error:
             raise ResultError(f"{path}: {unwritable(error)}") from None
         try:
+            if not stat.S_ISREG(os.fstat(self._file).st_mode):
+                raise ResultError(f"{path}: {NOT_REGULAR}")
             self._lock()
             content = self._read()
             self._records, self._end = _records(content)
@@ -71,7 +74,9 @@ class Journal:
                 raise ResultError(f"{path}: the journal of another search; move it out of the way")
             if not self._records:
                 self.clear()
-        except BaseException:
+        except BaseException as error:
+            if not found and isinstance(error, Exception):
+                self.remove()
             os.close(self._file)
             raise
 
@@ -85,10 +90,11 @@ class Journal:
 
     @staticmethod
     def look(path: Path) -> list[Evaluations]:
-        """The generations in a journal that another process may be writing just now; none if there is no journal."""
+        """The generations in a journal that another process may be writing just now; none if it cannot be read."""
         try:
+            check_regular(path)
             return [_evaluations(record) for record in _records(path.read_bytes())[0][1:]]
-        except OSError:
+        except (OSError, ValueError):
             return []
 
     def close(self) -> None:
@@ -96,8 +102,15 @@ class Journal:
         os.close(self._file)
 
     def generations(self) -> list[Evaluations]:
-        """The generations that were found when the journal was opened, in order."""
-        return [_evaluations(record) for record in self._records[1:]]
+        """The generations that were found when the journal was opened, in order.
+
+        Raises:
+            ResultError: a record is whole, but no generation of a search.
+        """
+        try:
+            return [_evaluations(record) for record in self._records[1:]]
+        except ValueError as error:
+            raise ResultError(f"{self._path}: damaged journal: {error}; move it out of the way") from None
 
     def append(self, generation: Evaluations) -> None:
         """Put down the candidates of one generation; they are on the disk when this returns.
@@ -170,15 +183,21 @@ def _records(content: bytes) -> tuple[list[Arrays], int]:
         if len(payload) < length or zlib.crc32(payload) != checksum:
             break
         try:
-            with np.load(io.BytesIO(payload), allow_pickle=False) as arrays:
-                found.append(dict(arrays))
-        except (OSError, ValueError, zipfile.BadZipFile):
+            found.append(read_arrays(io.BytesIO(payload)))
+        except DamagedArchive:
             break
         end += _HEAD.size + length
     return found, end
 
 
 def _evaluations(record: Arrays) -> Evaluations:
-    first = np.zeros(len(record["cost"]), dtype=np.int32)  # journals of before there were stages have no such column
+    """The generation in a record; ValueError if it holds none."""
+    if missing := [name for name in (*TABLE, "term_names") if name not in record and name != "stage"]:
+        raise ValueError(f"{missing[0]} is missing")
+    first = np.zeros(record["cost"].shape, dtype=np.int32)  # journals of before there were stages have no such column
     columns: dict[str, Any] = {name: ({"stage": first} | record)[name] for name in TABLE}
-    return Evaluations(**columns, term_names=tuple(map(str, record["term_names"])))
+    found = Evaluations(**columns, term_names=tuple(map(str, np.atleast_1d(record["term_names"]))))
+    check_evaluations(found, np.shape(found.params)[-1] if np.ndim(found.params) else 0)
+    if len(np.unique(found.generation)) != 1:
+        raise ValueError("a record holds candidates of no generation, or of several")
+    return found

@@ -42,12 +42,19 @@ class Keeper:
             ResultError: a file cannot be written, or there is an interrupted search of that name.
         """
         journal = journal_path(path)
-        if journal.exists():
+        if journal.exists() and (path.exists() or Journal.look(journal)):
             raise ResultError(
                 f"{path}: an interrupted search; continue it with --resume {path}, or remove {journal} to begin anew"
             )
-        write(path, start)
-        return cls(path, identity_of(start))
+        keeper = cls(path, identity_of(start))  # first, so that an older file stays where there is no room for it
+        try:
+            write(path, start)
+        except BaseException as error:
+            if isinstance(error, Exception):
+                keeper._journal.remove()
+            keeper.close()
+            raise
+        return keeper
 
     @classmethod
     def resume(cls, path: Path) -> tuple[Keeper, Result, dict[int, Evaluations]]:
@@ -64,7 +71,7 @@ class Keeper:
             result = read(path)  # as it is now that nobody else writes it
             assert result.evaluations is not None
             known = _by_generation(result.evaluations)
-            _add(known, keeper._journal.generations())
+            _add(known, keeper._generations(result))
             keeper._count = len(result.evaluations)
             remove_leftovers(path)
         except BaseException:
@@ -121,6 +128,18 @@ class Keeper:
         self._write(result)
         self._journal.remove()
         remove_leftovers(self._path)
+
+    def _generations(self, result: Result) -> list[Evaluations]:
+        """What the journal has besides a result; raises ResultError if it is not of the same search."""
+        found, own = self._journal.generations(), result.evaluations
+        assert own is not None
+        for part in found:
+            if part.params.shape[1] != own.params.shape[1] or part.term_names != own.term_names:
+                raise ResultError(
+                    f"{journal_path(self._path)}: damaged journal: its candidates have other parameters or terms than "
+                    "those of the result file; move it out of the way"
+                )
+        return found
 
     def _write(self, result: Result) -> None:
         begin = time.monotonic()

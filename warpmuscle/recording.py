@@ -12,8 +12,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from warpmuscle.arguments import as_kind, as_number, in_words
+from warpmuscle.errors import ArgumentError
+
 if TYPE_CHECKING:
-    from warpmuscle.scene import Scene
+    from warpmuscle.formats import SceneLike
     from warpmuscle.view.page import Page
 
 Floats = NDArray[np.floating[Any]]
@@ -74,12 +77,12 @@ MUSCLE_QUANTITIES = tuple(name for name in QUANTITIES if name.startswith("muscle
 INTEGER_QUANTITIES = ("stance", "state")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Recording:
     """One instance over F frames, J joints, B bodies and M muscles; see `QUANTITIES` for units and meaning.
 
     Joints are in breadth-first order from the root; bodies are the root followed by the children of those joints.
-    Raises ValueError if a shape does not fit.
+    Raises ArgumentError, a ValueError, if a shape does not fit.
     """
 
     joint_names: tuple[str, ...]
@@ -116,12 +119,21 @@ class Recording:
         names = {"joint": self.joint_names, "body": self.body_names, "muscle": self.muscle_names}
         counts = {"frame": len(self.time)} | {axis: len(members) for axis, members in names.items()}
         for name, quantity in QUANTITIES.items():
+            array = as_kind(np.ndarray, self[name], name)
             expected = tuple(counts.get(axis, len(axis.split())) for axis in quantity.axes)
-            if self[name].shape != expected:
-                raise ValueError(f"{name} has shape {self[name].shape}, not {expected} ({', '.join(quantity.axes)})")
+            if array.shape != expected:
+                raise ArgumentError(f"{name} has shape {array.shape}, not {expected} ({', '.join(quantity.axes)})")
+
+    def __repr__(self) -> str:
+        span = f", {self.time[0]:.4g} to {self.time[-1]:.4g} s" if self.frames else ""
+        counts = {"bodies": self.body_names, "joints": self.joint_names, "muscles": self.muscle_names}
+        parts = "".join(f", {len(names)} {what}" for what, names in counts.items())
+        return f"Recording({self.frames} frames{span}{parts})"
 
     def __getitem__(self, name: str) -> NDArray[Any]:
-        """The array of a quantity."""
+        """The array of a quantity; raises ArgumentError for an unknown name."""
+        if not isinstance(name, str) or name not in QUANTITIES:
+            raise ArgumentError(f"no quantity is called {in_words(name)}; there are {', '.join(QUANTITIES)}")
         array: NDArray[Any] = getattr(self, name)
         return array
 
@@ -133,14 +145,16 @@ class Recording:
         body_names: tuple[str, ...],
         muscle_names: tuple[str, ...] = (),
     ) -> Recording:
-        """A recording from arrays by name of their quantity; raises KeyError if one is missing.
+        """A recording from arrays by name of their quantity; raises ArgumentError if one is missing.
 
         Without muscles their arrays may be missing, and so may the desired torque, which then is the torque.
         """
-        present = {"joint_torque_desired": arrays["joint_torque"], **arrays}
+        present: dict[str, Any] = {"joint_torque_desired": arrays.get("joint_torque"), **arrays}
         if not muscle_names:
-            nothing = np.zeros((len(arrays["time"]), 0))
+            nothing = np.zeros((len(arrays.get("time", ())), 0))
             present = {**dict.fromkeys(MUSCLE_QUANTITIES, nothing), **present}
+        if missing := [name for name in QUANTITIES if present.get(name) is None]:
+            raise ArgumentError(f"arrays of a recording lack {', '.join(missing)}")
         return cls(joint_names, body_names, muscle_names, **{name: present[name] for name in QUANTITIES})
 
     @property
@@ -154,28 +168,30 @@ class Recording:
         return bool(np.any(self.joint_target[..., :3]))
 
     def window(self, start: float, end: float = np.inf) -> Recording:
-        """The frames with start <= time <= end, s."""
+        """The frames with start <= time <= end, s; these may be infinite. Raises ArgumentError."""
+        start, end = as_number(start, "start", infinite=True), as_number(end, "end", infinite=True)
         chosen = (self.time >= start) & (self.time <= end)
         arrays = {name: self[name][chosen] for name in QUANTITIES}
         return Recording.of(arrays, self.joint_names, self.body_names, self.muscle_names)
 
-    def view(self, scene: Scene) -> Page:
+    def view(self, scene: SceneLike) -> Page:
         """The motion as a page that a notebook shows and `save` writes.
 
         Args:
-            scene: that made it; free parameters count with their start values.
+            scene: that made it, or its name or file; free parameters count with their start values.
 
         Raises:
             Error: there are no frames, or they are of another character.
         """
+        from warpmuscle.formats import scene_of
         from warpmuscle.view.page import Page, replay_html  # needed by those only who look
 
-        return Page(replay_html(self, scene))
+        return Page(replay_html(self, scene_of(scene)))
 
     def position_of(self, body: str) -> Floats:
-        """Centre of mass (F, 3) of a body by name, m; raises ValueError for an unknown name."""
-        if body not in self.body_names:
-            raise ValueError(f"no body is called {body!r}; there are {', '.join(self.body_names)}")
+        """Centre of mass (F, 3) of a body by name, m; raises ArgumentError for an unknown name."""
+        if not isinstance(body, str) or body not in self.body_names:
+            raise ArgumentError(f"no body is called {in_words(body)}; there are {', '.join(self.body_names)}")
         return self.body_position[:, self.body_names.index(body)]
 
 

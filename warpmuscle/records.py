@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import platform
+import re
+import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib.metadata import PackageNotFoundError, version
@@ -11,7 +13,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from warpmuscle.arguments import as_whole
+from warpmuscle.errors import ResultError
+from warpmuscle.machine import this_machine
 from warpmuscle.recording import Floats, Integers, Recording
+from warpmuscle.status import counted, words
 
 if TYPE_CHECKING:
     from warpmuscle.view.page import Page
@@ -19,18 +25,20 @@ if TYPE_CHECKING:
 PACKAGES = {"warpmuscle": "warpmuscle", "warp": "warp-lang", "numpy": "numpy", "h5py": "h5py"}
 
 
+def version_of(package: str) -> str:
+    """Version of an installed package; "unknown" for one without metadata."""
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return "unknown"
+
+
 def installed_versions() -> dict[str, str]:
-    """Versions of what produces a result here, by name; "unknown" for a package without metadata."""
-    found = {"python": platform.python_version()}
-    for name, package in PACKAGES.items():
-        try:
-            found[name] = version(package)
-        except PackageNotFoundError:
-            found[name] = "unknown"
-    return found
+    """Versions of what produces a result here, by name."""
+    return {"python": platform.python_version()} | {name: version_of(package) for name, package in PACKAGES.items()}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class ParameterTable:
     """The free parameters of a scene: P dimensions of a search."""
 
@@ -42,8 +50,11 @@ class ParameterTable:
     value: Floats  # (P,), of the scene as stored in the same file
     scale: tuple[str, ...]  # "linear" or "log", from min at 0 to max at 1 of the unit interval that a search sees
 
+    def __repr__(self) -> str:
+        return f"ParameterTable({len(self.name)} parameters)"
 
-@dataclass(frozen=True)
+
+@dataclass(frozen=True, repr=False)
 class Evaluations:
     """N candidates: generation by generation, and within one search by search."""
 
@@ -61,6 +72,13 @@ class Evaluations:
         """Number of candidates."""
         return len(self.cost)
 
+    def __repr__(self) -> str:
+        return f"Evaluations({len(self)} candidates: {counted(self.status)})"
+
+    def status_names(self) -> tuple[str, ...]:
+        """What became of each candidate, such as `completed` and `fell`."""
+        return words(self.status)
+
     def rows(self, chosen: NDArray[Any] | slice) -> Evaluations:
         """The chosen rows."""
         columns: dict[str, Any] = {name: getattr(self, name)[chosen] for name in TABLE}
@@ -71,7 +89,7 @@ COLUMNS = ("params", "cost", "status", "end_time", "search", "generation", "stag
 TABLE = (*COLUMNS, "terms")  # arrays of evaluations that have a row a candidate
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Best:
     """The candidate of least cost; of those of the last stage that has any, since stages have costs of their own."""
 
@@ -79,8 +97,11 @@ class Best:
     cost: float
     index: int  # row of the evaluations
 
+    def __repr__(self) -> str:
+        return f"Best(candidate {self.index}, cost {self.cost:.6g}, {len(self.params)} parameters)"
 
-@dataclass(frozen=True)
+
+@dataclass(frozen=True, repr=False)
 class History:
     """What each generation of each search brought, H rows; complete generations only."""
 
@@ -92,6 +113,9 @@ class History:
     sigma: Floats  # (H,), step size after the generation; not a number for a search that has none
     asks_crc32: Integers  # (H,), of its candidates in the unit cube, (n, P) of float64, to tell a resumed search by
     stage: Integers  # (H,)
+
+    def __repr__(self) -> str:
+        return f"History({len(self.generation)} generations of searches)"
 
 
 ANY_NUMBER = 10**9  # of candidates, of an optimisation that ends by its time
@@ -127,7 +151,7 @@ class Staged:
     best: Best | None = None  # of its candidates
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Searched:
     """How an optimisation went: what was asked, why it ended, each generation, and what its searches know."""
 
@@ -137,6 +161,11 @@ class Searched:
     states: tuple[Mapping[str, Floats], ...] = ()  # of each search, arrays by name; with stages, of those of this one
     stages: tuple[Staged, ...] = ()  # of the scene, begun or not
     stage: int = 0  # number of the last one begun
+    elsewhere: int = 0  # so many first generations were asked for on other machines, see `Campaign`
+
+    def __repr__(self) -> str:
+        stages = f", {len(self.stages)} stages" if self.stages else ""
+        return f"Searched({self.options.searches} x {self.options.strategy}{stages}, {self.ended or 'not ended'})"
 
 
 @dataclass(frozen=True)
@@ -149,7 +178,7 @@ class Fit:
     seconds: Floats  # (S,) since the begin, at the end of each stage
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Result:
     """All that a run leaves behind; evaluations, best and searched are None for a run that searched nothing."""
 
@@ -163,9 +192,28 @@ class Result:
     replays: tuple[Recording, ...] = ()
     searched: Searched | None = None
     versions: Mapping[str, str] = field(default_factory=installed_versions)
+    machine: Mapping[str, str] = field(default_factory=this_machine)  # processor and BLAS; empty in older files
     replay_names: tuple[str, ...] = ()  # of the motions, if they have any
     parts: Mapping[str, Mapping[str, float]] = field(default_factory=dict)  # of terms, by joint or muscle, undisturbed
     fit: Fit | None = None  # of motions to recorded ones, which are then their `joint_target`
+
+    def __repr__(self) -> str:
+        parts = [f"seed {self.seed} on {self.device}" if self.device else ""]
+        if self.evaluations is not None:
+            parts.append(f"{len(self.evaluations)} candidates")
+        if self.best is not None:
+            parts.append(f"best cost {self.best.cost:.6g}")
+        parts.append(f"{len(self.replays)} motion{'' if len(self.replays) == 1 else 's'}")
+        return f"Result({', '.join([repr(self.scene_name), *filter(None, parts)])})"
+
+    @property
+    def scene_name(self) -> str:
+        """Name of the scene."""
+        line = re.search(r"^name = .*$", self.scene, re.MULTILINE)  # the first one is the scene's own
+        try:
+            return str(tomllib.loads(line[0])["name"]) if line else ""
+        except tomllib.TOMLDecodeError:
+            return ""
 
     def view(self, replay: int | None = None) -> Page:
         """The recorded motions, or one of them, as a page that a notebook shows and `save` writes.
@@ -173,6 +221,8 @@ class Result:
         Raises:
             ResultError: there is no such motion.
         """
+        if replay is not None:
+            replay = as_whole(replay, "replay", 0, error=ResultError)
         from warpmuscle.view.sources import of_replays, page_of_sights  # needed by those only who look
 
         return page_of_sights(of_replays(self, replay=replay))

@@ -1,4 +1,4 @@
-"""The scene of a result with its best parameters, to go on with."""
+"""The scene of a result with its best parameters: to go on with, or as its motion was made."""
 
 from __future__ import annotations
 
@@ -7,11 +7,42 @@ from fnmatch import fnmatchcase
 
 import numpy as np
 
+from warpmuscle.arguments import as_kind, as_texts, as_whole
 from warpmuscle.errors import ResultError
 from warpmuscle.formats import toml
-from warpmuscle.parameters import free_parameters, pinned, with_values
+from warpmuscle.objective import TERMS
+from warpmuscle.parameters import free_parameters, pinned, start_values, substitute, with_values
 from warpmuscle.records import Result
 from warpmuscle.scene import Scene
+from warpmuscle.stage_scene import stage_scene
+
+
+def recorded_scene(result: Result) -> Scene:
+    """The scene of a result without free parameters, with the values that its motion was made with."""
+    scene, best = scene_in(result), result.best
+    if best is not None and result.evaluations is not None:
+        stage = int(result.evaluations.stage[best.index])
+        scene = stage_scene(scene, stage, np.asarray(best.params, dtype=np.float64))
+    return substitute(scene, start_values(scene))
+
+
+def scene_in(result: Result) -> Scene:
+    """The scene of a result, found to be the one that its tables are of.
+
+    Raises:
+        SceneError: it cannot be used. ResultError: its parameters, stages or terms are others.
+    """
+    scene, found = toml.loads(result.scene), result.evaluations
+    if found is None:
+        return scene
+    if tuple(parameter.name for parameter in free_parameters(scene)) != result.parameters.name:
+        raise ResultError("damaged result file: its scene has other free parameters than its table of parameters")
+    if len(found) and int(found.stage.max()) >= max(len(scene.stages), 1):
+        raise ResultError(f"damaged result file: its scene has no stage {found.stage.max()}")
+    for name in found.term_names:
+        if name not in scene.objective.custom and name not in TERMS:
+            raise ResultError(f"damaged result file: its objective has no term {name!r}")
+    return scene
 
 
 def best_scene(result: Result, fixed: Sequence[str] = (), among: int | None = None) -> tuple[Scene, str]:
@@ -28,9 +59,13 @@ def best_scene(result: Result, fixed: Sequence[str] = (), among: int | None = No
     Raises:
         ResultError: there are no candidates, or none to choose among, or no parameter that a pattern means.
     """
+    as_kind(Result, result, "result", error=ResultError)
+    fixed = as_texts(fixed, "fixed", error=ResultError)
+    if among is not None:
+        among = as_whole(among, "among", error=ResultError)
     if result.best is None:
         raise ResultError("holds no candidates to choose the best of")
-    scene, chosen = toml.loads(result.scene), ""
+    scene, chosen = scene_in(result), ""
     values, cost = result.best.params, result.best.cost
     if among is not None:
         if result.evaluations is None or scene.stages:

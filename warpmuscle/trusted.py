@@ -7,8 +7,12 @@ refuses to unless the user trusts what is named. Trust is a matter of the proces
 from __future__ import annotations
 
 import re
+from os import PathLike
 from pathlib import Path
 
+import msgspec
+
+from warpmuscle.arguments import as_path, in_words
 from warpmuscle.errors import SceneError
 from warpmuscle.scene import Scene
 
@@ -28,6 +32,14 @@ def named_code(scene: Scene) -> dict[str, str]:
     return {key: entry for key, entry in found.items() if entry}
 
 
+def without_code(scene: Scene) -> Scene:
+    """The scene without what it names, for those who ask for its geometry only; nothing has to be trusted then."""
+    replace = msgspec.structs.replace
+    model = replace(scene.muscle_model, **dict.fromkeys(CURVE_FIELDS, ""))
+    objective = replace(scene.objective, custom={})
+    return replace(scene, muscle_model=model, objective=objective, custom_controller="")
+
+
 def check_entries(scene: Scene) -> None:
     """SceneError unless all that a scene names is named as `module:function`."""
     for key, entry in named_code(scene).items():
@@ -35,12 +47,19 @@ def check_entries(scene: Scene) -> None:
             raise SceneError(f"{entry!r} is not the name of a function as in 'module:function'", key=key)
 
 
-def trust(scene: Scene, folder: Path | None = None) -> None:
+def trust(scene: Scene, folder: str | PathLike[str] | None = None) -> None:
     """Let what a scene names run from now on.
 
     Args:
         folder: where its modules are looked for, besides Python's own places and the current folder.
+
+    Raises:
+        SceneError: no scene. ArgumentError: no path of a folder.
     """
+    if not isinstance(scene, Scene):
+        raise SceneError(f"scene must be a scene as wm.load gives it, not {in_words(scene)}")
+    if folder is not None:
+        folder = as_path(folder, "folder").absolute()
     _trusted.update(named_code(scene).values())
     if folder is not None and folder not in _folders:
         _folders.append(folder)

@@ -109,6 +109,12 @@ def test_arrays_that_do_not_fit_are_named(tmp_path, arrays: dict, message: str):
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.filterwarnings("error")
+def test_huge_quaternions_are_refused_without_a_warning(tmp_path):
+    with pytest.raises(ResultError, match="'lHip' holds quaternions that are not of unit length"):
+        read(tmp_path, **STEPS, lHip=1e300 * QUATERNIONS)
+
+
 def test_what_is_no_archive_is_an_error(tmp_path):
     np.save(tmp_path / "b.npy", ANGLES)
     memory = io.BytesIO()

@@ -84,7 +84,7 @@ def test_biped_starts_with_its_joints_in_the_order_of_the_file(reference_data):
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("-1 -0 -3\n", "", r"a\.rs: .*: the file ends before the angular velocity of joint 'hip' \(1 of 1\)"),
+        ("-1 -0 -3\n", "", r"a\.rs:\d+: .*: the file ends before the angular velocity of joint 'hip' \(1 of 1\)"),
         ("-1 -0 -3", "-1 -0", r"a\.rs:10: .*: expected the angular velocity .*: 3 numbers, got 2"),
         ("-1 -0 -3", "-1 -0 x", r"a\.rs:10: this line: 'x' is not a number"),
         ("-1 -0 -3", "-1 -0 nan", r"a\.rs:10: this line: 'nan' is not a number"),

@@ -143,3 +143,29 @@ def test_walk_has_all_its_feedback(reference_data):
 def test_bad_lines_are_named_by_file_and_line(tmp_path, text, message):
     with pytest.raises(SceneError, match=message):
         parse(tmp_path, text)
+
+
+def test_trajectories_by_which_a_later_program_steers_are_named_with_their_line_and_left_out(tmp_path):
+    texts = [TRAJECTORY.replace("hip", name).format(lines="") for name in ("swing_foot", "velD", "hip")]
+    read, notes = state(tmp_path, "".join(texts))
+    assert list(read.trajectories) == ["hip"]
+    lines = Path(tmp_path / "a.sbc").read_text().splitlines()
+    assert [(one.line, one.text) for one in notes.ignored] == [
+        (lines.index(f"trajectory {name}") + 1, name) for name in ("swing_foot", "velD")
+    ]
+
+
+def test_numbers_of_seconds_may_say_so(tmp_path):
+    read, notes = component(tmp_path, "baseTrajectory\n0.000000s 0.2\n0.5 0.000000s\n/baseTrajectory")
+    assert (read.phase, read.angle) == ([0.0, 0.5], [0.2, 0.0])
+    assert [one.reason for one in notes.ignored] == ["the s of 0.000000s is left out"] * 2
+    with pytest.raises(SceneError, match=r"a\.sbc:\d+: .*'0\.000000m' is not a finite number"):
+        component(tmp_path, "baseTrajectory\n0.000000m 0.2\n/baseTrajectory")
+
+
+def test_of_several_curves_by_speed_the_first_one_is_used(tmp_path):
+    curve = "baseTrajectory ({speed})\n0.5 {angle}\n/baseTrajectory\n"
+    text = curve.format(speed="0.0,0.3", angle=0.1) + curve.format(speed="0.0,0.7", angle=0.9)
+    read, notes = component(tmp_path, text)
+    assert (read.phase, read.angle) == ([0.5], [0.1])
+    assert [one.text for one in notes.ignored] == ["baseTrajectory (0.0,0.7)"]

@@ -116,3 +116,9 @@ def test_errors_in_what_a_base_says_are_placed_there(folder):
 def test_impossible_layers_are_errors(folder, text, message):
     with pytest.raises(SceneError, match=message):
         toml.read(scene(folder, text))
+
+
+@pytest.mark.parametrize("key", ["base", "character"])
+def test_a_name_that_no_file_can_have_is_refused(key: str):
+    with pytest.raises(SceneError, match="no file can be called"):
+        toml.loads(f'name = "a"\n{key} = "x\\u0000y"\n')

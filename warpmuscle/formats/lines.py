@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from warpmuscle.errors import SceneError
-from warpmuscle.formats.files import unreadable
+from warpmuscle.formats.files import read_file, unreadable
 
 NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?", re.ASCII)
 
@@ -94,7 +94,7 @@ class Line:
             raise self.error(f"{self._subject()} needs {wanted}, got {len(words)}")
         if len(words) > count:
             self.ignore(notes, f"only its first {count} value{'s are' if count > 1 else ' is'} used")
-        return tuple(self.number_in(word) for word in words[:count])
+        return tuple(self.number_in(word, notes) for word in words[:count])
 
     def triple(self, what: str, notes: Notes) -> tuple[float, float, float]:
         """The first three words after the keyword as finite numbers."""
@@ -105,8 +105,11 @@ class Line:
         """The first word after the keyword as a finite number."""
         return self.numbers(1, what, notes)[0]
 
-    def number_in(self, word: str) -> float:
-        """A word as a finite number; SceneError at this line if it is none."""
+    def number_in(self, word: str, notes: Notes) -> float:
+        """A word as a finite number, an `s` for seconds behind it left out; SceneError at this line if it is none."""
+        if word.endswith("s") and NUMBER.fullmatch(word[:-1]):
+            self.ignore(notes, f"the s of {word} is left out")
+            word = word[:-1]
         value = float(word) if NUMBER.fullmatch(word) else math.nan
         if not math.isfinite(value):
             raise self.error(f"{self._subject()}: {word!r} is not a {'finite ' if NUMBER.match(word) else ''}number")
@@ -139,7 +142,7 @@ class Lines:
 def read_text(path: Path) -> str:
     """Text of a file, UTF-8 or else Latin-1; SceneError if it cannot be read."""
     try:
-        data = path.read_bytes()
+        data = read_file(path)
     except (OSError, ValueError) as error:
         raise SceneError(unreadable(error), file=path) from None
     try:

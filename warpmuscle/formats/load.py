@@ -6,8 +6,10 @@ import difflib
 import warnings
 from collections.abc import Iterable, Sequence
 from importlib import resources
+from os import PathLike
 from pathlib import Path, PurePosixPath
 
+from warpmuscle.arguments import as_kind, as_path, as_truth, in_words
 from warpmuscle.errors import SceneError
 from warpmuscle.formats import rbs, rs, sbc, toml
 from warpmuscle.formats.lines import Ignored, Line, Notes
@@ -15,13 +17,15 @@ from warpmuscle.scene import Actuation, Scene
 from warpmuscle.trusted import trust as allow
 from warpmuscle.trusted import trusts_everything
 from warpmuscle.validate import check_scene
-from warpmuscle.validate_muscles import SceneWarning, slack_warnings
+from warpmuscle.validate_muscles import SceneWarning
+from warpmuscle.validate_start import doubts_of
 
 SUFFIXES = (".toml", ".rbs", ".sbc", ".rs")
+SceneLike = Scene | str | PathLike[str]  # a scene, its name, or its file
 
 
 def load(
-    *sources: str | Path, ignored: list[Ignored] | None = None, keyword_rule: bool = False, trust: bool = False
+    *sources: str | PathLike[str], ignored: list[Ignored] | None = None, keyword_rule: bool = False, trust: bool = False
 ) -> Scene:
     """A checked scene.
 
@@ -35,14 +39,21 @@ def load(
         trust: let code run that the scene names as `module:function`, once it is simulated.
 
     Warns:
-        SceneWarning: one for each thing that is probably a mistake, with file, line and key (see `slack_warnings`).
+        SceneWarning: one for each thing that is probably a mistake, with file, line and key (see `doubts_of`).
 
     Raises:
         SceneError: with file, line and key as far as they are known.
     """
     if not sources:
         raise SceneError(f"no scene given; {_available()}")
-    paths = [Path(source) for source in sources]
+    for source in sources:
+        if isinstance(source, Scene):
+            raise SceneError("a scene is loaded from its name or files, and this one is loaded already")
+    paths = [as_path(source, "source", error=SceneError) for source in sources]
+    if ignored is not None:
+        as_kind(list, ignored, "ignored")
+    as_truth(keyword_rule, "keyword_rule")
+    as_truth(trust, "trust")
     suffixes = [path.suffix.lower() for path in paths]
     if len(paths) == 1 and suffixes[0] not in SUFFIXES:
         paths, suffixes = [_shipped(str(sources[0]))], [".toml"]
@@ -58,12 +69,32 @@ def load(
             raise SceneError(f"{str(path)!r} cannot be combined with other files; only .rbs, .sbc and .rs can")
     notes = Notes()
     scene = _combine(paths, suffixes, keyword_rule, notes)
-    _warn([notes.placed(doubt) for doubt in slack_warnings(scene)])
+    _warn([notes.placed(doubt) for doubt in doubts_of(scene)])
     if ignored is not None:
         ignored.extend(notes.ignored)
     elif notes.ignored:
         warnings.warn(summary(notes.ignored), stacklevel=2)
     return scene
+
+
+def scene_of(given: SceneLike, name: str = "scene", trust: bool = False) -> Scene:
+    """The scene that a function is given: as it is, or by the name of a shipped one, or by its file.
+
+    Args:
+        name: of the function's argument. trust: let code run that the scene names.
+
+    Raises:
+        SceneError: it is none of these, or see `load`.
+    """
+    as_truth(trust, "trust")
+    if isinstance(given, Scene):
+        if trust:
+            allow(given)
+        return given
+    if isinstance(given, str | PathLike) and given:
+        return load(given, trust=trust)
+    hint = "; best_scene(result)[0] is that of a result" if hasattr(given, "replays") else ""
+    raise SceneError(f"{name} must be a scene, its name or its file, not {in_words(given)}{hint}")
 
 
 def scene_names() -> list[str]:

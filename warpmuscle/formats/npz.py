@@ -15,11 +15,8 @@ Recordings of the original program have other names: `t`, `phi`, `stance`, `join
 
 from __future__ import annotations
 
-import struct
-import zipfile
-import zlib
 from collections.abc import Collection
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -28,7 +25,8 @@ from numpy.typing import NDArray
 from warpmuscle.arrays import Floats
 from warpmuscle.bodies import joint_axes
 from warpmuscle.errors import ResultError
-from warpmuscle.formats.files import unreadable
+from warpmuscle.formats.archive import DamagedArchive, read_arrays
+from warpmuscle.formats.files import check_regular, unreadable
 from warpmuscle.pose import about, multiply
 from warpmuscle.recording import Integers
 from warpmuscle.scene import Character, Joint
@@ -39,10 +37,6 @@ ANGLES = {"hinge": 1, "universal": 2, "ball": 3}
 LARGEST_PHASE = 2.0  # a foot that comes down late lets the phase run beyond 1
 LARGEST_ANGLE = 2.0 * np.pi  # rad
 QUATERNION_ERROR = 1e-3
-DAMAGES = (
-    ValueError, OSError, EOFError, KeyError, TypeError, NotImplementedError, RuntimeError, MemoryError,
-    OverflowError, SyntaxError, struct.error, zipfile.BadZipFile, zlib.error,
-)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -54,13 +48,20 @@ class JointMotion:
     phase: Floats  # (K,)
     stance: Integers  # (K,)
     joint_orientation: Floats  # (K, J, 4)
+    by_contact: bool = False  # phases are those of the gait cycle between contacts of the left foot, no controller's
 
     def window(self, start: float) -> JointMotion:
         """The frames at or after a time, s; all where there are no times."""
         if self.time is None:
             return self
         on = self.time >= start
-        return JointMotion(self.joint_names, self.time[on], self.phase[on], self.stance[on], self.joint_orientation[on])
+        return replace(
+            self,
+            time=self.time[on],
+            phase=self.phase[on],
+            stance=self.stance[on],
+            joint_orientation=self.joint_orientation[on],
+        )
 
 
 def read(path: str | Path, character: Character) -> JointMotion:
@@ -85,23 +86,14 @@ def read(path: str | Path, character: Character) -> JointMotion:
 
 def _load(path: str | Path, wanted: Collection[str]) -> dict[str, NDArray[np.generic]]:
     """The wanted arrays of an archive, as far as it has them."""
-    what = "not an .npz file, or damaged"
     try:
+        check_regular(path)
         with open(path, "rb") as file:
-            if not zipfile.is_zipfile(file):
-                raise ResultError(f"{path}: {what}")
-            file.seek(0)
-            with np.load(file, allow_pickle=False) as archive:
-                arrays = {}
-                for name in archive.files:
-                    if name in wanted:
-                        what = f"array {name!r} cannot be read: damaged, or of Python objects instead of numbers"
-                        arrays[name] = np.asarray(archive[name])
-                return arrays
-    except (FileNotFoundError, IsADirectoryError, PermissionError) as error:
+            return read_arrays(file, wanted)
+    except OSError as error:
         raise ResultError(f"{path}: {unreadable(error)}") from None
-    except DAMAGES:
-        raise ResultError(f"{path}: {what}") from None
+    except DamagedArchive as error:
+        raise ResultError(f"{path}: {error}") from None
 
 
 def _translated(arrays: dict[str, NDArray[np.generic]]) -> dict[str, NDArray[np.generic]]:
@@ -130,7 +122,8 @@ def _motion(arrays: dict[str, NDArray[np.generic]], names: list[str], character:
         if name in numbers and numbers[name].shape != phase.shape:
             raise ValueError(f"{name!r} has shape {numbers[name].shape}, not {phase.shape}")
     orientations = [_orientation(name, numbers[name], character.joints[name], len(phase)) for name in present]
-    return JointMotion(present, numbers.get("time"), phase, stance, np.stack(orientations, axis=1))
+    joints = np.stack(orientations, axis=1)
+    return JointMotion(present, numbers.get("time"), phase, stance, joints, by_contact="cycle" in numbers)
 
 
 def _numbers(name: str, array: NDArray[np.generic]) -> Floats:
@@ -167,7 +160,7 @@ def _steps(numbers: dict[str, Floats]) -> tuple[Floats, Integers]:
 def _orientation(name: str, numbers: Floats, joint: Joint, frames: int) -> Floats:
     """Orientation (K, 4) of a joint's child in its parent, from that or from angles."""
     if numbers.shape == (frames, 4):
-        length = np.linalg.norm(numbers, axis=1)
+        length = np.linalg.norm(np.clip(numbers, -2.0, 2.0), axis=1)  # the square of more may be infinite
         if np.abs(length - 1.0).max() > QUATERNION_ERROR:
             raise ValueError(f"{name!r} holds quaternions that are not of unit length")
         return numbers

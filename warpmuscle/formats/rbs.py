@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from warpmuscle.formats.lines import Line, Lines, Notes
+from warpmuscle.limits import GREATEST_NUMBER
 from warpmuscle.scene import (
     Body,
     Box,
@@ -164,7 +165,7 @@ def _read_body(opening: Line, lines: Lines) -> _Block:
                 plane = line.numbers(6, "normal and point", notes)
                 body.planes.append((line, plane[0:3], plane[3:6]))  # type: ignore[arg-type]
             case "frictionCoefficient":
-                body.friction = line.quantity("coefficient", notes)
+                body.friction = min(line.quantity("coefficient", notes), GREATEST_NUMBER)  # 1e30: no slip
                 body.field_lines["friction"] = line
             case "static":
                 body.static = line

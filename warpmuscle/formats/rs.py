@@ -76,6 +76,7 @@ class _Records:
         self._path, self._notes = path, notes
         self._lines: Iterator[Line] = iter(Lines(path, (), notes))
         self._next = next(self._lines, None)
+        self._last = 0  # number of the line of the last record
 
     def peek(self) -> Line | None:
         """The next record, None at the end."""
@@ -85,12 +86,13 @@ class _Records:
         """The numbers of the next record, which must be `count`."""
         line = self._next
         if line is None:
-            raise SceneError(f"the file ends before {what}", key, self._path)
+            raise SceneError(f"the file ends before {what}", key, self._path, self._last)
         line.mark(self._notes, key)
+        self._last = line.number
         words = line.text.partition("#")[0].split()
         if len(words) != count:
             raise line.error(f"expected {what}: {count} number{'s' if count > 1 else ''}, got {len(words)}", key)
-        values = tuple(line.number_in(word) for word in words)
+        values = tuple(line.number_in(word, self._notes) for word in words)
         self._next = next(self._lines, None)
         return values
 

@@ -8,11 +8,12 @@ from pathlib import Path
 
 import msgspec
 
+from warpmuscle.arguments import as_kind, as_path
 from warpmuscle.errors import SceneError
 from warpmuscle.formats import simbicon, toml
-from warpmuscle.formats.files import replace_file
+from warpmuscle.formats.files import replace_files
 from warpmuscle.formats.lines import Ignored
-from warpmuscle.formats.load import SUFFIXES, load, summary
+from warpmuscle.formats.load import SUFFIXES, SceneLike, load, scene_of, summary
 from warpmuscle.number import Free
 from warpmuscle.parameters import leaves, start_values, substitute
 from warpmuscle.scene import Actuation, Scene
@@ -25,18 +26,20 @@ LOST = "these files cannot hold it"
 ABSENT = object()
 
 
-def save(scene: Scene, path: str | Path, ignored: list[Ignored] | None = None) -> None:
+def save(scene: SceneLike, path: str | Path, ignored: list[Ignored] | None = None) -> None:
     """Write a scene: as TOML, or as `.rbs`, `.sbc` and `.rs` files of the same stem next to each other.
 
     Args:
-        scene: what to write; it is checked first.
+        scene: what to write, a scene or the name or file of one; it is checked first.
         path: its suffix decides; any of .rbs, .sbc and .rs stands for all three.
         ignored: gets what these files cannot hold; without it, that is summed up in a warning.
 
     Raises:
         SceneError: the scene is not sound or cannot be written.
     """
-    path = Path(path)
+    scene, path = scene_of(scene), as_path(path, "path")
+    if ignored is not None:
+        as_kind(list, ignored, "ignored")
     suffix = path.suffix.lower()
     if suffix not in SUFFIXES:
         raise SceneError(f"{path.name!r}: a scene is written as {', '.join(SUFFIXES)}")
@@ -59,8 +62,7 @@ def _write_three(scene: Scene, path: Path) -> list[Ignored]:
     texts = {character: simbicon.rbs_text(plain), state: simbicon.rs_text(plain.initial_state, plain.character)}
     if plain.controller is not None:
         texts[controller] = simbicon.sbc_text(plain.controller, state.name)
-    for file, text in texts.items():
-        replace_file(file, text)
+    replace_files(texts)
     free = [Ignored(path, 0, key, FIXED) for key, number in leaves(scene) if isinstance(number, Free)]
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", SceneWarning)  # about a scene that the caller has at hand already

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from warpmuscle.formats.lines import Line, Lines, Notes
+from warpmuscle.formats.lines import Ignored, Line, Lines, Notes
 from warpmuscle.number import Free
 from warpmuscle.scene import PD, Balance, Character, Component, Controller, Curve, Feedback, Side, State, Trajectory
 
@@ -20,6 +20,7 @@ KEYWORDS = (
 )  # fmt: skip
 SET_POINTS = {"dTrajX": "distance_x", "dTrajZ": "distance_z", "vTrajX": "velocity_x", "vTrajZ": "velocity_z"}
 BLOCKS = ("PDParams", "ConState", "trajectory", "component", "feedback", "baseTrajectory", "strengthTrajectory")
+FOREIGN = ("swing_foot", "velD")  # trajectories by which a later program steers foot and speed
 TORQUE_LIMIT = 10000.0  # N m, of a row with a stiffness only
 UNKNOWN = "unknown keyword"
 MISPLACED = "has no meaning here"
@@ -75,9 +76,21 @@ def read(path: str | Path, character: Character, notes: Notes) -> Contents:
                 contents.initial_state = line
             case _:
                 line.ignore(notes, MISPLACED if line.keyword else UNKNOWN)
+    _leave_out_foreign(controller, character, notes)
     if not controller.states:
         notes.places.setdefault("controller", (Path(path), 0))
     return contents
+
+
+def _leave_out_foreign(controller: Controller, character: Character, notes: Notes) -> None:
+    """Drop trajectories by which a later program steers what is no joint, and list them as ignored."""
+    for index, state in enumerate(controller.states):
+        for name in FOREIGN:
+            if name in state.trajectories and name not in character.joints:
+                del state.trajectories[name]
+                path, line = notes.places[f"controller.states.{index}.trajectories.{name}"]
+                reason = "no joint: a later program steers by it; here nothing does, so the gait may be another one"
+                notes.ignored.append(Ignored(path, line, name, reason))
 
 
 def _replace(previous: dict[str, Line], line: Line, notes: Notes, key: str = "") -> None:
@@ -112,7 +125,7 @@ def _read_gains(opening: Line, lines: Lines, pd: dict[str, PD], rows: dict[str, 
             raise line.error(f"gains of {name!r}: needs {wanted}; got {len(words)} numbers")
         if len(words) > 6:
             line.ignore(notes, "only its first 7 values are used")
-        kp, *rest = (line.number_in(word) for word in words[:6])
+        kp, *rest = (line.number_in(word, notes) for word in words[:6])
         _replace(rows, line, notes, name)
         line.mark(notes, f"controller.pd.{name}")
         if rest:
@@ -233,6 +246,11 @@ def _read_component(opening: Line, lines: Lines, key: str) -> Component:
                 component.feedback = _read_feedback(line, lines, f"{key}.feedback")
             case "baseTrajectory":
                 line.mark(notes, f"{key}.phase")
+                if line.rest.partition("#")[0].strip() and "baseTrajectory" in singles:
+                    line.ignore(notes, "one curve is used, not several by speed: the first one")
+                    _read_knots(line, lines)
+                    continue
+                singles["baseTrajectory"] = line
                 knots = _sorted(knots + _read_knots(line, lines), line, notes)
             case _:
                 _stray(line, "/component", notes)

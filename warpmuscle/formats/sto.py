@@ -16,6 +16,7 @@ from warpmuscle.arrays import Floats
 from warpmuscle.bodies import joint_axes
 from warpmuscle.errors import Error
 from warpmuscle.formats.files import replace_file
+from warpmuscle.motion_of_scene import check_motion_of
 from warpmuscle.parameters import start_values, substitute
 from warpmuscle.pose import hinge_coordinates, normalized, universal_coordinates
 from warpmuscle.recording import Recording
@@ -28,7 +29,8 @@ def write(motion: Recording, scene: Scene, path: str | Path) -> None:
     """Write a motion of a scene, whole or not at all; the file's suffix says what and how.
 
     Raises:
-        Error: another suffix, no muscles for a `.sto`, or the file cannot be written.
+        Error: another suffix, no muscles for a `.sto`, a motion of another character, one that does not come to
+            finite numbers, or the file cannot be written.
     """
     path = Path(path)
     suffix = path.suffix.lower()
@@ -36,6 +38,7 @@ def write(motion: Recording, scene: Scene, path: str | Path) -> None:
         raise Error(f"{path.name!r}: a motion is written as {', '.join(SUFFIXES)}")
     if suffix == ".sto" and not motion.muscle_names:
         raise Error(f"{path.name!r}: this motion has no muscles to write")
+    check_motion_of(motion, scene, f"{path.name!r}: the motion")
     parts = []
     if suffix != ".sto":
         parts.append(coordinates(motion, substitute(scene, start_values(scene))))
@@ -43,6 +46,11 @@ def write(motion: Recording, scene: Scene, path: str | Path) -> None:
         parts.append(_muscles(motion))
     names = ["time", *(name for part, _ in parts for name in part)]
     table = np.column_stack([motion.time, *(values for _, values in parts)])
+    if not np.isfinite(table).all():
+        column = names[int(np.flatnonzero(~np.isfinite(table).all(axis=0))[0])]
+        raise Error(
+            f"{path.name!r}: column {column!r} of the motion holds a value that is not finite; nothing was written"
+        )
     replace_file(path, _text(scene.name, names, table, suffix))
 
 
@@ -98,7 +106,16 @@ def _text(title: str, names: list[str], table: Floats, suffix: str) -> str:
     separator = "," if suffix == ".csv" else "\t"
     if suffix != ".csv":
         degrees = "yes" if suffix == ".mot" else "no"
-        lines.write(f"{title}\nversion=1\nnRows={len(table)}\nnColumns={len(names)}\ninDegrees={degrees}\nendheader\n")
-    lines.write(separator.join(names) + "\n")
+        lines.write(f"{_label(title, separator)}\nversion=1\nnRows={len(table)}\nnColumns={len(names)}\n")
+        lines.write(f"inDegrees={degrees}\nendheader\n")
+    lines.write(separator.join(_label(name, separator) for name in names) + "\n")
     np.savetxt(lines, table, fmt="%.9g", delimiter=separator)
     return lines.getvalue()
+
+
+def _label(name: str, separator: str) -> str:
+    """A name as the heading of a column: one line, in quotes where it has what separates columns."""
+    name = " ".join(name.split())
+    if separator in name or '"' in name:
+        return '"' + name.replace('"', '""') + '"'
+    return name

@@ -10,13 +10,14 @@ from pathlib import Path
 from typing import Any
 
 from warpmuscle.errors import SceneError
-from warpmuscle.formats.files import replace_file, unreadable
+from warpmuscle.formats.files import read_file, replace_file, unreadable
 from warpmuscle.formats.toml_layout import layout
 from warpmuscle.formats.toml_lines import key_lines
+from warpmuscle.limits import check_size
 from warpmuscle.scene import Character, Scene
 from warpmuscle.typed import to_type
 from warpmuscle.validate import check_scene
-from warpmuscle.validate_muscles import slack_warnings
+from warpmuscle.validate_start import doubts_of
 
 
 def read(path: str | Path, doubts: list[SceneError] | None = None) -> Scene:
@@ -30,7 +31,7 @@ def read(path: str | Path, doubts: list[SceneError] | None = None) -> Scene:
 
     Args:
         path: the file.
-        doubts: gets what is probably a mistake, see `slack_warnings`, with file and line.
+        doubts: gets what is probably a mistake, see `doubts_of`, with file and line.
 
     Raises:
         SceneError: with file, line and key.
@@ -102,7 +103,7 @@ def _scene(source: Source, folder: Path, doubts: list[SceneError] | None = None)
     except SceneError as error:
         raise _placed(error, sources) from None
     if doubts is not None:
-        doubts.extend(_placed(doubt, sources) for doubt in slack_warnings(scene))
+        doubts.extend(_placed(doubt, sources) for doubt in doubts_of(scene))
     return scene
 
 
@@ -121,12 +122,16 @@ def _layers(source: Source, folder: Path, above: tuple[Path, ...]) -> list[tuple
     path = _found(folder, base)
     if path.resolve() in above:
         raise source.placed(SceneError(f"scenes are based on each other: {base!r}", key="base"))
+    place = source.placed
+    check_size("bases", len(above) + 1, lambda text: place(SceneError(text, key="base")))
     lower = Source.read(path)
     return [*_layers(lower, path.parent, (*above, path.resolve())), (source, folder)]
 
 
 def _found(folder: Path, name: str) -> Path:
     """A file that a scene names: one in its own folder, else a shipped one, which needs no suffix."""
+    if "\0" in name:
+        raise SceneError(f"no file can be called {name!r}")
     own = folder / name
     shipped = Path(str(resources.files("warpmuscle.scenes"))) / (name if name.endswith(".toml") else f"{name}.toml")
     return shipped if not own.exists() and Path(name).name == name and shipped.exists() else own
@@ -205,18 +210,35 @@ class Source:
 
 def _read_utf8(path: Path) -> str:
     try:
-        return path.read_bytes().decode("utf-8-sig")
+        content = read_file(path)
+        return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        line = path.read_bytes()[: error.start].count(b"\n") + 1
+        line = content[: error.start].count(b"\n") + 1
         raise SceneError("not UTF-8 text", file=path, line=line) from None
     except (OSError, ValueError) as error:
         raise SceneError(unreadable(error), file=path) from None
 
 
+def _depth(data: Any) -> int:
+    """How many tables and lists are in each other at most, found without a call in a call."""
+    depth, level = 0, [data]
+    while level:
+        level = [
+            inner
+            for one in level
+            for inner in (one.values() if isinstance(one, dict) else one)
+            if isinstance(inner, dict | list)
+        ]
+        depth += 1
+    return depth
+
+
 def _parsed(text: str, path: Path) -> dict[str, Any]:
     """The data of a TOML text; what tomllib says about lines goes into the error."""
     try:
-        return tomllib.loads(text)
+        data = tomllib.loads(text)
+        check_size("nesting", _depth(data), lambda text: SceneError(text, file=path))
+        return data
     except RecursionError:
         raise SceneError("tables or lists are nested too deeply", file=path) from None
     except ValueError as error:
