@@ -227,7 +227,7 @@ def test_muscles_that_act_on_no_driven_joint_may_be_excited_too():
             lambda r: r.set_motion([0.0], np.zeros((1, 4, 1)), [0, 1]),
             "`of` takes the number of a motion, 0 to 0, for each",
         ),
-        (lambda r: r.set_motion([0.0], np.zeros((1, 4, 1)), [0.0, 0.0]), "takes the number of a motion"),
+        (lambda r: r.set_motion([0.0], np.zeros((1, 4, 1)), [0.5, 0.0]), "takes the number of a motion"),
         (lambda r: r.set_initial(np.zeros((1, 4))), r"initial coordinates have shape \(1, 4\); .* \(1 or 2, 5\)"),
         (lambda r: r.set_initial(speeds=np.full((2, 5), np.nan)), "a number of the initial speeds is not finite"),
         (lambda r: r.set_initial(activation=np.zeros(2)), r"initial activations have shape \(2,\)"),

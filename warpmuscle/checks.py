@@ -10,6 +10,7 @@ from collections.abc import Iterable, Sequence
 import msgspec
 
 from warpmuscle.errors import SceneError
+from warpmuscle.limits import LEAST_NUMBER
 from warpmuscle.number import Free, Number
 from warpmuscle.parameters import leaves
 from warpmuscle.scene import Scene
@@ -41,9 +42,15 @@ class Checks:
     def positive(self, key: str, part: msgspec.Struct, *fields: str) -> None:
         """The named fields are greater than zero, for every value a search may give them."""
         for field in fields:
-            least = self.interval(getattr(part, field))[0]
-            if least <= 0.0:
-                raise SceneError(f"must be greater than 0, is {least:g}", key=join(key, field))
+            self.positive_number(join(key, field), getattr(part, field))
+
+    def positive_number(self, key: str, number: Number) -> None:
+        """A number is greater than zero, for every value a search may give it, and can be divided by."""
+        least = self.interval(number)[0]
+        if least <= 0.0:
+            raise SceneError(f"must be greater than 0, is {least:g}", key=key)
+        if least < LEAST_NUMBER:
+            raise SceneError(f"must be at least {LEAST_NUMBER:g}, is {least:g}", key=key)
 
     def not_negative(self, key: str, part: msgspec.Struct, *fields: str) -> None:
         """The named fields are not negative, whatever a search does."""

@@ -10,6 +10,7 @@ import numpy as np
 import warp as wp
 from numpy.typing import ArrayLike
 
+from warpmuscle.arguments import as_array, as_kind, as_truth
 from warpmuscle.arrays import Floats, Ints, arrays_of, rows, structs_to_device, to_device
 from warpmuscle.disturbances import Disturbances, tilted
 from warpmuscle.errors import RolloutError
@@ -60,7 +61,8 @@ def excitation_arrays(
     Raises:
         RolloutError: wrong shapes, numbers that are not finite, or times that do not increase.
     """
-    t, v = np.asarray(time, dtype=np.float64), np.asarray(values)
+    t = as_array(time, "time", error=RolloutError).astype(np.float64)
+    v = as_array(values, "values", error=RolloutError)
     if t.ndim != 1 or not len(t) or v.shape not in ((1, muscles, len(t)), (instances, muscles, len(t))):
         raise RolloutError(
             f"excitations of {muscles} muscles take times (K,) and values (1 or {instances}, {muscles}, K), "
@@ -83,7 +85,7 @@ def checked_state(values: ArrayLike, count: int, instances: int, what: str) -> F
     Raises:
         RolloutError: another shape, or a number that is not finite.
     """
-    array = np.asarray(values, dtype=np.float64)
+    array = as_array(values, what, error=RolloutError).astype(np.float64)
     if array.shape not in ((1, count), (instances, count)):
         raise RolloutError(f"{what} have shape {array.shape}; this rollout takes (1 or {instances}, {count})")
     if not np.isfinite(array).all():
@@ -159,6 +161,7 @@ class Given(ABC):
         Raises:
             RolloutError: wrong shapes, numbers that are not finite, or times that do not increase.
         """
+        as_truth(restart, "restart", error=RolloutError)
         every = self.muscle_names
         chosen = [every.index(name) for name in self._driven.muscles]
         self._inputs.excitations = excitation_arrays(time, values, len(every), chosen, self.instances, self.device)
@@ -204,16 +207,20 @@ class Given(ABC):
         Raises:
             RolloutError: wrong shapes, or numbers that are not finite.
         """
-        n, given = self.instances, self._inputs
-        if coordinates is not None:
-            given.coordinates = checked_state(coordinates, self.names.coordinates, n, "initial coordinates")
-        if speeds is not None:
-            given.speeds = checked_state(speeds, self.names.speeds, n, "initial speeds")
-        if activation is not None:
-            every = self.muscle_names
-            values = checked_state(activation, len(every), n, "initial activations")
+        every = self.muscle_names
+        wanted = (coordinates, self.names.coordinates), (speeds, self.names.speeds), (activation, len(every))
+        found = [
+            None if values is None else checked_state(values, count, self.instances, f"initial {name}")
+            for name, (values, count) in zip(("coordinates", "speeds", "activations"), wanted, strict=True)
+        ]
+        given = self._inputs
+        if found[0] is not None:
+            given.coordinates = found[0]
+        if found[1] is not None:
+            given.speeds = found[1]
+        if found[2] is not None:
             chosen = [every.index(name) for name in self._driven.muscles]
-            given.activation = values[:, chosen] if chosen else None
+            given.activation = found[2][:, chosen] if chosen else None
         self.reset()
 
     def disturb(self, disturbances: Disturbances) -> None:
@@ -222,6 +229,7 @@ class Given(ABC):
         Raises:
             RolloutError: another number of instances.
         """
+        as_kind(Disturbances, disturbances, "disturbances", error=RolloutError)
         if len(disturbances) != self.instances:
             raise RolloutError(f"{len(disturbances)} disturbances for {self.instances} instances")
         self._disturbances = d = disturbances
@@ -251,6 +259,7 @@ class Given(ABC):
 
     def restore(self, snapshot: Snapshot) -> None:
         """Put all instances back to where they stood; what they have been given stays as it is now."""
+        as_kind(Snapshot, snapshot, "snapshot", error=RolloutError)
         for array, kept in zip(arrays_of(self._state), snapshot.arrays, strict=True):
             wp.copy(array, kept)
         self.steps_done, self._begun = snapshot.steps_done, snapshot.begun.copy()

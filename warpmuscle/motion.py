@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from warpmuscle.arguments import as_array
 from warpmuscle.arrays import Floats, Ints, rows, to_device
 from warpmuscle.errors import RolloutError
 from warpmuscle.kernels import structs
@@ -241,10 +242,13 @@ def given_curves(
     Raises:
         RolloutError: wrong shapes, values that are not finite, or knots that do not reach over the simulated time.
     """
-    t, v = np.asarray(time, dtype=np.float64), np.asarray(values, dtype=np.float64)
     count = len(moving.names)
     if not count:
         raise RolloutError('the scene has no kinematic coordinates; name some with `drive = "kinematic"`')
+    t, v = (
+        as_array(given, name, error=RolloutError).astype(np.float64)
+        for given, name in ((time, "time"), (values, "values"))
+    )
     many = instances if of is None else max(len(v), 1) if v.ndim else 1
     if t.ndim != 1 or len(t) == 0 or v.shape not in ((1, count, len(t)), (many, count, len(t))):
         raise RolloutError(
@@ -261,8 +265,8 @@ def given_curves(
             )
     row = None
     if of is not None:
-        row = np.asarray(of)
-        if row.shape != (instances,) or row.dtype.kind not in "iu" or np.any((row < 0) | (row >= len(v))):
+        row = as_array(of, "of", error=RolloutError)
+        if row.shape != (instances,) or np.any(row != np.rint(row)) or np.any((row < 0) | (row >= len(v))):
             raise RolloutError(
                 f"`of` takes the number of a motion, 0 to {len(v) - 1}, for each of {instances} instances"
             )

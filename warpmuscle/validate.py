@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from functools import partial
 from typing import Any
 
 import msgspec
@@ -11,6 +12,7 @@ import numpy as np
 
 from warpmuscle.checks import Checks, known, near
 from warpmuscle.errors import SceneError
+from warpmuscle.limits import GREATEST_NUMBER, check_size
 from warpmuscle.number import Free, Number
 from warpmuscle.parameters import leaves
 from warpmuscle.scene import (
@@ -72,11 +74,13 @@ class _Check(Checks):
         if not scene.name.strip():
             raise SceneError("the scene needs a name", key="name")
         self.positive("", scene, "duration", "time_step")
+        self.sizes(scene)
         if scene.time_step > scene.duration:
             raise SceneError(
                 f"time_step {scene.time_step:g} is longer than the duration {scene.duration:g}", "time_step"
             )
         check_entries(scene)
+        self.names(scene)
         self.character(scene.character)
         check_muscles(self)
         check_motion(self)
@@ -91,6 +95,18 @@ class _Check(Checks):
         self.tracking(scene)
         self.control_rate(scene)
         check_stages(self)
+
+    def sizes(self, scene: Scene) -> None:
+        """There is neither too much of anything, nor does it take too many steps."""
+        parameters = sum(number.value is not None for number in self.free.values())
+        for name, size, key in (
+            ("bodies", len(scene.character.bodies), "character.bodies"),
+            ("muscles", len(scene.character.muscles), "character.muscles"),
+            ("parameters", parameters, ""),
+            ("steps", scene.duration / scene.time_step, "duration"),
+            ("runs", scene.robustness.runs, "robustness.runs"),
+        ):
+            check_size(name, size, partial(SceneError, key=key))
 
     def control_rate(self, scene: Scene) -> None:
         """At most once a step, and of the scene's own controller."""
@@ -134,12 +150,26 @@ class _Check(Checks):
         self.not_negative("tracking", tracking, "start", "replay")
 
     def numbers(self) -> None:
-        """Every number is finite; what a number follows is a free parameter."""
-        for key, number in leaves(self.checked):
+        """Every number is finite and of a size that can be computed with; what a number follows is a free parameter."""
+        every = list(leaves(self.checked))
+        check_size("values", len(every), SceneError)
+        for key, number in every:
             if isinstance(number, Free) and number.same_as and number.same_as not in self.free:
                 raise SceneError(self._why_not_followed(number.same_as, key), key=f"{key}.same_as")
             if isinstance(number, int | float | np.number) and not math.isfinite(number):
                 raise SceneError(f"{number} is not a finite number", key=key)
+            if isinstance(number, Free):
+                self.computable(key, *self.interval(number), number.step)
+            elif isinstance(number, float | np.floating):
+                self.computable(key, float(number))
+
+    def computable(self, key: str, *numbers: float) -> None:
+        """Numbers are not beyond what single precision can multiply."""
+        worst = max(map(abs, numbers))
+        if not worst <= GREATEST_NUMBER:
+            raise SceneError(
+                f"{worst:g} is beyond {GREATEST_NUMBER:g}, the greatest number that a scene takes", key=key
+            )
 
     def _why_not_followed(self, target: str, key: str) -> str:
         if target == key:
@@ -162,6 +192,16 @@ class _Check(Checks):
             raise SceneError("a curve needs at least one knot", key=f"{key}.phase")
         self.knots(key, curve.phase, curve.value, "value")
 
+    def names(self, scene: Scene) -> None:
+        """Refuse names that no file can hold."""
+        part = scene.character
+        tables: dict[str, Iterable[str]] = {"bodies": part.bodies, "joints": part.joints, "muscles": part.muscles}
+        keyed = [("name", scene.name), *((f"stages.{k}.name", stage.name) for k, stage in enumerate(scene.stages))]
+        keyed += [(f"character.{what}", name) for what, table in tables.items() for name in table]
+        for key, name in keyed:
+            if "\0" in name or name != name.encode(errors="replace").decode():
+                raise SceneError(f"{name!r} has a character that no file can hold", key=key)
+
     def character(self, character: Character) -> None:
         """Bodies and joints are sound and make a tree."""
         known(character.root, character.bodies, "body", "character.root")
@@ -180,8 +220,7 @@ class _Check(Checks):
         """A body has mass, inertia and proper shapes."""
         self.positive(key, body, "mass")
         for index, moment in enumerate(body.inertia):
-            if self.interval(moment)[0] <= 0.0:
-                raise SceneError(f"must be greater than 0, is {self.interval(moment)[0]:g}", f"{key}.inertia.{index}")
+            self.positive_number(f"{key}.inertia.{index}", moment)
         self.not_negative(key, body, "friction")
         for index, shape in enumerate(body.shapes):
             self.shape(f"{key}.shapes.{index}", shape)

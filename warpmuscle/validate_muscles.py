@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +11,8 @@ from numpy.typing import NDArray
 from warpmuscle.checks import Checks, known, near
 from warpmuscle.errors import SceneError
 from warpmuscle.initial_pose import initial_pose, plain_number, plain_vector
+from warpmuscle.limits import check_size
+from warpmuscle.masses import mass_warnings
 from warpmuscle.number import Number
 from warpmuscle.parameters import start_values, substitute
 from warpmuscle.pose import rotate
@@ -27,6 +30,7 @@ from warpmuscle.scene import (
 from warpmuscle.topology import SPEEDS
 from warpmuscle.trusted import CURVE_FIELDS
 
+TENSIONS = (1.0e3, 1.0e8)  # Pa, far beyond those of any muscle: outside, another unit is meant
 GREATEST_PENNATION = 1.4  # rad; near a right angle a fibre pulls on nothing
 MUSCULAR = {"muscle", "assisted"}
 
@@ -141,11 +145,23 @@ def _muscle(checks: Checks, key: str, muscle: Muscle) -> None:
         raise SceneError(
             f"must be less than the scene's duration of {scene.duration:g} s, is {longest:g} s", f"{key}.delay"
         )
+    check_size("delay", longest / scene.time_step, partial(SceneError, key=f"{key}.delay"))
     steepest = checks.interval(muscle.pennation)[1]
     if steepest >= GREATEST_PENNATION:
         raise SceneError(f"must be less than {GREATEST_PENNATION:g} rad, is {steepest:g}", key=f"{key}.pennation")
+    if muscle.specific_tension is not None:
+        _tension(checks, key, muscle.specific_tension)
     if muscle.excitation is not None:
         _excitation(checks, f"{key}.excitation", muscle.excitation)
+
+
+def _tension(checks: Checks, key: str, tension: Number) -> None:
+    """A specific tension is one that some muscle might have."""
+    key = f"{key}.specific_tension"
+    least, greatest = checks.interval(tension)
+    if least < TENSIONS[0] or greatest > TENSIONS[1]:
+        wrong = least if least < TENSIONS[0] else greatest
+        raise SceneError(f"must be within {TENSIONS[0]:g} and {TENSIONS[1]:g} Pa, is {wrong:g}; 0.6 MPa are 6e5", key)
 
 
 def _route(checks: Checks, key: str, muscle: Muscle) -> None:
@@ -183,6 +199,7 @@ def _model(checks: Checks) -> None:
     key, model = "muscle_model", checks.checked.muscle_model
     checks.positive(key, model, "rise_time", "fall_time", "neural_time", "v_max")
     checks.fraction(f"{key}.initial_activation", model.initial_activation)
+    _tension(checks, key, model.specific_tension)
     if model.damping is not None:
         check = checks.positive if model.tendon == "compliant" else checks.not_negative
         check(key, model, "damping")
@@ -237,6 +254,11 @@ def _carried(body: str, character: Character) -> set[str]:
     """A body and all that hang on it."""
     children = [joint.child for joint in character.joints.values() if joint.parent == body]
     return {body}.union(*(_carried(child, character) for child in children))
+
+
+def muscle_warnings(scene: Scene) -> list[SceneError]:
+    """What about the muscles of a checked scene is probably a mistake; see `slack_warnings` and `mass_warnings`."""
+    return [*slack_warnings(scene), *mass_warnings(scene)]
 
 
 def slack_warnings(scene: Scene) -> list[SceneError]:

@@ -25,7 +25,9 @@ TERM_WEIGHTS = (
 def check_objective(checks: Checks, key: str, objective: Objective) -> None:
     """Weights are not negative, and what they weigh exists."""
     scene = checks.checked
-    checks.not_negative(key, objective, *TERM_WEIGHTS, "ground_force_bound", "basal_rate")
+    checks.not_negative(key, objective, *TERM_WEIGHTS, "ground_force_bound")
+    if objective.basal_rate is not None:
+        checks.not_negative(key, objective, "basal_rate")
     if objective.head:
         known(objective.head_body, scene.character.bodies, "body", f"{key}.head_body")
     if scene.tracking is None and checks.interval(objective.tracking)[1] > 0.0:
@@ -33,6 +35,8 @@ def check_objective(checks: Checks, key: str, objective: Objective) -> None:
     for name in ("norms", "norm_force"):
         if checks.interval(getattr(objective, name))[1] > 0.0:
             _check_legs(scene, f"{key}.{name}")
+    if objective.gait == "run" and checks.interval(objective.norm_force)[1] > 0.0:
+        raise SceneError("there is no norm of the force of running; leave it out, or gait", key=f"{key}.norm_force")
     checks.positive(key, objective, "failure_cost")
 
 
@@ -49,7 +53,7 @@ def _check_legs(scene: Scene, key: str) -> None:
 def check_failure(checks: Checks, key: str, failure: Failure) -> None:
     """Limits are sizes."""
     checks.not_negative(key, failure, "com_height", "heading", "leg_crossing", "self_collision")
-    checks.positive(key, failure, "max_speed")
+    checks.positive(key, failure, "max_speed", "max_com_speed")
 
 
 def check_stages(checks: Checks) -> None:
