@@ -8,7 +8,9 @@ from typing import Any
 
 import warp as wp
 
+from warpmuscle.arguments import as_text
 from warpmuscle.errors import RolloutError
+from warpmuscle.warp_start import start_warp
 
 ALL_GPUS = "cuda:all"
 
@@ -21,8 +23,12 @@ def find_devices(name: str | None) -> list[Any]:
     Raises:
         RolloutError: there is no such device, or several are named that cannot share a batch.
     """
+    start_warp()
     if name is None:
         return [wp.get_preferred_device()]
+    if isinstance(name, wp.Device):
+        return [name]
+    as_text(name, "device", error=RolloutError)
     if name.strip() == ALL_GPUS:
         gpus = list(wp.get_cuda_devices())
         if not gpus:
@@ -49,13 +55,13 @@ def find_device(name: str | None) -> Any:
 
 def is_several(name: str | None) -> bool:
     """Whether a name may stand for more than one device."""
-    return name is not None and (name.strip() == ALL_GPUS or "," in name)
+    return isinstance(name, str) and (name.strip() == ALL_GPUS or "," in name)
 
 
 def devices_name(name: str | None) -> str:
     """The name under which a result keeps its devices; raises as `find_devices`."""
     devices = find_devices(name)
-    return ALL_GPUS if name is not None and name.strip() == ALL_GPUS else ",".join(map(str, devices))
+    return ALL_GPUS if isinstance(name, str) and name.strip() == ALL_GPUS else ",".join(map(str, devices))
 
 
 def free_memory(device: Any) -> int | None:

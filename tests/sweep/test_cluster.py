@@ -71,6 +71,15 @@ def test_sweep_with_a_worker_killed_half_way_equals_the_sweep_without_ray(two_no
     assert_same_file(output, tmp_path / "here" / "small.h5")
 
 
+def test_neither_probe_nor_workers_import_from_the_current_folder(two_nodes, tmp_path, monkeypatch):
+    for name in ("ray", "logging", "warpmuscle", "numpy", "msgspec"):
+        (tmp_path / f"{name}.py").write_text(f"open({str(tmp_path / name)!r}, 'w')\nraise SystemExit('ran')\n")
+    monkeypatch.chdir(tmp_path)
+    result = sweep(small_sweep(tmp_path), cluster=two_nodes, device="cpu", command="test")
+    assert (result.failed, result.gathered) == ({}, RUNS)
+    assert not [path for path in tmp_path.iterdir() if not path.suffix]
+
+
 def test_workers_that_do_not_see_the_folder_send_back_files(two_nodes, tmp_path, monkeypatch):
     for name in ("here", "cluster"):
         (tmp_path / name).mkdir()

@@ -67,7 +67,7 @@ def test_a_trusted_sweep_runs_here_and_on_workers_that_have_no_such_module(tmp_p
         return original(tasks, folder, "another", known, nowhere, *more)
 
     monkeypatch.setattr(cluster, "_work", elsewhere)
-    ray.init(num_cpus=1, include_dashboard=False, log_to_driver=False)
+    ray.init(address="local", num_cpus=1, include_dashboard=False, log_to_driver=False)
     try:
         file = sweep_file(tmp_path / "there", "sweep_parts")
         there = sweep(file, tmp_path / "there.h5", cluster="auto", device="cpu", trust=True)

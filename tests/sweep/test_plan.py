@@ -85,7 +85,7 @@ def test_names_are_unique_readable_and_fit_for_files(tmp_path):
         ('scene = "fwalk"\n[grid]\nseed = [1.5]\n', "a.toml:3: seed: a seed is a whole number, not 1.5"),
         ('scene = "fwalk"\n[search]\nstrategi = "cma"\n', "a.toml:3: search.strategi: unknown key; did you mean"),
         ('scene = "fwalk"\n[search]\nstrategy = "cmb"\n', "a.toml:2: search: there is no search strategy 'cmb'"),
-        ('scene = "fwalk"\n[search]\ncandidates = 0\n', "candidates must be positive"),
+        ('scene = "fwalk"\n[search]\ncandidates = 0\n', "candidates must be a positive"),
         ('scene = "fwalk"\n[grid]\n"search.sigm" = [1]\n', "a.toml:3: search.sigm: unknown key; did you mean 'sigma'?"),
         ('scene = "fwalk"\n[grid]\n"search.sigma" = ["x"]\n', "a.toml:3: search.sigma: expected a number, got text"),
         ('scene = "fwolk"\n', "a.toml:1: scene: there is no scene called 'fwolk'; did you mean 'fwalk'?"),

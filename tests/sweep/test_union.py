@@ -26,6 +26,7 @@ def changed(scene: Scene, **values) -> Scene:
 def muscles() -> Scene:
     """A small scene with muscles, a free number and one that follows it."""
     scene = muscle_scene()
+    scene.failure.max_com_speed = 1000.0  # it starts deep in the ground, which throws it up
     scene.duration = 0.1
     scene.controller.pd["rHip"] = scene.controller.pd["lHip"].__class__(Free(same_as="controller.pd.lHip.kp"), 1.0)
     scene.character.muscles["HFL"].f_max = Free(1000.0, 500.0, 2000.0, scale="log")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Callable
 from typing import Any
 
@@ -42,8 +43,8 @@ class CmaSearch:
     nearly uniform in the cube, where Hansen (2009) has it; with a small one it remains in the neighbourhood that the
     caller meant.
 
-    Linear algebra runs in one thread, which rounds the same on machines with any number of cores, and is the fastest
-    for matrices of this size.
+    Linear algebra runs in one thread, which rounds the same on equal processors with any number of cores, and is the
+    fastest for matrices of this size. BLAS has other kernels, which round differently, for other processors.
     """
 
     def __init__(
@@ -93,7 +94,9 @@ class CmaSearch:
         values = checked_costs(costs, len(asked))
         self._progress.add(asked, values)
         self._used += len(asked)
-        with _one_thread():
+        with _one_thread(), warnings.catch_warnings():
+            # Where others were followed, the package misses mirrored candidates that it had asked for.
+            warnings.simplefilter("ignore", cma.evolution_strategy.InjectionWarning)
             self._strategy.tell(self._sampled, values.tolist())
         self._asked, self._sampled = None, []
         reason = ", ".join(self._strategy.stop())
@@ -103,6 +106,13 @@ class CmaSearch:
                 self._reason = reason or "budget"
             else:
                 self._strategy = self._begin(run, scattered(self._start, self._restarts.first.sigma, self._generator))
+
+    def follow(self, candidates: Floats) -> bool:
+        """See `Search`; the package takes what it has not sampled for injected (Hansen, arXiv:1110.4181)."""
+        for row in np.flatnonzero(np.any(candidates != self.ask(), axis=1)):
+            self._sampled[row] = out_of_cube(candidates[row])
+        self._asked = frozen(candidates)
+        return True
 
     def finished(self) -> str:
         """See `Search`; the names of the stopping criteria of the `cma` package that were met in the last run."""

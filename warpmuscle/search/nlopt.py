@@ -106,6 +106,10 @@ class NloptSearch:
         except Exception as error:
             raise self._refusal(error) from error
 
+    def follow(self, candidates: Floats) -> bool:
+        """See `Search`; the algorithms of NLopt take nothing but costs."""
+        return np.array_equal(candidates, self.ask())
+
     def finished(self) -> str:
         """See `Search`; what NLopt returned in small letters, such as xtol, or roundoff or failure."""
         return self._inside_out.result or ""

@@ -67,6 +67,12 @@ class RandomGenerations:
         self._progress.add(asked, checked_costs(costs, len(asked)))
         self._asked = None
 
+    def follow(self, candidates: Floats) -> bool:
+        """See `Search`."""
+        self.ask()
+        self._asked = frozen(candidates)
+        return True
+
     def finished(self) -> str:
         """Never."""
         return ""

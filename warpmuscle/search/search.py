@@ -17,7 +17,8 @@ DEFAULT_SIGMA = 0.25  # of the cube's edge: four standard deviations span it
 class Search(Protocol):
     """A search in the unit cube that asks for candidates and is told their costs.
 
-    It is deterministic for a seed, so that it can be brought back by telling a fresh one the same costs again.
+    It is deterministic for a seed on equal machines, so that it can be brought back by telling a fresh one the same
+    costs again; see `follow` for others.
     """
 
     def ask(self) -> Floats:
@@ -32,6 +33,13 @@ class Search(Protocol):
 
         Raises:
             Error: another number of costs than of candidates, a cost that is not finite, or the search has finished.
+        """
+
+    def follow(self, candidates: Floats) -> bool:
+        """Take these candidates, (n, P), for those asked for, whose costs are told next; False if it cannot.
+
+        It serves a search that goes on on another machine, where what it asks for differs in the last bits, and after
+        some generations visibly.
         """
 
     def finished(self) -> str:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from warpmuscle.errors import Error
+from warpmuscle.limits import check_size
 from warpmuscle.search.cube import scattered
 from warpmuscle.search.random import RandomGenerations
 from warpmuscle.search.search import Floats, Search, checked_sigma, checked_start
@@ -78,10 +79,12 @@ def make_searches(
     Search i is the same however many there are.
 
     Raises:
-        Error: see `make_search`; or the count is not positive.
+        Error: see `make_search`; or the count is not positive, or too large.
     """
     if count < 1:
         raise Error(f"the number of searches must be positive, not {count}")
+    check_size("searches", count)
+    check_size("population", count * (population or 1))
     spread = checked_sigma(sigma)
     searches = [make_search(name, dimensions, start, seed, population=population, sigma=sigma, restarts=restarts)]
     center = np.full(dimensions, 0.5) if start is None else checked_start(start)

@@ -34,6 +34,7 @@ LOOK_EVERY = 1.0  # s
 GRACE = 30.0  # s for workers to keep what they have after an interrupt
 CONNECT_TIMEOUT = 10.0  # s for its machine to answer
 PROBE_TIMEOUT = 60.0  # s to join a cluster
+BARE = sys.prefix  # folder without modules: workers import from where Ray was started, and not from any such folder
 _NOBODY, _REFUSED = 3, 4  # exit codes of the probe
 _PROBE = f"""
 import logging, sys, ray
@@ -128,8 +129,9 @@ class Cluster:
             part = left[begin : begin + size]
             known = {task.name: _files(folder.result(task.name)) for task in part}
             reference = remote.remote(
-                part, str(folder.path.resolve()), manifest.token, known, code, self._device, self._threads
-            )
+                part, str(folder.path.resolve()), str(Path.cwd()), manifest.token, known, code, self._device,
+                self._threads,
+            )  # fmt: skip
             waiting[reference] = part
         failed: dict[str, str] = {}
         try:
@@ -177,19 +179,22 @@ def _connect(ray: Any, address: str) -> None:
     _check_reachable(address)
     try:
         done = subprocess.run(
-            [sys.executable, "-c", _PROBE, address], capture_output=True, text=True, timeout=PROBE_TIMEOUT, check=False
-        )
+            [sys.executable, "-P", "-c", _PROBE, address], capture_output=True, text=True, timeout=PROBE_TIMEOUT,
+            check=False, cwd=BARE,
+        )  # fmt: skip
     except subprocess.TimeoutExpired:
         raise Error(f"no Ray cluster answers at {address!r} within {PROBE_TIMEOUT:.0f} s") from None
     if done.returncode == _NOBODY and address == "auto":
-        with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
+        nowhere = io.StringIO()
+        with contextlib.redirect_stdout(nowhere), contextlib.redirect_stderr(nowhere), contextlib.chdir(BARE):
             ray.init(include_dashboard=False, **silent)
         return
     if done.returncode != 0:
         said = done.stderr.strip().splitlines() or ["it cannot be reached"]
         raise Error(f"no Ray cluster can be joined at {address!r}: {said[-1]}")
     try:
-        ray.init(address=address, **silent)
+        with contextlib.chdir(BARE):
+            ray.init(address=address, **silent)
     except Exception as error:
         raise Error(f"no Ray cluster can be joined at {address!r}: {' '.join(str(error).split())}") from None
 
@@ -206,13 +211,12 @@ def _check_reachable(address: str) -> None:
 
 
 def _work(
-    tasks: list[Task], folder: str, token: str, known: dict[str, dict[str, bytes]], code: NamedCode, device: str,
-    threads: int,
+    tasks: list[Task], folder: str, here: str, token: str, known: dict[str, dict[str, bytes]], code: NamedCode,
+    device: str, threads: int,
 ) -> _Outcome:  # fmt: skip
-    """A task: the runs of a worker."""
-    import warp
-
-    warp.config.log_level = warp.LOG_WARNING
+    """A task: the runs of a worker; `here` is the current folder of who asks, for files that scenes name."""
+    with contextlib.suppress(OSError):
+        os.chdir(here)
     with _place(Path(folder), token, known) as (place, is_shared), trusted_there(code):
         failed = run_here(tasks, place, device, threads)
         files = {} if is_shared else {task.name: (place / f"{task.name}.h5") for task in tasks}

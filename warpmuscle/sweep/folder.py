@@ -16,7 +16,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-import h5py
 import msgspec
 import numpy as np
 
@@ -24,7 +23,9 @@ from warpmuscle.campaign import INTERRUPTED
 from warpmuscle.errors import Error, OccupiedError, ResultError, SceneError
 from warpmuscle.formats import toml
 from warpmuscle.formats.files import replace_file, unreadable, unwritable
+from warpmuscle.formats.names import is_file_name
 from warpmuscle.journal import Journal, journal_path
+from warpmuscle.results import glance
 from warpmuscle.sweep.plan import Plan, Run
 
 if sys.platform != "win32":
@@ -86,11 +87,14 @@ class Folder:
         """What the sweep consists of; raises ResultError."""
         path = self.path / MANIFEST
         try:
-            return msgspec.json.decode(path.read_bytes(), type=Manifest)
+            found = msgspec.json.decode(path.read_bytes(), type=Manifest)
         except OSError as error:
             raise ResultError(f"{path}: {unreadable(error)}") from None
         except msgspec.DecodeError:
             raise ResultError(f"{path}: damaged; no sweep can go on from it") from None
+        if wrong := [entry.name for entry in found.runs if not is_file_name(entry.name)]:
+            raise ResultError(f"{path}: damaged; {wrong[0]!r} cannot be the name of a run and its file")
+        return found
 
     @contextlib.contextmanager
     def at_work(self) -> Iterator[None]:
@@ -109,6 +113,10 @@ class Folder:
                 raise OccupiedError(f"{self.path}: another process is at work on this sweep")
             yield
         finally:
+            if not (self.path / MANIFEST).exists():  # nothing has begun
+                with contextlib.suppress(OSError):
+                    (self.path / LOCK).unlink()
+                    self.path.rmdir()
             os.close(handle)
 
     def busy(self) -> bool:
@@ -171,11 +179,8 @@ class Folder:
         """What a run has come to; a file that cannot be read counts as one that has not begun."""
         path = self.result(entry.name)
         try:
-            with h5py.File(path, "r") as file:
-                ended = str(file["searches"].attrs["ended"])
-                group = file["evaluations"]
-                columns = tuple(group[name][()] for name in ("cost", "generation", "stage"))
-        except (OSError, KeyError):
+            ended, *columns = glance(path)
+        except ResultError:
             return RunState(entry.name, False, "", 0, entry.candidates, np.inf)
         known = {int(number): [column[columns[1] == number] for column in columns] for number in np.unique(columns[1])}
         for part in Journal.look(journal_path(path)):
@@ -190,9 +195,8 @@ class Folder:
 def has_ended(path: Path) -> bool:
     """Whether a result file is that of an optimisation that has come to its end, and is complete."""
     try:
-        with h5py.File(path, "r") as file:
-            return str(file["searches"].attrs["ended"]) not in GOES_ON and not journal_path(path).exists()
-    except (OSError, KeyError):
+        return glance(path)[0] not in GOES_ON and not journal_path(path).exists()
+    except ResultError:
         return False
 
 

@@ -14,6 +14,7 @@
 from __future__ import annotations
 
 import io
+import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -25,7 +26,7 @@ from warpmuscle.errors import ResultError, SceneError
 from warpmuscle.formats.files import replace_file
 from warpmuscle.records import COLUMNS
 from warpmuscle.result_layout import FORMAT_VERSION
-from warpmuscle.results import SWEEP_FORMAT
+from warpmuscle.results import SWEEP_FORMAT, opened
 from warpmuscle.sweep.folder import Folder, Manifest, RunEntry
 
 DESCRIPTIONS = {
@@ -69,10 +70,10 @@ def _image(folder: Folder, manifest: Manifest, entries: Sequence[RunEntry], comm
         for entry in entries:
             path = folder.result(entry.name)
             try:
-                with h5py.File(path, "r") as source:
+                with opened(path) as source:
                     source.copy(source["/"], runs, name=entry.name)
-            except OSError:
-                raise ResultError(f"{path}: not an HDF5 file, or damaged; remove it, and it is computed anew") from None
+            except ResultError as error:
+                raise ResultError(f"{error}; remove it, and it is computed anew") from None
         _put_table(file, entries, [runs[entry.name] for entry in entries])
         _put_all(file, [runs[entry.name] for entry in entries])
     return memory.getvalue()
@@ -94,7 +95,12 @@ def _put_table(file: Any, entries: Sequence[RunEntry], runs: Sequence[Any]) -> N
     for name in dict.fromkeys(name for entry in entries for name in entry.axes):
         numeric = all(isinstance(entry.axes.get(name, 0.0), int | float) for entry in entries)
         values = [entry.axes.get(name, np.nan if numeric else "") for entry in entries]
-        _put_column(axes, name.replace("/", "_"), np.array(values, dtype=float) if numeric else list(map(str, values)))
+        _put_column(axes, _dataset_name(name), np.array(values, dtype=float) if numeric else list(map(str, values)))
+
+
+def _dataset_name(axis: str) -> str:
+    """The name of an axis as HDF5 may have it."""
+    return re.sub(r"[/\0]|^\.+$", "_", axis)
 
 
 def _put_column(group: Any, name: str, values: Any) -> None:

@@ -33,6 +33,7 @@ what `[set]` does. A run is named by what sets it apart: `normal,seed=2,target_s
 from __future__ import annotations
 
 import itertools
+import math
 import re
 import typing
 from collections.abc import Iterator, Mapping, Sequence
@@ -47,7 +48,9 @@ from warpmuscle.checks import near
 from warpmuscle.errors import Error, SceneError
 from warpmuscle.formats import load
 from warpmuscle.formats.files import shown
+from warpmuscle.formats.names import file_name
 from warpmuscle.formats.toml import Source
+from warpmuscle.limits import check_size
 from warpmuscle.optimization import check_options
 from warpmuscle.parameters import free_parameters
 from warpmuscle.records import Options
@@ -55,8 +58,6 @@ from warpmuscle.scene import Scene
 from warpmuscle.sweep.overrides import Override, is_factor, overridden
 from warpmuscle.trusted import trust, trusts_everything
 from warpmuscle.typed import to_type
-
-LONGEST_NAME = 120  # of a run; file systems take 255 bytes, and `.h5.journal` comes behind it
 
 Search: Any = msgspec.defstruct(
     "Search",
@@ -150,15 +151,19 @@ def read(path: str | Path, trusted: bool = False) -> Plan:
 def _plan(path: Path, source: Source, file: _File, trusted: bool) -> Plan:
     tables = {"grid": file.grid} if isinstance(file.grid, dict) else _numbered("grid", file.grid)
     grids = [_axes(source, place, table) for place, table in tables.items()] or [[]]
+    count = max(len(file.run), 1) * sum(math.prod(map(len, axes)) for axes in grids)
+    check_size("sweep", count, lambda text: SceneError(text, key="grid" if file.grid else "run"))
     entries: list[tuple[_Choice, ...]] = [(_entry(source, index, entry),) for index, entry in enumerate(file.run)]
     base = _Base(
         path, file, [Override(key, value, source.line(f"set.{key}")) for key, value in file.set.items()], trusted
     )
     runs: list[Run] = []
+    taken: set[str] = set()
     for entry in entries or [()]:
         for axes in grids:
             for choices in itertools.product(*axes):
-                runs.append(base.run([*entry, *choices], {run.name for run in runs}))
+                runs.append(base.run([*entry, *choices], taken))
+                taken.add(runs[-1].name.casefold())  # some file systems tell no small letters from capitals
     normal = {axis[0].axis: 1.0 for axes in grids for axis in axes if axis[0].factor}
     every = [replace(run, axes=normal | dict(run.axes)) for run in runs]
     return Plan(path, file.name or path.stem, source.text, tuple(every))
@@ -327,8 +332,8 @@ class _Base:
 def _name(chosen: Sequence[_Choice], taken: set[str]) -> str:
     """A name that a file and a group of HDF5 can have, and no other run has."""
     name = ",".join(choice.label for choice in chosen) or "run"
-    name = re.sub(r"[^\w.,=+#~() -]", "_", name)[:LONGEST_NAME].strip(". ")
-    while not name or name in taken:
+    name = file_name(name, "run")
+    while name.casefold() in taken:
         number = int(name.rpartition("~")[2]) + 1 if re.search(r"~\d+$", name) else 2
-        name = f"{re.sub(r'~[0-9]+$', '', name) or 'run'}~{number}"
+        name = f"{re.sub(r'~[0-9]+$', '', name)}~{number}"
     return name

@@ -63,7 +63,7 @@ def sweep(
     """Run all optimisations of a sweep file, or what is left of them, and gather their results.
 
     Each run is the same to the last bit as the optimisation alone, with whatever others it shares batches, here or on
-    a cluster, interrupted or not, on the same kind of device.
+    a cluster, interrupted or not, on the same kind of device and an equal machine.
 
     Args:
         plan: or the sweep file with it, see `plan.py`.
