@@ -191,6 +191,21 @@ def test_info_shows_muscles_and_points_out_those_that_cannot_act(tmp_path):
     assert "leaves no fibre" in shown.stderr
 
 
+def test_muscle_mass_is_shown_and_too_much_of_it_warned_of(tmp_path):
+    heavy = ("--set", "muscle_model.specific_tension=0.25e6")
+    shown = run("info", "walk56", folder=tmp_path)
+    assert "25.1 kg of muscle at 0.6 MPa (60.3 kg at 0.25 MPa), 35.7 % of the body\n" in shown.stdout
+    assert "warning" not in shown.stderr
+    done = run("simulate", "walk56", "--duration", 3, *heavy, folder=tmp_path)
+    assert (done.returncode, done.stderr.count("60.3 kg of muscle are 85.6 % of a body")) == (0, 1)
+    assert "1.51 W/kg at rest, 60.3 kg of muscle at 0.25 MPa\n" in done.stdout
+    begun = run("optimize", "walk56", "--candidates", 2, "--duration", 0.5, *heavy, "-o", "a.h5", folder=tmp_path)
+    resumed = run("optimize", "--resume", "a.h5", "--candidates", 1, folder=tmp_path)
+    for done in (begun, resumed):
+        assert (done.returncode, done.stderr.count(" kg of muscle are ")) == (0, 1), done.stderr
+    assert run("report", "a.h5", folder=tmp_path).stdout.count(" kg of muscle are ") == 1
+
+
 def test_fit_muscles_writes_properties_that_a_scene_can_add(tmp_path):
     done = run(
         "fit-muscles", "elbow_simplified", "--properties-only", "--strength", 2, "--duration", 2, "-o", "fitted.toml",

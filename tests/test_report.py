@@ -55,12 +55,12 @@ def test_stages_are_told_apart_and_the_score_is_by_the_objective_of_the_last():
     scene = msgspec.structs.replace(load("fwalk"), duration=0.1, objective=objective, stages=stages)
     result = optimize(scene, 20, 3, "cpu", search="cma", population=6)
     lines = report.convergence(result)
-    assert lines[0] == "stage 0, heat up: 7 candidates, 37 parameters"
-    assert lines[3] == "stage 1, race: 13 candidates, 37 parameters"
+    assert lines[0] == "stage 1, heat up: 7 candidates, 37 parameters"
+    assert lines[3] == "stage 2, race: 13 candidates, 37 parameters"
     assert "ended: all candidates" in lines[2]
     assert f"{result.best.cost:.6g}" in lines[4]
     first, *terms = report.score(result)
-    assert "of stage 1, race" in first
+    assert "of stage 2, race" in first
     terms = [term for term in terms if "=" in term]
     np.testing.assert_allclose(sum(float(term.split("=")[0]) for term in terms), result.best.cost, rtol=1e-4)
     assert "0.5 x" in terms[0]

@@ -128,7 +128,7 @@ def test_stages_are_listed_and_the_cost_of_transport_stands_beside_that_of_peopl
     searched = dataclasses.replace(result.searched, stages=stages, stage=1, ended="the time is up")
     staged = dataclasses.replace(result, scene=toml.dumps(scene), evaluations=evaluations, searched=searched)
     page = Page(report_html(Subject(staged)))
-    assert {"stand", "walk", "3 x cma", "the time is up", "Score of stage 1, walk"} <= set(page.texts)
+    assert {"1, stand", "2, walk", "3 x cma", "the time is up", "Score of stage 2, walk"} <= set(page.texts)
     assert {"cost of transport", "3.05 to 3.51", "J/(kg m)"} <= set(page.texts)
 
 

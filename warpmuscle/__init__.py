@@ -3,10 +3,9 @@
 Example:
     import warpmuscle as wm
 
-    scene = wm.load("fwalk")
-    rollout = wm.Rollout(scene, instances=100)
+    rollout = wm.Rollout("fwalk", instances=100)
     rollout.run()
-    print(rollout.cost(), rollout.status())
+    print(rollout.cost(), rollout.status_names())
 """
 
 from __future__ import annotations
@@ -32,10 +31,12 @@ if TYPE_CHECKING:
     from warpmuscle.status import Status
     from warpmuscle.trusted import trust
 
+    __version__: str
+
 __all__ = [
     "Error", "Recording", "Result", "ResultError", "Rollout", "RolloutError", "Scene", "SceneError",
-    "SplitRollout", "Stages", "Status", "best_scene", "load", "make_rollout", "measure", "optimize", "plot", "read",
-    "resume", "save", "trust", "write",
+    "SplitRollout", "Stages", "Status", "__version__", "best_scene", "load", "make_rollout", "measure", "optimize",
+    "plot", "read", "resume", "save", "trust", "write",
 ]  # fmt: skip
 
 _HOMES = {
@@ -46,8 +47,17 @@ _HOMES = {
 }  # fmt: skip
 
 
+def __dir__() -> list[str]:
+    """What the package offers, also what has not been imported yet."""
+    return sorted({*__all__, *(name for name in globals() if name.startswith("__"))})
+
+
 def __getattr__(name: str) -> Any:
     """Import what is asked for; Warp takes a while, and reading a file or a help text needs none of it."""
+    if name == "__version__":
+        from warpmuscle.records import version_of
+
+        return version_of("warpmuscle")
     if name not in _HOMES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     value = getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)

@@ -4,9 +4,16 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from warpmuscle.plain_text import one_line
+
+LONGEST = 1000  # characters of a message that is shown
+
 
 class Error(Exception):
-    """Base of every error that warpmuscle raises on purpose; its text is one line, fit for a user."""
+    """Base of every error that warpmuscle raises on purpose; its text is one line, fit for a user and a terminal."""
+
+    def __str__(self) -> str:
+        return one_line(super().__str__())
 
 
 class SceneError(Error):
@@ -22,7 +29,7 @@ class SceneError(Error):
     def __init__(self, message: str, key: str = "", file: str | Path | None = None, line: int = 0) -> None:
         self.message, self.key, self.file, self.line = message, key, file, line
         place = "" if file is None else f"{file}:{line}: " if line else f"{file}: "
-        super().__init__(" ".join(f"{place}{key + ': ' if key else ''}{message}".split()))
+        super().__init__(f"{place}{key + ': ' if key else ''}{message}")
 
     def at(self, file: str | Path, line: int = 0) -> SceneError:
         """The same error with its place in a file."""
@@ -42,7 +49,16 @@ class SignalError(Error):
     def __init__(self, message: str, channel: str = "", file: str | Path | None = None, line: int = 0) -> None:
         self.message, self.channel, self.file, self.line = message, channel, file, line
         place = "" if not file else f"{file}:{line}: " if line else f"{file}: "
-        super().__init__(" ".join(f"{place}{f'channel {channel!r}: ' if channel else ''}{message}".split()))
+        super().__init__(f"{place}{f'channel {channel!r}: ' if channel else ''}{message}")
+
+
+def shortened(text: str) -> str:
+    """A text with its middle left out if it is too long to be read, as a message that quotes a long word may be."""
+    return text if len(text) <= LONGEST else f"{text[: LONGEST // 2]} ... {text[-LONGEST // 2 :]}"
+
+
+class ArgumentError(Error, ValueError):
+    """A function was given something that it cannot use; the text names the argument."""
 
 
 class Interrupted(Error):
@@ -55,6 +71,10 @@ class RolloutError(Error):
 
 class ResultError(Error):
     """A result file, or a file with a motion, cannot be read or written."""
+
+
+class ResumeWarning(UserWarning):
+    """A search goes on elsewhere than it began: on another processor, or with another version of this program."""
 
 
 class OccupiedError(ResultError):

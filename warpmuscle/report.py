@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
 
+from warpmuscle.accounting import accounting
 from warpmuscle.arrays import Floats
-from warpmuscle.formats import toml
+from warpmuscle.masses import mass_warnings
 from warpmuscle.objective import described, weight_of
 from warpmuscle.parameters import start_values, substitute
 from warpmuscle.records import Evaluations, Fit, ParameterTable, Result
+from warpmuscle.result_scene import recorded_scene, scene_in
 from warpmuscle.stage_scene import stage_scene
 from warpmuscle.status import Status
 
@@ -31,9 +33,16 @@ def report(result: Result) -> list[str]:
         lines += [f"motion {number}: {name}" for number, name in enumerate(result.replay_names)]
         return lines
     if result.evaluations is None or result.best is None:
-        return [*lines, f"no search; {len(result.replays)} motion{'s' if len(result.replays) != 1 else ''}"]
+        count = len(result.replays)
+        return [*lines, f"no search; {count} motion{'s' if count != 1 else ''}", *heaviness(result)]
     lines += ["", *outcomes(result.evaluations), "", *convergence(result)]
-    lines += ["", *score(result), "", *parameters(result.parameters, np.asarray(result.best.params))]
+    lines += [
+        "",
+        *score(result),
+        *heaviness(result),
+        "",
+        *parameters(result.parameters, np.asarray(result.best.params)),
+    ]
     return lines
 
 
@@ -70,7 +79,7 @@ def convergence(result: Result) -> list[str]:
     for number, stage in enumerate(searched.stages[: searched.stage + 1]):
         mine = result.evaluations.rows(result.evaluations.stage == number)
         count = f"{len(mine)} candidate{'s' if len(mine) != 1 else ''}, {len(stage.free)} parameters"
-        lines.append(f"stage {number}, {stage.name}: {count}")
+        lines.append(f"stage {number + 1}, {stage.name}: {count}")
         ended = searched.ended if number == searched.stage else stage.ended
         lines += [f"  {line}" for line in _descent(mine, ended)]
     waiting = ", ".join(stage.name for stage in searched.stages[searched.stage + 1 :])
@@ -131,18 +140,22 @@ class Share:
 
 
 def shares(result: Result) -> tuple[str, list[Share]]:
-    """The stage that the best candidate's cost is of, empty without stages, and the weighted terms that make it up."""
+    """The stage that the best candidate's cost is of, empty without stages, and the weighted terms that make it up.
+
+    Terms that are not a number, as of a candidate that diverged, are left out.
+    """
     assert result.best is not None
     assert result.evaluations is not None
-    scene, index, of = toml.loads(result.scene), result.best.index, ""
+    scene, index, of = scene_in(result), result.best.index, ""
     stage = int(result.evaluations.stage[index])
     if scene.stages:
-        of = f"stage {stage}, {scene.stages[stage].name}"
+        of = f"stage {stage + 1}, {scene.stages[stage].name}"
     scene = stage_scene(scene, stage, np.asarray(result.best.params, dtype=np.float64))
     objective = substitute(scene, start_values(scene)).objective
     found = []
     for name, value in zip(result.evaluations.term_names, result.evaluations.terms[index], strict=True):
-        if weight := float(np.asarray(weight_of(objective, name))):
+        weight = float(np.asarray(weight_of(objective, name)))
+        if weight and np.isfinite(weight * float(value)):
             found.append(Share(name, weight, float(value), *described(name), result.parts.get(name, {})))
     return of, found
 
@@ -157,7 +170,25 @@ def score(result: Result) -> list[str]:
         lines.append(f"  {product}  {term.name}: {term.description}")
         if term.largest:
             lines.append(f"{'':15}{term.largest}")
+    if counted := energy_accounting(result, terms):
+        lines.append(f"  metabolic energy by {counted}")
     return lines
+
+
+def energy_accounting(result: Result, terms: Iterable[Share]) -> str:
+    """How the metabolic energy among terms is counted, in words; empty where there is none."""
+    if not {"metabolic", "cost_of_transport"} & {term.name for term in terms}:
+        return ""
+    scene = recorded_scene(result)
+    names = result.replays[0].muscle_names if result.replays else tuple(scene.character.muscles)
+    return accounting(scene, names)
+
+
+def heaviness(result: Result) -> list[str]:
+    """A line if the muscles of a result's character are too heavy for it."""
+    if not result.scene:
+        return []
+    return [f"warning: {doubt.message}" for doubt in mass_warnings(recorded_scene(result))]
 
 
 def parameters(table: ParameterTable, best: Floats) -> list[str]:

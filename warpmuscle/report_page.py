@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from importlib.resources import files
 from typing import Any
 
 import numpy as np
 
+from warpmuscle.accounting import accounting
 from warpmuscle.errors import Error
 from warpmuscle.gait_quality import gait_measures
 from warpmuscle.gait_table import Row, gait_table
@@ -18,8 +19,9 @@ from warpmuscle.plots.parameters import unit_values
 from warpmuscle.plots.style import picture
 from warpmuscle.plots.subject import Absent, Subject
 from warpmuscle.records import Result
-from warpmuscle.report import AT_BOUND, Share, shares
+from warpmuscle.report import AT_BOUND, Share, energy_accounting, heaviness, shares
 from warpmuscle.status import Status
+from warpmuscle.view.packing import whole
 
 _SEARCH_FIGURES = ("convergence", "parameters")
 _MOTION_FIGURES = ("sticks", "angles", "ground_force", "feet", "activation", "control", "joints")
@@ -65,8 +67,9 @@ def report_html(subject: Subject, references: list[Subject] | None = None, tell:
     figures = {kind: figure for kind, figure in drawn.items() if figure is not None}
     walks_joints = "angles" in figures  # then the angles of all joints over time say little besides
     of, terms = shares(result) if result.best is not None and result.evaluations is not None else ("", [])
+    rows = _rows(subject, others)
     tell("replay")
-    return str(
+    return whole(
         template.render(
             result=result,
             scene=subject.scene,
@@ -84,7 +87,10 @@ def report_html(subject: Subject, references: list[Subject] | None = None, tell:
             ],
             parameters=_parameters(result),
             walks=[subject.scene.name, *(f"{other.scene.name} ({other.source})" for other in others)],
-            rows=_rows(subject, others),
+            rows=rows,
+            energy=energy_accounting(result, terms),
+            costs=_costs((subject, *others)) if any(row.name == "cost of transport" for row in rows) else [],
+            warnings=heaviness(result),
             replay=_replay(subject),
         )
     )
@@ -179,7 +185,13 @@ def _rows(subject: Subject, others: list[Subject]) -> list[Row]:
             walks.append(gait_measures(one.recording, one.scene))
         except Error as error:
             raise Error(f"{one.source}: {error}" if one.source not in str(error) else str(error)) from None
-    return gait_table(walks)
+    return gait_table(walks, subject.runs)
+
+
+def _costs(walks: Iterable[Subject]) -> list[tuple[str, str]]:
+    """How the metabolic energy of each walk is counted: the scene's name, and words."""
+    counted = [(walk.scene.name, accounting(walk.scene, walk.recording.muscle_names)) for walk in walks]
+    return [(name, words) for name, words in counted if words]
 
 
 def _replay(subject: Subject) -> str:

@@ -3,23 +3,26 @@
 from __future__ import annotations
 
 import gc
+import io
 import sys
+from typing import Annotated, NoReturn
 
 import typer
-from rich.markup import escape
 
-from warpmuscle.cli.console import INTERRUPTED, log
+from warpmuscle.cli.console import INTERRUPTED, log, marked, out
 from warpmuscle.cli.optimize import optimize
 from warpmuscle.cli.plot import plot
 from warpmuscle.cli.results import apply, export, report
 from warpmuscle.cli.scenes import convert, fit_muscles, info, scenes
+from warpmuscle.cli.shortage import output_refused, shortage
 from warpmuscle.cli.simulate import simulate
 from warpmuscle.cli.sweep import sweep
 from warpmuscle.cli.synergies import synergies
 from warpmuscle.cli.throw import throw
 from warpmuscle.cli.video import video
 from warpmuscle.cli.view import view
-from warpmuscle.errors import Error
+from warpmuscle.errors import Error, shortened
+from warpmuscle.plain_text import printable
 
 GARBAGE = 50_000  # objects, at which Python looks for what it can free: starting makes many, all of which stay
 
@@ -28,7 +31,6 @@ app = typer.Typer(
     "A SCENE is the name of a shipped one (see `warpmuscle scenes`), a TOML file, or .rbs and .sbc files of the "
     "Simbicon Controller Editor Framework, and a .rs file if the .sbc names none.",
     no_args_is_help=True,
-    add_completion=False,
     pretty_exceptions_enable=False,
 )
 COMMANDS = (
@@ -39,18 +41,50 @@ for command in COMMANDS:
     app.command(command.__name__.replace("_", "-"))(command)
 
 
+def _print_version(given: bool) -> None:
+    if given:
+        from warpmuscle import __version__
+
+        out.print(f"warpmuscle {__version__}", markup=False)
+        raise typer.Exit
+
+
+@app.callback()
+def common(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version and end.")
+    ] = False,
+) -> None:
+    """Options of the program itself."""
+
+
+def _refuse(why: str) -> NoReturn:
+    """End with one line and the exit code of errors that a user can mend."""
+    log.print(marked("error:", "bold red", f" {why}"))
+    sys.exit(2)
+
+
 def main() -> None:
     """Run the command line; an error that a user can mend is one line and exit code 2."""
     gc.set_threshold(GARBAGE)
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")  # names may have letters that a terminal has not
     try:
-        code = app(standalone_mode=False)
+        code = app(prog_name="warpmuscle", standalone_mode=False)
+        if refused := output_refused():
+            _refuse(refused)
     except Error as error:
-        log.print(f"[bold red]error:[/] {escape(str(error))}")
-        sys.exit(2)
+        _refuse(shortened(str(error)))
     except Exception as error:
         usage = getattr(error, "show", None)  # an error in the command's own arguments
         if usage is None:
-            raise
+            why = output_refused() or shortage(error)
+            if not why:
+                raise
+            _refuse(shortened(why))
+        if "\n" not in getattr(error, "message", "\n"):  # which quotes what was typed; of several lines it is help
+            error.message = printable(error.message)  # type: ignore[attr-defined]
         usage()
         sys.exit(2)
     finally:

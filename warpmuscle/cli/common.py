@@ -11,15 +11,27 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.markup import escape
 
-from warpmuscle.cli.console import log, print_ignored
+from warpmuscle.cli.console import log, print_ignored, print_warnings
 from warpmuscle.errors import Error
 
 if TYPE_CHECKING:
     from warpmuscle.scene import Scene
 
-Sources = Annotated[list[str], typer.Argument(metavar="SCENE...", help="Scene name, TOML file, or .rbs .sbc [.rs].")]
+
+def scene_names_like(incomplete: str) -> list[str]:
+    """Shipped scenes whose names begin so, for completion; where none does, shells go on with files."""
+    from warpmuscle.formats import scene_names
+
+    return [name for name in scene_names() if name.startswith(incomplete)]
+
+
+Sources = Annotated[
+    list[str],
+    typer.Argument(
+        metavar="SCENE...", help="Scene name, TOML file, or .rbs .sbc [.rs].", autocompletion=scene_names_like
+    ),
+]
 Device = Annotated[
     str | None, typer.Option(help="cpu, cuda:0, cuda:all, cuda:0,cuda:2, ...; by default a GPU if there is one.")
 ]
@@ -44,20 +56,10 @@ Trust = Annotated[
 
 
 def start_warp() -> None:
-    """Start Warp without its greeting, and without its warning that a machine without a GPU has none."""
-    import os
+    """Start Warp; commands call it where they begin to need it, since to import it takes a while."""
+    from warpmuscle.warp_start import start_warp as start
 
-    import warp
-
-    warp.config.log_level = warp.LOG_WARNING
-    errors = os.dup(2)
-    try:
-        with open(os.devnull, "w") as nowhere:
-            os.dup2(nowhere.fileno(), 2)  # the warning comes from compiled code
-        warp.init()
-    finally:
-        os.dup2(errors, 2)
-        os.close(errors)
+    start()
 
 
 def _trust(given: bool) -> bool:
@@ -72,12 +74,21 @@ def _trust(given: bool) -> bool:
 def load_scene(sources: list[str], keyword_rule: bool = False, settings: list[str] | None = None) -> Scene:
     """The scene with what `--set` changes, and on the error stream what its files hold that is not used."""
     from warpmuscle.formats import Ignored, load
+    from warpmuscle.validate_muscles import SceneWarning
+    from warpmuscle.validate_start import doubts_of
 
     ignored: list[Ignored] = []
     with doubts_printed():
-        scene = load(*sources, ignored=ignored, keyword_rule=keyword_rule)
+        with warnings.catch_warnings():
+            if settings:  # then only what they leave of the scene is in doubt
+                warnings.simplefilter("ignore", SceneWarning)
+            scene = load(*sources, ignored=ignored, keyword_rule=keyword_rule)
+        if settings:
+            scene = with_settings(scene, settings)
+            for doubt in doubts_of(scene):
+                warnings.warn(str(doubt), SceneWarning, stacklevel=2)
     print_ignored(ignored, "some input was ignored:")
-    return with_settings(scene, settings) if settings else scene
+    return scene
 
 
 def with_settings(scene: Scene, settings: list[str]) -> Scene:
@@ -106,8 +117,18 @@ def doubts_printed() -> Iterator[None]:
     with warnings.catch_warnings(record=True) as doubts:
         warnings.simplefilter("always", SceneWarning)
         yield
-    for doubt in doubts:
-        log.print(f"[yellow]warning:[/] {escape(str(doubt.message))}")
+    print_warnings(doubt.message for doubt in doubts)
+
+
+@contextlib.contextmanager
+def machines_told() -> Iterator[None]:
+    """Print on the error stream, at once, that a search goes on on another machine than it began on."""
+    from warpmuscle.errors import ResumeWarning
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("always", ResumeWarning)
+        warnings.showwarning = lambda message, *_: log.print(f"note: {message}")
+        yield
 
 
 def changed(scene: Scene, duration: float | None, time_step: float | None, implicit_pd: bool | None) -> Scene:

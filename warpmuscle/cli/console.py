@@ -2,18 +2,54 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
-from rich.console import Console
-from rich.markup import escape
+from rich.console import Console, JustifyMethod, OverflowMethod
+from rich.status import Status
+from rich.style import StyleType
+from rich.text import Text
+
+from warpmuscle.plain_text import printable
 
 if TYPE_CHECKING:
     from warpmuscle.gait import Gait
     from warpmuscle.recording import Recording
     from warpmuscle.scene import Scene
 
-out = Console(soft_wrap=True, highlight=False)
-log = Console(stderr=True, soft_wrap=True, highlight=False)
+
+class _Status(Status):
+    """Of a work, with plain text beside the spinner."""
+
+    def update(self, status: Any = None, **options: Any) -> None:
+        super().update(Text(printable(status)) if isinstance(status, str) else status, **options)
+
+
+class PlainConsole(Console):
+    """A console for which text is text: names in it can neither be styles nor emoji, nor steer the terminal.
+
+    What is to have a style is given as `marked` gives it, or as a style of its own.
+    """
+
+    def render_str(
+        self, text: str, *, style: StyleType = "", justify: JustifyMethod | None = None,
+        overflow: OverflowMethod | None = None, **_: Any,
+    ) -> Text:  # fmt: skip
+        """See `Console.render_str`."""
+        return Text(printable(text), style=style, justify=justify, overflow=overflow)
+
+    def status(self, status: Any, **options: Any) -> Status:
+        """See `Console.status`."""
+        return _Status(Text(printable(status)), console=self, **options)
+
+
+def marked(word: str, style: str, rest: str = "") -> Text:
+    """Text that begins with a word of a style."""
+    return Text.assemble((printable(word), style), printable(rest))
+
+
+out = PlainConsole(soft_wrap=True, highlight=False)
+log = PlainConsole(stderr=True, soft_wrap=True, highlight=False)
 
 INTERRUPTED = 130  # exit code after Ctrl-C where there is nothing to keep
 
@@ -23,11 +59,17 @@ def print_ignored(ignored: list[Any], heading: str) -> None:
     from warpmuscle.formats.load import summary
 
     if ignored:
-        log.print(f"[yellow]{escape(summary(ignored, heading))}[/]")
+        log.print(marked(summary(ignored, heading), "yellow"))
+
+
+def print_warnings(doubts: Iterable[object]) -> None:
+    """On the error stream, what is probably a mistake, a line each."""
+    for doubt in doubts:
+        log.print(marked("warning:", "yellow", f" {doubt}"))
 
 
 def print_gait(scene: Scene, recording: Recording) -> Gait | None:
-    """Print speed, step length and cadence of a scene with a controller."""
+    """Print speed, step length, cadence and cost of transport of a scene with a controller."""
     from warpmuscle.gait import measure
 
     if scene.controller is None or recording.frames == 0:
@@ -37,4 +79,23 @@ def print_gait(scene: Scene, recording: Recording) -> Gait | None:
     if gait.step_length is not None and gait.cadence is not None:
         text += f", step length {gait.step_length:.3f} m, cadence {gait.cadence:.1f} steps/min"
     out.print(f"{text} (from {gait.start:.3g} s to {gait.end:.3g} s, {gait.steps} steps)")
+    _print_cost(scene, recording.window(gait.start), gait.speed_horizontal)
     return gait
+
+
+def _print_cost(scene: Scene, steady: Recording, speed: float) -> None:
+    """Print what the muscles of a steady gait spend, and how that is counted; nothing if that cannot be told."""
+    from warpmuscle.accounting import accounting
+    from warpmuscle.masses import COMMON_TENSION
+    from warpmuscle.muscle_effort import cost_of_transport, spent
+    from warpmuscle.parameters import start_values, substitute
+
+    plain = substitute(scene, start_values(scene))
+    effort = spent(steady, plain)
+    cost = None if effort is None else cost_of_transport(effort.power, speed)
+    if effort is None or cost is None:
+        return
+    common = f"{effort.common_power / speed:.2f}"
+    beside = "" if common == f"{cost:.2f}" else f" ({common} at {COMMON_TENSION / 1e6:g} MPa)"
+    words = accounting(plain, steady.muscle_names)
+    out.print(f"cost of transport {cost:.2f} J/(kg m){beside}: {words}", markup=False)

@@ -18,24 +18,31 @@ from warpmuscle.cli.common import (
     changed,
     command_line,
     load_scene,
+    machines_told,
+    scene_names_like,
     start_warp,
     writable,
 )
-from warpmuscle.cli.console import out, print_gait
+from warpmuscle.cli.console import out, print_gait, print_warnings
 from warpmuscle.cli.progress_bar import ProgressBar
 from warpmuscle.driver import start_driver
 from warpmuscle.errors import Error
 
 if TYPE_CHECKING:
+    from warpmuscle.gait import Gait
     from warpmuscle.records import Result
     from warpmuscle.scene import Scene
 
+STILL = 0.05  # m/s, below which nobody walks
 USUAL = 5000  # candidates of a search
 
 
 def optimize(
     context: typer.Context,
-    sources: Annotated[list[str] | None, typer.Argument(metavar="SCENE...", help="As of simulate.")] = None,
+    sources: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="SCENE...", help="As of simulate.", autocompletion=scene_names_like),
+    ] = None,
     candidates: Annotated[
         int | None,
         typer.Option(
@@ -44,7 +51,9 @@ def optimize(
             "By default 5000 a search, or any number with --until.",
         ),
     ] = None,
-    seed: Annotated[int, typer.Option(min=0, help="Of the search; the same seed gives the same result.")] = 1,
+    seed: Annotated[
+        int, typer.Option(min=0, help="Of the search; the same seed gives the same result on equal machines.")
+    ] = 1,
     search: Annotated[
         str, typer.Option(help="Strategy: random, cma, cma:ipop, cma:bipop, or nlopt:ALGORITHM such as LN_BOBYQA.")
     ] = "random",
@@ -86,7 +95,7 @@ def optimize(
         start_warp()
         from warpmuscle.optimization import resume as go_on
 
-        with ProgressBar() as bar:
+        with machines_told(), ProgressBar() as bar:
             result = go_on(
                 resume, candidates, device, until=limit, target=target, threads=threads, command=command_line(),
                 progress=bar.update,
@@ -95,7 +104,9 @@ def optimize(
         start_driver(device)
         scene = changed(load_scene(sources, settings=settings), duration, time_step, None)
         count = candidates or (None if limit is not None and not scene.stages else USUAL * searches)
-        output = output if output is not None else Path(f"{scene.name}.h5")
+        from warpmuscle.formats.names import file_name
+
+        output = output if output is not None else Path(f"{file_name(scene.name)}.h5")
         writable(output)
         start_warp()
         from warpmuscle.optimization import optimize as begin
@@ -132,11 +143,12 @@ def _is_given(context: typer.Context, name: str) -> bool:
     return source is not None and source.name == "COMMANDLINE" and context.params[name] not in (None, [], ())
 
 
-def _print_result(result: Result, bar: ProgressBar, scene: Scene | None) -> None:
-    """Print what became of the candidates, and the best one."""
+def _print_result(result: Result, bar: ProgressBar, begun: Scene | None) -> None:
+    """Print what became of the candidates, and the best one; `begun` is the scene of a search that was not resumed."""
     import numpy as np
 
-    from warpmuscle.formats import toml
+    from warpmuscle.masses import mass_warnings
+    from warpmuscle.result_scene import recorded_scene
     from warpmuscle.status import Status
 
     assert result.evaluations is not None
@@ -165,7 +177,20 @@ def _print_result(result: Result, bar: ProgressBar, scene: Scene | None) -> None
         f"best: candidate {best.index} of generation {evaluations.generation[best.index]}{found}, "
         f"cost {best.cost:.6g}{given}"
     )
-    print_gait(scene if scene is not None else toml.loads(result.scene), result.replays[0])
+    plain = recorded_scene(result)
+    gait = print_gait(plain, result.replays[0])
+    if gait is not None and stands_still(plain, gait):
+        out.print(
+            f"the best one stands still: it goes {gait.speed_horizontal:.2g} m/s; weigh speed more in the objective, "
+            "or begin with a scene that walks"
+        )
+    if begun is None or not mass_warnings(begun):  # else it was said at the beginning
+        print_warnings(mass_warnings(plain))
+
+
+def stands_still(scene: Scene, gait: Gait) -> bool:
+    """Whether what is to walk does not: its speed is next to none, and no speed of 0 is asked for."""
+    return scene.objective.target_speed != 0.0 and gait.speed_horizontal < STILL
 
 
 def _print_stages(result: Result) -> None:
@@ -178,6 +203,6 @@ def _print_stages(result: Result) -> None:
         cost = f"{stage.best.cost:.6g}" if stage.best is not None else "-"
         ended = stage.ended or searched.ended
         out.print(
-            f"stage {number + 1} {stage.name}: {stage.options.strategy}, {len(stage.free)} parameters, "
+            f"stage {number + 1}, {stage.name}: {stage.options.strategy}, {len(stage.free)} parameters, "
             f"{count} candidates, best {cost}; {ended}"
         )

@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from warpmuscle.cli.common import Trust
 from warpmuscle.cli.console import log, out
 from warpmuscle.cli.results import Run
 
@@ -17,7 +18,9 @@ End = Annotated[float | None, typer.Option(help="End of that part, s.")]
 
 
 def plot(
-    result: Annotated[Path, typer.Argument(help="HDF5 file of a simulation, an optimisation or throws.")],
+    results: Annotated[
+        list[Path], typer.Argument(metavar="FILE...", help="HDF5 file of a simulation, an optimisation or throws.")
+    ],
     what: Annotated[
         list[str] | None,
         typer.Option(help="Which figures: kinds, or dataset:/PATH; all that the file has if not given."),
@@ -33,31 +36,34 @@ def plot(
     start: Start = None,
     end: End = None,
     run: Run = None,
+    trust: Trust = False,
 ) -> None:
-    """Draw figures of a result file.
+    """Draw figures of a result file, or of several over one another.
 
     Kinds: sticks, angles, ground_force, feet, activation, control, joints, moment_arms, convergence, parameters.
     Examples: warpmuscle plot walk.h5; warpmuscle plot walk.h5 --what angles -o angles.svg;
-    warpmuscle plot walk.h5 --what dataset:/replay/0/com
+    warpmuscle plot walk.h5 --what dataset:/replay/0/com; warpmuscle plot before.h5 after.h5 -o both.png
     """
     from warpmuscle.cli.common import start_warp
     from warpmuscle.errors import Error
-    from warpmuscle.plots import KINDS, Absent, Choices, Subject, check_kind, draw, save
+    from warpmuscle.plots import KINDS, Absent, Choices, Subject, check_kind, draw_over, save
+    from warpmuscle.plots.overlay import OVERLAYS
     from warpmuscle.plots.style import check_picture
     from warpmuscle.results import read
 
-    kinds = what or list(KINDS)
-    paths = [_path(output or Path(f"{result.stem}.png"), kind, len(kinds) > 1 or output is None) for kind in kinds]
+    kinds = what or list(KINDS if len(results) == 1 else OVERLAYS)
+    plain = output or Path(f"{'_'.join(result.stem for result in results)}.png")
+    paths = [_path(plain, kind, len(kinds) > 1 or output is None) for kind in kinds]
     for kind, path in zip(kinds, paths, strict=True):
         check_kind(kind)
         check_picture(path)
     choices = Choices.between(replay, start, end, joints=tuple(joint or ()), muscles=tuple(muscle or ()), norms=norms)
-    subject = Subject(read(result, run), choices, result, run)
+    subjects = [Subject(read(file, run), choices, file, run) for file in results]
     start_warp()
     missing: list[Error] = []
     for kind, path in zip(kinds, paths, strict=True):
         try:
-            figure = draw(subject, kind)
+            figure = draw_over(subjects, kind)
         except Absent as error:
             if what:
                 raise
@@ -75,5 +81,7 @@ def _path(output: Path, kind: str, several: bool) -> Path:
     """The file of a figure; of several ones its kind is added to the name."""
     if not several:
         return output
-    name = re.sub(r"\W+", "_", kind.removeprefix("dataset:")).strip("_")
+    from warpmuscle.formats.names import file_name
+
+    name = file_name(re.sub(r"\W+", "_", kind.removeprefix("dataset:")).strip("_"))
     return output.with_name(f"{output.stem}_{name}{output.suffix}")

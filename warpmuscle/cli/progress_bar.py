@@ -6,10 +6,12 @@ import math
 import time
 from typing import TYPE_CHECKING, Self
 
+from rich.console import Console
 from rich.progress import BarColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.progress import Progress as Bars
 
 from warpmuscle.cli.console import log
+from warpmuscle.plain_text import printable
 
 if TYPE_CHECKING:
     from warpmuscle.progress import Progress
@@ -18,15 +20,15 @@ if TYPE_CHECKING:
 class Bar:
     """A bar between what is done and how it goes, with the time that it takes and has left; gone at the end."""
 
-    def __init__(self) -> None:
+    def __init__(self, console: Console = log) -> None:
         self._bars = Bars(
-            TextColumn("{task.fields[done]}"),
+            TextColumn("{task.fields[done]}", markup=False),
             BarColumn(),
-            TextColumn("{task.fields[state]}"),
+            TextColumn("{task.fields[state]}", markup=False),
             TimeElapsedColumn(),
             TextColumn("left"),
             TimeRemainingColumn(),
-            console=log,
+            console=console,
             transient=True,
         )
         self._task = self._bars.add_task("", total=1.0, done="", state="")
@@ -41,7 +43,7 @@ class Bar:
     def show(self, part: float, done: str, state: str) -> None:
         """Show what is done, 0..1 and in words, and how it goes; the first call shows the bar."""
         self._bars.start()
-        self._bars.update(self._task, completed=part, done=done, state=state)
+        self._bars.update(self._task, completed=part, done=printable(done), state=printable(state))
 
 
 class ProgressBar(Bar):
@@ -67,7 +69,7 @@ class ProgressBar(Bar):
         self.simulated, self.recalled = progress.simulated, progress.recalled
         of = f"/{progress.candidates}" if progress.limited else ""
         alive = "compiling, 0" if progress.compiling else progress.alive
-        stage = f"stage {progress.stage + 1}/{progress.stages} {progress.stage_name}, " if progress.stages else ""
+        stage = f"stage {progress.stage + 1}/{progress.stages}, {progress.stage_name}, " if progress.stages else ""
         best = f"{progress.best:.5g}" if math.isfinite(progress.best) else "-"
         median = f", median {progress.median:.5g}" if progress.generation > 0 else ""
         costs = f"{stage}generation {progress.generation}, best {best}{median}"

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from warpmuscle.cli.common import Settings, start_warp, with_settings
+from warpmuscle.cli.common import Settings, Trust, scene_names_like, start_warp, with_settings
 from warpmuscle.cli.console import log, out
 
 if TYPE_CHECKING:
@@ -21,7 +21,12 @@ def apply(
     results: Annotated[list[Path], typer.Argument(metavar="RESULT...", help="HDF5 file of an optimisation.")],
     output: Annotated[Path, typer.Option("--output", "-o", help="TOML file to write.")],
     on: Annotated[
-        str | None, typer.Option(metavar="SCENE", help="Write only what differs from this scene, as based on it.")
+        str | None,
+        typer.Option(
+            metavar="SCENE",
+            help="Write only what differs from this scene, as based on it.",
+            autocompletion=scene_names_like,
+        ),
     ] = None,
     over: Annotated[
         str | None,
@@ -44,6 +49,7 @@ def apply(
     settings: Settings = None,
     description: Annotated[str | None, typer.Option(help="Of the new scene; by default that of the old one.")] = None,
     run: Run = None,
+    trust: Trust = False,
 ) -> None:
     """Write the scene of an optimisation with its best parameters as a scene file.
 
@@ -129,6 +135,7 @@ def report(
     ] = None,
     replay: Annotated[int, typer.Option(min=0, help="Which motion of the file is in the page.")] = 0,
     run: Run = None,
+    trust: Trust = False,
 ) -> None:
     """Show what an optimisation found: outcomes, convergence, the score explained, parameters in their bounds.
 
@@ -170,14 +177,16 @@ def export(
     output: Annotated[Path, typer.Option("--output", "-o", help="OpenSim's .mot (angles) or .sto (muscles), or .csv.")],
     replay: Annotated[int, typer.Option(min=0, help="Which motion of the file.")] = 0,
     run: Run = None,
+    trust: Trust = False,
 ) -> None:
     """Write a recorded motion for OpenSim or as comma-separated values."""
     from warpmuscle.errors import ResultError
-    from warpmuscle.formats import sto, toml
+    from warpmuscle.formats import sto
+    from warpmuscle.result_scene import scene_in
     from warpmuscle.results import read
 
     content = read(result, run)
     if replay >= len(content.replays):
         raise ResultError(f"{result} has {len(content.replays)} motions, none with number {replay}")
-    sto.write(content.replays[replay], toml.loads(content.scene), output)
+    sto.write(content.replays[replay], scene_in(content), output)
     out.print(f"wrote {output}")

@@ -13,13 +13,14 @@ from warpmuscle.cli.common import (
     Duration,
     Settings,
     Sources,
+    Trust,
     changed,
     command_line,
     load_scene,
     start_warp,
     writable,
 )
-from warpmuscle.cli.console import log, out, print_ignored
+from warpmuscle.cli.console import log, marked, out, print_ignored
 
 if TYPE_CHECKING:
     from warpmuscle.scene import Scene
@@ -30,24 +31,24 @@ def scenes() -> None:
     from warpmuscle.formats import load, scene_names
 
     for name in scene_names():
-        out.print(f"[bold]{name}[/]  {load(name).description}")
+        out.print(marked(name, "bold", f"  {load(name).description}"))
 
 
-def info(sources: Sources, settings: Settings = None) -> None:
+def info(sources: Sources, settings: Settings = None, trust: Trust = False) -> None:
     """Show what a scene holds: bodies, degrees of freedom, mass, muscles, free parameters.
 
     Muscles whose moment arm about a joint that they cross stays under 1 mm over its range are pointed out.
     """
-    from warpmuscle.arrays import rows
+    from warpmuscle.masses import body_mass, muscle_mass_text, total_mass
     from warpmuscle.parameters import free_parameters, start_values, substitute
     from warpmuscle.topology import topology
 
     scene = load_scene(sources, settings=settings)
     parameters = free_parameters(scene)
     numeric, names = substitute(scene, start_values(scene)), topology(scene.character)
-    mass = rows([body.mass for body in numeric.character.bodies.values()]).sum()
+    mass = body_mass(numeric.character)
     root = names.speed_start[1]
-    out.print(f"[bold]{scene.name}[/]  {scene.description}")
+    out.print(marked(scene.name, "bold", f"  {scene.description}"))
     out.print(
         f"{len(names.bodies)} bodies, {len(names.joints)} joints, {names.speeds - root} joint degrees of freedom "
         f"and {root} of the root, {mass:.6g} kg"
@@ -61,7 +62,9 @@ def info(sources: Sources, settings: Settings = None) -> None:
             row = [names.joints[i - 1], joint.type, joint.parent]
         bodies.add_row(name, f"{numeric.character.bodies[name].mass:g}", *row)
     out.print(bodies)
-    if numeric.character.muscles:
+    if muscles := list(numeric.character.muscles.values()):
+        share = 100.0 * total_mass(muscles, numeric.muscle_model) / mass
+        out.print(f"{muscle_mass_text(muscles, numeric.muscle_model)}, {share:.3g} % of the body", markup=False)
         _print_muscles(numeric)
     width = max((len(p.name) for p in parameters), default=0)
     for p in parameters:
@@ -80,6 +83,7 @@ def fit_muscles(
     ] = False,
     duration: Duration = None,
     device: Device = None,
+    trust: Trust = False,
 ) -> None:
     """Fit the muscles of a scene to its skeleton and to the motion that it makes on torques.
 
@@ -112,6 +116,7 @@ def convert(
     keyword_rule: Annotated[
         bool, typer.Option("--keyword-rule", help="Muscles drive only joints that a .rbs marks `actuationType muscle`.")
     ] = False,
+    trust: Trust = False,
 ) -> None:
     """Write a scene in another format: TOML, the original program's files, or MuJoCo's (character and ground only)."""
     from warpmuscle.formats import Ignored, mjcf, save
@@ -148,7 +153,8 @@ def _print_muscles(scene: Scene) -> None:
             out.print(f"{joint}: {', '.join(words)}")
     start_warp()
     for name, joint, arm in useless_muscles(scene):
-        out.print(f"[yellow]{name} cannot act on {joint}:[/] its moment arm stays under {1e3 * max(arm, 1e-5):.2g} mm")
+        little = f" its moment arm stays under {1e3 * max(arm, 1e-5):.2g} mm"
+        out.print(marked(f"{name} cannot act on {joint}:", "yellow", little))
     for name, joints in joints_of_muscles(scene.character, names).items():
         if not joints:
-            out.print(f"[yellow]{name} cannot act at all:[/] it crosses no joint that moves")
+            out.print(marked(f"{name} cannot act at all:", "yellow", " it crosses no joint that moves"))

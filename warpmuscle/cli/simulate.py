@@ -97,4 +97,6 @@ def _as_legacy(scene: Scene) -> Scene:
 
     from warpmuscle.scene import MuscleModel
 
-    return msgspec.structs.replace(scene, muscle_model=MuscleModel(legacy=True, negative=scene.muscle_model.negative))
+    own = scene.muscle_model
+    legacy = MuscleModel(legacy=True, negative=own.negative, specific_tension=own.specific_tension)
+    return msgspec.structs.replace(scene, muscle_model=legacy)

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from warpmuscle.cli.common import Trust
 from warpmuscle.cli.console import log, out
 from warpmuscle.cli.plot import End, Replay, Start
 from warpmuscle.cli.results import Run
@@ -32,6 +33,7 @@ def video(
     start: Start = None,
     end: End = None,
     run: Run = None,
+    trust: Trust = False,
 ) -> None:
     """Make a film of a motion, or of several ones side by side, without a screen.
 

@@ -7,7 +7,17 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from warpmuscle.cli.common import Device, Duration, Settings, Trust, changed, load_scene, start_warp, writable
+from warpmuscle.cli.common import (
+    Device,
+    Duration,
+    Settings,
+    Trust,
+    changed,
+    load_scene,
+    scene_names_like,
+    start_warp,
+    writable,
+)
 from warpmuscle.cli.console import INTERRUPTED, log, out
 from warpmuscle.cli.results import Run
 from warpmuscle.errors import Error
@@ -18,7 +28,12 @@ if TYPE_CHECKING:
 
 
 def view(
-    sources: Annotated[list[str], typer.Argument(metavar="FILE...|SCENE...", help="HDF5 files, or a scene to run.")],
+    sources: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="FILE...|SCENE...", help="HDF5 files, or a scene to run.", autocompletion=scene_names_like
+        ),
+    ],
     live: Annotated[
         bool, typer.Option("--live", help="Run the scene in real time, to push it and to change it.")
     ] = False,
@@ -32,7 +47,9 @@ def view(
     duration: Duration = None,
     settings: Settings = None,
     device: Device = None,
-    host: Annotated[str, typer.Option(help="Address to listen at; 0.0.0.0 lets others watch.")] = "127.0.0.1",
+    host: Annotated[
+        str, typer.Option(help="Address to listen at; 0.0.0.0 lets others watch who have the address with its token.")
+    ] = "127.0.0.1",
     port: Annotated[int, typer.Option(min=1, max=65535, help="Port to listen at, or the next free one.")] = 8080,
     no_open: Annotated[bool, typer.Option("--no-open", help="Open no browser, only print the address.")] = False,
     trust: Trust = False,

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-import contextlib
+import errno
+import io
 import os
-import secrets
+import signal
+import subprocess
 from collections.abc import Callable, Iterator
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warpmuscle.errors import Error
-from warpmuscle.formats.files import check_writable, unwritable
+from warpmuscle.formats.files import check_writable, replace_file, replacing
 from warpmuscle.video.beside import Beside, Sheet
 from warpmuscle.video.film import Film
 from warpmuscle.video.painter import FORCE_TINTS, Painter, muscle_colors
@@ -42,17 +45,12 @@ def write(film: Film | Beside, path: str | Path, tell: Tell | None = None) -> No
     """
     path = Path(path)
     check_film(path)
-    target = path.resolve()
-    temporary = target.with_name(f".{target.name}.{secrets.token_hex(4)}{path.suffix.lower()}")
-    make = {".mp4": _write_mp4, ".gif": _write_gif, ".webp": _write_webp}[path.suffix.lower()]
-    try:
-        make(temporary, film, _frames(film, tell))
-        os.replace(temporary, target)
-    except OSError as error:
-        raise Error(f"{path}: {unwritable(error)}") from None
-    finally:
-        with contextlib.suppress(OSError):
-            temporary.unlink(missing_ok=True)
+    frames, ending = _frames(film, tell), path.suffix.lower()
+    if ending == ".mp4":
+        with replacing(path, ending) as temporary:
+            _write_mp4(temporary, film, frames)
+    else:
+        replace_file(path, _gif(film, frames) if ending == ".gif" else _webp(film, frames))
 
 
 def _frames(film: Film | Beside, tell: Tell | None) -> Iterator[Image]:
@@ -72,23 +70,58 @@ def _ffmpeg() -> Any:
 
 
 def _write_mp4(path: Path, film: Film | Beside, frames: Iterator[Image]) -> None:
+    """Encode with ffmpeg as another process; raises OSError unless it has written a whole film."""
     look = film.look
-    options = ["-crf", "20", "-preset", "medium", "-movflags", "+faststart"]
-    writer = _ffmpeg().write_frames(
-        str(path), (look.width, look.height), fps=look.rate, codec="libx264", pix_fmt_out="yuv420p", quality=None,
-        output_params=options, macro_block_size=2, ffmpeg_log_level="error",
-    )  # fmt: skip
-    writer.send(None)
-    try:
-        for frame in frames:
-            writer.send(np.ascontiguousarray(frame))
-    finally:
-        writer.close()
-    if not path.exists():
-        raise OSError("ffmpeg wrote nothing")
+    command = [
+        _ffmpeg().get_ffmpeg_exe(), "-nostdin", "-v", "quiet", "-f", "rawvideo", "-pix_fmt", "rgb24",
+        "-s", f"{look.width}x{look.height}", "-r", str(Fraction(look.rate).limit_denominator()), "-i", "-", "-an",
+        "-c:v", "libx264", "-pix_fmt", "yuv420p", "-crf", "20", "-preset", "medium", "-movflags", "+faststart",
+        "-y", str(path),
+    ]  # fmt: skip
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.DEVNULL) as encoder:
+        assert encoder.stdin is not None
+        try:
+            for frame in frames:
+                encoder.stdin.write(np.ascontiguousarray(frame).data)
+            encoder.stdin.close()
+        except BrokenPipeError:
+            pass  # it has ended, and its code says why
+        except BaseException:
+            encoder.kill()
+            raise
+        code = encoder.wait()
+    if code != 0:
+        raise OSError(0, _why_ended(code))
+    if not _is_whole(path):
+        raise OSError(0, "ffmpeg wrote a part only")
 
 
-def _write_gif(path: Path, film: Film | Beside, frames: Iterator[Image]) -> None:
+def _why_ended(code: int) -> str:
+    """What an exit code of ffmpeg says: a signal if it is negative, else the last byte of a negative error number."""
+    if code == -getattr(signal, "SIGXFSZ", 0):
+        return os.strerror(errno.EFBIG)
+    if code > 0 and 256 - code in errno.errorcode:
+        return os.strerror(256 - code)
+    return f"ffmpeg ended with code {code}"
+
+
+def _is_whole(path: Path) -> bool:
+    """Whether an .mp4 consists of whole boxes, the frames and their index among them (ISO/IEC 14496-12, 4.2)."""
+    size, at, kinds = path.stat().st_size, 0, set()
+    with open(path, "rb") as file:
+        while at < size:
+            file.seek(at)
+            head = file.read(16)
+            length = int.from_bytes(head[:4], "big")
+            length = int.from_bytes(head[8:16], "big") if length == 1 else length or size - at
+            if length < 8:
+                return False
+            kinds.add(head[4:8])
+            at += length
+    return at == size and {b"moov", b"mdat"} <= kinds
+
+
+def _gif(film: Film | Beside, frames: Iterator[Image]) -> bytes:
     """The same colours in all frames, so that what does not change costs nothing."""
     from PIL import Image as Pictures
 
@@ -103,14 +136,20 @@ def _write_gif(path: Path, film: Film | Beside, frames: Iterator[Image]) -> None
     # A .gif counts hundredths of a second: rounded so that the film as a whole lasts as long as it should.
     ends = np.round(np.arange(len(indexed) + 1) * 100.0 / film.look.rate).astype(int)
     duration = (10 * np.maximum(np.diff(ends), 1)).tolist()
-    indexed[0].save(path, save_all=True, append_images=indexed[1:], duration=duration, loop=0, optimize=False)
+    moving = io.BytesIO()
+    indexed[0].save(
+        moving, "GIF", save_all=True, append_images=indexed[1:], duration=duration, loop=0, optimize=False
+    )  # fmt: skip
+    return moving.getvalue()
 
 
-def _write_webp(path: Path, film: Film | Beside, frames: Iterator[Image]) -> None:
+def _webp(film: Film | Beside, frames: Iterator[Image]) -> bytes:
     from PIL import Image as Pictures
 
     pictures = [Pictures.fromarray(frame) for frame in frames]
     duration = round(1000.0 / film.look.rate)
+    moving = io.BytesIO()
     pictures[0].save(
-        path, save_all=True, append_images=pictures[1:], duration=duration, loop=0, quality=70, method=4
+        moving, "WEBP", save_all=True, append_images=pictures[1:], duration=duration, loop=0, quality=70, method=4
     )  # fmt: skip
+    return moving.getvalue()

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from warpmuscle.errors import Error
 from warpmuscle.ground import Plane, plane
+from warpmuscle.limits import check_size
 from warpmuscle.parameters import start_values, substitute
 from warpmuscle.recording import Floats, Recording
 from warpmuscle.scene import Scene
@@ -93,6 +94,7 @@ def make_film(recording: Recording, scene: Scene, look: Look | None = None, name
             raise Error(f"{scene.name}: {look.strides} gait cycles were asked for, the steady walk has {len(cycles)}")
         start, end = cycles[-look.strides][0], cycles[-1][1]
     frames = max(2, round((end - start) / look.speed * look.rate))
+    check_size("film", frames)
     moments = start + np.arange(frames) * (end - start) / frames  # of a film that repeats, the last is not the first
     return _film(track, scene, look, moments, (start, end))
 
@@ -112,7 +114,9 @@ def make_films(motions: Sequence[tuple[str, Recording, Scene]], look: Look) -> l
     if look.strides:
         raise Error("gait cycles are shown of one motion; of several ones choose times by their start and end")
     longest = max(float(recording.time[-1] - recording.time[0]) for _, recording, _ in motions if recording.frames)
-    passed = np.arange(max(2, round(longest / look.speed * look.rate))) * look.speed / look.rate
+    frames = max(2, round(longest / look.speed * look.rate))
+    check_size("film", frames)
+    passed = np.arange(frames) * look.speed / look.rate
     films = []
     for name, recording, scene in motions:
         track, numeric = _prepared(recording, scene, name)

@@ -62,7 +62,9 @@ class Painter:
         narrow = aspect < _NARROW  # then there is no room beside the scale of colours
         letters = len(self._caption(len(film.time) - 1))
         size = min(15.0, (480.0 * aspect - 30.0) / (0.62 * letters))  # a letter is some 0.62 of its size wide
-        self._clock = axes.text(-aspect + 0.06, 0.9 if narrow else -0.94, "", size=size, color=_TEXT, zorder=5)
+        self._clock = axes.text(
+            -aspect + 0.06, 0.9 if narrow else -0.94, "", size=size, color=_TEXT, zorder=5, parse_math=False
+        )
         if colors and look.caption and film.activation.shape[1]:
             _scale(axes, aspect, self._colors)
 

@@ -1,0 +1,86 @@
+"""Every command that takes a scene or a result of one lets code run that it names if told to, and only then."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from warpmuscle.cli import COMMANDS, app
+
+PARTS = """import warp as wp
+from warpmuscle.kernels.objective_terms import MuscleWork
+from warpmuscle.kernels.structs import Model
+
+@wp.func
+def effort(instance: int, m: int, w: MuscleWork, model: Model) -> float:
+    return w.activation * w.activation
+
+@wp.func
+def bell(length: float) -> float:
+    return wp.exp((length - 1.0) * (length - 1.0) * (-1.0 / 0.5))
+
+open("ran", "w").close()
+"""
+SCENE = """base = "walk56"
+name = "named"
+duration = 0.2
+[muscle_model]
+active_force_length = "{module}:bell"
+[objective.custom]
+"{module}:effort" = 1.0
+"""
+WITHOUT_SCENES = {"scenes", "synergies"}
+RUN = (
+    "fit-muscles named.toml -o out.toml",
+    "apply result.h5 -o out.toml --settle 0.1",
+    "view result.h5 --candidates 1 --export out.html",
+)
+SHOW = ("info named.toml", "convert named.toml -o out.toml", "plot result.h5 --what moment_arms -o out.png")
+
+
+def run(folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "warpmuscle", *words]
+    return subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=300)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with a scene that names code, the code, and what a search of the scene wrote."""
+    place = tmp_path_factory.mktemp("named")
+    (place / "their_own_parts.py").write_text(PARTS)
+    (place / "named.toml").write_text(SCENE.format(module="their_own_parts"))
+    done = run(place, "optimize", "named.toml", "--candidates", "2", "-o", "result.h5", "--trust")
+    assert done.returncode == 0, done.stderr
+    assert (place / "ran").exists()
+    return place
+
+
+@pytest.mark.parametrize("words", RUN)
+def test_a_command_that_runs_a_scene_runs_its_code_if_trusted(words: str, folder: Path):
+    (folder / "ran").unlink(missing_ok=True)
+    refused = run(folder, *words.split())
+    assert (refused.returncode, refused.stderr.count("\n")) == (2, 1), refused.stderr
+    assert "--trust" in refused.stderr
+    assert not (folder / "ran").exists()
+    done = run(folder, *words.split(), "--trust")
+    assert done.returncode == 0, done.stderr
+    assert (folder / "ran").exists()
+
+
+@pytest.mark.parametrize("words", SHOW)
+def test_a_command_that_shows_a_scene_runs_none_of_its_code(words: str, folder: Path):
+    (folder / "ran").unlink(missing_ok=True)
+    done = run(folder, *words.split())
+    assert done.returncode == 0, done.stderr
+    assert not (folder / "ran").exists()
+
+
+def test_every_command_takes_the_option_but_those_that_never_meet_a_scene():
+    names = {command.name for command in app.registered_commands}
+    having = {
+        command.name for command in app.registered_commands
+        if command.callback is not None and "trust" in command.callback.__annotations__
+    }  # fmt: skip
+    assert len(names) == len(COMMANDS)
+    assert names - having == WITHOUT_SCENES

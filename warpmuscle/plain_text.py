@@ -1,0 +1,20 @@
+"""Text of files and users as a terminal may show it."""
+
+from __future__ import annotations
+
+import re
+
+# Control characters but for tabs and ends of lines, marks that reorder letters, tags, and halves of characters.
+_UNPRINTABLE = re.compile(
+    "[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ufff9-\ufffb\U000e0000-\U000e007f\ud800-\udfff]"
+)
+
+
+def printable(text: str) -> str:
+    r"""Text in which what would steer a terminal, or cannot be written, stands as an escape such as `\x1b`."""
+    return _UNPRINTABLE.sub(lambda found: ascii(found[0])[1:-1], text)
+
+
+def one_line(text: str) -> str:
+    """The same on one line."""
+    return printable(" ".join(text.split()))
