@@ -2,21 +2,21 @@
 
 All take the state of one muscle: activation and excitation 0..1; length of the fibre over l_opt; lengthening speed of
 the fibre in m/s; force of the contractile element without its passive part, N; `iso`: active force-length multiplier;
-`slow`: fraction of slow-twitch fibres; `mass`, kg. Forces are positive, and muscles shorten at negative speeds.
+`slow`: fraction of slow-twitch fibres; `mass`, kg; `negative_share`: how much of the work that a lengthening fibre
+takes is given back, 0 (positive work) to 1 (net work). Forces are positive, and muscles shorten at negative speeds.
 """
 
 import warp as wp
 
-DENSITY = 1059.7  # kg/m^3 (Mendez 1960), as in the sources
-STRESS = 2.5e5  # N/m^2, specific tension (Wang 2012)
 EFFORT_POWER = 0.6  # of the activation in Umberger's heat rates
 AEROBIC = 1.5  # scaling of his heat rates
 
 
 @wp.func
-def muscle_mass(f_max: float, l_opt: float) -> float:
-    """Mass, kg, from the force that a cross-section bears: f_max/stress l_opt density (Wang 2012)."""
-    return f_max * l_opt * wp.static(DENSITY / STRESS)
+def fibre_work(force: float, speed: float, negative_share: float) -> float:
+    """Mechanical power of the contractile element; of one that lengthens, the share that is given back."""
+    power = -force * speed
+    return wp.where(power < 0.0, negative_share * power, power)
 
 
 @wp.func
@@ -37,36 +37,43 @@ def maintenance_by_length(length: float) -> float:
 @wp.func
 def bhargava_power(
     activation: float, excitation: float, length: float, speed: float, force: float, iso: float, slow: float,
-    mass: float,
+    mass: float, negative_share: float,
 ) -> float:  # fmt: skip
-    """Activation, maintenance and shortening heat, and work (Bhargava 2004, eq. 1-17; as OpenSim's probe)."""
+    """Activation, maintenance and shortening heat, and work (Bhargava 2004, eq. 1-17).
+
+    With net work as OpenSim's probe, but for its rule that no muscle's power is negative.
+    """
     u = recruited(excitation, slow)
     heat = mass * (40.0 * u[0] + 133.0 * u[1])
     heat += mass * maintenance_by_length(length) * (74.0 * u[0] + 111.0 * u[1])
     if speed <= 0.0:
         heat -= 0.25 * force * speed
-    return heat - force * speed
+    return heat + fibre_work(force, speed, negative_share)
 
 
 @wp.func
 def wang_power(
     activation: float, excitation: float, length: float, speed: float, force: float, iso: float, slow: float,
-    mass: float,
+    mass: float, negative_share: float,
 ) -> float:  # fmt: skip
-    """Activation and maintenance heat, shortening heat and positive work (Wang 2012, appendix; after Anderson 1999)."""
+    """Activation, maintenance and shortening heat, and work (Wang 2012, appendix, which counts positive work)."""
     u = recruited(excitation, slow)
     a = recruited(activation, slow)
     heat = mass * (40.0 * u[0] + 133.0 * u[1])
     heat += mass * maintenance_by_length(length) * (74.0 * a[0] + 111.0 * a[1])
-    return heat + 1.25 * force * wp.max(-speed, 0.0)
+    heat += 0.25 * force * wp.max(-speed, 0.0)
+    return heat + fibre_work(force, speed, negative_share)
 
 
 @wp.func
 def umberger_power(
     activation: float, excitation: float, length: float, speed: float, force: float, iso: float, slow: float,
-    mass: float, v_max: float, l_opt: float,
+    mass: float, negative_share: float, v_max: float, l_opt: float,
 ) -> float:  # fmt: skip
-    """Heat of activation, maintenance, shortening and lengthening, and work (Umberger 2003, 2010; as OpenSim's probe).
+    """Heat of activation, maintenance, shortening and lengthening, and work (Umberger 2003, eq. 18).
+
+    Lengthening heat is that of Umberger 2010, who counts positive work; with net work it is OpenSim's probe, but for
+    the rule that no muscle's power is negative.
 
     Args:
         v_max: of fast fibres, l_opt/s; slow ones have 0.4 of it. l_opt: m. The heat is at least 1 W/kg.
@@ -85,4 +92,4 @@ def umberger_power(
         base = base * (0.4 + 0.6 * iso)
         moving = moving * iso
     heat = wp.float32(AEROBIC) * (wp.pow(a, EFFORT_POWER) * base + moving)
-    return mass * wp.max(heat, 1.0) - force * speed
+    return mass * wp.max(heat, 1.0) + fibre_work(force, speed, negative_share)

@@ -36,7 +36,7 @@ from warpmuscle.kernels.objective_terms import MuscleWork, muscle_terms_of
 from warpmuscle.kernels.own_curves import OwnCurves, with_curves
 from warpmuscle.kernels.path import Stretch, joint_velocities, stretch_of
 from warpmuscle.kernels.reflex import reflex_stage
-from warpmuscle.kernels.structs import ModelRef, MuscleRow, RecordRef, StateRef, WorkRef, at, rolled, whole
+from warpmuscle.kernels.structs import LARGEST, ModelRef, MuscleRow, RecordRef, StateRef, WorkRef, at, rolled, whole
 
 RIGID, SWITCH, COMPLIANT = 0, 1, 2  # tendons
 HILL, LEGACY, IDEAL = 0, 1, 2  # laws
@@ -252,7 +252,9 @@ def muscle_stage_of(kind: MuscleKind, terms: tuple[Any, ...] = (), recorded: boo
         w.length = c.length
         w.speed = c.speed
         w.force = c.force
-        add_terms(instance, m, w, model, state)
+        add_terms(instance, m, w, model, state, work)
+        if not (stretch.fixed + stretch.moving + desired + wp.abs(c.length) + wp.abs(c.speed) < LARGEST):
+            work.flags[1] = 1
         if wp.static(recorded) and frame >= 0:
             slot = record.slot[instance]
             record.muscle[slot, frame, 0, m] = stretch.fixed + stretch.moving

@@ -106,7 +106,10 @@ class Paths:
 
 @wp.struct
 class MuscleRow:
-    """The numbers of one muscle, which a lane fetches together."""
+    """The numbers of one muscle, which a lane fetches together.
+
+    An odd number of words: else lanes that fetch the same number of neighbouring muscles ask the same banks for it.
+    """
 
     f_max: float  # N
     l_opt: float  # m
@@ -143,6 +146,7 @@ class Muscles:
     negative: int  # KEEP, DROP or CLIP
     scaled_rates: int  # 1: the rates of activation depend on the activation
     row: wp.array2d[MuscleRow]  # (rows, muscles)
+    mass: wp.array2d[float]  # (rows, muscles) kg; metabolic powers alone read it
     own: wp.array2d[OwnExcitation]  # (rows, muscles)
     knot_time: wp.array2d[float]  # (rows, knots) s
     knot_value: wp.array2d[float]  # (rows, knots)

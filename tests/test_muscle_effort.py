@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 
 from small_result import walk_result, walk_scene, with_arrays
+from warpmuscle.accounting import FORMULAS
+from warpmuscle.masses import body_mass
 from warpmuscle.muscle_effort import spent, trembling
 from warpmuscle.parameters import start_values, substitute
 from warpmuscle.recording import Recording
 from warpmuscle.scene import Scene
-from warpmuscle.strides import body_mass
 
 BASAL = 1.51  # W/kg
 
@@ -46,22 +47,42 @@ def test_power_at_rest_is_the_heat_of_activation_and_maintenance(scene: Scene):
     level, slow = 0.4, 0.5
     recruited = (slow * math.sin(0.5 * math.pi * level), (1.0 - slow) * (1.0 - math.cos(0.5 * math.pi * level)))
     heat = (40.0 + 74.0) * recruited[0] + (133.0 + 111.0) * recruited[1]  # W/kg of muscle at l_opt (Wang 2012)
-    mass = sum(float(m.f_max) * float(m.l_opt) for m in scene.character.muscles.values()) * 1059.7 / 2.5e5
+    mass = sum(float(m.f_max) * float(m.l_opt) for m in scene.character.muscles.values()) * 1059.7 / 6e5
     found = spent(state(scene, 1.0, level, 0.4), scene)
     assert found is not None
-    assert found.power == pytest.approx(BASAL + heat * mass / body_mass(scene.character), rel=1e-4)
+    muscles = heat * mass / body_mass(scene.character)
+    assert found.power == pytest.approx(BASAL + muscles, rel=1e-4)
+    assert found.common_power == pytest.approx(BASAL + muscles * 0.6 / 0.25, rel=1e-4)
     assert found.passive_share == 0.0
+
+
+def counted(scene: Scene, **objective) -> Scene:
+    """The scene with another way of counting."""
+    return msgspec.structs.replace(scene, objective=msgspec.structs.replace(scene.objective, **objective))
 
 
 def test_other_metabolic_models_are_those_of_the_objective(scene: Scene):
     motion = state(scene, 1.0, 0.4, 0.4)
-    powers = set()
-    for model in ("wang", "umberger", "bhargava"):
-        objective = msgspec.structs.replace(scene.objective, metabolic_model=model)
-        found = spent(motion, msgspec.structs.replace(scene, objective=objective))
-        assert found is not None
-        powers.add(round(found.power, 3))
-    assert len(powers) == 2  # at rest, Wang and Bhargava are the same
+    powers = {model: spent(motion, counted(scene, metabolic_model=model)).power for model in FORMULAS}
+    muscles = {model: spent(motion, counted(scene, metabolic_model=model, basal_rate=0.0)).power for model in FORMULAS}
+    basal = {model: powers[model] - muscles[model] for model in FORMULAS}
+    assert basal == pytest.approx({"wang": 1.51, "umberger": 1.2, "bhargava": 1.2}, rel=1e-5)
+    assert muscles["wang"] == pytest.approx(muscles["bhargava"], rel=1e-6)  # they are the same at rest
+    assert muscles["umberger"] > 1.2 * muscles["wang"]
+
+
+@pytest.mark.parametrize(("model", "net"), [("wang", False), ("umberger", True), ("bhargava", True)])
+def test_lengthening_fibres_give_back_their_work_where_net_work_counts(scene: Scene, model: str, net: bool):
+    still = state(scene, 1.0, 0.4, 0.4)
+    speeds = 0.2 * np.ones_like(still.muscle_fibre_velocity)
+    motion = with_arrays(still, muscle_fibre_velocity=speeds)
+    powers = {
+        work: spent(motion, counted(scene, metabolic_model=model, metabolic_work=work)).power
+        for work in ("net", "positive", None)
+    }
+    held = sum(0.4 * float(m.f_max) * 0.2 for m in scene.character.muscles.values()) / body_mass(scene.character)
+    assert held < powers["positive"] - powers["net"] < 2.0 * held  # a lengthening fibre bears more than one held still
+    assert powers[None] == powers["net" if net else "positive"]
 
 
 def test_nothing_is_said_where_there_are_no_muscles_or_none_of_ours(scene: Scene):

@@ -56,8 +56,8 @@ def test_lowest_point_is_that_of_the_simulation():
     scene = load("fwalk")
     kinematics = Stages(scene, 1, "cpu").forward_kinematics()
     names = Stages(scene, 1, "cpu").names.bodies
-    from warpmuscle.bodies import contact_points
     from warpmuscle.pose import rotate
+    from warpmuscle.shapes import contact_points
 
     heights = [
         (kinematics["position"][0, i] + rotate(kinematics["orientation"][0, i], np.array(point)))[1] - radius

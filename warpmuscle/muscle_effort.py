@@ -7,11 +7,12 @@ from typing import NamedTuple
 import numpy as np
 import warp as wp
 
+from warpmuscle.accounting import basal_rate, negative_share
 from warpmuscle.kernels import effort, structs
+from warpmuscle.masses import at_common_tension, body_mass
 from warpmuscle.muscles import muscles_struct
 from warpmuscle.recording import Floats, Recording
 from warpmuscle.scene import Scene
-from warpmuscle.strides import body_mass
 
 TREMBLING = 15.0  # Hz, beyond which there is none of the control of a gait
 LEAST_SPEED = 0.2  # m/s, below which energy over distance says little
@@ -22,6 +23,7 @@ class Spent(NamedTuple):
     """What muscles spend, in the mean over a motion."""
 
     power: float  # W/kg, metabolic, of the muscles and of the body at rest, over the mass of the body
+    common_power: float  # the same with muscles of the mass that other programs take, see `masses.COMMON_TENSION`
     passive_share: float  # of the tension of all muscles
 
 
@@ -40,8 +42,25 @@ def spent(recording: Recording, scene: Scene) -> Spent | None:
     own = kind.active_force_length or kind.passive_force_length or kind.force_velocity
     if not recording.muscle_names or not recording.frames or kind.ideal or kind.legacy or own:
         return None
+    rest = float(np.asarray(basal_rate(scene.objective)).flat[0])
+    mass = body_mass(scene.character)
+    passive, power = _passive_and_power(recording, scene)
+    _, common = _passive_and_power(recording, at_common_tension(scene))
+    tension = float(recording.muscle_force.sum(dtype=float))
+    share = min(passive / tension, 1.0) if tension > 0.0 else 0.0
+    return Spent(rest + power / mass, rest + common / mass, share)
+
+
+def cost_of_transport(power: float, speed: float) -> float | None:
+    """Metabolic power, W/kg, over a speed, m/s, in J/(kg m); None where the speed is too low to say something."""
+    return power / speed if speed >= LEAST_SPEED else None
+
+
+def _passive_and_power(recording: Recording, scene: Scene) -> tuple[float, float]:
+    """Passive forces, N, summed over moments and muscles, and metabolic power of all muscles, W, in the mean."""
     model = structs.Model()
     model.muscles = muscles_struct(scene, recording.muscle_names, "cpu")
+    model.negative_share = negative_share(scene.objective)
     names = ("muscle_activation", "muscle_excitation", "muscle_fibre_length", "muscle_fibre_velocity")
     given = [wp.array(recording[name].astype(np.float32), dtype=float, device="cpu") for name in names]
     passive, power = (wp.zeros_like(given[0]) for _ in range(2))
@@ -52,11 +71,7 @@ def spent(recording: Recording, scene: Scene) -> Spent | None:
         outputs=[passive, power],
         device="cpu",
     )
-    tension = float(recording.muscle_force.sum(dtype=float))
-    rest = float(np.asarray(scene.objective.basal_rate).flat[0])
-    muscles = float(power.numpy().sum(axis=1, dtype=float).mean())
-    share = min(float(passive.numpy().sum(dtype=float)) / tension, 1.0) if tension > 0.0 else 0.0
-    return Spent(rest + muscles / body_mass(scene.character), share)
+    return float(passive.numpy().sum(dtype=float)), float(power.numpy().sum(axis=1, dtype=float).mean())
 
 
 def trembling(time: Floats, activation: Floats, above: float = TREMBLING) -> float | None:

@@ -16,6 +16,7 @@ from warpmuscle.kernels import structs
 from warpmuscle.kernels.curves import DE_GROOTE, LEE, MILLARD, SARSHARI, THELEN, THELEN_EXPLICIT
 from warpmuscle.kernels.lanes import PULLS_A_BODY
 from warpmuscle.kernels.muscle_stage import COMPLIANT, HILL, IDEAL, LEGACY, RIGID, SWITCH, MuscleKind
+from warpmuscle.masses import muscle_mass, specific_tension
 from warpmuscle.paths import PathTable, all_straight, path_table, paths_struct
 from warpmuscle.pose import from_rotation_vector
 from warpmuscle.reflexes import has_reflexes, reflexes_struct
@@ -103,6 +104,8 @@ def muscles_struct(scene: Scene, chosen: tuple[str, ...], device: Any) -> struct
     columns["width"] = own["l_opt"] * np.sin(_of_muscles(muscles, "pennation"))
     columns["delay_steps"] = delay_steps(scene, chosen)
     s.row = structs_to_device(structs.MuscleRow, columns, device)
+    masses = rows([muscle_mass(muscle, specific_tension(muscle, model)) for muscle in muscles] or [1.0])
+    s.mass = to_device(masses, float, device)
     _excitations(s, muscles, device)
     return s
 

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from warpmuscle.bodies import contact_points
 from warpmuscle.checks import near
 from warpmuscle.errors import SceneError
 from warpmuscle.initial_pose import initial_pose, plain_number, plain_vector
@@ -16,6 +15,7 @@ from warpmuscle.number import Free
 from warpmuscle.parameters import leaves, rebuilt, start_values, substitute
 from warpmuscle.pose import normalized, rotate
 from warpmuscle.scene import Character, Scene
+from warpmuscle.shapes import contact_points
 
 
 def multiplied(scene: Scene, factors: Mapping[str, float]) -> Scene:

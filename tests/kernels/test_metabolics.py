@@ -25,23 +25,28 @@ def maintenance(length: np.ndarray) -> np.ndarray:
     return np.interp(length, [0.5, 1.0, 1.5], [0.5, 1.0, 0.0])
 
 
-def bhargava(activation, excitation, length, speed, force, iso, slow, mass) -> np.ndarray:
-    """OpenSim's Bhargava2004MuscleMetabolicsProbe: heats of activation, maintenance, shortening, and signed work."""
+def work(speed: np.ndarray, force: np.ndarray, net: bool) -> np.ndarray:
+    """Power of the contractile element: -F v, of which positive work has only the part of shortening fibres."""
+    return -force * speed if net else np.maximum(-force * speed, 0.0)
+
+
+def bhargava(activation, excitation, length, speed, force, iso, slow, mass, net) -> np.ndarray:
+    """Bhargava 2004, eq. 1-17, as OpenSim's probe has them: heats of activation, maintenance, shortening, and work."""
     u_slow, u_fast = recruited(excitation, slow)
     heat = mass * (40.0 * u_slow + 133.0 * u_fast + maintenance(length) * (74.0 * u_slow + 111.0 * u_fast))
-    return heat + np.where(speed <= 0.0, -0.25 * force * speed, 0.0) - force * speed
+    return heat + np.where(speed <= 0.0, -0.25 * force * speed, 0.0) + work(speed, force, net)
 
 
-def wang(activation, excitation, length, speed, force, iso, slow, mass) -> np.ndarray:
-    """Wang 2012: maintenance by the activation, no negative work, no heat of lengthening."""
+def wang(activation, excitation, length, speed, force, iso, slow, mass, net) -> np.ndarray:
+    """Wang 2012, appendix: maintenance by the activation, no heat of lengthening."""
     u_slow, u_fast = recruited(excitation, slow)
     a_slow, a_fast = recruited(activation, slow)
     heat = mass * (40.0 * u_slow + 133.0 * u_fast + maintenance(length) * (74.0 * a_slow + 111.0 * a_fast))
-    return heat + np.where(speed < 0.0, -(0.25 + 1.0) * force * speed, 0.0)
+    return heat + np.where(speed < 0.0, -0.25 * force * speed, 0.0) + work(speed, force, net)
 
 
-def umberger(activation, excitation, length, speed, force, iso, slow, mass) -> np.ndarray:
-    """OpenSim's Umberger2010MuscleMetabolicsProbe."""
+def umberger(activation, excitation, length, speed, force, iso, slow, mass, net) -> np.ndarray:
+    """Umberger 2003, eq. 18, with the lengthening heat of Umberger 2010, as OpenSim's probe has them."""
     a = np.where(excitation > activation, excitation, (excitation + activation) / 2)
     v = speed / L_OPT
     kept = np.where(length <= 1.0, 1.0, 0.4 + 0.6 * iso)
@@ -50,9 +55,10 @@ def umberger(activation, excitation, length, speed, force, iso, slow, mass) -> n
     shortening = np.minimum(-alpha_slow * v, 100.0) * slow - alpha_fast * v * (1.0 - slow)
     moving = np.where(v <= 0.0, 1.5 * a**2 * shortening, 1.5 * a * 0.3 * alpha_slow * v)
     moving = np.where(length <= 1.0, moving, moving * iso)
-    return mass * np.maximum(activation_maintenance + moving, 1.0) - force * speed
+    return mass * np.maximum(activation_maintenance + moving, 1.0) + work(speed, force, net)
 
 
+@pytest.mark.parametrize("net", [True, False])
 @pytest.mark.parametrize(
     ("function", "reference", "further"),
     [
@@ -61,28 +67,31 @@ def umberger(activation, excitation, length, speed, force, iso, slow, mass) -> n
         (metabolics.umberger_power, umberger, (V_MAX, L_OPT)),
     ],
 )
-def test_power_is_that_of_the_published_formulas(function, reference, further):
+def test_power_is_that_of_the_published_formulas(function, reference, further, net):
     s = states()
-    expected = reference(**s)
-    np.testing.assert_allclose(evaluate(function, *s.values(), *further), expected, rtol=2e-5, atol=2e-3)
+    expected = reference(**s, net=net)
+    found = evaluate(function, *s.values(), float(net), *further)
+    np.testing.assert_allclose(found, expected, rtol=2e-5, atol=2e-3)
     assert expected.std() > 100.0
 
 
-def test_mass_is_that_of_a_column_that_bears_the_force():
-    assert evaluate(metabolics.muscle_mass, 2500.0, 0.1) == pytest.approx(0.01 * 0.1 * 1059.7)
+@pytest.mark.parametrize(("share", "expected"), [(1.0, -300.0), (0.0, 0.0)])
+def test_work_of_a_lengthening_fibre_is_given_back_or_lost(share: float, expected: float):
+    assert evaluate(metabolics.fibre_work, 600.0, 0.5, share) == pytest.approx(expected)
+    assert evaluate(metabolics.fibre_work, 600.0, -0.5, share) == pytest.approx(300.0)
 
 
 def test_a_resting_muscle_costs_nothing_but_umbergers_least_heat():
     for function in (metabolics.wang_power, metabolics.bhargava_power):
-        assert evaluate(function, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.5, 2.0) == 0.0
-    assert evaluate(metabolics.umberger_power, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.5, 2.0, V_MAX, L_OPT) == 2.0
+        assert evaluate(function, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.5, 2.0, 1.0) == 0.0
+    assert evaluate(metabolics.umberger_power, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.5, 2.0, 1.0, V_MAX, L_OPT) == 2.0
 
 
 def test_a_slow_muscle_held_fully_active_at_its_optimum_costs_114_watts_a_kilogram():
     for function in (metabolics.wang_power, metabolics.bhargava_power):
-        assert evaluate(function, 1.0, 1.0, 1.0, 0.0, 1000.0, 1.0, 1.0, 1.0) == pytest.approx(40.0 + 74.0)
+        assert evaluate(function, 1.0, 1.0, 1.0, 0.0, 1000.0, 1.0, 1.0, 1.0, 1.0) == pytest.approx(40.0 + 74.0)
 
 
 def test_shortening_costs_a_quarter_more_than_its_work():
-    held, moving = (evaluate(metabolics.wang_power, 1.0, 1.0, 1.0, v, 800.0, 1.0, 0.5, 1.0) for v in (0.0, -0.5))
+    held, moving = (evaluate(metabolics.wang_power, 1.0, 1.0, 1.0, v, 800.0, 1.0, 0.5, 1.0, 0.0) for v in (0.0, -0.5))
     assert moving - held == pytest.approx(1.25 * 800.0 * 0.5, rel=1e-4)

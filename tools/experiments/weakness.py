@@ -20,8 +20,10 @@ import numpy as np
 import typer
 import warp as wp
 
+from warpmuscle.accounting import accounting
 from warpmuscle.errors import Error
 from warpmuscle.gait_quality import Measures, gait_measures
+from warpmuscle.ground_contact import SIDES
 from warpmuscle.norms import FORCE, LEG_ANGLES
 from warpmuscle.plots import Subject
 from warpmuscle.plots.angles import norm_band
@@ -29,7 +31,7 @@ from warpmuscle.plots.pairs import pairs
 from warpmuscle.plots.style import GRAY, cycle_axis, heading, label_ends, page, save, style
 from warpmuscle.recording import Floats
 from warpmuscle.results import SWEEP_FORMAT, read
-from warpmuscle.strides import PERCENT, SIDES, leg_angles, over_strides, vertical_forces
+from warpmuscle.strides import PERCENT, leg_angles, over_strides, vertical_forces
 
 SHOWN = ("speed", "step length", "cost of transport")  # beside the normal ones
 TABLE = {  # measures by their head in the table, and their decimals
@@ -161,8 +163,12 @@ def _gains(run: Run, normal: Run) -> str:
     return ", ".join(f"{name} {change[name]:+.3f}" for name in most)
 
 
-def figure_of(groups: dict[str, list[Run]], title: str) -> Any:
-    """A row a group: curves over the gait cycle by strength; speed, step and cost, and activations over strength."""
+def figure_of(groups: dict[str, list[Run]], title: str, counted: str) -> Any:
+    """A row a group: curves over the gait cycle by strength; speed, step and cost, and activations over strength.
+
+    Args:
+        counted: how the cost of the normal gait is counted.
+    """
     figure = page(2.35 * len(groups) + 0.9, 15.0)
     rows = figure.subplots(len(groups), 6, squeeze=False, width_ratios=(1, 1, 1, 1, 1, 1.15))
     for row, (group, runs) in zip(rows, groups.items(), strict=True):
@@ -186,7 +192,8 @@ def figure_of(groups: dict[str, list[Run]], title: str) -> Any:
     order = sorted(range(len(words)), key=lambda k: words[k].startswith("norm"))
     chosen = [handles[k] for k in order], [words[k] for k in order]
     figure.legend(*chosen, loc="outside lower center", ncols=len(words))
-    heading(figure, title, "each re-optimised; curves are means of both legs; 100 % is the same gait in all rows")
+    note = "each re-optimised; curves are means of both legs; 100 % is the same gait in all rows"
+    heading(figure, title, f"{note}; cost of transport: {counted}")
     return figure
 
 
@@ -241,14 +248,16 @@ def main(
     try:
         groups = runs_of(file)
         first = next(iter(groups.values()))[0].subject
+        counted = accounting(first.scene, first.recording.muscle_names)
         with style():
-            figure = figure_of(groups, f"{first.scene.name}: gaits of weakened muscles")
+            figure = figure_of(groups, f"{first.scene.name}: gaits of weakened muscles", counted)
         folder.mkdir(parents=True, exist_ok=True)
         save(figure, folder / "weakness.png")
     except Error as error:
         typer.echo(f"error: {error}", err=True)
         raise typer.Exit(2) from None
     typer.echo("\n".join(table(groups)))
+    typer.echo(f"\nCost of transport of the normal gait: {counted}; weaker muscles are lighter.")
     typer.echo(f"\nwrote {folder / 'weakness.png'}")
 
 
