@@ -90,7 +90,6 @@ def inertia_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: 
     """Inertia, gravity, velocity products, joint limits, contacts and pushes of every body. Ends with a barrier."""
     if lane == 0:
         work.flags[0] = 0
-        work.flags[1] = 0
     synchronize()
     for i in range(lane, model.body_count, lanes):
         body_inertia(instance, i, model, work)

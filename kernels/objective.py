@@ -8,6 +8,7 @@ from warpmuscle.kernels.structs import (
     CROSSED,
     DIVERGED,
     FELL,
+    LARGEST,
     RUNNING,
     TOUCHED,
     TURNED,
@@ -26,17 +27,35 @@ def has_fallen(height: float, start_height: float, fraction: float) -> bool:
 
 
 @wp.func
+def turn_between(angle: float, desired: float) -> float:
+    """The turn from a heading to another one on the shorter way, whole revolutions left out, rad, -pi..pi."""
+    turn = angle - desired
+    return turn - wp.static(2.0 * wp.PI) * wp.round(turn * wp.static(0.5 / wp.PI))
+
+
+@wp.func
 def has_turned(angle: float, desired: float, largest: float) -> bool:
     """Whether the heading is off by more than `largest` (Bergmann 2017, section 6: 45 degrees); never if 0."""
-    error = wp.abs(angle - desired)
-    error = wp.min(error, wp.static(2.0 * wp.PI) - error)
-    return largest > 0.0 and not (error <= largest)
+    return largest > 0.0 and not (wp.abs(turn_between(angle, desired)) <= largest)
+
+
+@wp.func
+def nearest_on_the_way(angle: float, start: float, desired: float) -> float:
+    """The heading nearest to an angle on the shorter way from the starting heading to the desired one, rad."""
+    way = turn_between(desired, start)
+    return start + wp.clamp(turn_between(angle, start), wp.min(way, 0.0), wp.max(way, 0.0))
 
 
 @wp.func
 def has_crossed(apart: float, largest: float) -> bool:
     """Whether the left foot is farther to the right of the right foot than `largest`, m; NaN has."""
     return not (apart >= -largest)
+
+
+@wp.func
+def is_somewhere(place: wp.vec3) -> bool:
+    """Whether a place is within all bounds; NaN is not."""
+    return wp.abs(place[0]) + wp.abs(place[1]) + wp.abs(place[2]) < LARGEST
 
 
 @wp.func
@@ -47,16 +66,32 @@ def feet_apart(model: ModelRef, work: WorkRef) -> float:
 
 
 @wp.func
+def begin_step(instance: int, step: int, model: ModelRef, state: StateRef, work: WorkRef):
+    """Nothing has diverged yet; in the first step, remember how the instance starts. One lane calls it."""
+    work.flags[1] = 0
+    if step == 0:
+        state.start_height[instance] = above_ground(instance, work.center[0], model)
+        state.start_heading[instance] = heading_angle(work.orientation[0])
+
+
+@wp.func
 def posture_status(instance: int, model: ModelRef, state: StateRef, work: WorkRef) -> int:
-    """Status by the pose at the start of a step: RUNNING, FELL, TURNED or CROSSED."""
+    """Status by the pose and speed at the start of a step: RUNNING, DIVERGED, FELL, TURNED or CROSSED."""
     limits = at(model.failure, instance, 0)
-    if limits[0] > 0.0:
-        height = above_ground(instance, work.center[0], model)
-        if has_fallen(height, state.start_height[instance], limits[0]):
+    place, velocity = work.center[0], work.center[1]
+    if not (is_somewhere(place) and wp.dot(velocity, velocity) <= model.fastest * model.fastest):
+        return DIVERGED
+    if limits[0] > 0.0:  # noqa: SIM102, `and` would compute both
+        if has_fallen(above_ground(instance, place, model), state.start_height[instance], limits[0]):
             return FELL
-    desired = at(model.simbicon.hip, instance, 0)[3]
-    if has_turned(heading_angle(work.orientation[0]), desired, limits[1]):
-        return TURNED
+    wanted = at(model.simbicon.hip, instance, 0)[3]
+    if model.simbicon.heading_control == 0:
+        wanted = state.start_heading[instance]
+    angle = heading_angle(work.orientation[0])
+    if not (wp.abs(angle - wanted) <= limits[1]):  # the rest is for the few who seem to have turned
+        start = state.start_heading[instance]
+        if has_turned(angle, nearest_on_the_way(angle, start, wanted), limits[1]):
+            return TURNED
     if limits[3] > 0.0 and has_crossed(feet_apart(model, work), limits[3]):
         return CROSSED
     return RUNNING
@@ -81,6 +116,8 @@ def effort_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: S
     for i in range(1 + lane, model.body_count, lanes):
         rolled()
         effort = wp.length(work.torque[i])
-        if effort < 1.0e12:  # also refuses NaN, which the integrator is about to report as divergence
+        if effort < LARGEST:
             # not `+=`, which would be an atomic operation
             state.torque_integral[instance, i] = state.torque_integral[instance, i] + wp.float64(effort)
+        else:
+            work.flags[1] = 1

@@ -10,13 +10,14 @@ import warp as wp
 
 from warpmuscle.kernels.contact import body_weight
 from warpmuscle.kernels.curves import active_force_length, force_velocity
+from warpmuscle.kernels.gait_cycle import foot_part, part_of_step
 from warpmuscle.kernels.limits import limit_stage
-from warpmuscle.kernels.metabolics import bhargava_power, muscle_mass, umberger_power, wang_power
+from warpmuscle.kernels.metabolics import bhargava_power, umberger_power, wang_power
 from warpmuscle.kernels.muscle import LARGEST_SPEED, bounded_passive
 from warpmuscle.kernels.own_curves import OwnCurves, with_curves
 from warpmuscle.kernels.simbicon import pd_error
 from warpmuscle.kernels.spatial import heading_angle, turn_about_x
-from warpmuscle.kernels.structs import ModelRef, StateRef, WorkRef, at
+from warpmuscle.kernels.structs import LARGEST, LEFT, RIGHT, ModelRef, StateRef, WorkRef, at
 
 
 @wp.struct
@@ -60,7 +61,7 @@ def metabolic_wang(instance: int, m: int, w: MuscleWork, model: ModelRef) -> flo
     l_opt = row.l_opt
     return wang_power(
         w.activation, w.excitation, w.length / l_opt, w.speed, contractile_force(instance, m, w, model), 0.0,
-        row.slow_fibres, muscle_mass(row.f_max, l_opt),
+        row.slow_fibres, at(model.muscles.mass, instance, m), model.negative_share,
     )  # fmt: skip
 
 
@@ -71,7 +72,7 @@ def metabolic_bhargava(instance: int, m: int, w: MuscleWork, model: ModelRef) ->
     l_opt = row.l_opt
     return bhargava_power(
         w.activation, w.excitation, w.length / l_opt, w.speed, contractile_force(instance, m, w, model), 0.0,
-        row.slow_fibres, muscle_mass(row.f_max, l_opt),
+        row.slow_fibres, at(model.muscles.mass, instance, m), model.negative_share,
     )  # fmt: skip
 
 
@@ -83,7 +84,7 @@ def metabolic_umberger(instance: int, m: int, w: MuscleWork, model: ModelRef) ->
     return umberger_power(
         w.activation, w.excitation, w.length / l_opt, w.speed, contractile_force(instance, m, w, model),
         active_force_length(model.muscles.model, w.length / l_opt), row.slow_fibres,
-        muscle_mass(row.f_max, l_opt), row.v_max, l_opt,
+        at(model.muscles.mass, instance, m), model.negative_share, row.v_max, l_opt,
     )  # fmt: skip
 
 
@@ -124,17 +125,24 @@ def smoothness(instance: int, body: int, model: ModelRef, state: StateRef, work:
 
 
 @wp.func
-def bin_of_phase(phase: float, bins: int) -> int:
-    """Which of so many equal parts a phase is in."""
-    return wp.clamp(int(phase * float(bins)), 0, bins - 1)
+def bin_of(part: float, bins: int) -> int:
+    """Which of so many equal parts of a cycle a part of it, 0 to 1, is in."""
+    return wp.clamp(int(part * float(bins)), 0, bins - 1)
 
 
 @wp.func
 def tracking(instance: int, body: int, model: ModelRef, state: StateRef, work: WorkRef) -> float:
-    """Squared angle between a joint and that of the tracked gait at the same phase of the same stance, rad^2."""
+    """Squared angle between a joint and that of the tracked gait, rad^2.
+
+    Both are compared at the same phase of the same stance, or, if the gait is given from one contact of the left foot
+    to the next, at the same part of that cycle.
+    """
     if model.reference_bins == 0:
         return 0.0
-    row = state.stance[instance] * model.reference_bins + bin_of_phase(state.phase[instance], model.reference_bins)
+    part = part_of_step(state.phase[instance], state.stance[instance], LEFT)
+    if model.reference_by_contact == 1:
+        part = foot_part(instance, LEFT, state)
+    row = bin_of(part, 2 * model.reference_bins)
     relative = wp.quat_inverse(work.orientation[model.skeleton.plan[body].parent]) * work.orientation[body]
     error = pd_error(relative, model.reference[row, body])
     return model.tracked[body] * wp.dot(error, error)
@@ -142,13 +150,13 @@ def tracking(instance: int, body: int, model: ModelRef, state: StateRef, work: W
 
 @wp.func
 def norms(instance: int, body: int, model: ModelRef, state: StateRef, work: WorkRef) -> float:
-    """Squared difference of a joint's sagittal angle and that of human walking, in half-bands of the norm.
+    """Squared difference of a joint's sagittal angle and that of human legs, in half-bands of the norm.
 
-    At phase p of its step a stance leg is at 50 p % of the gait cycle, a swing leg at 50 + 50 p %.
+    Both are compared at the same part of the leg's gait cycle, from one contact of its foot to the next.
     """
-    if model.norm_bins == 0:
+    if model.norm_bins == 0 or model.norm_scale[body] == 0.0:
         return 0.0
-    row = state.stance[instance] * model.norm_bins + bin_of_phase(state.phase[instance], model.norm_bins)
+    row = bin_of(foot_part(instance, model.norm_side[body], state), model.norm_bins)
     relative = wp.quat_inverse(work.orientation[model.skeleton.plan[body].parent]) * work.orientation[body]
     deviation = model.norm_scale[body] * turn_about_x(relative) - model.norm[row, body]
     return deviation * deviation
@@ -187,15 +195,19 @@ def ground_force(instance: int, model: ModelRef, state: StateRef, work: WorkRef)
 
 @wp.func
 def norm_force(instance: int, model: ModelRef, state: StateRef, work: WorkRef) -> float:
-    """Squared difference of each foot's vertical force and that of human walking, in half-bands, of the step before."""
+    """Squared difference of each foot's vertical force and that of human walking, in half-bands, of the step before.
+
+    Both are compared at the same part of the foot's gait cycle, from one of its contacts to the next.
+    """
     if model.norm_bins == 0:
         return 0.0
-    stance = state.stance[instance]
     weight = body_weight(instance, model)
-    human = model.norm_force[bin_of_phase(state.phase[instance], model.norm_bins)]
-    on_stance = state.foot_force[instance, stance][1] / weight - human[0]
-    on_swing = state.foot_force[instance, 1 - stance][1] / weight - human[1]
-    return (on_stance * on_stance + on_swing * on_swing) / (model.norm_force_band * model.norm_force_band)
+    total = wp.float32(0.0)
+    for side in range(LEFT, RIGHT + 1):
+        human = model.norm_force[bin_of(foot_part(instance, side, state), model.norm_bins)]
+        error = state.foot_force[instance, side][1] / weight - human
+        total += error * error
+    return total / (model.norm_force_band * model.norm_force_band)
 
 
 MUSCLE_TERMS = {
@@ -216,16 +228,21 @@ BODY_TERMS = {
 WHOLE_TERMS = {"speed": speed, "heading": heading, "head": head, "ground_force": ground_force, "norm_force": norm_force}
 
 
+# Terms that ask where feet are in their gait cycles.
+CYCLE_TERMS = {"tracking", "norms", "norm_force"}
+
+
 @wp.func
-def sane(value: float) -> wp.float64:
-    """The value in double precision; nothing for what is not finite, which the integrator is about to report."""
-    if wp.abs(value) < 1.0e12:
+def sane(value: float, work: WorkRef) -> wp.float64:
+    """The value in double precision; nothing for what is too large or not a number, and the step has diverged."""
+    if wp.abs(value) < LARGEST:
         return wp.float64(value)
+    work.flags[1] = 1
     return wp.float64(0.0)
 
 
 @wp.func
-def no_muscle_terms(instance: int, m: int, w: MuscleWork, model: ModelRef, state: StateRef):
+def no_muscle_terms(instance: int, m: int, w: MuscleWork, model: ModelRef, state: StateRef, work: WorkRef):
     """No term is summed over muscles."""
 
 
@@ -247,6 +264,11 @@ class ObjectiveKind(NamedTuple):
     whole: tuple[str, ...] = ()
     own: tuple[tuple[str, Any], ...] = ()  # by name, Warp functions like those of `MUSCLE_TERMS` and so on
 
+    @property
+    def follows_cycles(self) -> bool:
+        """Whether a step has to follow the gait cycles of the feet."""
+        return bool(CYCLE_TERMS & {*self.body, *self.whole})
+
 
 def muscle_functions(kind: ObjectiveKind, own: OwnCurves | None = None) -> tuple[Any, ...]:
     """The Warp functions of the terms over muscles; metabolic powers with the curves that muscles have of their own."""
@@ -256,7 +278,7 @@ def muscle_functions(kind: ObjectiveKind, own: OwnCurves | None = None) -> tuple
 
 @cache
 def muscle_terms_of(terms: tuple[Any, ...]) -> Any:
-    """The Warp function (instance, muscle, what it does, model, state) that adds a step of the terms to their sums."""
+    """The Warp function (instance, muscle, what it does, model, state, work) that adds a step to the terms' sums."""
     every = no_muscle_terms
     for index, term in enumerate(terms):
         every = _and_muscle_term(every, term, index)
@@ -265,9 +287,9 @@ def muscle_terms_of(terms: tuple[Any, ...]) -> Any:
 
 def _and_muscle_term(others: Any, term: Any, index: int) -> Any:
     @wp.func
-    def add(instance: int, m: int, w: MuscleWork, model: ModelRef, state: StateRef):
-        others(instance, m, w, model, state)
-        value = sane(term(instance, m, w, model))
+    def add(instance: int, m: int, w: MuscleWork, model: ModelRef, state: StateRef, work: WorkRef):
+        others(instance, m, w, model, state, work)
+        value = sane(term(instance, m, w, model), work)
         state.muscle_terms[instance, index, m] = state.muscle_terms[instance, index, m] + value
 
     return add
@@ -277,7 +299,7 @@ def _and_body_term(others: Any, term: Any, index: int) -> Any:
     @wp.func
     def add(instance: int, body: int, model: ModelRef, state: StateRef, work: WorkRef):
         others(instance, body, model, state, work)
-        value = sane(term(instance, body, model, state, work))
+        value = sane(term(instance, body, model, state, work), work)
         state.body_terms[instance, index, body] = state.body_terms[instance, index, body] + value
 
     return add
@@ -287,7 +309,7 @@ def _and_whole_term(others: Any, term: Any, index: int) -> Any:
     @wp.func
     def add(instance: int, model: ModelRef, state: StateRef, work: WorkRef):
         others(instance, model, state, work)
-        value = sane(term(instance, model, state, work))
+        value = sane(term(instance, model, state, work), work)
         state.whole_terms[instance, index] = state.whole_terms[instance, index] + value
 
     return add

@@ -25,6 +25,8 @@ from warpmuscle.kernels.structs import (
     whole,
 )
 
+LARGEST_TARGET = wp.constant(1000.0)  # rad; beyond it single precision has no good sine, and the instance diverges
+
 
 @wp.func
 def balance_feedback(distance: wp.vec3, velocity: wp.vec3, axis: wp.vec3, gain: wp.vec2, limits: wp.vec4) -> float:
@@ -130,7 +132,7 @@ def component_rotation(
         angle = -angle
     if plan.has_feedback == 1:
         angle += balance_feedback(distance, velocity, row.feedback_axis, row.feedback_gain, row.feedback_limits)
-    return hinge_rotation(row.axis, angle)
+    return hinge_rotation(row.axis, wp.where(wp.abs(angle) <= LARGEST_TARGET, angle, wp.nan))
 
 
 @wp.func
@@ -179,6 +181,8 @@ def targets_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: 
         if body >= 0:
             work.target[body] = q
             work.frame[body] = trajectory.character_frame
+            if not (wp.dot(q, q) < 2.0):
+                work.flags[1] = 1  # no rotation; clamped torques would hide it
             if end > first:
                 work.strength[body] = curve_value(simbicon.knots, instance, first, end, phase)
     synchronize()

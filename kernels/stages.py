@@ -12,12 +12,12 @@ from typing import Any
 import warp as wp
 
 from warpmuscle.kernels.contact import body_contacts
+from warpmuscle.kernels.control import control_stage_of
 from warpmuscle.kernels.dynamics import acceleration_stage, body_inertia, inertia_stage, leave_for_parent
 from warpmuscle.kernels.kinematics import kinematics_stage
 from warpmuscle.kernels.lanes import work_at
 from warpmuscle.kernels.muscle_stage import MuscleKind, muscle_stage_of
 from warpmuscle.kernels.path import joint_velocities, stretch_of
-from warpmuscle.kernels.simbicon import control_stage
 from warpmuscle.kernels.spatial import symmetric, symmetric_times
 from warpmuscle.kernels.structs import (
     BALL,
@@ -67,21 +67,30 @@ def forward_kinematics(
         com[i, k] = work.center[k]
 
 
-@wp.kernel
-def controller_torques(
-    # in
-    model: Model, state: State, workspace: wp.array2d[float],
-    # out
-    target: wp.array2d[wp.quat], torque: wp.array2d[wp.vec3],
-):  # fmt: skip
-    """Targets and torques (world, N m, + on the parent) of the controller for the joint of every body."""
-    i = wp.tid()
-    work = work_of(i, model, workspace)
-    kinematics_stage(i, 0, 1, model, state, work)
-    control_stage(i, 0, 1, model, state, work)
-    for body in range(model.body_count):
-        target[i, body] = work.target[body]
-        torque[i, body] = work.torque[body]
+@cache
+def controller_torques(effort: Any = None) -> Any:
+    """The kernel (model, state, workspace, target, torque) of the controller, see `control.control_stage_of`.
+
+    It gives targets and torques (world, N m, + on the parent) for the joint of every body; no target is held.
+    """
+    control_stage = control_stage_of(effort)
+
+    @wp.kernel(module="unique", enable_backward=False, module_options={"max_unroll": 1})
+    def kernel(
+        # in
+        model: Model, state: State, workspace: wp.array2d[float],
+        # out
+        target: wp.array2d[wp.quat], torque: wp.array2d[wp.vec3],
+    ):  # fmt: skip
+        i = wp.tid()
+        work = work_of(i, model, workspace)
+        kinematics_stage(i, 0, 1, model, state, work)
+        control_stage(i, 0, 1, model, state, work)
+        for body in range(model.body_count):
+            target[i, body] = work.target[body]
+            torque[i, body] = work.torque[body]
+
+    return kernel
 
 
 @wp.kernel

@@ -6,16 +6,16 @@ from typing import Any
 import warp as wp
 
 from warpmuscle.kernels.collision import collision_stage_of
-from warpmuscle.kernels.contact import above_ground
 from warpmuscle.kernels.control import control_stage_of
 from warpmuscle.kernels.dynamics import acceleration_stage, inertia_stage
+from warpmuscle.kernels.gait_cycle import advance_cycles
 from warpmuscle.kernels.hybrid import hybrid_acceleration_stage, hybrid_integrate_stage
 from warpmuscle.kernels.integration import integrate_stage
 from warpmuscle.kernels.kinematics import kinematics_stage
 from warpmuscle.kernels.lanes import slots_of, synchronize, work_at, work_memory
 from warpmuscle.kernels.motion import prescribe_stage
 from warpmuscle.kernels.muscle_stage import MuscleKind, muscle_stage_of, no_muscles
-from warpmuscle.kernels.objective import effort_stage, posture_status, step_status
+from warpmuscle.kernels.objective import begin_step, effort_stage, posture_status, step_status
 from warpmuscle.kernels.objective_terms import ObjectiveKind, muscle_functions, objective_stage_of
 from warpmuscle.kernels.record import RecordKind, frame_of, recorders_of
 from warpmuscle.kernels.rows import known_rows_of
@@ -95,8 +95,8 @@ def one_step_of(
         if wp.static(recorded.motion):
             frame = frame_of(instance, step, record)
         kinematics_stage(instance, lane, lanes, model, state, work)
-        if step == 0 and lane == 0:
-            state.start_height[instance] = above_ground(instance, work.center[0], model)
+        if lane == 0:
+            begin_step(instance, step, model, state, work)
         synchronize()
         status = posture_status(instance, model, state, work)
         if status != RUNNING:
@@ -129,6 +129,8 @@ def one_step_of(
         if status == RUNNING and lane == 0:
             if model.simbicon.enabled == 1:
                 advance_phase(instance, model, state)
+            if wp.static(objective.follows_cycles):
+                advance_cycles(instance, step, model, state)
             state.step[instance] = step + 1
         synchronize()
         return status

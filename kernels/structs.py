@@ -47,6 +47,7 @@ LEFT, RIGHT, REVERSE, SAME = 0, 1, 2, 3
 RUNNING, COMPLETED, FELL, TURNED, TOUCHED, DIVERGED, CROSSED, COLLIDED = 0, 1, 2, 3, 4, 5, 6, 7
 BY_TORQUE, BY_MUSCLES, MIXED = 0, 1, 2  # what drives a joint
 KEEP, DROP, CLIP = 0, 1, 2  # pushing contributions to a muscle's desired force
+LARGEST = 1.0e30  # what no torque, force, length or term of a simulation exceeds; compared so that NaN does, too
 
 polynomial = wp.types.vector(length=6, dtype=float)  # coefficients, the constant first
 
@@ -117,16 +118,21 @@ class Model:
     time_step: float  # s
     gravity: wp.array2d[float]  # (rows, 1) m/s^2
     failure: wp.array2d[wp.vec4]  # (rows, 1) lowest relative COM height, largest turn rad, largest speed, crossing m
+    fastest: float  # m/s, of the COM; one for all, since fetching it in every step would cost a percent
     fail_on_body_contact: int
     head: int  # the body whose turning the objective may count
     objective: wp.array2d[wp.vec2]  # (rows, 1) target speed m/s, bound of the vertical foot force over body weight
+    negative_share: float  # of the work that lengthening fibres take, how much metabolic powers give back, 0..1
     reference_bins: int  # of the phase, for each stance
     reference: wp.array2d[wp.quat]  # (2 bins, bodies) child in parent, of a tracked gait; left stance first
+    reference_by_contact: int  # 1: the tracked gait is given from one contact of the left foot to the next
     tracked: wp.array[float]  # (bodies,) 1: the body's joint is compared with it
-    norm_bins: int  # of the phase, for each stance
-    norm: wp.array2d[float]  # (2 norm bins, bodies) sagittal angle of human walking in half-bands; left stance first
+    contact_rule: wp.vec3  # load of a foot on the ground over body weight, time to touch down s, time to lift off s
+    norm_bins: int  # of the gait cycle
+    norm: wp.array2d[float]  # (norm bins, bodies) sagittal angle of human legs in half-bands
     norm_scale: wp.array[float]  # (bodies,) half-bands/rad, signed; 0: no norm of the body's joint
-    norm_force: wp.array[wp.vec2]  # (norm bins,) vertical force on stance and swing foot, body weights
+    norm_side: wp.array[int]  # (bodies,) LEFT or RIGHT, the leg that the body's joint belongs to
+    norm_force: wp.array[float]  # (norm bins,) vertical force on a human foot, body weights
     norm_force_band: float  # body weights, half-band of that
     level_start: wp.array[int]  # (levels + 1,)
     skeleton: Skeleton
@@ -161,6 +167,18 @@ class MuscleState:
 
 
 @wp.struct
+class FootCycle:
+    """Where a foot is in its gait cycle; see `gait_cycle.py`. All zero at the start."""
+
+    since: float  # s, since the foot last touched down, before that since the start
+    length: float  # s, of its last whole cycle; 0: there was none
+    loaded: float  # s, for how long it has been loaded without a break
+    away: float  # s, for how long it has not been loaded long enough to count
+    grounded: int  # 1: the foot is on the ground
+    landings: int  # touch-downs so far
+
+
+@wp.struct
 class State:
     """What changes, of all instances."""
 
@@ -173,11 +191,13 @@ class State:
     stance: wp.array[int]  # (instances,) LEFT or RIGHT
     machine_state: wp.array[int]  # (instances,)
     foot_force: wp.array2d[wp.vec3]  # (instances, 2) N, left and right, of the step before
+    foot_cycle: wp.array2d[FootCycle]  # (instances, 2) left and right; no instances where no term asks for it
     target: wp.array2d[wp.quat]  # (instances, bodies) of the controller, where it holds them; else no instances
     target_plan: wp.array2d[wp.vec2]  # (instances, bodies) their strength and frame, see `Work`
     step: wp.array[int]  # (instances,) steps made
     status: wp.array[int]  # (instances,) RUNNING ... DIVERGED
     start_height: wp.array[float]  # (instances,) m, of the COM above the ground at step 0
+    start_heading: wp.array[float]  # (instances,) rad, of the root at step 0
     push: wp.array[wp.vec3]  # (instances,) N, on the root's centre of mass, world
     push_steps: wp.array2d[int]  # (instances, 2) first step of the push, and the step after its last
     torque_integral: wp.array2d[wp.float64]  # (instances, bodies) sum over steps of |feedback torque|, N m

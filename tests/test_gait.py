@@ -25,11 +25,18 @@ def walk(speed: float, width: float, step_time: float, duration: float, heading:
     arrays = {name: array[: len(time)] for name, array in _arrays(len(time)).items()} | {
         "time": time,
         "stance": steps % 2,
+        "foot_force_left": footfalls(steps % 2 == 0),
+        "foot_force_right": footfalls(steps % 2 == 1),
         "com_velocity": np.stack([zero, zero, zero + speed], axis=1),
         "root_orientation": np.stack([zero, np.sin(half), zero, np.cos(half)], axis=1),
         "body_position": np.stack([feet[0] * 0.0, *feet], axis=1),
     }
     return Recording.of(arrays, ("l", "r"), ("root", "left", "right"))
+
+
+def footfalls(loaded: np.ndarray) -> np.ndarray:
+    """Forces (F, 3), N, on a foot that carries the body or does not."""
+    return np.outer(loaded, [0.0, 700.0, 0.0])
 
 
 def _arrays(frames: int) -> dict[str, np.ndarray]:
@@ -49,7 +56,7 @@ TABLE = {
 @pytest.mark.parametrize("name", TABLE)
 def test_recorded_gaits_have_the_measures_of_the_original_table(name: str, reference_data: Path):
     recording = load_recording(reference_data / f"simbicon/reference/{name}.npz", biped())
-    gait = measure(recording, "lFoot", "rFoot", start=5.0)
+    gait = measure(recording, "lFoot", "rFoot", start=5.0, by="stance")
     speed, length, width, cadence = TABLE[name]
     assert gait.speed_forward == pytest.approx(speed, abs=1e-3)
     assert gait.step_length == pytest.approx(length, abs=1e-3)
@@ -66,7 +73,16 @@ def test_made_up_walk_gives_back_what_it_was_made_of(speed: float):
     assert gait.step_length == pytest.approx(0.5 * speed)
     assert gait.step_width == pytest.approx(0.2)
     assert gait.cadence == pytest.approx(120.0)
-    assert (gait.start, gait.end, gait.steps) == (5.0, 12.0, 15)
+    assert (gait.start, gait.end, gait.steps) == (5.0, 12.0, 14)
+
+
+def test_steps_are_counted_where_feet_touch_down_and_not_where_the_controller_changes_its_stance():
+    recording = walk(1.0, width=0.2, step_time=0.5, duration=12.0)
+    early = dataclasses.replace(recording, stance=np.roll(recording.stance, -8))  # 80 ms before the foot lands
+    assert measure(early, "left", "right") == measure(recording, "left", "right")
+    slow = dataclasses.replace(recording, stance=recording.stance * 0)
+    assert measure(slow, "left", "right") == measure(recording, "left", "right")
+    assert measure(slow, "left", "right", by="stance").cadence is None
 
 
 def test_heading_drift_counts_whole_turns_of_the_window():
@@ -95,7 +111,7 @@ def test_steps_are_seen_in_the_frame_of_the_character():
 @pytest.mark.parametrize("start", [5.0, 3.1])  # beyond the end; too late for three steps
 def test_short_recording_is_measured_from_its_first_quarter(start: float):
     gait = measure(walk(1.0, 0.2, 0.5, duration=4.0), "left", "right", start)
-    assert (gait.start, gait.steps) == (1.0, 7)
+    assert (gait.start, gait.steps) == (1.0, 6)
     assert gait.cadence == pytest.approx(120.0)
 
 

@@ -8,15 +8,16 @@ from muscle_arm import arm, constant, leg
 from small_scene import sound_scene
 from warpmuscle.errors import SceneError
 from warpmuscle.formats import load
-from warpmuscle.kernels.metabolics import DENSITY, STRESS
+from warpmuscle.ground_contact import SIDES, touch_downs
 from warpmuscle.kernels.muscle import LARGEST_PASSIVE
+from warpmuscle.masses import DENSITY
 from warpmuscle.norms import NORMS
 from warpmuscle.number import Free
 from warpmuscle.objective import TERMS, wanted
 from warpmuscle.rollout import Rollout
 from warpmuscle.scene import InitialState, JointState, MuscleModel, Objective, Scene
 from warpmuscle.status import Status
-from warpmuscle.strides import SIDES, body_weight, leg_angles
+from warpmuscle.strides import body_weight, leg_angles
 from warpmuscle.validate import check_scene
 from warpmuscle.validate_objective import TERM_WEIGHTS
 
@@ -57,18 +58,21 @@ def test_efforts_of_two_muscles_at_constant_activation():
     np.testing.assert_allclose(terms["effort_cubed"], 2.0 * ACTIVE**3, rtol=1e-5)
 
 
-@pytest.mark.parametrize("slow", [0.5, 1.0])
-def test_metabolic_energy_of_muscles_held_still(slow: float):
+@pytest.mark.parametrize(("slow", "tensions"), [(0.5, [6e5, 6e5]), (1.0, [6e5, 6e5]), (0.5, [3e5, 1.5e6])])
+def test_metabolic_energy_of_muscles_held_still(slow: float, tensions: list[float]):
     """Heat of activation and maintenance alone (Wang 2012), at the length that the tendon leaves the fibre."""
     scene = held()
+    if tensions[1] != 6e5:  # of the muscle model, and of the second muscle itself
+        scene.muscle_model.specific_tension = tensions[0]
+        list(scene.character.muscles.values())[1].specific_tension = tensions[1]
     scene.muscle_model.damping = 0.0
     scene.objective = msgspec.structs.replace(EVERY, basal_rate=0.0)
     expected = 0.0
-    for muscle in scene.character.muscles.values():
+    for muscle, tension in zip(scene.character.muscles.values(), tensions, strict=True):
         muscle.slow_fibres = slow
         x = (0.3 - muscle.l_slack) / muscle.l_opt
         u = slow * np.sin(np.pi / 2 * ACTIVE), (1.0 - slow) * (1.0 - np.cos(np.pi / 2 * ACTIVE))
-        mass = muscle.f_max * muscle.l_opt * DENSITY / STRESS
+        mass = muscle.f_max * muscle.l_opt * DENSITY / tension
         maintained = np.interp(x, [0.5, 1.0, 1.5], [0.5, 1.0, 0.0])
         expected += mass * (40.0 * u[0] + 133.0 * u[1] + maintained * (74.0 * u[0] + 111.0 * u[1]))
     np.testing.assert_allclose(values(scene)["metabolic"], expected, rtol=2e-3)
@@ -107,28 +111,37 @@ def test_torques_of_limits_count_only_where_a_joint_is_beyond_them():
     assert stopped["joint_limits"][0] > 1.0
 
 
-def walked(name: str, **weights) -> Rollout:
-    """A second of a shipped walk, every step of it recorded."""
-    scene = msgspec.structs.replace(load(name), duration=1.0, objective=Objective(**weights))
+def walked(name: str, duration: float = 1.0, **weights) -> Rollout:
+    """The start of a shipped walk, every step of it recorded."""
+    scene = msgspec.structs.replace(load(name), duration=duration, objective=Objective(**weights))
     rollout = Rollout(scene, 1, "cpu", record=[0], record_rate=1.0 / scene.time_step)
     rollout.run()
     return rollout
 
 
-def percent_of_cycle(recording, side: int) -> np.ndarray:
-    """Where a leg is in the gait cycle by the phase of the controller, to a fiftieth of a step."""
-    step = (np.clip((recording.phase * 50.0).astype(int), 0, 49) + 0.5) / 50.0
-    return 50.0 * step + np.where(recording.stance == side, 0.0, 50.0)
+def percent_of_cycle(recording, side: int, weight: float) -> np.ndarray:
+    """Where a leg is in its gait cycle, to a hundredth of it.
+
+    That is the time since its foot touched down over the length of the cycle that ended then; before the foot has
+    landed twice, the phase of the controller.
+    """
+    step = 0.5 * np.minimum(recording.phase, 1.0)
+    part = step + np.where(recording.stance == side, 0.0, 0.5)
+    landings = touch_downs(recording, SIDES[side], weight)
+    for before, last, end in zip(landings[:-1], landings[1:], [*landings[2:], np.inf], strict=True):
+        here = (recording.time >= last) & (recording.time < end)
+        part[here] = np.minimum((recording.time[here] - last) / (last - before), 1.0)
+    return np.clip((part * 100.0).astype(int), 0, 99) + 0.5
 
 
 def test_norms_are_squared_half_bands_between_legs_and_human_ones():
-    rollout = walked("fwalk", norms=1.0)
+    rollout = walked("fwalk", 3.0, norms=1.0)
     recording = rollout.recording()
     angles = leg_angles(recording, rollout.numeric)
     total = np.zeros(len(recording.time))
     for title, sides in angles.items():
         for number, side in enumerate(SIDES):
-            human = NORMS[title].mean(percent_of_cycle(recording, number))
+            human = NORMS[title].mean(percent_of_cycle(recording, number, body_weight(rollout.numeric)))
             total += ((sides[side] - human) / NORMS[title].half_band) ** 2
     expected = total[:-1].mean() * rollout.end_time()[0]
     assert expected > 5.0
@@ -136,12 +149,13 @@ def test_norms_are_squared_half_bands_between_legs_and_human_ones():
 
 
 def test_norm_force_is_the_same_of_vertical_forces_in_body_weights():
-    rollout = walked("fwalk", norm_force=1.0)
+    rollout = walked("fwalk", 3.0, norm_force=1.0)
     recording, norm = rollout.recording(), NORMS["Vertical ground force"]
     total = np.zeros(len(recording.time))
     for number, side in enumerate(SIDES):
         force = recording[f"foot_force_{side}"][:, 1] / body_weight(rollout.numeric)
-        total += ((force - norm.mean(percent_of_cycle(recording, number))) / norm.half_band) ** 2
+        percent = percent_of_cycle(recording, number, body_weight(rollout.numeric))
+        total += ((force - norm.mean(percent)) / norm.half_band) ** 2
     np.testing.assert_allclose(rollout.terms()["norm_force"], total.mean() * rollout.end_time()[0], rtol=0.02)
 
 
@@ -231,3 +245,17 @@ def test_what_joints_and_muscles_add_to_terms_sums_up_to_them():
     assert not {"speed", "heading", "head", "fall"} & set(parts)
     for name, own in parts.items():
         assert sum(own.values()) == pytest.approx(terms[name][1], rel=1e-6)
+
+
+def test_gait_cycles_begin_anew_after_a_reset_and_do_not_depend_on_the_batch():
+    scene = msgspec.structs.replace(load("fwalk"), duration=2.5, objective=Objective(norms=1.0, norm_force=0.5))
+    alone, batch = Rollout(scene, 1, "cpu"), Rollout(scene, 3, "cpu")
+    for rollout in (alone, batch):
+        rollout.run()
+    first = batch.terms()
+    for name in ("norms", "norm_force"):
+        np.testing.assert_array_equal(first[name], np.repeat(alone.terms()[name], 3))
+    batch.reset(mask=np.array([False, True, False]))
+    batch.step(round(2.5 / scene.time_step))
+    for name in ("norms", "norm_force"):
+        np.testing.assert_array_equal(batch.terms()[name], first[name])

@@ -14,25 +14,16 @@ from warpmuscle.strides import (
     spans,
     steady_strides,
     strides,
-    touch_downs,
 )
 
 
-def test_strides_begin_where_the_stance_changes_to_that_side():
+def test_strides_run_from_contact_to_contact_whatever_the_controller_calls_its_stance():
     motion = walk_result().replays[0]
-    np.testing.assert_allclose(touch_downs(motion, "left"), [1.0, 2.0, 3.0, 4.0], atol=1e-9)
-    np.testing.assert_allclose(touch_downs(motion, "right"), [0.5, 1.5, 2.5, 3.5], atol=1e-9)
-    assert strides(motion, "left", 1.5) == [(2.0, 3.0), (3.0, 4.0)]
-
-
-def test_without_a_stance_touch_downs_follow_from_the_forces_and_short_lifts_do_not_count():
-    motion = walk_result().replays[0]
-    force = np.zeros((len(motion.time), 3))
-    force[(motion.time > 0.5) & (motion.time < 1.2), 1] = 700.0
-    force[(motion.time > 0.8) & (motion.time < 0.83), 1] = 0.0
-    force[motion.time > 2.0, 1] = 700.0
-    walked = with_arrays(motion, stance=0 * motion.stance, foot_force_left=force)
-    np.testing.assert_allclose(touch_downs(walked, "left"), [0.51, 2.01], atol=1e-9)
+    np.testing.assert_allclose(strides(motion, "left", 1.5), [(1.995, 2.995), (2.995, 3.995)], atol=1e-9)
+    np.testing.assert_allclose(strides(motion, "right", 1.0), [(1.495, 2.495), (2.495, 3.495)], atol=1e-9)
+    early = with_arrays(motion, stance=np.roll(motion.stance, -5))
+    assert strides(early, "left") == strides(motion, "left")
+    assert steady_strides(early, walk_scene()) == steady_strides(motion, walk_scene())
 
 
 def test_spans_are_where_something_holds_without_a_break_and_the_first_of_the_longest_counts():

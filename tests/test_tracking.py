@@ -8,7 +8,7 @@ import pytest
 
 from warpmuscle import tracking
 from warpmuscle.errors import ResultError, RolloutError, SceneError
-from warpmuscle.formats import load
+from warpmuscle.formats import load, toml
 from warpmuscle.optimization import parameter_table
 from warpmuscle.parameters import free_parameters
 from warpmuscle.records import Result
@@ -34,6 +34,15 @@ def test_a_gait_is_nearer_to_itself_than_to_another():
     itself, other = (error_of(tracked("fwalk", Tracking(scene=name))) for name in ("fwalk", "bwalk"))
     assert itself < 0.05 * other
     assert other > 1.0
+
+
+def test_a_scene_that_tracks_a_scene_may_be_tracked_even_by_itself(tmp_path):
+    path = tmp_path / "own.toml"
+    source = Tracking(scene=str(path), start=0.0)
+    toml.write(tracked("fwalk", source, 2.0), path)
+    assert error_of(load(path)) < 0.1
+    toml.write(tracked("fwalk", Tracking(scene="bwalk"), 2.0), path)
+    assert error_of(tracked("fwalk", source, 2.0)) < 0.1
 
 
 def test_a_walk_on_muscles_is_near_to_that_on_torques_by_a_root_mean_square_of_some_degrees():

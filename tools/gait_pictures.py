@@ -8,11 +8,12 @@ from pathlib import Path
 from typing import Any
 
 from warpmuscle.formats import toml
+from warpmuscle.gait_quality import runs, support_of
 from warpmuscle.norms import FORCE, LEG_ANGLES
 from warpmuscle.optimization import parameter_table
 from warpmuscle.parameters import free_parameters
 from warpmuscle.plots import KINDS, Absent, Choices, Subject, draw
-from warpmuscle.plots.angles import legend_below, norm_band
+from warpmuscle.plots.angles import angle_bands, legend_below, norm_band
 from warpmuscle.plots.style import GRAY, cycle_axis, mean_and_spread, page, save, style
 from warpmuscle.recording import Recording
 from warpmuscle.records import Result
@@ -62,8 +63,12 @@ def compare(path: Path, motions: Mapping[str, tuple[Recording, Scene]]) -> None:
 def _row(panels: Any, recording: Recording, scene: Scene) -> None:
     cycles = steady_strides(recording, scene)
     curves = {**leg_angles(recording, scene), FORCE: vertical_forces(recording, scene)}
+    running = runs(scene, support_of(recording, scene, cycles))
     for axes, (name, sides) in zip(panels, curves.items(), strict=True):
-        norm_band(axes, name)
+        if name != FORCE:
+            angle_bands(axes, name, running)
+        elif not running:
+            norm_band(axes, name)
         for side, values in sides.items():
             mean_and_spread(axes, PERCENT, over_strides(recording.time, values, cycles[side]), side)
         axes.axhline(0.0, color=GRAY, lw=0.6, zorder=0)

@@ -41,7 +41,7 @@ def main(
             rollout = wm.Rollout(scene, 1, "cpu", record=[0])
             rollout.run()
             assert scene.controller is not None
-            gait = wm.measure(rollout.recording(), *scene.controller.feet)
+            gait = wm.measure(rollout.recording(), *scene.controller.feet, by="stance")
             status = Status(rollout.status()[0])
             note = "" if status == Status.COMPLETED else f" ({status.meaning} at {rollout.end_time()[0]:.1f} s)"
             figures = f"{gait.speed_forward:.3f} | {gait.step_length or 0.0:.3f} | {gait.cadence or 0.0:.1f}"

@@ -7,13 +7,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from warpmuscle.bodies import contact_points
 from warpmuscle.figure import foot_bodies
 from warpmuscle.ground import plane
+from warpmuscle.ground_contact import SIDES
 from warpmuscle.pose import conjugate, multiply, rotate
 from warpmuscle.recording import Floats, Recording
 from warpmuscle.scene import Scene
-from warpmuscle.strides import SIDES, body_weight, feet_of, spans
+from warpmuscle.shapes import contact_points
+from warpmuscle.strides import body_weight, feet_of, spans
 
 LOADED = 0.25  # body weights on a foot, from which on it is a stance foot that may not slide
 

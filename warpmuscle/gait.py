@@ -4,12 +4,18 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
+from warpmuscle.arguments import as_kind, as_number, as_text, in_words
+from warpmuscle.checks import near
+from warpmuscle.errors import ArgumentError
+from warpmuscle.ground_contact import SIDES, touch_downs
 from warpmuscle.pose import about, conjugate, rotate, twist_angle
 from warpmuscle.recording import Floats, Integers, Recording
 
+Steps = Literal["contact", "stance"]
 _UP = np.array([0.0, 1.0, 0.0])
 
 
@@ -21,42 +27,51 @@ class Gait:
     end: float  # s
     speed_forward: float  # m/s, mean velocity of the centre of mass along world z; negative backwards
     speed_horizontal: float  # m/s, magnitude of the mean horizontal velocity
-    steps: int  # changes of the stance foot
+    steps: int  # from one foot to the other
     step_length: float | None  # m, mean; negative backwards
     step_width: float | None  # m, mean
-    cadence: float | None  # steps/min, between the first and the last change
+    cadence: float | None  # steps/min, between the first and the last of them
     heading_drift: float  # rad, heading at the end minus heading at the start; positive to the left
 
 
-def measure(recording: Recording, left_foot: str, right_foot: str, start: float = 5.0) -> Gait:
+def measure(recording: Recording, left_foot: str, right_foot: str, start: float = 5.0, by: Steps = "contact") -> Gait:
     """Measure the steady part of a walk.
 
-    A step is the vector between the places of successive stance feet (centres of mass of these bodies, each at the
-    moment it becomes the stance foot), in the character's frame at its end: z is its length, |x| its width. These are
-    the definitions behind the gait table of the original SIMBICON recordings.
+    A step is the vector between the places of the two feet (centres of mass of these bodies, each at the moment it
+    touches down, see `ground_contact`), in the character's frame at its end: z is its length, |x| its width.
 
     Args:
         recording: at least one frame; a frame interval of some 10 ms or less.
         left_foot: name of the left foot's body.
         right_foot: name of the right foot's body.
-        start: begin of the window, s, so as to skip the transient. If fewer than three changes of stance follow, the
-            window begins after a quarter of the recording.
+        start: begin of the window, s, so as to skip the transient. If fewer than three landings follow, the window
+            begins after a quarter of the recording.
+        by: "stance" counts a step from where the controller makes the other foot its stance foot, whether or not that
+            touches the ground: the definition behind the gait table of the original SIMBICON recordings.
 
     Raises:
-        ValueError: no frames, or an unknown body name.
+        ArgumentError: no frames, or an unknown body name.
     """
+    as_kind(Recording, recording, "recording")
+    start = as_number(start, "start")
+    for name, foot in (("left_foot", left_foot), ("right_foot", right_foot)):
+        if as_text(foot, name) not in recording.body_names:
+            raise ArgumentError(f"{name}: no body is called {foot!r}{near(foot, recording.body_names)}")
+    if not isinstance(by, str) or by not in ("contact", "stance"):
+        raise ArgumentError(f"by must be 'contact' or 'stance', not {in_words(by)}")
     if recording.frames == 0:
-        raise ValueError("cannot measure the gait of a recording without frames")
+        raise ArgumentError("cannot measure the gait of a recording without frames")
     first, last = float(recording.time[0]), float(recording.time[-1])
     fallback = first + 0.25 * (last - first)
-    changes = np.flatnonzero(np.diff(recording.stance)) + 1  # first frames of a new stance
-    if start > fallback and (start >= last or np.count_nonzero(recording.time[changes] >= start) < 3):
+    times, sides = _landings(recording) if by == "contact" else _changes(recording)
+    if start > fallback and (start >= last or np.count_nonzero(times >= start) < 3):
         start = fallback
     steady = recording.time >= start
     velocity = recording.com_velocity[steady].mean(axis=0, dtype=float)
     turned = heading(recording)
-    steps = _steps(recording, left_foot, right_foot, turned, changes)[steady[changes]]
-    times = recording.time[changes[steady[changes]]].astype(float)
+    steps = _steps(recording, left_foot, right_foot, turned, times, sides, start)
+    times = times[1:] if by == "stance" else times  # at the start no foot comes down
+    times = times[times >= start]
     return Gait(
         start=float(recording.time[steady][0]),
         end=last,
@@ -75,9 +90,30 @@ def heading(recording: Recording) -> Floats:
     return np.asarray(np.unwrap(twist_angle(recording.root_orientation, _UP)))
 
 
-def _steps(recording: Recording, left_foot: str, right_foot: str, turned: Floats, changes: Integers) -> Floats:
-    """Vectors (K, 3), m, from one stance foot to the next for K changes of stance, in the frame of the heading (F,)."""
-    right_stance = recording.stance[:, None] == 1
-    stance_foot = np.where(right_stance, recording.position_of(right_foot), recording.position_of(left_foot))
-    landings = stance_foot[np.concatenate([[0], changes])].astype(float)
-    return rotate(conjugate(about(_UP, turned[changes])), np.diff(landings, axis=0))
+def _landings(recording: Recording) -> tuple[Floats, Integers]:
+    """Times (K,), s, at which feet touch down, and which ones, 0 left, 1 right."""
+    times = [touch_downs(recording, side) for side in SIDES]
+    sides = np.repeat([0, 1], [len(of_side) for of_side in times])
+    order = np.argsort(np.concatenate(times), kind="stable")
+    return np.concatenate(times)[order], sides[order]
+
+
+def _changes(recording: Recording) -> tuple[Floats, Integers]:
+    """Times (K,), s, at which a foot becomes the controller's stance foot, and which ones; the start is the first."""
+    frames = np.concatenate([[0], np.flatnonzero(np.diff(recording.stance)) + 1])
+    return recording.time[frames].astype(float), recording.stance[frames]
+
+
+def _steps(
+    recording: Recording, left_foot: str, right_foot: str, turned: Floats, times: Floats, sides: Integers, start: float
+) -> Floats:
+    """Vectors (K, 3), m, from one foot's place to the other's, in the frame of the heading (F,) where a step ends.
+
+    Args:
+        times: (L,) s, of landings. sides: (L,) of these. start: s, that steps end at or after.
+    """
+    frames = np.minimum(np.searchsorted(recording.time, times), recording.frames - 1)
+    feet = np.stack([recording.position_of(left_foot), recording.position_of(right_foot)])
+    places = feet[sides, frames].astype(float)
+    chosen = np.flatnonzero((sides[1:] != sides[:-1]) & (times[1:] >= start)) + 1
+    return rotate(conjugate(about(_UP, turned[frames[chosen]])), places[chosen] - places[chosen - 1])

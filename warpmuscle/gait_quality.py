@@ -12,15 +12,26 @@ import numpy as np
 from warpmuscle.errors import Error
 from warpmuscle.foot_contact import foot_contact
 from warpmuscle.gait import heading, measure
-from warpmuscle.key_points import KeyPoint, force_humps, greatest, least, norm_deviation, peak, stance_part
-from warpmuscle.muscle_effort import LEAST_SPEED, spent, trembling
+from warpmuscle.ground_contact import SIDES, Support, support
+from warpmuscle.key_points import KeyPoint, force_humps, greatest, least, norm_deviation, peak
+from warpmuscle.likeness import (
+    dimensionless_speed,
+    from_norm,
+    leg_length,
+    means_at,
+    norms_of,
+    outside_span,
+    trend,
+)
+from warpmuscle.masses import total_mass
+from warpmuscle.muscle_effort import cost_of_transport, spent, trembling
 from warpmuscle.norms import FORCE, LEG_ANGLES, NORMS
 from warpmuscle.recording import Floats, Recording
 from warpmuscle.scene import Scene
 from warpmuscle.strides import (
     PERCENT,
-    SIDES,
     Strides,
+    body_weight,
     feet_of,
     leg_angles,
     over_strides,
@@ -30,7 +41,8 @@ from warpmuscle.strides import (
 
 Measures = dict[str, float | None]
 AT = " at"  # at the end of the name of a percent of the cycle, behind the name of the value there
-LEAST_NORMAL_SPEED = 0.3  # m/s forwards, below which norms of walking do not apply
+LEAST_NORMAL_SPEED = 0.3  # m/s forwards, below which norms do not apply
+LEAST_FLIGHT = 1.0  # % of the cycle without a foot on the ground, from which on a gait is a run
 # Key points by name: the curve, and the function and part of the cycle (%) that find it.
 _KEY_POINTS = {
     "hip, least": ("Hip flexion", least, 20.0, 80.0),
@@ -65,11 +77,17 @@ def gait_measures(recording: Recording, scene: Scene) -> Measures:
         "step width": gait.step_width,
         "cadence": gait.cadence,
     }
+    shares = support_of(recording, scene, cycles)
+    running = runs(scene, shares)
     normal = gait.speed_forward >= LEAST_NORMAL_SPEED
+    angles = _leg_angles(recording, scene)
+    curves = {name: _means(recording.time, of_sides, cycles) for name, of_sides in angles.items()}
     return (
         found
-        | _of_angles(recording, scene, cycles, normal)
-        | _of_force(recording, scene, cycles, normal)
+        | {"stance": shares.stance, "double support": shares.double, "flight": shares.flight}
+        | (_likeness(curves, scene, gait.speed_forward, running) if normal and curves else {})
+        | (_of_angles(recording.time, angles, curves, cycles, normal and not running) if curves else {})
+        | _of_force(recording, scene, cycles, normal and not running)
         | _of_muscles(steady, scene, gait.speed_horizontal)
         | _of_headings(recording, scene, cycles)
         | _of_feet(steady, scene)
@@ -84,12 +102,57 @@ def aimed_speed(scene: Scene) -> float | None:
     return target if asked or target != type(objective)().target_speed else None
 
 
-def _of_angles(recording: Recording, scene: Scene, cycles: dict[str, Strides], normal: bool) -> Measures:
+def support_of(recording: Recording, scene: Scene, cycles: dict[str, Strides]) -> Support:
+    """Stance, double support and flight over gait cycles: from the first of them to the end of the last."""
+    ends = [(of_side[0][0], of_side[-1][1]) for of_side in cycles.values()]
+    shares = [support(recording, begin, end, body_weight(scene)) for begin, end in ends]
+    return Support(*np.mean(shares, axis=0).tolist())
+
+
+def runs(scene: Scene, shares: Support) -> bool:
+    """Whether a gait is judged as running: its scene means a run, or, if it does not say, there is a flight."""
+    if scene.objective.gait:
+        return scene.objective.gait == "run"
+    return shares.flight > LEAST_FLIGHT
+
+
+def _leg_angles(recording: Recording, scene: Scene) -> dict[str, dict[str, Floats]]:
+    """Angles of the legs, see `strides.leg_angles`; none of legs that have fewer joints."""
     try:
-        angles = leg_angles(recording, scene)
+        return leg_angles(recording, scene)
     except Error:
         return {}
-    curves = {name: _means(recording.time, angles[name], cycles) for name in LEG_ANGLES}
+
+
+def _likeness(angle_curves: Mapping[str, list[Floats]], scene: Scene, speed: float, running: bool) -> Measures:
+    """Distances of the angles of both legs from published norms, in standard deviations; see `likeness`."""
+    relative = dimensionless_speed(speed, leg_length(scene))
+    norms = norms_of(running)
+    outside: Measures = {}
+    as_published: list[float | None] = []
+    each: dict[str, list[float | None]] = {norm.source: [] for norm in norms}
+    for name in LEG_ANGLES:
+        curves = angle_curves[name]
+        bands = [norm.angles[name] for norm in norms]
+        means, sds = means_at(name, bands, 0.0 if running else trend(name, relative))
+        published, _ = means_at(name, bands)
+        outside[f"{_short(name)} outside the norms"] = _mean([outside_span(c, means, sds) for c in curves])
+        as_published.append(_mean([outside_span(c, published, sds) for c in curves]))
+        for norm, mean, sd in zip(norms, means, sds, strict=True):
+            each[norm.source].append(_mean([from_norm(c, mean, sd) for c in curves]))
+    found: Measures = {"angles outside the norms": _mean(list(outside.values())), **outside}
+    if not running:
+        found["angles outside the norms as published"] = _mean(as_published)
+    return found | {f"angles from {source}": _mean(values) for source, values in each.items()}
+
+
+def _of_angles(
+    time: Floats,
+    angles: Mapping[str, Mapping[str, Floats]],
+    curves: Mapping[str, list[Floats]],
+    cycles: dict[str, Strides],
+    normal: bool,
+) -> Measures:
     found: Measures = {}
     for name in LEG_ANGLES:
         found[f"deviation of the {_short(name)}"] = _deviation(name, curves[name], normal)
@@ -98,7 +161,7 @@ def _of_angles(recording: Recording, scene: Scene, cycles: dict[str, Strides], n
     for key, (name, find, low, high) in _KEY_POINTS.items():
         _put_point(found, key, [find(curve, low, high) for curve in curves[name]])
     begin = min(cycle[0][0] for cycle in cycles.values())
-    found["knee, least"] = min(float(side[recording.time >= begin].min()) for side in angles["Knee flexion"].values())
+    found["knee, least"] = min(float(side[time >= begin].min()) for side in angles["Knee flexion"].values())
     for name in LEG_ANGLES:
         found[f"{name.lower()} within the norm band"] = _within(name, curves[name], normal)
     return found
@@ -109,7 +172,6 @@ def _of_force(recording: Recording, scene: Scene, cycles: dict[str, Strides], no
     humps = [force_humps(curve) for curve in curves]
     found: Measures = {
         "deviation of the ground force": _deviation(FORCE, curves, normal),
-        "stance": float(np.mean([stance_part(curve) for curve in curves])),
         "greatest vertical force": float(np.mean([curve.max() for curve in curves])),
     }
     both = all(one.valley is not None for one in humps)  # else the legs have no shape in common
@@ -125,9 +187,12 @@ def _of_muscles(steady: Recording, scene: Scene, speed: float) -> Measures:
     effort = spent(steady, scene)
     muscles = bool(steady.muscle_names)
     shaken = trembling(steady.time, steady.muscle_activation) if muscles else None
+    mass = total_mass([scene.character.muscles[name] for name in steady.muscle_names], scene.muscle_model)
     return {
+        "muscle mass": None if effort is None else mass,
         "metabolic power": None if effort is None else effort.power,
-        "cost of transport": None if effort is None or speed < LEAST_SPEED else effort.power / speed,
+        "cost of transport": None if effort is None else cost_of_transport(effort.power, speed),
+        "cost of transport at 0.25 MPa": None if effort is None else cost_of_transport(effort.common_power, speed),
         "share of passive force": None if effort is None else 100.0 * effort.passive_share,
         "mean activation": float(steady.muscle_activation.mean()) if muscles else None,
         "activation above 15 Hz": None if shaken is None else 100.0 * shaken,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from warpmuscle.gait_quality import AT, Measures
-from warpmuscle.norms import FORCE, NORMS, REFERENCES, SOURCE
+from warpmuscle.norms import FORCE, NORMS, REFERENCES, RUNNING, SOURCE
 
 _CYCLE = "% of the cycle"
 _BODY_WEIGHTS = "body weights"
@@ -17,13 +17,17 @@ _UNITS = {
     "step width": "m",
     "cadence": "steps/min",
     "stance": _CYCLE,
+    "double support": _CYCLE,
+    "flight": _CYCLE,
     "greatest vertical force": _BODY_WEIGHTS,
     "first hump of the force": _BODY_WEIGHTS,
     "valley of the force": _BODY_WEIGHTS,
     "second hump of the force": _BODY_WEIGHTS,
     "depth of the valley": _BODY_WEIGHTS,
+    "muscle mass": "kg",
     "metabolic power": "W/kg",
     "cost of transport": "J/(kg m)",
+    "cost of transport at 0.25 MPa": "J/(kg m)",
     "share of passive force": "%",
     "mean activation": "0 to 1",
     "activation above 15 Hz": "% of the spectrum",
@@ -48,6 +52,9 @@ _POINTS = {
 }
 
 
+_RUNNING = {"stance": "40", "double support": "0", "flight": "20"}  # toe-off is at 40 % of the cycle
+
+
 @dataclass(frozen=True)
 class Row:
     """A measure of walks; None where a walk does not give it."""
@@ -59,24 +66,30 @@ class Row:
     source: str  # of that
 
 
-def gait_table(walks: list[Measures]) -> list[Row]:
-    """Rows of measures, in order, of one or several walks (see `gait_measures`) beside human walking.
+def gait_table(walks: list[Measures], running: bool = False) -> list[Row]:
+    """Rows of measures, in order, of one or several walks (see `gait_measures`) beside human walking, or running.
 
     A measure that no walk gives has no row.
     """
     names = dict.fromkeys(name for walk in walks for name, value in walk.items() if value is not None)
-    return [Row(name, unit_of(name), tuple(walk.get(name) for walk in walks), *human(name)) for name in names]
+    return [Row(name, unit_of(name), tuple(walk.get(name) for walk in walks), *human(name, running)) for name in names]
 
 
 def unit_of(name: str) -> str:
     """Unit of a measure."""
     if name.startswith("deviation"):
         return "half-bands"
+    if "outside the norms" in name or name.startswith("angles from"):
+        return "SD"
     return _CYCLE if name.endswith(("norm band", AT)) else _UNITS.get(name, "deg")
 
 
-def human(name: str) -> tuple[str, str]:
-    """What human walking has for a measure, and where it is known from; empty if that is not known."""
+def human(name: str, running: bool = False) -> tuple[str, str]:
+    """What human walking, or running, has for a measure, and where it is known from; empty if that is not known."""
+    if "outside the norms" in name:
+        return "0", "the span of published means"
+    if running:
+        return _RUNNING.get(name, ""), RUNNING[0].source if name in _RUNNING else ""
     if name in REFERENCES:
         known = REFERENCES[name]
         text = f"{known.low:g}" if known.low == known.high else f"{known.low:g} to {known.high:g}"

@@ -1,16 +1,20 @@
-"""Norm bands of adult human walking at a comfortable speed, to see a simulated gait beside.
+"""Norms of human gait to see a simulated one beside: key points of walking at a comfortable speed, and measured angles.
 
-Between key points, the extremes of a norm's mean curve, a band follows smooth steps; it is as exact as they are.
+Between key points, the extremes of a norm's mean curve, a band follows smooth steps; it is as exact as they are. Which
+norms judge a gait, and how they move with its speed, is in `likeness.py`.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
 from warpmuscle.figure import leg
-from warpmuscle.recording import Floats
+from warpmuscle.fukuchi import RUN, WALK
+from warpmuscle.recording import Floats, Integers
 from warpmuscle.scene import Scene
 from warpmuscle.topology import Topology
 
@@ -18,8 +22,8 @@ SOURCE = "norm curves in SCONE Studio"
 FORCE = "Vertical ground force"
 LEG_ANGLES = ("Hip flexion", "Knee flexion", "Ankle dorsiflexion")
 FLEXION = (-1.0, 1.0, -1.0)  # sign of a turn about x, which points to the left, that is flexion of hip, knee and ankle
-BINS = 50  # of the phase of a step
-STANCE = 50.0 * (np.arange(BINS) + 0.5) / BINS  # percent of the gait cycle where the stance leg is in each of them
+BINS = 100  # of the gait cycle, in tables for kernels
+PERCENT_OF_BIN = 100.0 * (np.arange(BINS) + 0.5) / BINS
 
 
 @dataclass(frozen=True)
@@ -42,6 +46,10 @@ class Norm:
         smooth = part * part * (3.0 - 2.0 * part)  # level at both ends, as at an extreme
         return np.asarray((1.0 - smooth) * value[after - 1] + smooth * value[after])
 
+    def sd(self, percent: Floats) -> Floats:
+        """The half-width of the band, which counts as a standard deviation, at these percents, of the same shape."""
+        return np.full(np.shape(percent), self.half_band)
+
 
 NORMS = {
     "Hip flexion": Norm(((1.0, 33.0), (52.0, -8.3), (87.0, 33.7)), 8.4, "deg"),
@@ -51,6 +59,35 @@ NORMS = {
         ((0.0, 0.0), (15.0, 1.05), (31.0, 0.80), (49.0, 1.14), (64.0, 0.0)), 0.06, "body weights", periodic=False
     ),
 }
+
+
+class Band(Protocol):
+    """Mean and standard deviation of a quantity over the gait cycle."""
+
+    def mean(self, percent: Floats) -> Floats:
+        """Mean at these percents, of the same shape."""
+        ...
+
+    def sd(self, percent: Floats) -> Floats:
+        """Standard deviation at these percents, of the same shape."""
+        ...
+
+
+@dataclass(frozen=True)
+class GaitNorm:
+    """Angles of the legs of a group of people, by the names of `LEG_ANGLES`."""
+
+    source: str
+    what: str  # they did, and how fast
+    angles: Mapping[str, Band]
+
+
+KEY_POINTS = "key points"
+WALKING = (
+    GaitNorm(KEY_POINTS, "walking at a comfortable speed", {name: NORMS[name] for name in LEG_ANGLES}),
+    GaitNorm("Fukuchi 2018", "walking at 1.26 m/s", WALK),
+)
+RUNNING = (GaitNorm("Fukuchi 2017", "running at 2.5 m/s", RUN),)
 
 
 @dataclass(frozen=True)
@@ -68,26 +105,34 @@ REFERENCES = {
     "step length": Reference(0.66, 0.79, _MURRAY),
     "step width": Reference(0.071, 0.081, _MURRAY),
     "cadence": Reference(117.0, 117.0, _MURRAY),
+    "flight": Reference(0.0, 0.0, "Perry, Burnfield 2010"),
+    "double support": Reference(20.0, 24.0, "Perry, Burnfield 2010"),
     "cost of transport": Reference(3.05, 3.51, "PLOS ONE 0168070, 0138154"),
 }
 
 
-def norm_table(scene: Scene, names: Topology) -> tuple[Floats, Floats]:
-    """Sagittal angles of human legs over the phase of a step, for `kernels.objective_terms.norms`.
+def norm_table(scene: Scene, names: Topology) -> tuple[Floats, Floats, Integers]:
+    """Sagittal angles of human legs over the gait cycle of each leg, for `kernels.objective_terms.norms`.
+
+    They are the key points of walking, or, where the scene means a run, the measured angles of running, in their mean
+    standard deviation over the cycle.
 
     Args:
         scene: with a controller, whose feet have a hip, a knee and an ankle above them.
 
     Returns:
-        Mean angles (2 BINS, bodies) of each body's joint in half-bands, left stance first, and (bodies,) half-bands per
-        rad of a turn about x, 0 for joints without a norm.
+        Mean angles (BINS, bodies) of each body's joint in half-bands; (bodies,) half-bands per rad of a turn about x, 0
+        for joints without a norm; and (bodies,) the leg that the body's joint belongs to, 0 left, 1 right.
     """
     assert scene.controller is not None
-    table, scale = np.zeros((2 * BINS, len(names.bodies))), np.zeros(len(names.bodies))
+    bands = (RUNNING if scene.objective.gait == "run" else WALKING)[0].angles
+    bodies = len(names.bodies)
+    table, scale, sides = np.zeros((BINS, bodies)), np.zeros(bodies), np.zeros(bodies, dtype=np.int32)
     for side, foot in enumerate(scene.controller.feet):
-        percents = np.concatenate([STANCE, STANCE + 50.0] if side == 0 else [STANCE + 50.0, STANCE])
         for title, sign, joint in zip(LEG_ANGLES, FLEXION, leg(scene.character, foot)[-3:], strict=True):
-            body, norm = names.body_of_joint(joint), NORMS[title]
-            table[:, body] = norm.mean(percents) / norm.half_band
-            scale[body] = np.degrees(sign) / norm.half_band
-    return table, scale
+            body, band = names.body_of_joint(joint), bands[title]
+            half_band = float(band.sd(PERCENT_OF_BIN).mean())
+            table[:, body] = band.mean(PERCENT_OF_BIN) / half_band
+            scale[body] = np.degrees(sign) / half_band
+            sides[body] = side
+    return table, scale, sides

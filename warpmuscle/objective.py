@@ -8,11 +8,13 @@ from typing import Any, NamedTuple
 import numpy as np
 import warp as wp
 
+from warpmuscle.accounting import basal_rate, negative_share
 from warpmuscle.arrays import Floats, rows, to_device
 from warpmuscle.custom import Kind, custom_terms
+from warpmuscle.ground_contact import HELD, LIFTED, LOADED
 from warpmuscle.kernels import structs
 from warpmuscle.kernels.objective_terms import BODY_TERMS, MUSCLE_TERMS, WHOLE_TERMS, ObjectiveKind
-from warpmuscle.norms import BINS, FORCE, NORMS, STANCE, norm_table
+from warpmuscle.norms import BINS, FORCE, NORMS, PERCENT_OF_BIN, norm_table
 from warpmuscle.scene import Objective, Scene
 from warpmuscle.topology import Topology
 
@@ -45,6 +47,20 @@ TERMS: dict[str, Term] = {
     "passive_force": Term("N s", "force of stretched fibres, summed over muscles and time"),
     "smoothness": Term("rad^2/s^3", "squared acceleration of the joints, summed and over time"),
 }
+
+
+SETTINGS = {  # fields of `Objective` that weigh nothing
+    "target_speed", "ground_force_bound", "head_body", "metabolic_model", "metabolic_work", "basal_rate", "gait",
+    "failure_cost", "custom",
+}  # fmt: skip
+for _name, _function in {**MUSCLE_TERMS, **BODY_TERMS, **WHOLE_TERMS}.items():
+    if _name not in TERMS and not _name.startswith("metabolic_"):  # its docstring says what it is
+        _said = (_function.func.__doc__ or _name).strip().partition("\n")[0].rstrip(".")
+        TERMS[_name] = Term("", f"{_said}, summed over time")
+if _unknown := set(Objective.__struct_fields__) - SETTINGS - set(TERMS):
+    raise TypeError(f"{', '.join(sorted(_unknown))} of Objective has no function in kernels/objective_terms.py")
+if _unknown := set(TERMS) - set(Objective.__struct_fields__):
+    raise TypeError(f"the term {', '.join(sorted(_unknown))} has no field of Objective in scene.py that weighs it")
 
 
 def wanted(objective: Objective) -> tuple[str, ...]:
@@ -102,15 +118,21 @@ def objective_fields(scene: Scene, names: Topology, device: Any) -> dict[str, An
     objective = scene.objective
     head = names.bodies.index(objective.head_body) if objective.head_body in names.bodies else 0
     numbers = rows([[objective.target_speed, objective.ground_force_bound]])
-    fields = {"head": head, "objective": to_device(numbers, wp.vec2, device)}
+    fields = {
+        "head": head,
+        "objective": to_device(numbers, wp.vec2, device),
+        "negative_share": negative_share(objective),
+        "contact_rule": wp.vec3(LOADED, HELD, LIFTED),
+    }
     if {"norms", "norm_force"} & set(wanted(objective)):
-        angle, scale = norm_table(scene, names)
+        angle, scale, side = norm_table(scene, names)
         force = NORMS[FORCE]
         fields |= {
             "norm_bins": BINS,
             "norm": to_device(angle, float, device),
             "norm_scale": to_device(scale, float, device),
-            "norm_force": to_device(np.stack([force.mean(STANCE), force.mean(STANCE + 50.0)], 1), wp.vec2, device),
+            "norm_side": to_device(side, int, device),
+            "norm_force": to_device(force.mean(PERCENT_OF_BIN), float, device),
             "norm_force_band": force.half_band,
         }
     return fields
@@ -137,7 +159,7 @@ def term_values(
     sums["fall"] = scene.duration - end_time
     mass = rows([body.mass for body in scene.character.bodies.values()]).sum(axis=1)
     energy = sums.get(f"metabolic_{scene.objective.metabolic_model}", 0.0)
-    sums["metabolic"] = energy + np.asarray(scene.objective.basal_rate) * mass * end_time
+    sums["metabolic"] = energy + np.asarray(basal_rate(scene.objective)) * mass * end_time
     sums["cost_of_transport"] = sums["metabolic"] / (mass * np.maximum(distance, LEAST_DISTANCE))
     return {name: np.asarray(sums.get(name, np.zeros_like(end_time))) for name in names}
 

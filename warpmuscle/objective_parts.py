@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from warpmuscle.accounting import basal_rate
 from warpmuscle.arrays import Floats, rows
 from warpmuscle.kernels import structs
 from warpmuscle.kernels.objective_terms import ObjectiveKind
@@ -33,7 +34,7 @@ def term_parts(
     energy = sums.get(f"metabolic_{scene.objective.metabolic_model}")
     if energy is not None:
         mass = rows([body.mass for body in scene.character.bodies.values()]).sum(axis=1)
-        basal = float(_own(np.asarray(scene.objective.basal_rate) * mass, instance)) * end_time
+        basal = float(_own(np.asarray(basal_rate(scene.objective)) * mass, instance)) * end_time
         sums["metabolic"] = energy | {BASAL: basal}
         total = sum(sums["metabolic"].values())
         for name in ("cost_of_transport",) if "cost_of_transport" in terms and total > 0.0 else ():

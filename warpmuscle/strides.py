@@ -1,4 +1,4 @@
-"""Gait cycles of a recorded walk: from one touch-down of a foot to the next, and curves over them."""
+"""Gait cycles of a recorded walk: from one contact of a foot with the ground to its next, and curves over them."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from numpy.typing import NDArray
 from warpmuscle.errors import Error
 from warpmuscle.figure import leg
 from warpmuscle.gait import measure
+from warpmuscle.ground_contact import SIDES, touch_downs
+from warpmuscle.masses import body_mass
 from warpmuscle.norms import FLEXION, LEG_ANGLES
 from warpmuscle.pose import twist_angle
 from warpmuscle.recording import Floats, Recording
-from warpmuscle.scene import Character, Scene
+from warpmuscle.scene import Scene
 
-SIDES = ("left", "right")
+ALONG_X = 0.7  # least component of an axis along x for which a turn about it is flexion
 PERCENT = np.linspace(0.0, 100.0, 101)  # of the gait cycle, where curves have their samples
-_TOUCH = 0.05  # of the greatest vertical force: a foot with more is on the ground
-_FLIGHT = 0.1  # s, shortest time off the ground before a touch-down
 Strides = list[tuple[float, float]]  # s, begin and end of each
 
 
@@ -34,22 +34,9 @@ def feet_of(scene: Scene) -> tuple[str, str]:
     return feet
 
 
-def touch_downs(recording: Recording, side: str) -> Floats:
-    """Times at which a foot, left or right, touches down: it becomes the stance foot, or else takes up force; s."""
-    stance, number = recording.stance.astype(int), SIDES.index(side)
-    if np.any(np.diff(stance)):
-        return recording.time[np.flatnonzero((stance[1:] == number) & (stance[:-1] != number)) + 1].astype(float)
-    force = recording[f"foot_force_{side}"][:, 1]
-    down = force > _TOUCH * max(float(force.max(initial=0.0)), 1.0)
-    rises = np.flatnonzero(down[1:] & ~down[:-1]) + 1
-    time = recording.time.astype(float)
-    found = [k for k in rises if not np.any(down[(time >= time[k] - _FLIGHT) & (time < time[k])])]
-    return time[found]
-
-
-def strides(recording: Recording, side: str, start: float = 0.0) -> Strides:
-    """Whole gait cycles of one side that begin at `start`, s, or later."""
-    times = touch_downs(recording, side)
+def strides(recording: Recording, side: str, start: float = 0.0, weight: float | None = None) -> Strides:
+    """Whole gait cycles of one side that begin at `start`, s, or later; `weight`: see `ground_contact.contacts_of`."""
+    times = touch_downs(recording, side, weight)
     times = times[times >= start]
     return list(zip(times[:-1].tolist(), times[1:].tolist(), strict=True))
 
@@ -73,7 +60,8 @@ def steady_strides(recording: Recording, scene: Scene) -> dict[str, Strides]:
     """
     feet = feet_of(scene)
     start = measure(recording, *feet).start if recording.frames else 0.0
-    found = {side: strides(recording, side, start) or strides(recording, side) for side in SIDES}
+    weight = body_weight(scene)
+    found = {side: strides(recording, side, start, weight) or strides(recording, side, 0.0, weight) for side in SIDES}
     for side, cycles in found.items():
         if not cycles:
             raise Error(f"the motion of {scene.name} has no whole gait cycle: the {side} foot lands less than twice")
@@ -106,6 +94,26 @@ def leg_angles(recording: Recording, scene: Scene) -> dict[str, dict[str, Floats
     return found
 
 
+def flexion_signs(scene: Scene) -> dict[str, float]:
+    """Which sign makes a turn about x, or about the first axis, flexion: of the hips, knees and ankles of a scene.
+
+    Figures and plots show angles of these joints with it, so that dorsiflexion is positive in all of them.
+    """
+    signs: dict[str, float] = {}
+    try:
+        feet = feet_of(scene)
+    except Error:
+        return signs
+    for foot in feet:
+        joints = leg(scene.character, foot)[-3:]
+        for name, sign in zip(joints, FLEXION, strict=True) if len(joints) == 3 else ():
+            joint = scene.character.joints[name]
+            along = 1.0 if joint.type == "ball" or not joint.axes else float(np.asarray(joint.axes[0][0]).flat[0])
+            if abs(along) > ALONG_X:
+                signs[name] = sign * float(np.sign(along))
+    return signs
+
+
 def vertical_forces(recording: Recording, scene: Scene) -> dict[str, Floats]:
     """Vertical ground forces (F,) on the feet over the weight of a numeric scene's character, by side."""
     weight = body_weight(scene)
@@ -116,11 +124,6 @@ def sagittal_angle(recording: Recording, joint: str) -> Floats:
     """Turn (F,) of a joint's child about x, rad, without jumps."""
     orientation = recording.joint_orientation[:, recording.joint_names.index(joint)]
     return np.unwrap(twist_angle(orientation, (1.0, 0.0, 0.0)))
-
-
-def body_mass(character: Character) -> float:
-    """Mass of a numeric character, kg."""
-    return float(sum(float(np.asarray(body.mass).flat[0]) for body in character.bodies.values()))
 
 
 def body_weight(scene: Scene) -> float:

@@ -38,7 +38,8 @@ def tracked_fields(motion: Recording | JointMotion, tracking: Tracking, names: T
     if not len(part.phase):
         source = tracking.file or tracking.scene
         raise RolloutError(f"{source} has no motion from {tracking.start:g} s on, which `tracking.start` asks for")
-    return reference_fields(*reference_table(part, names, tracking.joints), device)
+    by_contact = isinstance(motion, JointMotion) and motion.by_contact
+    return reference_fields(*reference_table(part, names, tracking.joints), device, by_contact)
 
 
 def reference_table(motion: Recording | JointMotion, names: Topology, joints: list[str]) -> tuple[Floats, Floats]:
@@ -82,10 +83,11 @@ def _means(orientation: Floats, rows: Any) -> Floats:
     return np.asarray(total / np.linalg.norm(total, axis=1, keepdims=True))
 
 
-def reference_fields(table: Floats, counts: Floats, device: Any) -> dict[str, Any]:
-    """The reference, by field of `kernels.structs.Model`."""
+def reference_fields(table: Floats, counts: Floats, device: Any, by_contact: bool = False) -> dict[str, Any]:
+    """The reference, by field of `kernels.structs.Model`; `by_contact` if its cycles run from contact to contact."""
     return {
         "reference_bins": BINS,
+        "reference_by_contact": int(by_contact),
         "reference": to_device(table, wp.quat, device),
         "tracked": to_device(counts, float, device),
     }

@@ -50,7 +50,8 @@ CHARACTERS = {
 
 def free(character: Character, **more) -> Scene:
     """The character without controller, ground or failure."""
-    return Scene("free", character, ground=Ground(stiffness=0.0), failure=Failure(com_height=0.0, heading=0.0), **more)
+    failure = Failure(com_height=0.0, heading=0.0, max_com_speed=1000.0)
+    return Scene("free", character, ground=Ground(stiffness=0.0), failure=failure, **more)
 
 
 def stages_at(scene: Scene, states: States) -> Stages:

@@ -1,0 +1,83 @@
+"""The gait cycle of each foot: from when it touches down to when it does so again.
+
+`warpmuscle.ground_contact` finds the same in a recording.
+"""
+
+import warp as wp
+
+from warpmuscle.kernels.contact import body_weight
+from warpmuscle.kernels.structs import LEFT, RIGHT, FootCycle, ModelRef, StateRef
+
+
+@wp.func
+def cycle_after(cycle: FootCycle, loaded: bool, first: bool, time_step: float, held: float, lifted: float) -> FootCycle:
+    """The cycle of a foot after a step.
+
+    A foot that is loaded for `held` has touched down when that load began, one that is unloaded for `lifted` has left
+    the ground. Where it is loaded from the first step on, it did not touch down then.
+
+    Args:
+        loaded: whether the foot was loaded in this step. first: whether this is the first step of the motion.
+        time_step, held, lifted: s.
+    """
+    cycle.since += time_step
+    cycle.loaded = wp.where(loaded, cycle.loaded + time_step, 0.0)
+    if first and loaded:
+        cycle.grounded = 1
+        cycle.loaded = held
+    if cycle.loaded >= held:
+        if cycle.grounded == 0:
+            if cycle.landings > 0:
+                cycle.length = cycle.since - cycle.loaded
+            cycle.landings += 1
+            cycle.grounded = 1
+            cycle.since = cycle.loaded
+        cycle.away = 0.0
+    else:
+        cycle.away += time_step
+        if cycle.away >= lifted and not loaded:
+            cycle.grounded = 0
+    return cycle
+
+
+@wp.func
+def part_of_cycle(cycle: FootCycle, step_part: float) -> float:
+    """Part of its gait cycle that a foot has behind it, 0 to 1: the time since it touched down over the last cycle's.
+
+    A foot that has just been loaded counts as touching down, so that the part does not lag by the time after which that
+    is sure. One that stays in the air longer than its last cycle took is at 1.
+
+    Args:
+        step_part: what counts until the foot has landed twice, and so has a whole cycle behind it.
+    """
+    if cycle.length <= 0.0:
+        return wp.clamp(step_part, 0.0, 1.0)
+    since = cycle.since
+    if cycle.grounded == 0 and cycle.loaded > 0.0:
+        since = cycle.loaded
+    return wp.min(since / cycle.length, 1.0)
+
+
+@wp.func
+def part_of_step(phase: float, stance: int, side: int) -> float:
+    """Part of the gait cycle by the controller's phase: a stance leg is in the first half of it, a swing leg behind."""
+    half = 0.5 * wp.min(phase, 1.0)
+    return wp.where(stance == side, half, 0.5 + half)
+
+
+@wp.func
+def foot_part(instance: int, side: int, state: StateRef) -> float:
+    """Part of its gait cycle that the left or right foot has behind it, 0 to 1; before its second landing by phase."""
+    by_phase = part_of_step(state.phase[instance], state.stance[instance], side)
+    return part_of_cycle(state.foot_cycle[instance, side], by_phase)
+
+
+@wp.func
+def advance_cycles(instance: int, step: int, model: ModelRef, state: StateRef):
+    """Gait cycles of both feet after a step, with the foot forces of that step. One lane calls it."""
+    rule = model.contact_rule
+    bound = rule[0] * body_weight(instance, model)
+    for side in range(LEFT, RIGHT + 1):
+        loaded = state.foot_force[instance, side][1] > bound
+        cycle = state.foot_cycle[instance, side]
+        state.foot_cycle[instance, side] = cycle_after(cycle, loaded, step == 0, model.time_step, rule[1], rule[2])
