@@ -9,8 +9,10 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from warpmuscle.arguments import as_path, as_text, as_texts, as_truth
 from warpmuscle.checks import near
 from warpmuscle.errors import Error
+from warpmuscle.formats import SceneLike, scene_of
 from warpmuscle.plots import (
     activation,
     angles,
@@ -24,18 +26,19 @@ from warpmuscle.plots import (
     parameters,
     stick_figures,
 )
+from warpmuscle.plots.overlay import OVERLAYS
 from warpmuscle.plots.style import check_picture, save, style
 from warpmuscle.plots.subject import Absent, Choices, Subject, of_recording
 from warpmuscle.recording import Recording
 from warpmuscle.records import Result
 from warpmuscle.results import read
-from warpmuscle.scene import Scene
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["KINDS", "Absent", "Choices", "Kind", "Subject", "check_kind", "draw", "plot", "save"]
+__all__ = ["KINDS", "Absent", "Choices", "Kind", "Subject", "check_kind", "draw", "draw_over", "plot", "save"]
 
+Source = Result | Recording | str | Path
 DATASET = "dataset:"  # before the path of a dataset, in place of a kind
 
 
@@ -61,11 +64,11 @@ KINDS: dict[str, Kind] = {
 
 
 def plot(
-    source: Result | Recording | str | Path,
+    source: Source | Sequence[Source],
     kind: str,
     path: str | Path | None = None,
     *,
-    scene: Scene | None = None,
+    scene: SceneLike | None = None,
     joints: Sequence[str] = (),
     muscles: Sequence[str] = (),
     norms: bool = True,
@@ -77,10 +80,11 @@ def plot(
     """Draw a figure, and write it if a file is named.
 
     Args:
-        source: a result or the path of its HDF5 file, or a recording, of which `scene` made it.
+        source: a result or the path of its HDF5 file, or a recording, of which `scene` made it; or a list of these, to
+            be drawn over one another where the kind is one of `overlay.OVERLAYS`.
         kind: one of `KINDS`, or `dataset:` and the path of a dataset in a file.
         path: file to write; its ending (.png, .svg, .pdf) chooses the format.
-        scene: of a recording; free parameters count with their start values.
+        scene: of a recording, or its name or file; free parameters count with their start values.
         joints: names or patterns such as `l*` of what is shown, by default all. muscles: the same.
         norms: whether norms of human walking are drawn.
         replay: number of the motion.
@@ -94,24 +98,51 @@ def plot(
         Absent: the source does not hold what the kind shows.
         Error: matplotlib is not installed, an unknown kind or choice, or a file cannot be read or written.
     """
-    check_kind(kind)
-    if path is not None:
-        check_picture(Path(path))
-    choices = Choices.between(replay, start, end, joints=tuple(joints), muscles=tuple(muscles), norms=norms)
+    check_kind(as_text(kind, "kind"))
+    picture = None if path is None else as_path(path, "path")
+    if picture is not None:
+        check_picture(picture)
+    choices = Choices.between(
+        replay, start, end, joints=as_texts(joints, "joints"), muscles=as_texts(muscles, "muscles"),
+        norms=as_truth(norms, "norms"),
+    )  # fmt: skip
+    sources = list(source) if isinstance(source, list | tuple) else [source]
+    if not sources:
+        raise Error("source must be a result, a recording, the path of a file, or a list of these, not an empty list")
+    figure: Figure = draw_over([_subject(one, choices, scene, run) for one in sources], kind)
+    if picture is not None:
+        save(figure, picture)
+    return figure
+
+
+def _subject(source: Any, choices: Choices, scene: SceneLike | None, run: str | None) -> Subject:
+    """What is drawn of one source; see `plot`."""
     file = None
     if isinstance(source, Recording):
         if scene is None:
             raise Error("a recording is drawn with its scene: plot(recording, kind, scene=scene)")
-        result = of_recording(source, scene)
+        result = of_recording(source, scene_of(scene))
     elif isinstance(source, Result):
         result = source
     else:
-        file = Path(source)
+        file = as_path(source, "source")
         result = read(file, run)
-    figure: Figure = draw(Subject(result, choices, file, run), kind)
-    if path is not None:
-        save(figure, path)
-    return figure
+    return Subject(result, choices, file, run)
+
+
+def draw_over(subjects: Sequence[Subject], kind: str) -> Any:
+    """The matplotlib figure of several results over one another; of one alone as `draw`.
+
+    Raises:
+        Absent: a result does not hold what the kind shows. Error: a kind that shows one result only.
+    """
+    if len(subjects) == 1:
+        return draw(subjects[0], kind)
+    check_kind(kind)
+    if kind not in OVERLAYS:
+        raise Error(f"{kind} shows one result at a time; over one another there are {', '.join(OVERLAYS)}")
+    with style():
+        return OVERLAYS[kind](subjects)
 
 
 def check_kind(kind: str) -> None:

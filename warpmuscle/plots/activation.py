@@ -6,11 +6,12 @@ from typing import Any
 
 import numpy as np
 
+from warpmuscle.ground_contact import SIDES
 from warpmuscle.plots.pairs import Pair, pairs
-from warpmuscle.plots.style import MAP, cycle_axis, grid, heading, mean_and_spread, page, top_legend
+from warpmuscle.plots.style import MAP, cycle_axis, grid, heading, legible, mean_and_spread, page, top_legend
 from warpmuscle.plots.subject import Absent, Subject
 from warpmuscle.recording import Floats
-from warpmuscle.strides import PERCENT, SIDES, over_strides
+from warpmuscle.strides import PERCENT, over_strides
 
 _CURVES = 15  # pairs of muscles up to which each has a panel
 _ROW = 0.17  # inches
@@ -106,5 +107,5 @@ def _image(axes: Any, values: Floats, span: tuple[float, float]) -> Any:
 
 
 def _name_rows(axes: Any, names: list[str]) -> None:
-    axes.set_yticks(np.arange(len(names)) + 0.5, names, size=7.5)
+    axes.set_yticks(np.arange(len(names)) + 0.5, [legible(name) for name in names], size=7.5)
     axes.tick_params(axis="y", length=0.0)

@@ -1,11 +1,12 @@
-"""Joint angles of the legs over the gait cycle, beside the norm."""
+"""Joint angles of the legs over the gait cycle, beside norms."""
 
 from __future__ import annotations
 
 from typing import Any
 
 from warpmuscle.errors import Error
-from warpmuscle.norms import NORMS, SOURCE
+from warpmuscle.likeness import norms_of
+from warpmuscle.norms import NORMS, SOURCE, Norm
 from warpmuscle.plots.style import BAND_COLOR, GRAY, cycle_axis, grid, heading, mean_and_spread
 from warpmuscle.plots.subject import Absent, Subject
 from warpmuscle.recording import Floats
@@ -13,7 +14,7 @@ from warpmuscle.strides import PERCENT, leg_angles, over_strides
 
 
 def draw(subject: Subject) -> Any:
-    """Hip, knee and ankle of both legs from touch-down to touch-down, and the norm as a band."""
+    """Hip, knee and ankle of both legs from contact to contact, and norms of walking, or of running, as bands."""
     cycles, time = subject.strides, subject.recording.time
     try:
         angles = leg_angles(subject.recording, subject.scene)
@@ -22,7 +23,7 @@ def draw(subject: Subject) -> Any:
     figure, panels = grid(3, 3, 2.9)
     for axes, (name, sides) in zip(panels, angles.items(), strict=True):
         if subject.choices.norms:
-            norm_band(axes, name)
+            angle_bands(axes, name, subject.runs)
         for side, angle in sides.items():
             mean_and_spread(axes, PERCENT, over_strides(time, angle, cycles[side]), side)
         axes.axhline(0.0, color=GRAY, lw=0.6, zorder=0)
@@ -33,8 +34,21 @@ def draw(subject: Subject) -> Any:
     return figure
 
 
+def angle_bands(axes: Any, name: str, running: bool) -> None:
+    """The norms of an angle that judge a walk, or a run: those of key points as a band, measured ones hatched."""
+    for norm in norms_of(running):
+        band = norm.angles[name]
+        if isinstance(band, Norm):
+            norm_band(axes, name)
+            continue
+        mean, sd = band.mean(PERCENT), band.sd(PERCENT)
+        label = f"norm ({norm.source}, {norm.what})"
+        axes.fill_between(PERCENT, mean - sd, mean + sd, facecolor="none", edgecolor="#B8B8B8", hatch="////", lw=0.5,
+                          label=label)  # fmt: skip
+
+
 def norm_band(axes: Any, name: str) -> None:
-    """The norm of a quantity as a band, the key points that it is made of as dots."""
+    """The key points of a quantity as a band, the points that it is made of as dots."""
     norm = NORMS[name]
     mean: Floats = norm.mean(PERCENT)
     label = f"norm (dots: extremes of the {SOURCE})"

@@ -24,7 +24,7 @@ def draw(subject: Subject) -> Any:
     has_spread = searched is not None and len(searched.history.generation) > 1
     figure, panels = grid(len(stages) + has_spread, 2, 2.6)
     for axes, stage in zip(panels, stages, strict=False):
-        title = f"Stage {stage}: {searched.stages[stage].name}" if searched and searched.stages else "Cost"
+        title = f"Stage {stage + 1}: {searched.stages[stage].name}" if searched and searched.stages else "Cost"
         _costs(axes, evaluations.rows(evaluations.stage == stage), subject.scene.objective.failure_cost)
         axes.set(title=title, xlabel="candidates evaluated", ylabel="cost (unit of the objective)")
     if has_spread:

@@ -8,9 +8,10 @@ from typing import Any
 import h5py
 import numpy as np
 
+from warpmuscle.array_checks import HUGE
 from warpmuscle.checks import near
 from warpmuscle.errors import Error
-from warpmuscle.plots.style import MAP, PALETTE, grid, heading, page, top_legend
+from warpmuscle.plots.style import MAP, PALETTE, grid, heading, legible, page, top_legend
 from warpmuscle.plots.subject import Subject
 from warpmuscle.recording import Floats
 from warpmuscle.results import opened
@@ -71,6 +72,8 @@ def _read(subject: Subject, name: str) -> Data:
         axes += [""] * (values.ndim - len(axes))
         if "sample" in axes[1:]:  # of recorded motions, the first axis of whose datasets counts them
             values, axes = np.moveaxis(values, axes.index("sample"), 0), ["sample", *(a for a in axes if a != "sample")]
+        if np.any(np.abs(values) > HUGE):
+            raise Error(f"{subject.path}: {wanted} holds numbers too large to draw, beyond {HUGE:g}")
         x, x_label = np.arange(len(values), dtype=float), axes[0] or "row"
         if axes[0] == "frame" and "time" in found.parent:
             x, x_label = found.parent["time"][()].astype(float), "time (s)"
@@ -158,7 +161,7 @@ def _map(data: Data) -> Any:
     both = low < 0.0 < high
     limits = {"vmin": -max(-low, high), "vmax": max(-low, high), "cmap": "PuOr"} if both else {"cmap": MAP}
     image = axes.imshow(values.T, aspect="auto", interpolation="nearest", extent=extent, **limits)
-    axes.set_yticks(np.arange(len(names)) + 0.5, names, size=7.5)
+    axes.set_yticks(np.arange(len(names)) + 0.5, [legible(name) for name in names], size=7.5)
     axes.tick_params(axis="y", length=0.0)
     axes.set(xlabel=data.x_label)
     figure.colorbar(image, ax=axes, shrink=0.7, aspect=25, label=label)

@@ -10,11 +10,12 @@ from warpmuscle.errors import Error
 from warpmuscle.figure import Piece, foot_bodies, leg, pieces, project
 from warpmuscle.foot_contact import LOADED
 from warpmuscle.ground import plane
+from warpmuscle.ground_contact import SIDES
 from warpmuscle.plots.style import GRAY, SIDE_COLORS, heading, page
 from warpmuscle.plots.subject import Absent, Subject
 from warpmuscle.recording import Recording
 from warpmuscle.scene import Scene
-from warpmuscle.strides import SIDES, body_weight, feet_of, longest_span
+from warpmuscle.strides import body_weight, feet_of, longest_span
 
 _FRAMES = 8
 _SIDE_VIEW = (2, 1)  # world axes to the right and up of the page

@@ -4,21 +4,22 @@ from __future__ import annotations
 
 from typing import Any
 
+from warpmuscle.ground_contact import SIDES
 from warpmuscle.plots.angles import legend_below, norm_band
 from warpmuscle.plots.style import GRAY, cycle_axis, grid, heading, mean_and_spread
 from warpmuscle.plots.subject import Subject
-from warpmuscle.strides import PERCENT, SIDES, body_weight, over_strides
+from warpmuscle.strides import PERCENT, body_weight, over_strides
 
 _PARTS = (("Vertical ground force", 1), ("Ground force forwards", 2), ("Ground force towards the middle", 0))
 
 
 def draw(subject: Subject) -> Any:
-    """The three parts of the ground force on each foot from touch-down to touch-down, and the norm of the vertical."""
+    """The three parts of the ground force on each foot from contact to contact, and the norm of the vertical."""
     cycles, recording = subject.strides, subject.recording
     weight = body_weight(subject.scene)
     figure, panels = grid(3, 3, 2.9)
     for axes, (name, axis) in zip(panels, _PARTS, strict=True):
-        if axis == 1 and subject.choices.norms:
+        if axis == 1 and subject.choices.norms and not subject.runs:
             norm_band(axes, name)
         for side in SIDES:
             force = recording[f"foot_force_{side}"][:, axis] / weight

@@ -12,11 +12,13 @@ from warpmuscle.plots.style import GRAY, PALETTE, grid, heading
 from warpmuscle.plots.subject import Absent, Subject
 from warpmuscle.recording import Floats, Recording
 from warpmuscle.scene import Scene
+from warpmuscle.strides import flexion_signs
 
 _AXES = {"x": "x", "y": "y", "z": "z", "a": "first axis", "b": "second axis", "": "angle"}
 _COLORS = dict(zip(_AXES.values(), (*PALETTE[:3], *PALETTE[:2], PALETTE[0]), strict=True))
 _LEGEND = {"x, first or only axis": PALETTE[0], "y, second axis": PALETTE[1], "z": PALETTE[2]}
 RECORDED_COLOR = "#BBBBBB"
+FLEXING = ("x", "first axis", "angle")  # of which one is flexion, if any
 _STRIDES = 3  # that are shown unless a time is chosen
 
 
@@ -45,7 +47,7 @@ def draw(subject: Subject) -> Any:
         axes.set_xlabel("time (s)")
         axes.tick_params(labelbottom=True)
     _legend(figure, panels[0], used, any(row.left != row.right for row in rows))
-    note = "child relative to parent; of a ball joint turns about x, y, z"
+    note = "child relative to parent; of a ball joint turns about x, y, z; flexion of hip, knee and ankle is positive"
     note += "; wide and gray: as recorded" if recorded is not None else ""
     heading(figure, f"{subject.title}: joint angles over time", note)
     return figure
@@ -75,11 +77,17 @@ def recorded_curves(axes: Any, recorded: Recording, scene: Scene, joint: str) ->
 
 
 def joint_curves(recording: Recording, scene: Scene, joint: str) -> list[tuple[str, Floats]]:
-    """Angles (F,) of a joint, degrees, with the names of their axes; turns about x, then y, then z of a ball joint."""
+    """Angles (F,) of a joint, degrees, with the names of their axes; turns about x, then y, then z of a ball joint.
+
+    Flexion of hips, knees and ankles is positive, as beside the norms.
+    """
     names, values = coordinates(recording, scene)
+    signs = flexion_signs(scene)
     found: list[tuple[str, Floats]] = []
     for k, name in enumerate(names):
         base, _, axis = name.rpartition("_")
         if name == joint or (base == joint and axis in _AXES):
-            found.append((_AXES["" if name == joint else axis], np.asarray(values[:, k])))
+            label = _AXES["" if name == joint else axis]
+            sign = signs.get(joint, 1.0) if label in FLEXING else 1.0
+            found.append((label, sign * np.asarray(values[:, k])))
     return found

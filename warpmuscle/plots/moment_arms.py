@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,6 +11,7 @@ from warpmuscle.figure import leg
 from warpmuscle.plots.pairs import pairs
 from warpmuscle.plots.style import GRAY, PALETTE, grid, heading, label_ends
 from warpmuscle.plots.subject import Absent, Subject
+from warpmuscle.strides import flexion_signs
 from warpmuscle.topology import SPEEDS
 
 if TYPE_CHECKING:
@@ -30,10 +32,13 @@ def draw(subject: Subject) -> Any:
     wanted = set(subject.chosen("muscle", list(scene.character.muscles), subject.choices.muscles))
     curves: list[tuple[str, MomentArms, list[int]]] = []
     drawn: set[str] = set()
+    signs = flexion_signs(scene)
     for name, other in _joints(subject):
         joint = scene.character.joints[name]
         for axis in range(SPEEDS[joint.type] if len(curves) < _MOST and other not in drawn else 0):
             arms = moment_arms(scene, name, axis, np.linspace(*joint_range(joint, axis), _SAMPLES))
+            if axis == 0 and signs.get(name, 1.0) < 0.0:
+                arms = replace(arms, angle=-arms.angle[::-1], arm=-arms.arm[::-1])
             strong = np.flatnonzero(np.abs(arms.arm).max(axis=0, initial=0.0) > _WORTH).tolist()
             if shown := [k for k in strong if arms.muscles[k] in wanted]:
                 curves.append((f"{name}, {_axis_name(joint.type, axis)}", arms, shown))
@@ -49,7 +54,11 @@ def draw(subject: Subject) -> Any:
         axes.axhline(0.0, color=GRAY, lw=0.6, zorder=0)
         axes.set(title=title, xlabel="angle (deg)", ylabel="moment arm (mm)")
         axes.margins(x=0.0, y=0.12)
-    heading(figure, f"{scene.name}: moment arms", "positive: tension turns the child towards greater angles")
+    heading(
+        figure,
+        f"{scene.name}: moment arms",
+        "positive: tension turns the child towards greater angles, which are flexion of hip, knee and ankle",
+    )
     figure.draw_without_rendering()  # places the panels, so that names at their edges can keep apart
     for axes, (_, arms, shown) in zip(panels, curves, strict=True):
         ends = [(1e3 * float(arms.arm[-1, k]), arms.muscles[k], PALETTE[n % len(PALETTE)]) for n, k in enumerate(shown)]

@@ -43,7 +43,7 @@ def draw(subject: Subject) -> Any:
         axes.plot(recording.time, recording.muscle_excitation[:, k], color=PALETTE[1], label="excitation")
         axes.plot(recording.time, recording.muscle_activation[:, k], color=PALETTE[0], label="activation")
         axes.set(title=name, ylabel="part of the maximum")
-        axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))
+    _share_scale(panels[2:])
     for axes in panels[-3 if len(muscles) > 2 else -2 :]:
         axes.set_xlabel("time (s)")
         axes.tick_params(labelbottom=True)
@@ -58,6 +58,13 @@ def draw(subject: Subject) -> Any:
         _note(recording, muscles),
     )
     return figure
+
+
+def _share_scale(panels: list[Any]) -> None:
+    """Give all panels of muscles the same scale, from 0, so that they can be compared."""
+    limits = [axes.get_ylim() for axes in panels]
+    for axes in panels:
+        axes.set_ylim(min(0.0, *(low for low, _ in limits)), max(high for _, high in limits))
 
 
 def _note(recording: Recording, muscles: list[str]) -> str:

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from warpmuscle.plots.style import GRAY, PALETTE, heading, page
+from warpmuscle.plots.style import GRAY, PALETTE, heading, legible, page
 from warpmuscle.plots.subject import Absent, Subject
 from warpmuscle.recording import Floats
 from warpmuscle.records import ParameterTable
@@ -69,7 +69,7 @@ def _rows(axes: Any, table: ParameterTable, shown: Any, unit: Floats, best_tenth
         text = f"{_bound(table.max[k])} {table.unit[k]}".rstrip() + (", log" if table.scale[k] == "log" else "")
         axes.text(1.012, row, text, ha="left", va="center", size=6.5, color=GRAY)
     axes.set(xlim=(0.0, 1.0), ylim=(len(shown) - 0.5, -0.5), xticks=[])
-    axes.set_yticks(y, [table.name[k] for k in shown], size=7.0)
+    axes.set_yticks(y, [legible(table.name[k]) for k in shown], size=7.0)
     axes.tick_params(axis="y", length=0.0, pad=32.0)
     axes.spines["right"].set_visible(True)
     axes.spines["bottom"].set_visible(False)

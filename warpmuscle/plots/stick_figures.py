@@ -11,13 +11,14 @@ from warpmuscle.errors import Error
 from warpmuscle.figure import Piece, pieces, project
 from warpmuscle.gait import Gait
 from warpmuscle.ground import Plane, plane
+from warpmuscle.ground_contact import SIDES, touch_downs
 from warpmuscle.parameters import start_values, substitute
 from warpmuscle.plots.joints import RECORDED_COLOR, joint_curves, recorded_curves
 from warpmuscle.plots.style import SIDE_COLORS, WIDTH, matplotlib, save, style
 from warpmuscle.plots.subject import Subject
 from warpmuscle.recording import QUANTITIES, Floats, Integers, Recording
 from warpmuscle.scene import Scene
-from warpmuscle.strides import SIDES, leg_angles
+from warpmuscle.strides import leg_angles
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -131,10 +132,10 @@ def _title(name: str, gait: Gait | None) -> str:
 
 def _last_steps(recording: Recording) -> Recording:
     """The last whole steps of the recording, all of it if there are too few."""
-    changes = np.flatnonzero(np.diff(recording.stance)) + 1
-    if len(changes) <= _STEPS:
+    landings = np.sort(np.concatenate([touch_downs(recording, side) for side in SIDES]))
+    if len(landings) <= _STEPS:
         return recording
-    return recording.window(float(recording.time[changes[-1 - _STEPS]]), float(recording.time[changes[-1]]))
+    return recording.window(float(landings[-1 - _STEPS]), float(landings[-1]))
 
 
 def _spread(recording: Recording, drawn: list[Piece]) -> tuple[Integers, Floats]:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import contextlib
 import io
+import sys
+import unicodedata
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -19,6 +21,8 @@ from warpmuscle.recording import Floats
 PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#404040")
 SIDE_COLORS = {"left": "#0072B2", "right": "#D55E00", "middle": "#404040"}
 GRAY, BAND_COLOR = "#707070", "#DDDDDD"
+LONGEST, LONGEST_NAME = 240, 100  # letters of a line of a figure's text, and of one at its axes
+UNSEEN = ("Cc", "Cf", "Cs", "Zl", "Zp")  # categories of what is no letter, and what turns the order of others
 MAP = "viridis"  # of numbers without a middle
 WIDTH = 9.0  # inches
 ENDINGS = (".png", ".svg", ".pdf")
@@ -52,22 +56,31 @@ _STYLE = {
 
 
 def matplotlib() -> Any:
-    """The module, without pyplot and its windows; raises Error if it is not installed."""
+    """The module, without pyplot and its windows; raises Error if it is not installed.
+
+    When first imported here it forgets what a `matplotlibrc`, which may lie in the current folder, says: such a file
+    can have text typeset by other programs.
+    """
+    is_new = "matplotlib" not in sys.modules
     try:
         import matplotlib as module
         import matplotlib.figure
     except ImportError:
         raise Error("figures need matplotlib: pip install 'warpmuscle[plot]'") from None
+    if is_new:
+        module.rcdefaults()
     return module
 
 
 @contextlib.contextmanager
 def style() -> Iterator[None]:
-    """Draw in the package's style within."""
+    """Draw in the package's style within, whatever a `matplotlibrc` of the user or the current folder says."""
     module = matplotlib()
     from cycler import cycler  # comes with matplotlib
 
-    with module.rc_context(_STYLE | {"axes.prop_cycle": cycler(color=PALETTE)}):
+    with module.rc_context():
+        module.rcdefaults()
+        module.rcParams.update(_STYLE | {"axes.prop_cycle": cycler(color=PALETTE)})
         yield
 
 
@@ -136,8 +149,21 @@ def apart(heights: Sequence[float], least: float) -> Floats:
     return np.asarray(rising(np.asarray(heights) - steps) + steps)
 
 
+def legible(text: str, longest: int = LONGEST_NAME) -> str:
+    """A text, some of which may be names, as lines that can be drawn: without control characters, and not too long."""
+    lines = text.split("\n")
+    seen = ["".join("\ufffd" if unicodedata.category(c) in UNSEEN else c for c in line) for line in lines]
+    return "\n".join(line if len(line) <= longest else f"{line[: longest - 1]}\u2026" for line in seen)
+
+
 def picture(figure: Any, ending: str, dpi: int = _DPI) -> bytes:
     """A figure as the content of a file, the same bytes for the same figure."""
+    from matplotlib.text import Text
+
+    for text in figure.findobj(Text):
+        longest = LONGEST if text in figure.texts else LONGEST_NAME
+        if (drawn := legible(text.get_text(), longest)) != text.get_text():
+            text.set_text(drawn)
     image = io.BytesIO()
     meta = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}.get(ending)
     with style():

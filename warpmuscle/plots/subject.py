@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import fnmatch
-from collections.abc import Container, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -11,15 +11,17 @@ from typing import Any
 
 import numpy as np
 
+from warpmuscle.arguments import as_number, as_whole
 from warpmuscle.checks import near
 from warpmuscle.errors import Error
 from warpmuscle.formats import toml
 from warpmuscle.gait import Gait, measure
-from warpmuscle.parameters import start_values, substitute
+from warpmuscle.gait_quality import runs, support_of
+from warpmuscle.motion_of_scene import check_motion_of
 from warpmuscle.recording import Recording
 from warpmuscle.records import ParameterTable, Result
+from warpmuscle.result_scene import recorded_scene
 from warpmuscle.scene import Scene
-from warpmuscle.stage_scene import stage_scene
 from warpmuscle.strides import Strides, feet_of, steady_strides
 
 
@@ -40,8 +42,10 @@ class Choices:
 
     @classmethod
     def between(cls, replay: int, start: float | None, end: float | None, **further: Any) -> Choices:
-        """A part of a motion from `start` to `end`, s, to which None sets no bound."""
-        return cls(replay, -np.inf if start is None else start, np.inf if end is None else end, **further)
+        """A part of a motion from `start` to `end`, s, to which None sets no bound; raises ArgumentError."""
+        first = -np.inf if start is None else as_number(start, "start")
+        last = np.inf if end is None else as_number(end, "end")
+        return cls(as_whole(replay, "replay", 0), first, last, **further)
 
     @property
     def timed(self) -> bool:
@@ -66,11 +70,7 @@ class Subject:
     @cached_property
     def scene(self) -> Scene:
         """The scene without free parameters, with the values that the motion was made with."""
-        scene, best = toml.loads(self.result.scene), self.result.best
-        if best is not None and self.result.evaluations is not None:
-            stage = int(self.result.evaluations.stage[best.index])
-            scene = stage_scene(scene, stage, np.asarray(best.params, dtype=np.float64))
-        return substitute(scene, start_values(scene))
+        return recorded_scene(self.result)
 
     @cached_property
     def recording(self) -> Recording:
@@ -86,14 +86,8 @@ class Subject:
             )
         if not 0 <= wanted < len(replays):
             raise Error(f"{self.source} has {len(replays)} motions, numbered from 0; none has number {wanted}")
-        motion, character = replays[wanted], self.scene.character
-        known: dict[str, Container[str]] = {
-            "joint": character.joints,
-            "body": character.bodies,
-            "muscle": character.muscles,
-        }
-        if any(name not in part for what, part in known.items() for name in getattr(motion, f"{what}_names")):
-            raise Error(f"{self.source}: motion {wanted} is of another character than the scene {self.scene.name!r}")
+        motion = replays[wanted]
+        check_motion_of(motion, self.scene, f"{self.source}: motion {wanted}")
         part = motion.window(self.choices.start, self.choices.end)
         if part.frames < 2:
             span = f", {motion.time[0]:.4g} to {motion.time[-1]:.4g} s" if motion.frames else ""
@@ -135,6 +129,12 @@ class Subject:
             return steady_strides(recording, self.scene)
         except Error as error:
             raise Absent(f"{self.source}: {error}") from None
+
+    @cached_property
+    def runs(self) -> bool:
+        """Whether the gait is judged as running; raises Absent where there are no gait cycles."""
+        cycles = self.strides
+        return runs(self.scene, support_of(self.recording, self.scene, cycles))
 
     @property
     def walks(self) -> bool:
