@@ -45,6 +45,18 @@ def test_a_gait_stands_beside_people_and_the_original_and_a_fall_is_told(capsys,
     assert written["human"]["stance"]["value"] == "64"
 
 
+def test_a_gait_on_muscles_has_a_cost_and_says_how_it_is_counted(capsys):
+    gait_table.main(["walk56"], 4.0, 1, noise=0.0, device="cpu", threads=1, output=None, pictures=None)
+    lines = capsys.readouterr().out.splitlines()
+    rows = {row[0]: row[1:] for line in lines if line.startswith("|") for row in [line.strip("| ").split(" | ")]}
+    assert rows["muscle mass"][0] == "kg"
+    assert rows["muscle mass"][-1] == "25.1"
+    cost, common = (float(rows[f"cost of transport{at}"][-1]) for at in ("", " at 0.25 MPa"))
+    assert 4.0 < cost < 0.9 * common
+    counted = "Wang 2012 with positive work, 1.51 W/kg at rest, 25.1 kg of muscle at 0.6 MPa (60.3 kg at 0.25 MPa)"
+    assert f"Metabolic power of `walk56`: {counted}." in lines
+
+
 def test_pictures_of_a_gait_are_written(capsys, tmp_path):
     table(capsys, "fwalk", pictures=tmp_path / "new")
     names = {"gaits.png", *(f"fwalk_{kind}.png" for kind in ("sticks", "angles", "ground_force", "feet"))}
