@@ -148,6 +148,10 @@ def random_recording(frames: int = 200, joints: int = 3, seed: int = 0, muscles:
         name: rng.random([counts.get(axis, len(axis.split())) for axis in quantity.axes])
         for name, quantity in QUANTITIES.items()
     }
+    for name, quantity in QUANTITIES.items():
+        if quantity.axes[-1] == "x y z w":
+            arrays[name] /= np.linalg.norm(arrays[name], axis=-1, keepdims=True)
     arrays |= {"stance": np.zeros(frames, dtype=np.int32), "state": np.zeros(frames, dtype=np.int32)}
+    arrays["time"] = np.arange(frames) / max(frames, 1)
     names = [f"part{i}" for i in range(joints + 1)]
     return Recording.of(arrays, tuple(names[1:]), tuple(names), tuple(f"muscle{i}" for i in range(muscles)))

@@ -221,6 +221,9 @@ def test_kill_at_any_write_in_any_stage_loses_nothing(scene, whole, tmp_path):
             optimize(scene, CANDIDATES, output=path, **OPTIONS)
         if not killed:
             break
+        if not path.exists():
+            assert moment <= 6  # the journal comes first
+            continue
         assert_same(resume(path), whole)
         assert_same(read(path), whole)
         assert [other.name for other in tmp_path.iterdir()] == ["a.h5"]

@@ -75,6 +75,7 @@ def folder(tmp_path_factory) -> Path:
     place = tmp_path_factory.mktemp("theirs")
     (place / f"{NAME}.py").write_text(IMPORTS + FIVE_LINES + MORE)
     (place / "failing_parts.py").write_text("1 / 0\n")
+    (place / "unwritten_parts.py").write_text("import warp\ndef f(length)\n    return length\n")
     toml.write(scene(objective={f"{NAME}:effort": 2.0}), place / "theirs.toml")
     return place
 
@@ -158,7 +159,10 @@ class TestRuns:
 
     def test_code_that_does_not_compile_is_said_in_one_line(self):
         given = scene(muscle_model=MuscleModel(active_force_length=f"{NAME}:broken"))
-        with pytest.raises(RolloutError, match=r"does not compile.*no_such_thing") as caught:
+        lines = (IMPORTS + FIVE_LINES + MORE).splitlines()
+        line = next(number for number, text in enumerate(lines, 1) if "no_such_thing" in text)
+        wanted = rf"{NAME}.py:{line}: function 'broken' does not compile: .*no_such_thing"
+        with pytest.raises(RolloutError, match=wanted) as caught:
             run(given)
         assert "\n" not in str(caught.value)
 
@@ -170,8 +174,15 @@ class TestRuns:
         ({"objective": {"nowhere:f": 1.0}}, "objective.custom.nowhere:f: there is no module 'nowhere'"),
         ({"objective": {f"{NAME}:efort": 1.0}}, f"module '{NAME}' has no function 'efort'; did you mean 'effort'"),
         ({"objective": {f"{NAME}:plain": 1.0}}, f"'{NAME}:plain' is not a Warp function: put @wp.func before it"),
-        ({"objective": {f"{NAME}:bell": 1.0}}, r"a term takes \(int, int, MuscleWork, Model\).* takes \(float\)"),
-        ({"objective": {"failing_parts:f": 1.0}}, "module 'failing_parts' fails: ZeroDivisionError"),
+        (
+            {"objective": {f"{NAME}:bell": 1.0}},
+            r"a term takes \(int, int, MuscleWork, Model\).*parts.py:\d+\) takes \(float\)",
+        ),
+        (
+            {"objective": {"failing_parts:f": 1.0}},
+            r"'failing_parts' fails: .*failing_parts.py:1: ZeroDivisionError",
+        ),
+        ({"objective": {"unwritten_parts:f": 1.0}}, r"'unwritten_parts' fails: .*unwritten_parts.py:2: expected ':'"),
         ({"objective": {"no colon": 1.0}}, "'no colon' is not the name of a function as in 'module:function'"),
         (
             {"muscle_model": MuscleModel(force_velocity=f"{NAME}:two")},

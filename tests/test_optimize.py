@@ -179,10 +179,10 @@ def test_terms_of_the_objective_are_kept_with_each_candidate(scene, result):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"candidates": 0}, "candidates must be positive"),
-        ({"searches": 0}, "searches must be positive"),
-        ({"until": 0.0}, "until must be positive"),
-        ({"target": np.nan}, "target must be a finite cost"),
+        ({"candidates": 0}, "candidates must be a positive whole number"),
+        ({"searches": 0}, "searches must be a positive whole number"),
+        ({"until": 0.0}, "until must be a finite number greater than 0"),
+        ({"target": np.nan}, "target must be a finite number"),
         ({"search": "cmb"}, "nearest are cma"),
         ({"search": "cma", "population": 1}, "population must be at least"),
     ],

@@ -143,10 +143,24 @@ def test_whoever_falls_later_costs_less():
 
 def test_an_instance_that_turns_away_has_failed():
     scene = short_walk(1.0)
-    scene.initial_state.heading, scene.failure.heading = 0.5, 0.4
+    scene.initial_state.root_angular_velocity = (0.0, 8.0, 0.0)
+    scene.controller.heading_control, scene.failure.heading = False, 0.3
     rollout = Rollout(scene, 1, "cpu")
     rollout.run()
-    assert (rollout.status()[0], rollout.end_time()[0]) == (Status.TURNED, 0.0)
+    assert rollout.status()[0] == Status.TURNED
+    assert 0.3 / 8.0 <= rollout.end_time()[0] < 0.2
+
+
+@pytest.mark.parametrize("start", [-3.0, 0.9, 1.6])
+@pytest.mark.parametrize("controlled", [False, True])
+def test_the_limit_of_the_heading_counts_from_where_the_walk_starts(start: float, controlled: bool):
+    """A controller of the heading turns the body to its own; without it, the walk goes on where it looks."""
+    scene = short_walk(0.3)
+    scene.initial_state.heading, scene.controller.heading_control, scene.failure.heading = start, controlled, 0.4
+    scene.controller.desired_heading = 4.0 * np.pi + start - 0.8
+    rollout = Rollout(scene, 1, "cpu")
+    rollout.run()
+    assert rollout.status()[0] == Status.COMPLETED
 
 
 def test_ground_contact_of_another_body_is_a_failure_if_asked_for():

@@ -1,10 +1,12 @@
 """The stages one at a time against the fused step."""
 
 import copy
+from typing import Any
 
 import numpy as np
 import pytest
 
+from warpmuscle.disturbances import Disturbances
 from warpmuscle.formats import load
 from warpmuscle.recording import Recording
 from warpmuscle.rollout import Rollout
@@ -114,3 +116,55 @@ def test_feet_may_carry_more_bodies_than_legs_usually_have():
     force = fused.state.foot_force.numpy()[0].sum(axis=0)
     assert force[1] > 100.0
     np.testing.assert_allclose(force, mass @ acceleration + weight, atol=1e-3 * force[1])
+
+
+def begun(rollout: Rollout) -> Any:
+    """A batch of two on slopes, excited from outside, after 0.05 s."""
+    count = len(rollout.muscle_names)
+    end = np.arange(count) * 0.37 % 1.0
+    rollout.set_excitations([0.0, 0.6], np.stack([0.1 * end, end], axis=-1)[None])
+    still = np.zeros((2, 3))
+    rollout.disturb(Disturbances(still, still, np.zeros(2), np.array([0.1, -0.1])))
+    rollout.run(0.05)
+    return rollout
+
+
+def test_stages_have_collisions_excitations_and_slope_as_the_fused_step_has():
+    scene = load("walk56")
+    scene.failure.self_collision, scene.failure.com_height, scene.failure.heading = 0.002, 0.0, 0.0
+    scene.duration = 0.6
+    usual, stages = begun(Rollout(scene, 2, "cpu", record=[0, 1], record_rate=2000)), begun(Stages(scene, 2, "cpu"))
+    before = stages.snapshot()
+    stages.muscle_paths()
+    torque, muscles = stages.muscle_torques(stages.controller_torques()[1])
+    stages.contact_forces()
+    stages.forward_dynamics(torque)
+    stages.restore(before)
+    usual.run()
+    for instance in (0, 1):
+        recording, at = usual.recording(instance), 100
+        scale = np.abs(recording.joint_torque[at]).max()
+        np.testing.assert_allclose(torque[instance], recording.joint_torque[at], atol=1e-4 * scale)
+        for name in ("muscle_excitation", "muscle_activation", "muscle_force"):
+            size = np.abs(recording[name][at]).max()
+            np.testing.assert_allclose(muscles[name][instance], recording[name][at], atol=1e-4 * size, err_msg=name)
+    assert stages.model.collisions.pair.shape == usual.model.collisions.pair.shape != (0, 0)
+    normal = stages.model.contacts.normal.numpy()
+    assert normal.shape[0] == 2  # a slope for each
+    assert not np.allclose(normal[0], normal[1])
+    stages.run()
+    assert stages.status().tolist() == usual.status().tolist()
+    assert np.array_equal(stages.state.coordinates.numpy(), usual.state.coordinates.numpy())
+    assert np.array_equal(stages.end_time(), usual.end_time())
+
+
+def test_reflexes_excite_the_muscles_of_the_stages_too():
+    scene = load("reflex_walk")
+    scene.duration = 0.1
+    stages, usual = Stages(scene, 1, "cpu"), Rollout(scene, 1, "cpu", record=[0], record_rate=2000)
+    usual.run()
+    stages.run(0.05)
+    _, muscles = stages.muscle_torques(stages.controller_torques()[1])
+    np.testing.assert_allclose(
+        muscles["muscle_excitation"][0], usual.recording().muscle_excitation[stages.steps_done], atol=1e-5
+    )

@@ -12,14 +12,15 @@ import warp as wp
 from warpmuscle.collisions import collision_pairs
 from warpmuscle.kernels.actuation import actuation_stage_of, muscle_torque, pulled_torque
 from warpmuscle.kernels.collision import collision_stage_of
-from warpmuscle.kernels.contact import above_ground, contact_stage
+from warpmuscle.kernels.contact import contact_stage
 from warpmuscle.kernels.dynamics import backward_pass, body_inertia, forward_pass, push_now
+from warpmuscle.kernels.gait_cycle import advance_cycles
 from warpmuscle.kernels.integration import integrate_stage
 from warpmuscle.kernels.kinematics import kinematics_stage
 from warpmuscle.kernels.lanes import capacity_of, slots_of, synchronize, work_at, work_memory
 from warpmuscle.kernels.limits import limit_stage
 from warpmuscle.kernels.muscle_stage import MuscleKind, arms_at_hand, arms_in_state, muscle_stage_of, no_muscles
-from warpmuscle.kernels.objective import effort_stage, posture_status
+from warpmuscle.kernels.objective import begin_step, effort_stage, posture_status
 from warpmuscle.kernels.objective_terms import ObjectiveKind, muscle_functions, objective_stage_of
 from warpmuscle.kernels.path import joint_velocities, stretch_of
 from warpmuscle.kernels.simbicon import advance_phase, targets_stage, torques_stage
@@ -82,7 +83,6 @@ def dynamics_parts(
         return
     if lane == 0:
         work.flags[0] = 0
-        work.flags[1] = 0
     synchronize()
     for i in range(lane, model.body_count, lanes):
         body_inertia(instance, i, model, work)
@@ -157,8 +157,8 @@ def repeated_step_kernel(
             step = state.step[i]
             for _k in range(1 + extra[KINEMATICS]):
                 kinematics_stage(i, lane, lanes, model, state, work)
-            if step == 0 and lane == 0:
-                state.start_height[i] = above_ground(i, work.center[0], model)
+            if lane == 0:
+                begin_step(i, step, model, state, work)
             synchronize()
             status = int(RUNNING)
             for _k in range(1 + extra[FAILURE]):
@@ -204,6 +204,8 @@ def repeated_step_kernel(
             if lane == 0:
                 if model.simbicon.enabled == 1:
                     advance_phase(i, model, state)
+                if wp.static(objective.follows_cycles):
+                    advance_cycles(i, step, model, state)
                 state.step[i] = step + 1
             synchronize()
 

@@ -10,6 +10,8 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
+from warpmuscle.warp_start import start_warp
+
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int32]
 
@@ -50,6 +52,7 @@ def starts(counts: Iterable[int]) -> list[int]:
 
 def to_device(values: Any, dtype: Any, device: Any) -> wp.array:
     """A Warp array of a scalar, vector or quaternion type; the last axis of `values` holds a vector's components."""
+    start_warp()
     is_int = dtype is int
     array = np.ascontiguousarray(values, dtype=np.int32 if is_int else np.float32)
     return wp.array(array, dtype=dtype, device=device)
@@ -61,6 +64,7 @@ def structs_to_device(struct: Any, columns: Mapping[str, Any], device: Any) -> w
     Args:
         columns: by field, arrays of one shape, or of one row where others have many; a vector's components are last.
     """
+    start_warp()
     dtype = np.dtype(struct.numpy_dtype())
     width = {name: dtype[name].ndim for name in columns}
     shapes = [np.shape(v)[: np.ndim(v) - width[name]] for name, v in columns.items()]

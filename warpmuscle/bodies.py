@@ -12,7 +12,8 @@ from warpmuscle.errors import SceneError
 from warpmuscle.kernels import structs
 from warpmuscle.kernels.lanes import capacity_of, slots_of
 from warpmuscle.pose import normalized
-from warpmuscle.scene import Box, Capsule, Joint, Scene, Shape, Sphere
+from warpmuscle.scene import Joint, Scene
+from warpmuscle.shapes import contact_points
 from warpmuscle.topology import Topology
 
 KIND = {"ball": structs.BALL, "universal": structs.UNIVERSAL, "hinge": structs.HINGE, "fixed": structs.FIXED}
@@ -119,17 +120,6 @@ def _limits(joint: Joint | None) -> list[tuple[Any, Any]]:
     """Three intervals, unbounded ones where a joint has fewer."""
     limits: list[tuple[Any, Any]] = list(joint.limits) if joint is not None else []
     return limits + [(-1.0e9, 1.0e9)] * (3 - len(limits))
-
-
-def contact_points(shape: Shape) -> list[tuple[list[Any], Any]]:
-    """Points and radii at which a shape meets a plane: a sphere's centre, a capsule's ends, a box's eight corners."""
-    if isinstance(shape, Sphere):
-        return [(list(shape.center), shape.radius)]
-    if isinstance(shape, Capsule):
-        return [(list(shape.start), shape.radius), (list(shape.end), shape.radius)]
-    assert isinstance(shape, Box)
-    (x0, y0, z0), (x1, y1, z1) = shape.low, shape.high
-    return [([x, y, z], 0.0) for y in (y0, y1) for x in (x0, x1) for z in (z0, z1)]
 
 
 def contacts_struct(scene: Scene, names: Topology, device: Any) -> tuple[structs.Contacts, list[int]]:

@@ -20,6 +20,7 @@ from warpmuscle.search.search import Search
 from warpmuscle.search.together import Batch, ask_all, tell_all
 
 GIVEN = -1  # number of the search that asks for the scene as given
+ROUNDING = 1e-6  # of a parameter's interval: candidates of two machines that are closer, or within a step, are one
 INTERRUPTED = "interrupted"  # why it ended, if a KeyboardInterrupt ended it
 
 
@@ -28,6 +29,9 @@ class Campaign:
 
     What was evaluated before is not evaluated again, but told to the searches anew. They depend on nothing else, so
     that a search that was interrupted goes on as if it had not been.
+
+    On another machine that is not so: linear algebra rounds differently there, and what the searches ask for moves
+    away from what was evaluated. There they are told the candidates of earlier with their costs in place of their own.
 
     Attributes:
         tracker: how far it has come.
@@ -42,6 +46,7 @@ class Campaign:
         tracker: Tracker,
         known: Mapping[int, Evaluations] | None = None,
         history: History | None = None,
+        elsewhere: int = 0,
     ) -> None:
         """Begin, or begin again.
 
@@ -52,12 +57,13 @@ class Campaign:
             batches: what evaluates. tracker: what counts.
             known: evaluations of earlier, by generation.
             history: of earlier, what the searches are checked by.
+            elsewhere: how many of the first generations were asked for on other machines.
         """
         self.tracker = tracker
         self._parameters, self._given = free_parameters(scene), start_values(scene)
         self._start = to_unit(self._parameters, self._given)
         self._options, self._searches, self._batches = options, searches, batches
-        self._known = known or {}
+        self._known, self._elsewhere = known or {}, elsewhere
         self._crc32: dict[tuple[int, int], int] = {}  # of what was asked for earlier, by generation and search
         if history is not None:
             keys = zip(history.generation.tolist(), history.search.tolist(), strict=True)
@@ -119,7 +125,8 @@ class Campaign:
             whole = name in ("generation", "search", "asks_crc32")
             columns[name] = np.array([getattr(told, name) for told in self._history], np.int64 if whole else np.float64)
         history = History(**columns, stage=np.zeros(len(self._history), dtype=np.int64))
-        return Searched(self._options, ended, history, tuple(search.state() for search in self._searches))
+        states = tuple(search.state() for search in self._searches)
+        return Searched(self._options, ended, history, states, elsewhere=self._elsewhere)
 
     def _why_ended(self) -> str:
         """Why to end before another batch; empty to go on."""
@@ -141,8 +148,11 @@ class Campaign:
         known = self._known.get(self._number)
         generation = self._generation(batch, all_of_it=known is not None)
         if known is not None:
-            self._check(batch)
-            generation.recall(known)
+            if self._number < self._elsewhere:
+                batch = self._follow(batch, generation, known)
+            else:
+                self._check(batch)
+                generation.recall(known)
             self.tracker.recalled(len(known), float(known.cost.min()))
         count = len(known) if known is not None else 0
         try:
@@ -177,6 +187,24 @@ class Campaign:
             values = np.concatenate([self._given[None], values])
         whole = len(values) == len(search)
         return Generation(self._number, search[: len(values)], values, self._batches.term_names, whole)
+
+    def _follow(self, batch: Batch, generation: Generation, known: Evaluations) -> Batch:
+        """Put what another machine asked for and evaluated in place of what is asked for here; the batch with it.
+
+        Raises:
+            OtherCandidates: a search cannot take it.
+        """
+        before = generation.values.copy()
+        generation.follow(known)
+        closeness = [max(p.step, ROUNDING * (p.max - p.min)) for p in self._parameters]
+        moved = np.any(np.abs(generation.values - before) > 1.001 * np.array(closeness), axis=1)
+        values, moved = generation.values[generation.search != GIVEN], moved[generation.search != GIVEN]
+        candidates = batch.candidates.copy()
+        candidates[moved] = to_unit(self._parameters, values[moved])
+        for index in np.unique(batch.owner):
+            if not self._searches[index].follow(candidates[batch.owner == index]):
+                raise OtherCandidates(self._number)
+        return Batch(candidates, batch.owner)
 
     def _check(self, batch: Batch) -> None:
         """Raise OtherCandidates if a search asks for others than it did before."""

@@ -44,6 +44,7 @@ class Curriculum:
         tracker: Tracker,
         known: Mapping[int, Evaluations] | None = None,
         earlier: Searched | None = None,
+        elsewhere: int = 0,
     ) -> None:
         """Begin, or begin again.
 
@@ -56,6 +57,7 @@ class Curriculum:
             tracker: what counts.
             known: evaluations of earlier, by generation.
             earlier: how far the search had come then.
+            elsewhere: how many of the first generations were asked for on other machines.
 
         Raises:
             Error: a stage cannot be simulated, or what is known is not of this search.
@@ -63,6 +65,7 @@ class Curriculum:
         self.tracker = tracker
         self._scene, self._seed, self._options, self._stages = scene, seed, options, list(stages)
         self._batches, self._known, self._earlier = batches, known or {}, earlier
+        self._elsewhere = elsewhere
         self._names = [parameter.name for parameter in free_parameters(scene)]
         asked = [wanted(stage_scene(scene, number, start_values(scene)).objective) for number in range(len(stages))]
         self._term_names = tuple(
@@ -112,7 +115,8 @@ class Curriculum:
             changed(stage, ended=before[k].ended if k < len(before) else "", best=best_of(evaluations, k))
             for k, stage in enumerate(self._stages)
         )
-        return Searched(self._options, ended, joined_history(parts), now.states, stages, len(before))
+        history = joined_history(parts)
+        return Searched(self._options, ended, history, now.states, stages, len(before), self._elsewhere)
 
     def _before(self) -> list[_Over]:
         """The stages that are over."""
@@ -157,7 +161,8 @@ class Curriculum:
         known = {k - rows.first: rows.part(part) for k, part in self._known.items() if part.stage[0] == number}
         history = None if self._earlier is None else rows.part_history(self._earlier.history)
         limits = self._limits(number, options)
-        return _Now(rows, Campaign(scene, limits, searches, batches, self.tracker, known, history))
+        elsewhere = max(self._elsewhere - rows.first, 0)
+        return _Now(rows, Campaign(scene, limits, searches, batches, self.tracker, known, history, elsewhere))
 
     def _limits(self, number: int, options: Options) -> Options:
         """Options of a stage with candidates and wall time counted from the beginning of the whole search."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import importlib
 import sys
+import traceback
 import typing
 from typing import Any, Literal
 
@@ -46,7 +47,8 @@ def custom_terms(objective: Objective) -> dict[str, tuple[Kind, Any]]:
         kinds = [kind for kind, given in TERM_ARGUMENTS.items() if given == _arguments(function)]
         if not kinds:
             wanted = " or ".join(map(_signature, TERM_ARGUMENTS.values()))
-            raise SceneError(f"a term takes {wanted}, but {entry!r} takes {_signature(_arguments(function))}", key=key)
+            found_one = f"{_placed(function, entry)} takes {_signature(_arguments(function))}"
+            raise SceneError(f"a term takes {wanted}, but {found_one}", key=key)
         _check_result(function, (wp.float32,), key, entry)
         found[entry] = kinds[0], function
     return found
@@ -109,12 +111,16 @@ def _module(name: str, key: str) -> Any:
     sys.path += [str(folder) for folder in folders()]
     try:
         return importlib.import_module(name)
+    except SyntaxError as error:
+        raise SceneError(f"module {name!r} fails: {error.filename}:{error.lineno}: {error.msg}", key=key) from error
     except ModuleNotFoundError as error:
         missing = error.name or name
         of = "" if missing == name else f", which {name!r} imports"
         raise SceneError(f"there is no module {missing!r}{of} here", key=key) from error
     except Exception as error:
-        raise SceneError(f"module {name!r} fails: {type(error).__name__}: {error}", key=key) from error
+        last = traceback.extract_tb(error.__traceback__)[-1]
+        where = f"{last.filename}:{last.lineno}"
+        raise SceneError(f"module {name!r} fails: {where}: {type(error).__name__}: {error}", key=key) from error
     finally:
         sys.path[:] = before
 
@@ -136,9 +142,8 @@ def _result(function: Any) -> Any:
 
 def _check_arguments(function: Any, wanted: tuple[Any, ...], key: str, entry: str) -> None:
     if _arguments(function) != wanted:
-        raise SceneError(
-            f"it takes {_signature(wanted)}, but {entry!r} takes {_signature(_arguments(function))}", key=key
-        )
+        found = f"{_placed(function, entry)} takes {_signature(_arguments(function))}"
+        raise SceneError(f"it takes {_signature(wanted)}, but {found}", key=key)
 
 
 def _check_result(function: Any, wanted: tuple[Any, ...], key: str, entry: str) -> None:
@@ -146,7 +151,13 @@ def _check_result(function: Any, wanted: tuple[Any, ...], key: str, entry: str) 
     if said not in wanted:
         names = " or ".join(_name(kind) for kind in wanted)
         says = "nothing" if said is None else _name(said)
-        raise SceneError(f"{entry!r} must say that it returns {names}, and says {says}", key=key)
+        raise SceneError(f"{_placed(function, entry)} must say that it returns {names}, and says {says}", key=key)
+
+
+def _placed(function: Any, entry: str) -> str:
+    """A function's name with its file and line."""
+    code = function.func.__code__
+    return f"{entry!r} ({code.co_filename}:{code.co_firstlineno})"
 
 
 def _signature(arguments: tuple[Any, ...]) -> str:

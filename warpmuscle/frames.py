@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
+from warpmuscle.arguments import as_texts
 from warpmuscle.arrays import Floats, rows
 from warpmuscle.errors import RolloutError
 from warpmuscle.kernels import structs
@@ -46,9 +47,10 @@ def record_kind(quantities: Sequence[str] | None) -> RecordKind:
     """
     if quantities is None:
         return RecordKind()
+    quantities = as_texts(quantities, "quantities", error=RolloutError)
     for name in quantities:
         if name not in (*MOTION, *MUSCLE_QUANTITIES):
-            raise RolloutError(f"no quantity {name!r}; known: {', '.join((*MOTION, *MUSCLE_QUANTITIES))}")
+            raise RolloutError(f"quantities: no quantity {name!r}; known: {', '.join((*MOTION, *MUSCLE_QUANTITIES))}")
     return RecordKind(False, any(name in MUSCLE_QUANTITIES for name in quantities))
 
 

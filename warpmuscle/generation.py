@@ -79,7 +79,27 @@ class Generation:
             OtherCandidates: they are others.
         """
         rows = _places(np.asarray(known.params, dtype=np.float64), self.values)
-        if rows is None or known.term_names != self.term_names or np.any(known.search != self.search[rows]):
+        if rows is None or np.any(known.search != self.search[rows]):
+            raise OtherCandidates(self.number)
+        self._take_over(known, rows)
+
+    def follow(self, known: Evaluations) -> None:
+        """Take over what was evaluated before on another machine, each in place of the nearest of these candidates.
+
+        Raises:
+            OtherCandidates: there are more of a search than it asks for here.
+        """
+        rows = np.zeros(len(known), dtype=np.intp)
+        for number in np.unique(known.search):
+            mine, theirs = np.flatnonzero(self.search == number), np.flatnonzero(known.search == number)
+            if len(theirs) > len(mine):
+                raise OtherCandidates(self.number)
+            rows[theirs] = mine[_nearest(np.asarray(known.params[theirs], dtype=np.float64), self.values[mine])]
+        self.values[rows] = known.params
+        self._take_over(known, rows)
+
+    def _take_over(self, known: Evaluations, rows: NDArray[np.intp]) -> None:
+        if known.term_names != self.term_names:
             raise OtherCandidates(self.number)
         self.cost[rows], self.status[rows], self.end_time[rows] = known.cost, known.status, known.end_time
         self.terms[rows] = known.terms
@@ -229,3 +249,16 @@ def _places(part: Floats, whole: Floats) -> NDArray[np.intp] | None:
             if len(places) < len(part) and np.array_equal(part[len(places)], values):
                 places.append(row)
     return np.array(places, dtype=np.intp) if len(places) == len(part) else None
+
+
+def _nearest(part: Floats, whole: Floats) -> NDArray[np.intp]:
+    """For each row of `part` one of `whole`, each for one only; with as many rows in both, they stay in their order."""
+    if len(part) == len(whole):
+        return np.arange(len(whole))
+    scale = np.maximum(np.ptp(whole, axis=0), np.finfo(float).tiny)
+    free, places = np.ones(len(whole), dtype=bool), np.zeros(len(part), dtype=np.intp)
+    for index, values in enumerate(part):
+        distance = np.sum(((whole - values) / scale) ** 2, axis=1)
+        places[index] = int(np.argmin(np.where(free, distance, np.inf)))
+        free[places[index]] = False
+    return places

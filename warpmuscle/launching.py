@@ -8,6 +8,7 @@ stream waits for its last blocks, the others' fill the GPU.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor, wait
 from contextlib import contextmanager, suppress
@@ -28,6 +29,7 @@ from warpmuscle.kernels.muscle_stage import MuscleKind
 from warpmuscle.kernels.objective_terms import ObjectiveKind
 from warpmuscle.kernels.record import NOTHING, RecordKind
 from warpmuscle.kernels.step import step_kernel
+from warpmuscle.warp_start import no_cache
 
 SLICES_PER_THREAD = 4  # so that threads stay busy when some slices lose their instances sooner
 GPU_LANES = 8
@@ -39,6 +41,8 @@ GPU_BLOCK = 32
 RESIDENT_BLOCKS = 12  # of GPU_BLOCK lanes that a multiprocessor has registers for, see `kernels.step.MAX_REGISTERS`
 STREAMS = 4
 WAVES = 24  # that the pieces of one launch make together at least, where instances do not fit at once
+
+PLACE = re.compile(r'Error while parsing function "([^"]+)" at (.+?):(\d+):')  # as Warp says it
 
 _making = Lock()  # Warp's own tables are not made for several threads
 _loading: dict[tuple[Any, str], Lock] = {}  # of kernels on devices: different ones may be compiled at the same time
@@ -63,12 +67,20 @@ class Recipe(NamedTuple):
 
 @contextmanager
 def one_line_errors() -> Iterator[None]:
-    """Turn what Warp says of code that it cannot compile into a RolloutError."""
+    """Turn what Warp says of code that it cannot compile, or cannot put down, into a RolloutError."""
     try:
         yield
+    except OSError as error:
+        raise RolloutError(no_cache(error)) from None
     except Exception as error:
-        said = " ".join(str(error).split()).rpartition(";")[2]  # from the innermost function on
-        raise RolloutError(f"a kernel does not compile: {said}") from error
+        text = " ".join((str(error.args[0]) if error.args else str(error)).split())
+        said = text.rpartition(";")[2]  # of the innermost function, whose place stands before it
+        places = PLACE.findall(text)
+        where = "a kernel does not compile"
+        if places:
+            name, file, line = places[-1]
+            where = f"{file}:{line}: function {name!r} does not compile"
+        raise RolloutError(f"{where}: {said}") from error
 
 
 class Launcher:

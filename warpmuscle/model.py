@@ -58,6 +58,7 @@ def model_struct(scene: Scene, names: Topology, found: Driven, device: Any) -> s
     m.fail_on_body_contact = int(scene.failure.body_contact)
     m.gravity = to_device(rows([scene.gravity]), float, device)
     m.failure = to_device(rows([failure]), wp.vec4, device)
+    m.fastest = scene.failure.max_com_speed
     m.level_start = to_device(names.level_start, int, device)
     m.contacts, points = contacts_struct(scene, names, device)
     m.skeleton = skeleton_struct(scene, names, points, device)

@@ -14,6 +14,7 @@ from warpmuscle.pose import rotate
 from warpmuscle.scene import Joint, Scene
 from warpmuscle.stages import MusclePaths, Stages
 from warpmuscle.topology import SPEEDS
+from warpmuscle.trusted import without_code
 
 USELESS = 1.0e-3  # m: a muscle whose moment arm stays below cannot act on a joint
 DEFAULT_RANGE = (-0.6, 0.6)  # rad, of a joint without limits
@@ -39,7 +40,7 @@ def moment_arms(scene: Scene, joint: str, axis: int, angles: Floats) -> MomentAr
         joint: its name. axis: which of its degrees of freedom; of a ball joint x, y or z of the child.
         angles: (n,) rad; of a ball joint about that axis from the reference pose.
     """
-    scene = substitute(scene, start_values(scene))
+    scene = without_code(substitute(scene, start_values(scene)))
     stages = Stages(scene, len(angles), "cpu")
     stages.state.coordinates.assign(_poses(scene, stages, joint, axis, angles))
     body = stages.names.body_of_joint(joint)

@@ -2,34 +2,53 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
 from dataclasses import replace as changed
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from warpmuscle.arguments import as_number, as_path, as_text, as_truth, as_whole, check_function
+from warpmuscle.batch_input import checked_threads
 from warpmuscle.campaign import INTERRUPTED, Campaign
 from warpmuscle.curriculum import Curriculum
-from warpmuscle.errors import Error, Interrupted, ResultError
-from warpmuscle.formats import toml
+from warpmuscle.devices import find_devices
+from warpmuscle.errors import Error, Interrupted, ResultError, ResumeWarning
+from warpmuscle.formats import SceneLike, scene_of, toml
 from warpmuscle.generation import Batches, Evaluator, OtherCandidates
 from warpmuscle.keeper import Keeper
+from warpmuscle.limits import check_size
+from warpmuscle.machine import in_words, this_machine
 from warpmuscle.parameters import Parameter, free_parameters, start_values
 from warpmuscle.progress import Progress, Tracker
-from warpmuscle.records import ANY_NUMBER, Evaluations, Options, ParameterTable, Result, Searched, Staged, best_of
+from warpmuscle.records import (
+    ANY_NUMBER,
+    Evaluations,
+    Options,
+    ParameterTable,
+    Result,
+    Searched,
+    Staged,
+    best_of,
+    version_of,
+)
 from warpmuscle.replayer import Replayer
+from warpmuscle.result_scene import scene_in
 from warpmuscle.scene import Scene
 from warpmuscle.stage_plan import plan, prolonged, searches_of, settled
 from warpmuscle.stage_scene import stage_scene
 from warpmuscle.unused import check_used
 from warpmuscle.validate import check_scene
 
+GREATEST_SEED = 2**63 - 1  # that a result file can hold
 Tell = Callable[[Progress], None]
 MakeBatches = Callable[[Scene], Evaluator]
 
 
 def optimize(
-    scene: Scene,
+    scene: SceneLike,
     candidates: int | None = 5000,
     seed: int = 1,
     device: str | None = None,
@@ -46,6 +65,7 @@ def optimize(
     command: str = "",
     progress: Tell | None = None,
     batches: MakeBatches | None = None,
+    trust: bool = False,
 ) -> Result:
     """Search for the values of the scene's free parameters that have the least cost.
 
@@ -57,9 +77,9 @@ def optimize(
     scene as it is in that stage. What the options mean for stages is said in `stage_plan.plan`.
 
     Args:
-        scene: with free parameters.
+        scene: with free parameters; or its name or file.
         candidates: how many to evaluate, in all searches and stages together; None for any number, with `until`.
-        seed: of the searches; the same seed gives the same result on the same kind of device.
+        seed: of the searches; the same seed gives the same result on the same kind of device, processor and BLAS.
         device: see `make_rollout`. threads: CPU threads, by default one a core.
         search: the strategy, see `search.strategies`.
         searches: how many independent ones at the same time, all in the same batches.
@@ -74,16 +94,20 @@ def optimize(
         progress: called several times a second of work.
         batches: makes what evaluates a scene, or one of its stages, in place of device and threads; by default
             batches of this optimisation's own.
+        trust: let code run that the scene names; not needed where `load` was told so.
 
     Raises:
         Error: the scene has no free parameters, or one that nothing uses, an option is impossible, the output cannot
             be written, or the search was interrupted before any candidate had ended.
     """
+    scene, options = scene_of(scene, trust=trust), Options(search, searches, population, sigma, restarts)
+    seed = as_whole(seed, "seed", 0, GREATEST_SEED)
+    file = None if output is None else as_path(output, "output")
+    _check_rest(device, threads, command, progress, batches)
     if candidates is None and until is None:
         raise Error("without a number of candidates a search needs a time to end at: until")
     count = ANY_NUMBER if candidates is None else candidates
-    options = Options(search, searches, population, sigma, restarts, count, until, target)
-    check_options(options)
+    options = check_options(changed(options, candidates=count, until=until, target=target))
     parameters = _parameters(scene)
     check_used(scene)
     stages: tuple[Staged, ...] = ()
@@ -102,10 +126,10 @@ def optimize(
         evaluations=campaign.evaluations(),
         searched=campaign.searched(""),
     )
-    if output is None:
+    if file is None:
         player = _player(scene, campaign)
         return _finished(scene, campaign, start, campaign.run(lambda generation: None), player)
-    with Keeper.begin(Path(output), start) as keeper:
+    with Keeper.begin(file, start) as keeper:
         return _kept(scene, campaign, start, keeper)
 
 
@@ -120,12 +144,15 @@ def resume(
     command: str = "",
     progress: Tell | None = None,
     batches: MakeBatches | None = None,
+    trust: bool = False,
 ) -> Result:
     """Go on with a search that was interrupted or killed, or has come to its end, as if it had not been.
 
     Scene, seed and options are those of the file; what it holds is not evaluated again. In a search with stages the
     last one gets the candidates that are asked for besides. A random search goes on with the candidates that it would
-    have had, in generations as large as those it began with.
+    have had, in generations as large as those it began with. On another processor, or with another BLAS, it goes on
+    from what was evaluated, with a ResumeWarning that says so: what is asked for then is not the same to the bit. The
+    same warning tells of a search that another version of this program began.
 
     Args:
         path: result file of `optimize(output=...)`, which is kept up further.
@@ -134,13 +161,18 @@ def resume(
         device: by default that of the file; on one of another kind costs differ in their last bits.
         until: s of wall time from now, by default as many as at first.
         target: cost at which to end, of the last stage if there are any; by default the one asked for.
-        threads, progress, batches: as in `optimize`. command: put into the result below the earlier one.
+        threads, progress, batches, trust: as in `optimize`. command: put into the result below the earlier one.
 
     Raises:
         Error: the file cannot be read or written, holds no search, or was made by versions of this program or its
             libraries that ask for other candidates.
     """
-    path = Path(path)
+    path = as_path(path, "path")
+    candidates = None if candidates is None else as_whole(candidates, "candidates")
+    until = None if until is None else as_number(until, "until", above=0.0)
+    target = None if target is None else as_number(target, "target")
+    _check_rest(device, threads, command, progress, batches)
+    as_truth(trust, "trust")
     keeper, earlier, known = Keeper.resume(path)
     with keeper:
         assert earlier.searched is not None
@@ -153,20 +185,24 @@ def resume(
             until=options.until if until is None else until,
             target=options.target if target is None else target,
         )
-        check_options(options)
-        scene = toml.loads(earlier.scene)
+        options = check_options(options)
+        scene = scene_of(scene_in(earlier), trust=trust)
         stages = earlier.searched.stages
         if len(stages) != len(scene.stages):
             raise ResultError(f"{path}: damaged result file: its search has other stages than its scene")
         if stages and (more is not None or target is not None):
             stages = prolonged(stages, options, target)
+        elsewhere = earlier.searched.elsewhere
+        _warn_of_version(path, earlier)
+        if _on_another_machine(path, earlier):
+            elsewhere = max(known, default=-1) + 1
         tracker = Tracker(options.candidates, options.until, progress)
         batches = batches or (lambda part: Batches(part, device or earlier.device, threads))
-        campaign = _campaign(scene, earlier.seed, options, stages, batches, tracker, known, earlier.searched)
+        campaign = _campaign(scene, earlier.seed, options, stages, batches, tracker, known, earlier.searched, elsewhere)
         commands = "\n".join(filter(None, (earlier.command, command)))
         start = Result(earlier.scene, campaign.device, commands, earlier.seed, earlier.parameters)
         try:
-            return _kept(scene, campaign, start, keeper)
+            return _kept(scene, campaign, start, keeper, elsewhere > earlier.searched.elsewhere)
         except OtherCandidates as error:
             made = ", ".join(f"{name} {version}" for name, version in earlier.versions.items())
             raise ResultError(f"{path}: cannot be continued here: {error}; it was made by {made}") from None
@@ -195,14 +231,33 @@ def _parameters(scene: Scene) -> list[Parameter]:
     return parameters
 
 
-def check_options(options: Options) -> None:
-    """Raise Error for options that no strategy has to know."""
-    for name in ("candidates", "searches", "population", "sigma", "until"):
-        value = getattr(options, name)
-        if value is not None and not 0 < value < np.inf:
-            raise Error(f"{name} must be positive, not {value}")
-    if options.target is not None and not np.isfinite(options.target):
-        raise Error(f"the target must be a finite cost, not {options.target}")
+def check_options(options: Options) -> Options:
+    """Options as numbers of Python; raise Error for what no strategy has to know."""
+    found: dict[str, Any] = {
+        "strategy": as_text(options.strategy, "search"),
+        "restarts": as_text(options.restarts, "restarts"),
+        "candidates": as_whole(options.candidates, "candidates"),
+        "searches": as_whole(options.searches, "searches"),
+    }
+    if options.population is not None:
+        found["population"] = as_whole(options.population, "population")
+    for name in ("sigma", "until"):
+        if (value := getattr(options, name)) is not None:
+            found[name] = as_number(value, name, above=0.0)
+    check_size("candidates", found["candidates"])
+    if options.target is not None:
+        found["target"] = as_number(options.target, "target")
+    return changed(options, **found)
+
+
+def _check_rest(device: Any, threads: Any, command: Any, progress: Any, batches: Any) -> None:
+    """Raise Error for what no option of a search is."""
+    if batches is None:
+        find_devices(device)
+    checked_threads(threads)
+    as_text(command, "command")
+    check_function(progress, "progress")
+    check_function(batches, "batches")
 
 
 def _campaign(
@@ -214,20 +269,32 @@ def _campaign(
     tracker: Tracker,
     known: dict[int, Evaluations] | None = None,
     earlier: Searched | None = None,
+    elsewhere: int = 0,
 ) -> Campaign | Curriculum:
     if stages:
-        return Curriculum(scene, seed, options, stages, batches, tracker, known, earlier)
+        return Curriculum(scene, seed, options, stages, batches, tracker, known, earlier, elsewhere)
     evaluator = batches(scene)
     options = settled(options, evaluator.largest)
     searches = searches_of(scene, options, seed)
-    return Campaign(scene, options, searches, evaluator, tracker, known, earlier.history if earlier else None)
+    history = earlier.history if earlier else None
+    return Campaign(scene, options, searches, evaluator, tracker, known, history, elsewhere)
 
 
-def _kept(scene: Scene, campaign: Campaign | Curriculum, start: Result, keeper: Keeper) -> Result:
-    """Run, with all generations on the disk as they come."""
+def _kept(scene: Scene, campaign: Campaign | Curriculum, start: Result, keeper: Keeper, moved: bool = False) -> Result:
+    """Run, with all generations on the disk as they come.
+
+    Args:
+        moved: the files are of another machine: before anything of this one is put down, they must say so.
+    """
+    first = moved
 
     def keep(generation: Evaluations) -> None:
-        keeper.put(generation, campaign.tracker.done, lambda: _so_far(campaign, start))
+        nonlocal first
+        if first:
+            keeper.write(_so_far(campaign, start))
+        else:
+            keeper.put(generation, campaign.tracker.done, lambda: _so_far(campaign, start))
+        first = False
 
     player = _player(scene, campaign)
     if isinstance(campaign, Curriculum):
@@ -250,6 +317,32 @@ def _player(scene: Scene, campaign: Campaign | Curriculum) -> Replayer:
     if isinstance(campaign, Campaign) and not campaign.keep_motion():
         campaign.tracker.meanwhile = player.prepare
     return player
+
+
+def _warn_of_version(path: Path, earlier: Result) -> None:
+    """Warn if another version of this program, whose terms may count otherwise, began a search."""
+    began, here = earlier.versions.get("warpmuscle"), version_of("warpmuscle")
+    if began != here:
+        warnings.warn(
+            f"{path}: was begun by warpmuscle {began}; this is {here}, which may count terms otherwise: "
+            "costs from now on need not compare with those before",
+            ResumeWarning,
+            stacklevel=3,
+        )
+
+
+def _on_another_machine(path: Path, earlier: Result) -> bool:
+    """Whether a search began with another processor or BLAS, and then warn; files of before do not say."""
+    began, here = dict(earlier.machine), this_machine()
+    if not began or began == here:
+        return False
+    warnings.warn(
+        f"{path}: began on {in_words(began)}; on {in_words(here)} it goes on from what was evaluated, but asks for "
+        "other candidates in their last bits than it would have there",
+        ResumeWarning,
+        stacklevel=3,
+    )
+    return True
 
 
 def _so_far(campaign: Campaign | Curriculum, start: Result, ended: str = "") -> Result:

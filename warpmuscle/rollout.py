@@ -2,17 +2,27 @@
 
 from __future__ import annotations
 
-import os
 import time
 from collections.abc import Callable, Sequence
 from functools import cached_property
 from typing import Any
 
+import msgspec
 import numpy as np
 from numpy.typing import ArrayLike
 
+from warpmuscle.arguments import as_number, as_text, as_whole, check_function
 from warpmuscle.arrays import Floats, Ints
-from warpmuscle.batch_input import LINEAR_SPEEDS, checked_values, chosen, chunk_steps, end_step, positive, root_noise
+from warpmuscle.batch_input import (
+    LINEAR_SPEEDS,
+    checked_threads,
+    checked_values,
+    chosen,
+    chunk_steps,
+    end_step,
+    positive,
+    root_noise,
+)
 from warpmuscle.collisions import collision_pairs, collisions_struct
 from warpmuscle.controller import control_steps
 from warpmuscle.custom import check_custom, custom_controller
@@ -20,13 +30,14 @@ from warpmuscle.devices import find_device
 from warpmuscle.disturbances import none
 from warpmuscle.errors import Error, RolloutError
 from warpmuscle.foreign import is_array, mask_of
-from warpmuscle.formats import load
+from warpmuscle.formats import SceneLike, load, scene_of
 from warpmuscle.frames import Frames, frame_bytes, record_kind
 from warpmuscle.inputs import Inputs
 from warpmuscle.kernels import structs
 from warpmuscle.kernels.lanes import capacity_of, work_floats
 from warpmuscle.kernels.record import NOTHING
-from warpmuscle.launching import GPU_BLOCK, Launcher, Recipe, usual_lanes
+from warpmuscle.launching import GPU_BLOCK, WARP, Launcher, Recipe, usual_lanes
+from warpmuscle.limits import check_size
 from warpmuscle.memory import InstanceBytes, bytes_of, check_memory, repeated, struct_bytes
 from warpmuscle.model import model_struct, start_of
 from warpmuscle.motion import kinematic, motion_struct, moved
@@ -37,16 +48,18 @@ from warpmuscle.parameters import Parameter, free_parameters, start_values, subs
 from warpmuscle.recording import Recording
 from warpmuscle.scene import Scene
 from warpmuscle.state import state_struct
-from warpmuscle.status import Status
+from warpmuscle.status import Status, counted, words
 from warpmuscle.stepped import Stepped
 from warpmuscle.topology import coordinate_names, topology
 from warpmuscle.tracking import motion_in_file, tracked_fields
-from warpmuscle.trusted import trust as allow
 from warpmuscle.validate import check_scene
 
 FEW = 8192  # instances, some 0.3 GiB, for which there always is memory, so that nobody has to find out about it
+FEW_BYTES = 2**28  # of recorded motion, the same
+RECORDED_COPIES = 3  # of a recorded motion in the memory: on the device, and twice as wide when it is read
 QUICK = 0.05  # s of wall time; a chunk that is over sooner and that all come through is followed by a longer one
 Progress = Callable[["Rollout"], None]
+in_silence = np.errstate(over="ignore", divide="ignore", invalid="ignore")  # of numbers that will diverge
 
 
 class Rollout(Stepped):
@@ -64,7 +77,7 @@ class Rollout(Stepped):
 
     def __init__(
         self,
-        scene: Scene,
+        scene: SceneLike,
         instances: int = 1,
         device: str | None = None,
         *,
@@ -78,7 +91,7 @@ class Rollout(Stepped):
         """Prepare a batch at the scene's initial state and parameter values.
 
         Args:
-            scene: what to simulate; see `warpmuscle.load`.
+            scene: what to simulate, or its name or file; see `warpmuscle.load`.
             instances: how many simulations.
             device: "cpu", "cuda:0", ...; by default the first GPU, or the CPU without one. For several GPUs see
                 `split.make_rollout`.
@@ -95,9 +108,8 @@ class Rollout(Stepped):
             RolloutError: no such device or not enough memory on it, an impossible number of instances, recordings,
                 threads or lanes, or an unknown quantity.
         """
+        scene = scene_of(scene, trust=trust)
         check_scene(scene)
-        if trust:
-            allow(scene)
         check_custom(scene)
         self.scene = scene
         self.instances = positive(instances, "instances")
@@ -108,7 +120,10 @@ class Rollout(Stepped):
         self._kinematic = kinematic(scene, self.names, self._driven.drives)
         self.device = find_device(device)
         self._inputs = Inputs()
-        self.threads = positive(os.cpu_count() or 1 if threads is None else threads, "threads")
+        self.threads = checked_threads(threads)
+        if lanes is not None:
+            as_whole(lanes, "lanes", 1, WARP, error=RolloutError)
+        record_rate = as_number(record_rate, "record_rate", above=0.0, error=RolloutError)
         self.steps = round(scene.duration / scene.time_step)
         self.block_dim = 1 if self.device.is_cpu else GPU_BLOCK
         capacity = capacity_of(len(self.names.bodies))
@@ -118,8 +133,10 @@ class Rollout(Stepped):
         kind = compiled_kind(scene, self.names, self._driven, capacity, lean=not self.device.is_cpu)
         self._objective = objective_kind(scene, kind is not None)
         self._colliding = collision_pairs(scene, self.names)
+        recorded_instances = chosen(record, self.instances)
         # On a GPU, code that is not there saves time; elsewhere one kernel for all saves compiling another.
-        recorded = record_kind(quantities) if record or self.device.is_cpu else NOTHING
+        asked = record_kind(quantities)
+        recorded = asked if recorded_instances or self.device.is_cpu else NOTHING
         self._recipe = Recipe(
             capacity, self.lanes, self.block_dim, kind, self._objective, bool(self._colliding),
             bool(self._kinematic.names), recorded, custom_controller(scene), control_steps(scene) > 1,
@@ -129,15 +146,24 @@ class Rollout(Stepped):
         if self.instances > FEW:
             check_memory(self.instances, self.instance_bytes.state, self.device)
         self._state = self._state_of(self.instances, self.device)
-        every = max(round(1.0 / (record_rate * scene.time_step)), 1)
+        every = max(round(min(1.0 / (record_rate * scene.time_step), max(self.steps, 1))), 1)
+        self._check_frames(len(recorded_instances), -(-self.steps // every))
         self._frames = Frames(
-            self.names, self._driven.muscles, self.instances, chosen(record, self.instances), every, self.steps,
-            self.device, recorded,
+            self.names, self._driven.muscles, self.instances, recorded_instances, every, self.steps, self.device,
+            recorded,
         )  # fmt: skip
         self._disturbances = none(self.instances)
         self._reference = self._tracked()
         self._numeric, self._model = substitute(scene, start_values(scene)), structs.Model()
         self._use(self._numeric)
+
+    def _check_frames(self, instances: int, frames: int) -> None:
+        """Raise RolloutError if the motion of so many instances is too long, or does not fit into the memory."""
+        size = frame_bytes(self.names, self._driven.muscles) * frames
+        if instances:
+            check_size("frames", frames, RolloutError)
+        if instances * size > FEW_BYTES:
+            check_memory(instances, RECORDED_COPIES * size, self.device)
 
     def _state_of(self, instances: int, device: Any) -> structs.State:
         return state_struct(self.scene, self.names, self._driven, self._objective, instances, device)
@@ -191,6 +217,7 @@ class Rollout(Stepped):
         self.change(numeric)
         self.reset()
 
+    @in_silence
     def change(self, numeric: Scene) -> None:
         """Go on from where the batch stands with other numbers; what starts count with the next `reset`.
 
@@ -227,6 +254,7 @@ class Rollout(Stepped):
         else:
             self.restart_some(mask_of(mask, self.instances), noise)
 
+    @in_silence
     def _starts(self, root_velocity: Floats) -> tuple[Any, Any, Any]:
         """Coordinates, speeds and accelerations of all instances at their start, (instances, ...), float32."""
         n, start, given = self.instances, self._start, self._inputs
@@ -263,7 +291,7 @@ class Rollout(Stepped):
                 getattr(s.muscles, name).zero_()
         for name in ("torque_integral", "muscle_terms", "body_terms", "whole_terms"):
             getattr(s, name).zero_()
-        for name in ("phase", "foot_force", "start_height", "step", "status"):
+        for name in ("phase", "foot_force", "foot_cycle", "start_height", "start_heading", "step", "status"):
             getattr(s, name).zero_()
         self.steps_done = 0
         self._begun: Ints = np.zeros(n, dtype=np.int32)
@@ -285,7 +313,13 @@ class Rollout(Stepped):
         Raises:
             RolloutError: it was not recorded.
         """
-        return self._frames.values(quantity, min(self.steps_done, self.steps))
+        as_text(quantity, "quantity", error=RolloutError)
+        steps = min(self.steps_done, self.steps)
+        values, ended = self._frames.values(quantity, steps), self._state.step.numpy()[self._frames.chosen]
+        if (ended >= steps).all():
+            return values
+        before = np.arange(values.shape[1]) * self._frames.every < ended[:, None]
+        return np.where(before[..., None], values, np.float32(0.0))
 
     def _tracked(self) -> dict[str, Any]:
         """The gait that the objective tracks, by field of the model; nothing if it tracks none."""
@@ -295,7 +329,11 @@ class Rollout(Stepped):
         if tracking.file:
             motion = motion_in_file(tracking, substitute(self.scene, start_values(self.scene)).character)
         else:
-            other = Rollout(load(tracking.scene), 1, str(self.device), record=[0], record_rate=200.0)
+            tracked = load(tracking.scene)
+            if tracked.tracking is not None:  # perhaps this one; what it tracks itself does not move it
+                objective = msgspec.structs.replace(tracked.objective, tracking=0.0)
+                tracked = msgspec.structs.replace(tracked, tracking=None, objective=objective)
+            other = Rollout(tracked, 1, str(self.device), record=[0], record_rate=200.0)
             other.run()
             motion = other.recording()
         return tracked_fields(motion, tracking, self.names, self.device)
@@ -309,6 +347,7 @@ class Rollout(Stepped):
                 exception from it, such as KeyboardInterrupt, leaves a batch that can be read and continued.
         """
         end, chunk = end_step(self, duration), chunk_steps(self.scene)
+        check_function(progress, "progress", error=RolloutError)
         while self.steps_done < end and self.running:
             running, begin = len(self._running), time.monotonic()
             self.advance(min(self.steps_done + chunk, end))
@@ -333,6 +372,15 @@ class Rollout(Stepped):
         """Status of every instance, (instances,), see `warpmuscle.Status`."""
         return np.asarray(self._state.status.numpy())
 
+    def status_names(self) -> tuple[str, ...]:
+        """The same in words, such as `completed` and `fell`."""
+        return words(self.status())
+
+    def __repr__(self) -> str:
+        kind = type(self).__name__
+        where = f"{self.scene.name!r}, {self.instances} on {self.device}"
+        return f"{kind}({where}, {self.time:.4g} of {self.scene.duration:.4g} s: {counted(self.status())})"
+
     def end_time(self) -> Floats:
         """Simulated time that every instance came to, (instances,), s."""
         return np.asarray(self._state.step.numpy() * self.scene.time_step)
@@ -344,6 +392,7 @@ class Rollout(Stepped):
 
     def parts(self, instance: int = 0) -> dict[str, Parts]:
         """What joints and muscles have added to the terms of an instance so far, by term and name."""
+        instance = as_whole(instance, "instance", 0, self.instances - 1, error=RolloutError)
         end = float(self.end_time()[instance])
         muscles = self._driven.muscles
         return term_parts(self.terms(), self._numeric, self._objective, self._state, self.names, muscles, instance, end)
@@ -376,6 +425,9 @@ class Rollout(Stepped):
         """
         if instance is None and self._frames.chosen:
             instance = self._frames.chosen[0]
+        start = as_number(start, "start", error=RolloutError)
+        if instance is not None:
+            instance = as_whole(instance, "instance", 0, error=RolloutError)
         if instance is None or instance not in self._frames.chosen:
             raise RolloutError(f"instance {instance} was not recorded: name it in Rollout(..., record=[...])")
         return self._frames.recording(self._numeric, instance, int(self._state.step.numpy()[instance]), start)

@@ -148,6 +148,9 @@ class Ground(Part):
 class Failure(Part):
     """When an instance has failed; it then stops and costs more than any that has not.
 
+    The heading is compared with the one at the start, and where the controller controls it, with the nearest one on the
+    shorter way from there to the desired heading. No gait is as fast as the bound on the centre of mass: sprinters
+    come to some 12 m/s, and a body that falls from 20 m to 20 m/s. What the ground throws out of itself is faster.
     Bodies that collide are spheres, capsules, and boxes as the capsule inside them along their longest edge, as thick
     as their shortest one. Without `self_collision_pairs` all bodies with shapes are tested with each other but for
     those that a joint joins, and those that have a neighbour in common and overlap in the initial pose. They are tested
@@ -155,12 +158,13 @@ class Failure(Part):
     """
 
     com_height: Number = 0.9  # lowest height of the centre of mass above the ground over the initial one; 0: no test
-    heading: Number = 0.7853981633974483  # largest turn from the desired heading, rad; 0 switches the test off
+    heading: Number = 0.7853981633974483  # largest turn from its heading, rad; 0 switches the test off
     body_contact: bool = False  # any body but the feet and their children touches the ground
     leg_crossing: Number = 0.0  # m, how far a foot may go beyond the other one to its side; 0 switches the test off
     self_collision: Number = 0.0  # m, how deep two bodies may penetrate each other; 0 switches the test off
     self_collision_pairs: list[tuple[str, str]] = []  # bodies that are tested; if empty, all that may not touch
     max_speed: Number = 1000.0  # largest joint or root speed, m/s or rad/s: beyond it the instance has diverged
+    max_com_speed: float = 20.0  # largest speed of the centre of mass, m/s: beyond it the instance has diverged
 
 
 class Objective(Part):
@@ -184,14 +188,16 @@ class Objective(Part):
     ground_force: Number = 0.0  # beyond its bound
     smoothness: Number = 0.0
     tracking: Number = 0.0  # error from the tracked gait
-    norms: Number = 0.0  # error of hips, knees and ankles from human walking; see `norms.py`
+    norms: Number = 0.0  # error of hips, knees and ankles from human walking, or running; see `norms.py`
     norm_force: Number = 0.0  # the same of the vertical ground force
     passive_force: Number = 0.0  # of stretched muscle fibres
+    gait: Literal["", "walk", "run"] = ""  # whose norms judge it; if empty, a gait with flight is a run
     target_speed: Number = 1.0  # m/s, forward
     ground_force_bound: Number = 1.5  # body weights, vertical, on each foot
     head_body: str = "head"
-    metabolic_model: Literal["wang", "umberger", "bhargava"] = "wang"
-    basal_rate: Number = 1.51  # W/kg at rest (Wang 2012)
+    metabolic_model: Literal["wang", "umberger", "bhargava"] = "wang"  # sources stand in `accounting.py`
+    metabolic_work: Literal["net", "positive"] | None = None  # of fibres; by default as the model has it
+    basal_rate: Number | None = None  # W/kg at rest; by default that of the model
     failure_cost: float = 1.0e6
     custom: dict[str, Number] = {}  # weights of terms of one's own, by `module:function`; see `custom.py`
 
@@ -200,8 +206,8 @@ class Tracking(Part):
     """A gait whose joint angles the objective compares with, over the phase of a step in left and in right stance.
 
     A file is an HDF5 file with recorded motions, or a `.npz` file of NumPy: `phase` (K,) and `stance` (K,), or `cycle`
-    (K,) over the gait cycle; `time` (K,) in s if wanted; and a joint's angles in rad or quaternions under its name. See
-    `formats/npz.py`.
+    (K,) over the gait cycle from one contact of the left foot to its next; `time` (K,) in s if wanted; and a joint's
+    angles in rad or quaternions under its name. See `formats/npz.py`.
     """
 
     scene: str = ""  # a scene that is run for it: a shipped one, or a TOML file
@@ -270,3 +276,8 @@ class Scene(Part):
         0.0  # Hz, at which the controller renews its targets, which PD follows meanwhile; 0: every step
     )
     implicit_pd: bool = False  # PD linearised over the step, stable up to 1/500 s; False: explicit, as in the original
+
+    def __repr__(self) -> str:
+        parts = self.character
+        counts = f"{len(parts.bodies)} bodies, {len(parts.joints)} joints, {len(parts.muscles)} muscles"
+        return f"Scene({self.name!r}, {counts}, {self.duration:g} s)"

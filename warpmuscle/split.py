@@ -11,16 +11,18 @@ import numpy as np
 import warp as wp
 from numpy.typing import ArrayLike
 
+from warpmuscle.arguments import as_array, as_kind, as_text, as_texts, as_whole, check_function
 from warpmuscle.arrays import Floats, Ints
 from warpmuscle.batch_input import checked_values, chosen, chunk_steps, end_step, positive, root_noise
 from warpmuscle.devices import devices_name, find_devices, is_several
 from warpmuscle.disturbances import Disturbances
 from warpmuscle.errors import RolloutError
 from warpmuscle.foreign import host_array, is_array, mask_of
+from warpmuscle.formats import SceneLike, scene_of
 from warpmuscle.memory import InstanceBytes
 from warpmuscle.recording import Recording
 from warpmuscle.rollout import Rollout
-from warpmuscle.scene import Scene
+from warpmuscle.status import counted, words
 
 Progress = Callable[["SplitRollout"], None]
 Given = TypeVar("Given")
@@ -28,7 +30,7 @@ TELLING = 0.2  # s of wall time between two times that progress is called, at le
 
 
 def make_rollout(
-    scene: Scene,
+    scene: SceneLike,
     instances: int = 1,
     device: str | None = None,
     *,
@@ -37,12 +39,13 @@ def make_rollout(
     quantities: Sequence[str] | None = None,
     threads: int | None = None,
     lanes: int | None = None,
+    trust: bool = False,
 ) -> Rollout | SplitRollout:
     """A batch on one device, or shared out over several; both are used alike and give the same bits.
 
     Args:
         device: as for `Rollout`, or "cuda:all", or several such as "cuda:0,cuda:2".
-        scene, instances, record, record_rate, quantities, threads, lanes: see `Rollout`.
+        scene, instances, record, record_rate, quantities, threads, lanes, trust: see `Rollout`.
 
     Raises:
         SceneError, RolloutError: as `Rollout`.
@@ -50,12 +53,12 @@ def make_rollout(
     if not is_several(device):
         return Rollout(
             scene, instances, device, record=record, record_rate=record_rate, quantities=quantities, threads=threads,
-            lanes=lanes,
+            lanes=lanes, trust=trust,
         )  # fmt: skip
     names = [str(found) for found in find_devices(device)]
     return SplitRollout(
         scene, instances, names, devices_name(device), record=record, record_rate=record_rate, quantities=quantities,
-        threads=threads, lanes=lanes,
+        threads=threads, lanes=lanes, trust=trust,
     )  # fmt: skip
 
 
@@ -71,7 +74,7 @@ class SplitRollout:
 
     def __init__(
         self,
-        scene: Scene,
+        scene: SceneLike,
         instances: int,
         devices: Sequence[str],
         name: str = "",
@@ -81,20 +84,24 @@ class SplitRollout:
         quantities: Sequence[str] | None = None,
         threads: int | None = None,
         lanes: int | None = None,
+        trust: bool = False,
     ) -> None:
         """Prepare a batch at the scene's initial state and parameter values.
 
         Args:
             devices: names of single devices, of which as many are used as there are instances.
             name: of all of them; by default their names.
-            scene, instances, record, record_rate, quantities, threads, lanes: see `Rollout`; threads are those of each
-                device.
+            scene, instances, record, record_rate, quantities, threads, lanes, trust: see `Rollout`; threads are
+                those of each device.
 
         Raises:
             SceneError, RolloutError: as `Rollout`.
         """
-        self.scene, self.instances = scene, positive(instances, "instances")
-        self.device = name or ",".join(devices)
+        self.scene, self.instances = scene_of(scene, trust=trust), positive(instances, "instances")
+        scene, devices = self.scene, as_texts(devices, "devices", error=RolloutError)
+        if not devices:
+            raise RolloutError("devices must name at least one")
+        self.device = as_text(name, "name", error=RolloutError) or ",".join(devices)
         count = min(len(devices), self.instances)
         bounds = [self.instances * k // count for k in range(count + 1)]
         self.shares = [slice(bounds[k], bounds[k + 1]) for k in range(count)]
@@ -117,16 +124,17 @@ class SplitRollout:
 
     def set_excitations(self, time: ArrayLike, values: ArrayLike, *, restart: bool = True) -> None:
         """See `Rollout.set_excitations`."""
-        given = np.asarray(values)
+        given = as_array(values, "values", error=RolloutError)
         self._each(lambda part, share: part.set_excitations(time, self._shared(given, share), restart=restart))
 
     def set_motion(self, time: ArrayLike, values: ArrayLike, of: ArrayLike | None = None) -> None:
         """See `Rollout.set_motion`."""
-        given = np.asarray(values)
+        given = as_array(values, "values", error=RolloutError)
         if of is None:
             self._each(lambda part, share: part.set_motion(time, self._shared(given, share)))
         else:
-            self._each(lambda part, share: part.set_motion(time, given, self._shared(np.asarray(of), share)))
+            rows = as_array(of, "of", error=RolloutError)
+            self._each(lambda part, share: part.set_motion(time, given, self._shared(rows, share)))
 
     def set_initial(
         self,
@@ -135,7 +143,10 @@ class SplitRollout:
         activation: ArrayLike | None = None,
     ) -> None:
         """See `Rollout.set_initial`."""
-        given = [None if values is None else np.asarray(values) for values in (coordinates, speeds, activation)]
+        named = {"coordinates": coordinates, "speeds": speeds, "activation": activation}
+        given = [
+            None if values is None else as_array(values, name, error=RolloutError) for name, values in named.items()
+        ]
 
         def of(share: slice) -> list[Any]:
             return [None if values is None else self._shared(values, share) for values in given]
@@ -175,6 +186,7 @@ class SplitRollout:
 
     def disturb(self, disturbances: Disturbances) -> None:
         """See `Rollout.disturb`."""
+        as_kind(Disturbances, disturbances, "disturbances", error=RolloutError)
         if len(disturbances) != self.instances:
             raise RolloutError(f"{len(disturbances)} disturbances for {self.instances} instances")
         self._each(lambda part, share: part.disturb(disturbances.part(share)))
@@ -182,6 +194,7 @@ class SplitRollout:
     def run(self, duration: float | None = None, progress: Progress | None = None) -> None:
         """See `Rollout.run`; progress is called when all devices have come equally far, a few times a second."""
         end, chunk = end_step(self, duration), chunk_steps(self.scene)
+        check_function(progress, "progress", error=RolloutError)
         steps = chunk
         self.load()
         while self.steps_done < end and any(part.running for part in self.parts):
@@ -230,6 +243,14 @@ class SplitRollout:
         """See `Rollout.status`."""
         return np.concatenate(self._each(lambda part, share: part.status()))
 
+    def status_names(self) -> tuple[str, ...]:
+        """See `Rollout.status_names`."""
+        return words(self.status())
+
+    def __repr__(self) -> str:
+        where = f"{self.scene.name!r}, {self.instances} on {self.device}"
+        return f"SplitRollout({where}, {self.time:.4g} of {self.scene.duration:.4g} s: {counted(self.status())})"
+
     def end_time(self) -> Floats:
         """See `Rollout.end_time`."""
         return np.concatenate(self._each(lambda part, share: part.end_time()))
@@ -247,6 +268,8 @@ class SplitRollout:
         """See `Rollout.recording`."""
         if instance is None and self._recorded:
             instance = self._recorded[0]
+        if instance is not None:
+            instance = as_whole(instance, "instance", 0, error=RolloutError)
         for part, share in zip(self.parts, self.shares, strict=True):
             if instance in self._recorded and instance is not None and share.start <= instance < share.stop:
                 return part.recording(instance - share.start)
@@ -254,6 +277,7 @@ class SplitRollout:
 
     def recorded(self, quantity: str) -> Floats:
         """See `Rollout.recorded`."""
+        as_text(quantity, "quantity", error=RolloutError)
         whole = [
             part.recorded(quantity)
             for part, share in zip(self.parts, self.shares, strict=True)

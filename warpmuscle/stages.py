@@ -10,17 +10,22 @@ import numpy as np
 import warp as wp
 from numpy.typing import ArrayLike
 
+from warpmuscle.arguments import as_array
 from warpmuscle.arrays import Floats
+from warpmuscle.errors import RolloutError
+from warpmuscle.formats import SceneLike
 from warpmuscle.frames import Frames
 from warpmuscle.kernels import stages, structs
 from warpmuscle.kernels.lanes import capacity_of, work_floats
-from warpmuscle.model import joint_coordinates, model_struct, root_coordinates
+from warpmuscle.model import joint_coordinates, root_coordinates
 from warpmuscle.muscles import muscle_kind
 from warpmuscle.paths import path_table, paths_struct
 from warpmuscle.pose import normalized
 from warpmuscle.recording import MUSCLE_QUANTITIES
+from warpmuscle.reflexes import has_reflexes
 from warpmuscle.rollout import Rollout
-from warpmuscle.scene import Scene
+
+GREATEST = float(np.finfo(np.float32).max)
 
 
 @dataclass(frozen=True)
@@ -40,11 +45,11 @@ class Stages(Rollout):
     All results are float32 NumPy arrays; bodies and joints are numbered as in `names`.
     """
 
-    def __init__(self, scene: Scene, instances: int = 1, device: str | None = None) -> None:
+    def __init__(self, scene: SceneLike, instances: int = 1, device: str | None = None, *, trust: bool = False) -> None:
         """Prepare room for so many states; see `Rollout`."""
-        super().__init__(scene, instances, device)
+        super().__init__(scene, instances, device, trust=trust)
         floats = work_floats(capacity_of(len(self.names.bodies)))
-        self._workspace = wp.zeros((instances, floats), dtype=float, device=self.device)
+        self._workspace = wp.zeros((self.instances, floats), dtype=float, device=self.device)
 
     def set_state(
         self,
@@ -69,15 +74,28 @@ class Stages(Rollout):
             joint_angular_velocity: (n, J, 3) of the child relative to the parent, parent's axes, rad/s.
             phase, stance (0 left, 1 right), machine_state: (n,) of the controller.
             foot_force: (n, 2, 3) N, on the left and the right foot in the step before.
+
+        Raises:
+            RolloutError: another shape, or a number that is not finite.
         """
-        n = self.instances
-        position, velocity, angular = (
-            np.asarray(v, dtype=np.float64) for v in (root_position, root_velocity, root_angular_velocity)
-        )
+        joints = len(self.names.joints)
+        position = self._rows(root_position, "root_position", 3)
+        velocity = self._rows(root_velocity, "root_velocity", 3)
+        angular = self._rows(root_angular_velocity, "root_angular_velocity", 3)
+        turned = self._turns(root_orientation, "root_orientation", 4)
+        orientation = self._turns(joint_orientation, "joint_orientation", joints, 4)
+        rate = self._rows(joint_angular_velocity, "joint_angular_velocity", joints, 3)
+        feet = self._rows(foot_force, "foot_force", 2, 3)
+        states = 1 if self.scene.controller is None else len(self.scene.controller.states)
+        most = {"phase": np.inf, "stance": 1, "machine_state": states - 1}
+        of_controller = {"phase": phase, "stance": stance, "machine_state": machine_state}
+        numbers = {name: self._rows(values, name) for name, values in of_controller.items()}
+        for name, values in numbers.items():
+            if np.any((values < 0.0) | (values > most[name])):
+                raise RolloutError(f"{name} must lie within 0 and {most[name]:g}")
         kind = self.scene.character.root_joint
-        root_q, root_v = root_coordinates(kind, position, normalized(root_orientation), velocity, angular)
+        root_q, root_v = root_coordinates(kind, position, turned, velocity, angular)
         coordinates, speeds = [root_q], [root_v]
-        orientation, rate = normalized(joint_orientation), np.asarray(joint_angular_velocity, dtype=np.float64)
         for i, name in enumerate(self.names.joints):
             joint_q, joint_v = joint_coordinates(self._numeric.character.joints[name], orientation[:, i], rate[:, i])
             coordinates.append(joint_q)
@@ -86,10 +104,28 @@ class Stages(Rollout):
         s.accelerations.zero_()
         s.coordinates.assign(np.concatenate(coordinates, axis=1).astype(np.float32))
         s.speeds.assign(np.concatenate(speeds, axis=1).astype(np.float32))
-        s.phase.assign(np.broadcast_to(np.asarray(phase, np.float32), (n,)).copy())
-        s.stance.assign(np.broadcast_to(np.asarray(stance, np.int32), (n,)).copy())
-        s.machine_state.assign(np.broadcast_to(np.asarray(machine_state, np.int32), (n,)).copy())
-        s.foot_force.assign(np.broadcast_to(np.asarray(foot_force, np.float32), (n, 2, 3)).copy())
+        s.phase.assign(numbers["phase"].astype(np.float32))
+        s.stance.assign(numbers["stance"].astype(np.int32))
+        s.machine_state.assign(numbers["machine_state"].astype(np.int32))
+        s.foot_force.assign(feet.astype(np.float32))
+
+    def _rows(self, values: ArrayLike, name: str, *shape: int) -> Floats:
+        """Finite numbers of all instances, (n, *shape), also given as one number or row for all of them."""
+        found, wanted = as_array(values, name, error=RolloutError), (self.instances, *shape)
+        try:
+            every = np.broadcast_to(found, wanted).astype(np.float64)
+        except ValueError:
+            raise RolloutError(f"{name} has shape {found.shape}, not {wanted}") from None
+        if not np.all(np.abs(every) <= GREATEST):
+            raise RolloutError(f"a number of {name} is not finite, or too great")
+        return every
+
+    def _turns(self, values: ArrayLike, name: str, *shape: int) -> Floats:
+        """Quaternions of all instances, (n, *shape), of unit length."""
+        every = self._rows(values, name, *shape)
+        if np.any(np.linalg.norm(every, axis=-1) < 1e-6):
+            raise RolloutError(f"a quaternion of {name} has no length")
+        return normalized(every)
 
     def _run(self, kernel: Any, inputs: list[Any], outputs: Sequence[tuple[tuple[int, ...], Any]]) -> list[Floats]:
         arrays = [wp.zeros((self.instances, *shape), dtype=dtype, device=self.device) for shape, dtype in outputs]
@@ -107,7 +143,8 @@ class Stages(Rollout):
     def controller_torques(self) -> tuple[Floats, Floats]:
         """Targets (n, J, 4) and torques (n, J, 3), world, N m, + on the parent and - on the child."""
         b = len(self.names.bodies)
-        target, torque = self._run(stages.controller_torques, [], [((b,), wp.quat), ((b,), wp.vec3)])
+        kernel = stages.controller_torques(self._recipe.effort)
+        target, torque = self._run(kernel, [], [((b,), wp.quat), ((b,), wp.vec3)])
         return target[:, 1:], torque[:, 1:]
 
     def contact_forces(self) -> tuple[Floats, Floats]:
@@ -121,13 +158,16 @@ class Stages(Rollout):
         character, names = self._numeric.character, self.names
         paths = character.muscles
         table = path_table(paths, names, character)
+        driven, simulated = self._model.paths, self._model.muscles.count
         self._model.paths = paths_struct(paths, names, character, self.device)
         self._model.muscles.count = len(paths)
         count = max(len(paths), 1)
         outputs = [((count,), float), ((count,), float), ((max(len(table.crossings), 1),), wp.vec3)]
-        length, speed, arm = self._run(stages.muscle_paths, [], outputs)
+        try:
+            length, speed, arm = self._run(stages.muscle_paths, [], outputs)
+        finally:  # the model as it was: it has more than the scene, such as excitations and slopes
+            self._model.paths, self._model.muscles.count = driven, simulated
         muscles, joints = ([getattr(c, key) for c in table.crossings] for key in ("muscle", "joint"))
-        self._model = model_struct(self._numeric, names, self._driven, self.device)
         return MusclePaths(
             length[:, : len(paths)], speed[:, : len(paths)], arm[:, : len(muscles)],
             tuple(muscles), tuple(joint - 1 for joint in joints),
@@ -144,10 +184,11 @@ class Stages(Rollout):
         """
         n, b = self.instances, len(self.names.bodies)
         torque = np.zeros((n, b, 3), dtype=np.float32)
-        torque[:, 1:] = desired
+        torque[:, 1:] = self._rows(desired, "desired", b - 1, 3)
         given = wp.array(torque, dtype=wp.vec3, device=self.device)
         frames = Frames(self.names, self._driven.muscles, n, list(range(n)), 1, 1, self.device)
-        kernel = stages.muscle_torques(muscle_kind(self.scene.muscle_model, self._driven.of(self.scene)))
+        kind = muscle_kind(self.scene.muscle_model, self._driven.of(self.scene))
+        kernel = stages.muscle_torques(kind._replace(reflexes=has_reflexes(self.scene, self._driven.muscles)))
         result = self._run(kernel, [given, frames.record], [((b,), wp.vec3)])[0]
         quantities = frames.record.muscle.numpy()[:, 0, :, : len(self._driven.muscles)]
         return result[:, 1:], {name: quantities[:, k] for k, name in enumerate(MUSCLE_QUANTITIES)}
@@ -160,7 +201,7 @@ class Stages(Rollout):
         """
         n, b = self.instances, len(self.names.bodies)
         torque = np.zeros((n, b, 3), dtype=np.float32)
-        torque[:, 1:] = joint_torque
+        torque[:, 1:] = self._rows(joint_torque, "joint_torque", b - 1, 3)
         given = wp.array(torque, dtype=wp.vec3, device=self.device)
         outputs = [((self.names.speeds,), float), ((b,), wp.vec3), ((b,), wp.vec3)]
         results = self._run(stages.forward_dynamics, [given], outputs)

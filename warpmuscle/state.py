@@ -35,9 +35,12 @@ def state_struct(
     s.phase = wp.zeros(n, dtype=float, device=device)
     s.foot_force = wp.zeros((n, 2), dtype=wp.vec3, device=device)
     s.start_height = wp.zeros(n, dtype=float, device=device)
+    s.start_heading = wp.zeros(n, dtype=float, device=device)
     s.push = wp.zeros(n, dtype=wp.vec3, device=device)
     s.push_steps = wp.zeros((n, 2), dtype=int, device=device)
     s.torque_integral = wp.zeros((n, len(names.bodies)), dtype=wp.float64, device=device)
+    cycles = n if objective.follows_cycles else 0
+    s.foot_cycle = wp.zeros((cycles, 2), dtype=structs.FootCycle, device=device)
     held = n if control_steps(scene) > 1 else 0
     s.target = wp.zeros((held, len(names.bodies)), dtype=wp.quat, device=device)
     s.target_plan = wp.zeros((held, len(names.bodies)), dtype=wp.vec2, device=device)

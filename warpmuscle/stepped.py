@@ -93,7 +93,7 @@ class Stepped(Given):
             RolloutError: no number of steps, another shape, excitations without muscles, or nothing that could be taken
                 for numbers.
         """
-        target = self.steps_done + positive(k, "the number of steps")
+        target = self.steps_done + positive(k, "the number of steps k")
         with self._driven_by(excitations, torques) as launcher:
             self.advance(target, launcher)
         if self.running and self.steps_done >= self._next_end():

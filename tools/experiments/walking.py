@@ -14,6 +14,7 @@ from warpmuscle.parameters import start_values, substitute
 from warpmuscle.pose import rotate
 from warpmuscle.recording import Recording
 from warpmuscle.scene import Scene
+from warpmuscle.strides import strides
 
 X = (1.0, 0.0, 0.0)
 SIDE, FRONT = (2, 1), (0, 1)  # world axes to the right and up of the page
@@ -54,11 +55,9 @@ def walk(name: str, figure: str, folder: Path) -> Recording:
 
 
 def last_stride(motion: Recording) -> Recording:
-    """The last two whole steps of a motion that begin with the left leg in stance, or all of it."""
-    starts = np.flatnonzero(np.diff(motion.stance.astype(int)) < 0) + 1
-    if len(starts) < 2:
-        return motion
-    return motion.window(float(motion.time[starts[-2]]), float(motion.time[starts[-1]]))
+    """The last whole gait cycle of a motion, from one contact of the left foot to its next, or all of it."""
+    cycles = strides(motion, "left")
+    return motion.window(*cycles[-1]) if cycles else motion
 
 
 def with_muscles(axes: Any, scene: Scene, motion: Recording, view: tuple[int, int], frame: int = 0) -> None:
