@@ -8,21 +8,10 @@ from typing import Any
 
 import warp as wp
 
-from warpmuscle.kernels.lanes import synchronize
+from warpmuscle.kernels.scratch import synchronize
 from warpmuscle.kernels.simbicon import pd_error
 from warpmuscle.kernels.spatial import full, symmetric, symmetric_outer, symmetric_part
-from warpmuscle.kernels.structs import (
-    BALL,
-    BY_TORQUE,
-    MIXED,
-    UNIVERSAL,
-    ModelRef,
-    StateRef,
-    WorkRef,
-    at,
-    rolled,
-    whole,
-)
+from warpmuscle.kernels.structs import BALL, BY_TORQUE, MIXED, UNIVERSAL, ModelRef, StateRef, WorkRef, at, rolled, whole
 
 IMPLICIT_SHARE = 0.55  # of a step that implicit damping looks ahead: 0.5 is most accurate, more settles faster
 

@@ -4,7 +4,7 @@ from typing import Any
 
 import warp as wp
 
-from warpmuscle.kernels.lanes import synchronize
+from warpmuscle.kernels.scratch import synchronize
 from warpmuscle.kernels.structs import COLLIDED, RUNNING, ModelRef, WorkRef, at
 
 

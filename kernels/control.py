@@ -10,7 +10,7 @@ from typing import Any
 
 import warp as wp
 
-from warpmuscle.kernels.lanes import synchronize
+from warpmuscle.kernels.scratch import synchronize
 from warpmuscle.kernels.simbicon import control_stage, targets_stage, torques_stage
 from warpmuscle.kernels.spatial import symmetric
 from warpmuscle.kernels.structs import BALL, HINGE, UNIVERSAL, ModelRef, StateRef, WorkRef, at, rolled

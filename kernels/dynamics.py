@@ -9,8 +9,8 @@ downdates. A joint may carry an implicit inertia K (spring-dampers linearised ov
 import warp as wp
 
 from warpmuscle.kernels.contact import contact_stage
-from warpmuscle.kernels.lanes import synchronize
 from warpmuscle.kernels.limits import limit_stage
+from warpmuscle.kernels.scratch import synchronize
 from warpmuscle.kernels.spatial import (
     cross_rows,
     full,

@@ -14,8 +14,8 @@ from warpmuscle.kernels.dynamics import (
     with_children,
 )
 from warpmuscle.kernels.integration import integrate_angle, integrate_body
-from warpmuscle.kernels.lanes import synchronize
 from warpmuscle.kernels.motion import follow, prescribed_root
+from warpmuscle.kernels.scratch import synchronize
 from warpmuscle.kernels.spatial import symmetric_times
 from warpmuscle.kernels.structs import (
     BALL,

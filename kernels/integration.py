@@ -3,7 +3,7 @@
 import warp as wp
 
 from warpmuscle.kernels.kinematics import acceleration_vector, coordinate_quat, coordinate_vector, speed_vector
-from warpmuscle.kernels.lanes import synchronize
+from warpmuscle.kernels.scratch import synchronize
 from warpmuscle.kernels.spatial import turn
 from warpmuscle.kernels.structs import (
     BALL,

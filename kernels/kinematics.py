@@ -3,7 +3,7 @@
 import warp as wp
 
 from warpmuscle.kernels.joint import hinge_rotation, universal_bias
-from warpmuscle.kernels.lanes import synchronize
+from warpmuscle.kernels.scratch import synchronize
 from warpmuscle.kernels.spatial import rotation_matrix
 from warpmuscle.kernels.structs import (
     BALL,

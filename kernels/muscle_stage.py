@@ -11,7 +11,7 @@ import warp as wp
 from warpmuscle.kernels import muscle
 from warpmuscle.kernels.activation import activation_step
 from warpmuscle.kernels.actuation import actuation_stage_of, implicit_damping_stage, muscle_torque, pulled_torque
-from warpmuscle.kernels.lanes import synchronize
+from warpmuscle.kernels.custom_curves import OwnCurves, with_curves
 from warpmuscle.kernels.muscle import (
     bounded_fibre_length,
     compliant_force,
@@ -33,9 +33,9 @@ from warpmuscle.kernels.muscle_control import (
     within,
 )
 from warpmuscle.kernels.objective_terms import MuscleWork, muscle_terms_of
-from warpmuscle.kernels.own_curves import OwnCurves, with_curves
-from warpmuscle.kernels.path import Stretch, joint_velocities, stretch_of
+from warpmuscle.kernels.path import PathState, joint_velocities, stretch_of
 from warpmuscle.kernels.reflex import reflex_stage
+from warpmuscle.kernels.scratch import synchronize
 from warpmuscle.kernels.structs import LARGEST, ModelRef, MuscleRow, RecordRef, StateRef, WorkRef, at, rolled, whole
 
 RIGID, SWITCH, COMPLIANT = 0, 1, 2  # tendons
@@ -81,7 +81,7 @@ def contraction_of(curves: int, tendon: int, implicit: bool = False, own: OwnCur
 
     @wp.func
     def rigid(
-        instance: int, m: int, activation: float, stretch: Stretch, row: MuscleRow, model: ModelRef, state: StateRef
+        instance: int, m: int, activation: float, stretch: PathState, row: MuscleRow, model: ModelRef, state: StateRef
     ) -> Contraction:
         l_opt = row.l_opt
         slack = row.l_slack - stretch.fixed
@@ -105,7 +105,7 @@ def contraction_of(curves: int, tendon: int, implicit: bool = False, own: OwnCur
 
     @wp.func
     def compliant(
-        instance: int, m: int, activation: float, stretch: Stretch, row: MuscleRow, model: ModelRef, state: StateRef
+        instance: int, m: int, activation: float, stretch: PathState, row: MuscleRow, model: ModelRef, state: StateRef
     ) -> Contraction:
         l_opt = row.l_opt
         l_slack = row.l_slack
@@ -133,7 +133,7 @@ def contraction_of(curves: int, tendon: int, implicit: bool = False, own: OwnCur
 
 @wp.func
 def legacy_contraction(
-    instance: int, m: int, activation: float, stretch: Stretch, row: MuscleRow, model: ModelRef, state: StateRef
+    instance: int, m: int, activation: float, stretch: PathState, row: MuscleRow, model: ModelRef, state: StateRef
 ):
     """As the program of Bergmann 2017 computed it: tendon switch, backward difference of the length, no bounds."""
     l_opt = row.l_opt

@@ -10,11 +10,11 @@ import warp as wp
 
 from warpmuscle.kernels.contact import body_weight
 from warpmuscle.kernels.curves import active_force_length, force_velocity
+from warpmuscle.kernels.custom_curves import OwnCurves, with_curves
 from warpmuscle.kernels.gait_cycle import foot_part, part_of_step
 from warpmuscle.kernels.limits import limit_stage
 from warpmuscle.kernels.metabolics import bhargava_power, umberger_power, wang_power
 from warpmuscle.kernels.muscle import LARGEST_SPEED, bounded_passive
-from warpmuscle.kernels.own_curves import OwnCurves, with_curves
 from warpmuscle.kernels.simbicon import pd_error
 from warpmuscle.kernels.spatial import heading_angle, turn_about_x
 from warpmuscle.kernels.structs import LARGEST, LEFT, RIGHT, ModelRef, StateRef, WorkRef, at

@@ -24,8 +24,8 @@ from typing import Any
 
 import warp as wp
 
-from warpmuscle.kernels.lanes import synchronize
 from warpmuscle.kernels.muscle_control import counted, wanted_force
+from warpmuscle.kernels.scratch import synchronize
 from warpmuscle.kernels.structs import UNIVERSAL, ModelRef, Paths, StateRef, WorkRef, at, rolled, whole
 
 SHORTEST = 1.0e-9  # m, of a segment that has a direction
@@ -41,7 +41,7 @@ class Weight:
 
 
 @wp.struct
-class Stretch:
+class PathState:
     """Length and lengthening speed of a path. The parts of the length are kept apart for precision."""
 
     fixed: float  # m, of the segments within bodies
@@ -205,9 +205,9 @@ def segments_stretch_of(conditions: bool) -> Any:
     @wp.func
     def muscle_stretch(
         instance: int, muscle: int, model: ModelRef, state: StateRef, work: WorkRef, arm: wp.array[wp.vec3]
-    ) -> Stretch:
+    ) -> PathState:
         paths = model.paths
-        total = Stretch()
+        total = PathState()
         total.fixed = at(paths.fixed_length, instance, muscle)
         span = paths.span[muscle]
         for i in range(span.first_segment, span.end_segment):
@@ -245,7 +245,7 @@ def segments_stretch_of(conditions: bool) -> Any:
 @wp.func
 def straight_stretch(
     instance: int, muscle: int, model: ModelRef, state: StateRef, work: WorkRef, arm: wp.array[wp.vec3]
-) -> Stretch:
+) -> PathState:
     """What `segments_stretch_of` says, of a path that is straight; the moment arm is left to the caller."""
     path = model.paths.straight[muscle]
     ends = at(model.paths.ends, instance, muscle)
@@ -253,7 +253,7 @@ def straight_stretch(
     a = work.rotation[whole(path.body_a)] * ends.a
     d = work.rotation[whole(path.body_b)] * ends.b - a
     length = wp.length(d)
-    total = Stretch()
+    total = PathState()
     total.arm = wp.cross(a, d * (1.0 / wp.max(length, SHORTEST))) * float(path.sign)
     total.crossing = whole(path.crossing)
     total.fixed = at(model.paths.fixed_length, instance, muscle)
@@ -266,10 +266,10 @@ def straight_stretch(
 @wp.func
 def pulley_stretch(
     instance: int, muscle: int, model: ModelRef, state: StateRef, work: WorkRef, arm: wp.array[wp.vec3]
-) -> Stretch:
+) -> PathState:
     """What `segments_stretch_of` says, of a path on pulleys."""
     paths = model.paths
-    total = Stretch()
+    total = PathState()
     total.fixed = at(paths.fixed_length, instance, muscle)
     span = paths.span[muscle]
     for k in range(span.first_pulley, span.end_pulley):
@@ -304,7 +304,7 @@ def stretch_of(pulleys: bool = True, conditions: bool = True, straight: bool = F
     @wp.func
     def any_stretch(
         instance: int, muscle: int, model: ModelRef, state: StateRef, work: WorkRef, arm: wp.array[wp.vec3]
-    ) -> Stretch:
+    ) -> PathState:
         if model.paths.span[muscle].end_pulley > model.paths.span[muscle].first_pulley:
             return pulley_stretch(instance, muscle, model, state, work, arm)
         return segments_stretch(instance, muscle, model, state, work, arm)

@@ -8,7 +8,6 @@ sense is of the present, and the delay line of the muscle makes it late.
 import warp as wp
 
 from warpmuscle.kernels.contact import body_weight
-from warpmuscle.kernels.lanes import synchronize
 from warpmuscle.kernels.reflex_structs import (
     ALWAYS,
     ANGLE,
@@ -30,6 +29,7 @@ from warpmuscle.kernels.reflex_structs import (
     ReflexPlan,
     ReflexRow,
 )
+from warpmuscle.kernels.scratch import synchronize
 from warpmuscle.kernels.spatial import heading
 from warpmuscle.kernels.structs import ModelRef, StateRef, WorkRef, at
 

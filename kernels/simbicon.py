@@ -9,21 +9,10 @@ import warp as wp
 from warpmuscle.kernels.angles import arcsine_ratio
 from warpmuscle.kernels.contact import above_ground
 from warpmuscle.kernels.joint import hinge_rotation
-from warpmuscle.kernels.lanes import synchronize
+from warpmuscle.kernels.scratch import synchronize
 from warpmuscle.kernels.spatial import heading, symmetric, symmetric_rotated
 from warpmuscle.kernels.spline import curve_value
-from warpmuscle.kernels.structs import (
-    REVERSE,
-    RIGHT,
-    SAME,
-    ModelRef,
-    Simbicon,
-    StateRef,
-    WorkRef,
-    at,
-    rolled,
-    whole,
-)
+from warpmuscle.kernels.structs import REVERSE, RIGHT, SAME, ModelRef, Simbicon, StateRef, WorkRef, at, rolled, whole
 
 LARGEST_TARGET = wp.constant(1000.0)  # rad; beyond it single precision has no good sine, and the instance diverges
 

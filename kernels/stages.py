@@ -15,22 +15,11 @@ from warpmuscle.kernels.contact import body_contacts
 from warpmuscle.kernels.control import control_stage_of
 from warpmuscle.kernels.dynamics import acceleration_stage, body_inertia, inertia_stage, leave_for_parent
 from warpmuscle.kernels.kinematics import kinematics_stage
-from warpmuscle.kernels.lanes import work_at
 from warpmuscle.kernels.muscle_stage import MuscleKind, muscle_stage_of
 from warpmuscle.kernels.path import joint_velocities, stretch_of
+from warpmuscle.kernels.scratch import work_at
 from warpmuscle.kernels.spatial import symmetric, symmetric_times
-from warpmuscle.kernels.structs import (
-    BALL,
-    ROOT_FREE,
-    UNIVERSAL,
-    Model,
-    ModelRef,
-    Record,
-    State,
-    Work,
-    WorkRef,
-    at,
-)
+from warpmuscle.kernels.structs import BALL, ROOT_FREE, UNIVERSAL, Model, ModelRef, Record, State, Work, WorkRef, at
 
 wp.set_module_options({"enable_backward": False, "max_unroll": 1})
 

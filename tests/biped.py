@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from warpmuscle.recording import QUANTITIES, Recording
+from warpmuscle.results.recording import QUANTITIES, Recording
 from warpmuscle.scene import Body, Box, Capsule, Character, Joint, Shape, Sphere
 
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)

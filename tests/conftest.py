@@ -11,8 +11,8 @@ import warp as wp
 
 from warpmuscle.kernels import stages
 from warpmuscle.kernels.curves import LEE
-from warpmuscle.kernels.lanes import capacity_of
 from warpmuscle.kernels.muscle_stage import HILL, RIGID, MuscleKind
+from warpmuscle.kernels.scratch import capacity_of
 from warpmuscle.kernels.step import step_kernel
 
 SHARED = [(2, None), (9, None), (15, None), (2, MuscleKind(LEE, RIGID, HILL))]  # bodies, one a size class, and muscles

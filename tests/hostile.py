@@ -8,12 +8,12 @@ from typing import Any
 from biped import random_recording
 from muscle_arm import muscle
 from warpmuscle.formats import toml
-from warpmuscle.number import Free
-from warpmuscle.optimization import parameter_table
-from warpmuscle.parameters import free_parameters
-from warpmuscle.recording import Recording
-from warpmuscle.records import Result
+from warpmuscle.optimization.api import parameter_table
+from warpmuscle.results.recording import Recording
+from warpmuscle.results.records import Result
 from warpmuscle.scene import Body, Character, Failure, InitialState, Joint, Scene
+from warpmuscle.scene.number import Free
+from warpmuscle.scene.parameters import free_parameters
 
 NAMES = (
     "<img src=x onerror=alert(1)>", "</script><script>alert(1)</script>", "l<svg/onload=alert(1)>",

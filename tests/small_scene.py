@@ -1,6 +1,5 @@
 """A small scene without a fault, for tests to change."""
 
-from warpmuscle.number import Free
 from warpmuscle.scene import (
     PD,
     Actuation,
@@ -22,6 +21,7 @@ from warpmuscle.scene import (
     Trajectory,
     ViaPoint,
 )
+from warpmuscle.scene.number import Free
 
 ZERO = (0.0, 0.0, 0.0)
 X, Y = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)

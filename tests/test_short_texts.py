@@ -6,7 +6,7 @@ import pytest
 import warpmuscle as wm
 from small_result import search_result
 from small_scene import muscle_scene
-from warpmuscle.status import counted, words
+from warpmuscle.core.status import counted, words
 
 RESULT = search_result()
 
@@ -19,7 +19,7 @@ def shown() -> dict[str, object]:
         "Scene('small', 4 bodies, 3 joints, 2 muscles, 10 s)": scene,
         "Rollout('small', 3 on cpu, 0 of 10 s: 3 running)": wm.Rollout(scene, 3, "cpu"),
         "Stages('small', 2 on cpu, 0 of 10 s: 2 running)": wm.Stages(scene, 2, "cpu"),
-        "SplitRollout('small', 2 on cpu, 0 of 10 s: 2 running)": wm.SplitRollout(scene, 2, ["cpu"]),
+        "MultiDeviceRollout('small', 2 on cpu, 0 of 10 s: 2 running)": wm.MultiDeviceRollout(scene, 2, ["cpu"]),
         "Recording(401 frames, 0 to 4 s, 15 bodies, 14 joints, 56 muscles)": RESULT.replays[0],
         "Recording(0 frames, 15 bodies, 14 joints, 56 muscles)": RESULT.replays[0].window(5.0),
         f"Result('walk56', seed 7 on cpu, 60 candidates, best cost {RESULT.best.cost:.6g}, 1 motion)": RESULT,
@@ -37,7 +37,7 @@ def test_what_is_shown_is_one_short_line(text: str, value: object):
 
 
 def test_a_page_is_shown_by_its_size_and_holds_the_motion_still():
-    page = RESULT.view()
+    page = wm.show(RESULT)
     assert repr(page).startswith("Page(")
     assert len(repr(page)) < 100
     assert len(page._repr_html_()) > 50_000

@@ -44,8 +44,8 @@ from mujoco_warp_peer import peer_rate
 from repeated_step import RepeatedStep
 
 from warpmuscle.formats import load
-from warpmuscle.rollout import Rollout, find_device
 from warpmuscle.scene import Scene
+from warpmuscle.simulation.rollout import Rollout, find_device
 
 KINDS = ("torques", "rigid", "compliant")
 RECORDED = 5120

@@ -23,20 +23,20 @@ import msgspec
 import typer
 import warp as wp
 
-from warpmuscle import campaign, optimization
 from warpmuscle.formats import load
-from warpmuscle.keeper import Keeper
-from warpmuscle.replayer import Replayer
-from warpmuscle.trials import Trials
+from warpmuscle.optimization import api, search_loop
+from warpmuscle.optimization.replay import Replayer
+from warpmuscle.results.checkpoint import Checkpoint
+from warpmuscle.simulation.candidates import CandidateBatch
 
 Seconds = dict[str, float]
 PARTS: dict[str, list[tuple[Any, str]]] = {
-    "sampling": [(campaign, "ask_all"), (campaign, "from_unit")],
-    "ranking and update": [(campaign, "tell_all")],
-    "parameters to the device": [(Trials, "set_parameters")],
-    "simulation": [(Trials, "run")],
-    "files": [(Keeper, "put"), (Keeper, "finish")],
-    "preparation": [(Trials, "__init__")],
+    "sampling": [(search_loop, "ask_all"), (search_loop, "from_unit")],
+    "ranking and update": [(search_loop, "tell_all")],
+    "parameters to the device": [(CandidateBatch, "set_parameters")],
+    "simulation": [(CandidateBatch, "run")],
+    "files": [(Checkpoint, "put"), (Checkpoint, "finish")],
+    "preparation": [(CandidateBatch, "__init__")],
     "replay of the best": [(Replayer, "replay")],
 }
 HOST = ("sampling", "ranking and update", "parameters to the device", "files", "everything else")
@@ -90,10 +90,10 @@ def main(
     short = msgspec.structs.replace(given, duration=0.1)
     candidates = population * searches * generations
     asked: dict[str, Any] = {"search": search, "searches": searches, "population": population}
-    optimization.optimize(short, min(candidates, 2 * population * searches), 1, device, **asked)  # compiles and imports
+    api.optimize(short, min(candidates, 2 * population * searches), 1, device, **asked)  # compiles and imports
     with tempfile.TemporaryDirectory() as folder, stopwatch() as spent:
         begin = time.perf_counter()
-        result = optimization.optimize(given, candidates, 1, device, output=Path(folder) / "bench.h5", **asked)
+        result = api.optimize(given, candidates, 1, device, output=Path(folder) / "bench.h5", **asked)
         wall = time.perf_counter() - begin
         size = (Path(folder) / "bench.h5").stat().st_size
     assert result.evaluations is not None

@@ -16,9 +16,10 @@ from typing import Annotated
 import numpy as np
 import typer
 
-from warpmuscle.search.search import Floats, Search
+from warpmuscle.core.array_types import Floats
+from warpmuscle.search.batched import ask_all, tell_all
+from warpmuscle.search.search import Search
 from warpmuscle.search.strategies import make_search, make_searches
-from warpmuscle.search.together import ask_all, tell_all
 
 
 def ellipsoid(candidates: Floats) -> Floats:

@@ -19,10 +19,10 @@ import warp as wp
 from fastest_run import fastest_run
 from numpy.typing import NDArray
 
-from warpmuscle.devices import find_devices
 from warpmuscle.formats import load
 from warpmuscle.scene import Scene
-from warpmuscle.split import make_rollout
+from warpmuscle.simulation.devices import find_devices
+from warpmuscle.simulation.multi_device import make_rollout
 
 SPREAD = 0.01  # of the parameters about their start
 RUNS = 3

@@ -28,9 +28,9 @@ import warp as wp
 from repeated_step import RepeatedStep
 
 from warpmuscle.formats import load, mjcf
-from warpmuscle.muscles import driven
-from warpmuscle.rollout import Rollout
+from warpmuscle.model.muscles import driven
 from warpmuscle.scene import Scene
+from warpmuscle.simulation.rollout import Rollout
 
 EXCITATION = 0.05  # of MuJoCo's muscles
 Run = Callable[[], int]  # makes steps and returns how many

@@ -21,22 +21,22 @@ import warp as wp
 from gait_pictures import compare, draw_gait
 
 import warpmuscle as wm
-from warpmuscle.accounting import accounting
 from warpmuscle.cli.common import with_settings
-from warpmuscle.errors import Error
-from warpmuscle.formats.files import replace_file
-from warpmuscle.gait_quality import AT, Measures, gait_measures
-from warpmuscle.gait_table import human, unit_of
-from warpmuscle.muscles import driven
-from warpmuscle.norms import KEY_POINTS
-from warpmuscle.parameters import start_values, substitute
-from warpmuscle.recording import Recording
-from warpmuscle.records import installed_versions
-from warpmuscle.robustness_trials import upright
+from warpmuscle.core.errors import Error
+from warpmuscle.core.files import replace_file
+from warpmuscle.core.status import Status
+from warpmuscle.gait.quality import AT, Measures, gait_measures
+from warpmuscle.gait.table import human, unit_of
+from warpmuscle.model.muscles import driven
+from warpmuscle.results.recording import Recording
+from warpmuscle.results.records import installed_versions
 from warpmuscle.scene import Scene
-from warpmuscle.split import make_rollout
-from warpmuscle.status import Status
-from warpmuscle.topology import topology
+from warpmuscle.scene.accounting import accounting
+from warpmuscle.scene.norms import KEY_POINTS
+from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.scene.topology import topology
+from warpmuscle.simulation.multi_device import make_rollout
+from warpmuscle.studies.robustness import upright
 
 ORIGINAL = "fwalk"  # the torque-driven walk that all others stand beside
 SCENES = (

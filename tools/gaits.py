@@ -14,8 +14,8 @@ import typer
 import warp as wp
 
 import warpmuscle as wm
+from warpmuscle.core.status import Status
 from warpmuscle.plots.stick_figures import stick_figures
-from warpmuscle.status import Status
 
 # Speed (m/s), step length (m), cadence (steps/min) of the original program with ODE, from 5 to 20 s.
 ORIGINAL = {

@@ -25,9 +25,9 @@ from numpy.typing import NDArray
 from scipy.stats import ks_2samp
 
 from warpmuscle.formats import load
-from warpmuscle.rollout import Rollout
 from warpmuscle.scene import Scene
-from warpmuscle.split import make_rollout
+from warpmuscle.simulation.multi_device import make_rollout
+from warpmuscle.simulation.rollout import Rollout
 
 SHORT = 0.1  # s
 RUNS = 256  # over this time

@@ -11,7 +11,7 @@ import typer
 import warp as wp
 
 import warpmuscle as wm
-from warpmuscle.status import Status
+from warpmuscle.core.status import Status
 
 RUNS = (  # scene, runs, duration s, noise of the root's velocity m/s
     ("walk56", 1, 60.0, 0.0),

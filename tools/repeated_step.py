@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from warpmuscle.collisions import collision_pairs
 from warpmuscle.kernels.actuation import actuation_stage_of, muscle_torque, pulled_torque
 from warpmuscle.kernels.collision import collision_stage_of
 from warpmuscle.kernels.contact import contact_stage
@@ -17,19 +16,20 @@ from warpmuscle.kernels.dynamics import backward_pass, body_inertia, forward_pas
 from warpmuscle.kernels.gait_cycle import advance_cycles
 from warpmuscle.kernels.integration import integrate_stage
 from warpmuscle.kernels.kinematics import kinematics_stage
-from warpmuscle.kernels.lanes import capacity_of, slots_of, synchronize, work_at, work_memory
 from warpmuscle.kernels.limits import limit_stage
 from warpmuscle.kernels.muscle_stage import MuscleKind, arms_at_hand, arms_in_state, muscle_stage_of, no_muscles
 from warpmuscle.kernels.objective import begin_step, effort_stage, posture_status
 from warpmuscle.kernels.objective_terms import ObjectiveKind, muscle_functions, objective_stage_of
 from warpmuscle.kernels.path import joint_velocities, stretch_of
+from warpmuscle.kernels.scratch import capacity_of, slots_of, synchronize, work_at, work_memory
 from warpmuscle.kernels.simbicon import advance_phase, targets_stage, torques_stage
 from warpmuscle.kernels.spatial import symmetric
 from warpmuscle.kernels.step import MAX_REGISTERS, foot_force_stage, know_model, know_state, module_options
 from warpmuscle.kernels.structs import MIXED, RUNNING, Model, ModelRef, Record, State, StateRef, WorkRef
-from warpmuscle.muscles import compiled_kind, driven
-from warpmuscle.objective import objective_kind
-from warpmuscle.rollout import Rollout
+from warpmuscle.model.collisions import collision_pairs
+from warpmuscle.model.muscles import compiled_kind, driven
+from warpmuscle.model.objective import objective_kind
+from warpmuscle.simulation.rollout import Rollout
 
 REPEATED = 3  # extra runs of a stage
 KINEMATICS, FAILURE, TARGETS, TORQUES, PATHS, ACTUATION, OBJECTIVE, DYNAMICS, INTEGRATION = range(9)

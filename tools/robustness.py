@@ -17,10 +17,10 @@ import typer
 import warp as wp
 from gait_table import ORIGINAL, SCENES, scene_of
 
-from warpmuscle.errors import Error
-from warpmuscle.formats.files import replace_file
-from warpmuscle.records import installed_versions
-from warpmuscle.robustness_trials import IMPULSES, PushTrials, SlopeTrial, push_trials, slope_trials
+from warpmuscle.core.errors import Error
+from warpmuscle.core.files import replace_file
+from warpmuscle.results.records import installed_versions
+from warpmuscle.studies.robustness import IMPULSES, PushTrials, SlopeTrial, push_trials, slope_trials
 
 SLOPE = 5.0  # deg, up and down
 SECONDS_ON_SLOPE = 20.0

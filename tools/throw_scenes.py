@@ -14,9 +14,8 @@ import numpy as np
 from scipy.interpolate import make_interp_spline
 from throw_subject import FLEXION, LUMBAR, SHOULDER, WholeBody, arm, hinges, rounded, trunk
 
+from warpmuscle.core.pose import about, multiply
 from warpmuscle.formats.toml_layout import layout
-from warpmuscle.number import Free
-from warpmuscle.pose import about, multiply
 from warpmuscle.scene import (
     Actuation,
     Character,
@@ -32,8 +31,9 @@ from warpmuscle.scene import (
     Scene,
     ViaPoint,
 )
-from warpmuscle.segments import Segment, segment
-from warpmuscle.validate_muscles import initial_path_lengths
+from warpmuscle.scene.anthropometry import Segment, segment
+from warpmuscle.scene.number import Free
+from warpmuscle.scene.validation.muscles import initial_path_lengths
 
 KNOTS, DURATION, RATE = 16, 1.5, 100
 DATA = """\

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from warpmuscle.scene import Body, Box, Capsule, Character, Joint, Sphere
-from warpmuscle.segments import Segment, segment
+from warpmuscle.scene.anthropometry import Segment, segment
 
 SHOULDER = (-0.104, 0.818)  # of the height: half the width of the shoulders, to the right; their height (Winter 2009)
 LUMBAR = 0.583  # of the height: that of the lumbar joint

@@ -13,37 +13,40 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from warpmuscle.errors import Error, ResultError, RolloutError, SceneError
+from warpmuscle.core.errors import Error, ResultError, RolloutError, SceneError
 
 if TYPE_CHECKING:
+    from warpmuscle.core.status import Status
     from warpmuscle.formats import load, save
-    from warpmuscle.gait import measure
-    from warpmuscle.optimization import optimize, resume
+    from warpmuscle.gait.measures import measure
+    from warpmuscle.optimization.api import optimize, resume
+    from warpmuscle.optimization.best_scene import best_scene
     from warpmuscle.plots import plot
-    from warpmuscle.recording import Recording
-    from warpmuscle.records import Result
-    from warpmuscle.result_scene import best_scene
-    from warpmuscle.results import read, write
-    from warpmuscle.rollout import Rollout
+    from warpmuscle.results.recording import Recording
+    from warpmuscle.results.records import Result
+    from warpmuscle.results.result import read, write
     from warpmuscle.scene import Scene
-    from warpmuscle.split import SplitRollout, make_rollout
-    from warpmuscle.stages import Stages
-    from warpmuscle.status import Status
-    from warpmuscle.trusted import trust
+    from warpmuscle.scene.trusted_code import trust
+    from warpmuscle.simulation.multi_device import MultiDeviceRollout, make_rollout
+    from warpmuscle.simulation.rollout import Rollout
+    from warpmuscle.simulation.stages import Stages
+    from warpmuscle.view.notebook import show
 
     __version__: str
 
 __all__ = [
-    "Error", "Recording", "Result", "ResultError", "Rollout", "RolloutError", "Scene", "SceneError",
-    "SplitRollout", "Stages", "Status", "__version__", "best_scene", "load", "make_rollout", "measure", "optimize",
-    "plot", "read", "resume", "save", "trust", "write",
+    "Error", "MultiDeviceRollout", "Recording", "Result", "ResultError", "Rollout", "RolloutError", "Scene",
+    "SceneError", "Stages", "Status", "__version__", "best_scene", "load", "make_rollout", "measure", "optimize",
+    "plot", "read", "resume", "save", "show", "trust", "write",
 ]  # fmt: skip
 
 _HOMES = {
-    "Recording": "recording", "Result": "records", "Rollout": "rollout", "Scene": "scene",
-    "SplitRollout": "split", "Stages": "stages", "Status": "status", "best_scene": "result_scene", "load": "formats",
-    "make_rollout": "split", "measure": "gait", "optimize": "optimization", "plot": "plots", "read": "results",
-    "resume": "optimization", "save": "formats", "trust": "trusted", "write": "results",
+    "MultiDeviceRollout": "simulation.multi_device", "Recording": "results.recording", "Result": "results.records",
+    "Rollout": "simulation.rollout", "Scene": "scene", "Stages": "simulation.stages", "Status": "core.status",
+    "best_scene": "optimization.best_scene", "load": "formats", "make_rollout": "simulation.multi_device",
+    "measure": "gait.measures", "optimize": "optimization.api", "plot": "plots", "read": "results.result",
+    "resume": "optimization.api", "save": "formats", "show": "view.notebook", "trust": "scene.trusted_code",
+    "write": "results.result",
 }  # fmt: skip
 
 
@@ -55,7 +58,7 @@ def __dir__() -> list[str]:
 def __getattr__(name: str) -> Any:
     """Import what is asked for; Warp takes a while, and reading a file or a help text needs none of it."""
     if name == "__version__":
-        from warpmuscle.records import version_of
+        from warpmuscle.results.records import version_of
 
         return version_of("warpmuscle")
     if name not in _HOMES:

@@ -5,11 +5,11 @@ import numpy as np
 import pytest
 
 from small_scene import muscle_scene, sound_scene
-from warpmuscle.errors import SceneError
+from warpmuscle.core.errors import SceneError
 from warpmuscle.formats import derived, toml
-from warpmuscle.number import Free
-from warpmuscle.parameters import free_parameters, leaves, start_values, substitute, with_values
 from warpmuscle.scene import PD, Scene
+from warpmuscle.scene.number import Free
+from warpmuscle.scene.parameters import free_parameters, leaves, start_values, substitute, with_values
 
 KP = "controller.pd.lHip.kp"
 

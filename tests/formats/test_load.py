@@ -10,12 +10,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from small_scene import muscle_scene, sound_scene
-from warpmuscle.errors import SceneError
+from warpmuscle.core.errors import SceneError
+from warpmuscle.core.limits import GREATEST_NUMBER
 from warpmuscle.formats import Ignored, load, save, scene_names
-from warpmuscle.limits import GREATEST_NUMBER
-from warpmuscle.number import Free
-from warpmuscle.parameters import free_parameters, start_values, substitute
 from warpmuscle.scene import Capsule, Ground, JointState, Objective, Scene
+from warpmuscle.scene.number import Free
+from warpmuscle.scene.parameters import free_parameters, start_values, substitute
 
 SHIPPED = {
     "fwalk": ("bipV2", "fWalk"), "iwalk": ("bipV2", "iWalk"), "bwalk": ("bipV2", "bWalk"), "fjog": ("bipV2", "fJog"),

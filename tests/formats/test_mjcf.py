@@ -17,11 +17,11 @@ from mujoco_oracle import (
     random_states,
     state_to_qpos,
 )
-from warpmuscle.errors import SceneError
+from warpmuscle.core.errors import SceneError
 from warpmuscle.formats import load, mjcf
-from warpmuscle.number import Free
 from warpmuscle.scene import Body, Capsule, Character, Ground, InitialState, Joint, Scene, Sphere
-from warpmuscle.stages import Stages
+from warpmuscle.scene.number import Free
+from warpmuscle.simulation.stages import Stages
 
 KINDS = ("free", "planar", "fixed")
 

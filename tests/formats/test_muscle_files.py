@@ -9,7 +9,7 @@ from small_scene import X, muscle_scene
 from warpmuscle.formats import Ignored, load, save, toml
 from warpmuscle.formats.toml_layout import layout
 from warpmuscle.scene import Actuation, InitialState, Muscle, ViaPoint
-from warpmuscle.validate_muscles import SceneWarning
+from warpmuscle.scene.validation.muscles import SceneWarning
 
 MUSCLES = {
     "bipV2M/bipV2M_save_allUniArticularMuscles": 56,
@@ -19,7 +19,7 @@ MUSCLES = {
 }
 
 
-@pytest.mark.filterwarnings("ignore::warpmuscle.validate_muscles.SceneWarning")
+@pytest.mark.filterwarnings("ignore::warpmuscle.scene.validation.muscles.SceneWarning")
 @pytest.mark.parametrize("keyword_rule", [False, True])
 @pytest.mark.parametrize("name", MUSCLES)
 def test_muscles_survive_both_formats(reference_data, tmp_path, name, keyword_rule):
@@ -36,7 +36,7 @@ def test_muscles_survive_both_formats(reference_data, tmp_path, name, keyword_ru
     assert list(again.character.muscles) == list(scene.character.muscles)
 
 
-@pytest.mark.filterwarnings("ignore::warpmuscle.validate_muscles.SceneWarning")
+@pytest.mark.filterwarnings("ignore::warpmuscle.scene.validation.muscles.SceneWarning")
 def test_muscles_drive_all_joints_that_they_cross_or_only_those_that_are_marked(reference_data):
     file = reference_data / "simbicon/characters/bipV2M/bipV2M_save_allUniArticularMuscles.rbs"
     ignored: list[Ignored] = []

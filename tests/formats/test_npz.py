@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 from biped import biped, load_recording
-from warpmuscle.arrays import Floats
-from warpmuscle.errors import ResultError
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.errors import ResultError
+from warpmuscle.core.pose import about, normalized
 from warpmuscle.formats import load, npz
 from warpmuscle.formats.sto import euler_xyz
-from warpmuscle.model import joint_coordinates
-from warpmuscle.pose import about, normalized
+from warpmuscle.model.build import joint_coordinates
 
 K = 12
 PHASE, STANCE = np.arange(K) % 6 / 6.0, np.arange(K) // 6

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from warpmuscle.errors import SceneError
+from warpmuscle.core.errors import SceneError
 from warpmuscle.formats import load, rbs
 from warpmuscle.formats.lines import Notes
 from warpmuscle.scene import Box, Capsule, Ground, Muscle, Sphere, ViaPoint

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from warpmuscle.errors import SceneError
+from warpmuscle.core.errors import SceneError
 from warpmuscle.formats import rbs, rs
 from warpmuscle.formats.lines import Notes
 from warpmuscle.scene import Body, Character, InitialState, Joint, JointState

@@ -4,12 +4,12 @@ import msgspec
 import numpy as np
 import pytest
 
-from warpmuscle.errors import Error
+from warpmuscle.core.errors import Error
+from warpmuscle.core.pose import about, multiply
 from warpmuscle.formats import load, sto
-from warpmuscle.pose import about, multiply
-from warpmuscle.recording import Recording
-from warpmuscle.rollout import Rollout
+from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
+from warpmuscle.simulation.rollout import Rollout
 
 
 @pytest.fixture(scope="module")

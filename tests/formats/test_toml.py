@@ -7,12 +7,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from small_scene import sound_scene
-from warpmuscle.errors import SceneError
+from warpmuscle.core.errors import SceneError
+from warpmuscle.core.limits import GREATEST_NUMBER
 from warpmuscle.formats import load, toml
 from warpmuscle.formats.toml_lines import key_lines
-from warpmuscle.limits import GREATEST_NUMBER
-from warpmuscle.number import Free
 from warpmuscle.scene import PD, Scene, SearchStage, State, Trajectory
+from warpmuscle.scene.number import Free
 
 CHARACTER = """root = "pelvis"
 [bodies]

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from warpmuscle.errors import SceneError
+from warpmuscle.core.errors import SceneError
 from warpmuscle.formats import toml
 
 LEG = """root = "pelvis"

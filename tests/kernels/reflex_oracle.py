@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from probes import matrix
 
-from warpmuscle.pose import twist_angle
-from warpmuscle.recording import Recording
+from warpmuscle.core.pose import twist_angle
+from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Reflex, Reflexes, Scene
 
 PARTS = {"all": lambda x: x, "positive": lambda x: max(x, 0.0), "negative": lambda x: min(x, 0.0)}

@@ -5,7 +5,7 @@ import pytest
 from probes import evaluate
 
 from warpmuscle.kernels import activation
-from warpmuscle.muscles import neural_mix
+from warpmuscle.model.muscles import neural_mix
 
 TIMES = {"Thelen2003": activation.THELEN_TIMES, "Millard2012Equilibrium": activation.MILLARD_TIMES}
 

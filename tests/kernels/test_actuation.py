@@ -11,14 +11,14 @@ from mujoco_oracle import random_states
 from muscle_arm import ABOUT_JOINT, MASS, REACH, arm, leg
 from warpmuscle.kernels import actuation
 from warpmuscle.kernels.kinematics import kinematics_stage
-from warpmuscle.kernels.lanes import capacity_of, work_floats
 from warpmuscle.kernels.path import joint_velocities
+from warpmuscle.kernels.scratch import capacity_of, work_floats
 from warpmuscle.kernels.spatial import symmetric
 from warpmuscle.kernels.stages import work_of
 from warpmuscle.kernels.structs import Model, State
-from warpmuscle.rollout import Rollout
 from warpmuscle.scene import Actuation, JointState, Scene
-from warpmuscle.stages import Stages
+from warpmuscle.simulation.rollout import Rollout
+from warpmuscle.simulation.stages import Stages
 
 N = 200
 WEIGHTS = np.random.default_rng(9).integers(0, 2, (N, 3)).astype(float)

@@ -10,9 +10,9 @@ import pytest
 from numpy.typing import NDArray
 from test_path_opensim import Osim, numbers
 
-from warpmuscle.pose import about, multiply, rotate
+from warpmuscle.core.pose import about, multiply, rotate
 from warpmuscle.scene import Body, Character, Scene
-from warpmuscle.stages import Stages
+from warpmuscle.simulation.stages import Stages
 
 JOINTS = ["r_shoulder", "r_elbow"]
 ON_CYLINDER = ["TRIlat", "TRImed", "BRA"]  # which wraps wherever the straight path meets it, from any side

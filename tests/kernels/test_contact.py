@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from probes import cross_matrix, evaluate, units, vectors
 
+from warpmuscle.core.pose import about, rotate
 from warpmuscle.kernels import contact
-from warpmuscle.pose import about, rotate
 from warpmuscle.scene import Body, Box, Capsule, Character, Failure, Ground, InitialState, Scene, Shape, Sphere
-from warpmuscle.stages import Stages
+from warpmuscle.simulation.stages import Stages
 
 X, ZERO = (1.0, 0.0, 0.0), (0.0, 0.0, 0.0)
 G, MASS, HALF = 9.8, 5.0, 0.1

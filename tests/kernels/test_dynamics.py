@@ -9,12 +9,12 @@ from probes import evaluate, matrix
 import mujoco_oracle
 from biped import biped, multiply, rotate
 from mujoco_oracle import States, random_states
+from warpmuscle.core.pose import about, conjugate
 from warpmuscle.formats import load
 from warpmuscle.kernels.limits import ball_angles, ball_rate_axes
-from warpmuscle.pose import about, conjugate
-from warpmuscle.rollout import Rollout
 from warpmuscle.scene import Body, Character, Failure, Ground, InitialState, Joint, JointState, Scene
-from warpmuscle.stages import Stages
+from warpmuscle.simulation.rollout import Rollout
+from warpmuscle.simulation.stages import Stages
 
 X, Y, Z, ORIGIN = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0), (0.0, 0.0, 0.0)
 G = 9.8

@@ -7,13 +7,13 @@ import pytest
 import warp as wp
 
 from warpmuscle.formats import load
-from warpmuscle.kernels.lanes import capacity_of
 from warpmuscle.kernels.record import NOTHING, RecordKind
+from warpmuscle.kernels.scratch import capacity_of
 from warpmuscle.kernels.step import MAX_REGISTERS, step_kernel
-from warpmuscle.launching import GPU_BLOCK, GPU_LANES
-from warpmuscle.muscles import compiled_kind, driven
-from warpmuscle.objective import objective_kind
-from warpmuscle.topology import topology
+from warpmuscle.model.muscles import compiled_kind, driven
+from warpmuscle.model.objective import objective_kind
+from warpmuscle.scene.topology import topology
+from warpmuscle.simulation.launcher import GPU_BLOCK, GPU_LANES
 
 SHARED_A_BLOCK = 233_472 // 12  # bytes: twelve blocks on a multiprocessor; 1 KiB of each is for the system
 FRAME_SIZE, REGISTER_COUNT = 0x11, 0x2F  # attributes of functions in .nv.info

@@ -7,11 +7,11 @@ from probes import evaluate, vectors
 
 from mujoco_oracle import random_states
 from muscle_arm import leg
-from warpmuscle.arrays import structs_to_device
+from warpmuscle.core.arrays import structs_to_device
 from warpmuscle.kernels import activation, muscle_control
 from warpmuscle.kernels.structs import CLIP, DROP, KEEP, MuscleRow, Muscles, MuscleState, OwnExcitation
 from warpmuscle.scene import MuscleModel
-from warpmuscle.stages import Stages
+from warpmuscle.simulation.stages import Stages
 
 TIME_STEP = 1.0 / 2000.0
 

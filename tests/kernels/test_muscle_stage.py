@@ -10,10 +10,10 @@ from biped import rotate
 from muscle_arm import INERTIA, MASS, arm, constant, leg
 from warpmuscle.kernels import muscle
 from warpmuscle.kernels.curves import LEE
-from warpmuscle.number import Free
-from warpmuscle.recording import MUSCLE_QUANTITIES, Recording
-from warpmuscle.rollout import Rollout
+from warpmuscle.results.recording import MUSCLE_QUANTITIES, Recording
 from warpmuscle.scene import Actuation, Excitation, JointState, MuscleModel, Scene
+from warpmuscle.scene.number import Free
+from warpmuscle.simulation.rollout import Rollout
 
 TENDONS = ["rigid", "switch", "compliant"]
 RATE = 2000.0  # steps a second

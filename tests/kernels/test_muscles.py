@@ -5,7 +5,7 @@ import pytest
 import warp as wp
 from probes import evaluate
 
-from warpmuscle.arrays import structs_to_device
+from warpmuscle.core.arrays import structs_to_device
 from warpmuscle.kernels import activation, muscle, muscles
 from warpmuscle.kernels.curves import MILLARD
 from warpmuscle.kernels.structs import MuscleRow, Muscles, MuscleState

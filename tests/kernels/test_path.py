@@ -9,13 +9,13 @@ from probes import evaluate, matrix, turn_about
 
 from biped import biped
 from mujoco_oracle import random_states
-from warpmuscle.errors import SceneError
+from warpmuscle.core.errors import SceneError
 from warpmuscle.kernels import path, stages
-from warpmuscle.kernels.lanes import capacity_of, work_floats
-from warpmuscle.paths import MusclePath, PathTable, path_table, paths_struct
+from warpmuscle.kernels.scratch import capacity_of, work_floats
+from warpmuscle.model.paths import MusclePath, PathTable, path_table, paths_struct
 from warpmuscle.scene import Actuation, Character, Condition, Muscle, Scene, ViaPoint
-from warpmuscle.stages import Stages
-from warpmuscle.topology import topology
+from warpmuscle.scene.topology import topology
+from warpmuscle.simulation.stages import Stages
 
 ZERO = (0.0, 0.0, 0.0)
 KNEE_BENT = Condition("lKnee", -0.5, 0.4, blend=0.3)

@@ -12,9 +12,9 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 from test_path import Geometry, geometry_of, gradient
 
-from warpmuscle.number import Free
 from warpmuscle.scene import Body, Character, Condition, Joint, Scene, ViaPoint
-from warpmuscle.stages import Stages
+from warpmuscle.scene.number import Free
+from warpmuscle.simulation.stages import Stages
 
 ZERO = (0.0, 0.0, 0.0)
 BLEND = 1e-4  # rad; where a conditional point comes in, OpenSim's paths jump

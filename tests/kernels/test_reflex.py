@@ -8,14 +8,14 @@ import warp as wp
 from probes import evaluate, turn_about, units, vectors
 from reflex_oracle import excitations, term
 
-from warpmuscle.arrays import structs_to_device
+from warpmuscle.core.arrays import structs_to_device
 from warpmuscle.formats import load
 from warpmuscle.kernels import reflex
 from warpmuscle.kernels.reflex_structs import ReflexPlan, ReflexRow
-from warpmuscle.recording import Recording
-from warpmuscle.reflexes import DURING, MOVING, PART, TIMES
-from warpmuscle.rollout import Rollout
+from warpmuscle.model.reflexes import DURING, MOVING, PART, TIMES
+from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Reflex, Scene
+from warpmuscle.simulation.rollout import Rollout
 
 
 @wp.kernel(enable_backward=False)

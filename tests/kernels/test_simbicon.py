@@ -13,7 +13,7 @@ from warpmuscle.formats import load
 from warpmuscle.kernels import simbicon
 from warpmuscle.kernels.structs import LEFT, REVERSE, RIGHT, SAME
 from warpmuscle.scene import PD, Balance, Component, Controller, Curve, Feedback, Ground, Scene, State, Trajectory
-from warpmuscle.stages import Stages
+from warpmuscle.simulation.stages import Stages
 
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 

@@ -6,7 +6,7 @@ import simbicon_oracle as oracle
 import warp as wp
 from probes import evaluate
 
-from warpmuscle.arrays import structs_to_device
+from warpmuscle.core.arrays import structs_to_device
 from warpmuscle.kernels.spline import curve_value, hermite
 from warpmuscle.kernels.structs import Knot
 

@@ -5,10 +5,10 @@ import pytest
 
 from small_result import walk_result, with_arrays
 from warpmuscle.formats import load, toml
-from warpmuscle.parameters import start_values, substitute
+from warpmuscle.gait.cycles import flexion_signs, leg_angles
 from warpmuscle.plots import plot
 from warpmuscle.plots.joints import joint_curves
-from warpmuscle.strides import flexion_signs, leg_angles
+from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.view.curves import panels_of
 
 RESULT = walk_result()

@@ -13,12 +13,12 @@ from matplotlib.text import Text
 import warpmuscle as wm
 from muscle_arm import arm
 from small_result import arm_motion, no_parameters, search_result, walk_result, walk_scene
-from warpmuscle.errors import Error
+from warpmuscle.core.errors import Error
 from warpmuscle.formats import toml
-from warpmuscle.parameters import substitute
 from warpmuscle.plots import KINDS, Absent, Choices, Subject, draw, plot
-from warpmuscle.records import Result
-from warpmuscle.results import write
+from warpmuscle.results.records import Result
+from warpmuscle.results.result import write
+from warpmuscle.scene.parameters import substitute
 
 SEARCHES = ("convergence", "parameters")
 GAITS = ("angles", "ground_force", "feet")

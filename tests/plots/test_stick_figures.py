@@ -9,13 +9,14 @@ import pytest
 
 from biped import biped
 from small_result import march as marched
-from warpmuscle.errors import Error
-from warpmuscle.figure import convex_hull, leg, pieces, project
-from warpmuscle.gait import Gait
-from warpmuscle.ground import plane
+from warpmuscle.core.errors import Error
+from warpmuscle.gait.measures import Gait
 from warpmuscle.plots import stick_figures as plot
-from warpmuscle.recording import Recording
+from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Ground, Scene
+from warpmuscle.plots.projection import project
+from warpmuscle.scene.anatomy import convex_hull, leg, pieces
+from warpmuscle.scene.ground import plane
 
 FEET = ("lFoot", "rFoot")
 

@@ -9,7 +9,7 @@ import pytest
 from threadpoolctl import threadpool_limits
 
 from search.functions import FUNCTIONS, rastrigin, run, sphere, start_of
-from warpmuscle.errors import Error
+from warpmuscle.core.errors import Error
 from warpmuscle.search.cma import CmaSearch
 from warpmuscle.search.restarts import Restarts
 

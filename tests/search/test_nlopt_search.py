@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from search.functions import FUNCTIONS, rosenbrock, run, sphere, start_of
-from warpmuscle.errors import Error
+from warpmuscle.core.errors import Error
 from warpmuscle.search.differences import gradient, stencil
 from warpmuscle.search.nlopt import NloptSearch, algorithms
 from warpmuscle.search.strategies import make_search

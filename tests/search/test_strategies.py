@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from search.functions import rastrigin, rosenbrock, run, sphere, start_of
-from warpmuscle.errors import Error
-from warpmuscle.search.cube import into_cube, out_of_cube, scattered
+from warpmuscle.core.errors import Error
+from warpmuscle.search.batched import ask_all, tell_all
+from warpmuscle.search.bounds import into_cube, out_of_cube, scattered
 from warpmuscle.search.random import RandomGenerations, RandomSearch
 from warpmuscle.search.strategies import make_search, make_searches
-from warpmuscle.search.together import ask_all, tell_all
 
 NAMES = ("random", "cma", "cma:ipop", "cma:bipop", "nlopt:LN_BOBYQA", "nlopt:GN_ISRES", "nlopt:LD_LBFGS")
 

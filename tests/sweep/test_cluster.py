@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from small_sweep import RUNS, assert_same_file, small_sweep
-from warpmuscle.errors import Error
+from warpmuscle.core.errors import Error
 from warpmuscle.sweep import cluster
 from warpmuscle.sweep.run import sweep
 from warpmuscle.sweep.status import sweep_status

@@ -8,10 +8,10 @@ import pytest
 from muscle_arm import constant, leg
 from small_sweep import assert_same_file
 from warpmuscle import cli
-from warpmuscle.errors import SceneError
+from warpmuscle.core.errors import SceneError
 from warpmuscle.formats import toml
-from warpmuscle.number import Free
-from warpmuscle.results import read
+from warpmuscle.results.result import read
+from warpmuscle.scene.number import Free
 from warpmuscle.sweep import cluster
 from warpmuscle.sweep.named_code import named_by, trusted_there
 from warpmuscle.sweep.run import sweep

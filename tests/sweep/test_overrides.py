@@ -5,10 +5,10 @@ from pathlib import Path
 import pytest
 
 from small_scene import muscle_scene
-from warpmuscle.errors import SceneError
+from warpmuscle.core.errors import SceneError
 from warpmuscle.formats import load
-from warpmuscle.number import Free
 from warpmuscle.scene import PD, Actuation, Scene
+from warpmuscle.scene.number import Free
 from warpmuscle.sweep.overrides import Override, overridden
 
 SOURCE = "controller.pd.lHip.kp"

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from warpmuscle.errors import SceneError
-from warpmuscle.records import Options
+from warpmuscle.core.errors import SceneError
+from warpmuscle.results.records import Options
 from warpmuscle.sweep import plan as plan_module
 from warpmuscle.sweep.plan import Plan, read
 

@@ -6,7 +6,7 @@ import msgspec
 import pytest
 
 from small_sweep import small_sweep
-from warpmuscle.errors import ResultError, SceneError
+from warpmuscle.core.errors import ResultError, SceneError
 from warpmuscle.formats import load, toml
 from warpmuscle.sweep import gather
 from warpmuscle.sweep.folder import MANIFEST, Folder, Manifest, RunEntry

@@ -13,14 +13,14 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from small_disk import disk_of
 from small_sweep import RUNS, assert_same_file, small_sweep
-from test_journal import disk_of
 from warpmuscle.cli import app
-from warpmuscle.errors import Error, ResultError
+from warpmuscle.core.errors import Error, ResultError
 from warpmuscle.formats import load
-from warpmuscle.journal import journal_path
-from warpmuscle.optimization import optimize
-from warpmuscle.results import read
+from warpmuscle.optimization.api import optimize
+from warpmuscle.results.journal import journal_path
+from warpmuscle.results.result import read
 from warpmuscle.sweep import run as run_module
 from warpmuscle.sweep.folder import Folder
 from warpmuscle.sweep.plan import read as plan_of

@@ -5,18 +5,18 @@ from functools import partial
 import numpy as np
 import pytest
 
+from same_values import assert_same
 from small_scene import muscle_scene
-from test_results import assert_same
-from warpmuscle import generation
-from warpmuscle.errors import Error
+from warpmuscle.core.errors import Error
 from warpmuscle.formats import load
-from warpmuscle.number import Free
-from warpmuscle.optimization import optimize
-from warpmuscle.parameters import free_parameters, leaves
+from warpmuscle.optimization import evaluation
+from warpmuscle.optimization.api import optimize
 from warpmuscle.scene import Scene
+from warpmuscle.scene.number import Free
+from warpmuscle.scene.parameters import free_parameters, leaves
 from warpmuscle.sweep.overrides import Override, overridden
 from warpmuscle.sweep.together import run_together
-from warpmuscle.sweep.union import Union, groups, number_leaves
+from warpmuscle.sweep.union import MergedScene, groups, number_leaves
 
 
 def changed(scene: Scene, **values) -> Scene:
@@ -75,7 +75,7 @@ def test_every_run_is_the_same_to_the_last_bit_as_alone(options):
 
 
 def test_rounds_of_several_batches_and_a_target_are_as_alone(monkeypatch):
-    monkeypatch.setattr(generation, "CPU_BATCH", 7)
+    monkeypatch.setattr(evaluation, "CPU_BATCH", 7)
     scenes = variants()[:3]
     options = {"search": "random", "population": 20}
     costs = optimize(scenes[1], 30, seed=1, device="cpu", **options).evaluations.cost
@@ -125,7 +125,7 @@ def test_intervals_that_no_single_scene_can_have_keep_scenes_apart():
 
 def test_union_has_a_parameter_for_each_number_that_differs_or_is_free():
     scene = muscles()
-    union = Union([scene, changed(scene, gravity=5.0)])
+    union = MergedScene([scene, changed(scene, gravity=5.0)])
     names = [parameter.name for parameter in free_parameters(union.scene)]
     assert sorted(names) == [
         "character.muscles.HFL.f_max", "controller.pd.lHip.kp", "controller.pd.rHip.kp", "gravity",

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.signal import cont2discrete
 
-from warpmuscle.errors import Error
+from warpmuscle.core.errors import Error
 from warpmuscle.synergy.activation_filter import ActivationFilter
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from warpmuscle.errors import SignalError
+from warpmuscle.core.errors import SignalError
 from warpmuscle.synergy.cycles import Cycles, by_cycles, read_cycles
 from warpmuscle.synergy.signals import Signals
 

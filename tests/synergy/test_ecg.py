@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from synthetic_emg import NAMES, RATE, raw_emg
 
-from warpmuscle.errors import SignalError
+from warpmuscle.core.errors import SignalError
 from warpmuscle.synergy.ecg import remove_ecg
 from warpmuscle.synergy.emg import Chain, band_passed, envelope
 from warpmuscle.synergy.signals import Signals

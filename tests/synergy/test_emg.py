@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from synthetic_emg import RATE, WEIGHTS, coefficients, raw_emg
 
-from warpmuscle.errors import SignalError
+from warpmuscle.core.errors import SignalError
 from warpmuscle.synergy.emg import Chain, band_passed, envelope, given_envelope, normalised, resampled
 from warpmuscle.synergy.signals import Signals
 

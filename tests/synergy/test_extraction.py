@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from synthetic_emg import WEIGHTS, coefficients
 
-from warpmuscle.errors import SignalError
+from warpmuscle.core.errors import SignalError
 from warpmuscle.synergy.extraction import Rule, extract, knee, least_sufficient
 from warpmuscle.synergy.factorization import Account
 

@@ -5,7 +5,7 @@ import pytest
 from sklearn.decomposition import NMF
 from synthetic_emg import WEIGHTS, coefficients, raw_emg
 
-from warpmuscle.errors import SignalError
+from warpmuscle.core.errors import SignalError
 from warpmuscle.synergy.emg import Chain, band_passed, envelope
 from warpmuscle.synergy.factorization import factorize, match, reconstruct
 

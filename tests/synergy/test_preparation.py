@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from synthetic_emg import NAMES, WEIGHTS, coefficients, raw_emg, write_csv
 
-from warpmuscle.errors import SignalError
+from warpmuscle.core.errors import SignalError
 from warpmuscle.synergy.emg import Chain
 from warpmuscle.synergy.preparation import Preparation, prepare
 from warpmuscle.synergy.signals import Signals

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from synthetic_emg import NAMES, raw_emg, write_csv
 
-from warpmuscle.errors import SignalError
+from warpmuscle.core.errors import SignalError
 from warpmuscle.synergy.recordings import read_signals
 
 EMG = raw_emg(0.5)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from warpmuscle.errors import Error
+from warpmuscle.core.errors import Error
 from warpmuscle.synergy.static_optimization import static_optimization
 
 ARMS = np.array([[0.04, -0.03, 0.0, 0.02], [0.0, 0.01, 0.034, -0.021]])  # m, two joints, four muscles

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from synthetic_emg import NAMES, WEIGHTS, coefficients
 
-from warpmuscle.errors import Error, ResultError
+from warpmuscle.core.errors import Error, ResultError
+from warpmuscle.plots.synergies import draw_synergies
 from warpmuscle.synergy.extraction import Rule, extract
 from warpmuscle.synergy.files import SynergyResult, described, in_order_of, read, write
-from warpmuscle.synergy.plot import draw_synergies
 from warpmuscle.synergy.preparation import Activations, Preparation
 
 TIME = np.arange(150) / 50.0

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from warpmuscle.errors import SignalError
+from warpmuscle.core.errors import SignalError
 from warpmuscle.throw.motion import Motion
 from warpmuscle.throw.smoothing import NOISY, check_noise, low_passed, noise, removed
 

@@ -8,7 +8,7 @@ import pytest
 from typer.testing import CliRunner
 
 from warpmuscle.cli import app
-from warpmuscle.errors import Error
+from warpmuscle.core.errors import Error
 from warpmuscle.throw import job
 from warpmuscle.throw.fit import Settings
 

@@ -7,15 +7,15 @@ import h5py
 import numpy as np
 import pytest
 
-from test_journal import disk_of
-from warpmuscle.errors import Error, ResultError
+from small_disk import disk_of
+from warpmuscle.core.errors import Error, ResultError
 from warpmuscle.formats import load
 from warpmuscle.formats.toml import loads as load_text
-from warpmuscle.parameters import start_values
 from warpmuscle.plots import KINDS, Absent, Choices, Subject, draw
-from warpmuscle.report import report
-from warpmuscle.report_page import report_html
-from warpmuscle.results import read
+from warpmuscle.report.page import report_html
+from warpmuscle.report.summary import report
+from warpmuscle.results.result import read
+from warpmuscle.scene.parameters import start_values
 from warpmuscle.throw.arm import Arm, joint_positions, needed_torques, root_motion, states
 from warpmuscle.throw.capacity import Capacity
 from warpmuscle.throw.fit import Settings

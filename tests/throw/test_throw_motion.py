@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from warpmuscle.errors import Error
+from warpmuscle.core.errors import Error
 from warpmuscle.throw.motion import MARGIN, Motion, resample
 from warpmuscle.throw.motion_files import read
 

@@ -10,9 +10,9 @@ from PIL import Image
 
 from muscle_arm import arm
 from small_result import arm_motion, walk_result, walk_scene
-from warpmuscle.errors import Error
-from warpmuscle.ground import plane
+from warpmuscle.core.errors import Error
 from warpmuscle.scene import Ground
+from warpmuscle.scene.ground import plane
 from warpmuscle.video import Film, Look, films_beside, make_film, write
 from warpmuscle.video.beside import Sheet
 from warpmuscle.video.camera import camera_on

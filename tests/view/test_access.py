@@ -2,7 +2,7 @@
 
 import pytest
 
-from warpmuscle.errors import Error
+from warpmuscle.core.errors import Error
 from warpmuscle.view.access import Access, access_to
 
 SOCKET = [("Upgrade", "websocket"), ("Connection", "Upgrade")]

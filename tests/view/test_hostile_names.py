@@ -8,8 +8,8 @@ import pytest
 
 import hostile
 from warpmuscle.plots.subject import Subject
-from warpmuscle.report_page import report_html
-from warpmuscle.validate import check_scene
+from warpmuscle.report.page import report_html
+from warpmuscle.scene.validation.scene import check_scene
 from warpmuscle.view.live import Live
 from warpmuscle.view.live_run import LiveRun
 from warpmuscle.view.packing import whole

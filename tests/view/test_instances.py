@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from small_result import walk_result, walk_scene
-from warpmuscle.parameters import start_values, substitute
+from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.view import instances
 from warpmuscle.view.instances import moments_of
 from warpmuscle.view.lanes import lanes

@@ -4,11 +4,11 @@ import msgspec
 import numpy as np
 import pytest
 
-from warpmuscle.errors import Error
+from warpmuscle.core.errors import Error
+from warpmuscle.core.pose import twist_angle
+from warpmuscle.core.status import Status
 from warpmuscle.formats import load
-from warpmuscle.pose import twist_angle
-from warpmuscle.rollout import Rollout
-from warpmuscle.status import Status
+from warpmuscle.simulation.rollout import Rollout
 from warpmuscle.view.live_run import SPEED_RATE, STEERING_INTERVAL, TURN_RATE, LiveRun, can_change_speed
 
 UP = np.array([0.0, 1.0, 0.0])

@@ -8,10 +8,10 @@ import pytest
 
 from small_scene import muscle_scene
 from warpmuscle.formats import load
-from warpmuscle.parameters import start_values, substitute
-from warpmuscle.recording import Recording
-from warpmuscle.rollout import Rollout
+from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
+from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.simulation.rollout import Rollout
 from warpmuscle.view.track import Track, track_of
 
 

@@ -11,7 +11,7 @@ import pytest
 from PIL import Image
 
 from biped import random_recording
-from warpmuscle.errors import Error
+from warpmuscle.core.errors import Error
 from warpmuscle.formats import load
 from warpmuscle.view.page import Page, iframe, replay_html
 from warpmuscle.view.sources import Sight, of_scene, page_of_sights

@@ -10,12 +10,13 @@ import msgspec
 import numpy as np
 import pytest
 
+import warpmuscle as wm
 from warpmuscle.cli import main
-from warpmuscle.errors import Error, ResultError
+from warpmuscle.core.errors import Error, ResultError
 from warpmuscle.formats import load, toml
-from warpmuscle.optimization import optimize
-from warpmuscle.records import Result
-from warpmuscle.results import read, write
+from warpmuscle.optimization.api import optimize
+from warpmuscle.results.records import Result
+from warpmuscle.results.result import read, write
 from warpmuscle.view.page import replay_html
 from warpmuscle.view.sources import is_result, of_replays, of_results, tracks_of
 
@@ -47,12 +48,12 @@ def test_best_candidates_are_run_again_best_first(file):
 
 def test_result_and_recording_are_pages_for_a_notebook(file):
     result = read(file)
-    page = result.view()
+    page = wm.show(result)
     assert "srcdoc" in page._repr_html_()
     scene = toml.loads(result.scene)
-    assert result.replays[0].view(scene).text == replay_html(result.replays[0], scene)
+    assert wm.show(result.replays[0], scene).text == replay_html(result.replays[0], scene)
     with pytest.raises(ResultError, match="has 1 motions, none with number 7"):
-        result.view(replay=7)
+        wm.show(result, replay=7)
 
 
 def bad_files(file: Path, folder: Path) -> dict[str, str]:

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from biped import biped, breadth_first, forward_kinematics, random_recording
-from warpmuscle.errors import Error
+from warpmuscle.core.errors import Error
+from warpmuscle.core.pose import normalized
 from warpmuscle.formats import load
-from warpmuscle.parameters import start_values, substitute
-from warpmuscle.pose import normalized
-from warpmuscle.recording import QUANTITIES, Recording
+from warpmuscle.results.recording import QUANTITIES, Recording
 from warpmuscle.scene import Scene
+from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.view.track import doll_of, thinned, track_of
 
 

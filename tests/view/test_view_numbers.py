@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from biped import biped
-from warpmuscle.pose import rotate
+from warpmuscle.core.pose import rotate
 from warpmuscle.view.colors import of_activation
 from warpmuscle.view.lanes import lanes
 from warpmuscle.view.meshes import box, sphere, tube

@@ -9,7 +9,7 @@ import msgspec
 import numpy as np
 import pytest
 
-from warpmuscle.errors import Error
+from warpmuscle.core.errors import Error
 from warpmuscle.formats import load
 from warpmuscle.view.live import Live
 from warpmuscle.view.live_run import LiveRun

@@ -14,14 +14,14 @@ import typer
 import warp as wp
 
 import warpmuscle as wm
+from warpmuscle.core.pose import rotate, twist_angle
 from warpmuscle.formats import toml
-from warpmuscle.optimization import parameter_table
-from warpmuscle.parameters import free_parameters
-from warpmuscle.pose import rotate, twist_angle
-from warpmuscle.recording import Recording
-from warpmuscle.records import Result
-from warpmuscle.results import write
+from warpmuscle.optimization.api import parameter_table
+from warpmuscle.results.recording import Recording
+from warpmuscle.results.records import Result
+from warpmuscle.results.result import write
 from warpmuscle.scene import Actuation, Scene
+from warpmuscle.scene.parameters import free_parameters
 
 matplotlib.use("agg")
 import matplotlib.pyplot as plt

@@ -9,12 +9,12 @@ import numpy as np
 from common import COLORS, angle, draw, on_torques, panels, plt, run, store
 
 import warpmuscle as wm
-from warpmuscle.figure import pieces, project
-from warpmuscle.parameters import start_values, substitute
-from warpmuscle.pose import rotate
-from warpmuscle.recording import Recording
+from warpmuscle.core.pose import rotate
+from warpmuscle.gait.cycles import strides
+from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
-from warpmuscle.strides import strides
+from warpmuscle.scene.anatomy import pieces, project
+from warpmuscle.scene.parameters import start_values, substitute
 
 X = (1.0, 0.0, 0.0)
 SIDE, FRONT = (2, 1), (0, 1)  # world axes to the right and up of the page

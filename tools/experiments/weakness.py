@@ -20,18 +20,18 @@ import numpy as np
 import typer
 import warp as wp
 
-from warpmuscle.accounting import accounting
-from warpmuscle.errors import Error
-from warpmuscle.gait_quality import Measures, gait_measures
-from warpmuscle.ground_contact import SIDES
-from warpmuscle.norms import FORCE, LEG_ANGLES
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.errors import Error
+from warpmuscle.gait.cycles import PERCENT, leg_angles, over_strides, vertical_forces
+from warpmuscle.gait.ground_contact import SIDES
+from warpmuscle.gait.quality import Measures, gait_measures
 from warpmuscle.plots import Subject
 from warpmuscle.plots.angles import norm_band
 from warpmuscle.plots.pairs import pairs
 from warpmuscle.plots.style import GRAY, cycle_axis, heading, label_ends, page, save, style
-from warpmuscle.recording import Floats
-from warpmuscle.results import SWEEP_FORMAT, read
-from warpmuscle.strides import PERCENT, leg_angles, over_strides, vertical_forces
+from warpmuscle.results.result import SWEEP_FORMAT, read
+from warpmuscle.scene.accounting import accounting
+from warpmuscle.scene.norms import FORCE, LEG_ANGLES
 
 SHOWN = ("speed", "step length", "cost of transport")  # beside the normal ones
 TABLE = {  # measures by their head in the table, and their decimals

@@ -150,7 +150,7 @@ def prepare(settings: Settings) -> None:
 
 
 def _forbid_compiling() -> None:
-    from warpmuscle.launching import Launcher
+    from warpmuscle.simulation.launcher import Launcher
 
     load = Launcher.load
 

@@ -21,8 +21,8 @@ from warpmuscle.cli.synergies import synergies
 from warpmuscle.cli.throw import throw
 from warpmuscle.cli.video import video
 from warpmuscle.cli.view import view
-from warpmuscle.errors import Error, shortened
-from warpmuscle.plain_text import printable
+from warpmuscle.core.errors import Error, shortened
+from warpmuscle.core.plain_text import printable
 
 GARBAGE = 50_000  # objects, at which Python looks for what it can free: starting makes many, all of which stay
 

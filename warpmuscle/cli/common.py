@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from warpmuscle.cli.console import log, print_ignored, print_warnings
-from warpmuscle.errors import Error
+from warpmuscle.core.errors import Error
 
 if TYPE_CHECKING:
     from warpmuscle.scene import Scene
@@ -57,7 +57,7 @@ Trust = Annotated[
 
 def start_warp() -> None:
     """Start Warp; commands call it where they begin to need it, since to import it takes a while."""
-    from warpmuscle.warp_start import start_warp as start
+    from warpmuscle.core.warp_start import start_warp as start
 
     start()
 
@@ -65,7 +65,7 @@ def start_warp() -> None:
 def _trust(given: bool) -> bool:
     """Let code run that scenes name, if the user says so."""
     if given:
-        from warpmuscle.trusted import trust_everything
+        from warpmuscle.scene.trusted_code import trust_everything
 
         trust_everything()
     return given
@@ -74,8 +74,8 @@ def _trust(given: bool) -> bool:
 def load_scene(sources: list[str], keyword_rule: bool = False, settings: list[str] | None = None) -> Scene:
     """The scene with what `--set` changes, and on the error stream what its files hold that is not used."""
     from warpmuscle.formats import Ignored, load
-    from warpmuscle.validate_muscles import SceneWarning
-    from warpmuscle.validate_start import doubts_of
+    from warpmuscle.scene.validation.muscles import SceneWarning
+    from warpmuscle.scene.validation.start import doubts_of
 
     ignored: list[Ignored] = []
     with doubts_printed():
@@ -112,7 +112,7 @@ def with_settings(scene: Scene, settings: list[str]) -> Scene:
 @contextlib.contextmanager
 def doubts_printed() -> Iterator[None]:
     """Print on the error stream, after the work within, what is probably a mistake in scenes."""
-    from warpmuscle.validate_muscles import SceneWarning
+    from warpmuscle.scene.validation.muscles import SceneWarning
 
     with warnings.catch_warnings(record=True) as doubts:
         warnings.simplefilter("always", SceneWarning)
@@ -123,7 +123,7 @@ def doubts_printed() -> Iterator[None]:
 @contextlib.contextmanager
 def machines_told() -> Iterator[None]:
     """Print on the error stream, at once, that a search goes on on another machine than it began on."""
-    from warpmuscle.errors import ResumeWarning
+    from warpmuscle.core.errors import ResumeWarning
 
     with warnings.catch_warnings():
         warnings.simplefilter("always", ResumeWarning)
@@ -135,7 +135,7 @@ def changed(scene: Scene, duration: float | None, time_step: float | None, impli
     """The scene with what the command line overrides."""
     import msgspec
 
-    from warpmuscle.validate import check_scene
+    from warpmuscle.scene.validation.scene import check_scene
 
     changes = {"duration": duration, "time_step": time_step, "implicit_pd": implicit_pd}
     scene = msgspec.structs.replace(scene, **{name: value for name, value in changes.items() if value is not None})
@@ -145,7 +145,7 @@ def changed(scene: Scene, duration: float | None, time_step: float | None, impli
 
 def writable(*paths: Path | None) -> None:
     """Raise an error now rather than after the work if a file cannot be written."""
-    from warpmuscle.formats.files import check_writable
+    from warpmuscle.core.files import check_writable
 
     for path in paths:
         if path is not None:

@@ -10,11 +10,11 @@ from rich.status import Status
 from rich.style import StyleType
 from rich.text import Text
 
-from warpmuscle.plain_text import printable
+from warpmuscle.core.plain_text import printable
 
 if TYPE_CHECKING:
-    from warpmuscle.gait import Gait
-    from warpmuscle.recording import Recording
+    from warpmuscle.gait.measures import Gait
+    from warpmuscle.results.recording import Recording
     from warpmuscle.scene import Scene
 
 
@@ -70,7 +70,7 @@ def print_warnings(doubts: Iterable[object]) -> None:
 
 def print_gait(scene: Scene, recording: Recording) -> Gait | None:
     """Print speed, step length, cadence and cost of transport of a scene with a controller."""
-    from warpmuscle.gait import measure
+    from warpmuscle.gait.measures import measure
 
     if scene.controller is None or recording.frames == 0:
         return None
@@ -85,10 +85,10 @@ def print_gait(scene: Scene, recording: Recording) -> Gait | None:
 
 def _print_cost(scene: Scene, steady: Recording, speed: float) -> None:
     """Print what the muscles of a steady gait spend, and how that is counted; nothing if that cannot be told."""
-    from warpmuscle.accounting import accounting
-    from warpmuscle.masses import COMMON_TENSION
-    from warpmuscle.muscle_effort import cost_of_transport, spent
-    from warpmuscle.parameters import start_values, substitute
+    from warpmuscle.gait.muscle_effort import cost_of_transport, spent
+    from warpmuscle.scene.accounting import accounting
+    from warpmuscle.scene.masses import COMMON_TENSION
+    from warpmuscle.scene.parameters import start_values, substitute
 
     plain = substitute(scene, start_values(scene))
     effort = spent(steady, plain)

@@ -25,12 +25,12 @@ from warpmuscle.cli.common import (
 )
 from warpmuscle.cli.console import out, print_gait, print_warnings
 from warpmuscle.cli.progress_bar import ProgressBar
-from warpmuscle.driver import start_driver
-from warpmuscle.errors import Error
+from warpmuscle.core.errors import Error
+from warpmuscle.simulation.cuda_warmup import start_driver
 
 if TYPE_CHECKING:
-    from warpmuscle.gait import Gait
-    from warpmuscle.records import Result
+    from warpmuscle.gait.measures import Gait
+    from warpmuscle.results.records import Result
     from warpmuscle.scene import Scene
 
 STILL = 0.05  # m/s, below which nobody walks
@@ -93,7 +93,7 @@ def optimize(
             raise Error(f"--resume takes no {word}: the file says what to go on with")
         output = resume
         start_warp()
-        from warpmuscle.optimization import resume as go_on
+        from warpmuscle.optimization.api import resume as go_on
 
         with machines_told(), ProgressBar() as bar:
             result = go_on(
@@ -104,12 +104,12 @@ def optimize(
         start_driver(device)
         scene = changed(load_scene(sources, settings=settings), duration, time_step, None)
         count = candidates or (None if limit is not None and not scene.stages else USUAL * searches)
-        from warpmuscle.formats.names import file_name
+        from warpmuscle.core.names import file_name
 
         output = output if output is not None else Path(f"{file_name(scene.name)}.h5")
         writable(output)
         start_warp()
-        from warpmuscle.optimization import optimize as begin
+        from warpmuscle.optimization.api import optimize as begin
 
         with ProgressBar() as bar:
             result = begin(
@@ -147,9 +147,9 @@ def _print_result(result: Result, bar: ProgressBar, begun: Scene | None) -> None
     """Print what became of the candidates, and the best one; `begun` is the scene of a search that was not resumed."""
     import numpy as np
 
-    from warpmuscle.masses import mass_warnings
-    from warpmuscle.result_scene import recorded_scene
-    from warpmuscle.status import Status
+    from warpmuscle.core.status import Status
+    from warpmuscle.optimization.best_scene import recorded_scene
+    from warpmuscle.scene.masses import mass_warnings
 
     assert result.evaluations is not None
     assert result.best is not None

@@ -45,11 +45,11 @@ def plot(
     warpmuscle plot walk.h5 --what dataset:/replay/0/com; warpmuscle plot before.h5 after.h5 -o both.png
     """
     from warpmuscle.cli.common import start_warp
-    from warpmuscle.errors import Error
+    from warpmuscle.core.errors import Error
     from warpmuscle.plots import KINDS, Absent, Choices, Subject, check_kind, draw_over, save
     from warpmuscle.plots.overlay import OVERLAYS
     from warpmuscle.plots.style import check_picture
-    from warpmuscle.results import read
+    from warpmuscle.results.result import read
 
     kinds = what or list(KINDS if len(results) == 1 else OVERLAYS)
     plain = output or Path(f"{'_'.join(result.stem for result in results)}.png")
@@ -81,7 +81,7 @@ def _path(output: Path, kind: str, several: bool) -> Path:
     """The file of a figure; of several ones its kind is added to the name."""
     if not several:
         return output
-    from warpmuscle.formats.names import file_name
+    from warpmuscle.core.names import file_name
 
     name = file_name(re.sub(r"\W+", "_", kind.removeprefix("dataset:")).strip("_"))
     return output.with_name(f"{output.stem}_{name}{output.suffix}")

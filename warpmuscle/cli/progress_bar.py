@@ -11,10 +11,10 @@ from rich.progress import BarColumn, TextColumn, TimeElapsedColumn, TimeRemainin
 from rich.progress import Progress as Bars
 
 from warpmuscle.cli.console import log
-from warpmuscle.plain_text import printable
+from warpmuscle.core.plain_text import printable
 
 if TYPE_CHECKING:
-    from warpmuscle.progress import Progress
+    from warpmuscle.optimization.progress import Progress
 
 
 class Bar:

@@ -56,9 +56,9 @@ def apply(
     Examples: warpmuscle apply walk56.h5 -o best.toml; warpmuscle apply speeds.h5 --on walk56_human --settle 4
     --over objective.target_speed -o walk56_speeds.toml
     """
-    from warpmuscle.errors import Error
+    from warpmuscle.core.errors import Error
+    from warpmuscle.core.files import replace_file
     from warpmuscle.formats import save
-    from warpmuscle.formats.files import replace_file
 
     sources = [(path, name) for path in results for name in _runs_of(path, run, over is not None)]
     if (over is None) != (len(sources) == 1) or (over is not None and on is None):
@@ -75,7 +75,7 @@ def apply(
 
 def _runs_of(path: Path, run: str | None, every: bool) -> list[str | None]:
     """Names of the runs wanted of a file; None stands for the only one of an optimisation."""
-    from warpmuscle.results import run_names
+    from warpmuscle.results.result import run_names
 
     return [run] if run is not None or not every else list(run_names(path)) or [None]
 
@@ -84,9 +84,9 @@ def _best_of(
     path: Path, run: str | None, fix: list[str], settings: list[str], settle: float | None, among: int | None
 ) -> tuple[Scene, str]:
     """The scene of a result with its best parameters, some of them fixed, settled, and how they were found."""
-    from warpmuscle.errors import ResultError
-    from warpmuscle.result_scene import best_scene
-    from warpmuscle.results import read
+    from warpmuscle.core.errors import ResultError
+    from warpmuscle.optimization.best_scene import best_scene
+    from warpmuscle.results.result import read
 
     content = read(path, run)
     if among is not None or settle is not None:
@@ -98,7 +98,7 @@ def _best_of(
         raise ResultError(f"{path}: {error}") from None
     scene = with_settings(scene, settings)
     if settle is not None:
-        from warpmuscle.settled import settled
+        from warpmuscle.studies.steady_state import settled
 
         with log.status("settling"):
             scene = settled(scene, settle)
@@ -142,8 +142,8 @@ def report(
     With -o it is one page that needs nothing but a browser, with figures, the motion to play, and the gait beside human
     walking. Example: warpmuscle report result.h5 -o report.html
     """
-    from warpmuscle.report import report as lines_of
-    from warpmuscle.results import read
+    from warpmuscle.report.summary import report as lines_of
+    from warpmuscle.results.result import read
 
     if output is not None:
         _write_page(result, output, reference or [], replay, run)
@@ -154,11 +154,11 @@ def report(
 
 def _write_page(result: Path, output: Path, references: list[Path], replay: int, run: str | None) -> None:
     from warpmuscle.cli.common import writable
-    from warpmuscle.errors import Error
-    from warpmuscle.formats.files import replace_file
+    from warpmuscle.core.errors import Error
+    from warpmuscle.core.files import replace_file
     from warpmuscle.plots.subject import Choices, Subject
-    from warpmuscle.report_page import report_html
-    from warpmuscle.results import read
+    from warpmuscle.report.page import report_html
+    from warpmuscle.results.result import read
 
     if output.suffix.lower() not in (".html", ".htm"):
         raise Error(f"{output}: a report is written as .html")
@@ -180,10 +180,10 @@ def export(
     trust: Trust = False,
 ) -> None:
     """Write a recorded motion for OpenSim or as comma-separated values."""
-    from warpmuscle.errors import ResultError
+    from warpmuscle.core.errors import ResultError
     from warpmuscle.formats import sto
-    from warpmuscle.result_scene import scene_in
-    from warpmuscle.results import read
+    from warpmuscle.optimization.best_scene import scene_in
+    from warpmuscle.results.result import read
 
     content = read(result, run)
     if replay >= len(content.replays):

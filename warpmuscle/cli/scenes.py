@@ -39,9 +39,9 @@ def info(sources: Sources, settings: Settings = None, trust: Trust = False) -> N
 
     Muscles whose moment arm about a joint that they cross stays under 1 mm over its range are pointed out.
     """
-    from warpmuscle.masses import body_mass, muscle_mass_text, total_mass
-    from warpmuscle.parameters import free_parameters, start_values, substitute
-    from warpmuscle.topology import topology
+    from warpmuscle.scene.masses import body_mass, muscle_mass_text, total_mass
+    from warpmuscle.scene.parameters import free_parameters, start_values, substitute
+    from warpmuscle.scene.topology import topology
 
     scene = load_scene(sources, settings=settings)
     parameters = free_parameters(scene)
@@ -90,11 +90,11 @@ def fit_muscles(
     Slack lengths follow from the mean path lengths, both sides get the same properties, and f_max grows by a factor.
     Example: warpmuscle fit-muscles walk56_legacy -o fitted.toml
     """
-    from warpmuscle.fit_muscles import PropertyTable
-    from warpmuscle.fit_muscles import fit_muscles as fit
+    from warpmuscle.core.files import replace_file
     from warpmuscle.formats import save
-    from warpmuscle.formats.files import replace_file
     from warpmuscle.formats.toml_layout import layout
+    from warpmuscle.studies.fit_muscles import PropertyTable
+    from warpmuscle.studies.fit_muscles import fit_muscles as fit
 
     writable(output)
     scene = changed(load_scene(sources), duration, None, None)
@@ -135,10 +135,10 @@ def convert(
 
 def _print_muscles(scene: Scene) -> None:
     """Print the muscles of a scene without free parameters: properties, joints, and where they cannot act."""
-    from warpmuscle.moment_arms import useless_muscles
-    from warpmuscle.muscles import driven
-    from warpmuscle.paths import joints_of_muscles
-    from warpmuscle.topology import topology
+    from warpmuscle.model.muscles import driven
+    from warpmuscle.model.paths import joints_of_muscles
+    from warpmuscle.scene.topology import topology
+    from warpmuscle.studies.moment_arms import useless_muscles
 
     names = topology(scene.character)
     found = driven(scene, names)

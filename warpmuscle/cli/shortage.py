@@ -42,6 +42,6 @@ def output_refused() -> str:
 
 
 def _unwritable_output(error: OSError) -> str:
-    from warpmuscle.formats.files import unwritable
+    from warpmuscle.core.files import unwritable
 
     return f"the standard output {unwritable(error)}"

@@ -22,7 +22,7 @@ from warpmuscle.cli.common import (
     writable,
 )
 from warpmuscle.cli.console import log, out, print_gait
-from warpmuscle.driver import start_driver
+from warpmuscle.simulation.cuda_warmup import start_driver
 
 if TYPE_CHECKING:
     from warpmuscle.scene import Scene
@@ -56,12 +56,12 @@ def simulate(
     if legacy:
         scene = _as_legacy(scene)
     start_warp()
-    from warpmuscle.devices import find_devices
-    from warpmuscle.optimization import parameter_table
-    from warpmuscle.records import Result
-    from warpmuscle.results import write
-    from warpmuscle.rollout import Rollout
-    from warpmuscle.status import Status
+    from warpmuscle.core.status import Status
+    from warpmuscle.optimization.api import parameter_table
+    from warpmuscle.results.records import Result
+    from warpmuscle.results.result import write
+    from warpmuscle.simulation.devices import find_devices
+    from warpmuscle.simulation.rollout import Rollout
 
     with log.status("simulating") as shown:
         rollout = Rollout(scene, 1, str(find_devices(device)[0]), record=[0], record_rate=rate)

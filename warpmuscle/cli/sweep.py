@@ -12,8 +12,8 @@ import typer
 from warpmuscle.cli.common import Device, Trust, doubts_printed, machines_told, start_warp
 from warpmuscle.cli.console import INTERRUPTED, log, out
 from warpmuscle.cli.progress_bar import Bar
-from warpmuscle.driver import start_driver
-from warpmuscle.errors import Error
+from warpmuscle.core.errors import Error
+from warpmuscle.simulation.cuda_warmup import start_driver
 
 if TYPE_CHECKING:
     from warpmuscle.sweep.run import SweepProgress

@@ -125,7 +125,7 @@ def synergies(
         write(output, result)
         out.print(f"wrote {output}")
     if plot is not None:
-        from warpmuscle.synergy.plot import draw_synergies
+        from warpmuscle.plots.synergies import draw_synergies
 
         draw_synergies(plot, activations, found, accounts)
         out.print(f"wrote {plot}")

@@ -19,8 +19,8 @@ from warpmuscle.cli.common import (
     writable,
 )
 from warpmuscle.cli.console import log, marked, out
-from warpmuscle.driver import start_driver
-from warpmuscle.errors import Error
+from warpmuscle.core.errors import Error
+from warpmuscle.simulation.cuda_warmup import start_driver
 
 MISSED = 1  # exit code where a new throw misses its goal
 

@@ -43,7 +43,7 @@ def video(
     from rich.progress import Progress
 
     from warpmuscle.plots.subject import Choices, Subject
-    from warpmuscle.results import read
+    from warpmuscle.results.result import read
     from warpmuscle.video import Beside, Film, Look, check_film, films_beside, make_film, write
 
     check_film(output)

@@ -20,7 +20,7 @@ from warpmuscle.cli.common import (
 )
 from warpmuscle.cli.console import INTERRUPTED, log, out
 from warpmuscle.cli.results import Run
-from warpmuscle.errors import Error
+from warpmuscle.core.errors import Error
 
 if TYPE_CHECKING:
     from warpmuscle.view.sources import Sight

@@ -9,11 +9,11 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from warpmuscle.errors import SceneError
+from warpmuscle.core.errors import SceneError
 from warpmuscle.formats.toml_layout import inline, key_text
-from warpmuscle.number import Free
-from warpmuscle.parameters import leaves, start_values, substitute
 from warpmuscle.scene import Scene
+from warpmuscle.scene.number import Free
+from warpmuscle.scene.parameters import leaves, start_values, substitute
 
 OWN = ("name", "description")  # what a scene says of itself
 

@@ -12,8 +12,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from warpmuscle.errors import SceneError
-from warpmuscle.formats.files import read_file, unreadable
+from warpmuscle.core.errors import SceneError
+from warpmuscle.core.files import read_file, unreadable
 
 NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?", re.ASCII)
 

@@ -9,16 +9,16 @@ from importlib import resources
 from os import PathLike
 from pathlib import Path, PurePosixPath
 
-from warpmuscle.arguments import as_kind, as_path, as_truth, in_words
-from warpmuscle.errors import SceneError
+from warpmuscle.core.arguments import as_kind, as_path, as_truth, in_words
+from warpmuscle.core.errors import SceneError
 from warpmuscle.formats import rbs, rs, sbc, toml
 from warpmuscle.formats.lines import Ignored, Line, Notes
 from warpmuscle.scene import Actuation, Scene
-from warpmuscle.trusted import trust as allow
-from warpmuscle.trusted import trusts_everything
-from warpmuscle.validate import check_scene
-from warpmuscle.validate_muscles import SceneWarning
-from warpmuscle.validate_start import doubts_of
+from warpmuscle.scene.trusted_code import trust as allow
+from warpmuscle.scene.trusted_code import trusts_everything
+from warpmuscle.scene.validation.muscles import SceneWarning
+from warpmuscle.scene.validation.scene import check_scene
+from warpmuscle.scene.validation.start import doubts_of
 
 SUFFIXES = (".toml", ".rbs", ".sbc", ".rs")
 SceneLike = Scene | str | PathLike[str]  # a scene, its name, or its file

@@ -21,12 +21,10 @@ from collections.abc import Iterable
 from pathlib import Path
 from xml.etree.ElementTree import Element, SubElement
 
-from warpmuscle.formats.files import replace_file
-from warpmuscle.model import start_of
-from warpmuscle.muscles import driven
-from warpmuscle.number import Free, Number
-from warpmuscle.parameters import start_values, substitute
-from warpmuscle.pose import conjugate, multiply, normalized, rotate, turned_to_heading
+from warpmuscle.core.files import replace_file
+from warpmuscle.core.pose import conjugate, multiply, normalized, rotate, turned_to_heading
+from warpmuscle.model.build import start_of
+from warpmuscle.model.muscles import driven
 from warpmuscle.scene import (
     Body,
     Capsule,
@@ -40,7 +38,9 @@ from warpmuscle.scene import (
     Shape,
     Sphere,
 )
-from warpmuscle.topology import topology
+from warpmuscle.scene.number import Free, Number
+from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.scene.topology import topology
 
 _ROLLING = (0.005, 0.0001)  # MuJoCo's defaults of torsional and rolling friction, not used by condim 3
 _OPERATING = (0.5, 1.5)  # fibre lengths over the optimal one that MuJoCo's lengthrange stands for; any two would do

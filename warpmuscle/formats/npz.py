@@ -22,13 +22,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from warpmuscle.arrays import Floats
-from warpmuscle.bodies import joint_axes
-from warpmuscle.errors import ResultError
-from warpmuscle.formats.archive import DamagedArchive, read_arrays
-from warpmuscle.formats.files import check_regular, unreadable
-from warpmuscle.pose import about, multiply
-from warpmuscle.recording import Integers
+from warpmuscle.core.archive import DamagedArchive, read_arrays
+from warpmuscle.core.array_types import Floats, Integers
+from warpmuscle.core.errors import ResultError
+from warpmuscle.core.files import check_regular, unreadable
+from warpmuscle.core.pose import about, multiply
+from warpmuscle.model.bodies import joint_axes
 from warpmuscle.scene import Character, Joint
 
 FRAMES = ("time", "phase", "stance", "cycle")

@@ -8,21 +8,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from warpmuscle.core.limits import GREATEST_NUMBER
 from warpmuscle.formats.lines import Line, Lines, Notes
-from warpmuscle.limits import GREATEST_NUMBER
-from warpmuscle.scene import (
-    Body,
-    Box,
-    Capsule,
-    Character,
-    Ground,
-    InitialState,
-    Joint,
-    Muscle,
-    Shape,
-    Sphere,
-    ViaPoint,
-)
+from warpmuscle.scene import Body, Box, Capsule, Character, Ground, InitialState, Joint, Muscle, Shape, Sphere, ViaPoint
 
 Triple = tuple[float, float, float]
 

@@ -8,17 +8,17 @@ from pathlib import Path
 
 import msgspec
 
-from warpmuscle.arguments import as_kind, as_path
-from warpmuscle.errors import SceneError
+from warpmuscle.core.arguments import as_kind, as_path
+from warpmuscle.core.errors import SceneError
+from warpmuscle.core.files import replace_files
 from warpmuscle.formats import simbicon, toml
-from warpmuscle.formats.files import replace_files
 from warpmuscle.formats.lines import Ignored
 from warpmuscle.formats.load import SUFFIXES, SceneLike, load, scene_of, summary
-from warpmuscle.number import Free
-from warpmuscle.parameters import leaves, start_values, substitute
 from warpmuscle.scene import Actuation, Scene
-from warpmuscle.validate import check_scene
-from warpmuscle.validate_muscles import SceneWarning, usual_drive
+from warpmuscle.scene.number import Free
+from warpmuscle.scene.parameters import leaves, start_values, substitute
+from warpmuscle.scene.validation.muscles import SceneWarning, usual_drive
+from warpmuscle.scene.validation.scene import check_scene
 
 FIXED = "free parameters are written as their start values"
 ON_LINE = "a point on a line is written where it is"

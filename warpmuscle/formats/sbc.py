@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from warpmuscle.formats.lines import Ignored, Line, Lines, Notes
-from warpmuscle.number import Free
 from warpmuscle.scene import PD, Balance, Character, Component, Controller, Curve, Feedback, Side, State, Trajectory
+from warpmuscle.scene.number import Free
 
 # In the order in which a line is compared with them. No other keyword may come before one that it begins with.
 KEYWORDS = (

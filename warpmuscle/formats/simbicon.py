@@ -6,8 +6,8 @@ import math
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from warpmuscle.errors import SceneError
-from warpmuscle.formats.files import shown
+from warpmuscle.core.errors import SceneError
+from warpmuscle.core.files import shown
 from warpmuscle.formats.rbs import PROPERTIES, mirrored
 from warpmuscle.formats.rs import breadth_first
 from warpmuscle.formats.sbc import SET_POINTS
@@ -28,7 +28,7 @@ from warpmuscle.scene import (
     State,
     Trajectory,
 )
-from warpmuscle.validate_muscles import usual_drive
+from warpmuscle.scene.validation.muscles import usual_drive
 
 JOINT_KEYWORDS = {
     "ball": "ballInSocketJoint",

@@ -12,15 +12,15 @@ from pathlib import Path
 
 import numpy as np
 
-from warpmuscle.arrays import Floats
-from warpmuscle.bodies import joint_axes
-from warpmuscle.errors import Error
-from warpmuscle.formats.files import replace_file
-from warpmuscle.motion_of_scene import check_motion_of
-from warpmuscle.parameters import start_values, substitute
-from warpmuscle.pose import hinge_coordinates, normalized, universal_coordinates
-from warpmuscle.recording import Recording
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.errors import Error
+from warpmuscle.core.files import replace_file
+from warpmuscle.core.pose import hinge_coordinates, normalized, universal_coordinates
+from warpmuscle.model.bodies import joint_axes
+from warpmuscle.results.motion_of_scene import check_motion_of
+from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
+from warpmuscle.scene.parameters import start_values, substitute
 
 SUFFIXES = (".mot", ".sto", ".csv")
 

@@ -9,15 +9,15 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from warpmuscle.errors import SceneError
-from warpmuscle.formats.files import read_file, replace_file, unreadable
+from warpmuscle.core.decoding import to_type
+from warpmuscle.core.errors import SceneError
+from warpmuscle.core.files import read_file, replace_file, unreadable
+from warpmuscle.core.limits import check_size
 from warpmuscle.formats.toml_layout import layout
 from warpmuscle.formats.toml_lines import key_lines
-from warpmuscle.limits import check_size
 from warpmuscle.scene import Character, Scene
-from warpmuscle.typed import to_type
-from warpmuscle.validate import check_scene
-from warpmuscle.validate_start import doubts_of
+from warpmuscle.scene.validation.scene import check_scene
+from warpmuscle.scene.validation.start import doubts_of
 
 
 def read(path: str | Path, doubts: list[SceneError] | None = None) -> Scene:

@@ -8,9 +8,9 @@ from typing import Any
 import msgspec
 import tomlkit
 
-from warpmuscle.formats.files import shown
-from warpmuscle.number import Free
+from warpmuscle.core.files import shown
 from warpmuscle.scene import Part
+from warpmuscle.scene.number import Free
 
 WIDTH = 150  # longest line that holds a whole table
 LIST_WIDTH = 100  # longest line that holds a list of tables, or many numbers

@@ -9,9 +9,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from warpmuscle.arguments import as_path, as_text, as_texts, as_truth
-from warpmuscle.checks import near
-from warpmuscle.errors import Error
+from warpmuscle.core.arguments import as_path, as_text, as_texts, as_truth
+from warpmuscle.core.errors import Error
 from warpmuscle.formats import SceneLike, scene_of
 from warpmuscle.plots import (
     activation,
@@ -29,9 +28,10 @@ from warpmuscle.plots import (
 from warpmuscle.plots.overlay import OVERLAYS
 from warpmuscle.plots.style import check_picture, save, style
 from warpmuscle.plots.subject import Absent, Choices, Subject, of_recording
-from warpmuscle.recording import Recording
-from warpmuscle.records import Result
-from warpmuscle.results import read
+from warpmuscle.results.recording import Recording
+from warpmuscle.results.records import Result
+from warpmuscle.results.result import read
+from warpmuscle.scene.validation.checks import near
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

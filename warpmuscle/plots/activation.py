@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from warpmuscle.ground_contact import SIDES
+from warpmuscle.core.array_types import Floats
+from warpmuscle.gait.cycles import PERCENT, over_strides
+from warpmuscle.gait.ground_contact import SIDES
 from warpmuscle.plots.pairs import Pair, pairs
 from warpmuscle.plots.style import MAP, cycle_axis, grid, heading, legible, mean_and_spread, page, top_legend
 from warpmuscle.plots.subject import Absent, Subject
-from warpmuscle.recording import Floats
-from warpmuscle.strides import PERCENT, over_strides
 
 _CURVES = 15  # pairs of muscles up to which each has a panel
 _ROW = 0.17  # inches

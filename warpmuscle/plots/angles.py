@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
-from warpmuscle.errors import Error
-from warpmuscle.likeness import norms_of
-from warpmuscle.norms import NORMS, SOURCE, Norm
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.errors import Error
+from warpmuscle.gait.cycles import PERCENT, leg_angles, over_strides
+from warpmuscle.gait.likeness import norms_of
 from warpmuscle.plots.style import BAND_COLOR, GRAY, cycle_axis, grid, heading, mean_and_spread
 from warpmuscle.plots.subject import Absent, Subject
-from warpmuscle.recording import Floats
-from warpmuscle.strides import PERCENT, leg_angles, over_strides
+from warpmuscle.scene.norms import NORMS, SOURCE, Norm
 
 
 def draw(subject: Subject) -> Any:

@@ -8,7 +8,7 @@ import numpy as np
 
 from warpmuscle.plots.style import GRAY, PALETTE, grid, heading
 from warpmuscle.plots.subject import Absent, Subject
-from warpmuscle.records import Evaluations, Fit, History
+from warpmuscle.results.records import Evaluations, Fit, History
 
 _MARGIN = 1.6  # the axis ends at so many times the greatest cost worth showing
 

@@ -8,13 +8,13 @@ from typing import Any
 import h5py
 import numpy as np
 
-from warpmuscle.array_checks import HUGE
-from warpmuscle.checks import near
-from warpmuscle.errors import Error
+from warpmuscle.core.array_checks import HUGE
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.errors import Error
 from warpmuscle.plots.style import MAP, PALETTE, grid, heading, legible, page, top_legend
 from warpmuscle.plots.subject import Subject
-from warpmuscle.recording import Floats
-from warpmuscle.results import opened
+from warpmuscle.results.result import opened
+from warpmuscle.scene.validation.checks import near
 
 _LINES = 7  # in one panel; more become rows of a map
 _PANELS = 36

@@ -6,16 +6,17 @@ from typing import Any
 
 import numpy as np
 
-from warpmuscle.errors import Error
-from warpmuscle.figure import Piece, foot_bodies, leg, pieces, project
-from warpmuscle.foot_contact import LOADED
-from warpmuscle.ground import plane
-from warpmuscle.ground_contact import SIDES
+from warpmuscle.core.errors import Error
+from warpmuscle.gait.cycles import body_weight, feet_of, longest_span
+from warpmuscle.gait.foot_contact import LOADED
+from warpmuscle.gait.ground_contact import SIDES
+from warpmuscle.plots.projection import project
 from warpmuscle.plots.style import GRAY, SIDE_COLORS, heading, page
 from warpmuscle.plots.subject import Absent, Subject
-from warpmuscle.recording import Recording
+from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
-from warpmuscle.strides import body_weight, feet_of, longest_span
+from warpmuscle.scene.anatomy import Piece, foot_bodies, leg, pieces
+from warpmuscle.scene.ground import plane
 
 _FRAMES = 8
 _SIDE_VIEW = (2, 1)  # world axes to the right and up of the page

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from warpmuscle.ground_contact import SIDES
+from warpmuscle.gait.cycles import PERCENT, body_weight, over_strides
+from warpmuscle.gait.ground_contact import SIDES
 from warpmuscle.plots.angles import legend_below, norm_band
 from warpmuscle.plots.style import GRAY, cycle_axis, grid, heading, mean_and_spread
 from warpmuscle.plots.subject import Subject
-from warpmuscle.strides import PERCENT, body_weight, over_strides
 
 _PARTS = (("Vertical ground force", 1), ("Ground force forwards", 2), ("Ground force towards the middle", 0))
 

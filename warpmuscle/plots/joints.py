@@ -6,13 +6,14 @@ from typing import Any
 
 import numpy as np
 
+from warpmuscle.core.array_types import Floats
 from warpmuscle.formats.sto import coordinates
+from warpmuscle.gait.cycles import flexion_signs
 from warpmuscle.plots.pairs import pairs
 from warpmuscle.plots.style import GRAY, PALETTE, grid, heading
 from warpmuscle.plots.subject import Absent, Subject
-from warpmuscle.recording import Floats, Recording
+from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
-from warpmuscle.strides import flexion_signs
 
 _AXES = {"x": "x", "y": "y", "z": "z", "a": "first axis", "b": "second axis", "": "angle"}
 _COLORS = dict(zip(_AXES.values(), (*PALETTE[:3], *PALETTE[:2], PALETTE[0]), strict=True))

@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from warpmuscle.figure import leg
+from warpmuscle.gait.cycles import flexion_signs
 from warpmuscle.plots.pairs import pairs
 from warpmuscle.plots.style import GRAY, PALETTE, grid, heading, label_ends
 from warpmuscle.plots.subject import Absent, Subject
-from warpmuscle.strides import flexion_signs
-from warpmuscle.topology import SPEEDS
+from warpmuscle.scene.anatomy import leg
+from warpmuscle.scene.topology import SPEEDS
 
 if TYPE_CHECKING:
-    from warpmuscle.moment_arms import MomentArms
+    from warpmuscle.studies.moment_arms import MomentArms
 
 _SAMPLES = 41
 _MOST = 9  # panels
@@ -24,7 +24,7 @@ _WORTH = 2.0e-3  # m: muscles whose moment arm stays below are not drawn
 
 def draw(subject: Subject) -> Any:
     """A panel a degree of freedom that muscles act on, by default those of the legs first and of one side."""
-    from warpmuscle.moment_arms import joint_range, moment_arms  # Warp takes a while to import
+    from warpmuscle.studies.moment_arms import joint_range, moment_arms  # Warp takes a while to import
 
     scene = subject.scene
     if not scene.character.muscles:

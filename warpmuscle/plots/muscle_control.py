@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from warpmuscle.figure import leg
 from warpmuscle.plots.joints import RECORDED_COLOR, joint_curves, recorded_curves
 from warpmuscle.plots.style import GRAY, PALETTE, grid, heading
 from warpmuscle.plots.subject import Absent, Subject
-from warpmuscle.recording import Recording
+from warpmuscle.results.recording import Recording
+from warpmuscle.scene.anatomy import leg
 
 _MOST = 12  # muscles
 _AXIS_COLORS = (PALETTE[0], PALETTE[1], PALETTE[2])
@@ -89,8 +89,8 @@ def _torques(axes: Any, recording: Recording, joint: str) -> None:
 
 def _crossed(subject: Subject) -> dict[str, list[str]]:
     """Muscles of the motion by the joints that they act on; joints without any are left out."""
-    from warpmuscle.paths import joints_of_muscles  # Warp takes a while to import
-    from warpmuscle.topology import topology
+    from warpmuscle.model.paths import joints_of_muscles  # Warp takes a while to import
+    from warpmuscle.scene.topology import topology
 
     recording, character = subject.recording, subject.scene.character
     if not recording.muscle_names:

@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from warpmuscle.errors import Error
-from warpmuscle.ground_contact import SIDES
+from warpmuscle.core.errors import Error
+from warpmuscle.gait.cycles import PERCENT, leg_angles, over_strides, vertical_forces
+from warpmuscle.gait.ground_contact import SIDES
 from warpmuscle.plots.angles import angle_bands
 from warpmuscle.plots.pairs import pairs
 from warpmuscle.plots.style import GRAY, PALETTE, cycle_axis, grid, heading
 from warpmuscle.plots.subject import Absent, Subject
-from warpmuscle.strides import PERCENT, leg_angles, over_strides, vertical_forces
 
 LINES = {"left": "-", "right": "--"}
 COLUMNS = 5  # of panels of muscles

@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
+from warpmuscle.core.array_types import Floats
 from warpmuscle.plots.style import GRAY, PALETTE, heading, legible, page
 from warpmuscle.plots.subject import Absent, Subject
-from warpmuscle.recording import Floats
-from warpmuscle.records import ParameterTable
+from warpmuscle.results.records import ParameterTable
 
 _BEST_PART = 0.1  # of the candidates
 _ROW = 0.165  # inches

@@ -7,18 +7,20 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from warpmuscle.errors import Error
-from warpmuscle.figure import Piece, pieces, project
-from warpmuscle.gait import Gait
-from warpmuscle.ground import Plane, plane
-from warpmuscle.ground_contact import SIDES, touch_downs
-from warpmuscle.parameters import start_values, substitute
+from warpmuscle.core.array_types import Floats, Integers
+from warpmuscle.core.errors import Error
+from warpmuscle.gait.cycles import leg_angles
+from warpmuscle.gait.ground_contact import SIDES, touch_downs
+from warpmuscle.gait.measures import Gait
 from warpmuscle.plots.joints import RECORDED_COLOR, joint_curves, recorded_curves
+from warpmuscle.plots.projection import project
 from warpmuscle.plots.style import SIDE_COLORS, WIDTH, matplotlib, save, style
 from warpmuscle.plots.subject import Subject
-from warpmuscle.recording import QUANTITIES, Floats, Integers, Recording
+from warpmuscle.results.recording import QUANTITIES, Recording
 from warpmuscle.scene import Scene
-from warpmuscle.strides import leg_angles
+from warpmuscle.scene.anatomy import Piece, pieces
+from warpmuscle.scene.ground import Plane, plane
+from warpmuscle.scene.parameters import start_values, substitute
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from warpmuscle.errors import Error
-from warpmuscle.formats.files import check_writable, replace_file
-from warpmuscle.monotone import rising
-from warpmuscle.recording import Floats
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.errors import Error
+from warpmuscle.core.files import check_writable, replace_file
+from warpmuscle.core.monotone import rising
 
 # Okabe and Ito's palette: told apart with any kind of colour vision.
 PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#404040")

@@ -11,18 +11,18 @@ from typing import Any
 
 import numpy as np
 
-from warpmuscle.arguments import as_number, as_whole
-from warpmuscle.checks import near
-from warpmuscle.errors import Error
+from warpmuscle.core.arguments import as_number, as_whole
+from warpmuscle.core.errors import Error
 from warpmuscle.formats import toml
-from warpmuscle.gait import Gait, measure
-from warpmuscle.gait_quality import runs, support_of
-from warpmuscle.motion_of_scene import check_motion_of
-from warpmuscle.recording import Recording
-from warpmuscle.records import ParameterTable, Result
-from warpmuscle.result_scene import recorded_scene
+from warpmuscle.gait.cycles import Strides, feet_of, steady_strides
+from warpmuscle.gait.measures import Gait, measure
+from warpmuscle.gait.quality import runs, support_of
+from warpmuscle.optimization.best_scene import recorded_scene
+from warpmuscle.results.motion_of_scene import check_motion_of
+from warpmuscle.results.recording import Recording
+from warpmuscle.results.records import ParameterTable, Result
 from warpmuscle.scene import Scene
-from warpmuscle.strides import Strides, feet_of, steady_strides
+from warpmuscle.scene.validation.checks import near
 
 
 class Absent(Error):

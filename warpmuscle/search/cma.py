@@ -12,18 +12,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 from threadpoolctl import ThreadpoolController  # type: ignore[import-untyped]
 
-from warpmuscle.errors import Error
-from warpmuscle.search.cube import into_cube, out_of_cube, scattered
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.errors import Error
+from warpmuscle.search.bounds import into_cube, out_of_cube, scattered
 from warpmuscle.search.restarts import Restarts, Run
-from warpmuscle.search.search import (
-    Floats,
-    Progress,
-    checked_costs,
-    checked_population,
-    checked_sigma,
-    checked_start,
-    frozen,
-)
+from warpmuscle.search.search import Progress, checked_costs, checked_population, checked_sigma, checked_start, frozen
 
 _LIBRARIES = ThreadpoolController()
 LEAST_POPULATION = 4  # two parents, so that the covariance has something to learn from

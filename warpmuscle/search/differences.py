@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from warpmuscle.search.search import Floats
+from warpmuscle.core.array_types import Floats
 
 
 def stencil(point: Floats, step: float) -> tuple[Floats, Floats]:

@@ -10,10 +10,11 @@ import nlopt  # type: ignore[import-untyped]
 import numpy as np
 from numpy.typing import ArrayLike
 
-from warpmuscle.errors import Error
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.errors import Error
+from warpmuscle.search.adapter import Abandoned, AskTellAdapter, Evaluate
 from warpmuscle.search.differences import gradient, stencil
-from warpmuscle.search.inside_out import Abandoned, Evaluate, InsideOut
-from warpmuscle.search.search import Floats, Progress, checked_costs, checked_population, checked_sigma, checked_start
+from warpmuscle.search.search import Progress, checked_costs, checked_population, checked_sigma, checked_start
 
 GRADIENT_STEP = 1e-4
 TOLERANCE = 1e-9  # of the cube's edge: an algorithm with steps below that has converged
@@ -86,7 +87,7 @@ class NloptSearch:
         body = _body(algorithm, point, seed, population, sigma, gradient_step, tolerance)
         self._algorithm = algorithm
         try:
-            self._inside_out = InsideOut(body, f"nlopt {algorithm}")
+            self._inside_out = AskTellAdapter(body, f"nlopt {algorithm}")
         except Exception as error:
             raise self._refusal(error) from error
 

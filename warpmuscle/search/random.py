@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from warpmuscle.search.search import Floats, Progress, checked_costs, checked_population, checked_start, frozen
+from warpmuscle.core.array_types import Floats
+from warpmuscle.search.search import Progress, checked_costs, checked_population, checked_start, frozen
 
 GENERATION = 500
 

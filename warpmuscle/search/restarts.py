@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from warpmuscle.errors import Error
+from warpmuscle.core.errors import Error
 
 KINDS = ("none", "ipop", "bipop")
 DOUBLINGS = 9  # Hansen (2009)

@@ -5,11 +5,10 @@ from __future__ import annotations
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from warpmuscle.errors import Error
-
-Floats = NDArray[np.float64]
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.errors import Error
 
 DEFAULT_SIGMA = 0.25  # of the cube's edge: four standard deviations span it
 

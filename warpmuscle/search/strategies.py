@@ -7,11 +7,12 @@ import difflib
 import numpy as np
 from numpy.typing import ArrayLike
 
-from warpmuscle.errors import Error
-from warpmuscle.limits import check_size
-from warpmuscle.search.cube import scattered
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.errors import Error
+from warpmuscle.core.limits import check_size
+from warpmuscle.search.bounds import scattered
 from warpmuscle.search.random import RandomGenerations
-from warpmuscle.search.search import Floats, Search, checked_sigma, checked_start
+from warpmuscle.search.search import Search, checked_sigma, checked_start
 
 SMALLEST_SPREAD = 0.1  # of the step size that was asked for, among many searches
 

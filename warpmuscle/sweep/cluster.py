@@ -21,10 +21,10 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-from warpmuscle.devices import is_several
-from warpmuscle.errors import Error, SceneError
-from warpmuscle.formats.files import replace_file
-from warpmuscle.journal import journal_path
+from warpmuscle.core.errors import Error, SceneError
+from warpmuscle.core.files import replace_file
+from warpmuscle.results.journal import journal_path
+from warpmuscle.simulation.devices import is_several
 from warpmuscle.sweep.folder import MANIFEST, Folder, Manifest, has_ended
 from warpmuscle.sweep.local import Task, run_here
 from warpmuscle.sweep.named_code import NamedCode, trusted_there

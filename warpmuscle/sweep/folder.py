@@ -19,13 +19,13 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
-from warpmuscle.campaign import INTERRUPTED
-from warpmuscle.errors import Error, OccupiedError, ResultError, SceneError
+from warpmuscle.core.errors import Error, OccupiedError, ResultError, SceneError
+from warpmuscle.core.files import replace_file, unreadable, unwritable
+from warpmuscle.core.names import is_file_name
 from warpmuscle.formats import toml
-from warpmuscle.formats.files import replace_file, unreadable, unwritable
-from warpmuscle.formats.names import is_file_name
-from warpmuscle.journal import Journal, journal_path
-from warpmuscle.results import glance
+from warpmuscle.optimization.search_loop import INTERRUPTED
+from warpmuscle.results.journal import Journal, journal_path
+from warpmuscle.results.result import glance
 from warpmuscle.sweep.plan import Plan, Run
 
 if sys.platform != "win32":

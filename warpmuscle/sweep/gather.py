@@ -2,7 +2,7 @@
 
 - attributes of `/`: `format` ("warpmuscle sweep"), `format_version`, `name`, `command`
 - `/sweep`: the sweep file, TOML text
-- `/runs/<name>/...`: each run, all that its result file has (see `warpmuscle.results`)
+- `/runs/<name>/...`: each run, all that its result file has (see `warpmuscle.results.result`)
 - `/table/{run, seed, evaluated, best_cost, ended}`: (R,), a row a run; `/table/axes/<axis>`: (R,), what sets it apart;
   not a number, or empty, where a run has no value of an axis
 - `/all/{cost, status, end_time, search, generation, stage}`: (N,), the candidates of all runs one behind the other;
@@ -22,11 +22,11 @@ from typing import Any
 import h5py
 import numpy as np
 
-from warpmuscle.errors import ResultError, SceneError
-from warpmuscle.formats.files import replace_file
-from warpmuscle.records import COLUMNS
-from warpmuscle.result_layout import FORMAT_VERSION
-from warpmuscle.results import SWEEP_FORMAT, opened
+from warpmuscle.core.errors import ResultError, SceneError
+from warpmuscle.core.files import replace_file
+from warpmuscle.results.layout import FORMAT_VERSION
+from warpmuscle.results.records import COLUMNS
+from warpmuscle.results.result import SWEEP_FORMAT, opened
 from warpmuscle.sweep.folder import Folder, Manifest, RunEntry
 
 DESCRIPTIONS = {

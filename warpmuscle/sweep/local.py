@@ -8,11 +8,11 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from warpmuscle.campaign import INTERRUPTED
-from warpmuscle.errors import Error, OccupiedError
-from warpmuscle.optimization import MakeBatches, optimize, resume
-from warpmuscle.progress import Progress
-from warpmuscle.records import Options, Result
+from warpmuscle.core.errors import Error, OccupiedError
+from warpmuscle.optimization.api import MakeBatches, optimize, resume
+from warpmuscle.optimization.progress import Progress
+from warpmuscle.optimization.search_loop import INTERRUPTED
+from warpmuscle.results.records import Options, Result
 from warpmuscle.scene import Scene
 from warpmuscle.sweep.folder import has_ended
 from warpmuscle.sweep.together import run_together

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from warpmuscle.scene import Scene
-from warpmuscle.trusted import check_trusted, folders, named_code, trust
+from warpmuscle.scene.trusted_code import check_trusted, folders, named_code, trust
 
 
 @dataclass(frozen=True)

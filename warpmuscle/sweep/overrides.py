@@ -20,15 +20,15 @@ from typing import Any
 
 import msgspec
 
-from warpmuscle.checks import near
-from warpmuscle.errors import SceneError
+from warpmuscle.core.decoding import to_type
+from warpmuscle.core.errors import SceneError
 from warpmuscle.formats.toml import merge
-from warpmuscle.number import Free
-from warpmuscle.parameters import leaves, rebuilt
-from warpmuscle.scaling import multiplied, scaled_segments
 from warpmuscle.scene import Scene
-from warpmuscle.typed import to_type
-from warpmuscle.validate import check_scene
+from warpmuscle.scene.number import Free
+from warpmuscle.scene.parameters import leaves, rebuilt
+from warpmuscle.scene.scaling import multiplied, scaled_segments
+from warpmuscle.scene.validation.checks import near
+from warpmuscle.scene.validation.scene import check_scene
 
 SCALE = "scale"
 

@@ -43,21 +43,21 @@ from typing import Any
 
 import msgspec
 
-from warpmuscle import stage_plan
-from warpmuscle.checks import near
-from warpmuscle.errors import Error, SceneError
+from warpmuscle.core.decoding import to_type
+from warpmuscle.core.errors import Error, SceneError
+from warpmuscle.core.files import shown
+from warpmuscle.core.limits import check_size
+from warpmuscle.core.names import file_name
 from warpmuscle.formats import load
-from warpmuscle.formats.files import shown
-from warpmuscle.formats.names import file_name
 from warpmuscle.formats.toml import Source
-from warpmuscle.limits import check_size
-from warpmuscle.optimization import check_options
-from warpmuscle.parameters import free_parameters
-from warpmuscle.records import Options
+from warpmuscle.optimization import stages
+from warpmuscle.optimization.api import check_options
+from warpmuscle.results.records import Options
 from warpmuscle.scene import Scene
+from warpmuscle.scene.parameters import free_parameters
+from warpmuscle.scene.trusted_code import trust, trusts_everything
+from warpmuscle.scene.validation.checks import near
 from warpmuscle.sweep.overrides import Override, is_factor, overridden
-from warpmuscle.trusted import trust, trusts_everything
-from warpmuscle.typed import to_type
 
 Search: Any = msgspec.defstruct(
     "Search",
@@ -301,8 +301,8 @@ class _Base:
             options = Options(**msgspec.structs.asdict(to_type(search, Search, key="search")))
             check_options(options)
             if scene.stages:
-                return options, stage_plan.plan(scene, options)[0].candidates
-            stage_plan.searches_of(scene, options, seed)
+                return options, stages.plan(scene, options)[0].candidates
+            stages.searches_of(scene, options, seed)
             return options, options.candidates
         except SceneError as error:
             raise self._error(error.message, guilty, key=error.key) from None

@@ -9,10 +9,10 @@ from pathlib import Path
 
 import numpy as np
 
-from warpmuscle.devices import devices_name, find_devices
-from warpmuscle.formats.files import check_writable
-from warpmuscle.keeper import remove_leftovers
-from warpmuscle.progress import Progress
+from warpmuscle.core.files import check_writable
+from warpmuscle.optimization.progress import Progress
+from warpmuscle.results.checkpoint import remove_leftovers
+from warpmuscle.simulation.devices import devices_name, find_devices
 from warpmuscle.sweep.folder import Folder, Manifest
 from warpmuscle.sweep.gather import gather
 from warpmuscle.sweep.local import Task, run_here

@@ -10,14 +10,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from warpmuscle.arrays import Floats
-from warpmuscle.errors import Error, Interrupted
-from warpmuscle.generation import Batches, Generation
-from warpmuscle.optimization import MakeBatches
-from warpmuscle.progress import Progress, Tracker
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.errors import Error, Interrupted
+from warpmuscle.core.status import Status
+from warpmuscle.optimization.api import MakeBatches
+from warpmuscle.optimization.evaluation import BatchEvaluator, Generation
+from warpmuscle.optimization.progress import Progress, Tracker
 from warpmuscle.scene import Scene
-from warpmuscle.status import Status
-from warpmuscle.sweep.union import Union
+from warpmuscle.sweep.union import MergedScene
 
 Job = Callable[[MakeBatches], None]
 
@@ -76,7 +76,7 @@ def run_together(
 def _alone(job: Job, device: str | None, threads: int | None) -> Error | None:
     """Run one optimisation, of any scene; what it raised, if anything."""
     try:
-        job(lambda scene: Batches(scene, device, threads))
+        job(lambda scene: BatchEvaluator(scene, device, threads))
     except Interrupted:
         raise KeyboardInterrupt from None
     except Error as error:
@@ -86,7 +86,7 @@ def _alone(job: Job, device: str | None, threads: int | None) -> Error | None:
 
 @dataclass
 class _Request:
-    """What an optimisation wants evaluated; the members are those of `Batches.evaluate`."""
+    """What an optimisation wants evaluated; the members are those of `BatchEvaluator.evaluate`."""
 
     index: int  # of its scene
     generation: Generation
@@ -162,8 +162,8 @@ class _Shared:
     def __init__(
         self, scenes: Sequence[Scene], device: str | None, threads: int | None, tell: Callable[[Progress], None] | None
     ) -> None:
-        self._union = Union(scenes)
-        self._batches = Batches(self._union.scene, device, threads)
+        self._union = MergedScene(scenes)
+        self._batches = BatchEvaluator(self._union.scene, device, threads)
         self._tell = tell
         self.device, self.largest = self._batches.device, self._batches.largest
         self.term_names = self._batches.term_names

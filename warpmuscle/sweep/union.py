@@ -9,21 +9,21 @@ import msgspec
 import numpy as np
 from msgspec import inspect
 
-from warpmuscle.arrays import Floats
-from warpmuscle.checks import Checks
-from warpmuscle.collisions import collision_pairs
-from warpmuscle.errors import SceneError
-from warpmuscle.number import Free
-from warpmuscle.objective import wanted
-from warpmuscle.parameters import free_parameters, leaves, rebuilt, substitute
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.errors import SceneError
+from warpmuscle.model.collisions import collision_pairs
+from warpmuscle.model.objective import wanted
 from warpmuscle.scene import Scene
-from warpmuscle.topology import topology
-from warpmuscle.validate import check_scene
+from warpmuscle.scene.number import Free
+from warpmuscle.scene.parameters import free_parameters, leaves, rebuilt, substitute
+from warpmuscle.scene.topology import topology
+from warpmuscle.scene.validation.checks import Checks
+from warpmuscle.scene.validation.scene import check_scene
 
 _SCENE = inspect.type_info(Scene)
 
 
-class Union:
+class MergedScene:
     """Scenes of one kind (see `groups`) as one scene, whose free parameters are all numbers in which they may differ.
 
     Attributes:
@@ -72,7 +72,7 @@ def groups(scenes: Sequence[Scene]) -> list[list[int]]:
     result: list[list[int]] = []
     for group in found.values():
         try:
-            Union([scenes[index] for index in group])
+            MergedScene([scenes[index] for index in group])
             result.append(group)
         except SceneError:  # such as limits of a joint that overlap between one scene and another
             result.extend([index] for index in group)

@@ -34,8 +34,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.signal import lfilter
 
-from warpmuscle.errors import Error
-from warpmuscle.synergy.signals import Floats
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.errors import Error
 
 TAU_NE, TAU_ACT = 0.001, 0.05  # s, of the paper
 

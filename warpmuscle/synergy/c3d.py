@@ -15,11 +15,11 @@ from pathlib import Path
 
 import numpy as np
 
-from warpmuscle.errors import SignalError
-from warpmuscle.formats.archive import DamagedArchive, read_arrays
-from warpmuscle.formats.files import check_regular
-from warpmuscle.limits import check_size
-from warpmuscle.synergy.signals import Floats
+from warpmuscle.core.archive import DamagedArchive, read_arrays
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.errors import SignalError
+from warpmuscle.core.files import check_regular
+from warpmuscle.core.limits import check_size
 
 BLOCK = 512  # bytes
 MIPS = 86  # processor type of files with the most significant byte first

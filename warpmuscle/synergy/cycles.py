@@ -11,10 +11,11 @@ from pathlib import Path
 
 import numpy as np
 
-from warpmuscle.errors import SignalError
-from warpmuscle.limits import check_size
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.errors import SignalError
+from warpmuscle.core.limits import check_size
 from warpmuscle.synergy.emg import at_times
-from warpmuscle.synergy.signals import Floats, Signals
+from warpmuscle.synergy.signals import Signals
 from warpmuscle.synergy.tables import read_table
 
 MOST_POINTS = 10_000  # of a cycle

@@ -15,8 +15,9 @@ from typing import Any
 import numpy as np
 from scipy.signal import butter, find_peaks, sosfiltfilt
 
-from warpmuscle.errors import Error
-from warpmuscle.synergy.signals import Floats, Signals
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.errors import Error
+from warpmuscle.synergy.signals import Signals
 
 BEAT_BAND = (8.0, 30.0)  # Hz, where most of a QRS complex is
 HEART = 40.0  # Hz, what is faster in a component of the heart is muscle that leaked into it

@@ -12,9 +12,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
-from warpmuscle.errors import SignalError
-from warpmuscle.limits import check_size
-from warpmuscle.synergy.signals import Floats, Signals, check_signals
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.errors import SignalError
+from warpmuscle.core.limits import check_size
+from warpmuscle.synergy.signals import Signals, check_signals
 
 FINEST = 10  # times the rate of a recording, to which it can be resampled
 

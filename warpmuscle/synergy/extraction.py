@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from warpmuscle.errors import SignalError
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.errors import SignalError
 from warpmuscle.synergy.factorization import RESTARTS, Account, Synergies, factorize
-from warpmuscle.synergy.signals import Floats
 
 AUTO, KNEE = "auto", "knee"
 ENOUGH = 0.99  # VAF from which on more synergies are of no interest

@@ -17,9 +17,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import linear_sum_assignment, nnls
 
-from warpmuscle.errors import Error, SignalError
-from warpmuscle.limits import check_size
-from warpmuscle.synergy.signals import Floats
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.errors import Error, SignalError
+from warpmuscle.core.limits import check_size
 
 RESTARTS = 10
 ITERATIONS = 1000

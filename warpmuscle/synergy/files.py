@@ -25,14 +25,14 @@ from typing import Any
 import h5py
 import numpy as np
 
-from warpmuscle.array_checks import check_numbers
-from warpmuscle.errors import ResultError, SceneError
-from warpmuscle.formats import hdf5
-from warpmuscle.formats.files import replace_file
-from warpmuscle.machine import this_machine
+from warpmuscle.core import hdf5
+from warpmuscle.core.array_checks import check_numbers
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.errors import ResultError, SceneError
+from warpmuscle.core.files import replace_file
+from warpmuscle.core.machine import this_machine
 from warpmuscle.synergy.factorization import Account, Synergies, match
 from warpmuscle.synergy.preparation import Activations, Preparation
-from warpmuscle.synergy.signals import Floats
 
 FORMAT = "warpmuscle synergies"
 FORMAT_VERSION = 1

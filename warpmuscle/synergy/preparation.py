@@ -8,12 +8,13 @@ from pathlib import Path
 
 import numpy as np
 
-from warpmuscle.errors import SignalError
+from warpmuscle.core.array_types import Floats, Integers
+from warpmuscle.core.errors import SignalError
 from warpmuscle.synergy.cycles import by_cycles, read_cycles
 from warpmuscle.synergy.ecg import EcgRemoval, remove_ecg
 from warpmuscle.synergy.emg import Chain, band_passed, envelope, given_envelope, normalised, resampled
 from warpmuscle.synergy.recordings import read_signals
-from warpmuscle.synergy.signals import Floats, Integers, Signals
+from warpmuscle.synergy.signals import Signals
 
 
 @dataclass(frozen=True)

@@ -18,10 +18,11 @@ from typing import Any
 import h5py
 import numpy as np
 
-from warpmuscle.errors import SignalError
-from warpmuscle.formats import hdf5
+from warpmuscle.core import hdf5
+from warpmuscle.core.array_types import Floats, Integers
+from warpmuscle.core.errors import SignalError
 from warpmuscle.synergy.c3d import read_c3d
-from warpmuscle.synergy.signals import Floats, Integers, Signals, check_signals, choose_channels
+from warpmuscle.synergy.signals import Signals, check_signals, choose_channels
 from warpmuscle.synergy.tables import STORAGE, read_table
 
 TEXT = (".csv", ".tsv", ".txt", *STORAGE)

@@ -7,12 +7,9 @@ from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 
 import numpy as np
-from numpy.typing import NDArray
 
-from warpmuscle.errors import SignalError
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
+from warpmuscle.core.array_types import Floats, Integers
+from warpmuscle.core.errors import SignalError
 
 ROUNDING = 1e-12  # of a channel's greatest value; what varies less is constant
 

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import lsq_linear, nnls
 
-from warpmuscle.errors import Error
-from warpmuscle.synergy.signals import Floats
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.errors import Error
 
 PENALTY = 1e5  # weight of a torque error, in parts of the joint's greatest torque, against an activation of 1
 TOLERANCE = 1e-6  # torque error that still counts as none, in the same parts

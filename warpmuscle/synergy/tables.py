@@ -10,9 +10,9 @@ from pathlib import Path
 
 import numpy as np
 
-from warpmuscle.errors import SceneError, SignalError
-from warpmuscle.formats.files import read_file, unreadable
-from warpmuscle.synergy.signals import Floats, Integers
+from warpmuscle.core.array_types import Floats, Integers
+from warpmuscle.core.errors import SceneError, SignalError
+from warpmuscle.core.files import read_file, unreadable
 
 STORAGE = (".mot", ".sto")
 LONGEST_ROW = 100_000  # characters; Python reads cells of a little more

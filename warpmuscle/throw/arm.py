@@ -11,18 +11,19 @@ import numpy as np
 import warp as wp
 from numpy.typing import ArrayLike
 
-from warpmuscle.arrays import Floats, rows
-from warpmuscle.errors import Error, SceneError
-from warpmuscle.inverse_dynamics import body_points, inverse_dynamics
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.arrays import rows
+from warpmuscle.core.errors import Error, SceneError
+from warpmuscle.core.pose import about, rotate
+from warpmuscle.core.warp_start import start_warp
 from warpmuscle.kernels.muscle import rigid_force
-from warpmuscle.model import start_of
-from warpmuscle.muscles import CURVES
-from warpmuscle.parameters import Parameter, free_parameters, start_values, substitute
-from warpmuscle.pose import about, rotate
+from warpmuscle.model.build import start_of
+from warpmuscle.model.muscles import CURVES
 from warpmuscle.scene import Actuation, Drive, Motion, Muscle, Scene
+from warpmuscle.scene.parameters import Parameter, free_parameters, start_values, substitute
+from warpmuscle.scene.topology import Topology, topology
+from warpmuscle.studies.inverse_dynamics import body_points, inverse_dynamics
 from warpmuscle.throw.motion import Motions
-from warpmuscle.topology import Topology, topology
-from warpmuscle.warp_start import start_warp
 
 X_AXIS = np.array([1.0, 0.0, 0.0])
 RATIO = 2.0  # a parameter whose bounds are further apart than this, on one side of 0, changes by factors

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from warpmuscle.arrays import Floats
+from warpmuscle.core.array_types import Floats
 from warpmuscle.throw.arm import Arm, MuscleTable, needed_torques
 from warpmuscle.throw.motion import Motions
 

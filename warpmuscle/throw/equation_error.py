@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import least_squares
 
-from warpmuscle.arrays import Floats
+from warpmuscle.core.array_types import Floats
 from warpmuscle.throw.arm import Arm, needed_torques
 from warpmuscle.throw.capacity import HINGE, SPARE, STRIDE, shortfall
 from warpmuscle.throw.motion import Motions

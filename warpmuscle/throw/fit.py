@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from warpmuscle.arrays import Floats
+from warpmuscle.core.array_types import Floats
 from warpmuscle.throw.capacity import Capacity
 from warpmuscle.throw.equation_error import fit_equations
 from warpmuscle.throw.follow import Follower, Replay

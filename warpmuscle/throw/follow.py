@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from warpmuscle.arrays import Floats
+from warpmuscle.core.array_types import Floats
 from warpmuscle.throw.arm import Arm, hand_position, states
 from warpmuscle.throw.metrics import Agreement, correlation, determination
 from warpmuscle.throw.motion import Motions

@@ -10,10 +10,10 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from warpmuscle.errors import Error
+from warpmuscle.core.errors import Error
 from warpmuscle.formats import load
-from warpmuscle.parameters import start_values
 from warpmuscle.scene import Scene
+from warpmuscle.scene.parameters import start_values
 from warpmuscle.throw.arm import Arm
 from warpmuscle.throw.fit import Fitted, Settings, fit_motions, trade
 from warpmuscle.throw.follow import Follower

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from warpmuscle.arrays import Floats
+from warpmuscle.core.array_types import Floats
 
 # Residuals (B, R) of copies: which fit each one belongs to (B,), its own unknowns (B, U), what is shared (B, S).
 Residuals = Callable[[NDArray[np.intp], Floats, Floats], Floats]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from warpmuscle.arrays import Floats
+from warpmuscle.core.array_types import Floats
 
 # What counts as followed, all at once.
 LEAST_R2, LEAST_VELOCITY_R2, MOST_HAND_ERROR, LEAST_CORRELATION = 0.999, 0.97, 0.02, 0.9

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from scipy.interpolate import make_interp_spline
 
-from warpmuscle.arrays import Floats
+from warpmuscle.core.array_types import Floats
 
 RATE = 100.0  # Hz, of everything that is compared
 MARGIN = 0.05  # s, by which a motion is continued beyond both ends

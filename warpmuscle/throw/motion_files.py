@@ -19,10 +19,10 @@ from pathlib import Path
 
 import numpy as np
 
-from warpmuscle.arrays import Floats
-from warpmuscle.errors import SignalError
-from warpmuscle.formats.archive import DamagedArchive, read_arrays
-from warpmuscle.formats.files import check_regular, unreadable
+from warpmuscle.core.archive import DamagedArchive, read_arrays
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.errors import SignalError
+from warpmuscle.core.files import check_regular, unreadable
 from warpmuscle.synergy.tables import Table, read_table
 from warpmuscle.throw.motion import PITCH, PLACE, Motion
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from warpmuscle.arrays import Floats
+from warpmuscle.core.array_types import Floats
 from warpmuscle.plots.style import matplotlib, save
 from warpmuscle.throw.arm import hand_position, joint_positions, states
 from warpmuscle.throw.fit import Fitted

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
-from warpmuscle.arrays import Floats
-from warpmuscle.errors import Error, SignalError
-from warpmuscle.parameters import start_values, substitute
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.errors import Error, SignalError
+from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.synergy.factorization import factorize, reconstruct
 from warpmuscle.synergy.files import read as read_synergies
 from warpmuscle.synergy.static_optimization import StaticOptimization

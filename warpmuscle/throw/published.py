@@ -14,10 +14,10 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from warpmuscle.arrays import Floats
+from warpmuscle.core.array_types import Floats
 from warpmuscle.scene import Scene
+from warpmuscle.search.batched import ask_all, tell_all
 from warpmuscle.search.nlopt import NloptSearch
-from warpmuscle.search.together import ask_all, tell_all
 from warpmuscle.synergy.activation_filter import ActivationFilter
 from warpmuscle.throw.arm import Arm
 from warpmuscle.throw.follow import ROUGH_STEP, Replay
@@ -165,7 +165,8 @@ class _Published:
             return determination(angle[:, :, [place]], recorded[:, :, [place]], valid)[:, 0]
 
         def cost(which: NDArray[np.intp], cube: Floats) -> Floats:
-            return np.minimum(1.0 - r2(rough, which, cube), WORST)
+            missed: Floats = np.minimum(1.0 - r2(rough, which, cube), WORST)
+            return missed
 
         result = unknowns.copy()
         result[:, own] = _minimize(cost, np.clip(unknowns[:, own], 0.0, 1.0), evaluations)

@@ -7,11 +7,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from warpmuscle.arrays import Floats
-from warpmuscle.bodies import joint_axes
-from warpmuscle.parameters import start_values, substitute
-from warpmuscle.pose import about
-from warpmuscle.recording import Recording
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.pose import about
+from warpmuscle.model.bodies import joint_axes
+from warpmuscle.results.recording import Recording
+from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.throw.fit import Fitted
 from warpmuscle.throw.follow import Follower
 from warpmuscle.throw.published import Published, without_dynamics

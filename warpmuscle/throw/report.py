@@ -11,16 +11,16 @@ from typing import Any
 import h5py
 import numpy as np
 
-from warpmuscle.arrays import Floats
-from warpmuscle.devices import find_device
-from warpmuscle.errors import ResultError, SceneError
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.errors import ResultError, SceneError
+from warpmuscle.core.files import replace_file
 from warpmuscle.formats import toml
-from warpmuscle.formats.files import replace_file
-from warpmuscle.optimization import parameter_table
-from warpmuscle.parameters import free_parameters, with_values
-from warpmuscle.records import Result
-from warpmuscle.result_layout import put
-from warpmuscle.results import THROW_FORMAT
+from warpmuscle.optimization.api import parameter_table
+from warpmuscle.results.layout import put
+from warpmuscle.results.records import Result
+from warpmuscle.results.result import THROW_FORMAT
+from warpmuscle.scene.parameters import free_parameters, with_values
+from warpmuscle.simulation.devices import find_device
 from warpmuscle.throw.fit import Fitted, Stage
 from warpmuscle.throw.follow import Follower
 from warpmuscle.throw.metrics import leave_one_out
@@ -93,7 +93,7 @@ def write(
 ) -> None:
     """Write fits as HDF5, whole or not at all.
 
-    `/scene`, `/parameters` and `/replay` are as in other results (see `warpmuscle.results`): the scene with the fitted
+    `/scene`, `/parameters` and `/replay` are as in other results (see `results.result`): the scene with the fitted
     parameters, every fitted motion with the recorded one as its `joint_target`, and new throws behind them; of the
     published fit alone, which has parameters for each motion, the first. Besides, `/motions`: names, time, recorded
     angles and speeds; `/synergies`: W and extracted C; `/fit`: parameters, the scene with them, knots, C, simulated

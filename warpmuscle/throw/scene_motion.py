@@ -5,10 +5,11 @@ from __future__ import annotations
 import msgspec
 import numpy as np
 
-from warpmuscle.errors import SceneError
-from warpmuscle.pose import twist_angle
-from warpmuscle.rollout import Rollout
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.errors import SceneError
+from warpmuscle.core.pose import twist_angle
 from warpmuscle.scene import Scene
+from warpmuscle.simulation.rollout import Rollout
 from warpmuscle.throw.arm import X_AXIS, Arm, joint_positions
 from warpmuscle.throw.motion import RATE, Motion
 
@@ -33,7 +34,7 @@ def motion_of(scene: Scene, arm: Arm) -> Motion:
     coordinates = np.concatenate([rollout.recorded("coordinates")[0], rollout.state.coordinates.numpy()]).astype(float)
     time = np.arange(len(coordinates)) / RATE
     kind = scene.character.root_joint
-    pitch = np.zeros(len(time))
+    pitch: Floats = np.zeros(len(time))
     if kind == "planar":
         pitch = coordinates[:, 2]
     elif kind == "free":

@@ -9,8 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from warpmuscle.arrays import Floats, rows
-from warpmuscle.parameters import start_values, substitute
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.arrays import rows
+from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.synergy.static_optimization import StaticOptimization, static_optimization
 from warpmuscle.throw.arm import Arm, needed_torques
 from warpmuscle.throw.motion import RATE, Motions

@@ -6,10 +6,10 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from warpmuscle.arrays import Floats
-from warpmuscle.recording import Recording
-from warpmuscle.rollout import Rollout
+from warpmuscle.core.array_types import Floats
+from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Failure, Scene
+from warpmuscle.simulation.rollout import Rollout
 from warpmuscle.throw.arm import Arm, states
 from warpmuscle.throw.motion import MARGIN, RATE, Motions, resample
 

@@ -12,8 +12,8 @@ from dataclasses import replace
 import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
-from warpmuscle.arrays import Floats
-from warpmuscle.errors import SignalError
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.errors import SignalError
 from warpmuscle.throw.motion import Motion
 
 ORDER = 2  # of one pass

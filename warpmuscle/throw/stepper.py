@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from warpmuscle.arrays import Floats
+from warpmuscle.core.array_types import Floats
 from warpmuscle.throw.motion import RATE
 from warpmuscle.throw.simulator import Simulator
 

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from warpmuscle.arrays import Floats
-from warpmuscle.errors import Error
-from warpmuscle.parameters import start_values, substitute
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.errors import Error
+from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.throw.arm import hand_position, joint_positions, states
 from warpmuscle.throw.follow import Follower, Replay
 from warpmuscle.throw.least_squares import Prior, Unknowns, fit

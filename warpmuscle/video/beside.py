@@ -9,8 +9,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from warpmuscle.errors import Error
-from warpmuscle.recording import Floats, Recording
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.errors import Error
+from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
 from warpmuscle.video.film import Film, Look, check_look, make_films
 from warpmuscle.video.painter import SKY, Painter

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from warpmuscle.recording import Floats
+from warpmuscle.core.array_types import Floats
 
 UP = np.array([0.0, 1.0, 0.0])
 _VIEW = np.radians(24.0)  # angle of view over the picture's height

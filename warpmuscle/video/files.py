@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from warpmuscle.errors import Error
-from warpmuscle.formats.files import check_writable, replace_file, replacing
+from warpmuscle.core.errors import Error
+from warpmuscle.core.files import check_writable, replace_file, replacing
 from warpmuscle.video.beside import Beside, Sheet
 from warpmuscle.video.film import Film
 from warpmuscle.video.painter import FORCE_TINTS, Painter, muscle_colors

@@ -9,13 +9,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from warpmuscle.errors import Error
-from warpmuscle.ground import Plane, plane
-from warpmuscle.limits import check_size
-from warpmuscle.parameters import start_values, substitute
-from warpmuscle.recording import Floats, Recording
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.errors import Error
+from warpmuscle.core.limits import check_size
+from warpmuscle.gait.cycles import body_weight, steady_strides
+from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
-from warpmuscle.strides import body_weight, steady_strides
+from warpmuscle.scene.ground import Plane, plane
+from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.video.camera import Camera, camera_on
 from warpmuscle.video.solids import Boxes, Capsules, in_world, solids
 from warpmuscle.view.track import Track, track_of

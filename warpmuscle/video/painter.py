@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from warpmuscle.figure import convex_hull
+from warpmuscle.core.array_types import Floats
 from warpmuscle.plots.style import matplotlib
-from warpmuscle.recording import Floats
+from warpmuscle.scene.anatomy import convex_hull
 from warpmuscle.video.film import Film
 from warpmuscle.video.solids import faces, outlines
 

@@ -7,10 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from warpmuscle.figure import Side, bones, far_end, sides_of
-from warpmuscle.pose import rotate
-from warpmuscle.recording import Floats, Recording
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.pose import rotate
+from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Box, Capsule, Character
+from warpmuscle.scene.anatomy import Side, bones, far_end, sides_of
 
 BONE_RADIUS = 0.018  # m
 _ARC = 12  # points on each round end of an outline

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from warpmuscle.recording import Floats
+from warpmuscle.core.array_types import Floats
 
 Bytes = NDArray[np.uint8]
 

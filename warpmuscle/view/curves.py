@@ -7,13 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from warpmuscle.bodies import joint_axes
-from warpmuscle.figure import Side
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.pose import Array, conjugate, hinge_coordinates, normalized, rotate, universal_coordinates
 from warpmuscle.formats.sto import euler_xyz
-from warpmuscle.pose import Array, conjugate, hinge_coordinates, normalized, rotate, universal_coordinates
-from warpmuscle.recording import Floats, Recording
+from warpmuscle.gait.cycles import flexion_signs
+from warpmuscle.model.bodies import joint_axes
+from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Joint, Scene
-from warpmuscle.strides import flexion_signs
+from warpmuscle.scene.anatomy import Side
 
 AXES = {"ball": "xyz", "universal": "ab", "hinge": ("",), "fixed": ()}
 

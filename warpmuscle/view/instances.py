@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from warpmuscle.pose import multiply, rotate
-from warpmuscle.recording import Floats
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.pose import multiply, rotate
 from warpmuscle.view.colors import BONE, COM, DESIRED, FORCES, TINTS, Bytes, of_activation
 from warpmuscle.view.muscle_lines import world_points
 from warpmuscle.view.parts import Kind, Part, turn_from_y

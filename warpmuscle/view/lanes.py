@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from warpmuscle.recording import Floats
+from warpmuscle.core.array_types import Floats
 
 ACROSS = 8  # beside each other at most, unless there are more than 64
 MOST = 64  # bipeds that can be told apart

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from warpmuscle.parameters import Parameter
-from warpmuscle.recording import Floats
-from warpmuscle.status import Status
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.status import Status
+from warpmuscle.scene.parameters import Parameter
 from warpmuscle.view.curves import panels_of
 from warpmuscle.view.live_run import FARTHEST, FASTEST, SPEED_RATE, TURN_RATE, LiveRun, can_change_speed
 from warpmuscle.view.packing import whole

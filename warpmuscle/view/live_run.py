@@ -5,15 +5,15 @@ from __future__ import annotations
 import msgspec
 import numpy as np
 
-from warpmuscle.arrays import Floats
-from warpmuscle.controller import controller_struct
-from warpmuscle.errors import Error
-from warpmuscle.parameters import start_values, substitute
-from warpmuscle.pose import about, rotate, twist_angle
-from warpmuscle.recording import Recording
-from warpmuscle.rollout import Rollout
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.errors import Error
+from warpmuscle.core.pose import about, rotate, twist_angle
+from warpmuscle.core.status import Status
+from warpmuscle.model.controller import controller_struct
+from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Balance, Controller, Curve, Scene, State
-from warpmuscle.status import Status
+from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.simulation.rollout import Rollout
 from warpmuscle.view.track import UP, Track, doll_of, track_of
 
 EPISODE = 300.0  # s, after which the simulation starts again

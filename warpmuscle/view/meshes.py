@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from warpmuscle.recording import Floats
+from warpmuscle.core.array_types import Floats
 
 Mesh = tuple[Floats, NDArray[np.uint32]]  # corners (V, 3), faces (F, 3)
 

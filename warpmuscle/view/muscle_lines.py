@@ -8,9 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from warpmuscle.bodies import joint_axes
-from warpmuscle.pose import hinge_coordinates, normalized, rotate, universal_coordinates
-from warpmuscle.recording import Floats, Recording
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.pose import hinge_coordinates, normalized, rotate, universal_coordinates
+from warpmuscle.model.bodies import joint_axes
+from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Character, Condition
 
 

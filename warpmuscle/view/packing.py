@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from warpmuscle.recording import Floats
+from warpmuscle.core.array_types import Floats
 
 
 class Packer:

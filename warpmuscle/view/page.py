@@ -11,12 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from warpmuscle.arguments import as_path
-from warpmuscle.formats.files import replace_file
-from warpmuscle.ground import plane
-from warpmuscle.parameters import start_values, substitute
-from warpmuscle.recording import Recording
+from warpmuscle.core.arguments import as_path
+from warpmuscle.core.files import replace_file
+from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
+from warpmuscle.scene.ground import plane
+from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.view.curves import panels_of
 from warpmuscle.view.lanes import camera_of, lanes
 from warpmuscle.view.packing import Packer, script_json, whole

@@ -8,10 +8,10 @@ from typing import Literal
 
 import numpy as np
 
-from warpmuscle.figure import Side, bones, sides_of
-from warpmuscle.pose import about, normalized
-from warpmuscle.recording import Floats
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.pose import about, normalized
 from warpmuscle.scene import Box, Capsule, Character, Shape
+from warpmuscle.scene.anatomy import Side, bones, sides_of
 
 Kind = Literal["sphere", "cylinder", "box"]
 BONE_RADIUS = 0.016  # m

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from warpmuscle.recording import Floats
+from warpmuscle.core.array_types import Floats
 from warpmuscle.view.colors import LINES
 from warpmuscle.view.curves import Panel
 from warpmuscle.view.packing import whole

@@ -8,13 +8,13 @@ from pathlib import Path
 
 import numpy as np
 
-from warpmuscle.errors import Error, ResultError
-from warpmuscle.parameters import start_values, substitute
-from warpmuscle.recording import Recording
-from warpmuscle.records import Result
-from warpmuscle.result_scene import scene_in
-from warpmuscle.results import read
+from warpmuscle.core.errors import Error, ResultError
+from warpmuscle.optimization.best_scene import scene_in
+from warpmuscle.results.recording import Recording
+from warpmuscle.results.records import Result
+from warpmuscle.results.result import read
 from warpmuscle.scene import Scene
+from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.view.lanes import MOST
 from warpmuscle.view.page import Page, page_of
 from warpmuscle.view.track import Track, track_of
@@ -93,7 +93,7 @@ def of_replays(
 
 def of_candidates(result: Result, count: int, device: str | None, path: str | Path, name: str = "") -> list[Sight]:
     """So many of the best candidates of an optimisation, run again."""
-    from warpmuscle.rollout import Rollout
+    from warpmuscle.simulation.rollout import Rollout
 
     if result.evaluations is None or len(result.evaluations) == 0:
         raise ResultError(f"{path}: holds no candidates to run again")
@@ -119,7 +119,7 @@ def of_candidates(result: Result, count: int, device: str | None, path: str | Pa
 
 def of_scene(scene: Scene, device: str | None = None) -> list[Sight]:
     """A scene, run once."""
-    from warpmuscle.rollout import Rollout
+    from warpmuscle.simulation.rollout import Rollout
 
     rollout = Rollout(scene, 1, device, record=[0], record_rate=RATE)
     rollout.run()

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from warpmuscle.ground import plane
-from warpmuscle.recording import Floats
+from warpmuscle.core.array_types import Floats
 from warpmuscle.scene import Ground
+from warpmuscle.scene.ground import plane
 from warpmuscle.view import instances, meshes
 from warpmuscle.view.colors import COM, PUSH, Bytes
 from warpmuscle.view.instances import Instances, Moment, moments_of

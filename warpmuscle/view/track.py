@@ -7,15 +7,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from warpmuscle.controller import trajectory_bodies
-from warpmuscle.errors import Error
-from warpmuscle.foot_contact import foot_points
-from warpmuscle.ground import plane
-from warpmuscle.motion_of_scene import check_motion_of
-from warpmuscle.pose import about, multiply, normalized, rotate, twist_angle
-from warpmuscle.recording import QUANTITIES, Floats, Recording
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.errors import Error
+from warpmuscle.core.pose import about, multiply, normalized, rotate, twist_angle
+from warpmuscle.gait.foot_contact import foot_points
+from warpmuscle.model.controller import trajectory_bodies
+from warpmuscle.results.motion_of_scene import check_motion_of
+from warpmuscle.results.recording import QUANTITIES, Recording
 from warpmuscle.scene import Scene
-from warpmuscle.topology import Topology, topology
+from warpmuscle.scene.ground import plane
+from warpmuscle.scene.topology import Topology, topology
 from warpmuscle.view.muscle_lines import MuscleLines, muscle_lines, point_weights, world_points
 from warpmuscle.view.packing import whole
 from warpmuscle.view.parts import Part, parts_of

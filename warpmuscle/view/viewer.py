@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from warpmuscle.errors import Error
-from warpmuscle.recording import Floats
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.errors import Error
 from warpmuscle.scene import Ground
 from warpmuscle.view.access import access_to
 from warpmuscle.view.curves import Panel

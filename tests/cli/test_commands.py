@@ -1,0 +1,244 @@
+"""The command line as a user meets it: in a process of its own."""
+
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+from warpmuscle.formats import load, toml
+from warpmuscle.scene import Scene
+from warpmuscle.scene.parameters import free_parameters, start_values, substitute
+
+
+def run(*arguments: object, folder: Path) -> subprocess.CompletedProcess[str]:
+    """Run `warpmuscle` with these arguments in a folder."""
+    code = "from warpmuscle.cli import main; main()"
+    command = [sys.executable, "-c", code, *map(str, arguments)]
+    return subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=300)
+
+
+def changed(scene: Scene, old: str, new: str, folder: Path) -> Path:
+    """The scene's TOML file with one piece of its text replaced."""
+    text = toml.dumps(scene)
+    assert old in text
+    path = folder / "changed.toml"
+    path.write_text(text.replace(old, new, 1))
+    return path
+
+
+def test_help_names_every_command(tmp_path):
+    shown = run("--help", folder=tmp_path)
+    assert shown.returncode == 0
+    assert all(
+        name in shown.stdout
+        for name in ("info", "simulate", "optimize", "convert", "apply", "scenes", "view", "plot", "video", "synergies")
+    )
+
+
+def test_info_counts_bodies_freedoms_mass_and_parameters(tmp_path):
+    shown = run("info", "fwalk", folder=tmp_path).stdout
+    assert "15 bodies, 14 joints, 28 joint degrees of freedom and 6 of the root, 70.4 kg" in shown
+    assert "controller.pd.lHip.kp" in shown
+
+
+def test_values_of_the_scene_are_set_on_the_command_line(tmp_path):
+    settings = ("--set", "objective.target_speed=1.5", "--set", "description=quick", "--set", "controller.pd.*.kp=7")
+    shown = run("info", "fwalk", *settings, folder=tmp_path)
+    assert shown.returncode == 0, shown.stderr
+    assert "quick" in shown.stdout
+    assert "controller.pd.lHip.kp" not in shown.stdout  # a number now, no free parameter
+    assert "controller.pd.lHip.kd" in shown.stdout
+
+
+def test_simulate_prints_the_gait_and_writes_file_and_picture(tmp_path):
+    done = run("simulate", "fwalk", "--duration", 4, "-o", "run.h5", "--plot", "walk.png", folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "cadence" in done.stdout
+    assert (tmp_path / "walk.png").stat().st_size > 10_000
+    with h5py.File(tmp_path / "run.h5") as file:
+        assert file["replay/0/com"].shape == (400, 3)
+        assert file["replay/0/com"].attrs["units"] == "m"
+
+
+def test_time_alone_limits_a_search_that_says_nothing_of_candidates(tmp_path):
+    arguments = ("optimize", "fwalk", "--duration", 0.05, "--search", "cma", "--until", "3s", "-o", "short.h5")
+    done = run(*arguments, folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "the time is up" in done.stdout
+    assert " of 1000000000" not in done.stdout
+
+
+def test_export_writes_a_recorded_motion_for_opensim(tmp_path):
+    assert run("simulate", "walk56", "--duration", 0.5, "-o", "run.h5", folder=tmp_path).returncode == 0
+    done = run("export", "run.h5", "-o", "walk.sto", folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "walk.sto").read_text().splitlines()[2] == "nRows=50"
+    wrong = run("export", "run.h5", "-o", "walk.mot", "--replay", 3, folder=tmp_path)
+    assert (wrong.returncode, "none with number 3" in wrong.stderr) == (2, True)
+
+
+def test_optimize_then_apply_gives_a_scene_with_the_best_cost(tmp_path):
+    arguments = ("--candidates", 6, "--duration", 0.5, "-o", "result.h5")
+    done = run("optimize", "fwalk", *arguments, folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert run("apply", "result.h5", "-o", "best.toml", folder=tmp_path).returncode == 0
+    again = run("simulate", "best.toml", folder=tmp_path)
+    with h5py.File(tmp_path / "result.h5") as file:
+        assert f"cost {file['best/cost'][()]:.6g}" in again.stdout
+        assert np.argmin(file["evaluations/cost"]) == file["best/index"][()]
+        assert file.attrs["command"].startswith("warpmuscle optimize fwalk")
+    small = run("apply", "result.h5", "-o", "s.toml", "--on", "fwalk", "--fix", "controller.pd.*", folder=tmp_path)
+    assert small.returncode == 0, small.stderr
+    text, scene, best = (tmp_path / "s.toml").read_text(), load(tmp_path / "s.toml"), load(tmp_path / "best.toml")
+    assert "warpmuscle optimize fwalk" in text
+    assert len(text) < 0.3 * len((tmp_path / "best.toml").read_text())
+    assert not [p for p in free_parameters(scene) if p.name.startswith("controller.pd.")]
+    assert substitute(scene, start_values(scene)).controller == substitute(best, start_values(best)).controller
+
+
+def test_convert_to_the_original_formats_and_back_keeps_the_motion(tmp_path):
+    assert run("convert", "iwalk", "-o", "walk.rbs", folder=tmp_path).returncode == 0
+    assert run("convert", "walk.rbs", "walk.sbc", "-o", "back.toml", folder=tmp_path).returncode == 0
+    texts = [run("simulate", name, "--duration", 1, folder=tmp_path).stdout for name in ("iwalk", "back.toml")]
+    assert texts[0].split("cost")[1].split()[0] == texts[1].split("cost")[1].split()[0]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("mass = 12.9", "mass = -12.9", "character.bodies.pelvis.mass"),
+        ("mass = 12.9", "mass = 'heavy'", "character.bodies.pelvis.mass"),
+        ("mass = 12.9", "masss = 12.9", "mass"),
+        ('child = "torso"', 'child = "trunk"', "trunk"),
+        ("{ value = 300, min = 150", "{ value = 300, min = 1500", "controller.pd.root.kd"),
+        ("[controller.pd]", "[controller.pd", "changed.toml"),
+    ],
+)
+def test_bad_scene_is_one_line_with_file_line_and_key_and_leaves_no_file(old, new, words, tmp_path):
+    path = changed(load("fwalk"), old, new, tmp_path)
+    for command in (("simulate", path, "-o", "out.h5"), ("optimize", path, "-o", "out.h5")):
+        done = run(*command, folder=tmp_path)
+        assert done.returncode == 2
+        assert done.stderr.count("\n") == 1
+        assert done.stderr.startswith(f"error: {path}:"), done.stderr
+        assert words in done.stderr
+        assert not (tmp_path / "out.h5").exists()
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("simulate", "nowhere.toml"),
+        ("simulate", "fwalk", "--set", "objective.target_speed"),
+        ("simulate", "fwalk", "--set", "objective.target_spede=1"),
+        ("simulate", "fwalk", "--set", "objective.target_speed=fast"),
+        ("simulate", "nobody"),
+        ("simulate", "fwalk", "--device", "cuda:99"),
+        ("simulate", "fwalk", "--device", "cuda:98,cuda:99"),
+        ("optimize", "fwalk", "--device", "cpu,cpu"),
+        ("simulate", "fwalk", "-o", "missing/out.h5"),
+        ("simulate", "fwalk", "--duration", "-1"),
+        ("optimize", "iwalk"),
+        ("apply", "nothing.h5", "-o", "a.toml"),
+        ("convert", "fwalk", "-o", "walk.docx"),
+    ],
+)
+def test_impossible_request_is_one_line_and_exit_code_2(arguments, tmp_path):
+    done = run(*arguments, folder=tmp_path)
+    assert done.returncode == 2
+    assert done.stderr.startswith("error: ")
+    assert done.stderr.count("\n") == 1
+
+
+def test_interrupt_keeps_what_was_evaluated_and_says_how_much(tmp_path):
+    code = "from warpmuscle.cli import main; main()"
+    command = [sys.executable, "-c", code, "optimize", "fwalk", "--candidates", "100000", "-o", "part.h5"]
+    with subprocess.Popen(
+        command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, preexec_fn=accept_interrupts
+    ) as process:
+        time.sleep(8.0)
+        process.send_signal(signal.SIGINT)
+        shown, errors = process.communicate(timeout=60)
+    assert process.returncode == 0, errors
+    assert "of 100000 candidates" in shown
+    with h5py.File(tmp_path / "part.h5") as file:
+        assert 0 < len(file["evaluations/cost"]) < 100_000
+
+
+def accept_interrupts() -> None:
+    """Undo what a shell does to processes in the background."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def test_info_shows_muscles_and_points_out_those_that_cannot_act(tmp_path):
+    shown = run("info", "walk56", folder=tmp_path).stdout
+    assert "lSOL" in shown
+    assert "cannot act" not in shown
+    joint = load("walk56").character.joints["lAnkle"]
+    places = ((joint.parent, joint.position_in_parent), (joint.child, joint.position_in_child))
+    ends = [f"{{ body = '{body}', position = {list(position)} }}" for body, position in places]
+    (tmp_path / "wrong.toml").write_text(f"[muscles.lTA]\npath = [{', '.join(ends)}]\n")
+    scenes = Path(__file__).parents[2] / "scenes"
+    files = [*(str(scenes / f"{name}.toml") for name in ("biped", "muscles56", "muscles56_fitted")), "wrong.toml"]
+    (tmp_path / "scene.toml").write_text(f'name = "wrong"\nbase = "{scenes / "fwalk.toml"}"\ncharacter = {files}\n')
+    shown = run("info", "scene.toml", folder=tmp_path)
+    assert "lTA cannot act on lAnkle" in shown.stdout, shown.stderr
+    assert "leaves no fibre" in shown.stderr
+
+
+def test_muscle_mass_is_shown_and_too_much_of_it_warned_of(tmp_path):
+    heavy = ("--set", "muscle_model.specific_tension=0.25e6")
+    shown = run("info", "walk56", folder=tmp_path)
+    assert "25.1 kg of muscle at 0.6 MPa (60.3 kg at 0.25 MPa), 35.7 % of the body\n" in shown.stdout
+    assert "warning" not in shown.stderr
+    done = run("simulate", "walk56", "--duration", 3, *heavy, folder=tmp_path)
+    assert (done.returncode, done.stderr.count("60.3 kg of muscle are 85.6 % of a body")) == (0, 1)
+    assert "1.51 W/kg at rest, 60.3 kg of muscle at 0.25 MPa\n" in done.stdout
+    begun = run("optimize", "walk56", "--candidates", 2, "--duration", 0.5, *heavy, "-o", "a.h5", folder=tmp_path)
+    resumed = run("optimize", "--resume", "a.h5", "--candidates", 1, folder=tmp_path)
+    for done in (begun, resumed):
+        assert (done.returncode, done.stderr.count(" kg of muscle are ")) == (0, 1), done.stderr
+    assert run("report", "a.h5", folder=tmp_path).stdout.count(" kg of muscle are ") == 1
+
+
+def test_fit_muscles_writes_properties_that_a_scene_can_add(tmp_path):
+    done = run(
+        "fit-muscles", "elbow_simplified", "--properties-only", "--strength", 2, "--duration", 2, "-o", "fitted.toml",
+        folder=tmp_path,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    scenes = Path(__file__).parents[2] / "scenes"
+    files = [*(str(scenes / f"{name}.toml") for name in ("biped", "elbow_pair")), "fitted.toml"]
+    (tmp_path / "scene.toml").write_text(f'name = "mine"\nbase = "{scenes / "fwalk.toml"}"\ncharacter = {files}\n')
+    assert load(tmp_path / "scene.toml").character.muscles["lBIC"].f_max == 8000
+    done = run("simulate", "scene.toml", "--duration", 1, "-o", "run.h5", folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    with h5py.File(tmp_path / "run.h5") as file:
+        assert list(file["replay/0/muscle_names"].asstr()) == ["lBIC", "lTRI", "rBIC", "rTRI"]
+        assert file["replay/0/muscle_force"].shape == (100, 4)
+        assert file["replay/0/muscle_force"].attrs["units"] == "N"
+
+
+def test_code_that_a_scene_names_runs_only_if_trusted(tmp_path):
+    (tmp_path / "tricks.py").write_text(
+        "from pathlib import Path\nimport warp as wp\nfrom warpmuscle.kernels.structs import Model, State, Work\n"
+        "Path('ran').touch()\n@wp.func\ndef height(instance: int, model: Model, state: State, work: Work) -> float:\n"
+        "    return work.center[0][1]\n"
+    )
+    text = toml.dumps(load("fwalk")) + '\n[objective]\ncustom = { "tricks:height" = 1.0 }\n'
+    (tmp_path / "mine.toml").write_text(text)
+    arguments = ("simulate", "mine.toml", "--duration", 0.01, "--device", "cpu")
+    refused = run(*arguments, folder=tmp_path)
+    assert refused.returncode == 2
+    assert refused.stderr.count("\n") == 1
+    assert "wants to run code of 'tricks:height'" in refused.stderr
+    assert "--trust" in refused.stderr
+    assert not (tmp_path / "ran").exists()
+    done = run(*arguments, "--trust", folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "ran").exists()

@@ -1,0 +1,70 @@
+"""What the command line says at the end of a search: that the best one stands still, and stages counted from 1."""
+
+from dataclasses import replace
+
+import msgspec
+import numpy as np
+import pytest
+
+from small_result import march, search_result, walk_scene, with_arrays
+from warpmuscle.cli.optimize import _print_result, stands_still
+from warpmuscle.cli.progress_bar import ProgressBar
+from warpmuscle.formats import toml
+from warpmuscle.gait.measures import measure
+from warpmuscle.optimization.progress import Progress
+from warpmuscle.plots import plot
+from warpmuscle.report.summary import convergence
+from warpmuscle.results.recording import Recording
+from warpmuscle.results.records import Best, Options, Result, Staged
+from warpmuscle.scene import Objective, SearchStage
+
+
+def walking(speed: float) -> Recording:
+    """A motion of this speed, m/s."""
+    motion = march(walk_scene().character, speed, 4.0, 401, 56)
+    return with_arrays(motion, com_velocity=np.tile([0.0, 0.0, speed], (401, 1)))
+
+
+@pytest.mark.parametrize(("speed", "still"), [(0.0, True), (0.01, True), (1.1, False), (-1.1, False)])
+def test_a_search_says_when_its_best_one_stands_still(speed: float, still: bool, capsys: pytest.CaptureFixture[str]):
+    _print_result(replace(search_result(), replays=(walking(speed),)), ProgressBar(), walk_scene())
+    assert ("the best one stands still" in capsys.readouterr().out) == still
+
+
+def test_who_is_to_stand_is_not_told_of_standing():
+    scene = walk_scene()
+    gait = measure(walking(0.0), "lFoot", "rFoot")
+    standing = msgspec.structs.replace(scene, objective=Objective(target_speed=0.0, speed=1.0))
+    assert stands_still(scene, gait)
+    assert not stands_still(standing, gait)
+
+
+def staged() -> Result:
+    """The result of a search as if it had had two stages, the second one begun."""
+    result = search_result()
+    scene = msgspec.structs.replace(walk_scene(), stages=[SearchStage("stand"), SearchStage("walk")])
+    assert result.evaluations is not None
+    assert result.searched is not None
+    assert result.best is not None
+    stage = np.where(np.arange(len(result.evaluations)) < 30, 0, 1)
+    best = Best(result.best.params, result.best.cost, result.best.index)
+    stages = tuple(Staged(name, ("a",), Options("cma"), "its end", best) for name in ("stand", "walk"))
+    return replace(
+        result,
+        scene=toml.dumps(scene),
+        evaluations=replace(result.evaluations, stage=stage),
+        searched=replace(result.searched, stages=stages, stage=1),
+    )
+
+
+def test_stages_are_counted_from_one_in_progress_report_and_figure(monkeypatch: pytest.MonkeyPatch):
+    shown: list[str] = []
+    bar = ProgressBar()
+    monkeypatch.setattr(bar, "show", lambda part, done, state: shown.append(state))
+    bar.update(Progress(10, 5, 5, 1.0, 1.0, 0.5, 1, 1.0, 0, stage=1, stages=2, stage_name="walk"))
+    assert "stage 2/2, walk" in shown[0]
+    lines = convergence(staged())
+    for words in ("stage 1, stand: 30 candidates", "stage 2, walk: 30 candidates"):
+        assert any(line.startswith(words) for line in lines)
+    figure = plot(staged(), "convergence")
+    assert [axes.get_title(loc="left") for axes in figure.axes][:2] == ["Stage 1: stand", "Stage 2: walk"]

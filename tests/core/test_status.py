@@ -1,0 +1,18 @@
+"""Outcomes: their numbers are part of the file format."""
+
+from warpmuscle.core.status import Status
+from warpmuscle.kernels import structs
+
+
+def test_numbers_stay_as_files_have_them():
+    names = ["RUNNING", "COMPLETED", "FELL", "TURNED", "TOUCHED", "DIVERGED", "CROSSED", "COLLIDED"]
+    assert [status.name for status in sorted(Status)] == names
+    assert [int(status) for status in sorted(Status)] == list(range(8))
+
+
+def test_every_outcome_has_a_meaning_of_one_line():
+    assert all(status.meaning and "\n" not in status.meaning for status in Status)
+
+
+def test_kernels_use_the_same_numbers():
+    assert all(getattr(structs, status.name) == status for status in Status)

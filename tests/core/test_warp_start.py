@@ -1,0 +1,54 @@
+"""Warp starts without its greeting and without its warning of a missing driver; what else it says is passed on."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from warpmuscle.core.warp_start import NO_DRIVER, _without
+
+USES = {
+    "a rollout": "import warpmuscle as wm; wm.Rollout(wm.load('fwalk'), 1, 'cpu').run(0.01)",
+    "moment arms": "import warpmuscle as wm; from warpmuscle.studies.moment_arms import useless_muscles as f; "
+    "from warpmuscle.scene.parameters import start_values, substitute; s = wm.load('walk56'); "
+    "f(substitute(s, start_values(s)))",
+    "the command line": "import sys; sys.argv = ['warpmuscle', 'info', 'walk56']; "
+    "from warpmuscle.cli import main; main()",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("code", USES.values(), ids=USES)
+def test_nothing_of_warp_is_printed(code: str):
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0, done.stderr
+    for words in ("Warp 1", "Devices:", "CUDA", "Module "):
+        assert words not in done.stdout + done.stderr
+    assert done.stderr == ""
+
+
+def test_a_level_of_words_that_the_user_chose_stays():
+    code = f"import warp as wp; wp.config.log_level = wp.LOG_DEBUG; {USES['a rollout']}"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=300)
+    assert "Kernel cache:" in done.stdout + done.stderr
+
+
+def test_other_words_of_compiled_code_come_through(capfd: pytest.CaptureFixture[str]):
+    with _without(NO_DRIVER):
+        os.write(2, b"Warp CUDA warning: " + NO_DRIVER + b". GPU execution will not be available.\n")
+        os.write(2, b"Warp CUDA error: Warp requires CUDA driver 12.0 or higher\n")
+    assert capfd.readouterr().err == "Warp CUDA error: Warp requires CUDA driver 12.0 or higher\n"
+
+
+def test_what_was_said_before_a_failure_comes_through(capfd: pytest.CaptureFixture[str]):
+    with pytest.raises(RuntimeError), _without(NO_DRIVER):  # noqa: PT012
+        os.write(2, b"a reason\n")
+        raise RuntimeError
+    assert capfd.readouterr().err == "a reason\n"
+
+
+def test_warp_starts_where_there_is_no_error_stream(tmp_path: Path):
+    code = "import os; os.close(2); import warpmuscle as wm; wm.Rollout(wm.load('fwalk'), 1, 'cpu'); print('there')"
+    done = subprocess.run([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True, timeout=300)
+    assert done.stdout == "there\n"

@@ -1,0 +1,128 @@
+"""Gait measures against the original program's gait table and against walks made up to order."""
+
+import dataclasses
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from biped import biped, load_recording, random_recording
+from warpmuscle.gait.measures import measure
+from warpmuscle.results.recording import QUANTITIES, Recording
+
+
+def walk(speed: float, width: float, step_time: float, duration: float, heading: float = 0.0) -> Recording:
+    """Two feet that take turns, placed under a centre of mass at constant speed; the heading turns evenly in time."""
+    time = np.arange(round(duration * 100) + 1) / 100.0
+    steps = np.floor(time / step_time + 1e-9).astype(int)
+    landing = speed * step_time * steps
+    zero = np.zeros_like(time)
+    half = heading * time / duration / 2.0
+    feet = []
+    for side, sign in ((0, 1.0), (1, -1.0)):
+        last = np.where(steps % 2 == side, landing, landing - speed * step_time)
+        feet.append(np.stack([zero + sign * width / 2.0, zero, last], axis=1))
+    arrays = {name: array[: len(time)] for name, array in _arrays(len(time)).items()} | {
+        "time": time,
+        "stance": steps % 2,
+        "foot_force_left": footfalls(steps % 2 == 0),
+        "foot_force_right": footfalls(steps % 2 == 1),
+        "com_velocity": np.stack([zero, zero, zero + speed], axis=1),
+        "root_orientation": np.stack([zero, np.sin(half), zero, np.cos(half)], axis=1),
+        "body_position": np.stack([feet[0] * 0.0, *feet], axis=1),
+    }
+    return Recording.of(arrays, ("l", "r"), ("root", "left", "right"))
+
+
+def footfalls(loaded: np.ndarray) -> np.ndarray:
+    """Forces (F, 3), N, on a foot that carries the body or does not."""
+    return np.outer(loaded, [0.0, 700.0, 0.0])
+
+
+def _arrays(frames: int) -> dict[str, np.ndarray]:
+    recording = random_recording(frames, joints=2)
+    return {name: recording[name] for name in QUANTITIES}
+
+
+# speed, step length, step width, cadence of the table that comes with the recordings
+TABLE = {
+    "bipV2_fWalk": (0.954, 0.544, 0.110, 105.3),
+    "bipV2_bWalk": (-0.605, -0.281, 0.108, 129.2),
+    "bipV2_iWalk": (0.012, 0.006, 0.109, 120.0),
+    "bipV2_fJog": (1.494, 0.591, 0.135, 149.8),
+}
+
+
+@pytest.mark.parametrize("name", TABLE)
+def test_recorded_gaits_have_the_measures_of_the_original_table(name: str, reference_data: Path):
+    recording = load_recording(reference_data / f"simbicon/reference/{name}.npz", biped())
+    gait = measure(recording, "lFoot", "rFoot", start=5.0, by="stance")
+    speed, length, width, cadence = TABLE[name]
+    assert gait.speed_forward == pytest.approx(speed, abs=1e-3)
+    assert gait.step_length == pytest.approx(length, abs=1e-3)
+    assert gait.step_width == pytest.approx(width, abs=8e-3)  # the table sampled the moment of stance 20 times finer
+    assert gait.cadence == pytest.approx(cadence, abs=0.15)
+    assert abs(gait.heading_drift) < 0.05
+
+
+@pytest.mark.parametrize("speed", [1.2, -0.7, 0.0])
+def test_made_up_walk_gives_back_what_it_was_made_of(speed: float):
+    gait = measure(walk(speed, width=0.2, step_time=0.5, duration=12.0), "left", "right")
+    assert gait.speed_forward == pytest.approx(speed)
+    assert gait.speed_horizontal == pytest.approx(abs(speed))
+    assert gait.step_length == pytest.approx(0.5 * speed)
+    assert gait.step_width == pytest.approx(0.2)
+    assert gait.cadence == pytest.approx(120.0)
+    assert (gait.start, gait.end, gait.steps) == (5.0, 12.0, 14)
+
+
+def test_steps_are_counted_where_feet_touch_down_and_not_where_the_controller_changes_its_stance():
+    recording = walk(1.0, width=0.2, step_time=0.5, duration=12.0)
+    early = dataclasses.replace(recording, stance=np.roll(recording.stance, -8))  # 80 ms before the foot lands
+    assert measure(early, "left", "right") == measure(recording, "left", "right")
+    slow = dataclasses.replace(recording, stance=recording.stance * 0)
+    assert measure(slow, "left", "right") == measure(recording, "left", "right")
+    assert measure(slow, "left", "right", by="stance").cadence is None
+
+
+def test_heading_drift_counts_whole_turns_of_the_window():
+    gait = measure(walk(1.0, 0.2, 0.5, duration=10.0, heading=6.0 * np.pi), "left", "right", start=5.0)
+    assert gait.heading_drift == pytest.approx(3.0 * np.pi)
+
+
+def test_steps_are_seen_in_the_frame_of_the_character():
+    straight = walk(1.0, width=0.2, step_time=0.5, duration=10.0)
+    turn = np.array([0.0, np.sin(0.4), 0.0, np.cos(0.4)])  # heading 0.8 rad
+    cos, sin = np.cos(0.8), np.sin(0.8)
+    matrix = np.array([[cos, 0.0, sin], [0.0, 1.0, 0.0], [-sin, 0.0, cos]])
+    turned = dataclasses.replace(
+        straight,
+        root_orientation=np.tile(turn, (straight.frames, 1)),
+        body_position=straight.body_position @ matrix.T,
+        com_velocity=straight.com_velocity @ matrix.T,
+    )
+    gait = measure(turned, "left", "right")
+    assert gait.step_length == pytest.approx(0.5)
+    assert gait.step_width == pytest.approx(0.2)
+    assert gait.speed_forward == pytest.approx(cos)
+    assert gait.speed_horizontal == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("start", [5.0, 3.1])  # beyond the end; too late for three steps
+def test_short_recording_is_measured_from_its_first_quarter(start: float):
+    gait = measure(walk(1.0, 0.2, 0.5, duration=4.0), "left", "right", start)
+    assert (gait.start, gait.steps) == (1.0, 6)
+    assert gait.cadence == pytest.approx(120.0)
+
+
+def test_without_steps_there_is_a_speed_but_no_step():
+    gait = measure(walk(1.0, 0.2, step_time=9.0, duration=2.0), "left", "right")
+    assert gait.speed_forward == pytest.approx(1.0)
+    assert (gait.steps, gait.step_length, gait.step_width, gait.cadence) == (0, None, None, None)
+
+
+def test_one_frame_is_enough_and_none_is_an_error():
+    recording = walk(1.0, 0.2, 0.5, duration=2.0)
+    assert measure(recording.window(2.0), "left", "right").speed_forward == pytest.approx(1.0)
+    with pytest.raises(ValueError, match="without frames"):
+        measure(recording.window(3.0), "left", "right")

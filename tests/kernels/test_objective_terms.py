@@ -1,0 +1,261 @@
+"""Terms of the objective: on motions whose values are known, and as parts of the cost."""
+
+import msgspec
+import numpy as np
+import pytest
+
+from muscle_arm import arm, constant, leg
+from small_scene import sound_scene
+from warpmuscle.core.errors import SceneError
+from warpmuscle.core.status import Status
+from warpmuscle.formats import load
+from warpmuscle.gait.cycles import body_weight, leg_angles
+from warpmuscle.gait.ground_contact import SIDES, touch_downs
+from warpmuscle.kernels.muscle import LARGEST_PASSIVE
+from warpmuscle.model.objective import TERMS, wanted
+from warpmuscle.scene import InitialState, JointState, MuscleModel, Objective, Scene
+from warpmuscle.scene.masses import DENSITY
+from warpmuscle.scene.norms import NORMS
+from warpmuscle.scene.number import Free
+from warpmuscle.scene.validation.objective import TERM_WEIGHTS
+from warpmuscle.scene.validation.scene import check_scene
+from warpmuscle.simulation.rollout import Rollout
+
+ONES = dict.fromkeys(TERM_WEIGHTS, 1.0) | {"tracking": 0.0}
+WALKS_ONLY = {"norms": 0.0, "norm_force": 0.0}
+EVERY = Objective(**ONES | WALKS_ONLY, head_body="tip")
+ACTIVE = 0.6
+
+
+def held(**changes) -> Scene:
+    """An arm whose muscles have been equally active from the start, so that it hangs still, for a second."""
+    scene = arm("hinge", {"excitation": constant(ACTIVE)}, duration=1.0, objective=EVERY, **changes)
+    scene.character.muscles["extensor"].excitation = constant(ACTIVE)
+    scene.muscle_model = MuscleModel(initial_activation=ACTIVE)
+    return scene
+
+
+def values(scene: Scene, instances: int = 1, **options) -> dict[str, np.ndarray]:
+    rollout = Rollout(scene, instances, "cpu", **options)
+    rollout.run()
+    return rollout.terms()
+
+
+def test_every_term_has_a_weight_in_the_scene_and_a_unit():
+    assert set(TERMS) == set(TERM_WEIGHTS)
+    assert all(hasattr(Objective(), name) for name in TERMS)
+
+
+def test_only_terms_with_a_weight_are_summed_and_torque_always():
+    assert wanted(Objective()) == ("torque",)
+    assert wanted(Objective(torque=0.0, speed=2.0)) == ("torque", "speed")
+    assert wanted(Objective(effort_cubed=Free(0.0, 0.0, 1.0))) == ("torque", "effort_cubed")
+
+
+def test_efforts_of_two_muscles_at_constant_activation():
+    terms = values(held())
+    np.testing.assert_allclose(terms["effort_squared"], 2.0 * ACTIVE**2, rtol=1e-5)
+    np.testing.assert_allclose(terms["effort_cubed"], 2.0 * ACTIVE**3, rtol=1e-5)
+
+
+@pytest.mark.parametrize(("slow", "tensions"), [(0.5, [6e5, 6e5]), (1.0, [6e5, 6e5]), (0.5, [3e5, 1.5e6])])
+def test_metabolic_energy_of_muscles_held_still(slow: float, tensions: list[float]):
+    """Heat of activation and maintenance alone (Wang 2012), at the length that the tendon leaves the fibre."""
+    scene = held()
+    if tensions[1] != 6e5:  # of the muscle model, and of the second muscle itself
+        scene.muscle_model.specific_tension = tensions[0]
+        list(scene.character.muscles.values())[1].specific_tension = tensions[1]
+    scene.muscle_model.damping = 0.0
+    scene.objective = msgspec.structs.replace(EVERY, basal_rate=0.0)
+    expected = 0.0
+    for muscle, tension in zip(scene.character.muscles.values(), tensions, strict=True):
+        muscle.slow_fibres = slow
+        x = (0.3 - muscle.l_slack) / muscle.l_opt
+        u = slow * np.sin(np.pi / 2 * ACTIVE), (1.0 - slow) * (1.0 - np.cos(np.pi / 2 * ACTIVE))
+        mass = muscle.f_max * muscle.l_opt * DENSITY / tension
+        maintained = np.interp(x, [0.5, 1.0, 1.5], [0.5, 1.0, 0.0])
+        expected += mass * (40.0 * u[0] + 133.0 * u[1] + maintained * (74.0 * u[0] + 111.0 * u[1]))
+    np.testing.assert_allclose(values(scene)["metabolic"], expected, rtol=2e-3)
+
+
+def test_the_body_at_rest_costs_its_basal_rate_and_transport_counts_a_metre_at_least():
+    scene = held()
+    terms, mass = values(scene), 4.0
+    still = values(msgspec.structs.replace(scene, objective=msgspec.structs.replace(EVERY, basal_rate=0.0)))
+    np.testing.assert_allclose(terms["metabolic"] - still["metabolic"], 1.51 * mass * 1.0, rtol=1e-6)
+    np.testing.assert_allclose(terms["cost_of_transport"], terms["metabolic"] / mass, rtol=1e-6)
+
+
+def test_speed_error_of_what_stands_still_is_the_target_squared():
+    scene = held()
+    scene.objective = msgspec.structs.replace(EVERY, target_speed=1.5)
+    np.testing.assert_allclose(values(scene)["speed"], 1.5**2, rtol=1e-4)
+
+
+def test_turning_of_the_head_is_its_squared_angular_velocity_over_time():
+    scene = arm("hinge", {"excitation": constant(0.8)}, duration=0.3, objective=EVERY)
+    rollout = Rollout(scene, 1, "cpu", record=[0], record_rate=2000.0)
+    rollout.run()
+    turning = np.sum(rollout.recording().joint_angular_velocity ** 2) * scene.time_step
+    assert turning > 0.1
+    np.testing.assert_allclose(rollout.terms()["head"], turning, rtol=1e-5)
+
+
+def test_torques_of_limits_count_only_where_a_joint_is_beyond_them():
+    scene = leg(duration=0.2, objective=msgspec.structs.replace(EVERY, head_body="shank"))
+    scene.initial_state = InitialState((0.0, 1.0, 0.0), joints={"knee": JointState(angular_velocity=(5.0, 0.0, 0.0))})
+    free = values(scene)
+    scene.character.joints["knee"].limits = [(-0.05, 0.05)]
+    stopped = values(scene)
+    assert free["joint_limits"][0] == 0.0
+    assert stopped["joint_limits"][0] > 1.0
+
+
+def walked(name: str, duration: float = 1.0, **weights) -> Rollout:
+    """The start of a shipped walk, every step of it recorded."""
+    scene = msgspec.structs.replace(load(name), duration=duration, objective=Objective(**weights))
+    rollout = Rollout(scene, 1, "cpu", record=[0], record_rate=1.0 / scene.time_step)
+    rollout.run()
+    return rollout
+
+
+def percent_of_cycle(recording, side: int, weight: float) -> np.ndarray:
+    """Where a leg is in its gait cycle, to a hundredth of it.
+
+    That is the time since its foot touched down over the length of the cycle that ended then; before the foot has
+    landed twice, the phase of the controller.
+    """
+    step = 0.5 * np.minimum(recording.phase, 1.0)
+    part = step + np.where(recording.stance == side, 0.0, 0.5)
+    landings = touch_downs(recording, SIDES[side], weight)
+    for before, last, end in zip(landings[:-1], landings[1:], [*landings[2:], np.inf], strict=True):
+        here = (recording.time >= last) & (recording.time < end)
+        part[here] = np.minimum((recording.time[here] - last) / (last - before), 1.0)
+    return np.clip((part * 100.0).astype(int), 0, 99) + 0.5
+
+
+def test_norms_are_squared_half_bands_between_legs_and_human_ones():
+    rollout = walked("fwalk", 3.0, norms=1.0)
+    recording = rollout.recording()
+    angles = leg_angles(recording, rollout.numeric)
+    total = np.zeros(len(recording.time))
+    for title, sides in angles.items():
+        for number, side in enumerate(SIDES):
+            human = NORMS[title].mean(percent_of_cycle(recording, number, body_weight(rollout.numeric)))
+            total += ((sides[side] - human) / NORMS[title].half_band) ** 2
+    expected = total[:-1].mean() * rollout.end_time()[0]
+    assert expected > 5.0
+    np.testing.assert_allclose(rollout.terms()["norms"], expected, rtol=0.01)
+
+
+def test_norm_force_is_the_same_of_vertical_forces_in_body_weights():
+    rollout = walked("fwalk", 3.0, norm_force=1.0)
+    recording, norm = rollout.recording(), NORMS["Vertical ground force"]
+    total = np.zeros(len(recording.time))
+    for number, side in enumerate(SIDES):
+        force = recording[f"foot_force_{side}"][:, 1] / body_weight(rollout.numeric)
+        percent = percent_of_cycle(recording, number, body_weight(rollout.numeric))
+        total += ((force - norm.mean(percent)) / norm.half_band) ** 2
+    np.testing.assert_allclose(rollout.terms()["norm_force"], total.mean() * rollout.end_time()[0], rtol=0.02)
+
+
+def test_passive_force_is_that_of_fibres_stretched_beyond_their_optimum():
+    rollout = walked("walk56", passive_force=1.0)
+    recording, muscles = rollout.recording(), rollout.numeric.character.muscles
+    total = 0.0
+    for index, name in enumerate(recording.muscle_names):
+        stretch = recording.muscle_fibre_length[:, index] / muscles[name].l_opt - 1.0
+        passive = np.where(stretch > 0.0, np.expm1(4.0 * stretch / 0.6) / np.expm1(4.0), 0.0)  # Bergmann 2017, eq. 6
+        total += muscles[name].f_max * np.minimum(passive, LARGEST_PASSIVE).mean()
+    assert total > 100.0
+    np.testing.assert_allclose(rollout.terms()["passive_force"], total * rollout.end_time()[0], rtol=0.01)
+
+
+@pytest.mark.parametrize("term", ["norms", "norm_force"])
+def test_what_does_not_walk_is_not_compared_with_human_walking(term: str):
+    with pytest.raises(SceneError, match=f"{term}.*no controller"):
+        check_scene(msgspec.structs.replace(arm("hinge", {}), objective=Objective(**{term: 1.0})))
+    scene = sound_scene()
+    scene.objective = Objective(**{term: 1.0})
+    with pytest.raises(SceneError, match="has no hip, knee and ankle"):
+        check_scene(scene)
+
+
+def test_cost_is_the_weighted_sum_and_a_failure_costs_more():
+    scene = load("fwalk")
+    scene = msgspec.structs.replace(scene, duration=1.0, objective=Objective(torque=0.5, speed=3.0, heading=7.0))
+    rollout = Rollout(scene, 1, "cpu")
+    rollout.run()
+    terms = rollout.terms()
+    expected = 0.5 * terms["torque"] + 3.0 * terms["speed"] + 7.0 * terms["heading"]
+    np.testing.assert_allclose(rollout.cost(), expected)
+    assert terms["torque"][0] > 100.0
+    weak = msgspec.structs.replace(scene, objective=Objective(fall=1.0), initial_state=InitialState((0.0, 3.0, 0.0)))
+    rollout = Rollout(weak, 1, "cpu")
+    rollout.run()
+    assert rollout.status()[0] != Status.COMPLETED
+    np.testing.assert_allclose(rollout.terms()["fall"], 1.0 - rollout.end_time())
+    assert rollout.cost()[0] > 1e6
+
+
+def test_without_muscles_applied_torque_is_the_feedback_torque():
+    scene = msgspec.structs.replace(load("fwalk"), duration=0.5, objective=Objective(applied_torque=1.0))
+    terms = values(scene)
+    np.testing.assert_allclose(terms["applied_torque"], terms["torque"], rtol=1e-6)
+
+
+def test_terms_do_not_depend_on_batch_threads_or_chunks():
+    scene = msgspec.structs.replace(load("walk56"), duration=0.3, objective=Objective(**ONES))
+    alone, among = values(scene), values(scene, 5, threads=2)
+    rollout = Rollout(scene, 1, "cpu")
+    for _ in range(6):
+        rollout.run(0.05)
+    for name, value in rollout.terms().items():
+        assert value[0] == alone[name][0] == among[name][4], name
+
+
+def test_legs_that_cross_fail_where_the_scene_says_so():
+    scene = msgspec.structs.replace(load("fwalk"), duration=1.0)
+    for hip, angle in (("lHip", -0.4), ("rHip", 0.4)):
+        scene.initial_state.joints[hip] = JointState((0.0, 0.0, np.sin(angle / 2), np.cos(angle / 2)))
+    outcome = []
+    for largest in (0.0, 0.05):
+        scene.failure.leg_crossing = largest
+        rollout = Rollout(scene, 1, "cpu")
+        rollout.run()
+        outcome.append(Status(rollout.status()[0]))
+    assert outcome[1] == Status.CROSSED
+    assert outcome[0] != Status.CROSSED
+
+
+def test_a_head_that_is_no_body_is_named():
+    scene = sound_scene()
+    scene.objective = Objective(head=1.0, head_body="haed")
+    with pytest.raises(SceneError, match="haed"):
+        check_scene(scene)
+
+
+def test_what_joints_and_muscles_add_to_terms_sums_up_to_them():
+    rollout = Rollout(held(), 2, "cpu")
+    rollout.run()
+    terms, parts = rollout.terms(), rollout.parts(1)
+    assert set(parts["effort_squared"]) == {"flexor", "extensor"}
+    assert set(parts["metabolic"]) == {"flexor", "extensor", "basal rate"}
+    assert set(parts["cost_of_transport"]) == set(parts["metabolic"])
+    assert not {"speed", "heading", "head", "fall"} & set(parts)
+    for name, own in parts.items():
+        assert sum(own.values()) == pytest.approx(terms[name][1], rel=1e-6)
+
+
+def test_gait_cycles_begin_anew_after_a_reset_and_do_not_depend_on_the_batch():
+    scene = msgspec.structs.replace(load("fwalk"), duration=2.5, objective=Objective(norms=1.0, norm_force=0.5))
+    alone, batch = Rollout(scene, 1, "cpu"), Rollout(scene, 3, "cpu")
+    for rollout in (alone, batch):
+        rollout.run()
+    first = batch.terms()
+    for name in ("norms", "norm_force"):
+        np.testing.assert_array_equal(first[name], np.repeat(alone.terms()[name], 3))
+    batch.reset(mask=np.array([False, True, False]))
+    batch.step(round(2.5 / scene.time_step))
+    for name in ("norms", "norm_force"):
+        np.testing.assert_array_equal(batch.terms()[name], first[name])

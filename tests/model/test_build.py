@@ -1,0 +1,119 @@
+"""Scenes as device arrays: start states, shapes, and one row an instance."""
+
+import numpy as np
+import pytest
+
+from biped import biped
+from warpmuscle.core.pose import about, multiply, rotate, twist_angle
+from warpmuscle.formats import load
+from warpmuscle.kernels.structs import HINGE, ROOT_FREE, UNIVERSAL
+from warpmuscle.model.build import model_struct, start_of
+from warpmuscle.model.muscles import driven
+from warpmuscle.scene import Ground, InitialState, JointState, Scene
+from warpmuscle.scene.topology import topology
+from warpmuscle.simulation.stages import Stages
+
+X, Y, Z = np.eye(3)
+
+
+def scene_with(state: InitialState, root_joint: str = "free") -> Scene:
+    character = biped()
+    character.root_joint = root_joint
+    return Scene("model", character, initial_state=state, ground=Ground(stiffness=0.0))
+
+
+def motion_of(scene: Scene) -> dict[str, np.ndarray]:
+    """Poses and velocities of the bodies at the start."""
+    return {name: value[0].astype(float) for name, value in Stages(scene, 1, "cpu").forward_kinematics().items()}
+
+
+def test_start_of_the_root_is_the_initial_state_with_a_unit_quaternion():
+    state = InitialState((1.0, 2.0, 3.0), (0.0, 2.0, 0.0, 2.0), (4.0, 5.0, 6.0), (7.0, 8.0, 9.0))
+    start = start_of(scene_with(state), topology(biped()))
+    np.testing.assert_allclose(start.coordinates[0, :7], [1.0, 2.0, 3.0, 0.0, 0.5**0.5, 0.0, 0.5**0.5])
+    np.testing.assert_allclose(start.speeds[0, :6], [4.0, 5.0, 6.0, 7.0, 8.0, 9.0])
+    assert np.all(start.speeds[0, 6:] == 0.0)
+
+
+def test_heading_turns_orientation_and_velocities_about_the_vertical():
+    tilted = multiply(about(Y, 2.0), about(X, 0.3))
+    velocity, spin = np.array([0.1, 0.2, 1.0]), np.array([0.5, 0.6, 0.7])
+    state = InitialState((1.0, 1.0, 0.0), tuple(tilted), tuple(velocity), tuple(spin), heading=0.5)
+    start, turn = start_of(scene_with(state), topology(biped())), about(Y, 0.5 - 2.0)
+    assert twist_angle(start.coordinates[0, 3:7], Y) == pytest.approx(0.5)
+    np.testing.assert_allclose(start.coordinates[0, 3:7], multiply(turn, tilted), atol=1e-12)
+    np.testing.assert_allclose(start.speeds[0, :6], [*rotate(turn, velocity), *rotate(turn, spin)], atol=1e-12)
+    np.testing.assert_allclose(start.coordinates[0, :3], [1.0, 1.0, 0.0])
+
+
+def test_joints_start_as_described():
+    """The kinematics give back the relative orientation and angular velocity of every kind of joint."""
+    ankle = multiply(about(Z, 0.2), about(X, -0.4))
+    ankle_rate = 0.5 * rotate(about(Z, 0.2), X) - 0.3 * Z
+    given = {
+        "lHip": JointState(tuple(about(X, -0.5)), (0.1, 0.2, 0.3)),
+        "lKnee": JointState(tuple(about(X, 0.7)), (2.0, 0.0, 0.0)),
+        "lAnkle": JointState(tuple(ankle), tuple(ankle_rate)),
+    }
+    scene = scene_with(InitialState(joints=given))
+    now, names = motion_of(scene), topology(scene.character)
+    for joint, state in given.items():
+        child = names.body_of_joint(joint)
+        parent = names.parents[child]
+        expected = multiply(now["orientation"][parent], state.orientation)
+        assert abs(expected @ now["orientation"][child]) == pytest.approx(1.0, abs=1e-6)
+        relative = now["angular_velocity"][child] - now["angular_velocity"][parent]
+        np.testing.assert_allclose(relative, rotate(now["orientation"][parent], state.angular_velocity), atol=1e-6)
+
+
+@pytest.mark.parametrize(("root_joint", "moves"), [("planar", 1.0), ("fixed", 0.0)])
+def test_a_root_that_is_not_free_starts_as_far_as_it_can_move(root_joint: str, moves: float):
+    state = InitialState((1.0, 2.0, 3.0), tuple(about(X, 0.3)), (4.0, 5.0, 6.0), (7.0, 8.0, 9.0))
+    now = motion_of(scene_with(state, root_joint))
+    np.testing.assert_allclose(now["position"][0], [0.0 if moves else 1.0, 2.0, 3.0])
+    assert abs(now["orientation"][0] @ about(X, 0.3)) == pytest.approx(1.0)
+    np.testing.assert_allclose(now["velocity"][0], [0.0, 5.0 * moves, 6.0 * moves])
+    np.testing.assert_allclose(now["angular_velocity"][0], [7.0 * moves, 0.0, 0.0])
+
+
+def test_numbers_that_all_instances_share_are_stored_once():
+    scene = scene_with(InitialState())
+    scene.character.bodies["torso"].mass = np.array([20.0, 22.0, 24.0])
+    names = topology(scene.character)
+    skeleton = model_struct(scene, names, driven(scene, names), "cpu").skeleton
+    np.testing.assert_allclose(skeleton.row.numpy()["mass"][:, names.bodies.index("torso")], [20.0, 22.0, 24.0])
+    assert skeleton.limits.shape == (1, 15)
+    np.testing.assert_allclose(skeleton.total_mass.numpy()[:, 0], [70.4 - 2.5, 70.4 - 0.5, 70.4 + 1.5], rtol=1e-6)
+
+
+def test_starts_may_differ_by_instance():
+    state = InitialState((0.0, np.array([1.0, 2.0]), 0.0), joints={"lKnee": JointState((0.1, 0.0, 0.0, 1.0))})
+    start = start_of(scene_with(state), topology(biped()))
+    np.testing.assert_allclose(start.coordinates[:, 1], [1.0, 2.0])
+    assert np.array_equal(start.coordinates[0, 2:], start.coordinates[1, 2:])
+
+
+def test_bodies_hang_on_their_joints():
+    """In the reference pose a body's centre of mass is where the joint positions of the scene put it."""
+    scene = scene_with(InitialState((0.0, 1.0, 0.0)))
+    now, names = motion_of(scene), topology(scene.character)
+    for name, joint in scene.character.joints.items():
+        child, parent = names.body_of_joint(name), names.bodies.index(joint.parent)
+        offset = np.array(joint.position_in_parent) - joint.position_in_child
+        np.testing.assert_allclose(now["position"][child] - now["position"][parent], offset, atol=1e-6)
+    mass = np.array([scene.character.bodies[body].mass for body in names.bodies])
+    np.testing.assert_allclose(now["com"][0], mass @ now["position"] / mass.sum(), atol=1e-6)
+
+
+def test_model_of_a_shipped_scene_names_its_parts():
+    scene = load("iwalk")
+    names = topology(scene.character)
+    model = model_struct(scene, names, driven(scene, names), "cpu")
+    plan = model.skeleton.plan.numpy()
+    kinds = dict(zip(names.bodies, plan["joint_type"], strict=True))
+    assert (kinds["pelvis"], kinds["lLowerleg"], kinds["lFoot"]) == (ROOT_FREE, HINGE, UNIVERSAL)
+    assert names.bodies[model.simbicon.left_foot] == "lFoot"
+    assert names.bodies[model.simbicon.right_hip] == "rUpperleg"
+    slots = {body: slot for body, slot in zip(names.bodies, plan["foot_slot"], strict=True) if slot >= 0}
+    assert set(slots) == {"lFoot", "lToes", "rFoot", "rToes"}
+    assert plan["end_point"][-1] == 3 * 1 + 8 * 2 + 2 * 8 + 2  # spheres, capsules, boxes, toes

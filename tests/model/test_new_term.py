@@ -1,0 +1,58 @@
+"""README's recipe for a term of the objective, followed in a copy of the package, changes the cost."""
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import warpmuscle
+
+FUNCTION = '''
+@wp.func
+def altitude(instance: int, model: ModelRef, state: StateRef, work: WorkRef) -> float:
+    """Height of the centre of mass, m."""
+    return work.center[0][1]
+
+
+MUSCLE_TERMS = {'''
+ENTRY, FIELD = 'WHOLE_TERMS = {"altitude": altitude, ', "    torque: Number = 1.0"
+PROGRAM = """
+import warpmuscle as wm
+import warpmuscle.model.objective
+scene = wm.load("fwalk")
+scene.duration, scene.objective.torque, scene.objective.altitude = 0.1, 0.0, 2.0
+rollout = wm.Rollout(scene, 1, "cpu")
+rollout.run()
+print(rollout.terms()["altitude"][0], rollout.cost()[0])
+"""
+
+
+def run(folder: Path) -> subprocess.CompletedProcess[str]:
+    given = os.environ | {"PYTHONPATH": str(folder)}
+    return subprocess.run([sys.executable, "-c", PROGRAM], env=given, cwd=folder, capture_output=True, text=True)
+
+
+@pytest.mark.parametrize("left_out", ["nothing", "entry", "field"])
+def test_the_recipe_for_a_term_works_and_says_what_was_forgotten(left_out: str, tmp_path: Path):
+    package = Path(warpmuscle.__file__).parent
+    copy = tmp_path / "warpmuscle"
+    shutil.copytree(package, copy, ignore=shutil.ignore_patterns("__pycache__"))
+    for name in ("kernels", "scenes"):
+        if not (copy / name).is_dir():
+            shutil.copytree(package.parent / name, copy / name, ignore=shutil.ignore_patterns("__pycache__"))
+    terms, scene = copy / "kernels" / "objective_terms.py", copy / "scene.py"
+    text = terms.read_text().replace("\nMUSCLE_TERMS = {", FUNCTION, 1)
+    terms.write_text(text if left_out == "entry" else text.replace("WHOLE_TERMS = {", ENTRY, 1))
+    if left_out != "field":
+        scene.write_text(scene.read_text().replace(FIELD, f"    altitude: Number = 0.0\n{FIELD}", 1))
+    done = run(tmp_path)
+    if left_out == "nothing":
+        value, cost = map(float, done.stdout.split()[-2:])
+        assert 0.05 < value < 0.15
+        assert cost == pytest.approx(2.0 * value)
+    else:
+        missing = {"entry": "altitude of Objective has no function", "field": "the term altitude has no field"}
+        assert missing[left_out] in done.stderr

@@ -1,0 +1,41 @@
+"""Recordings: shapes that fit their names, windows of time, labels."""
+
+import numpy as np
+import pytest
+
+from biped import random_recording
+from warpmuscle.results.recording import INTEGER_QUANTITIES, QUANTITIES, Recording, label
+
+
+def test_every_field_but_the_names_is_a_described_quantity():
+    fields = set(Recording.__dataclass_fields__) - {"joint_names", "body_names", "muscle_names"}
+    assert fields == set(QUANTITIES)
+    assert set(INTEGER_QUANTITIES) < fields
+
+
+def test_a_shape_that_does_not_fit_is_named():
+    arrays = {name: random_recording(frames=5)[name] for name in QUANTITIES}
+    arrays["joint_torque"] = arrays["joint_torque"][:, :2]
+    with pytest.raises(ValueError, match=r"torque has shape \(5, 2, 3\), not \(5, 3, 3\) \(frame, joint, x y z\)"):
+        Recording.of(arrays, ("a", "b", "c"), ("r", "a", "b", "c"))
+
+
+def test_window_keeps_the_frames_within_it():
+    recording = random_recording(frames=11)
+    recording.time[:] = np.linspace(0.0, 1.0, 11)
+    window = recording.window(0.25, 0.8)
+    np.testing.assert_allclose(window.time, [0.3, 0.4, 0.5, 0.6, 0.7, 0.8])
+    assert np.array_equal(window.joint_target, recording.joint_target[3:9])
+    assert (window.frames, recording.window(0.95).frames) == (6, 1)
+
+
+def test_position_of_a_body_by_name():
+    recording = random_recording()
+    assert np.array_equal(recording.position_of("part2"), recording.body_position[:, 2])
+    with pytest.raises(ValueError, match="tail"):
+        recording.position_of("tail")
+
+
+def test_labels_carry_units():
+    assert label("com_velocity") == "com velocity (m/s)"
+    assert label("phase") == "phase"

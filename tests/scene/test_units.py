@@ -1,0 +1,75 @@
+"""Every number of a scene has a unit, declared with the structure that has the number."""
+
+import typing
+from typing import Any
+
+import pytest
+
+from small_scene import muscle_scene
+from warpmuscle.scene import Actuation, Balance, Curve, Scene
+from warpmuscle.scene.number import Free
+from warpmuscle.scene.parameters import free_parameters
+from warpmuscle.scene.part import Part
+from warpmuscle.scene.units import UNITS
+
+
+def parts_of(annotation: Any) -> set[Any]:
+    """The types that an annotation is made of."""
+    inner = typing.get_args(annotation)
+    return {annotation}.union(*(parts_of(one) for one in inner)) if inner else {annotation}
+
+
+def structures(part: type[Part], found: dict[type[Part], set[str]]) -> dict[type[Part], set[str]]:
+    """All structures of a scene, and the fields of each that hold numbers."""
+    if part not in found:
+        found[part] = set()
+        for name, annotation in typing.get_type_hints(part).items():
+            made = parts_of(annotation)
+            if float in made or Free in made:
+                found[part].add(name)
+            for other in made:
+                if isinstance(other, type) and issubclass(other, Part):
+                    structures(other, found)
+                    found[part] |= {name} if other is Curve else set()
+    return found
+
+
+def test_every_number_of_every_structure_has_a_unit_and_nothing_else_has():
+    for part, fields in structures(Scene, {}).items():
+        assert set(UNITS.get(part, {})) == fields, part.__name__
+
+
+def free(value: float) -> Free:
+    return Free(value, value - 0.01, value + 0.01)
+
+
+@pytest.mark.parametrize(
+    ("key", "unit"),
+    [
+        ("actuation.rHip.stiffness", "N m/rad"), ("actuation.rHip.damping", "N m s/rad"),
+        ("muscle_model.damping", ""), ("muscle_model.v_max", "l_opt/s"), ("objective.heading", ""),
+        ("objective.target_speed", "m/s"), ("ground.stiffness", "N/m"), ("ground.damping", "N s/m"),
+        ("failure.heading", "rad"), ("initial_state.heading", "rad"), ("failure.com_height", ""),
+        ("controller.states.0.balance.velocity_z.value.0", "m/s"), ("controller.states.0.time", "s"),
+        ("controller.states.0.trajectories.SWING_Hip.strength.value.0", ""),
+        ("controller.root_predictive_torque_scale", "kg"), ("ground.normal.1", ""),
+        ("initial_state.root_velocity.2", "m/s"),
+    ],
+)  # fmt: skip
+def test_a_free_number_has_the_unit_of_its_own_structure(key: str, unit: str):
+    scene = muscle_scene()
+    scene.actuation["rHip"] = Actuation("passive", 5.0, 1.0)
+    scene.initial_state.heading = 0.1
+    scene.controller.states[0].balance = Balance(velocity_z=Curve([0.0], [0.1]))
+    *path, last = key.split(".")
+    owner: Any = scene
+    for name in path:
+        owner = owner[int(name)] if name.isdigit() else owner[name] if isinstance(owner, dict) else getattr(owner, name)
+    if isinstance(owner, list):
+        owner[int(last)] = free(owner[int(last)])
+    elif isinstance(owner, tuple):
+        values = tuple(free(v) if index == int(last) else v for index, v in enumerate(owner))
+        setattr(getattr(scene, path[0]), path[1], values)
+    else:
+        setattr(owner, last, free(getattr(owner, last)))
+    assert {p.name: p.unit for p in free_parameters(scene)}[key] == unit

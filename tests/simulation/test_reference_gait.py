@@ -1,0 +1,144 @@
+"""A tracked gait: tables of means over the phase, and an error that is zero for the gait itself."""
+
+from pathlib import Path
+
+import msgspec
+import numpy as np
+import pytest
+
+from warpmuscle.core.errors import ResultError, RolloutError, SceneError
+from warpmuscle.formats import load, toml
+from warpmuscle.optimization.api import parameter_table
+from warpmuscle.results.records import Result
+from warpmuscle.results.result import write
+from warpmuscle.scene import Objective, Scene, Tracking
+from warpmuscle.scene.parameters import free_parameters
+from warpmuscle.scene.validation.scene import check_scene
+from warpmuscle.simulation import reference_gait
+from warpmuscle.simulation.rollout import Rollout
+
+
+def tracked(name: str, source: Tracking, duration: float = 4.0) -> Scene:
+    return msgspec.structs.replace(
+        load(name), duration=duration, objective=Objective(tracking=1.0), tracking=source, description=""
+    )
+
+
+def error_of(scene: Scene) -> float:
+    rollout = Rollout(scene, 1, "cpu")
+    rollout.run()
+    return float(rollout.terms()["tracking"][0])
+
+
+def test_a_gait_is_nearer_to_itself_than_to_another():
+    itself, other = (error_of(tracked("fwalk", Tracking(scene=name))) for name in ("fwalk", "bwalk"))
+    assert itself < 0.05 * other
+    assert other > 1.0
+
+
+def test_a_scene_that_tracks_a_scene_may_be_tracked_even_by_itself(tmp_path):
+    path = tmp_path / "own.toml"
+    source = Tracking(scene=str(path), start=0.0)
+    toml.write(tracked("fwalk", source, 2.0), path)
+    assert error_of(load(path)) < 0.1
+    toml.write(tracked("fwalk", Tracking(scene="bwalk"), 2.0), path)
+    assert error_of(tracked("fwalk", source, 2.0)) < 0.1
+
+
+def test_a_walk_on_muscles_is_near_to_that_on_torques_by_a_root_mean_square_of_some_degrees():
+    error = error_of(tracked("walk56", Tracking(scene="fwalk", joints=["lHip", "rHip", "lKnee", "rKnee"])))
+    assert 1.0 < np.degrees(np.sqrt(error / 4.0 / 4.0)) < 8.0
+
+
+def test_a_file_gives_the_same_reference_as_the_scene_that_made_it(tmp_path):
+    scene = load("fwalk")
+    rollout = Rollout(scene, 1, "cpu", record=[0], record_rate=200.0)
+    rollout.run()
+    table = parameter_table(free_parameters(scene))
+    write(tmp_path / "walk.h5", Result("", "cpu", "", 0, table, replays=(rollout.recording(),)))
+    sources = Tracking(file=str(tmp_path / "walk.h5")), Tracking(scene="fwalk")
+    assert len({error_of(tracked("walk56", source, 1.0)) for source in sources}) == 1
+
+
+def test_a_run_saved_with_numpy_gives_the_same_error_as_its_result_file_bit_for_bit(tmp_path):
+    scene = load("fwalk")
+    rollout = Rollout(scene, 1, "cpu", record=[0], record_rate=200.0)
+    rollout.run(5.0)
+    motion = rollout.recording()
+    table = parameter_table(free_parameters(scene))
+    write(tmp_path / "walk.h5", Result("", "cpu", "", 0, table, replays=(motion,)))
+    joints = {name: motion.joint_orientation[:, k] for k, name in enumerate(motion.joint_names)}
+    np.savez(tmp_path / "walk.npz", time=motion.time, phase=motion.phase, stance=motion.stance, **joints)
+    sources = [Tracking(file=str(tmp_path / name)) for name in ("walk.h5", "walk.npz")]
+    first, second = (error_of(tracked("fwalk", source, 1.0)) for source in sources)
+    assert first == second > 0.0
+
+
+def test_a_recording_of_the_original_program_is_near_to_the_same_gait_here(reference_data: Path):
+    near, far = (
+        error_of(tracked("fwalk", Tracking(file=str(reference_data / f"simbicon/reference/bipV2_{gait}.npz"))))
+        for gait in ("fWalk", "bWalk")
+    )
+    assert near < 0.1 * far
+
+
+def test_knees_over_a_gait_cycle_are_tracked_without_times(tmp_path):
+    cycle = np.arange(100) / 100.0
+    knee = 0.1 + 0.9 * np.exp(-(((cycle - 0.72) / 0.1) ** 2))  # rad, of the left leg, bent in its swing
+    np.savez(tmp_path / "knees.npz", cycle=cycle, lKnee=knee, rKnee=np.roll(knee, 50))
+    error = error_of(tracked("fwalk", Tracking(file=str(tmp_path / "knees.npz")), 2.0))
+    both = error_of(tracked("fwalk", Tracking(file=str(tmp_path / "knees.npz"), joints=["lKnee", "rKnee"]), 2.0))
+    assert error == both
+    assert 0.0 < np.degrees(np.sqrt(error / 2.0 / 2.0)) < 60.0
+
+
+def test_a_file_without_motion_after_the_start_or_without_the_replay_is_an_error(tmp_path):
+    path = str(tmp_path / "a.npz")
+    np.savez(path, time=np.arange(4) * 0.1, phase=np.arange(4) / 4, stance=[0, 0, 1, 1], lKnee=np.zeros(4))
+    with pytest.raises(RolloutError, match=r"a\.npz has no motion from 2 s on, which `reference_gait.start` asks for"):
+        Rollout(tracked("fwalk", Tracking(file=path)), 1, "cpu")
+    with pytest.raises(RolloutError, match=r"a\.npz has 1 motions, none with number 1"):
+        Rollout(tracked("fwalk", Tracking(file=path, start=0.0, replay=1)), 1, "cpu")
+    with pytest.raises(RolloutError, match="has no joint 'rKnee'"):
+        Rollout(tracked("fwalk", Tracking(file=path, start=0.0, joints=["rKnee"])), 1, "cpu")
+    with pytest.raises(ResultError, match=r"there is no such file"):
+        Rollout(tracked("fwalk", Tracking(file=str(tmp_path / "b.NPZ"))), 1, "cpu")
+
+
+def test_means_over_the_phase_are_those_of_the_frames_in_each_bin():
+    scene = load("fwalk")
+    rollout = Rollout(scene, 1, "cpu", record=[0])
+    rollout.run(5.0)
+    motion = rollout.recording().window(2.0)
+    table, counts = reference_gait.reference_table(motion, rollout.names, ["lKnee"])
+    body = rollout.names.body_of_joint("lKnee")
+    assert np.flatnonzero(counts).tolist() == [body]
+    here = (motion.stance == 1) & ((motion.phase * reference_gait.BINS).astype(int) == 20)
+    mean = motion.joint_orientation[here, motion.joint_names.index("lKnee")].mean(axis=0)
+    np.testing.assert_allclose(table[reference_gait.BINS + 20, body], mean / np.linalg.norm(mean), atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("source", "message"),
+    [
+        (Tracking(), "either a scene or a file"),
+        (Tracking(scene="fwalk", file="a.h5"), "either a scene or a file"),
+        (Tracking(scene="fwalk", joints=["lKne"]), "lKnee"),
+        (None, "no gait to track"),
+    ],
+)
+def test_impossible_tracking_is_an_error_of_the_scene(source, message):
+    with pytest.raises(SceneError, match=message):
+        check_scene(tracked("fwalk", source))
+
+
+def test_a_motion_without_a_joint_or_a_side_is_an_error():
+    scene = load("bigbird_walk")
+    rollout = Rollout(scene, 1, "cpu", record=[0])
+    rollout.run(3.0)
+    biped = Rollout(load("fwalk"), 1, "cpu").names
+    with pytest.raises(RolloutError, match="has no joint 'lElbow'"):
+        reference_gait.reference_table(rollout.recording(), biped, ["lElbow"])
+    motion = rollout.recording()
+    with pytest.raises(RolloutError, match="never stands on the right"):
+        reference_gait.reference_table(motion.window(0.0, 0.1), biped, [])

@@ -1,0 +1,98 @@
+"""Inverse dynamics against MuJoCo's, in float64, and back through the simulation's forward dynamics."""
+
+import mujoco
+import numpy as np
+import pytest
+
+import mujoco_oracle
+from biped import biped
+from mujoco_oracle import random_states, state_to_qpos
+from warpmuscle.core.errors import Error
+from warpmuscle.core.pose import conjugate, rotate
+from warpmuscle.formats import load
+from warpmuscle.model.build import joint_coordinates, root_coordinates
+from warpmuscle.scene import Character, Failure, Ground, Scene
+from warpmuscle.scene.topology import topology
+from warpmuscle.studies.inverse_dynamics import body_points, inverse_dynamics
+
+
+def character_of(name: str) -> Character:
+    character = load("bigbird_walk").character if name == "bigbird" else biped()
+    for joint in character.joints.values():
+        joint.limits = []
+    if name in ("planar", "fixed"):
+        character.root_joint = name
+    return character
+
+
+def motion(scene: Scene, states) -> tuple[np.ndarray, np.ndarray]:
+    """Coordinates and speeds of states."""
+    root = (states.root_position, states.root_orientation, states.root_velocity, states.root_angular_velocity)
+    parts = [root_coordinates(scene.character.root_joint, *root)]
+    for i, name in enumerate(topology(scene.character).joints):
+        parts.append(
+            joint_coordinates(
+                scene.character.joints[name], states.joint_orientation[:, i], states.joint_angular_velocity[:, i]
+            )
+        )
+    return tuple(np.concatenate([part[k] for part in parts], axis=1) for k in (0, 1))
+
+
+def places(model: mujoco.MjModel, character: Character) -> list[int]:
+    """MuJoCo's degree of freedom for each of our speeds."""
+    found = list(range({"free": 6, "planar": 3, "fixed": 0}[character.root_joint]))
+    for name in topology(character).joints:
+        kind = character.joints[name].type
+        if kind == "ball":
+            found += range(model.joint(name).dofadr[0], model.joint(name).dofadr[0] + 3)
+        elif kind != "fixed":
+            labels = [name] if kind == "hinge" else [f"{name}_a", f"{name}_b"]
+            found += [model.joint(label).dofadr[0] for label in labels]
+    return found
+
+
+@pytest.mark.parametrize("name", ["biped", "bigbird", "planar", "fixed"])
+def test_forces_are_those_of_mujoco(name: str):
+    scene = Scene("x", character_of(name), ground=Ground(stiffness=0.0), failure=Failure(com_height=0.0, heading=0.0))
+    character, states = scene.character, random_states(scene.character, 20, seed=4)
+    coordinates, speeds = motion(scene, states)
+    accelerations = np.random.default_rng(5).normal(size=speeds.shape) * 20.0
+    got = inverse_dynamics(scene, coordinates, speeds, accelerations)
+    model = mujoco_oracle.compile_model(scene)
+    order, data = places(model, character), mujoco.MjData(model)
+    for k in range(len(states)):
+        data.qpos, data.qvel = state_to_qpos(model, character, states, k)
+        wanted = accelerations[k].copy()
+        turn = conjugate(states.root_orientation[k])
+        if character.root_joint == "free":  # MuJoCo turns a free body about its own axes
+            wanted[3:6] = rotate(turn, wanted[3:6])
+        data.qacc[order] = wanted
+        mujoco.mj_inverse(model, data)
+        expected = data.qfrc_inverse[order].copy()
+        if character.root_joint == "free":
+            expected[3:6] = rotate(states.root_orientation[k], expected[3:6])
+        np.testing.assert_allclose(got[k], expected, atol=1e-8 * np.abs(expected).max())
+
+
+def test_bodies_are_where_mujoco_places_them():
+    scene = Scene("x", biped(), ground=Ground(stiffness=0.0))
+    states = random_states(scene.character, 5, seed=1)
+    coordinates, _ = motion(scene, states)
+    position, orientation, *_ = mujoco_oracle.body_states(scene, states)
+    points = body_points(scene, coordinates)
+    names = topology(scene.character)
+    for i, body in enumerate(names.bodies):
+        joint, turned = points[body]
+        offset = np.zeros(3) if i == 0 else -np.array(scene.character.joints[names.joints[i - 1]].position_in_child)
+        np.testing.assert_allclose(joint + rotate(turned, np.tile(offset, (5, 1))), position[:, i], atol=1e-9)
+        np.testing.assert_allclose(np.abs(np.sum(turned * orientation[:, i], axis=-1)), 1.0, atol=1e-9)
+
+
+def test_other_shapes_and_numbers_that_are_not_finite_are_refused():
+    scene = Scene("x", biped())
+    names = topology(scene.character)
+    with pytest.raises(Error, match="coordinates"):
+        inverse_dynamics(scene, np.zeros((3, 2)), np.zeros((3, 2)), np.zeros((3, 2)))
+    still = np.zeros((2, names.speeds))
+    with pytest.raises(Error, match="finite"):
+        inverse_dynamics(scene, np.full((2, names.coordinates), np.nan), still, still)

@@ -1,0 +1,79 @@
+"""Half impulses of survivals that are made up, and trials of a ball and of the biped, short ones."""
+
+import msgspec
+import numpy as np
+import pytest
+
+from warpmuscle.core.errors import Error
+from warpmuscle.formats import load
+from warpmuscle.scene import Scene
+from warpmuscle.studies import robustness
+from warpmuscle.studies.robustness import PushTrials, half_impulse, push_trials, slope_trials, upright
+
+LEVELS = np.array([0.0, 10.0, 20.0, 30.0])
+
+
+@pytest.fixture(scope="module")
+def scene() -> Scene:
+    """The walk on torques."""
+    return load("fwalk")
+
+
+@pytest.mark.parametrize(
+    ("survival", "half"),
+    [
+        ([1.0, 1.0, 0.0, 0.0], 15.0),
+        ([1.0, 0.8, 0.5, 0.1], 20.0),
+        ([1.0, 0.75, 0.25, 0.0], 15.0),
+        ([1.0, 0.4, 0.8, 0.0], 20.0 + 10.0 * 0.1 / 0.6),  # 0.4 and 0.8 count as 0.6 each
+        ([1.0, 1.0, 1.0, 0.6], np.inf),
+        ([0.0, 0.0, 0.0, 0.0], 0.0),
+    ],
+)
+def test_half_impulse_is_where_the_falling_survival_crosses_one_half(survival: list[float], half: float):
+    assert half_impulse(LEVELS, np.array(survival)) == pytest.approx(half)
+
+
+def test_range_holds_the_half_and_is_that_of_the_pushes_drawn_again():
+    limits = np.array([12.0, 13.0, 14.0, 26.0, 27.0])  # N s, that each push may have
+    survived = LEVELS[:, None] < limits
+    trials = PushTrials(LEVELS, survived, np.zeros(5), np.zeros(5))
+    low, high = trials.range
+    assert low <= trials.half <= high
+    assert 10.0 < low < 16.0
+    assert 20.0 < high <= 30.0
+    sure = PushTrials(LEVELS, np.repeat(survived[:, :1], 5, axis=1), np.zeros(5), np.zeros(5))
+    assert sure.range == (sure.half, sure.half) == (15.0, 15.0)
+
+
+def test_pushes_are_the_same_at_each_impulse_and_greater_ones_let_fall(scene: Scene, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(robustness, "PUSHED_FROM", 0.2)
+    monkeypatch.setattr(robustness, "PUSHED_UNTIL", 0.4)
+    monkeypatch.setattr(robustness, "AFTERWARDS", 1.0)
+    trials = push_trials(scene, [200.0], 4, device="cpu", threads=1)
+    assert trials.survived.tolist() == [[True] * 4, [False] * 4]
+    assert trials.impulses.tolist() == [0.0, 200.0]
+    assert np.all((trials.start >= 0.2) & (trials.start <= 0.4))
+    assert trials.half == 100.0
+    again = push_trials(scene, [200.0], 4, device="cpu", threads=1)
+    assert np.array_equal(again.direction, trials.direction)
+
+
+def test_a_steep_slope_lets_fall_and_a_level_one_does_not(scene: Scene):
+    level, steep = slope_trials(scene, [0.0, 0.3], 1.0, device="cpu", threads=1)
+    assert (level.survived, level.end_time) == (True, pytest.approx(1.0))
+    assert 0.3 < level.speed < 1.5
+    assert not steep.survived
+    assert steep.end_time < 1.0
+
+
+def test_runs_that_start_at_other_speeds_are_counted_if_they_stay_upright(scene: Scene):
+    assert upright(scene, 3, 0.02, 0.5, device="cpu", threads=1) == 3
+    strict = msgspec.structs.replace(scene, failure=msgspec.structs.replace(scene.failure, com_height=1.2))
+    assert upright(strict, 3, 0.02, 0.5, device="cpu", threads=1) == 0
+
+
+@pytest.mark.parametrize("impulses", [[], [-1.0], [np.inf]])
+def test_impossible_impulses_are_an_error(scene: Scene, impulses: list[float]):
+    with pytest.raises(Error, match="positive numbers"):
+        push_trials(scene, impulses, 2)

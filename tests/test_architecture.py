@@ -1,0 +1,101 @@
+"""The order of packages: each imports only from those before it, however late it does so."""
+
+import ast
+from collections.abc import Iterator
+from graphlib import CycleError, TopologicalSorter
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+# From the lowest to the highest. Those of one line know nothing of each other.
+ORDER: tuple[tuple[str, ...], ...] = (
+    ("kernels",),
+    ("core",),
+    ("search", "synergy"),
+    ("scene",),
+    ("results",),
+    ("model",),
+    ("formats",),
+    ("gait",),
+    ("simulation",),
+    ("optimization",),
+    ("studies",),
+    ("plots", "view"),
+    ("video",),
+    ("report",),
+    ("throw", "sweep"),
+    ("cli",),
+)
+LEVEL = {package: level for level, packages in enumerate(ORDER) for package in packages}
+LARGEST = 25  # modules of a package
+
+
+def modules() -> dict[str, Path]:
+    """Files of the package by the dotted names of their modules, without `warpmuscle`."""
+    found = {}
+    for folder, prefix in ((ROOT / "warpmuscle", ()), (ROOT / "kernels", ("kernels",))):
+        for file in folder.rglob("*.py"):
+            parts = (*prefix, *file.relative_to(folder).with_suffix("").parts)
+            found[".".join(part for part in parts if part != "__init__")] = file
+    return found
+
+
+MODULES = modules()
+
+
+def imported(file: Path) -> Iterator[str]:
+    """Names of the project's own modules that a file imports anywhere, also within functions and for types alone."""
+    for node in ast.walk(ast.parse(file.read_text())):
+        if isinstance(node, ast.Import):
+            yield from (alias.name.removeprefix("warpmuscle.") for alias in node.names if own(alias.name))
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{file}: imports name the whole path"
+            if own(node.module or ""):
+                base = (node.module or "").removeprefix("warpmuscle").removeprefix(".")
+                for alias in node.names:
+                    full = f"{base}.{alias.name}".removeprefix(".")
+                    yield full if full in MODULES else base
+
+
+def own(name: str) -> bool:
+    return name == "warpmuscle" or name.startswith("warpmuscle.")
+
+
+PACKAGED = [name for name in MODULES if name.split(".")[0] in LEVEL]
+
+
+@pytest.mark.parametrize("name", sorted(PACKAGED))
+def test_a_module_imports_from_packages_before_its_own(name: str):
+    package = name.split(".")[0]
+    for other in imported(MODULES[name]):
+        theirs = other.split(".")[0]
+        assert theirs == package or LEVEL.get(theirs, len(ORDER)) < LEVEL[package], f"{name} imports {other}"
+
+
+def test_no_modules_import_each_other_in_a_circle():
+    graph = {name: set(imported(MODULES[name])) - {name, name.rpartition(".")[0]} for name in PACKAGED}
+    try:
+        TopologicalSorter(graph).prepare()
+    except CycleError as error:
+        raise AssertionError(" -> ".join(error.args[1])) from None
+
+
+def test_every_package_has_its_place_and_is_not_too_large():
+    assert {name.split(".")[0] for name in MODULES} - {"", "__main__"} == set(LEVEL)
+    for package in {str(file.parent) for file in MODULES.values()}:
+        assert len([file for file in MODULES.values() if str(file.parent) == package]) <= LARGEST + 1, package
+
+
+def test_every_package_says_what_it_may_import_and_where_to_add():
+    for name, file in MODULES.items():
+        if file.name == "__init__.py" and name:
+            text = ast.get_docstring(ast.parse(file.read_text())) or ""
+            assert "May import:" in text, file
+            assert "To add:" in text, file
+
+
+def test_the_page_on_the_architecture_draws_the_same_order():
+    drawing = (ROOT / "docs" / "architecture.md").read_text().split("```text\n")[1].split("```")[0]
+    drawn = [tuple(line.split("  ")[0].split()) for line in drawing.splitlines() if line.strip()]
+    assert drawn == list(reversed(ORDER))

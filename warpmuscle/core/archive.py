@@ -1,0 +1,66 @@
+"""Reads arrays of NumPy archives (`.npz`) that may come from anyone: no Python objects, and no more than fits."""
+
+from __future__ import annotations
+
+import io
+import math
+import struct
+import tokenize
+import zipfile
+import zlib
+from collections.abc import Collection
+from typing import IO, Any
+
+import numpy as np
+from numpy.lib import format as npy
+from numpy.typing import NDArray
+
+from warpmuscle.core.limits import check_size
+
+Arrays = dict[str, NDArray[Any]]
+DAMAGES = (
+    ValueError, OSError, EOFError, KeyError, TypeError, IndexError, NotImplementedError, RuntimeError, MemoryError,
+    OverflowError, SyntaxError, struct.error, tokenize.TokenError, zipfile.BadZipFile, zipfile.LargeZipFile, zlib.error,
+)  # fmt: skip
+
+
+class DamagedArchive(ValueError):
+    """No archive of arrays, or one of whose arrays cannot be read."""
+
+
+def read_arrays(file: IO[bytes], wanted: Collection[str] | None = None) -> Arrays:
+    """The arrays of an archive by name; only the wanted ones, if any are named.
+
+    Raises:
+        DamagedArchive: with what is wrong, in words.
+    """
+    what, size, found = "not an .npz file, or damaged", 0, {}
+    try:
+        with zipfile.ZipFile(file) as archive:
+            for info in archive.infolist():
+                name = info.filename.removesuffix(".npy")
+                if wanted is not None and name not in wanted:
+                    continue
+                size += info.file_size
+                check_size("archive", size, DamagedArchive)
+                what = f"array {name!r} cannot be read: damaged, or of Python objects instead of numbers"
+                with archive.open(info) as member:
+                    found[name] = _array(member.read(info.file_size + 1))
+        return found
+    except DamagedArchive:
+        raise
+    except DAMAGES:
+        raise DamagedArchive(what) from None
+
+
+def _array(content: bytes) -> NDArray[Any]:
+    """The array in the bytes of a `.npy` file, whose size must be what its header says; ValueError otherwise."""
+    stream = io.BytesIO(content)
+    version = npy.read_magic(stream)
+    read_header = {(1, 0): npy.read_array_header_1_0, (2, 0): npy.read_array_header_2_0}[version]
+    shape, fortran, kind = read_header(stream)
+    size = math.prod(shape) * kind.itemsize
+    if kind.hasobject or len(content) - stream.tell() != size:
+        raise ValueError
+    flat = np.frombuffer(content, kind, count=math.prod(shape), offset=stream.tell()).copy()
+    return flat.reshape(shape[::-1]).T if fortran else flat.reshape(shape)

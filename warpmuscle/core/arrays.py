@@ -1,0 +1,88 @@
+"""Numbers of a scene as arrays for the device: one row for all instances, or one row an instance."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import accumulate
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.warp_start import start_warp
+
+
+def rows(nested: Any) -> Floats:
+    """Nested lists of numbers as (rows, ...): numbers are floats, or (n,) arrays with one value an instance.
+
+    rows is 1 if all are floats, n otherwise.
+    """
+    leaves: list[Any] = []
+    shape = _shape(nested, leaves)
+    count = max((len(leaf) for leaf in leaves if isinstance(leaf, np.ndarray)), default=1)
+    table = np.empty((count, len(leaves)))
+    for i, leaf in enumerate(leaves):
+        table[:, i] = leaf
+    return table.reshape(count, *shape)
+
+
+def _shape(nested: Any, leaves: list[Any]) -> tuple[int, ...]:
+    if not isinstance(nested, (list, tuple)):
+        leaves.append(nested)
+        return ()
+    shapes = [_shape(member, leaves) for member in nested]
+    return (len(nested), *(shapes[0] if shapes else ()))
+
+
+def orthogonal(v: Floats, axis: Floats) -> Floats:
+    """The part of vectors v (..., 3) across unit axes, with unit length."""
+    across = v - np.sum(v * axis, axis=-1, keepdims=True) * axis
+    length = np.linalg.norm(across, axis=-1, keepdims=True)
+    return np.asarray(across / np.where(length > 1e-9, length, 1.0))
+
+
+def starts(counts: Iterable[int]) -> list[int]:
+    """Where each group starts when all are put one behind the other, and where the last one ends, from their sizes."""
+    return [0, *accumulate(counts)]
+
+
+def to_device(values: Any, dtype: Any, device: Any) -> wp.array:
+    """A Warp array of a scalar, vector or quaternion type; the last axis of `values` holds a vector's components."""
+    start_warp()
+    is_int = dtype is int
+    array = np.ascontiguousarray(values, dtype=np.int32 if is_int else np.float32)
+    return wp.array(array, dtype=dtype, device=device)
+
+
+def structs_to_device(struct: Any, columns: Mapping[str, Any], device: Any) -> wp.array:
+    """A Warp array of structures, from the values of each of their fields.
+
+    Args:
+        columns: by field, arrays of one shape, or of one row where others have many; a vector's components are last.
+    """
+    start_warp()
+    dtype = np.dtype(struct.numpy_dtype())
+    width = {name: dtype[name].ndim for name in columns}
+    shapes = [np.shape(v)[: np.ndim(v) - width[name]] for name, v in columns.items()]
+    table = np.zeros(np.broadcast_shapes(*shapes), dtype=dtype)
+    for name, values in columns.items():
+        table[name] = values
+    return wp.array(table, dtype=struct, device=device)
+
+
+def records_to_device(struct: Any, device: Any, **columns: Sequence[int]) -> wp.array:
+    """The same of whole numbers in lists, one structure of zeros if the lists are empty."""
+    filled = {name: values if len(values) else [0] for name, values in columns.items()}
+    return structs_to_device(struct, filled, device)
+
+
+def arrays_of(struct: Any) -> Iterator[wp.array]:
+    """All arrays of a device structure, and of the structures within it, that hold anything."""
+    for name in struct._cls.vars:
+        member = getattr(struct, name)
+        if isinstance(member, wp.array):
+            if member.size:
+                yield member
+        elif hasattr(member, "_cls"):
+            yield from arrays_of(member)

@@ -1,0 +1,188 @@
+"""Opens HDF5 files that may come from anyone: nothing outside of a file is read, and no more than fits.
+
+HDF5 can show what is in other files: by external and soft links, by datasets whose numbers are stored elsewhere, and by
+virtual datasets. None of these is followed. A small file can also claim arrays of any size, which are not read.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import struct
+import zlib
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import h5py
+
+from warpmuscle.core.errors import Error
+from warpmuscle.core.files import NOT_REGULAR, check_regular, unreadable
+from warpmuscle.core.limits import LIMITS, check_size
+
+FREE_BYTES = 2**28  # that any file may have, unpacked
+MOST_GROWTH = 100  # times its own size that a larger one may unpack to
+_FILTERS = {h5py.h5z.FILTER_DEFLATE, h5py.h5z.FILTER_SHUFFLE, h5py.h5z.FILTER_FLETCHER32, h5py.h5z.FILTER_LZF,
+            h5py.h5z.FILTER_SZIP, h5py.h5z.FILTER_NBIT, h5py.h5z.FILTER_SCALEOFFSET}  # fmt: skip
+DAMAGES = (
+    KeyError, IndexError, ValueError, TypeError, AttributeError, RuntimeError, ArithmeticError, MemoryError,
+    StopIteration, struct.error, zlib.error,
+)  # fmt: skip
+Says = Callable[[str], Error]
+
+
+@contextlib.contextmanager
+def opened(path: str | Path, error: Says, damaged: str = "damaged HDF5 file") -> Iterator[h5py.File]:
+    """An HDF5 file to read.
+
+    Args:
+        error: makes the error that is raised of what is wrong.
+        damaged: what such an error begins with where the content is not as it should be.
+
+    Raises:
+        Error: the file cannot be read, is none of HDF5, or the work within fails by what it holds.
+    """
+    try:
+        check_regular(path)
+        if Path(path).is_dir():
+            raise error("cannot be read: this is a folder")
+        with h5py.File(path, "r") as file:
+            yield file
+    except FileNotFoundError:
+        raise error("no such file") from None
+    except PermissionError as found:
+        raise error(unreadable(found)) from None
+    except OSError as found:
+        pipe = found.strerror == NOT_REGULAR
+        raise error(NOT_REGULAR if pipe else "not an HDF5 file, or damaged") from None
+    except MemoryError:
+        raise error("does not fit into the memory") from None
+    except DAMAGES as found:
+        text = found.args[0] if isinstance(found, KeyError) and found.args else found
+        raise error(f"{damaged}: {' '.join(str(text).split())}") from None
+
+
+def member(group: Any, name: str) -> Any:
+    """What a group holds under a name, not through a link to elsewhere.
+
+    Raises:
+        KeyError: nothing. ValueError: it is a link.
+    """
+    key = name.encode()
+    if key not in group.id:
+        raise KeyError(f"{_path(group.id, key)} is missing")
+    _check_link(group.id, key)
+    return group[name]
+
+
+def check_contents(group: Any) -> None:
+    """Check all that is in a group, before any of it is read.
+
+    Raises:
+        ValueError: something is stored in or linked from elsewhere, is too large, or is in a group twice.
+    """
+    most = max(FREE_BYTES, MOST_GROWTH * group.file.id.get_filesize())
+    waiting, seen, count, size = [group.id], {_address(group.id)}, 0, 0
+    while waiting:
+        inner = waiting.pop()
+        for key in inner:
+            count += 1
+            check_size("objects", count, ValueError)
+            _check_link(inner, key)
+            found = h5py.h5o.open(inner, key)
+            if isinstance(found, h5py.h5g.GroupID):
+                if _address(found) in seen:
+                    raise ValueError(f"{_path(inner, key)} is a group that is also elsewhere in the file")
+                seen.add(_address(found))
+                waiting.append(found)
+            elif isinstance(found, h5py.h5d.DatasetID):
+                size += _checked_size(found, _path(inner, key))
+                check_size("unpacked", size, _said_of(_path(inner, key)))
+                if size > most:
+                    raise ValueError(f"{_path(inner, key)} and what comes before it would take {size:.3g} bytes, more "
+                                     f"than the {most:.3g} that are read of this file")  # fmt: skip
+
+
+def array(group: Any, name: str) -> Any:
+    """All that a dataset of a group holds; raises KeyError or ValueError if there is none of this name."""
+    found = member(group, name)
+    if not isinstance(found, h5py.Dataset):
+        raise ValueError(f"{found.name} is no dataset")
+    return found[()]
+
+
+def attribute(owner: Any, name: str) -> Any:
+    """An attribute; raises KeyError if there is none of this name."""
+    if name not in owner.attrs:
+        raise KeyError(f"attribute {name!r} of {owner.name} is missing")
+    return owner.attrs[name]
+
+
+def strings(dataset: Any) -> tuple[str, ...]:
+    """The strings of a dataset (n,).
+
+    Raises:
+        ValueError or TypeError: it holds something else, or more than fits.
+    """
+    if dataset.ndim != 1:
+        raise ValueError(f"{dataset.name} has shape {dataset.shape}; a list of names has one axis")
+    says = _said_of(dataset.name)
+    check_size("names", len(dataset), says)
+    found: list[str] = []
+    characters = 0
+    rows = max(LIMITS["unpacked"].most // max(dataset.file.id.get_filesize(), 1), 1)  # all may show the same long text
+    for first in range(0, len(dataset), rows):
+        found.extend(dataset.asstr()[first : first + rows])
+        characters += sum(map(len, found[first:]))
+        check_size("characters", characters, says)
+    return tuple(found)
+
+
+def text(dataset: Any) -> str:
+    """The one string of a dataset; raises ValueError or TypeError if it holds something else."""
+    if dataset.shape != ():
+        raise ValueError(f"{dataset.name} has shape {dataset.shape}, and should be one text")
+    return str(dataset.asstr()[()])
+
+
+def _said_of(name: str) -> Callable[[str], ValueError]:
+    """Makes the error of what is wrong with a dataset."""
+    return lambda text: ValueError(f"{name}: {text}")
+
+
+def _check_link(group: Any, key: bytes) -> None:
+    kind = group.links.get_info(key).type
+    if kind != h5py.h5l.TYPE_HARD:
+        what = {h5py.h5l.TYPE_EXTERNAL: "another file", h5py.h5l.TYPE_SOFT: "elsewhere"}.get(kind, "something unknown")
+        raise ValueError(f"{_path(group, key)} is a link to {what}, which is not followed")
+
+
+def _checked_size(dataset: Any, name: str) -> int:
+    """Bytes of a dataset in the memory, or of the pieces that it is unpacked by; ValueError if it is not all here."""
+    made = dataset.get_create_plist()
+    if made.get_external_count():
+        raise ValueError(f"{name} is stored in another file, which is not read")
+    if made.get_layout() == h5py.h5d.VIRTUAL:
+        raise ValueError(f"{name} shows what is in other datasets, which is not followed")
+    kind, shape = dataset.get_type(), dataset.shape
+    pieces = [shape]
+    if made.get_layout() == h5py.h5d.CHUNKED:
+        pieces.append(made.get_chunk())
+        for number in range(made.get_nfilters()):
+            if made.get_filter(number)[0] not in _FILTERS:
+                raise ValueError(f"{name} is packed in a way that is not known here")
+    return max(_product(piece) for piece in pieces) * int(kind.get_size())
+
+
+def _product(shape: tuple[int, ...]) -> int:
+    result: int = math.prod(shape)
+    return result
+
+
+def _address(identifier: Any) -> int:
+    return int(h5py.h5o.get_info(identifier).addr)
+
+
+def _path(group: Any, key: bytes) -> str:
+    place = (h5py.h5i.get_name(group) or b"").rstrip(b"/") + b"/" + key
+    return place.decode(errors="replace")

@@ -1,0 +1,72 @@
+"""Warp, started without words where there is nothing to say."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import sys
+import tempfile
+from collections.abc import Iterator
+
+import warp as wp
+
+from warpmuscle.core.errors import RolloutError
+from warpmuscle.core.files import unwritable
+
+NO_DRIVER = b"Could not find or load the NVIDIA CUDA driver"  # what a machine without a GPU is told each time
+
+_started = False
+
+
+def start_warp() -> None:
+    """Start Warp unless it runs, without its greeting and without its warning that a machine without a GPU has none.
+
+    From then on Warp tells of warnings and errors only, unless `warp.config.log_level` was set to something else
+    before, or is set later. What else its compiled code says at its start is passed on.
+
+    Raises:
+        RolloutError: its folder for compiled kernels cannot be made.
+    """
+    global _started
+    if _started:
+        return
+    _started = True  # also where it fails: the next call for a device says why
+    if wp.config.log_level == wp.LOG_INFO:
+        wp.config.log_level = wp.LOG_WARNING
+    try:
+        with _without(NO_DRIVER):
+            wp.init()
+    except OSError as error:
+        raise RolloutError(no_cache(error)) from None
+
+
+def no_cache(error: OSError) -> str:
+    """What to say where compiled kernels cannot be put down."""
+    return (
+        f"{wp.config.kernel_cache_dir}: Warp's folder for compiled kernels {unwritable(error)}; "
+        "WARP_CACHE_PATH may name another"
+    )
+
+
+@contextlib.contextmanager
+def _without(words: bytes) -> Iterator[None]:
+    """Leave lines with these words out of what is written to the process's error stream within."""
+    try:
+        kept = tempfile.TemporaryFile()  # noqa: SIM115 (what may fail is here, what may not within)
+        errors = os.dup(2)
+    except OSError:  # no room for a file, or no error stream
+        yield
+        return
+    with kept:
+        if sys.stderr is not None:
+            sys.stderr.flush()
+        os.dup2(kept.fileno(), 2)
+        try:
+            yield
+        finally:
+            os.dup2(errors, 2)
+            os.close(errors)
+            kept.seek(0)
+            for line in kept:
+                if words not in line:
+                    os.write(2, line)

@@ -1,0 +1,132 @@
+"""Gait cycles of a recorded walk: from one contact of a foot with the ground to its next, and curves over them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.errors import Error
+from warpmuscle.core.pose import twist_angle
+from warpmuscle.gait.ground_contact import SIDES, touch_downs
+from warpmuscle.gait.measures import measure
+from warpmuscle.results.recording import Recording
+from warpmuscle.scene import Scene
+from warpmuscle.scene.anatomy import leg
+from warpmuscle.scene.masses import body_mass
+from warpmuscle.scene.norms import FLEXION, LEG_ANGLES
+
+ALONG_X = 0.7  # least component of an axis along x for which a turn about it is flexion
+PERCENT = np.linspace(0.0, 100.0, 101)  # of the gait cycle, where curves have their samples
+Strides = list[tuple[float, float]]  # s, begin and end of each
+
+
+def feet_of(scene: Scene) -> tuple[str, str]:
+    """Names of the left and the right foot's body.
+
+    Raises:
+        Error: the character has no such bodies.
+    """
+    feet = ("lFoot", "rFoot") if scene.controller is None else scene.controller.feet
+    if missing := [foot for foot in feet if foot not in scene.character.bodies]:
+        raise Error(f"{scene.name} has no legs to walk on: there is no body {' or '.join(map(repr, missing))}")
+    return feet
+
+
+def strides(recording: Recording, side: str, start: float = 0.0, weight: float | None = None) -> Strides:
+    """Whole gait cycles of one side that begin at `start`, s, or later; `weight`: see `ground_contact.contacts_of`."""
+    times = touch_downs(recording, side, weight)
+    times = times[times >= start]
+    return list(zip(times[:-1].tolist(), times[1:].tolist(), strict=True))
+
+
+def spans(true: NDArray[np.bool_]) -> list[slice[int, int, None]]:
+    """Slices in which an array (F,) is true without a break."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], true.astype(np.int8), [0]])))
+    return [slice(int(begin), int(end)) for begin, end in zip(edges[::2], edges[1::2], strict=True)]
+
+
+def longest_span(true: NDArray[np.bool_]) -> slice[int, int, None] | None:
+    """The longest slice in which an array (F,) is true without a break, the first of several; None if it never is."""
+    return max(spans(true), key=lambda span: span.stop - span.start, default=None)
+
+
+def steady_strides(recording: Recording, scene: Scene) -> dict[str, Strides]:
+    """Gait cycles of both sides in the steady part of a walk, as `gait.measure` finds it.
+
+    Raises:
+        Error: no legs, or fewer than one whole cycle of a side.
+    """
+    feet = feet_of(scene)
+    start = measure(recording, *feet).start if recording.frames else 0.0
+    weight = body_weight(scene)
+    found = {side: strides(recording, side, start, weight) or strides(recording, side, 0.0, weight) for side in SIDES}
+    for side, cycles in found.items():
+        if not cycles:
+            raise Error(f"the motion of {scene.name} has no whole gait cycle: the {side} foot lands less than twice")
+    return found
+
+
+def over_strides(time: Floats, values: NDArray[Any], cycles: Strides) -> Floats:
+    """Curves (S, 101, ...) over each of S gait cycles, linearly interpolated from values (F, ...) at times (F,)."""
+    at = np.array([begin + (end - begin) * PERCENT / 100.0 for begin, end in cycles])  # (S, 101)
+    clock = np.asarray(time, dtype=float)
+    after = np.clip(np.searchsorted(clock, at), 1, len(clock) - 1)
+    part = np.clip((at - clock[after - 1]) / (clock[after] - clock[after - 1]), 0.0, 1.0)
+    part = part.reshape(part.shape + (1,) * (values.ndim - 1))
+    return np.asarray((1.0 - part) * values[after - 1] + part * values[after])
+
+
+def leg_angles(recording: Recording, scene: Scene) -> dict[str, dict[str, Floats]]:
+    """Sagittal angles (F,), degrees, of hip, knee and ankle, by name and side; flexion is positive.
+
+    Raises:
+        Error: no legs, or legs of fewer than three joints.
+    """
+    found: dict[str, dict[str, Floats]] = {name: {} for name in LEG_ANGLES}
+    for side, foot in zip(SIDES, feet_of(scene), strict=True):
+        joints = leg(scene.character, foot)[-3:]
+        if len(joints) < 3:
+            raise Error(f"{scene.name} has no hip, knee and ankle: {len(joints)} joints lead to its {side} foot")
+        for name, joint, sign in zip(LEG_ANGLES, joints, FLEXION, strict=True):
+            found[name][side] = np.degrees(sign * sagittal_angle(recording, joint))
+    return found
+
+
+def flexion_signs(scene: Scene) -> dict[str, float]:
+    """Which sign makes a turn about x, or about the first axis, flexion: of the hips, knees and ankles of a scene.
+
+    Figures and plots show angles of these joints with it, so that dorsiflexion is positive in all of them.
+    """
+    signs: dict[str, float] = {}
+    try:
+        feet = feet_of(scene)
+    except Error:
+        return signs
+    for foot in feet:
+        joints = leg(scene.character, foot)[-3:]
+        for name, sign in zip(joints, FLEXION, strict=True) if len(joints) == 3 else ():
+            joint = scene.character.joints[name]
+            along = 1.0 if joint.type == "ball" or not joint.axes else float(np.asarray(joint.axes[0][0]).flat[0])
+            if abs(along) > ALONG_X:
+                signs[name] = sign * float(np.sign(along))
+    return signs
+
+
+def vertical_forces(recording: Recording, scene: Scene) -> dict[str, Floats]:
+    """Vertical ground forces (F,) on the feet over the weight of a numeric scene's character, by side."""
+    weight = body_weight(scene)
+    return {side: recording[f"foot_force_{side}"][:, 1] / weight for side in SIDES}
+
+
+def sagittal_angle(recording: Recording, joint: str) -> Floats:
+    """Turn (F,) of a joint's child about x, rad, without jumps."""
+    orientation = recording.joint_orientation[:, recording.joint_names.index(joint)]
+    return np.unwrap(twist_angle(orientation, (1.0, 0.0, 0.0)))
+
+
+def body_weight(scene: Scene) -> float:
+    """Weight of a numeric scene's character, N; at least a tiny one, so that it can be divided by."""
+    return max(body_mass(scene.character) * abs(float(np.asarray(scene.gravity).flat[0])), 1e-9)

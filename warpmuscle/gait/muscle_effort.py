@@ -1,0 +1,100 @@
+"""What the muscles of a recorded motion spend, how much of their force is passive, and whether they tremble."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import warp as wp
+
+from warpmuscle.core.array_types import Floats
+from warpmuscle.kernels import effort, structs
+from warpmuscle.model.muscles import muscles_struct
+from warpmuscle.results.recording import Recording
+from warpmuscle.scene import Scene
+from warpmuscle.scene.accounting import basal_rate, negative_share
+from warpmuscle.scene.masses import at_common_tension, body_mass
+
+TREMBLING = 15.0  # Hz, beyond which there is none of the control of a gait
+LEAST_SPEED = 0.2  # m/s, below which energy over distance says little
+_MODELS = {"wang": effort.WANG, "umberger": effort.UMBERGER, "bhargava": effort.BHARGAVA}
+
+
+class Spent(NamedTuple):
+    """What muscles spend, in the mean over a motion."""
+
+    power: float  # W/kg, metabolic, of the muscles and of the body at rest, over the mass of the body
+    common_power: float  # the same with muscles of the mass that other programs take, see `masses.COMMON_TENSION`
+    passive_share: float  # of the tension of all muscles
+
+
+def spent(recording: Recording, scene: Scene) -> Spent | None:
+    """Metabolic power of the muscles, by the model of the scene's objective, and the passive share of their forces.
+
+    Torques cost nothing here: of a scene that they help to drive, only the muscles count.
+
+    Args:
+        scene: without free parameters.
+
+    Returns:
+        None without muscles, or where these have no curves of the package: ideal, legacy, or with curves of one's own.
+    """
+    kind = scene.muscle_model
+    own = kind.active_force_length or kind.passive_force_length or kind.force_velocity
+    if not recording.muscle_names or not recording.frames or kind.ideal or kind.legacy or own:
+        return None
+    rest = float(np.asarray(basal_rate(scene.objective)).flat[0])
+    mass = body_mass(scene.character)
+    passive, power = _passive_and_power(recording, scene)
+    _, common = _passive_and_power(recording, at_common_tension(scene))
+    tension = float(recording.muscle_force.sum(dtype=float))
+    share = min(passive / tension, 1.0) if tension > 0.0 else 0.0
+    return Spent(rest + power / mass, rest + common / mass, share)
+
+
+def cost_of_transport(power: float, speed: float) -> float | None:
+    """Metabolic power, W/kg, over a speed, m/s, in J/(kg m); None where the speed is too low to say something."""
+    return power / speed if speed >= LEAST_SPEED else None
+
+
+def _passive_and_power(recording: Recording, scene: Scene) -> tuple[float, float]:
+    """Passive forces, N, summed over moments and muscles, and metabolic power of all muscles, W, in the mean."""
+    model = structs.Model()
+    model.muscles = muscles_struct(scene, recording.muscle_names, "cpu")
+    model.negative_share = negative_share(scene.objective)
+    names = ("muscle_activation", "muscle_excitation", "muscle_fibre_length", "muscle_fibre_velocity")
+    given = [wp.array(recording[name].astype(np.float32), dtype=float, device="cpu") for name in names]
+    passive, power = (wp.zeros_like(given[0]) for _ in range(2))
+    wp.launch(
+        effort.muscle_effort,
+        dim=given[0].shape,
+        inputs=[model, _MODELS[scene.objective.metabolic_model], *given],
+        outputs=[passive, power],
+        device="cpu",
+    )
+    return float(passive.numpy().sum(dtype=float)), float(power.numpy().sum(axis=1, dtype=float).mean())
+
+
+def trembling(time: Floats, activation: Floats, above: float = TREMBLING) -> float | None:
+    """Part of the power of activations (F, M) about their means that lies above a frequency, Hz.
+
+    The mean over muscles, weighted by that power, of Hann-windowed spectra. Steps of an activation, such as at a
+    touch-down, have a little of it without any trembling.
+
+    Returns:
+        None where it cannot be told: fewer frames a second than twice the frequency, a motion of less than a second,
+        or activations that do not change.
+    """
+    if len(time) < 3 or time[-1] - time[0] < 1.0 or activation.shape[1] == 0:
+        return None
+    interval = float(time[-1] - time[0]) / (len(time) - 1)
+    if 0.5 / interval <= above:
+        return None
+    window = np.hanning(len(time))[:, None]
+    values = activation - np.average(activation, axis=0, weights=window[:, 0])
+    power = np.square(np.abs(np.fft.rfft(window * values, axis=0))).sum(axis=1)
+    power[1 : (len(time) + 1) // 2] *= 2.0  # what stands for two frequencies, of either sign
+    total = float(power.sum())
+    if total < 1e-12 * len(time):
+        return None
+    return float(power[np.fft.rfftfreq(len(time), interval) > above].sum()) / total

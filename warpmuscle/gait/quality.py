@@ -1,0 +1,251 @@
+"""How good a recorded walk is: its speed, its curves beside the norm, what it costs, how its feet and muscles behave.
+
+Each measure is a number with a name; `gait_table` has their units and what human walking has.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.errors import Error
+from warpmuscle.gait.cycles import (
+    PERCENT,
+    Strides,
+    body_weight,
+    feet_of,
+    leg_angles,
+    over_strides,
+    steady_strides,
+    vertical_forces,
+)
+from warpmuscle.gait.features import KeyPoint, force_humps, greatest, least, norm_deviation, peak
+from warpmuscle.gait.foot_contact import foot_contact
+from warpmuscle.gait.ground_contact import SIDES, Support, support
+from warpmuscle.gait.likeness import dimensionless_speed, from_norm, leg_length, means_at, norms_of, outside_span, trend
+from warpmuscle.gait.measures import heading, measure
+from warpmuscle.gait.muscle_effort import cost_of_transport, spent, trembling
+from warpmuscle.results.recording import Recording
+from warpmuscle.scene import Scene
+from warpmuscle.scene.masses import total_mass
+from warpmuscle.scene.norms import FORCE, LEG_ANGLES, NORMS
+
+Measures = dict[str, float | None]
+AT = " at"  # at the end of the name of a percent of the cycle, behind the name of the value there
+LEAST_NORMAL_SPEED = 0.3  # m/s forwards, below which norms do not apply
+LEAST_FLIGHT = 1.0  # % of the cycle without a foot on the ground, from which on a gait is a run
+# Key points by name: the curve, and the function and part of the cycle (%) that find it.
+_KEY_POINTS = {
+    "hip, least": ("Hip flexion", least, 20.0, 80.0),
+    "hip, greatest": ("Hip flexion", greatest, 50.0, 100.0),
+    "knee, greatest in stance": ("Knee flexion", peak, 2.0, 45.0),
+    "knee, greatest in swing": ("Knee flexion", greatest, 45.0, 100.0),
+    "ankle, greatest in stance": ("Ankle dorsiflexion", greatest, 8.0, 62.0),
+    "ankle, least at push-off": ("Ankle dorsiflexion", least, 45.0, 85.0),
+}
+
+
+def gait_measures(recording: Recording, scene: Scene) -> Measures:
+    """All measures of a walk by name; None where the walk does not give one.
+
+    They are of the steady part of the walk (see `gait.measure`), and those of curves the mean of both legs.
+
+    Args:
+        scene: without free parameters.
+
+    Raises:
+        Error: no legs, or no whole gait cycle.
+    """
+    cycles = steady_strides(recording, scene)
+    gait = measure(recording, *feet_of(scene))
+    steady = recording.window(gait.start)
+    target = aimed_speed(scene)
+    found: Measures = {
+        "speed": gait.speed_forward,
+        "target speed": target,
+        "error of the speed": None if target is None else gait.speed_forward - target,
+        "step length": gait.step_length,
+        "step width": gait.step_width,
+        "cadence": gait.cadence,
+    }
+    shares = support_of(recording, scene, cycles)
+    running = runs(scene, shares)
+    normal = gait.speed_forward >= LEAST_NORMAL_SPEED
+    angles = _leg_angles(recording, scene)
+    curves = {name: _means(recording.time, of_sides, cycles) for name, of_sides in angles.items()}
+    return (
+        found
+        | {"stance": shares.stance, "double support": shares.double, "flight": shares.flight}
+        | (_likeness(curves, scene, gait.speed_forward, running) if normal and curves else {})
+        | (_of_angles(recording.time, angles, curves, cycles, normal and not running) if curves else {})
+        | _of_force(recording, scene, cycles, normal and not running)
+        | _of_muscles(steady, scene, gait.speed_horizontal)
+        | _of_headings(recording, scene, cycles)
+        | _of_feet(steady, scene)
+    )
+
+
+def aimed_speed(scene: Scene) -> float | None:
+    """Forward speed that a numeric scene aims at, m/s: the objective's target, if the objective asks for one."""
+    objective = scene.objective
+    asked = float(np.asarray(objective.speed).flat[0]) != 0.0 or any("speed" in s.objective for s in scene.stages)
+    target = float(np.asarray(objective.target_speed).flat[0])
+    return target if asked or target != type(objective)().target_speed else None
+
+
+def support_of(recording: Recording, scene: Scene, cycles: dict[str, Strides]) -> Support:
+    """Stance, double support and flight over gait cycles: from the first of them to the end of the last."""
+    ends = [(of_side[0][0], of_side[-1][1]) for of_side in cycles.values()]
+    shares = [support(recording, begin, end, body_weight(scene)) for begin, end in ends]
+    return Support(*np.mean(shares, axis=0).tolist())
+
+
+def runs(scene: Scene, shares: Support) -> bool:
+    """Whether a gait is judged as running: its scene means a run, or, if it does not say, there is a flight."""
+    if scene.objective.gait:
+        return scene.objective.gait == "run"
+    return shares.flight > LEAST_FLIGHT
+
+
+def _leg_angles(recording: Recording, scene: Scene) -> dict[str, dict[str, Floats]]:
+    """Angles of the legs, see `strides.leg_angles`; none of legs that have fewer joints."""
+    try:
+        return leg_angles(recording, scene)
+    except Error:
+        return {}
+
+
+def _likeness(angle_curves: Mapping[str, list[Floats]], scene: Scene, speed: float, running: bool) -> Measures:
+    """Distances of the angles of both legs from published norms, in standard deviations; see `likeness`."""
+    relative = dimensionless_speed(speed, leg_length(scene))
+    norms = norms_of(running)
+    outside: Measures = {}
+    as_published: list[float | None] = []
+    each: dict[str, list[float | None]] = {norm.source: [] for norm in norms}
+    for name in LEG_ANGLES:
+        curves = angle_curves[name]
+        bands = [norm.angles[name] for norm in norms]
+        means, sds = means_at(name, bands, 0.0 if running else trend(name, relative))
+        published, _ = means_at(name, bands)
+        outside[f"{_short(name)} outside the norms"] = _mean([outside_span(c, means, sds) for c in curves])
+        as_published.append(_mean([outside_span(c, published, sds) for c in curves]))
+        for norm, mean, sd in zip(norms, means, sds, strict=True):
+            each[norm.source].append(_mean([from_norm(c, mean, sd) for c in curves]))
+    found: Measures = {"angles outside the norms": _mean(list(outside.values())), **outside}
+    if not running:
+        found["angles outside the norms as published"] = _mean(as_published)
+    return found | {f"angles from {source}": _mean(values) for source, values in each.items()}
+
+
+def _of_angles(
+    time: Floats,
+    angles: Mapping[str, Mapping[str, Floats]],
+    curves: Mapping[str, list[Floats]],
+    cycles: dict[str, Strides],
+    normal: bool,
+) -> Measures:
+    found: Measures = {}
+    for name in LEG_ANGLES:
+        found[f"deviation of the {_short(name)}"] = _deviation(name, curves[name], normal)
+    three = [found[f"deviation of the {_short(name)}"] for name in LEG_ANGLES]
+    found["deviation of the three angles"] = _mean(three)
+    for key, (name, find, low, high) in _KEY_POINTS.items():
+        _put_point(found, key, [find(curve, low, high) for curve in curves[name]])
+    begin = min(cycle[0][0] for cycle in cycles.values())
+    found["knee, least"] = min(float(side[time >= begin].min()) for side in angles["Knee flexion"].values())
+    for name in LEG_ANGLES:
+        found[f"{name.lower()} within the norm band"] = _within(name, curves[name], normal)
+    return found
+
+
+def _of_force(recording: Recording, scene: Scene, cycles: dict[str, Strides], normal: bool) -> Measures:
+    curves = _means(recording.time, vertical_forces(recording, scene), cycles)
+    humps = [force_humps(curve) for curve in curves]
+    found: Measures = {
+        "deviation of the ground force": _deviation(FORCE, curves, normal),
+        "greatest vertical force": float(np.mean([curve.max() for curve in curves])),
+    }
+    both = all(one.valley is not None for one in humps)  # else the legs have no shape in common
+    _put_point(found, "first hump of the force", [one.first for one in humps])
+    _put_point(found, "valley of the force", [one.valley if both else None for one in humps])
+    _put_point(found, "second hump of the force", [one.second if both else None for one in humps])
+    found["depth of the valley"] = min(one.depth for one in humps)
+    found[f"{FORCE.lower()} within the norm band"] = _within(FORCE, curves, normal)
+    return found
+
+
+def _of_muscles(steady: Recording, scene: Scene, speed: float) -> Measures:
+    effort = spent(steady, scene)
+    muscles = bool(steady.muscle_names)
+    shaken = trembling(steady.time, steady.muscle_activation) if muscles else None
+    mass = total_mass([scene.character.muscles[name] for name in steady.muscle_names], scene.muscle_model)
+    return {
+        "muscle mass": None if effort is None else mass,
+        "metabolic power": None if effort is None else effort.power,
+        "cost of transport": None if effort is None else cost_of_transport(effort.power, speed),
+        "cost of transport at 0.25 MPa": None if effort is None else cost_of_transport(effort.common_power, speed),
+        "share of passive force": None if effort is None else 100.0 * effort.passive_share,
+        "mean activation": float(steady.muscle_activation.mean()) if muscles else None,
+        "activation above 15 Hz": None if shaken is None else 100.0 * shaken,
+    }
+
+
+def _of_headings(recording: Recording, scene: Scene, cycles: dict[str, Strides]) -> Measures:
+    """Headings in the mean of a gait cycle, in which the pelvis turns to and fro."""
+    turned, controller = np.degrees(heading(recording)), scene.controller
+    desired = 0.0 if controller is None else float(np.degrees(np.asarray(controller.desired_heading).flat[0]))
+    means = [[over_strides(recording.time, turned, [cycle]).mean() for cycle in cycles[side]] for side in SIDES]
+    drift = float(np.mean([side[-1] - side[0] for side in means]))
+    return {"drift of the heading": drift, "greatest error of the heading": _greatest_error(means, desired)}
+
+
+def _greatest_error(means: list[list[float]], desired: float) -> float:
+    """The heading that is farthest from the desired one, deg, 180 at most."""
+    errors = [abs((value - desired + 180.0) % 360.0 - 180.0) for side in means for value in side]
+    return float(max(errors))
+
+
+def _of_feet(steady: Recording, scene: Scene) -> Measures:
+    contact = foot_contact(steady, scene)
+    return {
+        "slide of the stance foot": 100.0 * contact.mean_slide,
+        "greatest slide of the stance foot": 100.0 * contact.greatest_slide,
+        "drag of the trailing foot": 100.0 * contact.mean_drag,
+        "depth of the feet": 1000.0 * contact.depth,
+    }
+
+
+def _means(time: Floats, sides: Mapping[str, Floats], cycles: dict[str, Strides]) -> list[Floats]:
+    """The mean curve (101,) of each side over its gait cycles."""
+    return [over_strides(time, sides[side], cycles[side]).mean(axis=0) for side in SIDES]
+
+
+def _deviation(name: str, curves: list[Floats], normal: bool) -> float | None:
+    return float(np.mean([norm_deviation(name, curve) for curve in curves])) if normal else None
+
+
+def _within(name: str, curves: list[Floats], normal: bool) -> float | None:
+    """Part of the cycle in which the mean of both legs is in the norm band, %."""
+    if not normal:
+        return None
+    norm = NORMS[name]
+    inside = np.abs(np.mean(curves, axis=0) - norm.mean(PERCENT)) <= norm.half_band
+    return 100.0 * float(inside.mean())
+
+
+def _put_point(found: Measures, key: str, points: list[KeyPoint | None]) -> None:
+    """A key point, the mean of the legs that have it, and the percent of the cycle at which it is."""
+    there = [point for point in points if point is not None]
+    found[key] = float(np.mean([point.value for point in there])) if there else None
+    found[key + AT] = float(np.mean([point.percent for point in there])) if there else None
+
+
+def _mean(values: list[float | None]) -> float | None:
+    known = [value for value in values if value is not None]
+    return float(np.mean(known)) if known else None
+
+
+def _short(name: str) -> str:
+    return name.split()[0].lower()

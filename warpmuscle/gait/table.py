@@ -1,0 +1,106 @@
+"""A walk in numbers beside those of human walking, and beside other walks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from warpmuscle.gait.quality import AT, Measures
+from warpmuscle.scene.norms import FORCE, NORMS, REFERENCES, RUNNING, SOURCE
+
+_CYCLE = "% of the cycle"
+_BODY_WEIGHTS = "body weights"
+_UNITS = {
+    "speed": "m/s",
+    "target speed": "m/s",
+    "error of the speed": "m/s",
+    "step length": "m",
+    "step width": "m",
+    "cadence": "steps/min",
+    "stance": _CYCLE,
+    "double support": _CYCLE,
+    "flight": _CYCLE,
+    "greatest vertical force": _BODY_WEIGHTS,
+    "first hump of the force": _BODY_WEIGHTS,
+    "valley of the force": _BODY_WEIGHTS,
+    "second hump of the force": _BODY_WEIGHTS,
+    "depth of the valley": _BODY_WEIGHTS,
+    "muscle mass": "kg",
+    "metabolic power": "W/kg",
+    "cost of transport": "J/(kg m)",
+    "cost of transport at 0.25 MPa": "J/(kg m)",
+    "share of passive force": "%",
+    "mean activation": "0 to 1",
+    "activation above 15 Hz": "% of the spectrum",
+    "slide of the stance foot": "cm a step",
+    "greatest slide of the stance foot": "cm a step",
+    "drag of the trailing foot": "cm a step",
+    "depth of the feet": "mm",
+}
+# Which point of which norm a measure is.
+_POINTS = {
+    "hip, least": ("Hip flexion", 1),
+    "hip, greatest": ("Hip flexion", 2),
+    "knee, greatest in stance": ("Knee flexion", 0),
+    "knee, greatest in swing": ("Knee flexion", 2),
+    "knee, least": ("Knee flexion", 3),
+    "ankle, greatest in stance": ("Ankle dorsiflexion", 1),
+    "ankle, least at push-off": ("Ankle dorsiflexion", 2),
+    "first hump of the force": (FORCE, 1),
+    "valley of the force": (FORCE, 2),
+    "second hump of the force": (FORCE, 3),
+    "greatest vertical force": (FORCE, 3),
+}
+
+
+_RUNNING = {"stance": "40", "double support": "0", "flight": "20"}  # toe-off is at 40 % of the cycle
+
+
+@dataclass(frozen=True)
+class Row:
+    """A measure of walks; None where a walk does not give it."""
+
+    name: str
+    unit: str
+    values: tuple[float | None, ...]  # of each walk
+    human: str  # of human walking, with unit where it differs; empty if unknown
+    source: str  # of that
+
+
+def gait_table(walks: list[Measures], running: bool = False) -> list[Row]:
+    """Rows of measures, in order, of one or several walks (see `gait_measures`) beside human walking, or running.
+
+    A measure that no walk gives has no row.
+    """
+    names = dict.fromkeys(name for walk in walks for name, value in walk.items() if value is not None)
+    return [Row(name, unit_of(name), tuple(walk.get(name) for walk in walks), *human(name, running)) for name in names]
+
+
+def unit_of(name: str) -> str:
+    """Unit of a measure."""
+    if name.startswith("deviation"):
+        return "half-bands"
+    if "outside the norms" in name or name.startswith("angles from"):
+        return "SD"
+    return _CYCLE if name.endswith(("norm band", AT)) else _UNITS.get(name, "deg")
+
+
+def human(name: str, running: bool = False) -> tuple[str, str]:
+    """What human walking, or running, has for a measure, and where it is known from; empty if that is not known."""
+    if "outside the norms" in name:
+        return "0", "the span of published means"
+    if running:
+        return _RUNNING.get(name, ""), RUNNING[0].source if name in _RUNNING else ""
+    if name in REFERENCES:
+        known = REFERENCES[name]
+        text = f"{known.low:g}" if known.low == known.high else f"{known.low:g} to {known.high:g}"
+        return text, known.source
+    title, index = _POINTS.get(name.removesuffix(AT), ("", 0))
+    if title:
+        percent, value = NORMS[title].points[index]
+        return f"{percent:g}" if name.endswith(AT) else f"{value:g} ± {NORMS[title].half_band:g}", SOURCE
+    if name == "depth of the valley":
+        first, valley, second = (NORMS[FORCE].points[index][1] for index in (1, 2, 3))
+        return f"{min(first, second) - valley:.2g}", SOURCE
+    if name == "stance":
+        return f"{NORMS[FORCE].points[-1][0]:g}", SOURCE
+    return ("100", SOURCE) if name.endswith("norm band") else ("", "")

@@ -1,0 +1,162 @@
+"""The bodies of a character as a kernel wants them: numbered breadth first, with their joints and contact points."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.arrays import orthogonal, records_to_device, rows, structs_to_device, to_device
+from warpmuscle.core.errors import SceneError
+from warpmuscle.core.pose import normalized
+from warpmuscle.kernels import structs
+from warpmuscle.kernels.scratch import capacity_of, slots_of
+from warpmuscle.scene import Joint, Scene
+from warpmuscle.scene.geometry import contact_points
+from warpmuscle.scene.topology import Topology
+
+KIND = {"ball": structs.BALL, "universal": structs.UNIVERSAL, "hinge": structs.HINGE, "fixed": structs.FIXED}
+ROOT_KIND = {"free": structs.ROOT_FREE, "planar": structs.ROOT_PLANAR, "fixed": structs.ROOT_FIXED}
+NO_AXIS = (1.0, 0.0, 0.0)
+
+
+def joint_axes(joint: Joint | None) -> tuple[Floats, Floats]:
+    """Axes a and b of a joint as (rows, 3) unit vectors; a ball's second one made orthogonal to its first."""
+    axes: list[Any] = list(joint.axes) if joint is not None else []
+    a = normalized(rows(axes[0] if axes else NO_AXIS))
+    b = normalized(rows(axes[-1] if axes else (0.0, 1.0, 0.0)))
+    if joint is not None and joint.type == "ball":
+        b = orthogonal(b, a)
+    return a, b
+
+
+def stacked(by_body: Sequence[Floats]) -> Floats:
+    """(rows, k) arrays of all bodies as one (rows, bodies, k), rows 1 or the common number of instances."""
+    count = max(len(values) for values in by_body)
+    return np.stack([np.broadcast_to(values, (count, *values.shape[1:])) for values in by_body], axis=1)
+
+
+def foot_slots(names: Topology, feet: tuple[str, str]) -> tuple[list[int], list[int]]:
+    """Slot of every body whose contact force counts for a foot (-1 for others), and the side of every slot."""
+    slot = [-1] * len(names.bodies)
+    side: list[int] = []
+    for which, foot in enumerate(feet):
+        number = names.bodies.index(foot)
+        first = names.first_child[number]
+        for body in (number, *range(first, first + names.child_count[number])):
+            slot[body] = len(side)
+            side.append(which)
+    if len(side) > slots_of(capacity_of(len(names.bodies))):
+        raise SceneError(
+            f"the feet have {len(side) - 2} bodies hanging on them, more than there is room for",
+            key="controller.feet",
+        )
+    return slot, side
+
+
+def skeleton_struct(scene: Scene, names: Topology, points: list[int], device: Any) -> structs.Skeleton:
+    """The device structure of bodies and joints of a scene (see `kernels.structs.Skeleton`).
+
+    Args:
+        points: (bodies + 1,) where the contact points of each body start, see `contacts_struct`.
+    """
+    character = scene.character
+    bodies = [character.bodies[name] for name in names.bodies]
+    joints: list[Joint | None] = [None, *(character.joints[name] for name in names.joints)]
+    kinds = [ROOT_KIND[character.root_joint], *(KIND[joint.type] for joint in joints if joint is not None)]
+    zero = (0.0, 0.0, 0.0)
+    com = [-rows(zero if joint is None else joint.position_in_child) for joint in joints]
+    anchors = [
+        rows(zero) if joint is None else rows(joint.position_in_parent) + com[names.parents[i]]
+        for i, joint in enumerate(joints)
+    ]
+    axes = [joint_axes(joint) for joint in joints]
+    slot, side = foot_slots(names, scene.controller.feet) if scene.controller is not None else ([-1] * len(bodies), [])
+    mass = rows([body.mass for body in bodies])
+
+    s = structs.Skeleton()
+    s.plan = records_to_device(
+        structs.BodyPlan, device,
+        parent=names.parents, joint_type=kinds, coordinate_start=names.coordinate_start[: len(bodies)],
+        speed_start=names.speed_start[:-1], speed_end=names.speed_start[1:],
+        first_child=names.first_child, child_count=names.child_count,
+        has_limits=[joint is not None and bool(joint.limits) for joint in joints], foot_slot=slot,
+        first_point=points[:-1], end_point=points[1:],
+    )  # fmt: skip
+    s.foot_side = to_device(side or [0], int, device)
+    s.total_mass = to_device(mass.sum(axis=1, keepdims=True), float, device)
+    columns = {
+        "mass": mass,
+        "com": stacked(com),
+        "inertia": rows([list(body.inertia) for body in bodies]),
+        "anchor": stacked(anchors),
+        "axis_a": stacked([a for a, _ in axes]),
+        "axis_b": stacked([b for _, b in axes]),
+    }
+    s.row = structs_to_device(structs.BodyRow, columns, device)
+    s.limits = structs_to_device(structs.LimitRow, _limit_columns(joints), device)
+    return s
+
+
+def _limit_columns(joints: list[Joint | None]) -> dict[str, Floats]:
+    """Limits of all joints, by field of `kernels.structs.LimitRow`."""
+    limits = [_limits(joint) for joint in joints]
+    low = rows([[low for low, _ in limit] for limit in limits])
+    high = rows([[high for _, high in limit] for limit in limits])
+    half = 0.5 * (high - low)
+    return {
+        "low": low,
+        "high": high,
+        "cosine": np.cos(0.5 * (low + high)),
+        "sine": np.sin(0.5 * (low + high)),
+        "half_cosine": np.where(half < np.pi, np.cos(half), -2.0),
+        "stiffness": rows([0.0 if joint is None else joint.limit_stiffness for joint in joints]),
+        "damping": rows([0.0 if joint is None else joint.limit_damping for joint in joints]),
+    }
+
+
+def _limits(joint: Joint | None) -> list[tuple[Any, Any]]:
+    """Three intervals, unbounded ones where a joint has fewer."""
+    limits: list[tuple[Any, Any]] = list(joint.limits) if joint is not None else []
+    return limits + [(-1.0e9, 1.0e9)] * (3 - len(limits))
+
+
+def contacts_struct(scene: Scene, names: Topology, device: Any) -> tuple[structs.Contacts, list[int]]:
+    """The device structure of contact points and ground of a scene, and where the points of each body start in it.
+
+    See `kernels.structs.Contacts`; the starts are (bodies + 1,).
+    """
+    ground = scene.ground
+    touchable = bool(np.any(rows(ground.stiffness) > 0.0))
+    start, points, radii, friction, reach = [0], [], [], [], []
+    for i, name in enumerate(names.bodies):
+        body = scene.character.bodies[name]
+        offset = (
+            rows((0.0, 0.0, 0.0)) if i == 0 else rows(scene.character.joints[names.joints[i - 1]].position_in_child)
+        )
+        farthest = rows([0.0])[:, 0]
+        for shape in body.shapes if touchable else []:
+            for point, radius in contact_points(shape):
+                points.append(rows(point) - offset)
+                radii.append(radius)
+                friction.append(np.minimum(rows(body.friction), rows(ground.friction)))
+                farthest = np.maximum(farthest, np.linalg.norm(points[-1], axis=-1) + rows(radius))
+        reach.append(farthest)
+        start.append(len(points))
+    nothing = not points
+    c = structs.Contacts()
+    c.reach = to_device(stacked(reach), float, device)
+    columns = {
+        "place": stacked(points or [rows((0.0, 0.0, 0.0))]),
+        "radius": rows([0.0] if nothing else radii),
+        "friction": stacked(friction or [rows([0.0])[:, 0]]),
+    }
+    c.point = structs_to_device(structs.ContactPoint, columns, device)
+    c.normal = to_device(normalized(rows([list(ground.normal)])), wp.vec3, device)
+    c.height = to_device(rows([ground.height]), float, device)
+    columns = {field: rows([getattr(ground, field)]) for field in structs.Ground.vars}
+    c.ground = structs_to_device(structs.Ground, columns, device)
+    return c, start

@@ -1,0 +1,140 @@
+"""A scene's SIMBICON controller as a kernel wants it: curves, components, trajectories and states in flat arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import warp as wp
+
+from warpmuscle.core.arrays import records_to_device, rows, starts, structs_to_device, to_device
+from warpmuscle.core.pose import normalized
+from warpmuscle.kernels import structs
+from warpmuscle.scene import PD, Balance, Component, Controller, Curve, Feedback, Scene, State
+from warpmuscle.scene.topology import Topology
+from warpmuscle.scene.validation.scene import trajectory_joints
+
+STANCE_RULE = {"left": structs.LEFT, "right": structs.RIGHT, "reverse": structs.REVERSE, "same": structs.SAME}
+REVERSE_ON = {"left": structs.LEFT, "right": structs.RIGHT, "never": -1}
+
+
+class Knots:
+    """Collects curves one behind the other."""
+
+    def __init__(self) -> None:
+        self.phase: list[Any] = []
+        self.value: list[Any] = []
+
+    def add(self, phase: Sequence[Any], value: Sequence[Any]) -> tuple[int, int]:
+        """Append a curve; returns the numbers of its first knot and of the one behind its last."""
+        first = len(self.phase)
+        self.phase += list(phase)
+        self.value += list(value)
+        return first, len(self.phase)
+
+    def add_curve(self, curve: Curve | None) -> tuple[int, int]:
+        """Append a curve, or an empty one."""
+        return (0, 0) if curve is None else self.add(curve.phase, curve.value)
+
+
+def trajectory_bodies(state: State, names: Topology) -> list[tuple[int, int]]:
+    """Body of every trajectory in left and in right stance; -1 where a later trajectory drives the same joint."""
+    meant = [[names.body_of_joint(joint) for joint in trajectory_joints(name)] for name in state.trajectories]
+    return [
+        (
+            -1 if left in [later[0] for later in meant[i + 1 :]] else left,
+            -1 if right in [later[1] for later in meant[i + 1 :]] else right,
+        )
+        for i, (left, right) in enumerate(meant)
+    ]
+
+
+def control_steps(scene: Scene) -> int:
+    """Steps after which the controller renews its targets."""
+    return max(round(1.0 / (scene.control_rate * scene.time_step)), 1) if scene.control_rate > 0.0 else 1
+
+
+def controller_struct(scene: Scene, names: Topology, device: Any) -> structs.Simbicon:
+    """The device structure of a scene's controller (see `kernels.structs.Simbicon`), disabled if there is none."""
+    controller = scene.controller
+    enabled = controller is not None
+    controller = controller if controller is not None else Controller(states=[State(time=1.0)], feet=("", ""))
+    s = structs.Simbicon()
+    s.enabled, s.every = int(enabled), control_steps(scene)
+    if enabled:
+        s.left_foot, s.right_foot = (names.bodies.index(foot) for foot in controller.feet)
+        s.left_hip, s.right_hip = (names.body_of_joint(hip) for hip in controller.hips)
+    s.heading_control = int(controller.heading_control)
+    _fill_gains(s, controller, names, device)
+    _fill_states(s, controller.states, names, device)
+    return s
+
+
+def _fill_gains(s: structs.Simbicon, controller: Controller, names: Topology, device: Any) -> None:
+    off = PD(kp=0.0, kd=0.0, torque_limit=0.0, scale=(0.0, 0.0, 0.0))
+    gains = [controller.pd.get(joint, off) for joint in ("root", *names.joints)]
+    columns = {field: rows([getattr(pd, field) for pd in gains]) for field in structs.Gains.vars}
+    s.gains = structs_to_device(structs.Gains, columns, device)
+    hip = [
+        controller.stance_hip_damping,
+        controller.stance_hip_max_velocity,
+        controller.root_predictive_torque_scale,
+        controller.desired_heading,
+    ]
+    s.hip = to_device(rows([hip]), wp.vec4, device)
+
+
+def _fill_states(s: structs.Simbicon, states: list[State], names: Topology, device: Any) -> None:
+    knots = Knots()
+    trajectories = [trajectory for state in states for trajectory in state.trajectories.values()]
+    components = [component for trajectory in trajectories for component in trajectory.components]
+    trajectory_start = starts(len(state.trajectories) for state in states)
+    s.states = records_to_device(
+        structs.ControlState, device,
+        next_state=[state.next for state in states],
+        on_foot_down=[state.transition == "foot_down" for state in states],
+        stance_rule=[STANCE_RULE[state.stance] for state in states],
+        first_trajectory=trajectory_start[:-1], end_trajectory=trajectory_start[1:],
+    )  # fmt: skip
+    s.state_time = to_device(rows([state.time for state in states]), float, device)
+    s.balance_knots = to_device([_balance_knots(state.balance, knots) for state in states], int, device)
+    bodies = [pair for state in states for pair in trajectory_bodies(state, names)]
+    strength = [knots.add_curve(t.strength) for t in trajectories]
+    component_start = starts(len(t.components) for t in trajectories)
+    s.trajectories = records_to_device(
+        structs.Trajectory, device,
+        left_body=[left for left, _ in bodies], right_body=[right for _, right in bodies],
+        character_frame=[t.frame == "character" for t in trajectories],
+        first_knot=[first for first, _ in strength], end_knot=[end for _, end in strength],
+        first_component=component_start[:-1], end_component=component_start[1:],
+    )  # fmt: skip
+    _fill_components(s, components or [Component(axis=(1.0, 0.0, 0.0))], knots, device)
+    columns = {"phase": rows(knots.phase or [0.0]), "value": rows(knots.value or [0.0])}
+    s.knots = structs_to_device(structs.Knot, columns, device)
+
+
+def _fill_components(s: structs.Simbicon, components: list[Component], knots: Knots, device: Any) -> None:
+    none = Feedback(axis=(0.0, 0.0, 1.0))
+    feedback = [none if component.feedback is None else component.feedback for component in components]
+    curves = [knots.add(c.phase, c.angle) for c in components]
+    s.components = records_to_device(
+        structs.ComponentPlan, device,
+        reverse=[REVERSE_ON[c.reverse_on] for c in components],
+        first_knot=[first for first, _ in curves], end_knot=[end for _, end in curves],
+        has_feedback=[c.feedback is not None for c in components],
+    )  # fmt: skip
+    columns = {
+        "axis": normalized(rows([list(c.axis) for c in components])),
+        "feedback_axis": normalized(rows([list(f.axis) for f in feedback])),
+        "feedback_gain": rows([[f.cd, f.cv] for f in feedback]),
+        "feedback_limits": rows([[*f.d_limits, *f.v_limits] for f in feedback]),
+    }
+    s.component_rows = structs_to_device(structs.ComponentRow, columns, device)
+
+
+def _balance_knots(balance: Balance | None, knots: Knots) -> list[int]:
+    """First and end of the four set-point curves of a state; the last number is -1 if it has none."""
+    if balance is None:
+        return [0] * 7 + [-1]
+    curves = (balance.distance_x, balance.distance_z, balance.velocity_x, balance.velocity_z)
+    return [number for curve in curves for number in knots.add_curve(curve)]

@@ -1,0 +1,254 @@
+"""Muscles of a scene and what drives its joints, as a kernel wants them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.arrays import rows, structs_to_device, to_device
+from warpmuscle.core.pose import from_rotation_vector
+from warpmuscle.kernels import structs
+from warpmuscle.kernels.curves import DE_GROOTE, LEE, MILLARD, SARSHARI, THELEN, THELEN_EXPLICIT
+from warpmuscle.kernels.muscle_stage import COMPLIANT, HILL, IDEAL, LEGACY, RIGID, SWITCH, MuscleKind
+from warpmuscle.kernels.scratch import PULLS_A_BODY
+from warpmuscle.model.bodies import stacked
+from warpmuscle.model.paths import PathTable, all_straight, path_table, paths_struct
+from warpmuscle.model.reflexes import has_reflexes, reflexes_struct
+from warpmuscle.model.user_functions import custom_curves
+from warpmuscle.scene import Actuation, Muscle, MuscleModel, Scene
+from warpmuscle.scene.masses import muscle_mass, specific_tension
+from warpmuscle.scene.topology import SPEEDS, Topology
+
+CURVES = {
+    "lee": LEE, "thelen": THELEN, "millard": MILLARD, "de_groote": DE_GROOTE, "thelen_explicit": THELEN_EXPLICIT,
+    "sarshari": SARSHARI,
+}  # fmt: skip
+TENDON = {"rigid": RIGID, "switch": SWITCH, "compliant": COMPLIANT}
+NEGATIVE = {"keep": structs.KEEP, "drop": structs.DROP, "clip": structs.CLIP}
+LEGACY_RATE = 2000.0  # steps a second of the original program, in which its delays count
+
+
+@dataclass(frozen=True)
+class ActuationMap:
+    """What drives the joints of a scene."""
+
+    drives: dict[str, list[str]]  # by joint: one word a degree of freedom, see `scene.Actuation`
+    muscles: tuple[str, ...]  # those that act on a joint that they drive; the others are not simulated
+    table: PathTable  # of those muscles
+
+    def of(self, scene: Scene) -> list[Muscle]:
+        """The simulated muscles."""
+        return [scene.character.muscles[name] for name in self.muscles]
+
+    @property
+    def by_torque_alone(self) -> bool:
+        """Whether the controller's torques act as they are on all joints that are free to move."""
+        return all(set(drive) <= {"torque", "kinematic"} for drive in self.drives.values())
+
+
+def muscle_kind(model: MuscleModel, muscles: Iterable[Muscle] = ()) -> MuscleKind:
+    """What a step has compiled in for some muscles of a scene, the moment arms being in the state."""
+    law = LEGACY if model.legacy else IDEAL if model.ideal else HILL
+    pulleys = any(muscle.pulleys for muscle in muscles)
+    hill = law == HILL
+    return MuscleKind(
+        CURVES[model.curves], TENDON[model.tendon] if hill else RIGID, law, pulleys=pulleys,
+        neural=hill and model.activation == "neural", implicit=hill and model.implicit_damping,
+        own=custom_curves(model),
+    )  # fmt: skip
+
+
+def driven(scene: Scene, names: Topology) -> ActuationMap:
+    """Which joints torques and muscles drive, and which muscles are simulated."""
+    character = scene.character
+    every = path_table(character.muscles, names, character)
+    crossed = {names.joints[crossing.joint - 1] for crossing in every.crossings}
+    drives: dict[str, list[str]] = {}
+    for joint in names.joints:
+        count = SPEEDS[character.joints[joint].type]
+        given = scene.actuation[joint].drive if joint in scene.actuation else "muscle" if joint in crossed else "torque"
+        drives[joint] = [given] * count if isinstance(given, str) else list(given)
+    pulling = {joint for joint, drive in drives.items() if {"muscle", "assisted"} & set(drive)}
+    acting = {c.muscle for c in every.crossings if names.joints[c.joint - 1] in pulling}
+    chosen = tuple(name for i, name in enumerate(character.muscles) if i in acting)
+    table = path_table({name: character.muscles[name] for name in chosen}, names, character)
+    return ActuationMap(drives, chosen, table)
+
+
+def muscles_struct(scene: Scene, chosen: tuple[str, ...], device: Any) -> structs.Muscles:
+    """The device structure of the simulated muscles (see `kernels.structs.Muscles`)."""
+    model = scene.muscle_model
+    muscles = [scene.character.muscles[name] for name in chosen]
+    s = structs.Muscles()
+    s.count = len(muscles)
+    s.model = CURVES[model.curves]
+    s.negative = NEGATIVE[model.negative]
+    s.scaled_rates = int(model.activation == "scaled")
+    own = {field: _of_muscles(muscles, field) for field in ("f_max", "l_opt", "l_slack", "slow_fibres")}
+    common = {
+        "v_max": model.v_max,
+        "damping": model.damping,
+        "rise_time": model.rise_time,
+        "fall_time": model.fall_time,
+        "rise_rest": np.exp(-scene.time_step / np.asarray(model.rise_time)),
+        "fall_rest": np.exp(-scene.time_step / np.asarray(model.fall_time)),
+        "neural_rest": np.exp(-scene.time_step / np.asarray(model.neural_time)),
+        "rise_mix": neural_mix(scene.time_step, model.neural_time, model.rise_time),
+        "fall_mix": neural_mix(scene.time_step, model.neural_time, model.fall_time),
+    }
+    columns = own | {field: np.reshape(np.asarray(value), (-1, 1)) for field, value in common.items()}
+    columns["width"] = own["l_opt"] * np.sin(_of_muscles(muscles, "pennation"))
+    columns["delay_steps"] = delay_steps(scene, chosen)
+    s.row = structs_to_device(structs.MuscleRow, columns, device)
+    masses = rows([muscle_mass(muscle, specific_tension(muscle, model)) for muscle in muscles] or [1.0])
+    s.mass = to_device(masses, float, device)
+    _excitations(s, muscles, device)
+    return s
+
+
+def compiled_kind(
+    scene: Scene, names: Topology, found: ActuationMap, capacity: int, lean: bool = False
+) -> MuscleKind | None:
+    """What a step for so many bodies (capacity) has compiled in for muscles; nothing where torques alone act.
+
+    Args:
+        lean: whether to leave out what can be left out, so that the step is faster and fits fewer scenes.
+    """
+    if found.by_torque_alone:
+        return None
+    kind = muscle_kind(scene.muscle_model, found.of(scene))
+    elastic = (_elastic(scene.actuation.get(joint)) for joint in names.joints)
+    drives = [_drive(found.drives[joint], spring) for joint, spring in zip(names.joints, elastic, strict=True)]
+    # Legacy muscles want to know the moment arms of the step before, implicit damping those of this one.
+    at_hand = len(found.table.crossings) <= PULLS_A_BODY * capacity and kind.law != LEGACY and not kind.implicit
+    conditions = any(point.condition is not None for point in found.table.points)
+    muscles = (scene.character.muscles[name] for name in found.muscles)
+    return kind._replace(
+        straight=lean and at_hand and all_straight(found.table, names),
+        timed=not lean or any(muscle.excitation is not None for muscle in muscles),
+        pulls_at_hand=at_hand, mixed=structs.MIXED in drives, conditions=conditions,
+        reflexes=has_reflexes(scene, found.muscles),
+    )  # fmt: skip
+
+
+def neural_mix(time_step: float, neural_time: Any, time: Any) -> Floats:
+    """What a step takes from the neural signal's way to go into the activation, see `activation.neural_step`."""
+    neural, own = np.broadcast_arrays(np.asarray(neural_time, np.float64), np.asarray(time, np.float64))
+    own = np.where(np.abs(own - neural) < 1e-9 * neural, own * (1.0 + 1e-6), own)  # so that nothing is divided by 0
+    return np.asarray(neural / (neural - own) * (np.exp(-time_step / neural) - np.exp(-time_step / own)))
+
+
+def delay_steps(scene: Scene, chosen: tuple[str, ...]) -> Floats:
+    """Neural delays of the simulated muscles in steps, (rows, muscles).
+
+    The original program holds N = max(1, floor(2000 delay)) values, of which it hears the oldest: N - 1 of its steps.
+    """
+    delay = _of_muscles([scene.character.muscles[name] for name in chosen], "delay")
+    if scene.muscle_model.legacy:
+        delay = (np.maximum(np.floor(delay * LEGACY_RATE + 1e-9), 1.0) - 1.0) / LEGACY_RATE
+    return np.asarray(np.rint(delay / scene.time_step))
+
+
+def _of_muscles(muscles: list[Muscle], field: str) -> Floats:
+    """One number of all muscles, (rows, muscles); a one if there are none."""
+    return rows([getattr(muscle, field) for muscle in muscles] or [1.0])
+
+
+def _excitations(s: structs.Muscles, muscles: list[Muscle], device: Any) -> None:
+    """Put in the excitations of the muscles that have their own."""
+    time: list[Any] = []
+    value: list[Any] = []
+    start = [0]
+    for muscle in muscles:
+        if muscle.excitation is not None:
+            time.extend(muscle.excitation.time)
+            value.extend(muscle.excitation.value)
+        start.append(len(time))
+    period = [0.0 if muscle.excitation is None else muscle.excitation.period for muscle in muscles]
+    s.knot_time = to_device(rows(time or [0.0]), float, device)
+    s.knot_value = to_device(rows(value or [0.0]), float, device)
+    columns = {"first_knot": start[:-1] or [0], "end_knot": start[1:] or [0], "period": rows(period or [0.0])}
+    s.own = structs_to_device(structs.OwnExcitation, columns, device)
+
+
+def actuation_struct(scene: Scene, names: Topology, drives: dict[str, list[str]], device: Any) -> structs.Actuation:
+    """The device structure of what drives the joints (see `kernels.structs.Actuation`)."""
+    weights = {word: np.zeros((len(names.bodies), 3)) for word in ("torque", "muscle", "passive")}
+    drive = np.zeros(len(names.bodies), dtype=int)
+    stiffness: list[Any] = [0.0]
+    damping: list[Any] = [0.0]
+    rest = [np.array([[0.0, 0.0, 0.0, 1.0]])]
+    for body, joint in enumerate(names.joints, 1):
+        for axis, word in enumerate(drives[joint]):
+            for kind in ("torque", "muscle"):
+                weights[kind][body, axis] = word in (kind, "assisted")
+        own = scene.actuation.get(joint) or Actuation("none")
+        elastic = _elastic(own)
+        drive[body] = _drive(drives[joint], elastic)
+        for axis, word in enumerate(drives[joint]):
+            weights["passive"][body, axis] = elastic and word in ("passive", "muscle", "assisted")
+        stiffness.append(own.stiffness)
+        damping.append(own.damping)
+        rest.append(_rest(own))
+    s = structs.Actuation()
+    s.drive = to_device(drive, int, device)
+    s.by_torque = to_device(weights["torque"], wp.vec3, device)
+    s.by_muscles = to_device(weights["muscle"], wp.vec3, device)
+    s.passive = to_device(weights["passive"], wp.vec3, device)
+    s.rest = to_device(stacked(rest), wp.quat, device)
+    s.stiffness = to_device(rows(stiffness), float, device)
+    s.damping = to_device(rows(damping), float, device)
+    return s
+
+
+def _elastic(own: Actuation | None) -> bool:
+    """Whether a joint has a spring-damper."""
+    return own is not None and bool(np.any(rows([own.stiffness, own.damping])))
+
+
+def _drive(words: list[str], elastic: bool) -> int:
+    """How the torque of a joint is made."""
+    free = set(words) - {"kinematic"}
+    if free <= {"torque"}:
+        return int(structs.BY_TORQUE)
+    return int(structs.BY_MUSCLES if free == {"muscle"} and not elastic else structs.MIXED)
+
+
+def _rest(own: Actuation) -> Floats:
+    """Relaxed orientation of a joint's child in its parent, (rows, 4)."""
+    return from_rotation_vector(rows(own.rest))
+
+
+def muscle_state(
+    instances: int, muscles: int, crossings: int, capacity: int, device: Any, reflexes: bool = False
+) -> structs.MuscleState:
+    """Room for the state of the muscles of a batch; `capacity` is the longest delay in steps and one."""
+    shape = (instances, max(muscles, 1))
+    s = structs.MuscleState()
+    for name in ("activation", "neural", "damping", "fibre_length", "previous_fibre_length", "force"):
+        setattr(s, name, wp.zeros(shape, dtype=float, device=device))
+    s.excitation_ring = wp.zeros((instances, max(capacity, 1), shape[1]), dtype=float, device=device)
+    s.moment_arm = wp.zeros((instances, max(crossings, 1)), dtype=wp.vec3, device=device)
+    feeling = instances if reflexes else 0
+    s.sensed = wp.zeros((feeling, shape[1]), dtype=wp.vec3, device=device)
+    s.reflex = wp.zeros((feeling, shape[1]), dtype=float, device=device)
+    s.stands = wp.zeros((feeling, 2), dtype=int, device=device)
+    s.landed = wp.zeros(feeling, dtype=int, device=device)
+    s.lean_at_lift = wp.zeros((feeling, 2), dtype=float, device=device)
+    return s
+
+
+def model_parts(scene: Scene, names: Topology, found: ActuationMap, device: Any) -> dict[str, Any]:
+    """The parts of the model that muscles need, by field of `kernels.structs.Model`."""
+    paths = {name: scene.character.muscles[name] for name in found.muscles}
+    return {
+        "actuation": actuation_struct(scene, names, found.drives, device),
+        "muscles": muscles_struct(scene, found.muscles, device),
+        "paths": paths_struct(paths, names, scene.character, device),
+        "reflexes": reflexes_struct(scene, names, found.muscles, device),
+    }

@@ -1,0 +1,179 @@
+"""The objective of a scene: its terms by name, what a batch sums up for them, and the cost."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any, NamedTuple
+
+import numpy as np
+import warp as wp
+
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.arrays import rows, to_device
+from warpmuscle.kernels import structs
+from warpmuscle.kernels.objective_terms import BODY_TERMS, MUSCLE_TERMS, WHOLE_TERMS, ObjectiveKind
+from warpmuscle.model.user_functions import Kind, custom_terms
+from warpmuscle.scene import Objective, Scene
+from warpmuscle.scene.accounting import basal_rate, negative_share
+from warpmuscle.scene.ground import HELD, LIFTED, LOADED
+from warpmuscle.scene.norms import BINS, FORCE, NORMS, PERCENT_OF_BIN, norm_table
+from warpmuscle.scene.topology import Topology
+
+LEAST_DISTANCE = 1.0  # m, that the cost of transport counts for
+
+
+class Term(NamedTuple):
+    """What a term of the objective is."""
+
+    unit: str
+    description: str
+
+
+TERMS: dict[str, Term] = {
+    "torque": Term("N m s", "feedback torque, summed over joints and time"),
+    "fall": Term("s", "time missed by falling or failing otherwise"),
+    "applied_torque": Term("N m s", "torque that drives the joints, summed over joints and time"),
+    "effort_squared": Term("s", "activation squared, summed over muscles and time"),
+    "effort_cubed": Term("s", "activation cubed, summed over muscles and time"),
+    "metabolic": Term("J", "metabolic energy of the muscles, and of the body at rest"),
+    "cost_of_transport": Term("J/(kg m)", "metabolic energy over body mass and distance, counted as 1 m at least"),
+    "speed": Term("m^2/s", "squared error of the forward speed, over time"),
+    "heading": Term("rad^2 s", "squared error of the heading, over time"),
+    "head": Term("rad^2/s", "squared angular velocity of the head, over time"),
+    "joint_limits": Term("N m s", "torque of the joints' limits, summed over joints and time"),
+    "ground_force": Term("s", "vertical force on a foot beyond its bound, in body weights, over time"),
+    "tracking": Term("rad^2 s", "squared angles between the joints and the tracked gait, summed and over time"),
+    "norms": Term("s", "squared angles, in half-bands, between legs and human ones, summed and over time"),
+    "norm_force": Term("s", "squared vertical force, in half-bands, between feet and human ones, over time"),
+    "passive_force": Term("N s", "force of stretched fibres, summed over muscles and time"),
+    "smoothness": Term("rad^2/s^3", "squared acceleration of the joints, summed and over time"),
+}
+
+
+SETTINGS = {  # fields of `Objective` that weigh nothing
+    "target_speed", "ground_force_bound", "head_body", "metabolic_model", "metabolic_work", "basal_rate", "gait",
+    "failure_cost", "custom",
+}  # fmt: skip
+for _name, _function in {**MUSCLE_TERMS, **BODY_TERMS, **WHOLE_TERMS}.items():
+    if _name not in TERMS and not _name.startswith("metabolic_"):  # its docstring says what it is
+        _said = (_function.func.__doc__ or _name).strip().partition("\n")[0].rstrip(".")
+        TERMS[_name] = Term("", f"{_said}, summed over time")
+if _unknown := set(Objective.__struct_fields__) - SETTINGS - set(TERMS):
+    raise TypeError(f"{', '.join(sorted(_unknown))} of Objective has no function in kernels/objective_terms.py")
+if _unknown := set(TERMS) - set(Objective.__struct_fields__):
+    raise TypeError(f"the term {', '.join(sorted(_unknown))} has no field of Objective in scene.py that weighs it")
+
+
+def wanted(objective: Objective) -> tuple[str, ...]:
+    """Names of the terms with a weight, in the order of `TERMS`, then custom ones; `torque` is always one."""
+    names = (*TERMS, *objective.custom)
+    return tuple(name for name in names if name == "torque" or np.any(rows([_weight(objective, name)])))
+
+
+def described(name: str) -> Term:
+    """What a term is; little is known of those of users."""
+    return TERMS.get(name) or Term("", "summed over time, a term of the scene's own")
+
+
+def weight_of(objective: Objective, name: str) -> Any:
+    """Weight of a term."""
+    return objective.custom[name] if name in objective.custom else getattr(objective, name)
+
+
+def _weight(objective: Objective, name: str) -> Any:
+    """Weight of a term; of a free one its greatest value, so that it counts as wanted."""
+    weight = weight_of(objective, name)
+    return weight if isinstance(weight, float | int | np.ndarray) else 1.0
+
+
+def objective_kind(scene: Scene, has_muscles: bool) -> ObjectiveKind:
+    """The sums that a step makes for the terms of a scene."""
+    names = set(wanted(scene.objective))
+    if names & {"metabolic", "cost_of_transport"}:
+        names.add(f"metabolic_{scene.objective.metabolic_model}")
+    own = {name: found for name, found in custom_terms(scene.objective).items() if name in names}
+
+    def summed(part: Kind, table: Iterable[str]) -> tuple[str, ...]:
+        return (*(name for name in table if name in names), *(name for name, found in own.items() if found[0] == part))
+
+    return ObjectiveKind(
+        muscle=summed("muscle", MUSCLE_TERMS) if has_muscles else (),
+        body=summed("body", BODY_TERMS),
+        whole=summed("whole", WHOLE_TERMS),
+        own=tuple((name, function) for name, (_, function) in own.items()),
+    )
+
+
+def term_arrays(kind: ObjectiveKind, instances: int, bodies: int, muscles: int, device: Any) -> dict[str, wp.array]:
+    """Room for the sums of a batch, by field of `kernels.structs.State`."""
+    shapes = {
+        "muscle_terms": (instances, len(kind.muscle), max(muscles, 1)) if kind.muscle else (1, 1, 1),
+        "body_terms": (instances, len(kind.body), bodies) if kind.body else (1, 1, 1),
+        "whole_terms": (instances, len(kind.whole)) if kind.whole else (1, 1),
+    }
+    return {name: wp.zeros(shape, dtype=wp.float64, device=device) for name, shape in shapes.items()}
+
+
+def objective_fields(scene: Scene, names: Topology, device: Any) -> dict[str, Any]:
+    """What terms need, by field of `kernels.structs.Model`."""
+    objective = scene.objective
+    head = names.bodies.index(objective.head_body) if objective.head_body in names.bodies else 0
+    numbers = rows([[objective.target_speed, objective.ground_force_bound]])
+    fields = {
+        "head": head,
+        "objective": to_device(numbers, wp.vec2, device),
+        "negative_share": negative_share(objective),
+        "contact_rule": wp.vec3(LOADED, HELD, LIFTED),
+    }
+    if {"norms", "norm_force"} & set(wanted(objective)):
+        angle, scale, side = norm_table(scene, names)
+        force = NORMS[FORCE]
+        fields |= {
+            "norm_bins": BINS,
+            "norm": to_device(angle, float, device),
+            "norm_scale": to_device(scale, float, device),
+            "norm_side": to_device(side, int, device),
+            "norm_force": to_device(force.mean(PERCENT_OF_BIN), float, device),
+            "norm_force_band": force.half_band,
+        }
+    return fields
+
+
+def term_values(
+    names: tuple[str, ...], scene: Scene, kind: ObjectiveKind, state: structs.State, end_time: Floats, distance: Floats
+) -> dict[str, Floats]:
+    """Values (n,) of the wanted terms of all instances.
+
+    Args:
+        names: of the terms.
+        scene: its numbers are floats or (n,) arrays.
+        end_time: (n,) s. distance: (n,) m, gone by the root.
+    """
+    h = scene.time_step
+    sums = {"torque": _summed(state.torque_integral.numpy()) * h}
+    for part, array in (("muscle", state.muscle_terms), ("body", state.body_terms), ("whole", state.whole_terms)):
+        summed = getattr(kind, part)
+        values = array.numpy() if summed else None
+        for index, name in enumerate(summed):
+            assert values is not None
+            sums[name] = (values[:, index] if part == "whole" else _summed(values[:, index])) * h
+    sums["fall"] = scene.duration - end_time
+    mass = rows([body.mass for body in scene.character.bodies.values()]).sum(axis=1)
+    energy = sums.get(f"metabolic_{scene.objective.metabolic_model}", 0.0)
+    sums["metabolic"] = energy + np.asarray(basal_rate(scene.objective)) * mass * end_time
+    sums["cost_of_transport"] = sums["metabolic"] / (mass * np.maximum(distance, LEAST_DISTANCE))
+    return {name: np.asarray(sums.get(name, np.zeros_like(end_time))) for name in names}
+
+
+def weighted(scene: Scene, terms: dict[str, Floats]) -> Floats:
+    """The weighted sum (n,) of the terms, at most the cost of a failure."""
+    total = sum((np.asarray(weight_of(scene.objective, name)) * value for name, value in terms.items()), 0.0)
+    return np.asarray(np.minimum(total, scene.objective.failure_cost))
+
+
+def _summed(values: Floats) -> Floats:
+    """Sum over the last axis, one after the other: the same for any number of instances."""
+    total = np.zeros(values.shape[:-1])
+    for k in range(values.shape[-1]):
+        total += values[..., k]
+    return total

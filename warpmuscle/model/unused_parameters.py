@@ -1,0 +1,84 @@
+"""Free parameters that a simulation does not depend on."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.arrays import arrays_of
+from warpmuscle.core.errors import Error
+from warpmuscle.model.build import model_struct, start_of
+from warpmuscle.model.collisions import collision_pairs, collisions_struct
+from warpmuscle.model.muscles import driven
+from warpmuscle.model.objective import TERMS
+from warpmuscle.model.prescribed_motion import kinematic, motion_struct, scene_curves
+from warpmuscle.model.user_functions import check_custom
+from warpmuscle.scene import Scene
+from warpmuscle.scene.parameters import free_parameters, start_values, substitute
+from warpmuscle.scene.topology import topology
+from warpmuscle.scene.validation.scene import check_scene
+
+SHOWN = 4  # names in a message
+
+
+def unused_parameters(scene: Scene) -> list[str]:
+    """Names of the free parameters that change nothing on the device at either end of their interval.
+
+    Such are properties of muscles that act on no joint that muscles drive, or gains of a joint with a fixed child.
+    """
+    objective = msgspec.structs.replace(scene.objective, tracking=0.0)
+    scene = msgspec.structs.replace(scene, objective=objective, tracking=None, stages=[])  # of no effect on the others
+    check_scene(scene)
+    check_custom(scene)
+    parameters, start = free_parameters(scene), start_values(scene)
+    count = 2 * len(parameters) + 1
+    taken = {len(array) for array in _used(scene, start)}
+    while count in taken:  # so that arrays of this length are those with a row an instance
+        count += 1
+    values = np.tile(start, (count, 1))
+    for index, parameter in enumerate(parameters):
+        values[1 + 2 * index, index], values[2 + 2 * index, index] = parameter.min, parameter.max
+    differs = np.zeros(count, dtype=bool)
+    for array in _used(scene, values):
+        if len(array) == count:
+            flat = np.ascontiguousarray(array).reshape(count, -1).view(np.uint8)
+            differs |= np.any(flat != flat[0], axis=1)
+    used = differs[1 : 2 * len(parameters) : 2] | differs[2 : 2 * len(parameters) + 1 : 2]
+    return [
+        parameter.name
+        for index, parameter in enumerate(parameters)
+        if not used[index] and parameter.max > parameter.min and not _is_weight(parameter.name)
+    ]
+
+
+def _used(scene: Scene, values: Floats) -> list[NDArray[Any]]:
+    """What simulations with values (P,) or (n, P) of the free parameters depend on: their model and their start."""
+    numeric, names = substitute(scene, values), topology(scene.character)
+    found, start = driven(scene, names), start_of(numeric, names)
+    parts: list[Any] = [model_struct(numeric, names, found, "cpu")]
+    if colliding := collision_pairs(scene, names):
+        parts.append(collisions_struct(numeric, names, colliding, "cpu"))
+    moving = kinematic(scene, names, found.drives)
+    if moving.names:
+        parts.append(motion_struct(moving, scene_curves(numeric, names, moving, start.coordinates), "cpu"))
+    arrays: list[NDArray[Any]] = [start.coordinates, start.speeds, start.activation]
+    return [array.astype(np.float32) for array in arrays] + [a.numpy() for part in parts for a in arrays_of(part)]
+
+
+def check_used(scene: Scene) -> None:
+    """Raise Error if the scene has a free parameter that nothing uses: a search would move it at random."""
+    names = unused_parameters(scene)
+    if names:
+        more = f" and {len(names) - SHOWN} more" if len(names) > SHOWN else ""
+        raise Error(
+            f"free, but nothing uses it: {', '.join(names[:SHOWN])}{more}; write a number in place of its interval"
+        )
+
+
+def _is_weight(name: str) -> bool:
+    """Whether a parameter weighs a term of the objective, which happens on the host."""
+    return name.startswith("objective.") and name.split(".")[1] in (*TERMS, "custom")

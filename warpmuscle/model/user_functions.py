@@ -1,0 +1,171 @@
+"""Parts of a simulation that are the user's own: Warp functions that a scene names, found and checked.
+
+They become part of the fused step, so their code is any that a `@wp.func` may have; see `kernels/objective_terms.py`,
+`kernels/own_curves.py` and `kernels/control.py` for examples and for what the arguments are.
+"""
+
+from __future__ import annotations
+
+import importlib
+import sys
+import traceback
+import typing
+from typing import Any, Literal
+
+import warp as wp
+
+from warpmuscle.core.errors import SceneError
+from warpmuscle.kernels.custom_curves import OwnCurves
+from warpmuscle.kernels.objective_terms import MuscleWork
+from warpmuscle.kernels.structs import Model, State, Work
+from warpmuscle.scene import MuscleModel, Objective, Scene
+from warpmuscle.scene.trusted_code import CURVE_FIELDS, check_trusted, folders
+from warpmuscle.scene.validation.checks import near
+
+Kind = Literal["muscle", "body", "whole"]
+
+TERM_ARGUMENTS: dict[Kind, tuple[Any, ...]] = {
+    "muscle": (wp.int32, wp.int32, MuscleWork, Model),
+    "body": (wp.int32, wp.int32, Model, State, Work),
+    "whole": (wp.int32, Model, State, Work),
+}
+CONTROLLER_ARGUMENTS = (wp.int32, wp.int32, Model, State, Work)
+PLAIN = {int: wp.int32, float: wp.float32}
+Reference = type(wp.ref[Model])
+
+
+def custom_terms(objective: Objective) -> dict[str, tuple[Kind, Any]]:
+    """The terms that an objective names: whether each is one of muscles, of bodies or of the whole, and its function.
+
+    Raises:
+        SceneError: no such module or function, or not of a term's signature.
+    """
+    found: dict[str, tuple[Kind, Any]] = {}
+    for entry in objective.custom:
+        key = f"objective.custom.{entry}"
+        function = function_named(entry, key)
+        kinds = [kind for kind, given in TERM_ARGUMENTS.items() if given == _arguments(function)]
+        if not kinds:
+            wanted = " or ".join(map(_signature, TERM_ARGUMENTS.values()))
+            found_one = f"{_placed(function, entry)} takes {_signature(_arguments(function))}"
+            raise SceneError(f"a term takes {wanted}, but {found_one}", key=key)
+        _check_result(function, (wp.float32,), key, entry)
+        found[entry] = kinds[0], function
+    return found
+
+
+def custom_curves(model: MuscleModel) -> OwnCurves | None:
+    """The curves that a muscle model names; None if it names none. Raises SceneError as `custom_terms`."""
+    functions = []
+    for field in CURVE_FIELDS:
+        entry, key = getattr(model, field), f"muscle_model.{field}"
+        functions.append(function_named(entry, key) if entry else None)
+        if entry:
+            _check_arguments(functions[-1], (wp.float32,), key, entry)
+            results = (wp.float32, wp.vec2) if field == "force_velocity" else (wp.float32,)
+            _check_result(functions[-1], results, key, entry)
+    if not any(functions):
+        return None
+    return OwnCurves(*functions, sloped=functions[2] is not None and _result(functions[2]) == wp.vec2)
+
+
+def custom_controller(scene: Scene) -> Any:
+    """The controller that a scene names; None if it names none. Raises SceneError as `custom_terms`."""
+    if not scene.custom_controller:
+        return None
+    function = function_named(scene.custom_controller, "custom_controller")
+    _check_arguments(function, CONTROLLER_ARGUMENTS, "custom_controller", scene.custom_controller)
+    _check_result(function, (wp.vec3,), "custom_controller", scene.custom_controller)
+    return function
+
+
+def check_custom(scene: Scene) -> None:
+    """SceneError if a scene names code that is not trusted, or that cannot be used."""
+    check_trusted(scene)
+    custom_terms(scene.objective)
+    custom_curves(scene.muscle_model)
+    custom_controller(scene)
+
+
+def function_named(entry: str, key: str) -> Any:
+    """The Warp function of a name such as `module:function`, whose module is imported.
+
+    Raises:
+        SceneError: no such module or function, it is no Warp function, or its module fails.
+    """
+    module_name, _, name = entry.partition(":")
+    module = _module(module_name, key)
+    if not hasattr(module, name):
+        hint = near(name, [known for known in vars(module) if not known.startswith("_")])
+        raise SceneError(f"module {module_name!r} has no function {name!r}{hint}", key=key)
+    function = getattr(module, name)
+    if not isinstance(function, wp.Function) or function.func is None:
+        raise SceneError(f"{entry!r} is not a Warp function: put @wp.func before it", key=key)
+    return function
+
+
+def _module(name: str, key: str) -> Any:
+    if name in sys.modules:
+        return sys.modules[name]
+    before = list(sys.path)
+    sys.path += [str(folder) for folder in folders()]
+    try:
+        return importlib.import_module(name)
+    except SyntaxError as error:
+        raise SceneError(f"module {name!r} fails: {error.filename}:{error.lineno}: {error.msg}", key=key) from error
+    except ModuleNotFoundError as error:
+        missing = error.name or name
+        of = "" if missing == name else f", which {name!r} imports"
+        raise SceneError(f"there is no module {missing!r}{of} here", key=key) from error
+    except Exception as error:
+        last = traceback.extract_tb(error.__traceback__)[-1]
+        where = f"{last.filename}:{last.lineno}"
+        raise SceneError(f"module {name!r} fails: {where}: {type(error).__name__}: {error}", key=key) from error
+    finally:
+        sys.path[:] = before
+
+
+def _arguments(function: Any) -> tuple[Any, ...]:
+    """Types of a function's arguments, be they values or references."""
+    values = (kind.value_type if isinstance(kind, Reference) else kind for kind in function.input_types.values())
+    return tuple(PLAIN.get(kind, kind) for kind in values)
+
+
+def _result(function: Any) -> Any:
+    """The type that a function says it returns; None if it does not say."""
+    try:
+        said = typing.get_type_hints(function.func).get("return")
+    except (NameError, TypeError):
+        said = None
+    return PLAIN.get(said, said) if isinstance(said, type) else said
+
+
+def _check_arguments(function: Any, wanted: tuple[Any, ...], key: str, entry: str) -> None:
+    if _arguments(function) != wanted:
+        found = f"{_placed(function, entry)} takes {_signature(_arguments(function))}"
+        raise SceneError(f"it takes {_signature(wanted)}, but {found}", key=key)
+
+
+def _check_result(function: Any, wanted: tuple[Any, ...], key: str, entry: str) -> None:
+    said = _result(function)
+    if said not in wanted:
+        names = " or ".join(_name(kind) for kind in wanted)
+        says = "nothing" if said is None else _name(said)
+        raise SceneError(f"{_placed(function, entry)} must say that it returns {names}, and says {says}", key=key)
+
+
+def _placed(function: Any, entry: str) -> str:
+    """A function's name with its file and line."""
+    code = function.func.__code__
+    return f"{entry!r} ({code.co_filename}:{code.co_firstlineno})"
+
+
+def _signature(arguments: tuple[Any, ...]) -> str:
+    return f"({', '.join(map(_name, arguments))})"
+
+
+def _name(kind: Any) -> str:
+    plain = {wp.int32: "int", wp.float32: "float", wp.vec2: "wp.vec2", wp.vec3: "wp.vec3"}
+    if kind in plain:
+        return plain[kind]
+    return str(getattr(kind, "key", None) or getattr(kind, "__name__", kind)).rpartition(".")[2]

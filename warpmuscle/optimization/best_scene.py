@@ -1,0 +1,86 @@
+"""The scene of a result with its best parameters: to go on with, or as its motion was made."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fnmatch import fnmatchcase
+
+import numpy as np
+
+from warpmuscle.core.arguments import as_kind, as_texts, as_whole
+from warpmuscle.core.errors import ResultError
+from warpmuscle.formats import toml
+from warpmuscle.model.objective import TERMS
+from warpmuscle.results.records import Result
+from warpmuscle.scene import Scene
+from warpmuscle.scene.parameters import free_parameters, pinned, start_values, substitute, with_values
+from warpmuscle.scene.stage_scene import stage_scene
+
+
+def recorded_scene(result: Result) -> Scene:
+    """The scene of a result without free parameters, with the values that its motion was made with."""
+    scene, best = scene_in(result), result.best
+    if best is not None and result.evaluations is not None:
+        stage = int(result.evaluations.stage[best.index])
+        scene = stage_scene(scene, stage, np.asarray(best.params, dtype=np.float64))
+    return substitute(scene, start_values(scene))
+
+
+def scene_in(result: Result) -> Scene:
+    """The scene of a result, found to be the one that its tables are of.
+
+    Raises:
+        SceneError: it cannot be used. ResultError: its parameters, stages or terms are others.
+    """
+    scene, found = toml.loads(result.scene), result.evaluations
+    if found is None:
+        return scene
+    if tuple(parameter.name for parameter in free_parameters(scene)) != result.parameters.name:
+        raise ResultError("damaged result file: its scene has other free parameters than its table of parameters")
+    if len(found) and int(found.stage.max()) >= max(len(scene.stages), 1):
+        raise ResultError(f"damaged result file: its scene has no stage {found.stage.max()}")
+    for name in found.term_names:
+        if name not in scene.objective.custom and name not in TERMS:
+            raise ResultError(f"damaged result file: its objective has no term {name!r}")
+    return scene
+
+
+def best_scene(result: Result, fixed: Sequence[str] = (), among: int | None = None) -> tuple[Scene, str]:
+    """The scene of an optimisation with its best parameters in place of those it began with.
+
+    Args:
+        fixed: patterns of names, such as "character.*", of parameters that are to be free no more.
+        among: of so many best candidates the one that holds up best, see `hardiest.hardiest`; else the one of least
+            cost.
+
+    Returns:
+        The scene, and in words how its numbers were found.
+
+    Raises:
+        ResultError: there are no candidates, or none to choose among, or no parameter that a pattern means.
+    """
+    as_kind(Result, result, "result", error=ResultError)
+    fixed = as_texts(fixed, "fixed", error=ResultError)
+    if among is not None:
+        among = as_whole(among, "among", error=ResultError)
+    if result.best is None:
+        raise ResultError("holds no candidates to choose the best of")
+    scene, chosen = scene_in(result), ""
+    values, cost = result.best.params, result.best.cost
+    if among is not None:
+        if result.evaluations is None or scene.stages:
+            raise ResultError("the hardiest is chosen among the candidates of a search without stages")
+        from warpmuscle.optimization.robust_selection import RUNS, hardiest  # which simulates
+
+        row, held = hardiest(scene, result.evaluations, among)
+        values, cost = result.evaluations.params[row], float(result.evaluations.cost[row])
+        chosen = f"; the hardiest of the best {among}, upright in {held} of {RUNS} runs"
+    best = np.asarray(values, dtype=np.float64)
+    names = [parameter.name for parameter in free_parameters(scene)]
+    for pattern in fixed:
+        if not any(fnmatchcase(name, pattern) for name in names):
+            raise ResultError(f"has no free parameter of the name {pattern!r} that could be fixed")
+    free = {name for name in names if not any(fnmatchcase(name, pattern) for pattern in fixed)}
+    count = 0 if result.evaluations is None else len(result.evaluations)
+    how = f"cost {cost:.6g} after {count} candidates on {result.device}{chosen}: {result.command}"
+    return pinned(with_values(scene, best), best, free), how

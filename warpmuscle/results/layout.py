@@ -1,0 +1,189 @@
+"""How a result becomes the groups and datasets of an HDF5 file; see `warpmuscle.results.result` for the layout."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from typing import Any
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from warpmuscle.core.errors import ResultError
+from warpmuscle.core.status import Status
+from warpmuscle.results.recording import INTEGER_QUANTITIES, MUSCLE_QUANTITIES, QUANTITIES, Recording
+from warpmuscle.results.records import Best, Evaluations, Options, ParameterTable, Result, Searched
+
+FORMAT = "warpmuscle"
+FORMAT_VERSION = 1
+_COMPRESS_FROM = 4096  # bytes; smaller arrays are stored as they are
+HISTORY = {
+    "generation": "number of the generation",
+    "search": "number of the search",
+    "best": "least cost of that search in that generation",
+    "median": "median cost of that search in that generation",
+    "spread": "standard deviation of its candidates in the unit cube, root mean square over parameters",
+    "sigma": "step size of the search after the generation, in the unit cube; not a number if it has none",
+    "asks_crc32": "CRC-32 of its candidates in the unit cube, float64 by rows, to tell a resumed search by",
+    "stage": "number of the stage",
+}
+
+
+def put(file: Any, result: Result, file_format: str = FORMAT) -> None:
+    """Fill an empty file.
+
+    Raises:
+        ResultError: a value is not finite, or an array has another shape than the layout says.
+    """
+    file.attrs["format"] = file_format
+    file.attrs["format_version"] = FORMAT_VERSION
+    for name in sorted(result.versions):
+        file.attrs[f"{name}_version"] = result.versions[name]
+    for name in sorted(result.machine):
+        file.attrs[name] = result.machine[name]
+    file.attrs["device"], file.attrs["command"], file.attrs["seed"] = result.device, result.command, result.seed
+    _put(file, "scene", result.scene, description="the experiment, as TOML")
+    _put_parameters(file, result.parameters)
+    if result.evaluations is not None:
+        _put_evaluations(file, result.evaluations, len(result.parameters.name))
+    if result.best is not None:
+        _put_best(file, result.best)
+        if result.searched is not None and result.searched.stages and result.evaluations is not None:
+            stage = np.int64(result.evaluations.stage[result.best.index])
+            _put(file["best"], "stage", stage, description="stage that the cost is of; others have other costs")
+        for term, parts in result.parts.items():
+            group = file["best"].create_group(f"parts/{term}", track_order=True)
+            _put(group, "name", tuple(parts), axes="part", description="joints or muscles that add to the term")
+            _put(group, "value", np.array(list(parts.values())), axes="part",
+                 description="what they add in the motion, in the unit of the term")  # fmt: skip
+    if result.searched is not None:
+        _put_searched(file, result.searched)
+    names = result.replay_names or ("",) * len(result.replays)
+    for number, (recording, name) in enumerate(zip(result.replays, names, strict=True)):
+        group = file.create_group(f"replay/{number}", track_order=True)
+        if name:
+            group.attrs["name"] = name
+        _put_recording(group, recording)
+
+
+def _put_parameters(file: Any, parameters: ParameterTable) -> None:
+    count = len(parameters.name)
+    group = file.create_group("parameters", track_order=True)
+    _put(group, "name", parameters.name, axes="parameter", description="path in the scene")
+    _put(group, "unit", parameters.unit, axes="parameter", description="unit of value, min, max and step")
+    for name, description in {
+        "min": "lower bound of the search",
+        "max": "upper bound of the search",
+        "step": "precision of the search, 0 if continuous",
+        "value": "value in the scene of this file",
+    }.items():
+        array = _shaped(f"parameters/{name}", getattr(parameters, name), (count,))
+        _put(group, name, array, axes="parameter", description=description)
+    _put(group, "scale", parameters.scale, axes="parameter", description="of the unit interval from min to max")
+
+
+def _put_evaluations(file: Any, evaluations: Evaluations, parameter_count: int) -> None:
+    count = len(evaluations.cost)
+    group = file.create_group("evaluations", track_order=True)
+    params = _shaped("evaluations/params", evaluations.params, (count, parameter_count))
+    _put(group, "params", params, axes="evaluation, parameter", description="candidates, in units of /parameters/unit")
+    _put(group, "cost", _shaped("evaluations/cost", evaluations.cost, (count,)), axes="evaluation",
+         description="value of the objective")  # fmt: skip
+    status = np.asarray(_shaped("evaluations/status", evaluations.status, (count,)), dtype=np.int32)
+    _put(group, "status", status, axes="evaluation", description="outcome; see the attributes named after outcomes")
+    for member in Status:
+        group["status"].attrs[member.name] = int(member)
+    _put(group, "end_time", _shaped("evaluations/end_time", evaluations.end_time, (count,)), units="s",
+         axes="evaluation", description="simulated time at which the instance ended")  # fmt: skip
+    for name, description in {
+        "search": "number of the search that asked for it, -1 for the scene as given",
+        "generation": "generation in which it was asked for",
+        "stage": "stage in which it was asked for; costs of different stages cannot be compared",
+    }.items():
+        numbers = np.asarray(_shaped(f"evaluations/{name}", getattr(evaluations, name), (count,)), dtype=np.int32)
+        _put(group, name, numbers, axes="evaluation", description=description)
+    if evaluations.term_names:
+        terms = _shaped("evaluations/terms", evaluations.terms, (count, len(evaluations.term_names)))
+        _put(group, "terms", terms, axes="evaluation, term", finite=False,
+             description="terms of the objective, unweighted; not a number where an instance diverged")  # fmt: skip
+        _put(group, "term_names", evaluations.term_names, axes="term", description="terms of the objective")
+
+
+def _put_best(file: Any, best: Best) -> None:
+    group = file.create_group("best", track_order=True)
+    _put(group, "params", np.asarray(best.params), axes="parameter", description="in units of /parameters/unit")
+    _put(group, "cost", np.float64(best.cost), description="least value of the objective")
+    _put(group, "index", np.int64(best.index), description="row of /evaluations")
+
+
+def _put_searched(file: Any, searched: Searched) -> None:
+    count = len(searched.history.generation)
+    group = file.create_group("history", track_order=True)
+    for name, description in HISTORY.items():
+        array = _shaped(f"history/{name}", getattr(searched.history, name), (count,))
+        _put(group, name, array, axes="generation of a search", description=description, finite=name != "sigma")
+    group = file.create_group("searches", track_order=True)
+    _put_options(group, searched.options)
+    group.attrs["ended"] = searched.ended
+    if searched.elsewhere:
+        group.attrs["elsewhere"] = searched.elsewhere
+    if searched.stages:
+        group.attrs["stage"] = searched.stage
+    for number, state in enumerate(searched.states):
+        inner = group.create_group(str(number), track_order=True)
+        for name in sorted(name for name in state if not np.isinf(state[name]).any()):  # infinite: unknown so far
+            _put(inner, name, state[name], description="state of the search, in the unit cube", finite=False)
+    for number, stage in enumerate(searched.stages):
+        inner = file.create_group(f"stages/{number}", track_order=True)
+        inner.attrs["name"] = stage.name
+        _put_options(inner, stage.options)
+        inner.attrs["ended"] = stage.ended
+        _put(inner, "free", stage.free, axes="dimension of a search", description="parameters that the stage changes")
+        if stage.best is not None:
+            _put_best(inner, stage.best)
+
+
+def _put_options(group: Any, options: Options) -> None:
+    for field in fields(Options):
+        if (value := getattr(options, field.name)) is not None:
+            group.attrs[field.name] = value
+
+
+def _put_recording(group: Any, recording: Recording) -> None:
+    _put(group, "joint_names", recording.joint_names, axes="joint", description="joints, breadth first from the root")
+    _put(group, "body_names", recording.body_names, axes="body", description="the root, then the joints' children")
+    if recording.muscle_names:
+        _put(group, "muscle_names", recording.muscle_names, axes="muscle", description="muscles that were simulated")
+    for name, quantity in QUANTITIES.items():
+        if name in MUSCLE_QUANTITIES and not recording.muscle_names:
+            continue
+        array = recording[name].astype(np.int32) if name in INTEGER_QUANTITIES else recording[name]
+        _put(group, name, array, quantity.units, ", ".join(quantity.axes), quantity.description)
+
+
+def _put(
+    group: Any, name: str, data: Any, units: str = "", axes: str = "", description: str = "", finite: bool = True
+) -> None:
+    """Store a string, strings, a number or an array, with its attributes.
+
+    Raises:
+        ResultError: a number is not finite, though all are to be.
+    """
+    if isinstance(data, (str, tuple)):
+        array: NDArray[Any] = np.asarray(data, dtype=h5py.string_dtype())
+    else:
+        array = np.asarray(data)
+        if finite and not np.isfinite(array).all():
+            raise ResultError(f"{group.name.rstrip('/')}/{name} holds a value that is not finite; nothing was written")
+    packed = {"compression": "gzip", "compression_opts": 1, "shuffle": True} if array.nbytes >= _COMPRESS_FROM else {}
+    dataset = group.create_dataset(name, data=array, **(packed if array.dtype.kind in "fi" else {}))
+    for key, text in {"units": units, "axes": axes, "description": description}.items():
+        if text:
+            dataset.attrs[key] = text
+
+
+def _shaped(name: str, array: NDArray[Any], shape: tuple[int, ...]) -> NDArray[Any]:
+    """The array, if it has this shape; raises ResultError otherwise."""
+    if np.shape(array) != shape:
+        raise ResultError(f"{name} has shape {np.shape(array)}, not {shape}; nothing was written")
+    return array

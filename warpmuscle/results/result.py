@@ -1,0 +1,258 @@
+"""Result files: HDF5 that says what it holds, written whole or not at all.
+
+The layout is a contract with readers in other languages; README of the project tells it to users:
+
+- attributes of `/`: `format`, `format_version`, versions of what produced it, `processor`, `blas`, `device`, `command`,
+  `seed`
+- `/scene`: TOML text
+- `/parameters/{name, unit, min, max, step, value, scale}`: (P,)
+- `/evaluations/{params, cost, status, end_time, search, generation, stage}`: (N, P) and (N,); `terms` (N, T),
+  `term_names`
+- `/best/{params, cost, index}`, and `stage` if the scene has stages: best of the last stage that has any candidates;
+  `/best/parts/<term>/{name, value}`: what joints and muscles add to a term in its motion
+- `/history/{generation, search, best, median, spread, sigma, asks_crc32, stage}`: (H,), a row for each generation of a
+  search
+- `/searches`: the options of the optimisation as attributes, `strategy`, `searches`, `restarts`, `candidates`, `ended`,
+  and `population`, `sigma`, `until`, `target` where given, `elsewhere` of one that went on on another machine;
+  `/searches/<k>/...`: what search k knows, such as its mean
+- `/stages/<k>` if the scene has stages: the options of stage k as attributes, `name` and `ended` besides, `free`, the
+  names of the parameters that it changes, and `best/{params, cost, index}`; the attribute `stage` of `/searches` is the
+  number of the last stage begun, whose searches these are
+- `/replay/<k>/...`: motion, see `warpmuscle.results.recording.QUANTITIES`; `name` is an attribute if there are several
+
+Files of `warpmuscle throw` have `/scene`, `/parameters` and `/replay` as well, besides groups of their own.
+
+There are no time stamps, so that the same result gives the same bytes.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+from collections.abc import Iterator
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+from warpmuscle.core import hdf5
+from warpmuscle.core.arguments import as_kind, as_path, as_text
+from warpmuscle.core.array_types import Floats, Integers
+from warpmuscle.core.errors import ResultError, SceneError
+from warpmuscle.core.files import replace_file
+from warpmuscle.core.machine import MACHINE
+from warpmuscle.results.checks import check_column, check_result
+from warpmuscle.results.layout import FORMAT, FORMAT_VERSION, HISTORY, put
+from warpmuscle.results.recording import QUANTITIES, Recording
+from warpmuscle.results.records import (
+    COLUMNS,
+    PACKAGES,
+    Best,
+    Evaluations,
+    Fit,
+    History,
+    Options,
+    ParameterTable,
+    Result,
+    Searched,
+    Staged,
+)
+from warpmuscle.scene.validation.checks import near
+
+SWEEP_FORMAT = "warpmuscle sweep"  # see `warpmuscle.sweep.gather`
+THROW_FORMAT = "warpmuscle throw"  # see `warpmuscle.throw.report`
+
+
+def write(path: str | Path, result: Result) -> None:
+    """Write a result file, replacing a file of that name only once the new one is complete.
+
+    Raises:
+        ResultError: the file cannot be written, or a value is not finite; nothing is left behind then.
+    """
+    path = as_path(path, "path", error=ResultError)
+    as_kind(Result, result, "result", error=ResultError)
+    try:
+        replace_file(path, _image(result))
+    except SceneError as error:
+        raise ResultError(f"{path}: {error.message}") from None
+
+
+def read(path: str | Path, run: str | None = None) -> Result:
+    """Read a result file, or one run of the file of a sweep.
+
+    Args:
+        run: its name, for the file of a sweep only.
+
+    Raises:
+        ResultError: no such file, not a result file, damaged, written by a newer version of the format, or without such
+            a run.
+    """
+    file = as_path(path, "path", error=ResultError)
+    if run is not None:
+        as_text(run, "run", error=ResultError)
+    with opened(file, run) as group:
+        result = _load(group)
+        check_result(result)
+        return result
+
+
+def glance(path: str | Path) -> tuple[str, Floats, Integers, Integers]:
+    """Why a search has ended, and cost, generation and stage (N,) of its candidates; nothing else is read.
+
+    Raises:
+        ResultError: as `read`, or the file holds no search.
+    """
+    with opened(Path(path)) as file:
+        group, count = file["evaluations"], len(file["evaluations/cost"])
+        columns = [hdf5.array(group, name) for name in ("cost", "generation", "stage")]
+        for name, column in zip(("cost", "generation", "stage"), columns, strict=True):
+            check_column(name, column, count)
+        return str(hdf5.attribute(file["searches"], "ended")), columns[0], columns[1], columns[2]
+
+
+def _image(result: Result) -> bytes:
+    """The bytes of a result file; made in memory, so that failures of the disk are plain OSErrors of one write."""
+    memory = io.BytesIO()
+    with h5py.File(memory, "w", track_order=True) as file:  # h5py keeps no times unless asked to
+        put(file, result)
+    return memory.getvalue()
+
+
+@contextlib.contextmanager
+def opened(path: Path, run: str | None = None) -> Iterator[Any]:
+    """The HDF5 group of a result in its open file, all of which is stored there; see `read`."""
+    with _opened_file(path) as file:
+        group = _of_run(path, file, run)
+        hdf5.check_contents(group)
+        yield group
+
+
+def run_names(path: str | Path) -> tuple[str, ...]:
+    """Names of the runs in the file of a sweep; none in that of an optimisation. For errors see `read`."""
+    with _opened_file(Path(path)) as file:
+        _check_format(Path(path), file)
+        return tuple(hdf5.member(file, "runs")) if "runs" in file else ()
+
+
+def _opened_file(path: Path) -> contextlib.AbstractContextManager[Any]:
+    return hdf5.opened(path, lambda message: ResultError(f"{path}: {message}"), "damaged result file")
+
+
+def _of_run(path: Path, file: Any, run: str | None) -> Any:
+    """The group that holds the one result wanted: the file itself, or a run of a sweep."""
+    _check_format(path, file)
+    if file.attrs["format"] != SWEEP_FORMAT:
+        if run is not None:
+            raise ResultError(f"{path}: the file of one optimisation, not of a sweep; it has no run {run!r}")
+        if "scene" not in file:
+            raise ResultError(f"{path}: a fit without its scene and motions; `warpmuscle throw -o` writes all of it")
+        return file
+    runs = hdf5.member(file, "runs")
+    names = list(runs)
+    if run is None:
+        such = f"; name one of them, such as {names[0]!r}" if names else ""
+        raise ResultError(f"{path}: the file of a sweep of {len(names)} runs{such}")
+    if run not in names:
+        raise ResultError(f"{path}: no run is called {run!r}{near(run, names)}; there are {', '.join(names)}")
+    return hdf5.member(runs, run)
+
+
+def _check_format(path: Path, file: Any) -> None:
+    """Raise ResultError for a file of another kind or of a newer format."""
+    if file.attrs.get("format") not in (FORMAT, SWEEP_FORMAT, THROW_FORMAT):
+        raise ResultError(f"{path}: an HDF5 file, but not one written by warpmuscle")
+    found = int(hdf5.attribute(file, "format_version"))
+    if found > FORMAT_VERSION:
+        raise ResultError(
+            f"{path}: format version {found} is newer than {FORMAT_VERSION}, which this warpmuscle reads; update it"
+        )
+
+
+def _load(file: Any) -> Result:
+    """The content of an open file; raises KeyError or ValueError where it is incomplete."""
+    groups = file.get("replay", {})
+    names = tuple(str(groups[str(number)].attrs.get("name", "")) for number in range(len(groups)))
+    return Result(
+        scene=hdf5.text(file["scene"]),
+        device=str(hdf5.attribute(file, "device")),
+        command=str(hdf5.attribute(file, "command")),
+        seed=int(hdf5.attribute(file, "seed")),
+        parameters=_load_parameters(file["parameters"]),
+        evaluations=_load_evaluations(file["evaluations"]) if "evaluations" in file else None,
+        best=_load_best(file["best"]) if "best" in file else None,
+        parts=_load_parts(file["best/parts"]) if "best/parts" in file else {},
+        replays=tuple(_load_recording(groups[str(number)]) for number in range(len(groups))),
+        replay_names=names if any(names) else (),
+        fit=next((_load_fit(file, name) for name in ("fit", "published") if name in file), None),
+        searched=_load_searched(file) if "searches" in file else None,
+        versions={name: str(hdf5.attribute(file, f"{name}_version")) for name in ("python", *PACKAGES)},
+        machine={name: str(file.attrs[name]) for name in MACHINE if name in file.attrs},
+    )
+
+
+def _load_parameters(group: Any) -> ParameterTable:
+    numbers = {name: hdf5.array(group, name) for name in ("min", "max", "step", "value")}
+    names, units = hdf5.strings(group["name"]), hdf5.strings(group["unit"])
+    scale = (
+        hdf5.strings(group["scale"]) if "scale" in group else ("linear",) * len(names)
+    )  # files of before there was one
+    return ParameterTable(names, units, **numbers, scale=scale)
+
+
+def _load_evaluations(group: Any) -> Evaluations:
+    count = len(group["cost"])
+    none = np.zeros(count, dtype=np.int32)  # files of before there were searches, generations and stages
+    columns: dict[str, Any] = {name: hdf5.array(group, name) if name in group else none for name in COLUMNS}
+    terms = hdf5.array(group, "terms") if "terms" in group else np.zeros((count, 0))
+    names = hdf5.strings(group["term_names"]) if "term_names" in group else ()
+    return Evaluations(**columns, terms=terms, term_names=names)
+
+
+def _load_searched(file: Any) -> Searched:
+    group, attributes = file["searches"], file["searches"].attrs
+    columns: dict[str, Any] = {name: array[()] for name, array in file["history"].items() if name in HISTORY}
+    columns.setdefault("stage", np.zeros(len(columns["generation"]), dtype=np.int64))  # files of before there were any
+    states = ({name: array[()] for name, array in group[str(number)].items()} for number in range(len(group)))
+    inner = file.get("stages", {})
+    stages = tuple(_load_staged(inner[str(number)]) for number in range(len(inner)))
+    stage = int(attributes.get("stage", 0))
+    ended = str(hdf5.attribute(group, "ended"))
+    elsewhere = int(attributes.get("elsewhere", 0))
+    return Searched(_load_options(attributes), ended, History(**columns), tuple(states), stages, stage, elsewhere)
+
+
+def _load_options(attributes: Any) -> Options:
+    given = {field.name: attributes[field.name] for field in fields(Options) if field.name in attributes}
+    return Options(**{name: value.item() if hasattr(value, "item") else value for name, value in given.items()})
+
+
+def _load_staged(group: Any) -> Staged:
+    best = _load_best(group["best"]) if "best" in group else None
+    ended = str(hdf5.attribute(group, "ended"))
+    name, free = str(hdf5.attribute(group, "name")), hdf5.strings(group["free"])
+    return Staged(name, free, _load_options(group.attrs), ended, best)
+
+
+def _load_best(group: Any) -> Best:
+    return Best(hdf5.array(group, "params"), float(hdf5.array(group, "cost")), int(hdf5.array(group, "index")))
+
+
+def _load_parts(group: Any) -> dict[str, dict[str, float]]:
+    return {
+        str(term): dict(zip(hdf5.strings(inner["name"]), hdf5.array(inner, "value").tolist(), strict=True))
+        for term, inner in group.items()
+    }
+
+
+def _load_fit(file: Any, name: str) -> Fit:
+    group = file[name]
+    r2, seconds = hdf5.array(group, "r2"), hdf5.array(group, "seconds")
+    return Fit(hdf5.strings(file["motions/driven"]), hdf5.strings(group["stages"]), r2, seconds)
+
+
+def _load_recording(group: Any) -> Recording:
+    arrays = {name: hdf5.array(group, name) for name in QUANTITIES if name in group}
+    muscles = hdf5.strings(group["muscle_names"]) if "muscle_names" in group else ()
+    return Recording.of(arrays, hdf5.strings(group["joint_names"]), hdf5.strings(group["body_names"]), muscles)

@@ -1,0 +1,126 @@
+"""A character as lines and outlines to draw, and its legs as chains of joints; no drawing here."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from warpmuscle.core.array_types import Floats
+from warpmuscle.scene import Box, Capsule, Character, Shape
+from warpmuscle.scene.number import Number
+
+Side = Literal["left", "right", "middle"]
+_MIDDLE = 0.02  # m, bodies this close to the plane of symmetry belong to no side
+
+
+@dataclass(frozen=True)
+class Piece:
+    """Something to draw, fixed to a body: a polyline, or the outline of spheres and all between them."""
+
+    body: str
+    side: Side
+    points: Floats  # (n, 3) m, in the body's frame
+    outline: bool = False
+    radius: float = 0.0  # m, of the spheres
+
+
+def pieces(character: Character, feet: Sequence[str]) -> list[Piece]:
+    """Pieces of a numeric character: bones between joints, outlines of the feet and of limb ends."""
+    sides = sides_of(character)
+    found: list[Piece] = []
+    for name, body in character.bodies.items():
+        starts = [joint.position_in_child for joint in character.joints.values() if joint.child == name]
+        start = _point(starts[0]) if starts else np.zeros(3)
+        ends = [_point(joint.position_in_parent) for joint in character.joints.values() if joint.parent == name]
+        if any(foot in _ancestors(character, name) for foot in feet):
+            reach = [start, *ends]  # so that leg, foot and toes meet
+            found += [_outline(name, sides[name], shape, reach) for shape in body.shapes]
+            continue
+        for end in bones(start, ends or [far_end(shape, start) for shape in body.shapes]):
+            found.append(Piece(name, sides[name], end))
+        if not ends:
+            found += [_outline(name, sides[name], shape, []) for shape in body.shapes if not isinstance(shape, Capsule)]
+    return found
+
+
+def bones(start: Floats, ends: Sequence[Floats]) -> list[Floats]:
+    """Lines from a joint to others; a body with several has them branch off in their middle."""
+    if len(ends) < 2:
+        return [np.stack([start, end]) for end in ends]
+    hub = np.mean(ends, axis=0)
+    return [np.stack([end, hub]) for end in (start, *ends)]
+
+
+def leg(character: Character, foot: str) -> list[str]:
+    """Joints from the root down to the foot."""
+    names: list[str] = []
+    parents = {joint.child: (name, joint.parent) for name, joint in character.joints.items()}
+    while foot in parents:
+        name, foot = parents[foot]
+        names.insert(0, name)
+    return names
+
+
+def foot_bodies(character: Character, foot: str) -> list[str]:
+    """A foot and the bodies that hang on it, such as its toes."""
+    return [foot, *(joint.child for joint in character.joints.values() if joint.parent == foot)]
+
+
+def convex_hull(points: Floats) -> Floats:
+    """Corners (m, 2) of the convex hull of points (n, 2), counter-clockwise and closed (Andrew's monotone chain)."""
+    ordered = sorted(map(tuple, points.tolist()))
+    halves = []
+    for way in (ordered, ordered[::-1]):
+        half: list[tuple[float, ...]] = []
+        for point in way:
+            while len(half) > 1 and _turn(half[-2], half[-1], point) <= 0.0:
+                half.pop()
+            half.append(point)
+        halves += half[:-1]
+    return np.array([*halves, ordered[0]])
+
+
+def _turn(a: Sequence[float], b: Sequence[float], c: Sequence[float]) -> float:
+    """Twice the signed area of the triangle a, b, c."""
+    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+
+
+def _ancestors(character: Character, body: str) -> list[str]:
+    """The body and all bodies between it and the root."""
+    return [body, *(character.joints[name].parent for name in leg(character, body))]
+
+
+def sides_of(character: Character) -> dict[str, Side]:
+    """Which side of the plane x = 0 each body is on in the reference pose; x points to the left."""
+    sides: dict[str, Side] = {}
+    for body in character.bodies:
+        joints = [character.joints[name] for name in leg(character, body)]
+        x = sum(_point(joint.position_in_parent)[0] - _point(joint.position_in_child)[0] for joint in joints)
+        sides[body] = "left" if x > _MIDDLE else "right" if x < -_MIDDLE else "middle"
+    return sides
+
+
+def _outline(body: str, side: Side, shape: Shape, reach: Sequence[Floats]) -> Piece:
+    """Outline of a shape, stretched so as to hold the points of `reach`."""
+    radius = 0.0
+    if isinstance(shape, Box):
+        corners = np.array([_point(shape.low), _point(shape.high)])
+        points = np.stack(np.meshgrid(*corners.T, indexing="ij"), axis=-1).reshape(-1, 3)
+    else:
+        radius = float(_point([shape.radius])[0])
+        points = np.array([_point(shape.start), _point(shape.end)] if isinstance(shape, Capsule) else [shape.center])
+    return Piece(body, side, np.array([*points, *reach], dtype=float), outline=True, radius=radius)
+
+
+def far_end(shape: Shape, start: Floats) -> Floats:
+    """Where a bone that begins at `start` ends: the far end of a capsule, the middle of another shape."""
+    if isinstance(shape, Capsule):
+        return max(_point(shape.start), _point(shape.end), key=lambda end: float(np.linalg.norm(end - start)))
+    return _point(shape.low) / 2.0 + _point(shape.high) / 2.0 if isinstance(shape, Box) else _point(shape.center)
+
+
+def _point(numbers: Sequence[Number]) -> Floats:
+    return np.array(numbers, dtype=np.float64)

@@ -1,0 +1,137 @@
+"""The muscles of a scene: their paths, excitations and common model, and what drives the joints.
+
+Units are SI and radians; see `scene.py`.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Literal, cast
+
+from warpmuscle.scene.number import Number, Vector
+from warpmuscle.scene.part import Part
+
+
+class Condition(Part):
+    """The interval of a joint angle in which a via point counts; the path slides on and off it about both ends."""
+
+    joint: str  # a hinge or a universal joint
+    low: Number  # rad
+    high: Number
+    blend: Number = 0.1  # rad, width of the transition about each end
+    axis: int = 0  # which angle of a universal joint
+
+
+class ViaPoint(Part):
+    """A point of a muscle's path, fixed to a body: at a position, or on a line, where a search may move it along.
+
+    Positions are in the body's frame: from its centre of mass, m. The position on a line is start + at (end - start).
+    """
+
+    body: str
+    position: Vector | None = None
+    condition: Condition | None = None  # never for the first and the last point
+    start: Vector | None = None  # of the line, all three in place of `position`
+    end: Vector | None = None
+    at: Number | None = None  # 0 at the start of the line, 1 at its end
+
+    def place(self) -> tuple[Any, Any, Any]:
+        """The position, m, of a checked point whose numbers are floats, or (n,) arrays with one value an instance."""
+        if self.position is not None:
+            return self.position
+        start, end, at = cast("tuple[tuple[Any, ...], tuple[Any, ...], Any]", (self.start, self.end, self.at))
+        x, y, z = (a + at * (b - a) for a, b in zip(start, end, strict=True))
+        return x, y, z
+
+
+class Excitation(Part):
+    """Excitation over time, straight between knots and constant beyond them, in place of the controller's."""
+
+    time: list[Number]  # s
+    value: list[Number]  # 0..1
+    period: Number = 0.0  # s after which it starts again; 0: never
+
+
+class Pulley(Part):
+    """A joint angle that a muscle runs over at a constant radius (Cruz Ruiz 2015, eq. 3)."""
+
+    joint: str  # a hinge or a universal joint
+    moment_arm: Number  # m; positive if the muscle turns the child towards greater angles
+    rest_angle: Number = 0.0  # rad, at which it takes nothing from the muscle's rest length
+    axis: int = 0  # which angle of a universal joint
+
+
+class Muscle(Part, kw_only=True):
+    """A musculotendon unit: where it runs, and the properties of fibre and tendon.
+
+    It has either a path of points from origin to insertion, or pulleys: then its length is rest_length less the sum of
+    moment_arm (angle - rest_angle) over them.
+    """
+
+    path: list[ViaPoint] = []
+    pulleys: list[Pulley] = []
+    rest_length: Number | None = None  # m, of the unit with its tendon; with pulleys only
+    f_max: Number  # N, maximum isometric force
+    l_opt: Number  # m, optimal fibre length
+    l_slack: Number  # m, slack length of the tendon
+    delay: Number = 0.0  # s, from controller to muscle
+    pennation: Number = 0.0  # rad, at the optimal fibre length
+    slow_fibres: Number = 0.5  # fraction of slow-twitch fibres, for the metabolic power
+    specific_tension: Number | None = None  # Pa, in place of that of `MuscleModel`
+    excitation: Excitation | None = None
+
+
+class MuscleModel(Part):
+    """What all muscles have in common; the sources of the curves stand in `kernels/curves.py`.
+
+    `tendon`: rigid; switch, rigid up to l_opt and infinitely compliant beyond it (Bergmann 2017, section 4.1.1); or
+    compliant, with the fibre length as a state (Millard 2013). Fibre length, speed and force stay within physical
+    bounds. `legacy`: exactly as the original program computed it, unbounded, with its switch and its old moment arms.
+    `ideal`: a muscle's force is the desired one, without activation and contraction (Bergmann 2017, section 7.1).
+    `activation`: linear, with constant rates; scaled, rates depend on the activation (Thelen 2003, eq. 1 and 2); or
+    neural, linear after a neural signal that follows the excitation (Cruz Ruiz 2015, eq. 11).
+    `implicit_damping`: with rigid tendons, what force changes with speed is linearised over the step, so that strong
+    muscles on light bodies stay stable; so are the dampers of the joints.
+    `negative`: what a joint counts in a muscle's desired force that wants the muscle to push: keep it, drop the joint
+    from the average, or clip it to zero.
+    `specific_tension`: force over physiological cross-section, from which the mass of muscles follows (see
+    `masses.py`) and with it their metabolic heat, but no motion. The default is that of models of legs from which f_max
+    is usually taken (Arnold 2010: 0.61 MPa for all muscles; Falisse 2022: 0.55 MPa in the mean). With it the leg
+    muscles of Rajagopal 2016 weigh 15 kg of 75; with 0.25 MPa, the default of OpenSim and SCONE, 36 kg.
+    """
+
+    curves: Literal["lee", "thelen", "millard", "de_groote", "thelen_explicit", "sarshari"] = "lee"
+    active_force_length: str = ""  # `module:function` of a curve in place of that of `curves`; see `custom.py`
+    passive_force_length: str = ""
+    force_velocity: str = ""
+    tendon: Literal["rigid", "switch", "compliant"] = "rigid"
+    legacy: bool = False
+    ideal: bool = False
+    negative: Literal["keep", "drop", "clip"] = "keep"
+    activation: Literal["linear", "scaled", "neural"] = "linear"
+    rise_time: Number = 0.01  # s, time constant of activation
+    fall_time: Number = 0.01  # s, of deactivation
+    neural_time: Number = 0.001  # s, of the neural signal that the activation follows
+    initial_activation: Number = 1.0e-4
+    v_max: Number = 10.0  # l_opt/s, fastest shortening
+    damping: Number = 0.1  # of the fibre: beta of Millard 2013, f_max at v_max
+    implicit_damping: bool = False
+    specific_tension: Number = 6.0e5  # Pa
+
+
+Drive = Literal["torque", "muscle", "assisted", "passive", "kinematic", "none"]  # none: not even the spring-damper
+
+
+class Actuation(Part):
+    """What drives a joint: one word, or one a degree of freedom.
+
+    A ball joint has three, about the child's x, y and z; a universal joint two and a hinge one, about their axes.
+    Torque: the controller's; muscle: what the muscles pull; assisted: both together; passive: neither; kinematic: it
+    moves as the scene's `motion` says, or stays as in the initial state, whatever that takes. A spring-damper acts
+    besides on muscle, assisted and passive degrees of freedom, if it has a stiffness or damping.
+    A joint that is not named is driven by the muscles that cross it, or by torque if there are none.
+    """
+
+    drive: Drive | list[Drive]
+    stiffness: Number = 0.0  # N m/rad
+    damping: Number = 0.0  # N m s/rad
+    rest: Vector = (0.0, 0.0, 0.0)  # rad, rotation vector at which the spring is relaxed, from the reference pose

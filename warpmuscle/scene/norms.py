@@ -1,0 +1,138 @@
+"""Norms of human gait to see a simulated one beside: key points of walking at a comfortable speed, and measured angles.
+
+Between key points, the extremes of a norm's mean curve, a band follows smooth steps; it is as exact as they are. Which
+norms judge a gait, and how they move with its speed, is in `likeness.py`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from warpmuscle.core.array_types import Floats, Integers
+from warpmuscle.scene import Scene
+from warpmuscle.scene.anatomy import leg
+from warpmuscle.scene.fukuchi import RUN, WALK
+from warpmuscle.scene.topology import Topology
+
+SOURCE = "norm curves in SCONE Studio"
+FORCE = "Vertical ground force"
+LEG_ANGLES = ("Hip flexion", "Knee flexion", "Ankle dorsiflexion")
+FLEXION = (-1.0, 1.0, -1.0)  # sign of a turn about x, which points to the left, that is flexion of hip, knee and ankle
+BINS = 100  # of the gait cycle, in tables for kernels
+PERCENT_OF_BIN = 100.0 * (np.arange(BINS) + 0.5) / BINS
+
+
+@dataclass(frozen=True)
+class Norm:
+    """Mean and half-width of a quantity over the gait cycle, from the touch-down of a foot to its next."""
+
+    points: tuple[tuple[float, float], ...]  # percent of the cycle and mean, in order
+    half_band: float
+    unit: str
+    periodic: bool = True  # the last point leads on to the first; else the mean is 0 before and after
+
+    def mean(self, percent: Floats) -> Floats:
+        """Mean at these percents, of the same shape."""
+        at, value = np.array(self.points).T
+        if self.periodic:
+            at = np.concatenate([[at[-1] - 100.0], at, [at[0] + 100.0]])
+            value = np.concatenate([value[-1:], value, value[:1]])
+        after = np.clip(np.searchsorted(at, percent), 1, len(at) - 1)
+        part = np.clip((percent - at[after - 1]) / (at[after] - at[after - 1]), 0.0, 1.0)
+        smooth = part * part * (3.0 - 2.0 * part)  # level at both ends, as at an extreme
+        return np.asarray((1.0 - smooth) * value[after - 1] + smooth * value[after])
+
+    def sd(self, percent: Floats) -> Floats:
+        """The half-width of the band, which counts as a standard deviation, at these percents, of the same shape."""
+        return np.full(np.shape(percent), self.half_band)
+
+
+NORMS = {
+    "Hip flexion": Norm(((1.0, 33.0), (52.0, -8.3), (87.0, 33.7)), 8.4, "deg"),
+    "Knee flexion": Norm(((12.0, 19.4), (39.0, 7.2), (72.0, 63.4), (97.0, 3.8)), 5.3, "deg"),
+    "Ankle dorsiflexion": Norm(((5.0, -6.5), (43.0, 12.5), (64.0, -19.9), (85.0, 2.7)), 3.9, "deg"),
+    FORCE: Norm(
+        ((0.0, 0.0), (15.0, 1.05), (31.0, 0.80), (49.0, 1.14), (64.0, 0.0)), 0.06, "body weights", periodic=False
+    ),
+}
+
+
+class Band(Protocol):
+    """Mean and standard deviation of a quantity over the gait cycle."""
+
+    def mean(self, percent: Floats) -> Floats:
+        """Mean at these percents, of the same shape."""
+        ...
+
+    def sd(self, percent: Floats) -> Floats:
+        """Standard deviation at these percents, of the same shape."""
+        ...
+
+
+@dataclass(frozen=True)
+class GaitNorm:
+    """Angles of the legs of a group of people, by the names of `LEG_ANGLES`."""
+
+    source: str
+    what: str  # they did, and how fast
+    angles: Mapping[str, Band]
+
+
+KEY_POINTS = "key points"
+WALKING = (
+    GaitNorm(KEY_POINTS, "walking at a comfortable speed", {name: NORMS[name] for name in LEG_ANGLES}),
+    GaitNorm("Fukuchi 2018", "walking at 1.26 m/s", WALK),
+)
+RUNNING = (GaitNorm("Fukuchi 2017", "running at 2.5 m/s", RUN),)
+
+
+@dataclass(frozen=True)
+class Reference:
+    """Means of a measure of human walking, from the least to the greatest of the groups measured."""
+
+    low: float
+    high: float
+    source: str
+
+
+_MURRAY = "Murray et al. 1964, 1970"
+REFERENCES = {
+    "speed": Reference(1.27, 1.46, "Bohannon 1997"),
+    "step length": Reference(0.66, 0.79, _MURRAY),
+    "step width": Reference(0.071, 0.081, _MURRAY),
+    "cadence": Reference(117.0, 117.0, _MURRAY),
+    "flight": Reference(0.0, 0.0, "Perry, Burnfield 2010"),
+    "double support": Reference(20.0, 24.0, "Perry, Burnfield 2010"),
+    "cost of transport": Reference(3.05, 3.51, "PLOS ONE 0168070, 0138154"),
+}
+
+
+def norm_table(scene: Scene, names: Topology) -> tuple[Floats, Floats, Integers]:
+    """Sagittal angles of human legs over the gait cycle of each leg, for `kernels.objective_terms.norms`.
+
+    They are the key points of walking, or, where the scene means a run, the measured angles of running, in their mean
+    standard deviation over the cycle.
+
+    Args:
+        scene: with a controller, whose feet have a hip, a knee and an ankle above them.
+
+    Returns:
+        Mean angles (BINS, bodies) of each body's joint in half-bands; (bodies,) half-bands per rad of a turn about x, 0
+        for joints without a norm; and (bodies,) the leg that the body's joint belongs to, 0 left, 1 right.
+    """
+    assert scene.controller is not None
+    bands = (RUNNING if scene.objective.gait == "run" else WALKING)[0].angles
+    bodies = len(names.bodies)
+    table, scale, sides = np.zeros((BINS, bodies)), np.zeros(bodies), np.zeros(bodies, dtype=np.int32)
+    for side, foot in enumerate(scene.controller.feet):
+        for title, sign, joint in zip(LEG_ANGLES, FLEXION, leg(scene.character, foot)[-3:], strict=True):
+            body, band = names.body_of_joint(joint), bands[title]
+            half_band = float(band.sd(PERCENT_OF_BIN).mean())
+            table[:, body] = band.mean(PERCENT_OF_BIN) / half_band
+            scale[body] = np.degrees(sign) / half_band
+            sides[body] = side
+    return table, scale, sides

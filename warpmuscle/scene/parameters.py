@@ -1,0 +1,251 @@
+"""Free parameters of a scene as vectors: which there are, putting values in, writing values back."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+import msgspec
+import numpy as np
+
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.errors import Error, SceneError
+from warpmuscle.scene import Scene
+from warpmuscle.scene.number import Free, Number, Scale
+from warpmuscle.scene.units import unit_below
+
+Part = TypeVar("Part")
+PLAIN = frozenset({float, int, str, bool, type(None)})  # what most leaves are
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A number that a search may change."""
+
+    name: str  # path in the scene, such as `controller.pd.lHip.kp`
+    value: float  # start value
+    min: float
+    max: float
+    step: float  # precision; 0 if continuous
+    unit: str  # such as "N m/rad"; empty for a pure number
+    scale: Scale = "linear"  # of the unit interval that a search sees
+
+
+def leaves(value: Any, key: str = "") -> Iterator[tuple[str, Any]]:
+    """Every (dotted path, value) below `value` that is no structure, list, tuple or table, in order of appearance."""
+    for name, member in _members(value) or ():
+        path = f"{key}.{name}" if key else name
+        if type(member) in PLAIN or _members(member) is None:
+            yield path, member
+        else:
+            yield from leaves(member, path)
+
+
+def _free_leaves(value: Any, key: str, unit: str, found: list[tuple[str, Free, str]]) -> None:
+    """Put the leaves into a list that are `Free`, with units; scenes are walked often, and most of them is numbers."""
+    for name, member in _members(value) or ():
+        if type(member) is Free:
+            found.append((f"{key}{name}", member, unit_below(value, name, unit)))
+        elif type(member) not in PLAIN:
+            _free_leaves(member, f"{key}{name}.", unit_below(value, name, unit), found)
+
+
+def free_parameters(scene: Scene) -> list[Parameter]:
+    """The free parameters of a scene in order of appearance; numbers that follow another one are left out."""
+    found: list[tuple[str, Free, str]] = []
+    _free_leaves(scene, "", "1", found)
+    return [
+        Parameter(key, number.value, number.min, number.max, number.step, "" if unit == "1" else unit, number.scale)
+        for key, number, unit in found
+        if number.value is not None and number.min is not None and number.max is not None
+    ]
+
+
+def start_values(scene: Scene) -> Floats:
+    """Start values of the free parameters, (P,)."""
+    return np.array([parameter.value for parameter in free_parameters(scene)], dtype=np.float64)
+
+
+def greatest(scene: Scene, number: Number) -> float:
+    """The greatest value that a number of a scene can take in a search."""
+    if not isinstance(number, Free):
+        return number
+    source = number
+    if number.same_as:
+        source = next(free for key, free in leaves(scene) if key == number.same_as)
+    assert source.min is not None
+    assert source.max is not None
+    return number.range_over(source.min, source.max)[1]
+
+
+def substitute(scene: Scene, values: Floats) -> Scene:
+    """The scene with numbers, or one number an instance, in place of its free parameters.
+
+    Args:
+        scene: checked scene (see `validate.check_scene`); it is not changed.
+        values: (n, P), one row an instance, or (P,), in the order of `free_parameters`.
+
+    Returns:
+        A scene whose fields hold (n,) arrays of float64, or floats for a (P,) vector, where they held a `Free`;
+        a number that follows another one holds the same array as that one.
+
+    Raises:
+        Error: `values` has another number of columns than the scene has free parameters.
+    """
+    parameters = free_parameters(scene)
+    values = _as_values(parameters, values, dimensions=(1, 2))
+    columns: dict[str, Any] = {}
+    for index, parameter in enumerate(parameters):
+        columns[parameter.name] = float(values[index]) if values.ndim == 1 else values[:, index].copy()
+
+    def column(key: str, number: Free) -> Any:
+        name = number.same_as or key
+        if name not in columns:
+            raise SceneError(f"{name!r} is not a free parameter", key=f"{key}.same_as")
+        return number.following(columns[name])
+
+    return rebuilt(scene, lambda key, leaf: column(key, leaf) if isinstance(leaf, Free) else leaf)
+
+
+def with_values(scene: Scene, values: Floats) -> Scene:
+    """The same scene, its free parameters starting from other values; they stay free.
+
+    Args:
+        scene: checked scene; it is not changed.
+        values: (P,) in the order of `free_parameters`.
+
+    Raises:
+        Error: wrong number of values, or one of them lies outside its parameter's interval.
+    """
+    parameters = free_parameters(scene)
+    values = _as_values(parameters, values, dimensions=(1,))
+    starts = {parameter.name: float(value) for parameter, value in zip(parameters, values, strict=True)}
+    for parameter in parameters:
+        if not parameter.min <= starts[parameter.name] <= parameter.max:
+            raise Error(
+                f"{parameter.name}: value {starts[parameter.name]:g} is outside its interval "
+                f"[{parameter.min:g}, {parameter.max:g}]"
+            )
+
+    def restarted(key: str, leaf: Any) -> Any:
+        free = isinstance(leaf, Free) and not leaf.same_as
+        return msgspec.structs.replace(leaf, value=starts[key]) if free else leaf
+
+    return rebuilt(scene, restarted)
+
+
+def rebuilt(value: Part, replace: Callable[[str, Any], Any], key: str = "") -> Part:
+    """A copy of a scene or of a part of it, with `replace(path, leaf)` in place of every leaf (see `leaves`)."""
+    members = None if type(value) in PLAIN else _members(value)
+    if members is None:
+        return replace(key, value)  # type: ignore[no-any-return]
+    parts = [(name, rebuilt(member, replace, f"{key}.{name}" if key else name)) for name, member in members]
+    kind: Any = type(value)
+    if isinstance(value, msgspec.Struct):
+        return kind(**dict(parts))  # type: ignore[no-any-return]
+    return kind(parts if isinstance(value, dict) else [member for _, member in parts])  # type: ignore[no-any-return]
+
+
+def pinned(scene: Scene, values: Floats, free: Collection[str]) -> Scene:
+    """The same scene with only some of its parameters free, and all of them at other values.
+
+    Args:
+        scene: checked scene; it is not changed.
+        values: (P,) in the order of `free_parameters`.
+        free: names of those that stay free; the others become numbers, and so do the numbers that follow them.
+
+    Raises:
+        Error: wrong number of values, or one of them lies outside its parameter's interval.
+    """
+    started = with_values(scene, values)
+    numbers = dict(zip((parameter.name for parameter in free_parameters(scene)), map(float, values), strict=True))
+
+    def replaced(key: str, leaf: Any) -> Any:
+        if not isinstance(leaf, Free):
+            return leaf
+        name = leaf.same_as or key
+        if name in free:
+            return leaf
+        return leaf.following(numbers[name])
+
+    return rebuilt(started, replaced)
+
+
+def snap(parameters: Sequence[Parameter], values: Floats) -> Floats:
+    """Values rounded to the precision of their parameters, min + k step, and kept within their intervals.
+
+    Args:
+        parameters: P parameters.
+        values: (..., P).
+
+    Returns:
+        (..., P); free of rounding noise: 0.7 rather than 0.7000000000000001.
+    """
+    snapped = np.array(values, dtype=np.float64)
+    if snapped.shape[-1:] != (len(parameters),):
+        raise Error(f"expected {len(parameters)} values in the last dimension, got an array of shape {snapped.shape}")
+    for index, parameter in enumerate(parameters):
+        column = snapped[..., index]
+        if parameter.step > 0.0:
+            last = np.floor((parameter.max - parameter.min) / parameter.step * (1.0 + 1e-12) + 1e-9)
+            steps = np.clip(np.rint((column - parameter.min) / parameter.step), 0.0, last)
+            digits = max(12, 3 - int(np.floor(np.log10(parameter.step))))
+            column = np.round(parameter.min + steps * parameter.step, digits)
+        snapped[..., index] = np.clip(column, parameter.min, parameter.max)
+    return snapped
+
+
+def from_unit(parameters: Sequence[Parameter], unit: Floats) -> Floats:
+    """Values of the parameters at points of the unit cube, in which searches work, to the parameters' precision.
+
+    Args:
+        parameters: P parameters.
+        unit: (..., P), 0 at a parameter's min and 1 at its max, linear or logarithmic between them.
+
+    Returns:
+        (..., P), snapped (see `snap`).
+    """
+    values = np.array(unit, dtype=np.float64)
+    for index, parameter in enumerate(parameters):
+        if parameter.scale == "log":
+            values[..., index] = parameter.min * np.exp(values[..., index] * np.log(parameter.max / parameter.min))
+        else:
+            values[..., index] = parameter.min + values[..., index] * (parameter.max - parameter.min)
+    return snap(parameters, values)
+
+
+def to_unit(parameters: Sequence[Parameter], values: Floats) -> Floats:
+    """Points of the unit cube where the parameters have these values, (..., P); 0.5 where an interval has no width."""
+    unit = np.full(np.shape(values), 0.5)
+    for index, parameter in enumerate(parameters):
+        if parameter.max > parameter.min:
+            column = np.asarray(values, dtype=np.float64)[..., index]
+            if parameter.scale == "log":
+                unit[..., index] = np.log(column / parameter.min) / np.log(parameter.max / parameter.min)
+            else:
+                unit[..., index] = (column - parameter.min) / (parameter.max - parameter.min)
+    return np.asarray(np.clip(unit, 0.0, 1.0))
+
+
+def _members(value: Any) -> list[tuple[str, Any]] | None:
+    """Named members of a structure, list, tuple or table; None for anything else, a free parameter included."""
+    if isinstance(value, msgspec.Struct) and not isinstance(value, Free):
+        return [(name, getattr(value, name)) for name in value.__struct_fields__]
+    if isinstance(value, dict):
+        return [(str(name), member) for name, member in value.items()]
+    if isinstance(value, list | tuple):
+        return [(str(index), member) for index, member in enumerate(value)]
+    return None
+
+
+def _as_values(parameters: list[Parameter], values: Floats, dimensions: tuple[int, ...]) -> Floats:
+    """`values` as float64; Error unless it has one finite column a parameter."""
+    values = np.asarray(values, dtype=np.float64)
+    if values.ndim not in dimensions or values.shape[-1] != len(parameters):
+        wanted = " or ".join({1: f"({len(parameters)},)", 2: f"(n, {len(parameters)})"}[n] for n in dimensions)
+        raise Error(f"expected values of shape {wanted}, one a free parameter, got {values.shape}")
+    if not np.isfinite(values).all():
+        bad = parameters[int(np.argwhere(~np.isfinite(values))[0, -1])]
+        raise Error(f"{bad.name}: value is not finite")
+    return values

@@ -1,0 +1,265 @@
+"""A typed description of an experiment: character, controller, initial state, ground, objective, limits.
+
+Everything a TOML scene can say is a field here; `validate.py` checks what the types alone cannot.
+Units are SI and radians; y is up, x to the character's left, z forward. Quaternions are (x, y, z, w). A body's frame
+has its origin at the centre of mass and its axes along the principal axes of inertia; in the reference pose all
+bodies have identity orientation, so that a joint axis has the same coordinates in parent and child.
+"""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import msgspec
+
+from warpmuscle.scene.controller import PD, Balance, Component, Controller, Curve, Feedback, State, Trajectory
+from warpmuscle.scene.motion import Motion
+from warpmuscle.scene.muscles import Actuation, Condition, Drive, Excitation, Muscle, MuscleModel, Pulley, ViaPoint
+from warpmuscle.scene.number import Number, Vector
+from warpmuscle.scene.part import Part, Side
+from warpmuscle.scene.reflexes import Reflex, Reflexes
+
+__all__ = [
+    "PD", "Actuation", "Balance", "Body", "Box", "Capsule", "Character", "Component", "Condition", "Controller",
+    "Curve", "Drive", "Excitation", "Failure", "Feedback", "Ground", "InitialState", "Joint", "JointState", "Motion",
+    "Muscle", "MuscleModel", "Objective", "Part", "Pulley", "Reflex", "Reflexes", "Robustness",
+    "Scene", "SearchStage", "Shape", "Side",
+    "Sphere", "State", "Tracking", "Trajectory", "ViaPoint",
+]  # fmt: skip
+
+
+class Sphere(Part, tag_field="type", tag="sphere"):
+    """Collision sphere in body coordinates, m."""
+
+    center: Vector
+    radius: Number
+
+
+class Capsule(Part, tag_field="type", tag="capsule"):
+    """Collision capsule: a segment from `start` to `end` (centres of its caps) swept by a sphere, m."""
+
+    start: Vector
+    end: Vector
+    radius: Number
+
+
+class Box(Part, tag_field="type", tag="box"):
+    """Collision box, aligned with the body axes, between two opposite corners, m."""
+
+    low: Vector
+    high: Vector
+
+
+Shape = Sphere | Capsule | Box
+
+
+class Body(Part):
+    """A rigid body."""
+
+    mass: Number  # kg
+    inertia: Vector  # principal moments about the centre of mass, kg m^2
+    shapes: list[Shape] = []
+    friction: Number = 0.8  # Coulomb coefficient; a contact takes the smaller one of body and ground
+
+
+class Joint(Part):
+    """A joint between two bodies; its coordinates are the child's rotation in the parent's frame.
+
+    `axes`: hinge [a]; universal [a, b], the child turning by b of the parent, then by a of its own; ball
+    [swing, twist], used by its limits only, as the Euler angles of rotations about swing (in the parent),
+    swing x twist, and twist (in the child); fixed [].
+    `limits`: one [low, high] in rad per axis (three for a ball: swing, swing x twist, twist); none if empty.
+    """
+
+    type: Literal["ball", "universal", "hinge", "fixed"]
+    parent: str
+    child: str
+    position_in_parent: Vector  # m, in the parent's frame
+    position_in_child: Vector  # m, in the child's frame
+    axes: list[Vector] = []
+    limits: list[tuple[Number, Number]] = []
+    limit_stiffness: Number = 4000.0  # N m/rad
+    limit_damping: Number = 20.0  # N m s/rad
+
+
+class Character(Part):
+    """A tree of bodies. Joints are numbered breadth first from the root, in the order of this table."""
+
+    root: str
+    bodies: dict[str, Body]
+    joints: dict[str, Joint] = {}
+    root_joint: Literal["free", "planar", "fixed"] = "free"  # planar: moves in y and z, turns about x; fixed: welded
+    muscles: dict[str, Muscle] = {}
+
+
+class JointState(Part):
+    """Start of a joint: the child's orientation and angular velocity relative to the parent, in the parent's frame."""
+
+    orientation: tuple[Number, Number, Number, Number] = (0.0, 0.0, 0.0, 1.0)
+    angular_velocity: Vector = (0.0, 0.0, 0.0)  # rad/s
+
+
+class InitialState(Part):
+    """Start of the simulation, in world coordinates; joints that are not named start at rest in the reference pose.
+
+    If `heading` is given, the root's orientation and velocities are first turned about the vertical to this heading.
+    """
+
+    root_position: Vector = (0.0, 0.0, 0.0)  # m
+    root_orientation: tuple[Number, Number, Number, Number] = (0.0, 0.0, 0.0, 1.0)
+    root_velocity: Vector = (0.0, 0.0, 0.0)  # m/s
+    root_angular_velocity: Vector = (0.0, 0.0, 0.0)  # rad/s
+    heading: Number | None = None  # rad
+    joints: dict[str, JointState] = {}
+
+
+class Ground(Part):
+    """A plane of implicit spring-damper contacts with regularised Coulomb friction; values per contact point.
+
+    The defaults are where the original's gaits come out closest to their recordings, also in steps of 1/500 s.
+    """
+
+    normal: Vector = (0.0, 1.0, 0.0)
+    height: Number = 0.0  # m, distance of the plane from the origin along its normal
+    stiffness: Number = 2.0e5  # N/m; 0 switches contact off
+    damping: Number = 1.0e3  # N s/m
+    tangential_damping: Number = 1.0e5  # N s/m, up to the friction limit
+    friction: Number = 1.0e3  # the body's own coefficient decides unless this one is smaller
+
+
+class Failure(Part):
+    """When an instance has failed; it then stops and costs more than any that has not.
+
+    The heading is compared with the one at the start, and where the controller controls it, with the nearest one on the
+    shorter way from there to the desired heading. No gait is as fast as the bound on the centre of mass: sprinters
+    come to some 12 m/s, and a body that falls from 20 m to 20 m/s. What the ground throws out of itself is faster.
+    Bodies that collide are spheres, capsules, and boxes as the capsule inside them along their longest edge, as thick
+    as their shortest one. Without `self_collision_pairs` all bodies with shapes are tested with each other but for
+    those that a joint joins, and those that have a neighbour in common and overlap in the initial pose. They are tested
+    every 0.002 s.
+    """
+
+    com_height: Number = 0.9  # lowest height of the centre of mass above the ground over the initial one; 0: no test
+    heading: Number = 0.7853981633974483  # largest turn from its heading, rad; 0 switches the test off
+    body_contact: bool = False  # any body but the feet and their children touches the ground
+    leg_crossing: Number = 0.0  # m, how far a foot may go beyond the other one to its side; 0 switches the test off
+    self_collision: Number = 0.0  # m, how deep two bodies may penetrate each other; 0 switches the test off
+    self_collision_pairs: list[tuple[str, str]] = []  # bodies that are tested; if empty, all that may not touch
+    max_speed: Number = 1000.0  # largest joint or root speed, m/s or rad/s: beyond it the instance has diverged
+    max_com_speed: float = 20.0  # largest speed of the centre of mass, m/s: beyond it the instance has diverged
+
+
+class Objective(Part):
+    """What a search minimises: the weighted sum of these terms, whose units stand in `objective.py`.
+
+    Squared errors and efforts are summed over time. The cost of an instance is at most the failure cost; one that
+    fails costs that, and as much of it again as it missed of the time.
+    """
+
+    torque: Number = 1.0  # Bergmann 2017, section 6: sum over joints of |feedback torque|
+    fall: Number = 0.0  # time missed
+    applied_torque: Number = 0.0  # the same as torque of what really drives the joints
+    effort_squared: Number = 0.0
+    effort_cubed: Number = 0.0
+    metabolic: Number = 0.0
+    cost_of_transport: Number = 0.0
+    speed: Number = 0.0  # error from the target speed
+    heading: Number = 0.0  # error from the controller's desired heading
+    head: Number = 0.0  # its turning
+    joint_limits: Number = 0.0
+    ground_force: Number = 0.0  # beyond its bound
+    smoothness: Number = 0.0
+    tracking: Number = 0.0  # error from the tracked gait
+    norms: Number = 0.0  # error of hips, knees and ankles from human walking, or running; see `norms.py`
+    norm_force: Number = 0.0  # the same of the vertical ground force
+    passive_force: Number = 0.0  # of stretched muscle fibres
+    gait: Literal["", "walk", "run"] = ""  # whose norms judge it; if empty, a gait with flight is a run
+    target_speed: Number = 1.0  # m/s, forward
+    ground_force_bound: Number = 1.5  # body weights, vertical, on each foot
+    head_body: str = "head"
+    metabolic_model: Literal["wang", "umberger", "bhargava"] = "wang"  # sources stand in `accounting.py`
+    metabolic_work: Literal["net", "positive"] | None = None  # of fibres; by default as the model has it
+    basal_rate: Number | None = None  # W/kg at rest; by default that of the model
+    failure_cost: float = 1.0e6
+    custom: dict[str, Number] = {}  # weights of terms of one's own, by `module:function`; see `custom.py`
+
+
+class Tracking(Part):
+    """A gait whose joint angles the objective compares with, over the phase of a step in left and in right stance.
+
+    A file is an HDF5 file with recorded motions, or a `.npz` file of NumPy: `phase` (K,) and `stance` (K,), or `cycle`
+    (K,) over the gait cycle from one contact of the left foot to its next; `time` (K,) in s if wanted; and a joint's
+    angles in rad or quaternions under its name. See `formats/npz.py`.
+    """
+
+    scene: str = ""  # a scene that is run for it: a shipped one, or a TOML file
+    file: str = ""  # or an HDF5 or .npz file with a recorded motion
+    replay: int = 0  # which one of an HDF5 file
+    start: float = 2.0  # s, from where on the motion counts, if it has times
+    joints: list[str] = []  # those that count; all if empty
+
+
+class Robustness(Part):
+    """Several simulations a candidate, disturbed in the same way for all candidates; their costs become one."""
+
+    runs: int = 1  # of which the first is not disturbed if there are several
+    cost: Literal["mean", "worst"] = "mean"
+    velocity_noise: float = 0.0  # m/s, standard deviation of each component of the root's initial velocity
+    push: float = 0.0  # N s, horizontal impulse on the root, at a random time in a random direction
+    push_duration: float = 0.1  # s
+    slope: float = 0.0  # rad, greatest slope of the ground, up or down
+    seed: int = 1
+
+
+class SearchStage(Part):
+    """A part of a search, which begins at the best candidate of the part before it, the first one at the scene itself.
+
+    Parameters that it does not free stay as they were in that candidate. What it does not say is as in the scene, or as
+    asked for of the whole search (see `stage_plan`).
+    """
+
+    name: str
+    objective: dict[str, float | str] = {}  # in place of these fields of the scene's objective
+    failure: dict[str, float | bool] = {}  # in place of these of its failure limits
+    duration: float | None = None  # s, of a simulation
+    free: list[str] = []  # names of the parameters that may change, or patterns such as `controller.*`; all if empty
+    candidates: float | None = None  # how many at most; a number below 1 is a part of those of the whole search
+    strategy: str | None = None  # see `search.strategies`, like the next four
+    population: int | None = None
+    sigma: float | None = None
+    restarts: str | None = None
+    searches: int | None = None
+    until: float | None = None  # s of wall time that it may take
+    target: float | None = None  # cost at which the next stage begins
+
+
+class Scene(Part):
+    """A complete experiment."""
+
+    name: str
+    character: Character
+    controller: Controller | None = None
+    custom_controller: str = ""  # `module:function` of joints' efforts in place of the controller's; see `custom.py`
+    description: str = ""
+    initial_state: InitialState = msgspec.field(default_factory=InitialState)
+    ground: Ground = msgspec.field(default_factory=Ground)
+    failure: Failure = msgspec.field(default_factory=Failure)
+    objective: Objective = msgspec.field(default_factory=Objective)
+    tracking: Tracking | None = None
+    robustness: Robustness = msgspec.field(default_factory=Robustness)
+    stages: list[SearchStage] = []  # of a search, one after the other; none: all of it at once
+    muscle_model: MuscleModel = msgspec.field(default_factory=MuscleModel)
+    actuation: dict[str, Actuation] = {}  # by joint
+    motion: dict[str, Motion] = {}  # by joint with kinematic degrees of freedom, or `root`
+    duration: float = 10.0  # s
+    time_step: float = 0.0005  # s
+    gravity: Number = 9.8  # m/s^2, downwards
+    control_rate: float = (
+        0.0  # Hz, at which the controller renews its targets, which PD follows meanwhile; 0: every step
+    )
+    implicit_pd: bool = False  # PD linearised over the step, stable up to 1/500 s; False: explicit, as in the original
+
+    def __repr__(self) -> str:
+        parts = self.character
+        counts = f"{len(parts.bodies)} bodies, {len(parts.joints)} joints, {len(parts.muscles)} muscles"
+        return f"Scene({self.name!r}, {counts}, {self.duration:g} s)"

@@ -1,0 +1,101 @@
+"""What the checks of a scene are made of: least and greatest values of numbers, known names, errors with keys."""
+
+from __future__ import annotations
+
+import difflib
+import itertools
+import math
+from collections.abc import Iterable, Sequence
+
+import msgspec
+
+from warpmuscle.core.errors import SceneError
+from warpmuscle.core.limits import LEAST_NUMBER
+from warpmuscle.scene import Scene
+from warpmuscle.scene.number import Free, Number
+from warpmuscle.scene.parameters import leaves
+
+
+class Checks:
+    """Checks of the numbers of one scene; each raises SceneError or returns."""
+
+    def __init__(self, to_check: Scene) -> None:
+        self.checked = to_check
+        self.free = {key: number for key, number in leaves(to_check) if isinstance(number, Free) and not number.same_as}
+
+    def interval(self, number: Number) -> tuple[float, float]:
+        """Least and greatest value that a number can take."""
+        if not isinstance(number, Free):
+            return number, number
+        source = self.free[number.same_as] if number.same_as else number
+        if source.min is None or source.max is None:
+            raise SceneError("a free parameter needs value, min and max")
+        return number.range_over(source.min, source.max)
+
+    def start(self, number: Number) -> float:
+        """A number's own or start value."""
+        if not isinstance(number, Free):
+            return number
+        value = (self.free[number.same_as] if number.same_as else number).value
+        return math.nan if value is None else float(number.following(value))
+
+    def positive(self, key: str, part: msgspec.Struct, *fields: str) -> None:
+        """The named fields are greater than zero, for every value a search may give them."""
+        for field in fields:
+            self.positive_number(join(key, field), getattr(part, field))
+
+    def positive_number(self, key: str, number: Number) -> None:
+        """A number is greater than zero, for every value a search may give it, and can be divided by."""
+        least = self.interval(number)[0]
+        if least <= 0.0:
+            raise SceneError(f"must be greater than 0, is {least:g}", key=key)
+        if least < LEAST_NUMBER:
+            raise SceneError(f"must be at least {LEAST_NUMBER:g}, is {least:g}", key=key)
+
+    def not_negative(self, key: str, part: msgspec.Struct, *fields: str) -> None:
+        """The named fields are not negative, whatever a search does."""
+        for field in fields:
+            least = self.interval(getattr(part, field))[0]
+            if least < 0.0:
+                raise SceneError(f"must not be negative, is {least:g}", key=join(key, field))
+
+    def fraction(self, key: str, number: Number) -> None:
+        """A number stays within 0..1."""
+        least, greatest = self.interval(number)
+        if least < 0.0 or greatest > 1.0:
+            raise SceneError(f"must be within 0 and 1, is {least if least < 0.0 else greatest:g}", key=key)
+
+    def not_zero(self, key: str, vector: Sequence[Number], what: str) -> None:
+        """A direction or quaternion has a length."""
+        if math.hypot(*map(self.start, vector)) < 1e-9:
+            raise SceneError(f"{what} has no length", key=key)
+
+    def ordered(self, key: str, low: Number, high: Number) -> None:
+        """A lower limit lies below its upper one, for every value that they may take."""
+        if self.interval(low)[1] > self.interval(high)[0]:
+            raise SceneError(f"low {self.interval(low)[1]:g} is greater than high {self.interval(high)[0]:g}", key=key)
+
+    def increasing(self, key: str, numbers: Sequence[Number], what: str) -> None:
+        """Numbers increase strictly, for every value that they may take; `what` names them in the plural."""
+        for index, (earlier, later) in enumerate(itertools.pairwise(numbers), start=1):
+            before, after = self.interval(earlier)[1], self.interval(later)[0]
+            if before >= after:
+                raise SceneError(f"{what} must increase, but {after:g} follows {before:g}", key=f"{key}.{index}")
+
+
+def known(name: str, table: Iterable[str], kind: str, key: str, whose: str = "") -> None:
+    """SceneError with the nearest known name unless `name` is one of the table's."""
+    names = list(table)
+    if name not in names:
+        raise SceneError(f"no {kind} is called {name!r} {whose}".rstrip() + near(name, names), key=key)
+
+
+def near(name: str, names: Iterable[str]) -> str:
+    """The end of a message about an unknown name: the nearest known one, if there is one."""
+    found = difflib.get_close_matches(name, list(names), n=1)
+    return f"; did you mean {found[0]!r}?" if found else ""
+
+
+def join(key: str, field: str) -> str:
+    """The key of a field below a key, which may be empty."""
+    return f"{key}.{field}" if key else field

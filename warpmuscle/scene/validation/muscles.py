@@ -1,0 +1,318 @@
+"""What the types of a scene cannot say about muscles and about what drives the joints."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import partial
+
+import numpy as np
+
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.errors import SceneError
+from warpmuscle.core.limits import check_size
+from warpmuscle.core.pose import rotate
+from warpmuscle.scene import Actuation, Character, Condition, Drive, Excitation, Muscle, Pulley, Scene, ViaPoint
+from warpmuscle.scene.initial_pose import initial_pose, plain_number, plain_vector
+from warpmuscle.scene.masses import mass_warnings
+from warpmuscle.scene.number import Number
+from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.scene.topology import SPEEDS
+from warpmuscle.scene.trusted_code import CURVE_FIELDS
+from warpmuscle.scene.validation.checks import Checks, known, near
+
+TENSIONS = (1.0e3, 1.0e8)  # Pa, far beyond those of any muscle: outside, another unit is meant
+GREATEST_PENNATION = 1.4  # rad; near a right angle a fibre pulls on nothing
+MUSCULAR = {"muscle", "assisted"}
+
+
+class SceneWarning(UserWarning):
+    """Something in a sound scene that is probably a mistake."""
+
+
+def check_muscles(checks: Checks) -> None:
+    """Check muscles, their model and what drives the joints, in a scene whose bodies and joints are sound.
+
+    Raises:
+        SceneError: the first thing wrong, with its key, such as `character.muscles.VAS.path.0.body`.
+    """
+    scene = checks.checked
+    for name, muscle in scene.character.muscles.items():
+        _muscle(checks, f"character.muscles.{name}", muscle)
+    _model(checks)
+    for name, own in scene.actuation.items():
+        _actuation(checks, f"actuation.{name}", name, own)
+
+
+def check_path(
+    key: str, path: Sequence[ViaPoint], character: Character, interval: Callable[[Number], tuple[float, float]]
+) -> None:
+    """Check the points of a muscle's path.
+
+    Args:
+        key: of the path.
+        interval: gives the least and the greatest value of a number.
+
+    Raises:
+        SceneError: an unknown body or joint, fewer than two points, or a point or condition that cannot be used.
+    """
+    if len(path) < 2:
+        raise SceneError(f"a path needs at least two points, got {len(path)}", key=key)
+    for index, point in enumerate(path):
+        if point.body not in character.bodies:
+            message = f"there is no body {point.body!r}{near(point.body, character.bodies)}"
+            raise SceneError(message, key=f"{key}.{index}.body")
+        _on_body(f"{key}.{index}", point, interval)
+        if point.condition is None:
+            continue
+        place = f"{key}.{index}.condition"
+        if index in (0, len(path) - 1):
+            raise SceneError("the first and the last point of a path take no condition", key=place)
+        _condition(place, point.condition, character, interval)
+
+
+def check_pulleys(key: str, pulleys: Sequence[Pulley], character: Character) -> None:
+    """Check the pulleys of a muscle.
+
+    Raises:
+        SceneError: an unknown joint, or one without such an angle.
+    """
+    for index, pulley in enumerate(pulleys):
+        _angle(f"{key}.{index}", pulley.joint, pulley.axis, "pulley", character)
+
+
+def _angle(key: str, joint: str, axis: int, what: str, character: Character) -> None:
+    """A joint has an angle of this number."""
+    if joint not in character.joints:
+        raise SceneError(f"there is no joint {joint!r}{near(joint, character.joints)}", key=f"{key}.joint")
+    kind = character.joints[joint].type
+    if kind not in ("hinge", "universal"):
+        raise SceneError(f"a {kind} joint has no angle for a {what}", key=f"{key}.joint")
+    if not 0 <= axis < SPEEDS[kind]:
+        raise SceneError(f"a {kind} joint has no angle {axis}", key=f"{key}.axis")
+
+
+def _on_body(key: str, point: ViaPoint, interval: Callable[[Number], tuple[float, float]]) -> None:
+    """A point has either a position, or a line and a place on it."""
+    line = {name: getattr(point, name) for name in ("start", "end", "at")}
+    given = [name for name, value in line.items() if value is not None]
+    if point.position is not None and given:
+        raise SceneError(f"give either `position`, or a line with `start`, `end` and `at`, not `{given[0]}` too", key)
+    if point.position is None and len(given) < len(line):
+        missing = next(name for name in line if name not in given)
+        lacks = f"a line needs `start`, `end` and `at`; missing key '{missing}'"
+        raise SceneError(lacks if given else "missing key 'position' (or `start`, `end` and `at` of a line)", key)
+    if point.at is not None:
+        least, greatest = interval(point.at)
+        if least < 0.0 or greatest > 1.0:
+            raise SceneError(f"must be within 0 and 1, is {least if least < 0.0 else greatest:g}", key=f"{key}.at")
+
+
+def _condition(
+    key: str, condition: Condition, character: Character, interval: Callable[[Number], tuple[float, float]]
+) -> None:
+    """A condition has an angle of a joint, and an interval of it."""
+    _angle(key, condition.joint, condition.axis, "condition", character)
+    low, high = interval(condition.low)[1], interval(condition.high)[0]
+    if low >= high:
+        raise SceneError(f"low is not less than high: {low:g}, {high:g}", key=f"{key}.low")
+    blend = interval(condition.blend)[0]
+    if blend <= 0.0:
+        raise SceneError(f"the blend must be positive, is {blend:g}", key=f"{key}.blend")
+
+
+def _muscle(checks: Checks, key: str, muscle: Muscle) -> None:
+    """A muscle has a path, force and lengths, and a delay within the simulation."""
+    scene = checks.checked
+    _route(checks, key, muscle)
+    checks.positive(key, muscle, "f_max", "l_opt")
+    if scene.muscle_model.tendon == "compliant":
+        checks.positive(key, muscle, "l_slack")
+    checks.not_negative(key, muscle, "l_slack", "delay", "pennation")
+    longest = checks.interval(muscle.delay)[1]
+    if longest >= scene.duration:
+        raise SceneError(
+            f"must be less than the scene's duration of {scene.duration:g} s, is {longest:g} s", f"{key}.delay"
+        )
+    check_size("delay", longest / scene.time_step, partial(SceneError, key=f"{key}.delay"))
+    steepest = checks.interval(muscle.pennation)[1]
+    if steepest >= GREATEST_PENNATION:
+        raise SceneError(f"must be less than {GREATEST_PENNATION:g} rad, is {steepest:g}", key=f"{key}.pennation")
+    if muscle.specific_tension is not None:
+        _tension(checks, key, muscle.specific_tension)
+    if muscle.excitation is not None:
+        _excitation(checks, f"{key}.excitation", muscle.excitation)
+
+
+def _tension(checks: Checks, key: str, tension: Number) -> None:
+    """A specific tension is one that some muscle might have."""
+    key = f"{key}.specific_tension"
+    least, greatest = checks.interval(tension)
+    if least < TENSIONS[0] or greatest > TENSIONS[1]:
+        wrong = least if least < TENSIONS[0] else greatest
+        raise SceneError(f"must be within {TENSIONS[0]:g} and {TENSIONS[1]:g} Pa, is {wrong:g}; 0.6 MPa are 6e5", key)
+
+
+def _route(checks: Checks, key: str, muscle: Muscle) -> None:
+    """A muscle has either a path, or pulleys and a rest length."""
+    character = checks.checked.character
+    if not muscle.pulleys:
+        if muscle.rest_length is not None:
+            raise SceneError("only a muscle with pulleys has a rest length; a path has its own", f"{key}.rest_length")
+        if not muscle.path:
+            raise SceneError("a muscle needs a `path`, or `pulleys` and a `rest_length`", key=key)
+        check_path(f"{key}.path", muscle.path, character, checks.interval)
+        return
+    if muscle.path:
+        raise SceneError("give either a `path` or `pulleys`, not both", key=f"{key}.pulleys")
+    if muscle.rest_length is None:
+        raise SceneError("a muscle with pulleys needs a `rest_length`", key=key)
+    checks.positive(key, muscle, "rest_length")
+    check_pulleys(f"{key}.pulleys", muscle.pulleys, character)
+
+
+def _excitation(checks: Checks, key: str, excitation: Excitation) -> None:
+    """Knots over time are in order, their values excitations."""
+    if not excitation.time:
+        raise SceneError("an excitation needs at least one knot", key=f"{key}.time")
+    if len(excitation.time) != len(excitation.value):
+        raise SceneError(f"{len(excitation.value)} values for {len(excitation.time)} times", key=f"{key}.value")
+    checks.increasing(f"{key}.time", excitation.time, "times")
+    for index, value in enumerate(excitation.value):
+        checks.fraction(f"{key}.value.{index}", value)
+    checks.not_negative(key, excitation, "period")
+
+
+def _model(checks: Checks) -> None:
+    """The model of all muscles has rates, and does not ask for two laws at once."""
+    key, model = "muscle_model", checks.checked.muscle_model
+    checks.positive(key, model, "rise_time", "fall_time", "neural_time", "v_max")
+    checks.fraction(f"{key}.initial_activation", model.initial_activation)
+    _tension(checks, key, model.specific_tension)
+    if model.damping is not None:
+        check = checks.positive if model.tendon == "compliant" else checks.not_negative
+        check(key, model, "damping")
+    if model.implicit_damping and (model.legacy or model.ideal or model.tendon != "rigid"):
+        raise SceneError("only muscles with rigid tendons take damping as implicit", key=f"{key}.implicit_damping")
+    for field in CURVE_FIELDS:
+        if getattr(model, field) and (model.legacy or model.ideal):
+            raise SceneError("legacy and ideal muscles take no curve of one's own; leave it out", key=f"{key}.{field}")
+    if model.legacy and model.ideal:
+        raise SceneError("muscles cannot be both legacy and ideal", key=f"{key}.ideal")
+    for field, default in (("tendon", "rigid"), ("curves", "lee")):
+        if model.legacy and getattr(model, field) != default:
+            message = f"legacy muscles have a law of their own, tendon and curves included; leave out `{field}`"
+            raise SceneError(message, key=f"{key}.{field}")
+
+
+def _actuation(checks: Checks, key: str, name: str, own: Actuation) -> None:
+    """What drives a joint: one word, or one a degree of freedom; muscles only where there are some."""
+    character = checks.checked.character
+    known(name, character.joints, "joint", key)
+    kind = character.joints[name].type
+    if kind == "fixed":
+        raise SceneError("a fixed joint cannot be driven", key=key)
+    words = [own.drive] if isinstance(own.drive, str) else own.drive
+    if not isinstance(own.drive, str) and len(words) != SPEEDS[kind]:
+        message = f"a {kind} joint takes one word or {SPEEDS[kind]} in a list, got {len(words)}"
+        raise SceneError(message, key=f"{key}.drive")
+    if kind == "ball" and "kinematic" in words and set(words) != {"kinematic"}:
+        raise SceneError("a ball joint is kinematic as a whole or not at all", key=f"{key}.drive")
+    if MUSCULAR.intersection(words) and usual_drive(name, character) != "muscle":
+        raise SceneError("no muscle crosses this joint", key=f"{key}.drive")
+    checks.not_negative(key, own, "stiffness", "damping")
+
+
+def crosses(muscle: Muscle, joint: str, character: Character) -> bool:
+    """Whether a muscle acts on a joint: its path runs from one side to the other, or depends on the joint's angle."""
+    path = muscle.path
+    if muscle.pulleys:
+        return any(pulley.joint == joint for pulley in muscle.pulleys)
+    beyond = _carried(character.joints[joint].child, character)
+    on_angle = any(point.condition is not None and point.condition.joint == joint for point in path)
+    return on_angle or len({point.body in beyond for point in path}) == 2
+
+
+def usual_drive(joint: str, character: Character) -> Drive:
+    """What drives a joint of which the scene does not say it."""
+    muscles = character.muscles.values()
+    return "muscle" if any(crosses(muscle, joint, character) for muscle in muscles) else "torque"
+
+
+def _carried(body: str, character: Character) -> set[str]:
+    """A body and all that hang on it."""
+    children = [joint.child for joint in character.joints.values() if joint.parent == body]
+    return {body}.union(*(_carried(child, character) for child in children))
+
+
+def muscle_warnings(scene: Scene) -> list[SceneError]:
+    """What about the muscles of a checked scene is probably a mistake; see `slack_warnings` and `mass_warnings`."""
+    return [*slack_warnings(scene), *mass_warnings(scene)]
+
+
+def slack_warnings(scene: Scene) -> list[SceneError]:
+    """Muscles whose tendon alone is as long as their path in the initial pose, free parameters at their start values.
+
+    Legacy and ideal muscles have no such bound.
+
+    Args:
+        scene: checked scene.
+
+    Returns:
+        Errors that are not raised, so that a reader can give them file and line; their keys name the muscles.
+    """
+    if scene.muscle_model.legacy or scene.muscle_model.ideal or not scene.character.muscles:
+        return []
+    plain = substitute(scene, start_values(scene))
+    lengths = initial_path_lengths(plain)
+    return [
+        SceneError(_no_fibre(muscle, lengths[name]), key=f"character.muscles.{name}.l_slack")
+        for name, muscle in plain.character.muscles.items()
+        if lengths[name] <= plain_number(muscle.l_slack)
+    ]
+
+
+def initial_path_lengths(scene: Scene) -> dict[str, float]:
+    """Length, m, of every muscle's path in the initial pose of a scene without free parameters.
+
+    A conditional point counts where its angle is within its interval, without the blend about both ends.
+    """
+    poses, angles = initial_pose(scene)
+    lengths = {}
+    for name, muscle in scene.character.muscles.items():
+        if muscle.pulleys:
+            lengths[name] = _pulley_length(muscle, angles)
+            continue
+        points = [_position(point, *poses[point.body]) for point in muscle.path if _counts(point, angles)]
+        lengths[name] = float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
+    return lengths
+
+
+def _pulley_length(muscle: Muscle, angles: dict[str, Floats]) -> float:
+    """Length of a muscle on pulleys at angles of the joints, rad."""
+    assert muscle.rest_length is not None
+    taken = (
+        plain_number(p.moment_arm) * (float(angles[p.joint][p.axis]) - plain_number(p.rest_angle))
+        for p in muscle.pulleys
+    )
+    return plain_number(muscle.rest_length) - sum(taken)
+
+
+def _no_fibre(muscle: Muscle, length: float) -> str:
+    """What is wrong with a slack length, m, that a path of this length, m, leaves no room beside."""
+    fitting = length - plain_number(muscle.l_opt) * float(np.cos(plain_number(muscle.pennation)))
+    hint = f"{fitting:.3g} m would fit (path minus l_opt)"
+    if fitting <= 0.0:
+        hint = f"l_opt {plain_number(muscle.l_opt):.3g} m alone is as long"
+    slack = plain_number(muscle.l_slack)
+    return f"slack length {slack:.3g} m leaves no fibre in the initial pose, where the path is {length:.3g} m; {hint}"
+
+
+def _counts(point: ViaPoint, angles: dict[str, Floats]) -> bool:
+    """Whether a path runs through a point."""
+    c = point.condition
+    return c is None or plain_number(c.low) <= float(angles[c.joint][c.axis]) <= plain_number(c.high)
+
+
+def _position(point: ViaPoint, position: Floats, orientation: Floats) -> Floats:
+    """Place of a point, m, from the position and orientation of its body."""
+    return np.asarray(position + rotate(orientation, plain_vector(point.place())))

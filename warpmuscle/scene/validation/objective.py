@@ -1,0 +1,104 @@
+"""Checks of what a search is about: the objective, the limits of failure, and the stages that change them."""
+
+from __future__ import annotations
+
+import fnmatch
+
+import msgspec
+
+from warpmuscle.core.decoding import to_type
+from warpmuscle.core.errors import SceneError
+from warpmuscle.scene import Failure, Objective, Scene, SearchStage
+from warpmuscle.scene.anatomy import leg
+from warpmuscle.scene.norms import LEG_ANGLES
+from warpmuscle.scene.parameters import free_parameters
+from warpmuscle.scene.stage_scene import freed
+from warpmuscle.scene.validation.checks import Checks, join, known, near
+
+TERM_WEIGHTS = (
+    "torque", "fall", "applied_torque", "effort_squared", "effort_cubed", "metabolic", "cost_of_transport", "speed",
+    "heading", "head", "joint_limits", "ground_force", "tracking", "norms", "norm_force",
+    "passive_force", "smoothness",
+)  # fmt: skip
+
+
+def check_objective(checks: Checks, key: str, objective: Objective) -> None:
+    """Weights are not negative, and what they weigh exists."""
+    scene = checks.checked
+    checks.not_negative(key, objective, *TERM_WEIGHTS, "ground_force_bound")
+    if objective.basal_rate is not None:
+        checks.not_negative(key, objective, "basal_rate")
+    if objective.head:
+        known(objective.head_body, scene.character.bodies, "body", f"{key}.head_body")
+    if scene.tracking is None and checks.interval(objective.tracking)[1] > 0.0:
+        raise SceneError("there is no gait to track: name one in [tracking]", key=f"{key}.tracking")
+    for name in ("norms", "norm_force"):
+        if checks.interval(getattr(objective, name))[1] > 0.0:
+            _check_legs(scene, f"{key}.{name}")
+    if objective.gait == "run" and checks.interval(objective.norm_force)[1] > 0.0:
+        raise SceneError("there is no norm of the force of running; leave it out, or gait", key=f"{key}.norm_force")
+    checks.positive(key, objective, "failure_cost")
+
+
+def _check_legs(scene: Scene, key: str) -> None:
+    """There is something to compare with human legs: a controller that walks, on two legs of three joints at least."""
+    if scene.controller is None:
+        raise SceneError("there is no controller whose steps could be compared with human walking", key=key)
+    for foot in scene.controller.feet:
+        joints = leg(scene.character, foot)
+        if len(joints) < len(LEG_ANGLES):
+            raise SceneError(f"{foot!r} has no hip, knee and ankle: {len(joints)} joints lead to it", key=key)
+
+
+def check_failure(checks: Checks, key: str, failure: Failure) -> None:
+    """Limits are sizes."""
+    checks.not_negative(key, failure, "com_height", "heading", "leg_crossing", "self_collision")
+    checks.positive(key, failure, "max_speed", "max_com_speed")
+
+
+def check_stages(checks: Checks) -> None:
+    """Stages have names of their own, free something, and change what there is to something possible."""
+    names: list[str] = []
+    for index, stage in enumerate(checks.checked.stages):
+        key = f"stages.{index}"
+        if not stage.name.strip():
+            raise SceneError("a stage needs a name", key=f"{key}.name")
+        if stage.name in names:
+            raise SceneError(f"stage {names.index(stage.name)} is called {stage.name!r} already", key=f"{key}.name")
+        names.append(stage.name)
+        _check_stage(checks, key, stage)
+
+
+def _check_stage(checks: Checks, key: str, stage: SearchStage) -> None:
+    scene = checks.checked
+    to_type(dict(stage.objective), Objective, f"{key}.objective")  # names and kinds of its fields
+    to_type(dict(stage.failure), Failure, f"{key}.failure")
+    check_objective(checks, f"{key}.objective", msgspec.structs.replace(scene.objective, **stage.objective))
+    check_failure(checks, f"{key}.failure", msgspec.structs.replace(scene.failure, **stage.failure))
+    for field in ("duration", "candidates", "population", "sigma", "searches", "until"):
+        if getattr(stage, field) is not None:
+            checks.positive(key, stage, field)
+    if stage.duration is not None and stage.duration < scene.time_step:
+        raise SceneError(f"is shorter than the time step {scene.time_step:g}", key=join(key, "duration"))
+    if stage.candidates is not None and stage.candidates > 1.0 and not float(stage.candidates).is_integer():
+        raise SceneError(f"{stage.candidates:g} is neither a whole number nor a part below 1", key=f"{key}.candidates")
+    _check_patterns(checks, key, stage)
+
+
+def _check_patterns(checks: Checks, key: str, stage: SearchStage) -> None:
+    """Every pattern means something; a scene without free parameters has nothing that they could mean."""
+    names = [parameter.name for parameter in free_parameters(checks.checked)]
+    for index, pattern in enumerate(stage.free if names else ()):
+        if not any(fnmatch.fnmatchcase(name, pattern) for name in names):
+            raise SceneError(
+                f"no free parameter matches {pattern!r}{near(pattern, _patterns(names))}", key=f"{key}.free.{index}"
+            )
+    if names and not freed(checks.checked, stage):
+        raise SceneError("this stage frees only what it sets to numbers of its own", key=f"{key}.free")
+
+
+def _patterns(names: list[str]) -> list[str]:
+    """The names, and patterns for what begins alike."""
+    parts = [name.split(".") for name in names]
+    prefixes = (".".join(part[:depth]) for part in parts for depth in range(1, len(part)))
+    return list(dict.fromkeys([*names, *(f"{prefix}.*" for prefix in prefixes)]))

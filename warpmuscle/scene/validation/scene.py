@@ -1,0 +1,372 @@
+"""What the types of a scene cannot say: names that resolve, trees that are trees, numbers that make sense."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from functools import partial
+from typing import Any
+
+import msgspec
+import numpy as np
+
+from warpmuscle.core.decoding import to_type
+from warpmuscle.core.errors import SceneError
+from warpmuscle.core.limits import GREATEST_NUMBER, check_size
+from warpmuscle.scene import (
+    PD,
+    Body,
+    Capsule,
+    Character,
+    Component,
+    Controller,
+    Curve,
+    Ground,
+    InitialState,
+    Joint,
+    Robustness,
+    Scene,
+    Shape,
+    Sphere,
+    State,
+)
+from warpmuscle.scene.number import Free, Number
+from warpmuscle.scene.parameters import leaves
+from warpmuscle.scene.trusted_code import check_entries
+from warpmuscle.scene.validation.checks import Checks, known, near
+from warpmuscle.scene.validation.motion import check_motion
+from warpmuscle.scene.validation.muscles import check_muscles
+from warpmuscle.scene.validation.objective import check_failure, check_objective, check_stages
+from warpmuscle.scene.validation.reflexes import check_reflexes
+
+AXES = {"ball": 2, "universal": 2, "hinge": 1, "fixed": 0}  # by type of joint
+LIMITS = {"ball": 3, "universal": 2, "hinge": 1, "fixed": 0}
+PREFIXES = ("SWING_", "STANCE_")  # of trajectories that change sides with the stance
+
+
+def check_scene(scene: Scene) -> None:
+    """Check everything about a scene that its types cannot.
+
+    Raises:
+        SceneError: the first thing wrong, with its key, such as `character.joints.lHip.parent`; indices in lists are
+            numbers: `controller.states.0.trajectories.SWING_Hip.components.1.angle.3`.
+    """
+    to_type(_plain(scene), Scene)  # a scene made in Python has not been checked against the types
+    _Check(scene).scene()
+
+
+def trajectory_joints(name: str) -> tuple[str, str]:
+    """Joints that a trajectory of this name drives in left and in right stance (`lX` is the stance side in left)."""
+    if name.startswith("SWING_"):
+        return "r" + name.removeprefix("SWING_"), "l" + name.removeprefix("SWING_")
+    if name.startswith("STANCE_"):
+        return "l" + name.removeprefix("STANCE_"), "r" + name.removeprefix("STANCE_")
+    return name, name
+
+
+class _Check(Checks):
+    """The checks of one scene; each method raises SceneError or returns."""
+
+    def scene(self) -> None:
+        """Check the whole scene."""
+        scene = self.checked
+        self.numbers()
+        if not scene.name.strip():
+            raise SceneError("the scene needs a name", key="name")
+        self.positive("", scene, "duration", "time_step")
+        self.sizes(scene)
+        if scene.time_step > scene.duration:
+            raise SceneError(
+                f"time_step {scene.time_step:g} is longer than the duration {scene.duration:g}", "time_step"
+            )
+        check_entries(scene)
+        self.names(scene)
+        self.character(scene.character)
+        check_muscles(self)
+        check_motion(self)
+        if scene.controller is not None:
+            self.controller(scene.controller, scene.character)
+        self.initial_state(scene.initial_state, scene.character)
+        self.ground(scene.ground)
+        check_failure(self, "failure", scene.failure)
+        self.self_collision(scene.failure.self_collision_pairs, scene.character)
+        check_objective(self, "objective", scene.objective)
+        self.robustness(scene.robustness)
+        self.tracking(scene)
+        self.control_rate(scene)
+        check_stages(self)
+
+    def sizes(self, scene: Scene) -> None:
+        """There is neither too much of anything, nor does it take too many steps."""
+        parameters = sum(number.value is not None for number in self.free.values())
+        for name, size, key in (
+            ("bodies", len(scene.character.bodies), "character.bodies"),
+            ("muscles", len(scene.character.muscles), "character.muscles"),
+            ("parameters", parameters, ""),
+            ("steps", scene.duration / scene.time_step, "duration"),
+            ("runs", scene.robustness.runs, "robustness.runs"),
+        ):
+            check_size(name, size, partial(SceneError, key=key))
+
+    def control_rate(self, scene: Scene) -> None:
+        """At most once a step, and of the scene's own controller."""
+        self.not_negative("", scene, "control_rate")
+        most = 1.0 / scene.time_step
+        if scene.control_rate > most * (1.0 + 1e-6):
+            raise SceneError(
+                f"the controller cannot decide more often than every step, {most:g} Hz", key="control_rate"
+            )
+        if scene.control_rate > 0.0 and (scene.controller is None or scene.custom_controller):
+            which = "a custom_controller decides in every step" if scene.custom_controller else "there is no controller"
+            raise SceneError(f"{which}; leave control_rate out", key="control_rate")
+
+    def robustness(self, robustness: Robustness) -> None:
+        """At least one run; disturbances have sizes."""
+        if robustness.runs < 1:
+            raise SceneError(f"must be 1 at least, is {robustness.runs}", key="robustness.runs")
+        self.not_negative("robustness", robustness, "velocity_noise", "push", "slope")
+        self.positive("robustness", robustness, "push_duration")
+
+    def self_collision(self, pairs: Sequence[tuple[str, str]], character: Character) -> None:
+        """A pair is two bodies with shapes."""
+        for index, pair in enumerate(pairs):
+            key = f"failure.self_collision_pairs.{index}"
+            for place, body in enumerate(pair):
+                known(body, character.bodies, "body", f"{key}.{place}")
+                if not character.bodies[body].shapes:
+                    raise SceneError(f"body {body!r} has no shape that could collide", key=f"{key}.{place}")
+            if pair[0] == pair[1]:
+                raise SceneError(f"a pair takes two bodies, got {pair[0]!r} twice", key=key)
+
+    def tracking(self, scene: Scene) -> None:
+        """A tracked gait has one source, and joints of the character; a weight of tracking has a gait."""
+        tracking = scene.tracking
+        if tracking is None:
+            return
+        if bool(tracking.scene) == bool(tracking.file):
+            raise SceneError("give either a scene or a file to track", key="tracking")
+        for index, joint in enumerate(tracking.joints):
+            known(joint, scene.character.joints, "joint", f"tracking.joints.{index}")
+        self.not_negative("tracking", tracking, "start", "replay")
+
+    def numbers(self) -> None:
+        """Every number is finite and of a size that can be computed with; what a number follows is a free parameter."""
+        every = list(leaves(self.checked))
+        check_size("values", len(every), SceneError)
+        for key, number in every:
+            if isinstance(number, Free) and number.same_as and number.same_as not in self.free:
+                raise SceneError(self._why_not_followed(number.same_as, key), key=f"{key}.same_as")
+            if isinstance(number, int | float | np.number) and not math.isfinite(number):
+                raise SceneError(f"{number} is not a finite number", key=key)
+            if isinstance(number, Free):
+                self.computable(key, *self.interval(number), number.step)
+            elif isinstance(number, float | np.floating):
+                self.computable(key, float(number))
+
+    def computable(self, key: str, *numbers: float) -> None:
+        """Numbers are not beyond what single precision can multiply."""
+        worst = max(map(abs, numbers))
+        if not worst <= GREATEST_NUMBER:
+            raise SceneError(
+                f"{worst:g} is beyond {GREATEST_NUMBER:g}, the greatest number that a scene takes", key=key
+            )
+
+    def _why_not_followed(self, target: str, key: str) -> str:
+        if target == key:
+            return "a number cannot follow itself"
+        if any(path == target and isinstance(number, Free) for path, number in leaves(self.checked)):
+            return f"{target!r} follows another number itself; name that one instead"
+        return f"{target!r} is not a free parameter{near(target, self.free)}"
+
+    def knots(self, key: str, phase: Sequence[Number], values: Sequence[Number], name: str) -> None:
+        """As many values as phases; phases increase strictly."""
+        if len(phase) != len(values):
+            raise SceneError(f"{len(values)} values for {len(phase)} phases", key=f"{key}.{name}")
+        self.increasing(f"{key}.phase", phase, "phases")
+
+    def curve(self, key: str, curve: Curve | None) -> None:
+        """A curve has knots, and they are in order."""
+        if curve is None:
+            return
+        if not curve.phase:
+            raise SceneError("a curve needs at least one knot", key=f"{key}.phase")
+        self.knots(key, curve.phase, curve.value, "value")
+
+    def names(self, scene: Scene) -> None:
+        """Refuse names that no file can hold."""
+        part = scene.character
+        tables: dict[str, Iterable[str]] = {"bodies": part.bodies, "joints": part.joints, "muscles": part.muscles}
+        keyed = [("name", scene.name), *((f"stages.{k}.name", stage.name) for k, stage in enumerate(scene.stages))]
+        keyed += [(f"character.{what}", name) for what, table in tables.items() for name in table]
+        for key, name in keyed:
+            if "\0" in name or name != name.encode(errors="replace").decode():
+                raise SceneError(f"{name!r} has a character that no file can hold", key=key)
+
+    def character(self, character: Character) -> None:
+        """Bodies and joints are sound and make a tree."""
+        known(character.root, character.bodies, "body", "character.root")
+        for name, body in character.bodies.items():
+            self.body(f"character.bodies.{name}", body)
+        for name, joint in character.joints.items():
+            key = f"character.joints.{name}"
+            if name == "root":
+                raise SceneError("a joint cannot be called root: that name stands for the root body", key=key)
+            known(joint.parent, character.bodies, "body", f"{key}.parent")
+            known(joint.child, character.bodies, "body", f"{key}.child")
+            self.joint(key, joint)
+        _check_tree(character)
+
+    def body(self, key: str, body: Body) -> None:
+        """A body has mass, inertia and proper shapes."""
+        self.positive(key, body, "mass")
+        for index, moment in enumerate(body.inertia):
+            self.positive_number(f"{key}.inertia.{index}", moment)
+        self.not_negative(key, body, "friction")
+        for index, shape in enumerate(body.shapes):
+            self.shape(f"{key}.shapes.{index}", shape)
+
+    def shape(self, key: str, shape: Shape) -> None:
+        """A shape has a size, and a box its corners in order."""
+        if isinstance(shape, Sphere):
+            self.positive(key, shape, "radius")
+        elif isinstance(shape, Capsule):
+            self.not_negative(key, shape, "radius")
+        else:
+            for index, (low, high) in enumerate(zip(shape.low, shape.high, strict=True)):
+                self.ordered(f"{key}.low.{index}", low, high)
+
+    def joint(self, key: str, joint: Joint) -> None:
+        """A joint has the axes and limits of its type."""
+        wanted = AXES[joint.type]
+        if len(joint.axes) != wanted and not (joint.type == "ball" and not joint.axes and not joint.limits):
+            raise SceneError(f"a {joint.type} joint takes {wanted} axes, got {len(joint.axes)}", key=f"{key}.axes")
+        if len(joint.limits) not in (0, LIMITS[joint.type]):
+            message = f"a {joint.type} joint takes {LIMITS[joint.type]} limits or none, got {len(joint.limits)}"
+            raise SceneError(message, key=f"{key}.limits")
+        for index, axis in enumerate(joint.axes):
+            self.not_zero(f"{key}.axes.{index}", axis, "axis")
+        if len(joint.axes) == 2:
+            self.independent(f"{key}.axes", *joint.axes)
+        for index, (low, high) in enumerate(joint.limits):
+            self.ordered(f"{key}.limits.{index}", low, high)
+        self.not_negative(key, joint, "limit_stiffness", "limit_damping")
+
+    def independent(self, key: str, first: Sequence[Number], second: Sequence[Number]) -> None:
+        """Two axes are not parallel."""
+        (a, b, c), (x, y, z) = (list(map(self.start, axis)) for axis in (first, second))
+        across = math.hypot(b * z - c * y, c * x - a * z, a * y - b * x)
+        if across < 1e-6 * math.hypot(a, b, c) * math.hypot(x, y, z):
+            raise SceneError("the two axes are parallel", key=key)
+
+    def controller(self, controller: Controller, character: Character) -> None:
+        """Names resolve, states lead to states, gains and curves are sound."""
+        joints = character.joints
+        for name, gains in controller.pd.items():
+            if name != "root":
+                known(name, joints, "joint", f"controller.pd.{name}")
+            self.gains(f"controller.pd.{name}", gains)
+        for index, foot in enumerate(controller.feet):
+            known(foot, character.bodies, "body", f"controller.feet.{index}")
+        for index, hip in enumerate(controller.hips):
+            known(hip, joints, "joint", f"controller.hips.{index}")
+            if joints[hip].parent != character.root:
+                message = f"hip {hip!r} must be a joint of the root {character.root!r}, not of {joints[hip].parent!r}"
+                raise SceneError(message, key=f"controller.hips.{index}")
+        for field, (left, right) in (("feet", controller.feet), ("hips", controller.hips)):
+            if left == right:
+                raise SceneError(f"left and right are both {left!r}", key=f"controller.{field}")
+        self.not_negative("controller", controller, "stance_hip_max_velocity")
+        if not controller.states:
+            raise SceneError("a controller needs at least one state", key="controller.states")
+        _check_index(controller.start_state, controller.states, "controller.start_state")
+        if controller.reflexes is not None:
+            check_reflexes(self, "controller.reflexes", controller.reflexes)
+        for index, state in enumerate(controller.states):
+            key = f"controller.states.{index}"
+            _check_index(state.next, controller.states, f"{key}.next")
+            self.state(key, state, joints)
+
+    def gains(self, key: str, gains: PD) -> None:
+        """Gains and the torque limit are not negative."""
+        self.not_negative(key, gains, "kp", "kd", "torque_limit")
+        for index, scale in enumerate(gains.scale):
+            if self.interval(scale)[0] < 0.0:
+                raise SceneError(f"must not be negative, is {self.interval(scale)[0]:g}", key=f"{key}.scale.{index}")
+
+    def state(self, key: str, state: State, joints: dict[str, Joint]) -> None:
+        """A state lasts a while, its trajectories have joints, its curves knots."""
+        self.positive(key, state, "time")
+        for name, trajectory in state.trajectories.items():
+            path = f"{key}.trajectories.{name}"
+            for joint in trajectory_joints(name) if name != "root" else ():
+                known(joint, joints, "joint", path, whose="of this trajectory" if joint != name else "")
+            self.curve(f"{path}.strength", trajectory.strength)
+            for index, component in enumerate(trajectory.components):
+                self.component(f"{path}.components.{index}", component)
+        if state.balance is not None:
+            for field in state.balance.__struct_fields__:
+                self.curve(f"{key}.balance.{field}", getattr(state.balance, field))
+
+    def component(self, key: str, component: Component) -> None:
+        """A rotation has an axis, knots in order and feedback along some direction."""
+        self.not_zero(f"{key}.axis", component.axis, "axis")
+        self.knots(key, component.phase, component.angle, "angle")
+        if component.feedback is not None:
+            feedback = component.feedback
+            self.not_zero(f"{key}.feedback.axis", feedback.axis, "axis")
+            self.ordered(f"{key}.feedback.d_limits", *feedback.d_limits)
+            self.ordered(f"{key}.feedback.v_limits", *feedback.v_limits)
+
+    def initial_state(self, initial: InitialState, character: Character) -> None:
+        """Orientations are rotations, and joints exist."""
+        self.not_zero("initial_state.root_orientation", initial.root_orientation, "quaternion")
+        for name, joint in initial.joints.items():
+            key = f"initial_state.joints.{name}"
+            known(name, character.joints, "joint", key)
+            self.not_zero(f"{key}.orientation", joint.orientation, "quaternion")
+
+    def ground(self, ground: Ground) -> None:
+        """The plane has a normal; its contacts push and brake."""
+        self.not_zero("ground.normal", ground.normal, "normal")
+        self.not_negative("ground", ground, "stiffness", "damping", "tangential_damping", "friction")
+
+
+def _plain(scene: Scene) -> Any:
+    """The scene as dicts, lists and plain values; NumPy's scalars count as plain numbers."""
+
+    def item(value: Any) -> Any:
+        if getattr(value, "shape", None) == ():
+            return value.item()
+        raise SceneError(f"a scene cannot hold a {type(value).__name__}")
+
+    return msgspec.to_builtins(scene, enc_hook=item)
+
+
+def _check_tree(character: Character) -> None:
+    """Every body hangs on exactly one joint, all the way from the root."""
+    joint_of: dict[str, str] = {}
+    for name, joint in character.joints.items():
+        key = f"character.joints.{name}.child"
+        if joint.child == character.root:
+            raise SceneError(f"body {joint.child!r} is the root and cannot be a child", key=key)
+        if joint.child in joint_of:
+            raise SceneError(f"body {joint.child!r} is a child of joint {joint_of[joint.child]!r} already", key=key)
+        joint_of[joint.child] = name
+    for body in character.bodies:
+        visited = [body]
+        while visited[-1] != character.root:
+            if visited[-1] not in joint_of:
+                raise SceneError(
+                    f"no joint connects it to the root {character.root!r}", f"character.bodies.{visited[-1]}"
+                )
+            joint_name = joint_of[visited[-1]]
+            parent = character.joints[joint_name].parent
+            if parent in visited:
+                loop = " -> ".join([parent, *reversed(visited[visited.index(parent) :])])
+                raise SceneError(f"joints make a loop: {loop}", key=f"character.joints.{joint_name}.parent")
+            visited.append(parent)
+
+
+def _check_index(index: int, states: Sequence[Any], key: str) -> None:
+    if not 0 <= index < len(states):
+        raise SceneError(f"there is no state {index}; states are numbered 0 to {len(states) - 1}", key=key)

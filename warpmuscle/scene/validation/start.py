@@ -1,0 +1,99 @@
+"""What the start of a scene is probably mistaken in: bodies deep in the ground, speeds of no gait."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.errors import SceneError
+from warpmuscle.core.pose import about, multiply, normalized, rotate, turned_to_heading, twist_angle
+from warpmuscle.scene import Scene
+from warpmuscle.scene.geometry import contact_points
+from warpmuscle.scene.initial_pose import initial_pose, plain_number, plain_vector
+from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.scene.validation.muscles import muscle_warnings
+
+DEEP = 0.02  # m in the ground, ten times as deep as feet that carry a body; beyond it the ground throws it up
+
+
+def doubts_of(scene: Scene) -> list[SceneError]:
+    """What is probably a mistake in a checked scene, as errors that are not raised, so that a reader can place them."""
+    return [*muscle_warnings(scene), *start_warnings(scene)]
+
+
+def start_warnings(scene: Scene) -> list[SceneError]:
+    """Bodies that start deep in the ground, and a root that starts faster than any gait; see `doubts_of`.
+
+    Free parameters count with their start values.
+    """
+    plain = substitute(scene, start_values(scene))
+    return [*_in_the_ground(plain), *_too_fast(plain)]
+
+
+def _in_the_ground(scene: Scene) -> list[SceneError]:
+    """One for the deepest body of all that are deep in the ground."""
+    if plain_number(scene.ground.stiffness) <= 0.0:
+        return []
+    depths = start_depths(scene)
+    deepest = max(depths, key=lambda name: depths[name], default="")
+    if not deepest or not depths[deepest] > DEEP:
+        return []
+    depth = depths[deepest]
+    others = sum(other > DEEP for other in depths.values()) - 1
+    among = f", the deepest of {others + 1} bodies" if others else ""
+    fixed = scene.character.root_joint == "fixed"
+    key = "ground.height" if fixed else "initial_state.root_position"
+    remedy = (
+        f"lower ground.height by {depth:.2f} m" if fixed else f"raise the root by {depth:.2f} m, or lower the ground"
+    )
+    return [
+        SceneError(
+            f"{deepest} starts {depth:.2f} m deep in the ground{among}, which will throw the character up; {remedy}",
+            key,
+        )
+    ]
+
+
+def _too_fast(scene: Scene) -> list[SceneError]:
+    """One if the root starts at a speed that is divergence."""
+    speed = float(np.linalg.norm(plain_vector(scene.initial_state.root_velocity)))
+    most = plain_number(scene.failure.max_com_speed)
+    if scene.character.root_joint == "fixed" or speed <= most:
+        return []
+    message = f"the root starts at {speed:.3g} m/s, and beyond failure.max_com_speed {most:g} m/s it has diverged"
+    return [SceneError(message, "initial_state.root_velocity")]
+
+
+def start_depths(scene: Scene) -> dict[str, float]:
+    """How deep every body with shapes starts in the ground, m; negative above it.
+
+    Args:
+        scene: checked scene without free parameters.
+    """
+    normal = normalized(plain_vector(scene.ground.normal))
+    height = plain_number(scene.ground.height)
+    place, turn = _root(scene)
+    poses, _ = initial_pose(scene)
+    found = {}
+    for name, body in scene.character.bodies.items():
+        position, orientation = poses[name]
+        depths = [
+            height + plain_number(radius) - normal @ (place + rotate(turn, position + rotate(orientation, point)))
+            for shape in body.shapes
+            for point, radius in ((plain_vector(point), radius) for point, radius in contact_points(shape))
+        ]
+        if depths:
+            found[name] = float(max(depths))
+    return found
+
+
+def _root(scene: Scene) -> tuple[Floats, Floats]:
+    """Position, m, and orientation of the root at the start, world."""
+    state = scene.initial_state
+    position, turn = plain_vector(state.root_position), normalized(plain_vector(state.root_orientation))
+    if state.heading is not None:
+        turn = multiply(turned_to_heading(turn, plain_number(state.heading)), turn)
+    if scene.character.root_joint == "planar":
+        axis = np.array([1.0, 0.0, 0.0])
+        return position * [0.0, 1.0, 1.0], about(axis, twist_angle(turn, axis))
+    return position, turn

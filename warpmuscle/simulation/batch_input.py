@@ -1,0 +1,83 @@
+"""What a batch is asked for, checked: how many instances, which of them to record, values, noise, and times."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from warpmuscle.core.arguments import as_array, as_number, as_whole, in_words
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.errors import RolloutError
+from warpmuscle.core.limits import check_size
+from warpmuscle.scene import Scene
+
+MOST = 2**31 - 1  # that kernels count to
+CHUNK_TIME = 0.1  # s of simulated time between two looks at which instances still run
+LINEAR_SPEEDS = {"free": 3, "planar": 2, "fixed": 0}  # of the root, by its joint
+
+
+def positive(value: int, what: str) -> int:
+    """A positive whole number; RolloutError if it is none."""
+    found = as_whole(value, what, error=RolloutError)
+    if found > MOST:
+        raise RolloutError(f"{what} must be {MOST} at most, not {in_words(value)}")
+    return found
+
+
+def checked_threads(threads: int | None) -> int:
+    """CPU threads as asked for, or one a core; RolloutError if there cannot be so many."""
+    if threads is None:
+        return os.cpu_count() or 1
+    found = as_whole(threads, "threads", error=RolloutError)
+    check_size("threads", found, RolloutError)
+    return found
+
+
+def chosen(record: Sequence[int], instances: int) -> list[int]:
+    """Instances to record, each once; RolloutError if there is no such instance."""
+    if isinstance(record, str | bytes | dict) or not isinstance(record, Iterable):
+        raise RolloutError(f"record must be a list of instances' numbers, not {in_words(record)}")
+    numbers = [as_whole(i, "a number in record", -(2**63), error=RolloutError) for i in record]
+    wrong = [i for i in numbers if not 0 <= i < instances]
+    if wrong:
+        raise RolloutError(f"record: cannot record instance {wrong[0]} of {instances}")
+    return list(dict.fromkeys(numbers))
+
+
+def checked_values(values: ArrayLike, instances: int, count: int) -> Floats:
+    """Parameter values as (instances, count) or (count,); RolloutError if they are not, or not finite."""
+    array = as_array(values, "values", error=RolloutError).astype(np.float64)
+    if array.shape not in ((count,), (instances, count)):
+        raise RolloutError(
+            f"values of parameters have shape {array.shape}; this rollout takes ({instances}, {count}) or ({count},)"
+        )
+    if not np.isfinite(array).all():
+        raise RolloutError("one of the values of parameters is not a finite number")
+    return array
+
+
+def root_noise(scene: Scene, instances: int, deviation: float, seed: int) -> Floats:
+    """Noise for the linear speeds of the root, m/s: a row an instance, or one row of zeros if there is none."""
+    linear = LINEAR_SPEEDS[scene.character.root_joint]
+    deviation = as_number(deviation, "velocity_noise", least=0.0, error=RolloutError)
+    seed = as_whole(seed, "seed", 0, error=RolloutError)
+    if not deviation:
+        return np.zeros((1, linear))
+    return np.random.default_rng(seed).normal(0.0, deviation, (instances, linear))
+
+
+def chunk_steps(scene: Scene) -> int:
+    """Steps between two looks at which instances still run."""
+    return max(round(CHUNK_TIME / scene.time_step), 1)
+
+
+def end_step(batch: Any, duration: float | None) -> int:
+    """The step at which a batch that runs on for a duration, s, ends; RolloutError if that is no time."""
+    if duration is None:
+        return int(batch.steps)
+    duration = as_number(duration, "duration", least=0.0, error=RolloutError)
+    return int(min(batch.steps_done + round(min(duration / batch.scene.time_step, batch.steps)), batch.steps))

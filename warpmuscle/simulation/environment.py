@@ -1,0 +1,265 @@
+"""Gymnasium environments: many bipeds, or one, that a policy drives by excitations or torques.
+
+    import gymnasium
+    import warpmuscle.simulation.environment  # registers warpmuscle/Biped-v0, alone or vectorised
+
+    envs = gymnasium.make_vec("warpmuscle/Biped-v0", num_envs=1000, scene="walk56")
+
+Needs `pip install "warpmuscle[gym]"`.
+
+Action: numbers in -1..1. Of a scene with muscles their excitations, -1 none and 1 full, and what else drives joints
+stays with the scene's controller. Of a scene without, the torques of all joints, 1 being `torque_limit`.
+
+Observation: coordinates without the place on the ground, speeds, foot forces over body weight, and activations of
+muscles, float32, within -100..100.
+
+Reward for a step of the environment, which takes dt, unless `objective_weight` says otherwise:
+
+    speed_weight (distance gone forward) + alive_weight dt [not failed] - effort_weight dt (mean of squared effort)
+
+Effort is excitation, or torque over its limit. With an `objective_weight`, that times what the step added to the
+scene's weighted objective is taken off as well; so with the other weights at 0 the reward is the objective alone.
+
+An episode is terminated when the biped fails as the scene's `failure` says, and truncated at the scene's duration. For
+policies on the GPU use `Rollout.step`, `reset(mask)` and `observation` themselves: here arrays pass through NumPy.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warpmuscle.core.arrays import rows
+from warpmuscle.core.errors import Error
+from warpmuscle.core.status import Status
+from warpmuscle.formats import load
+from warpmuscle.model.objective import weighted
+from warpmuscle.scene import Scene
+from warpmuscle.scene.validation.checks import near
+from warpmuscle.simulation.rollout import Rollout
+
+try:
+    import gymnasium
+    from gymnasium.spaces import Box
+    from gymnasium.vector import AutoresetMode, VectorEnv
+    from gymnasium.vector.utils import batch_space
+except ModuleNotFoundError as error:
+    raise Error('environments need Gymnasium: pip install "warpmuscle[gym]"') from error
+
+GREATEST = 100.0  # of an observation
+FORWARD = {"free": 2, "planar": 1}  # coordinate of the root, by its joint; a fixed one goes nowhere
+ON_GROUND = {"free": (0, 2), "planar": (1,), "fixed": ()}
+
+Array = NDArray[np.float32]
+Flags = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What an environment is like beside its scene."""
+
+    frame_skip: int = 20  # simulated steps a step of the environment
+    speed_weight: float = 1.0  # 1/m
+    alive_weight: float = 1.0  # 1/s
+    effort_weight: float = 0.5  # 1/s
+    objective_weight: float = 0.0
+    torque_limit: float = 100.0  # N m
+    velocity_noise: float = 0.01  # m/s, standard deviation of each component of the root's velocity at the start
+
+    @classmethod
+    def of(cls, given: dict[str, Any]) -> Settings:
+        """The settings with some of them given; raises Error for an unknown or impossible one."""
+        for name, value in given.items():
+            if name not in cls.__dataclass_fields__:
+                raise Error(f"there is no setting {name!r}{near(name, cls.__dataclass_fields__)}")
+            if not isinstance(value, int | float) or not np.isfinite(value):
+                raise Error(f"{name} must be a finite number, not {value!r}")
+        settings = cls(**given)
+        if settings.frame_skip < 1 or settings.frame_skip != int(settings.frame_skip):
+            raise Error(f"frame_skip must be a positive whole number, not {settings.frame_skip}")
+        if settings.velocity_noise < 0.0 or settings.torque_limit <= 0.0:
+            raise Error("velocity_noise must not be negative, and torque_limit must be positive")
+        return settings
+
+
+class Bipeds:
+    """What both environments have in common: a batch that acts, and is observed and rewarded."""
+
+    def __init__(self, count: int, scene: str | Scene, device: str | None, threads: int | None, settings: Settings):
+        """Prepare the batch; raises as `load` and `Rollout`."""
+        given = load(scene) if isinstance(scene, str) else scene
+        self.rollout, self.settings = Rollout(given, count, device, threads=threads), settings
+        rollout, kind = self.rollout, given.character.root_joint
+        self.dt = settings.frame_skip * given.time_step
+        mass = rows([body.mass for body in rollout.numeric.character.bodies.values()]).sum()
+        self._weight = float(mass * rows([rollout.numeric.gravity])[0, 0]) or 1.0
+        self._forward = FORWARD.get(kind)
+        self._seen = [i for i in range(len(rollout.coordinate_names)) if i not in ON_GROUND[kind]]
+        names = rollout.muscle_names if rollout.excitable else rollout.torque_names
+        self.action_space = Box(-1.0, 1.0, (len(names),), np.float32)
+        self.observation_space = Box(-GREATEST, GREATEST, (self.observed().shape[1],), np.float32)
+
+    def start(self, mask: Flags, random: np.random.Generator) -> None:
+        """Put instances back to their start, with noise."""
+        seed = int(random.integers(2**31))
+        self.rollout.reset(velocity_noise=self.settings.velocity_noise, seed=seed, mask=mask)
+
+    def observed(self) -> Array:
+        """(instances, numbers) float32."""
+        found = self.rollout.observation()
+        parts = [
+            found["coordinates"].numpy()[:, self._seen],
+            found["speeds"].numpy(),
+            found["foot_force"].numpy().reshape(self.rollout.instances, 6) / np.float32(self._weight),
+        ]
+        if self.rollout.excitable:
+            parts.append(found["activation"].numpy())
+        observed = np.nan_to_num(np.concatenate(parts, axis=1))
+        return np.asarray(np.clip(observed, -GREATEST, GREATEST), dtype=np.float32)
+
+    def act(self, actions: Any) -> tuple[Array, Flags, Flags]:
+        """Rewards, terminated and truncated, (instances,), of a step of the environment with actions."""
+        s, rollout = self.settings, self.rollout
+        action = np.clip(np.nan_to_num(np.asarray(actions, dtype=np.float32)), -1.0, 1.0)
+        before, cost = self._place(), self._cost()
+        if rollout.excitable:
+            effort = 0.5 + 0.5 * action
+            rollout.step(int(s.frame_skip), excitations=effort)
+        else:
+            effort = action
+            rollout.step(int(s.frame_skip), torques=effort * np.float32(s.torque_limit))
+        status = rollout.status()
+        failed = ~np.isin(status, (Status.RUNNING, Status.COMPLETED))
+        reward = s.speed_weight * (self._place() - before) + s.alive_weight * self.dt * ~failed
+        reward = reward - s.effort_weight * self.dt * np.square(effort).sum(axis=1) / max(effort.shape[1], 1)
+        reward = reward - s.objective_weight * (self._cost() - cost)
+        return reward.astype(np.float32), failed, status == Status.COMPLETED
+
+    def _place(self) -> Any:
+        """How far forward every instance is, m."""
+        if self._forward is None:
+            return np.zeros(self.rollout.instances)
+        return self.rollout.state.coordinates.numpy()[:, self._forward].astype(np.float64)
+
+    def _cost(self) -> Any:
+        """The scene's objective so far, if it counts."""
+        if not self.settings.objective_weight:
+            return 0.0
+        return weighted(self.rollout.numeric, self.rollout.terms())
+
+
+class BipedVectorEnv(VectorEnv[Array, Array, Any]):
+    """Bipeds of one scene on one device, all in one batch.
+
+    Its autoreset mode is `AutoresetMode.SAME_STEP`: an instance whose episode ends starts again within the same call of
+    `step`, which gives the first observation of the new episode, and the last one of the old in `info["final_obs"]`
+    (rows of `info["_final_obs"]`).
+
+    Attributes:
+        bipeds: the batch; `bipeds.rollout` has its arrays on the device.
+    """
+
+    def __init__(
+        self,
+        num_envs: int = 1,
+        scene: str | Scene = "fwalk",
+        device: str | None = None,
+        threads: int | None = None,
+        render_mode: None = None,
+        **settings: Any,
+    ) -> None:
+        """Prepare the batch.
+
+        Args:
+            num_envs: how many.
+            scene: a scene, or what `load` takes for one.
+            device, threads: as of `Rollout`.
+            render_mode: none is known; `warpmuscle view` shows motions.
+            settings: see `Settings`.
+
+        Raises:
+            SceneError, RolloutError: as `load` and `Rollout`.
+            Error: an unknown or impossible setting.
+        """
+        self.bipeds = Bipeds(num_envs, scene, device, threads, Settings.of(settings))
+        self.num_envs, self.render_mode = num_envs, render_mode
+        self.metadata = {"render_modes": [], "autoreset_mode": AutoresetMode.SAME_STEP}
+        self.single_action_space = self.bipeds.action_space
+        self.single_observation_space = self.bipeds.observation_space
+        self.action_space = batch_space(self.single_action_space, num_envs)
+        self.observation_space = batch_space(self.single_observation_space, num_envs)
+
+    def reset(
+        self, *, seed: int | list[int | None] | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Array, dict[str, Any]]:
+        """Start all episodes.
+
+        Args:
+            seed: of all noise from now on; of several, which Gymnasium gives one an instance, the first.
+            options: none are known.
+        """
+        super().reset(seed=seed[0] if isinstance(seed, list) else seed, options=options)
+        self.bipeds.start(np.ones(self.num_envs, dtype=bool), self.np_random)
+        return self.bipeds.observed(), {}
+
+    def step(self, actions: Array) -> tuple[Array, Any, Any, Any, dict[str, Any]]:
+        """Act: observations, rewards, terminated, truncated, and what else Gymnasium wants to know of episodes' ends.
+
+        Raises:
+            RolloutError: the actions are not (num_envs, actions).
+        """
+        reward, terminated, truncated = self.bipeds.act(actions)
+        observed, ended = self.bipeds.observed(), terminated | truncated
+        info: dict[str, Any] = {}
+        if ended.any():
+            info = {"final_obs": np.full(self.num_envs, None, dtype=object), "_final_obs": ended}
+            info |= {"final_info": {"status": self.bipeds.rollout.status().copy()}, "_final_info": ended}
+            for index in np.flatnonzero(ended):
+                info["final_obs"][index] = observed[index]
+            self.bipeds.start(ended, self.np_random)
+            observed = self.bipeds.observed()
+        return observed, reward, terminated, truncated, info
+
+
+class BipedEnv(gymnasium.Env[Array, Array]):
+    """One biped, which a policy drives; it starts again by `reset` only.
+
+    Attributes:
+        bipeds: the batch of one.
+    """
+
+    def __init__(
+        self,
+        scene: str | Scene = "fwalk",
+        device: str | None = None,
+        threads: int | None = None,
+        render_mode: None = None,
+        **settings: Any,
+    ) -> None:
+        """Prepare the biped; see `BipedVectorEnv`."""
+        self.bipeds = Bipeds(1, scene, device, threads, Settings.of(settings))
+        self.metadata, self.render_mode = {"render_modes": []}, render_mode
+        self.action_space, self.observation_space = self.bipeds.action_space, self.bipeds.observation_space
+
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Array, dict[str, Any]]:
+        """Start an episode; its first observation."""
+        super().reset(seed=seed, options=options)
+        self.bipeds.start(np.ones(1, dtype=bool), self.np_random)
+        return self.bipeds.observed()[0], {}
+
+    def step(self, action: Array) -> tuple[Array, float, bool, bool, dict[str, Any]]:
+        """Act: observation, reward, terminated, truncated, and the biped's status."""
+        reward, terminated, truncated = self.bipeds.act(np.asarray(action)[None])
+        status = Status(int(self.bipeds.rollout.status()[0]))
+        observed = self.bipeds.observed()[0]
+        return observed, float(reward[0]), bool(terminated[0]), bool(truncated[0]), {"status": status.name}
+
+
+gymnasium.register(
+    id="warpmuscle/Biped-v0",
+    entry_point="warpmuscle.simulation.environment:BipedEnv",
+    vector_entry_point="warpmuscle.simulation.environment:BipedVectorEnv",
+)

@@ -1,0 +1,65 @@
+"""Memory that the instances of a batch take on a device, and whether there is as much."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from warpmuscle.core.arrays import arrays_of
+from warpmuscle.core.errors import RolloutError
+from warpmuscle.simulation.devices import free_memory
+
+USABLE = 0.95  # of the free memory; kernels and the list of running instances need some of it
+GIB = 1024.0**3
+
+
+@dataclass(frozen=True)
+class InstanceBytes:
+    """Bytes that one more instance takes on the device."""
+
+    state: int
+    model: int  # with free parameters of its own; nothing if all instances share them
+
+    @property
+    def total(self) -> int:
+        """With parameters of its own."""
+        return self.state + self.model
+
+
+def struct_bytes(struct: Any) -> int:
+    """Bytes of all arrays of a device structure."""
+    return sum(array.capacity for array in arrays_of(struct))
+
+
+def bytes_of(state_of: Callable[[int], Any], model_of: Callable[[int], Any]) -> InstanceBytes:
+    """Bytes an instance, from functions that make the state and the model of so many instances."""
+    state, model = (struct_bytes(make(3)) - struct_bytes(make(2)) for make in (state_of, model_of))
+    return InstanceBytes(state, model)
+
+
+def instances_that_fit(bytes_an_instance: int, device: Any, held: int = 0) -> int | None:
+    """How many instances a device has memory for, `held` bytes of which are theirs; None where it does not tell."""
+    free = free_memory(device)
+    return None if free is None else int((USABLE * free + held) // max(bytes_an_instance, 1))
+
+
+def check_memory(instances: int, bytes_an_instance: int, device: Any, held: int = 0) -> None:
+    """Raise RolloutError if so many instances do not fit into a device's memory.
+
+    Args:
+        bytes_an_instance: what each of them takes. held: bytes of it that have been allocated.
+    """
+    fitting = instances_that_fit(bytes_an_instance, device, held)
+    if fitting is not None and fitting < instances:
+        raise RolloutError(
+            f"{instances} instances need {instances * bytes_an_instance / GIB:.3g} GiB on {device}, which has memory "
+            f"left for {fitting} of {bytes_an_instance / 1024.0:.3g} KiB each: simulate so many at a time"
+        )
+
+
+def repeated(values: Any, count: int) -> Any:
+    """Parameter values (count, P), one row an instance."""
+    return np.tile(values, (count, 1))

@@ -1,0 +1,180 @@
+"""Frames that the fused kernel writes for chosen instances, and their translation into recordings."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from warpmuscle.core.arguments import as_texts
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.arrays import rows
+from warpmuscle.core.errors import RolloutError
+from warpmuscle.core.pose import conjugate, multiply, rotate
+from warpmuscle.kernels import structs
+from warpmuscle.kernels.record import RecordKind
+from warpmuscle.results.recording import MUSCLE_QUANTITIES, Recording
+from warpmuscle.scene import Scene
+from warpmuscle.scene.topology import Topology
+
+ARRAYS: dict[str, tuple[tuple[int | str, ...], Any]] = {
+    "phase": ((), float),
+    "stance": ((), int),
+    "machine_state": ((), int),
+    "com": ((2,), wp.vec3),
+    "foot_force": ((2,), wp.vec3),
+    "orientation": (("bodies",), wp.quat),
+    "position": (("bodies",), wp.vec3),
+    "angular_velocity": (("bodies",), wp.vec3),
+    "torque": (("bodies",), wp.vec3),
+    "desired_torque": (("bodies",), wp.vec3),
+    "target": (("bodies",), wp.quat),
+    "coordinates": (("coordinates",), float),
+    "speeds": (("speeds",), float),
+    "muscle": ((len(MUSCLE_QUANTITIES), "muscles"), float),
+}
+
+MOTION = ("coordinates", "speeds")
+
+
+def record_kind(quantities: Sequence[str] | None) -> RecordKind:
+    """What a step records for the quantities that are asked for; all if None.
+
+    Raises:
+        RolloutError: an unknown name.
+    """
+    if quantities is None:
+        return RecordKind()
+    quantities = as_texts(quantities, "quantities", error=RolloutError)
+    for name in quantities:
+        if name not in (*MOTION, *MUSCLE_QUANTITIES):
+            raise RolloutError(f"quantities: no quantity {name!r}; known: {', '.join((*MOTION, *MUSCLE_QUANTITIES))}")
+    return RecordKind(False, any(name in MUSCLE_QUANTITIES for name in quantities))
+
+
+def shapes(names: Topology, muscles: tuple[str, ...]) -> dict[str, tuple[int, ...]]:
+    """Shape of what a frame has of each array."""
+    sizes = {"bodies": len(names.bodies), "coordinates": names.coordinates, "speeds": names.speeds}
+    sizes["muscles"] = max(len(muscles), 1)
+    return {
+        name: tuple(sizes[size] if isinstance(size, str) else size for size in shape)
+        for name, (shape, _) in ARRAYS.items()
+    }
+
+
+def frame_bytes(names: Topology, muscles: tuple[str, ...]) -> int:
+    """Bytes of a frame in which everything is recorded."""
+    found = shapes(names, muscles)
+    return sum(math.prod(found[name]) * int(wp.types.type_size_in_bytes(ARRAYS[name][1])) for name in ARRAYS)
+
+
+class Frames:
+    """Device arrays for the motion of chosen instances."""
+
+    def __init__(
+        self,
+        names: Topology,
+        muscles: tuple[str, ...],
+        instances: int,
+        chosen: list[int],
+        every: int,
+        steps: int,
+        device: Any,
+        kind: RecordKind = RecordKind(),  # noqa: B008, immutable
+    ) -> None:
+        """Room for a frame every `every` steps of a simulation of `steps` steps."""
+        self.names, self.muscles, self.chosen, self.every, self.kind = names, muscles, chosen, every, kind
+        slot = np.full(instances, -1, dtype=np.int32)
+        slot[chosen] = np.arange(len(chosen))
+        self.record = structs.Record()
+        self.record.slot = wp.array(slot, dtype=int, device=device)
+        self.record.every = every if chosen else 0
+        lead = (len(chosen), -(-steps // every)) if chosen else (1, 1)
+        self._kept = [n for n in ARRAYS if kind.whole or n in MOTION or (n == "muscle" and kind.muscles)]
+        for name, shape in shapes(names, muscles).items():
+            room = lead if name in self._kept else (0, 0)
+            setattr(self.record, name, wp.zeros((*room, *shape), dtype=ARRAYS[name][1], device=device))
+
+    def clear(self) -> None:
+        """Forget what was recorded."""
+        for name in self._kept:
+            getattr(self.record, name).zero_()
+
+    def values(self, name: str, steps: int) -> Floats:
+        """A quantity of all chosen instances (chosen, frames, ...) in the first `steps` steps, float32.
+
+        Raises:
+            RolloutError: it was not recorded.
+        """
+        array = "muscle" if name in MUSCLE_QUANTITIES else name
+        if not self.chosen:
+            raise RolloutError("no instance was recorded: name some in Rollout(..., record=[...])")
+        if array not in (*MOTION, "muscle") or array not in self._kept:
+            raise RolloutError(f"{name!r} was not recorded: name it in Rollout(..., quantities=[...])")
+        count = -(-steps // self.every)
+        recorded = getattr(self.record, array).numpy()[:, :count]
+        if array == "muscle":
+            recorded = recorded[:, :, MUSCLE_QUANTITIES.index(name), : len(self.muscles)]
+        return np.asarray(recorded)
+
+    def recording(self, scene: Scene, instance: int, steps: int, start: float = 0.0) -> Recording:
+        """The motion of a chosen instance over its first `steps` steps, from a time on, s, but for the last frame."""
+        if not self.kind.whole:
+            raise RolloutError("only some quantities were recorded: take them from `Rollout.recorded`")
+        names, capacity = self.names, self.record.phase.shape[1]
+        count = min(-(-steps // self.every), capacity)
+        first = max(min(math.ceil(start / (self.every * scene.time_step) - 1e-6), count - 1), 0)
+        raw = self._raw(self.chosen.index(instance), first, count)
+        orientation, parents = raw["orientation"], list(names.parents[1:])
+        angular = raw["angular_velocity"]
+        parent_orientation = orientation[:, parents]
+        of_muscles = raw["muscle"][:, :, : len(self.muscles)]
+        return Recording(
+            joint_names=names.joints,
+            body_names=names.bodies,
+            muscle_names=self.muscles,
+            time=np.arange(first, count) * self.every * scene.time_step,
+            phase=raw["phase"],
+            stance=raw["stance"].astype(np.int32),
+            state=raw["machine_state"].astype(np.int32),
+            root_position=raw["position"][:, 0],
+            root_orientation=orientation[:, 0],
+            root_velocity=root_velocity(scene.character.root_joint, raw["speeds"]),
+            root_angular_velocity=angular[:, 0],
+            joint_orientation=multiply(conjugate(parent_orientation), orientation[:, 1:]),
+            joint_angular_velocity=rotate(conjugate(parent_orientation), angular[:, 1:] - angular[:, parents]),
+            joint_torque=raw["torque"][:, 1:],
+            joint_torque_desired=raw["desired_torque"][:, 1:],
+            joint_target=raw["target"][:, 1:],
+            com=raw["com"][:, 0],
+            com_velocity=raw["com"][:, 1],
+            foot_force_left=raw["foot_force"][:, 0],
+            foot_force_right=raw["foot_force"][:, 1],
+            body_position=raw["position"] + rotate(orientation, self._centers(scene, instance)),
+            body_orientation=orientation,
+            **{name: of_muscles[:, k] for k, name in enumerate(MUSCLE_QUANTITIES)},
+        )
+
+    def _raw(self, row: int, first: int, count: int) -> dict[str, Floats]:
+        """Frames first..count - 1 of all arrays of a row; only these leave the device."""
+        return {name: getattr(self.record, name)[row, first:count].numpy().astype(float) for name in ARRAYS}
+
+    def _centers(self, scene: Scene, instance: int) -> Floats:
+        """Centres of mass from the joints, body axes, (bodies, 3), m."""
+        zero = (0.0, 0.0, 0.0)
+        joints = [scene.character.joints[name] for name in self.names.joints]
+        table = rows([zero, *(list(joint.position_in_child) for joint in joints)])
+        return np.asarray(-table[min(instance, len(table) - 1)])
+
+
+def root_velocity(kind: str, speeds: Floats) -> Floats:
+    """Velocity of the root, (F, 3), from the speeds of a free, planar or fixed root."""
+    velocity = np.zeros((len(speeds), 3))
+    if kind == "free":
+        velocity[:] = speeds[:, :3]
+    elif kind == "planar":
+        velocity[:, 1:] = speeds[:, :2]
+    return velocity

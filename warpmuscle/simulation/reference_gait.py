@@ -1,0 +1,94 @@
+"""A recorded gait as a reference: mean joint orientations over the phase of a step, in left and in right stance."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.arrays import to_device
+from warpmuscle.core.errors import RolloutError
+from warpmuscle.formats import npz
+from warpmuscle.formats.npz import JointMotion
+from warpmuscle.results.recording import Recording
+from warpmuscle.results.result import read
+from warpmuscle.scene import Character, Tracking
+from warpmuscle.scene.topology import Topology
+
+BINS = 50  # of the phase
+
+
+def motion_in_file(tracking: Tracking, character: Character) -> Recording | JointMotion:
+    """The motion of a file that a scene names; raises Error if the file has no such motion, or cannot be read."""
+    replays: Sequence[Recording | JointMotion]
+    if tracking.file.lower().endswith(".npz"):
+        replays = [npz.read(tracking.file, character)]
+    else:
+        replays = read(tracking.file).replays
+    if tracking.replay >= len(replays):
+        raise RolloutError(f"{tracking.file} has {len(replays)} motions, none with number {tracking.replay}")
+    return replays[tracking.replay]
+
+
+def tracked_fields(motion: Recording | JointMotion, tracking: Tracking, names: Topology, device: Any) -> dict[str, Any]:
+    """The part of a motion that a scene tracks, by field of `kernels.structs.Model`; raises RolloutError."""
+    part = motion.window(tracking.start)
+    if not len(part.phase):
+        source = tracking.file or tracking.scene
+        raise RolloutError(f"{source} has no motion from {tracking.start:g} s on, which `tracking.start` asks for")
+    by_contact = isinstance(motion, JointMotion) and motion.by_contact
+    return reference_fields(*reference_table(part, names, tracking.joints), device, by_contact)
+
+
+def reference_table(motion: Recording | JointMotion, names: Topology, joints: list[str]) -> tuple[Floats, Floats]:
+    """Mean orientations (2 BINS, bodies, 4) of each body's joint, left stance first, and which bodies count (bodies,).
+
+    Bins of the phase that the motion never comes to take those of the nearest bin that it does.
+
+    Args:
+        motion: with the phases of a controller. joints: those that count; all that both have if empty.
+
+    Raises:
+        RolloutError: the motion lacks one of the joints, or has no steps of one side.
+    """
+    table = np.zeros((2 * BINS, len(names.bodies), 4))
+    table[..., 3] = 1.0
+    counts = np.zeros(len(names.bodies))
+    wanted = joints or [joint for joint in names.joints if joint in motion.joint_names]
+    rows = motion.stance.astype(int) * BINS + np.clip((motion.phase * BINS).astype(int), 0, BINS - 1)
+    for side in (0, 1):
+        if not np.any(rows // BINS == side):
+            raise RolloutError(f"the tracked motion never stands on the {'right' if side else 'left'} foot")
+    for joint in wanted:
+        if joint not in motion.joint_names:
+            raise RolloutError(f"the tracked motion has no joint {joint!r}; it has {', '.join(motion.joint_names)}")
+        body = names.body_of_joint(joint)
+        counts[body] = 1.0
+        table[:, body] = _means(motion.joint_orientation[:, motion.joint_names.index(joint)].astype(float), rows)
+    return table, counts
+
+
+def _means(orientation: Floats, rows: Any) -> Floats:
+    """Mean unit quaternion of the frames in each row, (2 BINS, 4); empty rows take the nearest of their side."""
+    aligned = orientation * np.where(orientation @ orientation[0] < 0.0, -1.0, 1.0)[:, None]
+    total = np.zeros((2 * BINS, 4))
+    np.add.at(total, rows, aligned)
+    for side in (0, 1):
+        here = np.arange(side * BINS, (side + 1) * BINS)
+        full = here[np.linalg.norm(total[here], axis=1) > 0.0]
+        nearest = full[np.abs(here[:, None] - full[None]).argmin(axis=1)]
+        total[here] = total[nearest]
+    return np.asarray(total / np.linalg.norm(total, axis=1, keepdims=True))
+
+
+def reference_fields(table: Floats, counts: Floats, device: Any, by_contact: bool = False) -> dict[str, Any]:
+    """The reference, by field of `kernels.structs.Model`; `by_contact` if its cycles run from contact to contact."""
+    return {
+        "reference_bins": BINS,
+        "reference_by_contact": int(by_contact),
+        "reference": to_device(table, wp.quat, device),
+        "tracked": to_device(counts, float, device),
+    }

@@ -1,0 +1,217 @@
+"""The stages of a step one at a time, for a batch of given states: for tests and for pipelines of one's own."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import warp as wp
+from numpy.typing import ArrayLike
+
+from warpmuscle.core.arguments import as_array
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.errors import RolloutError
+from warpmuscle.core.pose import normalized
+from warpmuscle.formats import SceneLike
+from warpmuscle.kernels import stages, structs
+from warpmuscle.kernels.scratch import capacity_of, work_floats
+from warpmuscle.model.build import joint_coordinates, root_coordinates
+from warpmuscle.model.muscles import muscle_kind
+from warpmuscle.model.paths import path_table, paths_struct
+from warpmuscle.model.reflexes import has_reflexes
+from warpmuscle.results.recording import MUSCLE_QUANTITIES
+from warpmuscle.simulation.recorder import Frames
+from warpmuscle.simulation.rollout import Rollout
+
+GREATEST = float(np.finfo(np.float32).max)
+
+
+@dataclass(frozen=True)
+class MusclePaths:
+    """Geometry of all M muscles of a character in n states; a crossing is a joint and a muscle acting on it."""
+
+    length: Floats  # (n, M) m
+    speed: Floats  # (n, M) m/s
+    moment_arm: Floats  # (n, C, 3) m, world: a tension F puts the torque F r on the joint's parent
+    muscle: tuple[int, ...]  # (C,) of each crossing
+    joint: tuple[int, ...]  # (C,) as in `names.joints`
+
+
+class Stages(Rollout):
+    """A rollout whose states are set from outside and whose stages are run one by one.
+
+    All results are float32 NumPy arrays; bodies and joints are numbered as in `names`.
+    """
+
+    def __init__(self, scene: SceneLike, instances: int = 1, device: str | None = None, *, trust: bool = False) -> None:
+        """Prepare room for so many states; see `Rollout`."""
+        super().__init__(scene, instances, device, trust=trust)
+        floats = work_floats(capacity_of(len(self.names.bodies)))
+        self._workspace = wp.zeros((self.instances, floats), dtype=float, device=self.device)
+
+    def set_state(
+        self,
+        root_position: ArrayLike,
+        root_orientation: ArrayLike,
+        root_velocity: ArrayLike,
+        root_angular_velocity: ArrayLike,
+        joint_orientation: ArrayLike,
+        joint_angular_velocity: ArrayLike,
+        *,
+        phase: ArrayLike = 0.0,
+        stance: ArrayLike = 0,
+        machine_state: ArrayLike = 0,
+        foot_force: ArrayLike = 0.0,
+    ) -> None:
+        """Set the states of all instances, n = instances, J = joints.
+
+        Args:
+            root_position: (n, 3) m. root_orientation: (n, 4) x, y, z, w.
+            root_velocity, root_angular_velocity: (n, 3) world, m/s and rad/s.
+            joint_orientation: (n, J, 4) child in parent; hinges and universal joints take the nearest angles.
+            joint_angular_velocity: (n, J, 3) of the child relative to the parent, parent's axes, rad/s.
+            phase, stance (0 left, 1 right), machine_state: (n,) of the controller.
+            foot_force: (n, 2, 3) N, on the left and the right foot in the step before.
+
+        Raises:
+            RolloutError: another shape, or a number that is not finite.
+        """
+        joints = len(self.names.joints)
+        position = self._rows(root_position, "root_position", 3)
+        velocity = self._rows(root_velocity, "root_velocity", 3)
+        angular = self._rows(root_angular_velocity, "root_angular_velocity", 3)
+        turned = self._turns(root_orientation, "root_orientation", 4)
+        orientation = self._turns(joint_orientation, "joint_orientation", joints, 4)
+        rate = self._rows(joint_angular_velocity, "joint_angular_velocity", joints, 3)
+        feet = self._rows(foot_force, "foot_force", 2, 3)
+        states = 1 if self.scene.controller is None else len(self.scene.controller.states)
+        most = {"phase": np.inf, "stance": 1, "machine_state": states - 1}
+        of_controller = {"phase": phase, "stance": stance, "machine_state": machine_state}
+        numbers = {name: self._rows(values, name) for name, values in of_controller.items()}
+        for name, values in numbers.items():
+            if np.any((values < 0.0) | (values > most[name])):
+                raise RolloutError(f"{name} must lie within 0 and {most[name]:g}")
+        kind = self.scene.character.root_joint
+        root_q, root_v = root_coordinates(kind, position, turned, velocity, angular)
+        coordinates, speeds = [root_q], [root_v]
+        for i, name in enumerate(self.names.joints):
+            joint_q, joint_v = joint_coordinates(self._numeric.character.joints[name], orientation[:, i], rate[:, i])
+            coordinates.append(joint_q)
+            speeds.append(joint_v)
+        s = self._state
+        s.accelerations.zero_()
+        s.coordinates.assign(np.concatenate(coordinates, axis=1).astype(np.float32))
+        s.speeds.assign(np.concatenate(speeds, axis=1).astype(np.float32))
+        s.phase.assign(numbers["phase"].astype(np.float32))
+        s.stance.assign(numbers["stance"].astype(np.int32))
+        s.machine_state.assign(numbers["machine_state"].astype(np.int32))
+        s.foot_force.assign(feet.astype(np.float32))
+
+    def _rows(self, values: ArrayLike, name: str, *shape: int) -> Floats:
+        """Finite numbers of all instances, (n, *shape), also given as one number or row for all of them."""
+        found, wanted = as_array(values, name, error=RolloutError), (self.instances, *shape)
+        try:
+            every = np.broadcast_to(found, wanted).astype(np.float64)
+        except ValueError:
+            raise RolloutError(f"{name} has shape {found.shape}, not {wanted}") from None
+        if not np.all(np.abs(every) <= GREATEST):
+            raise RolloutError(f"a number of {name} is not finite, or too great")
+        return every
+
+    def _turns(self, values: ArrayLike, name: str, *shape: int) -> Floats:
+        """Quaternions of all instances, (n, *shape), of unit length."""
+        every = self._rows(values, name, *shape)
+        if np.any(np.linalg.norm(every, axis=-1) < 1e-6):
+            raise RolloutError(f"a quaternion of {name} has no length")
+        return normalized(every)
+
+    def _run(self, kernel: Any, inputs: list[Any], outputs: Sequence[tuple[tuple[int, ...], Any]]) -> list[Floats]:
+        arrays = [wp.zeros((self.instances, *shape), dtype=dtype, device=self.device) for shape, dtype in outputs]
+        base = [self._model, self._state, self._workspace, *inputs]
+        wp.launch(kernel, dim=self.instances, inputs=base, outputs=arrays, device=self.device)
+        return [array.numpy() for array in arrays]
+
+    def forward_kinematics(self) -> dict[str, Floats]:
+        """Of all bodies: position, velocity (n, B, 3), orientation (n, B, 4), angular_velocity; com (n, 2, 3)."""
+        b = len(self.names.bodies)
+        outputs = [((b,), wp.vec3), ((b,), wp.quat), ((b,), wp.vec3), ((b,), wp.vec3), ((2,), wp.vec3)]
+        names = ("position", "orientation", "velocity", "angular_velocity", "com")
+        return dict(zip(names, self._run(stages.forward_kinematics, [], outputs), strict=True))
+
+    def controller_torques(self) -> tuple[Floats, Floats]:
+        """Targets (n, J, 4) and torques (n, J, 3), world, N m, + on the parent and - on the child."""
+        b = len(self.names.bodies)
+        kernel = stages.controller_torques(self._recipe.effort)
+        target, torque = self._run(kernel, [], [((b,), wp.quat), ((b,), wp.vec3)])
+        return target[:, 1:], torque[:, 1:]
+
+    def contact_forces(self) -> tuple[Floats, Floats]:
+        """Contact force on every body (n, B, 3), N, and its moment about the body's centre of mass, N m."""
+        b = len(self.names.bodies)
+        force, moment = self._run(stages.contact_forces, [], [((b,), wp.vec3), ((b,), wp.vec3)])
+        return force, moment
+
+    def muscle_paths(self) -> MusclePaths:
+        """Paths of all muscles of the character, whether or not they drive a joint."""
+        character, names = self._numeric.character, self.names
+        paths = character.muscles
+        table = path_table(paths, names, character)
+        driven, simulated = self._model.paths, self._model.muscles.count
+        self._model.paths = paths_struct(paths, names, character, self.device)
+        self._model.muscles.count = len(paths)
+        count = max(len(paths), 1)
+        outputs = [((count,), float), ((count,), float), ((max(len(table.crossings), 1),), wp.vec3)]
+        try:
+            length, speed, arm = self._run(stages.muscle_paths, [], outputs)
+        finally:  # the model as it was: it has more than the scene, such as excitations and slopes
+            self._model.paths, self._model.muscles.count = driven, simulated
+        muscles, joints = ([getattr(c, key) for c in table.crossings] for key in ("muscle", "joint"))
+        return MusclePaths(
+            length[:, : len(paths)], speed[:, : len(paths)], arm[:, : len(muscles)],
+            tuple(muscles), tuple(joint - 1 for joint in joints),
+        )  # fmt: skip
+
+    def muscle_torques(self, desired: ArrayLike) -> tuple[Floats, dict[str, Floats]]:
+        """Let the simulated muscles answer to desired joint torques (n, J, 3), world, for one step.
+
+        Activations, delay lines and fibre lengths are kept from call to call; `reset` puts them back to their start.
+
+        Returns:
+            The torques that drive the joints (n, J, 3), and by name the quantities of the muscles (n, M), as in
+            `recording.MUSCLE_QUANTITIES`.
+        """
+        n, b = self.instances, len(self.names.bodies)
+        torque = np.zeros((n, b, 3), dtype=np.float32)
+        torque[:, 1:] = self._rows(desired, "desired", b - 1, 3)
+        given = wp.array(torque, dtype=wp.vec3, device=self.device)
+        frames = Frames(self.names, self._driven.muscles, n, list(range(n)), 1, 1, self.device)
+        kind = muscle_kind(self.scene.muscle_model, self._driven.of(self.scene))
+        kernel = stages.muscle_torques(kind._replace(reflexes=has_reflexes(self.scene, self._driven.muscles)))
+        result = self._run(kernel, [given, frames.record], [((b,), wp.vec3)])[0]
+        quantities = frames.record.muscle.numpy()[:, 0, :, : len(self._driven.muscles)]
+        return result[:, 1:], {name: quantities[:, k] for k, name in enumerate(MUSCLE_QUANTITIES)}
+
+    def forward_dynamics(self, joint_torque: ArrayLike = 0.0) -> dict[str, Floats]:
+        """Accelerations under joint torques (n, J, 3), world, + on the parent.
+
+        Returns:
+            speed_rate (n, S); of all bodies acceleration of the centre of mass and angular_acceleration (n, B, 3).
+        """
+        n, b = self.instances, len(self.names.bodies)
+        torque = np.zeros((n, b, 3), dtype=np.float32)
+        torque[:, 1:] = self._rows(joint_torque, "joint_torque", b - 1, 3)
+        given = wp.array(torque, dtype=wp.vec3, device=self.device)
+        outputs = [((self.names.speeds,), float), ((b,), wp.vec3), ((b,), wp.vec3)]
+        results = self._run(stages.forward_dynamics, [given], outputs)
+        return dict(zip(("speed_rate", "acceleration", "angular_acceleration"), results, strict=True))
+
+    def mass_matrix(self) -> Floats:
+        """Joint-space inertia (n, S, S)."""
+        return self._run(stages.mass_matrix, [], [((self.names.speeds, self.names.speeds), float)])[0]
+
+    @property
+    def structs(self) -> tuple[structs.Model, structs.State]:
+        """Model and state as Warp structures, for kernels of one's own."""
+        return self._model, self._state

@@ -1,0 +1,71 @@
+"""Scenes that begin in the middle of their own motion, so that no transient is left to get over."""
+
+from __future__ import annotations
+
+import msgspec
+import numpy as np
+
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.errors import RolloutError
+from warpmuscle.core.pose import twist_angle
+from warpmuscle.results.recording import Recording
+from warpmuscle.scene import InitialState, JointState, Scene
+from warpmuscle.scene.ground import plane
+from warpmuscle.simulation.rollout import Rollout
+
+DIGITS = 6
+
+
+def settled(scene: Scene, after: float) -> Scene:
+    """The scene with the state of its own motion as the initial one, at the first step that begins as the scene does.
+
+    The root is put back to the origin of the ground. Muscles start at the activation that the scene says.
+
+    Args:
+        scene: sound scene with a controller; it is not changed. after: s, simulated time that it may take to settle.
+
+    Raises:
+        RolloutError: it has no controller, fails, or begins no such step within 10 s more.
+    """
+    if scene.controller is None:
+        raise RolloutError(f"{scene.name} has no controller whose steps it could begin with")
+    longer = msgspec.structs.replace(scene, duration=after + 10.0)
+    rollout = Rollout(longer, 1, "cpu", record=[0], record_rate=1.0 / scene.time_step)
+    rollout.run()
+    motion = rollout.recording()
+    frame = _first_step(motion, after, scene.controller.start_state, int(scene.controller.start_stance == "right"))
+    if frame is None:
+        raise RolloutError(f"{scene.name} begins no step between {after:g} s and its end at {motion.time[-1]:.3g} s")
+    normal, _ = plane(rollout.numeric.ground)
+    return msgspec.structs.replace(scene, initial_state=state_at(motion, frame, normal))
+
+
+def _first_step(motion: Recording, after: float, state: int, stance: int) -> int | None:
+    """First frame after a time in which the controller has just entered a state in a stance."""
+    entered = np.diff(motion.phase, prepend=0.0) < 0.0
+    found = np.flatnonzero((motion.time > after) & entered & (motion.state == state) & (motion.stance == stance))
+    return int(found[0]) if len(found) else None
+
+
+def state_at(motion: Recording, frame: int, normal: Floats) -> InitialState:
+    """The state of a motion in one frame, moved along the ground with this normal, (3,), to above the origin."""
+
+    def numbers(values: Floats) -> tuple[float, ...]:
+        return tuple(round(float(value), DIGITS) + 0.0 for value in values)
+
+    height = float(motion.root_position[frame] @ normal / normal[1])
+    heading = twist_angle(motion.root_orientation[frame], (0.0, 1.0, 0.0))
+    return InitialState(
+        heading=round(float(heading), DIGITS) + 0.0,
+        root_position=(0.0, round(height, DIGITS), 0.0),
+        root_orientation=numbers(motion.root_orientation[frame]),  # type: ignore[arg-type]
+        root_velocity=numbers(motion.root_velocity[frame]),  # type: ignore[arg-type]
+        root_angular_velocity=numbers(motion.root_angular_velocity[frame]),  # type: ignore[arg-type]
+        joints={
+            name: JointState(
+                numbers(motion.joint_orientation[frame, index]),  # type: ignore[arg-type]
+                numbers(motion.joint_angular_velocity[frame, index]),  # type: ignore[arg-type]
+            )
+            for index, name in enumerate(motion.joint_names)
+        },
+    )
