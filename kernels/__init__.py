@@ -1,1 +1,5 @@
-"""Warp functions and kernels."""
+"""Warp functions and kernels, on plain values and on the structures of `structs`.
+
+May import: nothing of warpmuscle but each other.
+To add: an equation as a function in the module of its topic; what a step does with it to a stage, and that to `step`.
+"""

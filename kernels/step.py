@@ -163,7 +163,7 @@ def step_kernel(
     """The fused kernel of a size class: launch with dim=(running instances, lanes) and this block_dim.
 
     Args:
-        capacity: bodies that it has room for, see `lanes.capacity_of`.
+        capacity: bodies that it has room for, see `scratch.capacity_of`.
         lanes: threads that share an instance; 1 on the CPU.
         block_dim: threads a block, a multiple of lanes.
         muscles, objective, collisions, motion, recorded, effort, held: see `one_step_of`.

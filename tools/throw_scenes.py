@@ -235,7 +235,7 @@ def main() -> None:
     bodies, parts = arm(given.height, given.mass)
     body, shoulder = trunk(given.height, given.mass)
     character = Character("trunk", {"trunk": body, **bodies}, hinges(parts, "trunk", shoulder), "planar")
-    who = f"a man of {given.height:g} m and {given.mass:g} kg: segments after Dumas 2007, see `warpmuscle/segments.py`"
+    who = f"a man of {given.height:g} m and {given.mass:g} kg: segments after Dumas 2007, see `scene/anthropometry.py`"
     to_add = "Tables to add to a character with the joints shoulder, elbow and wrist."
     headers = {
         "throw_arm": f"A right arm on the trunk of {who}.\n# Tables to add muscles to.",

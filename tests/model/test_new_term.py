@@ -43,7 +43,7 @@ def test_the_recipe_for_a_term_works_and_says_what_was_forgotten(left_out: str, 
     for name in ("kernels", "scenes"):
         if not (copy / name).is_dir():
             shutil.copytree(package.parent / name, copy / name, ignore=shutil.ignore_patterns("__pycache__"))
-    terms, scene = copy / "kernels" / "objective_terms.py", copy / "scene.py"
+    terms, scene = copy / "kernels" / "objective_terms.py", copy / "scene" / "scene.py"
     text = terms.read_text().replace("\nMUSCLE_TERMS = {", FUNCTION, 1)
     terms.write_text(text if left_out == "entry" else text.replace("WHOLE_TERMS = {", ENTRY, 1))
     if left_out != "field":

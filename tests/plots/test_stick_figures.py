@@ -12,9 +12,9 @@ from small_result import march as marched
 from warpmuscle.core.errors import Error
 from warpmuscle.gait.measures import Gait
 from warpmuscle.plots import stick_figures as plot
+from warpmuscle.plots.projection import project
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Ground, Scene
-from warpmuscle.plots.projection import project
 from warpmuscle.scene.anatomy import convex_hull, leg, pieces
 from warpmuscle.scene.ground import plane
 

@@ -11,9 +11,10 @@ from common import COLORS, angle, draw, on_torques, panels, plt, run, store
 import warpmuscle as wm
 from warpmuscle.core.pose import rotate
 from warpmuscle.gait.cycles import strides
+from warpmuscle.plots.projection import project
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
-from warpmuscle.scene.anatomy import pieces, project
+from warpmuscle.scene.anatomy import pieces
 from warpmuscle.scene.parameters import start_values, substitute
 
 X = (1.0, 0.0, 0.0)

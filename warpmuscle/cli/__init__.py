@@ -1,4 +1,8 @@
-"""The command line."""
+"""The command line.
+
+May import: everything.
+To add: a command in a module of its own, its name in `COMMANDS`.
+"""
 
 from __future__ import annotations
 
@@ -43,9 +47,9 @@ for command in COMMANDS:
 
 def _print_version(given: bool) -> None:
     if given:
-        from warpmuscle import __version__
+        from warpmuscle.results.records import version_of
 
-        out.print(f"warpmuscle {__version__}", markup=False)
+        out.print(f"warpmuscle {version_of('warpmuscle')}", markup=False)
         raise typer.Exit
 
 

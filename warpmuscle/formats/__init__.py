@@ -1,4 +1,8 @@
-"""Files into scenes and scenes into files."""
+"""Files into scenes and scenes into files.
+
+May import: core, scene, results, model.
+To add: a format in a module of its own, its suffix in `load` or `save`.
+"""
 
 from warpmuscle.formats.lines import Ignored
 from warpmuscle.formats.load import SceneLike, load, scene_names, scene_of

@@ -54,7 +54,7 @@ def longest_span(true: NDArray[np.bool_]) -> slice[int, int, None] | None:
 
 
 def steady_strides(recording: Recording, scene: Scene) -> dict[str, Strides]:
-    """Gait cycles of both sides in the steady part of a walk, as `gait.measure` finds it.
+    """Gait cycles of both sides in the steady part of a walk, as `measures.measure` finds it.
 
     Raises:
         Error: no legs, or fewer than one whole cycle of a side.

@@ -50,7 +50,7 @@ _KEY_POINTS = {
 def gait_measures(recording: Recording, scene: Scene) -> Measures:
     """All measures of a walk by name; None where the walk does not give one.
 
-    They are of the steady part of the walk (see `gait.measure`), and those of curves the mean of both legs.
+    They are of the steady part of the walk (see `measures.measure`), and those of curves the mean of both legs.
 
     Args:
         scene: without free parameters.
@@ -110,7 +110,7 @@ def runs(scene: Scene, shares: Support) -> bool:
 
 
 def _leg_angles(recording: Recording, scene: Scene) -> dict[str, dict[str, Floats]]:
-    """Angles of the legs, see `strides.leg_angles`; none of legs that have fewer joints."""
+    """Angles of the legs, see `cycles.leg_angles`; none of legs that have fewer joints."""
     try:
         return leg_angles(recording, scene)
     except Error:

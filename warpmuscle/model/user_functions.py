@@ -1,7 +1,7 @@
 """Parts of a simulation that are the user's own: Warp functions that a scene names, found and checked.
 
 They become part of the fused step, so their code is any that a `@wp.func` may have; see `kernels/objective_terms.py`,
-`kernels/own_curves.py` and `kernels/control.py` for examples and for what the arguments are.
+`kernels/custom_curves.py` and `kernels/control.py` for examples and for what the arguments are.
 """
 
 from __future__ import annotations

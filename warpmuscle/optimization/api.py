@@ -75,7 +75,7 @@ def optimize(
 
     A scene with stages is searched stage by stage, each from the best candidate of the one before. Costs of different
     stages cannot be compared: the best candidate is that of the last stage that has any, and its motion that of the
-    scene as it is in that stage. What the options mean for stages is said in `stage_plan.plan`.
+    scene as it is in that stage. What the options mean for stages is said in `stages.plan`.
 
     Args:
         scene: with free parameters; or its name or file.

@@ -50,8 +50,7 @@ def best_scene(result: Result, fixed: Sequence[str] = (), among: int | None = No
 
     Args:
         fixed: patterns of names, such as "character.*", of parameters that are to be free no more.
-        among: of so many best candidates the one that holds up best, see `hardiest.hardiest`; else the one of least
-            cost.
+        among: of so many best candidates the one that holds up best, see `robust_selection`; else of least cost.
 
     Returns:
         The scene, and in words how its numbers were found.

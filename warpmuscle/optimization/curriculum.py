@@ -52,7 +52,7 @@ class Curriculum:
             scene: checked scene with stages and free parameters.
             seed: of the whole search.
             options: of the whole search.
-            stages: what each of them gets, see `stage_plan.plan`.
+            stages: what each of them gets, see `stages.plan`.
             batches: makes what evaluates the scene of a stage.
             tracker: what counts.
             known: evaluations of earlier, by generation.

@@ -1,6 +1,9 @@
 """Figures of results; they need matplotlib, the extra `plot` of the package.
 
 A kind of figure is a small file with a function `draw(subject)` that gives a matplotlib figure, and a line in `KINDS`.
+
+May import: simulation and all below.
+To add: a figure as said above.
 """
 
 from __future__ import annotations

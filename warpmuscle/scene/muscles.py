@@ -100,7 +100,7 @@ class MuscleModel(Part):
     """
 
     curves: Literal["lee", "thelen", "millard", "de_groote", "thelen_explicit", "sarshari"] = "lee"
-    active_force_length: str = ""  # `module:function` of a curve in place of that of `curves`; see `custom.py`
+    active_force_length: str = ""  # `module:function` of a curve, see `user_functions`, in place of that of `curves`
     passive_force_length: str = ""
     force_velocity: str = ""
     tendon: Literal["rigid", "switch", "compliant"] = "rigid"

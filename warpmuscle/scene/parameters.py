@@ -83,7 +83,7 @@ def substitute(scene: Scene, values: Floats) -> Scene:
     """The scene with numbers, or one number an instance, in place of its free parameters.
 
     Args:
-        scene: checked scene (see `validate.check_scene`); it is not changed.
+        scene: checked scene (see `validation.scene.check_scene`); it is not changed.
         values: (n, P), one row an instance, or (P,), in the order of `free_parameters`.
 
     Returns:

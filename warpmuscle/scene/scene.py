@@ -1,6 +1,6 @@
 """A typed description of an experiment: character, controller, initial state, ground, objective, limits.
 
-Everything a TOML scene can say is a field here; `validate.py` checks what the types alone cannot.
+Everything a TOML scene can say is a field here; `validation` checks what the types alone cannot.
 Units are SI and radians; y is up, x to the character's left, z forward. Quaternions are (x, y, z, w). A body's frame
 has its origin at the centre of mass and its axes along the principal axes of inertia; in the reference pose all
 bodies have identity orientation, so that a joint axis has the same coordinates in parent and child.
@@ -150,7 +150,7 @@ class Failure(Part):
 
 
 class Objective(Part):
-    """What a search minimises: the weighted sum of these terms, whose units stand in `objective.py`.
+    """What a search minimises: the weighted sum of these terms, whose units stand in `model/objective.py`.
 
     Squared errors and efforts are summed over time. The cost of an instance is at most the failure cost; one that
     fails costs that, and as much of it again as it missed of the time.
@@ -181,7 +181,7 @@ class Objective(Part):
     metabolic_work: Literal["net", "positive"] | None = None  # of fibres; by default as the model has it
     basal_rate: Number | None = None  # W/kg at rest; by default that of the model
     failure_cost: float = 1.0e6
-    custom: dict[str, Number] = {}  # weights of terms of one's own, by `module:function`; see `custom.py`
+    custom: dict[str, Number] = {}  # weights of terms of one's own, by `module:function`; see `user_functions`
 
 
 class Tracking(Part):
@@ -215,7 +215,7 @@ class SearchStage(Part):
     """A part of a search, which begins at the best candidate of the part before it, the first one at the scene itself.
 
     Parameters that it does not free stay as they were in that candidate. What it does not say is as in the scene, or as
-    asked for of the whole search (see `stage_plan`).
+    asked for of the whole search (see `optimization.stages`).
     """
 
     name: str
@@ -239,7 +239,9 @@ class Scene(Part):
     name: str
     character: Character
     controller: Controller | None = None
-    custom_controller: str = ""  # `module:function` of joints' efforts in place of the controller's; see `custom.py`
+    custom_controller: str = (
+        ""  # `module:function` of joints' efforts in place of the controller's; see `user_functions`
+    )
     description: str = ""
     initial_state: InitialState = msgspec.field(default_factory=InitialState)
     ground: Ground = msgspec.field(default_factory=Ground)

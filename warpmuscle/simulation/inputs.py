@@ -146,7 +146,7 @@ class Given(ABC):
 
     @property
     def motion_names(self) -> tuple[str, ...]:
-        """Kinematic coordinates in the order of `set_motion`, a part of `coordinate_names`; see `motion.py`."""
+        """Kinematic coordinates in the order of `set_motion`, a part of `coordinate_names`; see `prescribed_motion`."""
         return self._kinematic.names
 
     def set_excitations(self, time: ArrayLike, values: ArrayLike, *, restart: bool = True) -> None:

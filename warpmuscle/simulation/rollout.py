@@ -94,7 +94,7 @@ class Rollout(Stepped):
             scene: what to simulate, or its name or file; see `warpmuscle.load`.
             instances: how many simulations.
             device: "cpu", "cuda:0", ...; by default the first GPU, or the CPU without one. For several GPUs see
-                `split.make_rollout`.
+                `multi_device.make_rollout`.
             record: instances whose motion is kept.
             record_rate: frames per second of simulated time.
             quantities: what is kept of them, for `recorded`: "coordinates", "speeds" and names of muscle quantities

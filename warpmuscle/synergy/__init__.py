@@ -1,1 +1,5 @@
-"""Muscle synergies: signals and matrices of numbers, no bipeds. See the modules, each of one topic."""
+"""Muscle synergies: signals and matrices of numbers, no bipeds.
+
+May import: core.
+To add: a module of one topic; a format of recordings to `recordings`.
+"""

@@ -1,4 +1,8 @@
-"""Motions as moving pictures, drawn without a screen; needs the extra `video` of the package."""
+"""Motions as moving pictures, drawn without a screen; needs the extra `video` of the package.
+
+May import: plots, view and all below.
+To add: a format of files to `files`; what is painted to `painter`.
+"""
 
 from __future__ import annotations
 
