@@ -20,7 +20,7 @@ def experiment(folder: Path) -> None:
     motion = last_stride(walk(NAME, "report, fig. 13", folder))
     k = motion.joint_names.index("lAnkle")
     figure, axes = panels(2, 3, 11, 5.5)
-    axes[0, 0].plot(motion.time, angle(motion, "lAnkle", X), color=COLORS[0], label="flexion")
+    axes[0, 0].plot(motion.time, -angle(motion, "lAnkle", X), color=COLORS[0], label="dorsiflexion")
     axes[0, 0].plot(motion.time, angle(motion, "lAnkle", Z), color=COLORS[1], label="rotation")
     axes[0, 0].set(title="Left ankle", ylabel="angle (rad)")
     for i, (name, color) in enumerate(zip("xyz", (COLORS[0], COLORS[1], "#808080"), strict=True)):
