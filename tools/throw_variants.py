@@ -1,4 +1,4 @@
-"""Fits throws alone that are cut, slowed, reversed, bent in time, larger, smaller or noisy, and tells who meets the bars.
+"""Fits throws alone that are cut, slowed, reversed, bent in time, scaled or noisy, and says who meets the bars.
 
 Example: python tools/throw_variants.py throws/*.csv --each 3
 """
