@@ -1,6 +1,7 @@
 """Terms of the objective: what each adds in one step, and the stage that sums them up.
 
-Each term is a function of one muscle, of one body, or of the whole instance. Which ones are summed is compiled in.
+Each term is a function of one muscle, of one body, or of the whole instance; what else there is to say of it stands in
+`terms.py`. Which ones are summed is compiled in.
 """
 
 from functools import cache
@@ -15,9 +16,11 @@ from warpmuscle.kernels.gait_cycle import foot_part, part_of_step
 from warpmuscle.kernels.limits import limit_stage
 from warpmuscle.kernels.metabolics import bhargava_power, umberger_power, wang_power
 from warpmuscle.kernels.muscle import LARGEST_SPEED, bounded_passive
+from warpmuscle.kernels.objective import turn_between
 from warpmuscle.kernels.simbicon import pd_error
 from warpmuscle.kernels.spatial import heading_angle, turn_about_x
 from warpmuscle.kernels.structs import LARGEST, LEFT, RIGHT, ModelRef, StateRef, WorkRef, at
+from warpmuscle.kernels.terms import TERMS, Scope
 
 
 @wp.struct
@@ -172,8 +175,7 @@ def speed(instance: int, model: ModelRef, state: StateRef, work: WorkRef) -> flo
 @wp.func
 def heading(instance: int, model: ModelRef, state: StateRef, work: WorkRef) -> float:
     """Squared difference of the heading and the desired heading, rad^2."""
-    error = heading_angle(work.orientation[0]) - at(model.simbicon.hip, instance, 0)[3]
-    error = error - wp.static(2.0 * wp.PI) * wp.round(error / wp.static(2.0 * wp.PI))
+    error = turn_between(heading_angle(work.orientation[0]), at(model.simbicon.hip, instance, 0)[3])
     return error * error
 
 
@@ -210,26 +212,16 @@ def norm_force(instance: int, model: ModelRef, state: StateRef, work: WorkRef) -
     return total / (model.norm_force_band * model.norm_force_band)
 
 
-MUSCLE_TERMS = {
-    "effort_squared": effort_squared,
-    "effort_cubed": effort_cubed,
-    "metabolic_wang": metabolic_wang,
-    "metabolic_umberger": metabolic_umberger,
-    "metabolic_bhargava": metabolic_bhargava,
-    "passive_force": passive_force,
-}
-BODY_TERMS = {
-    "applied_torque": applied_torque,
-    "joint_limits": joint_limits,
-    "smoothness": smoothness,
-    "tracking": tracking,
-    "norms": norms,
-}
-WHOLE_TERMS = {"speed": speed, "heading": heading, "head": head, "ground_force": ground_force, "norm_force": norm_force}
+def _functions(scope: Scope) -> dict[str, Any]:
+    """The functions above that terms of a scope have, by the name of their sum."""
+    names = [name for term in TERMS.values() if term.scope == scope for name in term.sums]
+    if missing := [name for name in names if not isinstance(globals().get(name), wp.Function)]:
+        raise TypeError(f"the term {missing[0]} of kernels/terms.py has no function in kernels/objective_terms.py")
+    return {name: globals()[name] for name in names}
 
 
-# Terms that ask where feet are in their gait cycles.
-CYCLE_TERMS = {"tracking", "norms", "norm_force"}
+MUSCLE_TERMS, BODY_TERMS, WHOLE_TERMS = _functions("muscle"), _functions("body"), _functions("whole")
+CYCLE_TERMS = {term.name for term in TERMS.values() if term.follows_cycles}
 
 
 @wp.func

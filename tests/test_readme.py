@@ -9,6 +9,7 @@ import pytest
 from typer.main import get_command
 
 from warpmuscle.cli import app
+from warpmuscle.kernels.terms import TERMS
 
 ROOT = Path(__file__).parent.parent
 TEXT = (ROOT / "README.md").read_text()
@@ -55,6 +56,12 @@ def test_commands_of_the_readme_are_there_with_their_options(line: str):
 @pytest.mark.parametrize("line", [line for line in shell_lines() if re.search(r"python3? tools/\S+\.py", line)])
 def test_tools_of_the_readme_are_there(line: str):
     assert all((ROOT / path).exists() for path in re.findall(r"tools/[\w/]+\.py", line) if "NAME" not in path)
+
+
+def test_the_readme_lists_all_terms_of_the_objective_and_no_others():
+    table = TEXT.partition("| term of `[objective]` |")[2].partition("\n\n")[0]
+    listed = [name for row in table.splitlines()[2:] for name in re.findall(r"`(\w+)`", row.split("|")[1])]
+    assert sorted(listed) == sorted(TERMS)
 
 
 def test_files_that_the_readme_names_are_there():

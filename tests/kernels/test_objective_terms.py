@@ -12,16 +12,17 @@ from warpmuscle.formats import load
 from warpmuscle.gait.cycles import body_weight, leg_angles
 from warpmuscle.gait.ground_contact import SIDES, touch_downs
 from warpmuscle.kernels.muscle import LARGEST_PASSIVE
-from warpmuscle.model.objective import TERMS, wanted
+from warpmuscle.kernels.terms import TERMS
+from warpmuscle.model.objective import objective_kind, wanted
 from warpmuscle.scene import InitialState, JointState, MuscleModel, Objective, Scene
+from warpmuscle.scene.accounting import FORMULAS
 from warpmuscle.scene.masses import DENSITY
 from warpmuscle.scene.norms import NORMS
 from warpmuscle.scene.number import Free
-from warpmuscle.scene.validation.objective import TERM_WEIGHTS
 from warpmuscle.scene.validation.scene import check_scene
 from warpmuscle.simulation.rollout import Rollout
 
-ONES = dict.fromkeys(TERM_WEIGHTS, 1.0) | {"tracking": 0.0}
+ONES = dict.fromkeys(TERMS, 1.0) | {"tracking": 0.0}
 WALKS_ONLY = {"norms": 0.0, "norm_force": 0.0}
 EVERY = Objective(**ONES | WALKS_ONLY, head_body="tip")
 ACTIVE = 0.6
@@ -41,9 +42,17 @@ def values(scene: Scene, instances: int = 1, **options) -> dict[str, np.ndarray]
     return rollout.terms()
 
 
-def test_every_term_has_a_weight_in_the_scene_and_a_unit():
-    assert set(TERMS) == set(TERM_WEIGHTS)
-    assert all(hasattr(Objective(), name) for name in TERMS)
+def test_every_term_weighs_what_it_says_by_default_and_has_a_unit():
+    assert Objective.__struct_fields__[: len(TERMS)] == tuple(TERMS)
+    assert [getattr(Objective(), name) for name in TERMS] == [1.0] + [0.0] * (len(TERMS) - 1)
+    assert all(term.unit and term.description for term in TERMS.values())
+
+
+def test_each_metabolic_model_of_a_scene_is_summed_by_a_function_of_its_own():
+    scene = msgspec.structs.replace(load("walk56"), objective=Objective(metabolic=1.0))
+    for model in FORMULAS:
+        scene.objective.metabolic_model = model
+        assert objective_kind(scene, True).muscle == (f"metabolic_{model}",)
 
 
 def test_only_terms_with_a_weight_are_summed_and_torque_always():

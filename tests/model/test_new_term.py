@@ -17,11 +17,10 @@ def altitude(instance: int, model: ModelRef, state: StateRef, work: WorkRef) -> 
     return work.center[0][1]
 
 
-MUSCLE_TERMS = {'''
-ENTRY, FIELD = 'WHOLE_TERMS = {"altitude": altitude, ', "    torque: Number = 1.0"
+def _functions('''
+TERM = '_TERMS = (Term("altitude", "m s", "height of the centre of mass, over time", "whole"),'
 PROGRAM = """
 import warpmuscle as wm
-import warpmuscle.model.objective
 scene = wm.load("fwalk")
 scene.duration, scene.objective.torque, scene.objective.altitude = 0.1, 0.0, 2.0
 rollout = wm.Rollout(scene, 1, "cpu")
@@ -35,7 +34,7 @@ def run(folder: Path) -> subprocess.CompletedProcess[str]:
     return subprocess.run([sys.executable, "-c", PROGRAM], env=given, cwd=folder, capture_output=True, text=True)
 
 
-@pytest.mark.parametrize("left_out", ["nothing", "entry", "field"])
+@pytest.mark.parametrize("left_out", ["nothing", "function", "term"])
 def test_the_recipe_for_a_term_works_and_says_what_was_forgotten(left_out: str, tmp_path: Path):
     package = Path(warpmuscle.__file__).parent
     copy = tmp_path / "warpmuscle"
@@ -43,16 +42,16 @@ def test_the_recipe_for_a_term_works_and_says_what_was_forgotten(left_out: str, 
     for name in ("kernels", "scenes"):
         if not (copy / name).is_dir():
             shutil.copytree(package.parent / name, copy / name, ignore=shutil.ignore_patterns("__pycache__"))
-    terms, scene = copy / "kernels" / "objective_terms.py", copy / "scene" / "scene.py"
-    text = terms.read_text().replace("\nMUSCLE_TERMS = {", FUNCTION, 1)
-    terms.write_text(text if left_out == "entry" else text.replace("WHOLE_TERMS = {", ENTRY, 1))
-    if left_out != "field":
-        scene.write_text(scene.read_text().replace(FIELD, f"    altitude: Number = 0.0\n{FIELD}", 1))
+    functions, terms = copy / "kernels" / "objective_terms.py", copy / "kernels" / "terms.py"
+    if left_out != "function":
+        functions.write_text(functions.read_text().replace("\ndef _functions(", FUNCTION, 1))
+    if left_out != "term":
+        terms.write_text(terms.read_text().replace("_TERMS = (", TERM, 1))
     done = run(tmp_path)
     if left_out == "nothing":
         value, cost = map(float, done.stdout.split()[-2:])
         assert 0.05 < value < 0.15
         assert cost == pytest.approx(2.0 * value)
     else:
-        missing = {"entry": "altitude of Objective has no function", "field": "the term altitude has no field"}
+        missing = {"function": "term altitude of kernels/terms.py has no function", "term": "no attribute 'altitude'"}
         assert missing[left_out] in done.stderr

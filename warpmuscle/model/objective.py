@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import warp as wp
@@ -12,6 +12,7 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.core.arrays import rows, to_device
 from warpmuscle.kernels import structs
 from warpmuscle.kernels.objective_terms import BODY_TERMS, MUSCLE_TERMS, WHOLE_TERMS, ObjectiveKind
+from warpmuscle.kernels.terms import TERMS, Term
 from warpmuscle.model.user_functions import Kind, custom_terms
 from warpmuscle.scene import Objective, Scene
 from warpmuscle.scene.accounting import basal_rate, negative_share
@@ -22,48 +23,6 @@ from warpmuscle.scene.topology import Topology
 LEAST_DISTANCE = 1.0  # m, that the cost of transport counts for
 
 
-class Term(NamedTuple):
-    """What a term of the objective is."""
-
-    unit: str
-    description: str
-
-
-TERMS: dict[str, Term] = {
-    "torque": Term("N m s", "feedback torque, summed over joints and time"),
-    "fall": Term("s", "time missed by falling or failing otherwise"),
-    "applied_torque": Term("N m s", "torque that drives the joints, summed over joints and time"),
-    "effort_squared": Term("s", "activation squared, summed over muscles and time"),
-    "effort_cubed": Term("s", "activation cubed, summed over muscles and time"),
-    "metabolic": Term("J", "metabolic energy of the muscles, and of the body at rest"),
-    "cost_of_transport": Term("J/(kg m)", "metabolic energy over body mass and distance, counted as 1 m at least"),
-    "speed": Term("m^2/s", "squared error of the forward speed, over time"),
-    "heading": Term("rad^2 s", "squared error of the heading, over time"),
-    "head": Term("rad^2/s", "squared angular velocity of the head, over time"),
-    "joint_limits": Term("N m s", "torque of the joints' limits, summed over joints and time"),
-    "ground_force": Term("s", "vertical force on a foot beyond its bound, in body weights, over time"),
-    "tracking": Term("rad^2 s", "squared angles between the joints and the tracked gait, summed and over time"),
-    "norms": Term("s", "squared angles, in half-bands, between legs and human ones, summed and over time"),
-    "norm_force": Term("s", "squared vertical force, in half-bands, between feet and human ones, over time"),
-    "passive_force": Term("N s", "force of stretched fibres, summed over muscles and time"),
-    "smoothness": Term("rad^2/s^3", "squared acceleration of the joints, summed and over time"),
-}
-
-
-SETTINGS = {  # fields of `Objective` that weigh nothing
-    "target_speed", "ground_force_bound", "head_body", "metabolic_model", "metabolic_work", "basal_rate", "gait",
-    "failure_cost", "custom",
-}  # fmt: skip
-for _name, _function in {**MUSCLE_TERMS, **BODY_TERMS, **WHOLE_TERMS}.items():
-    if _name not in TERMS and not _name.startswith("metabolic_"):  # its docstring says what it is
-        _said = (_function.func.__doc__ or _name).strip().partition("\n")[0].rstrip(".")
-        TERMS[_name] = Term("", f"{_said}, summed over time")
-if _unknown := set(Objective.__struct_fields__) - SETTINGS - set(TERMS):
-    raise TypeError(f"{', '.join(sorted(_unknown))} of Objective has no function in kernels/objective_terms.py")
-if _unknown := set(TERMS) - set(Objective.__struct_fields__):
-    raise TypeError(f"the term {', '.join(sorted(_unknown))} has no field of Objective in scene.py that weighs it")
-
-
 def wanted(objective: Objective) -> tuple[str, ...]:
     """Names of the terms with a weight, in the order of `TERMS`, then custom ones; `torque` is always one."""
     names = (*TERMS, *objective.custom)
@@ -72,7 +31,7 @@ def wanted(objective: Objective) -> tuple[str, ...]:
 
 def described(name: str) -> Term:
     """What a term is; little is known of those of users."""
-    return TERMS.get(name) or Term("", "summed over time, a term of the scene's own")
+    return TERMS.get(name) or Term(name, "", "summed over time, a term of the scene's own", "batch")
 
 
 def weight_of(objective: Objective, name: str) -> Any:

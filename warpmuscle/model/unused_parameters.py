@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.arrays import arrays_of
 from warpmuscle.core.errors import Error
+from warpmuscle.kernels.terms import TERMS
 from warpmuscle.model.build import model_struct, start_of
 from warpmuscle.model.collisions import collision_pairs, collisions_struct
 from warpmuscle.model.muscles import driven
-from warpmuscle.model.objective import TERMS
 from warpmuscle.model.prescribed_motion import kinematic, motion_struct, scene_curves
 from warpmuscle.model.user_functions import check_custom
 from warpmuscle.scene import Scene

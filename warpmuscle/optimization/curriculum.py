@@ -8,7 +8,8 @@ from dataclasses import replace as changed
 
 import numpy as np
 
-from warpmuscle.model.objective import TERMS, wanted
+from warpmuscle.kernels.terms import TERMS
+from warpmuscle.model.objective import wanted
 from warpmuscle.optimization.evaluation import Evaluator
 from warpmuscle.optimization.progress import Tracker
 from warpmuscle.optimization.search_loop import INTERRUPTED, SearchLoop

@@ -156,7 +156,8 @@ def shares(result: Result) -> tuple[str, list[Share]]:
     for name, value in zip(result.evaluations.term_names, result.evaluations.terms[index], strict=True):
         weight = float(np.asarray(weight_of(objective, name)))
         if weight and np.isfinite(weight * float(value)):
-            found.append(Share(name, weight, float(value), *described(name), result.parts.get(name, {})))
+            term, parts = described(name), result.parts.get(name, {})
+            found.append(Share(name, weight, float(value), term.unit, term.description, parts))
     return of, found
 
 

@@ -8,10 +8,11 @@ bodies have identity orientation, so that a joint axis has the same coordinates 
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import msgspec
 
+from warpmuscle.kernels.terms import TERMS
 from warpmuscle.scene.controller import PD, Balance, Component, Controller, Curve, Feedback, State, Trajectory
 from warpmuscle.scene.motion import Motion
 from warpmuscle.scene.muscles import Actuation, Condition, Drive, Excitation, Muscle, MuscleModel, Pulley, ViaPoint
@@ -149,30 +150,25 @@ class Failure(Part):
     max_com_speed: float = 20.0  # largest speed of the centre of mass, m/s: beyond it the instance has diverged
 
 
-class Objective(Part):
-    """What a search minimises: the weighted sum of these terms, whose units stand in `model/objective.py`.
+if TYPE_CHECKING:
+
+    class _Weights(Part):
+        """One number a term."""
+
+        def __init__(self, **fields: Any) -> None: ...
+        def __getattr__(self, term: str) -> Number: ...
+
+else:
+    _Weights = msgspec.defstruct("_Weights", [(t.name, Number, t.weight) for t in TERMS.values()], bases=(Part,))
+
+
+class Objective(_Weights):
+    """What a search minimises: the weighted sum of terms. It has a weight of the name of each term of `TERMS`.
 
     Squared errors and efforts are summed over time. The cost of an instance is at most the failure cost; one that
     fails costs that, and as much of it again as it missed of the time.
     """
 
-    torque: Number = 1.0  # Bergmann 2017, section 6: sum over joints of |feedback torque|
-    fall: Number = 0.0  # time missed
-    applied_torque: Number = 0.0  # the same as torque of what really drives the joints
-    effort_squared: Number = 0.0
-    effort_cubed: Number = 0.0
-    metabolic: Number = 0.0
-    cost_of_transport: Number = 0.0
-    speed: Number = 0.0  # error from the target speed
-    heading: Number = 0.0  # error from the controller's desired heading
-    head: Number = 0.0  # its turning
-    joint_limits: Number = 0.0
-    ground_force: Number = 0.0  # beyond its bound
-    smoothness: Number = 0.0
-    tracking: Number = 0.0  # error from the tracked gait
-    norms: Number = 0.0  # error of hips, knees and ankles from human walking, or running; see `norms.py`
-    norm_force: Number = 0.0  # the same of the vertical ground force
-    passive_force: Number = 0.0  # of stretched muscle fibres
     gait: Literal["", "walk", "run"] = ""  # whose norms judge it; if empty, a gait with flight is a run
     target_speed: Number = 1.0  # m/s, forward
     ground_force_bound: Number = 1.5  # body weights, vertical, on each foot

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from warpmuscle.kernels.terms import TERMS
 from warpmuscle.scene import (
     PD,
     Actuation,
@@ -39,11 +40,6 @@ from warpmuscle.scene.motion import Motion
 from warpmuscle.scene.part import Part
 
 OF_OWNER = ""  # the number has the unit of the field that its structure stands in
-_WEIGHTS = (
-    "torque", "fall", "applied_torque", "effort_squared", "effort_cubed", "metabolic", "cost_of_transport", "speed",
-    "heading", "head", "joint_limits", "ground_force", "smoothness", "tracking", "norms", "norm_force", "passive_force",
-    "custom",
-)  # fmt: skip
 UNITS: dict[type[Part], dict[str, str]] = {
     Sphere: {"center": "m", "radius": "m"},
     Capsule: {"start": "m", "end": "m", "radius": "m"},
@@ -66,7 +62,7 @@ UNITS: dict[type[Part], dict[str, str]] = {
         "com_height": "1", "heading": "rad", "leg_crossing": "m", "self_collision": "m", "max_speed": "m/s or rad/s",
         "max_com_speed": "m/s",
     },
-    Objective: dict.fromkeys(_WEIGHTS, "1")
+    Objective: dict.fromkeys((*TERMS, "custom"), "1")
     | {"target_speed": "m/s", "ground_force_bound": "1", "basal_rate": "W/kg", "failure_cost": "1"},
     Tracking: {"start": "s"},
     Robustness: {"velocity_noise": "m/s", "push": "N s", "push_duration": "s", "slope": "rad"},

@@ -8,6 +8,7 @@ import msgspec
 
 from warpmuscle.core.decoding import to_type
 from warpmuscle.core.errors import SceneError
+from warpmuscle.kernels.terms import TERMS
 from warpmuscle.scene import Failure, Objective, Scene, SearchStage
 from warpmuscle.scene.anatomy import leg
 from warpmuscle.scene.norms import LEG_ANGLES
@@ -15,17 +16,11 @@ from warpmuscle.scene.parameters import free_parameters
 from warpmuscle.scene.stage_scene import freed
 from warpmuscle.scene.validation.checks import Checks, join, known, near
 
-TERM_WEIGHTS = (
-    "torque", "fall", "applied_torque", "effort_squared", "effort_cubed", "metabolic", "cost_of_transport", "speed",
-    "heading", "head", "joint_limits", "ground_force", "tracking", "norms", "norm_force",
-    "passive_force", "smoothness",
-)  # fmt: skip
-
 
 def check_objective(checks: Checks, key: str, objective: Objective) -> None:
     """Weights are not negative, and what they weigh exists."""
     scene = checks.checked
-    checks.not_negative(key, objective, *TERM_WEIGHTS, "ground_force_bound")
+    checks.not_negative(key, objective, *TERMS, "ground_force_bound")
     if objective.basal_rate is not None:
         checks.not_negative(key, objective, "basal_rate")
     if objective.head:
