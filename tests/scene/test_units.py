@@ -10,7 +10,7 @@ from warpmuscle.scene import Actuation, Balance, Curve, Scene
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.parameters import free_parameters
 from warpmuscle.scene.part import Part
-from warpmuscle.scene.units import UNITS
+from warpmuscle.scene.units import units_of
 
 
 def parts_of(annotation: Any) -> set[Any]:
@@ -36,7 +36,7 @@ def structures(part: type[Part], found: dict[type[Part], set[str]]) -> dict[type
 
 def test_every_number_of_every_structure_has_a_unit_and_nothing_else_has():
     for part, fields in structures(Scene, {}).items():
-        assert set(UNITS.get(part, {})) == fields, part.__name__
+        assert set(units_of(part)) == fields, part.__name__
 
 
 def free(value: float) -> Free:

@@ -5,7 +5,7 @@ computed from a description without simulating it lives here, too: its tree of j
 masses, units, published norms. `validation` says what a scene must fulfil.
 
 May import: core, kernels.
-To add: a field to the part that it belongs to, with its unit in the comment; its check into `validation`.
+To add: a field to the part that it belongs to, with its unit, `Annotated[Number, "m"]`; its check into `validation`.
 """
 
 from warpmuscle.scene.scene import (

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Annotated
+
 from warpmuscle.scene.number import Number, Vector
 from warpmuscle.scene.part import Part
 
@@ -16,7 +18,7 @@ class Motion(Part):
     does not follow its motion, which then is what fits compare with.
     """
 
-    time: list[float]  # s
-    value: list[Number | list[Number]] = []  # rad; of a universal joint with two kinematic angles a list for each
-    rotation: list[Vector] = []  # rad, rotation vectors of the child in its parent, or of the root in the world
-    position: list[Vector] = []  # m, of the root's centre of mass
+    time: Annotated[list[float], "s"]
+    value: Annotated[list[Number | list[Number]], "rad"] = []  # of two kinematic angles a list for each
+    rotation: Annotated[list[Vector], "rad"] = []  # vectors, of the child in its parent or of the root in the world
+    position: Annotated[list[Vector], "m"] = []  # of the root's centre of mass

@@ -5,7 +5,7 @@ Units are SI and radians; see `scene.py`.
 
 from __future__ import annotations
 
-from typing import Any, Literal, cast
+from typing import Annotated, Any, Literal, cast
 
 from warpmuscle.scene.number import Number, Vector
 from warpmuscle.scene.part import Part
@@ -15,9 +15,9 @@ class Condition(Part):
     """The interval of a joint angle in which a via point counts; the path slides on and off it about both ends."""
 
     joint: str  # a hinge or a universal joint
-    low: Number  # rad
-    high: Number
-    blend: Number = 0.1  # rad, width of the transition about each end
+    low: Annotated[Number, "rad"]
+    high: Annotated[Number, "rad"]
+    blend: Annotated[Number, "rad"] = 0.1  # width of the transition about each end
     axis: int = 0  # which angle of a universal joint
 
 
@@ -28,11 +28,11 @@ class ViaPoint(Part):
     """
 
     body: str
-    position: Vector | None = None
+    position: Annotated[Vector | None, "m"] = None
     condition: Condition | None = None  # never for the first and the last point
-    start: Vector | None = None  # of the line, all three in place of `position`
-    end: Vector | None = None
-    at: Number | None = None  # 0 at the start of the line, 1 at its end
+    start: Annotated[Vector | None, "m"] = None  # of the line, all three in place of `position`
+    end: Annotated[Vector | None, "m"] = None
+    at: Annotated[Number | None, "1"] = None  # 0 at the start of the line, 1 at its end
 
     def place(self) -> tuple[Any, Any, Any]:
         """The position, m, of a checked point whose numbers are floats, or (n,) arrays with one value an instance."""
@@ -46,17 +46,17 @@ class ViaPoint(Part):
 class Excitation(Part):
     """Excitation over time, straight between knots and constant beyond them, in place of the controller's."""
 
-    time: list[Number]  # s
-    value: list[Number]  # 0..1
-    period: Number = 0.0  # s after which it starts again; 0: never
+    time: Annotated[list[Number], "s"]
+    value: Annotated[list[Number], "1"]  # 0..1
+    period: Annotated[Number, "s"] = 0.0  # after which it starts again; 0: never
 
 
 class Pulley(Part):
     """A joint angle that a muscle runs over at a constant radius (Cruz Ruiz 2015, eq. 3)."""
 
     joint: str  # a hinge or a universal joint
-    moment_arm: Number  # m; positive if the muscle turns the child towards greater angles
-    rest_angle: Number = 0.0  # rad, at which it takes nothing from the muscle's rest length
+    moment_arm: Annotated[Number, "m"]  # positive if the muscle turns the child towards greater angles
+    rest_angle: Annotated[Number, "rad"] = 0.0  # at which it takes nothing from the muscle's rest length
     axis: int = 0  # which angle of a universal joint
 
 
@@ -69,14 +69,14 @@ class Muscle(Part, kw_only=True):
 
     path: list[ViaPoint] = []
     pulleys: list[Pulley] = []
-    rest_length: Number | None = None  # m, of the unit with its tendon; with pulleys only
-    f_max: Number  # N, maximum isometric force
-    l_opt: Number  # m, optimal fibre length
-    l_slack: Number  # m, slack length of the tendon
-    delay: Number = 0.0  # s, from controller to muscle
-    pennation: Number = 0.0  # rad, at the optimal fibre length
-    slow_fibres: Number = 0.5  # fraction of slow-twitch fibres, for the metabolic power
-    specific_tension: Number | None = None  # Pa, in place of that of `MuscleModel`
+    rest_length: Annotated[Number | None, "m"] = None  # of the unit with its tendon; with pulleys only
+    f_max: Annotated[Number, "N"]  # maximum isometric force
+    l_opt: Annotated[Number, "m"]  # optimal fibre length
+    l_slack: Annotated[Number, "m"]  # slack length of the tendon
+    delay: Annotated[Number, "s"] = 0.0  # from controller to muscle
+    pennation: Annotated[Number, "rad"] = 0.0  # at the optimal fibre length
+    slow_fibres: Annotated[Number, "1"] = 0.5  # fraction of slow-twitch fibres, for the metabolic power
+    specific_tension: Annotated[Number | None, "Pa"] = None  # in place of that of `MuscleModel`
     excitation: Excitation | None = None
 
 
@@ -108,14 +108,14 @@ class MuscleModel(Part):
     ideal: bool = False
     negative: Literal["keep", "drop", "clip"] = "keep"
     activation: Literal["linear", "scaled", "neural"] = "linear"
-    rise_time: Number = 0.01  # s, time constant of activation
-    fall_time: Number = 0.01  # s, of deactivation
-    neural_time: Number = 0.001  # s, of the neural signal that the activation follows
-    initial_activation: Number = 1.0e-4
-    v_max: Number = 10.0  # l_opt/s, fastest shortening
-    damping: Number = 0.1  # of the fibre: beta of Millard 2013, f_max at v_max
+    rise_time: Annotated[Number, "s"] = 0.01  # time constant of activation
+    fall_time: Annotated[Number, "s"] = 0.01  # of deactivation
+    neural_time: Annotated[Number, "s"] = 0.001  # of the neural signal that the activation follows
+    initial_activation: Annotated[Number, "1"] = 1.0e-4
+    v_max: Annotated[Number, "l_opt/s"] = 10.0  # fastest shortening
+    damping: Annotated[Number, "1"] = 0.1  # of the fibre: beta of Millard 2013, f_max at v_max
     implicit_damping: bool = False
-    specific_tension: Number = 6.0e5  # Pa
+    specific_tension: Annotated[Number, "Pa"] = 6.0e5
 
 
 Drive = Literal["torque", "muscle", "assisted", "passive", "kinematic", "none"]  # none: not even the spring-damper
@@ -132,6 +132,6 @@ class Actuation(Part):
     """
 
     drive: Drive | list[Drive]
-    stiffness: Number = 0.0  # N m/rad
-    damping: Number = 0.0  # N m s/rad
-    rest: Vector = (0.0, 0.0, 0.0)  # rad, rotation vector at which the spring is relaxed, from the reference pose
+    stiffness: Annotated[Number, "N m/rad"] = 0.0
+    damping: Annotated[Number, "N m s/rad"] = 0.0
+    rest: Annotated[Vector, "rad"] = (0.0, 0.0, 0.0)  # rotation vector of the relaxed spring, from the reference pose

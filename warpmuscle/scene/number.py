@@ -87,4 +87,5 @@ class Free(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_default
 
 
 Number = float | Free
+OF_OWNER = ""  # the unit of numbers that have that of the field which their structure stands in, such as of a curve
 Vector = tuple[Number, Number, Number]

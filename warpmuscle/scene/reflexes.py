@@ -5,7 +5,7 @@ Units are SI and radians; see `scene.py`. The equations stand in `kernels/reflex
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, Literal
 
 from warpmuscle.scene.number import Number
 from warpmuscle.scene.part import Part
@@ -28,11 +28,11 @@ class Reflex(Part):
     `during`: stance, the leg is loaded; swing, it is not; trailing, in stance after the other leg has landed.
     """
 
-    gain: Number
+    gain: Annotated[Number, "1"]
     signal: Signal = "constant"
     of: str = ""  # muscle or joint without its l or r; the muscle itself if empty
-    offset: Number = 0.0
-    lead: Number = 0.0  # s
+    offset: Annotated[Number, "1"] = 0.0
+    lead: Annotated[Number, "s"] = 0.0
     part: Literal["all", "positive", "negative"] = "all"
     moving: Literal["either", "rising", "falling"] = "either"  # it acts only while the signal rises, or falls
     during: Literal["always", "stance", "swing", "trailing"] = "always"
@@ -48,5 +48,5 @@ class Reflexes(Part):
 
     muscles: dict[str, dict[str, Reflex]]
     trunk: str = "torso"  # the body whose lean is felt
-    stance_load: Number = 0.05  # body weights; a leg that carries more stands
-    least: Number = 0.01  # excitation that a muscle with reflexes always has
+    stance_load: Annotated[Number, "1"] = 0.05  # body weights; a leg that carries more stands
+    least: Annotated[Number, "1"] = 0.01  # excitation that a muscle with reflexes always has

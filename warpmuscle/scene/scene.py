@@ -8,7 +8,7 @@ bodies have identity orientation, so that a joint axis has the same coordinates 
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import msgspec
 
@@ -32,23 +32,23 @@ __all__ = [
 class Sphere(Part, tag_field="type", tag="sphere"):
     """Collision sphere in body coordinates, m."""
 
-    center: Vector
-    radius: Number
+    center: Annotated[Vector, "m"]
+    radius: Annotated[Number, "m"]
 
 
 class Capsule(Part, tag_field="type", tag="capsule"):
     """Collision capsule: a segment from `start` to `end` (centres of its caps) swept by a sphere, m."""
 
-    start: Vector
-    end: Vector
-    radius: Number
+    start: Annotated[Vector, "m"]
+    end: Annotated[Vector, "m"]
+    radius: Annotated[Number, "m"]
 
 
 class Box(Part, tag_field="type", tag="box"):
     """Collision box, aligned with the body axes, between two opposite corners, m."""
 
-    low: Vector
-    high: Vector
+    low: Annotated[Vector, "m"]
+    high: Annotated[Vector, "m"]
 
 
 Shape = Sphere | Capsule | Box
@@ -57,10 +57,10 @@ Shape = Sphere | Capsule | Box
 class Body(Part):
     """A rigid body."""
 
-    mass: Number  # kg
-    inertia: Vector  # principal moments about the centre of mass, kg m^2
+    mass: Annotated[Number, "kg"]
+    inertia: Annotated[Vector, "kg m^2"]  # principal moments about the centre of mass
     shapes: list[Shape] = []
-    friction: Number = 0.8  # Coulomb coefficient; a contact takes the smaller one of body and ground
+    friction: Annotated[Number, "1"] = 0.8  # Coulomb coefficient; a contact takes the smaller one of body and ground
 
 
 class Joint(Part):
@@ -75,12 +75,12 @@ class Joint(Part):
     type: Literal["ball", "universal", "hinge", "fixed"]
     parent: str
     child: str
-    position_in_parent: Vector  # m, in the parent's frame
-    position_in_child: Vector  # m, in the child's frame
-    axes: list[Vector] = []
-    limits: list[tuple[Number, Number]] = []
-    limit_stiffness: Number = 4000.0  # N m/rad
-    limit_damping: Number = 20.0  # N m s/rad
+    position_in_parent: Annotated[Vector, "m"]  # in the parent's frame
+    position_in_child: Annotated[Vector, "m"]  # in the child's frame
+    axes: Annotated[list[Vector], "1"] = []
+    limits: Annotated[list[tuple[Number, Number]], "rad"] = []
+    limit_stiffness: Annotated[Number, "N m/rad"] = 4000.0
+    limit_damping: Annotated[Number, "N m s/rad"] = 20.0
 
 
 class Character(Part):
@@ -96,8 +96,8 @@ class Character(Part):
 class JointState(Part):
     """Start of a joint: the child's orientation and angular velocity relative to the parent, in the parent's frame."""
 
-    orientation: tuple[Number, Number, Number, Number] = (0.0, 0.0, 0.0, 1.0)
-    angular_velocity: Vector = (0.0, 0.0, 0.0)  # rad/s
+    orientation: Annotated[tuple[Number, Number, Number, Number], "1"] = (0.0, 0.0, 0.0, 1.0)
+    angular_velocity: Annotated[Vector, "rad/s"] = (0.0, 0.0, 0.0)
 
 
 class InitialState(Part):
@@ -106,11 +106,11 @@ class InitialState(Part):
     If `heading` is given, the root's orientation and velocities are first turned about the vertical to this heading.
     """
 
-    root_position: Vector = (0.0, 0.0, 0.0)  # m
-    root_orientation: tuple[Number, Number, Number, Number] = (0.0, 0.0, 0.0, 1.0)
-    root_velocity: Vector = (0.0, 0.0, 0.0)  # m/s
-    root_angular_velocity: Vector = (0.0, 0.0, 0.0)  # rad/s
-    heading: Number | None = None  # rad
+    root_position: Annotated[Vector, "m"] = (0.0, 0.0, 0.0)
+    root_orientation: Annotated[tuple[Number, Number, Number, Number], "1"] = (0.0, 0.0, 0.0, 1.0)
+    root_velocity: Annotated[Vector, "m/s"] = (0.0, 0.0, 0.0)
+    root_angular_velocity: Annotated[Vector, "rad/s"] = (0.0, 0.0, 0.0)
+    heading: Annotated[Number | None, "rad"] = None
     joints: dict[str, JointState] = {}
 
 
@@ -120,17 +120,18 @@ class Ground(Part):
     The defaults are where the original's gaits come out closest to their recordings, also in steps of 1/500 s.
     """
 
-    normal: Vector = (0.0, 1.0, 0.0)
-    height: Number = 0.0  # m, distance of the plane from the origin along its normal
-    stiffness: Number = 2.0e5  # N/m; 0 switches contact off
-    damping: Number = 1.0e3  # N s/m
-    tangential_damping: Number = 1.0e5  # N s/m, up to the friction limit
-    friction: Number = 1.0e3  # the body's own coefficient decides unless this one is smaller
+    normal: Annotated[Vector, "1"] = (0.0, 1.0, 0.0)
+    height: Annotated[Number, "m"] = 0.0  # distance of the plane from the origin along its normal
+    stiffness: Annotated[Number, "N/m"] = 2.0e5  # 0 switches contact off
+    damping: Annotated[Number, "N s/m"] = 1.0e3
+    tangential_damping: Annotated[Number, "N s/m"] = 1.0e5  # up to the friction limit
+    friction: Annotated[Number, "1"] = 1.0e3  # the body's own coefficient decides unless this one is smaller
 
 
 class Failure(Part):
     """When an instance has failed; it then stops and costs more than any that has not.
 
+    A limit of 0 switches its test off.
     The heading is compared with the one at the start, and where the controller controls it, with the nearest one on the
     shorter way from there to the desired heading. No gait is as fast as the bound on the centre of mass: sprinters
     come to some 12 m/s, and a body that falls from 20 m to 20 m/s. What the ground throws out of itself is faster.
@@ -140,14 +141,14 @@ class Failure(Part):
     every 0.002 s.
     """
 
-    com_height: Number = 0.9  # lowest height of the centre of mass above the ground over the initial one; 0: no test
-    heading: Number = 0.7853981633974483  # largest turn from its heading, rad; 0 switches the test off
+    com_height: Annotated[Number, "1"] = 0.9  # lowest of the centre of mass above the ground, over the initial one
+    heading: Annotated[Number, "rad"] = 0.7853981633974483  # largest turn from its heading
     body_contact: bool = False  # any body but the feet and their children touches the ground
-    leg_crossing: Number = 0.0  # m, how far a foot may go beyond the other one to its side; 0 switches the test off
-    self_collision: Number = 0.0  # m, how deep two bodies may penetrate each other; 0 switches the test off
+    leg_crossing: Annotated[Number, "m"] = 0.0  # how far a foot may go beyond the other one to its side
+    self_collision: Annotated[Number, "m"] = 0.0  # how deep two bodies may penetrate each other
     self_collision_pairs: list[tuple[str, str]] = []  # bodies that are tested; if empty, all that may not touch
-    max_speed: Number = 1000.0  # largest joint or root speed, m/s or rad/s: beyond it the instance has diverged
-    max_com_speed: float = 20.0  # largest speed of the centre of mass, m/s: beyond it the instance has diverged
+    max_speed: Annotated[Number, "m/s or rad/s"] = 1000.0  # of joints and root: beyond it the instance has diverged
+    max_com_speed: Annotated[float, "m/s"] = 20.0  # of the centre of mass: beyond it the instance has diverged
 
 
 if TYPE_CHECKING:
@@ -159,7 +160,9 @@ if TYPE_CHECKING:
         def __getattr__(self, term: str) -> Number: ...
 
 else:
-    _Weights = msgspec.defstruct("_Weights", [(t.name, Number, t.weight) for t in TERMS.values()], bases=(Part,))
+    _Weights = msgspec.defstruct(
+        "_Weights", [(t.name, Annotated[Number, "1"], t.weight) for t in TERMS.values()], bases=(Part,)
+    )
 
 
 class Objective(_Weights):
@@ -170,14 +173,14 @@ class Objective(_Weights):
     """
 
     gait: Literal["", "walk", "run"] = ""  # whose norms judge it; if empty, a gait with flight is a run
-    target_speed: Number = 1.0  # m/s, forward
-    ground_force_bound: Number = 1.5  # body weights, vertical, on each foot
+    target_speed: Annotated[Number, "m/s"] = 1.0  # forward
+    ground_force_bound: Annotated[Number, "1"] = 1.5  # body weights, vertical, on each foot
     head_body: str = "head"
     metabolic_model: Literal["wang", "umberger", "bhargava"] = "wang"  # sources stand in `accounting.py`
     metabolic_work: Literal["net", "positive"] | None = None  # of fibres; by default as the model has it
-    basal_rate: Number | None = None  # W/kg at rest; by default that of the model
-    failure_cost: float = 1.0e6
-    custom: dict[str, Number] = {}  # weights of terms of one's own, by `module:function`; see `user_functions`
+    basal_rate: Annotated[Number | None, "W/kg"] = None  # at rest; by default that of the model
+    failure_cost: Annotated[float, "1"] = 1.0e6
+    custom: Annotated[dict[str, Number], "1"] = {}  # weights of `module:function`, see `user_functions`
 
 
 class Tracking(Part):
@@ -191,7 +194,7 @@ class Tracking(Part):
     scene: str = ""  # a scene that is run for it: a shipped one, or a TOML file
     file: str = ""  # or an HDF5 or .npz file with a recorded motion
     replay: int = 0  # which one of an HDF5 file
-    start: float = 2.0  # s, from where on the motion counts, if it has times
+    start: Annotated[float, "s"] = 2.0  # from where on the motion counts, if it has times
     joints: list[str] = []  # those that count; all if empty
 
 
@@ -200,10 +203,10 @@ class Robustness(Part):
 
     runs: int = 1  # of which the first is not disturbed if there are several
     cost: Literal["mean", "worst"] = "mean"
-    velocity_noise: float = 0.0  # m/s, standard deviation of each component of the root's initial velocity
-    push: float = 0.0  # N s, horizontal impulse on the root, at a random time in a random direction
-    push_duration: float = 0.1  # s
-    slope: float = 0.0  # rad, greatest slope of the ground, up or down
+    velocity_noise: Annotated[float, "m/s"] = 0.0  # standard deviation of each component of the root's initial velocity
+    push: Annotated[float, "N s"] = 0.0  # horizontal impulse on the root, at a random time in a random direction
+    push_duration: Annotated[float, "s"] = 0.1
+    slope: Annotated[float, "rad"] = 0.0  # greatest slope of the ground, up or down
     seed: int = 1
 
 
@@ -215,18 +218,18 @@ class SearchStage(Part):
     """
 
     name: str
-    objective: dict[str, float | str] = {}  # in place of these fields of the scene's objective
-    failure: dict[str, float | bool] = {}  # in place of these of its failure limits
-    duration: float | None = None  # s, of a simulation
+    objective: Annotated[dict[str, float | str], "1"] = {}  # in place of these fields of the scene's objective
+    failure: Annotated[dict[str, float | bool], "1"] = {}  # in place of these of its failure limits
+    duration: Annotated[float | None, "s"] = None  # of a simulation
     free: list[str] = []  # names of the parameters that may change, or patterns such as `controller.*`; all if empty
-    candidates: float | None = None  # how many at most; a number below 1 is a part of those of the whole search
+    candidates: Annotated[float | None, "1"] = None  # at most; below 1: a part of those of the whole search
     strategy: str | None = None  # see `search.strategies`, like the next four
     population: int | None = None
-    sigma: float | None = None
+    sigma: Annotated[float | None, "1"] = None
     restarts: str | None = None
     searches: int | None = None
-    until: float | None = None  # s of wall time that it may take
-    target: float | None = None  # cost at which the next stage begins
+    until: Annotated[float | None, "s"] = None  # of wall time that it may take
+    target: Annotated[float | None, "1"] = None  # cost at which the next stage begins
 
 
 class Scene(Part):
@@ -249,12 +252,10 @@ class Scene(Part):
     muscle_model: MuscleModel = msgspec.field(default_factory=MuscleModel)
     actuation: dict[str, Actuation] = {}  # by joint
     motion: dict[str, Motion] = {}  # by joint with kinematic degrees of freedom, or `root`
-    duration: float = 10.0  # s
-    time_step: float = 0.0005  # s
-    gravity: Number = 9.8  # m/s^2, downwards
-    control_rate: float = (
-        0.0  # Hz, at which the controller renews its targets, which PD follows meanwhile; 0: every step
-    )
+    duration: Annotated[float, "s"] = 10.0
+    time_step: Annotated[float, "s"] = 0.0005
+    gravity: Annotated[Number, "m/s^2"] = 9.8  # downwards
+    control_rate: Annotated[float, "Hz"] = 0.0  # of the controller's targets, which PD follows meanwhile; 0: every step
     implicit_pd: bool = False  # PD linearised over the step, stable up to 1/500 s; False: explicit, as in the original
 
     def __repr__(self) -> str:
