@@ -1,15 +1,21 @@
 """Scenes as device arrays: start states, shapes, and one row an instance."""
 
+import ast
+from collections.abc import Iterator
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from biped import biped
+from warpmuscle.core.arrays import arrays_of
 from warpmuscle.core.pose import about, multiply, rotate, twist_angle
 from warpmuscle.formats import load
 from warpmuscle.kernels.structs import HINGE, ROOT_FREE, UNIVERSAL
-from warpmuscle.model.build import model_struct, start_of
-from warpmuscle.model.muscles import driven
+from warpmuscle.model.build import PARTS, ModelInputs, build_model, muscles_model, replaced, start_of, update_model
+from warpmuscle.model.structure import structure_of
 from warpmuscle.scene import Ground, InitialState, JointState, Scene
+from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.scene.topology import topology
 from warpmuscle.simulation.stages import Stages
 
@@ -80,7 +86,7 @@ def test_numbers_that_all_instances_share_are_stored_once():
     scene = scene_with(InitialState())
     scene.character.bodies["torso"].mass = np.array([20.0, 22.0, 24.0])
     names = topology(scene.character)
-    skeleton = model_struct(scene, names, driven(scene, names), "cpu").skeleton
+    skeleton = build_model(scene, structure_of(scene), "cpu").skeleton
     np.testing.assert_allclose(skeleton.row.numpy()["mass"][:, names.bodies.index("torso")], [20.0, 22.0, 24.0])
     assert skeleton.limits.shape == (1, 15)
     np.testing.assert_allclose(skeleton.total_mass.numpy()[:, 0], [70.4 - 2.5, 70.4 - 0.5, 70.4 + 1.5], rtol=1e-6)
@@ -108,7 +114,7 @@ def test_bodies_hang_on_their_joints():
 def test_model_of_a_shipped_scene_names_its_parts():
     scene = load("iwalk")
     names = topology(scene.character)
-    model = model_struct(scene, names, driven(scene, names), "cpu")
+    model = build_model(scene, structure_of(scene), "cpu")
     plan = model.skeleton.plan.numpy()
     kinds = dict(zip(names.bodies, plan["joint_type"], strict=True))
     assert (kinds["pelvis"], kinds["lLowerleg"], kinds["lFoot"]) == (ROOT_FREE, HINGE, UNIVERSAL)
@@ -117,3 +123,87 @@ def test_model_of_a_shipped_scene_names_its_parts():
     slots = {body: slot for body, slot in zip(names.bodies, plan["foot_slot"], strict=True) if slot >= 0}
     assert set(slots) == {"lFoot", "lToes", "rFoot", "rToes"}
     assert plan["end_point"][-1] == 3 * 1 + 8 * 2 + 2 * 8 + 2  # spheres, capsules, boxes, toes
+
+
+def shipped(name: str) -> Scene:
+    """A shipped scene with numbers in place of its free parameters."""
+    return substitute(load(name), start_values(load(name)))
+
+
+def values_of(model) -> list[bytes]:
+    return [array.numpy().tobytes() for array in arrays_of(model)]
+
+
+def test_parts_made_again_from_other_numbers_are_those_of_a_new_model():
+    scene = load("walk56_search")
+    structure, low = structure_of(scene), start_values(scene)
+    first, second = (substitute(scene, values) for values in (low, low * 1.01))
+    model = build_model(first, structure, "cpu")
+    assert values_of(model) != values_of(build_model(second, structure, "cpu"))
+    update_model(model, PARTS, second, structure, "cpu")
+    assert values_of(model) == values_of(build_model(second, structure, "cpu"))
+    update_model(model, ["controller"], first, structure, "cpu")
+    changed = [a != b for a, b in zip(values_of(model), values_of(build_model(second, structure, "cpu")), strict=True)]
+    of_controller = values_of(build_model(first, structure, "cpu").simbicon)
+    assert any(changed)
+    assert values_of(model.simbicon) == of_controller
+    assert sum(changed) <= len(of_controller)
+
+
+def test_a_slope_turns_the_normal_of_each_instance_and_nothing_else():
+    scene = shipped("fwalk")
+    structure, slope = structure_of(scene), np.array([0.0, 0.1, -0.2])
+    level, tilted = (build_model(scene, structure, "cpu", ModelInputs(slope=given)) for given in (None, slope))
+    assert level.contacts.normal.shape == (1, 1)
+    upright = np.stack([np.zeros(3), np.cos(slope), -np.sin(slope)], axis=1)
+    np.testing.assert_allclose(tilted.contacts.normal.numpy()[:, 0], upright, atol=1e-7)
+    tilted.contacts.normal = level.contacts.normal
+    assert values_of(tilted) == values_of(level)
+
+
+def test_replaced_fields_come_back_after_an_error_too():
+    scene, walk = shipped("elbow_open_loop"), shipped("walk56")
+    model = build_model(scene, structure_of(scene), "cpu")
+    before, count = values_of(model), model.muscles.count
+    other = {"muscles.count": 7, "paths": build_model(walk, structure_of(walk), "cpu").paths}
+    within = []
+
+    def fail() -> None:
+        with replaced(model, other):
+            within.append((model.muscles.count, values_of(model) == before))
+            raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        fail()
+    assert within == [(7, False)]
+    assert (model.muscles.count, values_of(model)) == (count, before)
+
+
+def test_a_model_of_muscles_has_those_that_are_named():
+    scene = shipped("walk56")
+    names = tuple(scene.character.muscles)[3:5]
+    model = muscles_model(scene, names, "cpu")
+    assert (model.muscles.count, model.body_count) == (2, 0)
+    expected = [scene.character.muscles[name].f_max for name in names]
+    np.testing.assert_allclose(model.muscles.row.numpy()["f_max"][0], expected)
+
+
+def written_models(file: Path) -> Iterator[str]:
+    """Places in a file that write fields of a device model."""
+    for node in ast.walk(ast.parse(file.read_text())):
+        targets = (
+            node.targets if isinstance(node, ast.Assign) else [node.target] if isinstance(node, ast.AugAssign) else []
+        )
+        if isinstance(node, ast.Call) and ast.unparse(node.func) == "setattr":
+            targets = [ast.Attribute(node.args[0], "field", ast.Store())]
+        for target in (part for whole in targets for part in (whole.elts if isinstance(whole, ast.Tuple) else [whole])):
+            owner = ast.walk(target.value) if isinstance(target, ast.Attribute) else ()
+            if any(getattr(part, "id", getattr(part, "attr", "")) in ("model", "_model") for part in owner):
+                yield f"{file.name}:{node.lineno}: {ast.unparse(target)}"
+
+
+def test_nothing_but_the_builder_writes_the_model():
+    package = Path(__file__).parents[2] / "warpmuscle"
+    builder = package / "model" / "build.py"
+    assert len(list(written_models(builder))) == 1  # so that the test sees what it looks for
+    assert [place for file in package.rglob("*.py") if file != builder for place in written_models(file)] == []

@@ -7,6 +7,7 @@ from msgspec.structs import replace
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.pose import conjugate, from_rotation_vector, multiply
 from warpmuscle.formats.toml import dumps, loads
+from warpmuscle.model.build import motion_of
 from warpmuscle.model.prescribed_motion import moved, speed_numbers
 from warpmuscle.scene import Actuation, Body, Character, Failure, Ground, Joint, Motion, Scene
 from warpmuscle.scene.number import Free
@@ -138,8 +139,8 @@ def test_others_accelerate_as_the_mass_matrix_demands(case: str, root: str):
     stages.state.coordinates.assign(q)
     stages.state.speeds.assign(v)
     free, matrix = stages.forward_dynamics()["speed_rate"][0].astype(float), stages.mass_matrix()[0].astype(float)
-    at = moved(rollout._kinematic, rollout._curves_of(rollout.scene), time)
-    numbers = speed_numbers(rollout._kinematic)
+    kinematic = rollout.structure.kinematic
+    at, numbers = moved(kinematic, motion_of(rollout.scene, rollout.structure), time), speed_numbers(kinematic)
     np.testing.assert_allclose(v[0, numbers], at.speeds[0], atol=1e-3)
     others = np.setdiff1d(np.arange(len(free)), numbers)
     expected = np.zeros(len(free))
@@ -156,7 +157,7 @@ def test_prescribed_motion_does_the_work_that_the_others_gain():
     shaken = Motion(long.tolist(), position=[(0.0, 0.0, 0.1 * float(np.sin(9.0 * t))) for t in long])
     scene = replace(chain(("hinge", "none"), root="planar"), motion={"root": shaken}, duration=1.0)
     rollout, q, _ = run(scene)
-    curves = rollout._curves_of(rollout.scene)
+    curves = motion_of(rollout.scene, rollout.structure)
     moving = np.array([curves.rates(k / RATE)[2][0, 1] for k in range(len(q))])  # forwards
     mass, inertia, arm = 1.5, 0.02, (0.2, 0.01)
     angle, rate = float(q[0, 3]), 0.0

@@ -5,9 +5,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+import warp as wp
 
 from warpmuscle.formats import load
 from warpmuscle.results.recording import Recording
+from warpmuscle.scene import Actuation
+from warpmuscle.scene.parameters import start_values
 from warpmuscle.simulation.perturbations import Disturbances
 from warpmuscle.simulation.rollout import Rollout
 from warpmuscle.simulation.stages import Stages
@@ -168,3 +171,55 @@ def test_reflexes_excite_the_muscles_of_the_stages_too():
     np.testing.assert_allclose(
         muscles["muscle_excitation"][0], usual.recording().muscle_excitation[stages.steps_done], atol=1e-5
     )
+
+
+def contents(struct: Any, name: str = "model") -> dict[str, Any]:
+    """All fields of a device structure and of those within it: arrays as bytes, numbers as they are."""
+    found: dict[str, Any] = {}
+    for field in struct._cls.vars:
+        value = getattr(struct, field)
+        if hasattr(value, "_cls"):
+            found |= contents(value, f"{name}.{field}")
+        elif isinstance(value, wp.array):
+            found[f"{name}.{field}"] = (value.shape, value.numpy().tobytes() if value.size else b"")
+        elif value is not None:
+            found[f"{name}.{field}"] = tuple(value) if hasattr(value, "__len__") else value
+    return found
+
+
+@pytest.mark.parametrize(
+    "name", ["fwalk", "walk56_search", "walk56_legacy", "wang2012", "reflex_walk", "throw", "bigbird_walk"]
+)
+def test_stages_and_rollout_have_the_same_model_in_every_array(name: str):
+    scene = load(name)
+    scene.failure.self_collision = 0.01 if name in ("fwalk", "walk56_search") else scene.failure.self_collision
+    batches = Rollout(scene, 2, "cpu"), Stages(scene, 2, "cpu")
+    values = start_values(scene) * np.array([[1.0], [1.001]])
+    still, models = np.zeros((2, 3)), []
+    for batch in batches:
+        batch.set_parameters(values)
+        batch.disturb(Disturbances(still, still, np.zeros(2), np.array([0.1, -0.1])))
+        if batch.muscle_names:
+            batch.set_excitations([0.0, 1.0], np.full((1, len(batch.muscle_names), 2), 0.3))
+        if batch.motion_names:
+            batch.set_motion([0.0], np.full((1, len(batch.motion_names), 1), 0.5))
+        if isinstance(batch, Stages):
+            batch.muscle_paths()
+        models.append(contents(batch.model))
+    assert len(models[0]) > 70
+    assert models[0] == models[1]
+    plain = contents(Rollout(scene, 2, "cpu").model)
+    changed = {field for field in plain if plain[field] != models[1].get(field)}
+    assert "model.contacts.normal" in changed
+    assert ("model.muscles.knot_value" in changed) == bool(scene.character.muscles)
+    assert ("model.motion.curve" in changed) == bool(batches[0].motion_names)
+    assert ("model.collisions.pair" in models[1]) == (scene.failure.self_collision > 0.0)
+
+
+def test_stages_that_told_the_paths_of_all_muscles_go_on_with_those_that_act():
+    scene = load("throw")
+    scene.actuation |= {name: Actuation("torque") for name in list(scene.character.joints)[-2:]}
+    usual, stages = Rollout(scene, 1, "cpu"), Stages(scene, 1, "cpu")
+    assert 0 < usual.model.muscles.count < len(scene.character.muscles)
+    assert stages.muscle_paths().length.shape[1] == len(scene.character.muscles)
+    assert contents(stages.model) == contents(usual.model)

@@ -8,11 +8,11 @@ import numpy as np
 import warp as wp
 
 from warpmuscle.core.array_types import Floats
-from warpmuscle.kernels import effort, structs
-from warpmuscle.model.muscles import muscles_struct
+from warpmuscle.kernels import effort
+from warpmuscle.model.build import muscles_model
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
-from warpmuscle.scene.accounting import basal_rate, negative_share
+from warpmuscle.scene.accounting import basal_rate
 from warpmuscle.scene.masses import at_common_tension, body_mass
 
 TREMBLING = 15.0  # Hz, beyond which there is none of the control of a gait
@@ -59,9 +59,7 @@ def cost_of_transport(power: float, speed: float) -> float | None:
 
 def _passive_and_power(recording: Recording, scene: Scene) -> tuple[float, float]:
     """Passive forces, N, summed over moments and muscles, and metabolic power of all muscles, W, in the mean."""
-    model = structs.Model()
-    model.muscles = muscles_struct(scene, recording.muscle_names, "cpu")
-    model.negative_share = negative_share(scene.objective)
+    model = muscles_model(scene, recording.muscle_names, "cpu")
     names = ("muscle_activation", "muscle_excitation", "muscle_fibre_length", "muscle_fibre_velocity")
     given = [wp.array(recording[name].astype(np.float32), dtype=float, device="cpu") for name in names]
     passive, power = (wp.zeros_like(given[0]) for _ in range(2))

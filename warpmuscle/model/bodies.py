@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-import warp as wp
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.arrays import orthogonal, records_to_device, rows, structs_to_device, to_device
@@ -14,7 +13,7 @@ from warpmuscle.core.errors import SceneError
 from warpmuscle.core.pose import normalized
 from warpmuscle.kernels import structs
 from warpmuscle.kernels.scratch import capacity_of, slots_of
-from warpmuscle.scene import Joint, Scene
+from warpmuscle.scene import Ground, Joint, Scene
 from warpmuscle.scene.geometry import contact_points
 from warpmuscle.scene.topology import Topology
 
@@ -155,8 +154,22 @@ def contacts_struct(scene: Scene, names: Topology, device: Any) -> tuple[structs
         "friction": stacked(friction or [rows([0.0])[:, 0]]),
     }
     c.point = structs_to_device(structs.ContactPoint, columns, device)
-    c.normal = to_device(normalized(rows([list(ground.normal)])), wp.vec3, device)
     c.height = to_device(rows([ground.height]), float, device)
     columns = {field: rows([getattr(ground, field)]) for field in structs.Ground.vars}
     c.ground = structs_to_device(structs.Ground, columns, device)
     return c, start
+
+
+def ground_normal(ground: Ground, slope: Floats | None = None) -> Floats:
+    """Normals of the ground, (rows, 1, 3), turned by each instance's slope if there is any.
+
+    Args:
+        slope: (instances,) rad, by which the ground rises forwards.
+    """
+    normal = normalized(rows([list(ground.normal)]))
+    if slope is None or not np.any(slope):
+        return normal
+    level = normal[:, 0].astype(np.float32).astype(np.float64)  # as the device has it
+    x, y, z = np.broadcast_to(level, (len(slope), 3)).T[:, :, None]
+    sine, cosine = np.sin(slope)[:, None], np.cos(slope)[:, None]
+    return np.stack([x, y * cosine + z * sine, z * cosine - y * sine], axis=-1)

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from functools import reduce
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -21,14 +25,19 @@ from warpmuscle.core.pose import (
     universal_coordinates,
 )
 from warpmuscle.kernels import structs
-from warpmuscle.model.bodies import contacts_struct, joint_axes, skeleton_struct
+from warpmuscle.model.bodies import contacts_struct, ground_normal, joint_axes, skeleton_struct
+from warpmuscle.model.collisions import collisions_struct
 from warpmuscle.model.controller import controller_struct
-from warpmuscle.model.muscles import ActuationMap, model_parts
+from warpmuscle.model.muscles import model_parts, muscles_struct
 from warpmuscle.model.objective import objective_fields
+from warpmuscle.model.prescribed_motion import Curves, motion_struct, scene_curves
+from warpmuscle.model.structure import Structure
 from warpmuscle.scene import InitialState, Joint, JointState, Scene
+from warpmuscle.scene.accounting import negative_share
 from warpmuscle.scene.topology import Topology
 
 X_AXIS = np.array([1.0, 0.0, 0.0])
+Fields = dict[str, Any]  # by their place in `kernels.structs.Model`, such as `contacts.normal`
 
 
 @dataclass(frozen=True)
@@ -42,34 +51,176 @@ class Start:
     activation: Floats  # (rows, 1) of the muscles
 
 
-def model_struct(scene: Scene, names: Topology, found: ActuationMap, device: Any) -> structs.Model:
-    """The device structure of a scene.
+@dataclass(frozen=True)
+class ReferenceGait:
+    """A gait that the objective compares with, by bins of the phase."""
+
+    orientation: Floats  # (2 bins, bodies, 4) of each body's joint, child in parent; left stance first
+    tracked: Floats  # (bodies,) 1: the body's joint is compared
+    by_contact: bool  # whether its cycles run from contact to contact of the left foot
+
+
+@dataclass(frozen=True)
+class ModelInputs:
+    """What a model has besides what its scene says."""
+
+    excitations: Mapping[str, wp.array] = field(default_factory=dict)  # by field of `kernels.structs.Muscles`
+    motion: Curves | None = None  # of the kinematic coordinates; None: as the scene says
+    slope: Floats | None = None  # (instances,) rad, by which the ground rises forwards
+    reference: ReferenceGait | None = None
+
+
+NO_INPUTS = ModelInputs()
+
+
+def build_model(scene: Scene, structure: Structure, device: Any, inputs: ModelInputs = NO_INPUTS) -> structs.Model:
+    """The model of a scene on a device; no other code writes its fields than this, `update_model` and `replaced`.
 
     Args:
         scene: checked scene whose numbers are floats, or (n,) arrays with one value an instance (see
             `parameters.substitute`).
-        found: what drives the joints, see `muscles.driven`.
+        structure: of the scene before its free parameters became numbers.
+        inputs: what the model has besides.
+
+    Raises:
+        SceneError: more shapes or feet than there is room for, or a reflex that senses a muscle not simulated.
     """
-    failure = [scene.failure.com_height, scene.failure.heading, scene.failure.max_speed, scene.failure.leg_crossing]
-    m = structs.Model()
-    m.body_count = len(names.bodies)
-    m.level_count = len(names.level_start) - 1
-    m.implicit_pd = int(scene.implicit_pd)
-    m.time_step = scene.time_step
-    m.fail_on_body_contact = int(scene.failure.body_contact)
-    m.gravity = to_device(rows([scene.gravity]), float, device)
-    m.failure = to_device(rows([failure]), wp.vec4, device)
-    m.fastest = scene.failure.max_com_speed
-    m.level_start = to_device(names.level_start, int, device)
-    m.contacts, points = contacts_struct(scene, names, device)
-    m.skeleton = skeleton_struct(scene, names, points, device)
-    m.foot_slots = m.skeleton.foot_side.shape[0] if scene.controller is not None else 0
-    m.simbicon = controller_struct(scene, names, device)
-    for field, part in objective_fields(scene, names, device).items():
-        setattr(m, field, part)
-    for field, part in model_parts(scene, names, found, device).items():
-        setattr(m, field, part)
-    return m
+    model = structs.Model()
+    update_model(model, PARTS, scene, structure, device, inputs)
+    return model
+
+
+def update_model(
+    model: structs.Model,
+    parts: Iterable[str],
+    scene: Scene,
+    structure: Structure,
+    device: Any,
+    inputs: ModelInputs = NO_INPUTS,
+) -> None:
+    """Make some of the `PARTS` of a model again, whose numbers or inputs have changed."""
+    for part in parts:
+        _put(model, PARTS[part](scene, structure, device, inputs))
+
+
+@contextmanager
+def replaced(model: structs.Model, fields: Fields) -> Iterator[None]:
+    """For a while, let a model have other values in some of its fields."""
+    before = {place: _copied(attrgetter(place)(model)) for place in fields}
+    _put(model, fields)
+    try:
+        yield
+    finally:
+        _put(model, before)
+
+
+def muscles_model(scene: Scene, muscles: tuple[str, ...], device: Any) -> structs.Model:
+    """A model of muscles of a scene without free parameters, and nothing else: to evaluate recorded quantities."""
+    model = structs.Model()
+    _put(model, {"muscles": muscles_struct(scene, muscles, device), "negative_share": negative_share(scene.objective)})
+    return model
+
+
+def _copied(value: Any) -> Any:
+    """A structure whose fields stay what they are now, since Warp assigns structures field by field; or the value."""
+    if not hasattr(value, "_cls"):
+        return value
+    copy = value._cls()
+    copy.assign(value)
+    return copy
+
+
+def _put(model: structs.Model, fields: Fields) -> None:
+    for place, value in fields.items():
+        *outer, field = place.split(".")
+        setattr(reduce(getattr, outer, model), field, value)
+
+
+def _settings(scene: Scene, structure: Structure, device: Any, inputs: ModelInputs) -> Fields:
+    failure = scene.failure
+    bounds = [failure.com_height, failure.heading, failure.max_speed, failure.leg_crossing]
+    return {
+        "implicit_pd": int(scene.implicit_pd),
+        "time_step": scene.time_step,
+        "gravity": to_device(rows([scene.gravity]), float, device),
+        "failure": to_device(rows([bounds]), wp.vec4, device),
+        "fastest": failure.max_com_speed,
+        "fail_on_body_contact": int(failure.body_contact),
+    }
+
+
+def _bodies(scene: Scene, structure: Structure, device: Any, inputs: ModelInputs) -> Fields:
+    names = structure.names
+    contacts, points = contacts_struct(scene, names, device)
+    skeleton = skeleton_struct(scene, names, points, device)
+    return {
+        "body_count": len(names.bodies),
+        "level_count": len(names.level_start) - 1,
+        "level_start": to_device(names.level_start, int, device),
+        "contacts": contacts,
+        "skeleton": skeleton,
+        "foot_slots": skeleton.foot_side.shape[0] if scene.controller is not None else 0,
+    }
+
+
+def _slope(scene: Scene, structure: Structure, device: Any, inputs: ModelInputs) -> Fields:
+    return {"contacts.normal": to_device(ground_normal(scene.ground, inputs.slope), wp.vec3, device)}
+
+
+def _controller(scene: Scene, structure: Structure, device: Any, inputs: ModelInputs) -> Fields:
+    return {"simbicon": controller_struct(scene, structure.names, device)}
+
+
+def _objective(scene: Scene, structure: Structure, device: Any, inputs: ModelInputs) -> Fields:
+    return objective_fields(scene, structure.names, device)
+
+
+def _muscles(scene: Scene, structure: Structure, device: Any, inputs: ModelInputs) -> Fields:
+    return model_parts(scene, structure.names, structure.actuation, device)
+
+
+def _excitations(scene: Scene, structure: Structure, device: Any, inputs: ModelInputs) -> Fields:
+    return {f"muscles.{field}": array for field, array in inputs.excitations.items()}
+
+
+def _collisions(scene: Scene, structure: Structure, device: Any, inputs: ModelInputs) -> Fields:
+    if not structure.collision_pairs:
+        return {}
+    return {"collisions": collisions_struct(scene, structure.names, structure.collision_pairs, device)}
+
+
+def _motion(scene: Scene, structure: Structure, device: Any, inputs: ModelInputs) -> Fields:
+    if not structure.kinematic.names:
+        return {}
+    return {"motion": motion_struct(structure.kinematic, motion_of(scene, structure, inputs), device)}
+
+
+def _reference(scene: Scene, structure: Structure, device: Any, inputs: ModelInputs) -> Fields:
+    reference = inputs.reference
+    if reference is None:
+        return {}
+    return {
+        "reference_bins": len(reference.orientation) // 2,
+        "reference_by_contact": int(reference.by_contact),
+        "reference": to_device(reference.orientation, wp.quat, device),
+        "tracked": to_device(reference.tracked, float, device),
+    }
+
+
+Part = Callable[[Scene, Structure, Any, ModelInputs], Fields]
+PARTS: dict[str, Part] = {  # a later one may replace fields of one before
+    "settings": _settings, "bodies": _bodies, "slope": _slope, "controller": _controller, "objective": _objective,
+    "muscles": _muscles, "excitations": _excitations, "collisions": _collisions, "motion": _motion,
+    "reference": _reference,
+}  # fmt: skip
+
+
+def motion_of(scene: Scene, structure: Structure, inputs: ModelInputs = NO_INPUTS) -> Curves:
+    """The curves that the kinematic coordinates follow: those of the inputs, or those that the scene says."""
+    if inputs.motion is not None:
+        return inputs.motion
+    held = start_of(scene, structure.names).coordinates
+    return scene_curves(scene, structure.names, structure.kinematic, held)
 
 
 def start_of(scene: Scene, names: Topology) -> Start:

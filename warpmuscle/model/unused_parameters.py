@@ -12,14 +12,11 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.core.arrays import arrays_of
 from warpmuscle.core.errors import Error
 from warpmuscle.kernels.terms import TERMS
-from warpmuscle.model.build import model_struct, start_of
-from warpmuscle.model.collisions import collision_pairs, collisions_struct
-from warpmuscle.model.muscles import driven
-from warpmuscle.model.prescribed_motion import kinematic, motion_struct, scene_curves
+from warpmuscle.model.build import build_model, start_of
+from warpmuscle.model.structure import Structure, structure_of
 from warpmuscle.model.user_functions import check_custom
 from warpmuscle.scene import Scene
 from warpmuscle.scene.parameters import free_parameters, start_values, substitute
-from warpmuscle.scene.topology import topology
 from warpmuscle.scene.validation.scene import check_scene
 
 SHOWN = 4  # names in a message
@@ -34,16 +31,16 @@ def unused_parameters(scene: Scene) -> list[str]:
     scene = msgspec.structs.replace(scene, objective=objective, tracking=None, stages=[])  # of no effect on the others
     check_scene(scene)
     check_custom(scene)
-    parameters, start = free_parameters(scene), start_values(scene)
+    parameters, start, structure = free_parameters(scene), start_values(scene), structure_of(scene)
     count = 2 * len(parameters) + 1
-    taken = {len(array) for array in _used(scene, start)}
+    taken = {len(array) for array in _used(scene, structure, start)}
     while count in taken:  # so that arrays of this length are those with a row an instance
         count += 1
     values = np.tile(start, (count, 1))
     for index, parameter in enumerate(parameters):
         values[1 + 2 * index, index], values[2 + 2 * index, index] = parameter.min, parameter.max
     differs = np.zeros(count, dtype=bool)
-    for array in _used(scene, values):
+    for array in _used(scene, structure, values):
         if len(array) == count:
             flat = np.ascontiguousarray(array).reshape(count, -1).view(np.uint8)
             differs |= np.any(flat != flat[0], axis=1)
@@ -55,18 +52,12 @@ def unused_parameters(scene: Scene) -> list[str]:
     ]
 
 
-def _used(scene: Scene, values: Floats) -> list[NDArray[Any]]:
+def _used(scene: Scene, structure: Structure, values: Floats) -> list[NDArray[Any]]:
     """What simulations with values (P,) or (n, P) of the free parameters depend on: their model and their start."""
-    numeric, names = substitute(scene, values), topology(scene.character)
-    found, start = driven(scene, names), start_of(numeric, names)
-    parts: list[Any] = [model_struct(numeric, names, found, "cpu")]
-    if colliding := collision_pairs(scene, names):
-        parts.append(collisions_struct(numeric, names, colliding, "cpu"))
-    moving = kinematic(scene, names, found.drives)
-    if moving.names:
-        parts.append(motion_struct(moving, scene_curves(numeric, names, moving, start.coordinates), "cpu"))
+    numeric = substitute(scene, values)
+    start, model = start_of(numeric, structure.names), build_model(numeric, structure, "cpu")
     arrays: list[NDArray[Any]] = [start.coordinates, start.speeds, start.activation]
-    return [array.astype(np.float32) for array in arrays] + [a.numpy() for part in parts for a in arrays_of(part)]
+    return [array.astype(np.float32) for array in arrays] + [array.numpy() for array in arrays_of(model)]
 
 
 def check_used(scene: Scene) -> None:

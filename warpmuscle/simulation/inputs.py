@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -12,43 +12,34 @@ from numpy.typing import ArrayLike
 
 from warpmuscle.core.arguments import as_array, as_kind, as_truth
 from warpmuscle.core.array_types import Floats, Integers
-from warpmuscle.core.arrays import arrays_of, rows, structs_to_device, to_device
+from warpmuscle.core.arrays import arrays_of, structs_to_device, to_device
 from warpmuscle.core.errors import RolloutError
-from warpmuscle.core.pose import normalized
 from warpmuscle.kernels import structs
-from warpmuscle.model.build import start_of
+from warpmuscle.model.build import NO_INPUTS, ModelInputs, update_model
 from warpmuscle.model.muscles import ActuationMap
 from warpmuscle.model.prescribed_motion import (
-    Curves,
     Kinematic,
     Moved,
     check_knots,
     coordinate_numbers,
     given_curves,
-    motion_struct,
     moved,
-    scene_curves,
     speed_numbers,
 )
+from warpmuscle.model.structure import Structure
 from warpmuscle.scene import Scene
 from warpmuscle.scene.topology import Topology
-from warpmuscle.simulation.perturbations import Disturbances, tilted
+from warpmuscle.simulation.perturbations import Disturbances
 
 
 @dataclass
 class Inputs:
     """What a batch has been given in place of what its scene says; None where the scene counts."""
 
-    excitations: dict[str, wp.array] | None = None  # by field of `kernels.structs.Muscles`
-    motion: Curves | None = None
+    of_model: ModelInputs = NO_INPUTS
     coordinates: Floats | None = None  # (1 or instances, coordinates)
     speeds: Floats | None = None  # (1 or instances, speeds)
     activation: Floats | None = None  # (1 or instances, simulated muscles)
-
-    def put(self, model: structs.Model) -> None:
-        """Let a model have the excitations."""
-        for field, array in (self.excitations or {}).items():
-            setattr(model.muscles, field, array)
 
 
 def excitation_arrays(
@@ -109,6 +100,7 @@ class Given(ABC):
 
     scene: Scene
     names: Topology
+    structure: Structure
     instances: int
     steps: int
     steps_done: int
@@ -130,7 +122,8 @@ class Given(ABC):
 
     def _put_moved(self, coordinates: Any, speeds: Any) -> Any:
         """Put the kinematic coordinates and their speeds to where their motion starts; all accelerations there."""
-        start, row = self._moved, None if self._inputs.motion is None else self._inputs.motion.row
+        motion = self._inputs.of_model.motion
+        start, row = self._moved, None if motion is None else motion.row
         chosen = slice(None) if row is None else row
         numbers = speed_numbers(self._kinematic)
         accelerations = np.zeros(speeds.shape, dtype=np.float32)
@@ -165,8 +158,8 @@ class Given(ABC):
         as_truth(restart, "restart", error=RolloutError)
         every = self.muscle_names
         chosen = [every.index(name) for name in self._driven.muscles]
-        self._inputs.excitations = excitation_arrays(time, values, len(every), chosen, self.instances, self.device)
-        self._inputs.put(self._model)
+        arrays = excitation_arrays(time, values, len(every), chosen, self.instances, self.device)
+        self._take("excitations", excitations=arrays)
         if restart:
             self.reset()
 
@@ -186,8 +179,8 @@ class Given(ABC):
         """
         end = self.steps * self.scene.time_step
         curves = given_curves(self._kinematic, time, values, of, self.instances, end)
-        self._inputs.motion, self._moved = curves, moved(self._kinematic, curves, 0.0)
-        self._model.motion = motion_struct(self._kinematic, curves, self.device)
+        self._moved = moved(self._kinematic, curves, 0.0)
+        self._take("motion", motion=curves)
         self.reset()
 
     def set_initial(
@@ -239,19 +232,13 @@ class Given(ABC):
         steps = max(round(d.push_duration / h), 1)
         s.push.assign((d.push / (steps * h)).astype(np.float32))
         s.push_steps.assign(np.stack([first, first + steps], axis=1).astype(np.int32))
-        self._tilt()
+        self._take("slope", slope=d.slope)
         self.reset()
 
-    def _tilt(self) -> None:
-        """Turn the ground's normal by each instance's slope."""
-        level = normalized(rows([list(self._numeric.ground.normal)]))
-        self._model.contacts.normal = to_device(tilted(level, self._disturbances.slope), wp.vec3, self.device)
-
-    def _curves_of(self, numeric: Scene) -> Curves:
-        """The motion of the kinematic coordinates, as given or as the scene says."""
-        if self._inputs.motion is not None:
-            return self._inputs.motion
-        return scene_curves(numeric, self.names, self._kinematic, start_of(numeric, self.names).coordinates)
+    def _take(self, part: str, **values: Any) -> None:
+        """Take some inputs of the model from now on, which one of its parts shows."""
+        self._inputs.of_model = replace(self._inputs.of_model, **values)
+        update_model(self._model, [part], self._numeric, self.structure, self.device, self._inputs.of_model)
 
     def snapshot(self) -> Snapshot:
         """Where all instances stand now, for `restore`."""

@@ -58,16 +58,6 @@ def none(instances: int) -> Disturbances:
     return Disturbances(zero, zero, zeros, zeros)
 
 
-def tilted(normal: Floats, slope: Floats) -> Floats:
-    """Normals of the ground, (rows, 1, 3), turned by each instance's slope, (n,) rad; the same if there is none."""
-    if not np.any(slope):
-        return normal
-    level = normal[:, 0].astype(np.float32).astype(np.float64)  # as the device has it
-    x, y, z = np.broadcast_to(level, (len(slope), 3)).T[:, :, None]
-    sine, cosine = np.sin(slope)[:, None], np.cos(slope)[:, None]
-    return np.stack([x, y * cosine + z * sine, z * cosine - y * sine], axis=-1)
-
-
 def drawn(robustness: Robustness, duration: float) -> Disturbances:
     """The runs of one candidate, the same for every one of them: the first is not disturbed if there are several.
 

@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
+import msgspec
 import numpy as np
-import warp as wp
 
 from warpmuscle.core.array_types import Floats
-from warpmuscle.core.arrays import to_device
 from warpmuscle.core.errors import RolloutError
-from warpmuscle.formats import npz
+from warpmuscle.formats import load, npz
 from warpmuscle.formats.npz import JointMotion
+from warpmuscle.model.build import ReferenceGait
+from warpmuscle.model.structure import Structure
 from warpmuscle.results.recording import Recording
 from warpmuscle.results.result import read
-from warpmuscle.scene import Character, Tracking
+from warpmuscle.scene import Character, Scene, Tracking
+from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.scene.topology import Topology
 
 BINS = 50  # of the phase
@@ -33,14 +35,33 @@ def motion_in_file(tracking: Tracking, character: Character) -> Recording | Join
     return replays[tracking.replay]
 
 
-def tracked_fields(motion: Recording | JointMotion, tracking: Tracking, names: Topology, device: Any) -> dict[str, Any]:
-    """The part of a motion that a scene tracks, by field of `kernels.structs.Model`; raises RolloutError."""
+def reference_of(scene: Scene, structure: Structure, record: Callable[[Scene], Recording]) -> ReferenceGait | None:
+    """The gait that the objective of a scene tracks; None if it tracks none.
+
+    Args:
+        record: simulates a scene and gives its motion.
+
+    Raises:
+        Error: the tracked scene or file cannot be read, or has no such motion or joints.
+    """
+    tracking = scene.tracking
+    if tracking is None or "tracking" not in structure.objective.body:
+        return None
+    motion: Recording | JointMotion
+    if tracking.file:
+        motion = motion_in_file(tracking, substitute(scene, start_values(scene)).character)
+    else:
+        tracked = load(tracking.scene)
+        if tracked.tracking is not None:  # perhaps this one; what it tracks itself does not move it
+            objective = msgspec.structs.replace(tracked.objective, tracking=0.0)
+            tracked = msgspec.structs.replace(tracked, tracking=None, objective=objective)
+        motion = record(tracked)
     part = motion.window(tracking.start)
     if not len(part.phase):
         source = tracking.file or tracking.scene
         raise RolloutError(f"{source} has no motion from {tracking.start:g} s on, which `tracking.start` asks for")
-    by_contact = isinstance(motion, JointMotion) and motion.by_contact
-    return reference_fields(*reference_table(part, names, tracking.joints), device, by_contact)
+    orientation, counts = reference_table(part, structure.names, tracking.joints)
+    return ReferenceGait(orientation, counts, isinstance(motion, JointMotion) and motion.by_contact)
 
 
 def reference_table(motion: Recording | JointMotion, names: Topology, joints: list[str]) -> tuple[Floats, Floats]:
@@ -82,13 +103,3 @@ def _means(orientation: Floats, rows: Any) -> Floats:
         nearest = full[np.abs(here[:, None] - full[None]).argmin(axis=1)]
         total[here] = total[nearest]
     return np.asarray(total / np.linalg.norm(total, axis=1, keepdims=True))
-
-
-def reference_fields(table: Floats, counts: Floats, device: Any, by_contact: bool = False) -> dict[str, Any]:
-    """The reference, by field of `kernels.structs.Model`; `by_contact` if its cycles run from contact to contact."""
-    return {
-        "reference_bins": BINS,
-        "reference_by_contact": int(by_contact),
-        "reference": to_device(table, wp.quat, device),
-        "tracked": to_device(counts, float, device),
-    }

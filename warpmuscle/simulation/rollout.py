@@ -7,7 +7,6 @@ from collections.abc import Callable, Sequence
 from functools import cached_property
 from typing import Any
 
-import msgspec
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -17,22 +16,21 @@ from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.errors import Error, RolloutError
 from warpmuscle.core.limits import check_size
 from warpmuscle.core.status import Status, counted, words
-from warpmuscle.formats import SceneLike, load, scene_of
+from warpmuscle.formats import SceneLike, scene_of
 from warpmuscle.kernels import structs
 from warpmuscle.kernels.record import NOTHING
 from warpmuscle.kernels.scratch import capacity_of, work_floats
-from warpmuscle.model.build import model_struct, start_of
-from warpmuscle.model.collisions import collision_pairs, collisions_struct
+from warpmuscle.model.build import ModelInputs, build_model, motion_of, start_of, update_model
 from warpmuscle.model.controller import control_steps
-from warpmuscle.model.muscles import compiled_kind, driven
-from warpmuscle.model.objective import objective_kind, term_values, wanted, weighted
-from warpmuscle.model.prescribed_motion import kinematic, motion_struct, moved
+from warpmuscle.model.muscles import compiled_kind
+from warpmuscle.model.objective import term_values, wanted, weighted
+from warpmuscle.model.prescribed_motion import moved
 from warpmuscle.model.state import state_struct
+from warpmuscle.model.structure import structure_of
 from warpmuscle.model.user_functions import check_custom, custom_controller
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
 from warpmuscle.scene.parameters import Parameter, free_parameters, start_values, substitute
-from warpmuscle.scene.topology import coordinate_names, topology
 from warpmuscle.scene.validation.scene import check_scene
 from warpmuscle.simulation.batch_input import (
     LINEAR_SPEEDS,
@@ -51,7 +49,7 @@ from warpmuscle.simulation.memory import InstanceBytes, bytes_of, check_memory, 
 from warpmuscle.simulation.objective_parts import Parts, term_parts
 from warpmuscle.simulation.perturbations import none
 from warpmuscle.simulation.recorder import Frames, frame_bytes, record_kind
-from warpmuscle.simulation.reference_gait import motion_in_file, tracked_fields
+from warpmuscle.simulation.reference_gait import reference_of
 from warpmuscle.simulation.stepping import Stepped
 
 FEW = 8192  # instances, some 0.3 GiB, for which there always is memory, so that nobody has to find out about it
@@ -114,10 +112,10 @@ class Rollout(Stepped):
         self.scene = scene
         self.instances = positive(instances, "instances")
         self.parameters: list[Parameter] = free_parameters(scene)
-        self.names = topology(scene.character)
-        self.coordinate_names, self.speed_names = coordinate_names(self.names, scene.character)
-        self._driven = driven(scene, self.names)
-        self._kinematic = kinematic(scene, self.names, self._driven.drives)
+        self.structure = structure_of(scene)
+        self.names, self._driven = self.structure.names, self.structure.actuation
+        self._kinematic, self._objective = self.structure.kinematic, self.structure.objective
+        self.coordinate_names, self.speed_names = self.structure.coordinate_names, self.structure.speed_names
         self.device = find_device(device)
         self._inputs = Inputs()
         self.threads = checked_threads(threads)
@@ -131,14 +129,12 @@ class Rollout(Stepped):
         if not self.device.is_cpu:
             self.lanes = usual_lanes(lanes, work_floats(capacity), self.instances, self.device.sm_count)
         kind = compiled_kind(scene, self.names, self._driven, capacity, lean=not self.device.is_cpu)
-        self._objective = objective_kind(scene, kind is not None)
-        self._colliding = collision_pairs(scene, self.names)
         recorded_instances = chosen(record, self.instances)
         # On a GPU, code that is not there saves time; elsewhere one kernel for all saves compiling another.
         asked = record_kind(quantities)
         recorded = asked if recorded_instances or self.device.is_cpu else NOTHING
         self._recipe = KernelConfig(
-            capacity, self.lanes, self.block_dim, kind, self._objective, bool(self._colliding),
+            capacity, self.lanes, self.block_dim, kind, self._objective, bool(self.structure.collision_pairs),
             bool(self._kinematic.names), recorded, custom_controller(scene), control_steps(scene) > 1,
         )  # fmt: skip
         self._launchers: dict[KernelConfig, Launcher] = {}
@@ -153,7 +149,7 @@ class Rollout(Stepped):
             recorded,
         )  # fmt: skip
         self._disturbances = none(self.instances)
-        self._reference = self._tracked()
+        self._inputs.of_model = ModelInputs(reference=reference_of(scene, self.structure, self._record))
         self._numeric, self._model = substitute(scene, start_values(scene)), structs.Model()
         self._use(self._numeric)
 
@@ -168,22 +164,13 @@ class Rollout(Stepped):
     def _state_of(self, instances: int, device: Any) -> structs.State:
         return state_struct(self.scene, self.names, self._driven, self._objective, instances, device)
 
-    def _model_of(self, numeric: Scene, device: Any) -> structs.Model:
-        """The model of a scene of numbers; see `parameters.substitute`."""
-        model = model_struct(numeric, self.names, self._driven, device)
-        if self._colliding:
-            model.collisions = collisions_struct(numeric, self.names, self._colliding, device)
-        if self._kinematic.names:
-            model.motion = motion_struct(self._kinematic, self._curves_of(numeric), device)
-        return model
-
     @cached_property
     def instance_bytes(self) -> InstanceBytes:
         """Memory on the device that every further instance takes."""
         start = start_values(self.scene)
         return bytes_of(
             lambda count: self._state_of(count, "cpu"),
-            lambda count: self._model_of(substitute(self.scene, repeated(start, count)), "cpu"),
+            lambda count: build_model(substitute(self.scene, repeated(start, count)), self.structure, "cpu"),
         )
 
     @property
@@ -224,14 +211,15 @@ class Rollout(Stepped):
         Args:
             numeric: the batch's scene with numbers in place of its free parameters (see `parameters.substitute`).
         """
-        self._model = self._model_of(numeric, self.device)
-        self._inputs.put(self._model)
+        self._model = build_model(numeric, self.structure, self.device, self._inputs.of_model)
         self._numeric, self._start, self._start_rows = numeric, start_of(numeric, self.names), {}
         if self._kinematic.names:
-            self._moved = moved(self._kinematic, self._curves_of(numeric), 0.0)
-        for field, part in self._reference.items():
-            setattr(self._model, field, part)
-        self._tilt()
+            self._moved = moved(self._kinematic, motion_of(numeric, self.structure, self._inputs.of_model), 0.0)
+
+    def change_controller(self, numeric: Scene) -> None:
+        """Go on with other numbers of the controller, which are all that differs from the present ones."""
+        update_model(self._model, ["controller"], numeric, self.structure, self.device, self._inputs.of_model)
+        self._numeric = numeric
 
     def reset(self, velocity_noise: Any = 0.0, seed: int = 0, mask: Any = None) -> None:
         """Put every instance back to its start, or those of a mask.
@@ -321,22 +309,11 @@ class Rollout(Stepped):
         before = np.arange(values.shape[1]) * self._frames.every < ended[:, None]
         return np.where(before[..., None], values, np.float32(0.0))
 
-    def _tracked(self) -> dict[str, Any]:
-        """The gait that the objective tracks, by field of the model; nothing if it tracks none."""
-        tracking = self.scene.tracking
-        if tracking is None or "tracking" not in self._objective.body:
-            return {}
-        if tracking.file:
-            motion = motion_in_file(tracking, substitute(self.scene, start_values(self.scene)).character)
-        else:
-            tracked = load(tracking.scene)
-            if tracked.tracking is not None:  # perhaps this one; what it tracks itself does not move it
-                objective = msgspec.structs.replace(tracked.objective, tracking=0.0)
-                tracked = msgspec.structs.replace(tracked, tracking=None, objective=objective)
-            other = Rollout(tracked, 1, str(self.device), record=[0], record_rate=200.0)
-            other.run()
-            motion = other.recording()
-        return tracked_fields(motion, tracking, self.names, self.device)
+    def _record(self, scene: Scene) -> Recording:
+        """The motion of one simulation of another scene on this device."""
+        rollout = Rollout(scene, 1, str(self.device), record=[0], record_rate=200.0)
+        rollout.run()
+        return rollout.recording()
 
     def run(self, duration: float | None = None, progress: Progress | None = None) -> None:
         """Simulate on from where the batch stands.

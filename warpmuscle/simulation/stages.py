@@ -17,7 +17,7 @@ from warpmuscle.core.pose import normalized
 from warpmuscle.formats import SceneLike
 from warpmuscle.kernels import stages, structs
 from warpmuscle.kernels.scratch import capacity_of, work_floats
-from warpmuscle.model.build import joint_coordinates, root_coordinates
+from warpmuscle.model.build import joint_coordinates, replaced, root_coordinates
 from warpmuscle.model.muscles import muscle_kind
 from warpmuscle.model.paths import path_table, paths_struct
 from warpmuscle.model.reflexes import has_reflexes
@@ -158,15 +158,11 @@ class Stages(Rollout):
         character, names = self._numeric.character, self.names
         paths = character.muscles
         table = path_table(paths, names, character)
-        driven, simulated = self._model.paths, self._model.muscles.count
-        self._model.paths = paths_struct(paths, names, character, self.device)
-        self._model.muscles.count = len(paths)
+        fields = {"paths": paths_struct(paths, names, character, self.device), "muscles.count": len(paths)}
         count = max(len(paths), 1)
         outputs = [((count,), float), ((count,), float), ((max(len(table.crossings), 1),), wp.vec3)]
-        try:
+        with replaced(self._model, fields):
             length, speed, arm = self._run(stages.muscle_paths, [], outputs)
-        finally:  # the model as it was: it has more than the scene, such as excitations and slopes
-            self._model.paths, self._model.muscles.count = driven, simulated
         muscles, joints = ([getattr(c, key) for c in table.crossings] for key in ("muscle", "joint"))
         return MusclePaths(
             length[:, : len(paths)], speed[:, : len(paths)], arm[:, : len(muscles)],

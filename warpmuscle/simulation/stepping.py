@@ -20,7 +20,7 @@ from warpmuscle.core.status import Status
 from warpmuscle.kernels import structs
 from warpmuscle.kernels.control import given_effort
 from warpmuscle.kernels.restart import put_rows
-from warpmuscle.model.build import Start
+from warpmuscle.model.build import Start, replaced
 from warpmuscle.simulation.batch_input import positive
 from warpmuscle.simulation.inputs import Given
 from warpmuscle.simulation.launcher import KernelConfig, Launcher, soon_loaded, spread_recipe
@@ -58,7 +58,7 @@ class Stepped(Given):
     def _recipe_now(self) -> KernelConfig:
         """What the batch's own kernel is made of, with what it needs for the excitations that were given."""
         recipe = self._recipe
-        if recipe.muscles is None or self._inputs.excitations is None:
+        if recipe.muscles is None or not self._inputs.of_model.excitations:
             return recipe
         return recipe._replace(muscles=recipe.muscles._replace(timed=True))
 
@@ -177,26 +177,17 @@ class Stepped(Given):
     @contextmanager
     def _driven_by(self, excitations: Any, torques: Any) -> Iterator[Launcher]:
         """The launcher for steps that are driven so, while the model has what is given."""
-        muscles = self._model.muscles
-        before = {field: getattr(muscles, field) for field in ("own", "knot_time", "knot_value")}
-        given = {}
+        fields: dict[str, Any] = {}
         recipe = self._recipe_of(excitations is not None, torques is not None)
         if excitations is not None:
             count = len(self.muscle_names)
             value = rows_of(excitations, count, self.instances, self.device, "excitations")
-            given = self._one_knot | {"knot_value": value}
+            fields |= self._one_knot | {"muscles.knot_value": value}
         if torques is not None:
             count = len(self.torque_names)
-            self._model.actuation.effort = rows_of(torques, count, self.instances, self.device, "torques")
-        for field, array in given.items():
-            setattr(muscles, field, array)
-        try:
+            fields["actuation.effort"] = rows_of(torques, count, self.instances, self.device, "torques")
+        with replaced(self._model, fields):
             yield self._launcher_of(recipe)
-        finally:
-            for field in given:
-                setattr(muscles, field, before[field])
-            if torques is not None:
-                self._model.actuation.effort = structs.Actuation().effort
 
     @cached_property
     def _one_knot(self) -> dict[str, wp.array]:
@@ -204,7 +195,7 @@ class Stepped(Given):
         every = self.muscle_names
         first = np.array([[every.index(name) for name in self._driven.muscles]])
         own = structs_to_device(structs.OwnExcitation, {"first_knot": first, "end_knot": first + 1}, self.device)
-        return {"own": own, "knot_time": wp.zeros((1, len(every)), dtype=float, device=self.device)}
+        return {"muscles.own": own, "muscles.knot_time": wp.zeros((1, len(every)), dtype=float, device=self.device)}
 
     def _launcher_of(self, recipe: KernelConfig) -> Launcher:
         """The launcher of a fused kernel."""

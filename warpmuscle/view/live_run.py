@@ -9,7 +9,6 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error
 from warpmuscle.core.pose import about, rotate, twist_angle
 from warpmuscle.core.status import Status
-from warpmuscle.model.controller import controller_struct
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Balance, Controller, Curve, Scene, State
 from warpmuscle.scene.parameters import start_values, substitute
@@ -127,7 +126,7 @@ class LiveRun:
         if steering != self._steering:
             self._steering = steering
             self.numeric = self._steered()
-            self.rollout.model.simbicon = controller_struct(self.numeric, self.rollout.names, self.rollout.device)
+            self.rollout.change_controller(self.numeric)
 
     def push(self, impulse: float, angle: float) -> Floats:
         """Push the root from now on for 0.1 s; returns the impulse (3,), N s, world.

@@ -1,0 +1,46 @@
+"""What of a scene is the same whatever its numbers are: what there is, and how it hangs together."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from warpmuscle.kernels.objective_terms import ObjectiveKind
+from warpmuscle.model.collisions import Pair, collision_pairs
+from warpmuscle.model.muscles import ActuationMap, driven
+from warpmuscle.model.objective import objective_kind
+from warpmuscle.model.prescribed_motion import Kinematic, kinematic
+from warpmuscle.scene import Scene
+from warpmuscle.scene.topology import Topology, coordinate_names, topology
+
+
+@dataclass(frozen=True)
+class Structure:
+    """What all instances of a scene have in common, whatever their free parameters are."""
+
+    names: Topology
+    coordinate_names: tuple[str, ...]
+    speed_names: tuple[str, ...]
+    actuation: ActuationMap  # what drives the joints, and the muscles that are simulated
+    kinematic: Kinematic  # coordinates that move as prescribed
+    collision_pairs: list[Pair]  # of bodies that must not run into each other
+    objective: ObjectiveKind  # the sums that a step makes
+
+
+def structure_of(scene: Scene) -> Structure:
+    """The structure of a checked scene, whose numbers may be free.
+
+    Raises:
+        SceneError: a muscle's path cannot be used, no two bodies could collide, or a user's term cannot be used.
+    """
+    names = topology(scene.character)
+    coordinates, speeds = coordinate_names(names, scene.character)
+    actuation = driven(scene, names)
+    return Structure(
+        names=names,
+        coordinate_names=coordinates,
+        speed_names=speeds,
+        actuation=actuation,
+        kinematic=kinematic(scene, names, actuation.drives),
+        collision_pairs=collision_pairs(scene, names),
+        objective=objective_kind(scene, not actuation.by_torque_alone),
+    )
