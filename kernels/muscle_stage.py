@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import warp as wp
 
 from warpmuscle.kernels import muscle
+from warpmuscle.kernels import recorded as recorded_as
 from warpmuscle.kernels.activation import activation_step
 from warpmuscle.kernels.actuation import actuation_stage_of, implicit_damping_stage, muscle_torque, pulled_torque
 from warpmuscle.kernels.custom_curves import OwnCurves, with_curves
@@ -257,13 +258,13 @@ def muscle_stage_of(kind: MuscleKind, terms: tuple[Any, ...] = (), recorded: boo
             work.flags[1] = 1
         if wp.static(recorded) and frame >= 0:
             slot = record.slot[instance]
-            record.muscle[slot, frame, 0, m] = stretch.fixed + stretch.moving
-            record.muscle[slot, frame, 1, m] = c.length
-            record.muscle[slot, frame, 2, m] = c.speed
-            record.muscle[slot, frame, 3, m] = desired
-            record.muscle[slot, frame, 4, m] = excitation
-            record.muscle[slot, frame, 5, m] = a
-            record.muscle[slot, frame, 6, m] = c.force
+            record.muscle[slot, frame, recorded_as.PATH_LENGTH, m] = stretch.fixed + stretch.moving
+            record.muscle[slot, frame, recorded_as.FIBRE_LENGTH, m] = c.length
+            record.muscle[slot, frame, recorded_as.FIBRE_VELOCITY, m] = c.speed
+            record.muscle[slot, frame, recorded_as.DESIRED_FORCE, m] = desired
+            record.muscle[slot, frame, recorded_as.EXCITATION, m] = excitation
+            record.muscle[slot, frame, recorded_as.ACTIVATION, m] = a
+            record.muscle[slot, frame, recorded_as.FORCE, m] = c.force
 
     @wp.func
     def muscle_stage(

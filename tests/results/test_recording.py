@@ -4,13 +4,21 @@ import numpy as np
 import pytest
 
 from biped import random_recording
-from warpmuscle.results.recording import INTEGER_QUANTITIES, QUANTITIES, Recording, label
+from warpmuscle.kernels.recorded import MUSCLE_PLACES
+from warpmuscle.results.recording import INTEGER_QUANTITIES, MUSCLE_QUANTITIES, QUANTITIES, RawFrames, Recording, label
 
 
 def test_every_field_but_the_names_is_a_described_quantity():
     fields = set(Recording.__dataclass_fields__) - {"joint_names", "body_names", "muscle_names"}
     assert fields == set(QUANTITIES)
     assert set(INTEGER_QUANTITIES) < fields
+
+
+def test_quantities_of_muscles_stand_in_the_order_in_which_a_device_writes_them():
+    written = np.arange(MUSCLE_PLACES)[None, :, None] * np.ones((3, 1, 2))
+    raw = RawFrames(np.zeros(3), {"muscle": written}, [], np.zeros((3, 3)), np.zeros((1, 3)))
+    places = [QUANTITIES[name].of(raw)[0, 0] for name in MUSCLE_QUANTITIES]
+    assert places == list(range(MUSCLE_PLACES))
 
 
 def test_a_shape_that_does_not_fit_is_named():

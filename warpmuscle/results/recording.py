@@ -1,13 +1,12 @@
 """One simulated instance over time, as it is stored, measured and drawn.
 
-`QUANTITIES` states once what each array holds, its axes and its unit; files and figures take their labels from it.
+`Recording` declares once what each array holds, its axes, its unit and how it is made from what a device wrote; files
+and figures take their labels from it.
 """
 
-from __future__ import annotations
-
-from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any, NamedTuple
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, fields
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +14,35 @@ from numpy.typing import NDArray
 from warpmuscle.core.arguments import as_kind, as_number, in_words
 from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.errors import ArgumentError
+from warpmuscle.core.pose import conjugate, multiply, rotate
+from warpmuscle.kernels.recorded import (
+    ACTIVATION,
+    DESIRED_FORCE,
+    EXCITATION,
+    FIBRE_LENGTH,
+    FIBRE_VELOCITY,
+    FORCE,
+    PATH_LENGTH,
+)
+
+
+@dataclass(frozen=True)
+class RawFrames:
+    """What a device wrote of one instance: F frames of `kernels.structs.Record`, and what reading them takes."""
+
+    time: Floats  # (F,) s
+    arrays: Mapping[str, Floats]  # by field of the record
+    parents: list[int]  # (J,) body that each joint's child hangs on
+    root_velocity: Floats  # (F, 3) m/s
+    centers: Floats  # (B, 3) m, centres of mass from the joints, body axes
+
+    def __getitem__(self, name: str) -> Floats:
+        return self.arrays[name]
+
+    @property
+    def unturned(self) -> Floats:
+        """Orientation of the world in each joint's parent, (F, J, 4)."""
+        return conjugate(self["orientation"][:, self.parents])
 
 
 class Quantity(NamedTuple):
@@ -25,55 +53,34 @@ class Quantity(NamedTuple):
         axes: one name per axis; `frame`, `joint`, `body` and `muscle` are counted by the recording, the words of any
             other name are the components along that axis.
         description: one line.
+        of: makes it from what a device wrote.
     """
 
     units: str
     axes: tuple[str, ...]
     description: str
+    of: Callable[[RawFrames], Floats]
 
 
+def _quantity(units: str, axes: tuple[str, ...], description: str, of: Callable[[RawFrames], Floats]) -> Any:
+    """A field that holds a quantity."""
+    return field(metadata={"quantity": Quantity(units, axes, description, of)})
+
+
+def _of_muscles(units: str, place: int, description: str) -> Any:
+    """A field that holds what the device writes of every muscle in a place of its own."""
+    return _quantity(units, ("frame", "muscle"), description, lambda raw: raw["muscle"][:, place])
+
+
+_FRAME = ("frame",)
 _VECTOR = ("frame", "x y z")
 _JOINT_VECTOR = ("frame", "joint", "x y z")
-_MUSCLE = ("frame", "muscle")
 _JOINT_QUATERNION = ("frame", "joint", "x y z w")
-
-QUANTITIES: dict[str, Quantity] = {
-    "time": Quantity("s", ("frame",), "simulated time"),
-    "phase": Quantity("1", ("frame",), "phase of the controller's state, 0 to 1"),
-    "stance": Quantity("1", ("frame",), "stance foot: 0 left, 1 right"),
-    "state": Quantity("1", ("frame",), "index of the controller's state"),
-    "root_position": Quantity("m", _VECTOR, "centre of mass of the root body, world"),
-    "root_orientation": Quantity("1", ("frame", "x y z w"), "quaternion, root body to world"),
-    "root_velocity": Quantity("m/s", _VECTOR, "velocity of the root's centre of mass, world"),
-    "root_angular_velocity": Quantity("rad/s", _VECTOR, "angular velocity of the root body, world"),
-    "joint_orientation": Quantity("1", _JOINT_QUATERNION, "quaternion, child body to parent body"),
-    "joint_angular_velocity": Quantity("rad/s", _JOINT_VECTOR, "of the child relative to the parent, parent's frame"),
-    "joint_torque": Quantity("N m", _JOINT_VECTOR, "torque on the parent, its negative acts on the child, world"),
-    "joint_torque_desired": Quantity("N m", _JOINT_VECTOR, "torque that the controller wanted, as joint_torque"),
-    "joint_target": Quantity(
-        "1", _JOINT_QUATERNION, "quaternion, target orientation of the controller, or as recorded"
-    ),
-    "com": Quantity("m", _VECTOR, "centre of mass of the whole body, world"),
-    "com_velocity": Quantity("m/s", _VECTOR, "velocity of the centre of mass of the whole body, world"),
-    "foot_force_left": Quantity("N", _VECTOR, "ground force on the left foot, of the step that ended at this time"),
-    "foot_force_right": Quantity("N", _VECTOR, "ground force on the right foot, of the step that ended at this time"),
-    "body_position": Quantity("m", ("frame", "body", "x y z"), "centre of mass of each body, world"),
-    "body_orientation": Quantity("1", ("frame", "body", "x y z w"), "quaternion, body to world"),
-    "muscle_path_length": Quantity("m", _MUSCLE, "length of the muscle with its tendon"),
-    "muscle_fibre_length": Quantity("m", _MUSCLE, "length of the muscle fibre"),
-    "muscle_fibre_velocity": Quantity("m/s", _MUSCLE, "lengthening speed of the muscle fibre"),
-    "muscle_desired_force": Quantity("N", _MUSCLE, "force that the controller or the muscle's own excitation asks for"),
-    "muscle_excitation": Quantity("1", _MUSCLE, "excitation that reaches the muscle, after its delay"),
-    "muscle_activation": Quantity("1", _MUSCLE, "activation"),
-    "muscle_force": Quantity("N", _MUSCLE, "tension of the muscle"),
-}
-MUSCLE_QUANTITIES = tuple(name for name in QUANTITIES if name.startswith("muscle_"))
-INTEGER_QUANTITIES = ("stance", "state")
 
 
 @dataclass(frozen=True, repr=False)
 class Recording:
-    """One instance over F frames, J joints, B bodies and M muscles; see `QUANTITIES` for units and meaning.
+    """One instance over F frames, J joints, B bodies and M muscles; `QUANTITIES` lists its arrays.
 
     Joints are in breadth-first order from the root; bodies are the root followed by the children of those joints.
     Raises ArgumentError, a ValueError, if a shape does not fit.
@@ -82,32 +89,70 @@ class Recording:
     joint_names: tuple[str, ...]
     body_names: tuple[str, ...]
     muscle_names: tuple[str, ...]
-    time: Floats  # (F,)
-    phase: Floats  # (F,)
-    stance: Integers  # (F,)
-    state: Integers  # (F,)
-    root_position: Floats  # (F, 3)
-    root_orientation: Floats  # (F, 4)
-    root_velocity: Floats  # (F, 3)
-    root_angular_velocity: Floats  # (F, 3)
-    joint_orientation: Floats  # (F, J, 4)
-    joint_angular_velocity: Floats  # (F, J, 3)
-    joint_torque: Floats  # (F, J, 3)
-    joint_torque_desired: Floats  # (F, J, 3)
-    joint_target: Floats  # (F, J, 4)
-    com: Floats  # (F, 3)
-    com_velocity: Floats  # (F, 3)
-    foot_force_left: Floats  # (F, 3)
-    foot_force_right: Floats  # (F, 3)
-    body_position: Floats  # (F, B, 3)
-    body_orientation: Floats  # (F, B, 4)
-    muscle_path_length: Floats  # (F, M)
-    muscle_fibre_length: Floats  # (F, M)
-    muscle_fibre_velocity: Floats  # (F, M)
-    muscle_desired_force: Floats  # (F, M)
-    muscle_excitation: Floats  # (F, M)
-    muscle_activation: Floats  # (F, M)
-    muscle_force: Floats  # (F, M)
+    time: Floats = _quantity("s", _FRAME, "simulated time", lambda raw: raw.time)
+    phase: Floats = _quantity("1", _FRAME, "phase of the controller's state, 0 to 1", lambda raw: raw["phase"])
+    stance: Integers = _quantity("1", _FRAME, "stance foot: 0 left, 1 right", lambda raw: raw["stance"])
+    state: Integers = _quantity("1", _FRAME, "index of the controller's state", lambda raw: raw["machine_state"])
+    root_position: Floats = _quantity(
+        "m", _VECTOR, "centre of mass of the root body, world", lambda raw: raw["position"][:, 0]
+    )
+    root_orientation: Floats = _quantity(
+        "1", ("frame", "x y z w"), "quaternion, root body to world", lambda raw: raw["orientation"][:, 0]
+    )
+    root_velocity: Floats = _quantity(
+        "m/s", _VECTOR, "velocity of the root's centre of mass, world", lambda raw: raw.root_velocity
+    )
+    root_angular_velocity: Floats = _quantity(
+        "rad/s", _VECTOR, "angular velocity of the root body, world", lambda raw: raw["angular_velocity"][:, 0]
+    )
+    joint_orientation: Floats = _quantity(
+        "1", _JOINT_QUATERNION, "quaternion, child body to parent body",
+        lambda raw: multiply(raw.unturned, raw["orientation"][:, 1:]),
+    )  # fmt: skip
+    joint_angular_velocity: Floats = _quantity(
+        "rad/s", _JOINT_VECTOR, "of the child relative to the parent, parent's frame",
+        lambda raw: rotate(raw.unturned, raw["angular_velocity"][:, 1:] - raw["angular_velocity"][:, raw.parents]),
+    )  # fmt: skip
+    joint_torque: Floats = _quantity(
+        "N m", _JOINT_VECTOR, "torque on the parent, its negative acts on the child, world",
+        lambda raw: raw["torque"][:, 1:],
+    )  # fmt: skip
+    joint_torque_desired: Floats = _quantity(
+        "N m", _JOINT_VECTOR, "torque that the controller wanted, as joint_torque",
+        lambda raw: raw["desired_torque"][:, 1:],
+    )  # fmt: skip
+    joint_target: Floats = _quantity(
+        "1", _JOINT_QUATERNION, "quaternion, target orientation of the controller, or as recorded",
+        lambda raw: raw["target"][:, 1:],
+    )  # fmt: skip
+    com: Floats = _quantity("m", _VECTOR, "centre of mass of the whole body, world", lambda raw: raw["com"][:, 0])
+    com_velocity: Floats = _quantity(
+        "m/s", _VECTOR, "velocity of the centre of mass of the whole body, world", lambda raw: raw["com"][:, 1]
+    )
+    foot_force_left: Floats = _quantity(
+        "N", _VECTOR, "ground force on the left foot, of the step that ended at this time",
+        lambda raw: raw["foot_force"][:, 0],
+    )  # fmt: skip
+    foot_force_right: Floats = _quantity(
+        "N", _VECTOR, "ground force on the right foot, of the step that ended at this time",
+        lambda raw: raw["foot_force"][:, 1],
+    )  # fmt: skip
+    body_position: Floats = _quantity(
+        "m", ("frame", "body", "x y z"), "centre of mass of each body, world",
+        lambda raw: raw["position"] + rotate(raw["orientation"], raw.centers),
+    )  # fmt: skip
+    body_orientation: Floats = _quantity(
+        "1", ("frame", "body", "x y z w"), "quaternion, body to world", lambda raw: raw["orientation"]
+    )
+    muscle_path_length: Floats = _of_muscles("m", PATH_LENGTH, "length of the muscle with its tendon")
+    muscle_fibre_length: Floats = _of_muscles("m", FIBRE_LENGTH, "length of the muscle fibre")
+    muscle_fibre_velocity: Floats = _of_muscles("m/s", FIBRE_VELOCITY, "lengthening speed of the muscle fibre")
+    muscle_desired_force: Floats = _of_muscles(
+        "N", DESIRED_FORCE, "force that the controller or the muscle's own excitation asks for"
+    )
+    muscle_excitation: Floats = _of_muscles("1", EXCITATION, "excitation that reaches the muscle, after its delay")
+    muscle_activation: Floats = _of_muscles("1", ACTIVATION, "activation")
+    muscle_force: Floats = _of_muscles("N", FORCE, "tension of the muscle")
 
     def __post_init__(self) -> None:
         names = {"joint": self.joint_names, "body": self.body_names, "muscle": self.muscle_names}
@@ -138,7 +183,7 @@ class Recording:
         joint_names: tuple[str, ...],
         body_names: tuple[str, ...],
         muscle_names: tuple[str, ...] = (),
-    ) -> Recording:
+    ) -> Self:
         """A recording from arrays by name of their quantity; raises ArgumentError if one is missing.
 
         Without muscles their arrays may be missing, and so may the desired torque, which then is the torque.
@@ -151,6 +196,15 @@ class Recording:
             raise ArgumentError(f"arrays of a recording lack {', '.join(missing)}")
         return cls(joint_names, body_names, muscle_names, **{name: present[name] for name in QUANTITIES})
 
+    @classmethod
+    def from_frames(
+        cls, raw: RawFrames, joint_names: tuple[str, ...], body_names: tuple[str, ...], muscle_names: tuple[str, ...]
+    ) -> Self:
+        """A recording of what a device wrote."""
+        arrays: dict[str, Any] = {name: quantity.of(raw) for name, quantity in QUANTITIES.items()}
+        arrays |= {name: arrays[name].astype(np.int32) for name in INTEGER_QUANTITIES}
+        return cls(joint_names, body_names, muscle_names, **arrays)
+
     @property
     def frames(self) -> int:
         """Number of frames."""
@@ -161,7 +215,7 @@ class Recording:
         """Whether joints were to move anywhere but to their reference pose."""
         return bool(np.any(self.joint_target[..., :3]))
 
-    def window(self, start: float, end: float = np.inf) -> Recording:
+    def window(self, start: float, end: float = np.inf) -> "Recording":
         """The frames with start <= time <= end, s; these may be infinite. Raises ArgumentError."""
         start, end = as_number(start, "start", infinite=True), as_number(end, "end", infinite=True)
         chosen = (self.time >= start) & (self.time <= end)
@@ -173,6 +227,12 @@ class Recording:
         if not isinstance(body, str) or body not in self.body_names:
             raise ArgumentError(f"no body is called {in_words(body)}; there are {', '.join(self.body_names)}")
         return self.body_position[:, self.body_names.index(body)]
+
+
+_DECLARED = [one for one in fields(Recording) if one.metadata]
+QUANTITIES: dict[str, Quantity] = {one.name: one.metadata["quantity"] for one in _DECLARED}
+MUSCLE_QUANTITIES = tuple(name for name, quantity in QUANTITIES.items() if quantity.axes == ("frame", "muscle"))
+INTEGER_QUANTITIES = tuple(one.name for one in _DECLARED if one.type is Integers)
 
 
 def label(name: str) -> str:

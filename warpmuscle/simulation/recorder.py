@@ -13,30 +13,30 @@ from warpmuscle.core.arguments import as_texts
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.arrays import rows
 from warpmuscle.core.errors import RolloutError
-from warpmuscle.core.pose import conjugate, multiply, rotate
 from warpmuscle.kernels import structs
 from warpmuscle.kernels.record import RecordKind
-from warpmuscle.results.recording import MUSCLE_QUANTITIES, Recording
+from warpmuscle.kernels.recorded import MUSCLE_PLACES
+from warpmuscle.results.recording import MUSCLE_QUANTITIES, RawFrames, Recording
 from warpmuscle.scene import Scene
 from warpmuscle.scene.topology import Topology
 
-ARRAYS: dict[str, tuple[tuple[int | str, ...], Any]] = {
-    "phase": ((), float),
-    "stance": ((), int),
-    "machine_state": ((), int),
-    "com": ((2,), wp.vec3),
-    "foot_force": ((2,), wp.vec3),
-    "orientation": (("bodies",), wp.quat),
-    "position": (("bodies",), wp.vec3),
-    "angular_velocity": (("bodies",), wp.vec3),
-    "torque": (("bodies",), wp.vec3),
-    "desired_torque": (("bodies",), wp.vec3),
-    "target": (("bodies",), wp.quat),
-    "coordinates": (("coordinates",), float),
-    "speeds": (("speeds",), float),
-    "muscle": ((len(MUSCLE_QUANTITIES), "muscles"), float),
+SIZES: dict[str, tuple[int | str, ...]] = {  # of what a frame has of each array of `structs.Record`
+    "phase": (),
+    "stance": (),
+    "machine_state": (),
+    "com": (2,),
+    "foot_force": (2,),
+    "orientation": ("bodies",),
+    "position": ("bodies",),
+    "angular_velocity": ("bodies",),
+    "torque": ("bodies",),
+    "desired_torque": ("bodies",),
+    "target": ("bodies",),
+    "coordinates": ("coordinates",),
+    "speeds": ("speeds",),
+    "muscle": (MUSCLE_PLACES, "muscles"),
 }
-
+DTYPES = {name: structs.Record.vars[name].type.dtype for name in SIZES}
 MOTION = ("coordinates", "speeds")
 
 
@@ -60,15 +60,14 @@ def shapes(names: Topology, muscles: tuple[str, ...]) -> dict[str, tuple[int, ..
     sizes = {"bodies": len(names.bodies), "coordinates": names.coordinates, "speeds": names.speeds}
     sizes["muscles"] = max(len(muscles), 1)
     return {
-        name: tuple(sizes[size] if isinstance(size, str) else size for size in shape)
-        for name, (shape, _) in ARRAYS.items()
+        name: tuple(sizes[size] if isinstance(size, str) else size for size in shape) for name, shape in SIZES.items()
     }
 
 
 def frame_bytes(names: Topology, muscles: tuple[str, ...]) -> int:
     """Bytes of a frame in which everything is recorded."""
     found = shapes(names, muscles)
-    return sum(math.prod(found[name]) * int(wp.types.type_size_in_bytes(ARRAYS[name][1])) for name in ARRAYS)
+    return sum(math.prod(found[name]) * int(wp.types.type_size_in_bytes(dtype)) for name, dtype in DTYPES.items())
 
 
 class Frames:
@@ -93,10 +92,10 @@ class Frames:
         self.record.slot = wp.array(slot, dtype=int, device=device)
         self.record.every = every if chosen else 0
         lead = (len(chosen), -(-steps // every)) if chosen else (1, 1)
-        self._kept = [n for n in ARRAYS if kind.whole or n in MOTION or (n == "muscle" and kind.muscles)]
+        self._kept = [n for n in SIZES if kind.whole or n in MOTION or (n == "muscle" and kind.muscles)]
         for name, shape in shapes(names, muscles).items():
             room = lead if name in self._kept else (0, 0)
-            setattr(self.record, name, wp.zeros((*room, *shape), dtype=ARRAYS[name][1], device=device))
+            setattr(self.record, name, wp.zeros((*room, *shape), dtype=DTYPES[name], device=device))
 
     def clear(self) -> None:
         """Forget what was recorded."""
@@ -128,39 +127,19 @@ class Frames:
         count = min(-(-steps // self.every), capacity)
         first = max(min(math.ceil(start / (self.every * scene.time_step) - 1e-6), count - 1), 0)
         raw = self._raw(self.chosen.index(instance), first, count)
-        orientation, parents = raw["orientation"], list(names.parents[1:])
-        angular = raw["angular_velocity"]
-        parent_orientation = orientation[:, parents]
-        of_muscles = raw["muscle"][:, :, : len(self.muscles)]
-        return Recording(
-            joint_names=names.joints,
-            body_names=names.bodies,
-            muscle_names=self.muscles,
+        raw["muscle"] = raw["muscle"][:, :, : len(self.muscles)]
+        frames = RawFrames(
             time=np.arange(first, count) * self.every * scene.time_step,
-            phase=raw["phase"],
-            stance=raw["stance"].astype(np.int32),
-            state=raw["machine_state"].astype(np.int32),
-            root_position=raw["position"][:, 0],
-            root_orientation=orientation[:, 0],
+            arrays=raw,
+            parents=list(names.parents[1:]),
             root_velocity=root_velocity(scene.character.root_joint, raw["speeds"]),
-            root_angular_velocity=angular[:, 0],
-            joint_orientation=multiply(conjugate(parent_orientation), orientation[:, 1:]),
-            joint_angular_velocity=rotate(conjugate(parent_orientation), angular[:, 1:] - angular[:, parents]),
-            joint_torque=raw["torque"][:, 1:],
-            joint_torque_desired=raw["desired_torque"][:, 1:],
-            joint_target=raw["target"][:, 1:],
-            com=raw["com"][:, 0],
-            com_velocity=raw["com"][:, 1],
-            foot_force_left=raw["foot_force"][:, 0],
-            foot_force_right=raw["foot_force"][:, 1],
-            body_position=raw["position"] + rotate(orientation, self._centers(scene, instance)),
-            body_orientation=orientation,
-            **{name: of_muscles[:, k] for k, name in enumerate(MUSCLE_QUANTITIES)},
+            centers=self._centers(scene, instance),
         )
+        return Recording.from_frames(frames, names.joints, names.bodies, self.muscles)
 
     def _raw(self, row: int, first: int, count: int) -> dict[str, Floats]:
         """Frames first..count - 1 of all arrays of a row; only these leave the device."""
-        return {name: getattr(self.record, name)[row, first:count].numpy().astype(float) for name in ARRAYS}
+        return {name: getattr(self.record, name)[row, first:count].numpy().astype(float) for name in SIZES}
 
     def _centers(self, scene: Scene, instance: int) -> Floats:
         """Centres of mass from the joints, body axes, (bodies, 3), m."""
