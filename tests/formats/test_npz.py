@@ -9,10 +9,9 @@ import pytest
 from biped import biped, load_recording
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import ResultError
-from warpmuscle.core.pose import about, normalized
+from warpmuscle.core.pose import about, euler_xyz, normalized
 from warpmuscle.formats import load, npz
-from warpmuscle.formats.sto import euler_xyz
-from warpmuscle.model.build import joint_coordinates
+from warpmuscle.scene.joints import joint_type
 
 K = 12
 PHASE, STANCE = np.arange(K) % 6 / 6.0, np.arange(K) // 6
@@ -32,7 +31,8 @@ def read(folder: Path, **arrays) -> npz.JointMotion:
 
 def coordinates(motion: npz.JointMotion, joint: str) -> Floats:
     orientation = motion.joint_orientation[:, motion.joint_names.index(joint)]
-    return joint_coordinates(character().joints[joint], orientation, np.zeros((K, 3)))[0]
+    found = character().joints[joint]
+    return joint_type(found).nearest(found, orientation, np.zeros((K, 3)))[0]
 
 
 def test_angles_are_those_of_the_joints(tmp_path):

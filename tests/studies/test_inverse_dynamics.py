@@ -10,8 +10,8 @@ from mujoco_oracle import random_states, state_to_qpos
 from warpmuscle.core.errors import Error
 from warpmuscle.core.pose import conjugate, rotate
 from warpmuscle.formats import load
-from warpmuscle.model.build import joint_coordinates, root_coordinates
 from warpmuscle.scene import Character, Failure, Ground, Scene
+from warpmuscle.scene.joints import joint_type, root_type
 from warpmuscle.scene.topology import topology
 from warpmuscle.studies.inverse_dynamics import body_points, inverse_dynamics
 
@@ -28,10 +28,10 @@ def character_of(name: str) -> Character:
 def motion(scene: Scene, states) -> tuple[np.ndarray, np.ndarray]:
     """Coordinates and speeds of states."""
     root = (states.root_position, states.root_orientation, states.root_velocity, states.root_angular_velocity)
-    parts = [root_coordinates(scene.character.root_joint, *root)]
+    parts = [root_type(scene.character).coordinates_of(*root)]
     for i, name in enumerate(topology(scene.character).joints):
         parts.append(
-            joint_coordinates(
+            joint_type(scene.character.joints[name]).nearest(
                 scene.character.joints[name], states.joint_orientation[:, i], states.joint_angular_velocity[:, i]
             )
         )

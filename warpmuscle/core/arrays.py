@@ -9,37 +9,9 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from warpmuscle.core.array_types import Floats
+from warpmuscle.core.number_rows import orthogonal as orthogonal
+from warpmuscle.core.number_rows import rows as rows
 from warpmuscle.core.warp_start import start_warp
-
-
-def rows(nested: Any) -> Floats:
-    """Nested lists of numbers as (rows, ...): numbers are floats, or (n,) arrays with one value an instance.
-
-    rows is 1 if all are floats, n otherwise.
-    """
-    leaves: list[Any] = []
-    shape = _shape(nested, leaves)
-    count = max((len(leaf) for leaf in leaves if isinstance(leaf, np.ndarray)), default=1)
-    table = np.empty((count, len(leaves)))
-    for i, leaf in enumerate(leaves):
-        table[:, i] = leaf
-    return table.reshape(count, *shape)
-
-
-def _shape(nested: Any, leaves: list[Any]) -> tuple[int, ...]:
-    if not isinstance(nested, (list, tuple)):
-        leaves.append(nested)
-        return ()
-    shapes = [_shape(member, leaves) for member in nested]
-    return (len(nested), *(shapes[0] if shapes else ()))
-
-
-def orthogonal(v: Floats, axis: Floats) -> Floats:
-    """The part of vectors v (..., 3) across unit axes, with unit length."""
-    across = v - np.sum(v * axis, axis=-1, keepdims=True) * axis
-    length = np.linalg.norm(across, axis=-1, keepdims=True)
-    return np.asarray(across / np.where(length > 1e-9, length, 1.0))
 
 
 def starts(counts: Iterable[int]) -> list[int]:

@@ -68,6 +68,19 @@ def turned_to_heading(q: ArrayLike, heading: ArrayLike) -> Array:
     return about(up, np.asarray(heading) - twist_angle(q, up))
 
 
+def euler_xyz(quaternion: Array) -> Array:
+    """Angles (n, 3), rad, of turns about x, then the new y, then the new z axis: R = Rx Ry Rz.
+
+    Args:
+        quaternion: (n, 4) xyzw, of any length but 0.
+    """
+    x, y, z, w = normalized(quaternion).T
+    first = np.arctan2(2.0 * (x * w - y * z), 1.0 - 2.0 * (x * x + y * y))
+    second = np.arcsin(np.clip(2.0 * (x * z + y * w), -1.0, 1.0))
+    third = np.arctan2(2.0 * (z * w - x * y), 1.0 - 2.0 * (y * y + z * z))
+    return np.unwrap(np.stack([first, second, third], axis=-1), axis=0)
+
+
 def hinge_coordinates(q: Array, velocity: Array, axis: Array) -> tuple[Array, Array]:
     """Angle and rate (..., 1) of a hinge from relative orientation and angular velocity (parent axes)."""
     return twist_angle(q, axis)[..., None], np.sum(velocity * axis, axis=-1)[..., None]

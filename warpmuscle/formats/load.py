@@ -14,6 +14,7 @@ from warpmuscle.core.errors import SceneError
 from warpmuscle.formats import rbs, rs, sbc, toml
 from warpmuscle.formats.lines import Ignored, Line, Notes
 from warpmuscle.scene import Actuation, Scene
+from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.trusted_code import trust as allow
 from warpmuscle.scene.trusted_code import trusts_everything
 from warpmuscle.scene.validation.muscles import SceneWarning
@@ -184,7 +185,7 @@ def _bodies(paths: Sequence[Path], keyword_rule: bool, notes: Notes) -> tuple[Sc
                 scene.actuation = {
                     name: Actuation("torque")
                     for name, joint in contents.character.joints.items()
-                    if name not in contents.driven and joint.type != "fixed"
+                    if name not in contents.driven and joint_type(joint).moves
                 }
             else:
                 for line in contents.driven.values():

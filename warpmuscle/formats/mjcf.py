@@ -38,6 +38,7 @@ from warpmuscle.scene import (
     Shape,
     Sphere,
 )
+from warpmuscle.scene.joints import joint_type, root_type
 from warpmuscle.scene.number import Free, Number
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.scene.topology import topology
@@ -112,18 +113,19 @@ def _add_body(parent: Element, scene: Scene, name: str, limits: bool) -> Element
 
 def _place_root(element: Element, character: Character, initial: InitialState) -> None:
     """Give the root its initial pose and the joints between it and the world."""
-    x, y, z = _numbers(initial.root_position)
-    element.set("pos", _texts((x, y, z)))
-    if character.root_joint == "planar":
-        motions = (("y", "slide", "0 1 0", y), ("z", "slide", "0 0 1", z), ("turn", "hinge", "1 0 0", 0.0))
-        for number, (motion, kind, axis, start) in enumerate(motions):
-            joint = Element("joint", name=f"{character.root}_{motion}", type=kind, axis=axis, ref=_text(start))
-            element.insert(number, joint)
-        return
-    qx, qy, qz, qw = _root_orientation(initial)
-    element.set("quat", _texts((qw, qx, qy, qz)))
-    if character.root_joint == "free":
-        element.insert(0, Element("freejoint", name=f"{character.root}_free"))
+    position = _numbers(initial.root_position)
+    element.set("pos", _texts(position))
+    root = root_type(character)
+    for number, (suffix, kind, axis) in enumerate(root.mujoco):
+        joint = Element("freejoint" if kind == "free" else "joint", name=character.root + suffix)
+        if kind != "free":
+            joint.set("type", kind)
+            joint.set("axis", " ".join("1" if k == axis else "0" for k in range(3)))
+            joint.set("ref", _text(position[axis] if kind == "slide" else 0.0))
+        element.insert(number, joint)
+    if root.placed:
+        qx, qy, qz, qw = _root_orientation(initial)
+        element.set("quat", _texts((qw, qx, qy, qz)))
 
 
 def _root_orientation(initial: InitialState) -> tuple[float, ...]:
@@ -137,22 +139,21 @@ def _root_orientation(initial: InitialState) -> tuple[float, ...]:
 def _start(scene: Scene) -> tuple[list[float], list[float]]:
     """MuJoCo's qpos and qvel of the initial state: joints depth first, as the bodies are nested."""
     names = topology(scene.character)
-    start = start_of(scene, names)
+    start, root = start_of(scene, names), root_type(scene.character)
     qpos: list[float] = []
     qvel: list[float] = []
 
     def visit(body: int) -> None:
         q = start.coordinates[0, slice(*names.coordinate_start[body : body + 2])].tolist()
         v = start.speeds[0, slice(*names.speed_start[body : body + 2])].tolist()
-        if body == 0 and scene.character.root_joint == "free":
+        if body > 0:
+            kind = joint_type(scene.character.joints[names.joints[body - 1]])
+            q, v = [q[k] for k in kind.mujoco_coordinates], [v[k] for k in kind.mujoco_speeds]
+        elif not v:
+            q = []
+        elif root.placed:
             turned = rotate(conjugate(q[3:]), v[3:]).tolist()  # MuJoCo turns a free body about its own axes
             q, v = [*q[:3], q[6], *q[3:6]], [*v[:3], *turned]
-        elif body == 0 and scene.character.root_joint == "fixed":
-            q = []
-        elif len(q) == 4:
-            q = [q[3], *q[:3]]
-        elif len(q) == 2:
-            q, v = q[::-1], v[::-1]
         qpos.extend(q)
         qvel.extend(v)
         for child in range(names.first_child[body], names.first_child[body] + names.child_count[body]):
@@ -168,21 +169,19 @@ def _place_child(element: Element, name: str, joint: Joint, limits: bool) -> Non
     offset = (p - c for p, c in zip(in_parent, in_child, strict=True))  # in the reference pose all axes are parallel
     element.set("pos", _texts(offset))
     # Of the joints of one body, MuJoCo's first one is the outermost: its axis rides on the parent.
-    indices = {"ball": [0], "hinge": [0], "universal": [1, 0], "fixed": []}[joint.type]
-    for number, index in enumerate(indices):
-        suffix = f"_{'ab'[index]}" if joint.type == "universal" else ""
-        motion = Element("joint", name=name + suffix, type="ball" if joint.type == "ball" else "hinge")
+    for number, (suffix, kind, index) in enumerate(joint_type(joint).mujoco):
+        motion = Element("joint", name=name + suffix, type=kind)
         motion.set("pos", _texts(in_child))
-        if joint.type != "ball":
+        if kind != "ball":
             motion.set("axis", _texts(_numbers(joint.axes[index])))
         if limits and joint.limits:
-            motion.set("range", _texts(_range(joint, index)))
+            motion.set("range", _texts(_range(joint, kind, index)))
         element.insert(number, motion)
 
 
-def _range(joint: Joint, index: int) -> tuple[float, ...]:
-    """Limits of a hinge, or the cone of a ball joint, rad."""
-    if joint.type == "ball":
+def _range(joint: Joint, kind: str, index: int) -> tuple[float, ...]:
+    """Limits of MuJoCo's hinge, or the cone of its ball joint, rad."""
+    if kind == "ball":
         return 0.0, max(abs(angle) for pair in joint.limits for angle in _numbers(pair))
     return _numbers(joint.limits[index])
 
@@ -230,7 +229,8 @@ def _add_muscles(model: Element, scene: Scene) -> int:
 def _add_pulleys(tendon: Element, muscle: Muscle, character: Character) -> None:
     """The joint angles that a muscle runs over at constant radii; MuJoCo counts its length from the reference pose."""
     for pulley in muscle.pulleys:
-        suffix = f"_{'ab'[pulley.axis]}" if character.joints[pulley.joint].type == "universal" else ""
+        stands_for = joint_type(character.joints[pulley.joint]).mujoco
+        suffix = next(part.suffix for part in stands_for if part.axis == pulley.axis)
         SubElement(tendon, "joint", joint=pulley.joint + suffix, coef=_text(-_number(pulley.moment_arm)))
 
 

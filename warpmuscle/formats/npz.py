@@ -26,13 +26,11 @@ from warpmuscle.core.archive import DamagedArchive, read_arrays
 from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.errors import ResultError
 from warpmuscle.core.files import check_regular, unreadable
-from warpmuscle.core.pose import about, multiply
-from warpmuscle.model.bodies import joint_axes
 from warpmuscle.scene import Character, Joint
+from warpmuscle.scene.joints import joint_type
 
 FRAMES = ("time", "phase", "stance", "cycle")
 ORIGINAL = ("t", "phi", "stance", "joint_names", "joint_quat")
-ANGLES = {"hinge": 1, "universal": 2, "ball": 3}
 LARGEST_PHASE = 2.0  # a foot that comes down late lets the phase run beyond 1
 LARGEST_ANGLE = 2.0 * np.pi  # rad
 QUATERNION_ERROR = 1e-3
@@ -73,7 +71,7 @@ def read(path: str | Path, character: Character) -> JointMotion:
         ResultError: no such file, no `.npz` file, damaged; an array is missing, has another shape, or holds something
             else than finite numbers. Python objects are never read.
     """
-    names = [name for name, joint in character.joints.items() if joint.type in ANGLES]
+    names = [name for name, joint in character.joints.items() if joint_type(joint).moves]
     arrays = _load(path, {*FRAMES, *ORIGINAL, *names})
     try:
         if "joint_quat" in arrays:
@@ -163,17 +161,12 @@ def _orientation(name: str, numbers: Floats, joint: Joint, frames: int) -> Float
         if np.abs(length - 1.0).max() > QUATERNION_ERROR:
             raise ValueError(f"{name!r} holds quaternions that are not of unit length")
         return numbers
-    count = ANGLES[joint.type]
+    kind = joint_type(joint)
+    count = len(kind.angles)
     shape = (frames,) if count == 1 else (frames, count)
     if numbers.shape != shape:
         expected = f"{shape} for the angles of a {joint.type} joint, or {(frames, 4)} for quaternions"
         raise ValueError(f"{name!r} has shape {numbers.shape}; expected {expected}")
     if np.abs(numbers).max() > LARGEST_ANGLE:
         raise ValueError(f"{name!r} goes up to {np.abs(numbers).max():g}; angles are in rad")
-    if joint.type == "ball":
-        x, y, z = (about(axis, angle) for axis, angle in zip(np.eye(3), numbers.T, strict=True))
-        return np.asarray(multiply(multiply(x, y), z))
-    a, b = joint_axes(joint)
-    if joint.type == "hinge":
-        return about(a, numbers)
-    return np.asarray(multiply(about(b, numbers[:, 1]), about(a, numbers[:, 0])))
+    return kind.turned(joint, numbers.reshape(frames, count))

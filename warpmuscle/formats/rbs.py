@@ -11,6 +11,7 @@ from typing import Any
 from warpmuscle.core.limits import GREATEST_NUMBER
 from warpmuscle.formats.lines import Line, Lines, Notes
 from warpmuscle.scene import Body, Box, Capsule, Character, Ground, InitialState, Joint, Muscle, Shape, Sphere, ViaPoint
+from warpmuscle.scene.joints import TYPES, JointType
 
 Triple = tuple[float, float, float]
 
@@ -23,7 +24,7 @@ KEYWORDS = (
     "parent", "child", "jointPPos", "jointCPos", "jointLimits", "actuationType", "maxForce", "optimalLength",
     "slackLength", "delay",
 )  # fmt: skip
-JOINTS = {"hingeJoint": "hinge", "universalJoint": "universal", "ballInSocketJoint": "ball", "stiffJoint": "fixed"}
+JOINTS = {entry.keyword: entry for entry in TYPES.values() if entry.keyword}
 PROPERTIES = {"maxForce": "f_max", "optimalLength": "l_opt", "slackLength": "l_slack", "delay": "delay"}
 OPENINGS = ("RigidBody", "A_RigidBody", "ArticulatedFigure", "Muscle", *JOINTS)
 GRAPHICS = "graphics are not used"
@@ -280,7 +281,7 @@ def _read_joint(opening: Line, lines: Lines, contents: Contents) -> tuple[str, J
     names["parent"][1].mark(notes, f"{key}.parent")
     names["child"][1].mark(notes, f"{key}.child")
     joint = Joint(
-        type=kind,  # type: ignore[arg-type]
+        type=kind.name,
         parent=names["parent"][0],
         child=names["child"][0],
         position_in_parent=positions.get("jointPPos", (0.0, 0.0, 0.0)),
@@ -288,38 +289,35 @@ def _read_joint(opening: Line, lines: Lines, contents: Contents) -> tuple[str, J
         axes=_read_axes(opening, kind, notes),  # type: ignore[arg-type]
         limits=_read_limits(limits_line, kind, notes, key),  # type: ignore[arg-type]
     )
-    if kind == "ball":
+    if kind.quaternion:
         joint.limit_damping = BALL_LIMIT_DAMPING
     return name, joint
 
 
-def _read_axes(line: Line, kind: str, notes: Notes) -> list[Triple]:
+def _read_axes(line: Line, kind: JointType, notes: Notes) -> list[Triple]:
     """The axes after a joint's keyword; a ball may have two or three."""
-    counts = {"hinge": 3, "universal": 6, "ball": 6, "fixed": 0}
-    three = kind == "ball" and len(line.rest.partition("#")[0].split()) >= 9
-    numbers = line.numbers(9 if three else counts[kind], "axes", notes)
+    three = kind.quaternion and len(line.rest.partition("#")[0].split()) >= 9
+    numbers = line.numbers(9 if three else 3 * kind.axes, "axes", notes)
     if three:
         line.ignore(notes, "the second swing axis is always swing1 x twist")
         numbers = numbers[0:3] + numbers[6:9]
     return [_triple(numbers[i : i + 3]) for i in range(0, len(numbers), 3)]
 
 
-def _read_limits(line: Line | None, kind: str, notes: Notes, key: str) -> list[tuple[float, float]]:
+def _read_limits(line: Line | None, kind: JointType, notes: Notes, key: str) -> list[tuple[float, float]]:
     """Limits of the joint's angles as the scene has them, one pair an axis."""
     if line is None:
         return []
     line.mark(notes, f"{key}.limits")
-    if kind == "fixed":
+    if not kind.limits:
         line.ignore(notes, "a stiff joint has no limits")
         return []
-    numbers = line.numbers({"hinge": 2, "universal": 4, "ball": 6}[kind], "low and high of each axis, rad", notes)
+    numbers = line.numbers(2 * kind.limits, "low and high of each axis, rad", notes)
     pairs = [(numbers[i], numbers[i + 1]) for i in range(0, len(numbers), 2)]
     for low, high in pairs:
         if low > high:
             raise line.error(f"low {low:g} is greater than high {high:g}", key=f"{key}.limits")
-    if kind == "ball":
-        pairs = [mirrored(*pairs[0]), pairs[1], mirrored(*pairs[2])]
-    return pairs
+    return [mirrored(*pair) if i in kind.opposite_limits else pair for i, pair in enumerate(pairs)]
 
 
 def mirrored(low: float, high: float) -> tuple[float, float]:

@@ -28,14 +28,9 @@ from warpmuscle.scene import (
     State,
     Trajectory,
 )
+from warpmuscle.scene.joints import joint_type, root_type
+from warpmuscle.scene.joints.joint_type import NO_AXIS, OTHER_AXIS
 from warpmuscle.scene.validation.muscles import usual_drive
-
-JOINT_KEYWORDS = {
-    "ball": "ballInSocketJoint",
-    "universal": "universalJoint",
-    "hinge": "hingeJoint",
-    "fixed": "stiffJoint",
-}
 
 
 def rbs_text(scene: Scene) -> str:
@@ -125,7 +120,7 @@ def _body(name: str, body: Body, character: Character) -> Iterator[str]:
     yield from (f"\t{_shape(shape)}" for shape in body.shapes)
     yield f"\tfrictionCoefficient {_row(body.friction)}"
     if name == character.root and character.root_joint != "free":
-        yield "\tplanar" if character.root_joint == "planar" else "\tstatic"
+        yield f"\t{root_type(character).keyword}"
     yield from ("/End", "")
 
 
@@ -149,12 +144,14 @@ def _marked(scene: Scene) -> set[str]:
 def _joint(name: str, joint: Joint, *, marked: bool) -> Iterator[str]:
     """A joint, marked as driven by muscles or not; limits of a ball joint take the signs of the original's motor."""
     axes: Sequence[Any] = joint.axes
-    if joint.type == "ball" and not axes:
-        axes = [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0)]
+    kind = joint_type(joint)
+    if not kind.keyword:
+        raise SceneError(f"this format has no {kind.name} joint", key=f"character.joints.{name}.type")
+    if not axes and kind.axes:
+        axes = [NO_AXIS, OTHER_AXIS]
     limits = [(low, high) for low, high in (_floats(pair) for pair in joint.limits)]
-    if joint.type == "ball" and limits:
-        limits = [mirrored(*limits[0]), limits[1], mirrored(*limits[2])]
-    yield f"\t{JOINT_KEYWORDS[joint.type]} {_row(*(number for axis in axes for number in axis))}".rstrip()
+    limits = [mirrored(*pair) if i in kind.opposite_limits else pair for i, pair in enumerate(limits)]
+    yield f"\t{kind.keyword} {_row(*(number for axis in axes for number in axis))}".rstrip()
     yield from (f"\t\tname {name}", f"\t\tparent {joint.parent}", f"\t\tchild {joint.child}")
     yield f"\t\tjointPPos {_row(*joint.position_in_parent)}"
     yield f"\t\tjointCPos {_row(*joint.position_in_child)}"

@@ -15,11 +15,11 @@ import numpy as np
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error
 from warpmuscle.core.files import replace_file
-from warpmuscle.core.pose import hinge_coordinates, normalized, universal_coordinates
-from warpmuscle.model.bodies import joint_axes
+from warpmuscle.core.pose import euler_xyz, normalized
 from warpmuscle.results.motion_of_scene import check_motion_of
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
+from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.parameters import start_values, substitute
 
 SUFFIXES = (".mot", ".sto", ".csv")
@@ -66,32 +66,10 @@ def coordinates(motion: Recording, scene: Scene) -> tuple[list[str], Floats]:
     columns: list[Floats] = [np.asarray(motion.root_position, np.float64), np.degrees(euler_xyz(turned))]
     for index, name in enumerate(motion.joint_names):
         joint = scene.character.joints[name]
-        q = normalized(motion.joint_orientation[:, index])
-        rate = np.zeros((len(q), 3))
-        a, b = joint_axes(joint)
-        if joint.type == "ball":
-            names += [f"{name}_{axis}" for axis in "xyz"]
-            columns.append(np.degrees(euler_xyz(q)))
-        elif joint.type == "hinge":
-            names.append(name)
-            columns.append(np.degrees(hinge_coordinates(q, rate, a)[0]))
-        elif joint.type == "universal":
-            names += [f"{name}_a", f"{name}_b"]
-            columns.append(np.degrees(universal_coordinates(q, rate, a, b)[0]))
+        kind, q = joint_type(joint), normalized(motion.joint_orientation[:, index])
+        names += [f"{name}_{word}".rstrip("_") for word in kind.angles]
+        columns.append(np.degrees(kind.shown(joint, q, np.zeros((len(q), 3)))))
     return names, np.concatenate(columns, axis=1)
-
-
-def euler_xyz(quaternion: Floats) -> Floats:
-    """Angles (n, 3), rad, of turns about x, then the new y, then the new z axis: R = Rx Ry Rz.
-
-    Args:
-        quaternion: (n, 4) xyzw, of any length but 0.
-    """
-    x, y, z, w = normalized(quaternion).T
-    first = np.arctan2(2.0 * (x * w - y * z), 1.0 - 2.0 * (x * x + y * y))
-    second = np.arcsin(np.clip(2.0 * (x * z + y * w), -1.0, 1.0))
-    third = np.arctan2(2.0 * (z * w - x * y), 1.0 - 2.0 * (y * y + z * z))
-    return np.unwrap(np.stack([first, second, third], axis=-1), axis=0)
 
 
 def _muscles(motion: Recording) -> tuple[list[str], Floats]:

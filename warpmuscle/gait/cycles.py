@@ -15,6 +15,7 @@ from warpmuscle.gait.measures import measure
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
 from warpmuscle.scene.anatomy import leg
+from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.masses import body_mass
 from warpmuscle.scene.norms import FLEXION, LEG_ANGLES
 
@@ -109,7 +110,8 @@ def flexion_signs(scene: Scene) -> dict[str, float]:
         joints = leg(scene.character, foot)[-3:]
         for name, sign in zip(joints, FLEXION, strict=True) if len(joints) == 3 else ():
             joint = scene.character.joints[name]
-            along = 1.0 if joint.type == "ball" or not joint.axes else float(np.asarray(joint.axes[0][0]).flat[0])
+            any_way = joint_type(joint).quaternion or not joint.axes
+            along = 1.0 if any_way else float(np.asarray(joint.axes[0][0]).flat[0])
             if abs(along) > ALONG_X:
                 signs[name] = sign * float(np.sign(along))
     return signs

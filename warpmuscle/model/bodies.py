@@ -8,28 +8,16 @@ from typing import Any
 import numpy as np
 
 from warpmuscle.core.array_types import Floats
-from warpmuscle.core.arrays import orthogonal, records_to_device, rows, structs_to_device, to_device
+from warpmuscle.core.arrays import records_to_device, rows, structs_to_device, to_device
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.pose import normalized
 from warpmuscle.kernels import structs
 from warpmuscle.kernels.scratch import capacity_of, slots_of
 from warpmuscle.scene import Ground, Joint, Scene
 from warpmuscle.scene.geometry import contact_points
+from warpmuscle.scene.joints import joint_type, root_type
+from warpmuscle.scene.joints.joint_type import NO_AXIS, OTHER_AXIS
 from warpmuscle.scene.topology import Topology
-
-KIND = {"ball": structs.BALL, "universal": structs.UNIVERSAL, "hinge": structs.HINGE, "fixed": structs.FIXED}
-ROOT_KIND = {"free": structs.ROOT_FREE, "planar": structs.ROOT_PLANAR, "fixed": structs.ROOT_FIXED}
-NO_AXIS = (1.0, 0.0, 0.0)
-
-
-def joint_axes(joint: Joint | None) -> tuple[Floats, Floats]:
-    """Axes a and b of a joint as (rows, 3) unit vectors; a ball's second one made orthogonal to its first."""
-    axes: list[Any] = list(joint.axes) if joint is not None else []
-    a = normalized(rows(axes[0] if axes else NO_AXIS))
-    b = normalized(rows(axes[-1] if axes else (0.0, 1.0, 0.0)))
-    if joint is not None and joint.type == "ball":
-        b = orthogonal(b, a)
-    return a, b
 
 
 def stacked(by_body: Sequence[Floats]) -> Floats:
@@ -65,14 +53,16 @@ def skeleton_struct(scene: Scene, names: Topology, points: list[int], device: An
     character = scene.character
     bodies = [character.bodies[name] for name in names.bodies]
     joints: list[Joint | None] = [None, *(character.joints[name] for name in names.joints)]
-    kinds = [ROOT_KIND[character.root_joint], *(KIND[joint.type] for joint in joints if joint is not None)]
+    devices = [root_type(character).device, *(joint_type(joint).device for joint in joints if joint is not None)]
+    kinds = [getattr(structs, device) for device in devices]
     zero = (0.0, 0.0, 0.0)
     com = [-rows(zero if joint is None else joint.position_in_child) for joint in joints]
     anchors = [
         rows(zero) if joint is None else rows(joint.position_in_parent) + com[names.parents[i]]
         for i, joint in enumerate(joints)
     ]
-    axes = [joint_axes(joint) for joint in joints]
+    no_axes = rows(NO_AXIS), rows(OTHER_AXIS)
+    axes = [no_axes if joint is None else joint_type(joint).frame(joint) for joint in joints]
     slot, side = foot_slots(names, scene.controller.feet) if scene.controller is not None else ([-1] * len(bodies), [])
     mass = rows([body.mass for body in bodies])
 

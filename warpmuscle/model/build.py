@@ -14,29 +14,20 @@ import warp as wp
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.arrays import rows, to_device
-from warpmuscle.core.pose import (
-    conjugate,
-    hinge_coordinates,
-    multiply,
-    normalized,
-    rotate,
-    turned_to_heading,
-    twist_angle,
-    universal_coordinates,
-)
+from warpmuscle.core.pose import multiply, normalized, rotate, turned_to_heading
 from warpmuscle.kernels import structs
-from warpmuscle.model.bodies import contacts_struct, ground_normal, joint_axes, skeleton_struct
+from warpmuscle.model.bodies import contacts_struct, ground_normal, skeleton_struct
 from warpmuscle.model.collisions import collisions_struct
 from warpmuscle.model.controller import controller_struct
 from warpmuscle.model.muscles import model_parts, muscles_struct
 from warpmuscle.model.objective import objective_fields
 from warpmuscle.model.prescribed_motion import Curves, motion_struct, scene_curves
 from warpmuscle.model.structure import Structure
-from warpmuscle.scene import InitialState, Joint, JointState, Scene
+from warpmuscle.scene import InitialState, JointState, Scene
 from warpmuscle.scene.accounting import negative_share
+from warpmuscle.scene.joints import RootType, joint_type, root_type
 from warpmuscle.scene.topology import Topology
 
-X_AXIS = np.array([1.0, 0.0, 0.0])
 Fields = dict[str, Any]  # by their place in `kernels.structs.Model`, such as `contacts.normal`
 
 
@@ -226,10 +217,11 @@ def motion_of(scene: Scene, structure: Structure, inputs: ModelInputs = NO_INPUT
 def start_of(scene: Scene, names: Topology) -> Start:
     """Coordinates and speeds of a scene's initial state; quaternions are normalised here."""
     state = scene.initial_state
-    coordinates, speeds = _root_start(state, scene.character.root_joint)
+    coordinates, speeds = _root_start(state, root_type(scene.character))
     parts_q, parts_v = [coordinates], [speeds]
     for name in names.joints:
-        q, v = _joint_start(scene.character.joints[name], state.joints.get(name, JointState()))
+        joint = scene.character.joints[name]
+        q, v = joint_type(joint).start(joint, state.joints.get(name, JointState()))
         parts_q.append(q)
         parts_v.append(v)
     controller = scene.controller
@@ -242,7 +234,7 @@ def start_of(scene: Scene, names: Topology) -> Start:
     )
 
 
-def _root_start(state: InitialState, kind: str) -> tuple[Floats, Floats]:
+def _root_start(state: InitialState, root: RootType) -> tuple[Floats, Floats]:
     q = normalized(rows(state.root_orientation))
     position, velocity, angular = (
         rows(v) for v in (state.root_position, state.root_velocity, state.root_angular_velocity)
@@ -250,40 +242,7 @@ def _root_start(state: InitialState, kind: str) -> tuple[Floats, Floats]:
     if state.heading is not None:
         turn = turned_to_heading(q, rows(state.heading))
         q, velocity, angular = multiply(turn, q), rotate(turn, velocity), rotate(turn, angular)
-    return root_coordinates(kind, position, q, velocity, angular)
-
-
-def root_coordinates(
-    kind: str, position: Floats, orientation: Floats, velocity: Floats, angular_velocity: Floats
-) -> tuple[Floats, Floats]:
-    """Coordinates and speeds of a free, planar or fixed root from its motion in the world, (n, 3) and (n, 4) each."""
-    if kind == "free":
-        return _beside([position, orientation]), _beside([velocity, angular_velocity])
-    if kind == "planar":
-        turn = twist_angle(orientation, X_AXIS)[:, None]
-        return _beside([position[:, 1:], turn]), _beside([velocity[:, 1:], angular_velocity[:, :1]])
-    return _beside([position, orientation]), np.zeros((len(position), 0))
-
-
-def _joint_start(joint: Joint, state: JointState) -> tuple[Floats, Floats]:
-    return joint_coordinates(joint, normalized(rows(state.orientation)), rows(state.angular_velocity))
-
-
-def joint_coordinates(joint: Joint, orientation: Floats, angular_velocity: Floats) -> tuple[Floats, Floats]:
-    """Coordinates and speeds of a joint from the child's motion relative to the parent.
-
-    Args:
-        orientation: child in parent, (n, 4) unit quaternions.
-        angular_velocity: of the child relative to the parent, parent axes, (n, 3), rad/s.
-    """
-    a, b = joint_axes(joint)
-    if joint.type == "ball":
-        return orientation, rotate(conjugate(orientation), angular_velocity)
-    if joint.type == "hinge":
-        return hinge_coordinates(orientation, angular_velocity, a)
-    if joint.type == "universal":
-        return universal_coordinates(orientation, angular_velocity, a, b)
-    return np.zeros((len(orientation), 0)), np.zeros((len(orientation), 0))
+    return root.coordinates_of(position, q, velocity, angular)
 
 
 def _beside(parts: list[Floats]) -> Floats:

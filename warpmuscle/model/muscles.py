@@ -21,8 +21,9 @@ from warpmuscle.model.paths import PathTable, all_straight, path_table, paths_st
 from warpmuscle.model.reflexes import has_reflexes, reflexes_struct
 from warpmuscle.model.user_functions import custom_curves
 from warpmuscle.scene import Actuation, Muscle, MuscleModel, Scene
+from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.masses import muscle_mass, specific_tension
-from warpmuscle.scene.topology import SPEEDS, Topology
+from warpmuscle.scene.topology import Topology
 
 CURVES = {
     "lee": LEE, "thelen": THELEN, "millard": MILLARD, "de_groote": DE_GROOTE, "thelen_explicit": THELEN_EXPLICIT,
@@ -70,7 +71,7 @@ def driven(scene: Scene, names: Topology) -> ActuationMap:
     crossed = {names.joints[crossing.joint - 1] for crossing in every.crossings}
     drives: dict[str, list[str]] = {}
     for joint in names.joints:
-        count = SPEEDS[character.joints[joint].type]
+        count = len(joint_type(character.joints[joint]).speeds)
         given = scene.actuation[joint].drive if joint in scene.actuation else "muscle" if joint in crossed else "torque"
         drives[joint] = [given] * count if isinstance(given, str) else list(given)
     pulling = {joint for joint, drive in drives.items() if {"muscle", "assisted"} & set(drive)}

@@ -15,6 +15,7 @@ from warpmuscle.core.arrays import records_to_device, rows, starts, structs_to_d
 from warpmuscle.kernels import structs
 from warpmuscle.model.bodies import stacked
 from warpmuscle.scene import Character, Condition, Muscle, Pulley, ViaPoint
+from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.topology import Topology
 from warpmuscle.scene.validation.muscles import check_path, check_pulleys
@@ -77,7 +78,7 @@ def path_table(paths: Mapping[str, MusclePath], names: Topology, character: Char
         table.fixed.append([pair for pair in pairs if _is_fixed(pair, table)])
         table.segments.extend(pair for pair in pairs if not _is_fixed(pair, table))
         table.segment_start.append(len(table.segments))
-    movable = [i for i, joint in enumerate(names.joints, 1) if character.joints[joint].type != "fixed"]
+    movable = [i for i, joint in enumerate(names.joints, 1) if joint_type(character.joints[joint]).moves]
     for joint in movable:
         beyond = _beyond(joint, names)
         for muscle_number in range(len(paths)):

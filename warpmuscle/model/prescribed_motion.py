@@ -22,6 +22,7 @@ from warpmuscle.core.errors import RolloutError
 from warpmuscle.core.pose import conjugate, from_rotation_vector, multiply, normalized, twist_angle
 from warpmuscle.kernels import structs
 from warpmuscle.scene import Motion, Scene
+from warpmuscle.scene.joints import joint_type, root_type
 from warpmuscle.scene.topology import Topology, coordinate_names
 
 DEGREE = 5  # of the splines
@@ -91,26 +92,25 @@ def kinematic(scene: Scene, names: Topology, drives: dict[str, list[str]]) -> Ki
         found.turn.append((coordinate, speed, len(chosen), world))
         chosen.extend(every[coordinate : coordinate + 4])
 
-    kind = character.root_joint
-    remaining[0] = {"free": structs.ROOT_FREE, "planar": structs.ROOT_PLANAR, "fixed": structs.ROOT_FIXED}[kind]
-    if "root" in scene.motion and kind != "fixed":
+    root = root_type(character)
+    remaining[0] = getattr(structs, root.device)
+    if "root" in scene.motion and root.speeds:
         remaining[0] = structs.ROOT_PRESCRIBED
         angles(0, range(3))
-        if kind == "free":
+        if root.placed:
             turn(0, 3, 3, 1)
-    kinds = {"ball": structs.BALL, "universal": structs.UNIVERSAL, "hinge": structs.HINGE, "fixed": structs.FIXED}
     for body, name in enumerate(names.joints, 1):
-        joint = character.joints[name]
+        entry = joint_type(character.joints[name])
         axes = [axis for axis, word in enumerate(drives[name]) if word == "kinematic"]
-        remaining[body] = kinds[joint.type] if len(axes) < len(drives[name]) else structs.FIXED
+        remaining[body] = getattr(structs, entry.device) if len(axes) < len(drives[name]) else structs.FIXED
         if not axes:
             continue
         found.joint.append((body, sum(1 << axis for axis in axes)))
-        if joint.type == "ball":
+        if entry.quaternion:
             turn(body, names.coordinate_start[body], names.speed_start[body], 0)
             continue
         angles(body, axes)
-        if joint.type == "universal" and len(axes) == 1:
+        if len(axes) < len(entry.speeds):
             remaining[body] = structs.SECOND_HINGE if axes == [0] else structs.HINGE
     return Kinematic(tuple(chosen), found.angle, found.turn, found.joint, tuple(remaining))
 
@@ -213,18 +213,18 @@ def _knots(scene: Scene, name: str, motion: Motion, held: Floats) -> Floats:
     """Values (rows, K, coordinates) of a motion at its knots."""
     count = len(motion.time)
     if name != "root":
-        if scene.character.joints[name].type == "ball":
+        if joint_type(scene.character.joints[name]).quaternion:
             return from_rotation_vector(rows(motion.rotation))
         lists = motion.value if isinstance(motion.value[0], list) else [motion.value]
         return np.moveaxis(rows(lists), 1, 2)
-    kind = scene.character.root_joint
+    root = root_type(scene.character)
     start = np.asarray(rows(scene.initial_state.root_position))
     position = rows(motion.position) if motion.position else np.repeat(start[:, None], count, axis=1)
-    if kind == "planar":
+    if not root.placed:
         turn = held[:, None, 2:]
         if motion.rotation:
             turn = np.unwrap(twist_angle(from_rotation_vector(rows(motion.rotation)), X_AXIS), axis=1)[:, :, None]
-        return _beside(position[:, :, 1:], turn)
+        return _beside(position[:, :, list(root.moving)], turn)
     rotation = from_rotation_vector(rows(motion.rotation)) if motion.rotation else held[:, None, 3:]
     return _beside(position, rotation)
 

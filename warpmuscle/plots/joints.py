@@ -14,6 +14,7 @@ from warpmuscle.plots.style import GRAY, PALETTE, grid, heading
 from warpmuscle.plots.subject import Absent, Subject
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
+from warpmuscle.scene.joints import joint_type
 
 _AXES = {"x": "x", "y": "y", "z": "z", "a": "first axis", "b": "second axis", "": "angle"}
 _COLORS = dict(zip(_AXES.values(), (*PALETTE[:3], *PALETTE[:2], PALETTE[0]), strict=True))
@@ -26,7 +27,7 @@ _STRIDES = 3  # that are shown unless a time is chosen
 def draw(subject: Subject) -> Any:
     """A panel a joint, left and right in the same one."""
     recording, scene = _shown(subject), subject.scene
-    moving = [name for name in recording.joint_names if scene.character.joints[name].type != "fixed"]
+    moving = [name for name in recording.joint_names if joint_type(scene.character.joints[name]).moves]
     if not moving:
         raise Absent(f"{subject.source}: no joint of {scene.name} moves")
     rows = pairs(subject.chosen("joint", moving, subject.choices.joints))

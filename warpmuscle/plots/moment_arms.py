@@ -12,7 +12,7 @@ from warpmuscle.plots.pairs import pairs
 from warpmuscle.plots.style import GRAY, PALETTE, grid, heading, label_ends
 from warpmuscle.plots.subject import Absent, Subject
 from warpmuscle.scene.anatomy import leg
-from warpmuscle.scene.topology import SPEEDS
+from warpmuscle.scene.joints import joint_type
 
 if TYPE_CHECKING:
     from warpmuscle.studies.moment_arms import MomentArms
@@ -35,13 +35,14 @@ def draw(subject: Subject) -> Any:
     signs = flexion_signs(scene)
     for name, other in _joints(subject):
         joint = scene.character.joints[name]
-        for axis in range(SPEEDS[joint.type] if len(curves) < _MOST and other not in drawn else 0):
+        kind = joint_type(joint)
+        for axis in range(len(kind.speeds) if len(curves) < _MOST and other not in drawn else 0):
             arms = moment_arms(scene, name, axis, np.linspace(*joint_range(joint, axis), _SAMPLES))
             if axis == 0 and signs.get(name, 1.0) < 0.0:
                 arms = replace(arms, angle=-arms.angle[::-1], arm=-arms.arm[::-1])
             strong = np.flatnonzero(np.abs(arms.arm).max(axis=0, initial=0.0) > _WORTH).tolist()
             if shown := [k for k in strong if arms.muscles[k] in wanted]:
-                curves.append((f"{name}, {_axis_name(joint.type, axis)}", arms, shown))
+                curves.append((f"{name}, {kind.angle_names[axis]}", arms, shown))
                 drawn.add(name)
     curves = curves[:_MOST]
     if not curves:
@@ -64,10 +65,6 @@ def draw(subject: Subject) -> Any:
         ends = [(1e3 * float(arms.arm[-1, k]), arms.muscles[k], PALETTE[n % len(PALETTE)]) for n, k in enumerate(shown)]
         label_ends(axes, ends)
     return figure
-
-
-def _axis_name(kind: str, axis: int) -> str:
-    return f"about {'xyz'[axis]}" if kind == "ball" else "angle" if kind == "hinge" else f"angle {axis + 1}"
 
 
 def _joints(subject: Subject) -> list[tuple[str, str]]:

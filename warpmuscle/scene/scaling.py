@@ -13,6 +13,7 @@ from warpmuscle.core.pose import normalized, rotate
 from warpmuscle.scene import Character, Scene
 from warpmuscle.scene.geometry import contact_points
 from warpmuscle.scene.initial_pose import initial_pose, plain_number, plain_vector
+from warpmuscle.scene.joints import root_type
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.parameters import leaves, rebuilt, start_values, substitute
 from warpmuscle.scene.validation.checks import near
@@ -116,7 +117,7 @@ def _lowest_point(scene: Scene) -> float:
 
 def _lifted(scene: Scene, height: float) -> Scene:
     """The scene with its root so much higher at the start, m; a fixed root stays where it is."""
-    if scene.character.root_joint == "fixed" or height == 0.0:
+    if not root_type(scene.character).moving or height == 0.0:
         return scene
 
     def replaced(path: str, leaf: Any) -> Any:

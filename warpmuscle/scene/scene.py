@@ -72,7 +72,7 @@ class Joint(Part):
     `limits`: one [low, high] in rad per axis (three for a ball: swing, swing x twist, twist); none if empty.
     """
 
-    type: Literal["ball", "universal", "hinge", "fixed"]
+    type: str  # ball, universal, hinge, fixed, or another one of `scene.joints.TYPES`
     parent: str
     child: str
     position_in_parent: Annotated[Vector, "m"]  # in the parent's frame

@@ -7,11 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from warpmuscle.scene import Character
-
-COORDINATES = {"ball": 4, "universal": 2, "hinge": 1, "fixed": 0}
-SPEEDS = {"ball": 3, "universal": 2, "hinge": 1, "fixed": 0}
-ROOT_COORDINATES = {"free": 7, "planar": 3, "fixed": 7}
-ROOT_SPEEDS = {"free": 6, "planar": 3, "fixed": 0}
+from warpmuscle.scene.joints import JointType, RootType, joint_type, root_type
 
 
 @dataclass(frozen=True)
@@ -44,17 +40,12 @@ class Topology:
 
 def coordinate_names(names: Topology, character: Character) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Names of all coordinates and of all speeds: `root.x`, a hinge's own, `ankle.0`, `hip.qx` and `hip.x`."""
-    parts = {"ball": ("qx", "qy", "qz", "qw"), "universal": ("0", "1"), "hinge": ("",), "fixed": ()}
-    rates = parts | {"ball": ("x", "y", "z")}
-    orientation = ("qx", "qy", "qz", "qw")
-    root = {"free": ("x", "y", "z", *orientation), "planar": ("y", "z", "turn"), "fixed": ("x", "y", "z", *orientation)}
-    root_rates = {"free": ("x", "y", "z", "wx", "wy", "wz"), "planar": ("y", "z", "turn"), "fixed": ()}
-    kind = character.root_joint
-    coordinates, speeds = [f"root.{part}" for part in root[kind]], [f"root.{part}" for part in root_rates[kind]]
+    kind = root_type(character)
+    coordinates, speeds = [f"root.{part}" for part in kind.coordinates], [f"root.{part}" for part in kind.speeds]
     for name in names.joints:
-        joint = character.joints[name].type
-        coordinates += [f"{name}.{part}".rstrip(".") for part in parts[joint]]
-        speeds += [f"{name}.{part}".rstrip(".") for part in rates[joint]]
+        entry = joint_type(character.joints[name])
+        coordinates += [f"{name}.{part}".rstrip(".") for part in entry.coordinates]
+        speeds += [f"{name}.{part}".rstrip(".") for part in entry.speeds]
     return tuple(coordinates), tuple(speeds)
 
 
@@ -71,10 +62,8 @@ def topology(character: Character) -> Topology:
             joints.append(key)
             parents.append(number)
             depth.append(depth[number] + 1)
-    types = [character.joints[key].type for key in joints]
+    types: list[RootType | JointType] = [root_type(character), *(joint_type(character.joints[key]) for key in joints)]
     levels = [depth.index(d) for d in range(max(depth) + 1)]
-    coordinates = [ROOT_COORDINATES[character.root_joint], *(COORDINATES[t] for t in types)]
-    speeds = [ROOT_SPEEDS[character.root_joint], *(SPEEDS[t] for t in types)]
     return Topology(
         bodies=tuple(bodies),
         joints=tuple(joints),
@@ -82,6 +71,6 @@ def topology(character: Character) -> Topology:
         level_start=(*levels, len(bodies)),
         first_child=tuple(first_child),
         child_count=tuple(child_count),
-        coordinate_start=(0, *np.cumsum(coordinates).tolist()),
-        speed_start=(0, *np.cumsum(speeds).tolist()),
+        coordinate_start=(0, *np.cumsum([len(entry.coordinates) for entry in types]).tolist()),
+        speed_start=(0, *np.cumsum([len(entry.speeds) for entry in types]).tolist()),
     )

@@ -14,10 +14,10 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import RolloutError
 from warpmuscle.core.limits import check_size
 from warpmuscle.scene import Scene
+from warpmuscle.scene.joints import root_type
 
 MOST = 2**31 - 1  # that kernels count to
 CHUNK_TIME = 0.1  # s of simulated time between two looks at which instances still run
-LINEAR_SPEEDS = {"free": 3, "planar": 2, "fixed": 0}  # of the root, by its joint
 
 
 def positive(value: int, what: str) -> int:
@@ -62,7 +62,7 @@ def checked_values(values: ArrayLike, instances: int, count: int) -> Floats:
 
 def root_noise(scene: Scene, instances: int, deviation: float, seed: int) -> Floats:
     """Noise for the linear speeds of the root, m/s: a row an instance, or one row of zeros if there is none."""
-    linear = LINEAR_SPEEDS[scene.character.root_joint]
+    linear = len(root_type(scene.character).moving)
     deviation = as_number(deviation, "velocity_noise", least=0.0, error=RolloutError)
     seed = as_whole(seed, "seed", 0, error=RolloutError)
     if not deviation:

@@ -38,6 +38,7 @@ from warpmuscle.core.status import Status
 from warpmuscle.formats import load
 from warpmuscle.model.objective import weighted
 from warpmuscle.scene import Scene
+from warpmuscle.scene.joints import root_type
 from warpmuscle.scene.validation.checks import near
 from warpmuscle.simulation.rollout import Rollout
 
@@ -50,8 +51,6 @@ except ModuleNotFoundError as error:
     raise Error('environments need Gymnasium: pip install "warpmuscle[gym]"') from error
 
 GREATEST = 100.0  # of an observation
-FORWARD = {"free": 2, "planar": 1}  # coordinate of the root, by its joint; a fixed one goes nowhere
-ON_GROUND = {"free": (0, 2), "planar": (1,), "fixed": ()}
 
 Array = NDArray[np.float32]
 Flags = NDArray[np.bool_]
@@ -92,12 +91,12 @@ class Bipeds:
         """Prepare the batch; raises as `load` and `Rollout`."""
         given = load(scene) if isinstance(scene, str) else scene
         self.rollout, self.settings = Rollout(given, count, device, threads=threads), settings
-        rollout, kind = self.rollout, given.character.root_joint
+        rollout, root = self.rollout, root_type(given.character)
         self.dt = settings.frame_skip * given.time_step
         mass = rows([body.mass for body in rollout.numeric.character.bodies.values()]).sum()
         self._weight = float(mass * rows([rollout.numeric.gravity])[0, 0]) or 1.0
-        self._forward = FORWARD.get(kind)
-        self._seen = [i for i in range(len(rollout.coordinate_names)) if i not in ON_GROUND[kind]]
+        self._forward = root.forward
+        self._seen = [i for i in range(len(rollout.coordinate_names)) if i not in root.on_ground]
         names = rollout.muscle_names if rollout.excitable else rollout.torque_names
         self.action_space = Box(-1.0, 1.0, (len(names),), np.float32)
         self.observation_space = Box(-GREATEST, GREATEST, (self.observed().shape[1],), np.float32)

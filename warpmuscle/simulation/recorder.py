@@ -18,6 +18,7 @@ from warpmuscle.kernels.record import RecordKind
 from warpmuscle.kernels.recorded import MUSCLE_PLACES
 from warpmuscle.results.recording import MUSCLE_QUANTITIES, RawFrames, Recording
 from warpmuscle.scene import Scene
+from warpmuscle.scene.joints import root_type
 from warpmuscle.scene.topology import Topology
 
 SIZES: dict[str, tuple[int | str, ...]] = {  # of what a frame has of each array of `structs.Record`
@@ -132,7 +133,7 @@ class Frames:
             time=np.arange(first, count) * self.every * scene.time_step,
             arrays=raw,
             parents=list(names.parents[1:]),
-            root_velocity=root_velocity(scene.character.root_joint, raw["speeds"]),
+            root_velocity=root_type(scene.character).velocity(raw["speeds"]),
             centers=self._centers(scene, instance),
         )
         return Recording.from_frames(frames, names.joints, names.bodies, self.muscles)
@@ -147,13 +148,3 @@ class Frames:
         joints = [scene.character.joints[name] for name in self.names.joints]
         table = rows([zero, *(list(joint.position_in_child) for joint in joints)])
         return np.asarray(-table[min(instance, len(table) - 1)])
-
-
-def root_velocity(kind: str, speeds: Floats) -> Floats:
-    """Velocity of the root, (F, 3), from the speeds of a free, planar or fixed root."""
-    velocity = np.zeros((len(speeds), 3))
-    if kind == "free":
-        velocity[:] = speeds[:, :3]
-    elif kind == "planar":
-        velocity[:, 1:] = speeds[:, :2]
-    return velocity

@@ -30,10 +30,10 @@ from warpmuscle.model.structure import structure_of
 from warpmuscle.model.user_functions import check_custom, custom_controller
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
+from warpmuscle.scene.joints import root_type
 from warpmuscle.scene.parameters import Parameter, free_parameters, start_values, substitute
 from warpmuscle.scene.validation.scene import check_scene
 from warpmuscle.simulation.batch_input import (
-    LINEAR_SPEEDS,
     checked_threads,
     checked_values,
     chosen,
@@ -250,7 +250,7 @@ class Rollout(Stepped):
         coordinates = np.broadcast_to(at, (n, self.names.coordinates)).astype(np.float32)
         at = start.speeds if given.speeds is None else given.speeds
         speeds = np.broadcast_to(at, (n, self.names.speeds)).astype(np.float32)
-        linear = LINEAR_SPEEDS[self.scene.character.root_joint]
+        linear = len(root_type(self.scene.character).moving)
         speeds[:, :linear] += root_velocity
         speeds[:, :linear] += self._disturbances.velocity[:, 3 - linear :]
         if self._kinematic.names:
@@ -377,8 +377,8 @@ class Rollout(Stepped):
     def _distance(self) -> Floats:
         """Horizontal distance from the start, (instances,), m."""
         moved = self._state.coordinates.numpy()[:, :3].astype(float) - self._start.coordinates[:, :3]
-        kind = self.scene.character.root_joint
-        return np.asarray(np.abs(moved[:, 1]) if kind == "planar" else np.hypot(moved[:, 0], moved[:, 2]))
+        along = [moved[:, k] for k in root_type(self.scene.character).on_ground]
+        return np.asarray(np.hypot(*along) if len(along) > 1 else np.abs(sum(along, np.zeros(self.instances))))
 
     def cost(self) -> Floats:
         """Cost of every instance, (instances,), finite.

@@ -17,11 +17,12 @@ from warpmuscle.core.pose import normalized
 from warpmuscle.formats import SceneLike
 from warpmuscle.kernels import stages, structs
 from warpmuscle.kernels.scratch import capacity_of, work_floats
-from warpmuscle.model.build import joint_coordinates, replaced, root_coordinates
+from warpmuscle.model.build import replaced
 from warpmuscle.model.muscles import muscle_kind
 from warpmuscle.model.paths import path_table, paths_struct
 from warpmuscle.model.reflexes import has_reflexes
 from warpmuscle.results.recording import MUSCLE_QUANTITIES
+from warpmuscle.scene.joints import joint_type, root_type
 from warpmuscle.simulation.recorder import Frames
 from warpmuscle.simulation.rollout import Rollout
 
@@ -93,11 +94,12 @@ class Stages(Rollout):
         for name, values in numbers.items():
             if np.any((values < 0.0) | (values > most[name])):
                 raise RolloutError(f"{name} must lie within 0 and {most[name]:g}")
-        kind = self.scene.character.root_joint
-        root_q, root_v = root_coordinates(kind, position, turned, velocity, angular)
+        root = root_type(self.scene.character)
+        root_q, root_v = root.coordinates_of(position, turned, velocity, angular)
         coordinates, speeds = [root_q], [root_v]
         for i, name in enumerate(self.names.joints):
-            joint_q, joint_v = joint_coordinates(self._numeric.character.joints[name], orientation[:, i], rate[:, i])
+            joint = self._numeric.character.joints[name]
+            joint_q, joint_v = joint_type(joint).nearest(joint, orientation[:, i], rate[:, i])
             coordinates.append(joint_q)
             speeds.append(joint_v)
         s = self._state

@@ -21,6 +21,7 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import SceneError
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Actuation, Muscle, Part, Scene
+from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.number import Number
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.scene.trusted_code import without_code
@@ -111,7 +112,7 @@ def _fitted(
 
 def torque_motion(scene: Scene, settle: float, device: str | None) -> Recording:
     """The motion that the scene makes on torques alone, without its first seconds if it lasts longer than those."""
-    joints = {name: Actuation("torque") for name, joint in scene.character.joints.items() if joint.type != "fixed"}
+    joints = {name: Actuation("torque") for name, joint in scene.character.joints.items() if joint_type(joint).moves}
     rollout = Rollout(
         msgspec.structs.replace(scene, actuation=joints), 1, str(find_devices(device)[0]), record=[0], threads=1
     )

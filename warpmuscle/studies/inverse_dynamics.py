@@ -14,13 +14,12 @@ from numpy.typing import ArrayLike
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.arrays import rows
 from warpmuscle.core.errors import Error
-from warpmuscle.core.pose import about, multiply, normalized, rotate
-from warpmuscle.model.bodies import joint_axes
+from warpmuscle.core.pose import multiply, rotate
 from warpmuscle.scene import Character, Joint, Scene
+from warpmuscle.scene.joints import Motion, RootType, joint_type, root_type
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.scene.topology import Topology, topology
 
-X_AXIS = np.array([1.0, 0.0, 0.0])
 Moving = tuple[Floats, Floats, Floats]  # coordinates (n, C), speeds (n, S), accelerations (n, S)
 
 
@@ -33,7 +32,8 @@ class _Body:
     angular_acceleration: Floats  # (n, 3) rad/s^2
     position: Floats  # (n, 3) m, of the joint
     acceleration: Floats  # (n, 3) m/s^2, of the joint
-    axes: list[Floats]  # (n, 3) each, of the speeds that turn it
+    turning: list[Floats]  # (n, 3) each, angular velocity by a unit of each of the joint's speeds
+    moving: list[Floats]  # (n, 3) each, velocity of the joint
 
 
 def inverse_dynamics(
@@ -82,62 +82,47 @@ def _checked(names: Topology, coordinates: ArrayLike, speeds: ArrayLike, acceler
 
 def _outward(character: Character, names: Topology, motion: Moving) -> list[_Body]:
     """Motion of all bodies, from the root on."""
-    bodies = [_root(character.root_joint, motion)]
+    bodies = [_root(root_type(character), motion)]
     for number, name in enumerate(names.joints, start=1):
         joint, parent = character.joints[name], bodies[names.parents[number]]
         anchor = rows(joint.position_in_parent)
         if names.parents[number] > 0:
             anchor = anchor - rows(character.joints[names.joints[names.parents[number] - 1]].position_in_child)
-        r = rotate(parent.orientation, anchor)
         q, v, a = (
             part[:, start[number] : start[number + 1]]
             for part, start in zip(motion, (names.coordinate_start, names.speed_start, names.speed_start), strict=True)
         )
-        bodies.append(_child(joint, parent, r, q, v, a))
+        bodies.append(_child(joint_type(joint).motion(joint, q, v), parent, anchor, v, a))
     return bodies
 
 
-def _root(kind: str, motion: Moving) -> _Body:
+def _root(kind: RootType, motion: Moving) -> _Body:
     q, v, a = motion
-    zero = np.zeros((len(q), 3))
-    if kind == "free":
-        return _Body(normalized(q[:, 3:7]), v[:, 3:6], a[:, 3:6], q[:, :3], a[:, :3], [])
-    if kind == "fixed":
-        return _Body(normalized(q[:, 3:7]), zero, zero, q[:, :3], zero, [])
-    position, angular, alpha, acceleration = (np.zeros((len(q), 3)) for _ in range(4))
-    position[:, 1:], acceleration[:, 1:] = q[:, :2], a[:, :2]
-    angular[:, 0], alpha[:, 0] = v[:, 2], a[:, 2]
-    return _Body(about(X_AXIS, q[:, 2]), angular, alpha, position, acceleration, [])
+    world = kind.motion(q)
+    angular, alpha = _sum(world.turning, v), _sum(world.turning, a)
+    turning, moving = world.turning, world.moving
+    return _Body(world.orientation, angular, alpha, world.place, _sum(moving, a), turning, moving)
 
 
-def _child(joint: Joint, parent: _Body, r: Floats, q: Floats, v: Floats, a: Floats) -> _Body:
-    """Motion of a joint's child; r (n, 3) from the parent's joint to this one."""
-    axis_a, axis_b = joint_axes(joint)
-    w = parent.angular_velocity
-    axes: list[Floats] = []
-    rates: list[Floats] = []
-    turned: list[Floats] = []  # angular velocity of what each axis is fixed to
-    if joint.type == "ball":
-        orientation = multiply(parent.orientation, normalized(q))
-        axes = [rotate(orientation, np.broadcast_to(unit, (len(q), 3))) for unit in np.eye(3)]
-        relative = sum(axis * v[:, i : i + 1] for i, axis in enumerate(axes))
-        turned = [w + relative] * 3
-    elif joint.type == "hinge":
-        orientation = multiply(parent.orientation, about(axis_a, q[:, 0]))
-        axes, turned = [rotate(orientation, axis_a)], [w]
-    elif joint.type == "universal":
-        orientation = multiply(parent.orientation, multiply(about(axis_b, q[:, 1]), about(axis_a, q[:, 0])))
-        axes = [rotate(orientation, axis_a), rotate(parent.orientation, axis_b)]
-        turned = [w + axes[0] * v[:, :1] + axes[1] * v[:, 1:], w]
-    else:
-        orientation = parent.orientation
-    rates = [axis * v[:, i : i + 1] for i, axis in enumerate(axes)]
-    alpha = parent.angular_acceleration.copy()
-    for i, axis in enumerate(axes):
-        alpha += axis * a[:, i : i + 1] + np.cross(turned[i], rates[i])
+def _child(own: Motion, parent: _Body, anchor: Floats, v: Floats, a: Floats) -> _Body:
+    """Motion of a joint's child; anchor (1, 3) from the parent's joint to where the joint's motion starts from."""
+
+    def world(vector: Floats) -> Floats:
+        return rotate(parent.orientation, vector)
+
+    r, w = world(anchor + own.place), parent.angular_velocity
+    turning, moving = [world(axis) for axis in own.turning], [world(axis) for axis in own.moving]
+    relative, velocity = _sum(turning, v), _sum(moving, v)
+    alpha = parent.angular_acceleration + _sum(turning, a) + world(own.turning_drift) + np.cross(w, relative)
     acceleration = parent.acceleration + np.cross(parent.angular_acceleration, r) + np.cross(w, np.cross(w, r))
-    angular = w + sum(rates, start=np.zeros_like(w))
-    return _Body(orientation, angular, alpha, parent.position + r, acceleration, axes)
+    acceleration = acceleration + _sum(moving, a) + world(own.moving_drift) + 2.0 * np.cross(w, velocity)
+    orientation = multiply(parent.orientation, own.orientation)
+    return _Body(orientation, w + relative, alpha, parent.position + r, acceleration, turning, moving)
+
+
+def _sum(axes: list[Floats], rates: Floats) -> Floats:
+    """The sum of axes (n, 3) times their rates, columns of (n, S) or its first ones."""
+    return sum((axis * rates[:, i : i + 1] for i, axis in enumerate(axes)), start=np.zeros((len(rates), 3)))
 
 
 def _inward(character: Character, names: Topology, bodies: list[_Body], gravity: float) -> Floats:
@@ -158,12 +143,8 @@ def _inward(character: Character, names: Topology, bodies: list[_Body], gravity:
             force[parent] += force[number]
             moment[parent] += moment[number] + np.cross(r, force[number])
         start = names.speed_start[number]
-        for i, axis in enumerate(body.axes):
-            result[:, start + i] = np.sum(axis * moment[number], axis=-1)
-    if character.root_joint == "free":
-        result[:, :3], result[:, 3:6] = force[0], moment[0]
-    elif character.root_joint == "planar":
-        result[:, :2], result[:, 2] = force[0][:, 1:], moment[0][:, 0]
+        for i, (turning, moving) in enumerate(zip(body.turning, body.moving, strict=True)):
+            result[:, start + i] = np.sum(turning * moment[number] + moving * force[number], axis=-1)
     return result
 
 

@@ -7,13 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from warpmuscle.core.array_types import Floats
-from warpmuscle.core.arrays import rows
 from warpmuscle.core.pose import rotate
-from warpmuscle.model.bodies import joint_axes
 from warpmuscle.model.build import start_of
 from warpmuscle.scene import Joint, Scene
+from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.parameters import start_values, substitute
-from warpmuscle.scene.topology import SPEEDS
 from warpmuscle.scene.trusted_code import without_code
 from warpmuscle.simulation.stages import MusclePaths, Stages
 
@@ -47,10 +45,11 @@ def moment_arms(scene: Scene, joint: str, axis: int, angles: Floats) -> MomentAr
     body = stages.names.body_of_joint(joint)
     kinematics, paths = stages.forward_kinematics(), stages.muscle_paths()
     own = [k for k, crossed in enumerate(paths.joint) if stages.names.joints[crossed] == joint]
-    orientation = kinematics["orientation"].astype(float)
-    about = _world_axis(
-        scene.character.joints[joint], axis, orientation[:, body], orientation[:, stages.names.parents[body]]
-    )
+    parent = kinematics["orientation"].astype(float)[:, stages.names.parents[body]]
+    first, end = stages.names.coordinate_start[body : body + 2]
+    kind = joint_type(scene.character.joints[joint])
+    q = stages.state.coordinates.numpy()[:, first:end].astype(float)
+    about = rotate(parent, kind.pulled_about(scene.character.joints[joint], q)[axis])
     names = list(scene.character.muscles)
     return MomentArms(
         joint,
@@ -66,7 +65,7 @@ def useless_muscles(scene: Scene) -> list[tuple[str, str, float]]:
     found: list[tuple[str, str, float]] = []
     for name, joint in scene.character.joints.items():
         greatest: dict[str, float] = {}
-        for axis in range(SPEEDS[joint.type]):
+        for axis in range(len(joint_type(joint).speeds)):
             arms = moment_arms(scene, name, axis, np.linspace(*joint_range(joint, axis), SAMPLES))
             for muscle, arm in zip(arms.muscles, np.abs(arms.arm).max(axis=0), strict=True):
                 greatest[muscle] = max(greatest.get(muscle, 0.0), float(arm))
@@ -81,30 +80,14 @@ def _along(paths: MusclePaths, crossings: list[int], about: Floats) -> Floats:
 
 def joint_range(joint: Joint, axis: int) -> tuple[float, float]:
     """Range of a degree of freedom, rad; the limits of a ball joint are about other axes and do not count."""
-    if joint.type == "ball" or not joint.limits:
-        return DEFAULT_RANGE
-    low, high = (float(rows(number)[0]) for number in joint.limits[axis])
-    return low, high
+    return joint_type(joint).range(joint, axis) or DEFAULT_RANGE
 
 
 def _poses(scene: Scene, stages: Stages, joint: str, axis: int, angles: Floats) -> Floats:
     """Coordinates (n, C) of the initial state but for one degree of freedom."""
     names = stages.names
     poses = np.repeat(start_of(scene, names).coordinates, len(angles), axis=0)
-    first = names.coordinate_start[names.body_of_joint(joint)]
-    if scene.character.joints[joint].type == "ball":
-        half = 0.5 * np.asarray(angles, dtype=float)
-        poses[:, first : first + 4] = 0.0
-        poses[:, first + axis] = np.sin(half)
-        poses[:, first + 3] = np.cos(half)
-    else:
-        poses[:, first + axis] = angles
+    body = names.body_of_joint(joint)
+    own = slice(names.coordinate_start[body], names.coordinate_start[body + 1])
+    poses[:, own] = joint_type(scene.character.joints[joint]).posed(axis, np.asarray(angles, float), poses[:, own])
     return poses.astype(np.float32)
-
-
-def _world_axis(joint: Joint, axis: int, child: Floats, parent: Floats) -> Floats:
-    """World axes (n, 3) of a degree of freedom, from the orientations (n, 4) of child and parent."""
-    if joint.type == "ball":
-        return rotate(child, np.eye(3)[axis])
-    a, b = joint_axes(joint)
-    return rotate(parent, b) if axis == 1 else rotate(child, a)

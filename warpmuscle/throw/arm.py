@@ -14,12 +14,14 @@ from numpy.typing import ArrayLike
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.arrays import rows
 from warpmuscle.core.errors import Error, SceneError
-from warpmuscle.core.pose import about, rotate
+from warpmuscle.core.pose import about, from_rotation_vector, rotate
 from warpmuscle.core.warp_start import start_warp
 from warpmuscle.kernels.muscle import rigid_force
 from warpmuscle.model.build import start_of
 from warpmuscle.model.muscles import CURVES
 from warpmuscle.scene import Actuation, Drive, Motion, Muscle, Scene
+from warpmuscle.scene.joints import joint_type, root_type
+from warpmuscle.scene.joints.turning import HINGE
 from warpmuscle.scene.parameters import Parameter, free_parameters, start_values, substitute
 from warpmuscle.scene.topology import Topology, topology
 from warpmuscle.studies.inverse_dynamics import body_points, inverse_dynamics
@@ -61,7 +63,8 @@ class Arm:
         """Hinges that a muscle moves, prescribed or not."""
         character = self.scene.character
         moved = {pulley.joint for muscle in character.muscles.values() for pulley in muscle.pulleys}
-        found = tuple(name for name in self.names.joints if name in moved and character.joints[name].type == "hinge")
+        hinges = {name for name, joint in character.joints.items() if joint_type(joint) is HINGE}
+        found = tuple(name for name in self.names.joints if name in moved and name in hinges)
         if not found:
             raise SceneError(f"{self.scene.name} has no hinge with pulley muscles on it", key="character.muscles")
         return found
@@ -144,7 +147,7 @@ class Arm:
             drive: Drive = "kinematic" if name in self.prescribed else "muscle"
             actuation[name] = msgspec.structs.replace(own, drive=drive)
             motion.pop(name, None)
-        if self.scene.character.root_joint != "fixed":
+        if root_type(self.scene.character).speeds:
             motion["root"] = Motion([0.0], position=[self.scene.initial_state.root_position])
         return msgspec.structs.replace(self.scene, actuation=actuation, motion=motion)
 
@@ -230,18 +233,15 @@ def states(arm: Arm, motions: Motions) -> tuple[Floats, Floats, Floats]:
     for order, target in ((0, q), (1, v), (2, a)):
         places = arm.coordinate_places if order == 0 else arm.speed_places
         target[:, :, places] = motions.angles[order]
-    kind = arm.scene.character.root_joint
-    if kind == "fixed":
+    root = root_type(arm.scene.character)
+    if not root.speeds:
         return q, v, a
-    root, rates, bends = root_motion(arm, motions)
-    pitch = motions.pitch
-    if kind == "planar":
-        q[:, :, :2], v[:, :, :2], a[:, :, :2] = root[..., 1:], rates[..., 1:], bends[..., 1:]
-        q[:, :, 2], v[:, :, 2], a[:, :, 2] = pitch
-    else:
-        q[:, :, :3], v[:, :, :3], a[:, :, :3] = root, rates, bends
-        q[:, :, 3:7] = about(X_AXIS, pitch[0])
-        v[:, :, 3], a[:, :, 3] = pitch[1], pitch[2]
+    place, rates, bends = (part.reshape(count * samples, 3) for part in root_motion(arm, motions))
+    turned, turning, accelerating = (part.reshape(-1, 1) * X_AXIS for part in motions.pitch)
+    for velocity, angular, target in ((rates, turning, v), (bends, accelerating, a)):
+        coordinates, speeds = root.coordinates_of(place, from_rotation_vector(turned), velocity, angular)
+        target[:, :, : speeds.shape[1]] = speeds.reshape(count, samples, -1)
+    q[:, :, : coordinates.shape[1]] = coordinates.reshape(count, samples, -1)
     return q, v, a
 
 
@@ -257,7 +257,7 @@ def start_coordinates(arm: Arm) -> Floats:
 def root_motion(arm: Arm, motions: Motions) -> tuple[Floats, Floats, Floats]:
     """Position (n, T, 3), m, of the root so that the first joint moves as the shoulder did; its two derivatives."""
     start = start_coordinates(arm)
-    home = np.array([0.0, *start[:2]]) if arm.scene.character.root_joint == "planar" else start[:3]
+    home = root_type(arm.scene.character).motion(start[None]).place[0]
     joint = arm.scene.character.joints[arm.joints[0]]
     offset = _offset_from_root(arm, joint.parent, rows(joint.position_in_parent))
     turned = rotate(about(X_AXIS, motions.pitch[0]), np.broadcast_to(offset, (*motions.pitch[0].shape, 3)))
@@ -303,7 +303,7 @@ def hand_position(arm: Arm, coordinates: Floats) -> Floats:
     joints, points = arm.scene.character.joints, body_points(arm.scene, coordinates)
     hand = joints[arm.joints[-1]]
     for joint in joints.values():
-        if joint.type == "fixed" and joint.parent == hand.child:
+        if not joint_type(joint).moves and joint.parent == hand.child:
             position, turned = points[joint.child]
             return np.asarray(position - rotate(turned, rows(joint.position_in_child)))
     position, turned = points[hand.child]

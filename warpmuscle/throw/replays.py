@@ -9,8 +9,8 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.pose import about
-from warpmuscle.model.bodies import joint_axes
 from warpmuscle.results.recording import Recording
+from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.throw.fit import Fitted
 from warpmuscle.throw.follow import Follower
@@ -68,7 +68,7 @@ def _beside_recorded(simulated: Recording, follower: Follower, motion: int) -> R
     character = substitute(arm.scene, start_values(arm.scene)).character
     target = simulated.joint_orientation.copy()
     for column, name in enumerate(arm.joints):
-        axis, _ = joint_axes(character.joints[name])
+        axis, _ = joint_type(character.joints[name]).frame(character.joints[name])
         angle = motions.angles[0][motion, : simulated.frames, column]
         target[:, simulated.joint_names.index(name)] = about(axis, angle)
     return replace(simulated, joint_target=target).window(0.0, float(simulated.time[frames - 1]))

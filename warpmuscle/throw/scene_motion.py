@@ -5,10 +5,10 @@ from __future__ import annotations
 import msgspec
 import numpy as np
 
-from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.pose import twist_angle
 from warpmuscle.scene import Scene
+from warpmuscle.scene.joints import root_type
 from warpmuscle.simulation.rollout import Rollout
 from warpmuscle.throw.arm import X_AXIS, Arm, joint_positions
 from warpmuscle.throw.motion import RATE, Motion
@@ -33,11 +33,7 @@ def motion_of(scene: Scene, arm: Arm) -> Motion:
     rollout.run()
     coordinates = np.concatenate([rollout.recorded("coordinates")[0], rollout.state.coordinates.numpy()]).astype(float)
     time = np.arange(len(coordinates)) / RATE
-    kind = scene.character.root_joint
-    pitch: Floats = np.zeros(len(time))
-    if kind == "planar":
-        pitch = coordinates[:, 2]
-    elif kind == "free":
-        pitch = twist_angle(coordinates[:, 3:7], X_AXIS)
+    root = root_type(scene.character)
+    pitch = np.unwrap(twist_angle(root.motion(coordinates).orientation, X_AXIS)) if root.speeds else np.zeros(len(time))
     place = joint_positions(arm, coordinates)[0][:, [2, 1]]
     return Motion(scene.name, 0.0, time, coordinates[:, arm.coordinate_places], pitch, place - place[0])

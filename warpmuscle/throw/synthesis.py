@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error
+from warpmuscle.scene.joints import root_type
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.throw.arm import hand_position, joint_positions, states
 from warpmuscle.throw.follow import Follower, Replay
@@ -161,7 +162,7 @@ class Thrower:
         ends = []
         for sign in (-1.0, 1.0):
             moved = np.repeat(q[:, frame], len(replay.angle), axis=0)
-            if arm.scene.character.root_joint != "fixed":
+            if root_type(arm.scene.character).speeds:
                 moved[:, :3] += sign * MOMENT * v[0, frame, :3]
             moved[:, arm.coordinate_places] = replay.angle[:, frame] + sign * MOMENT * replay.speed[:, frame]
             ends.append(hand_position(arm, moved)[:, [2, 1]])

@@ -8,15 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from warpmuscle.core.array_types import Floats
-from warpmuscle.core.pose import Array, conjugate, hinge_coordinates, normalized, rotate, universal_coordinates
-from warpmuscle.formats.sto import euler_xyz
+from warpmuscle.core.pose import conjugate, normalized, rotate
 from warpmuscle.gait.cycles import flexion_signs
-from warpmuscle.model.bodies import joint_axes
 from warpmuscle.results.recording import Recording
-from warpmuscle.scene import Joint, Scene
+from warpmuscle.scene import Scene
 from warpmuscle.scene.anatomy import Side
-
-AXES = {"ball": "xyz", "universal": "ab", "hinge": ("",), "fixed": ()}
+from warpmuscle.scene.joints import joint_type
 
 
 @dataclass(frozen=True)
@@ -51,10 +48,11 @@ def panels_of(recording: Recording, scene: Scene) -> list[Panel]:
     orientations = dict(zip(recording.body_names, np.moveaxis(recording.body_orientation, 1, 0), strict=True))
     for number, name in enumerate(recording.joint_names):
         joint = scene.character.joints[name]
-        own = _angles(joint, normalized(recording.joint_orientation[:, number]))
+        kind, turn = joint_type(joint), normalized(recording.joint_orientation[:, number])
+        own = kind.shown(joint, turn, np.zeros((len(turn), 3)))
         acting = -rotate(conjugate(orientations[joint.parent]), recording.joint_torque[:, number])
-        about = _components(joint, acting)
-        for axis, word in enumerate(AXES[joint.type]):
+        about = kind.components(joint, acting)
+        for axis, word in enumerate(kind.angles):
             key, sign = f"{name} {word}".strip(), signs.get(name, 1.0) if axis == 0 else 1.0
             angles[key], torques[key] = sign * np.degrees(own[:, axis]), sign * about[:, axis]
     feet = {"left": recording.foot_force_left, "right": recording.foot_force_right}
@@ -70,26 +68,6 @@ def panels_of(recording: Recording, scene: Scene) -> list[Panel]:
 
 def _sided(feet: dict[str, Floats]) -> list[tuple[Side, Floats]]:
     return [("left", feet["left"]), ("right", feet["right"])]
-
-
-def _angles(joint: Joint, q: Array) -> Floats:
-    """Angles (F, degrees of freedom), rad."""
-    a, b = joint_axes(joint)
-    still = np.zeros((len(q), 3))
-    if joint.type == "hinge":
-        return hinge_coordinates(q, still, a)[0]
-    if joint.type == "universal":
-        return universal_coordinates(q, still, a, b)[0]
-    return euler_xyz(q)
-
-
-def _components(joint: Joint, torque: Floats) -> Floats:
-    """Torque (F, 3) in the parent's frame along the joint's axes, (F, degrees of freedom)."""
-    if joint.type not in ("hinge", "universal"):
-        return torque
-    a, b = joint_axes(joint)
-    axes = np.concatenate([a, b] if joint.type == "universal" else [a])
-    return np.asarray(torque @ axes.T)
 
 
 def _panels(group: str, unit: str, curves: dict[str, Floats]) -> list[Panel]:

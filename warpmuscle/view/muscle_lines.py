@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warpmuscle.core.array_types import Floats
-from warpmuscle.core.pose import hinge_coordinates, normalized, rotate, universal_coordinates
-from warpmuscle.model.bodies import joint_axes
+from warpmuscle.core.pose import normalized, rotate
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Character, Condition
+from warpmuscle.scene.joints import joint_type
 
 
 @dataclass(frozen=True)
@@ -56,11 +56,7 @@ def _angle(recording: Recording, character: Character, condition: Condition) -> 
     """The joint angle (F,), rad, that a condition is about."""
     joint = character.joints[condition.joint]
     q = normalized(recording.joint_orientation[:, recording.joint_names.index(condition.joint)])
-    a, b = joint_axes(joint)
-    still = np.zeros((len(q), 3))
-    if joint.type == "hinge":
-        return np.asarray(hinge_coordinates(q, still, a)[0][:, 0])
-    return np.asarray(universal_coordinates(q, still, a, b)[0][:, condition.axis])
+    return joint_type(joint).shown(joint, q, np.zeros((len(q), 3)))[:, condition.axis]
 
 
 def _smooth_step(x: Floats) -> Floats:

@@ -70,6 +70,13 @@ class Checks:
         if math.hypot(*map(self.start, vector)) < 1e-9:
             raise SceneError(f"{what} has no length", key=key)
 
+    def independent(self, key: str, first: Sequence[Number], second: Sequence[Number]) -> None:
+        """Two axes are not parallel."""
+        (a, b, c), (x, y, z) = (list(map(self.start, axis)) for axis in (first, second))
+        across = math.hypot(b * z - c * y, c * x - a * z, a * y - b * x)
+        if across < 1e-6 * math.hypot(a, b, c) * math.hypot(x, y, z):
+            raise SceneError("the two axes are parallel", key=key)
+
     def ordered(self, key: str, low: Number, high: Number) -> None:
         """A lower limit lies below its upper one, for every value that they may take."""
         if self.interval(low)[1] > self.interval(high)[0]:

@@ -6,7 +6,7 @@ from typing import Any
 
 from warpmuscle.core.errors import SceneError
 from warpmuscle.scene import Joint, Motion, Scene
-from warpmuscle.scene.topology import SPEEDS
+from warpmuscle.scene.joints import joint_type, root_type
 from warpmuscle.scene.validation.checks import Checks, known
 
 LATE = 1.0e-9  # s, by which knots may miss the ends of the simulated time
@@ -34,7 +34,7 @@ def kinematic_axes(scene: Scene, name: str) -> list[int]:
     if name not in scene.actuation:
         return []
     drive = scene.actuation[name].drive
-    words = [drive] * SPEEDS[scene.character.joints[name].type] if isinstance(drive, str) else drive
+    words = [drive] * len(joint_type(scene.character.joints[name]).speeds) if isinstance(drive, str) else drive
     return [axis for axis, word in enumerate(words) if word == "kinematic"]
 
 
@@ -51,7 +51,7 @@ def _times(checks: Checks, key: str, motion: Motion, scene: Scene) -> None:
 
 def _root(key: str, motion: Motion, scene: Scene) -> None:
     """The root can move, and has knots of its position or rotation."""
-    if scene.character.root_joint == "fixed":
+    if not root_type(scene.character).speeds:
         raise SceneError("a fixed root does not move; make `root_joint` free or planar", key=key)
     _only(key, motion, "position", "rotation")
     if not motion.position and not motion.rotation:
@@ -65,10 +65,10 @@ def _root(key: str, motion: Motion, scene: Scene) -> None:
 def _joint(key: str, name: str, motion: Motion, scene: Scene) -> None:
     """A joint has knots for each of its kinematic degrees of freedom, or for all if none is."""
     joint: Joint = scene.character.joints[name]
-    axes = kinematic_axes(scene, name) or list(range(SPEEDS[joint.type]))
+    axes = kinematic_axes(scene, name) or list(range(len(joint_type(joint).speeds)))
     if not axes:
-        raise SceneError("a fixed joint does not move", key=key)
-    if joint.type == "ball":
+        raise SceneError(f"a {joint.type} joint does not move", key=key)
+    if joint_type(joint).quaternion:
         _only(key, motion, "rotation")
         _count(f"{key}.rotation", len(motion.rotation), motion)
         return

@@ -13,10 +13,10 @@ from warpmuscle.core.limits import check_size
 from warpmuscle.core.pose import rotate
 from warpmuscle.scene import Actuation, Character, Condition, Drive, Excitation, Muscle, Pulley, Scene, ViaPoint
 from warpmuscle.scene.initial_pose import initial_pose, plain_number, plain_vector
+from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.masses import mass_warnings
 from warpmuscle.scene.number import Number
 from warpmuscle.scene.parameters import start_values, substitute
-from warpmuscle.scene.topology import SPEEDS
 from warpmuscle.scene.trusted_code import CURVE_FIELDS
 from warpmuscle.scene.validation.checks import Checks, known, near
 
@@ -84,11 +84,11 @@ def _angle(key: str, joint: str, axis: int, what: str, character: Character) -> 
     """A joint has an angle of this number."""
     if joint not in character.joints:
         raise SceneError(f"there is no joint {joint!r}{near(joint, character.joints)}", key=f"{key}.joint")
-    kind = character.joints[joint].type
-    if kind not in ("hinge", "universal"):
-        raise SceneError(f"a {kind} joint has no angle for a {what}", key=f"{key}.joint")
-    if not 0 <= axis < SPEEDS[kind]:
-        raise SceneError(f"a {kind} joint has no angle {axis}", key=f"{key}.axis")
+    kind = joint_type(character.joints[joint])
+    if not kind.scalars:
+        raise SceneError(f"a {kind.name} joint has no angle for a {what}", key=f"{key}.joint")
+    if not 0 <= axis < kind.scalars:
+        raise SceneError(f"a {kind.name} joint has no angle {axis}", key=f"{key}.axis")
 
 
 def _on_body(key: str, point: ViaPoint, interval: Callable[[Number], tuple[float, float]]) -> None:
@@ -208,15 +208,15 @@ def _actuation(checks: Checks, key: str, name: str, own: Actuation) -> None:
     """What drives a joint: one word, or one a degree of freedom; muscles only where there are some."""
     character = checks.checked.character
     known(name, character.joints, "joint", key)
-    kind = character.joints[name].type
-    if kind == "fixed":
-        raise SceneError("a fixed joint cannot be driven", key=key)
+    kind = joint_type(character.joints[name])
+    if not kind.moves:
+        raise SceneError(f"a {kind.name} joint cannot be driven", key=key)
     words = [own.drive] if isinstance(own.drive, str) else own.drive
-    if not isinstance(own.drive, str) and len(words) != SPEEDS[kind]:
-        message = f"a {kind} joint takes one word or {SPEEDS[kind]} in a list, got {len(words)}"
+    if not isinstance(own.drive, str) and len(words) != len(kind.speeds):
+        message = f"a {kind.name} joint takes one word or {len(kind.speeds)} in a list, got {len(words)}"
         raise SceneError(message, key=f"{key}.drive")
-    if kind == "ball" and "kinematic" in words and set(words) != {"kinematic"}:
-        raise SceneError("a ball joint is kinematic as a whole or not at all", key=f"{key}.drive")
+    if kind.quaternion and "kinematic" in words and set(words) != {"kinematic"}:
+        raise SceneError(f"a {kind.name} joint is kinematic as a whole or not at all", key=f"{key}.drive")
     if MUSCULAR.intersection(words) and usual_drive(name, character) != "muscle":
         raise SceneError("no muscle crosses this joint", key=f"{key}.drive")
     checks.not_negative(key, own, "stiffness", "damping")

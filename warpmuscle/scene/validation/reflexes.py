@@ -6,6 +6,7 @@ from collections.abc import Collection
 
 from warpmuscle.core.errors import SceneError
 from warpmuscle.scene import Reflex, Reflexes
+from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.reflexes import OF_MUSCLES
 from warpmuscle.scene.validation.checks import Checks, known
 
@@ -41,9 +42,9 @@ def _reflex(checks: Checks, key: str, reflex: Reflex, pairs: list[str]) -> None:
             raise SceneError("an angle needs the joint that it is `of`", key=f"{key}.of")
         known(reflex.of, _on_both_sides(character.joints), "joint of both legs (without its l or r)", f"{key}.of")
         for side in SIDES:
-            kind = character.joints[side + reflex.of].type
-            if kind not in ("hinge", "universal"):
-                raise SceneError(f"a {kind} joint has no angle for a reflex", key=f"{key}.of")
+            kind = joint_type(character.joints[side + reflex.of])
+            if not kind.scalars:
+                raise SceneError(f"a {kind.name} joint has no angle for a reflex", key=f"{key}.of")
     elif reflex.signal in OF_MUSCLES:
         if reflex.of:
             known(reflex.of, pairs, "muscle of both legs (without its l or r)", f"{key}.of")

@@ -30,6 +30,7 @@ from warpmuscle.scene import (
     Sphere,
     State,
 )
+from warpmuscle.scene.joints import TYPES, joint_type
 from warpmuscle.scene.number import Free, Number
 from warpmuscle.scene.parameters import leaves
 from warpmuscle.scene.trusted_code import check_entries
@@ -39,8 +40,6 @@ from warpmuscle.scene.validation.muscles import check_muscles
 from warpmuscle.scene.validation.objective import check_failure, check_objective, check_stages
 from warpmuscle.scene.validation.reflexes import check_reflexes
 
-AXES = {"ball": 2, "universal": 2, "hinge": 1, "fixed": 0}  # by type of joint
-LIMITS = {"ball": 3, "universal": 2, "hinge": 1, "fixed": 0}
 PREFIXES = ("SWING_", "STANCE_")  # of trajectories that change sides with the stance
 
 
@@ -237,26 +236,13 @@ class _Check(Checks):
 
     def joint(self, key: str, joint: Joint) -> None:
         """A joint has the axes and limits of its type."""
-        wanted = AXES[joint.type]
-        if len(joint.axes) != wanted and not (joint.type == "ball" and not joint.axes and not joint.limits):
-            raise SceneError(f"a {joint.type} joint takes {wanted} axes, got {len(joint.axes)}", key=f"{key}.axes")
-        if len(joint.limits) not in (0, LIMITS[joint.type]):
-            message = f"a {joint.type} joint takes {LIMITS[joint.type]} limits or none, got {len(joint.limits)}"
-            raise SceneError(message, key=f"{key}.limits")
-        for index, axis in enumerate(joint.axes):
-            self.not_zero(f"{key}.axes.{index}", axis, "axis")
-        if len(joint.axes) == 2:
-            self.independent(f"{key}.axes", *joint.axes)
+        if joint.type not in TYPES:
+            kinds = ", ".join(map(repr, sorted(TYPES)))
+            raise SceneError(f"{joint.type!r} is none of {kinds}{near(joint.type, TYPES)}", key=f"{key}.type")
+        joint_type(joint).check(self, key, joint)
         for index, (low, high) in enumerate(joint.limits):
             self.ordered(f"{key}.limits.{index}", low, high)
         self.not_negative(key, joint, "limit_stiffness", "limit_damping")
-
-    def independent(self, key: str, first: Sequence[Number], second: Sequence[Number]) -> None:
-        """Two axes are not parallel."""
-        (a, b, c), (x, y, z) = (list(map(self.start, axis)) for axis in (first, second))
-        across = math.hypot(b * z - c * y, c * x - a * z, a * y - b * x)
-        if across < 1e-6 * math.hypot(a, b, c) * math.hypot(x, y, z):
-            raise SceneError("the two axes are parallel", key=key)
 
     def controller(self, controller: Controller, character: Character) -> None:
         """Names resolve, states lead to states, gains and curves are sound."""

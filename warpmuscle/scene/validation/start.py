@@ -6,10 +6,11 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import SceneError
-from warpmuscle.core.pose import about, multiply, normalized, rotate, turned_to_heading, twist_angle
+from warpmuscle.core.pose import multiply, normalized, rotate, turned_to_heading
 from warpmuscle.scene import Scene
 from warpmuscle.scene.geometry import contact_points
 from warpmuscle.scene.initial_pose import initial_pose, plain_number, plain_vector
+from warpmuscle.scene.joints import root_type
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.scene.validation.muscles import muscle_warnings
 
@@ -41,7 +42,7 @@ def _in_the_ground(scene: Scene) -> list[SceneError]:
     depth = depths[deepest]
     others = sum(other > DEEP for other in depths.values()) - 1
     among = f", the deepest of {others + 1} bodies" if others else ""
-    fixed = scene.character.root_joint == "fixed"
+    fixed = not root_type(scene.character).moving
     key = "ground.height" if fixed else "initial_state.root_position"
     remedy = (
         f"lower ground.height by {depth:.2f} m" if fixed else f"raise the root by {depth:.2f} m, or lower the ground"
@@ -58,7 +59,7 @@ def _too_fast(scene: Scene) -> list[SceneError]:
     """One if the root starts at a speed that is divergence."""
     speed = float(np.linalg.norm(plain_vector(scene.initial_state.root_velocity)))
     most = plain_number(scene.failure.max_com_speed)
-    if scene.character.root_joint == "fixed" or speed <= most:
+    if not root_type(scene.character).moving or speed <= most:
         return []
     message = f"the root starts at {speed:.3g} m/s, and beyond failure.max_com_speed {most:g} m/s it has diverged"
     return [SceneError(message, "initial_state.root_velocity")]
@@ -93,7 +94,6 @@ def _root(scene: Scene) -> tuple[Floats, Floats]:
     position, turn = plain_vector(state.root_position), normalized(plain_vector(state.root_orientation))
     if state.heading is not None:
         turn = multiply(turned_to_heading(turn, plain_number(state.heading)), turn)
-    if scene.character.root_joint == "planar":
-        axis = np.array([1.0, 0.0, 0.0])
-        return position * [0.0, 1.0, 1.0], about(axis, twist_angle(turn, axis))
-    return position, turn
+    root, still = root_type(scene.character), np.zeros((1, 3))
+    motion = root.motion(root.coordinates_of(position[None], turn[None], still, still)[0])
+    return motion.place[0], motion.orientation[0]
