@@ -1,6 +1,8 @@
 """HDF5 files from anyone: nothing outside of the file is read, no more than fits, and each refusal is one line."""
 
+import io
 import os
+import threading
 from pathlib import Path
 
 import h5py
@@ -158,3 +160,18 @@ def small_result_file(tmp_path: Path) -> Path:
 
     write(tmp_path / "result.h5", search_result("fwalk"))
     return tmp_path / "result.h5"
+
+
+def test_an_error_that_is_kept_stops_no_other_thread(small_result_file: Path, tmp_path: Path):
+    with h5py.File(small_result_file, "r+") as file:
+        file.create_group("searches/0/x/y")
+    with pytest.raises(ResultError) as kept:
+        read(small_result_file)
+    opened = threading.Event()
+
+    def open_another() -> None:
+        with h5py.File(io.BytesIO(), "w"):
+            opened.set()
+
+    threading.Thread(target=open_another, daemon=True).start()
+    assert opened.wait(10.0), f"h5py's lock is held by {kept.value}"

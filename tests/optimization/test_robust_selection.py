@@ -7,7 +7,7 @@ import numpy as np
 
 from warpmuscle.formats import load
 from warpmuscle.optimization.api import optimize
-from warpmuscle.optimization.robust_selection import RUNS, hardiest
+from warpmuscle.optimization.robust_selection import RUNS, most_robust
 from warpmuscle.scene.parameters import free_parameters, start_values
 
 
@@ -22,7 +22,7 @@ def test_candidate_that_falls_when_disturbed_is_passed_over(tmp_path, monkeypatc
         if ".feedback." in name or name.endswith(".kp"):
             params[:2, column] = [free_parameters(scene)[column].min] * 2  # these two hardly feel that they fall
     evaluations = dataclasses.replace(result.evaluations, params=params, cost=np.array([1.0, 2.0, 3.0, 4.0]))
-    row, held = hardiest(scene, evaluations, 4)
+    row, held = most_robust(scene, evaluations, 4)
     np.testing.assert_array_equal(params[row], start)
     assert held == RUNS
-    assert hardiest(scene, evaluations, 2)[0] < 2
+    assert most_robust(scene, evaluations, 2)[0] < 2

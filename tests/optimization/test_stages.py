@@ -7,7 +7,7 @@ import pytest
 
 from small_scene import sound_scene
 from warpmuscle.core.errors import Error
-from warpmuscle.optimization.stages import plan, prolonged, settled, stage_seed
+from warpmuscle.optimization.stages import plan, prolonged, stage_seed, with_population
 from warpmuscle.results.records import Options
 from warpmuscle.scene import Scene, SearchStage
 from warpmuscle.scene.number import Free
@@ -63,8 +63,8 @@ def test_settings_are_those_asked_for_unless_the_stage_has_its_own():
     assert (first.target, same.target, first.until) == (None, 2.0, None)
     own = plan(staged(None, None, strategy="random", searches=1, target=3.0), asked)[1][1].options
     assert (own.strategy, own.searches, own.population, own.restarts, own.target) == ("random", 1, None, "none", 3.0)
-    assert settled(own, 500).population == 50
-    assert settled(first, 500) == first
+    assert with_population(own, 500).population == 50
+    assert with_population(first, 500) == first
 
 
 @pytest.mark.parametrize(
@@ -101,5 +101,5 @@ def test_generations_of_a_random_search_are_as_large_as_a_batch_and_no_larger_th
     candidates: int, searches: int, population: int
 ):
     options = Options("random", searches, candidates=candidates)
-    assert settled(options, 65536).population == population
-    assert settled(replace(options, population=7), 65536).population == 7
+    assert with_population(options, 65536).population == population
+    assert with_population(replace(options, population=7), 65536).population == 7

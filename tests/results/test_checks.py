@@ -188,7 +188,7 @@ def test_whole_record_of_a_journal_with_absurd_content_is_one_line(name: str, tm
     evaluations = result.evaluations
     begun = dataclasses.replace(result, evaluations=evaluations.rows(slice(0, 50)), replays=(), best=None)
     path = tmp_path / "a.h5"
-    with Checkpoint.begin(path, begun) as keeper, pytest.MonkeyPatch.context() as patch:
+    with Checkpoint.begin(path, begun) as checkpoint, pytest.MonkeyPatch.context() as patch:
         from warpmuscle.results import journal
 
         write_record = journal._record
@@ -199,7 +199,7 @@ def test_whole_record_of_a_journal_with_absurd_content_is_one_line(name: str, tm
             return write_record(changed)
 
         patch.setattr(journal, "_record", absurd)
-        keeper._journal.append(evaluations.rows(slice(50, 60)))
+        checkpoint._journal.append(evaluations.rows(slice(50, 60)))
     assert isinstance(Journal.look(tmp_path / "a.h5.journal"), list)
     with pytest.raises(ResultError, match=r"damaged journal: .*move it out of the way") as caught:
         Checkpoint.resume(path)

@@ -8,7 +8,7 @@ from small_scene import sound_scene
 from warpmuscle.core.errors import RolloutError
 from warpmuscle.formats import load
 from warpmuscle.simulation.rollout import Rollout
-from warpmuscle.studies.steady_state import settled
+from warpmuscle.studies.steady_state import steady_state
 
 
 def motion(scene, duration: float):
@@ -20,7 +20,7 @@ def motion(scene, duration: float):
 def test_settled_walk_goes_on_as_the_walk_does():
     scene = load("fwalk")
     original = motion(scene, 7.0)
-    start = settled(scene, 4.0)
+    start = steady_state(scene, 4.0)
     steps = np.flatnonzero((np.diff(original.phase) < 0.0) & (original.stance[1:] == 0)) + 1
     begin = next(step for step in steps if original.time[step] > 4.0)
     again = motion(start, 0.5)
@@ -33,7 +33,7 @@ def test_settled_walk_goes_on_as_the_walk_does():
 
 def test_only_the_start_is_another():
     scene = load("fwalk")
-    assert msgspec.structs.replace(settled(scene, 1.0), initial_state=scene.initial_state) == scene
+    assert msgspec.structs.replace(steady_state(scene, 1.0), initial_state=scene.initial_state) == scene
 
 
 def test_what_begins_no_steps_is_said():
@@ -41,17 +41,17 @@ def test_what_begins_no_steps_is_said():
     fallen = msgspec.structs.replace(scene, initial_state=msgspec.structs.replace(scene.initial_state))
     fallen.initial_state.root_velocity = (0.0, 0.0, -4.0)
     with pytest.raises(RolloutError, match="fwalk begins no step between 3 s and its end at"):
-        settled(fallen, 3.0)
+        steady_state(fallen, 3.0)
     still = msgspec.structs.replace(sound_scene(), controller=None)
     with pytest.raises(RolloutError, match="has no controller"):
-        settled(still, 1.0)
+        steady_state(still, 1.0)
 
 
 def test_start_on_a_slope_is_as_high_above_it_as_the_motion_was():
     scene = load("fwalk")
     scene.ground.normal = (0.0, 1.0, -0.02)
-    start = settled(scene, 1.5).initial_state
-    numeric = settled(msgspec.structs.replace(scene, initial_state=start), 0.0)
+    start = steady_state(scene, 1.5).initial_state
+    numeric = steady_state(msgspec.structs.replace(scene, initial_state=start), 0.0)
     assert start.root_position[0] == start.root_position[2] == 0.0
     assert start.root_position[1] == pytest.approx(scene.initial_state.root_position[1], abs=0.05)
     assert numeric.initial_state.root_position[1] == pytest.approx(start.root_position[1], abs=0.03)

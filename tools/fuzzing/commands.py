@@ -105,7 +105,7 @@ def option_command(rng: Random) -> list[str]:
     scales = [str(10 ** rng.randrange(3, 20)), f"1e-{rng.randrange(3, 20)}", str(rng.randrange(1, 200))]
     number = rng.choice([str(rng.choice(NUMBERS)), rng.choice(WORDS), *scales])
     words = rng.choice(OPTIONS.strip().split("\n")).split()
-    file = name.replace("/", "_")  # a user who names a file elsewhere gets it there
+    file = name.replace("/", "_").lstrip(".")  # elsewhere or hidden, a user gets it as named
     given = {"NUMBER": number, "NAME.": f"{file}.", "NAME": name}
     for key, value in given.items():
         words = [word.replace(key, value) for word in words]

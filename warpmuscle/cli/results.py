@@ -98,10 +98,10 @@ def _best_of(
         raise ResultError(f"{path}: {error}") from None
     scene = with_settings(scene, settings)
     if settle is not None:
-        from warpmuscle.studies.steady_state import settled
+        from warpmuscle.studies.steady_state import steady_state
 
         with log.status("settling"):
-            scene = settled(scene, settle)
+            scene = steady_state(scene, settle)
     return scene, how
 
 

@@ -111,6 +111,14 @@ def array(group: Any, name: str) -> Any:
     return found[()]
 
 
+def arrays(group: Any) -> dict[str, Any]:
+    """All that the datasets of a group hold, by name; raises ValueError if it has other members.
+
+    `group.items()` would hold the lock of h5py for as long as an error on the way is kept, and stop all other threads.
+    """
+    return {name: array(group, name) for name in list(group)}
+
+
 def attribute(owner: Any, name: str) -> Any:
     """An attribute; raises KeyError if there is none of this name."""
     if name not in owner.attrs:

@@ -23,7 +23,7 @@ from warpmuscle.optimization.evaluation import BatchEvaluator, Evaluator, OtherC
 from warpmuscle.optimization.progress import Progress, Tracker
 from warpmuscle.optimization.replay import Replayer
 from warpmuscle.optimization.search_loop import INTERRUPTED, SearchLoop
-from warpmuscle.optimization.stages import plan, prolonged, searches_of, settled
+from warpmuscle.optimization.stages import plan, prolonged, searches_of, with_population
 from warpmuscle.results.checkpoint import Checkpoint
 from warpmuscle.results.records import (
     ANY_NUMBER,
@@ -117,21 +117,21 @@ def optimize(
         options, stages = plan(scene, options)
     tracker = Tracker(options.candidates, options.until, progress)
     batches = batches or (lambda part: BatchEvaluator(part, device, threads))
-    campaign = _campaign(scene, seed, options, stages, batches, tracker)
+    search_loop = _search_loop(scene, seed, options, stages, batches, tracker)
     start = Result(
         scene=toml.dumps(scene),
-        device=campaign.device,
+        device=search_loop.device,
         command=command,
         seed=seed,
         parameters=parameter_table(parameters),
-        evaluations=campaign.evaluations(),
-        searched=campaign.searched(""),
+        evaluations=search_loop.evaluations(),
+        searched=search_loop.searched(""),
     )
     if file is None:
-        player = _player(scene, campaign)
-        return _finished(scene, campaign, start, campaign.run(lambda generation: None), player)
-    with Checkpoint.begin(file, start) as keeper:
-        return _kept(scene, campaign, start, keeper)
+        player = _player(scene, search_loop)
+        return _finished(scene, search_loop, start, search_loop.run(lambda generation: None), player)
+    with Checkpoint.begin(file, start) as checkpoint:
+        return _kept(scene, search_loop, start, checkpoint)
 
 
 def resume(
@@ -174,8 +174,8 @@ def resume(
     target = None if target is None else as_number(target, "target")
     _check_rest(device, threads, command, progress, batches)
     as_truth(trust, "trust")
-    keeper, earlier, known = Checkpoint.resume(path)
-    with keeper:
+    checkpoint, earlier, known = Checkpoint.resume(path)
+    with checkpoint:
         assert earlier.searched is not None
         evaluated = sum(map(len, known.values()))
         options = earlier.searched.options
@@ -199,11 +199,13 @@ def resume(
             elsewhere = max(known, default=-1) + 1
         tracker = Tracker(options.candidates, options.until, progress)
         batches = batches or (lambda part: BatchEvaluator(part, device or earlier.device, threads))
-        campaign = _campaign(scene, earlier.seed, options, stages, batches, tracker, known, earlier.searched, elsewhere)
+        search_loop = _search_loop(
+            scene, earlier.seed, options, stages, batches, tracker, known, earlier.searched, elsewhere
+        )
         commands = "\n".join(filter(None, (earlier.command, command)))
-        start = Result(earlier.scene, campaign.device, commands, earlier.seed, earlier.parameters)
+        start = Result(earlier.scene, search_loop.device, commands, earlier.seed, earlier.parameters)
         try:
-            return _kept(scene, campaign, start, keeper, elsewhere > earlier.searched.elsewhere)
+            return _kept(scene, search_loop, start, checkpoint, elsewhere > earlier.searched.elsewhere)
         except OtherCandidates as error:
             made = ", ".join(f"{name} {version}" for name, version in earlier.versions.items())
             raise ResultError(f"{path}: cannot be continued here: {error}; it was made by {made}") from None
@@ -261,7 +263,7 @@ def _check_rest(device: Any, threads: Any, command: Any, progress: Any, batches:
     check_function(batches, "batches")
 
 
-def _campaign(
+def _search_loop(
     scene: Scene,
     seed: int,
     options: Options,
@@ -275,14 +277,14 @@ def _campaign(
     if stages:
         return Curriculum(scene, seed, options, stages, batches, tracker, known, earlier, elsewhere)
     evaluator = batches(scene)
-    options = settled(options, evaluator.largest)
+    options = with_population(options, evaluator.largest)
     searches = searches_of(scene, options, seed)
     history = earlier.history if earlier else None
     return SearchLoop(scene, options, searches, evaluator, tracker, known, history, elsewhere)
 
 
 def _kept(
-    scene: Scene, campaign: SearchLoop | Curriculum, start: Result, keeper: Checkpoint, moved: bool = False
+    scene: Scene, search_loop: SearchLoop | Curriculum, start: Result, checkpoint: Checkpoint, moved: bool = False
 ) -> Result:
     """Run, with all generations on the disk as they come.
 
@@ -294,31 +296,31 @@ def _kept(
     def keep(generation: Evaluations) -> None:
         nonlocal first
         if first:
-            keeper.write(_so_far(campaign, start))
+            checkpoint.write(_so_far(search_loop, start))
         else:
-            keeper.put(generation, campaign.tracker.done, lambda: _so_far(campaign, start))
+            checkpoint.put(generation, search_loop.tracker.done, lambda: _so_far(search_loop, start))
         first = False
 
-    player = _player(scene, campaign)
-    if isinstance(campaign, Curriculum):
-        ended = campaign.run(keep, lambda: keeper.write(_so_far(campaign, start)))
+    player = _player(scene, search_loop)
+    if isinstance(search_loop, Curriculum):
+        ended = search_loop.run(keep, lambda: checkpoint.write(_so_far(search_loop, start)))
     else:
-        ended = campaign.run(keep)
-    if len(campaign.evaluations()) == 0:
-        keeper.finish(_so_far(campaign, start, ended))
-    result = _finished(scene, campaign, start, ended, player)
-    keeper.finish(result)
+        ended = search_loop.run(keep)
+    if len(search_loop.evaluations()) == 0:
+        checkpoint.finish(_so_far(search_loop, start, ended))
+    result = _finished(scene, search_loop, start, ended, player)
+    checkpoint.finish(result)
     return result
 
 
-def _player(scene: Scene, campaign: SearchLoop | Curriculum) -> Replayer:
+def _player(scene: Scene, search_loop: SearchLoop | Curriculum) -> Replayer:
     """What replays the best candidate unless all are recorded, made ready while the search runs.
 
     Not so of stages, whose last is not known yet.
     """
-    player = Replayer(scene, campaign.device)
-    if isinstance(campaign, SearchLoop) and not campaign.keep_motion():
-        campaign.tracker.meanwhile = player.prepare
+    player = Replayer(scene, search_loop.device)
+    if isinstance(search_loop, SearchLoop) and not search_loop.keep_motion():
+        search_loop.tracker.meanwhile = player.prepare
     return player
 
 
@@ -348,14 +350,16 @@ def _on_another_machine(path: Path, earlier: Result) -> bool:
     return True
 
 
-def _so_far(campaign: SearchLoop | Curriculum, start: Result, ended: str = "") -> Result:
-    evaluations = campaign.evaluations()
-    return changed(start, evaluations=evaluations, best=best_of(evaluations), searched=campaign.searched(ended))
+def _so_far(search_loop: SearchLoop | Curriculum, start: Result, ended: str = "") -> Result:
+    evaluations = search_loop.evaluations()
+    return changed(start, evaluations=evaluations, best=best_of(evaluations), searched=search_loop.searched(ended))
 
 
-def _finished(scene: Scene, campaign: SearchLoop | Curriculum, start: Result, ended: str, player: Replayer) -> Result:
+def _finished(
+    scene: Scene, search_loop: SearchLoop | Curriculum, start: Result, ended: str, player: Replayer
+) -> Result:
     """The result with the motion of its best candidate."""
-    result = _so_far(campaign, start, ended)
+    result = _so_far(search_loop, start, ended)
     if result.best is None or result.evaluations is None:
         kind = Interrupted if ended == INTERRUPTED else Error
         raise kind(f"{ended} before any candidate had ended: nothing to keep")
@@ -363,6 +367,6 @@ def _finished(scene: Scene, campaign: SearchLoop | Curriculum, start: Result, en
     if scene.stages:
         scene = stage_scene(scene, int(result.evaluations.stage[result.best.index]), best)
         best, player = start_values(scene), Replayer(scene, result.device)
-    recorded = campaign.motion(best) if isinstance(campaign, SearchLoop) else None
+    recorded = search_loop.motion(best) if isinstance(search_loop, SearchLoop) else None
     motion, parts = recorded or player.replay(best)
     return changed(result, replays=(motion,), parts=parts)

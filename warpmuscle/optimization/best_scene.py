@@ -69,9 +69,9 @@ def best_scene(result: Result, fixed: Sequence[str] = (), among: int | None = No
     if among is not None:
         if result.evaluations is None or scene.stages:
             raise ResultError("the hardiest is chosen among the candidates of a search without stages")
-        from warpmuscle.optimization.robust_selection import RUNS, hardiest  # which simulates
+        from warpmuscle.optimization.robust_selection import RUNS, most_robust  # which simulates
 
-        row, held = hardiest(scene, result.evaluations, among)
+        row, held = most_robust(scene, result.evaluations, among)
         values, cost = result.evaluations.params[row], float(result.evaluations.cost[row])
         chosen = f"; the hardiest of the best {among}, upright in {held} of {RUNS} runs"
     best = np.asarray(values, dtype=np.float64)

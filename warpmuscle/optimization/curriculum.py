@@ -1,4 +1,4 @@
-"""A search in stages: one campaign after the other, each from the best candidate of the one before."""
+"""A search in stages: one search loop after the other, each from the best candidate of the one before."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from warpmuscle.optimization.evaluation import Evaluator
 from warpmuscle.optimization.progress import Tracker
 from warpmuscle.optimization.search_loop import INTERRUPTED, SearchLoop
 from warpmuscle.optimization.stage_rows import StageRows, history_of, joined_history
-from warpmuscle.optimization.stages import searches_of, settled, stage_seed
+from warpmuscle.optimization.stages import searches_of, stage_seed, with_population
 from warpmuscle.results.records import Evaluations, History, Options, Searched, Staged, best_of, joined
 from warpmuscle.scene import Scene
 from warpmuscle.scene.parameters import free_parameters, start_values
@@ -80,7 +80,7 @@ class Curriculum:
     @property
     def device(self) -> str:
         """On which it evaluates."""
-        return self._now.campaign.device
+        return self._now.search_loop.device
 
     def run(self, keep: Callable[[Evaluations], None], turned: Callable[[], None] = lambda: None) -> str:
         """Go on to the end; see `SearchLoop.run`.
@@ -92,12 +92,12 @@ class Curriculum:
         try:
             while True:
                 now = self._now
-                ended = now.campaign.run(lambda generation: keep(self._now.rows.whole(generation)))
+                ended = now.search_loop.run(lambda generation: keep(self._now.rows.whole(generation)))
                 if ended == INTERRUPTED or now.rows.stage == len(self._stages) - 1:
                     return ended
                 if all_ended := self._why_all_ended():
                     return all_ended
-                history = now.rows.whole_history(now.campaign.searched("").history)
+                history = now.rows.whole_history(now.search_loop.searched("").history)
                 self._over[now.rows.stage] = _Over(now.evaluations(), history, ended)
                 self._now = self._begun(now.rows.stage + 1)  # what counts: an interrupt before it undoes all
                 turned()
@@ -110,7 +110,7 @@ class Curriculum:
 
     def searched(self, ended: str) -> Searched:
         """How it has gone so far; `ended` says why it goes on no longer."""
-        before, now, evaluations = self._before(), self._now.campaign.searched(""), self.evaluations()
+        before, now, evaluations = self._before(), self._now.search_loop.searched(""), self.evaluations()
         parts = [*(over.history for over in before), self._now.rows.whole_history(now.history)]
         stages = tuple(
             changed(stage, ended=before[k].ended if k < len(before) else "", best=best_of(evaluations, k))
@@ -147,7 +147,7 @@ class Curriculum:
         scene = stage_scene(self._scene, number, values)
         batches = self._batches(scene)
         stage = self._stages[number]
-        options = settled(stage.options, batches.largest)
+        options = with_population(stage.options, batches.largest)
         self._stages[number] = changed(stage, options=options)
         rows = StageRows(
             stage=number,
@@ -197,8 +197,8 @@ class _Now:
     """The current stage."""
 
     rows: StageRows
-    campaign: SearchLoop
+    search_loop: SearchLoop
 
     def evaluations(self) -> Evaluations:
         """Candidates of the stage so far, as of the whole search."""
-        return self.rows.whole(self.campaign.evaluations())
+        return self.rows.whole(self.search_loop.evaluations())

@@ -16,7 +16,7 @@ VELOCITY_NOISE = 0.05  # m/s
 SEED = 7  # of the noise, another one than searches have by default
 
 
-def hardiest(scene: Scene, evaluations: Evaluations, count: int, threads: int | None = None) -> tuple[int, int]:
+def most_robust(scene: Scene, evaluations: Evaluations, count: int, threads: int | None = None) -> tuple[int, int]:
     """Of the candidates of least cost the one of least mean cost in runs of 10 s with velocity noise of 0.05 m/s.
 
     A run that fails costs so much that the number of those that do not decides first.

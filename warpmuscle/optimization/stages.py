@@ -79,7 +79,7 @@ def searches_of(scene: Scene, options: Options, seed: int) -> list[Search]:
     )  # fmt: skip
 
 
-def settled(options: Options, largest: int) -> Options:
+def with_population(options: Options, largest: int) -> Options:
     """The options with the generations of a random search as large as a batch (candidates), unless they say.
 
     Those of a search that is over in one batch have no more candidates than it asks for.

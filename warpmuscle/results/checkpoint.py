@@ -46,15 +46,15 @@ class Checkpoint:
             raise ResultError(
                 f"{path}: an interrupted search; continue it with --resume {path}, or remove {journal} to begin anew"
             )
-        keeper = cls(path, identity_of(start))  # first, so that an older file stays where there is no room for it
+        checkpoint = cls(path, identity_of(start))  # first, so that an older file stays where there is no room for it
         try:
             write(path, start)
         except BaseException as error:
             if isinstance(error, Exception):
-                keeper._journal.remove()
-            keeper.close()
+                checkpoint._journal.remove()
+            checkpoint.close()
             raise
-        return keeper
+        return checkpoint
 
     @classmethod
     def resume(cls, path: Path) -> tuple[Checkpoint, Result, dict[int, Evaluations]]:
@@ -66,18 +66,18 @@ class Checkpoint:
         first = read(path)
         if first.searched is None:
             raise ResultError(f"{path}: holds no search that could be resumed")
-        keeper = cls(path, identity_of(first))
+        checkpoint = cls(path, identity_of(first))
         try:
             result = read(path)  # as it is now that nobody else writes it
             assert result.evaluations is not None
             known = _by_generation(result.evaluations)
-            _add(known, keeper._generations(result))
-            keeper._count = len(result.evaluations)
+            _add(known, checkpoint._generations(result))
+            checkpoint._count = len(result.evaluations)
             remove_leftovers(path)
         except BaseException:
-            keeper.close()
+            checkpoint.close()
             raise
-        return keeper, result, known
+        return checkpoint, result, known
 
     def __enter__(self) -> Checkpoint:
         return self

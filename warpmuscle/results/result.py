@@ -212,9 +212,9 @@ def _load_evaluations(group: Any) -> Evaluations:
 
 def _load_searched(file: Any) -> Searched:
     group, attributes = file["searches"], file["searches"].attrs
-    columns: dict[str, Any] = {name: array[()] for name, array in file["history"].items() if name in HISTORY}
+    columns: dict[str, Any] = {name: hdf5.array(file["history"], name) for name in HISTORY if name in file["history"]}
     columns.setdefault("stage", np.zeros(len(columns["generation"]), dtype=np.int64))  # files of before there were any
-    states = ({name: array[()] for name, array in group[str(number)].items()} for number in range(len(group)))
+    states = [hdf5.arrays(group[str(number)]) for number in range(len(group))]
     inner = file.get("stages", {})
     stages = tuple(_load_staged(inner[str(number)]) for number in range(len(inner)))
     stage = int(attributes.get("stage", 0))

@@ -16,7 +16,7 @@ from warpmuscle.simulation.rollout import Rollout
 DIGITS = 6
 
 
-def settled(scene: Scene, after: float) -> Scene:
+def steady_state(scene: Scene, after: float) -> Scene:
     """The scene with the state of its own motion as the initial one, at the first step that begins as the scene does.
 
     The root is put back to the origin of the ground. Muscles start at the activation that the scene says.

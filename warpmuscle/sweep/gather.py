@@ -119,8 +119,9 @@ def _put_all(file: Any, runs: Sequence[Any]) -> None:
         dataset = _joined(group, name, [run[f"evaluations/{name}"] for run in runs])
         dataset.attrs["description"] = DESCRIPTIONS[name]
         if name == "status":
-            for outcome, value in runs[0]["evaluations/status"].attrs.items():
-                dataset.attrs[outcome] = dataset.attrs.get(outcome, value)
+            outcomes = runs[0]["evaluations/status"].attrs
+            for outcome in list(outcomes):
+                dataset.attrs[outcome] = dataset.attrs.get(outcome, outcomes[outcome])
     number = group.create_dataset("run", data=np.repeat(np.arange(len(runs), dtype=np.int32), counts))
     number.attrs["description"] = "row of /table"
 

@@ -122,8 +122,9 @@ def _of_hdf5(file: Any, path: Path, channels: Sequence[str], rate: float | None)
         names = hdf5.strings(file["names"])
     else:
         names = tuple(
-            name for name, item in file.items()
-            if isinstance(item, h5py.Dataset) and item.ndim == 1 and item.dtype.kind in "iuf" and name != "time"
+            name for name in list(file)
+            if isinstance(item := file[name], h5py.Dataset) and item.ndim == 1 and item.dtype.kind in "iuf"
+            and name != "time"
         )  # fmt: skip
         if not names:
             raise SignalError("holds neither `values` nor a dataset a channel", file=path)
