@@ -12,6 +12,7 @@ from warpmuscle.kernels import muscle
 from warpmuscle.kernels import recorded as recorded_as
 from warpmuscle.kernels.activation import activation_step
 from warpmuscle.kernels.actuation import actuation_stage_of, implicit_damping_stage, muscle_torque, pulled_torque
+from warpmuscle.kernels.control import SIMBICON, Controller, force_of
 from warpmuscle.kernels.custom_curves import OwnCurves, with_curves
 from warpmuscle.kernels.muscle import (
     bounded_fibre_length,
@@ -35,7 +36,6 @@ from warpmuscle.kernels.muscle_control import (
 )
 from warpmuscle.kernels.objective_terms import MuscleWork, muscle_terms_of
 from warpmuscle.kernels.path import PathState, joint_velocities, stretch_of
-from warpmuscle.kernels.reflex import reflex_stage
 from warpmuscle.kernels.scratch import synchronize
 from warpmuscle.kernels.structs import LARGEST, ModelRef, MuscleRow, RecordRef, StateRef, WorkRef, at, rolled, whole
 
@@ -59,7 +59,6 @@ class MuscleKind(NamedTuple):
     implicit: bool = False  # damping linearised over the step, with rigid tendons
     given: bool = False  # excitations come from outside, as they are
     own: OwnCurves | None = None  # in place of some curves of the model
-    reflexes: bool = False  # some muscles have reflexes
 
 
 @wp.struct
@@ -148,13 +147,6 @@ def legacy_contraction(
 
 
 @wp.func
-def no_muscles(
-    instance: int, lane: int, lanes: int, frame: int, model: ModelRef, state: StateRef, record: RecordRef, work: WorkRef
-):
-    """The muscle stage of a character that torques alone drive."""
-
-
-@wp.func
 def arms_in_state(instance: int, state: StateRef, work: WorkRef) -> wp.array[wp.vec3]:
     """Where the moment arms of an instance are kept: in the state."""
     return state.muscles.moment_arm[instance]
@@ -167,24 +159,35 @@ def arms_at_hand(instance: int, state: StateRef, work: WorkRef) -> wp.array[wp.v
 
 
 @cache
-def muscle_stage_of(kind: MuscleKind, terms: tuple[Any, ...] = (), recorded: bool = True) -> Any:
+def muscle_stage_of(
+    kind: MuscleKind, terms: tuple[Any, ...] = (), recorded: bool = True, controller: Controller = SIMBICON
+) -> Any:
     """The Warp function that lets the muscles of a kind drive the joints, see `actuation`. It ends with a barrier.
 
     Args:
         kind: what is compiled in. terms: of the objective, see `objective_terms.muscle_functions`.
-        recorded: whether frames hold what the muscles do.
+        recorded: whether frames hold what the muscles do. controller: what excites them.
     """
     add_terms = muscle_terms_of(terms)
     contraction = contraction_of(kind.curves, kind.tendon, kind.implicit, kind.own)
     actuation_stage = actuation_stage_of(pulled_torque if kind.pulls_at_hand else muscle_torque, kind.mixed)
     stretch_stage = stretch_of(kind.pulleys, kind.conditions, kind.straight)
-    law, neural, implicit, given, reflexes = kind.law, kind.neural, kind.implicit, kind.given, kind.reflexes
+    law, neural, implicit, given = kind.law, kind.neural, kind.implicit, kind.given
+    excites, sense, wanted_force = controller.excites, controller.sense, force_of(controller)
+    senses, extension_struct = sense is not None, controller.extension
     at_hand, straight, timed = kind.pulls_at_hand, kind.straight, kind.timed
     arms = arms_at_hand if at_hand else arms_in_state
 
     @wp.func
     def one_muscle(
-        instance: int, m: int, frame: int, model: ModelRef, state: StateRef, record: RecordRef, work: WorkRef
+        instance: int,
+        m: int,
+        frame: int,
+        model: ModelRef,
+        state: StateRef,
+        record: RecordRef,
+        work: WorkRef,
+        extension: wp.ref[extension_struct],
     ):
         muscles = model.muscles
         step = state.step[instance]
@@ -197,10 +200,8 @@ def muscle_stage_of(kind: MuscleKind, terms: tuple[Any, ...] = (), recorded: boo
         stretch = stretch_stage(instance, m, model, state, work, arms(instance, state, work))
         if wp.static(law != LEGACY) or step == 0:
             desired = average_force(stretch.wanted)
-        if wp.static(reflexes):
-            reflexive = model.reflexes.span[m]
-            if reflexive.end > reflexive.first:
-                desired = row.f_max * state.muscles.reflex[instance, m]
+        if wp.static(excites):
+            desired = wanted_force(instance, m, desired, row, model, state, work, extension)
         if wp.static(timed):
             own = at(muscles.own, instance, m)
             if own.end_knot > own.first_knot:
@@ -242,7 +243,7 @@ def muscle_stage_of(kind: MuscleKind, terms: tuple[Any, ...] = (), recorded: boo
                 work.pull[crossing] = work.pull[crossing] * c.force
         state.muscles.activation[instance, m] = a
         state.muscles.force[instance, m] = c.force
-        if wp.static(reflexes):
+        if wp.static(excites):
             felt = wp.vec3(c.length / row.l_opt, c.speed / row.l_opt, c.force / row.f_max)
             state.muscles.sensed[instance, m] = felt
         if wp.static(implicit):
@@ -276,12 +277,13 @@ def muscle_stage_of(kind: MuscleKind, terms: tuple[Any, ...] = (), recorded: boo
         state: StateRef,
         record: RecordRef,
         work: WorkRef,
+        extension: wp.ref[extension_struct],
     ):
         joint_velocities(lane, lanes, model, work)
-        if wp.static(reflexes):
-            reflex_stage(instance, lane, lanes, model, state, work)
+        if wp.static(senses):
+            sense(instance, lane, lanes, model, state, work)
         for m in range(lane, model.muscles.count, lanes):
-            one_muscle(instance, m, frame, model, state, record, work)
+            one_muscle(instance, m, frame, model, state, record, work, extension)
         synchronize()
         actuation_stage(instance, lane, lanes, model, state, work)
         if wp.static(implicit):

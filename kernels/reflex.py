@@ -31,7 +31,7 @@ from warpmuscle.kernels.reflex_structs import (
 )
 from warpmuscle.kernels.scratch import synchronize
 from warpmuscle.kernels.spatial import heading
-from warpmuscle.kernels.structs import ModelRef, StateRef, WorkRef, at
+from warpmuscle.kernels.structs import ModelRef, MuscleRow, StateRef, WorkRef, at
 
 
 @wp.func
@@ -179,6 +179,16 @@ def reflex_excitation(instance: int, muscle: int, lean: wp.vec2, model: ModelRef
         if state.step[instance] > 0 or not of_fibre(plan.signal):  # before the first step no fibre has been felt
             total += reflex_term(plan, at(reflexes.row, instance, k), signal, stance, trailing, load, other_load)
     return wp.clamp(total, at(reflexes.bounds, instance, 0)[1], 1.0)
+
+
+@wp.func
+def reflex_force(instance: int, muscle: int, asked: float, row: MuscleRow, model: ModelRef, state: StateRef) -> float:
+    """Force that is wanted of a muscle, N: by its reflexes if it has any, else what torques ask for."""
+    wanted = asked
+    span = model.reflexes.span[muscle]
+    if span.end > span.first:
+        wanted = row.f_max * state.muscles.reflex[instance, muscle]
+    return wanted
 
 
 @wp.func

@@ -358,3 +358,10 @@ def advance_phase(instance: int, model: ModelRef, state: StateRef):
         state.stance[instance] = stance_after(stance, simbicon.states[row].stance_rule)
         phase = 0.0
     state.phase[instance] = phase
+
+
+@wp.func
+def advance_stage(instance: int, model: ModelRef, state: StateRef):
+    """Let a step of the machine pass, if there is one. One lane calls it."""
+    if model.simbicon.enabled == 1:
+        advance_phase(instance, model, state)

@@ -12,7 +12,7 @@ from typing import Any
 import warp as wp
 
 from warpmuscle.kernels.contact import body_contacts
-from warpmuscle.kernels.control import control_stage_of
+from warpmuscle.kernels.control import SIMBICON, Controller, control_stage_of
 from warpmuscle.kernels.dynamics import acceleration_stage, body_inertia, inertia_stage, leave_for_parent
 from warpmuscle.kernels.kinematics import kinematics_stage
 from warpmuscle.kernels.muscle_stage import MuscleKind, muscle_stage_of
@@ -57,24 +57,25 @@ def forward_kinematics(
 
 
 @cache
-def controller_torques(effort: Any = None) -> Any:
-    """The kernel (model, state, workspace, target, torque) of the controller, see `control.control_stage_of`.
+def controller_torques(controller: Controller = SIMBICON) -> Any:
+    """The kernel (model, state, workspace, extension, target, torque) of a controller, see `control.control_stage_of`.
 
-    It gives targets and torques (world, N m, + on the parent) for the joint of every body; no target is held.
+    It gives targets and torques (world, N m, + on the parent) for the joint of every body.
     """
-    control_stage = control_stage_of(effort)
+    control_stage, extension_struct = control_stage_of(controller), controller.extension
 
     @wp.kernel(module="unique", enable_backward=False, module_options={"max_unroll": 1})
     def kernel(
         # in
-        model: Model, state: State, workspace: wp.array2d[float],
+        model: Model, state: State, workspace: wp.array2d[float], extension: extension_struct,
         # out
         target: wp.array2d[wp.quat], torque: wp.array2d[wp.vec3],
     ):  # fmt: skip
         i = wp.tid()
         work = work_of(i, model, workspace)
+        own = extension
         kinematics_stage(i, 0, 1, model, state, work)
-        control_stage(i, 0, 1, model, state, work)
+        control_stage(i, 0, 1, model, state, work, own)
         for body in range(model.body_count):
             target[i, body] = work.target[body]
             torque[i, body] = work.torque[body]
@@ -126,19 +127,20 @@ def muscle_paths(
 
 
 @cache
-def muscle_torques(kind: MuscleKind) -> Any:
-    """The kernel (model, state, workspace, desired, record, torque) of the muscles of a kind.
+def muscle_torques(kind: MuscleKind, controller: Controller = SIMBICON) -> Any:
+    """The kernel (model, state, workspace, extension, desired, record, torque) of the muscles of a kind.
 
     It lets the muscles answer to desired joint torques (instances, bodies; world, N m, + on the parent) for one step,
     which it counts, and gives the torques that drive the joints instead. The record has a row an instance and one
     frame, whose `muscle` (instances, 1, quantities, muscles) gets what `muscle_stage` records.
     """
-    muscle_stage = muscle_stage_of(kind)
+    muscle_stage, extension_struct = muscle_stage_of(kind, controller=controller), controller.extension
 
     @wp.kernel(module="unique", enable_backward=False, module_options={"max_unroll": 1})
     def kernel(
         # in
-        model: Model, state: State, workspace: wp.array2d[float], desired: wp.array2d[wp.vec3],
+        model: Model, state: State, workspace: wp.array2d[float], extension: extension_struct,
+        desired: wp.array2d[wp.vec3],
         # in and out
         record: Record,
         # out
@@ -146,11 +148,12 @@ def muscle_torques(kind: MuscleKind) -> Any:
     ):  # fmt: skip
         i = wp.tid()
         work = work_of(i, model, workspace)
+        own = extension
         kinematics_stage(i, 0, 1, model, state, work)
         for body in range(model.body_count):
             work.torque[body] = desired[i, body]
             work.stiffness[body] = symmetric(0.0)
-        muscle_stage(i, 0, 1, 0, model, state, record, work)
+        muscle_stage(i, 0, 1, 0, model, state, record, work, own)
         for body in range(model.body_count):
             torque[i, body] = work.torque[body]
         state.step[i] = state.step[i] + 1

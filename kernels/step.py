@@ -7,19 +7,19 @@ import warp as wp
 
 from warpmuscle.kernels.collision import collision_stage_of
 from warpmuscle.kernels.compiler_hints import known_rows_of
-from warpmuscle.kernels.control import control_stage_of
+from warpmuscle.kernels.control import SIMBICON, Controller, control_stage_of
 from warpmuscle.kernels.dynamics import acceleration_stage, inertia_stage
+from warpmuscle.kernels.extensions import extension_list
 from warpmuscle.kernels.gait_cycle import advance_cycles
 from warpmuscle.kernels.hybrid import hybrid_acceleration_stage, hybrid_integrate_stage
 from warpmuscle.kernels.integration import integrate_stage
 from warpmuscle.kernels.kinematics import kinematics_stage
 from warpmuscle.kernels.motion import prescribe_stage
-from warpmuscle.kernels.muscle_stage import MuscleKind, muscle_stage_of, no_muscles
+from warpmuscle.kernels.muscle_stage import MuscleKind, muscle_stage_of
 from warpmuscle.kernels.objective import begin_step, effort_stage, posture_status, step_status
 from warpmuscle.kernels.objective_terms import ObjectiveKind, muscle_functions, objective_stage_of
 from warpmuscle.kernels.record import RecordKind, frame_of, recorders_of
 from warpmuscle.kernels.scratch import slots_of, synchronize, work_at, work_memory
-from warpmuscle.kernels.simbicon import advance_phase
 from warpmuscle.kernels.structs import (
     LEFT,
     RIGHT,
@@ -65,8 +65,7 @@ def one_step_of(
     collisions: bool,
     motion: bool = False,
     recorded: RecordKind = RecordKind(),  # noqa: B008, immutable
-    effort: Any = None,
-    held: bool = False,
+    controller: Controller = SIMBICON,
 ) -> Any:
     """The Warp function that makes one step of one instance and returns its status, the same on all lanes.
 
@@ -76,19 +75,28 @@ def one_step_of(
         collisions: whether bodies are tested for running into each other.
         motion: whether the motion of some coordinates is prescribed.
         recorded: what is recorded.
-        effort, held: the controller, see `control.control_stage_of`.
+        controller: what controls joints and muscles.
     """
     record_desired, record_stage = recorders_of(recorded)
-    muscle_stage = no_muscles
+    control_stage, advance = control_stage_of(controller), controller.advance
+    muscle_stage, muscular = control_stage, muscles is not None
+    extensions_struct = extension_list((controller.extension,))
     if muscles is not None:
-        muscle_stage = muscle_stage_of(muscles, muscle_functions(objective, muscles.own), recorded.muscles)
-    control_stage = control_stage_of(effort, held)
+        functions = muscle_functions(objective, muscles.own)
+        muscle_stage = muscle_stage_of(muscles, functions, recorded.muscles, controller)
     objective_stage = objective_stage_of(objective)
     collision_stage = collision_stage_of(collisions)
 
     @wp.func(inline=True)  # else structures that are given by reference have to lie in memory
     def one_step(
-        instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, record: RecordRef, work: WorkRef
+        instance: int,
+        lane: int,
+        lanes: int,
+        model: ModelRef,
+        state: StateRef,
+        record: RecordRef,
+        work: WorkRef,
+        extensions: wp.ref[extensions_struct],
     ) -> int:
         step = state.step[instance]
         frame = -1
@@ -104,10 +112,11 @@ def one_step_of(
         status = collision_stage(instance, lane, lanes, step, model, work)
         if status != RUNNING:
             return status
-        control_stage(instance, lane, lanes, model, state, work)
+        control_stage(instance, lane, lanes, model, state, work, extensions.first)
         effort_stage(instance, lane, lanes, model, state, work)
         record_desired(instance, lane, lanes, frame, model, state, record, work)
-        muscle_stage(instance, lane, lanes, frame, model, state, record, work)
+        if wp.static(muscular):
+            muscle_stage(instance, lane, lanes, frame, model, state, record, work, extensions.first)
         objective_stage(instance, lane, lanes, model, state, work)
         if wp.static(recorded.whole):
             synchronize()  # a term may put other torques into the working set for a while
@@ -127,8 +136,7 @@ def one_step_of(
             foot_force_stage(instance, lane, lanes, model, state, work)
         synchronize()
         if status == RUNNING and lane == 0:
-            if model.simbicon.enabled == 1:
-                advance_phase(instance, model, state)
+            advance(instance, model, state)
             if wp.static(objective.follows_cycles):
                 advance_cycles(instance, step, model, state)
             state.step[instance] = step + 1
@@ -157,8 +165,7 @@ def step_kernel(
     collisions: bool = False,
     motion: bool = False,
     recorded: RecordKind = RecordKind(),  # noqa: B008, immutable
-    effort: Any = None,
-    held: bool = False,
+    controller: Controller = SIMBICON,
 ) -> Any:
     """The fused kernel of a size class: launch with dim=(running instances, lanes) and this block_dim.
 
@@ -166,9 +173,10 @@ def step_kernel(
         capacity: bodies that it has room for, see `scratch.capacity_of`.
         lanes: threads that share an instance; 1 on the CPU.
         block_dim: threads a block, a multiple of lanes.
-        muscles, objective, collisions, motion, recorded, effort, held: see `one_step_of`.
+        muscles, objective, collisions, motion, recorded, controller: see `one_step_of`.
     """
-    one_step = one_step_of(muscles, objective, collisions, motion, recorded, effort, held)
+    one_step = one_step_of(muscles, objective, collisions, motion, recorded, controller)
+    extensions_struct = extension_list((controller.extension,))
     instances_per_block = max(block_dim // lanes, 1)
     slots = slots_of(capacity)
     memory = work_memory(capacity, instances_per_block)
@@ -183,11 +191,12 @@ def step_kernel(
         # in
         steps: int, running: wp.array[int], model: Model,
         # in and out
-        state: State, record: Record, buffer: wp.uint64,
+        state: State, record: Record, buffer: wp.uint64, extensions: extensions_struct,
     ):  # fmt: skip
         i, number = wp.tid()
         character = model
         changing = state
+        own = extensions
         know_model(character)
         know_state(changing)
         lane = whole(number)
@@ -195,7 +204,7 @@ def step_kernel(
         work = work_at(memory(i % instances_per_block, buffer), capacity, slots)
         status = int(RUNNING)
         for _ in range(steps):
-            status = one_step(instance, lane, lanes, character, changing, record, work)
+            status = one_step(instance, lane, lanes, character, changing, record, work, own)
             if status != RUNNING:
                 break
         if lane == 0 and status != RUNNING:

@@ -158,7 +158,7 @@ class MuscleState:
     previous_fibre_length: wp.array2d[float]  # (instances, muscles) m, a step before
     force: wp.array2d[float]  # (instances, muscles) N
     moment_arm: wp.array2d[wp.vec3]  # (instances, crossings) m, world
-    # Of reflexes; no instances where there are none:
+    # Of reflexes, and of other controllers that excite muscles; no instances where there are none:
     sensed: wp.array2d[wp.vec3]  # (instances, muscles) length over l_opt, its rate 1/s, force over f_max
     reflex: wp.array2d[float]  # (instances, muscles) excitation by reflexes
     stands: wp.array2d[int]  # (instances, 2) 1: the left, the right leg is loaded

@@ -13,11 +13,12 @@ from warpmuscle.kernels.actuation import actuation_stage_of, muscle_torque, pull
 from warpmuscle.kernels.collision import collision_stage_of
 from warpmuscle.kernels.contact import contact_stage
 from warpmuscle.kernels.dynamics import backward_pass, body_inertia, forward_pass, push_now
+from warpmuscle.kernels.extensions import NoExtensions
 from warpmuscle.kernels.gait_cycle import advance_cycles
 from warpmuscle.kernels.integration import integrate_stage
 from warpmuscle.kernels.kinematics import kinematics_stage
 from warpmuscle.kernels.limits import limit_stage
-from warpmuscle.kernels.muscle_stage import MuscleKind, arms_at_hand, arms_in_state, muscle_stage_of, no_muscles
+from warpmuscle.kernels.muscle_stage import MuscleKind, arms_at_hand, arms_in_state, muscle_stage_of
 from warpmuscle.kernels.objective import begin_step, effort_stage, posture_status
 from warpmuscle.kernels.objective_terms import ObjectiveKind, muscle_functions, objective_stage_of
 from warpmuscle.kernels.path import joint_velocities, stretch_of
@@ -130,7 +131,8 @@ def repeated_step_kernel(
     """
     per_block, slots = max(block_dim // lanes, 1), slots_of(capacity)
     memory = work_memory(capacity, per_block)
-    muscle_stage, paths, actuation_stage = no_muscles, no_stage, no_stage
+    muscle_stage, paths, actuation_stage = no_stage, no_stage, no_stage
+    muscular = muscles is not None
     if muscles is not None:
         muscle_stage = muscle_stage_of(muscles, muscle_functions(objective))
         paths = all_paths(muscles)
@@ -173,8 +175,8 @@ def repeated_step_kernel(
             for _k in range(1 + extra[TORQUES]):
                 torques_stage(i, lane, lanes, model, state, work)
             effort_stage(i, lane, lanes, model, state, work)
-            if extra[NO_MUSCLES] == 0:
-                muscle_stage(i, lane, lanes, -1, model, state, record, work)
+            if wp.static(muscular) and extra[NO_MUSCLES] == 0:
+                muscle_stage(i, lane, lanes, -1, model, state, record, work, NoExtensions())
             for _k in range(extra[PATHS]):
                 paths(i, lane, lanes, model, state, work)
             for _k in range(extra[ACTUATION]):

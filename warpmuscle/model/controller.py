@@ -10,7 +10,11 @@ import warp as wp
 from warpmuscle.core.arrays import records_to_device, rows, starts, structs_to_device, to_device
 from warpmuscle.core.pose import normalized
 from warpmuscle.kernels import structs
-from warpmuscle.scene import PD, Balance, Component, Controller, Curve, Feedback, Scene, State
+from warpmuscle.kernels.control import HELD, SIMBICON, Controller, with_reflexes
+from warpmuscle.model.extensions import custom_controller
+from warpmuscle.model.reflexes import has_reflexes
+from warpmuscle.scene import PD, Balance, Component, Curve, Feedback, Scene, State
+from warpmuscle.scene import Controller as SimbiconController
 from warpmuscle.scene.topology import Topology
 from warpmuscle.scene.validation.scene import trajectory_joints
 
@@ -49,6 +53,18 @@ def trajectory_bodies(state: State, names: Topology) -> list[tuple[int, int]]:
     ]
 
 
+def compiled_controller(scene: Scene, muscles: Sequence[str]) -> Controller:
+    """What a step has compiled in of the controller of a scene with these simulated muscles.
+
+    Raises:
+        SceneError: the scene names a controller of its own that cannot be used.
+    """
+    controller = HELD if control_steps(scene) > 1 else SIMBICON
+    if has_reflexes(scene, muscles):
+        controller = with_reflexes(controller)
+    return controller._replace(custom=custom_controller(scene))
+
+
 def control_steps(scene: Scene) -> int:
     """Steps after which the controller renews its targets."""
     return max(round(1.0 / (scene.control_rate * scene.time_step)), 1) if scene.control_rate > 0.0 else 1
@@ -58,7 +74,7 @@ def controller_struct(scene: Scene, names: Topology, device: Any) -> structs.Sim
     """The device structure of a scene's controller (see `kernels.structs.Simbicon`), disabled if there is none."""
     controller = scene.controller
     enabled = controller is not None
-    controller = controller if controller is not None else Controller(states=[State(time=1.0)], feet=("", ""))
+    controller = controller if controller is not None else SimbiconController(states=[State(time=1.0)], feet=("", ""))
     s = structs.Simbicon()
     s.enabled, s.every = int(enabled), control_steps(scene)
     if enabled:
@@ -70,7 +86,7 @@ def controller_struct(scene: Scene, names: Topology, device: Any) -> structs.Sim
     return s
 
 
-def _fill_gains(s: structs.Simbicon, controller: Controller, names: Topology, device: Any) -> None:
+def _fill_gains(s: structs.Simbicon, controller: SimbiconController, names: Topology, device: Any) -> None:
     off = PD(kp=0.0, kd=0.0, torque_limit=0.0, scale=(0.0, 0.0, 0.0))
     gains = [controller.pd.get(joint, off) for joint in ("root", *names.joints)]
     columns = {field: rows([getattr(pd, field) for pd in gains]) for field in structs.Gains.vars}

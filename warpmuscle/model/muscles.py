@@ -18,7 +18,7 @@ from warpmuscle.kernels.muscle_stage import COMPLIANT, HILL, IDEAL, LEGACY, RIGI
 from warpmuscle.kernels.scratch import PULLS_A_BODY
 from warpmuscle.model.bodies import stacked
 from warpmuscle.model.paths import PathTable, all_straight, path_table, paths_struct
-from warpmuscle.model.reflexes import has_reflexes, reflexes_struct
+from warpmuscle.model.reflexes import reflexes_struct
 from warpmuscle.model.user_functions import custom_curves
 from warpmuscle.scene import Actuation, Muscle, MuscleModel, Scene
 from warpmuscle.scene.joints import joint_type
@@ -133,7 +133,6 @@ def compiled_kind(
         straight=lean and at_hand and all_straight(found.table, names),
         timed=not lean or any(muscle.excitation is not None for muscle in muscles),
         pulls_at_hand=at_hand, mixed=structs.MIXED in drives, conditions=conditions,
-        reflexes=has_reflexes(scene, found.muscles),
     )  # fmt: skip
 
 
@@ -226,16 +225,20 @@ def _rest(own: Actuation) -> Floats:
 
 
 def muscle_state(
-    instances: int, muscles: int, crossings: int, capacity: int, device: Any, reflexes: bool = False
+    instances: int, muscles: int, crossings: int, capacity: int, device: Any, excited: bool = False
 ) -> structs.MuscleState:
-    """Room for the state of the muscles of a batch; `capacity` is the longest delay in steps and one."""
+    """Room for the state of the muscles of a batch; `capacity` is the longest delay in steps and one.
+
+    Args:
+        excited: whether a controller excites muscles, and so wants to know what they feel.
+    """
     shape = (instances, max(muscles, 1))
     s = structs.MuscleState()
     for name in ("activation", "neural", "damping", "fibre_length", "previous_fibre_length", "force"):
         setattr(s, name, wp.zeros(shape, dtype=float, device=device))
     s.excitation_ring = wp.zeros((instances, max(capacity, 1), shape[1]), dtype=float, device=device)
     s.moment_arm = wp.zeros((instances, max(crossings, 1)), dtype=wp.vec3, device=device)
-    feeling = instances if reflexes else 0
+    feeling = instances if excited else 0
     s.sensed = wp.zeros((feeling, shape[1]), dtype=wp.vec3, device=device)
     s.reflex = wp.zeros((feeling, shape[1]), dtype=float, device=device)
     s.stands = wp.zeros((feeling, 2), dtype=int, device=device)

@@ -8,26 +8,21 @@ from typing import Any
 import warp as wp
 
 from warpmuscle.kernels import structs
-from warpmuscle.kernels.objective_terms import ObjectiveKind
 from warpmuscle.model.controller import control_steps
 from warpmuscle.model.muscles import ActuationMap, muscle_state
 from warpmuscle.model.objective import term_arrays
-from warpmuscle.model.reflexes import has_reflexes
+from warpmuscle.model.structure import Structure
 from warpmuscle.scene import Scene
 from warpmuscle.scene.parameters import greatest
-from warpmuscle.scene.topology import Topology
 
 
-def state_struct(
-    scene: Scene, names: Topology, found: ActuationMap, objective: ObjectiveKind, instances: int, device: Any
-) -> structs.State:
+def state_struct(scene: Scene, structure: Structure, instances: int, device: Any) -> structs.State:
     """The state of so many instances of a scene, all zero (see `kernels.structs.State`).
 
     Args:
         scene: checked scene, whose numbers may be free.
-        found: what drives the joints. objective: the sums that are made.
     """
-    n = instances
+    n, names, objective, found = instances, structure.names, structure.objective, structure.actuation
     s = structs.State()
     s.coordinates = wp.zeros((n, names.coordinates), dtype=float, device=device)
     s.speeds = wp.zeros((n, names.speeds), dtype=float, device=device)
@@ -49,8 +44,8 @@ def state_struct(
     table = found.table
     for name, array in term_arrays(objective, n, len(names.bodies), len(table.muscles), device).items():
         setattr(s, name, array)
-    capacity, reflexes = _ring_capacity(scene, found), has_reflexes(scene, found.muscles)
-    s.muscles = muscle_state(n, len(table.muscles), len(table.crossings), capacity, device, reflexes)
+    capacity, excited = _ring_capacity(scene, found), structure.controller.excites
+    s.muscles = muscle_state(n, len(table.muscles), len(table.crossings), capacity, device, excited)
     return s
 
 

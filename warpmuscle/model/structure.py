@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from warpmuscle.kernels.control import Controller
 from warpmuscle.kernels.objective_terms import ObjectiveKind
 from warpmuscle.model.collisions import Pair, collision_pairs
+from warpmuscle.model.controller import compiled_controller
 from warpmuscle.model.muscles import ActuationMap, driven
 from warpmuscle.model.objective import objective_kind
 from warpmuscle.model.prescribed_motion import Kinematic, kinematic
@@ -24,13 +26,14 @@ class Structure:
     kinematic: Kinematic  # coordinates that move as prescribed
     collision_pairs: list[Pair]  # of bodies that must not run into each other
     objective: ObjectiveKind  # the sums that a step makes
+    controller: Controller  # what a step has compiled in of it
 
 
 def structure_of(scene: Scene) -> Structure:
     """The structure of a checked scene, whose numbers may be free.
 
     Raises:
-        SceneError: a muscle's path cannot be used, no two bodies could collide, or a user's term cannot be used.
+        SceneError: no muscle can run so, no two bodies could collide, or a user's term or controller cannot be used.
     """
     names = topology(scene.character)
     coordinates, speeds = coordinate_names(names, scene.character)
@@ -43,4 +46,5 @@ def structure_of(scene: Scene) -> Structure:
         kinematic=kinematic(scene, names, actuation.drives),
         collision_pairs=collision_pairs(scene, names),
         objective=objective_kind(scene, not actuation.by_torque_alone),
+        controller=compiled_controller(scene, actuation.muscles),
     )

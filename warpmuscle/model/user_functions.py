@@ -29,7 +29,7 @@ TERM_ARGUMENTS: dict[Kind, tuple[Any, ...]] = {
     "body": (wp.int32, wp.int32, Model, State, Work),
     "whole": (wp.int32, Model, State, Work),
 }
-CONTROLLER_ARGUMENTS = (wp.int32, wp.int32, Model, State, Work)
+FLOATS = "wp.array[float]"  # stands for that type, whose instances differ
 PLAIN = {int: wp.int32, float: wp.float32}
 Reference = type(wp.ref[Model])
 
@@ -49,7 +49,7 @@ def custom_terms(objective: Objective) -> dict[str, tuple[Kind, Any]]:
             wanted = " or ".join(map(_signature, TERM_ARGUMENTS.values()))
             found_one = f"{_placed(function, entry)} takes {_signature(_arguments(function))}"
             raise SceneError(f"a term takes {wanted}, but {found_one}", key=key)
-        _check_result(function, (wp.float32,), key, entry)
+        check_result(function, (wp.float32,), key, entry)
         found[entry] = kinds[0], function
     return found
 
@@ -61,30 +61,19 @@ def custom_curves(model: MuscleModel) -> OwnCurves | None:
         entry, key = getattr(model, field), f"muscle_model.{field}"
         functions.append(function_named(entry, key) if entry else None)
         if entry:
-            _check_arguments(functions[-1], (wp.float32,), key, entry)
+            check_arguments(functions[-1], (wp.float32,), key, entry)
             results = (wp.float32, wp.vec2) if field == "force_velocity" else (wp.float32,)
-            _check_result(functions[-1], results, key, entry)
+            check_result(functions[-1], results, key, entry)
     if not any(functions):
         return None
     return OwnCurves(*functions, sloped=functions[2] is not None and _result(functions[2]) == wp.vec2)
 
 
-def custom_controller(scene: Scene) -> Any:
-    """The controller that a scene names; None if it names none. Raises SceneError as `custom_terms`."""
-    if not scene.custom_controller:
-        return None
-    function = function_named(scene.custom_controller, "custom_controller")
-    _check_arguments(function, CONTROLLER_ARGUMENTS, "custom_controller", scene.custom_controller)
-    _check_result(function, (wp.vec3,), "custom_controller", scene.custom_controller)
-    return function
-
-
 def check_custom(scene: Scene) -> None:
-    """SceneError if a scene names code that is not trusted, or that cannot be used."""
+    """SceneError if a scene names code that is not trusted, or terms or curves that cannot be used."""
     check_trusted(scene)
     custom_terms(scene.objective)
     custom_curves(scene.muscle_model)
-    custom_controller(scene)
 
 
 def function_named(entry: str, key: str) -> Any:
@@ -93,14 +82,27 @@ def function_named(entry: str, key: str) -> Any:
     Raises:
         SceneError: no such module or function, it is no Warp function, or its module fails.
     """
+    return declared(entry, key)
+
+
+def declared(entry: str, key: str, *kinds: type) -> Any:
+    """The same, or what is of one of these classes."""
     module_name, _, name = entry.partition(":")
     module = _module(module_name, key)
     if not hasattr(module, name):
         hint = near(name, [known for known in vars(module) if not known.startswith("_")])
         raise SceneError(f"module {module_name!r} has no function {name!r}{hint}", key=key)
     function = getattr(module, name)
+    if isinstance(function, kinds):
+        return function
+    return checked_function(function, entry, key)
+
+
+def checked_function(function: Any, entry: str, key: str) -> Any:
+    """What is to be a Warp function; raises SceneError if it is none."""
     if not isinstance(function, wp.Function) or function.func is None:
-        raise SceneError(f"{entry!r} is not a Warp function: put @wp.func before it", key=key)
+        name = entry if not callable(function) or function.__name__ in entry else f"{entry}: {function.__name__}"
+        raise SceneError(f"{name!r} is not a Warp function: put @wp.func before it", key=key)
     return function
 
 
@@ -127,8 +129,13 @@ def _module(name: str, key: str) -> Any:
 
 def _arguments(function: Any) -> tuple[Any, ...]:
     """Types of a function's arguments, be they values or references."""
-    values = (kind.value_type if isinstance(kind, Reference) else kind for kind in function.input_types.values())
-    return tuple(PLAIN.get(kind, kind) for kind in values)
+    values = [kind.value_type if isinstance(kind, Reference) else kind for kind in function.input_types.values()]
+    return tuple(FLOATS if _is_floats(kind) else PLAIN.get(kind, kind) for kind in values)
+
+
+def _is_floats(kind: Any) -> bool:
+    """Whether a type is that of an array of numbers."""
+    return getattr(kind, "ndim", 0) == 1 and getattr(kind, "dtype", None) in (float, wp.float32)
 
 
 def _result(function: Any) -> Any:
@@ -140,13 +147,20 @@ def _result(function: Any) -> Any:
     return PLAIN.get(said, said) if isinstance(said, type) else said
 
 
-def _check_arguments(function: Any, wanted: tuple[Any, ...], key: str, entry: str) -> None:
-    if _arguments(function) != wanted:
-        found = f"{_placed(function, entry)} takes {_signature(_arguments(function))}"
-        raise SceneError(f"it takes {_signature(wanted)}, but {found}", key=key)
+def check_arguments(
+    function: Any, wanted: tuple[Any, ...], key: str, entry: str, optional: tuple[Any, ...] = ()
+) -> None:
+    """SceneError unless a Warp function takes these arguments, and of the optional ones any, in their order."""
+    taken = _arguments(function)
+    rest = [kind for kind in optional if kind in taken[len(wanted) :]]
+    if taken != (*wanted, *rest):
+        more = "".join(f" [, {_name(kind)}]" for kind in optional)
+        found = f"{_placed(function, entry)} takes {_signature(taken)}"
+        raise SceneError(f"it takes {_signature(wanted)[:-1]}{more}), but {found}", key=key)
 
 
-def _check_result(function: Any, wanted: tuple[Any, ...], key: str, entry: str) -> None:
+def check_result(function: Any, wanted: tuple[Any, ...], key: str, entry: str) -> None:
+    """SceneError unless a Warp function says that it returns one of these types."""
     said = _result(function)
     if said not in wanted:
         names = " or ".join(_name(kind) for kind in wanted)
@@ -165,7 +179,7 @@ def _signature(arguments: tuple[Any, ...]) -> str:
 
 
 def _name(kind: Any) -> str:
-    plain = {wp.int32: "int", wp.float32: "float", wp.vec2: "wp.vec2", wp.vec3: "wp.vec3"}
+    plain = {wp.int32: "int", wp.float32: "float", wp.vec2: "wp.vec2", wp.vec3: "wp.vec3", FLOATS: FLOATS}
     if kind in plain:
         return plain[kind]
     return str(getattr(kind, "key", None) or getattr(kind, "__name__", kind)).rpartition(".")[2]

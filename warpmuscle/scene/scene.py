@@ -238,9 +238,8 @@ class Scene(Part):
     name: str
     character: Character
     controller: Controller | None = None
-    custom_controller: str = (
-        ""  # `module:function` of joints' efforts in place of the controller's; see `user_functions`
-    )
+    custom_controller: str = ""  # `module:name` of a controller of one's own, see `kernels/control.py`
+    custom_controller_parameters: Annotated[dict[str, Number], "1"] = {}
     description: str = ""
     initial_state: InitialState = msgspec.field(default_factory=InitialState)
     ground: Ground = msgspec.field(default_factory=Ground)

@@ -37,7 +37,9 @@ def without_code(scene: Scene) -> Scene:
     replace = msgspec.structs.replace
     model = replace(scene.muscle_model, **dict.fromkeys(CURVE_FIELDS, ""))
     objective = replace(scene.objective, custom={})
-    return replace(scene, muscle_model=model, objective=objective, custom_controller="")
+    return replace(
+        scene, muscle_model=model, objective=objective, custom_controller="", custom_controller_parameters={}
+    )
 
 
 def check_entries(scene: Scene) -> None:

@@ -29,6 +29,7 @@ from warpmuscle.model.prescribed_motion import (
 from warpmuscle.model.structure import Structure
 from warpmuscle.scene import Scene
 from warpmuscle.scene.topology import Topology
+from warpmuscle.simulation.extensions import Extensions
 from warpmuscle.simulation.perturbations import Disturbances
 
 
@@ -113,6 +114,7 @@ class Given(ABC):
     _moved: Moved
     _model: structs.Model
     _state: structs.State
+    _extensions: Extensions
     _begun: Integers  # (instances,) what `steps_done` was when an instance was last put back to its start
     _running: Integers
 
@@ -240,15 +242,19 @@ class Given(ABC):
         self._inputs.of_model = replace(self._inputs.of_model, **values)
         update_model(self._model, [part], self._numeric, self.structure, self.device, self._inputs.of_model)
 
+    def _changing(self) -> list[wp.array]:
+        """All arrays that steps change."""
+        return [*arrays_of(self._state), *self._extensions.memories]
+
     def snapshot(self) -> Snapshot:
         """Where all instances stand now, for `restore`."""
-        arrays = [wp.clone(array) for array in arrays_of(self._state)]
+        arrays = [wp.clone(array) for array in self._changing()]
         return Snapshot(arrays, self.steps_done, self._begun.copy(), self._running.copy())
 
     def restore(self, snapshot: Snapshot) -> None:
         """Put all instances back to where they stood; what they have been given stays as it is now."""
         as_kind(Snapshot, snapshot, "snapshot", error=RolloutError)
-        for array, kept in zip(arrays_of(self._state), snapshot.arrays, strict=True):
+        for array, kept in zip(self._changing(), snapshot.arrays, strict=True):
             wp.copy(array, kept)
         self.steps_done, self._begun = snapshot.steps_done, snapshot.begun.copy()
         self._running = snapshot.running.copy()

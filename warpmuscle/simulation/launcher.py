@@ -24,6 +24,7 @@ from warpmuscle.core.array_types import Integers
 from warpmuscle.core.errors import RolloutError
 from warpmuscle.core.warp_start import no_cache
 from warpmuscle.kernels import structs
+from warpmuscle.kernels.control import SIMBICON, Controller
 from warpmuscle.kernels.muscle_stage import MuscleKind
 from warpmuscle.kernels.objective_terms import ObjectiveKind
 from warpmuscle.kernels.record import NOTHING, RecordKind
@@ -61,8 +62,7 @@ class KernelConfig(NamedTuple):
     collisions: bool
     motion: bool
     recorded: RecordKind
-    effort: Any = None
-    held: bool = False
+    controller: Controller = SIMBICON
 
 
 @contextmanager
@@ -115,7 +115,13 @@ class Launcher:
         return not is_compiled(self.kernel, self.device, self.recipe.block_dim)
 
     def launch(
-        self, steps: int, running: Integers, model: structs.Model, state: structs.State, record: structs.Record
+        self,
+        steps: int,
+        running: Integers,
+        model: structs.Model,
+        state: structs.State,
+        record: structs.Record,
+        extension: Any,
     ) -> None:
         """Make so many steps of the instances that run."""
 
@@ -123,7 +129,7 @@ class Launcher:
             wp.launch(
                 self.kernel,
                 dim=(len(part), self.recipe.lanes),
-                inputs=[steps, part, model, state, record, wp.uint64(buffer.ptr)],
+                inputs=[steps, part, model, state, record, wp.uint64(buffer.ptr), extension],
                 device=self.device,
                 stream=stream,
                 block_dim=self.recipe.block_dim,

@@ -29,14 +29,14 @@ class InstanceBytes:
         return self.state + self.model
 
 
-def struct_bytes(struct: Any) -> int:
-    """Bytes of all arrays of a device structure."""
-    return sum(array.capacity for array in arrays_of(struct))
+def struct_bytes(*structs: Any) -> int:
+    """Bytes of all arrays of device structures."""
+    return sum(array.capacity for struct in structs for array in arrays_of(struct))
 
 
-def bytes_of(state_of: Callable[[int], Any], model_of: Callable[[int], Any]) -> InstanceBytes:
-    """Bytes an instance, from functions that make the state and the model of so many instances."""
-    state, model = (struct_bytes(make(3)) - struct_bytes(make(2)) for make in (state_of, model_of))
+def bytes_of(state_of: Callable[[int], tuple[Any, ...]], model_of: Callable[[int], tuple[Any, ...]]) -> InstanceBytes:
+    """Bytes an instance, from functions that make structures of the state, and of the model, of so many."""
+    state, model = (struct_bytes(*make(3)) - struct_bytes(*make(2)) for make in (state_of, model_of))
     return InstanceBytes(state, model)
 
 

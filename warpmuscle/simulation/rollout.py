@@ -21,13 +21,13 @@ from warpmuscle.kernels import structs
 from warpmuscle.kernels.record import NOTHING
 from warpmuscle.kernels.scratch import capacity_of, work_floats
 from warpmuscle.model.build import ModelInputs, build_model, motion_of, start_of, update_model
-from warpmuscle.model.controller import control_steps
+from warpmuscle.model.extensions import extensions_struct, put_parameters
 from warpmuscle.model.muscles import compiled_kind
 from warpmuscle.model.objective import term_values, wanted, weighted
 from warpmuscle.model.prescribed_motion import moved
 from warpmuscle.model.state import state_struct
 from warpmuscle.model.structure import structure_of
-from warpmuscle.model.user_functions import check_custom, custom_controller
+from warpmuscle.model.user_functions import check_custom
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
 from warpmuscle.scene.joints import root_type
@@ -43,6 +43,7 @@ from warpmuscle.simulation.batch_input import (
     root_noise,
 )
 from warpmuscle.simulation.devices import find_device
+from warpmuscle.simulation.extensions import Extensions
 from warpmuscle.simulation.inputs import Inputs
 from warpmuscle.simulation.launcher import GPU_BLOCK, WARP, KernelConfig, Launcher, usual_lanes
 from warpmuscle.simulation.memory import InstanceBytes, bytes_of, check_memory, repeated, struct_bytes
@@ -135,13 +136,14 @@ class Rollout(Stepped):
         recorded = asked if recorded_instances or self.device.is_cpu else NOTHING
         self._recipe = KernelConfig(
             capacity, self.lanes, self.block_dim, kind, self._objective, bool(self.structure.collision_pairs),
-            bool(self._kinematic.names), recorded, custom_controller(scene), control_steps(scene) > 1,
+            bool(self._kinematic.names), recorded, self.structure.controller,
         )  # fmt: skip
         self._launchers: dict[KernelConfig, Launcher] = {}
         self._spreads = lanes is None and not self.device.is_cpu
         if self.instances > FEW:
             check_memory(self.instances, self.instance_bytes.state, self.device)
         self._state = self._state_of(self.instances, self.device)
+        self._extensions = Extensions(self.structure, self.instances, self.device)
         every = max(round(min(1.0 / (record_rate * scene.time_step), max(self.steps, 1))), 1)
         self._check_frames(len(recorded_instances), -(-self.steps // every))
         self._frames = Frames(
@@ -162,15 +164,21 @@ class Rollout(Stepped):
             check_memory(instances, RECORDED_COPIES * size, self.device)
 
     def _state_of(self, instances: int, device: Any) -> structs.State:
-        return state_struct(self.scene, self.names, self._driven, self._objective, instances, device)
+        return state_struct(self.scene, self.structure, instances, device)
+
+    def _model_parts(self, numeric: Scene, device: Any) -> tuple[Any, Any]:
+        """The model of a scene of numbers, and the parameters of its extensions."""
+        extensions = extensions_struct(self.structure.controller, 0, device)
+        put_parameters(extensions, numeric, self.structure.controller, device)
+        return build_model(numeric, self.structure, device), extensions
 
     @cached_property
     def instance_bytes(self) -> InstanceBytes:
         """Memory on the device that every further instance takes."""
         start = start_values(self.scene)
         return bytes_of(
-            lambda count: self._state_of(count, "cpu"),
-            lambda count: build_model(substitute(self.scene, repeated(start, count)), self.structure, "cpu"),
+            lambda count: (self._state_of(count, "cpu"), Extensions(self.structure, count, "cpu").struct),
+            lambda count: self._model_parts(substitute(self.scene, repeated(start, count)), "cpu"),
         )
 
     @property
@@ -189,7 +197,7 @@ class Rollout(Stepped):
         """
         array = checked_values(values, self.instances, len(self.parameters))
         if array.ndim == 2 and self.instances > FEW:
-            held = struct_bytes(self._state) + struct_bytes(self._model)
+            held = struct_bytes(self._state, self._model, self._extensions.struct)
             check_memory(self.instances, self.instance_bytes.total, self.device, held)
         before = self._numeric
         self._model = structs.Model()  # so that its memory is free for the new one
@@ -212,6 +220,7 @@ class Rollout(Stepped):
             numeric: the batch's scene with numbers in place of its free parameters (see `parameters.substitute`).
         """
         self._model = build_model(numeric, self.structure, self.device, self._inputs.of_model)
+        self._extensions.use(numeric)
         self._numeric, self._start, self._start_rows = numeric, start_of(numeric, self.names), {}
         if self._kinematic.names:
             self._moved = moved(self._kinematic, motion_of(numeric, self.structure, self._inputs.of_model), 0.0)
@@ -285,6 +294,7 @@ class Rollout(Stepped):
         self._begun: Integers = np.zeros(n, dtype=np.int32)
         self._running: Integers = np.arange(n, dtype=np.int32)
         self._start_rows = {}
+        self._extensions.restart()
         self._frames.clear()
 
     def recorded(self, quantity: str) -> Floats:
@@ -418,6 +428,12 @@ class Rollout(Stepped):
     def state(self) -> structs.State:
         """The state of all instances as Warp arrays on the device, without a copy (see `kernels.structs.State`)."""
         return self._state
+
+    @property
+    def controller_state(self) -> Floats:
+        """States that the scene's own controller keeps, (instances, floats); none if it has none."""
+        memory = self._extensions.struct.first.memory if self.structure.controller.custom.state else None
+        return np.zeros((self.instances, 0)) if memory is None else np.asarray(memory.numpy()[:, 0])
 
     @property
     def model(self) -> structs.Model:

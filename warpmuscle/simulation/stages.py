@@ -20,7 +20,6 @@ from warpmuscle.kernels.scratch import capacity_of, work_floats
 from warpmuscle.model.build import replaced
 from warpmuscle.model.muscles import muscle_kind
 from warpmuscle.model.paths import path_table, paths_struct
-from warpmuscle.model.reflexes import has_reflexes
 from warpmuscle.results.recording import MUSCLE_QUANTITIES
 from warpmuscle.scene.joints import joint_type, root_type
 from warpmuscle.simulation.recorder import Frames
@@ -145,8 +144,8 @@ class Stages(Rollout):
     def controller_torques(self) -> tuple[Floats, Floats]:
         """Targets (n, J, 4) and torques (n, J, 3), world, N m, + on the parent and - on the child."""
         b = len(self.names.bodies)
-        kernel = stages.controller_torques(self._recipe.effort)
-        target, torque = self._run(kernel, [], [((b,), wp.quat), ((b,), wp.vec3)])
+        kernel = stages.controller_torques(self.structure.controller)
+        target, torque = self._run(kernel, [self._extensions.struct.first], [((b,), wp.quat), ((b,), wp.vec3)])
         return target[:, 1:], torque[:, 1:]
 
     def contact_forces(self) -> tuple[Floats, Floats]:
@@ -186,8 +185,8 @@ class Stages(Rollout):
         given = wp.array(torque, dtype=wp.vec3, device=self.device)
         frames = Frames(self.names, self._driven.muscles, n, list(range(n)), 1, 1, self.device)
         kind = muscle_kind(self.scene.muscle_model, self._driven.of(self.scene))
-        kernel = stages.muscle_torques(kind._replace(reflexes=has_reflexes(self.scene, self._driven.muscles)))
-        result = self._run(kernel, [given, frames.record], [((b,), wp.vec3)])[0]
+        kernel = stages.muscle_torques(kind, self.structure.controller)
+        result = self._run(kernel, [self._extensions.struct.first, given, frames.record], [((b,), wp.vec3)])[0]
         quantities = frames.record.muscle.numpy()[:, 0, :, : len(self._driven.muscles)]
         return result[:, 1:], {name: quantities[:, k] for k, name in enumerate(MUSCLE_QUANTITIES)}
 

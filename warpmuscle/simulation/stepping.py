@@ -18,10 +18,11 @@ from warpmuscle.core.arrays import structs_to_device
 from warpmuscle.core.errors import RolloutError
 from warpmuscle.core.status import Status
 from warpmuscle.kernels import structs
-from warpmuscle.kernels.control import given_effort
+from warpmuscle.kernels.control import driven_from_outside
 from warpmuscle.kernels.restart import put_rows
 from warpmuscle.model.build import Start, replaced
 from warpmuscle.simulation.batch_input import positive
+from warpmuscle.simulation.extensions import words
 from warpmuscle.simulation.inputs import Given
 from warpmuscle.simulation.launcher import KernelConfig, Launcher, soon_loaded, spread_recipe
 from warpmuscle.simulation.recorder import Frames
@@ -108,7 +109,7 @@ class Stepped(Given):
             if target > self.steps_done:
                 count = target - self.steps_done
                 now = self._launcher_now() if launcher is None else launcher
-                now.launch(count, self._running, self._model, self._state, self._frames.record)
+                now.launch(count, self._running, self._model, self._state, self._frames.record, self._extensions.struct)
                 self.steps_done = target
                 status = self._state.status.numpy()
                 goes_on = status[self._running] == Status.RUNNING
@@ -172,7 +173,7 @@ class Stepped(Given):
             if recipe.muscles is None or not self.excitable:
                 raise RolloutError("there are no muscles to excite: they drive no joint of this scene")
             recipe = recipe._replace(muscles=recipe.muscles._replace(given=True, timed=True))
-        return recipe._replace(effort=given_effort) if driven else recipe
+        return recipe._replace(controller=driven_from_outside(recipe.controller)) if driven else recipe
 
     @contextmanager
     def _driven_by(self, excitations: Any, torques: Any) -> Iterator[Launcher]:
@@ -228,6 +229,7 @@ class Stepped(Given):
                     target = words(getattr(part, name))
                     dim = (len(chosen), target.shape[1])
                     wp.launch(put_rows, dim, [chosen, rows.get(name, none), target], device=self.device)
+        self._extensions.restart(chosen)
         if root_velocity.any():
             self._start_rows = {}
         self._begun[mask] = self.steps_done
@@ -256,9 +258,3 @@ class Stepped(Given):
         )
         rows[""] = np.zeros((1, widest), dtype=np.int32)
         return {name: wp.array(values, dtype=int, device=self.device) for name, values in rows.items()}
-
-
-def words(array: wp.array) -> wp.array:
-    """The memory of a contiguous array as rows of 4-byte words, (instances, words)."""
-    shape = (len(array), array.size * wp.types.type_size_in_bytes(array.dtype) // 4 // len(array))
-    return wp.array(ptr=array.ptr, shape=shape, dtype=int, device=array.device)

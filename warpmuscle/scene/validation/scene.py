@@ -115,6 +115,8 @@ class _Check(Checks):
             raise SceneError(
                 f"the controller cannot decide more often than every step, {most:g} Hz", key="control_rate"
             )
+        if scene.custom_controller_parameters and not scene.custom_controller:
+            raise SceneError("there is no custom_controller that takes them", key="custom_controller_parameters")
         if scene.control_rate > 0.0 and (scene.controller is None or scene.custom_controller):
             which = "a custom_controller decides in every step" if scene.custom_controller else "there is no controller"
             raise SceneError(f"{which}; leave control_rate out", key="control_rate")

@@ -1,0 +1,47 @@
+"""Parameters and states that controllers of a batch have of their own, beside its model and state."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import warp as wp
+
+from warpmuscle.core.arrays import arrays_of
+from warpmuscle.kernels.restart import put_rows
+from warpmuscle.model.extensions import extensions_struct, put_parameters
+from warpmuscle.model.structure import Structure
+from warpmuscle.scene import Scene
+
+
+class Extensions:
+    """The last argument of a batch's kernel, see `kernels.extensions`.
+
+    Attributes:
+        struct: it. memories: the arrays of states in it, (instances, entries, floats) each.
+    """
+
+    def __init__(self, structure: Structure, instances: int, device: Any) -> None:
+        """Make room for the states, which are zero."""
+        self._controller, self._device = structure.controller, device
+        self.struct = extensions_struct(structure.controller, instances, device)
+        self.memories: list[wp.array] = list(arrays_of(self.struct))
+
+    def use(self, numeric: Scene) -> None:
+        """Take the parameters from a scene of numbers, see `parameters.substitute`."""
+        put_parameters(self.struct, numeric, self._controller, self._device)
+
+    def restart(self, chosen: wp.array | None = None) -> None:
+        """Put the states of all instances, or of chosen ones, back to zero."""
+        for memory in self.memories:
+            if chosen is None:
+                memory.zero_()
+            else:
+                target = words(memory)
+                zeros = wp.zeros((1, target.shape[1]), dtype=int, device=self._device)
+                wp.launch(put_rows, (len(chosen), target.shape[1]), [chosen, zeros, target], device=self._device)
+
+
+def words(array: wp.array) -> wp.array:
+    """The memory of a contiguous array as rows of 4-byte words, (instances, words)."""
+    shape = (len(array), array.size * wp.types.type_size_in_bytes(array.dtype) // 4 // len(array))
+    return wp.array(ptr=array.ptr, shape=shape, dtype=int, device=array.device)
