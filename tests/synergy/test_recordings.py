@@ -89,6 +89,11 @@ def test_c3d_that_is_cut_off_or_damaged_is_said(tmp_path):
     assert "cannot be read as C3D" in read_error(tmp_path / "damaged.c3d", whole[:512] + bytes(512) + whole[1024:])
 
 
+def test_c3d_that_asks_for_more_memory_than_it_may_have_is_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr("warpmuscle.synergy.c3d.MEMORY", 2**25)
+    assert "cannot be read as C3D" in read_error(write_c3d(tmp_path / "emg.c3d"))
+
+
 def test_patterns_choose_channels_in_their_order(tmp_path):
     path = write_csv(tmp_path / "emg.csv", EMG)
     assert read_signals(path, ["T*", "D?"]).names == ("TRI", "DA", "DP")

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import importlib.util
 import io
+import os
 import struct
 import subprocess
 import sys
@@ -25,8 +26,15 @@ BLOCK = 512  # bytes
 MIPS = 86  # processor type of files with the most significant byte first
 MOST_FRAMES = 65535  # that the header can tell
 PATIENCE = 300.0  # s
+MEMORY, BYTES_OF_ONE = 2**31, 100  # bytes that the process may have, and besides for each byte of the file
 _READ = """
-import sys, ezc3d, numpy
+import sys
+try:
+    import resource
+    resource.setrlimit(resource.RLIMIT_AS, (int(sys.argv[2]), int(sys.argv[2])))
+except (ImportError, ValueError, OSError):
+    pass
+import ezc3d, numpy
 c3d = ezc3d.c3d(sys.argv[1])
 data, analog = c3d["data"], c3d["parameters"]["ANALOG"]
 labels = []
@@ -46,8 +54,11 @@ def read_c3d(path: Path) -> tuple[tuple[str, ...], float, Floats]:
     if importlib.util.find_spec("ezc3d") is None:
         raise SignalError("C3D files need ezc3d: pip install 'warpmuscle[c3d]'", file=path)
     frames, samples = _header(path)
+    most = MEMORY + BYTES_OF_ONE * path.stat().st_size  # what a damaged file asks for would take minutes to fill
+    command = [sys.executable, "-P", "-c", _READ, str(path), str(most)]
+    alone = os.environ | {"OPENBLAS_NUM_THREADS": "1"}  # of which each takes memory
     try:
-        done = subprocess.run([sys.executable, "-P", "-c", _READ, str(path)], capture_output=True, timeout=PATIENCE)
+        done = subprocess.run(command, capture_output=True, timeout=PATIENCE, env=alone)
     except subprocess.TimeoutExpired:
         raise SignalError(f"cannot be read as C3D within {PATIENCE:g} s; it may be damaged", file=path) from None
     if done.returncode != 0:
