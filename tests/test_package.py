@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+import tomllib
 from importlib.metadata import version
 from pathlib import Path
 
@@ -10,6 +11,8 @@ import pytest
 
 import warpmuscle as wm
 from warpmuscle.formats import scene_names
+
+ROOT = Path(__file__).parents[1]
 
 
 def warpmuscle(*words: str, **variables: str) -> subprocess.CompletedProcess[str]:
@@ -31,6 +34,20 @@ def test_everything_that_is_listed_can_be_had():
 
 def test_the_version_is_that_of_the_installed_package():
     assert wm.__version__ == version("warpmuscle")
+
+
+def test_a_wheel_has_every_package_and_all_that_lies_in_it():
+    settings = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]
+    folders = {ROOT / "kernels": "warpmuscle.kernels", ROOT / "scenes": "warpmuscle.scenes"}
+    for init in (ROOT / "warpmuscle").rglob("__init__.py"):
+        folders[init.parent] = ".".join(init.parent.relative_to(ROOT).parts)
+    assert sorted(settings["packages"]) == sorted(folders.values())
+    for file in (file for base in ("warpmuscle", "kernels", "scenes") for file in (ROOT / base).rglob("*.*")):
+        if file.suffix in (".py", ".pyc") or file.is_dir():
+            continue
+        package = next(folder for folder in file.parents if folder in folders)
+        patterns = settings["package-data"].get(folders[package], [])
+        assert any(file.relative_to(package).match(pattern) for pattern in patterns), file
 
 
 def test_python_runs_the_package_and_it_tells_its_version():
