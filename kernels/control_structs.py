@@ -66,6 +66,16 @@ class Knot:
 
 
 @wp.struct
+class HipControl:
+    """How the stance hip moves the root."""
+
+    damping: float  # N m s^2/rad^2
+    max_velocity: float  # rad/s
+    predictive_scale: float  # kg
+    desired_heading: float  # rad
+
+
+@wp.struct
 class Simbicon:
     """The controller: gains by body (0: the root), states, trajectories, their components, and curves as knots."""
 
@@ -77,7 +87,7 @@ class Simbicon:
     right_hip: int
     heading_control: int
     gains: wp.array2d[Gains]  # (rows, bodies)
-    hip: wp.array2d[wp.vec4]  # (rows, 1) damping, largest velocity, predictive scale, desired heading
+    hip: wp.array2d[HipControl]  # (rows, 1)
     states: wp.array[ControlState]  # (states,)
     state_time: wp.array2d[float]  # (rows, states) s
     balance_knots: wp.array2d[int]  # (states, 8) first and end of the curves of distance x, z and velocity x, z

@@ -116,7 +116,7 @@ def hybrid_acceleration_stage(instance: int, lane: int, lanes: int, model: Model
 def hybrid_integrate_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: WorkRef):
     """Move all coordinates over a step: by leapfrog, or as their motion prescribes. Ends with a barrier."""
     h = model.time_step
-    largest = at(model.failure, instance, 0)[2]
+    largest = at(model.failure, instance, 0).max_speed
     step = state.step[instance]
     kick = wp.where(step == 0, 0.5 * h, h)
     for i in range(lane, model.body_count, lanes):

@@ -158,7 +158,7 @@ def integrate_body(
 @wp.func
 def integrate_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: WorkRef):
     """Move all coordinates over a step by leapfrog, see `kicked`. Ends with a barrier."""
-    largest = at(model.failure, instance, 0)[2]
+    largest = at(model.failure, instance, 0).max_speed
     kick = wp.where(state.step[instance] == 0, 0.5 * model.time_step, model.time_step)
     for i in range(lane, model.body_count, lanes):
         integrate_body(instance, i, model.skeleton.plan[i].joint_type, kick, largest, model, state, work)

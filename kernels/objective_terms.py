@@ -12,14 +12,14 @@ import warp as wp
 from warpmuscle.kernels.contact import body_weight
 from warpmuscle.kernels.curves import active_force_length, force_velocity
 from warpmuscle.kernels.custom_curves import OwnCurves, with_curves
+from warpmuscle.kernels.failure import turn_between
 from warpmuscle.kernels.gait_cycle import foot_part, part_of_step
 from warpmuscle.kernels.limits import limit_stage
 from warpmuscle.kernels.metabolics import bhargava_power, umberger_power, wang_power
 from warpmuscle.kernels.muscle import LARGEST_SPEED, bounded_passive
-from warpmuscle.kernels.objective import turn_between
 from warpmuscle.kernels.simbicon import pd_error
 from warpmuscle.kernels.spatial import heading_angle, turn_about_x
-from warpmuscle.kernels.structs import LARGEST, LEFT, RIGHT, ModelRef, StateRef, WorkRef, at
+from warpmuscle.kernels.structs import LARGEST, LEFT, RIGHT, ModelRef, StateRef, WorkRef, at, rolled
 from warpmuscle.kernels.terms import TERMS, Scope
 
 
@@ -168,14 +168,14 @@ def norms(instance: int, body: int, model: ModelRef, state: StateRef, work: Work
 @wp.func
 def speed(instance: int, model: ModelRef, state: StateRef, work: WorkRef) -> float:
     """Squared difference of the forward speed of the centre of mass and the target speed, m^2/s^2."""
-    error = work.center[1][2] - at(model.objective, instance, 0)[0]
+    error = work.center[1][2] - at(model.objective, instance, 0).target_speed
     return error * error
 
 
 @wp.func
 def heading(instance: int, model: ModelRef, state: StateRef, work: WorkRef) -> float:
     """Squared difference of the heading and the desired heading, rad^2."""
-    error = turn_between(heading_angle(work.orientation[0]), at(model.simbicon.hip, instance, 0)[3])
+    error = turn_between(heading_angle(work.orientation[0]), at(model.simbicon.hip, instance, 0).desired_heading)
     return error * error
 
 
@@ -190,7 +190,7 @@ def head(instance: int, model: ModelRef, state: StateRef, work: WorkRef) -> floa
 def ground_force(instance: int, model: ModelRef, state: StateRef, work: WorkRef) -> float:
     """Vertical force on each foot beyond its bound, over body weight, summed, of the step before."""
     weight = body_weight(instance, model)
-    bound = at(model.objective, instance, 0)[1]
+    bound = at(model.objective, instance, 0).ground_force_bound
     left = wp.max(state.foot_force[instance, 0][1] / weight - bound, 0.0)
     return left + wp.max(state.foot_force[instance, 1][1] / weight - bound, 0.0)
 
@@ -231,6 +231,22 @@ def sane(value: float, work: WorkRef) -> wp.float64:
         return wp.float64(value)
     work.flags[1] = 1
     return wp.float64(0.0)
+
+
+@wp.func
+def effort_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: WorkRef):
+    """Add this step's feedback torque of every joint to its integral (Bergmann 2017, section 6). No barrier.
+
+    One sum a joint, in double precision, so that the result does not depend on lanes or on chunks of steps.
+    """
+    for i in range(1 + lane, model.body_count, lanes):
+        rolled()
+        effort = wp.length(work.torque[i])
+        if effort < LARGEST:
+            # not `+=`, which would be an atomic operation
+            state.torque_integral[instance, i] = state.torque_integral[instance, i] + wp.float64(effort)
+        else:
+            work.flags[1] = 1
 
 
 @wp.func

@@ -232,7 +232,7 @@ def root_torque(instance: int, frame: wp.quat, model: ModelRef, work: WorkRef) -
     rotation = work.rotation[0]
     facing = frame
     if simbicon.heading_control == 1:
-        facing = hinge_rotation(wp.vec3(0.0, 1.0, 0.0), at(simbicon.hip, instance, 0)[3])
+        facing = hinge_rotation(wp.vec3(0.0, 1.0, 0.0), at(simbicon.hip, instance, 0).desired_heading)
     error = pd_error(work.orientation[0], facing * work.target[0])
     velocity = wp.transpose(rotation) * (work.angular_velocity[0] - work.lag_angular[0])
     gains = at(simbicon.gains, instance, 0)
@@ -282,12 +282,12 @@ def hips_stage(instance: int, lane: int, frame: wp.quat, model: ModelRef, state:
             on_root += work.torque[child]
         foot_center = work.position[foot] + work.rotation[foot] * at(model.skeleton.row, instance, foot).com
         lateral = wp.quat_rotate_inv(frame, work.center[0] - foot_center)[0]
-        missing = wp.quat_rotate(frame, wp.vec3(0.0, 0.0, hip[2] * 9.8 * lateral)) - on_root
+        missing = wp.quat_rotate(frame, wp.vec3(0.0, 0.0, hip.predictive_scale * 9.8 * lateral)) - on_root
         damping = 0.0
-        if hip[0] > 0.0:
+        if hip.damping > 0.0:
             spin = work.angular_velocity[0] - work.lag_angular[0]
             thigh = work.angular_velocity[stance_hip] - work.lag_angular[stance_hip]
-            damping = hip_damping(spin[1] - thigh[1], hip[0], hip[1])
+            damping = hip_damping(spin[1] - thigh[1], hip.damping, hip.max_velocity)
         stance_torque = work.torque[stance_hip] + wp.vec3(0.0, damping, 0.0)
         work.torque[stance_hip] = hip_share(
             share * strength,

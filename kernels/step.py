@@ -10,14 +10,14 @@ from warpmuscle.kernels.compiler_hints import known_rows_of
 from warpmuscle.kernels.control import SIMBICON, Controller, control_stage_of
 from warpmuscle.kernels.dynamics import acceleration_stage, inertia_stage
 from warpmuscle.kernels.extensions import extension_list
+from warpmuscle.kernels.failure import begin_step, posture_status, step_status
 from warpmuscle.kernels.gait_cycle import advance_cycles
 from warpmuscle.kernels.hybrid import hybrid_acceleration_stage, hybrid_integrate_stage
 from warpmuscle.kernels.integration import integrate_stage
 from warpmuscle.kernels.kinematics import kinematics_stage
 from warpmuscle.kernels.motion import prescribe_stage
 from warpmuscle.kernels.muscle_stage import MuscleKind, muscle_stage_of
-from warpmuscle.kernels.objective import begin_step, effort_stage, posture_status, step_status
-from warpmuscle.kernels.objective_terms import ObjectiveKind, muscle_functions, objective_stage_of
+from warpmuscle.kernels.objective_terms import ObjectiveKind, effort_stage, muscle_functions, objective_stage_of
 from warpmuscle.kernels.record import RecordKind, frame_of, recorders_of
 from warpmuscle.kernels.scratch import slots_of, synchronize, work_at, work_memory
 from warpmuscle.kernels.structs import (

@@ -22,6 +22,7 @@ from warpmuscle.kernels.control_structs import ComponentPlan as ComponentPlan
 from warpmuscle.kernels.control_structs import ComponentRow as ComponentRow
 from warpmuscle.kernels.control_structs import ControlState as ControlState
 from warpmuscle.kernels.control_structs import Gains as Gains
+from warpmuscle.kernels.control_structs import HipControl as HipControl
 from warpmuscle.kernels.control_structs import Knot as Knot
 from warpmuscle.kernels.control_structs import Simbicon as Simbicon
 from warpmuscle.kernels.control_structs import Trajectory as Trajectory
@@ -38,13 +39,14 @@ from warpmuscle.kernels.muscle_structs import Straight as Straight
 from warpmuscle.kernels.muscle_structs import Term as Term
 from warpmuscle.kernels.reflex_structs import Reflexes as Reflexes
 from warpmuscle.kernels.spatial import symmetric
+from warpmuscle.kernels.status import Status
 
 ROOT_FREE, ROOT_PLANAR, ROOT_FIXED = 0, 1, 2
 BALL, UNIVERSAL, HINGE, FIXED = 1, 2, 3, 4
 SECOND_HINGE, ROOT_PRESCRIBED = 5, 6  # what motion leaves of a universal joint whose first axis it has, and of a root
 FIRST_AXIS, SECOND_AXIS, BOTH_AXES = 1, 2, 3  # of a universal joint, prescribed
 LEFT, RIGHT, REVERSE, SAME = 0, 1, 2, 3
-RUNNING, COMPLETED, FELL, TURNED, TOUCHED, DIVERGED, CROSSED, COLLIDED = 0, 1, 2, 3, 4, 5, 6, 7
+RUNNING, COMPLETED, FELL, TURNED, TOUCHED, DIVERGED, CROSSED, COLLIDED = map(int, Status)
 BY_TORQUE, BY_MUSCLES, MIXED = 0, 1, 2  # what drives a joint
 KEEP, DROP, CLIP = 0, 1, 2  # pushing contributions to a muscle's desired force
 LARGEST = 1.0e30  # what no torque, force, length or term of a simulation exceeds; compared so that NaN does, too
@@ -108,6 +110,24 @@ class Motion:
 
 
 @wp.struct
+class FailureLimits:
+    """Beyond which an instance has failed."""
+
+    com_height: float  # lowest of the COM, over that at the start
+    heading: float  # rad, largest turn
+    max_speed: float  # m/s or rad/s, of joints and root
+    leg_crossing: float  # m
+
+
+@wp.struct
+class Aim:
+    """What terms of the objective compare with."""
+
+    target_speed: float  # m/s
+    ground_force_bound: float  # of the vertical force on a foot, over body weight
+
+
+@wp.struct
 class Model:
     """Everything that stays the same during a simulation."""
 
@@ -117,11 +137,11 @@ class Model:
     implicit_pd: int
     time_step: float  # s
     gravity: wp.array2d[float]  # (rows, 1) m/s^2
-    failure: wp.array2d[wp.vec4]  # (rows, 1) lowest relative COM height, largest turn rad, largest speed, crossing m
+    failure: wp.array2d[FailureLimits]  # (rows, 1)
     fastest: float  # m/s, of the COM; one for all, since fetching it in every step would cost a percent
     fail_on_body_contact: int
     head: int  # the body whose turning the objective may count
-    objective: wp.array2d[wp.vec2]  # (rows, 1) target speed m/s, bound of the vertical foot force over body weight
+    objective: wp.array2d[Aim]  # (rows, 1)
     negative_share: float  # of the work that lengthening fibres take, how much metabolic powers give back, 0..1
     reference_bins: int  # of the phase, for each stance
     reference: wp.array2d[wp.quat]  # (2 bins, bodies) child in parent, of a tracked gait; left stance first

@@ -14,13 +14,13 @@ from warpmuscle.kernels.collision import collision_stage_of
 from warpmuscle.kernels.contact import contact_stage
 from warpmuscle.kernels.dynamics import backward_pass, body_inertia, forward_pass, push_now
 from warpmuscle.kernels.extensions import NoExtensions
+from warpmuscle.kernels.failure import begin_step, posture_status
 from warpmuscle.kernels.gait_cycle import advance_cycles
 from warpmuscle.kernels.integration import integrate_stage
 from warpmuscle.kernels.kinematics import kinematics_stage
 from warpmuscle.kernels.limits import limit_stage
 from warpmuscle.kernels.muscle_stage import MuscleKind, arms_at_hand, arms_in_state, muscle_stage_of
-from warpmuscle.kernels.objective import begin_step, effort_stage, posture_status
-from warpmuscle.kernels.objective_terms import ObjectiveKind, muscle_functions, objective_stage_of
+from warpmuscle.kernels.objective_terms import ObjectiveKind, effort_stage, muscle_functions, objective_stage_of
 from warpmuscle.kernels.path import joint_velocities, stretch_of
 from warpmuscle.kernels.scratch import capacity_of, slots_of, synchronize, work_at, work_memory
 from warpmuscle.kernels.simbicon import advance_phase, targets_stage, torques_stage

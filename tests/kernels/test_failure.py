@@ -3,7 +3,7 @@
 import numpy as np
 from probes import evaluate
 
-from warpmuscle.kernels.objective import has_fallen, has_turned, nearest_on_the_way
+from warpmuscle.kernels.failure import has_fallen, has_turned, nearest_on_the_way
 
 
 def test_fallen_is_below_a_fraction_of_the_first_height_or_not_a_number():

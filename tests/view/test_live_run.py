@@ -51,7 +51,7 @@ def test_changes_count_without_a_new_start(run):
 
 
 def heading_of_controller(run: LiveRun) -> float:
-    return float(run.rollout.model.simbicon.hip.numpy()[0, 0, 3])
+    return float(run.rollout.model.simbicon.hip.numpy()["desired_heading"][0, 0])
 
 
 def test_what_is_no_number_or_beyond_the_bounds_does_not_reach_the_batch(run):
@@ -114,7 +114,9 @@ def test_a_start_that_fails_at_once_shows_what_was_seen_before(run):
     later(run, 0.1)
     before = run.window(0.0)
     scene = msgspec.structs.replace(run.scene, failure=msgspec.structs.replace(run.scene.failure, com_height=9.0))
-    run.rollout.model.failure.assign(np.array([[9.0, 0.0, 0.0, 0.0]], dtype=np.float32))
+    limits = run.rollout.model.failure.numpy()
+    limits["com_height"] = 9.0
+    run.rollout.model.failure.assign(limits)
     run.restart()
     assert run.status == Status.FELL
     assert run.rollout.recording(0).frames == 0

@@ -13,7 +13,7 @@ import numpy as np
 import warp as wp
 
 from warpmuscle.core.array_types import Floats
-from warpmuscle.core.arrays import rows, to_device
+from warpmuscle.core.arrays import rows, structs_to_device, to_device
 from warpmuscle.core.pose import multiply, normalized, rotate, turned_to_heading
 from warpmuscle.kernels import structs
 from warpmuscle.model.bodies import contacts_struct, ground_normal, skeleton_struct
@@ -129,12 +129,12 @@ def _put(model: structs.Model, fields: Fields) -> None:
 
 def _settings(scene: Scene, structure: Structure, device: Any, inputs: ModelInputs) -> Fields:
     failure = scene.failure
-    bounds = [failure.com_height, failure.heading, failure.max_speed, failure.leg_crossing]
+    limits = {field: rows([getattr(failure, field)]) for field in structs.FailureLimits.vars}
     return {
         "implicit_pd": int(scene.implicit_pd),
         "time_step": scene.time_step,
         "gravity": to_device(rows([scene.gravity]), float, device),
-        "failure": to_device(rows([bounds]), wp.vec4, device),
+        "failure": structs_to_device(structs.FailureLimits, limits, device),
         "fastest": failure.max_com_speed,
         "fail_on_body_contact": int(failure.body_contact),
     }

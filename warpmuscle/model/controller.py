@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-import warp as wp
-
 from warpmuscle.core.arrays import records_to_device, rows, starts, structs_to_device, to_device
 from warpmuscle.core.pose import normalized
 from warpmuscle.kernels import structs
@@ -91,13 +89,13 @@ def _fill_gains(s: structs.Simbicon, controller: SimbiconController, names: Topo
     gains = [controller.pd.get(joint, off) for joint in ("root", *names.joints)]
     columns = {field: rows([getattr(pd, field) for pd in gains]) for field in structs.Gains.vars}
     s.gains = structs_to_device(structs.Gains, columns, device)
-    hip = [
-        controller.stance_hip_damping,
-        controller.stance_hip_max_velocity,
-        controller.root_predictive_torque_scale,
-        controller.desired_heading,
-    ]
-    s.hip = to_device(rows([hip]), wp.vec4, device)
+    hip = {
+        "damping": controller.stance_hip_damping,
+        "max_velocity": controller.stance_hip_max_velocity,
+        "predictive_scale": controller.root_predictive_torque_scale,
+        "desired_heading": controller.desired_heading,
+    }
+    s.hip = structs_to_device(structs.HipControl, {field: rows([value]) for field, value in hip.items()}, device)
 
 
 def _fill_states(s: structs.Simbicon, states: list[State], names: Topology, device: Any) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 import warp as wp
 
 from warpmuscle.core.array_types import Floats
-from warpmuscle.core.arrays import rows, to_device
+from warpmuscle.core.arrays import rows, structs_to_device, to_device
 from warpmuscle.kernels import structs
 from warpmuscle.kernels.objective_terms import BODY_TERMS, MUSCLE_TERMS, WHOLE_TERMS, ObjectiveKind
 from warpmuscle.kernels.terms import TERMS, Term
@@ -77,10 +77,10 @@ def objective_fields(scene: Scene, names: Topology, device: Any) -> dict[str, An
     """What terms need, by field of `kernels.structs.Model`."""
     objective = scene.objective
     head = names.bodies.index(objective.head_body) if objective.head_body in names.bodies else 0
-    numbers = rows([[objective.target_speed, objective.ground_force_bound]])
+    aim = {field: rows([getattr(objective, field)]) for field in structs.Aim.vars}
     fields = {
         "head": head,
-        "objective": to_device(numbers, wp.vec2, device),
+        "objective": structs_to_device(structs.Aim, aim, device),
         "negative_share": negative_share(objective),
         "contact_rule": wp.vec3(LOADED, HELD, LIFTED),
     }

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import msgspec
 
+from warpmuscle.kernels.status import Status
 from warpmuscle.kernels.terms import TERMS
 from warpmuscle.scene.controller import PD, Balance, Component, Controller, Curve, Feedback, State, Trajectory
 from warpmuscle.scene.motion import Motion
@@ -131,7 +132,7 @@ class Ground(Part):
 class Failure(Part):
     """When an instance has failed; it then stops and costs more than any that has not.
 
-    A limit of 0 switches its test off.
+    Every limit names the status of those that went beyond it; one of 0 switches its test off.
     The heading is compared with the one at the start, and where the controller controls it, with the nearest one on the
     shorter way from there to the desired heading. No gait is as fast as the bound on the centre of mass: sprinters
     come to some 12 m/s, and a body that falls from 20 m to 20 m/s. What the ground throws out of itself is faster.
@@ -141,14 +142,16 @@ class Failure(Part):
     every 0.002 s.
     """
 
-    com_height: Annotated[Number, "1"] = 0.9  # lowest of the centre of mass above the ground, over the initial one
-    heading: Annotated[Number, "rad"] = 0.7853981633974483  # largest turn from its heading
-    body_contact: bool = False  # any body but the feet and their children touches the ground
-    leg_crossing: Annotated[Number, "m"] = 0.0  # how far a foot may go beyond the other one to its side
-    self_collision: Annotated[Number, "m"] = 0.0  # how deep two bodies may penetrate each other
+    com_height: Annotated[Number, "1", Status.FELL] = (
+        0.9  # of the centre of mass above the ground, over the initial one
+    )
+    heading: Annotated[Number, "rad", Status.TURNED] = 0.7853981633974483  # largest turn from its heading
+    body_contact: Annotated[bool, Status.TOUCHED] = False  # any body but the feet and their children touches the ground
+    leg_crossing: Annotated[Number, "m", Status.CROSSED] = 0.0  # how far a foot may go beyond the other one to its side
+    self_collision: Annotated[Number, "m", Status.COLLIDED] = 0.0  # how deep two bodies may penetrate each other
     self_collision_pairs: list[tuple[str, str]] = []  # bodies that are tested; if empty, all that may not touch
-    max_speed: Annotated[Number, "m/s or rad/s"] = 1000.0  # of joints and root: beyond it the instance has diverged
-    max_com_speed: Annotated[float, "m/s"] = 20.0  # of the centre of mass: beyond it the instance has diverged
+    max_speed: Annotated[Number, "m/s or rad/s", Status.DIVERGED] = 1000.0  # of joints and root
+    max_com_speed: Annotated[float, "m/s", Status.DIVERGED] = 20.0  # of the centre of mass
 
 
 if TYPE_CHECKING:

@@ -8,12 +8,14 @@ import msgspec
 
 from warpmuscle.core.decoding import to_type
 from warpmuscle.core.errors import SceneError
+from warpmuscle.core.status import Status
 from warpmuscle.kernels.terms import TERMS
 from warpmuscle.scene import Failure, Objective, Scene, SearchStage
 from warpmuscle.scene.anatomy import leg
 from warpmuscle.scene.norms import LEG_ANGLES
 from warpmuscle.scene.parameters import free_parameters
 from warpmuscle.scene.stage_scene import freed
+from warpmuscle.scene.units import declared, units_of
 from warpmuscle.scene.validation.checks import Checks, join, known, near
 
 
@@ -46,9 +48,11 @@ def _check_legs(scene: Scene, key: str) -> None:
 
 
 def check_failure(checks: Checks, key: str, failure: Failure) -> None:
-    """Limits are sizes."""
-    checks.not_negative(key, failure, "com_height", "heading", "leg_crossing", "self_collision")
-    checks.positive(key, failure, "max_speed", "max_com_speed")
+    """Limits are sizes; those of speeds cannot be switched off."""
+    limits = declared(Failure, Status)
+    numbers = [name for name in limits if name in units_of(Failure)]
+    checks.not_negative(key, failure, *(name for name in numbers if limits[name] != Status.DIVERGED))
+    checks.positive(key, failure, *(name for name in numbers if limits[name] == Status.DIVERGED))
 
 
 def check_stages(checks: Checks) -> None:

@@ -1,4 +1,4 @@
-"""What a step costs, and when an instance has failed."""
+"""When an instance has failed."""
 
 import warp as wp
 
@@ -16,7 +16,6 @@ from warpmuscle.kernels.structs import (
     StateRef,
     WorkRef,
     at,
-    rolled,
 )
 
 
@@ -81,18 +80,18 @@ def posture_status(instance: int, model: ModelRef, state: StateRef, work: WorkRe
     place, velocity = work.center[0], work.center[1]
     if not (is_somewhere(place) and wp.dot(velocity, velocity) <= model.fastest * model.fastest):
         return DIVERGED
-    if limits[0] > 0.0:  # noqa: SIM102, `and` would compute both
-        if has_fallen(above_ground(instance, place, model), state.start_height[instance], limits[0]):
+    if limits.com_height > 0.0:  # noqa: SIM102, `and` would compute both
+        if has_fallen(above_ground(instance, place, model), state.start_height[instance], limits.com_height):
             return FELL
-    wanted = at(model.simbicon.hip, instance, 0)[3]
+    wanted = at(model.simbicon.hip, instance, 0).desired_heading
     if model.simbicon.heading_control == 0:
         wanted = state.start_heading[instance]
     angle = heading_angle(work.orientation[0])
-    if not (wp.abs(angle - wanted) <= limits[1]):  # the rest is for the few who seem to have turned
+    if not (wp.abs(angle - wanted) <= limits.heading):  # the rest is for the few who seem to have turned
         start = state.start_heading[instance]
-        if has_turned(angle, nearest_on_the_way(angle, start, wanted), limits[1]):
+        if has_turned(angle, nearest_on_the_way(angle, start, wanted), limits.heading):
             return TURNED
-    if limits[3] > 0.0 and has_crossed(feet_apart(model, work), limits[3]):
+    if limits.leg_crossing > 0.0 and has_crossed(feet_apart(model, work), limits.leg_crossing):
         return CROSSED
     return RUNNING
 
@@ -105,19 +104,3 @@ def step_status(model: ModelRef, work: WorkRef) -> int:
     if model.fail_on_body_contact == 1 and work.flags[0] == 1:
         return TOUCHED
     return RUNNING
-
-
-@wp.func
-def effort_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: WorkRef):
-    """Add this step's feedback torque of every joint to its integral (Bergmann 2017, section 6). No barrier.
-
-    One sum a joint, in double precision, so that the result does not depend on lanes or on chunks of steps.
-    """
-    for i in range(1 + lane, model.body_count, lanes):
-        rolled()
-        effort = wp.length(work.torque[i])
-        if effort < LARGEST:
-            # not `+=`, which would be an atomic operation
-            state.torque_integral[instance, i] = state.torque_integral[instance, i] + wp.float64(effort)
-        else:
-            work.flags[1] = 1
