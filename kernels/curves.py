@@ -1,32 +1,20 @@
 """Normalised curves of Hill-type muscles: active and passive force-length, force-velocity, tendon force-strain.
 
 Forces are over f_max, fibre lengths over l_opt, speeds over v_max and positive when lengthening, tendon strains
-l_tendon/l_slack - 1. `model` is one of
-
-- LEE: Lee 2014 as in Bergmann 2017, eq. 4-6. That source treats the tendon as rigid; Thelen's curve stands in.
-- THELEN: Thelen 2003 with the constants of OpenSim 4.6.
-- MILLARD: Millard 2013 with the default curves of OpenSim 4.6's Millard2012EquilibriumMuscle.
-- DE_GROOTE: De Groote 2016 with the constants of OpenSim 4.6, which corrected them so that f_l(1) = f_v(0) = 1,
-  f_v(-1) = 0, and the tendon is slack at strain 0.
-- THELEN_EXPLICIT: Thelen's with a force-velocity curve that does not depend on the activation: (1 + v)/(1 - 4 v)
-  shortening, (1 + 35 v)/(1 + 25 v) lengthening (Thelen 2003, eq. 6 and 7 at full activation, solved for the force).
-- SARSHARI: Sarshari 2018 (thesis, EPFL), as the CusToM toolbox (Muller 2019) has them: a bell of width 0.0955, and a
-  force-velocity curve that is 0.955 at rest. Thelen's tendon.
+l_tendon/l_slack - 1. `model` is the number of one of `curve_sets.CURVES`.
 """
 
 import math
 
 import warp as wp
 
+from warpmuscle.kernels.curve_sets import DE_GROOTE, LEE, MILLARD, SARSHARI, THELEN, THELEN_EXPLICIT
 from warpmuscle.kernels.millard import millard_active, millard_passive, millard_tendon, millard_velocity
-
-LEE, THELEN, MILLARD, DE_GROOTE, THELEN_EXPLICIT, SARSHARI = 0, 1, 2, 3, 4, 5
 
 PASSIVE_STRAIN = 0.6  # at f_max: LEE, THELEN and DE_GROOTE
 GROOTE_FLOOR = math.exp(4.0 * (0.2 - 1.0) / PASSIVE_STRAIN)  # passive force is zero at length 0.2
 GROOTE_STEEPNESS = math.log((1.0 + 0.2) / 0.2) / 0.049  # of the tendon: force 1 at strain 0.049
 TOE_STRAIN = 0.04 * 0.99 * math.exp(3.0) / (1.66 * math.exp(3.0) - 0.67)  # Thelen's tendon, 0.04 at f_max
-SEARCH_STEPS = 30  # of the inverse of Millard's force-velocity curve
 
 
 @wp.func
@@ -93,27 +81,11 @@ def hyperbolic_velocity(speed: float, shape: float, longest: float) -> wp.vec2:
 
 
 @wp.func
-def hyperbolic_speed(force: float, shape: float, longest: float) -> float:
-    """Inverse of `hyperbolic_velocity`; force is less than longest."""
-    if force <= 1.0:
-        return (force - 1.0) / (1.0 + force / shape)
-    return (force - 1.0) * (longest - 1.0) / ((2.0 + 2.0 / shape) * (longest - force))
-
-
-@wp.func
 def thelen_velocity(speed: float) -> wp.vec2:
     """Thelen's hyperbolas, straight beyond multipliers 0 and 0.95 * 1.4, as OpenSim continues them; and the slope."""
     inside = wp.clamp(speed, -1.0, wp.static(0.33 * 0.4 / (10.0 * 0.07)))
     edge = hyperbolic_velocity(inside, 0.25, 1.4)
     return wp.vec2(edge[0] + edge[1] * (speed - inside), edge[1])
-
-
-@wp.func
-def thelen_speed(force: float) -> float:
-    """Inverse of `thelen_velocity`."""
-    inside = wp.clamp(force, 0.0, 1.33)
-    speed = hyperbolic_speed(inside, 0.25, 1.4)
-    return speed + (force - inside) / hyperbolic_velocity(speed, 0.25, 1.4)[1]
 
 
 @wp.func
@@ -137,23 +109,6 @@ def sarshari_velocity(speed: float) -> wp.vec2:
     fade = wp.exp(-4.994 * speed)
     part = 1.0 / (1.0 + fade)
     return wp.vec2(1.9108 * part, wp.static(1.9108 * 4.994) * fade * part * part)
-
-
-@wp.func
-def groote_speed(force: float) -> float:
-    """Inverse of `groote_velocity`."""
-    return (wp.sinh((force - 0.8825327733249912) / -0.3211346127989808) + 0.374) / -8.149
-
-
-@wp.func
-def millard_speed(force: float) -> float:
-    """Inverse of Millard's force-velocity curve by bisection; -1 and 1 for forces outside 0..1.4."""
-    speed = wp.float32(0.0)
-    stride = wp.float32(1.0)
-    for _ in range(SEARCH_STEPS):
-        stride *= 0.5
-        speed += wp.where(millard_velocity(speed)[0] < force, stride, -stride)
-    return speed
 
 
 @wp.func
@@ -232,22 +187,6 @@ def force_velocity_slope(model: int, speed: float, activation: float) -> wp.vec2
 def force_velocity(model: int, speed: float, activation: float) -> float:
     """Force-velocity multiplier, see `force_velocity_slope`."""
     return force_velocity_slope(model, speed, activation)[0]
-
-
-@wp.func
-def force_velocity_inverse(model: int, force: float, activation: float) -> float:
-    """Speed at which the force-velocity multiplier is `force`, which is less than the greatest one."""
-    if model == MILLARD:
-        return millard_speed(force)
-    if model == DE_GROOTE:
-        return groote_speed(force)
-    if model == THELEN:
-        return thelen_speed(force) * (0.25 + 0.75 * activation)
-    if model == THELEN_EXPLICIT:
-        return hyperbolic_speed(force, 0.25, 1.4)
-    if model == SARSHARI:
-        return -wp.log(1.9108 / force - 1.0) / 4.994
-    return hyperbolic_speed(force, 0.3, 1.8)
 
 
 @wp.func

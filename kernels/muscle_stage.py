@@ -46,7 +46,7 @@ HILL, LEGACY, IDEAL = 0, 1, 2  # laws
 class MuscleKind(NamedTuple):
     """What is compiled into a step."""
 
-    curves: int  # LEE ... SARSHARI, see `curves.py`
+    curves: int  # LEE ... SARSHARI, see `curve_sets.py`
     tendon: int  # RIGID, SWITCH or COMPLIANT
     law: int  # HILL, LEGACY or IDEAL
     pulls_at_hand: bool = False  # moment arms and torques of all crossings are kept in the working set

@@ -142,7 +142,7 @@ class Muscles:
     """What stays the same of the muscles."""
 
     count: int
-    model: int  # LEE ... SARSHARI, see `curves.py`; the fused step has it compiled in
+    model: int  # LEE ... SARSHARI, see `curve_sets.py`; the fused step has it compiled in
     negative: int  # KEEP, DROP or CLIP
     scaled_rates: int  # 1: the rates of activation depend on the activation
     row: wp.array2d[MuscleRow]  # (rows, muscles)

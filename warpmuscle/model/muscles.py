@@ -13,7 +13,7 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.core.arrays import rows, structs_to_device, to_device
 from warpmuscle.core.pose import from_rotation_vector
 from warpmuscle.kernels import structs
-from warpmuscle.kernels.curves import DE_GROOTE, LEE, MILLARD, SARSHARI, THELEN, THELEN_EXPLICIT
+from warpmuscle.kernels.curve_sets import CURVES
 from warpmuscle.kernels.muscle_stage import COMPLIANT, HILL, IDEAL, LEGACY, RIGID, SWITCH, MuscleKind
 from warpmuscle.kernels.scratch import PULLS_A_BODY
 from warpmuscle.model.bodies import stacked
@@ -25,10 +25,6 @@ from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.masses import muscle_mass, specific_tension
 from warpmuscle.scene.topology import Topology
 
-CURVES = {
-    "lee": LEE, "thelen": THELEN, "millard": MILLARD, "de_groote": DE_GROOTE, "thelen_explicit": THELEN_EXPLICIT,
-    "sarshari": SARSHARI,
-}  # fmt: skip
 TENDON = {"rigid": RIGID, "switch": SWITCH, "compliant": COMPLIANT}
 NEGATIVE = {"keep": structs.KEEP, "drop": structs.DROP, "clip": structs.CLIP}
 LEGACY_RATE = 2000.0  # steps a second of the original program, in which its delays count

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal, cast
 
+from warpmuscle.kernels.curve_sets import CurveSet
 from warpmuscle.scene.number import Number, Vector
 from warpmuscle.scene.part import Part
 
@@ -81,7 +82,7 @@ class Muscle(Part, kw_only=True):
 
 
 class MuscleModel(Part):
-    """What all muscles have in common; the sources of the curves stand in `kernels/curves.py`.
+    """What all muscles have in common; the sources of the curves stand in `kernels/curve_sets.py`.
 
     `tendon`: rigid; switch, rigid up to l_opt and infinitely compliant beyond it (Bergmann 2017, section 4.1.1); or
     compliant, with the fibre length as a state (Millard 2013). Fibre length, speed and force stay within physical
@@ -99,7 +100,7 @@ class MuscleModel(Part):
     muscles of Rajagopal 2016 weigh 15 kg of 75; with 0.25 MPa, the default of OpenSim and SCONE, 36 kg.
     """
 
-    curves: Literal["lee", "thelen", "millard", "de_groote", "thelen_explicit", "sarshari"] = "lee"
+    curves: CurveSet = "lee"
     active_force_length: str = ""  # `module:function` of a curve, see `user_functions`, in place of that of `curves`
     passive_force_length: str = ""
     force_velocity: str = ""

@@ -16,9 +16,9 @@ from warpmuscle.core.arrays import rows
 from warpmuscle.core.errors import Error, SceneError
 from warpmuscle.core.pose import about, from_rotation_vector, rotate
 from warpmuscle.core.warp_start import start_warp
+from warpmuscle.kernels.curve_sets import CURVES
 from warpmuscle.kernels.muscle import rigid_force
 from warpmuscle.model.build import start_of
-from warpmuscle.model.muscles import CURVES
 from warpmuscle.scene import Actuation, Drive, Motion, Muscle, Scene
 from warpmuscle.scene.joints import joint_type, root_type
 from warpmuscle.scene.joints.turning import HINGE

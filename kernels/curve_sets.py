@@ -1,0 +1,18 @@
+"""Muscle models: sets of normalised curves, by the name that a scene has for them. Without Warp, for scenes to know.
+
+- lee: Lee 2014 as in Bergmann 2017, eq. 4-6. That source treats the tendon as rigid; Thelen's curve stands in.
+- thelen: Thelen 2003 with the constants of OpenSim 4.6.
+- millard: Millard 2013 with the default curves of OpenSim 4.6's Millard2012EquilibriumMuscle.
+- de_groote: De Groote 2016 with the constants of OpenSim 4.6, which corrected them so that f_l(1) = f_v(0) = 1,
+  f_v(-1) = 0, and the tendon is slack at strain 0.
+- thelen_explicit: Thelen's with a force-velocity curve that does not depend on the activation: (1 + v)/(1 - 4 v)
+  shortening, (1 + 35 v)/(1 + 25 v) lengthening (Thelen 2003, eq. 6 and 7 at full activation, solved for the force).
+- sarshari: Sarshari 2018 (thesis, EPFL), as the CusToM toolbox (Muller 2019) has them: a bell of width 0.0955, and a
+  force-velocity curve that is 0.955 at rest. Thelen's tendon.
+"""
+
+from typing import Literal, get_args
+
+CurveSet = Literal["lee", "thelen", "millard", "de_groote", "thelen_explicit", "sarshari"]
+CURVES: dict[str, int] = {name: number for number, name in enumerate(get_args(CurveSet))}  # as kernels number them
+LEE, THELEN, MILLARD, DE_GROOTE, THELEN_EXPLICIT, SARSHARI = CURVES.values()
