@@ -44,7 +44,7 @@ from warpmuscle.kernels.status import Status
 ROOT_FREE, ROOT_PLANAR, ROOT_FIXED = 0, 1, 2
 BALL, UNIVERSAL, HINGE, FIXED = 1, 2, 3, 4
 SECOND_HINGE, ROOT_PRESCRIBED = 5, 6  # what motion leaves of a universal joint whose first axis it has, and of a root
-FIRST_AXIS, SECOND_AXIS, BOTH_AXES = 1, 2, 3  # of a universal joint, prescribed
+FIRST_AXIS, SECOND_AXIS = 1, 2  # of a universal joint, prescribed
 LEFT, RIGHT, REVERSE, SAME = 0, 1, 2, 3
 RUNNING, COMPLETED, FELL, TURNED, TOUCHED, DIVERGED, CROSSED, COLLIDED = map(int, Status)
 BY_TORQUE, BY_MUSCLES, MIXED = 0, 1, 2  # what drives a joint

@@ -40,8 +40,6 @@ from warpmuscle.scene.validation.muscles import check_muscles
 from warpmuscle.scene.validation.objective import check_failure, check_objective, check_stages
 from warpmuscle.scene.validation.reflexes import check_reflexes
 
-PREFIXES = ("SWING_", "STANCE_")  # of trajectories that change sides with the stance
-
 
 def check_scene(scene: Scene) -> None:
     """Check everything about a scene that its types cannot.
