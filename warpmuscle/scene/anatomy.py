@@ -13,6 +13,7 @@ from warpmuscle.scene import Box, Capsule, Character, Shape
 from warpmuscle.scene.number import Number
 
 Side = Literal["left", "right", "middle"]
+BONE_RADIUS = 0.017  # m
 _MIDDLE = 0.02  # m, bodies this close to the plane of symmetry belong to no side
 
 
@@ -27,21 +28,56 @@ class Piece:
     radius: float = 0.0  # m, of the spheres
 
 
+@dataclass(frozen=True)
+class Solid:
+    """A shape of a body, or a bone between its joints."""
+
+    body: str
+    side: Side
+    ends: Floats  # (2, 3) m, in the body's frame: centres of a capsule's caps, twice of a sphere; corners of a box
+    radius: float | None  # m; none: a box between two opposite corners
+    bone: bool = False
+
+
+def solids(character: Character) -> list[Solid]:
+    """All shapes and bones of a numeric character, body by body."""
+    sides = sides_of(character)
+    found: list[Solid] = []
+    for name, body in character.bodies.items():
+        found += [Solid(name, sides[name], *_extent(shape)) for shape in body.shapes]
+        found += [Solid(name, sides[name], line, BONE_RADIUS, True) for line in bone_lines(character, name)]
+    return found
+
+
+def _extent(shape: Shape) -> tuple[Floats, float | None]:
+    """Ends and radius of a shape, see `Solid`."""
+    if isinstance(shape, Box):
+        return np.array([_point(shape.low), _point(shape.high)]), None
+    ends = (shape.start, shape.end) if isinstance(shape, Capsule) else (shape.center, shape.center)
+    return np.array([_point(end) for end in ends]), float(_point([shape.radius])[0])
+
+
+def bone_lines(character: Character, name: str) -> list[Floats]:
+    """Bones (2, 3), m, of a body: from its joint to its children's, or into the shapes of a body that has none."""
+    joints = character.joints.values()
+    start = next((_point(joint.position_in_child) for joint in joints if joint.child == name), np.zeros(3))
+    ends = [_point(joint.position_in_parent) for joint in joints if joint.parent == name]
+    return bones(start, ends or [far_end(shape, start) for shape in character.bodies[name].shapes])
+
+
 def pieces(character: Character, feet: Sequence[str]) -> list[Piece]:
     """Pieces of a numeric character: bones between joints, outlines of the feet and of limb ends."""
     sides = sides_of(character)
     found: list[Piece] = []
     for name, body in character.bodies.items():
-        starts = [joint.position_in_child for joint in character.joints.values() if joint.child == name]
-        start = _point(starts[0]) if starts else np.zeros(3)
-        ends = [_point(joint.position_in_parent) for joint in character.joints.values() if joint.parent == name]
         if any(foot in _ancestors(character, name) for foot in feet):
-            reach = [start, *ends]  # so that leg, foot and toes meet
+            ends = [joint.position_in_parent for joint in character.joints.values() if joint.parent == name]
+            starts = [joint.position_in_child for joint in character.joints.values() if joint.child == name]
+            reach = [_point(place) for place in (*(starts or [(0.0, 0.0, 0.0)]), *ends)]  # so that leg and toes meet
             found += [_outline(name, sides[name], shape, reach) for shape in body.shapes]
             continue
-        for end in bones(start, ends or [far_end(shape, start) for shape in body.shapes]):
-            found.append(Piece(name, sides[name], end))
-        if not ends:
+        found += [Piece(name, sides[name], line) for line in bone_lines(character, name)]
+        if all(joint.parent != name for joint in character.joints.values()):
             found += [_outline(name, sides[name], shape, []) for shape in body.shapes if not isinstance(shape, Capsule)]
     return found
 

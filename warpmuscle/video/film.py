@@ -18,7 +18,7 @@ from warpmuscle.scene import Scene
 from warpmuscle.scene.ground import Plane, plane
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.video.camera import Camera, camera_on
-from warpmuscle.video.solids import Boxes, Capsules, in_world, solids
+from warpmuscle.video.solids import Boxes, Capsules, capsules_and_boxes, in_world
 from warpmuscle.view.track import Track, track_of
 
 TILE = 0.5  # m, of the ground
@@ -152,7 +152,7 @@ def check_look(look: Look) -> None:
 def _film(track: Track, scene: Scene, look: Look, moments: Floats, span: tuple[float, float]) -> Film:
     recording = track.recording
     time = recording.time.astype(float)
-    capsules, boxes = solids(scene.character, recording.body_names)
+    capsules, boxes = capsules_and_boxes(scene.character, recording.body_names)
     ends = in_world(recording, capsules.body, capsules.ends)
     corners = in_world(recording, boxes.body, boxes.corners)
     force = track.foot_force * (_FORCE_LENGTH / body_weight(scene)) * look.forces

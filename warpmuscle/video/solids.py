@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,10 +11,9 @@ from numpy.typing import NDArray
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.pose import rotate
 from warpmuscle.results.recording import Recording
-from warpmuscle.scene import Box, Capsule, Character
-from warpmuscle.scene.anatomy import Side, bones, far_end, sides_of
+from warpmuscle.scene import Character
+from warpmuscle.scene.anatomy import Side, solids
 
-BONE_RADIUS = 0.018  # m
 _ARC = 12  # points on each round end of an outline
 _FACES = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))  # of corners in x, y, z
 
@@ -38,42 +38,25 @@ class Boxes:
     side: tuple[Side, ...]
 
 
-def solids(character: Character, body_names: tuple[str, ...]) -> tuple[Capsules, Boxes]:
-    """Shapes of a numeric character, and bones between its joints."""
-    sides = sides_of(character)
-    capsules: list[tuple[int, Floats, float, Side, bool]] = []
-    boxes: list[tuple[int, Floats, Side]] = []
-    for number, name in enumerate(body_names):
-        for shape in character.bodies[name].shapes:
-            if isinstance(shape, Box):
-                ends = np.array([shape.low, shape.high], dtype=float)
-                corners = np.stack(np.meshgrid(*ends.T, indexing="ij"), axis=-1).reshape(8, 3)
-                boxes.append((number, corners, sides[name]))
-            else:
-                span = (shape.start, shape.end) if isinstance(shape, Capsule) else (shape.center, shape.center)
-                radius = float(np.asarray(shape.radius))
-                capsules.append((number, np.array(span, dtype=float), radius, sides[name], False))
-        for line in _lines(character, name):
-            capsules.append((number, np.asarray(line, dtype=float), BONE_RADIUS, sides[name], True))
-    bodies, places, radii, sides_, bone = zip(*capsules, strict=True) if capsules else ((), (), (), (), ())
-    round_ones = (np.array(bodies, dtype=int), np.reshape(places, (-1, 2, 3)), np.array(radii), sides_)
+def capsules_and_boxes(character: Character, body_names: Sequence[str]) -> tuple[Capsules, Boxes]:
+    """Shapes and bones of a numeric character."""
+    every = solids(character)
+    round_ones = [(solid, solid.radius) for solid in every if solid.radius is not None]
+    boxes = [solid for solid in every if solid.radius is None]
+    corners = [np.stack(np.meshgrid(*box.ends.T, indexing="ij"), axis=-1) for box in boxes]
     return (
-        Capsules(*round_ones, np.array(bone, dtype=bool)),
-        Boxes(np.array([b[0] for b in boxes], dtype=int), np.reshape([b[1] for b in boxes], (-1, 8, 3)),
-              tuple(b[2] for b in boxes)),
-    )  # fmt: skip
-
-
-def _lines(character: Character, name: str) -> list[Floats]:
-    """Bones of a body: from its joint to its children's, or into the shapes of a body that has none."""
-    joints = character.joints.values()
-    starts = [np.array(joint.position_in_child, dtype=float) for joint in joints if joint.child == name]
-    ends = [np.array(joint.position_in_parent, dtype=float) for joint in joints if joint.parent == name]
-    start = starts[0] if starts else np.zeros(3)
-    return (
-        bones(start, ends)
-        if ends or not starts
-        else [np.stack([start, far_end(shape, start)]) for shape in character.bodies[name].shapes]
+        Capsules(
+            np.array([body_names.index(solid.body) for solid, _ in round_ones], dtype=int),
+            np.reshape([solid.ends for solid, _ in round_ones], (-1, 2, 3)),
+            np.array([radius for _, radius in round_ones]),
+            tuple(solid.side for solid, _ in round_ones),
+            np.array([solid.bone for solid, _ in round_ones], dtype=bool),
+        ),
+        Boxes(
+            np.array([body_names.index(box.body) for box in boxes], dtype=int),
+            np.reshape(corners, (-1, 8, 3)),
+            tuple(box.side for box in boxes),
+        ),
     )
 
 
