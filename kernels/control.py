@@ -17,7 +17,7 @@ from warpmuscle.kernels.reflex import reflex_force, reflex_stage
 from warpmuscle.kernels.scratch import synchronize
 from warpmuscle.kernels.simbicon import advance_stage, control_stage, targets_stage, torques_stage
 from warpmuscle.kernels.spatial import symmetric
-from warpmuscle.kernels.structs import BALL, HINGE, UNIVERSAL, ModelRef, MuscleRow, StateRef, WorkRef, at, rolled
+from warpmuscle.kernels.structs import BALL, FIXED, UNIVERSAL, ModelRef, MuscleRow, StateRef, WorkRef, at, rolled
 
 
 class CustomController(NamedTuple):
@@ -63,13 +63,13 @@ def effort_torque(instance: int, body: int, effort: wp.vec3, model: ModelRef, wo
     if kind == BALL:
         return -(rotation * effort)
     a = rotation * at(model.skeleton.row, instance, body).axis_a
-    if kind == HINGE:
-        return -(a * effort[0])
     if kind == UNIVERSAL:
         b = work.rotation[model.skeleton.plan[body].parent] * at(model.skeleton.row, instance, body).axis_b
         c = wp.dot(a, b)
         return (a * (c * effort[1] - effort[0]) + b * (c * effort[0] - effort[1])) / (1.0 - c * c)
-    return wp.vec3(0.0)
+    if kind == FIXED:
+        return wp.vec3(0.0)
+    return -(a * effort[0])
 
 
 @wp.func

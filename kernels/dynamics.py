@@ -6,6 +6,9 @@ acceleration of its joint. So a ball joint needs one symmetric inverse, hinges a
 downdates. A joint may carry an implicit inertia K (spring-dampers linearised over the step) in its own coordinates.
 """
 
+from functools import cache
+from typing import Any
+
 import warp as wp
 
 from warpmuscle.kernels.contact import contact_stage
@@ -235,8 +238,9 @@ def reduce_universal(
 
 
 @wp.func
-def reduce_body(instance: int, body: int, skeleton: Skeleton, work: WorkRef):
+def reduce_body(instance: int, body: int, model: ModelRef, work: WorkRef):
     """Eliminate the joint of one body and leave the rest for its parent."""
+    skeleton = model.skeleton
     x = with_children(body, skeleton, work)
     parent = whole(skeleton.plan[body].parent)
     r = work.position[body] - work.position[parent]
@@ -305,8 +309,9 @@ def joint_acceleration(kind: int, body: int, alpha: wp.vec3, a: wp.vec3, work: W
 
 
 @wp.func
-def accelerate_body(instance: int, body: int, skeleton: Skeleton, work: WorkRef):
+def accelerate_body(instance: int, body: int, model: ModelRef, work: WorkRef):
     """Acceleration of a body and of its joint (left in factor_c) from its parent's; the foot force of the step."""
+    skeleton = model.skeleton
     parent = whole(skeleton.plan[body].parent)
     kind = skeleton.plan[body].joint_type
     alpha = work.angular_acceleration[parent]
@@ -346,30 +351,57 @@ def move_body(
         work.contact_force[slot] = work.contact_force[slot] - given_way
 
 
-@wp.func
-def backward_pass(instance: int, lane: int, lanes: int, model: ModelRef, work: WorkRef):
-    """Eliminate all joints, level by level from the tips to the root. Ends with a barrier."""
-    for step in range(1, model.level_count):
-        level = model.level_count - step
-        for body in range(whole(model.level_start[level] + lane), model.level_start[level + 1], lanes):
-            reduce_body(instance, body, model.skeleton, work)
+@cache
+def backward_pass_of(reduce: Any) -> Any:
+    """The Warp function that eliminates all joints, level by level from the tips to the root. It ends with a barrier.
+
+    Args:
+        reduce: a Warp function (instance, body, model, work), such as `reduce_body`.
+    """
+
+    @wp.func
+    def backward_pass(instance: int, lane: int, lanes: int, model: ModelRef, work: WorkRef):
+        for step in range(1, model.level_count):
+            level = model.level_count - step
+            for body in range(whole(model.level_start[level] + lane), model.level_start[level + 1], lanes):
+                reduce(instance, body, model, work)
+            synchronize()
+
+    return backward_pass
+
+
+@cache
+def forward_pass_of(accelerate: Any) -> Any:
+    """The Warp function of accelerations of all bodies and joints but the root, level by level. It ends with a barrier.
+
+    Args:
+        accelerate: a Warp function (instance, body, model, work), such as `accelerate_body`.
+    """
+
+    @wp.func
+    def forward_pass(instance: int, lane: int, lanes: int, model: ModelRef, work: WorkRef):
+        for level in range(1, model.level_count):
+            for body in range(whole(model.level_start[level] + lane), model.level_start[level + 1], lanes):
+                accelerate(instance, body, model, work)
+            synchronize()
+
+    return forward_pass
+
+
+@cache
+def acceleration_stage_of(reduce: Any, accelerate: Any) -> Any:
+    """The Warp function of accelerations of all bodies and joints; see the passes. It ends with a barrier."""
+    backward_pass, forward_pass = backward_pass_of(reduce), forward_pass_of(accelerate)
+
+    @wp.func
+    def acceleration_stage(instance: int, lane: int, lanes: int, model: ModelRef, work: WorkRef):
+        backward_pass(instance, lane, lanes, model, work)
+        if lane == 0:
+            accelerate_root(model.skeleton.plan[0].joint_type, model.skeleton, work)
         synchronize()
+        forward_pass(instance, lane, lanes, model, work)
+
+    return acceleration_stage
 
 
-@wp.func
-def forward_pass(instance: int, lane: int, lanes: int, model: ModelRef, work: WorkRef):
-    """Accelerations of the root, then of all other bodies and joints, level by level. Ends with a barrier."""
-    if lane == 0:
-        accelerate_root(model.skeleton.plan[0].joint_type, model.skeleton, work)
-    synchronize()
-    for level in range(1, model.level_count):
-        for body in range(whole(model.level_start[level] + lane), model.level_start[level + 1], lanes):
-            accelerate_body(instance, body, model.skeleton, work)
-        synchronize()
-
-
-@wp.func
-def acceleration_stage(instance: int, lane: int, lanes: int, model: ModelRef, work: WorkRef):
-    """Accelerations of all bodies and joints. Ends with a barrier."""
-    backward_pass(instance, lane, lanes, model, work)
-    forward_pass(instance, lane, lanes, model, work)
+acceleration_stage = acceleration_stage_of(reduce_body, accelerate_body)

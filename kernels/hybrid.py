@@ -1,10 +1,15 @@
 """Hybrid dynamics: the articulated-body algorithm where some degrees of freedom are prescribed, see `motion.py`."""
 
+from functools import cache
+from typing import Any
+
 import warp as wp
 
 from warpmuscle.kernels.dynamics import (
     accelerate_body,
     accelerate_root,
+    backward_pass_of,
+    forward_pass_of,
     joint_acceleration,
     leave_for_parent,
     move_body,
@@ -74,7 +79,7 @@ def accelerate_remaining(instance: int, body: int, model: ModelRef, work: WorkRe
     """Acceleration of a body, and of what is not prescribed of its joint, from its parent's."""
     kind = model.motion.remaining[body]
     if kind == model.skeleton.plan[body].joint_type:
-        accelerate_body(instance, body, model.skeleton, work)
+        accelerate_body(instance, body, model, work)
     else:
         parent = whole(model.skeleton.plan[body].parent)
         alpha = work.angular_acceleration[parent]
@@ -90,26 +95,36 @@ def accelerate_remaining(instance: int, body: int, model: ModelRef, work: WorkRe
         move_body(body, alpha, a, x, relative, model.skeleton, work)
 
 
-@wp.func
-def hybrid_acceleration_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: WorkRef):
-    """Accelerations of all bodies, and of joints where they are not prescribed. Ends with a barrier."""
-    for step in range(1, model.level_count):
-        level = model.level_count - step
-        for body in range(whole(model.level_start[level] + lane), model.level_start[level + 1], lanes):
-            reduce_remaining(instance, body, model, work)
+@cache
+def hybrid_acceleration_stage_of(reduce: Any, accelerate: Any) -> Any:
+    """The Warp function of accelerations of all bodies, and of joints where they are not prescribed.
+
+    It ends with a barrier.
+
+    Args:
+        reduce, accelerate: see `dynamics.backward_pass_of` and `dynamics.forward_pass_of`.
+    """
+    backward_pass, forward_pass = backward_pass_of(reduce), forward_pass_of(accelerate)
+
+    @wp.func
+    def hybrid_acceleration_stage(
+        instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: WorkRef
+    ):
+        backward_pass(instance, lane, lanes, model, work)
+        if lane == 0:
+            if model.motion.remaining[0] == ROOT_PRESCRIBED:
+                x = prescribed_root(instance, model.skeleton.plan[0].joint_type == ROOT_PLANAR, state)
+                work.angular_acceleration[0] = wp.spatial_top(x)
+                work.acceleration[0] = wp.spatial_bottom(x)
+            else:
+                accelerate_root(model.skeleton.plan[0].joint_type, model.skeleton, work)
         synchronize()
-    if lane == 0:
-        if model.motion.remaining[0] == ROOT_PRESCRIBED:
-            x = prescribed_root(instance, model.skeleton.plan[0].joint_type == ROOT_PLANAR, state)
-            work.angular_acceleration[0] = wp.spatial_top(x)
-            work.acceleration[0] = wp.spatial_bottom(x)
-        else:
-            accelerate_root(model.skeleton.plan[0].joint_type, model.skeleton, work)
-    synchronize()
-    for level in range(1, model.level_count):
-        for body in range(whole(model.level_start[level] + lane), model.level_start[level + 1], lanes):
-            accelerate_remaining(instance, body, model, work)
-        synchronize()
+        forward_pass(instance, lane, lanes, model, work)
+
+    return hybrid_acceleration_stage
+
+
+hybrid_acceleration_stage = hybrid_acceleration_stage_of(reduce_remaining, accelerate_remaining)
 
 
 @wp.func

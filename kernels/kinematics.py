@@ -1,5 +1,8 @@
 """Forward kinematics: poses and velocities of all bodies, centre of mass."""
 
+from functools import cache
+from typing import Any
+
 import warp as wp
 
 from warpmuscle.kernels.joint import hinge_rotation, universal_bias
@@ -124,11 +127,12 @@ def place_root(skeleton: Skeleton, state: StateRef, instance: int, half: float, 
 
 
 @wp.func
-def move_joint(skeleton: Skeleton, state: StateRef, instance: int, body: int, half: float, work: WorkRef):
+def move_joint(instance: int, body: int, half: float, model: ModelRef, state: StateRef, work: WorkRef):
     """What the joint of a body does, in the axes of its bodies: orientation, velocity, and what that gained.
 
     One part of the velocity is along axes of the child, the other, of universal joints, along an axis of the parent.
     """
+    skeleton = model.skeleton
     plan = skeleton.plan[body]
     row = at(skeleton.row, instance, body)
     kind = plan.joint_type
@@ -189,35 +193,47 @@ def component_sum(values: wp.array[wp.vec3], count: int, axis: int) -> float:
     return total
 
 
-@wp.func
-def kinematics_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: WorkRef):
-    """Poses, velocities and centre of mass of one instance. Ends with a barrier."""
-    skeleton = model.skeleton
-    half = 0.5 * model.time_step
-    if lane == 0:
-        place_root(skeleton, state, instance, half, work)
-    for body in range(1 + lane, model.body_count, lanes):
-        rolled()
-        move_joint(skeleton, state, instance, body, half, work)
-    synchronize()
-    for level in range(1, model.level_count):
-        for body in range(whole(model.level_start[level] + lane), model.level_start[level + 1], lanes):
-            place_body(skeleton, body, work)
+@cache
+def kinematics_stage_of(move: Any, place: Any) -> Any:
+    """The Warp function of poses, velocities and centre of mass of one instance. It ends with a barrier.
+
+    Args:
+        move, place: `move_joint` and `place_body`, or others for more types of joints.
+    """
+
+    @wp.func
+    def kinematics_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: WorkRef):
+        skeleton = model.skeleton
+        half = 0.5 * model.time_step
+        if lane == 0:
+            place_root(skeleton, state, instance, half, work)
+        for body in range(1 + lane, model.body_count, lanes):
+            rolled()
+            move(instance, body, half, model, state, work)
         synchronize()
-    mass = at(skeleton.total_mass, instance, 0)
-    for i in range(lane, model.body_count, lanes):
-        rolled()
-        row = at(skeleton.row, instance, i)
-        m = row.mass
-        c = work.rotation[i] * row.com
-        work.moment[i] = m * (work.position[i] + c)
-        work.momentum[i] = m * (work.velocity[i] + wp.cross(work.angular_velocity[i], c))
-    synchronize()
-    for k in range(lane, 6, lanes):
-        rolled()
-        axis = k % 3
-        if k < 3:
-            set_component(work.center, 0, axis, component_sum(work.moment, model.body_count, axis) / mass)
-        else:
-            set_component(work.center, 1, axis, component_sum(work.momentum, model.body_count, axis) / mass)
-    synchronize()
+        for level in range(1, model.level_count):
+            for body in range(whole(model.level_start[level] + lane), model.level_start[level + 1], lanes):
+                place(skeleton, body, work)
+            synchronize()
+        mass = at(skeleton.total_mass, instance, 0)
+        for i in range(lane, model.body_count, lanes):
+            rolled()
+            row = at(skeleton.row, instance, i)
+            m = row.mass
+            c = work.rotation[i] * row.com
+            work.moment[i] = m * (work.position[i] + c)
+            work.momentum[i] = m * (work.velocity[i] + wp.cross(work.angular_velocity[i], c))
+        synchronize()
+        for k in range(lane, 6, lanes):
+            rolled()
+            axis = k % 3
+            if k < 3:
+                set_component(work.center, 0, axis, component_sum(work.moment, model.body_count, axis) / mass)
+            else:
+                set_component(work.center, 1, axis, component_sum(work.momentum, model.body_count, axis) / mass)
+        synchronize()
+
+    return kinematics_stage
+
+
+kinematics_stage = kinematics_stage_of(move_joint, place_body)

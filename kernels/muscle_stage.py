@@ -13,6 +13,7 @@ from warpmuscle.kernels import recorded as recorded_as
 from warpmuscle.kernels.activation import activation_step
 from warpmuscle.kernels.actuation import actuation_stage_of, implicit_damping_stage, muscle_torque, pulled_torque
 from warpmuscle.kernels.control import SIMBICON, Controller, force_of
+from warpmuscle.kernels.coordinate_joint import coordinate_velocities
 from warpmuscle.kernels.custom_curves import OwnCurves, with_curves
 from warpmuscle.kernels.muscle import (
     bounded_fibre_length,
@@ -59,6 +60,7 @@ class MuscleKind(NamedTuple):
     implicit: bool = False  # damping linearised over the step, with rigid tendons
     given: bool = False  # excitations come from outside, as they are
     own: OwnCurves | None = None  # in place of some curves of the model
+    coordinate_joints: bool = False  # some joints are as in `coordinate_joint.py`
 
 
 @wp.struct
@@ -171,11 +173,12 @@ def muscle_stage_of(
     add_terms = muscle_terms_of(terms)
     contraction = contraction_of(kind.curves, kind.tendon, kind.implicit, kind.own)
     actuation_stage = actuation_stage_of(pulled_torque if kind.pulls_at_hand else muscle_torque, kind.mixed)
-    stretch_stage = stretch_of(kind.pulleys, kind.conditions, kind.straight)
+    stretch_stage = stretch_of(kind.pulleys, kind.conditions, kind.straight, kind.coordinate_joints)
     law, neural, implicit, given = kind.law, kind.neural, kind.implicit, kind.given
     excites, sense, wanted_force = controller.excites, controller.sense, force_of(controller)
     senses, extension_struct = sense is not None, controller.extension
     at_hand, straight, timed = kind.pulls_at_hand, kind.straight, kind.timed
+    coordinate_joints = kind.coordinate_joints
     arms = arms_at_hand if at_hand else arms_in_state
 
     @wp.func
@@ -280,6 +283,8 @@ def muscle_stage_of(
         extension: wp.ref[extension_struct],
     ):
         joint_velocities(lane, lanes, model, work)
+        if wp.static(coordinate_joints):
+            coordinate_velocities(instance, lane, lanes, model, work)
         if wp.static(senses):
             sense(instance, lane, lanes, model, state, work)
         for m in range(lane, model.muscles.count, lanes):

@@ -24,6 +24,8 @@ from typing import Any
 
 import warp as wp
 
+from warpmuscle.kernels.coordinate_joint import along_coordinate
+from warpmuscle.kernels.joint_motion import has_motion
 from warpmuscle.kernels.muscle_control import counted, wanted_force
 from warpmuscle.kernels.scratch import synchronize
 from warpmuscle.kernels.structs import UNIVERSAL, ModelRef, Paths, StateRef, WorkRef, at, rolled, whole
@@ -189,7 +191,7 @@ def joint_velocities(lane: int, lanes: int, model: ModelRef, work: WorkRef):
 
 
 @cache
-def segments_stretch_of(conditions: bool) -> Any:
+def segments_stretch_of(conditions: bool, coordinate_joints: bool = False) -> Any:
     """The Warp function of length and lengthening speed of one muscle's path of segments, and of its moment arms.
 
     They follow from kinematics and joint velocities in the working set. What its joints want of the muscle follows from
@@ -197,6 +199,7 @@ def segments_stretch_of(conditions: bool) -> Any:
 
     Args:
         conditions: whether there are conditional points.
+        coordinate_joints: whether some joints are as in `coordinate_joint.py`.
 
     The function's last argument, (crossings,), gets the moment arm vectors of the muscle, m, world: a tension F puts
     the torque F r on the joint's parent and -F r on its child.
@@ -225,6 +228,8 @@ def segments_stretch_of(conditions: bool) -> Any:
                 crossing = whole(term.crossing)
                 center = offset_between(joint, segment.origin, work)
                 r = segment_moment_arm(a, center, direction) * float(term.sign)
+                if wp.static(coordinate_joints) and has_motion(model.skeleton.plan[joint].joint_type):
+                    r = along_coordinate(instance, joint, r, direction * float(term.sign), model, work)
                 if wp.static(conditions) and segment.varies != 0:
                     weight = segment_weight(instance, i, joint, model, state, paths, work)
                     r = r * weight.value + weight.gradient * length
@@ -288,16 +293,19 @@ def pulley_stretch(
 
 
 @cache
-def stretch_of(pulleys: bool = True, conditions: bool = True, straight: bool = False) -> Any:
+def stretch_of(
+    pulleys: bool = True, conditions: bool = True, straight: bool = False, coordinate_joints: bool = False
+) -> Any:
     """The Warp function of the length and speed of a path, see `segments_stretch_of`.
 
     Args:
         pulleys: whether there are paths on pulleys. conditions: whether there are conditional points.
         straight: whether all paths are straight, see `structs.Straight`.
+        coordinate_joints: whether some joints are as in `coordinate_joint.py`.
     """
     if straight:
         return straight_stretch
-    segments_stretch = segments_stretch_of(conditions)
+    segments_stretch = segments_stretch_of(conditions, coordinate_joints)
     if not pulleys:
         return segments_stretch
 

@@ -16,6 +16,7 @@ from warpmuscle.kernels.structs import Work
 CAPACITY_STEP = 5  # bodies; the 15 bodies of the SIMBICON biped fill a class exactly
 FIRST, SECOND, CONTROL = 44, 24, 12  # floats a body in the two blocks of `work_at`; of the controller in the second
 SLOT_FLOATS = 18
+COORDINATE = 16  # floats a body, of joints of one coordinate where there are some
 OTHER_FLOATS = 8
 SHAPES_A_BODY = 4  # that may collide, on average
 PULLS_A_BODY = 4  # crossings of muscles, on average; those of more are kept in the state
@@ -31,12 +32,17 @@ def slots_of(capacity: int) -> int:
     return max(4, capacity // 3)
 
 
-def work_floats(capacity: int) -> int:
+def work_floats(capacity: int, coordinate_joints: bool = False) -> int:
     """Size of the working set of one instance in floats (4 bytes each): an odd multiple of 8.
 
     So lanes of two instances that read the same thing of the same body find it in different banks of shared memory.
+
+    Args:
+        coordinate_joints: whether there are joints as in `coordinate_joint.py`.
     """
     floats = (FIRST + SECOND) * capacity + SLOT_FLOATS * slots_of(capacity) + OTHER_FLOATS
+    if coordinate_joints:
+        floats += COORDINATE * capacity
     return floats + (8 - floats) % 16
 
 
@@ -135,10 +141,23 @@ def work_at(memory: wp.array[float], n: int, slots: int) -> Work:
     return w
 
 
+@wp.func
+def coordinate_work_at(memory: wp.array[float], n: int, slots: int) -> Work:
+    """The same where there are joints of one coordinate, which have a block of their own behind all others."""
+    w = work_at(memory, n, slots)
+    block = (FIRST + SECOND) * n + SLOT_FLOATS * slots + OTHER_FLOATS
+    w.coordinate_turning = vectors_at(memory, block, COORDINATE, n)
+    w.coordinate_moving = vectors_at(memory, block + 3, COORDINATE, n)
+    w.coordinate_turning_drift = vectors_at(memory, block + 6, COORDINATE, n)
+    w.coordinate_drift = vectors_at(memory, block + 9, COORDINATE, n)
+    w.coordinate_state = vectors_at(memory, block + 12, COORDINATE, n)
+    return w
+
+
 @cache
-def work_memory(capacity: int, instances_per_block: int) -> Any:
+def work_memory(capacity: int, instances_per_block: int, coordinate_joints: bool = False) -> Any:
     """A Warp function (place in the block, CPU buffer) -> memory of an instance's working set, for a size class."""
-    floats = work_floats(capacity)
+    floats = work_floats(capacity, coordinate_joints)
 
     snippet = f"""
 #if defined(__CUDA_ARCH__)

@@ -13,15 +13,32 @@ import warp as wp
 
 from warpmuscle.kernels.contact import body_contacts
 from warpmuscle.kernels.control import SIMBICON, Controller, control_stage_of
-from warpmuscle.kernels.dynamics import acceleration_stage, body_inertia, inertia_stage, leave_for_parent
-from warpmuscle.kernels.kinematics import kinematics_stage
+from warpmuscle.kernels.coordinate_joint import coordinate_velocities, joint_stages_of
+from warpmuscle.kernels.dynamics import body_inertia, inertia_stage, leave_for_parent
+from warpmuscle.kernels.joint_motion import MotionOf, has_motion, slide_motion
 from warpmuscle.kernels.muscle_stage import MuscleKind, muscle_stage_of
 from warpmuscle.kernels.path import joint_velocities, stretch_of
-from warpmuscle.kernels.scratch import work_at
+from warpmuscle.kernels.scratch import coordinate_work_at
 from warpmuscle.kernels.spatial import symmetric, symmetric_times
-from warpmuscle.kernels.structs import BALL, ROOT_FREE, UNIVERSAL, Model, ModelRef, Record, State, Work, WorkRef, at
+from warpmuscle.kernels.structs import (
+    BALL,
+    FIRST_COORDINATE_JOINT,
+    ROOT_FREE,
+    UNIVERSAL,
+    Model,
+    ModelRef,
+    Record,
+    State,
+    Work,
+    WorkRef,
+    at,
+)
 
 wp.set_module_options({"enable_backward": False, "max_unroll": 1})
+
+
+OF_JOINTS = joint_stages_of((MotionOf(FIRST_COORDINATE_JOINT, slide_motion),))  # as `scene.joints` numbers them
+kinematics_stage, acceleration_stage = OF_JOINTS.kinematics, OF_JOINTS.acceleration
 
 
 @wp.func_native(snippet="return wp::array_t<float>(a.data + row * a.shape[1], a.shape[1]);")
@@ -31,7 +48,7 @@ def memory_of(a: wp.array2d[float], row: int) -> wp.array[float]: ...
 @wp.func
 def work_of(instance: int, model: ModelRef, workspace: wp.array2d[float]) -> Work:
     """The working set of an instance, in its row of the workspace."""
-    return work_at(memory_of(workspace, instance), model.body_count, model.foot_slots)
+    return coordinate_work_at(memory_of(workspace, instance), model.body_count, model.foot_slots)
 
 
 @wp.kernel
@@ -101,7 +118,7 @@ def contact_forces(
         moment[i, body] = total.moment - wp.cross(c, total.force)
 
 
-any_stretch = stretch_of()
+any_stretch = stretch_of(coordinate_joints=True)
 
 
 @wp.kernel
@@ -120,6 +137,7 @@ def muscle_paths(
     work = work_of(i, model, workspace)
     kinematics_stage(i, 0, 1, model, state, work)
     joint_velocities(0, 1, model, work)
+    coordinate_velocities(i, 0, 1, model, work)
     for muscle in range(model.muscles.count):
         stretch = any_stretch(i, muscle, model, state, work, arm[i])
         length[i, muscle] = stretch.fixed + stretch.moving
@@ -228,18 +246,22 @@ def angular_axis(instance: int, body: int, k: int, model: ModelRef, work: WorkRe
         return wp.where(k < 2, wp.vec3(0.0), unit(0))
     if kind == BALL:
         return work.rotation[body] * unit(k)
+    if has_motion(kind):
+        return work.coordinate_turning[body]
     if kind == UNIVERSAL and k == 1:
         return work.rotation[model.skeleton.plan[body].parent] * at(model.skeleton.row, instance, body).axis_b
     return work.rotation[body] * at(model.skeleton.row, instance, body).axis_a
 
 
 @wp.func
-def linear_axis(body: int, k: int, model: ModelRef) -> wp.vec3:
-    """Velocity that a unit of speed k of a body's joint gives its joint, world; zero but for the root."""
+def linear_axis(body: int, k: int, model: ModelRef, work: WorkRef) -> wp.vec3:
+    """Velocity that a unit of speed k of a body's joint gives the joint, world; 0 if that cannot move."""
     if body == 0 and model.skeleton.plan[0].joint_type == ROOT_FREE:
         return wp.where(k < 3, unit(wp.min(k, 2)), wp.vec3(0.0))
     if body == 0:
         return wp.where(k < 2, unit(wp.min(k, 1) + 1), wp.vec3(0.0))
+    if has_motion(model.skeleton.plan[body].joint_type):
+        return work.coordinate_moving[body]
     return wp.vec3(0.0)
 
 
@@ -264,14 +286,16 @@ def mass_matrix(
         c = work.block_c[body]
         for k in range(skeleton.plan[body].speed_end - skeleton.plan[body].speed_start):
             axis = angular_axis(i, body, k, model, work)
-            direction = linear_axis(body, k, model)
+            direction = linear_axis(body, k, model, work)
             n = symmetric_times(a, axis) + b * direction
             f = wp.transpose(b) * axis + symmetric_times(c, direction)
             column = skeleton.plan[body].speed_start + k
             above = int(body)
             while above >= 0:
                 for j in range(skeleton.plan[above].speed_end - skeleton.plan[above].speed_start):
-                    m = wp.dot(angular_axis(i, above, j, model, work), n) + wp.dot(linear_axis(above, j, model), f)
+                    m = wp.dot(angular_axis(i, above, j, model, work), n) + wp.dot(
+                        linear_axis(above, j, model, work), f
+                    )
                     matrix[i, skeleton.plan[above].speed_start + j, column] = m
                     matrix[i, column, skeleton.plan[above].speed_start + j] = m
                 parent = skeleton.plan[above].parent

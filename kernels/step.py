@@ -8,18 +8,19 @@ import warp as wp
 from warpmuscle.kernels.collision import collision_stage_of
 from warpmuscle.kernels.compiler_hints import known_rows_of
 from warpmuscle.kernels.control import SIMBICON, Controller, control_stage_of
-from warpmuscle.kernels.dynamics import acceleration_stage, inertia_stage
+from warpmuscle.kernels.coordinate_control import coordinate_control_stage
+from warpmuscle.kernels.coordinate_joint import joint_stages_of
+from warpmuscle.kernels.dynamics import inertia_stage
 from warpmuscle.kernels.extensions import extension_list
 from warpmuscle.kernels.failure import begin_step, posture_status, step_status
 from warpmuscle.kernels.gait_cycle import advance_cycles
-from warpmuscle.kernels.hybrid import hybrid_acceleration_stage, hybrid_integrate_stage
+from warpmuscle.kernels.hybrid import hybrid_integrate_stage
 from warpmuscle.kernels.integration import integrate_stage
-from warpmuscle.kernels.kinematics import kinematics_stage
-from warpmuscle.kernels.motion import prescribe_stage
+from warpmuscle.kernels.joint_motion import MotionOf
 from warpmuscle.kernels.muscle_stage import MuscleKind, muscle_stage_of
 from warpmuscle.kernels.objective_terms import ObjectiveKind, effort_stage, muscle_functions, objective_stage_of
 from warpmuscle.kernels.record import RecordKind, frame_of, recorders_of
-from warpmuscle.kernels.scratch import slots_of, synchronize, work_at, work_memory
+from warpmuscle.kernels.scratch import slots_of, synchronize, work_memory
 from warpmuscle.kernels.structs import (
     LEFT,
     RIGHT,
@@ -66,6 +67,7 @@ def one_step_of(
     motion: bool = False,
     recorded: RecordKind = RecordKind(),  # noqa: B008, immutable
     controller: Controller = SIMBICON,
+    joints: tuple[MotionOf, ...] = (),
 ) -> Any:
     """The Warp function that makes one step of one instance and returns its status, the same on all lanes.
 
@@ -76,10 +78,15 @@ def one_step_of(
         motion: whether the motion of some coordinates is prescribed.
         recorded: what is recorded.
         controller: what controls joints and muscles.
+        joints: types of joints of one coordinate that the model has.
     """
     record_desired, record_stage = recorders_of(recorded)
     control_stage, advance = control_stage_of(controller), controller.advance
     muscle_stage, muscular = control_stage, muscles is not None
+    by_coordinate = bool(joints) and controller.custom.effort is None
+    of_joints = joint_stages_of(joints)
+    kinematics_stage, acceleration_stage = of_joints.kinematics, of_joints.acceleration
+    hybrid_acceleration_stage, prescribe_stage = of_joints.hybrid_acceleration, of_joints.prescribe
     extensions_struct = extension_list((controller.extension,))
     if muscles is not None:
         functions = muscle_functions(objective, muscles.own)
@@ -113,6 +120,8 @@ def one_step_of(
         if status != RUNNING:
             return status
         control_stage(instance, lane, lanes, model, state, work, extensions.first)
+        if wp.static(by_coordinate):
+            coordinate_control_stage(instance, lane, lanes, model, work)
         effort_stage(instance, lane, lanes, model, state, work)
         record_desired(instance, lane, lanes, frame, model, state, record, work)
         if wp.static(muscular):
@@ -166,6 +175,7 @@ def step_kernel(
     motion: bool = False,
     recorded: RecordKind = RecordKind(),  # noqa: B008, immutable
     controller: Controller = SIMBICON,
+    joints: tuple[MotionOf, ...] = (),
 ) -> Any:
     """The fused kernel of a size class: launch with dim=(running instances, lanes) and this block_dim.
 
@@ -173,13 +183,14 @@ def step_kernel(
         capacity: bodies that it has room for, see `scratch.capacity_of`.
         lanes: threads that share an instance; 1 on the CPU.
         block_dim: threads a block, a multiple of lanes.
-        muscles, objective, collisions, motion, recorded, controller: see `one_step_of`.
+        muscles, objective, collisions, motion, recorded, controller, joints: see `one_step_of`.
     """
-    one_step = one_step_of(muscles, objective, collisions, motion, recorded, controller)
+    one_step = one_step_of(muscles, objective, collisions, motion, recorded, controller, joints)
     extensions_struct = extension_list((controller.extension,))
     instances_per_block = max(block_dim // lanes, 1)
     slots = slots_of(capacity)
-    memory = work_memory(capacity, instances_per_block)
+    memory = work_memory(capacity, instances_per_block, bool(joints))
+    work_at = joint_stages_of(joints).work_at
 
     @wp.kernel(
         module="unique",

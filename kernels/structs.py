@@ -44,6 +44,7 @@ from warpmuscle.kernels.status import Status
 ROOT_FREE, ROOT_PLANAR, ROOT_FIXED = 0, 1, 2
 BALL, UNIVERSAL, HINGE, FIXED = 1, 2, 3, 4
 SECOND_HINGE, ROOT_PRESCRIBED = 5, 6  # what motion leaves of a universal joint whose first axis it has, and of a root
+FIRST_COORDINATE_JOINT = 8  # and greater: types whose motion is a function of one coordinate, see `joint_motion.py`
 FIRST_AXIS, SECOND_AXIS = 1, 2  # of a universal joint, prescribed
 LEFT, RIGHT, REVERSE, SAME = 0, 1, 2, 3
 RUNNING, COMPLETED, FELL, TURNED, TOUCHED, DIVERGED, CROSSED, COLLIDED = map(int, Status)
@@ -276,6 +277,12 @@ class Work:
         wp.vec3
     ]  # (slots,) ... and its force; after the forward pass the force of the whole step, N
     flags: wp.array[int]  # (2,) a body that is no foot touched the ground, before that: another body; the step diverged
+    # Of joints of one coordinate, see `coordinate_joint.py`; only kernels that have such joints have them:
+    coordinate_turning: wp.array[wp.vec3]  # (bodies,) angular half of the motion subspace, world
+    coordinate_moving: wp.array[wp.vec3]  # (bodies,) and its linear half
+    coordinate_turning_drift: wp.array[wp.vec3]  # (bodies,) rad/s^2, angular acceleration at a constant speed
+    coordinate_drift: wp.array[wp.vec3]  # (bodies,) m/s^2, acceleration of the joint at a constant speed
+    coordinate_state: wp.array[wp.vec3]  # (bodies,) it itself, its speed, and what that gained in the last half step
 
 
 @wp.struct

@@ -12,7 +12,15 @@ import warp as wp
 from warpmuscle.kernels.actuation import actuation_stage_of, muscle_torque, pulled_torque
 from warpmuscle.kernels.collision import collision_stage_of
 from warpmuscle.kernels.contact import contact_stage
-from warpmuscle.kernels.dynamics import backward_pass, body_inertia, forward_pass, push_now
+from warpmuscle.kernels.dynamics import (
+    accelerate_body,
+    accelerate_root,
+    backward_pass_of,
+    body_inertia,
+    forward_pass_of,
+    push_now,
+    reduce_body,
+)
 from warpmuscle.kernels.extensions import NoExtensions
 from warpmuscle.kernels.failure import begin_step, posture_status
 from warpmuscle.kernels.gait_cycle import advance_cycles
@@ -75,6 +83,9 @@ def restore(instance: int, lane: int, lanes: int, model: ModelRef, work: WorkRef
     synchronize()
 
 
+backward_pass, forward_pass = backward_pass_of(reduce_body), forward_pass_of(accelerate_body)
+
+
 @wp.func
 def dynamics_parts(
     instance: int, lane: int, lanes: int, parts: int, limits: bool, model: ModelRef, state: StateRef, work: WorkRef
@@ -97,6 +108,9 @@ def dynamics_parts(
     if parts >= BACKWARD:
         backward_pass(instance, lane, lanes, model, work)
     if parts >= FORWARD:
+        if lane == 0:
+            accelerate_root(model.skeleton.plan[0].joint_type, model.skeleton, work)
+        synchronize()
         forward_pass(instance, lane, lanes, model, work)
 
 

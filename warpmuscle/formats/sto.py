@@ -2,7 +2,8 @@
 
 A `.mot` holds the angles of the joints in degrees and the root's position in metres, a `.sto` activations and forces of
 the muscles, a `.csv` both. A ball joint gives three angles, of turns about the child's x, then y, then z axis
-(intrinsic); a hinge or universal joint its own. Names are the joint's, with `_x`, `_y`, `_z` or `_a`, `_b` behind it.
+(intrinsic); a hinge or universal joint its own, a slide its position in metres. Names are the joint's, with `_x`,
+`_y`, `_z` or `_a`, `_b` behind it.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error
 from warpmuscle.core.files import replace_file
 from warpmuscle.core.pose import euler_xyz, normalized
+from warpmuscle.results.joint_poses import joint_angles
 from warpmuscle.results.motion_of_scene import check_motion_of
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
@@ -64,11 +66,11 @@ def coordinates(motion: Recording, scene: Scene) -> tuple[list[str], Floats]:
     names = [f"{root}_t{axis}" for axis in "xyz"] + [f"{root}_{axis}" for axis in "xyz"]
     turned = normalized(motion.root_orientation)
     columns: list[Floats] = [np.asarray(motion.root_position, np.float64), np.degrees(euler_xyz(turned))]
-    for index, name in enumerate(motion.joint_names):
+    for name in motion.joint_names:
         joint = scene.character.joints[name]
-        kind, q = joint_type(joint), normalized(motion.joint_orientation[:, index])
-        names += [f"{name}_{word}".rstrip("_") for word in kind.angles]
-        columns.append(np.degrees(kind.shown(joint, q, np.zeros((len(q), 3)))))
+        names += [f"{name}_{word}".rstrip("_") for word in joint_type(joint).angles]
+        angles = joint_angles(motion, scene.character, name)
+        columns.append(np.degrees(angles) if joint_type(joint).unit == "rad" else angles)
     return names, np.concatenate(columns, axis=1)
 
 

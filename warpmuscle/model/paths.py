@@ -203,7 +203,7 @@ def paths_struct(paths: Mapping[str, MusclePath], names: Topology, character: Ch
     )
     of_muscle = [i for crossings in by_muscle for i in crossings]
     p.of_muscle = records_to_device(structs.Crossing, device, number=of_muscle, joint=[joints[i] for i in of_muscle])
-    p.straight = records_to_device(structs.Straight, device, **_straight(table, names))
+    p.straight = records_to_device(structs.Straight, device, **_straight(table, names, character))
     p.segment_points = to_device(table.segments or [(0, 0)], int, device)
     p.crossing_start = to_device(np.searchsorted(joints, np.arange(len(names.bodies) + 1)), int, device)
     p.crossing_muscle = _numbers([crossing.muscle for crossing in table.crossings], device)
@@ -220,15 +220,20 @@ def paths_struct(paths: Mapping[str, MusclePath], names: Topology, character: Ch
     return p
 
 
-def all_straight(table: PathTable, names: Topology) -> bool:
+def all_straight(table: PathTable, names: Topology, character: Character) -> bool:
     """Whether every path is one segment between neighbouring bodies that crosses the joint between them."""
     muscles = len(table.muscles)
     single = table.segment_start == list(range(muscles + 1)) and not any(c.pulleys for c in table.crossings)
     if not single or sorted(crossing.muscle for crossing in table.crossings) != list(range(muscles)):
         return False
     bodies = (_bodies(segment, table, names) for segment in table.segments)
-    neighbours = all(names.parents[max(pair)] == min(pair) for pair in bodies)
+    neighbours = all(_joined(max(pair), min(pair), names, character) for pair in bodies)
     return neighbours and not any(map(table.conditional, range(muscles)))
+
+
+def _joined(child: int, parent: int, names: Topology, character: Character) -> bool:
+    """Whether a joint that stays where it is in the parent carries the child."""
+    return names.parents[child] == parent and not joint_type(character.joints[names.joints[child - 1]]).by_coordinate
 
 
 def _bodies(segment: tuple[int, int], table: PathTable, names: Topology) -> tuple[int, int]:
@@ -237,9 +242,9 @@ def _bodies(segment: tuple[int, int], table: PathTable, names: Topology) -> tupl
     return a, b
 
 
-def _straight(table: PathTable, names: Topology) -> dict[str, list[int]]:
+def _straight(table: PathTable, names: Topology, character: Character) -> dict[str, list[int]]:
     """The fields of `kernels.structs.Straight` by muscle if all paths are straight, else of none that counts."""
-    if not all_straight(table, names):
+    if not all_straight(table, names, character):
         return {field: [0] for field in structs.Straight.vars}
     by_muscle = sorted(enumerate(table.crossings), key=lambda crossing: crossing[1].muscle)
     bodies = [_bodies(segment, table, names) for segment in table.segments]
@@ -270,7 +275,7 @@ def _ends(segment: tuple[int, int], table: PathTable, names: Topology, character
     a, b = _bodies(segment, table, names)
     own = [rows(point.place()) - joint_in(body) for point, body in zip(points, (a, b), strict=True)]
     for origin, other, end in ((b, a, 0), (a, b, 1)):
-        if names.parents[origin] == other:
+        if _joined(origin, other, names, character):
             anchor = rows(character.joints[names.joints[origin - 1]].position_in_parent)
             own[end] = rows(points[end].place()) - anchor
             return _Ends((a, b), origin, False, own)

@@ -5,9 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from warpmuscle.kernels.control import Controller
+from warpmuscle.kernels.joint_motion import MotionOf
 from warpmuscle.kernels.objective_terms import ObjectiveKind
 from warpmuscle.model.collisions import Pair, collision_pairs
 from warpmuscle.model.controller import compiled_controller
+from warpmuscle.model.joints import compiled_joints
 from warpmuscle.model.muscles import ActuationMap, driven
 from warpmuscle.model.objective import objective_kind
 from warpmuscle.model.prescribed_motion import Kinematic, kinematic
@@ -25,6 +27,7 @@ class Structure:
     actuation: ActuationMap  # what drives the joints, and the muscles that are simulated
     kinematic: Kinematic  # coordinates that move as prescribed
     collision_pairs: list[Pair]  # of bodies that must not run into each other
+    joints: tuple[MotionOf, ...]  # types of joints of one coordinate
     objective: ObjectiveKind  # the sums that a step makes
     controller: Controller  # what a step has compiled in of it
 
@@ -45,6 +48,7 @@ def structure_of(scene: Scene) -> Structure:
         actuation=actuation,
         kinematic=kinematic(scene, names, actuation.drives),
         collision_pairs=collision_pairs(scene, names),
+        joints=compiled_joints(scene.character),
         objective=objective_kind(scene, not actuation.by_torque_alone),
         controller=compiled_controller(scene, actuation.muscles),
     )

@@ -67,13 +67,14 @@ class Body(Part):
 class Joint(Part):
     """A joint between two bodies; its coordinates are the child's rotation in the parent's frame.
 
-    `axes`: hinge [a]; universal [a, b], the child turning by b of the parent, then by a of its own; ball
-    [swing, twist], used by its limits only, as the Euler angles of rotations about swing (in the parent),
-    swing x twist, and twist (in the child); fixed [].
-    `limits`: one [low, high] in rad per axis (three for a ball: swing, swing x twist, twist); none if empty.
+    `axes`: hinge [a]; slide [a], along which the child moves; universal [a, b], the child turning by b of the parent,
+    then by a of its own; ball [swing, twist], used by its limits only, as the Euler angles of rotations about swing (in
+    the parent), swing x twist, and twist (in the child); fixed [].
+    `limits`: one [low, high] in rad per axis (three for a ball: swing, swing x twist, twist), of a slide in m; none if
+    empty. Their stiffness and damping are those of a slide in N/m and N s/m.
     """
 
-    type: str  # ball, universal, hinge, fixed, or another one of `scene.joints.TYPES`
+    type: str  # ball, universal, hinge, slide, fixed, or another one of `scene.joints.TYPES`
     parent: str
     child: str
     position_in_parent: Annotated[Vector, "m"]  # in the parent's frame
@@ -95,10 +96,15 @@ class Character(Part):
 
 
 class JointState(Part):
-    """Start of a joint: the child's orientation and angular velocity relative to the parent, in the parent's frame."""
+    """Start of a joint: the child's orientation and angular velocity relative to the parent, in the parent's frame.
+
+    A joint whose motion is a function of one coordinate, such as a slide, starts from that and its rate instead.
+    """
 
     orientation: Annotated[tuple[Number, Number, Number, Number], "1"] = (0.0, 0.0, 0.0, 1.0)
     angular_velocity: Annotated[Vector, "rad/s"] = (0.0, 0.0, 0.0)
+    coordinate: Annotated[Number, "rad or m"] = 0.0
+    speed: Annotated[Number, "rad/s or m/s"] = 0.0
 
 
 class InitialState(Part):

@@ -25,6 +25,7 @@ from warpmuscle.core.errors import RolloutError
 from warpmuscle.core.warp_start import no_cache
 from warpmuscle.kernels import structs
 from warpmuscle.kernels.control import SIMBICON, Controller
+from warpmuscle.kernels.joint_motion import MotionOf
 from warpmuscle.kernels.muscle_stage import MuscleKind
 from warpmuscle.kernels.objective_terms import ObjectiveKind
 from warpmuscle.kernels.record import NOTHING, RecordKind
@@ -63,6 +64,12 @@ class KernelConfig(NamedTuple):
     motion: bool
     recorded: RecordKind
     controller: Controller = SIMBICON
+    joints: tuple[MotionOf, ...] = ()
+
+    @property
+    def work_floats(self) -> int:
+        """Numbers of the working set of an instance."""
+        return int(work_floats(self.capacity, bool(self.joints)))
 
 
 @contextmanager
@@ -94,7 +101,7 @@ class Launcher:
         buffers = threads if device.is_cpu else 1
         self._loaded = False
         self._sliced: tuple[Integers | None, list[wp.array]] = (None, [])
-        self._buffers = [wp.zeros(work_floats(recipe.capacity), dtype=float, device=device) for _ in range(buffers)]
+        self._buffers = [wp.zeros(recipe.work_floats, dtype=float, device=device) for _ in range(buffers)]
 
     def load(self) -> None:
         """Have the kernel ready on the device, compiled now unless Warp has it in its cache.
@@ -227,7 +234,7 @@ def spread_recipe(recipe: KernelConfig, running: int, multiprocessors: int) -> K
 
     It is the one that replays use, since nothing is recorded where nothing is asked for.
     """
-    lanes = usual_lanes(None, work_floats(recipe.capacity), running, multiprocessors)
+    lanes = usual_lanes(None, recipe.work_floats, running, multiprocessors)
     if lanes <= recipe.lanes or recipe.recorded not in (NOTHING, RecordKind()):
         return None
     return recipe._replace(lanes=lanes, recorded=RecordKind())

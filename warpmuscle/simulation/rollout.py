@@ -128,7 +128,9 @@ class Rollout(Stepped):
         capacity = capacity_of(len(self.names.bodies))
         self.lanes = 1
         if not self.device.is_cpu:
-            self.lanes = usual_lanes(lanes, work_floats(capacity), self.instances, self.device.sm_count)
+            self.lanes = usual_lanes(
+                lanes, work_floats(capacity, bool(self.structure.joints)), self.instances, self.device.sm_count
+            )
         kind = compiled_kind(scene, self.names, self._driven, capacity, lean=not self.device.is_cpu)
         recorded_instances = chosen(record, self.instances)
         # On a GPU, code that is not there saves time; elsewhere one kernel for all saves compiling another.
@@ -137,6 +139,7 @@ class Rollout(Stepped):
         self._recipe = KernelConfig(
             capacity, self.lanes, self.block_dim, kind, self._objective, bool(self.structure.collision_pairs),
             bool(self._kinematic.names), recorded, self.structure.controller,
+            self.structure.joints,
         )  # fmt: skip
         self._launchers: dict[KernelConfig, Launcher] = {}
         self._spreads = lanes is None and not self.device.is_cpu

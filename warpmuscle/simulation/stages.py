@@ -48,7 +48,7 @@ class Stages(Rollout):
     def __init__(self, scene: SceneLike, instances: int = 1, device: str | None = None, *, trust: bool = False) -> None:
         """Prepare room for so many states; see `Rollout`."""
         super().__init__(scene, instances, device, trust=trust)
-        floats = work_floats(capacity_of(len(self.names.bodies)))
+        floats = work_floats(capacity_of(len(self.names.bodies)), True)
         self._workspace = wp.zeros((self.instances, floats), dtype=float, device=self.device)
 
     def set_state(
@@ -64,6 +64,8 @@ class Stages(Rollout):
         stance: ArrayLike = 0,
         machine_state: ArrayLike = 0,
         foot_force: ArrayLike = 0.0,
+        joint_coordinate: ArrayLike = 0.0,
+        joint_speed: ArrayLike = 0.0,
     ) -> None:
         """Set the states of all instances, n = instances, J = joints.
 
@@ -74,6 +76,7 @@ class Stages(Rollout):
             joint_angular_velocity: (n, J, 3) of the child relative to the parent, parent's axes, rad/s.
             phase, stance (0 left, 1 right), machine_state: (n,) of the controller.
             foot_force: (n, 2, 3) N, on the left and the right foot in the step before.
+            joint_coordinate, joint_speed: (n, J) of joints whose motion is a function of one coordinate, m or rad.
 
         Raises:
             RolloutError: another shape, or a number that is not finite.
@@ -86,6 +89,8 @@ class Stages(Rollout):
         orientation = self._turns(joint_orientation, "joint_orientation", joints, 4)
         rate = self._rows(joint_angular_velocity, "joint_angular_velocity", joints, 3)
         feet = self._rows(foot_force, "foot_force", 2, 3)
+        coordinate = self._rows(joint_coordinate, "joint_coordinate", joints)
+        speed = self._rows(joint_speed, "joint_speed", joints)
         states = 1 if self.scene.controller is None else len(self.scene.controller.states)
         most = {"phase": np.inf, "stance": 1, "machine_state": states - 1}
         of_controller = {"phase": phase, "stance": stance, "machine_state": machine_state}
@@ -99,6 +104,8 @@ class Stages(Rollout):
         for i, name in enumerate(self.names.joints):
             joint = self._numeric.character.joints[name]
             joint_q, joint_v = joint_type(joint).nearest(joint, orientation[:, i], rate[:, i])
+            if joint_type(joint).by_coordinate:
+                joint_q, joint_v = coordinate[:, i : i + 1], speed[:, i : i + 1]
             coordinates.append(joint_q)
             speeds.append(joint_v)
         s = self._state

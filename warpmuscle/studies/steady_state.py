@@ -8,9 +8,11 @@ import numpy as np
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import RolloutError
 from warpmuscle.core.pose import twist_angle
+from warpmuscle.results.joint_poses import joint_angles
 from warpmuscle.results.recording import Recording
-from warpmuscle.scene import InitialState, JointState, Scene
+from warpmuscle.scene import Character, InitialState, JointState, Scene
 from warpmuscle.scene.ground import plane
+from warpmuscle.scene.joints import joint_type
 from warpmuscle.simulation.rollout import Rollout
 
 DIGITS = 6
@@ -37,7 +39,7 @@ def steady_state(scene: Scene, after: float) -> Scene:
     if frame is None:
         raise RolloutError(f"{scene.name} begins no step between {after:g} s and its end at {motion.time[-1]:.3g} s")
     normal, _ = plane(rollout.numeric.ground)
-    return msgspec.structs.replace(scene, initial_state=state_at(motion, frame, normal))
+    return msgspec.structs.replace(scene, initial_state=state_at(motion, frame, normal, rollout.numeric.character))
 
 
 def _first_step(motion: Recording, after: float, state: int, stance: int) -> int | None:
@@ -47,7 +49,7 @@ def _first_step(motion: Recording, after: float, state: int, stance: int) -> int
     return int(found[0]) if len(found) else None
 
 
-def state_at(motion: Recording, frame: int, normal: Floats) -> InitialState:
+def state_at(motion: Recording, frame: int, normal: Floats, character: Character) -> InitialState:
     """The state of a motion in one frame, moved along the ground with this normal, (3,), to above the origin."""
 
     def numbers(values: Floats) -> tuple[float, ...]:
@@ -67,5 +69,18 @@ def state_at(motion: Recording, frame: int, normal: Floats) -> InitialState:
                 numbers(motion.joint_angular_velocity[frame, index]),  # type: ignore[arg-type]
             )
             for index, name in enumerate(motion.joint_names)
+            if not joint_type(character.joints[name]).by_coordinate
+        }
+        | {
+            name: _coordinate_state(motion, frame, character, name)
+            for name in motion.joint_names
+            if joint_type(character.joints[name]).by_coordinate
         },
     )
+
+
+def _coordinate_state(motion: Recording, frame: int, character: Character, name: str) -> JointState:
+    """The state of a joint of one coordinate, whose speed follows from the frames beside it."""
+    coordinate = joint_angles(motion, character, name)[:, 0]
+    speed = np.gradient(coordinate, motion.time)[frame]
+    return JointState(coordinate=round(float(coordinate[frame]), DIGITS), speed=round(float(speed), DIGITS))

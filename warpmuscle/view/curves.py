@@ -8,8 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from warpmuscle.core.array_types import Floats
-from warpmuscle.core.pose import conjugate, normalized, rotate
+from warpmuscle.core.pose import conjugate, rotate
 from warpmuscle.gait.cycles import flexion_signs
+from warpmuscle.results.joint_poses import joint_angles
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
 from warpmuscle.scene.anatomy import Side
@@ -43,20 +44,20 @@ def panels_of(recording: Recording, scene: Scene) -> list[Panel]:
     hips, knees and ankles is positive, and so is a torque towards it.
     """
     signs = flexion_signs(scene)
-    angles: dict[str, Floats] = {}
-    torques: dict[str, Floats] = {}
+    curves: dict[str, tuple[dict[str, Floats], dict[str, Floats]]] = {"rad": ({}, {}), "m": ({}, {})}
     orientations = dict(zip(recording.body_names, np.moveaxis(recording.body_orientation, 1, 0), strict=True))
     for number, name in enumerate(recording.joint_names):
         joint = scene.character.joints[name]
-        kind, turn = joint_type(joint), normalized(recording.joint_orientation[:, number])
-        own = kind.shown(joint, turn, np.zeros((len(turn), 3)))
+        kind, own = joint_type(joint), joint_angles(recording, scene.character, name)
+        shown, factor = curves[kind.unit], np.degrees(1.0) if kind.unit == "rad" else 1.0
         acting = -rotate(conjugate(orientations[joint.parent]), recording.joint_torque[:, number])
         about = kind.components(joint, acting)
         for axis, word in enumerate(kind.angles):
             key, sign = f"{name} {word}".strip(), signs.get(name, 1.0) if axis == 0 else 1.0
-            angles[key], torques[key] = sign * np.degrees(own[:, axis]), sign * about[:, axis]
+            shown[0][key], shown[1][key] = sign * factor * own[:, axis], sign * about[:, axis]
     feet = {"left": recording.foot_force_left, "right": recording.foot_force_right}
-    panels = _panels("angles", "°", angles) + _panels("torques", "N m", torques)
+    panels = _panels("angles", "°", curves["rad"][0]) + _panels("positions", "m", curves["m"][0])
+    panels += _panels("torques", "N m", curves["rad"][1]) + _panels("forces", "N", curves["m"][1])
     activation = dict(zip(recording.muscle_names, recording.muscle_activation.T, strict=True))
     panels += _panels("activations", "", activation)
     if any(np.any(force) for force in feet.values()):

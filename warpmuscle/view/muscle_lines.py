@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warpmuscle.core.array_types import Floats
-from warpmuscle.core.pose import normalized, rotate
+from warpmuscle.core.pose import rotate
+from warpmuscle.results.joint_poses import joint_angles
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Character, Condition
-from warpmuscle.scene.joints import joint_type
 
 
 @dataclass(frozen=True)
@@ -54,9 +54,7 @@ def point_weights(lines: MuscleLines, recording: Recording, character: Character
 
 def _angle(recording: Recording, character: Character, condition: Condition) -> Floats:
     """The joint angle (F,), rad, that a condition is about."""
-    joint = character.joints[condition.joint]
-    q = normalized(recording.joint_orientation[:, recording.joint_names.index(condition.joint)])
-    return joint_type(joint).shown(joint, q, np.zeros((len(q), 3)))[:, condition.axis]
+    return joint_angles(recording, character, condition.joint)[:, condition.axis]
 
 
 def _smooth_step(x: Floats) -> Floats:

@@ -16,6 +16,7 @@ from warpmuscle.results.motion_of_scene import check_motion_of
 from warpmuscle.results.recording import QUANTITIES, Recording
 from warpmuscle.scene import Scene
 from warpmuscle.scene.ground import plane
+from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.topology import Topology, topology
 from warpmuscle.view.muscle_lines import MuscleLines, muscle_lines, point_weights, world_points
 from warpmuscle.view.packing import whole
@@ -151,7 +152,7 @@ def desired_pose(recording: Recording, scene: Scene, names: Topology) -> Floats 
     by_character = _in_character_frame(recording, scene, names)
     for body, joint in enumerate(names.joints, 1):
         parent = wanted[:, names.parents[body]]
-        if joint in controller.pd:
+        if joint in controller.pd and not joint_type(scene.character.joints[joint]).by_coordinate:
             base = np.where(by_character[:, body, None], facing, parent)
             wanted[:, body] = multiply(base, normalized(recording.joint_target[:, body - 1]))
         else:

@@ -54,6 +54,9 @@ def test_coordinates_come_back_from_the_pose(name: str):
         q = normalized(q)
     motion = kind.motion(joint, q, v)
     angular = sum((axis * v[:, i : i + 1] for i, axis in enumerate(motion.turning)), start=np.zeros((20, 3)))
+    if kind.by_coordinate:
+        np.testing.assert_allclose(kind.shown(joint, motion.orientation, motion.place), q, atol=1e-7)
+        return
     found = kind.nearest(joint, motion.orientation, angular)
     np.testing.assert_allclose(found[0], q, atol=1e-9)
     np.testing.assert_allclose(found[1], v, atol=1e-9)

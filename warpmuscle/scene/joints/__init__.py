@@ -12,13 +12,14 @@ To add: a type, as a `JointType` in a file here, and into `TYPES`.
 from __future__ import annotations
 
 from warpmuscle.scene import Character, Joint
+from warpmuscle.scene.joints.coordinate import SLIDE
 from warpmuscle.scene.joints.joint_type import JointType as JointType
 from warpmuscle.scene.joints.joint_type import Motion as Motion
 from warpmuscle.scene.joints.roots import FIXED_ROOT, FREE, PLANAR
 from warpmuscle.scene.joints.roots import RootType as RootType
 from warpmuscle.scene.joints.turning import BALL, FIXED, HINGE, UNIVERSAL
 
-TYPES: dict[str, JointType] = {entry.name: entry for entry in (BALL, UNIVERSAL, HINGE, FIXED)}
+TYPES: dict[str, JointType] = {entry.name: entry for entry in (BALL, UNIVERSAL, HINGE, FIXED, SLIDE)}
 ROOT_TYPES: dict[str, RootType] = {entry.name: entry for entry in (FREE, PLANAR, FIXED_ROOT)}
 
 

@@ -42,13 +42,15 @@ class JointType:
     """One type of joint; its subclasses say how one moves. Arrays are (rows, ...): one row, or a row an instance."""
 
     name: str  # in a scene
-    device: str  # name of the constant in `kernels.structs` that stands for it on the device
+    device: str = ""  # name of the constant in `kernels.structs` that stands for it on the device
+    kernel: str = ""  # or, of a joint of one coordinate, `module:function` of its motion, see `kernels.joint_motion`
     coordinates: tuple[str, ...]  # words behind the joint's name in names of coordinates
     speeds: tuple[str, ...]  # the same of speeds
     axes: int  # that a scene gives
     limits: int  # that a scene may give
     angles: tuple[str, ...]  # words behind the joint's name where files and figures show its angles
     angle_names: tuple[str, ...]  # the same in titles
+    unit: str = "rad"  # of the coordinates and angles; of a quaternion that of its angles
     mujoco: tuple[MujocoJoint, ...] = ()  # outermost first; none: welded
     mujoco_coordinates: tuple[int, ...] = ()  # ours in MuJoCo's order
     mujoco_speeds: tuple[int, ...] = ()
@@ -59,6 +61,11 @@ class JointType:
     def quaternion(self) -> bool:
         """Whether the coordinates are a quaternion, and the joint as a whole is prescribed or not."""
         return len(self.coordinates) > len(self.speeds)
+
+    @property
+    def by_coordinate(self) -> bool:
+        """Whether its motion is a function of one coordinate, which moves the child's joint point, too."""
+        return bool(self.kernel)
 
     @property
     def moves(self) -> bool:
@@ -79,6 +86,14 @@ class JointType:
             raise SceneError(message, key=f"{key}.limits")
         for index, axis in enumerate(joint.axes):
             checks.not_zero(f"{key}.axes.{index}", axis, "axis")
+
+    def check_state(self, checks: Checks, key: str, state: JointState) -> None:
+        """Raise SceneError unless a joint of this type can start from a state."""
+        checks.not_zero(f"{key}.orientation", state.orientation, "quaternion")
+        for field in ("coordinate", "speed"):
+            if getattr(state, field) != 0.0:
+                message = f"a {self.name} joint starts from `orientation` and `angular_velocity`"
+                raise SceneError(message, key=f"{key}.{field}")
 
     @property
     def axes_optional(self) -> bool:

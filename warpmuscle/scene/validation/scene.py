@@ -309,7 +309,7 @@ class _Check(Checks):
         for name, joint in initial.joints.items():
             key = f"initial_state.joints.{name}"
             known(name, character.joints, "joint", key)
-            self.not_zero(f"{key}.orientation", joint.orientation, "quaternion")
+            joint_type(character.joints[name]).check_state(self, key, joint)
 
     def ground(self, ground: Ground) -> None:
         """The plane has a normal; its contacts push and brake."""

@@ -1,0 +1,25 @@
+"""Where joints are in a recorded motion."""
+
+from __future__ import annotations
+
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.number_rows import rows
+from warpmuscle.core.pose import conjugate, normalized, rotate
+from warpmuscle.results.recording import Recording
+from warpmuscle.scene import Character
+from warpmuscle.scene.joints import joint_type
+
+
+def joint_angles(motion: Recording, character: Character, name: str) -> Floats:
+    """The angles of a joint in all frames, (F, A), rad or m, as its type shows them.
+
+    Args:
+        character: without free parameters.
+    """
+    joint = character.joints[name]
+    parent, child = (motion.body_names.index(body) for body in (joint.parent, joint.child))
+    turned = normalized(motion.body_orientation[:, [parent, child]])
+    point = motion.body_position[:, child] + rotate(turned[:, 1], rows(joint.position_in_child))
+    place = rotate(conjugate(turned[:, 0]), point - motion.body_position[:, parent]) - rows(joint.position_in_parent)
+    orientation = normalized(motion.joint_orientation[:, motion.joint_names.index(name)])
+    return joint_type(joint).shown(joint, orientation, place)
