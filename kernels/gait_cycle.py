@@ -1,6 +1,6 @@
 """The gait cycle of each foot: from when it touches down to when it does so again.
 
-`warpmuscle.gait.ground_contact` finds the same in a recording.
+`warpmuscle.gait.foot_contact` finds the same in a recording.
 """
 
 import warp as wp

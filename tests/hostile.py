@@ -8,9 +8,8 @@ from typing import Any
 from biped import random_recording
 from muscle_arm import muscle
 from warpmuscle.formats import toml
-from warpmuscle.optimization.api import parameter_table
 from warpmuscle.results.recording import Recording
-from warpmuscle.results.records import Result
+from warpmuscle.results.records import Result, parameter_table
 from warpmuscle.scene import Body, Character, Failure, InitialState, Joint, Scene
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.parameters import free_parameters

@@ -8,9 +8,17 @@ import numpy as np
 from biped import breadth_first, forward_kinematics, random_recording
 from muscle_arm import arm
 from warpmuscle.formats import load, toml
-from warpmuscle.optimization.api import parameter_table
 from warpmuscle.results.recording import QUANTITIES, Recording
-from warpmuscle.results.records import Evaluations, History, Options, ParameterTable, Result, Searched, best_of
+from warpmuscle.results.records import (
+    Evaluations,
+    History,
+    Options,
+    ParameterTable,
+    Result,
+    Searched,
+    best_of,
+    parameter_table,
+)
 from warpmuscle.scene import Character, Objective, Scene
 from warpmuscle.scene.parameters import free_parameters
 from warpmuscle.scene.topology import topology

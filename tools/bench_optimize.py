@@ -24,7 +24,8 @@ import typer
 import warp as wp
 
 from warpmuscle.formats import load
-from warpmuscle.optimization import api, search_loop
+from warpmuscle.optimization import search_loop
+from warpmuscle.optimization.optimize import optimize
 from warpmuscle.optimization.replay import Replayer
 from warpmuscle.results.checkpoint import Checkpoint
 from warpmuscle.simulation.candidates import CandidateBatch
@@ -90,10 +91,10 @@ def main(
     short = msgspec.structs.replace(given, duration=0.1)
     candidates = population * searches * generations
     asked: dict[str, Any] = {"search": search, "searches": searches, "population": population}
-    api.optimize(short, min(candidates, 2 * population * searches), 1, device, **asked)  # compiles and imports
+    optimize(short, min(candidates, 2 * population * searches), 1, device, **asked)  # compiles and imports
     with tempfile.TemporaryDirectory() as folder, stopwatch() as spent:
         begin = time.perf_counter()
-        result = api.optimize(given, candidates, 1, device, output=Path(folder) / "bench.h5", **asked)
+        result = optimize(given, candidates, 1, device, output=Path(folder) / "bench.h5", **asked)
         wall = time.perf_counter() - begin
         size = (Path(folder) / "bench.h5").stat().st_size
     assert result.evaluations is not None

@@ -10,12 +10,11 @@ from typing import Any
 from warpmuscle.formats import toml
 from warpmuscle.gait.cycles import PERCENT, leg_angles, over_strides, steady_strides, vertical_forces
 from warpmuscle.gait.quality import runs, support_of
-from warpmuscle.optimization.api import parameter_table
 from warpmuscle.plots import KINDS, Absent, Choices, Subject, draw
 from warpmuscle.plots.angles import angle_bands, legend_below, norm_band
 from warpmuscle.plots.style import GRAY, cycle_axis, mean_and_spread, page, save, style
 from warpmuscle.results.recording import Recording
-from warpmuscle.results.records import Result
+from warpmuscle.results.records import Result, parameter_table
 from warpmuscle.scene import Scene
 from warpmuscle.scene.norms import FORCE, LEG_ANGLES
 from warpmuscle.scene.parameters import free_parameters

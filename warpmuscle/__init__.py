@@ -19,8 +19,9 @@ if TYPE_CHECKING:
     from warpmuscle.core.status import Status
     from warpmuscle.formats import load, save
     from warpmuscle.gait.measures import measure
-    from warpmuscle.optimization.api import optimize, resume
     from warpmuscle.optimization.best_scene import best_scene
+    from warpmuscle.optimization.optimize import optimize
+    from warpmuscle.optimization.resume import resume
     from warpmuscle.plots import plot
     from warpmuscle.results.recording import Recording
     from warpmuscle.results.records import Result
@@ -44,8 +45,8 @@ _HOMES = {
     "MultiDeviceRollout": "simulation.multi_device", "Recording": "results.recording", "Result": "results.records",
     "Rollout": "simulation.rollout", "Scene": "scene", "Stages": "simulation.stages", "Status": "core.status",
     "best_scene": "optimization.best_scene", "load": "formats", "make_rollout": "simulation.multi_device",
-    "measure": "gait.measures", "optimize": "optimization.api", "plot": "plots", "read": "results.result",
-    "resume": "optimization.api", "save": "formats", "show": "view.notebook", "trust": "scene.trusted_code",
+    "measure": "gait.measures", "optimize": "optimization.optimize", "plot": "plots", "read": "results.result",
+    "resume": "optimization.resume", "save": "formats", "show": "view.notebook", "trust": "scene.trusted_code",
     "write": "results.result",
 }  # fmt: skip
 

@@ -17,7 +17,7 @@ from warpmuscle.core.errors import Error, SceneError
 from warpmuscle.core.files import read_file
 from warpmuscle.core.limits import LIMITS, check_size
 from warpmuscle.formats import load, toml
-from warpmuscle.optimization.api import optimize
+from warpmuscle.optimization.optimize import optimize
 from warpmuscle.scene import Body, Muscle, Scene, ViaPoint
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.validation.scene import check_scene

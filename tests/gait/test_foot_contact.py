@@ -1,97 +1,98 @@
-"""Slides, drags and depths of feet that are moved by hand."""
+"""Feet touch down and lift off where the force on them says so: not for a scuff, not again for a bounce."""
 
 import numpy as np
 import pytest
 
-from muscle_arm import arm
-from small_result import march, walk_scene, with_arrays
+from small_result import STRIDE, walk_result, with_arrays
 from warpmuscle.core.errors import Error
-from warpmuscle.core.pose import about
-from warpmuscle.gait.cycles import body_weight
-from warpmuscle.gait.foot_contact import FootContact, foot_contact
-from warpmuscle.scene import Scene
-from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.gait.foot_contact import Contact, contacts, support, touch_downs
 
-SOLE = 0.033  # m, of the foot's box below its centre of mass
-RADIUS, CENTER = 0.01, np.array([0.0, -0.005, 0.025])  # m, of the sphere of the toes
+WEIGHT = 700.0  # N
+TIME = np.arange(4000) / 1000.0
 
 
-@pytest.fixture(scope="module")
-def scene() -> Scene:
-    """The biped that walks on torques."""
-    plain = walk_scene("fwalk")
-    return substitute(plain, start_values(plain))
+def force(*spells: tuple[float, float], load: float = 500.0) -> np.ndarray:
+    """A load (F,), N, in each of these spells, s."""
+    loaded = np.zeros(len(TIME), dtype=bool)
+    for begin, end in spells:
+        loaded |= (begin - 5e-4 <= TIME) & (end - 5e-4 > TIME)
+    return load * loaded
 
 
-def contact(scene: Scene, load: np.ndarray, turned: float = 0.0, **bodies: np.ndarray) -> FootContact:
-    """The contact of feet in the air but for these bodies at (F, 3); the left foot carries (F,) body weights.
-
-    Args:
-        turned: rad, by which the toes turn about x over the motion.
-    """
-    motion = march(scene.character, 1.0, 1.0, 101)
-    place, orientation = motion.body_position.copy(), np.zeros_like(motion.body_orientation)
-    orientation[..., 3] = 1.0
-    orientation[:, motion.body_names.index("lToes")] = about([1.0, 0.0, 0.0], turned * motion.time)
-    for name in ("lFoot", "rFoot", "lToes", "rToes"):
-        place[:, motion.body_names.index(name)] = bodies.get(name, np.tile([0.0, 1.0, 0.0], (101, 1)))
-    force = np.stack([0.0 * load, load * body_weight(scene), 0.0 * load], axis=1)
-    return foot_contact(
-        with_arrays(motion, body_position=place, body_orientation=orientation, foot_force_left=force,
-                    foot_force_right=0.0 * force),
-        scene,
-    )  # fmt: skip
+def found(*spells: tuple[float, float], load: float = 500.0) -> list[Contact]:
+    return contacts(TIME, force(*spells, load=load), WEIGHT)
 
 
-def path(x: float | np.ndarray, y: float | np.ndarray, z: float | np.ndarray) -> np.ndarray:
-    """Places (101, 3), m."""
-    return np.stack([np.broadcast_to(part, 101) for part in (x, y, z)], axis=1).astype(float)
+def test_a_contact_is_from_one_crossing_of_the_bound_to_the_next():
+    (one,) = found((1.0, 1.6))
+    assert one == pytest.approx((0.9995, 1.6), abs=1e-3)
 
 
-TIME = np.linspace(0.0, 1.0, 101)
+def test_a_load_of_less_than_20_ms_or_3_percent_of_the_weight_is_no_contact():
+    assert found((1.0, 1.018)) == []
+    assert len(found((1.0, 1.025))) == 1
+    assert found((1.0, 1.6), load=0.029 * WEIGHT) == []
+    assert len(found((1.0, 1.6), load=0.031 * WEIGHT)) == 1
 
 
-def test_a_loaded_foot_slides_as_far_as_it_is_moved_and_is_as_deep_as_it_is_put(scene: Scene):
-    found = contact(scene, np.ones(101), lFoot=path(0.04 * TIME, SOLE - 0.002, 0.03 * TIME))
-    assert found.greatest_slide == pytest.approx(0.05)
-    assert found.mean_slide == pytest.approx(0.05)
-    assert found.mean_drag == 0.0
-    assert found.depth == pytest.approx(0.002)
+def test_a_bounce_of_less_than_a_fifth_of_a_second_does_not_end_a_contact():
+    assert len(found((1.0, 1.1), (1.29, 1.6))) == 1
+    assert len(found((1.0, 1.1), (1.31, 1.6))) == 2
+    assert len(found((1.0, 1.6), (1.7, 1.77), (2.1, 2.6))) == 2  # toes that drag after the foot has lifted off
 
 
-def test_a_foot_that_comes_back_has_slid_as_far_as_it_was_away(scene: Scene):
-    away = 0.02 * np.sin(np.pi * TIME)
-    assert contact(scene, np.ones(101), lFoot=path(0, SOLE - 0.001, away)).greatest_slide == pytest.approx(0.02)
+def test_what_began_before_the_recording_or_lasts_beyond_it_has_no_such_end():
+    first, last = found((0.0, 0.5), (3.5, 4.0))
+    assert first == Contact(None, pytest.approx(0.5, abs=1e-3))
+    assert last == Contact(pytest.approx(3.5, abs=1e-3), None)
+    assert contacts(TIME[:0], TIME[:0], WEIGHT) == []
 
 
-def test_a_foot_in_the_air_does_not_slide(scene: Scene):
-    assert contact(scene, np.ones(101), lFoot=path(0, SOLE + 0.001, TIME)) == FootContact(0.0, 0.0, 0.0, 0.0)
+def test_a_foot_that_carries_from_the_first_step_on_stood_there_before():
+    motion = walk_result().replays[0]
+    loads = motion.foot_force_left.copy()
+    assert loads[1, 1] > 100.0
+    loads[0] = 0.0  # as the simulator records it
+    assert touch_downs(with_arrays(motion, foot_force_left=loads), "left")[0] == pytest.approx(0.995)
 
 
-def test_what_slides_without_load_is_a_drag_and_each_step_counts(scene: Scene):
-    load = np.where(TIME < 0.205, 1.0, np.where(TIME < 0.605, 0.1, 0.8))
-    moved = np.interp(TIME, [0.2, 0.21, 0.6, 0.61, 1.0], [0.0, 0.0, 0.2, 0.2, 0.21])
-    found = contact(scene, load, lFoot=path(0, SOLE - 0.001, moved))
-    assert found.mean_drag == pytest.approx(0.2 / 2, abs=1e-3)  # the other foot hangs in the air, and drags by nothing
-    assert found.greatest_slide == pytest.approx(0.01, abs=1e-3)
-    assert found.mean_slide == pytest.approx(0.005, abs=1e-3)
+@pytest.mark.parametrize("rate", [50.0, 100.0, 200.0, 1000.0])
+def test_touch_downs_of_a_sudden_load_are_known_without_bias_at_any_rate(rate: float):
+    late = []
+    for start in 1.0 + np.linspace(0.0, 1.0 / rate, 40, endpoint=False):
+        time = np.arange(round(3.0 * rate)) / rate
+        (one,) = contacts(time, np.where((time >= start) & (time < 2.0), 500.0, 0.0), WEIGHT)
+        late.append(one.touch_down - start)
+    assert np.abs(late).max() <= 0.5 / rate + 1e-9
+    assert np.mean(late) == pytest.approx(0.0, abs=0.03 / rate)
 
 
-def test_toes_that_roll_do_not_slide(scene: Scene):
-    angle = 0.8  # rad; about x, so that the lowest point would go backwards, and the sphere rolls forwards
-    turn = about([1.0, 0.0, 0.0], angle * TIME)
-    center = path(0, RADIUS - 0.001, RADIUS * angle * TIME)
-    y, z = CENTER[1], CENTER[2]
-    cosine, sine = np.cos(angle * TIME), np.sin(angle * TIME)
-    offset = np.stack([0.0 * TIME, cosine * y - sine * z, sine * y + cosine * z], axis=1)
-    assert turn.shape == (101, 4)
-    found = contact(scene, np.ones(101), angle, lToes=center - offset)
-    assert found.greatest_slide < 1e-5
-    assert found.depth == pytest.approx(0.001)
-    slid = contact(scene, np.ones(101), angle, lToes=center - offset + path(0, 0, 0.03 * TIME))
-    assert slid.greatest_slide == pytest.approx(0.03, abs=1e-5)
+def test_a_lift_off_is_interpolated_where_the_force_fades():
+    time = np.arange(0.0, 2.0, 0.01)
+    fading = np.clip(700.0 * (1.5034 - time), 0.0, 600.0)
+    (one,) = contacts(time, fading, WEIGHT)
+    assert one.lift_off == pytest.approx(1.5034 - 0.03, abs=1e-6)
 
 
-def test_a_scene_without_feet_is_an_error():
-    with pytest.raises(Error, match="no legs"):
-        foot_contact(march(walk_scene("fwalk").character, 1.0), arm())
+def test_touch_downs_need_no_stance_and_no_weight():
+    motion = walk_result().replays[0]
+    for weight in (None, WEIGHT):
+        np.testing.assert_allclose(touch_downs(motion, "left", weight), [0.995, 1.995, 2.995, 3.995], atol=1e-9)
+        np.testing.assert_allclose(touch_downs(motion, "right", weight), [0.495, 1.495, 2.495, 3.495], atol=1e-9)
+
+
+@pytest.mark.parametrize(("stance", "double", "flight"), [(0.6, 20.0, 0.0), (0.75, 50.0, 0.0), (0.4, 0.0, 20.0)])
+def test_stance_double_support_and_flight_follow_from_the_contacts(stance: float, double: float, flight: float):
+    motion = walk_result().replays[0]
+    cycle = (motion.time / STRIDE) % 1.0
+    loads = {}
+    for side, first in (("left", 0.0), ("right", 0.5)):
+        on = (cycle - first) % 1.0 < stance - 1e-9
+        loads[f"foot_force_{side}"] = np.outer(on, [0.0, WEIGHT, 0.0])
+    shares = support(with_arrays(motion, **loads), 0.995, 2.995, WEIGHT)
+    assert shares == pytest.approx((100.0 * stance, double, flight), abs=1.1)
+
+
+def test_an_empty_time_has_no_support():
+    with pytest.raises(Error, match="between 2 and 2 s: the time is empty"):
+        support(walk_result().replays[0], 2.0, 2.0)

@@ -5,7 +5,7 @@ import pytest
 import warp as wp
 from probes import evaluate
 
-from warpmuscle.gait.ground_contact import HELD, LIFTED, LOADED, contacts
+from warpmuscle.gait.foot_contact import HELD, LIFTED, LOADED, contacts
 from warpmuscle.kernels.gait_cycle import cycle_after, part_of_cycle, part_of_step
 from warpmuscle.kernels.structs import FootCycle
 

@@ -10,7 +10,7 @@ from warpmuscle.core.errors import SceneError
 from warpmuscle.core.status import Status
 from warpmuscle.formats import load
 from warpmuscle.gait.cycles import body_weight, leg_angles
-from warpmuscle.gait.ground_contact import SIDES, touch_downs
+from warpmuscle.gait.foot_contact import SIDES, touch_downs
 from warpmuscle.kernels.muscle import LARGEST_PASSIVE
 from warpmuscle.kernels.terms import TERMS
 from warpmuscle.model.objective import objective_kind, wanted

@@ -7,7 +7,7 @@ from small_scene import muscle_scene, sound_scene
 from warpmuscle.core.errors import Error
 from warpmuscle.formats import load, scene_names
 from warpmuscle.model.unused_parameters import unused_parameters
-from warpmuscle.optimization.api import optimize
+from warpmuscle.optimization.optimize import optimize
 from warpmuscle.scene import Actuation
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.parameters import free_parameters

@@ -7,8 +7,8 @@ import pytest
 
 from small_scene import sound_scene
 from warpmuscle.core.errors import ResultError
-from warpmuscle.optimization.api import optimize
 from warpmuscle.optimization.best_scene import best_scene
+from warpmuscle.optimization.optimize import optimize
 from warpmuscle.results.records import Result
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.parameters import free_parameters, start_values

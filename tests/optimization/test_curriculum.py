@@ -17,7 +17,8 @@ from same_values import assert_same
 from warpmuscle.cli import app
 from warpmuscle.formats import load, toml
 from warpmuscle.optimization import curriculum, evaluation
-from warpmuscle.optimization.api import optimize, resume
+from warpmuscle.optimization.optimize import optimize
+from warpmuscle.optimization.resume import resume
 from warpmuscle.optimization.stages import stage_seed
 from warpmuscle.results.journal import journal_path
 from warpmuscle.results.records import Result

@@ -22,7 +22,8 @@ from warpmuscle.core.errors import Error, ResultError, ResumeWarning
 from warpmuscle.core.machine import this_machine
 from warpmuscle.formats import load
 from warpmuscle.optimization import evaluation
-from warpmuscle.optimization.api import optimize, resume
+from warpmuscle.optimization.optimize import optimize
+from warpmuscle.optimization.resume import resume
 from warpmuscle.results import checkpoint
 from warpmuscle.results.journal import journal_path
 from warpmuscle.results.records import Result

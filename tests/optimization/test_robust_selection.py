@@ -6,7 +6,7 @@ import msgspec
 import numpy as np
 
 from warpmuscle.formats import load
-from warpmuscle.optimization.api import optimize
+from warpmuscle.optimization.optimize import optimize
 from warpmuscle.optimization.robust_selection import RUNS, most_robust
 from warpmuscle.scene.parameters import free_parameters, start_values
 

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from warpmuscle.formats import load
-from warpmuscle.optimization.api import optimize
+from warpmuscle.optimization.optimize import optimize
 from warpmuscle.report import summary
 from warpmuscle.results.records import ParameterTable, Result
 from warpmuscle.results.result import read, write

@@ -6,7 +6,7 @@ import pytest
 
 from warpmuscle.core.status import Status
 from warpmuscle.formats import load
-from warpmuscle.optimization.api import optimize
+from warpmuscle.optimization.optimize import optimize
 from warpmuscle.scene import Robustness
 from warpmuscle.scene.parameters import free_parameters, start_values
 from warpmuscle.simulation.candidates import CandidateBatch

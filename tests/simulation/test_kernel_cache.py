@@ -5,7 +5,7 @@ import pytest
 import warp as wp
 
 from warpmuscle.formats import load
-from warpmuscle.optimization.api import optimize
+from warpmuscle.optimization.optimize import optimize
 from warpmuscle.simulation.rollout import Rollout
 
 

@@ -10,9 +10,10 @@ from short_walks import CANDIDATE, assert_same_bits, candidates, limp, short_wal
 from small_sweep import contents, small_sweep
 from warpmuscle.core.errors import Error, RolloutError
 from warpmuscle.formats import load
-from warpmuscle.optimization.api import optimize, resume
 from warpmuscle.optimization.evaluation import BatchEvaluator
+from warpmuscle.optimization.optimize import optimize
 from warpmuscle.optimization.replay import Replayer
+from warpmuscle.optimization.resume import resume
 from warpmuscle.scene import Robustness
 from warpmuscle.simulation.candidates import CandidateBatch
 from warpmuscle.simulation.devices import devices_name, find_device, find_devices

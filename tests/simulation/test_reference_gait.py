@@ -8,8 +8,7 @@ import pytest
 
 from warpmuscle.core.errors import ResultError, RolloutError, SceneError
 from warpmuscle.formats import load, toml
-from warpmuscle.optimization.api import parameter_table
-from warpmuscle.results.records import Result
+from warpmuscle.results.records import Result, parameter_table
 from warpmuscle.results.result import write
 from warpmuscle.scene import Objective, Scene, Tracking
 from warpmuscle.scene.parameters import free_parameters

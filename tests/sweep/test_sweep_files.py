@@ -18,7 +18,7 @@ from small_sweep import RUNS, assert_same_file, small_sweep
 from warpmuscle.cli import app
 from warpmuscle.core.errors import Error, ResultError
 from warpmuscle.formats import load
-from warpmuscle.optimization.api import optimize
+from warpmuscle.optimization.optimize import optimize
 from warpmuscle.results.journal import journal_path
 from warpmuscle.results.result import read
 from warpmuscle.sweep import run as run_module

@@ -10,7 +10,7 @@ from small_scene import muscle_scene
 from warpmuscle.core.errors import Error
 from warpmuscle.formats import load
 from warpmuscle.optimization import evaluation
-from warpmuscle.optimization.api import optimize
+from warpmuscle.optimization.optimize import optimize
 from warpmuscle.scene import Scene
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.parameters import free_parameters, leaves

@@ -14,7 +14,7 @@ import warpmuscle as wm
 from warpmuscle.cli import main
 from warpmuscle.core.errors import Error, ResultError
 from warpmuscle.formats import load, toml
-from warpmuscle.optimization.api import optimize
+from warpmuscle.optimization.optimize import optimize
 from warpmuscle.results.records import Result
 from warpmuscle.results.result import read, write
 from warpmuscle.view.page import replay_html

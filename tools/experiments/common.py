@@ -16,9 +16,8 @@ import warp as wp
 import warpmuscle as wm
 from warpmuscle.core.pose import rotate, twist_angle
 from warpmuscle.formats import toml
-from warpmuscle.optimization.api import parameter_table
 from warpmuscle.results.recording import Recording
-from warpmuscle.results.records import Result
+from warpmuscle.results.records import Result, parameter_table
 from warpmuscle.results.result import write
 from warpmuscle.scene import Actuation, Scene
 from warpmuscle.scene.parameters import free_parameters

@@ -91,8 +91,7 @@ def _results(folder: Path) -> None:
 
     import warpmuscle as wm
     from warpmuscle.formats import load
-    from warpmuscle.optimization.api import parameter_table
-    from warpmuscle.results.records import Result
+    from warpmuscle.results.records import Result, parameter_table
     from warpmuscle.results.result import write
     from warpmuscle.sweep.plan import read
     from warpmuscle.sweep.run import sweep

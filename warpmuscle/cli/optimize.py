@@ -93,7 +93,7 @@ def optimize(
             raise Error(f"--resume takes no {word}: the file says what to go on with")
         output = resume
         start_warp()
-        from warpmuscle.optimization.api import resume as go_on
+        from warpmuscle.optimization.resume import resume as go_on
 
         with machines_told(), ProgressBar() as bar:
             result = go_on(
@@ -109,7 +109,7 @@ def optimize(
         output = output if output is not None else Path(f"{file_name(scene.name)}.h5")
         writable(output)
         start_warp()
-        from warpmuscle.optimization.api import optimize as begin
+        from warpmuscle.optimization.optimize import optimize as begin
 
         with ProgressBar() as bar:
             result = begin(

@@ -57,8 +57,7 @@ def simulate(
         scene = _as_legacy(scene)
     start_warp()
     from warpmuscle.core.status import Status
-    from warpmuscle.optimization.api import parameter_table
-    from warpmuscle.results.records import Result
+    from warpmuscle.results.records import Result, parameter_table
     from warpmuscle.results.result import write
     from warpmuscle.simulation.devices import find_devices
     from warpmuscle.simulation.rollout import Rollout

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error
 from warpmuscle.core.pose import twist_angle
-from warpmuscle.gait.ground_contact import SIDES, touch_downs
+from warpmuscle.gait.foot_contact import SIDES, touch_downs
 from warpmuscle.gait.measures import measure
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
@@ -37,7 +37,7 @@ def feet_of(scene: Scene) -> tuple[str, str]:
 
 
 def strides(recording: Recording, side: str, start: float = 0.0, weight: float | None = None) -> Strides:
-    """Whole gait cycles of one side that begin at `start`, s, or later; `weight`: see `ground_contact.contacts_of`."""
+    """Whole gait cycles of one side that begin at `start`, s, or later; `weight`: see `foot_contact.contacts_of`."""
     times = touch_downs(recording, side, weight)
     times = times[times >= start]
     return list(zip(times[:-1].tolist(), times[1:].tolist(), strict=True))

@@ -1,107 +1,128 @@
-"""How the feet of a recorded walk meet the ground: how far they slide while they carry, and how deep they sink."""
+"""When feet are on the ground, from the vertical force on them: touch-downs, lift-offs, and the gait cycles between.
+
+`kernels.gait_cycle` follows the same rule step by step.
+"""
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from warpmuscle.core.array_types import Floats
-from warpmuscle.core.pose import conjugate, multiply, rotate
-from warpmuscle.gait.cycles import body_weight, feet_of, spans
-from warpmuscle.gait.ground_contact import SIDES
+from warpmuscle.core.errors import Error
 from warpmuscle.results.recording import Recording
-from warpmuscle.scene import Scene
-from warpmuscle.scene.anatomy import foot_bodies
-from warpmuscle.scene.geometry import contact_points
-from warpmuscle.scene.ground import plane
+from warpmuscle.scene.ground import HELD, LIFTED, LOADED
 
-LOADED = 0.25  # body weights on a foot, from which on it is a stance foot that may not slide
+SIDES = ("left", "right")
 
 
-class FootContact(NamedTuple):
-    """How the feet met the ground, m; 0 for feet that never did."""
+class Contact(NamedTuple):
+    """A time on the ground, s; None where it began before the recording, or lasted beyond it."""
 
-    mean_slide: float  # of the stance foot, the greatest slide of each step
-    greatest_slide: float  # of all steps
-    mean_drag: float  # of a foot that touches the ground but carries little, the greatest of each step
-    depth: float  # of the lowest point that a foot came to below the ground
+    touch_down: float | None
+    lift_off: float | None
 
 
-class FootPoint(NamedTuple):
-    """A corner of a box, or the centre of a sphere, that may touch the ground."""
+def contacts(time: Floats, force: Floats, weight: float) -> list[Contact]:
+    """Times that a foot spends on the ground, in order.
 
-    body: int  # in the recording
-    radius: float  # m, of the sphere; 0 of a corner
-    position: Floats  # (F, 3) m, world
-    depth: Floats  # (F,) m, in the ground
-
-
-def foot_contact(recording: Recording, scene: Scene) -> FootContact:
-    """Measure the contact of both feet with the ground.
-
-    A point of a foot, a corner of a box or the lowest point of a sphere, slides from where it comes down: its slide is
-    how far it goes along the ground from there, while it stays in the ground without a break and the foot carries at
-    least a quarter of the body's weight. What a sphere rolls is no slide. The slide of a step is the greatest of all
-    points of the foot and its toes, from when the foot takes up weight to when it gives it off again. Its drag is the
-    same while the foot carries less than that: toes that are drawn over the ground before they leave it, or scuff it.
+    The foot is loaded while the vertical force on it is over 3 % of the body weight. A load of less than 20 ms is no
+    contact; a gap of less than 0.2 s, in which it bounces or drags, does not end one. A foot lifts off where the force
+    crosses the bound, linearly interpolated between samples; it touches down, which is sudden, in the middle between
+    two samples.
 
     Args:
-        scene: without free parameters. recording: some 100 frames a second or more; else a short contact is missed.
+        time: (F,) s. force: (F,) N, vertical. weight: N, of the body.
+    """
+    clock, bound = np.asarray(time, dtype=float), LOADED * weight
+    excess = np.asarray(force, dtype=float) - bound
+    spells = [Contact(*edges) for edges in _above(clock, excess)]
+    lasting = [spell for spell in spells if _lasts(spell)]
+    merged: list[Contact] = []
+    for spell in lasting:
+        if merged and spell.touch_down is not None and spell.touch_down - (merged[-1].lift_off or 0.0) < LIFTED:
+            merged[-1] = Contact(merged[-1].touch_down, spell.lift_off)
+        else:
+            merged.append(spell)
+    return merged
+
+
+def _above(clock: Floats, excess: Floats) -> list[tuple[float | None, float | None]]:
+    """Begin and end, s, of every time in which values (F,) are above 0; None at the ends of the recording."""
+    on = excess > 0.0
+    edges = np.flatnonzero(on[1:] != on[:-1])
+    part = np.where(on[edges], excess[edges] / (excess[edges] - excess[edges + 1]), 0.5)
+    times: list[float | None] = (clock[edges] + part * (clock[edges + 1] - clock[edges])).tolist()
+    if len(on) and on[0]:
+        times.insert(0, None)
+    if len(on) and on[-1]:
+        times.append(None)
+    return list(zip(times[::2], times[1::2], strict=True))
+
+
+def _lasts(spell: Contact) -> bool:
+    begin, end = spell
+    return begin is None or end is None or end - begin >= HELD
+
+
+def mean_load(recording: Recording) -> float:
+    """Mean vertical force on both feet, N: over whole cycles of a gait, the body weight."""
+    both = recording["foot_force_left"][:, 1] + recording["foot_force_right"][:, 1]
+    return float(np.mean(both, dtype=float)) if recording.frames else 0.0
+
+
+def contacts_of(recording: Recording, side: str, weight: float | None = None) -> list[Contact]:
+    """Times that the left or right foot spends on the ground, see `contacts`.
+
+    A foot that is loaded in the first step of a motion stood on the ground before it.
+
+    Args:
+        weight: N, of the body; by default the mean load of both feet.
+    """
+    known = mean_load(recording) if weight is None else weight
+    force = recording[f"foot_force_{side}"][:, 1].astype(float)
+    if len(force) > 1 and recording.time[0] == 0.0:
+        force[0] = force[1]  # there is no step before the first frame, whose force that would be
+    return contacts(recording.time, force, max(known, 1.0))
+
+
+def touch_downs(recording: Recording, side: str, weight: float | None = None) -> Floats:
+    """Times at which a foot, left or right, comes down on the ground, s; see `contacts_of`."""
+    return np.array([one.touch_down for one in contacts_of(recording, side, weight) if one.touch_down is not None])
+
+
+class Support(NamedTuple):
+    """Parts of the gait cycle, %, the mean of both sides."""
+
+    stance: float  # a foot is on the ground
+    double: float  # both feet are, in all
+    flight: float  # no foot is, in all
+
+
+def support(recording: Recording, start: float, end: float, weight: float | None = None) -> Support:
+    """Shares of a time of walking, which should be whole gait cycles, that one, both or no feet are on the ground.
+
+    Args:
+        start, end: s, within the recording.
 
     Raises:
-        Error: the character has no feet.
+        Error: the time is empty.
     """
-    normal, _ = plane(scene.ground)
-    slides: list[float] = []
-    drags: list[float] = []
-    depth = 0.0
-    for side, foot in zip(SIDES, feet_of(scene), strict=True):
-        loaded = recording[f"foot_force_{side}"] @ normal > LOADED * body_weight(scene)
-        points = foot_points(recording, scene, foot)
-        moves = [_moved(recording, point, normal) for point in points]
-        depth = max([depth, *(float(point.depth.max(initial=0.0)) for point in points)])
-        for found, counts in ((slides, loaded), (drags, ~loaded)):
-            slides_of = [_slide((p.depth > 0.0) & counts, moved) for p, moved in zip(points, moves, strict=True)]
-            slid = np.max(slides_of, axis=0, initial=0.0)
-            found += [float(np.broadcast_to(slid, len(loaded))[span].max()) for span in spans(counts)]
-    return FootContact(_mean(slides), max(slides, default=0.0), _mean(drags), depth)
+    if not end > start:
+        raise Error(f"no support between {start:g} and {end:g} s: the time is empty")
+    left, right = (_within(contacts_of(recording, side, weight), start, end) for side in SIDES)
+    both = sum(max(min(a[1], b[1]) - max(a[0], b[0]), 0.0) for a in left for b in right)
+    on = [float(np.sum(np.diff(spans, axis=1))) for spans in (left, right)]
+    whole = end - start
+    flight = max(whole - sum(on) + both, 0.0)
+    return Support(50.0 * sum(on) / whole, 100.0 * both / whole, 100.0 * flight / whole)
 
 
-def foot_points(recording: Recording, scene: Scene, foot: str) -> list[FootPoint]:
-    """All points of a foot and its toes that may touch the ground of a numeric scene, over a motion."""
-    normal, height = plane(scene.ground)
-    found = []
-    for name in foot_bodies(scene.character, foot):
-        body = recording.body_names.index(name)
-        orientation = recording.body_orientation[:, body].astype(float)
-        for shape in scene.character.bodies[name].shapes:
-            for place, radius in contact_points(shape):
-                position = recording.body_position[:, body] + rotate(orientation, np.array(place, dtype=float))
-                found.append(FootPoint(body, float(radius), position, height + float(radius) - position @ normal))
-    return found
-
-
-def _mean(values: list[float]) -> float:
-    return float(np.mean(values)) if values else 0.0
-
-
-def _moved(recording: Recording, point: FootPoint, normal: Floats) -> Floats:
-    """How far (F, 3) what touches the ground moved along it since the frame before, m; what a sphere rolls is none."""
-    moved = np.diff(point.position, axis=0, prepend=point.position[:1])
-    if point.radius > 0.0:
-        orientation = recording.body_orientation[:, point.body].astype(float)
-        turn = multiply(orientation[1:], conjugate(orientation[:-1]))
-        angle = 2.0 * turn[:, :3] * np.sign(turn[:, 3:])  # small between two frames
-        moved[1:] += np.cross(angle, -point.radius * normal)
-    return moved - (moved @ normal)[:, None] * normal
-
-
-def _slide(touching: NDArray[np.bool_], moved: Floats) -> Floats:
-    """Distance (F,) of a point from where it came to touch, m; 0 while it does not."""
-    slide = np.zeros(len(touching))
-    for span in spans(touching):
-        path = np.cumsum(moved[span][1:], axis=0)
-        slide[span][1:] = np.linalg.norm(path, axis=1)
-    return slide
+def _within(spells: list[Contact], start: float, end: float) -> Floats:
+    """Begin and end, s, (K, 2), of what lies within a time."""
+    spans = [
+        (max(start, begin if begin is not None else start), min(end, stop if stop is not None else end))
+        for begin, stop in spells
+    ]
+    return np.array([span for span in spans if span[1] > span[0]]).reshape(-1, 2)

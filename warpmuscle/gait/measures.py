@@ -12,7 +12,7 @@ from warpmuscle.core.arguments import as_kind, as_number, as_text, in_words
 from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.errors import ArgumentError
 from warpmuscle.core.pose import about, conjugate, rotate, twist_angle
-from warpmuscle.gait.ground_contact import SIDES, touch_downs
+from warpmuscle.gait.foot_contact import SIDES, touch_downs
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene.validation.checks import near
 
@@ -39,7 +39,7 @@ def measure(recording: Recording, left_foot: str, right_foot: str, start: float 
     """Measure the steady part of a walk.
 
     A step is the vector between the places of the two feet (centres of mass of these bodies, each at the moment it
-    touches down, see `ground_contact`), in the character's frame at its end: z is its length, |x| its width.
+    touches down, see `foot_contact`), in the character's frame at its end: z is its length, |x| its width.
 
     Args:
         recording: at least one frame; a frame interval of some 10 ms or less.

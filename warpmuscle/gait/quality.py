@@ -22,8 +22,8 @@ from warpmuscle.gait.cycles import (
     vertical_forces,
 )
 from warpmuscle.gait.features import KeyPoint, force_humps, greatest, least, norm_deviation, peak
-from warpmuscle.gait.foot_contact import foot_contact
-from warpmuscle.gait.ground_contact import SIDES, Support, support
+from warpmuscle.gait.foot_contact import SIDES, Support, support
+from warpmuscle.gait.foot_sliding import foot_sliding
 from warpmuscle.gait.likeness import dimensionless_speed, from_norm, leg_length, means_at, norms_of, outside_span, trend
 from warpmuscle.gait.measures import heading, measure
 from warpmuscle.gait.muscle_effort import cost_of_transport, spent, trembling
@@ -208,7 +208,7 @@ def _greatest_error(means: list[list[float]], desired: float) -> float:
 
 
 def _of_feet(steady: Recording, scene: Scene) -> Measures:
-    contact = foot_contact(steady, scene)
+    contact = foot_sliding(steady, scene)
     return {
         "slide of the stance foot": 100.0 * contact.mean_slide,
         "greatest slide of the stance foot": 100.0 * contact.greatest_slide,

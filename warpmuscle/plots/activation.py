@@ -8,7 +8,7 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.gait.cycles import PERCENT, over_strides
-from warpmuscle.gait.ground_contact import SIDES
+from warpmuscle.gait.foot_contact import SIDES
 from warpmuscle.plots.pairs import Pair, pairs
 from warpmuscle.plots.style import MAP, cycle_axis, grid, heading, legible, mean_and_spread, page, top_legend
 from warpmuscle.plots.subject import Absent, Subject

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from warpmuscle.gait.cycles import PERCENT, body_weight, over_strides
-from warpmuscle.gait.ground_contact import SIDES
+from warpmuscle.gait.foot_contact import SIDES
 from warpmuscle.plots.angles import legend_below, norm_band
 from warpmuscle.plots.style import GRAY, cycle_axis, grid, heading, mean_and_spread
 from warpmuscle.plots.subject import Subject

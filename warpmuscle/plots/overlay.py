@@ -9,7 +9,7 @@ import numpy as np
 
 from warpmuscle.core.errors import Error
 from warpmuscle.gait.cycles import PERCENT, leg_angles, over_strides, vertical_forces
-from warpmuscle.gait.ground_contact import SIDES
+from warpmuscle.gait.foot_contact import SIDES
 from warpmuscle.plots.angles import angle_bands
 from warpmuscle.plots.pairs import pairs
 from warpmuscle.plots.style import GRAY, PALETTE, cycle_axis, grid, heading

@@ -10,7 +10,7 @@ import numpy as np
 from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.errors import Error
 from warpmuscle.gait.cycles import leg_angles
-from warpmuscle.gait.ground_contact import SIDES, touch_downs
+from warpmuscle.gait.foot_contact import SIDES, touch_downs
 from warpmuscle.gait.measures import Gait
 from warpmuscle.plots.joints import RECORDED_COLOR, joint_curves, recorded_curves
 from warpmuscle.plots.projection import project

@@ -17,6 +17,7 @@ from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.machine import this_machine
 from warpmuscle.core.status import counted, words
 from warpmuscle.results.recording import Recording
+from warpmuscle.scene.parameters import Parameter
 
 PACKAGES = {"warpmuscle": "warpmuscle", "warp": "warp-lang", "numpy": "numpy", "h5py": "h5py"}
 
@@ -210,6 +211,19 @@ class Result:
             return str(tomllib.loads(line[0])["name"]) if line else ""
         except tomllib.TOMLDecodeError:
             return ""
+
+
+def parameter_table(parameters: list[Parameter]) -> ParameterTable:
+    """Free parameters as a result file keeps them."""
+    return ParameterTable(
+        name=tuple(p.name for p in parameters),
+        unit=tuple(p.unit for p in parameters),
+        min=np.array([p.min for p in parameters]),
+        max=np.array([p.max for p in parameters]),
+        step=np.array([p.step for p in parameters]),
+        value=np.array([p.value for p in parameters]),
+        scale=tuple(p.scale for p in parameters),
+    )
 
 
 def joined(parts: Sequence[Evaluations]) -> Evaluations:

@@ -9,8 +9,10 @@ from functools import partial
 from pathlib import Path
 
 from warpmuscle.core.errors import Error, OccupiedError
-from warpmuscle.optimization.api import MakeBatches, optimize, resume
+from warpmuscle.optimization.optimize import optimize
+from warpmuscle.optimization.options import MakeBatches
 from warpmuscle.optimization.progress import Progress
+from warpmuscle.optimization.resume import resume
 from warpmuscle.optimization.search_loop import INTERRUPTED
 from warpmuscle.results.records import Options, Result
 from warpmuscle.scene import Scene

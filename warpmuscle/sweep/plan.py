@@ -51,7 +51,7 @@ from warpmuscle.core.names import file_name
 from warpmuscle.formats import load
 from warpmuscle.formats.toml import Source
 from warpmuscle.optimization import stages
-from warpmuscle.optimization.api import check_options
+from warpmuscle.optimization.options import check_options
 from warpmuscle.results.records import Options
 from warpmuscle.scene import Scene
 from warpmuscle.scene.parameters import free_parameters

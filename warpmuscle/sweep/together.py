@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error, Interrupted
 from warpmuscle.core.status import Status
-from warpmuscle.optimization.api import MakeBatches
 from warpmuscle.optimization.evaluation import BatchEvaluator, Generation
+from warpmuscle.optimization.options import MakeBatches
 from warpmuscle.optimization.progress import Progress, Tracker
 from warpmuscle.scene import Scene
 from warpmuscle.sweep.union import MergedScene

@@ -15,9 +15,8 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import ResultError, SceneError
 from warpmuscle.core.files import replace_file
 from warpmuscle.formats import toml
-from warpmuscle.optimization.api import parameter_table
 from warpmuscle.results.layout import put
-from warpmuscle.results.records import Result
+from warpmuscle.results.records import Result, parameter_table
 from warpmuscle.results.result import THROW_FORMAT
 from warpmuscle.scene.parameters import free_parameters, with_values
 from warpmuscle.simulation.devices import find_device

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error
 from warpmuscle.core.pose import about, multiply, normalized, rotate, twist_angle
-from warpmuscle.gait.foot_contact import foot_points
+from warpmuscle.gait.foot_sliding import foot_points
 from warpmuscle.model.controller import trajectory_bodies
 from warpmuscle.results.motion_of_scene import check_motion_of
 from warpmuscle.results.recording import QUANTITIES, Recording

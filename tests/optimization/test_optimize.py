@@ -10,7 +10,7 @@ from warpmuscle.core.errors import Error
 from warpmuscle.core.status import Status
 from warpmuscle.formats import load, toml
 from warpmuscle.optimization import evaluation
-from warpmuscle.optimization.api import optimize
+from warpmuscle.optimization.optimize import optimize
 from warpmuscle.optimization.replay import Replayer
 from warpmuscle.results.result import write
 from warpmuscle.scene.number import Free

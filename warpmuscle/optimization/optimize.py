@@ -1,0 +1,118 @@
+"""Optimisation of a scene's free parameters: searches ask for candidates, batches of simulations evaluate them."""
+
+from __future__ import annotations
+
+from dataclasses import replace as changed
+from pathlib import Path
+
+from warpmuscle.core.arguments import as_path, as_whole
+from warpmuscle.core.errors import Error
+from warpmuscle.formats import SceneLike, scene_of, toml
+from warpmuscle.model.unused_parameters import check_used
+from warpmuscle.optimization.evaluation import BatchEvaluator
+from warpmuscle.optimization.options import (
+    GREATEST_SEED,
+    MakeBatches,
+    Tell,
+    check_options,
+    check_other_arguments,
+    required_parameters,
+)
+from warpmuscle.optimization.progress import Tracker
+from warpmuscle.optimization.run import finished, make_player, make_search_loop, run_on_disk
+from warpmuscle.optimization.stages import plan
+from warpmuscle.results.checkpoint import Checkpoint
+from warpmuscle.results.records import (
+    ANY_NUMBER,
+    Options,
+    Result,
+    Staged,
+    parameter_table,
+)
+from warpmuscle.scene.validation.scene import check_scene
+
+
+def optimize(
+    scene: SceneLike,
+    candidates: int | None = 5000,
+    seed: int = 1,
+    device: str | None = None,
+    *,
+    search: str = "random",
+    searches: int = 1,
+    population: int | None = None,
+    sigma: float | None = None,
+    restarts: str = "none",
+    until: float | None = None,
+    target: float | None = None,
+    output: str | Path | None = None,
+    threads: int | None = None,
+    command: str = "",
+    progress: Tell | None = None,
+    batches: MakeBatches | None = None,
+    trust: bool = False,
+) -> Result:
+    """Search for the values of the scene's free parameters that have the least cost.
+
+    The first generation has the scene as it is among its candidates. A KeyboardInterrupt ends the search; what was
+    evaluated by then is returned. The result depends on neither threads nor the size of batches.
+
+    A scene with stages is searched stage by stage, each from the best candidate of the one before. Costs of different
+    stages cannot be compared: the best candidate is that of the last stage that has any, and its motion that of the
+    scene as it is in that stage. What the options mean for stages is said in `stages.plan`.
+
+    Args:
+        scene: with free parameters; or its name or file.
+        candidates: how many to evaluate, in all searches and stages together; None for any number, with `until`.
+        seed: of the searches; the same seed gives the same result on the same kind of device, processor and BLAS.
+        device: see `make_rollout`. threads: CPU threads, by default one a core.
+        search: the strategy, see `search.strategies`.
+        searches: how many independent ones at the same time, all in the same batches.
+        population: candidates a generation of each search; by default the strategy's own.
+        sigma: first step size, as a part of each parameter's interval; by default the strategy's own.
+        restarts: how a search that has converged begins again, see `search.strategies`.
+        until: s of wall time after which no other batch begins.
+        target: cost at which to end.
+        output: result file to keep while the search goes on, so that `resume` can continue it after a kill or a
+            failure at any moment; a file of that name is replaced.
+        command: put into the result as what made it.
+        progress: called several times a second of work.
+        batches: makes what evaluates a scene, or one of its stages, in place of device and threads; by default
+            batches of this optimisation's own.
+        trust: let code run that the scene names; not needed where `load` was told so.
+
+    Raises:
+        Error: the scene has no free parameters, or one that nothing uses, an option is impossible, the output cannot
+            be written, or the search was interrupted before any candidate had ended.
+    """
+    scene, options = scene_of(scene, trust=trust), Options(search, searches, population, sigma, restarts)
+    seed = as_whole(seed, "seed", 0, GREATEST_SEED)
+    file = None if output is None else as_path(output, "output")
+    check_other_arguments(device, threads, command, progress, batches)
+    if candidates is None and until is None:
+        raise Error("without a number of candidates a search needs a time to end at: until")
+    count = ANY_NUMBER if candidates is None else candidates
+    options = check_options(changed(options, candidates=count, until=until, target=target))
+    parameters = required_parameters(scene)
+    check_used(scene)
+    stages: tuple[Staged, ...] = ()
+    if scene.stages:
+        check_scene(scene)
+        options, stages = plan(scene, options)
+    tracker = Tracker(options.candidates, options.until, progress)
+    batches = batches or (lambda part: BatchEvaluator(part, device, threads))
+    search_loop = make_search_loop(scene, seed, options, stages, batches, tracker)
+    start = Result(
+        scene=toml.dumps(scene),
+        device=search_loop.device,
+        command=command,
+        seed=seed,
+        parameters=parameter_table(parameters),
+        evaluations=search_loop.evaluations(),
+        searched=search_loop.searched(""),
+    )
+    if file is None:
+        player = make_player(scene, search_loop)
+        return finished(scene, search_loop, start, search_loop.run(lambda generation: None), player)
+    with Checkpoint.begin(file, start) as checkpoint:
+        return run_on_disk(scene, search_loop, start, checkpoint)
