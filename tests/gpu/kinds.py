@@ -1,0 +1,135 @@
+"""One scene of every kind of kernel, short, with a number that differs between instances."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from muscle_arm import constant, leg
+from warpmuscle.formats import load
+from warpmuscle.kernels.terms import TERMS
+from warpmuscle.scene import Actuation, Motion, Scene
+from warpmuscle.scene.number import Free
+from warpmuscle.scene.parameters import start_values, substitute
+
+DURATION = 0.06  # s
+USER_MODULE = "parts_for_gpu_tests"
+USER_CODE = '''"""A term, a curve and a controller of a user's own."""
+
+import warp as wp
+
+from warpmuscle.kernels.objective_terms import MuscleWork
+from warpmuscle.kernels.structs import Model, State, Work
+
+
+@wp.func
+def effort(instance: int, m: int, w: MuscleWork, model: Model) -> float:
+    return w.activation * w.activation
+
+
+@wp.func
+def bell(length: float) -> float:
+    return wp.exp((length - 1.0) * (length - 1.0) * -2.0)
+
+
+@wp.func
+def spring(instance: int, body: int, model: Model, state: State, work: Work) -> wp.vec3:
+    return wp.vec3(3.0, 0.0, 0.0)
+'''
+
+
+def walk(name: str = "fwalk", **model: Any) -> Scene:
+    """A shipped walk with another muscle model."""
+    scene = load(name, ignored=[])
+    for field, value in model.items():
+        setattr(scene.muscle_model, field, value)
+    return scene
+
+
+def colliding() -> Scene:
+    """A walk whose bodies are tested for running into each other, of which some do."""
+    scene = walk()
+    scene.failure.self_collision = 0.005
+    return scene
+
+
+def judged() -> Scene:
+    """A walk on muscles whose objective has all terms but those that track a gait."""
+    scene = walk("walk56")
+    for name in set(TERMS) - {"tracking"}:
+        setattr(scene.objective, name, 1.0)
+    return scene
+
+
+def prescribed() -> Scene:
+    """A leg whose hip is moved while muscles drive its knee."""
+    scene = leg()
+    scene.actuation = {"hip": Actuation("kinematic")}
+    scene.motion = {"hip": Motion([0.0, 0.2], rotation=[(0.0, 0.0, 0.0), (0.3, 0.1, 0.0)])}
+    return scene
+
+
+def of_users(folder: Path) -> Scene:
+    """A leg with code of others in its term, curve and controller."""
+    (folder / f"{USER_MODULE}.py").write_text(USER_CODE)
+    scene = leg()
+    for index, muscle in enumerate(scene.character.muscles.values()):
+        muscle.excitation = constant(0.2 + 0.3 * index)
+    scene.objective.custom = {f"{USER_MODULE}:effort": 2.0}
+    scene.muscle_model.active_force_length = f"{USER_MODULE}:bell"
+    return scene
+
+
+def user_controlled(folder: Path) -> Scene:
+    """A leg whose joints have torques of a user's function."""
+    (folder / f"{USER_MODULE}.py").write_text(USER_CODE)
+    scene = leg()
+    scene.character.muscles = {}
+    scene.custom_controller = f"{USER_MODULE}:spring"
+    return scene
+
+
+def held() -> Scene:
+    """A walk whose controller renews its targets at times."""
+    scene = walk()
+    scene.control_rate = 100.0
+    return scene
+
+
+def implicit_pd() -> Scene:
+    """A walk with an implicit controller."""
+    scene = walk()
+    scene.implicit_pd = True
+    return scene
+
+
+KINDS: dict[str, Callable[[Path], Scene]] = {
+    "torques": lambda _: walk(),
+    "rigid": lambda _: walk("walk56"),
+    "compliant": lambda _: walk("walk56", tendon="compliant"),
+    "switch": lambda _: walk("walk56", tendon="switch"),
+    "ideal": lambda _: walk("walk56", ideal=True),
+    "legacy": lambda _: walk("walk56_legacy"),
+    "neural": lambda _: walk("walk56", activation="neural"),
+    "implicit": lambda _: walk("walk56", implicit_damping=True),
+    "reflex": lambda _: walk("reflex_walk"),
+    "planar": lambda _: walk("reflex_planar"),
+    "motion": lambda _: prescribed(),
+    "pulleys": lambda _: walk("throw_ball"),
+    "collisions": lambda _: colliding(),
+    "objective": lambda _: judged(),
+    "held": lambda _: held(),
+    "implicit PD": lambda _: implicit_pd(),
+    "user functions": of_users,
+    "user controller": user_controlled,
+}
+SMALL = ("torques", "motion", "user functions")  # those that a CPU tries besides
+
+
+def scene_of(kind: str, folder: Path) -> Scene:
+    """The scene of a kind; its gravity is its only free number."""
+    scene = KINDS[kind](folder)
+    scene = substitute(scene, start_values(scene))
+    scene.duration, scene.gravity, scene.stages = DURATION, Free(9.8, 9.0, 10.6), []
+    return scene
