@@ -6,7 +6,7 @@ compiled into the fused step, so that one kernel serves every model of a size cl
 """
 
 from functools import cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import warp as wp
 
@@ -20,6 +20,44 @@ COORDINATE = 16  # floats a body, of joints of one coordinate where there are so
 OTHER_FLOATS = 8
 SHAPES_A_BODY = 4  # that may collide, on average
 PULLS_A_BODY = 4  # crossings of muscles, on average; those of more are kept in the state
+
+
+# Parts of a step that use the working set, in their order.
+PHASES = (
+    "joints", "poses", "sums", "failure", "collision", "control", "effort", "muscles", "objective", "record", "motion",
+    "inertia", "backward", "forward", "integration", "feet",
+)  # fmt: skip
+
+
+class Life(NamedTuple):
+    """From when to when something in the working set is needed; then its place may be taken."""
+
+    first: str  # phase that writes it
+    last: str  # phase that reads it for the last time; whoever takes its place then reads what it needs before
+    root: str = ""  # the same of the root's, where it lives longer; what takes the place has nothing of the root
+
+
+LIVES = {
+    **dict.fromkeys(("turned", "rate", "gain", "parent_rate", "parent_gain", "anchor"), Life("joints", "poses")),
+    "orientation": Life("poses", "record", root="integration"),
+    **dict.fromkeys(("rotation", "position", "angular_velocity", "bias"), Life("poses", "forward")),
+    **dict.fromkeys(("velocity", "lag_angular", "lag_velocity"), Life("poses", "inertia")),
+    **dict.fromkeys(("moment", "momentum"), Life("sums", "sums")),
+    "center": Life("sums", "record"),
+    "flags": Life("failure", "feet"),
+    **dict.fromkeys(("shape_middle", "shape_half"), Life("collision", "collision")),
+    **dict.fromkeys(("torque", "stiffness"), Life("control", "backward")),
+    **dict.fromkeys(("strength", "frame"), Life("control", "control")),
+    "target": Life("control", "effort"),
+    **dict.fromkeys(("joint_velocity", "pull"), Life("muscles", "muscles")),
+    **dict.fromkeys(("block_a", "block_b", "block_c", "bias_moment"), Life("inertia", "forward")),
+    "bias_force": Life("inertia", "forward"),
+    **dict.fromkeys(("contact_b", "contact_c"), Life("inertia", "forward")),
+    "contact_force": Life("inertia", "feet"),
+    **dict.fromkeys(("factor_a", "factor_b"), Life("backward", "forward")),
+    "factor_c": Life("backward", "integration"),
+    **dict.fromkeys(("angular_acceleration", "acceleration"), Life("forward", "integration")),
+}
 
 
 def capacity_of(bodies: int) -> int:
@@ -88,7 +126,7 @@ def work_at(memory: wp.array[float], n: int, slots: int) -> Work:
 
     What belongs to a body lies together, so that one address leads to all of it, in two blocks of multiples of four
     numbers, which a lane fetches at once.
-    What a step no longer needs gives its place to what it needs then.
+    What a step no longer needs gives its place to what it needs then: `LIVES` says from when to when that is.
     In the second block six groups live one after the other: motions of the joints, sums of the kinematics, shapes that
     may collide, the controller's targets with joint velocities and the muscles' pulls, the articulated inertia, and
     accelerations. The joint factors of the backward pass take the places of the velocities and their lags, of the same

@@ -1,0 +1,171 @@
+"""Places in the working set: what shares memory is never needed at the same time, going by the code that uses it."""
+
+import ast
+import inspect
+import itertools
+import textwrap
+from collections.abc import Iterator
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+import warp as wp
+
+from warpmuscle.kernels import (
+    collision,
+    control,
+    dynamics,
+    failure,
+    hybrid,
+    integration,
+    kinematics,
+    motion,
+    objective_terms,
+    record,
+    scratch,
+    simbicon,
+    step,
+)
+from warpmuscle.kernels.curves import LEE
+from warpmuscle.kernels.muscle_stage import COMPLIANT, HILL, IDEAL, LEGACY, RIGID, MuscleKind, muscle_stage_of
+from warpmuscle.kernels.scratch import LIVES, PHASES, Life
+from warpmuscle.kernels.structs import Work
+
+BODIES, SLOTS = 15, 5
+FLOATS = {"floats": 1, "integers": 1, "vectors": 3, "quaternions": 4, "matrices": 9, "symmetric": 6}
+TERMS = objective_terms.ObjectiveKind(
+    tuple(objective_terms.MUSCLE_TERMS), tuple(objective_terms.BODY_TERMS), tuple(objective_terms.WHOLE_TERMS)
+)
+MUSCLES = [
+    muscle_stage_of(
+        MuscleKind(LEE, tendon, law, pulls_at_hand=at_hand, straight=at_hand, implicit=not at_hand),
+        objective_terms.muscle_functions(TERMS),
+    )
+    for tendon, law, at_hand in itertools.product((RIGID, COMPLIANT), (HILL, LEGACY, IDEAL), (True, False))
+]
+IN_PARTS = (kinematics.move_joint, kinematics.place_root, kinematics.place_body)
+FUNCTIONS: dict[str, tuple[Any, ...]] = {
+    "joints": (kinematics.move_joint,),
+    "poses": (kinematics.place_root, kinematics.place_body),
+    "sums": (kinematics.kinematics_stage,),
+    "failure": (failure.begin_step, failure.posture_status),
+    "collision": (collision.collision_stage_of(True),),
+    "control": (control.control_stage_of(control.SIMBICON), simbicon.torques_stage, control.effort_torque),
+    "effort": (objective_terms.effort_stage, record.record_desired),
+    "muscles": tuple(MUSCLES),
+    "objective": (objective_terms.objective_stage_of(TERMS),),
+    "record": (record.record_stage,),
+    "motion": (motion.prescribe_stage,),
+    "inertia": (dynamics.inertia_stage,),
+    "backward": (dynamics.backward_pass,),
+    "forward": (dynamics.forward_pass,),
+    "integration": (integration.integrate_stage, hybrid.hybrid_integrate_stage),
+    "feet": (failure.step_status, step.foot_force_stage),
+}
+
+
+@cache
+def layout() -> dict[str, set[int]]:
+    """The floats that each part of the working set takes, read from the code of `work_at`."""
+    known = {"n": BODIES, "slots": SLOTS, **{k: v for k, v in vars(scratch).items() if isinstance(v, int)}}
+    taken = {}
+    for line in ast.parse(inspect.getsource(scratch.work_at.func)).body[0].body:  # type: ignore[attr-defined]
+        if not isinstance(line, ast.Assign):
+            continue
+        value = line.value
+        if isinstance(line.targets[0], ast.Attribute) and isinstance(value, ast.Call):
+            numbers = [eval(ast.unparse(one), {}, known) for one in value.args[1:]]
+            width = FLOATS[ast.unparse(value.func).removesuffix("_at")]
+            taken[line.targets[0].attr] = {
+                numbers[0] + numbers[1] * element + k for element in range(numbers[2]) for k in range(width)
+            }
+        elif isinstance(line.targets[0], ast.Name) and not isinstance(value, ast.Call):
+            known[line.targets[0].id] = eval(ast.unparse(value), {}, known)
+    return taken
+
+
+def called(function: Any, node: ast.AST) -> Any:
+    """The Warp function that a name in another one's code stands for, if any."""
+    cells = (cell.cell_contents for cell in function.__closure__ or ())
+    known = {**function.__globals__, **dict(zip(function.__code__.co_freevars, cells, strict=True))}
+    if isinstance(node, ast.Name):
+        return known.get(node.id)
+    if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name):
+        return getattr(known.get(node.value.id), node.attr, None)
+    return None
+
+
+def used(function: Any, seen: set[Any]) -> Iterator[str]:
+    """Parts of the working set that a Warp function and all that it calls use."""
+    plain = function.func
+    if plain is None or plain in seen:
+        return
+    seen.add(plain)
+    for node in ast.walk(ast.parse(textwrap.dedent(inspect.getsource(plain)))):
+        if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "work":
+            yield node.attr
+        if isinstance(other := called(plain, node), wp.Function):
+            yield from used(other, seen)
+
+
+def used_in(phase: str) -> set[str]:
+    apart = {one.func for one in IN_PARTS} if phase == "sums" else set()
+    return {name for function in FUNCTIONS[phase] for name in used(function, set(apart))}
+
+
+def span(life: Life) -> tuple[int, int]:
+    return PHASES.index(life.first), PHASES.index(life.last)
+
+
+def test_everything_in_the_working_set_has_a_place_and_a_life():
+    assert set(LIVES) == set(layout()) == set(Work.vars)
+    assert max(map(max, layout().values())) < scratch.work_floats(BODIES)
+    assert set(FUNCTIONS) == set(PHASES)
+
+
+@pytest.mark.parametrize("phase", PHASES)
+def test_code_uses_only_what_lives(phase: str):
+    now = PHASES.index(phase)
+    found = used_in(phase)
+    assert found
+    for name in found:
+        life = LIVES[name]
+        assert span(life)[0] <= now <= PHASES.index(life.root or life.last), name
+
+
+def test_accelerations_with_prescribed_motion_use_what_lives_then():
+    stage = hybrid.hybrid_acceleration_stage
+    lives = {name for name, life in LIVES.items() if span(life)[0] <= PHASES.index("forward")}
+    dead = {name for name in lives if span(LIVES[name])[1] < PHASES.index("backward")}
+    assert set(used(stage, set())) <= lives - dead
+
+
+@pytest.mark.parametrize("name", LIVES)
+def test_a_life_is_no_longer_than_the_code_needs(name: str):
+    at = [now for now, phase in enumerate(PHASES) if name in used_in(phase)]
+    assert (PHASES[at[0]], PHASES[at[-1]]) == (LIVES[name].first, LIVES[name].root or LIVES[name].last)
+
+
+def test_what_shares_memory_does_not_live_at_the_same_time():
+    shared = 0
+    for (a, one), (b, other) in itertools.combinations(layout().items(), 2):
+        if one & other:
+            shared += 1
+            (first, last), (begin, end) = span(LIVES[a]), span(LIVES[b])
+            assert last <= begin or end <= first, (a, b)
+    assert shared > 30
+
+
+def test_the_check_finds_what_would_lie_in_the_place_of_another(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setitem(LIVES, "turned", Life("joints", "control"))
+    with pytest.raises(AssertionError, match="turned"):
+        test_what_shares_memory_does_not_live_at_the_same_time()
+
+
+def test_the_root_has_nothing_in_what_takes_the_place_of_its_own():
+    """The backward pass makes no joint factors of the root, whose orientation is needed until the end."""
+    (longer,) = (name for name, life in LIVES.items() if life.root)
+    after = [name for name in LIVES if name != longer and layout()[name] & layout()[longer]]
+    assert (longer, after) == ("orientation", ["factor_c"])
+    assert np.all([span(LIVES[name])[0] > span(LIVES[longer])[1] for name in after])
