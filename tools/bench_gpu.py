@@ -121,7 +121,7 @@ class Bench:
     def resources(self, kind: str, lanes: int, repeated: bool) -> Figures:
         """What a kernel takes of the GPU."""
         rollout = self.rollout(kind, lanes, 1)
-        kernel = RepeatedStep(rollout, 0.0).kernel if repeated else rollout._launcher.kernel
+        kernel = RepeatedStep(rollout, 0.0).kernel if repeated else rollout._launcher.kernel().kernel
         wp.load_module(kernel.module, self.device, block_dim=rollout.block_dim)
         return resources(kernel, self.device, rollout.block_dim, lanes)
 

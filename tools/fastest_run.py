@@ -6,11 +6,10 @@ import time
 
 import warp as wp
 
-from warpmuscle.simulation.multi_device import MultiDeviceRollout
-from warpmuscle.simulation.rollout import Rollout
+from warpmuscle.simulation.batch import Batch
 
 
-def fastest_run(rollout: Rollout | MultiDeviceRollout, repeats: int, noise: float) -> float:
+def fastest_run(rollout: Batch, repeats: int, noise: float) -> float:
     """Time of the fastest of several runs from starts with noise, m/s, after one that does not count; s."""
     times = []
     for _ in range(1 + repeats):  # the first one compiles

@@ -66,7 +66,11 @@ def cases(folder: Path) -> dict[str, Case]:
         "root_angular_velocity": 0.0, "joint_orientation": np.tile([0, 0, 0, 1.0], (2, joints, 1)),
         "joint_angular_velocity": 0.0, "phase": 0.0, "stance": 0, "machine_state": 0, "foot_force": 0.0,
     }  # fmt: skip
-    start = {"coordinates": rollout._start.coordinates, "speeds": np.zeros((1, speeds)), "activation": np.zeros((1, 2))}
+    start = {
+        "coordinates": rollout.state.coordinates.numpy()[:1],
+        "speeds": np.zeros((1, speeds)),
+        "activation": np.zeros((1, 2)),
+    }
     found = {
         "Rollout": Case(wm.Rollout, {"scene": p.scene, **BATCH}),
         "make_rollout": Case(wm.make_rollout, {"scene": p.scene, **BATCH}),

@@ -1,9 +1,13 @@
 """Excitations, motions and starts of instances do what a scene's own do, in any batch; errors say what is wrong."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+import warp as wp
 
 from warpmuscle.core.errors import RolloutError
+from warpmuscle.model.structure import structure_of
 from warpmuscle.scene import (
     Actuation,
     Body,
@@ -20,7 +24,9 @@ from warpmuscle.scene import (
     Pulley,
     Scene,
 )
+from warpmuscle.simulation.inputs import Inputs
 from warpmuscle.simulation.multi_device import MultiDeviceRollout
+from warpmuscle.simulation.perturbations import none
 from warpmuscle.simulation.rollout import Rollout
 
 X, ZERO = (1.0, 0.0, 0.0), (0.0, 0.0, 0.0)
@@ -175,8 +181,8 @@ def test_a_batch_goes_on_from_a_snapshot_under_other_excitations():
 def test_a_kernel_that_knows_no_excitations_over_time_gives_way_when_some_are_given():
     """As a GPU has it where no muscle of the scene has any."""
     plain, lean = batch(1), batch(1)
-    lean._recipe = lean._recipe._replace(muscles=lean._recipe.muscles._replace(timed=False))
-    assert not lean._recipe_now.muscles.timed
+    usual = lean._launcher.config
+    lean._launcher.config = usual._replace(muscles=usual.muscles._replace(timed=False))
     for rollout in (plain, lean):
         rollout.set_excitations([0.0, DURATION], [[[0.9, 0.1], [0.0, 0.8]]])
     assert_same(recorded(plain), recorded(lean))
@@ -255,3 +261,54 @@ def test_a_start_in_the_scene_is_that_of_joints_that_are_not_kinematic():
     )
     q = recorded(batch(1, arm(initial_state=start)))[0][0, 0]
     np.testing.assert_allclose(q[-2:], [wave(0)[0], 2.0 * np.arcsin(0.1)], atol=1e-5)
+
+
+def inputs_of(scene: Scene, count: int = 2) -> Inputs:
+    inputs = Inputs(scene, structure_of(scene), count, wp.get_device("cpu"))
+    inputs.use(scene)
+    return inputs
+
+
+def test_initial_values_are_the_same_object_until_something_changes():
+    inputs, still = inputs_of(arm()), np.zeros((1, 2))
+    first = inputs.initial_values(still)
+    assert inputs.initial_values(still) is first
+    assert inputs.initial_values(still + 1.0) is not first
+    assert inputs.initial_values(still) is first
+    pushes = none(2)
+    for change in (
+        lambda: inputs.set_motion([0.0], np.full((1, 4, 1), 0.5), None, DURATION),
+        lambda: inputs.set_initial(None, np.ones((1, 5)), None),
+        lambda: inputs.set_disturbances(pushes),
+        lambda: inputs.use(arm()),
+    ):
+        change()
+        assert inputs.initial_values(still) is not first
+        first = inputs.initial_values(still)
+
+
+def test_inputs_by_themselves_know_where_instances_start_and_what_the_model_has():
+    inputs = inputs_of(arm(initial_state=InitialState(joints={"elbow": JointState((0.1, 0.0, 0.0, 0.99499))})))
+    values = inputs.initial_values(np.zeros((1, 2)))
+    elbow, shoulder = 2.0 * np.arcsin(0.1), wave(0)[0]
+    np.testing.assert_allclose(values.coordinates, [[0.0, 0.0, 0.0, shoulder, elbow]] * 2, atol=1e-5)
+    assert values.accelerations.shape == (2, 5)
+    inputs.set_initial([[9.0, 9.0, 9.0, 9.0, 0.7]], None, [[0.1, 0.2], [0.3, 0.4]])
+    inputs.set_motion([0.0], np.stack([np.full((4, 1), 0.25), np.full((4, 1), 0.5)]), [1, 0], DURATION)
+    inputs.set_disturbances(replace(none(2), slope=np.array([0.0, 0.1])))
+    values = inputs.initial_values(np.zeros((1, 2)))
+    np.testing.assert_allclose(values.coordinates, [[0.5, 0.5, 0.5, 0.5, 0.7], [0.25, 0.25, 0.25, 0.25, 0.7]])
+    np.testing.assert_allclose(values.activation, [[0.1, 0.2], [0.3, 0.4]], rtol=1e-6)
+    assert (inputs.of_model.motion.row.tolist(), inputs.of_model.slope.tolist()) == ([1, 0], [0.0, 0.1])
+    inputs.set_excitations([0.0, 1.0], [[[0.0, 2.0], [0.5, 0.25]]])
+    assert inputs.of_model.excitations["knot_value"].numpy().tolist() == [[0.0, 1.0, 0.5, 0.25]]
+    outside = inputs.from_outside([[0.5, 0.6]], [[1.0, 2.0]])
+    assert set(outside) == {"muscles.own", "muscles.knot_time", "muscles.knot_value", "actuation.effort"}
+    assert outside["actuation.effort"].numpy().tolist() == [[1.0, 2.0]]
+
+
+def test_noise_of_the_root_is_added_to_its_start():
+    inputs = inputs_of(arm(motion={}, actuation={}))
+    inputs.set_disturbances(replace(none(2), velocity=np.array([[9.0, 1.0, 2.0], [9.0, 3.0, 4.0]])))
+    noise = np.array([[0.5, 0.25], [0.125, 0.0625]])
+    np.testing.assert_allclose(inputs.initial_values(noise).speeds[:, :2], [[1.5, 2.25], [3.125, 4.0625]])

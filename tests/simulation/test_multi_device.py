@@ -1,5 +1,7 @@
 """A batch shared out over several devices gives what one device gives, to the last bit; the CPU stands for each."""
 
+import inspect
+
 import msgspec
 import numpy as np
 import pytest
@@ -15,6 +17,7 @@ from warpmuscle.optimization.optimize import optimize
 from warpmuscle.optimization.replay import Replayer
 from warpmuscle.optimization.resume import resume
 from warpmuscle.scene import Robustness
+from warpmuscle.simulation.batch import Batch
 from warpmuscle.simulation.candidates import CandidateBatch
 from warpmuscle.simulation.devices import devices_name, find_device, find_devices
 from warpmuscle.simulation.multi_device import MultiDeviceRollout, make_rollout
@@ -62,7 +65,7 @@ def test_noise_is_that_of_the_whole_batch_and_a_part_that_has_failed_waits_for_t
         batch.run()
     assert_same(one, split)
     assert split.alive == 0
-    assert len({part.steps_done for part in split.parts}) > 1
+    assert len({rollout.steps_done for rollout in split.rollouts}) > 1
     for batch in (one, split):
         batch.reset()
         batch.run(0.1)
@@ -175,8 +178,8 @@ def test_a_single_rollout_takes_no_several_devices():
 def test_trials_over_several_devices_are_those_of_one(two_cpus):
     scene = msgspec.structs.replace(short_walk(0.2), robustness=Robustness(runs=3, velocity_noise=0.2, push=60.0))
     one, several = CandidateBatch(scene, 5, "cpu"), CandidateBatch(scene, 5, "cuda:all")
-    assert len(several.batch.parts) == 2
-    assert len(several.batch.parts[0].status()) == 7  # in the middle of a candidate
+    assert len(several.batch.rollouts) == 2
+    assert len(several.batch.rollouts[0].status()) == 7  # in the middle of a candidate
     for trials in (one, several):
         trials.set_parameters(candidates(5, 0))
         trials.run()
@@ -224,3 +227,29 @@ def test_a_replay_is_made_on_the_first_device(two_cpus):
     scene = short_walk(0.1)
     replays = (Replayer(scene, device).replay(CANDIDATE)[0] for device in ("cuda:all", "cpu"))
     assert_same_bits(*replays)
+
+
+def test_what_joints_add_and_parts_of_a_motion_come_from_the_device_that_has_the_instance():
+    one, split = both(short_walk(0.3), 5, record=[4, 1])
+    for batch in (one, split):
+        batch.set_parameters(candidates(5, 1))
+        batch.run()
+    for instance in range(5):
+        assert one.parts(instance) == split.parts(instance)
+    assert_same_bits(one.recording(1, 0.1), split.recording(1, 0.1))
+    with pytest.raises(RolloutError, match="instance must be a whole number from 0 to 4, not 5"):
+        split.parts(5)
+
+
+@pytest.mark.parametrize("kind", [Rollout, MultiDeviceRollout])
+def test_all_that_a_batch_can_do_is_there_and_documented(kind: type[Batch]):
+    devices = ["cpu"] if kind is MultiDeviceRollout else "cpu"
+    batch = kind(short_walk(0.3), 2, devices)
+    for name in Batch.__annotations__:
+        assert hasattr(batch, name), name
+    for name, member in vars(Batch).items():
+        if not name.startswith("_"):
+            inherited = name in ("time", "alive", "status_names")
+            assert inherited or name in vars(kind), f"{kind.__name__} lacks {name}"
+            assert inspect.getdoc(getattr(kind, name)), name
+            assert callable(member) or hasattr(batch, name)

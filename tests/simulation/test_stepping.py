@@ -199,7 +199,7 @@ def test_a_batch_over_several_devices_takes_steps_and_masks_alike():
         rollout.reset(mask)
         rollout.step(EVERY, torques=np.ones((1, 4)))
     np.testing.assert_array_equal(one.end_time(), split.end_time())
-    np.testing.assert_array_equal(one.state.speeds.numpy()[:3], split.parts[0].state.speeds.numpy())
+    np.testing.assert_array_equal(one.state.speeds.numpy()[:3], split.rollouts[0].state.speeds.numpy())
 
 
 def test_observations_are_the_state_itself():

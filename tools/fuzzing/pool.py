@@ -150,16 +150,16 @@ def prepare(settings: Settings) -> None:
 
 
 def _forbid_compiling() -> None:
-    from warpmuscle.simulation.launcher import Launcher
+    from warpmuscle.simulation.fused_kernel import FusedKernel
 
-    load = Launcher.load
+    load = FusedKernel.load
 
     def careful(self: Any) -> None:
         if not self._loaded and self.compiles:
             raise NotCompiled
         load(self)
 
-    Launcher.load = careful  # type: ignore[method-assign]
+    FusedKernel.load = careful  # type: ignore[method-assign]
 
 
 def _tidy() -> None:

@@ -22,7 +22,7 @@ def state_struct(scene: Scene, structure: Structure, instances: int, device: Any
     Args:
         scene: checked scene, whose numbers may be free.
     """
-    n, names, objective, found = instances, structure.names, structure.objective, structure.actuation
+    n, names, objective, actuation = instances, structure.names, structure.objective, structure.actuation
     s = structs.State()
     s.coordinates = wp.zeros((n, names.coordinates), dtype=float, device=device)
     s.speeds = wp.zeros((n, names.speeds), dtype=float, device=device)
@@ -41,16 +41,16 @@ def state_struct(scene: Scene, structure: Structure, instances: int, device: Any
     s.target_plan = wp.zeros((held, len(names.bodies)), dtype=wp.vec2, device=device)
     for name in ("stance", "machine_state", "step", "status"):
         setattr(s, name, wp.zeros(n, dtype=int, device=device))
-    table = found.table
+    table = actuation.table
     for name, array in term_arrays(objective, n, len(names.bodies), len(table.muscles), device).items():
         setattr(s, name, array)
-    capacity, excited = _ring_capacity(scene, found), structure.controller.excites
+    capacity, excited = _ring_capacity(scene, actuation), structure.controller.excites
     s.muscles = muscle_state(n, len(table.muscles), len(table.crossings), capacity, device, excited)
     return s
 
 
-def _ring_capacity(scene: Scene, found: ActuationMap) -> int:
+def _ring_capacity(scene: Scene, actuation: ActuationMap) -> int:
     """Steps that the delay lines hold: a power of two beyond the longest delay that a search may ask for."""
-    muscles = [scene.character.muscles[name] for name in found.muscles]
+    muscles = [scene.character.muscles[name] for name in actuation.muscles]
     longest = max((greatest(scene, muscle.delay) for muscle in muscles), default=0.0)
     return int(2 ** math.ceil(math.log2(longest / scene.time_step + 2.0)))

@@ -18,7 +18,6 @@ from warpmuscle.scene import Scene
 from warpmuscle.simulation.candidates import CandidateBatch
 from warpmuscle.simulation.devices import find_devices
 from warpmuscle.simulation.memory import instances_that_fit
-from warpmuscle.simulation.rollout import Rollout
 
 CPU_BATCH = 500  # small enough that finished candidates come in all along
 GPU_BATCH = 65536
@@ -195,7 +194,6 @@ class BatchEvaluator:
         if not self._recorded or not same.any():
             return None
         batch, row = self._trials[len(same)].batch, int(same.argmax())
-        assert isinstance(batch, Rollout)
         return batch.recording(row), batch.parts(row)
 
     def _of_size(self, candidates: int) -> CandidateBatch:
@@ -212,8 +210,8 @@ class BatchEvaluator:
         """New trials; those recorded with the lanes of one candidate: most fall soon, and the last take the time."""
         if not self._recorded:
             return CandidateBatch(self._scene, candidates, self.device, threads=self._threads)
-        lanes = self._first.batch.lanes if isinstance(self._first.batch, Rollout) else None
-        return CandidateBatch(self._scene, candidates, self.device, record=True, threads=self._threads, lanes=lanes)
+        lanes, threads = self._first.batch.lanes, self._threads
+        return CandidateBatch(self._scene, candidates, self.device, record=True, threads=threads, lanes=lanes)
 
     def _load(self, trials: CandidateBatch, tracker: Tracker) -> None:
         """Have the kernel ready, and tell before if that takes a while."""
@@ -235,10 +233,10 @@ def _suiting(device: str | None, trials: CandidateBatch) -> int:
 
 def _recordable(trials: CandidateBatch) -> int:
     """How many candidates there is room for on a GPU with all of their motion; none where it is quicker to replay."""
-    batch = trials.batch
-    if not isinstance(batch, Rollout) or batch.device.is_cpu or not trials.undisturbed:
+    device, *others = trials.batch.devices
+    if others or device.is_cpu or not trials.undisturbed:
         return 0
-    return int(_RECORDED * (instances_that_fit(batch.recording_bytes, batch.device) or 0))
+    return int(_RECORDED * (instances_that_fit(trials.batch.recording_bytes, device) or 0))
 
 
 def _places(part: Floats, whole: Floats) -> NDArray[np.intp] | None:

@@ -7,9 +7,10 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from warpmuscle.core.arguments import as_array, as_number, as_whole, in_words
+from warpmuscle.core.array_interop import is_array, mask_of
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import RolloutError
 from warpmuscle.core.limits import check_size
@@ -17,24 +18,25 @@ from warpmuscle.scene import Scene
 from warpmuscle.scene.joints import root_type
 
 MOST = 2**31 - 1  # that kernels count to
+in_silence = np.errstate(over="ignore", divide="ignore", invalid="ignore")  # of numbers that will diverge
 CHUNK_TIME = 0.1  # s of simulated time between two looks at which instances still run
 
 
 def positive(value: int, what: str) -> int:
     """A positive whole number; RolloutError if it is none."""
-    found = as_whole(value, what, error=RolloutError)
-    if found > MOST:
+    number = as_whole(value, what, error=RolloutError)
+    if number > MOST:
         raise RolloutError(f"{what} must be {MOST} at most, not {in_words(value)}")
-    return found
+    return number
 
 
 def checked_threads(threads: int | None) -> int:
     """CPU threads as asked for, or one a core; RolloutError if there cannot be so many."""
     if threads is None:
         return os.cpu_count() or 1
-    found = as_whole(threads, "threads", error=RolloutError)
-    check_size("threads", found, RolloutError)
-    return found
+    count = as_whole(threads, "threads", error=RolloutError)
+    check_size("threads", count, RolloutError)
+    return count
 
 
 def chosen(record: Sequence[int], instances: int) -> list[int]:
@@ -68,6 +70,16 @@ def root_noise(scene: Scene, instances: int, deviation: float, seed: int) -> Flo
     if not deviation:
         return np.zeros((1, linear))
     return np.random.default_rng(seed).normal(0.0, deviation, (instances, linear))
+
+
+def noise_and_mask(
+    scene: Scene, instances: int, velocity_noise: Any, seed: int, mask: Any
+) -> tuple[Floats, NDArray[np.bool_] | None]:
+    """The noise of all instances that are put back to their start, and which ones are; see `Batch.reset`."""
+    if is_array(velocity_noise):
+        velocity_noise, mask = 0.0, velocity_noise
+    noise = root_noise(scene, instances, velocity_noise, seed)
+    return noise, None if mask is None else mask_of(mask, instances)
 
 
 def chunk_steps(scene: Scene) -> int:

@@ -1,24 +1,23 @@
-"""What instances of a batch are given beside parameters: excitations, motions, disturbances, and where they start."""
+"""What a batch is told beside parameters: excitations, motions, perturbations, and where its instances start."""
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 import warp as wp
 from numpy.typing import ArrayLike
 
-from warpmuscle.core.arguments import as_array, as_kind, as_truth
-from warpmuscle.core.array_types import Floats, Integers
-from warpmuscle.core.arrays import arrays_of, structs_to_device, to_device
+from warpmuscle.core.arguments import as_array, as_kind
+from warpmuscle.core.array_interop import rows_of
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.arrays import structs_to_device, to_device
 from warpmuscle.core.errors import RolloutError
 from warpmuscle.kernels import structs
-from warpmuscle.model.build import NO_INPUTS, ModelInputs, update_model
-from warpmuscle.model.muscles import ActuationMap
+from warpmuscle.model.build import Fields, ModelInputs, Start, motion_of, start_of
 from warpmuscle.model.prescribed_motion import (
-    Kinematic,
     Moved,
     check_knots,
     coordinate_numbers,
@@ -28,28 +27,176 @@ from warpmuscle.model.prescribed_motion import (
 )
 from warpmuscle.model.structure import Structure
 from warpmuscle.scene import Scene
-from warpmuscle.scene.topology import Topology
-from warpmuscle.simulation.extensions import Extensions
-from warpmuscle.simulation.perturbations import Disturbances
+from warpmuscle.scene.joints import root_type
+from warpmuscle.simulation.batch_input import in_silence
+from warpmuscle.simulation.batch_state import InitialValues
+from warpmuscle.simulation.perturbations import Disturbances, none
 
 
-@dataclass
 class Inputs:
-    """What a batch has been given in place of what its scene says; None where the scene counts."""
+    """What n instances of a scene are told beside parameters, checked; what they are not told stays with the scene.
 
-    of_model: ModelInputs = NO_INPUTS
-    coordinates: Floats | None = None  # (1 or instances, coordinates)
-    speeds: Floats | None = None  # (1 or instances, speeds)
-    activation: Floats | None = None  # (1 or instances, simulated muscles)
+    Attributes:
+        of_model: what of it the model shows. disturbances: of all instances.
+        start: where the scene lets them start, as of the last `use`.
+    """
+
+    start: Start
+
+    def __init__(self, scene: Scene, structure: Structure, instances: int, device: Any) -> None:
+        """Nothing is told yet; `use` must come before `initial_values`."""
+        self._scene, self._structure, self._instances, self._device = scene, structure, instances, device
+        self.of_model = ModelInputs()
+        self.disturbances = none(instances)
+        self._told: dict[str, Floats] = {}  # coordinates, speeds and activation to start from, (1 or n, ...)
+        self._prescribed: Moved | None = None  # where the prescribed motion starts
+        self._initial: InitialValues | None = None  # without noise, until something changes
+
+    @property
+    def muscle_names(self) -> tuple[str, ...]:
+        """Muscles in the order of excitations: all of the scene."""
+        return tuple(self._scene.character.muscles)
+
+    @property
+    def torque_names(self) -> tuple[str, ...]:
+        """Speeds of the joints, in the order of torques."""
+        return tuple(name for name in self._structure.speed_names if not name.startswith("root."))
+
+    @cached_property
+    def _simulated(self) -> list[int]:
+        """Numbers of the simulated muscles among all."""
+        every = self.muscle_names
+        return [every.index(name) for name in self._structure.actuation.muscles]
+
+    def use(self, numeric: Scene) -> None:
+        """Take start and motion, where nothing else was told, from a scene of numbers (see `parameters.substitute`)."""
+        self.start, self._initial = start_of(numeric, self._structure.names), None
+        if self._structure.kinematic.names:
+            self._prescribed = moved(self._structure.kinematic, motion_of(numeric, self._structure, self.of_model), 0.0)
+
+    def set_excitations(self, time: ArrayLike, values: ArrayLike) -> None:
+        """Take excitations over time; see `Batch.set_excitations`."""
+        arrays = excitation_arrays(time, values, len(self.muscle_names), self._simulated, self._instances, self._device)
+        self.of_model = replace(self.of_model, excitations=arrays)
+
+    def set_motion(self, time: ArrayLike, values: ArrayLike, of: ArrayLike | None, end: float) -> None:
+        """Take a motion of the kinematic coordinates until the `end`, s; see `Batch.set_motion`."""
+        curves = given_curves(self._structure.kinematic, time, values, of, self._instances, end)
+        self._prescribed, self._initial = moved(self._structure.kinematic, curves, 0.0), None
+        self.of_model = replace(self.of_model, motion=curves)
+
+    def set_initial(
+        self, coordinates: ArrayLike | None, speeds: ArrayLike | None, activation: ArrayLike | None
+    ) -> None:
+        """Take a state to start from; see `Batch.set_initial`."""
+        names = self._structure.names
+        sizes = {"coordinates": names.coordinates, "speeds": names.speeds, "activations": len(self.muscle_names)}
+        checked = {
+            name: self._state(values, sizes[name], f"initial {name}")
+            for name, values in zip(sizes, (coordinates, speeds, activation), strict=True)
+            if values is not None
+        }
+        if "activations" in checked:
+            values = checked.pop("activations")
+            self._told.pop("activation", None)
+            if self._simulated:
+                self._told["activation"] = values[:, self._simulated]
+        self._told |= checked
+        self._initial = None
+
+    def _state(self, values: ArrayLike, count: int, what: str) -> Floats:
+        """Values to start from, (1 or n, count), finite."""
+        array = as_array(values, what, error=RolloutError).astype(np.float64)
+        if array.shape not in ((1, count), (self._instances, count)):
+            raise RolloutError(f"{what} have shape {array.shape}; this rollout takes (1 or {self._instances}, {count})")
+        if not np.isfinite(array).all():
+            raise RolloutError(f"a number of the {what} is not finite")
+        return array
+
+    def set_disturbances(self, disturbances: Disturbances) -> None:
+        """Take disturbances; RolloutError if they are those of another number of instances."""
+        self.disturbances = checked_disturbances(disturbances, self._instances)
+        self.of_model, self._initial = replace(self.of_model, slope=disturbances.slope), None
+
+    def initial_values(self, root_velocity: Floats) -> InitialValues:
+        """What all instances start from; the same object until something changes, unless there is noise.
+
+        Args:
+            root_velocity: (1 or n, 3 or less) m/s, noise that is added to the root's linear speeds.
+        """
+        if root_velocity.any():
+            return self._initial_values(root_velocity)
+        if self._initial is None:
+            self._initial = self._initial_values(root_velocity)
+        return self._initial
+
+    @in_silence
+    def _initial_values(self, root_velocity: Floats) -> InitialValues:
+        n, names, start = self._instances, self._structure.names, self.start
+        coordinates = self._told.get("coordinates", start.coordinates)
+        speeds = self._told.get("speeds", start.speeds)
+        activation = self._told.get("activation", start.activation)
+        coordinates = np.broadcast_to(coordinates, (n, names.coordinates)).astype(np.float32)
+        speeds = np.broadcast_to(speeds, (n, names.speeds)).astype(np.float32)
+        accelerations = np.zeros((1, names.speeds), dtype=np.float32)
+        linear = len(root_type(self._scene.character).moving)
+        speeds[:, :linear] += root_velocity
+        speeds[:, :linear] += self.disturbances.velocity[:, 3 - linear :]
+        if self._prescribed is not None:
+            accelerations = self._put_prescribed(self._prescribed, coordinates, speeds)
+        return InitialValues(
+            coordinates, speeds, accelerations, activation.astype(np.float32), start.stance, start.machine_state
+        )
+
+    def _put_prescribed(self, start: Moved, coordinates: Floats, speeds: Floats) -> Floats:
+        """Put the kinematic coordinates and their speeds to where their motion starts; all accelerations there."""
+        kinematic, motion = self._structure.kinematic, self.of_model.motion
+        row = slice(None) if motion is None or motion.row is None else motion.row
+        numbers = speed_numbers(kinematic)
+        accelerations = np.zeros(speeds.shape, dtype=np.float32)
+        coordinates[:, coordinate_numbers(kinematic)] = start.coordinates[row]
+        speeds[:, numbers] = start.speeds[row]
+        accelerations[:, numbers] = start.accelerations[row]
+        return accelerations
+
+    def from_outside(self, excitations: Any, torques: Any) -> Fields:
+        """What the model has while steps are driven from outside; see `Batch.step`."""
+        fields: Fields = {}
+        if excitations is not None:
+            if not self._simulated:
+                raise RolloutError("there are no muscles to excite: they drive no joint of this scene")
+            count = len(self.muscle_names)
+            values = rows_of(excitations, count, self._instances, self._device, "excitations")
+            fields |= self._one_knot | {"muscles.knot_value": values}
+        if torques is not None:
+            count = len(self.torque_names)
+            fields["actuation.effort"] = rows_of(torques, count, self._instances, self._device, "torques")
+        return fields
+
+    @cached_property
+    def _one_knot(self) -> Fields:
+        """Excitations of one knot a muscle, which stands in the muscle's column of what comes from outside."""
+        first = np.array([self._simulated])
+        spans = structs_to_device(structs.OwnExcitation, {"first_knot": first, "end_knot": first + 1}, self._device)
+        time = wp.zeros((1, len(self.muscle_names)), dtype=float, device=self._device)
+        return {"muscles.own": spans, "muscles.knot_time": time}
+
+
+def checked_disturbances(disturbances: Disturbances, instances: int) -> Disturbances:
+    """Disturbances of so many instances; RolloutError if they are no such."""
+    as_kind(Disturbances, disturbances, "disturbances", error=RolloutError)
+    if len(disturbances) != instances:
+        raise RolloutError(f"{len(disturbances)} disturbances for {instances} instances")
+    return disturbances
 
 
 def excitation_arrays(
-    time: ArrayLike, values: ArrayLike, muscles: int, chosen: list[int], instances: int, device: Any
+    time: ArrayLike, values: ArrayLike, muscles: int, simulated: list[int], instances: int, device: Any
 ) -> dict[str, wp.array]:
     """Excitations over time, straight between knots, by field of `kernels.structs.Muscles`.
 
     Args:
-        time: (K,) s. values: (1 or instances, muscles, K). chosen: numbers of the muscles that are simulated.
+        time: (K,) s. values: (1 or instances, muscles, K). simulated: numbers of the muscles that are simulated.
 
     Raises:
         RolloutError: wrong shapes, numbers that are not finite, or times that do not increase.
@@ -62,199 +209,11 @@ def excitation_arrays(
             f"not {t.shape} and {v.shape}"
         )
     check_knots(t, v, "excitations")
-    own = np.clip(v if chosen == list(range(muscles)) else v[:, chosen], 0.0, 1.0)
-    count = len(chosen)
+    of_simulated = np.clip(v if simulated == list(range(muscles)) else v[:, simulated], 0.0, 1.0)
+    count = len(simulated)
     first = np.arange(count)[None] * len(t)
     return {
         "own": structs_to_device(structs.OwnExcitation, {"first_knot": first, "end_knot": first + len(t)}, device),
         "knot_time": to_device(np.tile(t, count)[None], float, device),
-        "knot_value": to_device(own.reshape(len(v), -1), float, device),
+        "knot_value": to_device(of_simulated.reshape(len(v), -1), float, device),
     }
-
-
-def checked_state(values: ArrayLike, count: int, instances: int, what: str) -> Floats:
-    """Values to start from, (1 or instances, count).
-
-    Raises:
-        RolloutError: another shape, or a number that is not finite.
-    """
-    array = as_array(values, what, error=RolloutError).astype(np.float64)
-    if array.shape not in ((1, count), (instances, count)):
-        raise RolloutError(f"{what} have shape {array.shape}; this rollout takes (1 or {instances}, {count})")
-    if not np.isfinite(array).all():
-        raise RolloutError(f"a number of the {what} is not finite")
-    return array
-
-
-@dataclass(frozen=True)
-class Snapshot:
-    """Where all instances of a batch stand."""
-
-    arrays: list[wp.array]
-    steps_done: int
-    begun: Integers
-    running: Integers
-
-
-class Given(ABC):
-    """A batch that can be given more than parameters."""
-
-    scene: Scene
-    names: Topology
-    structure: Structure
-    instances: int
-    steps: int
-    steps_done: int
-    device: Any
-    _driven: ActuationMap
-    _kinematic: Kinematic
-    _inputs: Inputs
-    _disturbances: Disturbances
-    _numeric: Scene
-    _moved: Moved
-    _model: structs.Model
-    _state: structs.State
-    _extensions: Extensions
-    _begun: Integers  # (instances,) what `steps_done` was when an instance was last put back to its start
-    _running: Integers
-
-    @abstractmethod
-    def reset(self, velocity_noise: Any = 0.0, seed: int = 0, mask: Any = None) -> None:
-        """Put instances back to their start."""
-
-    def _put_moved(self, coordinates: Any, speeds: Any) -> Any:
-        """Put the kinematic coordinates and their speeds to where their motion starts; all accelerations there."""
-        motion = self._inputs.of_model.motion
-        start, row = self._moved, None if motion is None else motion.row
-        chosen = slice(None) if row is None else row
-        numbers = speed_numbers(self._kinematic)
-        accelerations = np.zeros(speeds.shape, dtype=np.float32)
-        coordinates[:, coordinate_numbers(self._kinematic)] = start.coordinates[chosen]
-        speeds[:, numbers] = start.speeds[chosen]
-        accelerations[:, numbers] = start.accelerations[chosen]
-        return accelerations
-
-    @property
-    def muscle_names(self) -> tuple[str, ...]:
-        """Muscles in the order of `set_excitations`: all of the scene."""
-        return tuple(self.scene.character.muscles)
-
-    @property
-    def motion_names(self) -> tuple[str, ...]:
-        """Kinematic coordinates in the order of `set_motion`, a part of `coordinate_names`; see `prescribed_motion`."""
-        return self._kinematic.names
-
-    def set_excitations(self, time: ArrayLike, values: ArrayLike, *, restart: bool = True) -> None:
-        """Excite all muscles over time in place of a controller and of the scene's excitations, and start again.
-
-        It stays so, also with other parameters. Values beyond 0..1 count as 0 or 1.
-
-        Args:
-            time: (K,) s, increasing; excitations are straight between these knots and constant beyond them.
-            values: (1 or instances, muscles, K), muscles as in `muscle_names`.
-            restart: False to go on from where the batch stands.
-
-        Raises:
-            RolloutError: wrong shapes, numbers that are not finite, or times that do not increase.
-        """
-        as_truth(restart, "restart", error=RolloutError)
-        every = self.muscle_names
-        chosen = [every.index(name) for name in self._driven.muscles]
-        arrays = excitation_arrays(time, values, len(every), chosen, self.instances, self.device)
-        self._take("excitations", excitations=arrays)
-        if restart:
-            self.reset()
-
-    def set_motion(self, time: ArrayLike, values: ArrayLike, of: ArrayLike | None = None) -> None:
-        """Let the kinematic coordinates move in place of what the scene says, and start again. It stays so.
-
-        Args:
-            time: (K,) s, increasing, over the whole simulated time; between knots motions are splines of fifth degree.
-            values: (1 or instances, coordinates, K), rad and m, coordinates as in `motion_names`; quaternions of any
-                length but zero.
-            of: (instances,) number of the row of `values`, which then may have any number of them, that an instance
-                follows.
-
-        Raises:
-            RolloutError: no kinematic coordinates, wrong shapes, numbers that are not finite, times that do not
-                increase or do not reach over the simulated time.
-        """
-        end = self.steps * self.scene.time_step
-        curves = given_curves(self._kinematic, time, values, of, self.instances, end)
-        self._moved = moved(self._kinematic, curves, 0.0)
-        self._take("motion", motion=curves)
-        self.reset()
-
-    def set_initial(
-        self,
-        coordinates: ArrayLike | None = None,
-        speeds: ArrayLike | None = None,
-        activation: ArrayLike | None = None,
-    ) -> None:
-        """Start from other states than the scene's, where given, and start again. It stays so.
-
-        Kinematic coordinates start where their motion does, whatever is given here.
-
-        Args:
-            coordinates: (1 or instances, coordinates) rad, m, and quaternions of unit length, as in `coordinate_names`.
-            speeds: (1 or instances, speeds) rad/s and m/s, as in `speed_names`.
-            activation: (1 or instances, muscles), as in `muscle_names`.
-
-        Raises:
-            RolloutError: wrong shapes, or numbers that are not finite.
-        """
-        every = self.muscle_names
-        wanted = (coordinates, self.names.coordinates), (speeds, self.names.speeds), (activation, len(every))
-        found = [
-            None if values is None else checked_state(values, count, self.instances, f"initial {name}")
-            for name, (values, count) in zip(("coordinates", "speeds", "activations"), wanted, strict=True)
-        ]
-        given = self._inputs
-        if found[0] is not None:
-            given.coordinates = found[0]
-        if found[1] is not None:
-            given.speeds = found[1]
-        if found[2] is not None:
-            chosen = [every.index(name) for name in self._driven.muscles]
-            given.activation = found[2][:, chosen] if chosen else None
-        self.reset()
-
-    def disturb(self, disturbances: Disturbances) -> None:
-        """Push instances, start them at other velocities, or tilt their ground, from now on; and start again.
-
-        Raises:
-            RolloutError: another number of instances.
-        """
-        as_kind(Disturbances, disturbances, "disturbances", error=RolloutError)
-        if len(disturbances) != self.instances:
-            raise RolloutError(f"{len(disturbances)} disturbances for {self.instances} instances")
-        self._disturbances = d = disturbances
-        h, s = self.scene.time_step, self._state
-        first = np.rint(d.push_start / h).astype(np.int32)
-        steps = max(round(d.push_duration / h), 1)
-        s.push.assign((d.push / (steps * h)).astype(np.float32))
-        s.push_steps.assign(np.stack([first, first + steps], axis=1).astype(np.int32))
-        self._take("slope", slope=d.slope)
-        self.reset()
-
-    def _take(self, part: str, **values: Any) -> None:
-        """Take some inputs of the model from now on, which one of its parts shows."""
-        self._inputs.of_model = replace(self._inputs.of_model, **values)
-        update_model(self._model, [part], self._numeric, self.structure, self.device, self._inputs.of_model)
-
-    def _changing(self) -> list[wp.array]:
-        """All arrays that steps change."""
-        return [*arrays_of(self._state), *self._extensions.memories]
-
-    def snapshot(self) -> Snapshot:
-        """Where all instances stand now, for `restore`."""
-        arrays = [wp.clone(array) for array in self._changing()]
-        return Snapshot(arrays, self.steps_done, self._begun.copy(), self._running.copy())
-
-    def restore(self, snapshot: Snapshot) -> None:
-        """Put all instances back to where they stood; what they have been given stays as it is now."""
-        as_kind(Snapshot, snapshot, "snapshot", error=RolloutError)
-        for array, kept in zip(self._changing(), snapshot.arrays, strict=True):
-            wp.copy(array, kept)
-        self.steps_done, self._begun = snapshot.steps_done, snapshot.begun.copy()
-        self._running = snapshot.running.copy()

@@ -21,11 +21,11 @@ class InstanceBytes:
     """Bytes that one more instance takes on the device."""
 
     state: int
-    model: int  # with free parameters of its own; nothing if all instances share them
+    model: int  # if it has free parameters for itself; nothing if all instances share them
 
     @property
     def total(self) -> int:
-        """With parameters of its own."""
+        """With free parameters for itself."""
         return self.state + self.model
 
 

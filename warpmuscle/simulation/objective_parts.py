@@ -23,7 +23,7 @@ def term_parts(
     """Parts of the terms of an instance that are sums over joints or muscles; they add up to the term.
 
     Args:
-        terms: values (n,) of the wanted terms. scene: its numbers are floats or (n,) arrays.
+        terms: values (n,) of all terms. scene: its numbers are floats or (n,) arrays.
         muscles: names of those that are simulated. end_time: s, that the instance came to.
     """
     h = scene.time_step
@@ -35,16 +35,16 @@ def term_parts(
     energy = sums.get(f"metabolic_{scene.objective.metabolic_model}")
     if energy is not None:
         mass = rows([body.mass for body in scene.character.bodies.values()]).sum(axis=1)
-        basal = float(_own(np.asarray(basal_rate(scene.objective)) * mass, instance)) * end_time
+        basal = float(_of_instance(np.asarray(basal_rate(scene.objective)) * mass, instance)) * end_time
         sums["metabolic"] = energy | {BASAL: basal}
         total = sum(sums["metabolic"].values())
         for name in ("cost_of_transport",) if "cost_of_transport" in terms and total > 0.0 else ():
             scale = float(terms[name][instance]) / total
             sums[name] = {owner: scale * value for owner, value in sums["metabolic"].items()}
-    found = {name: {o: float(v) for o, v in sums[name].items() if v != 0.0} for name in terms if name in sums}
-    return {name: parts for name, parts in found.items() if np.isfinite(list(parts.values())).all() and parts}
+    parts_of = {name: {o: float(v) for o, v in sums[name].items() if v != 0.0} for name in terms if name in sums}
+    return {name: parts for name, parts in parts_of.items() if np.isfinite(list(parts.values())).all() and parts}
 
 
-def _own(values: Floats, instance: int) -> Floats:
+def _of_instance(values: Floats, instance: int) -> Floats:
     """The value of an instance, of (1,) or (n,) of them."""
     return np.asarray(values[instance % len(values)])

@@ -1,4 +1,4 @@
-"""Frames that the fused kernel writes for chosen instances, and their translation into recordings."""
+"""What the fused kernel records of chosen instances, frame by frame, and its translation into recordings."""
 
 from __future__ import annotations
 
@@ -9,17 +9,19 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from warpmuscle.core.arguments import as_texts
-from warpmuscle.core.array_types import Floats
+from warpmuscle.core.arguments import as_texts, as_whole
+from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.arrays import rows
 from warpmuscle.core.errors import RolloutError
+from warpmuscle.core.limits import check_size
 from warpmuscle.kernels import structs
 from warpmuscle.kernels.record import RecordKind
 from warpmuscle.kernels.recorded import MUSCLE_PLACES
+from warpmuscle.model.structure import Structure
 from warpmuscle.results.recording import MUSCLE_QUANTITIES, RawFrames, Recording
 from warpmuscle.scene import Scene
 from warpmuscle.scene.joints import root_type
-from warpmuscle.scene.topology import Topology
+from warpmuscle.simulation.memory import check_memory
 
 SIZES: dict[str, tuple[int | str, ...]] = {  # of what a frame has of each array of `structs.Record`
     "phase": (),
@@ -38,6 +40,8 @@ SIZES: dict[str, tuple[int | str, ...]] = {  # of what a frame has of each array
     "muscle": (MUSCLE_PLACES, "muscles"),
 }
 DTYPES = {name: structs.Record.vars[name].type.dtype for name in SIZES}
+FEW_BYTES = 2**28  # of recorded motion, for which there always is memory
+COPIES = 3  # of a recorded motion in the memory: on the device, and twice as wide when it is read
 MOTION = ("coordinates", "speeds")
 
 
@@ -56,8 +60,9 @@ def record_kind(quantities: Sequence[str] | None) -> RecordKind:
     return RecordKind(False, any(name in MUSCLE_QUANTITIES for name in quantities))
 
 
-def shapes(names: Topology, muscles: tuple[str, ...]) -> dict[str, tuple[int, ...]]:
+def shapes(structure: Structure) -> dict[str, tuple[int, ...]]:
     """Shape of what a frame has of each array."""
+    names, muscles = structure.names, structure.actuation.muscles
     sizes = {"bodies": len(names.bodies), "coordinates": names.coordinates, "speeds": names.speeds}
     sizes["muscles"] = max(len(muscles), 1)
     return {
@@ -65,19 +70,37 @@ def shapes(names: Topology, muscles: tuple[str, ...]) -> dict[str, tuple[int, ..
     }
 
 
-def frame_bytes(names: Topology, muscles: tuple[str, ...]) -> int:
+def frame_steps(scene: Scene, rate: float) -> int:
+    """Steps from frame to frame at so many frames a second."""
+    steps = max(round(scene.duration / scene.time_step), 1)
+    return max(round(min(1.0 / (rate * scene.time_step), steps)), 1)
+
+
+def frame_bytes(structure: Structure) -> int:
     """Bytes of a frame in which everything is recorded."""
-    found = shapes(names, muscles)
-    return sum(math.prod(found[name]) * int(wp.types.type_size_in_bytes(dtype)) for name, dtype in DTYPES.items())
+    of_frame = shapes(structure)
+    return sum(math.prod(of_frame[name]) * int(wp.types.type_size_in_bytes(dtype)) for name, dtype in DTYPES.items())
 
 
-class Frames:
-    """Device arrays for the motion of chosen instances."""
+def check_room(structure: Structure, instances: int, frames: int, device: Any) -> None:
+    """Raise RolloutError if the motion of so many instances is too long, or does not fit into the memory."""
+    size = frame_bytes(structure) * frames
+    if instances:
+        check_size("frames", frames, RolloutError)
+    if instances * size > FEW_BYTES:
+        check_memory(instances, COPIES * size, device)
+
+
+class Recorder:
+    """Device arrays for the motion of chosen instances.
+
+    Attributes:
+        record: the arrays. chosen: the instances. every: steps from frame to frame. kind: what is recorded.
+    """
 
     def __init__(
         self,
-        names: Topology,
-        muscles: tuple[str, ...],
+        structure: Structure,
         instances: int,
         chosen: list[int],
         every: int,
@@ -85,8 +108,14 @@ class Frames:
         device: Any,
         kind: RecordKind = RecordKind(),  # noqa: B008, immutable
     ) -> None:
-        """Room for a frame every `every` steps of a simulation of `steps` steps."""
-        self.names, self.muscles, self.chosen, self.every, self.kind = names, muscles, chosen, every, kind
+        """Room for a frame every `every` steps of a simulation of `steps` steps.
+
+        Raises:
+            RolloutError: so many frames are too long, or do not fit into the memory.
+        """
+        check_room(structure, len(chosen), -(-steps // every), device)
+        self.names, self.muscles = structure.names, structure.actuation.muscles
+        self.chosen, self.every, self.kind = chosen, every, kind
         slot = np.full(instances, -1, dtype=np.int32)
         slot[chosen] = np.arange(len(chosen))
         self.record = structs.Record()
@@ -94,7 +123,7 @@ class Frames:
         self.record.every = every if chosen else 0
         lead = (len(chosen), -(-steps // every)) if chosen else (1, 1)
         self._kept = [n for n in SIZES if kind.whole or n in MOTION or (n == "muscle" and kind.muscles)]
-        for name, shape in shapes(names, muscles).items():
+        for name, shape in shapes(structure).items():
             room = lead if name in self._kept else (0, 0)
             setattr(self.record, name, wp.zeros((*room, *shape), dtype=DTYPES[name], device=device))
 
@@ -119,6 +148,24 @@ class Frames:
         if array == "muscle":
             recorded = recorded[:, :, MUSCLE_QUANTITIES.index(name), : len(self.muscles)]
         return np.asarray(recorded)
+
+    def values_until(self, name: str, steps: int, ended: Integers) -> Floats:
+        """The same with zeros after the end of an instance, which made `ended` steps, (instances,)."""
+        values, last = self.values(name, steps), ended[self.chosen]
+        if (last >= steps).all():
+            return values
+        before = np.arange(values.shape[1]) * self.every < last[:, None]
+        return np.where(before[..., None], values, np.float32(0.0))
+
+    def instance(self, instance: int | None) -> int:
+        """The number of a recorded instance, by default of the first one; RolloutError if it was not recorded."""
+        if instance is None and self.chosen:
+            return self.chosen[0]
+        if instance is not None:
+            instance = as_whole(instance, "instance", 0, error=RolloutError)
+        if instance is None or instance not in self.chosen:
+            raise RolloutError(f"instance {instance} was not recorded: name it in Rollout(..., record=[...])")
+        return instance
 
     def recording(self, scene: Scene, instance: int, steps: int, start: float = 0.0) -> Recording:
         """The motion of a chosen instance over its first `steps` steps, from a time on, s, but for the last frame."""

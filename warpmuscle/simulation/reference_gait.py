@@ -78,12 +78,12 @@ def reference_table(motion: Recording | JointMotion, names: Topology, joints: li
     table = np.zeros((2 * BINS, len(names.bodies), 4))
     table[..., 3] = 1.0
     counts = np.zeros(len(names.bodies))
-    wanted = joints or [joint for joint in names.joints if joint in motion.joint_names]
+    tracked = joints or [joint for joint in names.joints if joint in motion.joint_names]
     rows = motion.stance.astype(int) * BINS + np.clip((motion.phase * BINS).astype(int), 0, BINS - 1)
     for side in (0, 1):
         if not np.any(rows // BINS == side):
             raise RolloutError(f"the tracked motion never stands on the {'right' if side else 'left'} foot")
-    for joint in wanted:
+    for joint in tracked:
         if joint not in motion.joint_names:
             raise RolloutError(f"the tracked motion has no joint {joint!r}; it has {', '.join(motion.joint_names)}")
         body = names.body_of_joint(joint)

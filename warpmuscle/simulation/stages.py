@@ -1,4 +1,4 @@
-"""The stages of a step one at a time, for a batch of given states: for tests and for pipelines of one's own."""
+"""The stages of a step one at a time, for a batch of states: for tests and for other pipelines."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from warpmuscle.model.muscles import muscle_kind
 from warpmuscle.model.paths import path_table, paths_struct
 from warpmuscle.results.recording import MUSCLE_QUANTITIES
 from warpmuscle.scene.joints import joint_type, root_type
-from warpmuscle.simulation.recorder import Frames
+from warpmuscle.simulation.recorder import Recorder
 from warpmuscle.simulation.rollout import Rollout
 
 GREATEST = float(np.finfo(np.float32).max)
@@ -102,13 +102,13 @@ class Stages(Rollout):
         root_q, root_v = root.coordinates_of(position, turned, velocity, angular)
         coordinates, speeds = [root_q], [root_v]
         for i, name in enumerate(self.names.joints):
-            joint = self._numeric.character.joints[name]
+            joint = self.numeric.character.joints[name]
             joint_q, joint_v = joint_type(joint).nearest(joint, orientation[:, i], rate[:, i])
             if joint_type(joint).by_coordinate:
                 joint_q, joint_v = coordinate[:, i : i + 1], speed[:, i : i + 1]
             coordinates.append(joint_q)
             speeds.append(joint_v)
-        s = self._state
+        s = self.state
         s.accelerations.zero_()
         s.coordinates.assign(np.concatenate(coordinates, axis=1).astype(np.float32))
         s.speeds.assign(np.concatenate(speeds, axis=1).astype(np.float32))
@@ -118,12 +118,12 @@ class Stages(Rollout):
         s.foot_force.assign(feet.astype(np.float32))
 
     def _rows(self, values: ArrayLike, name: str, *shape: int) -> Floats:
-        """Finite numbers of all instances, (n, *shape), also given as one number or row for all of them."""
-        found, wanted = as_array(values, name, error=RolloutError), (self.instances, *shape)
+        """Finite numbers of all instances, (n, *shape), also from one number or row for all of them."""
+        array, full = as_array(values, name, error=RolloutError), (self.instances, *shape)
         try:
-            every = np.broadcast_to(found, wanted).astype(np.float64)
+            every = np.broadcast_to(array, full).astype(np.float64)
         except ValueError:
-            raise RolloutError(f"{name} has shape {found.shape}, not {wanted}") from None
+            raise RolloutError(f"{name} has shape {array.shape}, not {full}") from None
         if not np.all(np.abs(every) <= GREATEST):
             raise RolloutError(f"a number of {name} is not finite, or too great")
         return every
@@ -137,7 +137,7 @@ class Stages(Rollout):
 
     def _run(self, kernel: Any, inputs: list[Any], outputs: Sequence[tuple[tuple[int, ...], Any]]) -> list[Floats]:
         arrays = [wp.zeros((self.instances, *shape), dtype=dtype, device=self.device) for shape, dtype in outputs]
-        base = [self._model, self._state, self._workspace, *inputs]
+        base = [self.model, self.state, self._workspace, *inputs]
         wp.launch(kernel, dim=self.instances, inputs=base, outputs=arrays, device=self.device)
         return [array.numpy() for array in arrays]
 
@@ -163,13 +163,13 @@ class Stages(Rollout):
 
     def muscle_paths(self) -> MusclePaths:
         """Paths of all muscles of the character, whether or not they drive a joint."""
-        character, names = self._numeric.character, self.names
+        character, names = self.numeric.character, self.names
         paths = character.muscles
         table = path_table(paths, names, character)
         fields = {"paths": paths_struct(paths, names, character, self.device), "muscles.count": len(paths)}
         count = max(len(paths), 1)
         outputs = [((count,), float), ((count,), float), ((max(len(table.crossings), 1),), wp.vec3)]
-        with replaced(self._model, fields):
+        with replaced(self.model, fields):
             length, speed, arm = self._run(stages.muscle_paths, [], outputs)
         muscles, joints = ([getattr(c, key) for c in table.crossings] for key in ("muscle", "joint"))
         return MusclePaths(
@@ -189,12 +189,14 @@ class Stages(Rollout):
         n, b = self.instances, len(self.names.bodies)
         torque = np.zeros((n, b, 3), dtype=np.float32)
         torque[:, 1:] = self._rows(desired, "desired", b - 1, 3)
-        given = wp.array(torque, dtype=wp.vec3, device=self.device)
-        frames = Frames(self.names, self._driven.muscles, n, list(range(n)), 1, 1, self.device)
-        kind = muscle_kind(self.scene.muscle_model, self._driven.of(self.scene))
+        torques = wp.array(torque, dtype=wp.vec3, device=self.device)
+        actuation = self.structure.actuation
+        recorder = Recorder(self.structure, n, list(range(n)), 1, 1, self.device)
+        kind = muscle_kind(self.scene.muscle_model, actuation.of(self.scene))
         kernel = stages.muscle_torques(kind, self.structure.controller)
-        result = self._run(kernel, [self._extensions.struct.first, given, frames.record], [((b,), wp.vec3)])[0]
-        quantities = frames.record.muscle.numpy()[:, 0, :, : len(self._driven.muscles)]
+        extension = self._extensions.struct.first
+        result = self._run(kernel, [extension, torques, recorder.record], [((b,), wp.vec3)])[0]
+        quantities = recorder.record.muscle.numpy()[:, 0, :, : len(actuation.muscles)]
         return result[:, 1:], {name: quantities[:, k] for k, name in enumerate(MUSCLE_QUANTITIES)}
 
     def forward_dynamics(self, joint_torque: ArrayLike = 0.0) -> dict[str, Floats]:
@@ -206,9 +208,9 @@ class Stages(Rollout):
         n, b = self.instances, len(self.names.bodies)
         torque = np.zeros((n, b, 3), dtype=np.float32)
         torque[:, 1:] = self._rows(joint_torque, "joint_torque", b - 1, 3)
-        given = wp.array(torque, dtype=wp.vec3, device=self.device)
+        torques = wp.array(torque, dtype=wp.vec3, device=self.device)
         outputs = [((self.names.speeds,), float), ((b,), wp.vec3), ((b,), wp.vec3)]
-        results = self._run(stages.forward_dynamics, [given], outputs)
+        results = self._run(stages.forward_dynamics, [torques], outputs)
         return dict(zip(("speed_rate", "acceleration", "angular_acceleration"), results, strict=True))
 
     def mass_matrix(self) -> Floats:
@@ -217,5 +219,5 @@ class Stages(Rollout):
 
     @property
     def structs(self) -> tuple[structs.Model, structs.State]:
-        """Model and state as Warp structures, for kernels of one's own."""
-        return self._model, self._state
+        """Model and state as Warp structures, for other kernels."""
+        return self.model, self.state

@@ -1,0 +1,211 @@
+"""A fused kernel and its launches: of slices of the instances, on several threads of a CPU or streams of a GPU.
+
+A GPU that holds fewer instances than there are runs them in waves, and the last wave of a launch may leave most of it
+idle. So instances that do not fit at once are shared out over streams, whose launches are cut into pieces: while one
+stream waits for its last blocks, the others' fill the GPU.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor, wait
+from contextlib import contextmanager
+from functools import cached_property
+from itertools import pairwise
+from threading import Lock
+from typing import Any, NamedTuple
+
+import numpy as np
+import warp as wp
+
+from warpmuscle.core.array_types import Integers
+from warpmuscle.core.errors import RolloutError
+from warpmuscle.core.warp_start import no_cache
+from warpmuscle.kernels import structs
+from warpmuscle.kernels.control import SIMBICON, Controller
+from warpmuscle.kernels.joint_motion import MotionOf
+from warpmuscle.kernels.muscle_stage import MuscleKind
+from warpmuscle.kernels.objective_terms import ObjectiveKind
+from warpmuscle.kernels.record import RecordKind
+from warpmuscle.kernels.scratch import work_floats
+from warpmuscle.kernels.step import step_kernel
+from warpmuscle.simulation.kernel_cache import is_compiled
+
+SLICES_PER_THREAD = 4  # so that threads stay busy when some slices lose their instances sooner
+GPU_BLOCK = 32
+RESIDENT_BLOCKS = 12  # of GPU_BLOCK lanes that a multiprocessor has registers for, see `kernels.step.MAX_REGISTERS`
+STREAMS = 4
+WAVES = 24  # that the pieces of one launch make together at least, where instances do not fit at once
+
+PLACE = re.compile(r'Error while parsing function "([^"]+)" at (.+?):(\d+):')  # as Warp says it
+
+_making = Lock()  # Warp's own tables are not made for several threads
+_loading: dict[tuple[Any, str], Lock] = {}  # of kernels on devices: different ones may be compiled at the same time
+_loaded: set[tuple[Any, str]] = set()  # those that are there
+
+
+class KernelConfig(NamedTuple):
+    """What a fused kernel is made of; see `kernels.step.step_kernel`."""
+
+    capacity: int
+    lanes: int
+    block_dim: int
+    muscles: MuscleKind | None
+    objective: ObjectiveKind
+    collisions: bool
+    motion: bool
+    recorded: RecordKind
+    controller: Controller = SIMBICON
+    joints: tuple[MotionOf, ...] = ()
+
+    @property
+    def work_floats(self) -> int:
+        """Numbers of the working set of an instance."""
+        return int(work_floats(self.capacity, bool(self.joints)))
+
+
+@contextmanager
+def one_line_errors() -> Iterator[None]:
+    """Turn what Warp says of code that it cannot compile, or cannot put down, into a RolloutError."""
+    try:
+        yield
+    except OSError as error:
+        raise RolloutError(no_cache(error)) from None
+    except Exception as error:
+        text = " ".join((str(error.args[0]) if error.args else str(error)).split())
+        said = text.rpartition(";")[2]  # of the innermost function, whose place stands before it
+        places = PLACE.findall(text)
+        where = "a kernel does not compile"
+        if places:
+            name, file, line = places[-1]
+            where = f"{file}:{line}: function {name!r} does not compile"
+        raise RolloutError(f"{where}: {said}") from error
+
+
+class FusedKernel:
+    """The fused kernel of a configuration on a device, with the memory that its threads work in."""
+
+    def __init__(self, config: KernelConfig, device: Any, threads: int) -> None:
+        """Prepare to launch; raises RolloutError for functions of users that are no Warp code."""
+        with one_line_errors(), _making:
+            self.kernel = step_kernel(*config)
+        self.config, self.device, self._threads = config, device, threads
+        buffers = threads if device.is_cpu else 1
+        self._loaded = False
+        self._sliced: tuple[Integers | None, list[wp.array]] = (None, [])
+        self._buffers = [wp.zeros(config.work_floats, dtype=float, device=device) for _ in range(buffers)]
+
+    def load(self) -> None:
+        """Have the kernel ready on the device, compiled now unless Warp has it in its cache.
+
+        Raises:
+            RolloutError: it does not compile, as may be with functions of users.
+        """
+        if not self._loaded:
+            key = (self.config, str(self.device))
+            with one_line_errors(), _loading.setdefault(key, Lock()):
+                self.kernel.module.load(self.device, self.config.block_dim)
+            self._loaded = True
+            _loaded.add(key)
+
+    @property
+    def compiles(self) -> bool:
+        """Whether the kernel is yet to be compiled, for some seconds, when it is run."""
+        return not is_compiled(self.kernel, self.device, self.config.block_dim)
+
+    def launch(
+        self,
+        steps: int,
+        running: Integers,
+        model: structs.Model,
+        state: structs.State,
+        record: structs.Record,
+        extension: Any,
+    ) -> None:
+        """Make so many steps of the instances that run."""
+
+        def slice_(steps: int, part: wp.array, buffer: wp.array, stream: wp.Stream | None = None) -> None:
+            wp.launch(
+                self.kernel,
+                dim=(len(part), self.config.lanes),
+                inputs=[steps, part, model, state, record, wp.uint64(buffer.ptr), extension],
+                device=self.device,
+                stream=stream,
+                block_dim=self.config.block_dim,
+            )
+
+        self.load()  # before threads, which must not meet in the compiler
+        slices = self._slices_of(running)
+        if len(slices) == 1:
+            slice_(steps, slices[0], self._buffers[0])
+        elif self.device.is_cpu:
+            self._on_threads(lambda part, buffer: slice_(steps, part, buffer), slices)
+        else:
+            pieces = piece_lengths(steps, self._waves(len(running)))
+            self._on_streams(lambda piece, part, stream: slice_(piece, part, self._buffers[0], stream), pieces, slices)
+
+    def _on_threads(self, run: Callable[[wp.array, wp.array], None], slices: list[wp.array]) -> None:
+        """Run every slice, each with another buffer."""
+        free = list(self._buffers)
+
+        def work(part: wp.array) -> None:
+            buffer = free.pop()
+            run(part, buffer)
+            free.append(buffer)
+
+        launched = [self._pool.submit(work, part) for part in slices]
+        wait(launched)  # also of those behind one that fails, so that the state is at rest then
+        for one in launched:
+            one.result()
+
+    def _on_streams(
+        self, run: Callable[[int, wp.array, wp.Stream], None], pieces: list[int], slices: list[wp.array]
+    ) -> None:
+        """Run pieces of so many steps of every slice, each slice on another stream; later work waits for all."""
+        now = self.device.stream
+        for stream in self._streams:
+            stream.wait_stream(now)
+        for piece in pieces:
+            for part, stream in zip(slices, self._streams, strict=True):
+                run(piece, part, stream)
+        for stream in self._streams:
+            now.wait_stream(stream)
+
+    @cached_property
+    def _streams(self) -> list[wp.Stream]:
+        return [wp.Stream(self.device) for _ in range(STREAMS)]
+
+    def _waves(self, instances: int) -> float:
+        """How often over the GPU's multiprocessors would be full with so many instances."""
+        resident = self.device.sm_count * RESIDENT_BLOCKS * (self.config.block_dim // self.config.lanes)
+        return float(instances / resident)
+
+    @cached_property
+    def _pool(self) -> ThreadPoolExecutor:
+        return ThreadPoolExecutor(self._threads)
+
+    def _slices_of(self, running: Integers) -> list[wp.array]:
+        """The instances that run, on the device, shared out; kept for the next launch of the same array."""
+        if self._sliced[0] is not running:
+            count = 1
+            if self.device.is_cpu and self._threads > 1:
+                count = min(self._threads * SLICES_PER_THREAD, len(running))
+            elif not self.device.is_cpu and self._waves(len(running)) > 1.0:
+                count = STREAMS
+            slices = [wp.array(part, dtype=int, device=self.device) for part in np.array_split(running, count)]
+            self._sliced = running, slices
+        return self._sliced[1]
+
+
+def piece_lengths(steps: int, waves: float) -> list[int]:
+    """Into how many steps each a launch is cut that keeps a GPU busy for so many waves."""
+    pieces = min(math.ceil(WAVES / waves), steps)
+    ends = [steps * k // pieces for k in range(pieces + 1)]
+    return [after - before for before, after in pairwise(ends)]
+
+
+def is_loaded(config: KernelConfig, device: Any) -> bool:
+    """Whether the kernel of a configuration has been loaded by any batch."""
+    return (config, str(device)) in _loaded
