@@ -26,8 +26,10 @@ def show(motion: Result | Recording, scene: SceneLike | None = None, replay: int
         ArgumentError: a recording without its scene, or a result with one; or a wrong type.
     """
     if isinstance(motion, Recording):
-        if scene is None or replay is not None:
-            raise ArgumentError("a recording is one motion and needs the scene that made it: show(recording, scene)")
+        if scene is None:
+            raise ArgumentError("a recording needs the scene that made it: show(recording, scene)")
+        if replay is not None:
+            raise ArgumentError("a recording is one motion; replay chooses one of a result")
         return Page(replay_html(motion, scene_of(scene)))
     result = as_kind(Result, motion, "motion")
     if scene is not None:
