@@ -1,19 +1,36 @@
-"""What drives each joint: the controller's torque, its muscles, a passive spring-damper, or a mixture by axis.
+"""What drives each joint: the controller's torque, its muscles, what is passive, or a mixture by axis.
 
 A joint torque acts positively on the parent and negatively on the child, as in the original program.
 """
 
 from functools import cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import warp as wp
 
 from warpmuscle.kernels.scratch import synchronize
-from warpmuscle.kernels.simbicon import pd_error
 from warpmuscle.kernels.spatial import full, symmetric, symmetric_outer, symmetric_part
 from warpmuscle.kernels.structs import BALL, BY_TORQUE, MIXED, UNIVERSAL, ModelRef, StateRef, WorkRef, at, rolled, whole
 
 IMPLICIT_SHARE = 0.55  # of a step that implicit damping looks ahead: 0.5 is most accurate, more settles faster
+
+
+@wp.struct
+class JointDrive:
+    """What acts on a joint."""
+
+    torque: wp.vec3  # N m, on the parent, world
+    inertia: wp.mat33  # kg m^2, by which it is implicit, world
+
+
+class PassiveForce(NamedTuple):
+    """What acts besides on joints that are driven in several ways, with its part of the implicit inertia."""
+
+    add: Any  # (instance, body, parent, rotation, drive, passive part, model, work): adds its own to the drive
+    add_damping: (
+        Any  # (instance, body, implicit inertia of muscles' damping, passive part, model, work) -> with its own
+    )
+    # The passive part is a projector, see `joint_projector`. Damping is asked for unless all PD is implicit.
 
 
 @wp.func
@@ -56,17 +73,6 @@ def joint_projector(instance: int, body: int, weight: wp.vec3, model: ModelRef, 
 
 
 @wp.func
-def passive_torque(error: wp.vec3, velocity: wp.vec3, stiffness: float, damping: float) -> wp.vec3:
-    """Torque of a spring-damper on the parent, N m: d w - k e.
-
-    Args:
-        error: rotation from the child's orientation to the relaxed one, rad. velocity: of the child relative to the
-            parent, rad/s.
-    """
-    return damping * velocity - stiffness * error
-
-
-@wp.func
 def muscle_torque(instance: int, body: int, model: ModelRef, state: StateRef, work: WorkRef) -> wp.vec3:
     """Torque of the muscles on a joint, world, N m: the sum of F r (Bergmann 2017, eq. 8 and 9)."""
     total = wp.vec3(0.0)
@@ -86,73 +92,78 @@ def pulled_torque(instance: int, body: int, model: ModelRef, state: StateRef, wo
     return total
 
 
-@wp.func
-def mixed_torque(instance: int, body: int, muscles: wp.vec3, model: ModelRef, work: WorkRef):
-    """Torque and implicit inertia of a joint whose degrees of freedom are driven in different ways, into `work`.
+@cache
+def mixed_torque_of(passive: PassiveForce) -> Any:
+    """The Warp function (instance, body, muscles, model, work) for a joint that is driven in several ways.
 
-    The joint velocities are in the working set.
-
-    Args:
-        muscles: torque of the muscles, world, N m.
+    It puts torque and implicit inertia into the working set, which has the joint velocities; `muscles` is their torque,
+    world, N m.
     """
-    actuation = model.actuation
-    parent = whole(model.skeleton.plan[body].parent)
-    rotation = work.rotation[body]
-    by_torque = joint_projector(instance, body, actuation.by_torque[body], model, work)
-    by_muscles = joint_projector(instance, body, actuation.by_muscles[body], model, work)
-    passive = joint_projector(instance, body, actuation.passive[body], model, work)
-    torque = by_torque * work.torque[body] + by_muscles * muscles
-    inertia = by_torque * full(work.stiffness[body]) * wp.transpose(by_torque)
-    stiffness = at(actuation.stiffness, instance, body)
-    damping = at(actuation.damping, instance, body)
-    if model.implicit_pd == 1:
-        inertia += passive * wp.transpose(passive) * (model.time_step * (damping + model.time_step * stiffness))
-        damping += model.time_step * stiffness
-    error = pd_error(work.orientation[body], work.orientation[parent] * at(actuation.rest, instance, body))
-    torque += passive * passive_torque(rotation * error, work.joint_velocity[body], stiffness, damping)
-    work.torque[body] = torque
-    work.stiffness[body] = symmetric_part(inertia)
+    add_passive = passive.add
 
+    @wp.func
+    def mixed_torque(instance: int, body: int, muscles: wp.vec3, model: ModelRef, work: WorkRef):
+        actuation = model.actuation
+        parent = whole(model.skeleton.plan[body].parent)
+        rotation = work.rotation[body]
+        by_torque = joint_projector(instance, body, actuation.by_torque[body], model, work)
+        by_muscles = joint_projector(instance, body, actuation.by_muscles[body], model, work)
+        passive_part = joint_projector(instance, body, actuation.passive[body], model, work)
+        drive = JointDrive()
+        drive.torque = by_torque * work.torque[body] + by_muscles * muscles
+        drive.inertia = by_torque * full(work.stiffness[body]) * wp.transpose(by_torque)
+        add_passive(instance, body, parent, rotation, drive, passive_part, model, work)
+        work.torque[body] = drive.torque
+        work.stiffness[body] = symmetric_part(drive.inertia)
 
-@wp.func
-def implicit_damping_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: WorkRef):
-    """Add the damping of muscles, linearised over the step, to the implicit inertia of their joints: h d r r^T.
-
-    What a muscle's shortening at one joint does about another one stays explicit, which is stable for two joints. The
-    dampers of the joints are taken in the same way, unless all PD is implicit. Ends with a barrier.
-    """
-    paths = model.paths
-    for i in range(1 + lane, model.body_count, lanes):
-        drive = model.actuation.drive[i]
-        if drive != BY_TORQUE:
-            inertia = symmetric(0.0)
-            for crossing in range(paths.crossing_start[i], paths.crossing_start[i + 1]):
-                damping = state.muscles.damping[instance, paths.crossing_muscle[crossing]]
-                inertia += symmetric_outer(
-                    state.muscles.moment_arm[instance, crossing], damping * (IMPLICIT_SHARE * model.time_step)
-                )
-            if drive == MIXED:
-                by_muscles = joint_projector(instance, i, model.actuation.by_muscles[i], model, work)
-                whole = by_muscles * full(inertia) * wp.transpose(by_muscles)
-                if model.implicit_pd == 0:
-                    passive = joint_projector(instance, i, model.actuation.passive[i], model, work)
-                    damping = at(model.actuation.damping, instance, i)
-                    whole += passive * wp.transpose(passive) * (damping * (IMPLICIT_SHARE * model.time_step))
-                inertia = symmetric_part(whole)
-            work.stiffness[i] = work.stiffness[i] + inertia
-    synchronize()
+    return mixed_torque
 
 
 @cache
-def actuation_stage_of(muscle_torque: Any, mixed: bool = True) -> Any:
+def implicit_damping_stage_of(passive: PassiveForce) -> Any:
+    """The stage that adds the damping of muscles, linearised over the step, to the inertia of their joints: h d r r^T.
+
+    What a muscle's shortening at one joint does about another one stays explicit, which is stable for two joints. What
+    is passive does the same, unless all PD is implicit. It ends with a barrier.
+    """
+    add_damping = passive.add_damping
+
+    @wp.func
+    def implicit_damping_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: WorkRef):
+        paths = model.paths
+        for i in range(1 + lane, model.body_count, lanes):
+            drive = model.actuation.drive[i]
+            if drive != BY_TORQUE:
+                inertia = symmetric(0.0)
+                for crossing in range(paths.crossing_start[i], paths.crossing_start[i + 1]):
+                    damping = state.muscles.damping[instance, paths.crossing_muscle[crossing]]
+                    inertia += symmetric_outer(
+                        state.muscles.moment_arm[instance, crossing], damping * (IMPLICIT_SHARE * model.time_step)
+                    )
+                if drive == MIXED:
+                    by_muscles = joint_projector(instance, i, model.actuation.by_muscles[i], model, work)
+                    added = by_muscles * full(inertia) * wp.transpose(by_muscles)
+                    if model.implicit_pd == 0:
+                        passive_part = joint_projector(instance, i, model.actuation.passive[i], model, work)
+                        added = add_damping(instance, i, added, passive_part, model, work)
+                    inertia = symmetric_part(added)
+                work.stiffness[i] = work.stiffness[i] + inertia
+        synchronize()
+
+    return implicit_damping_stage
+
+
+@cache
+def actuation_stage_of(muscle_torque: Any, passive: PassiveForce, mixed: bool = True) -> Any:
     """The Warp function that puts in place of the controller's torques what really drives the joints.
 
     It ends with a barrier.
 
     Args:
         muscle_torque: `muscle_torque`, or `pulled_torque` if the pulls are in the working set.
-        mixed: whether joints may be driven in different ways at once.
+        passive: what acts on joints that are driven in different ways at once. mixed: whether any may be so.
     """
+    mixed_torque = mixed_torque_of(passive)
 
     @wp.func
     def actuation_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: WorkRef):

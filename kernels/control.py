@@ -132,9 +132,9 @@ def control_stage_of(controller: Controller) -> Any:
     has_effort, has_update = custom.effort is not None, custom.update is not None
     effort, update = advance_stage, advance_stage
     if has_effort:
-        effort = of_body(custom.effort, wp.vec3, custom.parameters, custom.state)
+        effort = of_body(custom.effort, wp.vec3, custom.parameters, extension_struct)
     if has_update:
-        update = of_instance(custom.update, custom.parameters, custom.state)
+        update = of_instance(custom.update, custom.parameters, extension_struct)
 
     @wp.func
     def stage(
@@ -177,7 +177,7 @@ def force_of(controller: Controller) -> Any:
     has_force, has_excitation = force is not None, custom.excitation is not None
     excitation = force
     if has_excitation:
-        excitation = of_body(custom.excitation, float, custom.parameters, custom.state)
+        excitation = of_body(custom.excitation, float, custom.parameters, extension_struct)
 
     @wp.func
     def wanted_force(

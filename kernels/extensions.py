@@ -28,9 +28,13 @@ class NoExtensions:
 
 
 @cache
-def extension_type(parameters: Any = None, memory: int = 0) -> Any:
-    """The structure of the entries of one kind, whose parameters are of this structure of floats; none without both."""
-    if parameters is None and memory == 0:
+def extension_type(parameters: Any = None, memory: int = 0, of_bodies: bool = False) -> Any:
+    """The structure of the entries of one kind, whose parameters are of this structure of floats.
+
+    Args:
+        memory: floats of the state of an entry. of_bodies: whether entries belong to bodies, of which each has its own.
+    """
+    if parameters is None and memory == 0 and not of_bodies:
         return NoExtensions
     struct = NoParameters if parameters is None else parameters
 
@@ -69,14 +73,14 @@ def takes_state(function: Any) -> bool:
 
 
 @cache
-def of_body(function: Any, result: Any, parameters: Any, memory: int) -> Any:
+def of_body(function: Any, result: Any, parameters: Any, extension_struct: Any) -> Any:
     """The Warp function (instance, body, entry, model, state, work, extension) that calls one of a body or a muscle.
 
     Args:
         function: (instance, body, model, state, work [, parameters] [, state of its own]).
-        result: the type that it returns.
+        result: the type that it returns. parameters: of what is declared, see `takes_parameters`.
+        extension_struct: type of the extension.
     """
-    extension_struct = extension_type(parameters, memory)
     with_parameters, with_state = takes_parameters(function, parameters), takes_state(function)
 
     @wp.func
@@ -103,9 +107,8 @@ def of_body(function: Any, result: Any, parameters: Any, memory: int) -> Any:
 
 
 @cache
-def of_instance(function: Any, parameters: Any, memory: int) -> Any:
+def of_instance(function: Any, parameters: Any, extension_struct: Any) -> Any:
     """The Warp function (instance, model, state, work, extension) that calls one without a body, as in `of_body`."""
-    extension_struct = extension_type(parameters, memory)
     with_parameters, with_state = takes_parameters(function, parameters), takes_state(function)
 
     @wp.func

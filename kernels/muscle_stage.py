@@ -11,7 +11,7 @@ import warp as wp
 from warpmuscle.kernels import muscle
 from warpmuscle.kernels import recorded as recorded_as
 from warpmuscle.kernels.activation import activation_step
-from warpmuscle.kernels.actuation import actuation_stage_of, implicit_damping_stage, muscle_torque, pulled_torque
+from warpmuscle.kernels.actuation import actuation_stage_of, implicit_damping_stage_of, muscle_torque, pulled_torque
 from warpmuscle.kernels.control import SIMBICON, Controller, force_of
 from warpmuscle.kernels.coordinate_joint import coordinate_velocities
 from warpmuscle.kernels.custom_curves import OwnCurves, with_curves
@@ -38,6 +38,7 @@ from warpmuscle.kernels.muscle_control import (
 from warpmuscle.kernels.objective_terms import MuscleWork, muscle_terms_of
 from warpmuscle.kernels.path import PathState, joint_velocities, stretch_of
 from warpmuscle.kernels.scratch import synchronize
+from warpmuscle.kernels.springs import SPRINGS
 from warpmuscle.kernels.structs import LARGEST, ModelRef, MuscleRow, RecordRef, StateRef, WorkRef, at, rolled, whole
 
 RIGID, SWITCH, COMPLIANT = 0, 1, 2  # tendons
@@ -172,7 +173,9 @@ def muscle_stage_of(
     """
     add_terms = muscle_terms_of(terms)
     contraction = contraction_of(kind.curves, kind.tendon, kind.implicit, kind.own)
-    actuation_stage = actuation_stage_of(pulled_torque if kind.pulls_at_hand else muscle_torque, kind.mixed)
+    torque = pulled_torque if kind.pulls_at_hand else muscle_torque
+    actuation_stage = actuation_stage_of(torque, SPRINGS, kind.mixed)
+    implicit_damping_stage = implicit_damping_stage_of(SPRINGS)
     stretch_stage = stretch_of(kind.pulleys, kind.conditions, kind.straight, kind.coordinate_joints)
     law, neural, implicit, given = kind.law, kind.neural, kind.implicit, kind.given
     excites, sense, wanted_force = controller.excites, controller.sense, force_of(controller)

@@ -13,6 +13,7 @@ from warpmuscle.kernels.coordinate_joint import joint_stages_of
 from warpmuscle.kernels.dynamics import inertia_stage
 from warpmuscle.kernels.extensions import extension_list
 from warpmuscle.kernels.failure import begin_step, posture_status, step_status
+from warpmuscle.kernels.forces import Force, body_forces_stage_of, joint_forces_stage_of
 from warpmuscle.kernels.gait_cycle import advance_cycles
 from warpmuscle.kernels.hybrid import hybrid_integrate_stage
 from warpmuscle.kernels.integration import integrate_stage
@@ -59,6 +60,11 @@ def foot_force_stage(instance: int, lane: int, lanes: int, model: ModelRef, stat
         set_component(state.foot_force[instance], side, axis, total)
 
 
+def extensions_of(controller: Controller, forces: tuple[Force, ...]) -> Any:
+    """Structure of the parameters and states of a controller and of all kinds of forces."""
+    return extension_list((controller.extension, *(force.extension for force in forces)))
+
+
 @cache
 def one_step_of(
     muscles: MuscleKind | None,
@@ -68,6 +74,7 @@ def one_step_of(
     recorded: RecordKind = RecordKind(),  # noqa: B008, immutable
     controller: Controller = SIMBICON,
     joints: tuple[MotionOf, ...] = (),
+    forces: tuple[Force, ...] = (),
 ) -> Any:
     """The Warp function that makes one step of one instance and returns its status, the same on all lanes.
 
@@ -77,7 +84,7 @@ def one_step_of(
         collisions: whether bodies are tested for running into each other.
         motion: whether the motion of some coordinates is prescribed.
         recorded: what is recorded.
-        controller: what controls joints and muscles.
+        controller: what controls joints and muscles. forces: the kinds of others that act.
         joints: types of joints of one coordinate that the model has.
     """
     record_desired, record_stage = recorders_of(recorded)
@@ -87,7 +94,9 @@ def one_step_of(
     of_joints = joint_stages_of(joints)
     kinematics_stage, acceleration_stage = of_joints.kinematics, of_joints.acceleration
     hybrid_acceleration_stage, prescribe_stage = of_joints.hybrid_acceleration, of_joints.prescribe
-    extensions_struct = extension_list((controller.extension,))
+    pulling, pushing = (any(getattr(force, kind) for force in forces) for kind in ("effort", "wrench"))
+    joint_forces_stage, body_forces_stage = joint_forces_stage_of(forces), body_forces_stage_of(forces)
+    extensions_struct = extensions_of(controller, forces)
     if muscles is not None:
         functions = muscle_functions(objective, muscles.own)
         muscle_stage = muscle_stage_of(muscles, functions, recorded.muscles, controller)
@@ -126,6 +135,8 @@ def one_step_of(
         record_desired(instance, lane, lanes, frame, model, state, record, work)
         if wp.static(muscular):
             muscle_stage(instance, lane, lanes, frame, model, state, record, work, extensions.first)
+        if wp.static(pulling):
+            joint_forces_stage(instance, lane, lanes, model, state, work, extensions.rest)
         objective_stage(instance, lane, lanes, model, state, work)
         if wp.static(recorded.whole):
             synchronize()  # a term may put other torques into the working set for a while
@@ -134,6 +145,8 @@ def one_step_of(
         if wp.static(motion):
             prescribe_stage(instance, lane, lanes, model, state, work)
         inertia_stage(instance, lane, lanes, model, state, work)
+        if wp.static(pushing):
+            body_forces_stage(instance, lane, lanes, model, state, work, extensions.rest)
         if wp.static(motion):
             hybrid_acceleration_stage(instance, lane, lanes, model, state, work)
             hybrid_integrate_stage(instance, lane, lanes, model, state, work)
@@ -176,6 +189,7 @@ def step_kernel(
     recorded: RecordKind = RecordKind(),  # noqa: B008, immutable
     controller: Controller = SIMBICON,
     joints: tuple[MotionOf, ...] = (),
+    forces: tuple[Force, ...] = (),
 ) -> Any:
     """The fused kernel of a size class: launch with dim=(running instances, lanes) and this block_dim.
 
@@ -183,10 +197,10 @@ def step_kernel(
         capacity: bodies that it has room for, see `scratch.capacity_of`.
         lanes: threads that share an instance; 1 on the CPU.
         block_dim: threads a block, a multiple of lanes.
-        muscles, objective, collisions, motion, recorded, controller, joints: see `one_step_of`.
+        muscles, objective, collisions, motion, recorded, controller, joints, forces: see `one_step_of`.
     """
-    one_step = one_step_of(muscles, objective, collisions, motion, recorded, controller, joints)
-    extensions_struct = extension_list((controller.extension,))
+    one_step = one_step_of(muscles, objective, collisions, motion, recorded, controller, joints, forces)
+    extensions_struct = extensions_of(controller, forces)
     instances_per_block = max(block_dim // lanes, 1)
     slots = slots_of(capacity)
     memory = work_memory(capacity, instances_per_block, bool(joints))

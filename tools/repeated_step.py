@@ -33,6 +33,7 @@ from warpmuscle.kernels.path import joint_velocities, stretch_of
 from warpmuscle.kernels.scratch import capacity_of, slots_of, synchronize, work_at, work_memory
 from warpmuscle.kernels.simbicon import advance_phase, targets_stage, torques_stage
 from warpmuscle.kernels.spatial import symmetric
+from warpmuscle.kernels.springs import SPRINGS
 from warpmuscle.kernels.step import MAX_REGISTERS, foot_force_stage, know_model, know_state, module_options
 from warpmuscle.kernels.structs import MIXED, RUNNING, Model, ModelRef, Record, State, StateRef, WorkRef
 from warpmuscle.model.collisions import collision_pairs
@@ -150,7 +151,9 @@ def repeated_step_kernel(
     if muscles is not None:
         muscle_stage = muscle_stage_of(muscles, muscle_functions(objective))
         paths = all_paths(muscles)
-        actuation_stage = actuation_stage_of(pulled_torque if muscles.pulls_at_hand else muscle_torque, muscles.mixed)
+        actuation_stage = actuation_stage_of(
+            pulled_torque if muscles.pulls_at_hand else muscle_torque, SPRINGS, muscles.mixed
+        )
     objective_stage, collision_stage = objective_stage_of(objective), collision_stage_of(collisions)
 
     @wp.kernel(

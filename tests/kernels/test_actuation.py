@@ -14,6 +14,7 @@ from warpmuscle.kernels.kinematics import kinematics_stage
 from warpmuscle.kernels.path import joint_velocities
 from warpmuscle.kernels.scratch import capacity_of, work_floats
 from warpmuscle.kernels.spatial import symmetric
+from warpmuscle.kernels.springs import SPRINGS, spring_torque
 from warpmuscle.kernels.stages import work_of
 from warpmuscle.kernels.structs import Model, State
 from warpmuscle.scene import Actuation, JointState, Scene
@@ -57,16 +58,16 @@ def test_ball_joint_keeps_what_acts_about_the_axes_of_its_child():
     np.testing.assert_allclose(powers(got, axes), WEIGHTS * powers(torque, axes), atol=1e-4)
 
 
-def test_passive_torque_is_that_of_a_spring_damper_on_the_parent():
+def test_spring_torque_is_that_of_a_spring_damper_on_the_parent():
     error, velocity = vectors(N), vectors(N, 1)
-    got = evaluate(actuation.passive_torque, error, velocity, 30.0, 2.0)
+    got = evaluate(spring_torque, error, velocity, 30.0, 2.0)
     np.testing.assert_allclose(got, 2.0 * velocity - 30.0 * error, atol=1e-4)
 
 
 # Sources of the torque of a joint.
 
 
-by_muscles = actuation.actuation_stage_of(actuation.muscle_torque)
+by_muscles = actuation.actuation_stage_of(actuation.muscle_torque, SPRINGS)
 
 
 @wp.kernel(enable_backward=False)

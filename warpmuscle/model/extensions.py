@@ -1,20 +1,15 @@
-"""Controllers of one's own that a scene names, found and checked, and their parameters on a device.
-
-`kernels/extensions.py` says where a step has them.
-"""
+"""Controllers of one's own that a scene names, found and checked; and what declares parameters and a state at all."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import warp as wp
 
-from warpmuscle.core.arrays import rows, structs_to_device
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.limits import check_size
-from warpmuscle.kernels.control import Controller, CustomController
-from warpmuscle.kernels.extensions import extension_list
+from warpmuscle.kernels.control import CustomController
 from warpmuscle.kernels.structs import Model, State, Work
 from warpmuscle.model.user_functions import FLOATS, check_arguments, check_result, checked_function, declared
 from warpmuscle.scene import Scene
@@ -77,24 +72,3 @@ def check_parameters(struct: Any, given: Mapping[str, Number], key: str) -> None
     missing = [name for name in names if name not in given]
     if missing:
         raise SceneError(f"there is no value of {', '.join(map(repr, missing))}", key=key)
-
-
-def parameters_struct(struct: Any, entries: Sequence[Mapping[str, Any]], device: Any) -> wp.array:
-    """The parameters of the entries of one kind as an array (rows, entries) of their structure."""
-    columns = {name: rows([entry[name] for entry in entries]) for name in struct.vars}
-    return structs_to_device(struct, columns, device)
-
-
-def extensions_struct(controller: Controller, instances: int, device: Any) -> Any:
-    """The last argument of the fused kernel, without parameters, for so many instances whose states are zero."""
-    s = extension_list((controller.extension,))()
-    if controller.custom.state:
-        s.first.memory = wp.zeros((instances, 1, controller.custom.state), dtype=float, device=device)
-    return s
-
-
-def put_parameters(extensions: Any, scene: Scene, controller: Controller, device: Any) -> None:
-    """Let that argument have the parameters of a scene of numbers, see `scene.parameters.substitute`."""
-    if controller.custom.parameters is not None:
-        given = [scene.custom_controller_parameters]
-        extensions.first.parameters = parameters_struct(controller.custom.parameters, given, device)

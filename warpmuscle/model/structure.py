@@ -5,10 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from warpmuscle.kernels.control import Controller
+from warpmuscle.kernels.forces import Force
 from warpmuscle.kernels.joint_motion import MotionOf
 from warpmuscle.kernels.objective_terms import ObjectiveKind
 from warpmuscle.model.collisions import Pair, collision_pairs
 from warpmuscle.model.controller import compiled_controller
+from warpmuscle.model.forces import ForceEntries, force_kinds
 from warpmuscle.model.joints import compiled_joints
 from warpmuscle.model.muscles import ActuationMap, driven
 from warpmuscle.model.objective import objective_kind
@@ -30,13 +32,19 @@ class Structure:
     joints: tuple[MotionOf, ...]  # types of joints of one coordinate
     objective: ObjectiveKind  # the sums that a step makes
     controller: Controller  # what a step has compiled in of it
+    forces: tuple[ForceEntries, ...]  # besides those of muscles and controller, by kind
+
+    @property
+    def force_kinds(self) -> tuple[Force, ...]:
+        """Kinds of forces that a step has compiled in."""
+        return tuple(entries.kind for entries in self.forces)
 
 
 def structure_of(scene: Scene) -> Structure:
     """The structure of a checked scene, whose numbers may be free.
 
     Raises:
-        SceneError: no muscle can run so, no two bodies could collide, or a user's term or controller cannot be used.
+        SceneError: no muscle can run so, no two bodies could collide, or a user's function cannot be used.
     """
     names = topology(scene.character)
     coordinates, speeds = coordinate_names(names, scene.character)
@@ -51,4 +59,5 @@ def structure_of(scene: Scene) -> Structure:
         joints=compiled_joints(scene.character),
         objective=objective_kind(scene, not actuation.by_torque_alone),
         controller=compiled_controller(scene, actuation.muscles),
+        forces=force_kinds(scene, names),
     )

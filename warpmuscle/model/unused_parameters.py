@@ -13,7 +13,7 @@ from warpmuscle.core.arrays import arrays_of
 from warpmuscle.core.errors import Error
 from warpmuscle.kernels.terms import TERMS
 from warpmuscle.model.build import build_model, start_of
-from warpmuscle.model.extensions import extensions_struct, put_parameters
+from warpmuscle.model.extension_arrays import extensions_struct, put_parameters
 from warpmuscle.model.structure import Structure, structure_of
 from warpmuscle.model.user_functions import check_custom
 from warpmuscle.scene import Scene
@@ -57,8 +57,8 @@ def _used(scene: Scene, structure: Structure, values: Floats) -> list[NDArray[An
     """What simulations with values (P,) or (n, P) of the free parameters depend on: their model and their start."""
     numeric = substitute(scene, values)
     start, model = start_of(numeric, structure.names), build_model(numeric, structure, "cpu")
-    extensions = extensions_struct(structure.controller, 0, "cpu")
-    put_parameters(extensions, numeric, structure.controller, "cpu")
+    extensions = extensions_struct(structure, 0, "cpu")
+    put_parameters(extensions, numeric, structure, "cpu")
     arrays: list[NDArray[Any]] = [start.coordinates, start.speeds, start.activation]
     parts = [array.astype(np.float32) for array in arrays]
     return parts + [array.numpy() for part in (model, extensions) for array in arrays_of(part)]

@@ -15,6 +15,7 @@ import msgspec
 from warpmuscle.kernels.status import Status
 from warpmuscle.kernels.terms import TERMS
 from warpmuscle.scene.controller import PD, Balance, Component, Controller, Curve, Feedback, State, Trajectory
+from warpmuscle.scene.force import Force
 from warpmuscle.scene.motion import Motion
 from warpmuscle.scene.muscles import Actuation, Condition, Drive, Excitation, Muscle, MuscleModel, Pulley, ViaPoint
 from warpmuscle.scene.number import Number, Vector
@@ -23,8 +24,8 @@ from warpmuscle.scene.reflexes import Reflex, Reflexes
 
 __all__ = [
     "PD", "Actuation", "Balance", "Body", "Box", "Capsule", "Character", "Component", "Condition", "Controller",
-    "Curve", "Drive", "Excitation", "Failure", "Feedback", "Ground", "InitialState", "Joint", "JointState", "Motion",
-    "Muscle", "MuscleModel", "Objective", "Part", "Pulley", "Reflex", "Reflexes", "Robustness",
+    "Curve", "Drive", "Excitation", "Failure", "Feedback", "Force", "Ground", "InitialState", "Joint", "JointState",
+    "Motion", "Muscle", "MuscleModel", "Objective", "Part", "Pulley", "Reflex", "Reflexes", "Robustness",
     "Scene", "SearchStage", "Shape", "Side",
     "Sphere", "State", "Tracking", "Trajectory", "ViaPoint",
 ]  # fmt: skip
@@ -259,6 +260,7 @@ class Scene(Part):
     stages: list[SearchStage] = []  # of a search, one after the other; none: all of it at once
     muscle_model: MuscleModel = msgspec.field(default_factory=MuscleModel)
     actuation: dict[str, Actuation] = {}  # by joint
+    forces: dict[str, Force] = {}  # by names of one's own
     motion: dict[str, Motion] = {}  # by joint with kinematic degrees of freedom, or `root`
     duration: Annotated[float, "s"] = 10.0
     time_step: Annotated[float, "s"] = 0.0005

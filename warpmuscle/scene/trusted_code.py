@@ -29,6 +29,7 @@ def named_code(scene: Scene) -> dict[str, str]:
     found = {f"objective.custom.{entry}": entry for entry in scene.objective.custom}
     curves = {f"muscle_model.{field}": getattr(scene.muscle_model, field) for field in CURVE_FIELDS}
     found |= curves | {"custom_controller": scene.custom_controller}
+    found |= {f"forces.{name}.type": force.type for name, force in scene.forces.items() if ":" in force.type}
     return {key: entry for key, entry in found.items() if entry}
 
 
@@ -37,9 +38,9 @@ def without_code(scene: Scene) -> Scene:
     replace = msgspec.structs.replace
     model = replace(scene.muscle_model, **dict.fromkeys(CURVE_FIELDS, ""))
     objective = replace(scene.objective, custom={})
-    return replace(
-        scene, muscle_model=model, objective=objective, custom_controller="", custom_controller_parameters={}
-    )
+    forces = {name: force for name, force in scene.forces.items() if ":" not in force.type}
+    without = replace(scene, muscle_model=model, objective=objective, forces=forces)
+    return replace(without, custom_controller="", custom_controller_parameters={})
 
 
 def check_entries(scene: Scene) -> None:

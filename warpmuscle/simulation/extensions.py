@@ -8,7 +8,7 @@ import warp as wp
 
 from warpmuscle.core.arrays import arrays_of
 from warpmuscle.kernels.restart import put_rows
-from warpmuscle.model.extensions import extensions_struct, put_parameters
+from warpmuscle.model.extension_arrays import extensions_struct, put_parameters
 from warpmuscle.model.structure import Structure
 from warpmuscle.scene import Scene
 
@@ -22,13 +22,13 @@ class Extensions:
 
     def __init__(self, structure: Structure, instances: int, device: Any) -> None:
         """Make room for the states, which are zero."""
-        self._controller, self._device = structure.controller, device
-        self.struct = extensions_struct(structure.controller, instances, device)
-        self.memories: list[wp.array] = list(arrays_of(self.struct))
+        self._structure, self._device = structure, device
+        self.struct = extensions_struct(structure, instances, device)
+        self.memories: list[wp.array] = [array for array in arrays_of(self.struct) if array.ndim == 3]
 
     def use(self, numeric: Scene) -> None:
         """Take the parameters from a scene of numbers, see `parameters.substitute`."""
-        put_parameters(self.struct, numeric, self._controller, self._device)
+        put_parameters(self.struct, numeric, self._structure, self._device)
 
     def restart(self, chosen: wp.array | None = None) -> None:
         """Put the states of all instances, or of chosen ones, back to zero."""

@@ -25,6 +25,7 @@ from warpmuscle.core.errors import RolloutError
 from warpmuscle.core.warp_start import no_cache
 from warpmuscle.kernels import structs
 from warpmuscle.kernels.control import SIMBICON, Controller
+from warpmuscle.kernels.forces import Force
 from warpmuscle.kernels.joint_motion import MotionOf
 from warpmuscle.kernels.muscle_stage import MuscleKind
 from warpmuscle.kernels.objective_terms import ObjectiveKind
@@ -59,6 +60,7 @@ class KernelConfig(NamedTuple):
     recorded: RecordKind
     controller: Controller = SIMBICON
     joints: tuple[MotionOf, ...] = ()
+    forces: tuple[Force, ...] = ()
 
     @property
     def work_floats(self) -> int:

@@ -90,7 +90,7 @@ def kernel_config(
         capacity, count, block_dim,
         compiled_kind(scene, structure.names, structure.actuation, capacity, lean=not device.is_cpu),
         structure.objective, bool(structure.collision_pairs), bool(structure.kinematic.names), recorded,
-        structure.controller, structure.joints,
+        structure.controller, structure.joints, structure.force_kinds,
     )  # fmt: skip
 
 

@@ -35,6 +35,7 @@ from warpmuscle.scene.number import Free, Number
 from warpmuscle.scene.parameters import leaves
 from warpmuscle.scene.trusted_code import check_entries
 from warpmuscle.scene.validation.checks import Checks, known, near
+from warpmuscle.scene.validation.forces import check_forces
 from warpmuscle.scene.validation.motion import check_motion
 from warpmuscle.scene.validation.muscles import check_muscles
 from warpmuscle.scene.validation.objective import check_failure, check_objective, check_stages
@@ -81,6 +82,7 @@ class _Check(Checks):
         self.character(scene.character)
         check_muscles(self)
         check_motion(self)
+        check_forces(self)
         if scene.controller is not None:
             self.controller(scene.controller, scene.character)
         self.initial_state(scene.initial_state, scene.character)

@@ -1,0 +1,47 @@
+"""Parameters and states of controller and forces on a device; `kernels/extensions.py` says where a step has them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import warp as wp
+
+from warpmuscle.core.arrays import rows, structs_to_device, to_device
+from warpmuscle.kernels.step import extensions_of
+from warpmuscle.model.structure import Structure
+from warpmuscle.scene import Scene
+
+
+def extensions_struct(structure: Structure, instances: int, device: Any) -> Any:
+    """The last argument of the fused kernel, without parameters, for so many instances whose states are zero."""
+    s = extensions_of(structure.controller, structure.force_kinds)()
+    floats = structure.controller.custom.state
+    if floats:
+        s.first.memory = wp.zeros((instances, 1, floats), dtype=float, device=device)
+    part = s.rest
+    for entries in structure.forces:
+        part.first.start = to_device(entries.start, int, device)
+        if entries.kind.state:
+            shape = (instances, len(entries.names), entries.kind.state)
+            part.first.memory = wp.zeros(shape, dtype=float, device=device)
+        part = part.rest
+    return s
+
+
+def put_parameters(extensions: Any, scene: Scene, structure: Structure, device: Any) -> None:
+    """Let that argument have the parameters of a scene of numbers, see `scene.parameters.substitute`."""
+    given = [scene.custom_controller_parameters]
+    _put(extensions.first, structure.controller.custom.parameters, given, device)
+    part = extensions.rest
+    for entries in structure.forces:
+        given = [scene.forces[name].parameters for name in entries.names]
+        _put(part.first, entries.kind.parameters, given, device)
+        part = part.rest
+
+
+def _put(extension: Any, struct: Any, entries: Sequence[Mapping[str, Any]], device: Any) -> None:
+    """Let an extension have the parameters of its entries, as an array (rows, entries) of their structure."""
+    if struct is not None:
+        columns = {name: rows([entry[name] for entry in entries]) for name in struct.vars}
+        extension.parameters = structs_to_device(struct, columns, device)

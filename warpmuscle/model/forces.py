@@ -1,0 +1,70 @@
+"""Forces of a scene: of which kinds they are, and on which bodies they act."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import warp as wp
+
+from warpmuscle.core.errors import SceneError
+from warpmuscle.kernels.devices import FORCES
+from warpmuscle.kernels.forces import Force, Wrench
+from warpmuscle.model.extensions import BODY, check_declaration, check_parameters
+from warpmuscle.model.user_functions import declared
+from warpmuscle.scene import Scene
+from warpmuscle.scene.topology import Topology
+from warpmuscle.scene.validation.checks import near
+
+FUNCTIONS: dict[str, tuple[tuple[Any, ...], Any]] = {"effort": (BODY, wp.vec3), "wrench": (BODY, Wrench)}
+
+
+@dataclass(frozen=True)
+class ForceEntries:
+    """All forces of one kind."""
+
+    kind: Force
+    names: tuple[str, ...]  # in the scene, sorted by body
+    start: tuple[int, ...]  # (bodies + 1,) which of them act on each body, or on the joint that carries it
+
+
+def force_kinds(scene: Scene, names: Topology) -> tuple[ForceEntries, ...]:
+    """The forces of a checked scene by their kinds, in the order in which they are added.
+
+    Raises:
+        SceneError: there is no such kind, it cannot be used, or its parameters are not those of the scene.
+    """
+    found: dict[Force, list[tuple[int, str]]] = {}
+    for name, force in scene.forces.items():
+        key = f"forces.{name}"
+        kind = _kind(force.type, "effort" if force.joint else "wrench", f"{key}.type")
+        place = "joint" if kind.effort is not None else "body"
+        acts_on = getattr(force, place)
+        if not acts_on:
+            raise SceneError(f"{force.type!r} acts on a {place}: name it", key=f"{key}.{place}")
+        check_parameters(kind.parameters, force.parameters, f"{key}.parameters")
+        body = names.body_of_joint(acts_on) if place == "joint" else names.bodies.index(acts_on)
+        found.setdefault(kind, []).append((body, name))
+    return tuple(_entries(kind, sorted(acting, key=lambda one: one[0]), names) for kind, acting in found.items())
+
+
+def _entries(kind: Force, acting: list[tuple[int, str]], names: Topology) -> ForceEntries:
+    start = [sum(body < i for body, _ in acting) for i in range(len(names.bodies) + 1)]
+    return ForceEntries(kind, tuple(name for _, name in acting), tuple(start))
+
+
+def _kind(entry: str, alone: str, key: str) -> Force:
+    """The kind of forces of a name, shipped or `module:name`; `alone` is what a function by itself is of it."""
+    if ":" not in entry:
+        if entry not in FORCES:
+            raise SceneError(
+                f"no force is called {entry!r}{near(entry, FORCES)}; there are {', '.join(FORCES)}", key=key
+            )
+        kind: Force = FORCES[entry]
+        return kind
+    given = declared(entry, key, Force)
+    kind = given if isinstance(given, Force) else Force(**{alone: given})
+    if kind.effort is not None and kind.wrench is not None:
+        raise SceneError(f"{entry!r} has both functions: make two forces of it", key=key)
+    check_declaration(kind, FUNCTIONS, entry, key)
+    return kind

@@ -1,0 +1,21 @@
+"""Torques and forces on joints and bodies besides those of muscles and controller; units are SI and radians."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from warpmuscle.scene.number import Number
+from warpmuscle.scene.part import Part
+
+
+class Force(Part):
+    """A device on a joint, or a force on a body.
+
+    `type`: `bilinear_spring` on a joint, `air_drag` on a body, see `kernels/devices.py`; or `module:name` of a
+    `kernels.forces.Force` of one's own.
+    """
+
+    type: str
+    joint: str = ""  # on whose child it acts, and backwards on the parent
+    body: str = ""  # or on which body
+    parameters: Annotated[dict[str, Number], "1"] = {}
