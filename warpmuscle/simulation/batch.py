@@ -25,7 +25,7 @@ class Batch(Protocol):
     Attributes:
         scene: that is simulated. instances: how many. parameters: its free parameters, in the order of their values.
         names: of bodies and joints, by number. steps: of a whole simulation. lanes: GPU threads that share an instance.
-        device: where, several by one name. devices: the single ones.
+        device: where, several by one name.
     """
 
     scene: Scene
@@ -35,7 +35,11 @@ class Batch(Protocol):
     steps: int
     lanes: int
     device: Any
-    devices: list[Any]
+
+    @property
+    def devices(self) -> list[Any]:
+        """The single devices that instances are on."""
+        return [self.device]
 
     @property
     def steps_done(self) -> int:
@@ -100,10 +104,7 @@ class Batch(Protocol):
         """
 
     def set_initial(
-        self,
-        coordinates: ArrayLike | None = None,
-        speeds: ArrayLike | None = None,
-        activation: ArrayLike | None = None,
+        self, coordinates: ArrayLike | None = None, speeds: ArrayLike | None = None, activation: ArrayLike | None = None
     ) -> None:
         """Start from other states than the scene's, where there are any here, and start again. It stays so.
 

@@ -6,6 +6,7 @@ from contextlib import suppress
 from threading import Thread
 from typing import Any
 
+from warpmuscle.core.arguments import as_whole
 from warpmuscle.core.errors import RolloutError
 from warpmuscle.kernels.control import driven_from_outside
 from warpmuscle.kernels.record import NOTHING, RecordKind
@@ -79,8 +80,10 @@ def kernel_config(
         lanes: of a GPU that share an instance; None for as many as are usual. recorded: what is asked to be recorded.
 
     Raises:
-        RolloutError: the character is too large for a GPU, or for so many lanes.
+        RolloutError: an impossible number of lanes, or the character is too large for them, or for a GPU.
     """
+    if lanes is not None:
+        as_whole(lanes, "lanes", 1, WARP, error=RolloutError)
     capacity = capacity_of(len(structure.names.bodies))
     count, block_dim = 1, 1
     if not device.is_cpu:

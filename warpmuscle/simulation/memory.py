@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,7 +9,13 @@ import numpy as np
 
 from warpmuscle.core.arrays import arrays_of
 from warpmuscle.core.errors import RolloutError
+from warpmuscle.model.build import build_model
+from warpmuscle.model.state import state_struct
+from warpmuscle.model.structure import Structure
+from warpmuscle.scene import Scene
+from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.simulation.devices import free_memory
+from warpmuscle.simulation.extensions import Extensions
 
 USABLE = 0.95  # of the free memory; kernels and the list of running instances need some of it
 GIB = 1024.0**3
@@ -34,10 +39,19 @@ def struct_bytes(*structs: Any) -> int:
     return sum(array.capacity for struct in structs for array in arrays_of(struct))
 
 
-def bytes_of(state_of: Callable[[int], tuple[Any, ...]], model_of: Callable[[int], tuple[Any, ...]]) -> InstanceBytes:
-    """Bytes an instance, from functions that make structures of the state, and of the model, of so many."""
-    state, model = (struct_bytes(*make(3)) - struct_bytes(*make(2)) for make in (state_of, model_of))
-    return InstanceBytes(state, model)
+def instance_bytes(scene: Scene, structure: Structure) -> InstanceBytes:
+    """Bytes that a further instance of a scene takes."""
+    start = start_values(scene)
+
+    def states(count: int) -> tuple[Any, ...]:
+        return state_struct(scene, structure, count, "cpu"), Extensions(structure, count, "cpu").struct
+
+    def models(count: int) -> tuple[Any, ...]:
+        numeric, extensions = substitute(scene, np.tile(start, (count, 1))), Extensions(structure, 0, "cpu")
+        extensions.use(numeric)
+        return build_model(numeric, structure, "cpu"), extensions.struct
+
+    return InstanceBytes(*(struct_bytes(*make(3)) - struct_bytes(*make(2)) for make in (states, models)))
 
 
 def instances_that_fit(bytes_an_instance: int, device: Any, held: int = 0) -> int | None:
@@ -58,8 +72,3 @@ def check_memory(instances: int, bytes_an_instance: int, device: Any, held: int 
             f"{instances} instances need {instances * bytes_an_instance / GIB:.3g} GiB on {device}, which has memory "
             f"left for {fitting} of {bytes_an_instance / 1024.0:.3g} KiB each: simulate so many at a time"
         )
-
-
-def repeated(values: Any, count: int) -> Any:
-    """Parameter values (count, P), one row an instance."""
-    return np.tile(values, (count, 1))

@@ -117,7 +117,10 @@ class MultiDeviceRollout(Batch):
         ]  # fmt: skip
         first = self.rollouts[0]
         self.parameters, self.names, self.steps, self.lanes = first.parameters, first.names, first.steps, first.lanes
-        self.devices = [rollout.device for rollout in self.rollouts]
+
+    @property
+    def devices(self) -> list[Any]:
+        return [rollout.device for rollout in self.rollouts]
 
     def set_parameters(self, values: ArrayLike) -> None:
         array = checked_values(values, self.instances, len(self.parameters))
@@ -136,10 +139,7 @@ class MultiDeviceRollout(Batch):
             self._each(lambda rollout, share: rollout.set_motion(time, array, rows(share)))
 
     def set_initial(
-        self,
-        coordinates: ArrayLike | None = None,
-        speeds: ArrayLike | None = None,
-        activation: ArrayLike | None = None,
+        self, coordinates: ArrayLike | None = None, speeds: ArrayLike | None = None, activation: ArrayLike | None = None
     ) -> None:
         named = {"coordinates": coordinates, "speeds": speeds, "activation": activation}
         starts = {name: self._shares_of(values, name) for name, values in named.items() if values is not None}

@@ -20,7 +20,7 @@ from warpmuscle.kernels.record import NOTHING
 from warpmuscle.model.build import ModelInputs, build_model, replaced, update_model
 from warpmuscle.model.objective import wanted
 from warpmuscle.model.state import state_struct
-from warpmuscle.model.structure import Structure, structure_of
+from warpmuscle.model.structure import structure_of
 from warpmuscle.model.user_functions import check_custom
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
@@ -42,8 +42,8 @@ from warpmuscle.simulation.devices import find_device
 from warpmuscle.simulation.extensions import Extensions
 from warpmuscle.simulation.fused_kernel import FusedKernel
 from warpmuscle.simulation.inputs import Inputs
-from warpmuscle.simulation.launcher import WARP, Launcher, kernel_config
-from warpmuscle.simulation.memory import InstanceBytes, bytes_of, check_memory, repeated, struct_bytes
+from warpmuscle.simulation.launcher import Launcher, kernel_config
+from warpmuscle.simulation.memory import InstanceBytes, check_memory, instance_bytes, struct_bytes
 from warpmuscle.simulation.objective_parts import Parts
 from warpmuscle.simulation.outcome import Outcome
 from warpmuscle.simulation.perturbations import Disturbances
@@ -77,9 +77,6 @@ class Rollout(Batch):
         numeric: the scene with its present numbers in place of free parameters; see `parameters.substitute`.
         state, model: Warp arrays on the device, without a copy; see `kernels.structs`. Do not write to the model.
     """
-
-    numeric: Scene
-    model: structs.Model
 
     def __init__(
         self,
@@ -124,9 +121,6 @@ class Rollout(Batch):
         self.speed_names, self.motion_names = structure.speed_names, structure.kinematic.names
         self.excitable = bool(structure.actuation.muscles)
         self.device, self.threads = find_device(device), checked_threads(threads)
-        self.devices = [self.device]
-        if lanes is not None:
-            as_whole(lanes, "lanes", 1, WARP, error=RolloutError)
         record_rate = as_number(record_rate, "record_rate", above=0.0, error=RolloutError)
         recorded, asked = chosen(record, self.instances), record_kind(quantities)
         # On a GPU, code that is not there saves time; elsewhere one kernel for all saves compiling another.
@@ -156,30 +150,11 @@ class Rollout(Batch):
     @cached_property
     def instance_bytes(self) -> InstanceBytes:
         """Memory on the device that every further instance takes."""
-        scene, structure, start = self.scene, self.structure, start_values(self.scene)
-        return bytes_of(
-            lambda count: (state_struct(scene, structure, count, "cpu"), Extensions(structure, count, "cpu").struct),
-            lambda count: models_of(substitute(scene, repeated(start, count)), structure),
-        )
+        return instance_bytes(self.scene, self.structure)
 
     @property
     def recording_bytes(self) -> int:
         return frame_bytes(self.structure) * -(-self.steps // self._recorder.every)
-
-    def set_parameters(self, values: ArrayLike) -> None:
-        array = checked_values(values, self.instances, len(self.parameters))
-        if array.ndim == 2 and self.instances > FEW:
-            held = struct_bytes(self.state, self.model, self._extensions.struct)
-            check_memory(self.instances, self.instance_bytes.total, self.device, held)
-        before = self.numeric
-        self.model = structs.Model()  # so that its memory is free for the new one
-        try:
-            self.change(substitute(self.scene, array))
-        except Error:
-            self.change(before)
-            raise
-        finally:
-            self.reset()
 
     @in_silence
     def change(self, numeric: Scene) -> None:
@@ -202,6 +177,21 @@ class Rollout(Batch):
         """Let a part of the model have what the batch is told now."""
         update_model(self.model, [part], self.numeric, self.structure, self.device, self._inputs.of_model)
 
+    def set_parameters(self, values: ArrayLike) -> None:
+        array = checked_values(values, self.instances, len(self.parameters))
+        if array.ndim == 2 and self.instances > FEW:
+            held = struct_bytes(self.state, self.model, self._extensions.struct)
+            check_memory(self.instances, self.instance_bytes.total, self.device, held)
+        before = self.numeric
+        self.model = structs.Model()  # so that its memory is free for the new one
+        try:
+            self.change(substitute(self.scene, array))
+        except Error:
+            self.change(before)
+            raise
+        finally:
+            self.reset()
+
     def set_excitations(self, time: ArrayLike, values: ArrayLike, *, restart: bool = True) -> None:
         as_truth(restart, "restart", error=RolloutError)
         self._inputs.set_excitations(time, values)
@@ -216,10 +206,7 @@ class Rollout(Batch):
         self.reset()
 
     def set_initial(
-        self,
-        coordinates: ArrayLike | None = None,
-        speeds: ArrayLike | None = None,
-        activation: ArrayLike | None = None,
+        self, coordinates: ArrayLike | None = None, speeds: ArrayLike | None = None, activation: ArrayLike | None = None
     ) -> None:
         self._inputs.set_initial(coordinates, speeds, activation)
         self.reset()
@@ -363,10 +350,3 @@ class Rollout(Batch):
         """States that the scene's custom controller keeps, (instances, floats); none if it has none."""
         memory = self._extensions.struct.first.memory if self.structure.controller.custom.state else None
         return np.zeros((self.instances, 0)) if memory is None else np.asarray(memory.numpy()[:, 0])
-
-
-def models_of(numeric: Scene, structure: Structure) -> tuple[Any, Any]:
-    """The model of a scene of numbers on the CPU, and the parameters of its extensions."""
-    extensions = Extensions(structure, 0, "cpu")
-    extensions.use(numeric)
-    return build_model(numeric, structure, "cpu"), extensions.struct
