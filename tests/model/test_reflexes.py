@@ -9,7 +9,8 @@ import pytest
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.status import Status
 from warpmuscle.formats import load, toml
-from warpmuscle.model.muscles import compiled_kind, driven
+from warpmuscle.model.controller import compiled_controller
+from warpmuscle.model.muscles import driven
 from warpmuscle.model.reflexes import has_reflexes
 from warpmuscle.scene import Actuation, Reflex, Scene
 from warpmuscle.scene.number import Free
@@ -88,11 +89,9 @@ def test_reflexes_are_read_as_they_were_written():
 @pytest.mark.parametrize(("name", "reflexes"), [("reflex_walk", True), ("wang2012", False), ("fwalk", False)])
 def test_reflexes_are_compiled_and_kept_only_where_there_are_some(name: str, reflexes: bool):
     scene = load(name)
-    names = topology(scene.character)
-    found = driven(scene, names)
-    kind = compiled_kind(scene, names, found, 15)
+    found = driven(scene, topology(scene.character))
     assert has_reflexes(scene, found.muscles) is reflexes
-    assert (kind is not None and kind.reflexes) is reflexes
+    assert (compiled_controller(scene, found.muscles).sense is not None) is reflexes
     state = Rollout(scene, 3, "cpu").state
     assert len(state.muscles.reflex) == len(state.muscles.landed) == (3 if reflexes else 0)
 
