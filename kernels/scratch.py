@@ -57,6 +57,9 @@ LIVES = {
     **dict.fromkeys(("factor_a", "factor_b"), Life("backward", "forward")),
     "factor_c": Life("backward", "integration"),
     **dict.fromkeys(("angular_acceleration", "acceleration"), Life("forward", "integration")),
+    "coordinate_turning_drift": Life("joints", "poses"),
+    "coordinate_state": Life("joints", "muscles"),
+    **dict.fromkeys(("coordinate_turning", "coordinate_moving", "coordinate_drift"), Life("joints", "forward")),
 }
 
 

@@ -42,6 +42,14 @@ from warpmuscle.kernels.structs import (
 know_state = known_rows_of(State)
 know_model = known_rows_of(Model, ("actuation.effort", "muscles.knot_value"))  # others give these with any strides
 
+# The stages of a step, in order, as they are timed.
+STAGES = (
+    "kinematics", "failure", "controller", "muscles", "objective", "recording", "inertia and contact", "acceleration",
+    "integration", "end",
+)  # fmt: skip
+KINEMATICS, FAILURE, CONTROLLER, MUSCLES, OBJECTIVE, RECORDING, INERTIA, ACCELERATION, INTEGRATION, END = range(10)
+BEGIN = -1
+
 MAX_REGISTERS = 168  # three warps of 32 lanes in each quarter of a multiprocessor
 
 
@@ -65,6 +73,11 @@ def extensions_of(controller: Controller, forces: tuple[Force, ...]) -> Any:
     return extension_list((controller.extension, *(force.extension for force in forces)))
 
 
+@wp.func
+def no_lap(instance: int, lane: int, stage: int, buffer: wp.uint64):
+    """What is done as a stage ends: nothing. `tools/stage_times.py` reads the clock there."""
+
+
 @cache
 def one_step_of(
     muscles: MuscleKind | None,
@@ -75,6 +88,7 @@ def one_step_of(
     controller: Controller = SIMBICON,
     joints: tuple[MotionOf, ...] = (),
     forces: tuple[Force, ...] = (),
+    lap: Any = no_lap,
 ) -> Any:
     """The Warp function that makes one step of one instance and returns its status, the same on all lanes.
 
@@ -86,6 +100,7 @@ def one_step_of(
         recorded: what is recorded.
         controller: what controls joints and muscles. forces: the kinds of others that act.
         joints: types of joints of one coordinate that the model has.
+        lap: called as each of `STAGES` ends, by its number.
     """
     record_desired, record_stage = recorders_of(recorded)
     control_stage, advance = control_stage_of(controller), controller.advance
@@ -122,37 +137,47 @@ def one_step_of(
         if lane == 0:
             begin_step(instance, step, model, state, work)
         synchronize()
+        lap(instance, lane, KINEMATICS, wp.uint64(0))
         status = posture_status(instance, model, state, work)
         if status != RUNNING:
             return status
         status = collision_stage(instance, lane, lanes, step, model, work)
         if status != RUNNING:
             return status
+        lap(instance, lane, FAILURE, wp.uint64(0))
         control_stage(instance, lane, lanes, model, state, work, extensions.first)
         if wp.static(by_coordinate):
             coordinate_control_stage(instance, lane, lanes, model, work)
         effort_stage(instance, lane, lanes, model, state, work)
         record_desired(instance, lane, lanes, frame, model, state, record, work)
+        lap(instance, lane, CONTROLLER, wp.uint64(0))
         if wp.static(muscular):
             muscle_stage(instance, lane, lanes, frame, model, state, record, work, extensions.first)
         if wp.static(pulling):
             joint_forces_stage(instance, lane, lanes, model, state, work, extensions.rest)
+        lap(instance, lane, MUSCLES, wp.uint64(0))
         objective_stage(instance, lane, lanes, model, state, work)
+        lap(instance, lane, OBJECTIVE, wp.uint64(0))
         if wp.static(recorded.whole):
             synchronize()  # a term may put other torques into the working set for a while
         record_stage(instance, lane, lanes, frame, model, state, record, work)
         synchronize()
+        lap(instance, lane, RECORDING, wp.uint64(0))
         if wp.static(motion):
             prescribe_stage(instance, lane, lanes, model, state, work)
         inertia_stage(instance, lane, lanes, model, state, work)
         if wp.static(pushing):
             body_forces_stage(instance, lane, lanes, model, state, work, extensions.rest)
+        lap(instance, lane, INERTIA, wp.uint64(0))
         if wp.static(motion):
             hybrid_acceleration_stage(instance, lane, lanes, model, state, work)
+            lap(instance, lane, ACCELERATION, wp.uint64(0))
             hybrid_integrate_stage(instance, lane, lanes, model, state, work)
         else:
             acceleration_stage(instance, lane, lanes, model, work)
+            lap(instance, lane, ACCELERATION, wp.uint64(0))
             integrate_stage(instance, lane, lanes, model, state, work)
+        lap(instance, lane, INTEGRATION, wp.uint64(0))
         status = step_status(model, work)
         if status == RUNNING:
             foot_force_stage(instance, lane, lanes, model, state, work)
@@ -163,6 +188,7 @@ def one_step_of(
                 advance_cycles(instance, step, model, state)
             state.step[instance] = step + 1
         synchronize()
+        lap(instance, lane, END, wp.uint64(0))
         return status
 
     return one_step
@@ -190,6 +216,7 @@ def step_kernel(
     controller: Controller = SIMBICON,
     joints: tuple[MotionOf, ...] = (),
     forces: tuple[Force, ...] = (),
+    lap: Any = no_lap,
 ) -> Any:
     """The fused kernel of a size class: launch with dim=(running instances, lanes) and this block_dim.
 
@@ -197,9 +224,9 @@ def step_kernel(
         capacity: bodies that it has room for, see `scratch.capacity_of`.
         lanes: threads that share an instance; 1 on the CPU.
         block_dim: threads a block, a multiple of lanes.
-        muscles, objective, collisions, motion, recorded, controller, joints, forces: see `one_step_of`.
+        muscles, objective, collisions, motion, recorded, controller, joints, forces, lap: see `one_step_of`.
     """
-    one_step = one_step_of(muscles, objective, collisions, motion, recorded, controller, joints, forces)
+    one_step = one_step_of(muscles, objective, collisions, motion, recorded, controller, joints, forces, lap)
     extensions_struct = extensions_of(controller, forces)
     instances_per_block = max(block_dim // lanes, 1)
     slots = slots_of(capacity)
@@ -228,6 +255,7 @@ def step_kernel(
         instance = whole(running[i])
         work = work_at(memory(i % instances_per_block, buffer), capacity, slots)
         status = int(RUNNING)
+        lap(instance, lane, BEGIN, buffer)
         for _ in range(steps):
             status = one_step(instance, lane, lanes, character, changing, record, work, own)
             if status != RUNNING:

@@ -7,12 +7,9 @@
 
 - Totals are those of `Rollout.run` with the kernel that searches run, without the reset before it, for all batch sizes
   and lanes.
-- Stages are those of a kernel of its own, `repeated_step`, in which they can be repeated or left out. The time of a
-  stage is a third of what three more runs of it take. Inertia, contact, backward and forward pass are differences
-  between repetitions of the dynamics up to there. Muscles and joint limits are what leaving them out saves. Recording
-  is what the production kernel takes longer if up to 5120 instances are recorded at 100 Hz. So the figures include
-  what a stage does to caches and neighbours, and a repeated stage finds its data in the cache; what is missing to the
-  whole is `rest`, with the bookkeeping of a step. Those with a colon are parts of others.
+- Stages are those of the production kernel with a clock that is read as each of them ends: the time of a step is
+  divided as the ticks of all instances are. So a stage has what it waits for others on its multiprocessor. Recording
+  is what the production kernel takes longer if up to 5120 instances are recorded at 100 Hz.
 - Registers, stack, shared memory and occupancy are what the CUDA driver says of the compiled kernels.
 - Instances start with different velocities, so that they do not all take the same branches.
 - MuJoCo Warp steps the exported character, its muscles at a constant excitation and without a controller, by a CUDA
@@ -41,7 +38,7 @@ import warp as wp
 from fastest_run import fastest_run
 from gpu_resources import resources
 from mujoco_warp_peer import peer_rate
-from repeated_step import RepeatedStep
+from stage_times import StageTimes
 
 from warpmuscle.formats import load
 from warpmuscle.scene import Scene
@@ -112,28 +109,28 @@ class Bench:
     def stages(self, kind: str, lanes: int, instances: int, seconds: float) -> Figures:
         """Microseconds of the stages of a step of the whole batch."""
         rollout = self.rollout(kind, lanes, instances)
-        split: Figures = RepeatedStep(rollout, self.noise).split(round(seconds / rollout.scene.time_step), self.repeats)
+        split: Figures = StageTimes(rollout, self.noise).split(round(seconds / rollout.scene.time_step), self.repeats)
         plain = self.timed(rollout)[0] / rollout.steps
         recording = self.rollout(kind, lanes, instances, record=range(min(instances, RECORDED)))
         split["recording"] = 1e6 * (self.timed(recording)[0] / rollout.steps - plain)
         return split | {"production kernel": 1e6 * plain}
 
-    def resources(self, kind: str, lanes: int, repeated: bool) -> Figures:
+    def resources(self, kind: str, lanes: int, timed: bool) -> Figures:
         """What a kernel takes of the GPU."""
         rollout = self.rollout(kind, lanes, 1)
-        kernel = RepeatedStep(rollout, 0.0).kernel if repeated else rollout._launcher.kernel().kernel
+        kernel = StageTimes(rollout, 0.0).kernel if timed else rollout._launcher.kernel().kernel
         wp.load_module(kernel.module, self.device, block_dim=rollout.block_dim)
         return resources(kernel, self.device, rollout.block_dim, lanes)
 
     def compile(self, case: str) -> None:
-        """Compile the kernels of a case, such as rigid-8 or rigid-8-repeated, into Warp's cache by using them."""
+        """Compile the kernels of a case, such as rigid-8 or rigid-8-timed, into Warp's cache by using them."""
         if case == PEER:
             peer_rate(self.peer_scene, 1, str(self.device), 2)
             return
-        kind, lanes, *repeated = case.split("-")
+        kind, lanes, *timed = case.split("-")
         rollout = self.rollout(kind, int(lanes), 1)
-        if repeated:
-            RepeatedStep(rollout, 0.0).run(1, {})
+        if timed:
+            StageTimes(rollout, 0.0).split(1, 1)
         else:
             rollout.run(rollout.scene.time_step)
         wp.synchronize()
@@ -190,7 +187,7 @@ def main(
     many, few = ([1], 1) if found.is_cpu else (numbers(lanes), stage_lanes)
     rows = [(kind, n, False) for kind in wanted for n in (sorted({*many, few}) if stage_counts else many) if counts]
     rows += [(kind, few, True) for kind in wanted if stage_counts]
-    cases = {row: f"{row[0]}-{row[1]}" + "-repeated" * row[2] for row in rows}
+    cases = {row: f"{row[0]}-{row[1]}" + "-timed" * row[2] for row in rows}
     with_peer = peer and find_spec("mujoco_warp") is not None and not found.is_cpu
     options = [
         "--torques",
@@ -220,8 +217,8 @@ def main(
         for n in stage_counts:
             bench.put("stage_microseconds", f"{kind}-{few} x {n}", bench.stages, kind, few, n, stage_seconds)
             save()
-    for kind, n_lanes, repeated in cases:
-        for n in counts if not repeated else ():
+    for kind, n_lanes, timed in cases:
+        for n in counts if not timed else ():
             bench.put("totals", f"{kind}-{n_lanes} x {n}", bench.total, kind, n_lanes, n)
         save()
     if with_peer:

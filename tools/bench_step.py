@@ -25,7 +25,7 @@ import msgspec
 import numpy as np
 import typer
 import warp as wp
-from repeated_step import RepeatedStep
+from stage_times import StageTimes
 
 from warpmuscle.formats import load, mjcf
 from warpmuscle.model.muscles import driven
@@ -90,7 +90,7 @@ def rates_and_ratio(ours: Run, other: Run, repeats: int) -> tuple[float, float, 
 
 def stage_times(rollout: Rollout, seconds: float, repeats: int) -> dict[str, float]:
     """Time of each stage by a step of one instance, microseconds (on a GPU: by a step of the whole batch)."""
-    times = RepeatedStep(rollout, 0.0).split(round(seconds / rollout.scene.time_step), repeats)
+    times = StageTimes(rollout, 0.0).split(round(seconds / rollout.scene.time_step), repeats)
     return {name: time / (rollout.instances if rollout.device.is_cpu else 1) for name, time in times.items()}
 
 

@@ -15,8 +15,12 @@ import warp as wp
 from warpmuscle.kernels import (
     collision,
     control,
+    coordinate_control,
+    coordinate_joint,
+    devices,
     dynamics,
     failure,
+    forces,
     hybrid,
     integration,
     kinematics,
@@ -28,9 +32,10 @@ from warpmuscle.kernels import (
     step,
 )
 from warpmuscle.kernels.curves import LEE
+from warpmuscle.kernels.joint_motion import MotionOf, slide_motion
 from warpmuscle.kernels.muscle_stage import COMPLIANT, HILL, IDEAL, LEGACY, RIGID, MuscleKind, muscle_stage_of
 from warpmuscle.kernels.scratch import LIVES, PHASES, Life
-from warpmuscle.kernels.structs import Work
+from warpmuscle.kernels.structs import FIRST_COORDINATE_JOINT, Work
 
 BODIES, SLOTS = 15, 5
 FLOATS = {"floats": 1, "integers": 1, "vectors": 3, "quaternions": 4, "matrices": 9, "symmetric": 6}
@@ -44,33 +49,43 @@ MUSCLES = [
     )
     for tendon, law, at_hand in itertools.product((RIGID, COMPLIANT), (HILL, LEGACY, IDEAL), (True, False))
 ]
+JOINTS = (MotionOf(FIRST_COORDINATE_JOINT, slide_motion),)
+FORCES = tuple(devices.FORCES.values())
 IN_PARTS = (kinematics.move_joint, kinematics.place_root, kinematics.place_body)
 FUNCTIONS: dict[str, tuple[Any, ...]] = {
-    "joints": (kinematics.move_joint,),
-    "poses": (kinematics.place_root, kinematics.place_body),
+    "joints": (kinematics.move_joint, coordinate_joint.move_any_of(JOINTS)),
+    "poses": (kinematics.place_root, kinematics.place_body, coordinate_joint.place_any),
     "sums": (kinematics.kinematics_stage,),
     "failure": (failure.begin_step, failure.posture_status),
     "collision": (collision.collision_stage_of(True),),
-    "control": (control.control_stage_of(control.SIMBICON), simbicon.torques_stage, control.effort_torque),
+    "control": (
+        control.control_stage_of(control.SIMBICON), simbicon.torques_stage, coordinate_control.coordinate_control_stage,
+    ),
     "effort": (objective_terms.effort_stage, record.record_desired),
-    "muscles": tuple(MUSCLES),
+    "muscles": (*MUSCLES, forces.joint_forces_stage_of(FORCES)),
     "objective": (objective_terms.objective_stage_of(TERMS),),
     "record": (record.record_stage,),
-    "motion": (motion.prescribe_stage,),
-    "inertia": (dynamics.inertia_stage,),
-    "backward": (dynamics.backward_pass,),
-    "forward": (dynamics.forward_pass,),
+    "motion": (motion.prescribe_stage, coordinate_joint.prescribe_any),
+    "inertia": (dynamics.inertia_stage, forces.body_forces_stage_of(FORCES)),
+    "backward": tuple(
+        dynamics.backward_pass_of(reduce) for reduce in (dynamics.reduce_body, coordinate_joint.reduce_any)
+    ),
+    "forward": (
+        dynamics.accelerate_root, dynamics.forward_pass_of(dynamics.accelerate_body),
+        dynamics.forward_pass_of(coordinate_joint.accelerate_any),
+    ),
     "integration": (integration.integrate_stage, hybrid.hybrid_integrate_stage),
     "feet": (failure.step_status, step.foot_force_stage),
-}
+}  # fmt: skip
 
 
 @cache
 def layout() -> dict[str, set[int]]:
-    """The floats that each part of the working set takes, read from the code of `work_at`."""
+    """The floats that each part of the working set takes, read from the code of `work_at` and what adds to it."""
     known = {"n": BODIES, "slots": SLOTS, **{k: v for k, v in vars(scratch).items() if isinstance(v, int)}}
     taken = {}
-    for line in ast.parse(inspect.getsource(scratch.work_at.func)).body[0].body:  # type: ignore[attr-defined]
+    code = [ast.parse(inspect.getsource(one.func)).body[0] for one in (scratch.work_at, scratch.coordinate_work_at)]
+    for line in (line for function in code for line in function.body):  # type: ignore[attr-defined]
         if not isinstance(line, ast.Assign):
             continue
         value = line.value
@@ -109,6 +124,7 @@ def used(function: Any, seen: set[Any]) -> Iterator[str]:
             yield from used(other, seen)
 
 
+@cache
 def used_in(phase: str) -> set[str]:
     apart = {one.func for one in IN_PARTS} if phase == "sums" else set()
     return {name for function in FUNCTIONS[phase] for name in used(function, set(apart))}
@@ -120,7 +136,7 @@ def span(life: Life) -> tuple[int, int]:
 
 def test_everything_in_the_working_set_has_a_place_and_a_life():
     assert set(LIVES) == set(layout()) == set(Work.vars)
-    assert max(map(max, layout().values())) < scratch.work_floats(BODIES)
+    assert max(map(max, layout().values())) < scratch.work_floats(BODIES, True)
     assert set(FUNCTIONS) == set(PHASES)
 
 

@@ -1,0 +1,102 @@
+"""Where the time of the fused step goes: the clock is read as each of its stages ends, by the lane that leads."""
+
+from __future__ import annotations
+
+import time
+from functools import cache
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from warpmuscle.kernels.scratch import work_floats
+from warpmuscle.kernels.step import STAGES, step_kernel
+from warpmuscle.kernels.structs import Record
+from warpmuscle.simulation.rollout import Rollout
+
+
+@cache
+def lap_of(instances_per_block: int, floats: int) -> Any:
+    """A Warp function that adds the ticks since the stage before to those of a stage, see `step.no_lap`.
+
+    Ticks of an instance are a row of the buffer: at its start on a GPU, whose working sets do not lie there, and behind
+    the working set, of so many floats, on a CPU.
+    """
+    snippet = f"""
+#if defined(__CUDA_ARCH__)
+__shared__ unsigned long long* ticks;
+__shared__ long long before[{instances_per_block}];
+const int place = instance % {instances_per_block};
+if (lane == 0) {{
+    if (stage < 0)
+        ticks = reinterpret_cast<unsigned long long*>(buffer);
+    else
+        ticks[instance * {len(STAGES)} + stage] += clock64() - before[place];
+    before[place] = clock64();
+}}
+#else
+static unsigned long long* ticks;
+static unsigned long long before;
+if (stage < 0)
+    ticks = reinterpret_cast<unsigned long long*>(buffer + {4 * floats});
+else
+    ticks[instance * {len(STAGES)} + stage] += __builtin_readcyclecounter() - before;
+before = __builtin_readcyclecounter();
+#endif
+"""
+
+    @wp.func_native(snippet=snippet)
+    def lap(instance: int, lane: int, stage: int, buffer: wp.uint64): ...
+
+    return lap
+
+
+class StageTimes:
+    """The kernel of a rollout, as it is and with a clock, on the state of the rollout."""
+
+    def __init__(self, rollout: Rollout, noise: float) -> None:
+        """Args: noise: of the starting velocities, m/s."""
+        self.rollout, self.noise = rollout, noise
+        fused = rollout._launcher.kernel()
+        self.config, self.plain = fused.config, fused.kernel
+        per_block = max(self.config.block_dim // self.config.lanes, 1)
+        self.floats = work_floats(self.config.capacity, bool(self.config.joints)) // 2 * 2
+        self.kernel = step_kernel(*self.config, lap=lap_of(per_block, self.floats))
+        self.running = wp.array(np.arange(rollout.instances), dtype=int, device=rollout.device)
+        ticks = rollout.instances * len(STAGES)
+        self.buffer = wp.zeros(self.floats // 2 + ticks, dtype=wp.uint64, device=rollout.device)
+
+    @property
+    def ticks(self) -> np.ndarray:
+        """Those of each stage, of all instances together."""
+        first = self.floats // 2 if self.rollout.device.is_cpu else 0
+        rows = self.buffer.numpy()[first : first + self.rollout.instances * len(STAGES)]
+        return rows.reshape(-1, len(STAGES)).sum(axis=0).astype(float)
+
+    def run(self, steps: int, kernel: Any) -> float:
+        """Time of some steps from the start, s."""
+        rollout, config = self.rollout, self.config
+        rollout.reset(self.noise, seed=1)
+        self.buffer.zero_()
+        inputs = [
+            steps, self.running, rollout.model, rollout.state, Record(), wp.uint64(self.buffer.ptr),
+            rollout._extensions.struct,
+        ]  # fmt: skip
+        wp.synchronize()
+        begin = time.perf_counter()
+        dim = (rollout.instances, config.lanes)
+        wp.launch(kernel, dim=dim, inputs=inputs, device=rollout.device, block_dim=config.block_dim)
+        wp.synchronize()
+        return time.perf_counter() - begin
+
+    def split(self, steps: int, repeats: int) -> dict[str, float]:
+        """Time of a step of the whole batch, microseconds: in all, the fastest of `repeats` runs, and by stage."""
+        self.run(steps, self.plain)  # compiles and warms up
+        whole = 1e6 / steps * min(self.run(steps, self.plain) for _ in range(repeats))
+        self.run(steps, self.kernel)
+        runs = []
+        for _ in range(repeats):
+            self.run(steps, self.kernel)
+            runs.append(self.ticks)
+        ticks = min(runs, key=np.sum)  # of the run that was disturbed least
+        return {"all": whole} | dict(zip(STAGES, (whole * ticks / ticks.sum()).tolist(), strict=True))
