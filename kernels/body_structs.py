@@ -57,6 +57,14 @@ class Skeleton:
 
 
 @wp.struct
+class Feet:
+    """The bodies that a character walks on, where it has any; the root's number else."""
+
+    left: int
+    right: int
+
+
+@wp.struct
 class ContactPoint:
     """A point of a body that may touch the ground; body axes, from the body's joint."""
 

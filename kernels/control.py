@@ -91,7 +91,7 @@ def given_effort(instance: int, body: int, model: ModelRef, state: StateRef, wor
 @wp.func
 def held_control_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: WorkRef):
     """Torques of SIMBICON towards the targets of the last step in which it renewed them. Ends with a barrier."""
-    renewed = state.step[instance] % model.simbicon.every == 0
+    renewed = state.step[instance] % model.control.every == 0
     if renewed:
         targets_stage(instance, lane, lanes, model, state, work)
     for i in range(lane, model.body_count, lanes):

@@ -76,13 +76,17 @@ class HipControl:
 
 
 @wp.struct
+class Control:
+    """Which controller a model has that is not compiled in."""
+
+    simbicon: int  # 1: SIMBICON says what joints should do; 0: nothing does
+    every: int  # steps after which its targets are renewed; only kernels that hold them read it
+
+
+@wp.struct
 class Simbicon:
     """The controller: gains by body (0: the root), states, trajectories, their components, and curves as knots."""
 
-    enabled: int
-    every: int  # steps after which the targets are renewed; only kernels that hold them read it
-    left_foot: int
-    right_foot: int
     left_hip: int
     right_hip: int
     heading_control: int

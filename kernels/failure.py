@@ -60,7 +60,7 @@ def is_somewhere(place: wp.vec3) -> bool:
 @wp.func
 def feet_apart(model: ModelRef, work: WorkRef) -> float:
     """How far the joint of the left foot is to the left of that of the right foot, as the character faces, m."""
-    between = work.position[model.simbicon.left_foot] - work.position[model.simbicon.right_foot]
+    between = work.position[model.feet.left] - work.position[model.feet.right]
     return wp.quat_rotate_inv(heading(work.orientation[0]), between)[0]
 
 

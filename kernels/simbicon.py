@@ -148,9 +148,9 @@ def targets_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: 
     stance = state.stance[instance]
     row = state.machine_state[instance]
     phase = wp.min(state.phase[instance], 1.0)
-    foot = simbicon.left_foot
+    foot = model.feet.left
     if stance == RIGHT:
-        foot = simbicon.right_foot
+        foot = model.feet.right
     frame = heading(work.orientation[0])
     foot_center = work.position[foot] + work.rotation[foot] * at(model.skeleton.row, instance, foot).com
     distance = wp.quat_rotate_inv(frame, work.center[0] - foot_center)
@@ -259,13 +259,13 @@ def hips_stage(instance: int, lane: int, frame: wp.quat, model: ModelRef, state:
     simbicon = model.simbicon
     stance_hip = simbicon.left_hip
     swing_hip = simbicon.right_hip
-    foot = simbicon.left_foot
+    foot = model.feet.left
     stance_force = state.foot_force[instance, 0][1]
     swing_force = state.foot_force[instance, 1][1]
     if state.stance[instance] == RIGHT:
         stance_hip = simbicon.right_hip
         swing_hip = simbicon.left_hip
-        foot = simbicon.right_foot
+        foot = model.feet.right
         stance_force = state.foot_force[instance, 1][1]
         swing_force = state.foot_force[instance, 0][1]
     if lane == 0:
@@ -332,7 +332,7 @@ def torques_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: 
 @wp.func
 def control_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: WorkRef):
     """Targets and torques of the controller, or none. Ends with a barrier."""
-    if model.simbicon.enabled == 1:
+    if model.control.simbicon == 1:
         targets_stage(instance, lane, lanes, model, state, work)
         torques_stage(instance, lane, lanes, model, state, work)
     else:
@@ -363,5 +363,5 @@ def advance_phase(instance: int, model: ModelRef, state: StateRef):
 @wp.func
 def advance_stage(instance: int, model: ModelRef, state: StateRef):
     """Let a step of the machine pass, if there is one. One lane calls it."""
-    if model.simbicon.enabled == 1:
+    if model.control.simbicon == 1:
         advance_phase(instance, model, state)

@@ -15,11 +15,13 @@ from warpmuscle.kernels.body_structs import BodyRow as BodyRow
 from warpmuscle.kernels.body_structs import Collisions as Collisions
 from warpmuscle.kernels.body_structs import ContactPoint as ContactPoint
 from warpmuscle.kernels.body_structs import Contacts as Contacts
+from warpmuscle.kernels.body_structs import Feet as Feet
 from warpmuscle.kernels.body_structs import Ground as Ground
 from warpmuscle.kernels.body_structs import LimitRow as LimitRow
 from warpmuscle.kernels.body_structs import Skeleton as Skeleton
 from warpmuscle.kernels.control_structs import ComponentPlan as ComponentPlan
 from warpmuscle.kernels.control_structs import ComponentRow as ComponentRow
+from warpmuscle.kernels.control_structs import Control as Control
 from warpmuscle.kernels.control_structs import ControlState as ControlState
 from warpmuscle.kernels.control_structs import Gains as Gains
 from warpmuscle.kernels.control_structs import HipControl as HipControl
@@ -159,6 +161,8 @@ class Model:
     skeleton: Skeleton
     contacts: Contacts
     collisions: Collisions
+    control: Control
+    feet: Feet
     simbicon: Simbicon
     actuation: Actuation
     muscles: Muscles

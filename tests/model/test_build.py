@@ -118,7 +118,7 @@ def test_model_of_a_shipped_scene_names_its_parts():
     plan = model.skeleton.plan.numpy()
     kinds = dict(zip(names.bodies, plan["joint_type"], strict=True))
     assert (kinds["pelvis"], kinds["lLowerleg"], kinds["lFoot"]) == (ROOT_FREE, HINGE, UNIVERSAL)
-    assert names.bodies[model.simbicon.left_foot] == "lFoot"
+    assert names.bodies[model.feet.left] == "lFoot"
     assert names.bodies[model.simbicon.right_hip] == "rUpperleg"
     slots = {body: slot for body, slot in zip(names.bodies, plan["foot_slot"], strict=True) if slot >= 0}
     assert set(slots) == {"lFoot", "lToes", "rFoot", "rToes"}

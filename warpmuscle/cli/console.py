@@ -69,12 +69,12 @@ def print_warnings(doubts: Iterable[object]) -> None:
 
 
 def print_gait(scene: Scene, recording: Recording) -> Gait | None:
-    """Print speed, step length, cadence and cost of transport of a scene with a controller."""
+    """Print speed, step length, cadence and cost of transport of a scene with feet."""
     from warpmuscle.gait.measures import measure
 
-    if scene.controller is None or recording.frames == 0:
+    if scene.feet is None or recording.frames == 0:
         return None
-    gait = measure(recording, *scene.controller.feet)
+    gait = measure(recording, *scene.feet)
     text = f"speed {gait.speed_forward:.3f} m/s"
     if gait.step_length is not None and gait.cadence is not None:
         text += f", step length {gait.step_length:.3f} m, cadence {gait.cadence:.1f} steps/min"

@@ -30,7 +30,7 @@ def feet_of(scene: Scene) -> tuple[str, str]:
     Raises:
         Error: the character has no such bodies.
     """
-    feet = ("lFoot", "rFoot") if scene.controller is None else scene.controller.feet
+    feet = scene.feet or ("lFoot", "rFoot")
     if missing := [foot for foot in feet if foot not in scene.character.bodies]:
         raise Error(f"{scene.name} has no legs to walk on: there is no body {' or '.join(map(repr, missing))}")
     return feet

@@ -27,11 +27,11 @@ def stacked(by_body: Sequence[Floats]) -> Floats:
     return np.stack([np.broadcast_to(values, (count, *values.shape[1:])) for values in by_body], axis=1)
 
 
-def foot_slots(names: Topology, feet: tuple[str, str]) -> tuple[list[int], list[int]]:
+def foot_slots(scene: Scene, names: Topology) -> tuple[list[int], list[int]]:
     """Slot of every body whose contact force counts for a foot (-1 for others), and the side of every slot."""
     slot = [-1] * len(names.bodies)
     side: list[int] = []
-    for which, foot in enumerate(feet):
+    for which, foot in enumerate(scene.feet or ()):
         number = names.bodies.index(foot)
         first = names.first_child[number]
         for body in (number, *range(first, first + names.child_count[number])):
@@ -40,7 +40,7 @@ def foot_slots(names: Topology, feet: tuple[str, str]) -> tuple[list[int], list[
     if len(side) > slots_of(capacity_of(len(names.bodies))):
         raise SceneError(
             f"the feet have {len(side) - 2} bodies hanging on them, more than there is room for",
-            key="controller.feet",
+            key="controller.feet" if scene.character.feet is None else "character.feet",
         )
     return slot, side
 
@@ -67,7 +67,7 @@ def skeleton_struct(scene: Scene, names: Topology, points: list[int], device: An
     ]
     no_axes = rows(NO_AXIS), rows(OTHER_AXIS)
     axes = [no_axes if joint is None else joint_type(joint).frame(joint) for joint in joints]
-    slot, side = foot_slots(names, scene.controller.feet) if scene.controller is not None else ([-1] * len(bodies), [])
+    slot, side = foot_slots(scene, names)
     mass = rows([body.mass for body in bodies])
 
     s = structs.Skeleton()

@@ -18,7 +18,7 @@ from warpmuscle.core.pose import multiply, normalized, rotate, turned_to_heading
 from warpmuscle.kernels import structs
 from warpmuscle.model.bodies import contacts_struct, ground_normal, skeleton_struct
 from warpmuscle.model.collisions import collisions_struct
-from warpmuscle.model.controller import controller_struct
+from warpmuscle.model.controller import control_steps, controller_struct
 from warpmuscle.model.muscles import model_parts, muscles_struct
 from warpmuscle.model.objective import objective_fields
 from warpmuscle.model.prescribed_motion import Curves, motion_struct, scene_curves
@@ -150,7 +150,9 @@ def _bodies(scene: Scene, structure: Structure, device: Any, inputs: ModelInputs
         "level_start": to_device(names.level_start, int, device),
         "contacts": contacts,
         "skeleton": skeleton,
-        "foot_slots": skeleton.foot_side.shape[0] if scene.controller is not None else 0,
+        "foot_slots": skeleton.foot_side.shape[0] if scene.feet is not None else 0,
+        "feet.left": names.bodies.index(scene.feet[0]) if scene.feet is not None else 0,
+        "feet.right": names.bodies.index(scene.feet[1]) if scene.feet is not None else 0,
     }
 
 
@@ -159,7 +161,11 @@ def _slope(scene: Scene, structure: Structure, device: Any, inputs: ModelInputs)
 
 
 def _controller(scene: Scene, structure: Structure, device: Any, inputs: ModelInputs) -> Fields:
-    return {"simbicon": controller_struct(scene, structure.names, device)}
+    return {
+        "control.simbicon": int(scene.controller is not None),
+        "control.every": control_steps(scene),
+        "simbicon": controller_struct(scene, structure.names, device),
+    }
 
 
 def _objective(scene: Scene, structure: Structure, device: Any, inputs: ModelInputs) -> Fields:

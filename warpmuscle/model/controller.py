@@ -70,14 +70,12 @@ def control_steps(scene: Scene) -> int:
 
 
 def controller_struct(scene: Scene, names: Topology, device: Any) -> structs.Simbicon:
-    """The device structure of a scene's controller (see `kernels.structs.Simbicon`), disabled if there is none."""
+    """The device structure of a scene's controller (see `kernels.structs.Simbicon`); an empty one if there is none."""
     controller = scene.controller
     enabled = controller is not None
-    controller = controller if controller is not None else SimbiconController(states=[State(time=1.0)], feet=("", ""))
+    controller = controller if controller is not None else SimbiconController(states=[State(time=1.0)])
     s = structs.Simbicon()
-    s.enabled, s.every = int(enabled), control_steps(scene)
     if enabled:
-        s.left_foot, s.right_foot = (names.bodies.index(foot) for foot in controller.feet)
         s.left_hip, s.right_hip = (names.body_of_joint(hip) for hip in controller.hips)
     s.heading_control = int(controller.heading_control)
     joints = scene.character.joints

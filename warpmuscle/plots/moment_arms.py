@@ -76,7 +76,7 @@ def _joints(subject: Subject) -> list[tuple[str, str]]:
     names = list(scene.character.joints)
     if subject.choices.joints:
         return [(name, "") for name in subject.chosen("joint", names, subject.choices.joints)]
-    leg_joints = leg(scene.character, scene.controller.feet[0]) if scene.controller is not None else []
+    leg_joints = leg(scene.character, scene.feet[0]) if scene.feet is not None else []
     found = pairs(names)
     others = [pair.left for pair in found if pair.left not in leg_joints]
     return [(name, "") for name in (*leg_joints, *others)] + [

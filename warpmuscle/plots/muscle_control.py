@@ -107,8 +107,8 @@ def _joint(subject: Subject, crossed: dict[str, list[str]]) -> str:
         raise Absent(f"{subject.source}: no muscle of {subject.scene.name} acts on a joint")
     if subject.choices.joints:
         return subject.chosen("joint that muscles act on", list(crossed), subject.choices.joints)[0]
-    controller = subject.scene.controller
-    chain = leg(subject.scene.character, controller.feet[0]) if controller is not None else []
+    feet = subject.scene.feet
+    chain = leg(subject.scene.character, feet[0]) if feet is not None else []
     return next((joint for joint in reversed(chain) if joint in crossed), next(iter(crossed)))
 
 

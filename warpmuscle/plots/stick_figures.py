@@ -69,7 +69,7 @@ def _figure(
     recording: Recording, scene: Scene, gait: Gait | None, title: str, recorded: Recording | None = None
 ) -> Any:
     """Side and front view at the same scale above, curves over time below."""
-    feet = ("lFoot", "rFoot") if scene.controller is None else scene.controller.feet
+    feet = scene.feet or ("lFoot", "rFoot")
     drawn = sorted(pieces(scene.character, feet), key=lambda piece: _LAYERS.index(piece.side))
     frames, offsets = _spread(recording, drawn)
     middle = int(frames[len(frames) // 2])

@@ -111,14 +111,14 @@ class Subject:
 
     @cached_property
     def gait(self) -> Gait | None:
-        """Measures of the walk; None for a character without legs or controller."""
-        if self.scene.controller is None or any(foot not in self.recording.body_names for foot in self._feet):
+        """Measures of the walk; None for a character without feet."""
+        if self.scene.feet is None or any(foot not in self.recording.body_names for foot in self._feet):
             return None
         return measure(self.recording, *self._feet)
 
     @property
     def _feet(self) -> tuple[str, str]:
-        return self.scene.controller.feet if self.scene.controller is not None else ("lFoot", "rFoot")
+        return self.scene.feet or ("lFoot", "rFoot")
 
     @cached_property
     def strides(self) -> dict[str, Strides]:

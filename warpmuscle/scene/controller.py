@@ -82,7 +82,7 @@ class Controller(Part):
 
     states: list[State]
     pd: dict[str, PD] = {}  # by joint, or `root`; a joint without an entry gets no torque
-    feet: tuple[str, str] = ("lFoot", "rFoot")  # bodies, left and right
+    feet: tuple[str, str] = ("lFoot", "rFoot")  # bodies, left and right, unless the character names its own
     hips: tuple[str, str] = ("lHip", "rHip")  # joints, left and right
     stance_hip_damping: Annotated[Number, "N m s^2/rad^2"] = -1.0  # off unless positive
     stance_hip_max_velocity: Annotated[Number, "rad/s"] = 4.0

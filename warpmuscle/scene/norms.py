@@ -118,17 +118,17 @@ def norm_table(scene: Scene, names: Topology) -> tuple[Floats, Floats, Integers]
     standard deviation over the cycle.
 
     Args:
-        scene: with a controller, whose feet have a hip, a knee and an ankle above them.
+        scene: with feet that have a hip, a knee and an ankle above them.
 
     Returns:
         Mean angles (BINS, bodies) of each body's joint in half-bands; (bodies,) half-bands per rad of a turn about x, 0
         for joints without a norm; and (bodies,) the leg that the body's joint belongs to, 0 left, 1 right.
     """
-    assert scene.controller is not None
+    assert scene.feet is not None
     bands = (RUNNING if scene.objective.gait == "run" else WALKING)[0].angles
     bodies = len(names.bodies)
     table, scale, sides = np.zeros((BINS, bodies)), np.zeros(bodies), np.zeros(bodies, dtype=np.int32)
-    for side, foot in enumerate(scene.controller.feet):
+    for side, foot in enumerate(scene.feet):
         for title, sign, joint in zip(LEG_ANGLES, FLEXION, leg(scene.character, foot)[-3:], strict=True):
             body, band = names.body_of_joint(joint), bands[title]
             half_band = float(band.sd(PERCENT_OF_BIN).mean())

@@ -94,6 +94,7 @@ class Character(Part):
     joints: dict[str, Joint] = {}
     root_joint: Literal["free", "planar", "fixed"] = "free"  # planar: moves in y and z, turns about x; fixed: welded
     muscles: dict[str, Muscle] = {}
+    feet: tuple[str, str] | None = None  # bodies, left and right; by default those of the controller, if there is one
 
 
 class JointState(Part):
@@ -267,6 +268,13 @@ class Scene(Part):
     gravity: Annotated[Number, "m/s^2"] = 9.8  # downwards
     control_rate: Annotated[float, "Hz"] = 0.0  # of the controller's targets, which PD follows meanwhile; 0: every step
     implicit_pd: bool = False  # PD linearised over the step, stable up to 1/500 s; False: explicit, as in the original
+
+    @property
+    def feet(self) -> tuple[str, str] | None:
+        """Left and right foot of the character; None if it walks on nothing."""
+        if self.character.feet is not None or self.controller is None:
+            return self.character.feet
+        return self.controller.feet
 
     def __repr__(self) -> str:
         parts = self.character

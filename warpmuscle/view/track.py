@@ -188,7 +188,7 @@ def foot_centers(recording: Recording, scene: Scene) -> Floats:
 
     A foot that does not touch the ground has its lowest point instead.
     """
-    feet = scene.controller.feet if scene.controller is not None else ()
+    feet = scene.feet or ()
     normal, height = plane(scene.ground)
     centers = np.zeros((recording.frames, 2, 3))
     for side, foot in enumerate(feet):

@@ -38,10 +38,10 @@ def check_objective(checks: Checks, key: str, objective: Objective) -> None:
 
 
 def _check_legs(scene: Scene, key: str) -> None:
-    """There is something to compare with human legs: a controller that walks, on two legs of three joints at least."""
-    if scene.controller is None:
-        raise SceneError("there is no controller whose steps could be compared with human walking", key=key)
-    for foot in scene.controller.feet:
+    """There is something to compare with human legs: two feet, on legs of three joints at least."""
+    if scene.feet is None:
+        raise SceneError("there are no feet whose steps could be compared with human walking", key=key)
+    for foot in scene.feet:
         joints = leg(scene.character, foot)
         if len(joints) < len(LEG_ANGLES):
             raise SceneError(f"{foot!r} has no hip, knee and ankle: {len(joints)} joints lead to it", key=key)

@@ -80,6 +80,7 @@ class _Check(Checks):
         check_entries(scene)
         self.names(scene)
         self.character(scene.character)
+        self.feet(scene)
         check_muscles(self)
         check_motion(self)
         check_forces(self)
@@ -217,6 +218,14 @@ class _Check(Checks):
             self.joint(key, joint)
         _check_tree(character)
 
+    def feet(self, scene: Scene) -> None:
+        """Feet are two bodies of the character."""
+        key = "character.feet" if scene.character.feet is not None else "controller.feet"
+        for index, foot in enumerate(scene.feet or ()):
+            known(foot, scene.character.bodies, "body", f"{key}.{index}")
+        if scene.feet is not None and scene.feet[0] == scene.feet[1]:
+            raise SceneError(f"left and right are both {scene.feet[0]!r}", key=key)
+
     def body(self, key: str, body: Body) -> None:
         """A body has mass, inertia and proper shapes."""
         self.positive(key, body, "mass")
@@ -253,16 +262,13 @@ class _Check(Checks):
             if name != "root":
                 known(name, joints, "joint", f"controller.pd.{name}")
             self.gains(f"controller.pd.{name}", gains)
-        for index, foot in enumerate(controller.feet):
-            known(foot, character.bodies, "body", f"controller.feet.{index}")
         for index, hip in enumerate(controller.hips):
             known(hip, joints, "joint", f"controller.hips.{index}")
             if joints[hip].parent != character.root:
                 message = f"hip {hip!r} must be a joint of the root {character.root!r}, not of {joints[hip].parent!r}"
                 raise SceneError(message, key=f"controller.hips.{index}")
-        for field, (left, right) in (("feet", controller.feet), ("hips", controller.hips)):
-            if left == right:
-                raise SceneError(f"left and right are both {left!r}", key=f"controller.{field}")
+        if controller.hips[0] == controller.hips[1]:
+            raise SceneError(f"left and right are both {controller.hips[0]!r}", key="controller.hips")
         self.not_negative("controller", controller, "stance_hip_max_velocity")
         if not controller.states:
             raise SceneError("a controller needs at least one state", key="controller.states")
