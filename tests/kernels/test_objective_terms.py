@@ -13,7 +13,7 @@ from warpmuscle.gait.cycles import body_weight, leg_angles
 from warpmuscle.gait.foot_contact import SIDES, touch_downs
 from warpmuscle.kernels.muscle import LARGEST_PASSIVE
 from warpmuscle.kernels.terms import TERMS
-from warpmuscle.model.objective import objective_kind, wanted
+from warpmuscle.model.objective import counted_terms, objective_kind
 from warpmuscle.scene import InitialState, JointState, MuscleModel, Objective, Scene
 from warpmuscle.scene.accounting import FORMULAS
 from warpmuscle.scene.masses import DENSITY
@@ -56,9 +56,9 @@ def test_each_metabolic_model_of_a_scene_is_summed_by_a_function_of_its_own():
 
 
 def test_only_terms_with_a_weight_are_summed_and_torque_always():
-    assert wanted(Objective()) == ("torque",)
-    assert wanted(Objective(torque=0.0, speed=2.0)) == ("torque", "speed")
-    assert wanted(Objective(effort_cubed=Free(0.0, 0.0, 1.0))) == ("torque", "effort_cubed")
+    assert counted_terms(Objective()) == ("torque",)
+    assert counted_terms(Objective(torque=0.0, speed=2.0)) == ("torque", "speed")
+    assert counted_terms(Objective(effort_cubed=Free(0.0, 0.0, 1.0))) == ("torque", "effort_cubed")
 
 
 def test_efforts_of_two_muscles_at_constant_activation():

@@ -37,11 +37,11 @@ def spent(recording: Recording, scene: Scene) -> Spent | None:
         scene: without free parameters.
 
     Returns:
-        None without muscles, or where these have no curves of the package: ideal, legacy, or with curves of one's own.
+        None without muscles, or where these have no curves of the package: ideal, legacy, or with custom curves.
     """
     kind = scene.muscle_model
-    own = kind.active_force_length or kind.passive_force_length or kind.force_velocity
-    if not recording.muscle_names or not recording.frames or kind.ideal or kind.legacy or own:
+    custom_curves = kind.active_force_length or kind.passive_force_length or kind.force_velocity
+    if not recording.muscle_names or not recording.frames or kind.ideal or kind.legacy or custom_curves:
         return None
     rest = float(np.asarray(basal_rate(scene.objective)).flat[0])
     mass = body_mass(scene.character)
@@ -61,12 +61,12 @@ def _passive_and_power(recording: Recording, scene: Scene) -> tuple[float, float
     """Passive forces, N, summed over moments and muscles, and metabolic power of all muscles, W, in the mean."""
     model = muscles_model(scene, recording.muscle_names, "cpu")
     names = ("muscle_activation", "muscle_excitation", "muscle_fibre_length", "muscle_fibre_velocity")
-    given = [wp.array(recording[name].astype(np.float32), dtype=float, device="cpu") for name in names]
-    passive, power = (wp.zeros_like(given[0]) for _ in range(2))
+    quantities = [wp.array(recording[name].astype(np.float32), dtype=float, device="cpu") for name in names]
+    passive, power = (wp.zeros_like(quantities[0]) for _ in range(2))
     wp.launch(
         effort.muscle_effort,
-        dim=given[0].shape,
-        inputs=[model, _MODELS[scene.objective.metabolic_model], *given],
+        dim=quantities[0].shape,
+        inputs=[model, _MODELS[scene.objective.metabolic_model], *quantities],
         outputs=[passive, power],
         device="cpu",
     )

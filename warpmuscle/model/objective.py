@@ -23,7 +23,7 @@ from warpmuscle.scene.topology import Topology
 LEAST_DISTANCE = 1.0  # m, that the cost of transport counts for
 
 
-def wanted(objective: Objective) -> tuple[str, ...]:
+def counted_terms(objective: Objective) -> tuple[str, ...]:
     """Names of the terms with a weight, in the order of `TERMS`, then custom ones; `torque` is always one."""
     names = (*TERMS, *objective.custom)
     return tuple(name for name in names if name == "torque" or np.any(rows([_weight(objective, name)])))
@@ -40,14 +40,14 @@ def weight_of(objective: Objective, name: str) -> Any:
 
 
 def _weight(objective: Objective, name: str) -> Any:
-    """Weight of a term; of a free one its greatest value, so that it counts as wanted."""
+    """Weight of a term; of a free one its greatest value, so that it counts."""
     weight = weight_of(objective, name)
     return weight if isinstance(weight, float | int | np.ndarray) else 1.0
 
 
 def objective_kind(scene: Scene, has_muscles: bool) -> ObjectiveKind:
     """The sums that a step makes for the terms of a scene."""
-    names = set(wanted(scene.objective))
+    names = set(counted_terms(scene.objective))
     if names & {"metabolic", "cost_of_transport"}:
         names.add(f"metabolic_{scene.objective.metabolic_model}")
     own = {name: found for name, found in custom_terms(scene.objective).items() if name in names}
@@ -84,7 +84,7 @@ def objective_fields(scene: Scene, names: Topology, device: Any) -> dict[str, An
         "negative_share": negative_share(objective),
         "contact_rule": wp.vec3(LOADED, HELD, LIFTED),
     }
-    if {"norms", "norm_force"} & set(wanted(objective)):
+    if {"norms", "norm_force"} & set(counted_terms(objective)):
         angle, scale, side = norm_table(scene, names)
         force = NORMS[FORCE]
         fields |= {
@@ -101,7 +101,7 @@ def objective_fields(scene: Scene, names: Topology, device: Any) -> dict[str, An
 def term_values(
     names: tuple[str, ...], scene: Scene, kind: ObjectiveKind, state: structs.State, end_time: Floats, distance: Floats
 ) -> dict[str, Floats]:
-    """Values (n,) of the wanted terms of all instances.
+    """Values (n,) of the terms that count, of all instances.
 
     Args:
         names: of the terms.

@@ -9,7 +9,7 @@ from dataclasses import replace as changed
 import numpy as np
 
 from warpmuscle.kernels.terms import TERMS
-from warpmuscle.model.objective import wanted
+from warpmuscle.model.objective import counted_terms
 from warpmuscle.optimization.evaluation import Evaluator
 from warpmuscle.optimization.progress import Tracker
 from warpmuscle.optimization.search_loop import INTERRUPTED, SearchLoop
@@ -68,7 +68,9 @@ class Curriculum:
         self._batches, self._known, self._earlier = batches, known or {}, earlier
         self._elsewhere = elsewhere
         self._names = [parameter.name for parameter in free_parameters(scene)]
-        asked = [wanted(stage_scene(scene, number, start_values(scene)).objective) for number in range(len(stages))]
+        asked = [
+            counted_terms(stage_scene(scene, number, start_values(scene)).objective) for number in range(len(stages))
+        ]
         self._term_names = tuple(
             name for name in (*TERMS, *scene.objective.custom) if any(name in names for names in asked)
         )

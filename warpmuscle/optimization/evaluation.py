@@ -39,7 +39,7 @@ class Generation:
 
     Attributes:
         number: of the generation.
-        search: (n,), number of the search that asked for a row, -1 for the scene as given.
+        search: (n,), number of the search that asked for a row, -1 for the scene as it is.
         values: (n, P), of the parameters.
         cost: (n,). status: (n,), `RUNNING` where a row is yet to be evaluated. end_time: (n,), s. terms: (n, T).
     """
@@ -105,12 +105,12 @@ class Generation:
 
     def take(self, rows: NDArray[np.intp], trials: CandidateBatch) -> None:
         """Take what has ended of the trials that evaluate these rows."""
-        ended, found = trials.ended(), trials.outcomes()
+        ended, outcomes = trials.ended(), trials.outcomes()
         rows = rows[ended]
-        self.cost[rows], self.end_time[rows] = found.cost[ended], found.end_time[ended]
-        for index, values in enumerate(found.terms.values()):
+        self.cost[rows], self.end_time[rows] = outcomes.cost[ended], outcomes.end_time[ended]
+        for index, values in enumerate(outcomes.terms.values()):
             self.terms[rows, index] = values[ended]
-        self.status[rows] = found.status[ended]
+        self.status[rows] = outcomes.status[ended]
 
 
 class Evaluator(Protocol):
@@ -227,7 +227,7 @@ def _suiting(device: str | None, trials: CandidateBatch) -> int:
     devices = find_devices(device)
     usual = CPU_BATCH if devices[0].is_cpu else GPU_BATCH
     needed = _KEPT * trials.batch.instance_bytes.total
-    fitting = [instances_that_fit(needed, found) for found in devices]
+    fitting = [instances_that_fit(needed, single) for single in devices]
     return len(devices) * min([usual, *(count for count in fitting if count is not None)])
 
 

@@ -69,14 +69,14 @@ class Settings:
     velocity_noise: float = 0.01  # m/s, standard deviation of each component of the root's velocity at the start
 
     @classmethod
-    def of(cls, given: dict[str, Any]) -> Settings:
-        """The settings with some of them given; raises Error for an unknown or impossible one."""
-        for name, value in given.items():
+    def of(cls, values: dict[str, Any]) -> Settings:
+        """The settings with other values of some of them; raises Error for an unknown or impossible one."""
+        for name, value in values.items():
             if name not in cls.__dataclass_fields__:
                 raise Error(f"there is no setting {name!r}{near(name, cls.__dataclass_fields__)}")
             if not isinstance(value, int | float) or not np.isfinite(value):
                 raise Error(f"{name} must be a finite number, not {value!r}")
-        settings = cls(**given)
+        settings = cls(**values)
         if settings.frame_skip < 1 or settings.frame_skip != int(settings.frame_skip):
             raise Error(f"frame_skip must be a positive whole number, not {settings.frame_skip}")
         if settings.velocity_noise < 0.0 or settings.torque_limit <= 0.0:
@@ -89,10 +89,10 @@ class Bipeds:
 
     def __init__(self, count: int, scene: str | Scene, device: str | None, threads: int | None, settings: Settings):
         """Prepare the batch; raises as `load` and `Rollout`."""
-        given = load(scene) if isinstance(scene, str) else scene
-        self.rollout, self.settings = Rollout(given, count, device, threads=threads), settings
-        rollout, root = self.rollout, root_type(given.character)
-        self.dt = settings.frame_skip * given.time_step
+        scene = load(scene) if isinstance(scene, str) else scene
+        self.rollout, self.settings = Rollout(scene, count, device, threads=threads), settings
+        rollout, root = self.rollout, root_type(scene.character)
+        self.dt = settings.frame_skip * scene.time_step
         mass = rows([body.mass for body in rollout.numeric.character.bodies.values()]).sum()
         self._weight = float(mass * rows([rollout.numeric.gravity])[0, 0]) or 1.0
         self._forward = root.forward
@@ -108,14 +108,14 @@ class Bipeds:
 
     def observed(self) -> Array:
         """(instances, numbers) float32."""
-        found = self.rollout.observation()
+        observation = self.rollout.observation()
         parts = [
-            found["coordinates"].numpy()[:, self._seen],
-            found["speeds"].numpy(),
-            found["foot_force"].numpy().reshape(self.rollout.instances, 6) / np.float32(self._weight),
+            observation["coordinates"].numpy()[:, self._seen],
+            observation["speeds"].numpy(),
+            observation["foot_force"].numpy().reshape(self.rollout.instances, 6) / np.float32(self._weight),
         ]
         if self.rollout.excitable:
-            parts.append(found["activation"].numpy())
+            parts.append(observation["activation"].numpy())
         observed = np.nan_to_num(np.concatenate(parts, axis=1))
         return np.asarray(np.clip(observed, -GREATEST, GREATEST), dtype=np.float32)
 

@@ -1,4 +1,4 @@
-"""Parameters and states that controllers of a batch have of their own, beside its model and state."""
+"""Parameters and states that controllers of a batch have beside its model and state."""
 
 from __future__ import annotations
 

@@ -18,7 +18,7 @@ from warpmuscle.formats import SceneLike, scene_of
 from warpmuscle.kernels import structs
 from warpmuscle.kernels.record import NOTHING
 from warpmuscle.model.build import ModelInputs, build_model, replaced, update_model
-from warpmuscle.model.objective import wanted
+from warpmuscle.model.objective import counted_terms
 from warpmuscle.model.state import state_struct
 from warpmuscle.model.structure import structure_of
 from warpmuscle.model.user_functions import check_custom
@@ -318,7 +318,7 @@ class Rollout(Batch):
 
     @property
     def _outcome(self) -> Outcome:
-        names = wanted(self.scene.objective)  # not of the numbers: a free weight may be 0 in all instances
+        names = counted_terms(self.scene.objective)  # not of the numbers: a free weight may be 0 in all instances
         return Outcome(names, self.numeric, self.structure, self.state, self._inputs.start.coordinates)
 
     def status(self) -> Integers:

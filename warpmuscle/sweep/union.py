@@ -12,7 +12,7 @@ from msgspec import inspect
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import SceneError
 from warpmuscle.model.collisions import collision_pairs
-from warpmuscle.model.objective import wanted
+from warpmuscle.model.objective import counted_terms
 from warpmuscle.scene import Scene
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.parameters import free_parameters, leaves, rebuilt, substitute
@@ -114,7 +114,7 @@ def _kind(scene: Scene) -> bytes:
     touchable = _may_count(scene.ground.stiffness)
     elastic = {joint: _may_count(own.stiffness) or _may_count(own.damping) for joint, own in scene.actuation.items()}
     pairs = collision_pairs(scene, topology(scene.character))
-    return msgspec.json.encode((same, wanted(scene.objective), touchable, elastic, pairs))
+    return msgspec.json.encode((same, counted_terms(scene.objective), touchable, elastic, pairs))
 
 
 def _may_count(number: float | Free) -> bool:
