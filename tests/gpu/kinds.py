@@ -9,7 +9,7 @@ from typing import Any
 from muscle_arm import constant, leg
 from warpmuscle.formats import load
 from warpmuscle.kernels.terms import TERMS
-from warpmuscle.scene import Actuation, Motion, Scene
+from warpmuscle.scene import Actuation, Force, Motion, Scene
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.parameters import start_values, substitute
 
@@ -104,6 +104,26 @@ def implicit_pd() -> Scene:
     return scene
 
 
+def forced() -> Scene:
+    """A walk with a spring on a knee, in the wind."""
+    scene = walk()
+    spring = {"rest_angle": 0.1, "stiffness_above": 20.0, "stiffness_below": 0.0, "damping": 0.1}
+    scene.forces = {
+        "knee": Force("bilinear_spring", joint="lKnee", parameters=spring),
+        "air": Force("air_drag", body="torso", parameters={"drag_area": 0.5, "density": 1.2}),
+    }
+    return scene
+
+
+def sliding() -> Scene:
+    """Two bodies, one of which slides along the other."""
+    scene = leg()
+    scene.character.muscles = {}
+    knee = scene.character.joints["knee"]
+    knee.type, knee.axes = "slide", [(0.1, 1.0, 0.2)]
+    return scene
+
+
 KINDS: dict[str, Callable[[Path], Scene]] = {
     "torques": lambda _: walk(),
     "rigid": lambda _: walk("walk56"),
@@ -119,6 +139,8 @@ KINDS: dict[str, Callable[[Path], Scene]] = {
     "pulleys": lambda _: walk("throw_ball"),
     "collisions": lambda _: colliding(),
     "objective": lambda _: judged(),
+    "forces": lambda _: forced(),
+    "slide": lambda _: sliding(),
     "held": lambda _: held(),
     "implicit PD": lambda _: implicit_pd(),
     "user functions": of_users,
