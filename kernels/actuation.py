@@ -10,7 +10,18 @@ import warp as wp
 
 from warpmuscle.kernels.scratch import synchronize
 from warpmuscle.kernels.spatial import full, symmetric, symmetric_outer, symmetric_part
-from warpmuscle.kernels.structs import BALL, BY_TORQUE, MIXED, UNIVERSAL, ModelRef, StateRef, WorkRef, at, rolled, whole
+from warpmuscle.kernels.structs import (
+    BALL,
+    BY_TORQUE,
+    MIXED,
+    UNIVERSAL,
+    ModelRef,
+    ScratchRef,
+    StateRef,
+    at,
+    rolled,
+    whole,
+)
 
 IMPLICIT_SHARE = 0.55  # of a step that implicit damping looks ahead: 0.5 is most accurate, more settles faster
 
@@ -57,7 +68,7 @@ def universal_projector(a: wp.vec3, b: wp.vec3, weight: wp.vec3) -> wp.mat33:
 
 
 @wp.func
-def joint_projector(instance: int, body: int, weight: wp.vec3, model: ModelRef, work: WorkRef) -> wp.mat33:
+def joint_projector(instance: int, body: int, weight: wp.vec3, model: ModelRef, work: ScratchRef) -> wp.mat33:
     """What a torque does about the degrees of freedom of a joint, each times its weight, world axes."""
     plan = model.skeleton.plan[body]
     row = at(model.skeleton.row, instance, body)
@@ -73,7 +84,7 @@ def joint_projector(instance: int, body: int, weight: wp.vec3, model: ModelRef, 
 
 
 @wp.func
-def muscle_torque(instance: int, body: int, model: ModelRef, state: StateRef, work: WorkRef) -> wp.vec3:
+def muscle_torque(instance: int, body: int, model: ModelRef, state: StateRef, work: ScratchRef) -> wp.vec3:
     """Torque of the muscles on a joint, world, N m: the sum of F r (Bergmann 2017, eq. 8 and 9)."""
     total = wp.vec3(0.0)
     for crossing in range(model.paths.crossing_start[body], model.paths.crossing_start[body + 1]):
@@ -83,7 +94,7 @@ def muscle_torque(instance: int, body: int, model: ModelRef, state: StateRef, wo
 
 
 @wp.func
-def pulled_torque(instance: int, body: int, model: ModelRef, state: StateRef, work: WorkRef) -> wp.vec3:
+def pulled_torque(instance: int, body: int, model: ModelRef, state: StateRef, work: ScratchRef) -> wp.vec3:
     """The same from the F r of all crossings in the working set."""
     total = wp.vec3(0.0)
     for crossing in range(model.paths.crossing_start[body], model.paths.crossing_start[body + 1]):
@@ -102,7 +113,7 @@ def mixed_torque_of(passive: PassiveForce) -> Any:
     add_passive = passive.add
 
     @wp.func
-    def mixed_torque(instance: int, body: int, muscles: wp.vec3, model: ModelRef, work: WorkRef):
+    def mixed_torque(instance: int, body: int, muscles: wp.vec3, model: ModelRef, work: ScratchRef):
         actuation = model.actuation
         parent = whole(model.skeleton.plan[body].parent)
         rotation = work.rotation[body]
@@ -129,7 +140,9 @@ def implicit_damping_stage_of(passive: PassiveForce) -> Any:
     add_damping = passive.add_damping
 
     @wp.func
-    def implicit_damping_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: WorkRef):
+    def implicit_damping_stage(
+        instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef
+    ):
         paths = model.paths
         for i in range(1 + lane, model.body_count, lanes):
             drive = model.actuation.drive[i]
@@ -166,7 +179,7 @@ def actuation_stage_of(muscle_torque: Any, passive: PassiveForce, mixed: bool = 
     mixed_torque = mixed_torque_of(passive)
 
     @wp.func
-    def actuation_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: WorkRef):
+    def actuation_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
         for i in range(1 + lane, model.body_count, lanes):
             drive = model.actuation.drive[i]
             if drive != BY_TORQUE:

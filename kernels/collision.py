@@ -5,7 +5,7 @@ from typing import Any
 import warp as wp
 
 from warpmuscle.kernels.scratch import synchronize
-from warpmuscle.kernels.structs import COLLIDED, RUNNING, ModelRef, WorkRef, at
+from warpmuscle.kernels.structs import COLLIDED, RUNNING, ModelRef, ScratchRef, at
 
 
 @wp.func
@@ -41,7 +41,7 @@ def segment_distance_sq(middle: wp.vec3, half_a: wp.vec3, half_b: wp.vec3) -> fl
 
 
 @wp.func
-def collision_stage(instance: int, lane: int, lanes: int, step: int, model: ModelRef, work: WorkRef) -> int:
+def collision_stage(instance: int, lane: int, lanes: int, step: int, model: ModelRef, work: ScratchRef) -> int:
     """COLLIDED, on all lanes, if two shapes of a pair are nearer to each other than they may be, else RUNNING.
 
     Tested every few steps, as bodies do not move far in between. The places of the shapes share their memory with what
@@ -71,7 +71,7 @@ def collision_stage(instance: int, lane: int, lanes: int, step: int, model: Mode
 
 
 @wp.func
-def no_collisions(instance: int, lane: int, lanes: int, step: int, model: ModelRef, work: WorkRef) -> int:
+def no_collisions(instance: int, lane: int, lanes: int, step: int, model: ModelRef, work: ScratchRef) -> int:
     """Bodies may run into each other."""
     return RUNNING
 

@@ -8,7 +8,7 @@ normal and h d_t across it. K enters the body's articulated inertia, so that no 
 import warp as wp
 
 from warpmuscle.kernels.spatial import cross_rows, symmetric, symmetric_outer, symmetric_product
-from warpmuscle.kernels.structs import ModelRef, WorkRef, at
+from warpmuscle.kernels.structs import ModelRef, ScratchRef, at
 
 
 @wp.func
@@ -64,7 +64,7 @@ class ContactSum:
 
 
 @wp.func
-def body_contacts(instance: int, body: int, model: ModelRef, work: WorkRef) -> ContactSum:
+def body_contacts(instance: int, body: int, model: ModelRef, work: ScratchRef) -> ContactSum:
     """The contacts of one body with the ground; zero if it is clear of it."""
     contacts = model.contacts
     h = model.time_step
@@ -103,7 +103,7 @@ def body_contacts(instance: int, body: int, model: ModelRef, work: WorkRef) -> C
 
 
 @wp.func
-def contact_stage(instance: int, body: int, model: ModelRef, work: WorkRef):
+def contact_stage(instance: int, body: int, model: ModelRef, work: ScratchRef):
     """Add the contacts of one body to its articulated inertia and bias force, and keep what its foot force needs."""
     plan = model.skeleton.plan[body]
     slot = plan.foot_slot

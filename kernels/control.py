@@ -17,7 +17,7 @@ from warpmuscle.kernels.reflex import reflex_force, reflex_stage
 from warpmuscle.kernels.scratch import synchronize
 from warpmuscle.kernels.simbicon import advance_stage, control_stage, targets_stage, torques_stage
 from warpmuscle.kernels.spatial import symmetric
-from warpmuscle.kernels.structs import BALL, FIXED, UNIVERSAL, ModelRef, MuscleRow, StateRef, WorkRef, at, rolled
+from warpmuscle.kernels.structs import BALL, FIXED, UNIVERSAL, ModelRef, MuscleRow, ScratchRef, StateRef, at, rolled
 
 
 class CustomController(NamedTuple):
@@ -56,7 +56,7 @@ class Controller(NamedTuple):
 
 
 @wp.func
-def effort_torque(instance: int, body: int, effort: wp.vec3, model: ModelRef, work: WorkRef) -> wp.vec3:
+def effort_torque(instance: int, body: int, effort: wp.vec3, model: ModelRef, work: ScratchRef) -> wp.vec3:
     """Torque on the parent of a joint, world, N m, that does what the efforts of its speeds ask for."""
     kind = model.skeleton.plan[body].joint_type
     rotation = work.rotation[body]
@@ -73,7 +73,7 @@ def effort_torque(instance: int, body: int, effort: wp.vec3, model: ModelRef, wo
 
 
 @wp.func
-def given_effort(instance: int, body: int, model: ModelRef, state: StateRef, work: WorkRef) -> wp.vec3:
+def given_effort(instance: int, body: int, model: ModelRef, state: StateRef, work: ScratchRef) -> wp.vec3:
     """Efforts of a joint as given from outside."""
     first = model.skeleton.plan[body].speed_start
     count = model.skeleton.plan[body].speed_end - first
@@ -89,7 +89,7 @@ def given_effort(instance: int, body: int, model: ModelRef, state: StateRef, wor
 
 
 @wp.func
-def held_control_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: WorkRef):
+def held_control_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
     """Torques of SIMBICON towards the targets of the last step in which it renewed them. Ends with a barrier."""
     renewed = state.step[instance] % model.control.every == 0
     if renewed:
@@ -143,7 +143,7 @@ def control_stage_of(controller: Controller) -> Any:
         lanes: int,
         model: ModelRef,
         state: StateRef,
-        work: WorkRef,
+        work: ScratchRef,
         extension: wp.ref[extension_struct],
     ):
         if wp.static(has_update):
@@ -187,7 +187,7 @@ def force_of(controller: Controller) -> Any:
         row: MuscleRow,
         model: ModelRef,
         state: StateRef,
-        work: WorkRef,
+        work: ScratchRef,
         extension: wp.ref[extension_struct],
     ) -> float:
         wanted = asked

@@ -8,7 +8,7 @@ from warpmuscle.kernels.joint_motion import has_motion
 from warpmuscle.kernels.scratch import synchronize
 from warpmuscle.kernels.simbicon import strength_by_height
 from warpmuscle.kernels.spatial import symmetric_outer
-from warpmuscle.kernels.structs import ModelRef, WorkRef, at
+from warpmuscle.kernels.structs import ModelRef, ScratchRef, at
 
 
 @wp.func
@@ -18,7 +18,7 @@ def target_coordinate(target: wp.quat, axis: wp.vec3) -> float:
 
 
 @wp.func
-def coordinate_torque(instance: int, body: int, factor: float, model: ModelRef, work: WorkRef):
+def coordinate_torque(instance: int, body: int, factor: float, model: ModelRef, work: ScratchRef):
     """PD of the joint of a body towards its target, linearised over the step if PD is implicit, into `work`.
 
     Args:
@@ -44,7 +44,7 @@ def coordinate_torque(instance: int, body: int, factor: float, model: ModelRef, 
 
 
 @wp.func
-def coordinate_control_stage(instance: int, lane: int, lanes: int, model: ModelRef, work: WorkRef):
+def coordinate_control_stage(instance: int, lane: int, lanes: int, model: ModelRef, work: ScratchRef):
     """Torques of joints of one coordinate in place of what `simbicon.torques_stage` gave. Ends with a barrier."""
     if model.control.simbicon == 1:
         factor = strength_by_height(above_ground(instance, work.position[0], model))

@@ -31,7 +31,7 @@ from warpmuscle.kernels.kinematics import kinematics_stage, kinematics_stage_of,
 from warpmuscle.kernels.motion import prescribe_stage
 from warpmuscle.kernels.scratch import coordinate_work_at, synchronize, work_at
 from warpmuscle.kernels.spatial import symmetric_outer, symmetric_times
-from warpmuscle.kernels.structs import FIXED, ModelRef, Skeleton, StateRef, WorkRef, at, whole
+from warpmuscle.kernels.structs import FIXED, ModelRef, ScratchRef, Skeleton, StateRef, at, whole
 
 
 class JointStages(NamedTuple):
@@ -45,13 +45,13 @@ class JointStages(NamedTuple):
 
 
 @wp.func
-def coordinate_axis(instance: int, body: int, model: ModelRef, work: WorkRef) -> wp.vec3:
+def coordinate_axis(instance: int, body: int, model: ModelRef, work: ScratchRef) -> wp.vec3:
     """The axis n that torques and moment arms of a joint of one coordinate are kept along, world."""
     return work.rotation[body] * at(model.skeleton.row, instance, body).axis_a
 
 
 @wp.func
-def coordinate_velocities(instance: int, lane: int, lanes: int, model: ModelRef, work: WorkRef):
+def coordinate_velocities(instance: int, lane: int, lanes: int, model: ModelRef, work: ScratchRef):
     """Velocities of such joints in place of those of `path.joint_velocities`: n q'. Ends with a barrier."""
     for body in range(1 + lane, model.body_count, lanes):
         if has_motion(model.skeleton.plan[body].joint_type):
@@ -62,7 +62,7 @@ def coordinate_velocities(instance: int, lane: int, lanes: int, model: ModelRef,
 
 @wp.func
 def along_coordinate(
-    instance: int, body: int, torque: wp.vec3, force: wp.vec3, model: ModelRef, work: WorkRef
+    instance: int, body: int, torque: wp.vec3, force: wp.vec3, model: ModelRef, work: ScratchRef
 ) -> wp.vec3:
     """What a force at a joint's point and a torque do to its coordinate, n S . (torque, force)."""
     force_on = wp.dot(work.coordinate_turning[body], torque) + wp.dot(work.coordinate_moving[body], force)
@@ -70,7 +70,7 @@ def along_coordinate(
 
 
 @wp.func
-def place_on_path(body: int, skeleton: Skeleton, work: WorkRef):
+def place_on_path(body: int, skeleton: Skeleton, work: ScratchRef):
     """What a joint of one coordinate adds to the motion of its child, whose joint point moves; S goes to world axes."""
     parent = whole(skeleton.plan[body].parent)
     parent_rotation = work.rotation[parent]
@@ -86,7 +86,7 @@ def place_on_path(body: int, skeleton: Skeleton, work: WorkRef):
 
 
 @wp.func
-def place_any(skeleton: Skeleton, body: int, work: WorkRef):
+def place_any(skeleton: Skeleton, body: int, work: ScratchRef):
     """`place_body` where there may be joints of one coordinate."""
     place_body(skeleton, body, work)
     if has_motion(skeleton.plan[body].joint_type):
@@ -94,7 +94,7 @@ def place_any(skeleton: Skeleton, body: int, work: WorkRef):
 
 
 @wp.func
-def joint_drift(body: int, skeleton: Skeleton, work: WorkRef) -> wp.vec3:
+def joint_drift(body: int, skeleton: Skeleton, work: ScratchRef) -> wp.vec3:
     """Acceleration of a body's joint of one coordinate at a constant speed."""
     parent = whole(skeleton.plan[body].parent)
     w = work.angular_velocity[parent]
@@ -103,7 +103,7 @@ def joint_drift(body: int, skeleton: Skeleton, work: WorkRef) -> wp.vec3:
 
 
 @wp.func
-def reduce_coordinate(instance: int, body: int, free: bool, model: ModelRef, work: WorkRef):
+def reduce_coordinate(instance: int, body: int, free: bool, model: ModelRef, work: ScratchRef):
     """Eliminate a joint of one coordinate: rank-1 downdate by S (Featherstone 2008, eq. 7.43); none if prescribed."""
     x = with_children(body, model.skeleton, work)
     r = work.position[body] - work.position[whole(model.skeleton.plan[body].parent)]
@@ -137,7 +137,7 @@ def reduce_coordinate(instance: int, body: int, free: bool, model: ModelRef, wor
 
 
 @wp.func
-def accelerate_coordinate(body: int, free: bool, skeleton: Skeleton, work: WorkRef):
+def accelerate_coordinate(body: int, free: bool, skeleton: Skeleton, work: ScratchRef):
     """Acceleration of a body and of its joint of one coordinate, unless that is prescribed, from its parent's."""
     parent = whole(skeleton.plan[body].parent)
     alpha = work.angular_acceleration[parent]
@@ -153,7 +153,7 @@ def accelerate_coordinate(body: int, free: bool, skeleton: Skeleton, work: WorkR
 
 
 @wp.func
-def reduce_any(instance: int, body: int, model: ModelRef, work: WorkRef):
+def reduce_any(instance: int, body: int, model: ModelRef, work: ScratchRef):
     """`reduce_body` where there may be joints of one coordinate."""
     if has_motion(model.skeleton.plan[body].joint_type):
         reduce_coordinate(instance, body, True, model, work)
@@ -162,7 +162,7 @@ def reduce_any(instance: int, body: int, model: ModelRef, work: WorkRef):
 
 
 @wp.func
-def accelerate_any(instance: int, body: int, model: ModelRef, work: WorkRef):
+def accelerate_any(instance: int, body: int, model: ModelRef, work: ScratchRef):
     """`accelerate_body` where there may be joints of one coordinate."""
     if has_motion(model.skeleton.plan[body].joint_type):
         accelerate_coordinate(body, True, model.skeleton, work)
@@ -171,7 +171,7 @@ def accelerate_any(instance: int, body: int, model: ModelRef, work: WorkRef):
 
 
 @wp.func
-def reduce_any_remaining(instance: int, body: int, model: ModelRef, work: WorkRef):
+def reduce_any_remaining(instance: int, body: int, model: ModelRef, work: ScratchRef):
     """`reduce_remaining` where there may be joints of one coordinate."""
     if has_motion(model.skeleton.plan[body].joint_type):
         reduce_coordinate(instance, body, model.motion.remaining[body] != FIXED, model, work)
@@ -180,7 +180,7 @@ def reduce_any_remaining(instance: int, body: int, model: ModelRef, work: WorkRe
 
 
 @wp.func
-def accelerate_any_remaining(instance: int, body: int, model: ModelRef, work: WorkRef):
+def accelerate_any_remaining(instance: int, body: int, model: ModelRef, work: ScratchRef):
     """`accelerate_remaining` where there may be joints of one coordinate."""
     if has_motion(model.skeleton.plan[body].joint_type):
         accelerate_coordinate(body, model.motion.remaining[body] != FIXED, model.skeleton, work)
@@ -189,7 +189,7 @@ def accelerate_any_remaining(instance: int, body: int, model: ModelRef, work: Wo
 
 
 @wp.func
-def prescribe_any(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: WorkRef):
+def prescribe_any(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
     """`prescribe_stage` where there may be joints of one coordinate. No barrier."""
     prescribe_stage(instance, lane, lanes, model, state, work)
     for k in range(lane, model.motion.joint.shape[0], lanes):
@@ -208,7 +208,7 @@ def move_any_of(joints: tuple[MotionOf, ...]) -> Any:
     joint_motion = motion_of(joints)
 
     @wp.func
-    def move_any(instance: int, body: int, half: float, model: ModelRef, state: StateRef, work: WorkRef):
+    def move_any(instance: int, body: int, half: float, model: ModelRef, state: StateRef, work: ScratchRef):
         move_joint(instance, body, half, model, state, work)
         if has_motion(model.skeleton.plan[body].joint_type):
             speed = whole(model.skeleton.plan[body].speed_start)

@@ -3,7 +3,7 @@
 import warp as wp
 
 from warpmuscle.kernels.forces import Force, Wrench
-from warpmuscle.kernels.structs import ModelRef, StateRef, WorkRef, at
+from warpmuscle.kernels.structs import ModelRef, ScratchRef, StateRef, at
 
 
 @wp.struct
@@ -31,7 +31,7 @@ def bilinear_spring_effort(angle: float, speed: float, spring: BilinearSpring) -
 
 @wp.func
 def bilinear_spring(
-    instance: int, body: int, model: ModelRef, state: StateRef, work: WorkRef, spring: BilinearSpring
+    instance: int, body: int, model: ModelRef, state: StateRef, work: ScratchRef, spring: BilinearSpring
 ) -> wp.vec3:
     """Effort along the first coordinate of a hinge or universal joint."""
     plan = model.skeleton.plan[body]
@@ -54,7 +54,7 @@ def drag_force(velocity: wp.vec3, drag: AirDrag) -> wp.vec3:
 
 
 @wp.func
-def air_drag(instance: int, body: int, model: ModelRef, state: StateRef, work: WorkRef, drag: AirDrag) -> Wrench:
+def air_drag(instance: int, body: int, model: ModelRef, state: StateRef, work: ScratchRef, drag: AirDrag) -> Wrench:
     """Drag at the centre of mass of a body in still air."""
     c = work.rotation[body] * at(model.skeleton.row, instance, body).com
     w = Wrench()

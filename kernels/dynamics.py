@@ -34,9 +34,9 @@ from warpmuscle.kernels.structs import (
     ROOT_PLANAR,
     UNIVERSAL,
     ModelRef,
+    ScratchRef,
     Skeleton,
     StateRef,
-    WorkRef,
     at,
     rolled,
     whole,
@@ -62,7 +62,7 @@ def gyroscopic_moment(angular_velocity: wp.vec3, inertia: symmetric) -> wp.vec3:
 
 
 @wp.func
-def body_inertia(instance: int, body: int, model: ModelRef, work: WorkRef):
+def body_inertia(instance: int, body: int, model: ModelRef, work: ScratchRef):
     """Inertia of a body about its joint, and the force that gravity and its own motion ask for."""
     skeleton = model.skeleton
     row = at(skeleton.row, instance, body)
@@ -89,7 +89,7 @@ def push_now(instance: int, state: StateRef) -> wp.vec3:
 
 
 @wp.func
-def inertia_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: WorkRef):
+def inertia_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
     """Inertia, gravity, velocity products, joint limits, contacts and pushes of every body. Ends with a barrier."""
     if lane == 0:
         work.flags[0] = 0
@@ -116,7 +116,7 @@ class Articulated:
 
 
 @wp.func
-def with_children(body: int, skeleton: Skeleton, work: WorkRef) -> Articulated:
+def with_children(body: int, skeleton: Skeleton, work: ScratchRef) -> Articulated:
     """A body's own articulated inertia and bias, and what its children have left for it."""
     x = Articulated()
     x.a = work.block_a[body]
@@ -137,7 +137,7 @@ def with_children(body: int, skeleton: Skeleton, work: WorkRef) -> Articulated:
 
 @wp.func
 def leave_for_parent(
-    body: int, r: wp.vec3, a: symmetric, b: wp.mat33, c: symmetric, n: wp.vec3, f: wp.vec3, work: WorkRef
+    body: int, r: wp.vec3, a: symmetric, b: wp.mat33, c: symmetric, n: wp.vec3, f: wp.vec3, work: ScratchRef
 ):
     """Express a reduced articulated inertia about the parent's joint, r away, and leave it for the parent."""
     shifted = b + cross_rows(r, c)
@@ -149,7 +149,7 @@ def leave_for_parent(
 
 
 @wp.func
-def reduce_ball(body: int, r: wp.vec3, torque: wp.vec3, x: Articulated, work: WorkRef):
+def reduce_ball(body: int, r: wp.vec3, torque: wp.vec3, x: Articulated, work: ScratchRef):
     """Eliminate a ball joint. D = (A + K)^-1; relative acceleration D (t - n) - D A alpha - D B a.
 
     Without K the blocks A and B vanish (Featherstone 2008, eq. 7.43 with S = 1 in the angular block).
@@ -181,7 +181,7 @@ def reduce_ball(body: int, r: wp.vec3, torque: wp.vec3, x: Articulated, work: Wo
 
 
 @wp.func
-def reduce_hinge(body: int, r: wp.vec3, torque: wp.vec3, x: Articulated, axis: wp.vec3, work: WorkRef):
+def reduce_hinge(body: int, r: wp.vec3, torque: wp.vec3, x: Articulated, axis: wp.vec3, work: ScratchRef):
     """Eliminate a hinge: rank-1 downdate (Featherstone 2008, eq. 7.43)."""
     ua = symmetric_times(x.a, axis)
     ub = wp.transpose(x.b) * axis
@@ -202,7 +202,7 @@ def reduce_hinge(body: int, r: wp.vec3, torque: wp.vec3, x: Articulated, axis: w
 
 @wp.func
 def reduce_universal(
-    body: int, r: wp.vec3, torque: wp.vec3, x: Articulated, axis_a: wp.vec3, axis_b: wp.vec3, work: WorkRef
+    body: int, r: wp.vec3, torque: wp.vec3, x: Articulated, axis_a: wp.vec3, axis_b: wp.vec3, work: ScratchRef
 ):  # fmt: skip
     """Eliminate a universal joint: rank-2 downdate (Featherstone 2008, eq. 7.43)."""
     k = work.stiffness[body]
@@ -238,7 +238,7 @@ def reduce_universal(
 
 
 @wp.func
-def reduce_body(instance: int, body: int, model: ModelRef, work: WorkRef):
+def reduce_body(instance: int, body: int, model: ModelRef, work: ScratchRef):
     """Eliminate the joint of one body and leave the rest for its parent."""
     skeleton = model.skeleton
     x = with_children(body, skeleton, work)
@@ -265,7 +265,7 @@ def reduce_body(instance: int, body: int, model: ModelRef, work: WorkRef):
 
 
 @wp.func
-def accelerate_root(kind: int, skeleton: Skeleton, work: WorkRef):
+def accelerate_root(kind: int, skeleton: Skeleton, work: ScratchRef):
     """Acceleration of the root from its articulated inertia: none if fixed, three of six components if planar."""
     x = with_children(0, skeleton, work)
     alpha = wp.vec3(0.0)
@@ -286,7 +286,7 @@ def accelerate_root(kind: int, skeleton: Skeleton, work: WorkRef):
 
 
 @wp.func
-def joint_acceleration(kind: int, body: int, alpha: wp.vec3, a: wp.vec3, work: WorkRef) -> wp.vec3:
+def joint_acceleration(kind: int, body: int, alpha: wp.vec3, a: wp.vec3, work: ScratchRef) -> wp.vec3:
     """Joint acceleration: about child axes for a ball, else by coordinate, rad/s^2.
 
     Args:
@@ -309,7 +309,7 @@ def joint_acceleration(kind: int, body: int, alpha: wp.vec3, a: wp.vec3, work: W
 
 
 @wp.func
-def accelerate_body(instance: int, body: int, model: ModelRef, work: WorkRef):
+def accelerate_body(instance: int, body: int, model: ModelRef, work: ScratchRef):
     """Acceleration of a body and of its joint (left in factor_c) from its parent's; the foot force of the step."""
     skeleton = model.skeleton
     parent = whole(skeleton.plan[body].parent)
@@ -330,7 +330,7 @@ def accelerate_body(instance: int, body: int, model: ModelRef, work: WorkRef):
 @wp.func
 def move_body(
     body: int, parent_alpha: wp.vec3, parent_a: wp.vec3, x: wp.vec3, relative: wp.vec3, skeleton: Skeleton,
-    work: WorkRef,
+    work: ScratchRef,
 ):  # fmt: skip
     """Acceleration of a body whose joint accelerates by x, which turns it by `relative`, rad/s^2, world.
 
@@ -360,7 +360,7 @@ def backward_pass_of(reduce: Any) -> Any:
     """
 
     @wp.func
-    def backward_pass(instance: int, lane: int, lanes: int, model: ModelRef, work: WorkRef):
+    def backward_pass(instance: int, lane: int, lanes: int, model: ModelRef, work: ScratchRef):
         for step in range(1, model.level_count):
             level = model.level_count - step
             for body in range(whole(model.level_start[level] + lane), model.level_start[level + 1], lanes):
@@ -379,7 +379,7 @@ def forward_pass_of(accelerate: Any) -> Any:
     """
 
     @wp.func
-    def forward_pass(instance: int, lane: int, lanes: int, model: ModelRef, work: WorkRef):
+    def forward_pass(instance: int, lane: int, lanes: int, model: ModelRef, work: ScratchRef):
         for level in range(1, model.level_count):
             for body in range(whole(model.level_start[level] + lane), model.level_start[level + 1], lanes):
                 accelerate(instance, body, model, work)
@@ -394,7 +394,7 @@ def acceleration_stage_of(reduce: Any, accelerate: Any) -> Any:
     backward_pass, forward_pass = backward_pass_of(reduce), forward_pass_of(accelerate)
 
     @wp.func
-    def acceleration_stage(instance: int, lane: int, lanes: int, model: ModelRef, work: WorkRef):
+    def acceleration_stage(instance: int, lane: int, lanes: int, model: ModelRef, work: ScratchRef):
         backward_pass(instance, lane, lanes, model, work)
         if lane == 0:
             accelerate_root(model.skeleton.plan[0].joint_type, model.skeleton, work)

@@ -10,7 +10,7 @@ from typing import Any
 
 import warp as wp
 
-from warpmuscle.kernels.structs import ModelRef, StateRef, WorkRef, at
+from warpmuscle.kernels.structs import ModelRef, ScratchRef, StateRef, at
 
 
 @wp.struct
@@ -90,7 +90,7 @@ def of_body(function: Any, result: Any, parameters: Any, extension_struct: Any) 
         entry: int,
         model: ModelRef,
         state: StateRef,
-        work: WorkRef,
+        work: ScratchRef,
         extension: wp.ref[extension_struct],
     ) -> result:
         if wp.static(with_parameters and with_state):
@@ -112,7 +112,7 @@ def of_instance(function: Any, parameters: Any, extension_struct: Any) -> Any:
     with_parameters, with_state = takes_parameters(function, parameters), takes_state(function)
 
     @wp.func
-    def call(instance: int, model: ModelRef, state: StateRef, work: WorkRef, extension: wp.ref[extension_struct]):
+    def call(instance: int, model: ModelRef, state: StateRef, work: ScratchRef, extension: wp.ref[extension_struct]):
         if wp.static(with_parameters and with_state):
             p = at(extension.parameters, instance, 0)
             function(instance, model, state, work, p, extension.memory[instance, 0])

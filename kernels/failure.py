@@ -13,8 +13,8 @@ from warpmuscle.kernels.structs import (
     TOUCHED,
     TURNED,
     ModelRef,
+    ScratchRef,
     StateRef,
-    WorkRef,
     at,
 )
 
@@ -58,14 +58,14 @@ def is_somewhere(place: wp.vec3) -> bool:
 
 
 @wp.func
-def feet_apart(model: ModelRef, work: WorkRef) -> float:
+def feet_apart(model: ModelRef, work: ScratchRef) -> float:
     """How far the joint of the left foot is to the left of that of the right foot, as the character faces, m."""
     between = work.position[model.feet.left] - work.position[model.feet.right]
     return wp.quat_rotate_inv(heading(work.orientation[0]), between)[0]
 
 
 @wp.func
-def begin_step(instance: int, step: int, model: ModelRef, state: StateRef, work: WorkRef):
+def begin_step(instance: int, step: int, model: ModelRef, state: StateRef, work: ScratchRef):
     """Nothing has diverged yet; in the first step, remember how the instance starts. One lane calls it."""
     work.flags[1] = 0
     if step == 0:
@@ -74,7 +74,7 @@ def begin_step(instance: int, step: int, model: ModelRef, state: StateRef, work:
 
 
 @wp.func
-def posture_status(instance: int, model: ModelRef, state: StateRef, work: WorkRef) -> int:
+def posture_status(instance: int, model: ModelRef, state: StateRef, work: ScratchRef) -> int:
     """Status by the pose and speed at the start of a step: RUNNING, DIVERGED, FELL, TURNED or CROSSED."""
     limits = at(model.failure, instance, 0)
     place, velocity = work.center[0], work.center[1]
@@ -97,7 +97,7 @@ def posture_status(instance: int, model: ModelRef, state: StateRef, work: WorkRe
 
 
 @wp.func
-def step_status(model: ModelRef, work: WorkRef) -> int:
+def step_status(model: ModelRef, work: ScratchRef) -> int:
     """Status by what happened in a step: RUNNING, DIVERGED or TOUCHED."""
     if work.flags[1] == 1:
         return DIVERGED

@@ -13,7 +13,7 @@ import warp as wp
 from warpmuscle.kernels.control import effort_torque
 from warpmuscle.kernels.extensions import extension_list, extension_type, of_body
 from warpmuscle.kernels.scratch import synchronize
-from warpmuscle.kernels.structs import ModelRef, StateRef, WorkRef, at
+from warpmuscle.kernels.structs import ModelRef, ScratchRef, StateRef, at
 
 
 @wp.struct
@@ -64,7 +64,7 @@ def torque_of(forces: tuple[Force, ...]) -> Any:
         torque: wp.vec3,
         model: ModelRef,
         state: StateRef,
-        work: WorkRef,
+        work: ScratchRef,
         extensions: wp.ref[extensions_struct],
     ) -> wp.vec3:
         acting = torque
@@ -97,7 +97,7 @@ def wrench_of(forces: tuple[Force, ...]) -> Any:
         wrench: Wrench,
         model: ModelRef,
         state: StateRef,
-        work: WorkRef,
+        work: ScratchRef,
         extensions: wp.ref[extensions_struct],
     ) -> Wrench:
         acting = wrench
@@ -126,7 +126,7 @@ def joint_forces_stage_of(forces: tuple[Force, ...]) -> Any:
         lanes: int,
         model: ModelRef,
         state: StateRef,
-        work: WorkRef,
+        work: ScratchRef,
         extensions: wp.ref[extensions_struct],
     ):
         for i in range(1 + lane, model.body_count, lanes):
@@ -149,7 +149,7 @@ def body_forces_stage_of(forces: tuple[Force, ...]) -> Any:
         lanes: int,
         model: ModelRef,
         state: StateRef,
-        work: WorkRef,
+        work: ScratchRef,
         extensions: wp.ref[extensions_struct],
     ):
         for i in range(lane, model.body_count, lanes):

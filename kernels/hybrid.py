@@ -31,21 +31,21 @@ from warpmuscle.kernels.structs import (
     SECOND_HINGE,
     UNIVERSAL,
     ModelRef,
+    ScratchRef,
     StateRef,
-    WorkRef,
     at,
     whole,
 )
 
 
 @wp.func
-def second_axis(instance: int, body: int, model: ModelRef, work: WorkRef) -> wp.vec3:
+def second_axis(instance: int, body: int, model: ModelRef, work: ScratchRef) -> wp.vec3:
     """The axis of a universal joint that rides on the parent, world."""
     return work.rotation[model.skeleton.plan[body].parent] * at(model.skeleton.row, instance, body).axis_b
 
 
 @wp.func
-def reduce_remaining(instance: int, body: int, model: ModelRef, work: WorkRef):
+def reduce_remaining(instance: int, body: int, model: ModelRef, work: ScratchRef):
     """Eliminate what is not prescribed of the joint of one body and leave the rest for its parent.
 
     Written as `dynamics.reduce_body`; sharing code with it changes how the compiler rounds there.
@@ -75,7 +75,7 @@ def reduce_remaining(instance: int, body: int, model: ModelRef, work: WorkRef):
 
 
 @wp.func
-def accelerate_remaining(instance: int, body: int, model: ModelRef, work: WorkRef):
+def accelerate_remaining(instance: int, body: int, model: ModelRef, work: ScratchRef):
     """Acceleration of a body, and of what is not prescribed of its joint, from its parent's."""
     kind = model.motion.remaining[body]
     if kind == model.skeleton.plan[body].joint_type:
@@ -108,7 +108,7 @@ def hybrid_acceleration_stage_of(reduce: Any, accelerate: Any) -> Any:
 
     @wp.func
     def hybrid_acceleration_stage(
-        instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: WorkRef
+        instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef
     ):
         backward_pass(instance, lane, lanes, model, work)
         if lane == 0:
@@ -128,7 +128,7 @@ hybrid_acceleration_stage = hybrid_acceleration_stage_of(reduce_remaining, accel
 
 
 @wp.func
-def hybrid_integrate_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: WorkRef):
+def hybrid_integrate_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
     """Move all coordinates over a step: by leapfrog, or as their motion prescribes. Ends with a barrier."""
     h = model.time_step
     largest = at(model.failure, instance, 0).max_speed

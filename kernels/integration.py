@@ -12,8 +12,8 @@ from warpmuscle.kernels.structs import (
     ROOT_PLANAR,
     UNIVERSAL,
     ModelRef,
+    ScratchRef,
     StateRef,
-    WorkRef,
     at,
     whole,
 )
@@ -43,7 +43,7 @@ def store_speed(
     acceleration: float,
     half: float,
     largest: float,
-    work: WorkRef,
+    work: ScratchRef,
 ) -> float:
     """Store speed i after a step from that in its middle, which is returned.
 
@@ -59,7 +59,14 @@ def store_speed(
 
 @wp.func
 def kicked_speed(
-    state: StateRef, instance: int, i: int, acceleration: float, kick: float, half: float, largest: float, work: WorkRef
+    state: StateRef,
+    instance: int,
+    i: int,
+    acceleration: float,
+    kick: float,
+    half: float,
+    largest: float,
+    work: ScratchRef,
 ) -> float:
     """Speed i in the middle of a step; what it is after the step is stored."""
     middle = kicked(state.speeds[instance, i], state.accelerations[instance, i], acceleration, kick, half)
@@ -75,7 +82,7 @@ def kicked_vector(
     kick: float,
     half: float,
     largest: float,
-    work: WorkRef,
+    work: ScratchRef,
 ) -> wp.vec3:
     """The same for speeds first..first + 2, which are fetched at once."""
     before = speed_vector(state, instance, first)
@@ -100,7 +107,7 @@ def store_quat(state: StateRef, instance: int, first: int, q: wp.quat):
 
 
 @wp.func
-def integrate_root(instance: int, model: ModelRef, state: StateRef, work: WorkRef, kick: float, largest: float):
+def integrate_root(instance: int, model: ModelRef, state: StateRef, work: ScratchRef, kick: float, largest: float):
     """Move the root over a step."""
     h = model.time_step
     kind = model.skeleton.plan[0].joint_type
@@ -124,7 +131,7 @@ def integrate_root(instance: int, model: ModelRef, state: StateRef, work: WorkRe
 @wp.func
 def integrate_angle(
     state: StateRef, instance: int, i: int, speed: int, acceleration: float, kick: float, h: float, largest: float,
-    work: WorkRef,
+    work: ScratchRef,
 ):  # fmt: skip
     """Move coordinate i, whose speed has a number of its own, over a step."""
     angle = state.coordinates[instance, i]
@@ -134,7 +141,7 @@ def integrate_angle(
 
 @wp.func
 def integrate_body(
-    instance: int, i: int, kind: int, kick: float, largest: float, model: ModelRef, state: StateRef, work: WorkRef
+    instance: int, i: int, kind: int, kick: float, largest: float, model: ModelRef, state: StateRef, work: ScratchRef
 ):  # fmt: skip
     """Move the root, or the joint of a body, of a given type, over a step."""
     h = model.time_step
@@ -156,7 +163,7 @@ def integrate_body(
 
 
 @wp.func
-def integrate_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: WorkRef):
+def integrate_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
     """Move all coordinates over a step by leapfrog, see `kicked`. Ends with a barrier."""
     largest = at(model.failure, instance, 0).max_speed
     kick = wp.where(state.step[instance] == 0, 0.5 * model.time_step, model.time_step)

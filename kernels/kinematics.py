@@ -15,9 +15,9 @@ from warpmuscle.kernels.structs import (
     ROOT_PLANAR,
     UNIVERSAL,
     ModelRef,
+    ScratchRef,
     Skeleton,
     StateRef,
-    WorkRef,
     at,
     component,
     rolled,
@@ -96,7 +96,7 @@ def joint_orientation(skeleton: Skeleton, state: StateRef, instance: int, body: 
 
 
 @wp.func
-def place_root(skeleton: Skeleton, state: StateRef, instance: int, half: float, work: WorkRef):
+def place_root(skeleton: Skeleton, state: StateRef, instance: int, half: float, work: ScratchRef):
     """Pose and velocity of the root from its coordinates and speeds, and the lag of its velocity."""
     q = joint_orientation(skeleton, state, instance, 0)
     position = coordinate_vector(state, instance, 0)
@@ -127,7 +127,7 @@ def place_root(skeleton: Skeleton, state: StateRef, instance: int, half: float, 
 
 
 @wp.func
-def move_joint(instance: int, body: int, half: float, model: ModelRef, state: StateRef, work: WorkRef):
+def move_joint(instance: int, body: int, half: float, model: ModelRef, state: StateRef, work: ScratchRef):
     """What the joint of a body does, in the axes of its bodies: orientation, velocity, and what that gained.
 
     One part of the velocity is along axes of the child, the other, of universal joints, along an axis of the parent.
@@ -161,7 +161,7 @@ def move_joint(instance: int, body: int, half: float, model: ModelRef, state: St
 
 
 @wp.func
-def place_body(skeleton: Skeleton, body: int, work: WorkRef):
+def place_body(skeleton: Skeleton, body: int, work: ScratchRef):
     """Pose and velocity of a body, and the lag of its velocity, from those of its parent and its joint's motion."""
     parent = whole(skeleton.plan[body].parent)
     q = work.orientation[parent] * work.turned[body]
@@ -202,7 +202,7 @@ def kinematics_stage_of(move: Any, place: Any) -> Any:
     """
 
     @wp.func
-    def kinematics_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: WorkRef):
+    def kinematics_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
         skeleton = model.skeleton
         half = 0.5 * model.time_step
         if lane == 0:

@@ -4,7 +4,7 @@ import warp as wp
 
 from warpmuscle.kernels.kinematics import coordinate_quat
 from warpmuscle.kernels.spatial import symmetric_outer
-from warpmuscle.kernels.structs import BALL, UNIVERSAL, ModelRef, StateRef, WorkRef, at, whole
+from warpmuscle.kernels.structs import BALL, UNIVERSAL, ModelRef, ScratchRef, StateRef, at, whole
 
 
 @wp.func
@@ -90,14 +90,14 @@ def ball_rate_axes(swing: wp.vec3, twist: wp.vec3) -> wp.mat33:
 
 
 @wp.func
-def add_limit(body: int, axis: wp.vec3, limit: wp.vec2, work: WorkRef):
+def add_limit(body: int, axis: wp.vec3, limit: wp.vec2, work: ScratchRef):
     """Add what a limit gives about an axis, see `limit_torque`, to a joint. (`+=` would be an atomic operation.)"""
     work.torque[body] = work.torque[body] - axis * limit[0]
     work.stiffness[body] = work.stiffness[body] + symmetric_outer(axis, limit[1])
 
 
 @wp.func
-def limit_stage(instance: int, body: int, model: ModelRef, state: StateRef, work: WorkRef):
+def limit_stage(instance: int, body: int, model: ModelRef, state: StateRef, work: ScratchRef):
     """Add the joint's limits, if any is exceeded, to its torque and implicit inertia."""
     skeleton = model.skeleton
     plan = skeleton.plan[body]

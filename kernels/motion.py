@@ -14,8 +14,8 @@ from warpmuscle.kernels.structs import (
     SECOND_AXIS,
     ModelRef,
     Motion,
+    ScratchRef,
     StateRef,
-    WorkRef,
     at,
     polynomial,
 )
@@ -107,7 +107,7 @@ def follow(instance: int, lane: int, lanes: int, time: float, model: ModelRef, s
 
 
 @wp.func
-def prescribe_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: WorkRef):
+def prescribe_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
     """Add the prescribed accelerations of joints to the bias of their bodies. No barrier."""
     skeleton = model.skeleton
     for k in range(lane, model.motion.joint.shape[0], lanes):

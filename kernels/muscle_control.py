@@ -14,8 +14,8 @@ from warpmuscle.kernels.structs import (
     Muscles,
     MuscleState,
     OwnExcitation,
+    ScratchRef,
     StateRef,
-    WorkRef,
     at,
 )
 
@@ -51,7 +51,7 @@ def average_force(wanted: wp.vec2) -> float:
 
 
 @wp.func
-def desired_force(instance: int, muscle: int, model: ModelRef, state: StateRef, work: WorkRef) -> float:
+def desired_force(instance: int, muscle: int, model: ModelRef, state: StateRef, work: ScratchRef) -> float:
     """Force that a muscle should have, N, with the moment arms in the state and the torques in the working set."""
     paths = model.paths
     total = wp.vec2(0.0, 0.0)

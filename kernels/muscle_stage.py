@@ -39,7 +39,7 @@ from warpmuscle.kernels.objective_terms import MuscleWork, muscle_terms_of
 from warpmuscle.kernels.path import PathState, joint_velocities, stretch_of
 from warpmuscle.kernels.scratch import synchronize
 from warpmuscle.kernels.springs import SPRINGS
-from warpmuscle.kernels.structs import LARGEST, ModelRef, MuscleRow, RecordRef, StateRef, WorkRef, at, rolled, whole
+from warpmuscle.kernels.structs import LARGEST, ModelRef, MuscleRow, RecordRef, ScratchRef, StateRef, at, rolled, whole
 
 RIGID, SWITCH, COMPLIANT = 0, 1, 2  # tendons
 HILL, LEGACY, IDEAL = 0, 1, 2  # laws
@@ -150,13 +150,13 @@ def legacy_contraction(
 
 
 @wp.func
-def arms_in_state(instance: int, state: StateRef, work: WorkRef) -> wp.array[wp.vec3]:
+def arms_in_state(instance: int, state: StateRef, work: ScratchRef) -> wp.array[wp.vec3]:
     """Where the moment arms of an instance are kept: in the state."""
     return state.muscles.moment_arm[instance]
 
 
 @wp.func
-def arms_at_hand(instance: int, state: StateRef, work: WorkRef) -> wp.array[wp.vec3]:
+def arms_at_hand(instance: int, state: StateRef, work: ScratchRef) -> wp.array[wp.vec3]:
     """The same: in the working set."""
     return work.pull
 
@@ -192,7 +192,7 @@ def muscle_stage_of(
         model: ModelRef,
         state: StateRef,
         record: RecordRef,
-        work: WorkRef,
+        work: ScratchRef,
         extension: wp.ref[extension_struct],
     ):
         muscles = model.muscles
@@ -282,7 +282,7 @@ def muscle_stage_of(
         model: ModelRef,
         state: StateRef,
         record: RecordRef,
-        work: WorkRef,
+        work: ScratchRef,
         extension: wp.ref[extension_struct],
     ):
         joint_velocities(lane, lanes, model, work)

@@ -19,7 +19,7 @@ from warpmuscle.kernels.metabolics import bhargava_power, umberger_power, wang_p
 from warpmuscle.kernels.muscle import LARGEST_SPEED, bounded_passive
 from warpmuscle.kernels.simbicon import pd_error
 from warpmuscle.kernels.spatial import heading_angle, turn_about_x
-from warpmuscle.kernels.structs import LARGEST, LEFT, RIGHT, ModelRef, StateRef, WorkRef, at, rolled
+from warpmuscle.kernels.structs import LARGEST, LEFT, RIGHT, ModelRef, ScratchRef, StateRef, at, rolled
 from warpmuscle.kernels.terms import TERMS, Scope
 
 
@@ -99,13 +99,13 @@ def passive_force(instance: int, m: int, w: MuscleWork, model: ModelRef) -> floa
 
 
 @wp.func
-def applied_torque(instance: int, body: int, model: ModelRef, state: StateRef, work: WorkRef) -> float:
+def applied_torque(instance: int, body: int, model: ModelRef, state: StateRef, work: ScratchRef) -> float:
     """Magnitude of the torque that drives a joint, N m."""
     return wp.length(work.torque[body])
 
 
 @wp.func
-def joint_limits(instance: int, body: int, model: ModelRef, state: StateRef, work: WorkRef) -> float:
+def joint_limits(instance: int, body: int, model: ModelRef, state: StateRef, work: ScratchRef) -> float:
     """Magnitude of the torque of a joint's limits, N m."""
     if model.skeleton.plan[body].has_limits == 0:
         return 0.0
@@ -119,7 +119,7 @@ def joint_limits(instance: int, body: int, model: ModelRef, state: StateRef, wor
 
 
 @wp.func
-def smoothness(instance: int, body: int, model: ModelRef, state: StateRef, work: WorkRef) -> float:
+def smoothness(instance: int, body: int, model: ModelRef, state: StateRef, work: ScratchRef) -> float:
     """Squared acceleration of a joint's speeds in the step before, rad^2/s^4."""
     total = wp.float32(0.0)
     for k in range(model.skeleton.plan[body].speed_start, model.skeleton.plan[body].speed_end):
@@ -134,7 +134,7 @@ def bin_of(part: float, bins: int) -> int:
 
 
 @wp.func
-def tracking(instance: int, body: int, model: ModelRef, state: StateRef, work: WorkRef) -> float:
+def tracking(instance: int, body: int, model: ModelRef, state: StateRef, work: ScratchRef) -> float:
     """Squared angle between a joint and that of the tracked gait, rad^2.
 
     Both are compared at the same phase of the same stance, or, if the gait is given from one contact of the left foot
@@ -152,7 +152,7 @@ def tracking(instance: int, body: int, model: ModelRef, state: StateRef, work: W
 
 
 @wp.func
-def norms(instance: int, body: int, model: ModelRef, state: StateRef, work: WorkRef) -> float:
+def norms(instance: int, body: int, model: ModelRef, state: StateRef, work: ScratchRef) -> float:
     """Squared difference of a joint's sagittal angle and that of human legs, in half-bands of the norm.
 
     Both are compared at the same part of the leg's gait cycle, from one contact of its foot to the next.
@@ -166,28 +166,28 @@ def norms(instance: int, body: int, model: ModelRef, state: StateRef, work: Work
 
 
 @wp.func
-def speed(instance: int, model: ModelRef, state: StateRef, work: WorkRef) -> float:
+def speed(instance: int, model: ModelRef, state: StateRef, work: ScratchRef) -> float:
     """Squared difference of the forward speed of the centre of mass and the target speed, m^2/s^2."""
     error = work.center[1][2] - at(model.objective, instance, 0).target_speed
     return error * error
 
 
 @wp.func
-def heading(instance: int, model: ModelRef, state: StateRef, work: WorkRef) -> float:
+def heading(instance: int, model: ModelRef, state: StateRef, work: ScratchRef) -> float:
     """Squared difference of the heading and the desired heading, rad^2."""
     error = turn_between(heading_angle(work.orientation[0]), at(model.simbicon.hip, instance, 0).desired_heading)
     return error * error
 
 
 @wp.func
-def head(instance: int, model: ModelRef, state: StateRef, work: WorkRef) -> float:
+def head(instance: int, model: ModelRef, state: StateRef, work: ScratchRef) -> float:
     """Squared angular velocity of the head, rad^2/s^2."""
     w = work.angular_velocity[model.head]
     return wp.dot(w, w)
 
 
 @wp.func
-def ground_force(instance: int, model: ModelRef, state: StateRef, work: WorkRef) -> float:
+def ground_force(instance: int, model: ModelRef, state: StateRef, work: ScratchRef) -> float:
     """Vertical force on each foot beyond its bound, over body weight, summed, of the step before."""
     weight = body_weight(instance, model)
     bound = at(model.objective, instance, 0).ground_force_bound
@@ -196,7 +196,7 @@ def ground_force(instance: int, model: ModelRef, state: StateRef, work: WorkRef)
 
 
 @wp.func
-def norm_force(instance: int, model: ModelRef, state: StateRef, work: WorkRef) -> float:
+def norm_force(instance: int, model: ModelRef, state: StateRef, work: ScratchRef) -> float:
     """Squared difference of each foot's vertical force and that of human walking, in half-bands, of the step before.
 
     Both are compared at the same part of the foot's gait cycle, from one of its contacts to the next.
@@ -225,7 +225,7 @@ CYCLE_TERMS = {term.name for term in TERMS.values() if term.follows_cycles}
 
 
 @wp.func
-def sane(value: float, work: WorkRef) -> wp.float64:
+def sane(value: float, work: ScratchRef) -> wp.float64:
     """The value in double precision; nothing for what is too large or not a number, and the step has diverged."""
     if wp.abs(value) < LARGEST:
         return wp.float64(value)
@@ -234,7 +234,7 @@ def sane(value: float, work: WorkRef) -> wp.float64:
 
 
 @wp.func
-def effort_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: WorkRef):
+def effort_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
     """Add this step's feedback torque of every joint to its integral (Bergmann 2017, section 6). No barrier.
 
     One sum a joint, in double precision, so that the result does not depend on lanes or on chunks of steps.
@@ -250,17 +250,17 @@ def effort_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: S
 
 
 @wp.func
-def no_muscle_terms(instance: int, m: int, w: MuscleWork, model: ModelRef, state: StateRef, work: WorkRef):
+def no_muscle_terms(instance: int, m: int, w: MuscleWork, model: ModelRef, state: StateRef, work: ScratchRef):
     """No term is summed over muscles."""
 
 
 @wp.func
-def no_body_terms(instance: int, body: int, model: ModelRef, state: StateRef, work: WorkRef):
+def no_body_terms(instance: int, body: int, model: ModelRef, state: StateRef, work: ScratchRef):
     """No term is summed over bodies."""
 
 
 @wp.func
-def no_whole_terms(instance: int, model: ModelRef, state: StateRef, work: WorkRef):
+def no_whole_terms(instance: int, model: ModelRef, state: StateRef, work: ScratchRef):
     """No term of the whole instance is summed."""
 
 
@@ -295,7 +295,7 @@ def muscle_terms_of(terms: tuple[Any, ...]) -> Any:
 
 def _and_muscle_term(others: Any, term: Any, index: int) -> Any:
     @wp.func
-    def add(instance: int, m: int, w: MuscleWork, model: ModelRef, state: StateRef, work: WorkRef):
+    def add(instance: int, m: int, w: MuscleWork, model: ModelRef, state: StateRef, work: ScratchRef):
         others(instance, m, w, model, state, work)
         value = sane(term(instance, m, w, model), work)
         state.muscle_terms[instance, index, m] = state.muscle_terms[instance, index, m] + value
@@ -305,7 +305,7 @@ def _and_muscle_term(others: Any, term: Any, index: int) -> Any:
 
 def _and_body_term(others: Any, term: Any, index: int) -> Any:
     @wp.func
-    def add(instance: int, body: int, model: ModelRef, state: StateRef, work: WorkRef):
+    def add(instance: int, body: int, model: ModelRef, state: StateRef, work: ScratchRef):
         others(instance, body, model, state, work)
         value = sane(term(instance, body, model, state, work), work)
         state.body_terms[instance, index, body] = state.body_terms[instance, index, body] + value
@@ -315,7 +315,7 @@ def _and_body_term(others: Any, term: Any, index: int) -> Any:
 
 def _and_whole_term(others: Any, term: Any, index: int) -> Any:
     @wp.func
-    def add(instance: int, model: ModelRef, state: StateRef, work: WorkRef):
+    def add(instance: int, model: ModelRef, state: StateRef, work: ScratchRef):
         others(instance, model, state, work)
         value = sane(term(instance, model, state, work), work)
         state.whole_terms[instance, index] = state.whole_terms[instance, index] + value
@@ -337,7 +337,7 @@ def objective_stage_of(kind: ObjectiveKind) -> Any:
         whole_terms = _and_whole_term(whole_terms, own.get(name) or WHOLE_TERMS[name], index)
 
     @wp.func
-    def objective_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: WorkRef):
+    def objective_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
         for i in range(1 + lane, model.body_count, lanes):
             body_terms(instance, i, model, state, work)
         if lane == 0:

@@ -28,7 +28,7 @@ from warpmuscle.kernels.coordinate_joint import along_coordinate
 from warpmuscle.kernels.joint_motion import has_motion
 from warpmuscle.kernels.muscle_control import counted, wanted_force
 from warpmuscle.kernels.scratch import synchronize
-from warpmuscle.kernels.structs import UNIVERSAL, ModelRef, Paths, StateRef, WorkRef, at, rolled, whole
+from warpmuscle.kernels.structs import UNIVERSAL, ModelRef, Paths, ScratchRef, StateRef, at, rolled, whole
 
 SHORTEST = 1.0e-9  # m, of a segment that has a direction
 
@@ -103,7 +103,7 @@ def without(a: Weight) -> Weight:
 
 
 @wp.func
-def coordinate_gradient(instance: int, joint: int, axis: int, model: ModelRef, work: WorkRef) -> wp.vec3:
+def coordinate_gradient(instance: int, joint: int, axis: int, model: ModelRef, work: ScratchRef) -> wp.vec3:
     """World vector whose product with the angular velocity of a hinge or universal joint is a coordinate's speed."""
     plan = model.skeleton.plan[joint]
     row = at(model.skeleton.row, instance, joint)
@@ -118,7 +118,7 @@ def coordinate_gradient(instance: int, joint: int, axis: int, model: ModelRef, w
 
 @wp.func
 def point_weight(
-    instance: int, point: int, joint: int, model: ModelRef, state: StateRef, paths: Paths, work: WorkRef
+    instance: int, point: int, joint: int, model: ModelRef, state: StateRef, paths: Paths, work: ScratchRef
 ) -> Weight:
     """How much a point counts; its gradient is by turns of the given joint."""
     w = Weight()
@@ -140,7 +140,7 @@ def point_weight(
 
 @wp.func
 def segment_weight(
-    instance: int, segment: int, joint: int, model: ModelRef, state: StateRef, paths: Paths, work: WorkRef
+    instance: int, segment: int, joint: int, model: ModelRef, state: StateRef, paths: Paths, work: ScratchRef
 ) -> Weight:
     """How much a segment counts; its gradient is by turns of the given joint."""
     a = paths.segment_points[segment, 0]
@@ -153,7 +153,7 @@ def segment_weight(
 
 
 @wp.func
-def offset_between(body: int, origin: int, work: WorkRef) -> wp.vec3:
+def offset_between(body: int, origin: int, work: ScratchRef) -> wp.vec3:
     """From the joint of the body `origin` to that of another one, world axes, m."""
     if body == origin:
         return wp.vec3(0.0)
@@ -161,7 +161,7 @@ def offset_between(body: int, origin: int, work: WorkRef) -> wp.vec3:
 
 
 @wp.func
-def segment_end(end: wp.vec3, body: int, origin: int, far: int, work: WorkRef) -> wp.vec3:
+def segment_end(end: wp.vec3, body: int, origin: int, far: int, work: ScratchRef) -> wp.vec3:
     """From the joint of the segment's origin to one of its ends, world axes, m.
 
     Args:
@@ -174,7 +174,7 @@ def segment_end(end: wp.vec3, body: int, origin: int, far: int, work: WorkRef) -
 
 
 @wp.func
-def joint_velocity(joint: int, model: ModelRef, work: WorkRef) -> wp.vec3:
+def joint_velocity(joint: int, model: ModelRef, work: ScratchRef) -> wp.vec3:
     """Angular velocity of a joint's child relative to its parent in the middle of the last step, world, rad/s."""
     parent = whole(model.skeleton.plan[joint].parent)
     child = work.angular_velocity[joint] - work.lag_angular[joint]
@@ -182,7 +182,7 @@ def joint_velocity(joint: int, model: ModelRef, work: WorkRef) -> wp.vec3:
 
 
 @wp.func
-def joint_velocities(lane: int, lanes: int, model: ModelRef, work: WorkRef):
+def joint_velocities(lane: int, lanes: int, model: ModelRef, work: ScratchRef):
     """Relative angular velocities of all joints into the working set. Ends with a barrier."""
     for body in range(1 + lane, model.body_count, lanes):
         rolled()
@@ -207,7 +207,7 @@ def segments_stretch_of(conditions: bool, coordinate_joints: bool = False) -> An
 
     @wp.func
     def muscle_stretch(
-        instance: int, muscle: int, model: ModelRef, state: StateRef, work: WorkRef, arm: wp.array[wp.vec3]
+        instance: int, muscle: int, model: ModelRef, state: StateRef, work: ScratchRef, arm: wp.array[wp.vec3]
     ) -> PathState:
         paths = model.paths
         total = PathState()
@@ -249,7 +249,7 @@ def segments_stretch_of(conditions: bool, coordinate_joints: bool = False) -> An
 
 @wp.func
 def straight_stretch(
-    instance: int, muscle: int, model: ModelRef, state: StateRef, work: WorkRef, arm: wp.array[wp.vec3]
+    instance: int, muscle: int, model: ModelRef, state: StateRef, work: ScratchRef, arm: wp.array[wp.vec3]
 ) -> PathState:
     """What `segments_stretch_of` says, of a path that is straight; the moment arm is left to the caller."""
     path = model.paths.straight[muscle]
@@ -270,7 +270,7 @@ def straight_stretch(
 
 @wp.func
 def pulley_stretch(
-    instance: int, muscle: int, model: ModelRef, state: StateRef, work: WorkRef, arm: wp.array[wp.vec3]
+    instance: int, muscle: int, model: ModelRef, state: StateRef, work: ScratchRef, arm: wp.array[wp.vec3]
 ) -> PathState:
     """What `segments_stretch_of` says, of a path on pulleys."""
     paths = model.paths
@@ -311,7 +311,7 @@ def stretch_of(
 
     @wp.func
     def any_stretch(
-        instance: int, muscle: int, model: ModelRef, state: StateRef, work: WorkRef, arm: wp.array[wp.vec3]
+        instance: int, muscle: int, model: ModelRef, state: StateRef, work: ScratchRef, arm: wp.array[wp.vec3]
     ) -> PathState:
         if model.paths.span[muscle].end_pulley > model.paths.span[muscle].first_pulley:
             return pulley_stretch(instance, muscle, model, state, work, arm)

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 import warp as wp
 
-from warpmuscle.kernels.structs import ModelRef, RecordRef, StateRef, WorkRef
+from warpmuscle.kernels.structs import ModelRef, RecordRef, ScratchRef, StateRef
 
 
 class RecordKind(NamedTuple):
@@ -31,7 +31,14 @@ def frame_of(instance: int, step: int, record: RecordRef) -> int:
 
 @wp.func
 def record_desired(
-    instance: int, lane: int, lanes: int, frame: int, model: ModelRef, state: StateRef, record: RecordRef, work: WorkRef
+    instance: int,
+    lane: int,
+    lanes: int,
+    frame: int,
+    model: ModelRef,
+    state: StateRef,
+    record: RecordRef,
+    work: ScratchRef,
 ):
     """Write what the controller wants, if a frame is due. Ends without a barrier."""
     if frame < 0:
@@ -44,7 +51,14 @@ def record_desired(
 
 @wp.func
 def record_stage(
-    instance: int, lane: int, lanes: int, frame: int, model: ModelRef, state: StateRef, record: RecordRef, work: WorkRef
+    instance: int,
+    lane: int,
+    lanes: int,
+    frame: int,
+    model: ModelRef,
+    state: StateRef,
+    record: RecordRef,
+    work: ScratchRef,
 ):
     """Write the state and the torques that act, if a frame is due. Ends without a barrier.
 
@@ -73,7 +87,14 @@ def record_stage(
 
 @wp.func
 def record_motion(
-    instance: int, lane: int, lanes: int, frame: int, model: ModelRef, state: StateRef, record: RecordRef, work: WorkRef
+    instance: int,
+    lane: int,
+    lanes: int,
+    frame: int,
+    model: ModelRef,
+    state: StateRef,
+    record: RecordRef,
+    work: ScratchRef,
 ):
     """Write coordinates and speeds alone, if a frame is due. Ends without a barrier."""
     if frame < 0:
@@ -87,7 +108,14 @@ def record_motion(
 
 @wp.func
 def record_nothing(
-    instance: int, lane: int, lanes: int, frame: int, model: ModelRef, state: StateRef, record: RecordRef, work: WorkRef
+    instance: int,
+    lane: int,
+    lanes: int,
+    frame: int,
+    model: ModelRef,
+    state: StateRef,
+    record: RecordRef,
+    work: ScratchRef,
 ):
     """Write nothing."""
 

@@ -31,7 +31,7 @@ from warpmuscle.kernels.reflex_structs import (
 )
 from warpmuscle.kernels.scratch import synchronize
 from warpmuscle.kernels.spatial import heading
-from warpmuscle.kernels.structs import ModelRef, MuscleRow, StateRef, WorkRef, at
+from warpmuscle.kernels.structs import ModelRef, MuscleRow, ScratchRef, StateRef, at
 
 
 @wp.func
@@ -139,7 +139,7 @@ def sensed_signal(
 
 
 @wp.func
-def trunk_lean(model: ModelRef, work: WorkRef) -> wp.vec2:
+def trunk_lean(model: ModelRef, work: ScratchRef) -> wp.vec2:
     """Lean of the trunk and its rate, see `forward_lean`."""
     body = model.reflexes.trunk
     up = work.rotation[body] * wp.vec3(0.0, 1.0, 0.0)
@@ -192,7 +192,7 @@ def reflex_force(instance: int, muscle: int, asked: float, row: MuscleRow, model
 
 
 @wp.func
-def reflex_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: WorkRef):
+def reflex_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
     """Excitations of all muscles that have reflexes. Ends with a barrier."""
     lean = trunk_lean(model, work)
     if lane == 0:

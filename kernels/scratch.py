@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import warp as wp
 
 from warpmuscle.kernels.spatial import symmetric
-from warpmuscle.kernels.structs import Work
+from warpmuscle.kernels.structs import Scratch
 
 CAPACITY_STEP = 5  # bodies; the 15 bodies of the SIMBICON biped fill a class exactly
 FIRST, SECOND, CONTROL = 44, 24, 12  # floats a body in the two blocks of `work_at`; of the controller in the second
@@ -124,7 +124,7 @@ symmetric_at = part_of(symmetric, "wp::vec_t<6, wp::float32>")
 
 
 @wp.func
-def work_at(memory: wp.array[float], n: int, slots: int) -> Work:
+def work_at(memory: wp.array[float], n: int, slots: int) -> Scratch:
     """Views on the working set in some memory, with room for n bodies.
 
     What belongs to a body lies together, so that one address leads to all of it, in two blocks of multiples of four
@@ -135,7 +135,7 @@ def work_at(memory: wp.array[float], n: int, slots: int) -> Work:
     accelerations. The joint factors of the backward pass take the places of the velocities and their lags, of the same
     joint's torque and stiffness, and of the same body's orientation; the root, which keeps its own, has no joint.
     """
-    w = Work()
+    w = Scratch()
     w.orientation = quaternions_at(memory, 0, FIRST, n)
     w.factor_c = vectors_at(memory, 0, FIRST, n)
     w.rotation = matrices_at(memory, 4, FIRST, n)
@@ -183,7 +183,7 @@ def work_at(memory: wp.array[float], n: int, slots: int) -> Work:
 
 
 @wp.func
-def coordinate_work_at(memory: wp.array[float], n: int, slots: int) -> Work:
+def coordinate_work_at(memory: wp.array[float], n: int, slots: int) -> Scratch:
     """The same where there are joints of one coordinate, which have a block of their own behind all others."""
     w = work_at(memory, n, slots)
     block = (FIRST + SECOND) * n + SLOT_FLOATS * slots + OTHER_FLOATS

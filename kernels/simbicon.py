@@ -12,7 +12,7 @@ from warpmuscle.kernels.joint import hinge_rotation
 from warpmuscle.kernels.scratch import synchronize
 from warpmuscle.kernels.spatial import heading, symmetric, symmetric_rotated
 from warpmuscle.kernels.spline import curve_value
-from warpmuscle.kernels.structs import REVERSE, RIGHT, SAME, ModelRef, Simbicon, StateRef, WorkRef, at, rolled, whole
+from warpmuscle.kernels.structs import REVERSE, RIGHT, SAME, ModelRef, ScratchRef, Simbicon, StateRef, at, rolled, whole
 
 LARGEST_TARGET = wp.constant(1000.0)  # rad; beyond it single precision has no good sine, and the instance diverges
 
@@ -136,7 +136,7 @@ def balance_set_point(simbicon: Simbicon, instance: int, row: int, first: int, p
 
 
 @wp.func
-def targets_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: WorkRef):
+def targets_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
     """Target orientation, strength and frame of every joint and the root. Ends with a barrier."""
     simbicon = model.simbicon
     for i in range(lane, model.body_count, lanes):
@@ -197,7 +197,7 @@ def unless_clamped(inertia: wp.vec3, torque: wp.vec3, bound: wp.vec3) -> wp.vec3
 
 
 @wp.func
-def joint_torque(instance: int, body: int, in_character_frame: bool, frame: wp.quat, model: ModelRef, work: WorkRef):
+def joint_torque(instance: int, body: int, in_character_frame: bool, frame: wp.quat, model: ModelRef, work: ScratchRef):
     """PD torque of one joint, world axes, and its implicit joint inertia, into `work`."""
     simbicon = model.simbicon
     rotation = work.rotation[body]
@@ -226,7 +226,7 @@ def joint_torque(instance: int, body: int, in_character_frame: bool, frame: wp.q
 
 
 @wp.func
-def root_torque(instance: int, frame: wp.quat, model: ModelRef, work: WorkRef) -> wp.vec3:
+def root_torque(instance: int, frame: wp.quat, model: ModelRef, work: ScratchRef) -> wp.vec3:
     """Torque that keeps the root upright and on its heading, world, N m."""
     simbicon = model.simbicon
     rotation = work.rotation[0]
@@ -254,7 +254,7 @@ def hip_bound(simbicon: Simbicon, instance: int, hip: int) -> wp.vec3:
 
 
 @wp.func
-def hips_stage(instance: int, lane: int, frame: wp.quat, model: ModelRef, state: StateRef, work: WorkRef):
+def hips_stage(instance: int, lane: int, frame: wp.quat, model: ModelRef, state: StateRef, work: ScratchRef):
     """Give the hips what the root needs: together with all torques on the root they make the root's PD torque."""
     simbicon = model.simbicon
     stance_hip = simbicon.left_hip
@@ -307,7 +307,7 @@ def hips_stage(instance: int, lane: int, frame: wp.quat, model: ModelRef, state:
 
 
 @wp.func
-def torques_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: WorkRef):
+def torques_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
     """Torque of every joint from the targets. Ends with a barrier."""
     simbicon = model.simbicon
     frame = heading(work.orientation[0])
@@ -330,7 +330,7 @@ def torques_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: 
 
 
 @wp.func
-def control_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: WorkRef):
+def control_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
     """Targets and torques of the controller, or none. Ends with a barrier."""
     if model.control.simbicon == 1:
         targets_stage(instance, lane, lanes, model, state, work)

@@ -4,7 +4,7 @@ import warp as wp
 
 from warpmuscle.kernels.actuation import IMPLICIT_SHARE, JointDrive, PassiveForce
 from warpmuscle.kernels.simbicon import pd_error
-from warpmuscle.kernels.structs import ModelRef, WorkRef, at
+from warpmuscle.kernels.structs import ModelRef, ScratchRef, at
 
 
 @wp.func
@@ -27,7 +27,7 @@ def add_spring(
     drive: wp.ref[JointDrive],
     passive: wp.mat33,
     model: ModelRef,
-    work: WorkRef,
+    work: ScratchRef,
 ):
     """Add the spring-damper of a joint to what drives it."""
     actuation = model.actuation
@@ -45,7 +45,7 @@ def add_spring(
 
 @wp.func
 def spring_damping(
-    instance: int, body: int, inertia: wp.mat33, passive: wp.mat33, model: ModelRef, work: WorkRef
+    instance: int, body: int, inertia: wp.mat33, passive: wp.mat33, model: ModelRef, work: ScratchRef
 ) -> wp.mat33:
     """Implicit inertia of a joint, and that of its damper."""
     damping = at(model.actuation.damping, instance, body)

@@ -28,9 +28,9 @@ from warpmuscle.kernels.structs import (
     Model,
     ModelRef,
     Record,
+    Scratch,
+    ScratchRef,
     State,
-    Work,
-    WorkRef,
     at,
 )
 
@@ -46,7 +46,7 @@ def memory_of(a: wp.array2d[float], row: int) -> wp.array[float]: ...
 
 
 @wp.func
-def work_of(instance: int, model: ModelRef, workspace: wp.array2d[float]) -> Work:
+def work_of(instance: int, model: ModelRef, workspace: wp.array2d[float]) -> Scratch:
     """The working set of an instance, in its row of the workspace."""
     return coordinate_work_at(memory_of(workspace, instance), model.body_count, model.foot_slots)
 
@@ -215,7 +215,7 @@ def forward_dynamics(
 
 
 @wp.func
-def speed_rate_of(body: int, k: int, model: ModelRef, work: WorkRef) -> float:
+def speed_rate_of(body: int, k: int, model: ModelRef, work: ScratchRef) -> float:
     """Derivative of speed k of a body's joint, from the accelerations."""
     if body > 0:
         return work.factor_c[body][k]
@@ -237,7 +237,7 @@ def unit(k: int) -> wp.vec3:
 
 
 @wp.func
-def angular_axis(instance: int, body: int, k: int, model: ModelRef, work: WorkRef) -> wp.vec3:
+def angular_axis(instance: int, body: int, k: int, model: ModelRef, work: ScratchRef) -> wp.vec3:
     """Angular velocity that a unit of speed k of a body's joint gives the body relative to its parent, world."""
     kind = model.skeleton.plan[body].joint_type
     if body == 0:
@@ -254,7 +254,7 @@ def angular_axis(instance: int, body: int, k: int, model: ModelRef, work: WorkRe
 
 
 @wp.func
-def linear_axis(body: int, k: int, model: ModelRef, work: WorkRef) -> wp.vec3:
+def linear_axis(body: int, k: int, model: ModelRef, work: ScratchRef) -> wp.vec3:
     """Velocity that a unit of speed k of a body's joint gives the joint, world; 0 if that cannot move."""
     if body == 0 and model.skeleton.plan[0].joint_type == ROOT_FREE:
         return wp.where(k < 3, unit(wp.min(k, 2)), wp.vec3(0.0))

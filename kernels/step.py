@@ -30,9 +30,9 @@ from warpmuscle.kernels.structs import (
     ModelRef,
     Record,
     RecordRef,
+    ScratchRef,
     State,
     StateRef,
-    WorkRef,
     component,
     rolled,
     set_component,
@@ -54,7 +54,7 @@ MAX_REGISTERS = 168  # three warps of 32 lanes in each quarter of a multiprocess
 
 
 @wp.func
-def foot_force_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: WorkRef):
+def foot_force_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
     """Total contact force on each foot and its children, a component a lane. No barrier."""
     for k in range(lane, 6, lanes):
         rolled()
@@ -126,7 +126,7 @@ def one_step_of(
         model: ModelRef,
         state: StateRef,
         record: RecordRef,
-        work: WorkRef,
+        work: ScratchRef,
         extensions: wp.ref[extensions_struct],
     ) -> int:
         step = state.step[instance]

@@ -6,6 +6,7 @@ where all instances share them, or one row an instance; `at` reads both. What bo
 stands in `body_structs.py`, `control_structs.py` and `muscle_structs.py`.
 """
 
+import warnings
 from typing import Any
 
 import warp as wp
@@ -218,7 +219,7 @@ class State:
     foot_force: wp.array2d[wp.vec3]  # (instances, 2) N, left and right, of the step before
     foot_cycle: wp.array2d[FootCycle]  # (instances, 2) left and right; no instances where no term asks for it
     target: wp.array2d[wp.quat]  # (instances, bodies) of the controller, where it holds them; else no instances
-    target_plan: wp.array2d[wp.vec2]  # (instances, bodies) their strength and frame, see `Work`
+    target_plan: wp.array2d[wp.vec2]  # (instances, bodies) their strength and frame, see `Scratch`
     step: wp.array[int]  # (instances,) steps made
     status: wp.array[int]  # (instances,) RUNNING ... DIVERGED
     start_height: wp.array[float]  # (instances,) m, of the COM above the ground at step 0
@@ -233,7 +234,7 @@ class State:
 
 
 @wp.struct
-class Work:
+class Scratch:
     """The working set of one instance: views on shared memory in the fused step, on rows of arrays elsewhere.
 
     Joint torques act positively on the parent and negatively on the child, as in the original program.
@@ -314,5 +315,14 @@ class Record:
 # What functions are given. With copies of structures this large, one a call, the compiler takes twice as long.
 ModelRef = wp.ref[Model]
 StateRef = wp.ref[State]
-WorkRef = wp.ref[Work]
+ScratchRef = wp.ref[Scratch]
 RecordRef = wp.ref[Record]
+
+
+def __getattr__(name: str) -> Any:
+    """Names that users' modules may have from before."""
+    if name not in ("Work", "WorkRef"):
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    new = name.replace("Work", "Scratch")
+    warnings.warn(f"{__name__}.{name} is called {new} now", DeprecationWarning, stacklevel=2)
+    return globals()[new]

@@ -226,8 +226,9 @@ def test_fit_muscles_writes_properties_that_a_scene_can_add(tmp_path):
 
 def test_code_that_a_scene_names_runs_only_if_trusted(tmp_path):
     (tmp_path / "tricks.py").write_text(
-        "from pathlib import Path\nimport warp as wp\nfrom warpmuscle.kernels.structs import Model, State, Work\n"
-        "Path('ran').touch()\n@wp.func\ndef height(instance: int, model: Model, state: State, work: Work) -> float:\n"
+        "from pathlib import Path\nimport warp as wp\nfrom warpmuscle.kernels.structs import Model, State, Scratch\n"
+        "Path('ran').touch()\n@wp.func\n"
+        "def height(instance: int, model: Model, state: State, work: Scratch) -> float:\n"
         "    return work.center[0][1]\n"
     )
     text = toml.dumps(load("fwalk")) + '\n[objective]\ncustom = { "tricks:height" = 1.0 }\n'

@@ -20,7 +20,7 @@ USER_CODE = '''"""A term, a curve and a controller of a user's own."""
 import warp as wp
 
 from warpmuscle.kernels.objective_terms import MuscleWork
-from warpmuscle.kernels.structs import Model, State, Work
+from warpmuscle.kernels.structs import Model, State, Scratch
 
 
 @wp.func
@@ -34,7 +34,7 @@ def bell(length: float) -> float:
 
 
 @wp.func
-def spring(instance: int, body: int, model: Model, state: State, work: Work) -> wp.vec3:
+def spring(instance: int, body: int, model: Model, state: State, work: Scratch) -> wp.vec3:
     return wp.vec3(3.0, 0.0, 0.0)
 '''
 

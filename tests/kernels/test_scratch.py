@@ -35,7 +35,7 @@ from warpmuscle.kernels.curves import LEE
 from warpmuscle.kernels.joint_motion import MotionOf, slide_motion
 from warpmuscle.kernels.muscle_stage import COMPLIANT, HILL, IDEAL, LEGACY, RIGID, MuscleKind, muscle_stage_of
 from warpmuscle.kernels.scratch import LIVES, PHASES, Life
-from warpmuscle.kernels.structs import FIRST_COORDINATE_JOINT, Work
+from warpmuscle.kernels.structs import FIRST_COORDINATE_JOINT, Scratch
 
 BODIES, SLOTS = 15, 5
 FLOATS = {"floats": 1, "integers": 1, "vectors": 3, "quaternions": 4, "matrices": 9, "symmetric": 6}
@@ -135,7 +135,7 @@ def span(life: Life) -> tuple[int, int]:
 
 
 def test_everything_in_the_working_set_has_a_place_and_a_life():
-    assert set(LIVES) == set(layout()) == set(Work.vars)
+    assert set(LIVES) == set(layout()) == set(Scratch.vars)
     assert max(map(max, layout().values())) < scratch.work_floats(BODIES, True)
     assert set(FUNCTIONS) == set(PHASES)
 

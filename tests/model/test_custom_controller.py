@@ -19,7 +19,7 @@ NAME = "their_controllers"
 MODULE = '''
 import warp as wp
 from warpmuscle.kernels.control import CustomController
-from warpmuscle.kernels.structs import ModelRef, StateRef, WorkRef
+from warpmuscle.kernels.structs import ModelRef, StateRef, ScratchRef
 
 ANGLE = wp.constant(7)  # behind the place of the fixed root
 
@@ -33,14 +33,14 @@ class Gains:
 
 
 @wp.func
-def integrate(instance: int, model: ModelRef, state: StateRef, work: WorkRef, gains: Gains, memory: wp.array[float]):
+def integrate(instance: int, model: ModelRef, state: StateRef, work: ScratchRef, gains: Gains, memory: wp.array[float]):
     """Integral of the error."""
     memory[0] = memory[0] + model.time_step * (gains.target - state.coordinates[instance, ANGLE])
 
 
 @wp.func
 def effort(
-    instance: int, body: int, model: ModelRef, state: StateRef, work: WorkRef, gains: Gains, memory: wp.array[float]
+    instance: int, body: int, model: ModelRef, state: StateRef, work: ScratchRef, gains: Gains, memory: wp.array[float]
 ) -> wp.vec3:
     error = gains.target - state.coordinates[instance, ANGLE]
     return wp.vec3(gains.kp * error - gains.kd * state.speeds[instance, 0] + gains.ki * memory[0], 0.0, 0.0)
@@ -55,14 +55,16 @@ class Rhythm:
 
 
 @wp.func
-def tick(instance: int, model: ModelRef, state: StateRef, work: WorkRef, rhythm: Rhythm, memory: wp.array[float]):
+def tick(instance: int, model: ModelRef, state: StateRef, work: ScratchRef, rhythm: Rhythm, memory: wp.array[float]):
     """Phase of an oscillator, and its greatest felt force."""
     memory[0] = memory[0] + model.time_step * rhythm.frequency
     memory[1] = wp.max(memory[1], state.muscles.sensed[instance, 0][2])
 
 
 @wp.func
-def beat(instance: int, muscle: int, model: ModelRef, state: StateRef, work: WorkRef, memory: wp.array[float]) -> float:
+def beat(
+    instance: int, muscle: int, model: ModelRef, state: StateRef, work: ScratchRef, memory: wp.array[float]
+) -> float:
     if muscle == 1:
         return -1.0
     return 0.5 + 0.5 * wp.sin(2.0 * wp.PI * memory[0])
@@ -215,7 +217,7 @@ def test_a_scene_with_it_is_written_and_read_again(tmp_path: Path):
         ({"custom_controller": f"{NAME}:packed"}, "are no @wp.struct of floats"),
         (
             {"custom_controller": f"{NAME}:swapped"},
-            r"takes \(int, Model, State, Work \[, Gains\] \[, wp.array\[float\]\]\)",
+            r"takes \(int, Model, State, Scratch \[, Gains\] \[, wp.array\[float\]\]\)",
         ),
         ({"custom_controller": f"{NAME}:undecorated"}, "plain' is not a Warp function: put @wp.func before it"),
     ],

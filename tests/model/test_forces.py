@@ -18,7 +18,7 @@ NAME = "their_forces"
 MODULE = '''
 import warp as wp
 from warpmuscle.kernels.forces import Force, Wrench
-from warpmuscle.kernels.structs import ModelRef, StateRef, WorkRef
+from warpmuscle.kernels.structs import ModelRef, StateRef, ScratchRef
 
 
 @wp.struct
@@ -28,7 +28,8 @@ class Clutch:
 
 @wp.func
 def clutched(
-    instance: int, body: int, model: ModelRef, state: StateRef, work: WorkRef, clutch: Clutch, memory: wp.array[float]
+    instance: int, body: int, model: ModelRef, state: StateRef, work: ScratchRef, clutch: Clutch,
+    memory: wp.array[float],
 ) -> wp.vec3:
     """A spring that takes hold at the greatest angle so far, and lets the joint come back to it only."""
     angle = state.coordinates[instance, model.skeleton.plan[body].coordinate_start]
@@ -40,7 +41,7 @@ ratchet = Force(effort=clutched, parameters=Clutch, state=1)
 
 
 @wp.func
-def lift(instance: int, body: int, model: ModelRef, state: StateRef, work: WorkRef) -> Wrench:
+def lift(instance: int, body: int, model: ModelRef, state: StateRef, work: ScratchRef) -> Wrench:
     w = Wrench()
     w.force = wp.vec3(0.0, 3.0, 0.0)
     w.moment = wp.vec3(0.0, 0.5, 0.0)

@@ -12,7 +12,7 @@ import warpmuscle
 
 FUNCTION = '''
 @wp.func
-def altitude(instance: int, model: ModelRef, state: StateRef, work: WorkRef) -> float:
+def altitude(instance: int, model: ModelRef, state: StateRef, work: ScratchRef) -> float:
     """Height of the centre of mass, m."""
     return work.center[0][1]
 

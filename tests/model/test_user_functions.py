@@ -35,15 +35,15 @@ def weak(length: float) -> float:
     return 0.5 * wp.exp((length - 1.0) * (length - 1.0) * (-1.0 / 0.5))
 
 @wp.func
-def torque(instance: int, body: int, model: ModelRef, state: StateRef, work: WorkRef) -> float:
+def torque(instance: int, body: int, model: ModelRef, state: StateRef, work: ScratchRef) -> float:
     return wp.length(work.torque[body])
 
 @wp.func
-def height(instance: int, model: Model, state: State, work: Work) -> float:
+def height(instance: int, model: Model, state: State, work: Scratch) -> float:
     return work.center[0][1]
 
 @wp.func
-def spring(instance: int, body: int, model: Model, state: State, work: Work) -> wp.vec3:
+def spring(instance: int, body: int, model: Model, state: State, work: Scratch) -> wp.vec3:
     """A torque of 3 N m about the first axis of every joint."""
     return wp.vec3(3.0, 0.0, 0.0)
 
@@ -64,7 +64,7 @@ def plain(length: float) -> float:
 '''
 IMPORTS = """from warpmuscle.kernels.curves import hyperbolic_velocity
 from warpmuscle.kernels.objective_terms import MuscleWork
-from warpmuscle.kernels.structs import Model, ModelRef, State, StateRef, Work, WorkRef
+from warpmuscle.kernels.structs import Model, ModelRef, State, StateRef, Scratch, ScratchRef
 """
 NAME = "their_parts"
 

@@ -146,9 +146,9 @@ def test_the_bound_on_the_speed_of_the_body_is_the_scenes_own():
 def test_a_term_that_gives_no_number_is_not_counted_as_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     (tmp_path / "their_nan.py").write_text(
         "import warp as wp\n"
-        "from warpmuscle.kernels.structs import Model, State, Work\n"
+        "from warpmuscle.kernels.structs import Model, State, Scratch\n"
         "@wp.func\n"
-        "def late(instance: int, model: Model, state: State, work: Work) -> float:\n"
+        "def late(instance: int, model: Model, state: State, work: Scratch) -> float:\n"
         "    return wp.sqrt(99.5 - float(state.step[instance]))\n"
     )
     monkeypatch.syspath_prepend(tmp_path)

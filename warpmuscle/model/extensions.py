@@ -10,14 +10,14 @@ import warp as wp
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.limits import check_size
 from warpmuscle.kernels.control import CustomController
-from warpmuscle.kernels.structs import Model, State, Work
+from warpmuscle.kernels.structs import Model, Scratch, State
 from warpmuscle.model.user_functions import FLOATS, check_arguments, check_result, checked_function, declared
 from warpmuscle.scene import Scene
 from warpmuscle.scene.number import Number
 from warpmuscle.scene.validation.checks import near
 
-INSTANCE = (wp.int32, Model, State, Work)
-BODY = (wp.int32, wp.int32, Model, State, Work)
+INSTANCE = (wp.int32, Model, State, Scratch)
+BODY = (wp.int32, wp.int32, Model, State, Scratch)
 CONTROLLER_FUNCTIONS: dict[str, tuple[tuple[Any, ...], Any]] = {  # what they take and return
     "effort": (BODY, wp.vec3), "excitation": (BODY, wp.float32), "update": (INSTANCE, None),
 }  # fmt: skip

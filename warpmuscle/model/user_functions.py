@@ -17,7 +17,7 @@ import warp as wp
 from warpmuscle.core.errors import SceneError
 from warpmuscle.kernels.custom_curves import OwnCurves
 from warpmuscle.kernels.objective_terms import MuscleWork
-from warpmuscle.kernels.structs import Model, State, Work
+from warpmuscle.kernels.structs import Model, Scratch, State
 from warpmuscle.scene import MuscleModel, Objective, Scene
 from warpmuscle.scene.trusted_code import CURVE_FIELDS, check_trusted, folders
 from warpmuscle.scene.validation.checks import near
@@ -26,8 +26,8 @@ Kind = Literal["muscle", "body", "whole"]
 
 TERM_ARGUMENTS: dict[Kind, tuple[Any, ...]] = {
     "muscle": (wp.int32, wp.int32, MuscleWork, Model),
-    "body": (wp.int32, wp.int32, Model, State, Work),
-    "whole": (wp.int32, Model, State, Work),
+    "body": (wp.int32, wp.int32, Model, State, Scratch),
+    "whole": (wp.int32, Model, State, Scratch),
 }
 FLOATS = "wp.array[float]"  # stands for that type, whose instances differ
 PLAIN = {int: wp.int32, float: wp.float32}
