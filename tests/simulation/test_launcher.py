@@ -1,19 +1,23 @@
 """How the work of a launch is cut into pieces, and by which kernel it is done."""
 
 import threading
+from types import SimpleNamespace
 
 import pytest
 import warp as wp
 
 from small_scene import sound_scene
+from warpmuscle.core.errors import RolloutError
+from warpmuscle.formats import load
 from warpmuscle.kernels.control import driven_from_outside
 from warpmuscle.kernels.objective_terms import ObjectiveKind
 from warpmuscle.kernels.record import NOTHING, RecordKind
 from warpmuscle.model.muscles import muscle_kind
+from warpmuscle.model.structure import structure_of
 from warpmuscle.scene import MuscleModel
 from warpmuscle.simulation import fused_kernel, launcher
 from warpmuscle.simulation.fused_kernel import WAVES, FusedKernel, KernelConfig, piece_lengths
-from warpmuscle.simulation.launcher import Launcher, soon_loaded, spread_config
+from warpmuscle.simulation.launcher import Launcher, kernel_config, soon_loaded, spread_config
 from warpmuscle.simulation.rollout import Rollout
 
 CONFIG = KernelConfig(15, 8, 32, None, ObjectiveKind(), False, False, NOTHING)
@@ -98,3 +102,19 @@ def test_a_launcher_by_itself_has_one_kernel_a_configuration_and_launches_what_t
     assert (muscles.config.muscles.timed, outside.given, outside.timed) == (False, True, True)
     muscles.read_excitations()
     assert (muscles.config.muscles.timed, muscles.config.muscles.given) == (True, False)
+
+
+def test_a_gpu_gets_lanes_by_the_number_of_instances_and_code_for_what_the_scene_has_and_a_cpu_one_thread():
+    scene = load("walk56")
+    structure, gpu = structure_of(scene), SimpleNamespace(is_cpu=False, sm_count=132)
+    few, many, asked = (
+        kernel_config(scene, structure, n, gpu, k, NOTHING) for n, k in ((1, None), (65536, None), (1, 4))
+    )
+    assert [config.lanes for config in (few, many, asked)] == [16, 8, 4]
+    assert {config.block_dim for config in (few, many, asked)} == {32}
+    assert (many.muscles.timed, many.muscles.straight) == (False, True)
+    cpu = kernel_config(scene, structure, 65536, wp.get_device("cpu"), 4, NOTHING)
+    assert (cpu.lanes, cpu.block_dim, cpu.muscles.timed, cpu.muscles.straight) == (1, 1, True, False)
+    assert cpu._replace(lanes=8, block_dim=32, muscles=many.muscles) == many
+    with pytest.raises(RolloutError, match="lanes must be"):
+        kernel_config(scene, structure, 1, gpu, 3, NOTHING)
