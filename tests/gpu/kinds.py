@@ -15,10 +15,12 @@ from warpmuscle.scene.parameters import start_values, substitute
 
 DURATION = 0.06  # s
 USER_MODULE = "parts_for_gpu_tests"
-USER_CODE = '''"""A term, a curve and a controller of a user's own."""
+USER_CODE = '''"""A term, a curve, a controller and a force of a user's own."""
 
 import warp as wp
 
+from warpmuscle.kernels.control import CustomController
+from warpmuscle.kernels.forces import Force
 from warpmuscle.kernels.objective_terms import MuscleWork
 from warpmuscle.kernels.structs import Model, State, Scratch
 
@@ -33,9 +35,40 @@ def bell(length: float) -> float:
     return wp.exp((length - 1.0) * (length - 1.0) * -2.0)
 
 
+@wp.struct
+class Rhythm:
+    frequency: float
+    torque: float
+
+
 @wp.func
-def spring(instance: int, body: int, model: Model, state: State, work: Scratch) -> wp.vec3:
-    return wp.vec3(3.0, 0.0, 0.0)
+def tick(instance: int, model: Model, state: State, work: Scratch, rhythm: Rhythm, memory: wp.array[float]):
+    memory[0] = memory[0] + model.time_step * rhythm.frequency
+    memory[1] = memory[1] + work.center[1][1]
+
+
+@wp.func
+def swing(
+    instance: int, body: int, model: Model, state: State, work: Scratch, rhythm: Rhythm, memory: wp.array[float]
+) -> wp.vec3:
+    return wp.vec3(rhythm.torque * wp.sin(memory[0]), 0.01 * memory[1], 0.0)
+
+
+@wp.func
+def beat(instance: int, muscle: int, model: Model, state: State, work: Scratch, memory: wp.array[float]) -> float:
+    return 0.5 + 0.5 * wp.sin(memory[0] + float(muscle))
+
+
+rhythmic = CustomController(effort=swing, excitation=beat, update=tick, parameters=Rhythm, state=2)
+
+
+@wp.func
+def creep(instance: int, body: int, model: Model, state: State, work: Scratch, memory: wp.array[float]) -> wp.vec3:
+    memory[0] = memory[0] + 0.1 * work.joint_velocity[body][0]
+    return wp.vec3(-memory[0], 0.0, 0.0)
+
+
+creeping = Force(effort=creep, state=1)
 '''
 
 
@@ -82,11 +115,24 @@ def of_users(folder: Path) -> Scene:
 
 
 def user_controlled(folder: Path) -> Scene:
-    """A leg whose joints have torques of a user's function."""
+    """A leg with a user's controller, which has a state: torques at the hip, excitations of muscles at the knee."""
     (folder / f"{USER_MODULE}.py").write_text(USER_CODE)
     scene = leg()
-    scene.character.muscles = {}
-    scene.custom_controller = f"{USER_MODULE}:spring"
+    scene.actuation = {"hip": Actuation("torque")}
+    scene.custom_controller = f"{USER_MODULE}:rhythmic"
+    scene.custom_controller_parameters = {"frequency": 20.0, "torque": 5.0}
+    return scene
+
+
+def worn(folder: Path) -> Scene:
+    """A walk on muscles in air, with devices at its ankles and a user's at its elbows, which has a state."""
+    (folder / f"{USER_MODULE}.py").write_text(USER_CODE)
+    scene = walk("walk56")
+    spring = {"rest_angle": 0.1, "stiffness_above": 100.0, "stiffness_below": 20.0, "damping": 1.0}
+    for side in "lr":
+        scene.forces[f"{side} exo"] = Force("bilinear_spring", joint=f"{side}Ankle", parameters=spring)
+        scene.forces[f"{side} creep"] = Force(f"{USER_MODULE}:creeping", joint=f"{side}Elbow")
+    scene.forces["air"] = Force("air_drag", body="torso", parameters={"drag_area": 0.5, "density": 1.2})
     return scene
 
 
@@ -145,6 +191,7 @@ KINDS: dict[str, Callable[[Path], Scene]] = {
     "implicit PD": lambda _: implicit_pd(),
     "user functions": of_users,
     "user controller": user_controlled,
+    "user forces": worn,
 }
 SMALL = ("torques", "motion", "user functions")  # those that a CPU tries besides
 

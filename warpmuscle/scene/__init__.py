@@ -1,8 +1,8 @@
 """The description of a character, its controller, task and objective, as data: what a TOML file says.
 
-`scene.scene.Scene` is the whole; parts stand in `part`, `controller`, `muscles`, `motion` and `reflexes`. What is
-computed from a description without simulating it lives here, too: its tree of joints (`topology`), its free parameters,
-masses, units, published norms. `validation` says what a scene must fulfil.
+`scene.scene.Scene` is the whole; parts stand in `part`, `controller`, `muscles`, `force`, `motion` and `reflexes`. What
+is computed from a description without simulating it lives here, too: its tree of joints (`topology`), its free
+parameters, masses, units, published norms. `validation` says what a scene must fulfil.
 
 May import: core, kernels.
 To add: a field to the part that it belongs to, with its unit, `Annotated[Number, "m"]`; its check into `validation`.

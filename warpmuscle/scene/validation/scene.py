@@ -200,6 +200,7 @@ class _Check(Checks):
         tables: dict[str, Iterable[str]] = {"bodies": part.bodies, "joints": part.joints, "muscles": part.muscles}
         keyed = [("name", scene.name), *((f"stages.{k}.name", stage.name) for k, stage in enumerate(scene.stages))]
         keyed += [(f"character.{what}", name) for what, table in tables.items() for name in table]
+        keyed += [("forces", name) for name in scene.forces]
         for key, name in keyed:
             if "\0" in name or name != name.encode(errors="replace").decode():
                 raise SceneError(f"{name!r} has a character that no file can hold", key=key)
