@@ -65,6 +65,24 @@ class Feet:
 
 
 @wp.struct
+class CubicPiece:
+    """A part of a function of a coordinate: c0 + c1 t + c2 t^2 + c3 t^3 at a distance t from its start."""
+
+    start: float  # rad or m
+    c: wp.vec4
+
+
+@wp.struct
+class Couplings:
+    """How coupled joints turn and move their child: six functions of their coordinate each, three of them angles."""
+
+    first: wp.array[int]  # (bodies,) the first one of the functions of a body's joint
+    piece_start: wp.array[int]  # (functions + 1,)
+    axis: wp.array2d[wp.vec3]  # (rows, functions) unit vectors
+    piece: wp.array2d[CubicPiece]  # (rows, pieces)
+
+
+@wp.struct
 class ContactPoint:
     """A point of a body that may touch the ground; body axes, from the body's joint."""
 

@@ -9,7 +9,8 @@ from typing import Any, NamedTuple
 
 import warp as wp
 
-from warpmuscle.kernels.structs import FIRST_COORDINATE_JOINT, ModelRef, at
+from warpmuscle.kernels.joint import hinge_rotation
+from warpmuscle.kernels.structs import FIRST_COORDINATE_JOINT, Couplings, ModelRef, at
 
 
 @wp.struct
@@ -39,6 +40,56 @@ def slide_motion(instance: int, body: int, q: float, model: ModelRef) -> JointMo
     m.orientation = wp.quat(0.0, 0.0, 0.0, 1.0)
     m.place = axis * q
     m.moving = axis
+    return m
+
+
+@wp.func
+def cubic_rates(c: wp.vec4, t: float) -> wp.vec3:
+    """Value, first and second derivative of c0 + c1 t + c2 t^2 + c3 t^3."""
+    return wp.vec3(
+        c[0] + t * (c[1] + t * (c[2] + t * c[3])),
+        c[1] + t * (2.0 * c[2] + 3.0 * t * c[3]),
+        2.0 * c[2] + 6.0 * t * c[3],
+    )
+
+
+@wp.func
+def displacement_rates(couplings: Couplings, instance: int, function: int, q: float) -> wp.vec3:
+    """Value, first and second derivative of one of the functions of a coupled joint."""
+    low = couplings.piece_start[function]
+    high = couplings.piece_start[function + 1]
+    while high - low > 1:
+        middle = (low + high) / 2
+        if at(couplings.piece, instance, middle).start <= q:
+            low = middle
+        else:
+            high = middle
+    piece = at(couplings.piece, instance, low)
+    return cubic_rates(piece.c, q - piece.start)
+
+
+@wp.func
+def coupled_motion(instance: int, body: int, q: float, model: ModelRef) -> JointMotion:
+    """Turns about three axes in order, each riding on those before, and moves along three axes of the parent.
+
+    With w = a_1 f_1' + R_1 a_2 f_2' + R_1 R_2 a_3 f_3' for the rotations R_k by angles f_k(q) about axes a_k.
+    """
+    m = JointMotion()
+    m.orientation = wp.quat(0.0, 0.0, 0.0, 1.0)
+    first = model.couplings.first[body]
+    for k in range(3):
+        f = displacement_rates(model.couplings, instance, first + k, q)
+        own = at(model.couplings.axis, instance, first + k)
+        axis = wp.quat_rotate(m.orientation, own)
+        m.turning_slope = m.turning_slope + axis * f[2] + wp.cross(m.turning, axis) * f[1]
+        m.turning = m.turning + axis * f[1]
+        m.orientation = m.orientation * hinge_rotation(own, f[0])
+    for k in range(3, 6):
+        f = displacement_rates(model.couplings, instance, first + k, q)
+        axis = at(model.couplings.axis, instance, first + k)
+        m.place = m.place + axis * f[0]
+        m.moving = m.moving + axis * f[1]
+        m.moving_slope = m.moving_slope + axis * f[2]
     return m
 
 

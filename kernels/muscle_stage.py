@@ -38,7 +38,7 @@ from warpmuscle.kernels.muscle_control import (
 from warpmuscle.kernels.objective_terms import MuscleWork, muscle_terms_of
 from warpmuscle.kernels.path import PathState, joint_velocities, stretch_of
 from warpmuscle.kernels.scratch import synchronize
-from warpmuscle.kernels.springs import SPRINGS
+from warpmuscle.kernels.springs import ANY_SPRINGS, SPRINGS
 from warpmuscle.kernels.structs import LARGEST, ModelRef, MuscleRow, RecordRef, ScratchRef, StateRef, at, rolled, whole
 
 RIGID, SWITCH, COMPLIANT = 0, 1, 2  # tendons
@@ -174,8 +174,9 @@ def muscle_stage_of(
     add_terms = muscle_terms_of(terms)
     contraction = contraction_of(kind.curves, kind.tendon, kind.implicit, kind.own)
     torque = pulled_torque if kind.pulls_at_hand else muscle_torque
-    actuation_stage = actuation_stage_of(torque, SPRINGS, kind.mixed)
-    implicit_damping_stage = implicit_damping_stage_of(SPRINGS)
+    springs = ANY_SPRINGS if kind.coordinate_joints else SPRINGS
+    actuation_stage = actuation_stage_of(torque, springs, kind.mixed)
+    implicit_damping_stage = implicit_damping_stage_of(springs)
     stretch_stage = stretch_of(kind.pulleys, kind.conditions, kind.straight, kind.coordinate_joints)
     law, neural, implicit, given = kind.law, kind.neural, kind.implicit, kind.given
     excites, sense, wanted_force = controller.excites, controller.sense, force_of(controller)

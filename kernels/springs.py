@@ -3,6 +3,8 @@
 import warp as wp
 
 from warpmuscle.kernels.actuation import IMPLICIT_SHARE, JointDrive, PassiveForce
+from warpmuscle.kernels.coordinate_control import target_coordinate
+from warpmuscle.kernels.joint_motion import has_motion
 from warpmuscle.kernels.simbicon import pd_error
 from warpmuscle.kernels.structs import ModelRef, ScratchRef, at
 
@@ -44,6 +46,35 @@ def add_spring(
 
 
 @wp.func
+def add_any_spring(
+    instance: int,
+    body: int,
+    parent: int,
+    rotation: wp.mat33,
+    drive: wp.ref[JointDrive],
+    passive: wp.mat33,
+    model: ModelRef,
+    work: ScratchRef,
+):
+    """`add_spring` where there may be joints of one coordinate, whose springs are along it: N/m if it is a length.
+
+    Written as `add_spring`; sharing code with it changes how the compiler rounds there.
+    """
+    if has_motion(model.skeleton.plan[body].joint_type):
+        stiffness = at(model.actuation.stiffness, instance, body)
+        damping = at(model.actuation.damping, instance, body)
+        if model.implicit_pd == 1:
+            damping += model.time_step * stiffness
+            drive.inertia = drive.inertia + passive * wp.transpose(passive) * (model.time_step * damping)
+        axis = at(model.skeleton.row, instance, body).axis_a
+        rest = target_coordinate(at(model.actuation.rest, instance, body), axis)
+        error = rotation * axis * (rest - work.coordinate_state[body][0])
+        drive.torque = drive.torque + passive * spring_torque(error, work.joint_velocity[body], stiffness, damping)
+    else:
+        add_spring(instance, body, parent, rotation, drive, passive, model, work)
+
+
+@wp.func
 def spring_damping(
     instance: int, body: int, inertia: wp.mat33, passive: wp.mat33, model: ModelRef, work: ScratchRef
 ) -> wp.mat33:
@@ -53,3 +84,4 @@ def spring_damping(
 
 
 SPRINGS = PassiveForce(add_spring, spring_damping)
+ANY_SPRINGS = PassiveForce(add_any_spring, spring_damping)

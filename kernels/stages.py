@@ -15,7 +15,7 @@ from warpmuscle.kernels.contact import body_contacts
 from warpmuscle.kernels.control import SIMBICON, Controller, control_stage_of
 from warpmuscle.kernels.coordinate_joint import coordinate_velocities, joint_stages_of
 from warpmuscle.kernels.dynamics import body_inertia, inertia_stage, leave_for_parent
-from warpmuscle.kernels.joint_motion import MotionOf, has_motion, slide_motion
+from warpmuscle.kernels.joint_motion import MotionOf, coupled_motion, has_motion, slide_motion
 from warpmuscle.kernels.muscle_stage import MuscleKind, muscle_stage_of
 from warpmuscle.kernels.path import joint_velocities, stretch_of
 from warpmuscle.kernels.scratch import coordinate_work_at
@@ -37,7 +37,11 @@ from warpmuscle.kernels.structs import (
 wp.set_module_options({"enable_backward": False, "max_unroll": 1})
 
 
-OF_JOINTS = joint_stages_of((MotionOf(FIRST_COORDINATE_JOINT, slide_motion),))  # as `scene.joints` numbers them
+KNOWN_JOINTS = (  # as `scene.joints` numbers them
+    MotionOf(FIRST_COORDINATE_JOINT, slide_motion),
+    MotionOf(FIRST_COORDINATE_JOINT + 1, coupled_motion),
+)
+OF_JOINTS = joint_stages_of(KNOWN_JOINTS)
 kinematics_stage, acceleration_stage = OF_JOINTS.kinematics, OF_JOINTS.acceleration
 
 

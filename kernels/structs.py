@@ -16,6 +16,8 @@ from warpmuscle.kernels.body_structs import BodyRow as BodyRow
 from warpmuscle.kernels.body_structs import Collisions as Collisions
 from warpmuscle.kernels.body_structs import ContactPoint as ContactPoint
 from warpmuscle.kernels.body_structs import Contacts as Contacts
+from warpmuscle.kernels.body_structs import Couplings as Couplings
+from warpmuscle.kernels.body_structs import CubicPiece as CubicPiece
 from warpmuscle.kernels.body_structs import Feet as Feet
 from warpmuscle.kernels.body_structs import Ground as Ground
 from warpmuscle.kernels.body_structs import LimitRow as LimitRow
@@ -170,6 +172,7 @@ class Model:
     paths: Paths
     motion: Motion
     reflexes: Reflexes
+    couplings: Couplings
 
 
 @wp.struct

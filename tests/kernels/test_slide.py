@@ -257,3 +257,12 @@ def test_a_slide_starts_from_a_coordinate_and_a_hinge_from_an_orientation():
 def test_the_original_programs_files_have_no_slides(tmp_path):
     with pytest.raises(SceneError, match="this format has no slide joint"):
         save(arm(), tmp_path / "arm.rbs")
+
+
+def test_a_spring_along_a_slide_carries_its_load_from_its_rest():
+    scene = on_rail()
+    scene.actuation["rail"] = Actuation("passive", stiffness=2000.0, damping=150.0, rest=(0.0, 0.03, 0.0))
+    scene.duration = 2.0
+    rollout = Rollout(scene, 1, "cpu")
+    rollout.run()
+    np.testing.assert_allclose(rollout.state.coordinates.numpy()[0, 7], 0.03 - 5.0 * 9.8 / 2000.0, atol=1e-4)

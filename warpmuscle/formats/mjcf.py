@@ -21,6 +21,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from xml.etree.ElementTree import Element, SubElement
 
+from warpmuscle.core.errors import SceneError
 from warpmuscle.core.files import replace_file
 from warpmuscle.core.pose import conjugate, multiply, normalized, rotate, turned_to_heading
 from warpmuscle.model.build import start_of
@@ -168,6 +169,9 @@ def _place_child(element: Element, name: str, joint: Joint, limits: bool) -> Non
     in_parent, in_child = _numbers(joint.position_in_parent), _numbers(joint.position_in_child)
     offset = (p - c for p, c in zip(in_parent, in_child, strict=True))  # in the reference pose all axes are parallel
     element.set("pos", _texts(offset))
+    if joint_type(joint).moves and not joint_type(joint).mujoco:
+        message = f"MuJoCo has no {joint.type} joint, so that this scene cannot be written for it"
+        raise SceneError(message, key=f"character.joints.{name}.type")
     # Of the joints of one body, MuJoCo's first one is the outermost: its axis rides on the parent.
     for number, (suffix, kind, index) in enumerate(joint_type(joint).mujoco):
         motion = Element("joint", name=name + suffix, type=kind)

@@ -70,7 +70,7 @@ def coordinates(motion: Recording, scene: Scene) -> tuple[list[str], Floats]:
         joint = scene.character.joints[name]
         names += [f"{name}_{word}".rstrip("_") for word in joint_type(joint).angles]
         angles = joint_angles(motion, scene.character, name)
-        columns.append(np.degrees(angles) if joint_type(joint).unit == "rad" else angles)
+        columns.append(np.degrees(angles) if joint_type(joint).unit(joint) == "rad" else angles)
     return names, np.concatenate(columns, axis=1)
 
 

@@ -19,6 +19,7 @@ from warpmuscle.kernels import structs
 from warpmuscle.model.bodies import contacts_struct, ground_normal, skeleton_struct
 from warpmuscle.model.collisions import collisions_struct
 from warpmuscle.model.controller import control_steps, controller_struct
+from warpmuscle.model.couplings import couplings_struct
 from warpmuscle.model.muscles import model_parts, muscles_struct
 from warpmuscle.model.objective import objective_fields
 from warpmuscle.model.prescribed_motion import Curves, motion_struct, scene_curves
@@ -153,6 +154,7 @@ def _bodies(scene: Scene, structure: Structure, device: Any, inputs: ModelInputs
         "foot_slots": skeleton.foot_side.shape[0] if scene.feet is not None else 0,
         "feet.left": names.bodies.index(scene.feet[0]) if scene.feet is not None else 0,
         "feet.right": names.bodies.index(scene.feet[1]) if scene.feet is not None else 0,
+        "couplings": couplings_struct(scene, names, device),
     }
 
 

@@ -129,6 +129,8 @@ class Actuation(Part):
     Torque: the controller's; muscle: what the muscles pull; assisted: both together; passive: neither; kinematic: it
     moves as the scene's `motion` says, or stays as in the initial state, whatever that takes. A spring-damper acts
     besides on muscle, assisted and passive degrees of freedom, if it has a stiffness or damping.
+    A spring of a joint of one coordinate, such as a slide, acts along it, N/m and N s/m if it is a length; `rest` is
+    then that coordinate times the joint's first axis.
     A joint that is not named is driven by the muscles that cross it, or by torque if there are none.
     """
 

@@ -24,9 +24,9 @@ from warpmuscle.scene.reflexes import Reflex, Reflexes
 
 __all__ = [
     "PD", "Actuation", "Balance", "Body", "Box", "Capsule", "Character", "Component", "Condition", "Controller",
-    "Curve", "Drive", "Excitation", "Failure", "Feedback", "Force", "Ground", "InitialState", "Joint", "JointState",
-    "Motion", "Muscle", "MuscleModel", "Objective", "Part", "Pulley", "Reflex", "Reflexes", "Robustness",
-    "Scene", "SearchStage", "Shape", "Side",
+    "Curve", "Displacement", "Drive", "Excitation", "Failure", "Feedback", "Force", "Ground", "InitialState",
+    "Joint", "JointState", "Motion", "Muscle", "MuscleModel", "Objective", "Part", "Pulley", "Reflex", "Reflexes",
+    "Robustness", "Scene", "SearchStage", "Shape", "Side",
     "Sphere", "State", "Tracking", "Trajectory", "ViaPoint",
 ]  # fmt: skip
 
@@ -65,17 +65,35 @@ class Body(Part):
     friction: Annotated[Number, "1"] = 0.8  # Coulomb coefficient; a contact takes the smaller one of body and ground
 
 
+class Displacement(Part):
+    """How far a coupled joint turns about an axis or moves along it, as a function of its coordinate q.
+
+    It is value + slope q, or a cubic spline through knots (x, y) that goes on straight beyond them: `simm`, as SIMM and
+    OpenSim's SimmSpline have it, or `natural`, without curvature at its ends.
+    """
+
+    axis: Annotated[Vector, "1"]
+    value: Annotated[Number, "rad or m"] = 0.0
+    slope: Annotated[Number, "per unit of q"] = 0.0
+    x: Annotated[list[float], "rad or m"] = []
+    y: Annotated[list[Number], "rad or m"] = []
+    ends: Literal["simm", "natural"] = "simm"
+
+
 class Joint(Part):
     """A joint between two bodies; its coordinates are the child's rotation in the parent's frame.
 
     `axes`: hinge [a]; slide [a], along which the child moves; universal [a, b], the child turning by b of the parent,
     then by a of its own; ball [swing, twist], used by its limits only, as the Euler angles of rotations about swing (in
-    the parent), swing x twist, and twist (in the child); fixed [].
+    the parent), swing x twist, and twist (in the child); fixed and coupled [].
+    `rotations` and `translations`: of a coupled joint, such as a knee, three of each at most: the child turns about the
+    rotations' axes in their order, each axis riding on the turns before, and its joint point moves along the
+    translations' axes, which stay in the parent. All are functions of the joint's one coordinate.
     `limits`: one [low, high] in rad per axis (three for a ball: swing, swing x twist, twist), of a slide in m; none if
     empty. Their stiffness and damping are those of a slide in N/m and N s/m.
     """
 
-    type: str  # ball, universal, hinge, slide, fixed, or another one of `scene.joints.TYPES`
+    type: str  # ball, universal, hinge, slide, coupled, fixed, or another one of `scene.joints.TYPES`
     parent: str
     child: str
     position_in_parent: Annotated[Vector, "m"]  # in the parent's frame
@@ -84,6 +102,8 @@ class Joint(Part):
     limits: Annotated[list[tuple[Number, Number]], "rad"] = []
     limit_stiffness: Annotated[Number, "N m/rad"] = 4000.0
     limit_damping: Annotated[Number, "N m s/rad"] = 20.0
+    rotations: list[Displacement] = []
+    translations: list[Displacement] = []
 
 
 class Character(Part):

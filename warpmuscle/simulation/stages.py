@@ -18,6 +18,7 @@ from warpmuscle.formats import SceneLike
 from warpmuscle.kernels import stages, structs
 from warpmuscle.kernels.scratch import capacity_of, work_floats
 from warpmuscle.model.build import replaced
+from warpmuscle.model.joints import device_number
 from warpmuscle.model.muscles import muscle_kind
 from warpmuscle.model.paths import path_table, paths_struct
 from warpmuscle.results.recording import MUSCLE_QUANTITIES
@@ -46,8 +47,16 @@ class Stages(Rollout):
     """
 
     def __init__(self, scene: SceneLike, instances: int = 1, device: str | None = None, *, trust: bool = False) -> None:
-        """Prepare room for so many states; see `Rollout`."""
+        """Prepare room for so many states; see `Rollout`.
+
+        Raises:
+            RolloutError: see there; or a joint of a type that was registered, which only the whole step has.
+        """
         super().__init__(scene, instances, device, trust=trust)
+        known = {joint.number for joint in stages.KNOWN_JOINTS if joint in self.structure.joints}
+        for joint in self.scene.character.joints.values():
+            if joint_type(joint).by_coordinate and device_number(joint_type(joint)) not in known:
+                raise RolloutError(f"single stages know no {joint.type} joint; run the whole step instead")
         floats = work_floats(capacity_of(len(self.names.bodies)), True)
         self._workspace = wp.zeros((self.instances, floats), dtype=float, device=self.device)
 

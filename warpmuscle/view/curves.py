@@ -49,7 +49,7 @@ def panels_of(recording: Recording, scene: Scene) -> list[Panel]:
     for number, name in enumerate(recording.joint_names):
         joint = scene.character.joints[name]
         kind, own = joint_type(joint), joint_angles(recording, scene.character, name)
-        shown, factor = curves[kind.unit], np.degrees(1.0) if kind.unit == "rad" else 1.0
+        shown, factor = curves[kind.unit(joint)], np.degrees(1.0) if kind.unit(joint) == "rad" else 1.0
         acting = -rotate(conjugate(orientations[joint.parent]), recording.joint_torque[:, number])
         about = kind.components(joint, acting)
         for axis, word in enumerate(kind.angles):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from warpmuscle.core.pose import conjugate, multiply, normalized, rotate
-from warpmuscle.scene import Joint
+from warpmuscle.scene import Displacement, Joint
 from warpmuscle.scene.joints import TYPES, JointType
 
 ZERO = (0.0, 0.0, 0.0)
@@ -13,7 +13,12 @@ STEP = 1.0e-5  # s
 
 def joint_of(kind: JointType) -> Joint:
     """A joint of a type about oblique axes."""
-    return Joint(kind.name, "a", "b", ZERO, ZERO, [(0.3, -0.8, 0.5), (0.9, 0.2, -0.4)][: kind.axes])
+    joint = Joint(kind.name, "a", "b", ZERO, ZERO, [(0.3, -0.8, 0.5), (0.9, 0.2, -0.4)][: kind.axes])
+    if kind.displaced:
+        wave = Displacement((0.5, 0.1, 0.9), x=[-3.0, -1.0, 0.2, 1.0, 3.0], y=[0.3, -0.2, 0.1, 0.4, -0.1])
+        joint.rotations = [Displacement((0.3, -0.8, 0.5), 0.2, 1.1), wave]
+        joint.translations = [Displacement((0.9, 0.2, -0.4), slope=0.05), wave]
+    return joint
 
 
 def moved(kind: JointType, q: np.ndarray, v: np.ndarray, time: float) -> np.ndarray:

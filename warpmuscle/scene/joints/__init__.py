@@ -3,7 +3,20 @@
 `joint_type(joint)` and `root_type(character)` give the entry; no other code asks for a type's name. An entry is a
 `JointType`: how many coordinates, speeds, axes and limits, their names, how coordinates follow from orientation and
 angular velocity and the other way round, the motion subspace with its rate, what is checked, what MuJoCo and the
-original program call it, and which constant of `kernels.structs` stands for it on the device.
+original program call it, and what stands for it on the device.
+
+A joint whose pose is a function of one coordinate, as of a slide, a knee or a screw, takes one entry and one function:
+
+1. a subclass of `coordinate.Coordinate` with `motion`: orientation, place, motion subspace S(q), S'(q) q'^2 in NumPy,
+   and `shown`, which finds the coordinate in a pose; `unit`, if it is a length; `frame`, if axis a, along which torques
+   are kept, is not the first of its `axes`; `check`, for what else can be wrong;
+2. a Warp function (instance, body, q, model) -> `kernels.joint_motion.JointMotion` with the same S(q) and dS/dq, which
+   the entry names in `kernel`. It is compiled into models that have such joints and into no other;
+3. `register(entry)`, or the entry in `TYPES` if it is to be shipped.
+
+All else follows: kinematics, dynamics, limits, muscles across it, control, prescribed motion, inverse dynamics, files,
+viewer, figures. `tests/scene/joints/test_new_type.py` adds a screw so. A joint of several speeds, or with a quaternion,
+needs stages of its own in `kernels.kinematics`, `dynamics`, `integration`, `limits` and `control` besides.
 
 May import: core, scene.
 To add: a type, as a `JointType` in a file here, and into `TYPES`.
@@ -11,16 +24,29 @@ To add: a type, as a `JointType` in a file here, and into `TYPES`.
 
 from __future__ import annotations
 
+from warpmuscle.core.errors import Error
 from warpmuscle.scene import Character, Joint
 from warpmuscle.scene.joints.coordinate import SLIDE
+from warpmuscle.scene.joints.coupled import COUPLED
 from warpmuscle.scene.joints.joint_type import JointType as JointType
 from warpmuscle.scene.joints.joint_type import Motion as Motion
 from warpmuscle.scene.joints.roots import FIXED_ROOT, FREE, PLANAR
 from warpmuscle.scene.joints.roots import RootType as RootType
 from warpmuscle.scene.joints.turning import BALL, FIXED, HINGE, UNIVERSAL
 
-TYPES: dict[str, JointType] = {entry.name: entry for entry in (BALL, UNIVERSAL, HINGE, FIXED, SLIDE)}
+TYPES: dict[str, JointType] = {entry.name: entry for entry in (BALL, UNIVERSAL, HINGE, FIXED, SLIDE, COUPLED)}
 ROOT_TYPES: dict[str, RootType] = {entry.name: entry for entry in (FREE, PLANAR, FIXED_ROOT)}
+
+
+def register(entry: JointType) -> None:
+    """Let scenes have joints of one more type.
+
+    Raises:
+        Error: there is one of that name.
+    """
+    if entry.name in TYPES:
+        raise Error(f"there is a joint type {entry.name!r} already")
+    TYPES[entry.name] = entry
 
 
 def joint_type(joint: Joint) -> JointType:

@@ -36,6 +36,9 @@ class Coordinate(JointType):
 class Slide(Coordinate):
     """Translation along an axis; limits are in m, their stiffness and damping in N/m and N s/m."""
 
+    def unit(self, joint: Joint) -> str:
+        return "m"
+
     def motion(self, joint: Joint, q: Floats, v: Floats) -> Motion:
         a, zero = self.frame(joint)[0], np.zeros((len(q), 3))
         upright = np.tile([0.0, 0.0, 0.0, 1.0], (len(q), 1))
@@ -54,7 +57,6 @@ SLIDE = Slide(
     limits=1,
     angles=("",),
     angle_names=("position",),
-    unit="m",
     mujoco=(MujocoJoint("", "slide", 0),),
     mujoco_coordinates=(0,),
     mujoco_speeds=(0,),

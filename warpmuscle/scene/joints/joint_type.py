@@ -50,12 +50,13 @@ class JointType:
     limits: int  # that a scene may give
     angles: tuple[str, ...]  # words behind the joint's name where files and figures show its angles
     angle_names: tuple[str, ...]  # the same in titles
-    unit: str = "rad"  # of the coordinates and angles; of a quaternion that of its angles
     mujoco: tuple[MujocoJoint, ...] = ()  # outermost first; none: welded
     mujoco_coordinates: tuple[int, ...] = ()  # ours in MuJoCo's order
     mujoco_speeds: tuple[int, ...] = ()
     keyword: str = ""  # of the original program's files; none: they have no such joint
     opposite_limits: tuple[int, ...] = ()  # those that these files give with the other sign
+
+    displaced = False  # whether it has `rotations` and `translations`
 
     @property
     def quaternion(self) -> bool:
@@ -84,6 +85,9 @@ class JointType:
         if len(joint.limits) not in (0, self.limits):
             message = f"a {self.name} joint takes {self.limits} limits or none, got {len(joint.limits)}"
             raise SceneError(message, key=f"{key}.limits")
+        for field in ("rotations", "translations"):
+            if getattr(joint, field) and not self.displaced:
+                raise SceneError(f"a {self.name} joint takes no {field}", key=f"{key}.{field}")
         for index, axis in enumerate(joint.axes):
             checks.not_zero(f"{key}.axes.{index}", axis, "axis")
 
@@ -94,6 +98,10 @@ class JointType:
             if getattr(state, field) != 0.0:
                 message = f"a {self.name} joint starts from `orientation` and `angular_velocity`"
                 raise SceneError(message, key=f"{key}.{field}")
+
+    def unit(self, joint: Joint) -> str:
+        """Unit of the coordinates and angles, rad or m; of a quaternion that of its angles."""
+        return "rad"
 
     @property
     def axes_optional(self) -> bool:

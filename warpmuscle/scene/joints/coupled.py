@@ -1,0 +1,122 @@
+"""A joint that turns and moves as functions of one coordinate say: OpenSim's CustomJoint with one coordinate."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.errors import SceneError
+from warpmuscle.core.number_rows import rows
+from warpmuscle.core.pose import about, conjugate, multiply, normalized, rotate
+from warpmuscle.scene import Displacement, Joint
+from warpmuscle.scene.joints.coordinate import Coordinate
+from warpmuscle.scene.joints.displacement import rates
+from warpmuscle.scene.joints.joint_type import OTHER_AXIS, Motion
+from warpmuscle.scene.validation.checks import Checks
+
+_SAMPLES = 361  # of the coordinate, among which the one nearest to a pose is looked for
+_REFINED = 6  # times
+_LENGTH = 0.1  # m, that counts as much as a radian in that
+
+
+class Coupled(Coordinate):
+    """The child turns about `rotations` in their order, each axis riding on those before; its joint point moves along
+    `translations`, in the parent's axes. The coordinate is an angle if a rotation depends on it, else a length.
+    """
+
+    displaced = True
+
+    def check(self, checks: Checks, key: str, joint: Joint) -> None:
+        super().check(checks, key, joint)
+        for field in ("rotations", "translations"):
+            given = getattr(joint, field)
+            if len(given) > 3:
+                raise SceneError(f"a {self.name} joint takes 3 {field} at most, got {len(given)}", key=f"{key}.{field}")
+            for index, displacement in enumerate(given):
+                _check(checks, f"{key}.{field}.{index}", displacement)
+        if not any(map(depends, (*joint.rotations, *joint.translations))):
+            message = "depends on no coordinate; give a rotation or translation a `slope`, or knots `x` and `y`"
+            raise SceneError(message, key=key)
+
+    def unit(self, joint: Joint) -> str:
+        return "rad" if any(map(depends, joint.rotations)) else "m"
+
+    def frame(self, joint: Joint) -> tuple[Floats, Floats]:
+        axis = next(d.axis for d in (*joint.rotations, *joint.translations) if depends(d))
+        return normalized(rows(axis)), rows(OTHER_AXIS)
+
+    def motion(self, joint: Joint, q: Floats, v: Floats) -> Motion:
+        zero = np.zeros((len(q), 3))
+        orientation = np.tile([0.0, 0.0, 0.0, 1.0], (len(q), 1))
+        turning, bending, place, moving, curving = zero, zero, zero, zero, zero
+        for rotation in joint.rotations:
+            angle, first, second = rates(rotation, q[:, 0])
+            own = normalized(rows(rotation.axis))
+            axis = rotate(orientation, own)
+            bending = bending + axis * second[:, None] + np.cross(turning, axis) * first[:, None]
+            turning = turning + axis * first[:, None]
+            orientation = multiply(orientation, about(own, angle))
+        for translation in joint.translations:
+            axis = normalized(rows(translation.axis))
+            value, first, second = (rate[:, None] for rate in rates(translation, q[:, 0]))
+            place, moving, curving = place + axis * value, moving + axis * first, curving + axis * second
+        return Motion(orientation, place, [turning], [moving], bending * v**2, curving * v**2)
+
+    def shown(self, joint: Joint, orientation: Floats, place: Floats) -> Floats:
+        """The coordinate whose pose comes nearest."""
+        samples = np.linspace(*_span(joint), _SAMPLES)[:, None]
+        motion = self.motion(joint, samples, np.zeros_like(samples))
+        turn = np.arccos(np.clip(np.abs(orientation @ motion.orientation.T), 0.0, 1.0))
+        away = np.sum(place**2, axis=1)[:, None] - 2.0 * place @ motion.place.T + np.sum(motion.place**2, axis=1)
+        q = samples[np.argmin(4.0 * turn**2 + away / _LENGTH**2, axis=1)]
+        for _ in range(_REFINED):
+            motion = self.motion(joint, q, np.zeros_like(q))
+            missing = multiply(orientation, conjugate(motion.orientation))
+            missing = 2.0 * missing[:, :3] * np.where(missing[:, 3:] < 0.0, -1.0, 1.0)
+            s = np.concatenate([motion.turning[0], motion.moving[0] / _LENGTH], axis=1)
+            error = np.concatenate([missing, (place - motion.place) / _LENGTH], axis=1)
+            q = q + np.sum(s * error, axis=1, keepdims=True) / np.maximum(np.sum(s * s, axis=1, keepdims=True), 1e-12)
+        return np.asarray(q)
+
+
+def depends(displacement: Displacement) -> bool:
+    """Whether a displacement changes with the coordinate."""
+    return bool(displacement.x) or displacement.slope != 0.0
+
+
+def _check(checks: Checks, key: str, displacement: Displacement) -> None:
+    """A displacement has a direction, and either knots or a line."""
+    checks.not_zero(f"{key}.axis", displacement.axis, "axis")
+    if len(displacement.x) != len(displacement.y):
+        raise SceneError(f"{len(displacement.y)} values for {len(displacement.x)} knots", key=f"{key}.y")
+    if not displacement.x:
+        return
+    if len(displacement.x) < 2:
+        raise SceneError("a spline goes through two knots at least", key=f"{key}.x")
+    checks.increasing(f"{key}.x", displacement.x, "knots")
+    for field in ("value", "slope"):
+        if getattr(displacement, field) != 0.0:
+            raise SceneError(f"give either a spline with `x` and `y`, or `{field}`", key=f"{key}.{field}")
+
+
+def _span(joint: Joint) -> tuple[float, float]:
+    """Coordinates that a joint may have: within its limits, or what its knots reach over, and somewhat beyond."""
+    knots = list(itertools.chain.from_iterable(d.x for d in (*joint.rotations, *joint.translations)))
+    limits = [float(rows(number).flat[0]) for pair in joint.limits for number in pair]
+    ends = limits or knots or [-np.pi, np.pi]
+    beyond = 0.2 * (max(ends) - min(ends))
+    return min(ends) - beyond, max(ends) + beyond
+
+
+COUPLED = Coupled(
+    name="coupled",
+    kernel="warpmuscle.kernels.joint_motion:coupled_motion",
+    coordinates=("",),
+    speeds=("",),
+    axes=0,
+    limits=1,
+    angles=("",),
+    angle_names=("coordinate",),
+)

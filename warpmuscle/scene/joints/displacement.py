@@ -1,0 +1,63 @@
+"""Functions of one coordinate as cubic pieces: constant, linear, or a spline through knots."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.number_rows import rows
+from warpmuscle.scene import Displacement
+
+
+def pieces(displacement: Displacement) -> tuple[Floats, Floats]:
+    """Where the pieces start (P,), and their coefficients (rows, P, 4) over the distance from there, constant first.
+
+    A spline goes on straight beyond its ends, as OpenSim's does; the first piece leads back from the first knot.
+    """
+    if not displacement.x:
+        line = rows([displacement.value, displacement.slope])
+        return np.zeros(1), np.concatenate([line, np.zeros_like(line)], axis=1)[:, None]
+    x, y = np.array(displacement.x), rows(displacement.y)
+    width = np.diff(x)
+    slope = np.diff(y, axis=1) / width
+    bend = _second_derivatives(x, y, displacement.ends)
+    c = np.zeros((len(y), len(x) + 1, 4))
+    inner = c[:, 1:-1]
+    inner[..., 0] = y[:, :-1]
+    inner[..., 1] = slope - width * (2.0 * bend[:, :-1] + bend[:, 1:]) / 6.0
+    inner[..., 2] = 0.5 * bend[:, :-1]
+    inner[..., 3] = np.diff(bend, axis=1) / (6.0 * width)
+    c[:, 0, :2] = inner[:, 0, :2]
+    c[:, -1, 0] = y[:, -1]
+    c[:, -1, 1] = slope[:, -1] + width[-1] * (bend[:, -2] + 2.0 * bend[:, -1]) / 6.0
+    return np.concatenate([x[:1], x]), c
+
+
+def _second_derivatives(x: Floats, y: Floats, ends: str) -> Floats:
+    """Second derivatives (rows, K) at the knots of a cubic spline with continuous ones.
+
+    `natural`: none at the ends. `simm`: there the third derivative is that of the cubic through the four knots next to
+    them (Forsythe, Malcolm, Moler 1977, section 4.4), as in SIMM and OpenSim.
+    """
+    count, width = len(x), np.diff(x)
+    slope = np.diff(y, axis=1) / width
+    matrix, right = np.zeros((count, count)), np.zeros_like(y)
+    for i in range(1, count - 1):
+        matrix[i, i - 1 : i + 2] = width[i - 1], 2.0 * (width[i - 1] + width[i]), width[i]
+        right[:, i] = 6.0 * (slope[:, i] - slope[:, i - 1])
+    matrix[0, 0] = matrix[-1, -1] = 1.0
+    if ends == "simm" and count > 2:
+        matrix[0, :2] = matrix[-1, :-3:-1] = -1.0, 1.0
+        if count > 3:
+            third = np.diff(np.diff(slope, axis=1) / (x[2:] - x[:-2]), axis=1) / (x[3:] - x[:-3])
+            right[:, 0], right[:, -1] = 6.0 * width[0] * third[:, 0], -6.0 * width[-1] * third[:, -1]
+    return np.asarray(np.linalg.solve(matrix, right.T).T)
+
+
+def rates(displacement: Displacement, q: Floats) -> tuple[Floats, Floats, Floats]:
+    """Value, first and second derivative (n,) at coordinates (n,)."""
+    start, c = pieces(displacement)
+    piece = np.maximum(np.searchsorted(start, q, side="right") - 1, 0)
+    c0, c1, c2, c3 = np.moveaxis(c[np.arange(len(q)) if len(c) > 1 else 0, piece], -1, 0)
+    t = q - start[piece]
+    return c0 + t * (c1 + t * (c2 + t * c3)), c1 + t * (2.0 * c2 + 3.0 * t * c3), 2.0 * c2 + 6.0 * t * c3
