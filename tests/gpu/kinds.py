@@ -9,7 +9,7 @@ from typing import Any
 from muscle_arm import constant, leg
 from warpmuscle.formats import load
 from warpmuscle.kernels.terms import TERMS
-from warpmuscle.scene import Actuation, Force, Motion, Scene
+from warpmuscle.scene import Actuation, Displacement, Force, Motion, Scene
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.parameters import start_values, substitute
 
@@ -170,6 +170,16 @@ def sliding() -> Scene:
     return scene
 
 
+def coupled() -> Scene:
+    """A leg whose knee rolls and slides as functions of its angle."""
+    scene = sliding()
+    knee = scene.character.joints["knee"]
+    knee.type, knee.axes = "coupled", []
+    knee.rotations = [Displacement((1.0, 0.0, 0.0), slope=1.0)]
+    knee.translations = [Displacement((0.0, 1.0, 0.0), x=[-2.0, -1.0, 0.0, 1.0], y=[0.02, -0.01, 0.03, 0.0])]
+    return scene
+
+
 KINDS: dict[str, Callable[[Path], Scene]] = {
     "torques": lambda _: walk(),
     "rigid": lambda _: walk("walk56"),
@@ -187,6 +197,7 @@ KINDS: dict[str, Callable[[Path], Scene]] = {
     "objective": lambda _: judged(),
     "forces": lambda _: forced(),
     "slide": lambda _: sliding(),
+    "coupled": lambda _: coupled(),
     "held": lambda _: held(),
     "implicit PD": lambda _: implicit_pd(),
     "user functions": of_users,

@@ -29,13 +29,13 @@ from warpmuscle.kernels import (
     record,
     scratch,
     simbicon,
+    stages,
     step,
 )
 from warpmuscle.kernels.curves import LEE
-from warpmuscle.kernels.joint_motion import MotionOf, slide_motion
 from warpmuscle.kernels.muscle_stage import COMPLIANT, HILL, IDEAL, LEGACY, RIGID, MuscleKind, muscle_stage_of
 from warpmuscle.kernels.scratch import LIVES, PHASES, Life
-from warpmuscle.kernels.structs import FIRST_COORDINATE_JOINT, Scratch
+from warpmuscle.kernels.structs import Scratch
 
 BODIES, SLOTS = 15, 5
 FLOATS = {"floats": 1, "integers": 1, "vectors": 3, "quaternions": 4, "matrices": 9, "symmetric": 6}
@@ -49,11 +49,10 @@ MUSCLES = [
     )
     for tendon, law, at_hand in itertools.product((RIGID, COMPLIANT), (HILL, LEGACY, IDEAL), (True, False))
 ]
-JOINTS = (MotionOf(FIRST_COORDINATE_JOINT, slide_motion),)
 FORCES = tuple(devices.FORCES.values())
 IN_PARTS = (kinematics.move_joint, kinematics.place_root, kinematics.place_body)
 FUNCTIONS: dict[str, tuple[Any, ...]] = {
-    "joints": (kinematics.move_joint, coordinate_joint.move_any_of(JOINTS)),
+    "joints": (kinematics.move_joint, coordinate_joint.move_any_of(stages.KNOWN_JOINTS)),
     "poses": (kinematics.place_root, kinematics.place_body, coordinate_joint.place_any),
     "sums": (kinematics.kinematics_stage,),
     "failure": (failure.begin_step, failure.posture_status),
