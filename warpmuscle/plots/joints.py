@@ -43,7 +43,7 @@ def draw(subject: Subject) -> Any:
                 axes.plot(recording.time, angle, line, color=_COLORS[label], lw=1.4 - 0.2 * number)
                 used.add(_COLORS[label])
         axes.axhline(0.0, color=GRAY, lw=0.6, zorder=0)
-        axes.set(title=row.label, ylabel="angle (deg)")
+        axes.set(title=row.label, ylabel=angle_label(scene, row.left))
         axes.margins(x=0.0)
     for axes in panels[-columns:]:
         axes.set_xlabel("time (s)")
@@ -78,8 +78,14 @@ def recorded_curves(axes: Any, recorded: Recording, scene: Scene, joint: str) ->
         axes.plot(recorded.time, angle, color=RECORDED_COLOR, lw=4.0, zorder=1)
 
 
+def angle_label(scene: Scene, joint: str) -> str:
+    """Label of an axis with the angles of a joint, or the positions of one whose coordinate is a length."""
+    entry = scene.character.joints[joint]
+    return "angle (deg)" if joint_type(entry).unit(entry) == "rad" else "position (m)"
+
+
 def joint_curves(recording: Recording, scene: Scene, joint: str) -> list[tuple[str, Floats]]:
-    """Angles (F,) of a joint, degrees, with the names of their axes; turns about x, then y, then z of a ball joint.
+    """Angles (F,) of a joint, degrees (see `angle_label`), with names of their axes; turns about x, y, z of a ball.
 
     Flexion of hips, knees and ankles is positive, as beside the norms.
     """

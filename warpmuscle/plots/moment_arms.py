@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from warpmuscle.gait.cycles import flexion_signs
+from warpmuscle.plots.joints import angle_label
 from warpmuscle.plots.pairs import pairs
 from warpmuscle.plots.style import GRAY, PALETTE, grid, heading, label_ends
 from warpmuscle.plots.subject import Absent, Subject
@@ -49,11 +50,15 @@ def draw(subject: Subject) -> Any:
         raise Absent(f"{subject.source}: no muscle acts on the joints asked for")
     figure, panels = grid(len(curves), 3, 2.2)
     for axes, (title, arms, shown) in zip(panels, curves, strict=True):
+        joint = scene.character.joints[arms.joint]
+        turns = joint_type(joint).unit(joint) == "rad"
+        position = np.degrees(arms.angle) if turns else arms.angle
         for number, k in enumerate(shown):
             line = ("-", "--", ":")[number // len(PALETTE) % 3]
-            axes.plot(np.degrees(arms.angle), 1e3 * arms.arm[:, k], line, color=PALETTE[number % len(PALETTE)], lw=1.3)
+            axes.plot(position, 1e3 * arms.arm[:, k], line, color=PALETTE[number % len(PALETTE)], lw=1.3)
         axes.axhline(0.0, color=GRAY, lw=0.6, zorder=0)
-        axes.set(title=title, xlabel="angle (deg)", ylabel="moment arm (mm)")
+        label = "moment arm (mm)" if turns else "moment arm (mm/m)"
+        axes.set(title=title, xlabel=angle_label(scene, arms.joint), ylabel=label)
         axes.margins(x=0.0, y=0.12)
     heading(
         figure,

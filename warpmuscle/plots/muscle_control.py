@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from warpmuscle.plots.joints import RECORDED_COLOR, joint_curves, recorded_curves
+from warpmuscle.plots.joints import RECORDED_COLOR, angle_label, joint_curves, recorded_curves
 from warpmuscle.plots.style import GRAY, PALETTE, grid, heading
 from warpmuscle.plots.subject import Absent, Subject
 from warpmuscle.results.recording import Recording
@@ -31,7 +31,7 @@ def draw(subject: Subject) -> Any:
         panels[0].plot([], [], color=RECORDED_COLOR, lw=4.0, label="recorded")
     for (name, angle), color in zip(joint_curves(recording, subject.scene, joint), _AXIS_COLORS, strict=False):
         panels[0].plot(recording.time, angle, color=color, label=name)
-    panels[0].set(title=joint, ylabel="angle (deg)")
+    panels[0].set(title=joint, ylabel=angle_label(subject.scene, joint))
     _torques(panels[1], recording, joint)
     wanted = bool(np.any(recording.joint_torque_desired))
     for axes, name in zip(panels[2:], muscles, strict=True):

@@ -12,7 +12,7 @@ from warpmuscle.core.errors import Error
 from warpmuscle.gait.cycles import leg_angles
 from warpmuscle.gait.foot_contact import SIDES, touch_downs
 from warpmuscle.gait.measures import Gait
-from warpmuscle.plots.joints import RECORDED_COLOR, joint_curves, recorded_curves
+from warpmuscle.plots.joints import RECORDED_COLOR, angle_label, joint_curves, recorded_curves
 from warpmuscle.plots.projection import project
 from warpmuscle.plots.style import SIDE_COLORS, WIDTH, matplotlib, save, style
 from warpmuscle.plots.subject import Subject
@@ -248,6 +248,6 @@ def _draw_joints(panels: list[Any], recording: Recording, scene: Scene, recorded
         if recorded is not None:
             recorded_curves(axes, recorded, scene, joint)
         axes.plot(recording.time, angle, color=SIDE_COLORS["middle"])
-        axes.set(title=name, ylabel="angle (deg)")
+        axes.set(title=name, ylabel=angle_label(scene, joint))
     for axes in panels[len(found) :]:
         axes.set_visible(False)
