@@ -3,14 +3,14 @@
 import warp as wp
 
 from warpmuscle.kernels.muscle import pennation_cosine
-from warpmuscle.kernels.objective_terms import (
+from warpmuscle.kernels.structs import Model, at
+from warpmuscle.kernels.term_functions import (
     MuscleWork,
     metabolic_bhargava,
     metabolic_umberger,
     metabolic_wang,
     passive_force,
 )
-from warpmuscle.kernels.structs import Model, at
 
 wp.set_module_options({"enable_backward": False, "max_unroll": 1})
 

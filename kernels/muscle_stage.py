@@ -35,11 +35,11 @@ from warpmuscle.kernels.muscle_control import (
     timed_excitation,
     within,
 )
-from warpmuscle.kernels.objective_terms import MuscleWork, muscle_terms_of
 from warpmuscle.kernels.path import PathState, joint_velocities, stretch_of
 from warpmuscle.kernels.scratch import synchronize
 from warpmuscle.kernels.springs import ANY_SPRINGS, SPRINGS
 from warpmuscle.kernels.structs import LARGEST, ModelRef, MuscleRow, RecordRef, ScratchRef, StateRef, at, rolled, whole
+from warpmuscle.kernels.term_functions import MuscleWork, muscle_terms_of
 
 RIGID, SWITCH, COMPLIANT = 0, 1, 2  # tendons
 HILL, LEGACY, IDEAL = 0, 1, 2  # laws
@@ -168,7 +168,7 @@ def muscle_stage_of(
     """The Warp function that lets the muscles of a kind drive the joints, see `actuation`. It ends with a barrier.
 
     Args:
-        kind: what is compiled in. terms: of the objective, see `objective_terms.muscle_functions`.
+        kind: what is compiled in. terms: of the objective, see `term_functions.muscle_functions`.
         recorded: whether frames hold what the muscles do. controller: what excites them.
     """
     add_terms = muscle_terms_of(terms)

@@ -1,346 +1,63 @@
-"""Terms of the objective: what each adds in one step, and the stage that sums them up.
+"""The terms of the objective, one object each. They know nothing of Warp, so that scenes need not wait for it.
 
-Each term is a function of one muscle, of one body, or of the whole instance; what else there is to say of it stands in
-`terms.py`. Which ones are summed is compiled in.
+What a term of a muscle, body or whole instance adds in a step is the function of its name in `term_functions.py`.
 """
 
-from functools import cache
-from typing import Any, NamedTuple
+from typing import Literal, NamedTuple
 
-import warp as wp
-
-from warpmuscle.kernels.contact import body_weight
-from warpmuscle.kernels.curves import active_force_length, force_velocity
-from warpmuscle.kernels.custom_curves import OwnCurves, with_curves
-from warpmuscle.kernels.failure import turn_between
-from warpmuscle.kernels.gait_cycle import foot_part, part_of_step
-from warpmuscle.kernels.limits import limit_stage
-from warpmuscle.kernels.metabolics import bhargava_power, umberger_power, wang_power
-from warpmuscle.kernels.muscle import LARGEST_SPEED, bounded_passive
-from warpmuscle.kernels.simbicon import pd_error
-from warpmuscle.kernels.spatial import heading_angle, turn_about_x
-from warpmuscle.kernels.structs import LARGEST, LEFT, RIGHT, ModelRef, ScratchRef, StateRef, at, rolled
-from warpmuscle.kernels.terms import TERMS, Scope
+Scope = Literal["muscle", "body", "whole", "batch"]
 
 
-@wp.struct
-class MuscleWork:
-    """What a muscle does in a step."""
+class Term(NamedTuple):
+    """One term of the objective."""
 
-    activation: float
-    excitation: float
-    length: float  # m, of the fibre
-    speed: float  # m/s, of the fibre, lengthening
-    force: float  # N
-
-
-@wp.func
-def effort_squared(instance: int, m: int, w: MuscleWork, model: ModelRef) -> float:
-    """a^2."""
-    return w.activation * w.activation
-
-
-@wp.func
-def effort_cubed(instance: int, m: int, w: MuscleWork, model: ModelRef) -> float:
-    """a^3."""
-    return w.activation * w.activation * w.activation
-
-
-@wp.func
-def contractile_force(instance: int, m: int, w: MuscleWork, model: ModelRef) -> float:
-    """Force of the active part of the fibre, N, never negative."""
-    row = at(model.muscles.row, instance, m)
-    l_opt = row.l_opt
-    v = wp.clamp(w.speed / (l_opt * row.v_max), -LARGEST_SPEED, LARGEST_SPEED)
-    curves = model.muscles.model
-    multiplier = active_force_length(curves, w.length / l_opt) * force_velocity(curves, v, w.activation)
-    return wp.max(w.activation * multiplier * row.f_max, 0.0)
-
-
-@wp.func
-def metabolic_wang(instance: int, m: int, w: MuscleWork, model: ModelRef) -> float:
-    """Metabolic power, W, see `metabolics.wang_power`."""
-    row = at(model.muscles.row, instance, m)
-    l_opt = row.l_opt
-    return wang_power(
-        w.activation, w.excitation, w.length / l_opt, w.speed, contractile_force(instance, m, w, model), 0.0,
-        row.slow_fibres, at(model.muscles.mass, instance, m), model.negative_share,
-    )  # fmt: skip
-
-
-@wp.func
-def metabolic_bhargava(instance: int, m: int, w: MuscleWork, model: ModelRef) -> float:
-    """Metabolic power, W, see `metabolics.bhargava_power`."""
-    row = at(model.muscles.row, instance, m)
-    l_opt = row.l_opt
-    return bhargava_power(
-        w.activation, w.excitation, w.length / l_opt, w.speed, contractile_force(instance, m, w, model), 0.0,
-        row.slow_fibres, at(model.muscles.mass, instance, m), model.negative_share,
-    )  # fmt: skip
-
-
-@wp.func
-def metabolic_umberger(instance: int, m: int, w: MuscleWork, model: ModelRef) -> float:
-    """Metabolic power, W, see `metabolics.umberger_power`."""
-    row = at(model.muscles.row, instance, m)
-    l_opt = row.l_opt
-    return umberger_power(
-        w.activation, w.excitation, w.length / l_opt, w.speed, contractile_force(instance, m, w, model),
-        active_force_length(model.muscles.model, w.length / l_opt), row.slow_fibres,
-        at(model.muscles.mass, instance, m), model.negative_share, row.v_max, l_opt,
-    )  # fmt: skip
-
-
-@wp.func
-def passive_force(instance: int, m: int, w: MuscleWork, model: ModelRef) -> float:
-    """Force of the passive fibre, N."""
-    row = at(model.muscles.row, instance, m)
-    return row.f_max * bounded_passive(model.muscles.model, w.length / row.l_opt)
-
-
-@wp.func
-def applied_torque(instance: int, body: int, model: ModelRef, state: StateRef, work: ScratchRef) -> float:
-    """Magnitude of the torque that drives a joint, N m."""
-    return wp.length(work.torque[body])
-
-
-@wp.func
-def joint_limits(instance: int, body: int, model: ModelRef, state: StateRef, work: ScratchRef) -> float:
-    """Magnitude of the torque of a joint's limits, N m."""
-    if model.skeleton.plan[body].has_limits == 0:
-        return 0.0
-    torque = work.torque[body]
-    stiffness = work.stiffness[body]
-    limit_stage(instance, body, model, state, work)
-    excess = wp.length(work.torque[body] - torque)
-    work.torque[body] = torque
-    work.stiffness[body] = stiffness
-    return excess
-
-
-@wp.func
-def smoothness(instance: int, body: int, model: ModelRef, state: StateRef, work: ScratchRef) -> float:
-    """Squared acceleration of a joint's speeds in the step before, rad^2/s^4."""
-    total = wp.float32(0.0)
-    for k in range(model.skeleton.plan[body].speed_start, model.skeleton.plan[body].speed_end):
-        total += state.accelerations[instance, k] * state.accelerations[instance, k]
-    return total
-
-
-@wp.func
-def bin_of(part: float, bins: int) -> int:
-    """Which of so many equal parts of a cycle a part of it, 0 to 1, is in."""
-    return wp.clamp(int(part * float(bins)), 0, bins - 1)
-
-
-@wp.func
-def tracking(instance: int, body: int, model: ModelRef, state: StateRef, work: ScratchRef) -> float:
-    """Squared angle between a joint and that of the tracked gait, rad^2.
-
-    Both are compared at the same phase of the same stance, or, if the gait is given from one contact of the left foot
-    to the next, at the same part of that cycle.
-    """
-    if model.reference_bins == 0:
-        return 0.0
-    part = part_of_step(state.phase[instance], state.stance[instance], LEFT)
-    if model.reference_by_contact == 1:
-        part = foot_part(instance, LEFT, state)
-    row = bin_of(part, 2 * model.reference_bins)
-    relative = wp.quat_inverse(work.orientation[model.skeleton.plan[body].parent]) * work.orientation[body]
-    error = pd_error(relative, model.reference[row, body])
-    return model.tracked[body] * wp.dot(error, error)
-
-
-@wp.func
-def norms(instance: int, body: int, model: ModelRef, state: StateRef, work: ScratchRef) -> float:
-    """Squared difference of a joint's sagittal angle and that of human legs, in half-bands of the norm.
-
-    Both are compared at the same part of the leg's gait cycle, from one contact of its foot to the next.
-    """
-    if model.norm_bins == 0 or model.norm_scale[body] == 0.0:
-        return 0.0
-    row = bin_of(foot_part(instance, model.norm_side[body], state), model.norm_bins)
-    relative = wp.quat_inverse(work.orientation[model.skeleton.plan[body].parent]) * work.orientation[body]
-    deviation = model.norm_scale[body] * turn_about_x(relative) - model.norm[row, body]
-    return deviation * deviation
-
-
-@wp.func
-def speed(instance: int, model: ModelRef, state: StateRef, work: ScratchRef) -> float:
-    """Squared difference of the forward speed of the centre of mass and the target speed, m^2/s^2."""
-    error = work.center[1][2] - at(model.objective, instance, 0).target_speed
-    return error * error
-
-
-@wp.func
-def heading(instance: int, model: ModelRef, state: StateRef, work: ScratchRef) -> float:
-    """Squared difference of the heading and the desired heading, rad^2."""
-    error = turn_between(heading_angle(work.orientation[0]), at(model.simbicon.hip, instance, 0).desired_heading)
-    return error * error
-
-
-@wp.func
-def head(instance: int, model: ModelRef, state: StateRef, work: ScratchRef) -> float:
-    """Squared angular velocity of the head, rad^2/s^2."""
-    w = work.angular_velocity[model.head]
-    return wp.dot(w, w)
-
-
-@wp.func
-def ground_force(instance: int, model: ModelRef, state: StateRef, work: ScratchRef) -> float:
-    """Vertical force on each foot beyond its bound, over body weight, summed, of the step before."""
-    weight = body_weight(instance, model)
-    bound = at(model.objective, instance, 0).ground_force_bound
-    left = wp.max(state.foot_force[instance, 0][1] / weight - bound, 0.0)
-    return left + wp.max(state.foot_force[instance, 1][1] / weight - bound, 0.0)
-
-
-@wp.func
-def norm_force(instance: int, model: ModelRef, state: StateRef, work: ScratchRef) -> float:
-    """Squared difference of each foot's vertical force and that of human walking, in half-bands, of the step before.
-
-    Both are compared at the same part of the foot's gait cycle, from one of its contacts to the next.
-    """
-    if model.norm_bins == 0:
-        return 0.0
-    weight = body_weight(instance, model)
-    total = wp.float32(0.0)
-    for side in range(LEFT, RIGHT + 1):
-        human = model.norm_force[bin_of(foot_part(instance, side, state), model.norm_bins)]
-        error = state.foot_force[instance, side][1] / weight - human
-        total += error * error
-    return total / (model.norm_force_band * model.norm_force_band)
-
-
-def _functions(scope: Scope) -> dict[str, Any]:
-    """The functions above that terms of a scope have, by the name of their sum."""
-    names = [name for term in TERMS.values() if term.scope == scope for name in term.sums]
-    if missing := [name for name in names if not isinstance(globals().get(name), wp.Function)]:
-        raise TypeError(f"the term {missing[0]} of kernels/terms.py has no function in kernels/objective_terms.py")
-    return {name: globals()[name] for name in names}
-
-
-MUSCLE_TERMS, BODY_TERMS, WHOLE_TERMS = _functions("muscle"), _functions("body"), _functions("whole")
-CYCLE_TERMS = {term.name for term in TERMS.values() if term.follows_cycles}
-
-
-@wp.func
-def sane(value: float, work: ScratchRef) -> wp.float64:
-    """The value in double precision; nothing for what is too large or not a number, and the step has diverged."""
-    if wp.abs(value) < LARGEST:
-        return wp.float64(value)
-    work.flags[1] = 1
-    return wp.float64(0.0)
-
-
-@wp.func
-def effort_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
-    """Add this step's feedback torque of every joint to its integral (Bergmann 2017, section 6). No barrier.
-
-    One sum a joint, in double precision, so that the result does not depend on lanes or on chunks of steps.
-    """
-    for i in range(1 + lane, model.body_count, lanes):
-        rolled()
-        effort = wp.length(work.torque[i])
-        if effort < LARGEST:
-            # not `+=`, which would be an atomic operation
-            state.torque_integral[instance, i] = state.torque_integral[instance, i] + wp.float64(effort)
-        else:
-            work.flags[1] = 1
-
-
-@wp.func
-def no_muscle_terms(instance: int, m: int, w: MuscleWork, model: ModelRef, state: StateRef, work: ScratchRef):
-    """No term is summed over muscles."""
-
-
-@wp.func
-def no_body_terms(instance: int, body: int, model: ModelRef, state: StateRef, work: ScratchRef):
-    """No term is summed over bodies."""
-
-
-@wp.func
-def no_whole_terms(instance: int, model: ModelRef, state: StateRef, work: ScratchRef):
-    """No term of the whole instance is summed."""
-
-
-class ObjectiveKind(NamedTuple):
-    """Names of the terms that a step sums up, in the order of their sums, and the functions of terms of others."""
-
-    muscle: tuple[str, ...] = ()
-    body: tuple[str, ...] = ()
-    whole: tuple[str, ...] = ()
-    own: tuple[tuple[str, Any], ...] = ()  # by name, Warp functions like those of `MUSCLE_TERMS` and so on
+    name: str  # the field of `scene.Objective` that weighs it
+    unit: str
+    description: str
+    scope: Scope  # what its function is of; batch: the host makes it from other sums, see `model.objective.term_values`
+    weight: float = 0.0  # by default
+    follows_cycles: bool = False  # asks where feet are in their gait cycles
+    models: tuple[str, ...] = ()  # it has a function for each of these, of which the scene chooses one
 
     @property
-    def follows_cycles(self) -> bool:
-        """Whether a step has to follow the gait cycles of the feet."""
-        return bool(CYCLE_TERMS & {*self.body, *self.whole})
+    def sums(self) -> tuple[str, ...]:
+        """Names of its functions, and of what a batch sums up for it."""
+        return tuple(f"{self.name}_{model}" for model in self.models) or (self.name,)
 
 
-def muscle_functions(kind: ObjectiveKind, own: OwnCurves | None = None) -> tuple[Any, ...]:
-    """The Warp functions of the terms over muscles; metabolic powers with the curves that muscles have of their own."""
-    given = dict(kind.own)
-    return tuple(given[name] if name in given else with_curves(MUSCLE_TERMS[name], own) for name in kind.muscle)
-
-
-@cache
-def muscle_terms_of(terms: tuple[Any, ...]) -> Any:
-    """The Warp function (instance, muscle, what it does, model, state, work) that adds a step to the terms' sums."""
-    every = no_muscle_terms
-    for index, term in enumerate(terms):
-        every = _and_muscle_term(every, term, index)
-    return every
-
-
-def _and_muscle_term(others: Any, term: Any, index: int) -> Any:
-    @wp.func
-    def add(instance: int, m: int, w: MuscleWork, model: ModelRef, state: StateRef, work: ScratchRef):
-        others(instance, m, w, model, state, work)
-        value = sane(term(instance, m, w, model), work)
-        state.muscle_terms[instance, index, m] = state.muscle_terms[instance, index, m] + value
-
-    return add
-
-
-def _and_body_term(others: Any, term: Any, index: int) -> Any:
-    @wp.func
-    def add(instance: int, body: int, model: ModelRef, state: StateRef, work: ScratchRef):
-        others(instance, body, model, state, work)
-        value = sane(term(instance, body, model, state, work), work)
-        state.body_terms[instance, index, body] = state.body_terms[instance, index, body] + value
-
-    return add
-
-
-def _and_whole_term(others: Any, term: Any, index: int) -> Any:
-    @wp.func
-    def add(instance: int, model: ModelRef, state: StateRef, work: ScratchRef):
-        others(instance, model, state, work)
-        value = sane(term(instance, model, state, work), work)
-        state.whole_terms[instance, index] = state.whole_terms[instance, index] + value
-
-    return add
-
-
-@cache
-def objective_stage_of(kind: ObjectiveKind) -> Any:
-    """The Warp function that adds a step of the terms of bodies and of the whole to their sums. No barrier.
-
-    One sum a body, in double precision, so that results depend neither on lanes nor on chunks of steps.
-    """
-    body_terms, whole_terms = no_body_terms, no_whole_terms
-    own = dict(kind.own)
-    for index, name in enumerate(kind.body):
-        body_terms = _and_body_term(body_terms, own.get(name) or BODY_TERMS[name], index)
-    for index, name in enumerate(kind.whole):
-        whole_terms = _and_whole_term(whole_terms, own.get(name) or WHOLE_TERMS[name], index)
-
-    @wp.func
-    def objective_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
-        for i in range(1 + lane, model.body_count, lanes):
-            body_terms(instance, i, model, state, work)
-        if lane == 0:
-            whole_terms(instance, model, state, work)
-
-    return objective_stage
+_TERMS = (
+    # Bergmann 2017, section 6
+    Term("torque", "N m s", "feedback torque, summed over joints and time", "batch", weight=1.0),
+    Term("fall", "s", "time missed by falling or failing otherwise", "batch"),
+    Term("applied_torque", "N m s", "torque that drives the joints, summed over joints and time", "body"),
+    Term("effort_squared", "s", "activation squared, summed over muscles and time", "muscle"),
+    Term("effort_cubed", "s", "activation cubed, summed over muscles and time", "muscle"),
+    Term(
+        "metabolic", "J", "metabolic energy of the muscles, and of the body at rest", "muscle",
+        models=("wang", "umberger", "bhargava"),
+    ),
+    Term(
+        "cost_of_transport", "J/(kg m)", "metabolic energy over body mass and distance, counted as 1 m at least",
+        "batch",
+    ),
+    Term("speed", "m^2/s", "squared error of the forward speed, over time", "whole"),
+    Term("heading", "rad^2 s", "squared error of the heading, over time", "whole"),
+    Term("head", "rad^2/s", "squared angular velocity of the head, over time", "whole"),
+    Term("joint_limits", "N m s", "torque of the joints' limits, summed over joints and time", "body"),
+    Term("ground_force", "s", "vertical force on a foot beyond its bound, in body weights, over time", "whole"),
+    Term("smoothness", "rad^2/s^3", "squared acceleration of the joints, summed and over time", "body"),
+    Term(
+        "tracking", "rad^2 s", "squared angles between the joints and the tracked gait, summed and over time", "body",
+        follows_cycles=True,
+    ),
+    Term(
+        "norms", "s", "squared angles, in half-bands, between legs and human ones, summed and over time", "body",
+        follows_cycles=True,
+    ),
+    Term(
+        "norm_force", "s", "squared vertical force, in half-bands, between feet and human ones, over time", "whole",
+        follows_cycles=True,
+    ),
+    Term("passive_force", "N s", "force of stretched fibres, summed over muscles and time", "muscle"),
+)  # fmt: skip
+TERMS = {term.name: term for term in _TERMS}

@@ -19,7 +19,6 @@ from warpmuscle.kernels.hybrid import hybrid_integrate_stage
 from warpmuscle.kernels.integration import integrate_stage
 from warpmuscle.kernels.joint_motion import MotionOf
 from warpmuscle.kernels.muscle_stage import MuscleKind, muscle_stage_of
-from warpmuscle.kernels.objective_terms import ObjectiveKind, effort_stage, muscle_functions, objective_stage_of
 from warpmuscle.kernels.record import RecordKind, frame_of, recorders_of
 from warpmuscle.kernels.scratch import slots_of, synchronize, work_memory
 from warpmuscle.kernels.structs import (
@@ -38,6 +37,7 @@ from warpmuscle.kernels.structs import (
     set_component,
     whole,
 )
+from warpmuscle.kernels.term_functions import ObjectiveKind, effort_stage, muscle_functions, objective_stage_of
 
 know_state = known_rows_of(State)
 know_model = known_rows_of(Model, ("actuation.effort", "muscles.knot_value"))  # others give these with any strides

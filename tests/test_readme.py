@@ -9,7 +9,7 @@ import pytest
 from typer.main import get_command
 
 from warpmuscle.cli import app
-from warpmuscle.kernels.terms import TERMS
+from warpmuscle.kernels.objective_terms import TERMS
 
 ROOT = Path(__file__).parent.parent
 TEXT = (ROOT / "README.md").read_text()

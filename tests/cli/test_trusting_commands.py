@@ -9,7 +9,7 @@ import pytest
 from warpmuscle.cli import COMMANDS, app
 
 PARTS = """import warp as wp
-from warpmuscle.kernels.objective_terms import MuscleWork
+from warpmuscle.kernels.term_functions import MuscleWork
 from warpmuscle.kernels.structs import Model
 
 @wp.func

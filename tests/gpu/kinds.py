@@ -8,7 +8,7 @@ from typing import Any
 
 from muscle_arm import constant, leg
 from warpmuscle.formats import load
-from warpmuscle.kernels.terms import TERMS
+from warpmuscle.kernels.objective_terms import TERMS
 from warpmuscle.scene import Actuation, Displacement, Force, Motion, Scene
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.parameters import start_values, substitute
@@ -21,8 +21,8 @@ import warp as wp
 
 from warpmuscle.kernels.control import CustomController
 from warpmuscle.kernels.forces import Force
-from warpmuscle.kernels.objective_terms import MuscleWork
 from warpmuscle.kernels.structs import Model, State, Scratch
+from warpmuscle.kernels.term_functions import MuscleWork
 
 
 @wp.func

@@ -25,12 +25,12 @@ from warpmuscle.kernels import (
     integration,
     kinematics,
     motion,
-    objective_terms,
     record,
     scratch,
     simbicon,
     stages,
     step,
+    term_functions,
 )
 from warpmuscle.kernels.curves import LEE
 from warpmuscle.kernels.muscle_stage import COMPLIANT, HILL, IDEAL, LEGACY, RIGID, MuscleKind, muscle_stage_of
@@ -39,13 +39,13 @@ from warpmuscle.kernels.structs import Scratch
 
 BODIES, SLOTS = 15, 5
 FLOATS = {"floats": 1, "integers": 1, "vectors": 3, "quaternions": 4, "matrices": 9, "symmetric": 6}
-TERMS = objective_terms.ObjectiveKind(
-    tuple(objective_terms.MUSCLE_TERMS), tuple(objective_terms.BODY_TERMS), tuple(objective_terms.WHOLE_TERMS)
+TERMS = term_functions.ObjectiveKind(
+    tuple(term_functions.MUSCLE_TERMS), tuple(term_functions.BODY_TERMS), tuple(term_functions.WHOLE_TERMS)
 )
 MUSCLES = [
     muscle_stage_of(
         MuscleKind(LEE, tendon, law, pulls_at_hand=at_hand, straight=at_hand, implicit=not at_hand),
-        objective_terms.muscle_functions(TERMS),
+        term_functions.muscle_functions(TERMS),
     )
     for tendon, law, at_hand in itertools.product((RIGID, COMPLIANT), (HILL, LEGACY, IDEAL), (True, False))
 ]
@@ -60,9 +60,9 @@ FUNCTIONS: dict[str, tuple[Any, ...]] = {
     "control": (
         control.control_stage_of(control.SIMBICON), simbicon.torques_stage, coordinate_control.coordinate_control_stage,
     ),
-    "effort": (objective_terms.effort_stage, record.record_desired),
+    "effort": (term_functions.effort_stage, record.record_desired),
     "muscles": (*MUSCLES, forces.joint_forces_stage_of(FORCES)),
-    "objective": (objective_terms.objective_stage_of(TERMS),),
+    "objective": (term_functions.objective_stage_of(TERMS),),
     "record": (record.record_stage,),
     "motion": (motion.prescribe_stage, coordinate_joint.prescribe_any),
     "inertia": (dynamics.inertia_stage, forces.body_forces_stage_of(FORCES)),

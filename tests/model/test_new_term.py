@@ -42,7 +42,7 @@ def test_the_recipe_for_a_term_works_and_says_what_was_forgotten(left_out: str, 
     for name in ("kernels", "scenes"):
         if not (copy / name).is_dir():
             shutil.copytree(package.parent / name, copy / name, ignore=shutil.ignore_patterns("__pycache__"))
-    functions, terms = copy / "kernels" / "objective_terms.py", copy / "kernels" / "terms.py"
+    functions, terms = copy / "kernels" / "term_functions.py", copy / "kernels" / "objective_terms.py"
     if left_out != "function":
         functions.write_text(functions.read_text().replace("\ndef _functions(", FUNCTION, 1))
     if left_out != "term":
@@ -53,5 +53,8 @@ def test_the_recipe_for_a_term_works_and_says_what_was_forgotten(left_out: str, 
         assert 0.05 < value < 0.15
         assert cost == pytest.approx(2.0 * value)
     else:
-        missing = {"function": "term altitude of kernels/terms.py has no function", "term": "no attribute 'altitude'"}
+        missing = {
+            "function": "term altitude of objective_terms.py has no function",
+            "term": "no attribute 'altitude'",
+        }
         assert missing[left_out] in done.stderr

@@ -63,7 +63,7 @@ def plain(length: float) -> float:
     return length
 '''
 IMPORTS = """from warpmuscle.kernels.curves import hyperbolic_velocity
-from warpmuscle.kernels.objective_terms import MuscleWork
+from warpmuscle.kernels.term_functions import MuscleWork
 from warpmuscle.kernels.structs import Model, ModelRef, State, StateRef, Scratch, ScratchRef
 """
 NAME = "their_parts"

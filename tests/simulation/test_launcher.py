@@ -10,8 +10,8 @@ from small_scene import sound_scene
 from warpmuscle.core.errors import RolloutError
 from warpmuscle.formats import load
 from warpmuscle.kernels.control import driven_from_outside
-from warpmuscle.kernels.objective_terms import ObjectiveKind
 from warpmuscle.kernels.record import NOTHING, RecordKind
+from warpmuscle.kernels.term_functions import ObjectiveKind
 from warpmuscle.model.muscles import muscle_kind
 from warpmuscle.model.structure import structure_of
 from warpmuscle.scene import MuscleModel

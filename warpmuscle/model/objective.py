@@ -11,8 +11,8 @@ import warp as wp
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.arrays import rows, structs_to_device, to_device
 from warpmuscle.kernels import structs
-from warpmuscle.kernels.objective_terms import BODY_TERMS, MUSCLE_TERMS, WHOLE_TERMS, ObjectiveKind
-from warpmuscle.kernels.terms import TERMS, Term
+from warpmuscle.kernels.objective_terms import TERMS, Term
+from warpmuscle.kernels.term_functions import BODY_TERMS, MUSCLE_TERMS, WHOLE_TERMS, ObjectiveKind
 from warpmuscle.model.user_functions import Kind, custom_terms
 from warpmuscle.scene import Objective, Scene
 from warpmuscle.scene.accounting import basal_rate, negative_share

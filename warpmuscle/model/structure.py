@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from warpmuscle.kernels.control import Controller
 from warpmuscle.kernels.forces import Force
 from warpmuscle.kernels.joint_motion import MotionOf
-from warpmuscle.kernels.objective_terms import ObjectiveKind
+from warpmuscle.kernels.term_functions import ObjectiveKind
 from warpmuscle.model.collisions import Pair, collision_pairs
 from warpmuscle.model.controller import compiled_controller
 from warpmuscle.model.forces import ForceEntries, force_kinds

@@ -1,6 +1,6 @@
 """Parts of a simulation that are the user's own: Warp functions that a scene names, found and checked.
 
-They become part of the fused step, so their code is any that a `@wp.func` may have; see `kernels/objective_terms.py`,
+They become part of the fused step, so their code is any that a `@wp.func` may have; see `kernels/term_functions.py`,
 `kernels/custom_curves.py` and `kernels/control.py` for examples and for what the arguments are.
 """
 
@@ -16,8 +16,8 @@ import warp as wp
 
 from warpmuscle.core.errors import SceneError
 from warpmuscle.kernels.custom_curves import OwnCurves
-from warpmuscle.kernels.objective_terms import MuscleWork
 from warpmuscle.kernels.structs import Model, Scratch, State
+from warpmuscle.kernels.term_functions import MuscleWork
 from warpmuscle.scene import MuscleModel, Objective, Scene
 from warpmuscle.scene.trusted_code import CURVE_FIELDS, check_trusted, folders
 from warpmuscle.scene.validation.checks import near

@@ -8,7 +8,7 @@ from dataclasses import replace as changed
 
 import numpy as np
 
-from warpmuscle.kernels.terms import TERMS
+from warpmuscle.kernels.objective_terms import TERMS
 from warpmuscle.model.objective import counted_terms
 from warpmuscle.optimization.evaluation import Evaluator
 from warpmuscle.optimization.progress import Tracker

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import msgspec
 
+from warpmuscle.kernels.objective_terms import TERMS
 from warpmuscle.kernels.status import Status
-from warpmuscle.kernels.terms import TERMS
 from warpmuscle.scene.controller import PD, Balance, Component, Controller, Curve, Feedback, State, Trajectory
 from warpmuscle.scene.force import Force
 from warpmuscle.scene.motion import Motion

@@ -28,10 +28,10 @@ from warpmuscle.kernels.control import SIMBICON, Controller
 from warpmuscle.kernels.forces import Force
 from warpmuscle.kernels.joint_motion import MotionOf
 from warpmuscle.kernels.muscle_stage import MuscleKind
-from warpmuscle.kernels.objective_terms import ObjectiveKind
 from warpmuscle.kernels.record import RecordKind
 from warpmuscle.kernels.scratch import work_floats
 from warpmuscle.kernels.step import step_kernel
+from warpmuscle.kernels.term_functions import ObjectiveKind
 from warpmuscle.simulation.kernel_cache import is_compiled
 
 SLICES_PER_THREAD = 4  # so that threads stay busy when some slices lose their instances sooner

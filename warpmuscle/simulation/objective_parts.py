@@ -7,7 +7,7 @@ import numpy as np
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.arrays import rows
 from warpmuscle.kernels import structs
-from warpmuscle.kernels.objective_terms import ObjectiveKind
+from warpmuscle.kernels.term_functions import ObjectiveKind
 from warpmuscle.scene import Scene
 from warpmuscle.scene.accounting import basal_rate
 from warpmuscle.scene.topology import Topology

@@ -9,7 +9,7 @@ import msgspec
 from warpmuscle.core.decoding import to_type
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.status import Status
-from warpmuscle.kernels.terms import TERMS
+from warpmuscle.kernels.objective_terms import TERMS
 from warpmuscle.scene import Failure, Objective, Scene, SearchStage
 from warpmuscle.scene.anatomy import leg
 from warpmuscle.scene.norms import LEG_ANGLES

@@ -12,7 +12,7 @@ from warpmuscle.formats import load
 from warpmuscle.gait.cycles import body_weight, leg_angles
 from warpmuscle.gait.foot_contact import SIDES, touch_downs
 from warpmuscle.kernels.muscle import LARGEST_PASSIVE
-from warpmuscle.kernels.terms import TERMS
+from warpmuscle.kernels.objective_terms import TERMS
 from warpmuscle.model.objective import counted_terms, objective_kind
 from warpmuscle.scene import InitialState, JointState, MuscleModel, Objective, Scene
 from warpmuscle.scene.accounting import FORMULAS
