@@ -182,7 +182,7 @@ def test_passive_force_is_that_of_fibres_stretched_beyond_their_optimum():
 
 @pytest.mark.parametrize("term", ["norms", "norm_force"])
 def test_what_does_not_walk_is_not_compared_with_human_walking(term: str):
-    with pytest.raises(SceneError, match=f"{term}.*no controller"):
+    with pytest.raises(SceneError, match=f"{term}.*no feet"):
         check_scene(msgspec.structs.replace(arm("hinge", {}), objective=Objective(**{term: 1.0})))
     scene = sound_scene()
     scene.objective = Objective(**{term: 1.0})
