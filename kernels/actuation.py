@@ -35,13 +35,13 @@ class JointDrive:
 
 
 class PassiveForce(NamedTuple):
-    """What acts besides on joints that are driven in several ways, with its part of the implicit inertia."""
+    """What acts besides on joints that are driven in several ways, with its part of the implicit inertia.
 
-    add: Any  # (instance, body, parent, rotation, drive, passive part, model, work): adds its own to the drive
-    add_damping: (
-        Any  # (instance, body, implicit inertia of muscles' damping, passive part, model, work) -> with its own
-    )
-    # The passive part is a projector, see `joint_projector`. Damping is asked for unless all PD is implicit.
+    The passive part is a projector, see `joint_projector`. Damping is asked for unless all PD is implicit.
+    """
+
+    add: Any  # (instance, body, parent, rotation, drive, passive part, model, work): adds its own to the `JointDrive`
+    add_damping: Any  # (instance, body, inertia of muscles' damping, passive part, model, work) -> with that of its own
 
 
 @wp.func
