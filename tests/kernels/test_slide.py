@@ -266,3 +266,15 @@ def test_a_spring_along_a_slide_carries_its_load_from_its_rest():
     rollout = Rollout(scene, 1, "cpu")
     rollout.run()
     np.testing.assert_allclose(rollout.state.coordinates.numpy()[0, 7], 0.03 - 5.0 * 9.8 / 2000.0, atol=1e-4)
+
+
+def test_single_stages_take_coordinates_of_slides():
+    scene = arm()
+    stages, upright = Stages(scene, 2, "cpu"), np.array([0.0, 0.0, 0.0, 1.0])
+    stages.set_state(
+        np.zeros(3), upright, np.zeros(3), np.zeros(3), np.tile(upright, (4, 1)), np.zeros((4, 3)),
+        joint_coordinate=[[0.1, 0.0, 0.0, 0.0], [0.3, 0.0, 0.2, 0.0]], joint_speed=[2.0, 0.0, 0.0, 0.0],
+    )  # fmt: skip
+    pose, rail = stages.forward_kinematics(), np.array([0.6, 0.2, -0.7]) / np.linalg.norm([0.6, 0.2, -0.7])
+    np.testing.assert_allclose(pose["position"][1, 1] - pose["position"][0, 1], 0.2 * rail, atol=1e-6)
+    np.testing.assert_allclose(pose["velocity"][:, 1:], np.tile(2.0 * rail, (2, 4, 1)), atol=1e-6)
