@@ -167,7 +167,11 @@ def test_errors_in_a_scene_name_file_line_and_key(tmp_path, scene, message):
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ('"hinge"', '"hing"', "leg.toml:7: character.joints.hip.type: 'hing' is none of 'ball', 'fixed', 'hinge'"),
+        (
+            '"hinge"',
+            '"hing"',
+            "leg.toml:7: character.joints.hip.type: 'hing' is none of 'ball', 'coupled', 'fixed', 'hinge'",
+        ),
         ('parent = "pelvis"', 'parent = "pelvs"', "leg.toml:8: character.joints.hip.parent: no body is called 'pelvs'"),
         ("[1, 0, 0],\n]", "[0, 0, 0],\n]", "leg.toml:13: character.joints.hip.axes.0: axis has no length"),
         ("mass = 1,", "", "leg.toml:4: character.bodies.leg: missing key 'mass'"),

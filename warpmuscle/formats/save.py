@@ -14,7 +14,7 @@ from warpmuscle.core.files import replace_files
 from warpmuscle.formats import simbicon, toml
 from warpmuscle.formats.lines import Ignored
 from warpmuscle.formats.load import SUFFIXES, SceneLike, load, scene_of, summary
-from warpmuscle.scene import Actuation, Scene
+from warpmuscle.scene import Actuation, JointState, Scene
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.parameters import leaves, start_values, substitute
 from warpmuscle.scene.validation.muscles import SceneWarning, usual_drive
@@ -91,7 +91,7 @@ def _differences(written: Scene, read: Scene) -> list[str]:
     initial = written.initial_state
     implied = {
         f"initial_state.joints.{name}.{field}" for name in written.character.joints if name not in initial.joints
-        for field in ("orientation", "angular_velocity")
+        for field in JointState.__struct_fields__
     }  # fmt: skip
     if initial.heading is None:
         implied.add("initial_state.heading")
