@@ -304,10 +304,10 @@ def test_values_of_a_page_are_bounded_and_steering_is_a_ramp(live):
         until(lambda: live.run.turned == pytest.approx(np.radians(60.0)))
         for _ in range(20):
             with live.lock:
-                heading, now = live.run.rollout.model.simbicon.hip.numpy()[0, 0, 3], live.run.time
+                heading, now = live.run.rollout.model.simbicon.hip.numpy()["desired_heading"][0, 0], live.run.time
             assert heading <= TURN_RATE * now + 1e-6
             time.sleep(0.05)
-        until(lambda: live.run.rollout.model.simbicon.hip.numpy()[0, 0, 3] > 0.05)
+        until(lambda: live.run.rollout.model.simbicon.hip.numpy()["desired_heading"][0, 0] > 0.05)
         client.send(used(live.turned, 0))
         until(lambda: live.run.turned == 0.0)
     still_serves(live)

@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-SCENES = ("fwalk", "elbow_open_loop", "bigbird_walk", "walk56", "reflex_walk", "throw", "walk56_curriculum", "wang2012")
+SCENES = ("fwalk", "elbow_open_loop", "bigbird_walk", "walk56", "reflex_walk", "throw", "walk56_curriculum", "wang2012", "leg")  # fmt: skip
 SIMBICON = ("fwalk", "bigbird_walk", "walk56")
-RUN = ("fwalk", "elbow_open_loop")  # simulated: few kernels to compile
+RUN = ("fwalk", "elbow_open_loop", "leg")  # simulated: few kernels to compile
 CHANNELS = ("DEL", "BIC", "TRI", "ECR")
 SWEEP = """\
 scene = "fwalk"
@@ -40,6 +40,42 @@ lHip = { drive = ["muscle", "torque", "torque"] }
 speed = 5.0
 [controller.pd]
 lKnee = { kp = { value = 300, min = 150, max = 600, step = 5 }, kd = 30, scale = [1, 0.66, 1] }
+"""
+LEG = """\
+name = "leg"
+duration = 0.05
+[character]
+root = "base"
+root_joint = "fixed"
+[character.bodies]
+base = { mass = 5.0, inertia = [0.1, 0.1, 0.1] }
+shank = { mass = 3.0, inertia = [0.05, 0.01, 0.05] }
+foot = { mass = 1.0, inertia = [0.01, 0.01, 0.01] }
+[character.joints.knee]
+type = "coupled"
+parent = "base"
+child = "shank"
+position_in_parent = [0, -0.2, 0]
+position_in_child = [0, 0.2, 0]
+rotations = [{ axis = [1, 0, 0], slope = 1.0 }]
+translations = [{ axis = [0, 1, 0], x = [-2.0, -1.0, 0.0], y = [-0.02, -0.01, { value = 0.0, min = -0.1, max = 0.1 }] }]
+[character.joints.piston]
+type = "slide"
+parent = "shank"
+child = "foot"
+position_in_parent = [0, -0.2, 0]
+position_in_child = [0, 0, 0]
+axes = [[0, 1, 0]]
+limits = [[-0.1, 0.1]]
+[initial_state]
+root_position = [0, 1.5, 0]
+joints = { knee = { coordinate = -0.5 } }
+[forces]
+drag = { type = "air_drag", body = "foot", parameters = { drag_area = 0.5, density = 1.2 } }
+[forces.exo]
+type = "bilinear_spring"
+joint = "knee"
+parameters = { rest_angle = 0.1, stiffness_above = 18.0, stiffness_below = 0.0, damping = 0.0 }
 """
 MORE = """\
 [muscles.HIP]
@@ -72,7 +108,7 @@ def make_seeds(folder: Path) -> Path:
     start_warp()
     folder.mkdir(parents=True, exist_ok=True)
     for name in SCENES:
-        (folder / f"{name}.toml").write_text(toml.dumps(load(name)))
+        (folder / f"{name}.toml").write_text(LEG if name == "leg" else toml.dumps(load(name)))
     for name in SIMBICON:
         save(load(name), folder / f"{name}.rbs", ignored=[])
     for name, text in {"layered": LAYERED, "more": MORE, "sweep": SWEEP}.items():
@@ -97,7 +133,7 @@ def _results(folder: Path) -> None:
     from warpmuscle.sweep.run import sweep
 
     for name in RUN:
-        scene = msgspec.structs.replace(load(name), duration=0.1)
+        scene = msgspec.structs.replace(load(folder / f"{name}.toml"), duration=0.1)
         rollout = wm.Rollout(scene, 1, "cpu", record=[0])
         rollout.run()
         table = parameter_table(rollout.parameters)
