@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 
 SCENES = (
-    "fwalk", "elbow_open_loop", "bigbird_walk", "walk56", "reflex_walk", "throw", "walk56_curriculum", "wang2012", "leg",
+    "fwalk", "elbow_open_loop", "bigbird_walk", "walk56", "reflex_walk", "throw", "walk56_curriculum", "wang2012",
+    "leg",
 )  # fmt: skip
 SIMBICON = ("fwalk", "bigbird_walk", "walk56")
 RUN = ("fwalk", "elbow_open_loop", "leg")  # simulated: few kernels to compile
