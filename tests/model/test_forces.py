@@ -225,8 +225,8 @@ def test_an_exoskeleton_adds_to_what_muscles_do_at_its_joint():
     [
         (Force("bilinear_sprin", joint="elbow"), "'bilinear_sprin'; did you mean 'bilinear_spring'"),
         (Force("bilinear_spring", joint="elbow"), "parameters: there is no value of 'rest_angle', 'stiffness_above'"),
-        (Force("bilinear_spring", body="tip", parameters=ANKLE), "force.joint: 'bilinear_spring' acts on a joint"),
-        (Force("air_drag", joint="elbow"), "forces.force.body: 'air_drag' acts on a body: name it"),
+        (Force("bilinear_spring", body="tip", parameters=ANKLE), "force.body: 'bilinear_spring' acts on a joint"),
+        (Force("air_drag", joint="elbow"), "forces.force.joint: 'air_drag' acts on a body: name it"),
         (Force("air_drag"), "name either a joint or a body"),
         (Force("air_drag", body="tap"), "forces.force.body: no body is called 'tap'; did you mean 'tip'"),
         (Force("bilinear_spring", joint="elbo"), "forces.force.joint: no joint is called 'elbo'"),

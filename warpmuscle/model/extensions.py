@@ -13,8 +13,7 @@ from warpmuscle.kernels.control import CustomController
 from warpmuscle.kernels.structs import Model, Scratch, State
 from warpmuscle.model.user_functions import FLOATS, check_arguments, check_result, checked_function, declared
 from warpmuscle.scene import Scene
-from warpmuscle.scene.number import Number
-from warpmuscle.scene.validation.checks import near
+from warpmuscle.scene.validation.forces import check_values
 
 INSTANCE = (wp.int32, Model, State, Scratch)
 BODY = (wp.int32, wp.int32, Model, State, Scratch)
@@ -37,7 +36,7 @@ def custom_controller(scene: Scene) -> CustomController:
     found = declared(entry, key, CustomController)
     controller = found if isinstance(found, CustomController) else CustomController(effort=found)
     check_declaration(controller, CONTROLLER_FUNCTIONS, entry, key)
-    check_parameters(controller.parameters, scene.custom_controller_parameters, PARAMETERS)
+    check_values(controller.parameters, scene.custom_controller_parameters, PARAMETERS)
     return controller
 
 
@@ -60,15 +59,3 @@ def check_declaration(part: Any, functions: Mapping[str, tuple[tuple[Any, ...], 
         check_arguments(function, arguments, key, what, own)
         if result is not None:
             check_result(function, (result,), key, what)
-
-
-def check_parameters(struct: Any, given: Mapping[str, Number], key: str) -> None:
-    """SceneError unless a scene gives all the parameters of a structure, and no others."""
-    names = [] if struct is None else list(struct.vars)
-    for name in given:
-        if name not in names:
-            takes = f"takes {', '.join(names)}" if names else "takes none"
-            raise SceneError(f"no parameter is called {name!r}{near(name, names)}; it {takes}", key=f"{key}.{name}")
-    missing = [name for name in names if name not in given]
-    if missing:
-        raise SceneError(f"there is no value of {', '.join(map(repr, missing))}", key=key)

@@ -10,11 +10,11 @@ import warp as wp
 from warpmuscle.core.errors import SceneError
 from warpmuscle.kernels.devices import FORCES
 from warpmuscle.kernels.forces import Force, Wrench
-from warpmuscle.model.extensions import BODY, check_declaration, check_parameters
+from warpmuscle.model.extensions import BODY, check_declaration
 from warpmuscle.model.user_functions import declared
 from warpmuscle.scene import Scene
 from warpmuscle.scene.topology import Topology
-from warpmuscle.scene.validation.checks import near
+from warpmuscle.scene.validation.forces import check_place, check_values
 
 FUNCTIONS: dict[str, tuple[tuple[Any, ...], Any]] = {"effort": (BODY, wp.vec3), "wrench": (BODY, Wrench)}
 
@@ -39,10 +39,9 @@ def force_kinds(scene: Scene, names: Topology) -> tuple[ForceEntries, ...]:
         key = f"forces.{name}"
         kind = _kind(force.type, "effort" if force.joint else "wrench", f"{key}.type")
         place = "joint" if kind.effort is not None else "body"
+        check_place(force, place, key)
         acts_on = getattr(force, place)
-        if not acts_on:
-            raise SceneError(f"{force.type!r} acts on a {place}: name it", key=f"{key}.{place}")
-        check_parameters(kind.parameters, force.parameters, f"{key}.parameters")
+        check_values(kind.parameters, force.parameters, f"{key}.parameters")
         body = names.body_of_joint(acts_on) if place == "joint" else names.bodies.index(acts_on)
         found.setdefault(kind, []).append((body, name))
     return tuple(_entries(kind, sorted(acting, key=lambda one: one[0]), names) for kind, acting in found.items())
@@ -56,10 +55,6 @@ def _entries(kind: Force, acting: list[tuple[int, str]], names: Topology) -> For
 def _kind(entry: str, alone: str, key: str) -> Force:
     """The kind of forces of a name, shipped or `module:name`; `alone` is what a function by itself is of it."""
     if ":" not in entry:
-        if entry not in FORCES:
-            raise SceneError(
-                f"no force is called {entry!r}{near(entry, FORCES)}; there are {', '.join(FORCES)}", key=key
-            )
         kind: Force = FORCES[entry]
         return kind
     given = declared(entry, key, Force)

@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 from warpmuscle.core.errors import SceneError
-from warpmuscle.scene.validation.checks import Checks, known
+from warpmuscle.scene import Force
+from warpmuscle.scene.number import Number
+from warpmuscle.scene.validation.checks import Checks, known, near
 
 
 def check_forces(check: Checks) -> None:
@@ -19,3 +24,35 @@ def check_forces(check: Checks) -> None:
                 raise SceneError(f"joint {force.joint!r} does not move", key=f"{key}.joint")
         else:
             known(force.body, character.bodies, "body", f"{key}.body")
+        if ":" not in force.type:
+            _check_shipped(force, key)
+
+
+def _check_shipped(force: Force, key: str) -> None:
+    """There is such a kind of force, it acts on what is named, and it gets its parameters."""
+    from warpmuscle.kernels.devices import FORCES  # with Warp, for which no scene without forces has to wait
+
+    if force.type not in FORCES:
+        there_are = f"there are {', '.join(FORCES)}"
+        raise SceneError(f"no force is called {force.type!r}{near(force.type, FORCES)}; {there_are}", key=f"{key}.type")
+    check_place(force, "joint" if FORCES[force.type].effort is not None else "body", key)
+    check_values(FORCES[force.type].parameters, force.parameters, f"{key}.parameters")
+
+
+def check_place(force: Force, place: str, key: str) -> None:
+    """SceneError unless a force acts on a joint, or on a body, as its kind does."""
+    if not getattr(force, place):
+        other = "body" if place == "joint" else "joint"
+        raise SceneError(f"{force.type!r} acts on a {place}: name it in place of the {other}", key=f"{key}.{other}")
+
+
+def check_values(struct: Any, given: Mapping[str, Number], key: str) -> None:
+    """SceneError unless a scene gives all the parameters of a structure of Warp, and no others."""
+    names = [] if struct is None else list(struct.vars)
+    for name in given:
+        if name not in names:
+            takes = f"takes {', '.join(names)}" if names else "takes none"
+            raise SceneError(f"no parameter is called {name!r}{near(name, names)}; it {takes}", key=f"{key}.{name}")
+    missing = [name for name in names if name not in given]
+    if missing:
+        raise SceneError(f"there is no value of {', '.join(map(repr, missing))}", key=key)
