@@ -237,7 +237,7 @@ def test_every_public_function_and_argument_is_in_the_table(tmp_path: Path):
         ("Rollout.run", {"progress": 1}, "progress must be a function, not 1"),
         ("Rollout.recorded", {"quantity": 3}, "quantity must be text, not 3"),
         ("Rollout.parts", {"instance": -1}, "instance must be a whole number from 0 to 1, not -1"),
-        ("Rollout.disturb", {"disturbances": 1}, "disturbances must be a Disturbances, not 1"),
+        ("Rollout.disturb", {"disturbances": 1}, "disturbances must be a Perturbations, not 1"),
         ("Rollout.set_initial", {"speeds": "fast"}, "initial speeds must be an array of numbers, not 'fast'"),
         ("Stages.set_state", {"root_position": np.zeros((3, 3))}, r"root_position has shape \(3, 3\), not \(2, 3\)"),
         ("Stages.set_state", {"stance": 2}, "stance must lie within 0 and 1"),

@@ -10,7 +10,7 @@ from warpmuscle.formats import load
 from warpmuscle.scene import Body, Character, Failure, Ground, InitialState, Robustness, Scene, Sphere
 from warpmuscle.scene.validation.scene import check_scene
 from warpmuscle.simulation import perturbations
-from warpmuscle.simulation.perturbations import Disturbances
+from warpmuscle.simulation.perturbations import Perturbations
 from warpmuscle.simulation.rollout import Rollout
 
 MASS = 2.0
@@ -25,8 +25,8 @@ def ball(height: float = 0.1, friction: float = 0.0) -> Scene:
     )
 
 
-def disturbed(instances: int, **changes: np.ndarray) -> Disturbances:
-    return Disturbances(**(vars(perturbations.none(instances)) | changes))
+def disturbed(instances: int, **changes: np.ndarray) -> Perturbations:
+    return Perturbations(**(vars(perturbations.none(instances)) | changes))
 
 
 def test_a_push_gives_the_root_its_impulse_while_it_lasts():

@@ -11,7 +11,7 @@ from warpmuscle.formats import load
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Actuation
 from warpmuscle.scene.parameters import start_values
-from warpmuscle.simulation.perturbations import Disturbances
+from warpmuscle.simulation.perturbations import Perturbations
 from warpmuscle.simulation.rollout import Rollout
 from warpmuscle.simulation.stages import Stages
 
@@ -127,7 +127,7 @@ def begun(rollout: Rollout) -> Any:
     end = np.arange(count) * 0.37 % 1.0
     rollout.set_excitations([0.0, 0.6], np.stack([0.1 * end, end], axis=-1)[None])
     still = np.zeros((2, 3))
-    rollout.disturb(Disturbances(still, still, np.zeros(2), np.array([0.1, -0.1])))
+    rollout.disturb(Perturbations(still, still, np.zeros(2), np.array([0.1, -0.1])))
     rollout.run(0.05)
     return rollout
 
@@ -198,7 +198,7 @@ def test_stages_and_rollout_have_the_same_model_in_every_array(name: str):
     still, models = np.zeros((2, 3)), []
     for batch in batches:
         batch.set_parameters(values)
-        batch.disturb(Disturbances(still, still, np.zeros(2), np.array([0.1, -0.1])))
+        batch.disturb(Perturbations(still, still, np.zeros(2), np.array([0.1, -0.1])))
         if batch.muscle_names:
             batch.set_excitations([0.0, 1.0], np.full((1, len(batch.muscle_names), 2), 0.3))
         if batch.motion_names:

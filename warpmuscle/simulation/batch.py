@@ -16,7 +16,7 @@ from warpmuscle.scene.parameters import Parameter
 from warpmuscle.scene.topology import Topology
 from warpmuscle.simulation.memory import InstanceBytes
 from warpmuscle.simulation.objective_parts import Parts
-from warpmuscle.simulation.perturbations import Disturbances
+from warpmuscle.simulation.perturbations import Perturbations
 
 
 class Batch(Protocol):
@@ -120,7 +120,7 @@ class Batch(Protocol):
             RolloutError: wrong shapes, or numbers that are not finite.
         """
 
-    def disturb(self, disturbances: Disturbances) -> None:
+    def disturb(self, disturbances: Perturbations) -> None:
         """Push instances, start them at other velocities, or tilt their ground, from now on; and start again.
 
         Raises:

@@ -14,7 +14,7 @@ from warpmuscle.core.status import Status
 from warpmuscle.kernels import structs
 from warpmuscle.kernels.restart import put_rows
 from warpmuscle.simulation.extensions import Extensions, words
-from warpmuscle.simulation.perturbations import Disturbances
+from warpmuscle.simulation.perturbations import Perturbations
 
 KEPT = ("push", "push_steps", "muscles")  # of the state, that no restart changes, or that is a structure
 ZEROED = (
@@ -123,7 +123,7 @@ class BatchState:
         arrays = [(name, getattr(part, name)) for part, names in parts for name in names if name not in KEPT]
         return [(name, words(array)) for name, array in arrays if len(array) == self.instances]
 
-    def push(self, disturbances: Disturbances, time_step: float) -> None:
+    def push(self, disturbances: Perturbations, time_step: float) -> None:
         """From now on push the roots' centres of mass, with a constant force over whole steps."""
         first = np.rint(disturbances.push_start / time_step).astype(np.int32)
         steps = max(round(disturbances.push_duration / time_step), 1)

@@ -30,7 +30,7 @@ from warpmuscle.scene import Scene
 from warpmuscle.scene.joints import root_type
 from warpmuscle.simulation.batch_input import in_silence
 from warpmuscle.simulation.batch_state import InitialValues
-from warpmuscle.simulation.perturbations import Disturbances, none
+from warpmuscle.simulation.perturbations import Perturbations, none
 
 
 class Inputs:
@@ -113,7 +113,7 @@ class Inputs:
             raise RolloutError(f"a number of the {what} is not finite")
         return array
 
-    def set_disturbances(self, disturbances: Disturbances) -> None:
+    def set_disturbances(self, disturbances: Perturbations) -> None:
         """Take disturbances; RolloutError if they are those of another number of instances."""
         self.disturbances = checked_disturbances(disturbances, self._instances)
         self.of_model, self._initial = replace(self.of_model, slope=disturbances.slope), None
@@ -182,9 +182,9 @@ class Inputs:
         return {"muscles.own": spans, "muscles.knot_time": time}
 
 
-def checked_disturbances(disturbances: Disturbances, instances: int) -> Disturbances:
+def checked_disturbances(disturbances: Perturbations, instances: int) -> Perturbations:
     """Disturbances of so many instances; RolloutError if they are no such."""
-    as_kind(Disturbances, disturbances, "disturbances", error=RolloutError)
+    as_kind(Perturbations, disturbances, "disturbances", error=RolloutError)
     if len(disturbances) != instances:
         raise RolloutError(f"{len(disturbances)} disturbances for {instances} instances")
     return disturbances

@@ -23,7 +23,7 @@ from warpmuscle.simulation.devices import devices_name, find_devices, is_several
 from warpmuscle.simulation.inputs import checked_disturbances
 from warpmuscle.simulation.memory import InstanceBytes
 from warpmuscle.simulation.objective_parts import Parts
-from warpmuscle.simulation.perturbations import Disturbances
+from warpmuscle.simulation.perturbations import Perturbations
 from warpmuscle.simulation.rollout import Rollout
 
 Progress = Callable[["MultiDeviceRollout"], None]
@@ -145,7 +145,7 @@ class MultiDeviceRollout(Batch):
         starts = {name: self._shares_of(values, name) for name, values in named.items() if values is not None}
         self._each(lambda rollout, share: rollout.set_initial(**{name: of(share) for name, of in starts.items()}))
 
-    def disturb(self, disturbances: Disturbances) -> None:
+    def disturb(self, disturbances: Perturbations) -> None:
         checked_disturbances(disturbances, self.instances)
         self._each(lambda rollout, share: rollout.disturb(disturbances.part(share)))
 

@@ -13,7 +13,7 @@ FIRST_PUSH = 1.0  # s, not before which a drawn push comes, where the simulation
 
 
 @dataclass(frozen=True)
-class Disturbances:
+class Perturbations:
     """What disturbs each of n instances.
 
     Attributes:
@@ -38,27 +38,27 @@ class Disturbances:
         """Whether any instance is disturbed at all."""
         return bool(np.any(self.velocity) or np.any(self.push) or np.any(self.slope))
 
-    def part(self, share: slice) -> Disturbances:
+    def part(self, share: slice) -> Perturbations:
         """Those of some of the instances."""
-        return Disturbances(
+        return Perturbations(
             self.velocity[share], self.push[share], self.push_start[share], self.slope[share], self.push_duration
         )
 
-    def tiled(self, times: int) -> Disturbances:
+    def tiled(self, times: int) -> Perturbations:
         """The same for so many groups of instances, one group behind the other."""
-        return Disturbances(
+        return Perturbations(
             np.tile(self.velocity, (times, 1)), np.tile(self.push, (times, 1)), np.tile(self.push_start, times),
             np.tile(self.slope, times), self.push_duration,
         )  # fmt: skip
 
 
-def none(instances: int) -> Disturbances:
+def none(instances: int) -> Perturbations:
     """No disturbance of any instance."""
     zero, zeros = np.zeros((instances, 3)), np.zeros(instances)
-    return Disturbances(zero, zero, zeros, zeros)
+    return Perturbations(zero, zero, zeros, zeros)
 
 
-def drawn(robustness: Robustness, duration: float) -> Disturbances:
+def drawn(robustness: Robustness, duration: float) -> Perturbations:
     """The runs of one candidate, the same for every one of them: the first is not disturbed if there are several.
 
     Args:
@@ -73,7 +73,7 @@ def drawn(robustness: Robustness, duration: float) -> Disturbances:
     slope = generator.uniform(-1.0, 1.0, runs) * robustness.slope
     push = robustness.push * np.stack([np.sin(direction), np.zeros(runs), np.cos(direction)], axis=1)
     disturbed = np.arange(runs) > 0 if runs > 1 else np.ones(1, dtype=bool)
-    return Disturbances(
+    return Perturbations(
         velocity * disturbed[:, None], push * disturbed[:, None], start, slope * disturbed, robustness.push_duration
     )
 

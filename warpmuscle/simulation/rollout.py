@@ -46,7 +46,7 @@ from warpmuscle.simulation.launcher import Launcher, kernel_config
 from warpmuscle.simulation.memory import InstanceBytes, check_memory, instance_bytes, struct_bytes
 from warpmuscle.simulation.objective_parts import Parts
 from warpmuscle.simulation.outcome import Outcome
-from warpmuscle.simulation.perturbations import Disturbances
+from warpmuscle.simulation.perturbations import Perturbations
 from warpmuscle.simulation.recorder import Recorder, frame_bytes, frame_steps, record_kind
 from warpmuscle.simulation.reference_gait import reference_of
 
@@ -211,7 +211,7 @@ class Rollout(Batch):
         self._inputs.set_initial(coordinates, speeds, activation)
         self.reset()
 
-    def disturb(self, disturbances: Disturbances) -> None:
+    def disturb(self, disturbances: Perturbations) -> None:
         self._inputs.set_disturbances(disturbances)
         self._batch.push(disturbances, self.scene.time_step)
         self._update("slope")
