@@ -39,6 +39,21 @@ def test_a_foot_deep_in_the_ground_is_told_with_its_depth_and_what_to_do():
     )
 
 
+def test_a_centre_of_mass_below_the_ground_is_told_since_it_has_fallen_at_once():
+    scene = load("elbow_open_loop")
+    assert not start_warnings(scene)
+    scene.initial_state.root_position, scene.failure.com_height = (0.0, -3.0, 0.0), 0.9
+    scene.ground.stiffness = 0.0  # else the bodies in it are told
+    (doubt,) = start_warnings(scene)
+    assert re.search(r"centre of mass starts \d\.\d\d m below the ground, so that it has fallen at once", doubt.message)
+    scene.duration = 0.01
+    rollout = Rollout(scene, 1, "cpu")
+    rollout.run()
+    assert rollout.status()[0] == Status.FELL
+    scene.failure.com_height = 0.0
+    assert not start_warnings(scene)
+
+
 @pytest.mark.parametrize("root_joint", ["free", "planar"])
 def test_depths_are_those_of_the_simulated_bodies(root_joint: str):
     scene = load("fwalk")

@@ -1,4 +1,4 @@
-"""What the start of a scene is probably mistaken in: bodies deep in the ground, speeds of no gait."""
+"""What the start of a scene is probably mistaken in: bodies or the whole in the ground, speeds of no gait."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ def doubts_of(scene: Scene) -> list[SceneError]:
 
 
 def start_warnings(scene: Scene) -> list[SceneError]:
-    """Bodies that start deep in the ground, and a root that starts faster than any gait; see `doubts_of`.
+    """Bodies or the whole deep in the ground, and a root that starts faster than any gait; see `doubts_of`.
 
     Free parameters count with their start values.
     """
     plain = substitute(scene, start_values(scene))
-    return [*_in_the_ground(plain), *_too_fast(plain)]
+    return [*(_in_the_ground(plain) or _below_the_ground(plain)), *_too_fast(plain)]
 
 
 def _in_the_ground(scene: Scene) -> list[SceneError]:
@@ -53,6 +53,25 @@ def _in_the_ground(scene: Scene) -> list[SceneError]:
             key,
         )
     ]
+
+
+def _below_the_ground(scene: Scene) -> list[SceneError]:
+    """One if the centre of mass starts below the ground, where it counts as fallen at once."""
+    if plain_number(scene.failure.com_height) <= 0.0:
+        return []
+    normal = normalized(plain_vector(scene.ground.normal))
+    place, turn = _root(scene)
+    poses, _ = initial_pose(scene)
+    masses = {name: plain_number(body.mass) for name, body in scene.character.bodies.items()}
+    com = sum(masses[name] * poses[name][0] for name in masses) / sum(masses.values())
+    depth = plain_number(scene.ground.height) - float(normal @ (place + rotate(turn, com)))
+    if depth < 0.0:
+        return []
+    message = (
+        f"the centre of mass starts {depth:.2f} m below the ground, so that it has fallen at once; raise the root, or "
+        "set failure.com_height to 0"
+    )
+    return [SceneError(message, "initial_state.root_position")]
 
 
 def _too_fast(scene: Scene) -> list[SceneError]:
