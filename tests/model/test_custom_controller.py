@@ -1,12 +1,12 @@
 """A controller in a module of one's own, with free parameters and a state of its own, in the fused step."""
 
-import sys
 from pathlib import Path
 
 import msgspec
 import numpy as np
 import pytest
 
+from importing import importable_from
 from muscle_arm import ABOUT_JOINT, MASS, REACH, arm
 from warpmuscle.core.errors import SceneError
 from warpmuscle.formats import toml
@@ -92,9 +92,8 @@ def module(tmp_path_factory):
     """A module that can be imported."""
     folder = tmp_path_factory.mktemp("theirs")
     (folder / f"{NAME}.py").write_text(MODULE)
-    sys.path.append(str(folder))
-    yield
-    sys.path.remove(str(folder))
+    with importable_from(folder):
+        yield
 
 
 def with_pid(**gains: object) -> Scene:

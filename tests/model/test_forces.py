@@ -1,11 +1,11 @@
 """Passive devices and forces on bodies, shipped ones and those of a module of one's own, against double precision."""
 
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from importing import importable_from
 from muscle_arm import ABOUT_JOINT, MASS, REACH, arm, constant
 from warpmuscle.core.errors import SceneError
 from warpmuscle.formats import load, toml
@@ -59,9 +59,8 @@ def module(tmp_path_factory):
     """A module that can be imported."""
     folder = tmp_path_factory.mktemp("theirs")
     (folder / f"{NAME}.py").write_text(MODULE)
-    sys.path.append(str(folder))
-    yield
-    sys.path.remove(str(folder))
+    with importable_from(folder):
+        yield
 
 
 def pendulum(forces: dict[str, Force], **changes: object) -> Scene:

@@ -7,6 +7,7 @@ import msgspec
 import numpy as np
 import pytest
 
+from importing import importable_from
 from muscle_arm import constant, leg
 from warpmuscle.core.errors import Error, RolloutError, SceneError
 from warpmuscle.formats import load, toml
@@ -83,9 +84,8 @@ def folder(tmp_path_factory) -> Path:
 @pytest.fixture(scope="module")
 def importable(folder: Path):
     """The module can be imported."""
-    sys.path.append(str(folder))
-    yield
-    sys.path.remove(str(folder))
+    with importable_from(folder):
+        yield
 
 
 def scene(objective: dict | None = None, **changes) -> Scene:
