@@ -7,6 +7,7 @@ from typing import Any
 
 from warpmuscle.core.errors import SceneError
 from warpmuscle.scene import Force
+from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.number import Number
 from warpmuscle.scene.validation.checks import Checks, known, near
 
@@ -20,7 +21,7 @@ def check_forces(check: Checks) -> None:
             raise SceneError("name either a joint or a body that it acts on", key=key)
         if force.joint:
             known(force.joint, character.joints, "joint", f"{key}.joint")
-            if character.joints[force.joint].type == "fixed":
+            if not joint_type(character.joints[force.joint]).moves:
                 raise SceneError(f"joint {force.joint!r} does not move", key=f"{key}.joint")
         else:
             known(force.body, character.bodies, "body", f"{key}.body")

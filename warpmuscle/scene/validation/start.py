@@ -9,11 +9,13 @@ from warpmuscle.core.errors import SceneError
 from warpmuscle.core.pose import multiply, normalized, rotate, turned_to_heading
 from warpmuscle.scene import Scene
 from warpmuscle.scene.geometry import contact_points
+from warpmuscle.scene.ground import plane
 from warpmuscle.scene.initial_pose import initial_pose, plain_number, plain_vector
 from warpmuscle.scene.joints import root_type
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.scene.validation.muscles import muscle_warnings
 
+Poses = dict[str, tuple[Floats, Floats]]  # by body
 DEEP = 0.02  # m in the ground, ten times as deep as feet that carry a body; beyond it the ground throws it up
 
 
@@ -28,14 +30,15 @@ def start_warnings(scene: Scene) -> list[SceneError]:
     Free parameters count with their start values.
     """
     plain = substitute(scene, start_values(scene))
-    return [*(_in_the_ground(plain) or _below_the_ground(plain)), *_too_fast(plain)]
+    poses = _world_poses(plain)
+    return [*(_in_the_ground(plain, poses) or _below_the_ground(plain, poses)), *_too_fast(plain)]
 
 
-def _in_the_ground(scene: Scene) -> list[SceneError]:
+def _in_the_ground(scene: Scene, poses: Poses) -> list[SceneError]:
     """One for the deepest body of all that are deep in the ground."""
     if plain_number(scene.ground.stiffness) <= 0.0:
         return []
-    depths = start_depths(scene)
+    depths = _depths(scene, poses)
     deepest = max(depths, key=lambda name: depths[name], default="")
     if not deepest or not depths[deepest] > DEEP:
         return []
@@ -55,16 +58,14 @@ def _in_the_ground(scene: Scene) -> list[SceneError]:
     ]
 
 
-def _below_the_ground(scene: Scene) -> list[SceneError]:
+def _below_the_ground(scene: Scene, poses: Poses) -> list[SceneError]:
     """One if the centre of mass starts below the ground, where it counts as fallen at once."""
     if plain_number(scene.failure.com_height) <= 0.0:
         return []
-    normal = normalized(plain_vector(scene.ground.normal))
-    place, turn = _root(scene)
-    poses, _ = initial_pose(scene)
     masses = {name: plain_number(body.mass) for name, body in scene.character.bodies.items()}
     com = sum(masses[name] * poses[name][0] for name in masses) / sum(masses.values())
-    depth = plain_number(scene.ground.height) - float(normal @ (place + rotate(turn, com)))
+    ground = plane(scene.ground)
+    depth = ground.height - float(ground.normal @ com)
     if depth < 0.0:
         return []
     message = (
@@ -90,21 +91,33 @@ def start_depths(scene: Scene) -> dict[str, float]:
     Args:
         scene: checked scene without free parameters.
     """
-    normal = normalized(plain_vector(scene.ground.normal))
-    height = plain_number(scene.ground.height)
-    place, turn = _root(scene)
-    poses, _ = initial_pose(scene)
+    return _depths(scene, _world_poses(scene))
+
+
+def _depths(scene: Scene, poses: Poses) -> dict[str, float]:
+    """See `start_depths`; poses: of the bodies in the world."""
+    normal, height = plane(scene.ground)
     found = {}
     for name, body in scene.character.bodies.items():
         position, orientation = poses[name]
         depths = [
-            height + plain_number(radius) - normal @ (place + rotate(turn, position + rotate(orientation, point)))
+            height + plain_number(radius) - normal @ (position + rotate(orientation, point))
             for shape in body.shapes
             for point, radius in ((plain_vector(point), radius) for point, radius in contact_points(shape))
         ]
         if depths:
             found[name] = float(max(depths))
     return found
+
+
+def _world_poses(scene: Scene) -> Poses:
+    """Position, m, and orientation of every body at the start, world."""
+    place, turn = _root(scene)
+    poses, _ = initial_pose(scene)
+    return {
+        name: (place + rotate(turn, position), multiply(turn, orientation))
+        for name, (position, orientation) in poses.items()
+    }
 
 
 def _root(scene: Scene) -> tuple[Floats, Floats]:
