@@ -15,6 +15,7 @@ from warpmuscle.kernels.dynamics import (
     accelerate_body,
     acceleration_stage,
     acceleration_stage_of,
+    leave_downdated,
     leave_for_parent,
     move_body,
     reduce_body,
@@ -30,7 +31,7 @@ from warpmuscle.kernels.joint_motion import MotionOf, has_motion, motion_of
 from warpmuscle.kernels.kinematics import kinematics_stage, kinematics_stage_of, move_joint, place_body
 from warpmuscle.kernels.motion import prescribe_stage
 from warpmuscle.kernels.scratch import coordinate_work_at, synchronize, work_at
-from warpmuscle.kernels.spatial import symmetric_outer, symmetric_times
+from warpmuscle.kernels.spatial import symmetric_times
 from warpmuscle.kernels.structs import FIXED, ModelRef, ScratchRef, Skeleton, StateRef, at, whole
 
 
@@ -123,17 +124,7 @@ def reduce_coordinate(instance: int, body: int, free: bool, model: ModelRef, wor
     ub = wp.transpose(x.b) * s + symmetric_times(x.c, t)
     d = 1.0 / (wp.dot(s, ua) + wp.dot(t, ub) + stiffness)
     q = (force - wp.dot(s, x.n) - wp.dot(t, x.f)) * d
-    work.factor_a[body] = wp.matrix_from_cols(ua * d, ub * d, wp.vec3(q, 0.0, 0.0))
-    leave_for_parent(
-        body,
-        r,
-        x.a + symmetric_outer(ua, -d),
-        x.b - wp.outer(ua * d, ub),
-        x.c + symmetric_outer(ub, -d),
-        x.n + ua * q,
-        x.f + ub * q,
-        work,
-    )
+    leave_downdated(body, r, x, ua, ub, d, q, work)
 
 
 @wp.func

@@ -181,12 +181,14 @@ def reduce_ball(body: int, r: wp.vec3, torque: wp.vec3, x: Articulated, work: Sc
 
 
 @wp.func
-def reduce_hinge(body: int, r: wp.vec3, torque: wp.vec3, x: Articulated, axis: wp.vec3, work: ScratchRef):
-    """Eliminate a hinge: rank-1 downdate (Featherstone 2008, eq. 7.43)."""
-    ua = symmetric_times(x.a, axis)
-    ub = wp.transpose(x.b) * axis
-    d = 1.0 / (wp.dot(axis, ua) + wp.dot(axis, symmetric_times(work.stiffness[body], axis)))
-    q = wp.dot(axis, torque - x.n) * d
+def leave_downdated(
+    body: int, r: wp.vec3, x: Articulated, ua: wp.vec3, ub: wp.vec3, d: float, q: float, work: ScratchRef
+):  # fmt: skip
+    """Leave for the parent what a joint of one speed transmits: rank-1 downdate (Featherstone 2008, eq. 7.43).
+
+    Args:
+        ua, ub: angular and linear part of U = I S. d: 1/(S^T U). q: d times the force that is left along S.
+    """
     work.factor_a[body] = wp.matrix_from_cols(ua * d, ub * d, wp.vec3(q, 0.0, 0.0))
     leave_for_parent(
         body,
@@ -198,6 +200,16 @@ def reduce_hinge(body: int, r: wp.vec3, torque: wp.vec3, x: Articulated, axis: w
         x.f + ub * q,
         work,
     )
+
+
+@wp.func
+def reduce_hinge(body: int, r: wp.vec3, torque: wp.vec3, x: Articulated, axis: wp.vec3, work: ScratchRef):
+    """Eliminate a hinge: rank-1 downdate (Featherstone 2008, eq. 7.43)."""
+    ua = symmetric_times(x.a, axis)
+    ub = wp.transpose(x.b) * axis
+    d = 1.0 / (wp.dot(axis, ua) + wp.dot(axis, symmetric_times(work.stiffness[body], axis)))
+    q = wp.dot(axis, torque - x.n) * d
+    leave_downdated(body, r, x, ua, ub, d, q, work)
 
 
 @wp.func
