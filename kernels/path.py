@@ -75,8 +75,10 @@ def condition_weight(angle: float, low: float, high: float, blend: float) -> wp.
     """Weight of a conditional point and its derivative by the angle: 1 within low..high, 0 outside, 1/2 at both ends.
 
     Args:
-        blend: width of the transition about each end, rad.
+        blend: width of the transition about each end, rad; 0: the weight is 1 at both ends, too, and jumps there.
     """
+    if blend <= 0.0:
+        return wp.vec2(wp.where(angle >= low and angle <= high, 1.0, 0.0), 0.0)
     rise = smooth_step((angle - low) / blend + 0.5)
     fall = smooth_step((high - angle) / blend + 0.5)
     return wp.vec2(rise[0] * fall[0], (rise[1] * fall[0] - rise[0] * fall[1]) / blend)

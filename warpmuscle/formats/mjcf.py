@@ -218,6 +218,9 @@ def _add_muscles(model: Element, scene: Scene) -> int:
         if muscle.pulleys:
             _add_pulleys(SubElement(tendons, "fixed", name=name), muscle, scene.character)
             continue
+        if muscle.polynomial is not None:
+            message = "MuJoCo has no path that is a polynomial; leave the muscle out, or give it points"
+            raise SceneError(message, key=f"character.muscles.{name}.polynomial")
         tendon = SubElement(tendons, "spatial", name=name)
         for index, point in enumerate(muscle.path):
             if point.condition is None:

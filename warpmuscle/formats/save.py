@@ -17,7 +17,8 @@ from warpmuscle.formats.load import SUFFIXES, SceneLike, load, scene_of, summary
 from warpmuscle.scene import Actuation, JointState, Scene
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.parameters import leaves, start_values, substitute
-from warpmuscle.scene.validation.muscles import SceneWarning, usual_drive
+from warpmuscle.scene.validation.muscles import SceneWarning
+from warpmuscle.scene.validation.paths import usual_drive
 from warpmuscle.scene.validation.scene import check_scene
 
 FIXED = "free parameters are written as their start values"

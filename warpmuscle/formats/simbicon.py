@@ -30,7 +30,7 @@ from warpmuscle.scene import (
 )
 from warpmuscle.scene.joints import joint_type, root_type
 from warpmuscle.scene.joints.joint_type import NO_AXIS, OTHER_AXIS
-from warpmuscle.scene.validation.muscles import usual_drive
+from warpmuscle.scene.validation.paths import usual_drive
 
 
 def rbs_text(scene: Scene) -> str:
@@ -164,8 +164,9 @@ def _joint(name: str, joint: Joint, *, marked: bool) -> Iterator[str]:
 
 def _muscle(name: str, muscle: Muscle) -> Iterator[str]:
     """A muscle, its points without their conditions."""
-    if muscle.pulleys:
-        raise SceneError("this format has no pulleys", key=f"character.muscles.{name}.pulleys")
+    for field in ("pulleys", "polynomial"):
+        if getattr(muscle, field):
+            raise SceneError(f"this format has no {field}; give a path of points", f"character.muscles.{name}.{field}")
     yield from ("\tMuscle", f"\t\tname {name}")
     for point in muscle.path:
         yield from (f"\t\tA_RigidBody {point.body}", f"\t\tposition {_row(*point.place())}")

@@ -12,13 +12,14 @@ import warp as wp
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.arrays import records_to_device, rows, starts, structs_to_device, to_device
+from warpmuscle.core.errors import SceneError
 from warpmuscle.kernels import structs
 from warpmuscle.model.bodies import stacked
 from warpmuscle.scene import Character, Condition, Muscle, Pulley, ViaPoint
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.topology import Topology
-from warpmuscle.scene.validation.muscles import check_path, check_pulleys
+from warpmuscle.scene.validation.paths import check_path, check_pulleys
 
 ZERO = (0.0, 0.0, 0.0)
 
@@ -92,12 +93,25 @@ def path_table(paths: Mapping[str, MusclePath], names: Topology, character: Char
 
 
 def _check(key: str, path: MusclePath, character: Character) -> None:
+    if isinstance(path, Muscle):
+        _check_simulated(key, path)
     if not isinstance(path, Muscle):
         check_path(f"{key}.path", path, character, _extent)
     elif path.pulleys:
         check_pulleys(f"{key}.pulleys", path.pulleys, character)
     else:
         check_path(f"{key}.path", path.path, character, _extent)
+
+
+def _check_simulated(key: str, muscle: Muscle) -> None:
+    """Raise SceneError for what no step computes yet."""
+    for what, given in (
+        ("wraps", muscle.wraps),
+        ("polynomial", muscle.polynomial),
+        ("motion", [motion for point in muscle.path for motion in point.motion]),
+    ):
+        if given:
+            raise SceneError(f"paths with `{what}` cannot be simulated yet; leave it out", key=f"{key}.{what}")
 
 
 def _extent(number: Any) -> tuple[float, float]:

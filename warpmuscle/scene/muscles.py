@@ -8,24 +8,35 @@ from __future__ import annotations
 from typing import Annotated, Any, Literal, cast
 
 from warpmuscle.kernels.curve_sets import CurveSet
+from warpmuscle.scene.displacement import Displacement
 from warpmuscle.scene.number import Number, Vector
 from warpmuscle.scene.part import Part
 
 
 class Condition(Part):
-    """The interval of a joint angle in which a via point counts; the path slides on and off it about both ends."""
+    """The interval of a joint's coordinate in which a via point counts.
 
-    joint: str  # a hinge or a universal joint
-    low: Annotated[Number, "rad"]
-    high: Annotated[Number, "rad"]
-    blend: Annotated[Number, "rad"] = 0.1  # width of the transition about each end
+    The path slides on and off it about both ends, or with a blend of 0 jumps there, as OpenSim's conditional points do.
+    """
+
+    joint: str  # one whose coordinates are numbers: a hinge, universal, slide or coupled joint
+    low: Annotated[Number, "rad or m"]
+    high: Annotated[Number, "rad or m"]
+    blend: Annotated[Number, "rad or m"] = 0.1  # width of the transition about each end
     axis: int = 0  # which angle of a universal joint
+
+
+class PointMotion(Displacement):
+    """How far a point of a path moves along an axis of its body, as a function of a joint's coordinate."""
+
+    joint: str = ""  # one whose coordinates are numbers
 
 
 class ViaPoint(Part):
     """A point of a muscle's path, fixed to a body: at a position, or on a line, where a search may move it along.
 
     Positions are in the body's frame: from its centre of mass, m. The position on a line is start + at (end - start).
+    What `motion` says is added to either.
     """
 
     body: str
@@ -34,6 +45,7 @@ class ViaPoint(Part):
     start: Annotated[Vector | None, "m"] = None  # of the line, all three in place of `position`
     end: Annotated[Vector | None, "m"] = None
     at: Annotated[Number | None, "1"] = None  # 0 at the start of the line, 1 at its end
+    motion: list[PointMotion] = []  # of a point that moves on its body while a joint does
 
     def place(self) -> tuple[Any, Any, Any]:
         """The position, m, of a checked point whose numbers are floats, or (n,) arrays with one value an instance."""
@@ -61,14 +73,44 @@ class Pulley(Part):
     axis: int = 0  # which angle of a universal joint
 
 
+class Wrap(Part):
+    """A surface of the character that a path wraps around, where it would run through it.
+
+    `first` and `last` are the points of the path, counted from 1, between which it does; all of them if not given.
+    `method`: how the path runs over an ellipsoid, which other surfaces do not ask for: in the plane through its middle
+    (`midpoint`), in one along its axis that is nearest to the muscle's way (`axial`), or between the two (`hybrid`).
+    The surfaces of a path are gone round in their order, as OpenSim does it.
+    """
+
+    surface: str
+    first: int | None = None
+    last: int | None = None
+    method: Literal["hybrid", "midpoint", "axial"] = "hybrid"
+
+
+class PolynomialPath(Part):
+    """The length of a muscle as a polynomial of joints' coordinates, in place of points.
+
+    It is the sum over k of coefficients[k] times the product over i of q_i^exponents[k][i]; its gradient gives the
+    moment arms. Such paths are fitted to others (see `warpmuscle fit-paths`).
+    """
+
+    joints: list[str]  # whose coordinates are numbers
+    exponents: list[list[int]]  # a row a term, with one exponent a joint
+    coefficients: Annotated[list[Number], "m"]  # one a term; over coordinates in rad or m
+    axes: list[int] = []  # which angle of each joint; the first if not given
+
+
 class Muscle(Part, kw_only=True):
     """A musculotendon unit: where it runs, and the properties of fibre and tendon.
 
-    It has either a path of points from origin to insertion, or pulleys: then its length is rest_length less the sum of
-    moment_arm (angle - rest_angle) over them.
+    It has a path of points from origin to insertion, which may wrap around surfaces; or pulleys: then its length is
+    rest_length less the sum of moment_arm (angle - rest_angle) over them; or a polynomial.
     """
 
     path: list[ViaPoint] = []
+    wraps: list[Wrap] = []
+    polynomial: PolynomialPath | None = None
     pulleys: list[Pulley] = []
     rest_length: Annotated[Number | None, "m"] = None  # of the unit with its tendon; with pulleys only
     f_max: Annotated[Number, "N"]  # maximum isometric force

@@ -15,19 +15,40 @@ import msgspec
 from warpmuscle.kernels.objective_terms import TERMS
 from warpmuscle.kernels.status import Status
 from warpmuscle.scene.controller import PD, Balance, Component, Controller, Curve, Feedback, State, Trajectory
+from warpmuscle.scene.displacement import Displacement
 from warpmuscle.scene.force import Force
 from warpmuscle.scene.motion import Motion
-from warpmuscle.scene.muscles import Actuation, Condition, Drive, Excitation, Muscle, MuscleModel, Pulley, ViaPoint
+from warpmuscle.scene.muscles import (
+    Actuation,
+    Condition,
+    Drive,
+    Excitation,
+    Muscle,
+    MuscleModel,
+    PointMotion,
+    PolynomialPath,
+    Pulley,
+    ViaPoint,
+    Wrap,
+)
 from warpmuscle.scene.number import Number, Vector
 from warpmuscle.scene.part import Part, Side
 from warpmuscle.scene.reflexes import Reflex, Reflexes
+from warpmuscle.scene.surfaces import (
+    CylinderSurface,
+    EllipsoidSurface,
+    SphereSurface,
+    Surface,
+    TorusSurface,
+)
 
 __all__ = [
     "PD", "Actuation", "Balance", "Body", "Box", "Capsule", "Character", "Component", "Condition", "Controller",
-    "Curve", "Displacement", "Drive", "Excitation", "Failure", "Feedback", "Force", "Ground", "InitialState",
-    "Joint", "JointState", "Motion", "Muscle", "MuscleModel", "Objective", "Part", "Pulley", "Reflex", "Reflexes",
-    "Robustness", "Scene", "SearchStage", "Shape", "Side",
-    "Sphere", "State", "Tracking", "Trajectory", "ViaPoint",
+    "Curve", "CylinderSurface", "Displacement", "Drive", "EllipsoidSurface", "Excitation", "Failure", "Feedback",
+    "Force", "Ground", "InitialState", "Joint", "JointState", "Motion", "Muscle", "MuscleModel", "Objective", "Part",
+    "PointMotion", "PolynomialPath", "Pulley", "Reflex", "Reflexes", "Robustness", "Scene", "SearchStage", "Shape",
+    "Side", "Sphere", "SphereSurface", "State", "Surface", "TorusSurface", "Tracking", "Trajectory", "ViaPoint",
+    "Wrap",
 ]  # fmt: skip
 
 
@@ -65,21 +86,6 @@ class Body(Part):
     friction: Annotated[Number, "1"] = 0.8  # Coulomb coefficient; a contact takes the smaller one of body and ground
 
 
-class Displacement(Part):
-    """How far a coupled joint turns about an axis or moves along it, as a function of its coordinate q.
-
-    It is value + slope q, or a cubic spline through knots (x, y) that goes on straight beyond them: `simm`, as SIMM and
-    OpenSim's SimmSpline have it, or `natural`, without curvature at its ends.
-    """
-
-    axis: Annotated[Vector, "1"]
-    value: Annotated[Number, "rad or m"] = 0.0
-    slope: Annotated[Number, "per unit of q"] = 0.0
-    x: Annotated[list[float], "rad or m"] = []
-    y: Annotated[list[Number], "rad or m"] = []
-    ends: Literal["simm", "natural"] = "simm"
-
-
 class Joint(Part):
     """A joint between two bodies; its coordinates are the child's rotation in the parent's frame.
 
@@ -114,6 +120,7 @@ class Character(Part):
     joints: dict[str, Joint] = {}
     root_joint: Literal["free", "planar", "fixed"] = "free"  # planar: moves in y and z, turns about x; fixed: welded
     muscles: dict[str, Muscle] = {}
+    surfaces: dict[str, Surface] = {}  # that muscles wrap around
     feet: tuple[str, str] | None = None  # bodies, left and right; by default those of the controller, if there is one
 
 

@@ -35,7 +35,7 @@ class Coupled(Coordinate):
             if len(given) > 3:
                 raise SceneError(f"a {self.name} joint takes 3 {field} at most, got {len(given)}", key=f"{key}.{field}")
             for index, displacement in enumerate(given):
-                _check(checks, f"{key}.{field}.{index}", displacement)
+                check_displacement(checks, f"{key}.{field}.{index}", displacement)
         if not any(map(depends, (*joint.rotations, *joint.translations))):
             message = "depends on no coordinate; give a rotation or translation a `slope`, or knots `x` and `y`"
             raise SceneError(message, key=key)
@@ -86,8 +86,8 @@ def depends(displacement: Displacement) -> bool:
     return bool(displacement.x) or displacement.slope != 0.0
 
 
-def _check(checks: Checks, key: str, displacement: Displacement) -> None:
-    """A displacement has a direction, and either knots or a line."""
+def check_displacement(checks: Checks, key: str, displacement: Displacement) -> None:
+    """Raise SceneError unless a displacement has a direction, and either knots or a line."""
     checks.not_zero(f"{key}.axis", displacement.axis, "axis")
     if len(displacement.x) != len(displacement.y):
         raise SceneError(f"{len(displacement.y)} values for {len(displacement.x)} knots", key=f"{key}.y")

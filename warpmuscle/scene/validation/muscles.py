@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
 from functools import partial
 
 import numpy as np
@@ -11,14 +10,15 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.limits import check_size
 from warpmuscle.core.pose import rotate
-from warpmuscle.scene import Actuation, Character, Condition, Drive, Excitation, Muscle, Pulley, Scene, ViaPoint
+from warpmuscle.scene import Actuation, Excitation, Muscle, PolynomialPath, Scene, ViaPoint
 from warpmuscle.scene.initial_pose import initial_pose, plain_number, plain_vector
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.masses import mass_warnings
 from warpmuscle.scene.number import Number
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.scene.trusted_code import CURVE_FIELDS
-from warpmuscle.scene.validation.checks import Checks, known, near
+from warpmuscle.scene.validation.checks import Checks, known
+from warpmuscle.scene.validation.paths import check_route, check_surfaces, usual_drive
 
 TENSIONS = (1.0e3, 1.0e8)  # Pa, far beyond those of any muscle: outside, another unit is meant
 GREATEST_PENNATION = 1.4  # rad; near a right angle a fibre pulls on nothing
@@ -36,6 +36,7 @@ def check_muscles(checks: Checks) -> None:
         SceneError: the first thing wrong, with its key, such as `character.muscles.VAS.path.0.body`.
     """
     scene = checks.checked
+    check_surfaces(checks, scene.character)
     for name, muscle in scene.character.muscles.items():
         _muscle(checks, f"character.muscles.{name}", muscle)
     _model(checks)
@@ -43,87 +44,10 @@ def check_muscles(checks: Checks) -> None:
         _actuation(checks, f"actuation.{name}", name, own)
 
 
-def check_path(
-    key: str, path: Sequence[ViaPoint], character: Character, interval: Callable[[Number], tuple[float, float]]
-) -> None:
-    """Check the points of a muscle's path.
-
-    Args:
-        key: of the path.
-        interval: gives the least and the greatest value of a number.
-
-    Raises:
-        SceneError: an unknown body or joint, fewer than two points, or a point or condition that cannot be used.
-    """
-    if len(path) < 2:
-        raise SceneError(f"a path needs at least two points, got {len(path)}", key=key)
-    for index, point in enumerate(path):
-        if point.body not in character.bodies:
-            message = f"there is no body {point.body!r}{near(point.body, character.bodies)}"
-            raise SceneError(message, key=f"{key}.{index}.body")
-        _on_body(f"{key}.{index}", point, interval)
-        if point.condition is None:
-            continue
-        place = f"{key}.{index}.condition"
-        if index in (0, len(path) - 1):
-            raise SceneError("the first and the last point of a path take no condition", key=place)
-        _condition(place, point.condition, character, interval)
-
-
-def check_pulleys(key: str, pulleys: Sequence[Pulley], character: Character) -> None:
-    """Check the pulleys of a muscle.
-
-    Raises:
-        SceneError: an unknown joint, or one without such an angle.
-    """
-    for index, pulley in enumerate(pulleys):
-        _angle(f"{key}.{index}", pulley.joint, pulley.axis, "pulley", character)
-
-
-def _angle(key: str, joint: str, axis: int, what: str, character: Character) -> None:
-    """A joint has an angle of this number."""
-    if joint not in character.joints:
-        raise SceneError(f"there is no joint {joint!r}{near(joint, character.joints)}", key=f"{key}.joint")
-    kind = joint_type(character.joints[joint])
-    if not kind.scalars:
-        raise SceneError(f"a {kind.name} joint has no angle for a {what}", key=f"{key}.joint")
-    if not 0 <= axis < kind.scalars:
-        raise SceneError(f"a {kind.name} joint has no angle {axis}", key=f"{key}.axis")
-
-
-def _on_body(key: str, point: ViaPoint, interval: Callable[[Number], tuple[float, float]]) -> None:
-    """A point has either a position, or a line and a place on it."""
-    line = {name: getattr(point, name) for name in ("start", "end", "at")}
-    given = [name for name, value in line.items() if value is not None]
-    if point.position is not None and given:
-        raise SceneError(f"give either `position`, or a line with `start`, `end` and `at`, not `{given[0]}` too", key)
-    if point.position is None and len(given) < len(line):
-        missing = next(name for name in line if name not in given)
-        lacks = f"a line needs `start`, `end` and `at`; missing key '{missing}'"
-        raise SceneError(lacks if given else "missing key 'position' (or `start`, `end` and `at` of a line)", key)
-    if point.at is not None:
-        least, greatest = interval(point.at)
-        if least < 0.0 or greatest > 1.0:
-            raise SceneError(f"must be within 0 and 1, is {least if least < 0.0 else greatest:g}", key=f"{key}.at")
-
-
-def _condition(
-    key: str, condition: Condition, character: Character, interval: Callable[[Number], tuple[float, float]]
-) -> None:
-    """A condition has an angle of a joint, and an interval of it."""
-    _angle(key, condition.joint, condition.axis, "condition", character)
-    low, high = interval(condition.low)[1], interval(condition.high)[0]
-    if low >= high:
-        raise SceneError(f"low is not less than high: {low:g}, {high:g}", key=f"{key}.low")
-    blend = interval(condition.blend)[0]
-    if blend <= 0.0:
-        raise SceneError(f"the blend must be positive, is {blend:g}", key=f"{key}.blend")
-
-
 def _muscle(checks: Checks, key: str, muscle: Muscle) -> None:
     """A muscle has a path, force and lengths, and a delay within the simulation."""
     scene = checks.checked
-    _route(checks, key, muscle)
+    check_route(checks, key, muscle)
     checks.positive(key, muscle, "f_max", "l_opt")
     if scene.muscle_model.tendon == "compliant":
         checks.positive(key, muscle, "l_slack")
@@ -150,24 +74,6 @@ def _tension(checks: Checks, key: str, tension: Number) -> None:
     if least < TENSIONS[0] or greatest > TENSIONS[1]:
         wrong = least if least < TENSIONS[0] else greatest
         raise SceneError(f"must be within {TENSIONS[0]:g} and {TENSIONS[1]:g} Pa, is {wrong:g}; 0.6 MPa are 6e5", key)
-
-
-def _route(checks: Checks, key: str, muscle: Muscle) -> None:
-    """A muscle has either a path, or pulleys and a rest length."""
-    character = checks.checked.character
-    if not muscle.pulleys:
-        if muscle.rest_length is not None:
-            raise SceneError("only a muscle with pulleys has a rest length; a path has its own", f"{key}.rest_length")
-        if not muscle.path:
-            raise SceneError("a muscle needs a `path`, or `pulleys` and a `rest_length`", key=key)
-        check_path(f"{key}.path", muscle.path, character, checks.interval)
-        return
-    if muscle.path:
-        raise SceneError("give either a `path` or `pulleys`, not both", key=f"{key}.pulleys")
-    if muscle.rest_length is None:
-        raise SceneError("a muscle with pulleys needs a `rest_length`", key=key)
-    checks.positive(key, muscle, "rest_length")
-    check_pulleys(f"{key}.pulleys", muscle.pulleys, character)
 
 
 def _excitation(checks: Checks, key: str, excitation: Excitation) -> None:
@@ -222,28 +128,6 @@ def _actuation(checks: Checks, key: str, name: str, own: Actuation) -> None:
     checks.not_negative(key, own, "stiffness", "damping")
 
 
-def crosses(muscle: Muscle, joint: str, character: Character) -> bool:
-    """Whether a muscle acts on a joint: its path runs from one side to the other, or depends on the joint's angle."""
-    path = muscle.path
-    if muscle.pulleys:
-        return any(pulley.joint == joint for pulley in muscle.pulleys)
-    beyond = _carried(character.joints[joint].child, character)
-    on_angle = any(point.condition is not None and point.condition.joint == joint for point in path)
-    return on_angle or len({point.body in beyond for point in path}) == 2
-
-
-def usual_drive(joint: str, character: Character) -> Drive:
-    """What drives a joint of which the scene does not say it."""
-    muscles = character.muscles.values()
-    return "muscle" if any(crosses(muscle, joint, character) for muscle in muscles) else "torque"
-
-
-def _carried(body: str, character: Character) -> set[str]:
-    """A body and all that hang on it."""
-    children = [joint.child for joint in character.joints.values() if joint.parent == body]
-    return {body}.union(*(_carried(child, character) for child in children))
-
-
 def muscle_warnings(scene: Scene) -> list[SceneError]:
     """What about the muscles of a checked scene is probably a mistake; see `slack_warnings` and `mass_warnings`."""
     return [*slack_warnings(scene), *mass_warnings(scene)]
@@ -282,6 +166,9 @@ def initial_path_lengths(scene: Scene) -> dict[str, float]:
         if muscle.pulleys:
             lengths[name] = _pulley_length(muscle, angles)
             continue
+        if muscle.polynomial is not None:
+            lengths[name] = _polynomial_length(muscle.polynomial, angles)
+            continue
         points = [_position(point, *poses[point.body]) for point in muscle.path if _counts(point, angles)]
         lengths[name] = float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
     return lengths
@@ -295,6 +182,14 @@ def _pulley_length(muscle: Muscle, angles: dict[str, Floats]) -> float:
         for p in muscle.pulleys
     )
     return plain_number(muscle.rest_length) - sum(taken)
+
+
+def _polynomial_length(polynomial: PolynomialPath, angles: dict[str, Floats]) -> float:
+    """Length of a muscle whose path is a polynomial of joints' coordinates."""
+    axes = polynomial.axes or [0] * len(polynomial.joints)
+    q = np.array([float(angles[joint][axis]) for joint, axis in zip(polynomial.joints, axes, strict=True)])
+    terms = np.prod(q ** np.array(polynomial.exponents), axis=1)
+    return float(np.dot([plain_number(c) for c in polynomial.coefficients], terms))
 
 
 def _no_fibre(muscle: Muscle, length: float) -> str:

@@ -198,6 +198,7 @@ class _Check(Checks):
         """Refuse names that no file can hold."""
         part = scene.character
         tables: dict[str, Iterable[str]] = {"bodies": part.bodies, "joints": part.joints, "muscles": part.muscles}
+        tables["surfaces"] = part.surfaces
         keyed = [("name", scene.name), *((f"stages.{k}.name", stage.name) for k, stage in enumerate(scene.stages))]
         keyed += [(f"character.{what}", name) for what, table in tables.items() for name in table]
         keyed += [("forces", name) for name in scene.forces]

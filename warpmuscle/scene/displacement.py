@@ -1,0 +1,26 @@
+"""Functions of one coordinate, by which joints turn and move, and points of muscles' paths move.
+
+What they are as cubic pieces is in `joints/displacement.py`.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from warpmuscle.scene.number import Number, Vector
+from warpmuscle.scene.part import Part
+
+
+class Displacement(Part):
+    """How far a coupled joint turns about an axis or moves along it, as a function of its coordinate q.
+
+    It is value + slope q, or a cubic spline through knots (x, y) that goes on straight beyond them: `simm`, as SIMM and
+    OpenSim's SimmSpline have it, or `natural`, without curvature at its ends.
+    """
+
+    axis: Annotated[Vector, "1"]
+    value: Annotated[Number, "rad or m"] = 0.0
+    slope: Annotated[Number, "per unit of q"] = 0.0
+    x: Annotated[list[float], "rad or m"] = []
+    y: Annotated[list[Number], "rad or m"] = []
+    ends: Literal["simm", "natural"] = "simm"

@@ -1,0 +1,65 @@
+"""Surfaces that muscles wrap around, fixed to bodies.
+
+A surface has axes of its own: `position` is its centre, from the body's centre of mass, m, and `orientation` the
+rotation vector, rad, that turns the body's axes to its own. `side` is the half of it that a path must stay on, such as
+"+x" for that with x > 0 in its own axes (OpenSim's quadrant); if empty, a path goes round whichever side is shorter.
+All numbers may be free parameters.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from warpmuscle.scene.number import Number, Vector
+from warpmuscle.scene.part import Part
+
+HalfSpace = Literal["", "+x", "-x", "+y", "-y", "+z", "-z"]
+
+
+class CylinderSurface(Part, tag_field="type", tag="cylinder"):
+    """A cylinder about its z axis; `length` is where a path that crosses its axis touches it, beyond it has no end."""
+
+    body: str
+    position: Annotated[Vector, "m"]
+    radius: Annotated[Number, "m"]
+    length: Annotated[Number, "m"]
+    orientation: Annotated[Vector, "rad"] = (0.0, 0.0, 0.0)
+    side: HalfSpace = ""
+
+
+class SphereSurface(Part, tag_field="type", tag="sphere"):
+    """A sphere."""
+
+    body: str
+    position: Annotated[Vector, "m"]
+    radius: Annotated[Number, "m"]
+    orientation: Annotated[Vector, "rad"] = (0.0, 0.0, 0.0)
+    side: HalfSpace = ""
+
+
+class EllipsoidSurface(Part, tag_field="type", tag="ellipsoid"):
+    """An ellipsoid along its axes."""
+
+    body: str
+    position: Annotated[Vector, "m"]
+    radii: Annotated[Vector, "m"]
+    orientation: Annotated[Vector, "rad"] = (0.0, 0.0, 0.0)
+    side: HalfSpace = ""
+
+
+class TorusSurface(Part, tag_field="type", tag="torus"):
+    """A ring about its z axis, through whose hole a path runs.
+
+    As OpenSim counts them, the inner radius is that of the hole and the outer one that of the whole, so that the ring
+    itself has a circle of radius (outer_radius - inner_radius) / 2 as its section.
+    """
+
+    body: str
+    position: Annotated[Vector, "m"]
+    inner_radius: Annotated[Number, "m"]
+    outer_radius: Annotated[Number, "m"]
+    orientation: Annotated[Vector, "rad"] = (0.0, 0.0, 0.0)
+    side: HalfSpace = ""
+
+
+Surface = CylinderSurface | SphereSurface | EllipsoidSurface | TorusSurface

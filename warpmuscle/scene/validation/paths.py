@@ -1,0 +1,255 @@
+"""What the types of a scene cannot say about muscles' paths and the surfaces that they wrap around."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from warpmuscle.core.errors import SceneError
+from warpmuscle.scene import (
+    Character,
+    Condition,
+    CylinderSurface,
+    Drive,
+    EllipsoidSurface,
+    Muscle,
+    PolynomialPath,
+    Pulley,
+    SphereSurface,
+    TorusSurface,
+    ViaPoint,
+    Wrap,
+)
+from warpmuscle.scene.joints import joint_type
+from warpmuscle.scene.joints.coupled import check_displacement
+from warpmuscle.scene.number import Number
+from warpmuscle.scene.validation.checks import Checks, known, near
+
+GREATEST_EXPONENT = 20  # of a coordinate in a polynomial path; more is a mistake
+MOST_WRAPS = 8  # of one path
+
+
+def check_surfaces(checks: Checks, character: Character) -> None:
+    """Surfaces have a body and a size."""
+    for name, surface in character.surfaces.items():
+        key = f"character.surfaces.{name}"
+        known(surface.body, character.bodies, "body", f"{key}.body")
+        if isinstance(surface, CylinderSurface):
+            checks.positive(key, surface, "radius")
+            checks.not_negative(key, surface, "length")
+        elif isinstance(surface, SphereSurface):
+            checks.positive(key, surface, "radius")
+        elif isinstance(surface, EllipsoidSurface):
+            for index, radius in enumerate(surface.radii):
+                checks.positive_number(f"{key}.radii.{index}", radius)
+        else:
+            _torus(checks, key, surface)
+
+
+def _torus(checks: Checks, key: str, torus: TorusSurface) -> None:
+    """The ring has a thickness."""
+    checks.positive(key, torus, "inner_radius", "outer_radius")
+    inner, outer = checks.interval(torus.inner_radius)[1], checks.interval(torus.outer_radius)[0]
+    if inner >= outer:
+        raise SceneError(f"must be less than the outer radius {outer:g}, is {inner:g}", key=f"{key}.inner_radius")
+
+
+def check_route(checks: Checks, key: str, muscle: Muscle) -> None:
+    """A muscle has either a path, or pulleys and a rest length, or a polynomial."""
+    character = checks.checked.character
+    if muscle.rest_length is not None and not muscle.pulleys:
+        raise SceneError("only a muscle with pulleys has a rest length; a path has its own", f"{key}.rest_length")
+    if muscle.polynomial is not None:
+        other = next((name for name in ("path", "pulleys", "wraps") if getattr(muscle, name)), None)
+        if other is not None:
+            raise SceneError(f"give either a `polynomial` or `{other}`, not both", key=f"{key}.polynomial")
+        check_polynomial(f"{key}.polynomial", muscle.polynomial, character)
+        return
+    if not muscle.pulleys:
+        if not muscle.path:
+            raise SceneError("a muscle needs a `path`, `pulleys` and a `rest_length`, or a `polynomial`", key=key)
+        check_path(f"{key}.path", muscle.path, character, checks.interval)
+        _motions(checks, f"{key}.path", muscle.path, character)
+        check_wraps(f"{key}.wraps", muscle, character)
+        return
+    if muscle.path:
+        raise SceneError("give either a `path` or `pulleys`, not both", key=f"{key}.pulleys")
+    if muscle.wraps:
+        raise SceneError("only a `path` wraps around surfaces; leave out `wraps` or `pulleys`", key=f"{key}.wraps")
+    if muscle.rest_length is None:
+        raise SceneError("a muscle with pulleys needs a `rest_length`", key=key)
+    checks.positive(key, muscle, "rest_length")
+    check_pulleys(f"{key}.pulleys", muscle.pulleys, character)
+
+
+def check_wraps(key: str, muscle: Muscle, character: Character) -> None:
+    """Check what the path of a muscle wraps around.
+
+    Raises:
+        SceneError: an unknown surface, a range of points that the path has not, or too many surfaces.
+    """
+    if len(muscle.wraps) > MOST_WRAPS:
+        raise SceneError(f"a path wraps around {MOST_WRAPS} surfaces at most, got {len(muscle.wraps)}", key=key)
+    for index, wrap in enumerate(muscle.wraps):
+        known(wrap.surface, character.surfaces, "surface", f"{key}.{index}.surface")
+        _range(f"{key}.{index}", wrap, len(muscle.path))
+
+
+def _range(key: str, wrap: Wrap, count: int) -> None:
+    """A wrap is between two points of its path, which are counted from 1."""
+    for field in ("first", "last"):
+        point = getattr(wrap, field)
+        if point is not None and not 1 <= point <= count:
+            message = f"the path has points 1 to {count}, not {point}; leave `{field}` out for all of them"
+            raise SceneError(message, key=f"{key}.{field}")
+    if wrap.first is not None and wrap.last is not None and wrap.first > wrap.last:
+        raise SceneError(f"must not come after `last`, {wrap.last}, is {wrap.first}", key=f"{key}.first")
+
+
+def check_polynomial(key: str, polynomial: PolynomialPath, character: Character) -> None:
+    """Check a path that is a polynomial of joints' coordinates.
+
+    Raises:
+        SceneError: an unknown joint, one without such a coordinate, or terms that do not fit together.
+    """
+    joints, axes = polynomial.joints, polynomial.axes or [0] * len(polynomial.joints)
+    if len(axes) != len(joints):
+        raise SceneError(f"{len(axes)} axes for {len(joints)} joints", key=f"{key}.axes")
+    for index, (joint, axis) in enumerate(zip(joints, axes, strict=True)):
+        _coordinate(f"{key}.joints.{index}", f"{key}.axes.{index}", joint, axis, "polynomial", character)
+    if not polynomial.exponents:
+        raise SceneError("a polynomial needs at least one term", key=f"{key}.exponents")
+    if len(polynomial.coefficients) != len(polynomial.exponents):
+        message = f"{len(polynomial.coefficients)} coefficients for {len(polynomial.exponents)} rows of exponents"
+        raise SceneError(message, key=f"{key}.coefficients")
+    for index, exponents in enumerate(polynomial.exponents):
+        if len(exponents) != len(joints):
+            message = f"{len(exponents)} exponents for {len(joints)} joints"
+            raise SceneError(message, key=f"{key}.exponents.{index}")
+        for joint_index, exponent in enumerate(exponents):
+            if not 0 <= exponent <= GREATEST_EXPONENT:
+                place = f"{key}.exponents.{index}.{joint_index}"
+                raise SceneError(f"must be within 0 and {GREATEST_EXPONENT}, is {exponent}", key=place)
+
+
+def check_path(
+    key: str, path: Sequence[ViaPoint], character: Character, interval: Callable[[Number], tuple[float, float]]
+) -> None:
+    """Check the points of a muscle's path.
+
+    Args:
+        key: of the path.
+        interval: gives the least and the greatest value of a number.
+
+    Raises:
+        SceneError: an unknown body or joint, fewer than two points, or a point or condition that cannot be used.
+    """
+    if len(path) < 2:
+        raise SceneError(f"a path needs at least two points, got {len(path)}", key=key)
+    for index, point in enumerate(path):
+        if point.body not in character.bodies:
+            message = f"there is no body {point.body!r}{near(point.body, character.bodies)}"
+            raise SceneError(message, key=f"{key}.{index}.body")
+        _on_body(f"{key}.{index}", point, interval)
+        if point.condition is None:
+            continue
+        place = f"{key}.{index}.condition"
+        if index in (0, len(path) - 1):
+            raise SceneError("the first and the last point of a path take no condition", key=place)
+        _condition(place, point.condition, character, interval)
+
+
+def check_pulleys(key: str, pulleys: Sequence[Pulley], character: Character) -> None:
+    """Check the pulleys of a muscle.
+
+    Raises:
+        SceneError: an unknown joint, or one without such an angle.
+    """
+    for index, pulley in enumerate(pulleys):
+        _angle(f"{key}.{index}", pulley.joint, pulley.axis, "pulley", character)
+
+
+def _angle(key: str, joint: str, axis: int, what: str, character: Character) -> None:
+    """A joint has an angle of this number."""
+    _coordinate(f"{key}.joint", f"{key}.axis", joint, axis, what, character)
+
+
+def _coordinate(key: str, axis_key: str, joint: str, axis: int, what: str, character: Character) -> None:
+    """The same, with the keys of the joint and of the number."""
+    if joint not in character.joints:
+        raise SceneError(f"there is no joint {joint!r}{near(joint, character.joints)}", key=key)
+    kind = joint_type(character.joints[joint])
+    if not kind.scalars:
+        raise SceneError(f"a {kind.name} joint has no angle for a {what}", key=key)
+    if not 0 <= axis < kind.scalars:
+        raise SceneError(f"a {kind.name} joint has no angle {axis}", key=axis_key)
+
+
+def _motions(checks: Checks, key: str, path: Sequence[ViaPoint], character: Character) -> None:
+    """Points move along directions with joints of one coordinate."""
+    for index, point in enumerate(path):
+        for number, motion in enumerate(point.motion):
+            place = f"{key}.{index}.motion.{number}"
+            _angle(place, motion.joint, 0, "moving point", character)
+            kind = joint_type(character.joints[motion.joint])
+            if kind.scalars > 1:
+                message = f"a point moves with a joint of one coordinate, not with a {kind.name} joint"
+                raise SceneError(message, key=f"{place}.joint")
+            check_displacement(checks, place, motion)
+
+
+def _on_body(key: str, point: ViaPoint, interval: Callable[[Number], tuple[float, float]]) -> None:
+    """A point has either a position, or a line and a place on it."""
+    line = {name: getattr(point, name) for name in ("start", "end", "at")}
+    given = [name for name, value in line.items() if value is not None]
+    if point.position is not None and given:
+        raise SceneError(f"give either `position`, or a line with `start`, `end` and `at`, not `{given[0]}` too", key)
+    if point.position is None and len(given) < len(line):
+        missing = next(name for name in line if name not in given)
+        lacks = f"a line needs `start`, `end` and `at`; missing key '{missing}'"
+        raise SceneError(lacks if given else "missing key 'position' (or `start`, `end` and `at` of a line)", key)
+    if point.at is not None:
+        least, greatest = interval(point.at)
+        if least < 0.0 or greatest > 1.0:
+            raise SceneError(f"must be within 0 and 1, is {least if least < 0.0 else greatest:g}", key=f"{key}.at")
+
+
+def _condition(
+    key: str, condition: Condition, character: Character, interval: Callable[[Number], tuple[float, float]]
+) -> None:
+    """A condition has an angle of a joint, and an interval of it."""
+    _angle(key, condition.joint, condition.axis, "condition", character)
+    low, high = interval(condition.low)[1], interval(condition.high)[0]
+    if low >= high:
+        raise SceneError(f"low is not less than high: {low:g}, {high:g}", key=f"{key}.low")
+    least, greatest = interval(condition.blend)
+    if least < 0.0:
+        raise SceneError(f"the blend must not be negative, is {least:g}", key=f"{key}.blend")
+    if least == 0.0 < greatest:
+        message = f"the blend must be 0 or stay above it, so that the path has a slope, goes from 0 to {greatest:g}"
+        raise SceneError(message, key=f"{key}.blend")
+
+
+def crosses(muscle: Muscle, joint: str, character: Character) -> bool:
+    """Whether a muscle acts on a joint: its path runs from one side to the other, or depends on the joint's angle."""
+    path = muscle.path
+    if muscle.pulleys:
+        return any(pulley.joint == joint for pulley in muscle.pulleys)
+    if muscle.polynomial is not None:
+        return joint in muscle.polynomial.joints
+    beyond = _carried(character.joints[joint].child, character)
+    on_angle = any(point.condition is not None and point.condition.joint == joint for point in path)
+    moved = any(motion.joint == joint for point in path for motion in point.motion)
+    bodies = [point.body for point in path] + [character.surfaces[wrap.surface].body for wrap in muscle.wraps]
+    return on_angle or moved or len({body in beyond for body in bodies}) == 2
+
+
+def usual_drive(joint: str, character: Character) -> Drive:
+    """What drives a joint of which the scene does not say it."""
+    muscles = character.muscles.values()
+    return "muscle" if any(crosses(muscle, joint, character) for muscle in muscles) else "torque"
+
+
+def _carried(body: str, character: Character) -> set[str]:
+    """A body and all that hang on it."""
+    children = [joint.child for joint in character.joints.values() if joint.parent == body]
+    return {body}.union(*(_carried(child, character) for child in children))
