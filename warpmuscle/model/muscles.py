@@ -11,6 +11,7 @@ import warp as wp
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.arrays import rows, structs_to_device, to_device
+from warpmuscle.core.errors import SceneError
 from warpmuscle.core.pose import from_rotation_vector
 from warpmuscle.kernels import structs
 from warpmuscle.kernels.curve_sets import CURVES
@@ -51,9 +52,15 @@ class ActuationMap:
 
 def muscle_kind(model: MuscleModel, muscles: Iterable[Muscle] = ()) -> MuscleKind:
     """What a step has compiled in for some muscles of a scene, the moment arms being in the state."""
+    muscles = list(muscles)
     law = LEGACY if model.legacy else IDEAL if model.ideal else HILL
     pulleys = any(muscle.pulleys for muscle in muscles)
     hill = law == HILL
+    for field in ("tendon", "minimum_activation", "tendon_strain", "passive_strain", "curve_shape"):
+        if any(getattr(muscle, field) is not None for muscle in muscles) or (
+            field != "tendon" and getattr(model, field) not in (None, 0.0)
+        ):
+            raise SceneError(f"`{field}` is not simulated yet", key="muscle_model")
     return MuscleKind(
         CURVES[model.curves], TENDON[model.tendon] if hill else RIGID, law, pulleys=pulleys,
         neural=hill and model.activation == "neural", implicit=hill and model.implicit_damping,
@@ -88,18 +95,15 @@ def muscles_struct(scene: Scene, chosen: tuple[str, ...], device: Any) -> struct
     s.negative = NEGATIVE[model.negative]
     s.scaled_rates = int(model.activation == "scaled")
     own = {field: _of_muscles(muscles, field) for field in ("f_max", "l_opt", "l_slack", "slow_fibres")}
-    common = {
-        "v_max": model.v_max,
-        "damping": model.damping,
-        "rise_time": model.rise_time,
-        "fall_time": model.fall_time,
-        "rise_rest": np.exp(-scene.time_step / np.asarray(model.rise_time)),
-        "fall_rest": np.exp(-scene.time_step / np.asarray(model.fall_time)),
-        "neural_rest": np.exp(-scene.time_step / np.asarray(model.neural_time)),
-        "rise_mix": neural_mix(scene.time_step, model.neural_time, model.rise_time),
-        "fall_mix": neural_mix(scene.time_step, model.neural_time, model.fall_time),
+    own |= {field: _own_or_common(muscles, model, field) for field in ("v_max", "damping", "rise_time", "fall_time")}
+    neural_time = _column(model.neural_time)
+    columns = own | {
+        "rise_rest": np.exp(-scene.time_step / own["rise_time"]),
+        "fall_rest": np.exp(-scene.time_step / own["fall_time"]),
+        "neural_rest": np.exp(-scene.time_step / neural_time),
+        "rise_mix": neural_mix(scene.time_step, neural_time, own["rise_time"]),
+        "fall_mix": neural_mix(scene.time_step, neural_time, own["fall_time"]),
     }
-    columns = own | {field: np.reshape(np.asarray(value), (-1, 1)) for field, value in common.items()}
     columns["width"] = own["l_opt"] * np.sin(_of_muscles(muscles, "pennation"))
     columns["delay_steps"] = delay_steps(scene, chosen)
     s.row = structs_to_device(structs.MuscleRow, columns, device)
@@ -155,6 +159,19 @@ def delay_steps(scene: Scene, chosen: tuple[str, ...]) -> Floats:
 def _of_muscles(muscles: list[Muscle], field: str) -> Floats:
     """One number of all muscles, (rows, muscles); a one if there are none."""
     return rows([getattr(muscle, field) for muscle in muscles] or [1.0])
+
+
+def _own_or_common(muscles: list[Muscle], model: MuscleModel, field: str) -> Floats:
+    """One number of all muscles, (rows, muscles): its own, or that of their model; (rows, 1) if none has its own."""
+    common, own = getattr(model, field), [getattr(muscle, field) for muscle in muscles]
+    if all(value is None for value in own):
+        return _column(common)
+    return rows([common if value is None else value for value in own])
+
+
+def _column(number: Any) -> Floats:
+    """A number that all muscles share, (rows, 1)."""
+    return np.reshape(np.asarray(number, dtype=np.float64), (-1, 1))
 
 
 def _excitations(s: structs.Muscles, muscles: list[Muscle], device: Any) -> None:

@@ -31,6 +31,7 @@ from warpmuscle.scene.muscles import (
     ViaPoint,
     Wrap,
 )
+from warpmuscle.scene.muscles.curves import CurveShape, DeGrooteCurves, MillardCurves, ThelenCurves
 from warpmuscle.scene.number import Number, Vector
 from warpmuscle.scene.part import Part, Side
 from warpmuscle.scene.reflexes import Reflex, Reflexes
@@ -44,11 +45,11 @@ from warpmuscle.scene.surfaces import (
 
 __all__ = [
     "PD", "Actuation", "Balance", "Body", "Box", "Capsule", "Character", "Component", "Condition", "Controller",
-    "Curve", "CylinderSurface", "Displacement", "Drive", "EllipsoidSurface", "Excitation", "Failure", "Feedback",
-    "Force", "Ground", "InitialState", "Joint", "JointState", "Motion", "Muscle", "MuscleModel", "Objective", "Part",
-    "PointMotion", "PolynomialPath", "Pulley", "Reflex", "Reflexes", "Robustness", "Scene", "SearchStage", "Shape",
-    "Side", "Sphere", "SphereSurface", "State", "Surface", "TorusSurface", "Tracking", "Trajectory", "ViaPoint",
-    "Wrap",
+    "Curve", "CurveShape", "CylinderSurface", "DeGrooteCurves", "Displacement", "Drive", "EllipsoidSurface",
+    "Excitation", "Failure", "Feedback", "Force", "Ground", "InitialState", "Joint", "JointState", "MillardCurves",
+    "Motion", "Muscle", "MuscleModel", "Objective", "Part", "PointMotion", "PolynomialPath", "Pulley", "Reflex",
+    "Reflexes", "Robustness", "Scene", "SearchStage", "Shape", "Side", "Sphere", "SphereSurface", "State", "Surface",
+    "ThelenCurves", "TorusSurface", "Tracking", "Trajectory", "ViaPoint", "Wrap",
 ]  # fmt: skip
 
 

@@ -18,6 +18,7 @@ from warpmuscle.scene.number import Number
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.scene.trusted_code import CURVE_FIELDS
 from warpmuscle.scene.validation.checks import Checks, known
+from warpmuscle.scene.validation.muscle_values import check_common_values, check_own_values
 from warpmuscle.scene.validation.paths import check_route, check_surfaces, usual_drive
 
 TENSIONS = (1.0e3, 1.0e8)  # Pa, far beyond those of any muscle: outside, another unit is meant
@@ -49,8 +50,7 @@ def _muscle(checks: Checks, key: str, muscle: Muscle) -> None:
     scene = checks.checked
     check_route(checks, key, muscle)
     checks.positive(key, muscle, "f_max", "l_opt")
-    if scene.muscle_model.tendon == "compliant":
-        checks.positive(key, muscle, "l_slack")
+    check_own_values(checks, key, muscle)
     checks.not_negative(key, muscle, "l_slack", "delay", "pennation")
     longest = checks.interval(muscle.delay)[1]
     if longest >= scene.duration:
@@ -91,12 +91,10 @@ def _excitation(checks: Checks, key: str, excitation: Excitation) -> None:
 def _model(checks: Checks) -> None:
     """The model of all muscles has rates, and does not ask for two laws at once."""
     key, model = "muscle_model", checks.checked.muscle_model
-    checks.positive(key, model, "rise_time", "fall_time", "neural_time", "v_max")
+    checks.positive(key, model, "neural_time")
     checks.fraction(f"{key}.initial_activation", model.initial_activation)
     _tension(checks, key, model.specific_tension)
-    if model.damping is not None:
-        check = checks.positive if model.tendon == "compliant" else checks.not_negative
-        check(key, model, "damping")
+    check_common_values(checks, key, model)
     if model.implicit_damping and (model.legacy or model.ideal or model.tendon != "rigid"):
         raise SceneError("only muscles with rigid tendons take damping as implicit", key=f"{key}.implicit_damping")
     for field in CURVE_FIELDS:

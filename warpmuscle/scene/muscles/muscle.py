@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal, cast
 
 from warpmuscle.kernels.curve_sets import CurveSet
 from warpmuscle.scene.displacement import Displacement
+from warpmuscle.scene.muscles.curves import CurveShape
 from warpmuscle.scene.number import Number, Vector
 from warpmuscle.scene.part import Part
 
@@ -106,6 +107,7 @@ class Muscle(Part, kw_only=True):
 
     It has a path of points from origin to insertion, which may wrap around surfaces; or pulleys: then its length is
     rest_length less the sum of moment_arm (angle - rest_angle) over them; or a polynomial.
+    From `tendon` on, what it has in place of the same of `MuscleModel`, whose it is where nothing is given.
     """
 
     path: list[ViaPoint] = []
@@ -121,6 +123,15 @@ class Muscle(Part, kw_only=True):
     slow_fibres: Annotated[Number, "1"] = 0.5  # fraction of slow-twitch fibres, for the metabolic power
     specific_tension: Annotated[Number | None, "Pa"] = None  # in place of that of `MuscleModel`
     excitation: Excitation | None = None
+    tendon: Literal["rigid", "compliant"] | None = None
+    v_max: Annotated[Number | None, "l_opt/s"] = None
+    damping: Annotated[Number | None, "1"] = None
+    rise_time: Annotated[Number | None, "s"] = None
+    fall_time: Annotated[Number | None, "s"] = None
+    minimum_activation: Annotated[Number | None, "1"] = None
+    tendon_strain: Annotated[Number | None, "1"] = None
+    passive_strain: Annotated[Number | None, "1"] = None
+    curve_shape: CurveShape | None = None
 
 
 class MuscleModel(Part):
@@ -140,6 +151,8 @@ class MuscleModel(Part):
     `masses.py`) and with it their metabolic heat, but no motion. The default is that of models of legs from which f_max
     is usually taken (Arnold 2010: 0.61 MPa for all muscles; Falisse 2022: 0.55 MPa in the mean). With it the leg
     muscles of Rajagopal 2016 weigh 15 kg of 75; with 0.25 MPa, the default of OpenSim and SCONE, 36 kg.
+    `curve_shape`: numbers of the curves that are not their defaults. With one, or with a strain, muscles are bounded as
+    OpenSim's are: no bound on passive force and speed, and the shortest fibre as in `curves.py`.
     """
 
     curves: CurveSet = "lee"
@@ -155,10 +168,14 @@ class MuscleModel(Part):
     fall_time: Annotated[Number, "s"] = 0.01  # of deactivation
     neural_time: Annotated[Number, "s"] = 0.001  # of the neural signal that the activation follows
     initial_activation: Annotated[Number, "1"] = 1.0e-4
+    minimum_activation: Annotated[Number, "1"] = 0.0  # excitation and activation are never less
     v_max: Annotated[Number, "l_opt/s"] = 10.0  # fastest shortening
     damping: Annotated[Number, "1"] = 0.1  # of the fibre: beta of Millard 2013, f_max at v_max
     implicit_damping: bool = False
     specific_tension: Annotated[Number, "Pa"] = 6.0e5
+    tendon_strain: Annotated[Number | None, "1"] = None  # of the tendon at f_max; None: that of the curves
+    passive_strain: Annotated[Number | None, "1"] = None  # of the fibre whose passive force is f_max
+    curve_shape: CurveShape | None = None
 
 
 Drive = Literal["torque", "muscle", "assisted", "passive", "kinematic", "none"]  # none: not even the spring-damper

@@ -1,0 +1,18 @@
+"""Muscles as a scene describes them: `muscle`, where they run and what they are; `curves`, shapes of their curves.
+
+May import: kernels, scene.
+To add: a number of a muscle to `Muscle`, and to `MuscleModel` if all muscles may share it; its check into
+`scene.validation.muscle_values`.
+"""
+
+from warpmuscle.scene.muscles.muscle import Actuation as Actuation
+from warpmuscle.scene.muscles.muscle import Condition as Condition
+from warpmuscle.scene.muscles.muscle import Drive as Drive
+from warpmuscle.scene.muscles.muscle import Excitation as Excitation
+from warpmuscle.scene.muscles.muscle import Muscle as Muscle
+from warpmuscle.scene.muscles.muscle import MuscleModel as MuscleModel
+from warpmuscle.scene.muscles.muscle import PointMotion as PointMotion
+from warpmuscle.scene.muscles.muscle import PolynomialPath as PolynomialPath
+from warpmuscle.scene.muscles.muscle import Pulley as Pulley
+from warpmuscle.scene.muscles.muscle import ViaPoint as ViaPoint
+from warpmuscle.scene.muscles.muscle import Wrap as Wrap

@@ -1,0 +1,157 @@
+"""What the types cannot say about the numbers of fibres, tendons and curves, a muscle's own or common to all."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from warpmuscle.core.errors import SceneError
+from warpmuscle.scene import CurveShape, DeGrooteCurves, MillardCurves, Muscle, MuscleModel, ThelenCurves
+from warpmuscle.scene.muscles.curves import STRAINS, family
+from warpmuscle.scene.number import Free
+from warpmuscle.scene.trusted_code import CURVE_FIELDS
+from warpmuscle.scene.validation.checks import Checks
+
+SHAPED = ("tendon_strain", "passive_strain", "curve_shape")  # what only families with a shape have
+
+
+def check_common_values(checks: Checks, key: str, model: MuscleModel) -> None:
+    """Check what `MuscleModel` says of every muscle.
+
+    Raises:
+        SceneError: a number out of its range, or one that the model's curves do not have.
+    """
+    checks.positive(key, model, "rise_time", "fall_time", "v_max")
+    checks.fraction(f"{key}.minimum_activation", model.minimum_activation)
+    shape = model.curve_shape
+    if shape is not None and family(shape) != model.curves:
+        raise SceneError(f"the curves are {model.curves!r}, this is the shape of others", key=f"{key}.curve_shape.type")
+    _damping(checks, key, model, model.tendon == "compliant", _shaped(model, model))
+    _shape(checks, key, model, model)
+
+
+def check_own_values(checks: Checks, key: str, muscle: Muscle) -> None:
+    """Check what a muscle has in place of the same of `MuscleModel`, and its slack length.
+
+    Raises:
+        SceneError: a number out of its range, or one that the muscle's curves or law do not have.
+    """
+    model = checks.checked.muscle_model
+    given = [field for field in ("v_max", "rise_time", "fall_time") if getattr(muscle, field) is not None]
+    checks.positive(key, muscle, *given)
+    if muscle.minimum_activation is not None:
+        checks.fraction(f"{key}.minimum_activation", muscle.minimum_activation)
+    if muscle.tendon is not None and model.tendon == "switch":
+        raise SceneError("muscles whose tendons switch take no tendon of their own", key=f"{key}.tendon")
+    compliant = (muscle.tendon or model.tendon) == "compliant"
+    if compliant:
+        checks.positive(key, muscle, "l_slack")
+    if compliant and muscle.damping is None and muscle.tendon is not None:
+        _damping(checks, "muscle_model", model, compliant, _shaped(muscle, model))
+    if muscle.damping is not None:
+        _damping(checks, key, muscle, compliant, _shaped(muscle, model))
+    _shape(checks, key, muscle, model)
+
+
+def _shaped(part: Muscle | MuscleModel, model: MuscleModel) -> bool:
+    """Whether a muscle has OpenSim's bounds, see `MuscleModel`."""
+    return any(getattr(one, field) is not None for one in (part, model) for field in SHAPED)
+
+
+def _damping(checks: Checks, key: str, part: Muscle | MuscleModel, compliant: bool, shaped: bool) -> None:
+    """A fibre has damping, as it must have with a compliant tendon unless its curves are those of OpenSim."""
+    check = checks.positive if compliant and not shaped else checks.not_negative
+    check(key, part, "damping")
+
+
+def _shape(checks: Checks, key: str, part: Muscle | MuscleModel, model: MuscleModel) -> None:
+    """Strains and shape are those of a family of curves, and give curves that rise and fall where they should."""
+    given = [field for field in SHAPED if getattr(part, field) is not None]
+    own_tendon = ["tendon"] if isinstance(part, Muscle) and part.tendon is not None else []
+    floor = ["minimum_activation"] if part.minimum_activation not in (None, 0.0) else []
+    if model.legacy or model.ideal:
+        for field in [*given, *own_tendon, *floor]:
+            raise SceneError(f"legacy and ideal muscles have no `{field}`; leave it out", key=f"{key}.{field}")
+    if not given:
+        return
+    if any(getattr(model, field) for field in CURVE_FIELDS):
+        raise SceneError("muscles with curves of one's own take no shape; leave it out", key=f"{key}.{given[0]}")
+    shape = part.curve_shape or model.curve_shape
+    curves = family(shape) if shape is not None else model.curves
+    if curves not in STRAINS or model.curves not in STRAINS:
+        known = ", ".join(STRAINS)
+        raise SceneError(f"{model.curves!r} curves have no `{given[0]}`; {known} have", key=f"{key}.{given[0]}")
+    checks.positive(key, part, *[field for field in given if field != "curve_shape"])
+    tendon, passive = (_strain(part, model, field, curves) for field in ("tendon_strain", "passive_strain"))
+    for field, number in (("tendon_strain", tendon), ("passive_strain", passive)):
+        of_table = field == "passive_strain" or (isinstance(shape, MillardCurves) and shape.tendon_slope is not None)
+        if curves == "millard" and isinstance(number, Free) and of_table:
+            message = "Millard's curves are tables, which no search can change; give a number"
+            raise SceneError(message, key=f"{key if getattr(part, field) is not None else 'muscle_model'}.{field}")
+    if shape is not None:
+        place = f"{key}.curve_shape" if part.curve_shape is not None else "muscle_model.curve_shape"
+        _curves(checks, place, shape, checks.start(tendon), checks.start(passive))
+
+
+def _strain(part: Muscle | MuscleModel, model: MuscleModel, field: str, curves: str) -> Any:
+    """A strain at f_max: a muscle's own, that of its model, or that of its curves."""
+    for one in (part, model):
+        if getattr(one, field) is not None:
+            return getattr(one, field)
+    return STRAINS[curves][field == "passive_strain"]
+
+
+def _curves(checks: Checks, key: str, shape: CurveShape, tendon_strain: float, passive_strain: float) -> None:
+    """The numbers of a shape make curves."""
+    if isinstance(shape, MillardCurves):
+        _millard(key, shape, tendon_strain, passive_strain)
+    elif isinstance(shape, DeGrooteCurves):
+        checks.positive(key, shape, "active_width")
+    else:
+        _thelen(checks, key, shape)
+
+
+def _thelen(checks: Checks, key: str, shape: ThelenCurves) -> None:
+    checks.positive(key, shape, "active_width", "passive_shape", "velocity_shape")
+    least = checks.interval(shape.lengthening_force)[0]
+    if least <= 1.0:
+        raise SceneError(f"must be greater than 1, is {least:g}", key=f"{key}.lengthening_force")
+    low, high = checks.interval(shape.straight_from)
+    if low * least <= 1.0 or high >= 1.0:
+        wrong, bound = (high, "less than 1") if high >= 1.0 else (low, "greater than 1/lengthening_force")
+        raise SceneError(f"must be {bound}, is {wrong:g}", key=f"{key}.straight_from")
+
+
+def _millard(key: str, c: MillardCurves, tendon_strain: float, passive_strain: float) -> None:
+    """The conditions of OpenSim's curves, which else bend back."""
+    _between(key, c, "active_from", 0.0, "active_bend")
+    _between(key, c, "active_bend", "active_from", 0.95)
+    _between(key, c, "active_until", 1.1, 1.0e3)
+    _between(key, c, "active_slope", 0.0, 1.0 / (0.95 - c.active_bend), closed=True)
+    _between(key, c, "active_least", 0.0, 1.0, closed=True)
+    _between(key, c, "shortening_end_slope", 0.0, 1.0, closed=True)
+    _between(key, c, "shortening_slope", "shortening_end_slope", 1.0, closed=True)
+    _between(key, c, "lengthening_force", 1.0, 1.0e3)
+    _between(key, c, "lengthening_end_slope", 0.0, c.lengthening_force - 1.0, closed=True)
+    _between(key, c, "lengthening_slope", "lengthening_end_slope", c.lengthening_force - 1.0, closed=True)
+    _between(key, c, "isometric_slope", max(1.0, c.lengthening_force - 1.0), 1.0e4)
+    for field in ("shortening_curviness", "lengthening_curviness", "passive_curviness", "tendon_curviness"):
+        if getattr(c, field) is not None:
+            _between(key, c, field, 0.0, 1.0, closed=True)
+    rise = passive_strain - c.passive_slack
+    if rise <= 0.0:
+        raise SceneError(f"must be less than passive_strain {passive_strain:g}", key=f"{key}.passive_slack")
+    if c.passive_low_slope is not None:
+        _between(key, c, "passive_low_slope", 0.0, 1.0 / rise)
+    for field, least in (("passive_slope", 1.0 / rise), ("tendon_slope", 1.0 / tendon_strain)):
+        if getattr(c, field) is not None:
+            _between(key, c, field, least, 1.0e6)
+    if c.tendon_toe_force is not None:
+        _between(key, c, "tendon_toe_force", 0.0, 1.0)
+
+
+def _between(key: str, part: MillardCurves, field: str, low: Any, high: Any, closed: bool = False) -> None:
+    """A number, which may be one of two others' names, lies between two numbers; closed: it may be the lower one."""
+    value = getattr(part, field)
+    least, greatest = (getattr(part, end) if isinstance(end, str) else end for end in (low, high))
+    if not (least < value < greatest or (closed and value == least)):
+        raise SceneError(f"must be between {least:.4g} and {greatest:.4g}, is {value:g}", key=f"{key}.{field}")
