@@ -46,10 +46,11 @@ from warpmuscle.scene.surfaces import (
 __all__ = [
     "PD", "Actuation", "Balance", "Body", "Box", "Capsule", "Character", "Component", "Condition", "Controller",
     "Curve", "CurveShape", "CylinderSurface", "DeGrooteCurves", "Displacement", "Drive", "EllipsoidSurface",
-    "Excitation", "Failure", "Feedback", "Force", "Ground", "InitialState", "Joint", "JointState", "MillardCurves",
-    "Motion", "Muscle", "MuscleModel", "Objective", "Part", "PointMotion", "PolynomialPath", "Pulley", "Reflex",
-    "Reflexes", "Robustness", "Scene", "SearchStage", "Shape", "Side", "Sphere", "SphereSurface", "State", "Surface",
-    "ThelenCurves", "TorusSurface", "Tracking", "Trajectory", "ViaPoint", "Wrap",
+    "Excitation", "Failure", "Feedback", "Force", "Ground", "InitialState", "Joint", "JointState", "Marker",
+    "MillardCurves", "Motion", "Muscle", "MuscleModel", "Objective", "OpenSim", "Part", "PointMotion",
+    "PolynomialPath", "Pulley", "Reflex", "Reflexes", "Robustness", "Scene", "SearchStage", "Shape", "Side",
+    "Sphere", "SphereSurface", "State", "Surface", "ThelenCurves", "TorusSurface", "Tracking", "Trajectory",
+    "ViaPoint", "Wrap",
 ]  # fmt: skip
 
 
@@ -271,6 +272,29 @@ class SearchStage(Part):
     target: Annotated[float | None, "1"] = None  # cost at which the next stage begins
 
 
+class Marker(Part):
+    """A point on a body, as on a subject's skin."""
+
+    body: str
+    position: Annotated[Vector, "m"]  # in the body's frame
+
+
+class OpenSim(Part):
+    """What a scene that was made of an OpenSim model keeps of it, so that motions can go back in the model's words.
+
+    The root's joint is given as a coupled one would be, but each of its displacements is a line over a coordinate of
+    its own, named in `root_coordinates`: first those of its rotations, then those of its translations. Of all other
+    joints a coordinate of the model has the name and the value of the joint.
+    """
+
+    file: str = ""
+    root: Joint | None = None  # from `ground`, whose axes are the world's, to the root body; none: the root is fixed
+    root_coordinates: list[str] = []
+    locked: Annotated[dict[str, float], "rad or m"] = {}  # coordinates that do not move, and where they are
+    couplers: dict[str, str] = {}  # coordinates that are functions of another one, and that one
+    markers: dict[str, Marker] = {}
+
+
 class Scene(Part):
     """A complete experiment."""
 
@@ -290,6 +314,7 @@ class Scene(Part):
     muscle_model: MuscleModel = msgspec.field(default_factory=MuscleModel)
     actuation: dict[str, Actuation] = {}  # by joint
     forces: dict[str, Force] = {}  # by names of one's own
+    opensim: OpenSim | None = None
     motion: dict[str, Motion] = {}  # by joint with kinematic degrees of freedom, or `root`
     duration: Annotated[float, "s"] = 10.0
     time_step: Annotated[float, "s"] = 0.0005

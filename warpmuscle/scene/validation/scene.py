@@ -95,6 +95,7 @@ class _Check(Checks):
         self.tracking(scene)
         self.control_rate(scene)
         check_stages(self)
+        self.opensim(scene)
 
     def sizes(self, scene: Scene) -> None:
         """There is neither too much of anything, nor does it take too many steps."""
@@ -139,6 +140,18 @@ class _Check(Checks):
                     raise SceneError(f"body {body!r} has no shape that could collide", key=f"{key}.{place}")
             if pair[0] == pair[1]:
                 raise SceneError(f"a pair takes two bodies, got {pair[0]!r} twice", key=key)
+
+    def opensim(self, scene: Scene) -> None:
+        """The root has a coordinate for each of its displacements, and markers are on bodies."""
+        model = scene.opensim
+        if model is None:
+            return
+        moves = [] if model.root is None else [*model.root.rotations, *model.root.translations]
+        if len(moves) != len(model.root_coordinates):
+            message = f"{len(model.root_coordinates)} names for {len(moves)} displacements of the root"
+            raise SceneError(message, key="opensim.root_coordinates")
+        for name, marker in model.markers.items():
+            known(marker.body, scene.character.bodies, "body", f"opensim.markers.{name}.body")
 
     def tracking(self, scene: Scene) -> None:
         """A tracked gait has one source, and joints of the character; a weight of tracking has a gait."""
