@@ -40,9 +40,10 @@ class Knots:
         return (0, 0) if curve is None else self.add(curve.phase, curve.value)
 
 
-def trajectory_bodies(state: State, names: Topology) -> list[tuple[int, int]]:
+def trajectory_bodies(state: State, controller: SimbiconController, names: Topology) -> list[tuple[int, int]]:
     """Body of every trajectory in left and in right stance; -1 where a later trajectory drives the same joint."""
-    meant = [[names.body_of_joint(joint) for joint in trajectory_joints(name)] for name in state.trajectories]
+    pairs = (trajectory_joints(name, controller.pairs) for name in state.trajectories)
+    meant = [[names.body_of_joint(joint) for joint in pair] for pair in pairs]
     return [
         (
             -1 if left in [later[0] for later in meant[i + 1 :]] else left,
@@ -81,7 +82,7 @@ def controller_struct(scene: Scene, names: Topology, device: Any) -> structs.Sim
     joints = scene.character.joints
     by_coordinate = [body for body, name in enumerate(names.joints, 1) if joint_type(joints[name]).by_coordinate]
     _fill_gains(s, controller, names, by_coordinate, device)
-    _fill_states(s, controller.states, names, device)
+    _fill_states(s, controller, names, device)
     return s
 
 
@@ -102,8 +103,8 @@ def _fill_gains(
     s.hip = structs_to_device(structs.HipControl, {field: rows([value]) for field, value in hip.items()}, device)
 
 
-def _fill_states(s: structs.Simbicon, states: list[State], names: Topology, device: Any) -> None:
-    knots = Knots()
+def _fill_states(s: structs.Simbicon, controller: SimbiconController, names: Topology, device: Any) -> None:
+    states, knots = controller.states, Knots()
     trajectories = [trajectory for state in states for trajectory in state.trajectories.values()]
     components = [component for trajectory in trajectories for component in trajectory.components]
     trajectory_start = starts(len(state.trajectories) for state in states)
@@ -116,7 +117,7 @@ def _fill_states(s: structs.Simbicon, states: list[State], names: Topology, devi
     )  # fmt: skip
     s.state_time = to_device(rows([state.time for state in states]), float, device)
     s.balance_knots = to_device([_balance_knots(state.balance, knots) for state in states], int, device)
-    bodies = [pair for state in states for pair in trajectory_bodies(state, names)]
+    bodies = [pair for state in states for pair in trajectory_bodies(state, controller, names)]
     strength = [knots.add_curve(t.strength) for t in trajectories]
     component_start = starts(len(t.components) for t in trajectories)
     s.trajectories = records_to_device(

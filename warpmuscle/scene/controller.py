@@ -66,7 +66,10 @@ class Balance(Part):
 
 
 class State(Part):
-    """A state of the controller's machine. Trajectories are named by joint, `root`, `SWING_X` or `STANCE_X`."""
+    """A state of the controller's machine. Trajectories are named by joint, `root`, `SWING_X` or `STANCE_X`.
+
+    The latter two mean the joints `lX` and `rX`, or the pair X of `Controller.pairs`.
+    """
 
     time: Annotated[Number, "s"]  # nominal duration
     trajectories: dict[str, Trajectory] = {}
@@ -84,6 +87,7 @@ class Controller(Part):
     pd: dict[str, PD] = {}  # by joint, or `root`; a joint without an entry gets no torque
     feet: tuple[str, str] = ("lFoot", "rFoot")  # bodies, left and right, unless the character names its own
     hips: tuple[str, str] = ("lHip", "rHip")  # joints, left and right
+    pairs: dict[str, tuple[str, str]] = {}  # joints, left and right, that `SWING_X` and `STANCE_X` mean by X
     stance_hip_damping: Annotated[Number, "N m s^2/rad^2"] = -1.0  # off unless positive
     stance_hip_max_velocity: Annotated[Number, "rad/s"] = 4.0
     root_predictive_torque_scale: Annotated[Number, "kg"] = 0.0

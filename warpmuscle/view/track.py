@@ -170,11 +170,13 @@ def _recorded_pose(recording: Recording, names: Topology) -> Floats:
 
 def _in_character_frame(recording: Recording, scene: Scene, names: Topology) -> NDArray[np.bool_]:
     """Whether the target of each body is in the character's frame, (F, B)."""
-    assert scene.controller is not None
-    states, hips = scene.controller.states, scene.controller.hips
+    controller = scene.controller
+    assert controller is not None
+    states, hips = controller.states, controller.hips
     table = np.zeros((len(states), 2, len(names.bodies)), dtype=bool)  # by state and stance
     for number, state in enumerate(states):
-        for trajectory, bodies in zip(state.trajectories.values(), trajectory_bodies(state, names), strict=True):
+        driven = trajectory_bodies(state, controller, names)
+        for trajectory, bodies in zip(state.trajectories.values(), driven, strict=True):
             for stance, body in enumerate(bodies):
                 if body >= 0:
                     table[number, stance, body] = trajectory.frame == "character"

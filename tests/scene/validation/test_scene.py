@@ -60,9 +60,19 @@ def test_sound_scenes_pass():
 
 
 def test_trajectories_change_sides_with_the_stance():
-    assert trajectory_joints("SWING_Hip") == ("rHip", "lHip")
-    assert trajectory_joints("STANCE_Hip") == ("lHip", "rHip")
-    assert trajectory_joints("torso_head") == ("torso_head", "torso_head")
+    assert trajectory_joints("SWING_Hip", {}) == ("rHip", "lHip")
+    assert trajectory_joints("STANCE_Hip", {}) == ("lHip", "rHip")
+    assert trajectory_joints("torso_head", {}) == ("torso_head", "torso_head")
+
+
+def test_trajectories_find_joints_of_other_names_in_pairs():
+    pairs = {"Knee": ("knee_angle_l", "knee_angle_r")}
+    assert trajectory_joints("SWING_Knee", pairs) == ("knee_angle_r", "knee_angle_l")
+    assert trajectory_joints("STANCE_Knee", pairs) == ("knee_angle_l", "knee_angle_r")
+    assert trajectory_joints("SWING_Hip", pairs) == ("rHip", "lHip")
+    scene = changed("controller.pairs", {"Hip": ("lHip", "rhip")})
+    with pytest.raises(SceneError, match=r"controller\.pairs\.Hip\.1: .*'rhip'"):
+        check_scene(scene)
 
 
 STATE = "controller.states.0"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import partial
 from typing import Any
 
@@ -53,13 +53,13 @@ def check_scene(scene: Scene) -> None:
     _Check(scene).scene()
 
 
-def trajectory_joints(name: str) -> tuple[str, str]:
+def trajectory_joints(name: str, pairs: Mapping[str, tuple[str, str]]) -> tuple[str, str]:
     """Joints that a trajectory of this name drives in left and in right stance (`lX` is the stance side in left)."""
-    if name.startswith("SWING_"):
-        return "r" + name.removeprefix("SWING_"), "l" + name.removeprefix("SWING_")
-    if name.startswith("STANCE_"):
-        return "l" + name.removeprefix("STANCE_"), "r" + name.removeprefix("STANCE_")
-    return name, name
+    side, _, pair = name.partition("_")
+    if side not in ("SWING", "STANCE"):
+        return name, name
+    left, right = pairs.get(pair, ("l" + pair, "r" + pair))
+    return (left, right) if side == "STANCE" else (right, left)
 
 
 class _Check(Checks):
@@ -282,6 +282,9 @@ class _Check(Checks):
             if joints[hip].parent != character.root:
                 message = f"hip {hip!r} must be a joint of the root {character.root!r}, not of {joints[hip].parent!r}"
                 raise SceneError(message, key=f"controller.hips.{index}")
+        for pair, sides in controller.pairs.items():
+            for index, joint in enumerate(sides):
+                known(joint, joints, "joint", f"controller.pairs.{pair}.{index}")
         if controller.hips[0] == controller.hips[1]:
             raise SceneError(f"left and right are both {controller.hips[0]!r}", key="controller.hips")
         self.not_negative("controller", controller, "stance_hip_max_velocity")
@@ -293,7 +296,7 @@ class _Check(Checks):
         for index, state in enumerate(controller.states):
             key = f"controller.states.{index}"
             _check_index(state.next, controller.states, f"{key}.next")
-            self.state(key, state, joints)
+            self.state(key, state, joints, controller.pairs)
 
     def gains(self, key: str, gains: PD) -> None:
         """Gains and the torque limit are not negative."""
@@ -302,12 +305,12 @@ class _Check(Checks):
             if self.interval(scale)[0] < 0.0:
                 raise SceneError(f"must not be negative, is {self.interval(scale)[0]:g}", key=f"{key}.scale.{index}")
 
-    def state(self, key: str, state: State, joints: dict[str, Joint]) -> None:
+    def state(self, key: str, state: State, joints: dict[str, Joint], pairs: Mapping[str, tuple[str, str]]) -> None:
         """A state lasts a while, its trajectories have joints, its curves knots."""
         self.positive(key, state, "time")
         for name, trajectory in state.trajectories.items():
             path = f"{key}.trajectories.{name}"
-            for joint in trajectory_joints(name) if name != "root" else ():
+            for joint in trajectory_joints(name, pairs) if name != "root" else ():
                 known(joint, joints, "joint", path, whose="of this trajectory" if joint != name else "")
             self.curve(f"{path}.strength", trajectory.strength)
             for index, component in enumerate(trajectory.components):
