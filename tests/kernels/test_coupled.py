@@ -256,7 +256,7 @@ def test_a_scene_file_says_it_and_comes_back_the_same(tmp_path):
         (lambda j: j.rotations.extend(j.rotations * 3), ".rotations", "takes 3 rotations at most, got 4"),
         (lambda j: j.translations[0].y.pop(), ".translations.0.y", "11 values for 12 knots"),
         (lambda j: j.translations[0].x.reverse(), ".translations.0.x.1", "knots must increase"),
-        (lambda j: setattr(j.translations[0], "slope", 1.0), ".translations.0.slope", "give either a spline"),
+        (lambda j: setattr(j.translations[0], "slope", 1.0), ".translations.0.slope", "give either knots"),
         (lambda j: setattr(j, "axes", [X]), ".axes", "a coupled joint takes 0 axes, got 1"),
     ],
 )

@@ -59,6 +59,7 @@ def skeleton_struct(scene: Scene, names: Topology, points: list[int], device: An
         *(joint_type(joint) for joint in joints if joint is not None),
     ]
     kinds = [device_number(entry) for entry in entries]
+    speed_start = [names.speeds_of(i).start for i in range(len(bodies))]
     zero = (0.0, 0.0, 0.0)
     com = [-rows(zero if joint is None else joint.position_in_child) for joint in joints]
     anchors = [
@@ -73,8 +74,9 @@ def skeleton_struct(scene: Scene, names: Topology, points: list[int], device: An
     s = structs.Skeleton()
     s.plan = records_to_device(
         structs.BodyPlan, device,
-        parent=names.parents, joint_type=kinds, coordinate_start=names.coordinate_start[: len(bodies)],
-        speed_start=names.speed_start[:-1], speed_end=names.speed_start[1:],
+        parent=names.parents, joint_type=kinds,
+        coordinate_start=[names.coordinates_of(i).start for i in range(len(bodies))], speed_start=speed_start,
+        speed_end=[s + names.speed_start[i + 1] - names.speed_start[i] for i, s in enumerate(speed_start)],
         first_child=names.first_child, child_count=names.child_count,
         has_limits=[joint is not None and bool(joint.limits) for joint in joints], foot_slot=slot,
         first_point=points[:-1], end_point=points[1:],

@@ -13,25 +13,28 @@ from warpmuscle.kernels import structs
 from warpmuscle.model.bodies import stacked
 from warpmuscle.scene import Displacement, Scene
 from warpmuscle.scene.joints import joint_type
-from warpmuscle.scene.joints.displacement import pieces
+from warpmuscle.scene.joints.coupled import span_of
+from warpmuscle.scene.joints.displacement import TURN, Span, pieces
 from warpmuscle.scene.topology import Topology
 
 
 def couplings_struct(scene: Scene, names: Topology, device: Any) -> structs.Couplings:
     """The device structure of the functions of coupled joints (see `kernels.structs.Couplings`)."""
     nothing = Displacement((1.0, 0.0, 0.0))
-    first, displacements = [0], list[Displacement]()
+    first, displacements, spans = [0], list[Displacement](), list[Span]()
     for name in names.joints:
         joint = scene.character.joints[name]
         first.append(len(displacements))
         if joint_type(joint).displaced:
             for given in (joint.rotations, joint.translations):
                 displacements += [*given, *[nothing] * (3 - len(given))]
-    starts_of, coefficients = zip(*(pieces(one) for one in displacements or [nothing]), strict=True)
+                spans += [span_of(joint, scene.character.joints[joint.follows or name])] * 3
+    displacements, spans = displacements or [nothing], spans or [TURN]
+    starts_of, coefficients = zip(*map(pieces, displacements, spans), strict=True)
     c = structs.Couplings()
     c.first = to_device(first, int, device)
     c.piece_start = to_device(starts(map(len, starts_of)), int, device)
-    c.axis = to_device(stacked([normalized(rows(one.axis)) for one in displacements or [nothing]]), wp.vec3, device)
+    c.axis = to_device(stacked([normalized(rows(one.axis)) for one in displacements]), wp.vec3, device)
     count = max(map(len, coefficients))
     cubics = [np.broadcast_to(part, (count, *part.shape[1:])) for part in coefficients]
     columns = {"start": np.concatenate(starts_of)[None], "c": np.concatenate(cubics, axis=1)}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from warpmuscle.core.errors import SceneError
 from warpmuscle.kernels.control import Controller
 from warpmuscle.kernels.forces import Force
 from warpmuscle.kernels.joint_motion import MotionOf
@@ -15,7 +16,7 @@ from warpmuscle.model.joints import compiled_joints
 from warpmuscle.model.muscles import ActuationMap, driven
 from warpmuscle.model.objective import objective_kind
 from warpmuscle.model.prescribed_motion import Kinematic, kinematic
-from warpmuscle.scene import Scene
+from warpmuscle.scene import Body, Character, Scene
 from warpmuscle.scene.topology import Topology, coordinate_names, topology
 
 
@@ -46,6 +47,7 @@ def structure_of(scene: Scene) -> Structure:
     Raises:
         SceneError: no muscle can run so, no two bodies could collide, or a user's function cannot be used.
     """
+    _check_known(scene.character)
     names = topology(scene.character)
     coordinates, speeds = coordinate_names(names, scene.character)
     actuation = driven(scene, names)
@@ -61,3 +63,12 @@ def structure_of(scene: Scene) -> Structure:
         controller=compiled_controller(scene, actuation.muscles),
         forces=force_kinds(scene, names),
     )
+
+
+def _check_known(character: Character) -> None:
+    for name, joint in character.joints.items():
+        if joint.follows:
+            raise SceneError("joints that follow others are not simulated", f"character.joints.{name}.follows")
+    for name, body in character.bodies.items():
+        if body.inertia_axes != Body.__struct_defaults__[-1]:
+            raise SceneError("turned axes of inertia are not simulated", f"character.bodies.{name}.inertia_axes")

@@ -14,8 +14,9 @@ from warpmuscle.scene.part import Part
 class Displacement(Part):
     """How far a coupled joint turns about an axis or moves along it, as a function of its coordinate q.
 
-    It is value + slope q, or a cubic spline through knots (x, y) that goes on straight beyond them: `simm`, as SIMM and
-    OpenSim's SimmSpline have it, or `natural`, without curvature at its ends.
+    It is value + slope q; or the `polynomial` c0 + c1 q + c2 q^2 ...; or goes through knots (x, y), and straight on
+    beyond them: as a cubic spline whose `ends` are `simm`, as SIMM and OpenSim's SimmSpline have it, or `natural`,
+    without curvature, or `linear`, straight from knot to knot.
     """
 
     axis: Annotated[Vector, "1"]
@@ -23,4 +24,5 @@ class Displacement(Part):
     slope: Annotated[Number, "per unit of q"] = 0.0
     x: Annotated[list[float], "rad or m"] = []
     y: Annotated[list[Number], "rad or m"] = []
-    ends: Literal["simm", "natural"] = "simm"
+    ends: Literal["simm", "natural", "linear"] = "simm"
+    polynomial: Annotated[list[Number], "rad or m per power of q"] = []  # the constant first

@@ -22,12 +22,13 @@ def initial_pose(scene: Scene) -> tuple[dict[str, tuple[Floats, Floats]], dict[s
     """
     character = scene.character
     poses: dict[str, tuple[Floats, Floats]] = {character.root: (np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0]))}
-    angles = {}
+    angles, moved = {}, {}
     for name in topology(character).joints:
         joint = character.joints[name]
         kind = joint_type(joint)
         q, v = kind.start(joint, scene.initial_state.joints.get(name, JointState()))
-        motion, angles[name] = kind.motion(joint, q, v), q[0, : kind.scalars]
+        moved[name], angles[name] = (q, v), q[0, : kind.scalars]
+        motion = kind.motion(joint, *moved[joint.follows or name])
         position, orientation = poses[joint.parent]
         anchor = position + rotate(orientation, plain_vector(joint.position_in_parent) + motion.place[0])
         turned = multiply(orientation, motion.orientation[0])

@@ -2,8 +2,9 @@
 
 Everything a TOML scene can say is a field here; `validation` checks what the types alone cannot.
 Units are SI and radians; y is up, x to the character's left, z forward. Quaternions are (x, y, z, w). A body's frame
-has its origin at the centre of mass and its axes along the principal axes of inertia; in the reference pose all
-bodies have identity orientation, so that a joint axis has the same coordinates in parent and child.
+has its origin at the centre of mass and its axes along the principal axes of inertia, or where `inertia_axes`, the
+orientation of those in the body, turns them; in the reference pose all bodies have identity orientation, so that a
+joint axis has the same coordinates in parent and child.
 """
 
 from __future__ import annotations
@@ -80,12 +81,13 @@ Shape = Sphere | Capsule | Box
 
 
 class Body(Part):
-    """A rigid body."""
+    """A rigid body. One of mass and inertia 0 stands between two joints, so that they are one with more freedom."""
 
     mass: Annotated[Number, "kg"]
     inertia: Annotated[Vector, "kg m^2"]  # principal moments about the centre of mass
     shapes: list[Shape] = []
     friction: Annotated[Number, "1"] = 0.8  # Coulomb coefficient; a contact takes the smaller one of body and ground
+    inertia_axes: Annotated[tuple[Number, Number, Number, Number], "1"] = (0.0, 0.0, 0.0, 1.0)  # of its moments
 
 
 class Joint(Part):
@@ -96,7 +98,8 @@ class Joint(Part):
     the parent), swing x twist, and twist (in the child); fixed and coupled [].
     `rotations` and `translations`: of a coupled joint, such as a knee, three of each at most: the child turns about the
     rotations' axes in their order, each axis riding on the turns before, and its joint point moves along the
-    translations' axes, which stay in the parent. All are functions of the joint's one coordinate.
+    translations' axes, which stay in the parent. All are functions of the joint's one coordinate, or of that of the
+    joint which it `follows`, as a patella does the knee: then it has none of its own.
     `limits`: one [low, high] in rad per axis (three for a ball: swing, swing x twist, twist), of a slide in m; none if
     empty. Their stiffness and damping are those of a slide in N/m and N s/m.
     """
@@ -112,6 +115,7 @@ class Joint(Part):
     limit_damping: Annotated[Number, "N m s/rad"] = 20.0
     rotations: list[Displacement] = []
     translations: list[Displacement] = []
+    follows: str = ""  # joint, on the same parent, or which carries this one alone or through others that follow it
 
 
 class Character(Part):

@@ -22,6 +22,7 @@ class Topology:
     child_count: tuple[int, ...]
     coordinate_start: tuple[int, ...]  # (bodies + 1,)
     speed_start: tuple[int, ...]  # (bodies + 1,)
+    driver: tuple[int, ...]  # by body: the one whose joint's coordinates move its joint; another one if it follows it
 
     @property
     def coordinates(self) -> int:
@@ -32,6 +33,14 @@ class Topology:
     def speeds(self) -> int:
         """Number of speeds of an instance: its degrees of freedom."""
         return self.speed_start[-1]
+
+    def coordinates_of(self, body: int) -> slice:
+        """Where the coordinates are that move the joint of a body."""
+        return slice(*self.coordinate_start[self.driver[body] : self.driver[body] + 2])
+
+    def speeds_of(self, body: int) -> slice:
+        """Where the speeds are that move the joint of a body."""
+        return slice(*self.speed_start[self.driver[body] : self.driver[body] + 2])
 
     def body_of_joint(self, joint: str) -> int:
         """Number of the body that a joint carries; `root` is the root."""
@@ -50,11 +59,15 @@ def coordinate_names(names: Topology, character: Character) -> tuple[tuple[str, 
 
 
 def topology(character: Character) -> Topology:
-    """Number the bodies breadth first from the root, children in the order of the character's joints."""
+    """Number the bodies breadth first from the root, children in the order of the character's joints.
+
+    A child whose joint follows another one comes behind its parent's other children.
+    """
     bodies, joints, parents, depth = [character.root], [], [-1], [0]
     first_child, child_count = [], []
     for number, name in enumerate(bodies):  # grows while it is walked through
         children = [key for key, joint in character.joints.items() if joint.parent == name]
+        children.sort(key=lambda key: bool(character.joints[key].follows))
         first_child.append(len(bodies))
         child_count.append(len(children))
         for key in children:
@@ -73,4 +86,19 @@ def topology(character: Character) -> Topology:
         child_count=tuple(child_count),
         coordinate_start=(0, *np.cumsum([len(entry.coordinates) for entry in types]).tolist()),
         speed_start=(0, *np.cumsum([len(entry.speeds) for entry in types]).tolist()),
+        driver=(0, *(joints.index(character.joints[key].follows or key) + 1 for key in joints)),
     )
+
+
+def followers(character: Character, joint: str) -> list[str]:
+    """Joints that follow a joint."""
+    return [name for name, other in character.joints.items() if other.follows == joint]
+
+
+def carried(joint: str, names: Topology) -> set[int]:
+    """Numbers of the bodies that a joint carries."""
+    found = {names.body_of_joint(joint)}
+    for body in range(min(found) + 1, len(names.bodies)):
+        if names.parents[body] in found:
+            found.add(body)
+    return found

@@ -88,10 +88,8 @@ def _outward(character: Character, names: Topology, motion: Moving) -> list[_Bod
         anchor = rows(joint.position_in_parent)
         if names.parents[number] > 0:
             anchor = anchor - rows(character.joints[names.joints[names.parents[number] - 1]].position_in_child)
-        q, v, a = (
-            part[:, start[number] : start[number + 1]]
-            for part, start in zip(motion, (names.coordinate_start, names.speed_start, names.speed_start), strict=True)
-        )
+        speeds = names.speeds_of(number)
+        q, v, a = motion[0][:, names.coordinates_of(number)], motion[1][:, speeds], motion[2][:, speeds]
         bodies.append(_child(joint_type(joint).motion(joint, q, v), parent, anchor, v, a))
     return bodies
 
@@ -142,9 +140,9 @@ def _inward(character: Character, names: Topology, bodies: list[_Body], gravity:
             r = body.position - bodies[parent].position
             force[parent] += force[number]
             moment[parent] += moment[number] + np.cross(r, force[number])
-        start = names.speed_start[number]
+        start = names.speeds_of(number).start
         for i, (turning, moving) in enumerate(zip(body.turning, body.moving, strict=True)):
-            result[:, start + i] = np.sum(turning * moment[number] + moving * force[number], axis=-1)
+            result[:, start + i] += np.sum(turning * moment[number] + moving * force[number], axis=-1)
     return result
 
 

@@ -27,7 +27,7 @@ from __future__ import annotations
 from warpmuscle.core.errors import Error
 from warpmuscle.scene import Character, Joint
 from warpmuscle.scene.joints.coordinate import SLIDE
-from warpmuscle.scene.joints.coupled import COUPLED
+from warpmuscle.scene.joints.coupled import COUPLED, FOLLOWER
 from warpmuscle.scene.joints.joint_type import JointType as JointType
 from warpmuscle.scene.joints.joint_type import Motion as Motion
 from warpmuscle.scene.joints.roots import FIXED_ROOT, FREE, PLANAR
@@ -50,8 +50,8 @@ def register(entry: JointType) -> None:
 
 
 def joint_type(joint: Joint) -> JointType:
-    """The entry of a joint of a checked scene."""
-    return TYPES[joint.type]
+    """The entry of a joint of a checked scene; one that follows another joint has one of its own."""
+    return FOLLOWER if joint.follows else TYPES[joint.type]
 
 
 def root_type(character: Character) -> RootType:

@@ -10,9 +10,9 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.number_rows import rows
 from warpmuscle.core.pose import about, conjugate, multiply, normalized, rotate
-from warpmuscle.scene import Displacement, Joint
+from warpmuscle.scene import Displacement, Joint, JointState
 from warpmuscle.scene.joints.coordinate import Coordinate
-from warpmuscle.scene.joints.displacement import rates
+from warpmuscle.scene.joints.displacement import TURN, Span, depends, rates
 from warpmuscle.scene.joints.joint_type import OTHER_AXIS, Motion
 from warpmuscle.scene.validation.checks import Checks
 
@@ -37,7 +37,7 @@ class Coupled(Coordinate):
             for index, displacement in enumerate(given):
                 check_displacement(checks, f"{key}.{field}.{index}", displacement)
         if not any(map(depends, (*joint.rotations, *joint.translations))):
-            message = "depends on no coordinate; give a rotation or translation a `slope`, or knots `x` and `y`"
+            message = "depends on no coordinate; give a rotation or translation a `slope`, a `polynomial`, or knots"
             raise SceneError(message, key=key)
 
     def unit(self, joint: Joint) -> str:
@@ -66,7 +66,7 @@ class Coupled(Coordinate):
 
     def shown(self, joint: Joint, orientation: Floats, place: Floats) -> Floats:
         """The coordinate whose pose comes nearest."""
-        samples = np.linspace(*_span(joint), _SAMPLES)[:, None]
+        samples = np.linspace(*span_of(joint, joint), _SAMPLES)[:, None]
         motion = self.motion(joint, samples, np.zeros_like(samples))
         turn = np.arccos(np.clip(np.abs(orientation @ motion.orientation.T), 0.0, 1.0))
         away = np.sum(place**2, axis=1)[:, None] - 2.0 * place @ motion.place.T + np.sum(motion.place**2, axis=1)
@@ -81,33 +81,55 @@ class Coupled(Coordinate):
         return np.asarray(q)
 
 
-def depends(displacement: Displacement) -> bool:
-    """Whether a displacement changes with the coordinate."""
-    return bool(displacement.x) or displacement.slope != 0.0
-
-
 def check_displacement(checks: Checks, key: str, displacement: Displacement) -> None:
-    """Raise SceneError unless a displacement has a direction, and either knots or a line."""
+    """Raise SceneError unless a displacement has a direction, and knots, a polynomial or a line."""
     checks.not_zero(f"{key}.axis", displacement.axis, "axis")
     if len(displacement.x) != len(displacement.y):
         raise SceneError(f"{len(displacement.y)} values for {len(displacement.x)} knots", key=f"{key}.y")
-    if not displacement.x:
-        return
-    if len(displacement.x) < 2:
-        raise SceneError("a spline goes through two knots at least", key=f"{key}.x")
-    checks.increasing(f"{key}.x", displacement.x, "knots")
-    for field in ("value", "slope"):
+    what = "knots `x` and `y`" if displacement.x else "a `polynomial`"
+    if displacement.x:
+        if len(displacement.x) < 2:
+            raise SceneError("there are two knots at least", key=f"{key}.x")
+        checks.increasing(f"{key}.x", displacement.x, "knots")
+        if displacement.polynomial:
+            raise SceneError(f"give either {what}, or `polynomial`", key=f"{key}.polynomial")
+    for field in ("value", "slope") if displacement.x or displacement.polynomial else ():
         if getattr(displacement, field) != 0.0:
-            raise SceneError(f"give either a spline with `x` and `y`, or `{field}`", key=f"{key}.{field}")
+            raise SceneError(f"give either {what}, or `{field}`", key=f"{key}.{field}")
 
 
-def _span(joint: Joint) -> tuple[float, float]:
-    """Coordinates that a joint may have: within its limits, or what its knots reach over, and somewhat beyond."""
+def span_of(joint: Joint, driver: Joint) -> Span:
+    """Coordinates that a joint may have: within the limits, or what its knots reach over, and somewhat beyond.
+
+    Args:
+        driver: the joint whose coordinate and limits these are, itself or the one that it follows.
+    """
     knots = list(itertools.chain.from_iterable(d.x for d in (*joint.rotations, *joint.translations)))
-    limits = [float(rows(number).flat[0]) for pair in joint.limits for number in pair]
-    ends = limits or knots or [-np.pi, np.pi]
+    limits = [float(rows(number).flat[0]) for pair in driver.limits for number in pair]
+    ends = limits or knots or TURN
     beyond = 0.2 * (max(ends) - min(ends))
     return min(ends) - beyond, max(ends) + beyond
+
+
+class Follower(Coupled):
+    """A coupled joint whose functions are of another joint's coordinate: its `motion` is given that."""
+
+    def check(self, checks: Checks, key: str, joint: Joint) -> None:
+        super().check(checks, key, joint)
+        if joint.limits:
+            raise SceneError(f"it has no coordinate; limit the joint {joint.follows!r}", key=f"{key}.limits")
+
+    def check_state(self, checks: Checks, key: str, state: JointState) -> None:
+        raise SceneError("a joint that follows another one starts where that one says", key=key)
+
+    def start(self, joint: Joint, state: JointState) -> tuple[Floats, Floats]:
+        return np.zeros((1, 0)), np.zeros((1, 0))
+
+    def nearest(self, joint: Joint, orientation: Floats, angular_velocity: Floats) -> tuple[Floats, Floats]:
+        return np.zeros((len(orientation), 0)), np.zeros((len(orientation), 0))
+
+    def shown(self, joint: Joint, orientation: Floats, place: Floats) -> Floats:
+        return np.zeros((len(orientation), 0))
 
 
 COUPLED = Coupled(
@@ -119,4 +141,15 @@ COUPLED = Coupled(
     limits=1,
     angles=("",),
     angle_names=("coordinate",),
+)
+FOLLOWER = Follower(
+    name=COUPLED.name,
+    device="FOLLOWER",
+    kernel=COUPLED.kernel,
+    coordinates=(),
+    speeds=(),
+    axes=0,
+    limits=1,
+    angles=(),
+    angle_names=(),
 )

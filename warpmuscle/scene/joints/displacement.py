@@ -1,6 +1,8 @@
-"""Functions of one coordinate as cubic pieces: constant, linear, or a spline through knots."""
+"""Functions of one coordinate as cubic pieces: constant, linear, a polynomial, or through knots."""
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 
@@ -8,19 +10,35 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.core.number_rows import rows
 from warpmuscle.scene import Displacement
 
+Span = tuple[float, float]  # least and greatest coordinate that counts
+TURN: Span = (-math.pi, math.pi)
+_CUBIC = 4  # coefficients
+_MISS = 1.0e-9  # rad or m, by which the pieces of a polynomial may miss it
+_MOST_PIECES = 4096
+_SAMPLES = 1001
 
-def pieces(displacement: Displacement) -> tuple[Floats, Floats]:
+
+def depends(displacement: Displacement) -> bool:
+    """Whether a displacement changes with the coordinate."""
+    polynomial = any(c != 0.0 for c in displacement.polynomial[1:])
+    return bool(displacement.x) or displacement.slope != 0.0 or polynomial
+
+
+def pieces(displacement: Displacement, span: Span = TURN) -> tuple[Floats, Floats]:
     """Where the pieces start (P,), and their coefficients (rows, P, 4) over the distance from there, constant first.
 
-    A spline goes on straight beyond its ends, as OpenSim's does; the first piece leads back from the first knot.
+    What goes through knots goes on straight beyond its ends, as OpenSim's functions do; the first piece leads back from
+    the first knot. A polynomial of a degree over 3 becomes pieces that miss it by no more than 1e-9 within the span.
     """
+    if displacement.polynomial:
+        return _polynomial(rows(displacement.polynomial), span)
     if not displacement.x:
         line = rows([displacement.value, displacement.slope])
         return np.zeros(1), np.concatenate([line, np.zeros_like(line)], axis=1)[:, None]
     x, y = np.array(displacement.x), rows(displacement.y)
     width = np.diff(x)
     slope = np.diff(y, axis=1) / width
-    bend = _second_derivatives(x, y, displacement.ends)
+    bend = np.zeros_like(y) if displacement.ends == "linear" else _second_derivatives(x, y, displacement.ends)
     c = np.zeros((len(y), len(x) + 1, 4))
     inner = c[:, 1:-1]
     inner[..., 0] = y[:, :-1]
@@ -31,6 +49,29 @@ def pieces(displacement: Displacement) -> tuple[Floats, Floats]:
     c[:, -1, 0] = y[:, -1]
     c[:, -1, 1] = slope[:, -1] + width[-1] * (bend[:, -2] + 2.0 * bend[:, -1]) / 6.0
     return np.concatenate([x[:1], x]), c
+
+
+def _polynomial(c: Floats, span: Span) -> tuple[Floats, Floats]:
+    """The pieces of a polynomial: itself, or cubics with its values and slopes at both ends."""
+    degree = c.shape[1] - 1
+    if degree < _CUBIC:
+        return np.zeros(1), np.concatenate([c, np.zeros((len(c), _CUBIC - 1 - degree))], axis=1)[:, None]
+    low, high = span
+    fourth = float(np.abs(_powers(np.linspace(low, high, _SAMPLES), degree, 4) @ c.T).max())
+    widest = (384.0 * _MISS / max(fourth, 1e-300)) ** 0.25  # Hermite's cubics miss by h^4/384 fourth derivatives
+    count = int(min(max(math.ceil((high - low) / widest), 1), _MOST_PIECES))
+    x, h = np.linspace(low, high, count + 1), (high - low) / count
+    y, slope = ((_powers(x, degree, order) @ c.T).T for order in (0, 1))
+    rise, first, last = np.diff(y, axis=1) / h, slope[:, :-1], slope[:, 1:]
+    cubics = [y[:, :-1], first, (3.0 * rise - 2.0 * first - last) / h, (first + last - 2.0 * rise) / h**2]
+    return x[:-1], np.stack(cubics, axis=-1)
+
+
+def _powers(x: Floats, degree: int, order: int) -> Floats:
+    """What multiplies the coefficients in a derivative of a polynomial at x (n,): (n, degree + 1)."""
+    k = np.arange(degree + 1)
+    factor = np.prod([k - j for j in range(order)], axis=0)
+    return np.asarray(factor * x[:, None] ** np.maximum(k - order, 0))
 
 
 def _second_derivatives(x: Floats, y: Floats, ends: str) -> Floats:
@@ -56,6 +97,10 @@ def _second_derivatives(x: Floats, y: Floats, ends: str) -> Floats:
 
 def rates(displacement: Displacement, q: Floats) -> tuple[Floats, Floats, Floats]:
     """Value, first and second derivative (n,) at coordinates (n,)."""
+    if displacement.polynomial:
+        c = rows(displacement.polynomial)
+        value, first, second = (np.sum(_powers(q, c.shape[1] - 1, order) * c, axis=1) for order in range(3))
+        return value, first, second
     start, c = pieces(displacement)
     piece = np.maximum(np.searchsorted(start, q, side="right") - 1, 0)
     c0, c1, c2, c3 = np.moveaxis(c[np.arange(len(q)) if len(c) > 1 else 0, piece], -1, 0)

@@ -22,6 +22,7 @@ from warpmuscle.scene import (
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.joints.coupled import check_displacement
 from warpmuscle.scene.number import Number
+from warpmuscle.scene.topology import followers
 from warpmuscle.scene.validation.checks import Checks, known, near
 
 GREATEST_EXPONENT = 20  # of a coordinate in a polynomial path; more is a mistake
@@ -236,11 +237,12 @@ def crosses(muscle: Muscle, joint: str, character: Character) -> bool:
         return any(pulley.joint == joint for pulley in muscle.pulleys)
     if muscle.polynomial is not None:
         return joint in muscle.polynomial.joints
-    beyond = _carried(character.joints[joint].child, character)
+    movers = (joint, *followers(character, joint))
+    sides = [_carried(character.joints[mover].child, character) for mover in movers]
     on_angle = any(point.condition is not None and point.condition.joint == joint for point in path)
     moved = any(motion.joint == joint for point in path for motion in point.motion)
     bodies = [point.body for point in path] + [character.surfaces[wrap.surface].body for wrap in muscle.wraps]
-    return on_angle or moved or len({body in beyond for body in bodies}) == 2
+    return on_angle or moved or any(len({body in beyond for body in bodies}) == 2 for beyond in sides)
 
 
 def usual_drive(joint: str, character: Character) -> Drive:

@@ -15,8 +15,6 @@ from warpmuscle.core.errors import SceneError
 from warpmuscle.core.limits import GREATEST_NUMBER, check_size
 from warpmuscle.scene import (
     PD,
-    Body,
-    Capsule,
     Character,
     Component,
     Controller,
@@ -26,11 +24,9 @@ from warpmuscle.scene import (
     Joint,
     Robustness,
     Scene,
-    Shape,
-    Sphere,
     State,
 )
-from warpmuscle.scene.joints import TYPES, joint_type
+from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.number import Free, Number
 from warpmuscle.scene.parameters import leaves
 from warpmuscle.scene.trusted_code import check_entries
@@ -40,6 +36,7 @@ from warpmuscle.scene.validation.motion import check_motion
 from warpmuscle.scene.validation.muscles import check_muscles
 from warpmuscle.scene.validation.objective import check_failure, check_objective, check_stages
 from warpmuscle.scene.validation.reflexes import check_reflexes
+from warpmuscle.scene.validation.skeleton import check_skeleton
 
 
 def check_scene(scene: Scene) -> None:
@@ -79,7 +76,7 @@ class _Check(Checks):
             )
         check_entries(scene)
         self.names(scene)
-        self.character(scene.character)
+        check_skeleton(self)
         self.feet(scene)
         check_muscles(self)
         check_motion(self)
@@ -219,20 +216,6 @@ class _Check(Checks):
             if "\0" in name or name != name.encode(errors="replace").decode():
                 raise SceneError(f"{name!r} has a character that no file can hold", key=key)
 
-    def character(self, character: Character) -> None:
-        """Bodies and joints are sound and make a tree."""
-        known(character.root, character.bodies, "body", "character.root")
-        for name, body in character.bodies.items():
-            self.body(f"character.bodies.{name}", body)
-        for name, joint in character.joints.items():
-            key = f"character.joints.{name}"
-            if name == "root":
-                raise SceneError("a joint cannot be called root: that name stands for the root body", key=key)
-            known(joint.parent, character.bodies, "body", f"{key}.parent")
-            known(joint.child, character.bodies, "body", f"{key}.child")
-            self.joint(key, joint)
-        _check_tree(character)
-
     def feet(self, scene: Scene) -> None:
         """Feet are two bodies of the character."""
         key = "character.feet" if scene.character.feet is not None else "controller.feet"
@@ -240,35 +223,6 @@ class _Check(Checks):
             known(foot, scene.character.bodies, "body", f"{key}.{index}")
         if scene.feet is not None and scene.feet[0] == scene.feet[1]:
             raise SceneError(f"left and right are both {scene.feet[0]!r}", key=key)
-
-    def body(self, key: str, body: Body) -> None:
-        """A body has mass, inertia and proper shapes."""
-        self.positive(key, body, "mass")
-        for index, moment in enumerate(body.inertia):
-            self.positive_number(f"{key}.inertia.{index}", moment)
-        self.not_negative(key, body, "friction")
-        for index, shape in enumerate(body.shapes):
-            self.shape(f"{key}.shapes.{index}", shape)
-
-    def shape(self, key: str, shape: Shape) -> None:
-        """A shape has a size, and a box its corners in order."""
-        if isinstance(shape, Sphere):
-            self.positive(key, shape, "radius")
-        elif isinstance(shape, Capsule):
-            self.not_negative(key, shape, "radius")
-        else:
-            for index, (low, high) in enumerate(zip(shape.low, shape.high, strict=True)):
-                self.ordered(f"{key}.low.{index}", low, high)
-
-    def joint(self, key: str, joint: Joint) -> None:
-        """A joint has the axes and limits of its type."""
-        if joint.type not in TYPES:
-            kinds = ", ".join(map(repr, sorted(TYPES)))
-            raise SceneError(f"{joint.type!r} is none of {kinds}{near(joint.type, TYPES)}", key=f"{key}.type")
-        joint_type(joint).check(self, key, joint)
-        for index, (low, high) in enumerate(joint.limits):
-            self.ordered(f"{key}.limits.{index}", low, high)
-        self.not_negative(key, joint, "limit_stiffness", "limit_damping")
 
     def controller(self, controller: Controller, character: Character) -> None:
         """Names resolve, states lead to states, gains and curves are sound."""
@@ -352,31 +306,6 @@ def _plain(scene: Scene) -> Any:
         raise SceneError(f"a scene cannot hold a {type(value).__name__}")
 
     return msgspec.to_builtins(scene, enc_hook=item)
-
-
-def _check_tree(character: Character) -> None:
-    """Every body hangs on exactly one joint, all the way from the root."""
-    joint_of: dict[str, str] = {}
-    for name, joint in character.joints.items():
-        key = f"character.joints.{name}.child"
-        if joint.child == character.root:
-            raise SceneError(f"body {joint.child!r} is the root and cannot be a child", key=key)
-        if joint.child in joint_of:
-            raise SceneError(f"body {joint.child!r} is a child of joint {joint_of[joint.child]!r} already", key=key)
-        joint_of[joint.child] = name
-    for body in character.bodies:
-        visited = [body]
-        while visited[-1] != character.root:
-            if visited[-1] not in joint_of:
-                raise SceneError(
-                    f"no joint connects it to the root {character.root!r}", f"character.bodies.{visited[-1]}"
-                )
-            joint_name = joint_of[visited[-1]]
-            parent = character.joints[joint_name].parent
-            if parent in visited:
-                loop = " -> ".join([parent, *reversed(visited[visited.index(parent) :])])
-                raise SceneError(f"joints make a loop: {loop}", key=f"character.joints.{joint_name}.parent")
-            visited.append(parent)
 
 
 def _check_index(index: int, states: Sequence[Any], key: str) -> None:
