@@ -10,10 +10,11 @@ from itertools import pairwise
 import numpy as np
 import warp as wp
 
-Knots = list[tuple[float, float, float]]  # x, y, dy/dx at the joints of sections
+Knot = tuple[float, float, float]  # x, y, dy/dx at the joint of two sections
+Knots = list[Knot]
 
 
-def corner(start: tuple, end: tuple, curviness: float, u: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def corner(start: Knot, end: Knot, curviness: float, u: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """x, y and dy/dx at parameters u of a quintic Bezier corner between two knots (Millard 2013, appendix).
 
     Its inner control points lie twice each on the way to the intersection of the end tangents.
@@ -79,7 +80,8 @@ CURVES = {  # knots, curviness of the sections, intervals of the table
 
 def table() -> tuple[np.ndarray, dict[str, wp.vec4]]:
     """Values and slopes times knot distance (knots, 2) of all curves, and the place of each, see `tabulated`."""
-    rows, places = [], {}
+    rows: list[np.ndarray] = []
+    places: dict[str, wp.vec4] = {}
     for name, (knots, curviness, intervals) in CURVES.items():
         x = np.linspace(knots[0][0], knots[-1][0], intervals + 1)
         value, slope = sampled(knots, curviness, x)
