@@ -1,0 +1,356 @@
+"""What OpenSim computes of a model in random poses: the numbers that `opensim_agreement.py` puts beside ours.
+
+    python tools/opensim_oracle.py MODEL.osim --poses 1000 --seed 1
+
+OpenSim (`pip install opensim`, 4.6) runs in a process of its own, in float64. Its numbers take minutes, so those of a
+model and a seed are kept in `~/.cache/warpmuscle/opensim` (or the folder that WARPMUSCLE_OPENSIM_CACHE names). Poses
+lie inside the coordinates' ranges; couplers are satisfied, locked and prescribed coordinates have their values. All
+arrays over coordinates are in the order of `Numbers.coordinates`; forces are generalised forces of its independent
+ones, where the constraints' own forces do no work.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import asdict, dataclass, fields
+from importlib.util import find_spec
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+FORMAT = 2  # of the kept numbers
+STEP = np.radians(0.1)  # of the small moves, rad of all rotations together
+SMALL = 1e-5  # rad or m, of differences
+LINE = 500  # small moves in a row
+UNBOUNDED = {True: np.pi, False: 1.0}  # rad, m: range of a coordinate whose range says nothing
+MISSING = "OpenSim is not installed: pip install opensim"
+
+
+@dataclass(frozen=True)
+class Numbers:
+    """OpenSim's numbers of K coordinates, I of them independent, and M muscles in n poses, and along small moves."""
+
+    coordinates: NDArray[np.str_]  # (K,)
+    rotational: NDArray[np.bool_]  # (K,)
+    independent: NDArray[np.int64]  # (I,) numbers of coordinates that are neither coupled nor locked nor prescribed
+    muscles: NDArray[np.str_]  # (M,)
+    q: Floats  # (n, K) rad or m
+    rate: Floats  # (n, K)
+    acceleration: Floats  # (n, K)
+    length: Floats  # (n, M) m
+    speed: Floats  # (n, M) m/s, of lengthening
+    arm: Floats  # (n, M, K) m, -dl/dq as OpenSim gives it
+    slope: Floats  # (n, M, K) m, -dl/dq by differences of OpenSim's lengths
+    mass: Floats  # (n, I, I)
+    inverse_dynamics: Floats  # (n, I) N m or N
+    gravity: Floats  # (n, I) the same without rates and accelerations
+    activation: Floats  # (n, M)
+    force: Floats  # (n, M) N, of the tendon at equilibrium, without rates; NaN where OpenSim finds none
+    fibre: Floats  # (n, M) m
+    line_q: Floats  # (m, K) poses along lines of LINE small moves
+    line_length: Floats  # (m, M)
+
+
+def numbers(model: Path, poses: int, seed: int, moves: int) -> Numbers:
+    """OpenSim's numbers of a model, computed in a process of their own, or as kept.
+
+    Raises:
+        SystemExit: OpenSim is not installed, or it does not read the model.
+    """
+    key = hashlib.sha256(f"{FORMAT} {poses} {seed} {moves} ".encode() + model.read_bytes()).hexdigest()[:16]
+    file = cache() / f"{model.stem}_{key}.npz"
+    if not file.exists():
+        file.parent.mkdir(parents=True, exist_ok=True)
+        with_process(_write, model, poses, seed, moves, file)
+    with np.load(file) as kept:
+        return Numbers(**{field.name: kept[field.name] for field in fields(Numbers)})
+
+
+def cache() -> Path:
+    """The folder of the kept numbers."""
+    return Path(os.environ.get("WARPMUSCLE_OPENSIM_CACHE", Path.home() / ".cache" / "warpmuscle" / "opensim"))
+
+
+def with_process(task: Callable[..., Any], *args: object) -> Any:
+    """What a task of OpenSim's returns, computed in a fresh process, so that neither its threads nor a crash stay."""
+    if find_spec("opensim") is None:
+        raise SystemExit(MISSING)
+    with ProcessPoolExecutor(1, get_context("spawn")) as pool:
+        return pool.submit(task, *args).result()
+
+
+def _write(model: Path, poses: int, seed: int, moves: int, file: Path) -> None:
+    found = asdict(_compute(model, poses, seed, moves))
+    part = file.with_suffix(".part.npz")
+    np.savez_compressed(part, **found)
+    part.replace(file)
+
+
+def _compute(file: Path, poses: int, seed: int, moves: int) -> Numbers:
+    model, generator = Posed(file), np.random.default_rng(seed)
+    free = model.independent
+    rows: dict[str, list[Any]] = {name: [] for name in _OF_A_POSE}
+    q = model.random_poses(generator, poses)
+    rate, acceleration = np.zeros_like(q), np.zeros_like(q)
+    rate[:, free] = generator.normal(size=(poses, len(free)))
+    acceleration[:, free] = generator.normal(scale=5.0, size=(poses, len(free)))
+    activation = generator.uniform(0.02, 1.0, (poses, len(model.muscles)))
+    crossed = model.crossed(q[: min(poses, 40)])
+    for k in range(poses):
+        rate[k], acceleration[k] = model.consistent(q[k], rate[k], acceleration[k])
+        model.pose(q[k], rate[k])
+        rows["length"].append(model.lengths())
+        rows["speed"].append([muscle.getLengtheningSpeed(model.state) for muscle in model.muscles])
+        rows["arm"].append(model.moment_arms(crossed))
+        rows["slope"].append(model.slopes(q[k]))
+        for name, values in model.equilibrium(q[k], activation[k]).items():
+            rows[name].append(values)
+        for name, values in model.dynamics(q[k], rate[k], acceleration[k]).items():
+            rows[name].append(values)
+    line_q = model.lines(generator, moves)
+    line_length = np.array([model.lengths_at(pose) for pose in line_q]).reshape(len(line_q), len(model.muscles))
+    of_poses = {name: np.array(values) for name, values in rows.items()}
+    return Numbers(
+        np.array(model.names), model.rotational, free, np.array([muscle.getName() for muscle in model.muscles]),
+        q, rate, acceleration, activation=activation, line_q=line_q, line_length=line_length, **of_poses,
+    )  # fmt: skip
+
+
+_OF_A_POSE = ("length", "speed", "arm", "slope", "mass", "inverse_dynamics", "gravity", "force", "fibre")
+
+
+class Posed:
+    """A model of OpenSim with one state that is posed again and again, and the same model without forces."""
+
+    def __init__(self, file: Path) -> None:
+        import opensim
+
+        opensim.Logger.setLevelString("off")
+        self.opensim, self.model, self.bare = opensim, opensim.Model(str(file)), opensim.Model(str(file))
+        self.bare.updForceSet().clearAndDestroy()
+        self.bare.updControllerSet().clearAndDestroy()
+        self.state, self.bare_state = self.model.initSystem(), self.bare.initSystem()
+        self.coordinates = _all(self.model.getCoordinateSet())
+        self.bare_coordinates = _all(self.bare.getCoordinateSet())
+        self.names = [coordinate.getName() for coordinate in self.coordinates]
+        self.muscles = _all(self.model.getMuscles())
+        self.rotational = np.array([coordinate.getMotionType() != 2 for coordinate in self.coordinates])
+        self.rotational &= np.array([self._turns(coordinate) for coordinate in self.coordinates])
+        self.couplers = self._couplers()
+        self.held = [c.getLocked(self.state) or c.isPrescribed(self.state) for c in self.coordinates]
+        coupled = {dependent for dependent, *_ in self.couplers}
+        known = [k for k, held in enumerate(self.held) if not held and k not in coupled]
+        self.independent = np.array(known, dtype=np.int64)
+        self.start = np.array([c.getDefaultValue() for c in self.coordinates])
+        self.place = self._places()
+
+    def _turns(self, coordinate: Any) -> bool:
+        """Whether a coupled coordinate's range is one of angles; others say by their type of motion."""
+        return bool(coordinate.getMotionType() == 1 or not coordinate.getName().endswith(("_tx", "_ty", "_tz")))
+
+    def _couplers(self) -> list[tuple[int, int, Any, float]]:
+        """Dependent and independent coordinate, function and its factor, of the couplers that are enforced."""
+        found = []
+        for constraint in _all(self.model.getConstraintSet()):
+            coupler = self.opensim.CoordinateCouplerConstraint.safeDownCast(constraint)
+            if coupler is None or not coupler.isEnforced(self.state):
+                continue
+            independent = coupler.getIndependentCoordinateNames()
+            if independent.getSize() != 1:
+                raise SystemExit(f"{coupler.getName()}: only couplers with one independent coordinate are compared")
+            names = [coupler.getDependentCoordinateName(), independent.get(0)]
+            dependent, master = (self.names.index(name) for name in names)
+            scale = self.opensim.PropertyHelper.getValueDouble(coupler.getPropertyByName("scale_factor"))
+            found.append((dependent, master, coupler.getFunction(), scale))
+        return found
+
+    def _places(self) -> list[int]:
+        """Where each coordinate stands in the vector of all coordinates of the state."""
+        before, found = self.bare_state.getQ().to_numpy().copy(), []
+        for coordinate in self.bare_coordinates:
+            value = coordinate.getValue(self.bare_state)
+            coordinate.setLocked(self.bare_state, False)
+            coordinate.setValue(self.bare_state, value + 0.25, False)
+            found.append(int(np.argmax(np.abs(self.bare_state.getQ().to_numpy() - before))))
+            coordinate.setValue(self.bare_state, value, False)
+        return found
+
+    def range(self, k: int) -> tuple[float, float]:
+        """Of an independent coordinate."""
+        low, high = self.coordinates[k].getRangeMin(), self.coordinates[k].getRangeMax()
+        widest = UNBOUNDED[bool(self.rotational[k])]
+        return (-widest, widest) if high - low > 50.0 or not low < high else (low, high)
+
+    def random_poses(self, generator: np.random.Generator, count: int) -> Floats:
+        """Poses (count, K) with couplers satisfied."""
+        q = np.repeat(self.start[None], count, axis=0)
+        for k in self.independent:
+            q[:, k] = generator.uniform(*self.range(k), count)
+        return np.array([self.coupled(pose) for pose in q]).reshape(q.shape)
+
+    def coupled(self, q: Floats) -> Floats:
+        """A pose with the dependent coordinates of couplers as they say."""
+        q = q.copy()
+        for dependent, master, function, factor in self.couplers:
+            q[dependent] = factor * function.calcValue(self.opensim.Vector(1, q[master]))
+        return q
+
+    def consistent(self, q: Floats, rate: Floats, acceleration: Floats) -> tuple[Floats, Floats]:
+        """Rates and accelerations with those of dependent coordinates as the couplers say."""
+        first, second = self.opensim.StdVectorInt([0]), self.opensim.StdVectorInt([0, 0])
+        rate, acceleration = rate.copy(), acceleration.copy()
+        for dependent, master, function, factor in self.couplers:
+            x = self.opensim.Vector(1, q[master])
+            slope, bend = factor * function.calcDerivative(first, x), factor * function.calcDerivative(second, x)
+            rate[dependent] = slope * rate[master]
+            acceleration[dependent] = slope * acceleration[master] + bend * rate[master] ** 2
+        return rate, acceleration
+
+    def pose(self, q: Floats, rate: Floats) -> None:
+        """Put the state there; muscles at their default states."""
+        self._put(self.state, self.coordinates, q)
+        self._put_speeds(self.model, self.state, rate)
+        self.model.realizeVelocity(self.state)
+
+    def _put(self, state: Any, coordinates: list[Any], q: Floats) -> None:
+        values = state.getQ().to_numpy().copy()
+        values[self.place] = q
+        state.setQ(self.opensim.Vector.createFromMat(values))
+
+    def _put_speeds(self, model: Any, state: Any, rate: Floats) -> None:
+        model.realizePosition(state)
+        state.setU(self._speeds(model, state, rate))
+
+    def _speeds(self, model: Any, state: Any, rate: Floats) -> Any:
+        """The state's speeds, which are not the rates of a ball joint's angles."""
+        rates = np.zeros(len(rate))
+        rates[self.place] = rate
+        speeds = self.opensim.Vector(state.getNU(), 0.0)
+        model.getMatterSubsystem().multiplyByNInv(state, False, self.opensim.Vector.createFromMat(rates), speeds)
+        return speeds
+
+    def lengths(self) -> list[float]:
+        """Of all muscles, m."""
+        return [muscle.getLength(self.state) for muscle in self.muscles]
+
+    def lengths_at(self, q: Floats) -> list[float]:
+        self._put(self.state, self.coordinates, q)
+        self.model.realizePosition(self.state)
+        return self.lengths()
+
+    def crossed(self, poses: Floats) -> list[tuple[int, int]]:
+        """Muscles and the coordinates that their lengths feel in some poses."""
+        found = np.zeros((len(self.muscles), len(self.names)), dtype=bool)
+        for pose in poses:
+            here = np.array(self.lengths_at(pose))
+            for k in self.independent:
+                moved = pose.copy()
+                moved[k] += 1e-3
+                found[:, k] |= np.abs(np.array(self.lengths_at(self.coupled(moved))) - here) > 1e-9
+        return [(int(m), int(k)) for m, k in np.argwhere(found)]
+
+    def moment_arms(self, crossed: list[tuple[int, int]]) -> Floats:
+        """(M, K), as posed."""
+        arms = np.zeros((len(self.muscles), len(self.names)))
+        for m, k in crossed:
+            arms[m, k] = self.muscles[m].computeMomentArm(self.state, self.coordinates[k])
+        return arms
+
+    def slopes(self, q: Floats) -> Floats:
+        """(M, K) by central differences of lengths."""
+        found = np.zeros((len(self.muscles), len(self.names)))
+        for k in self.independent:
+            before, after = (self.lengths_at(self.coupled(q + way * np.eye(len(q))[k])) for way in (-SMALL, SMALL))
+            found[:, k] = -(np.array(after) - before) / (2.0 * SMALL)
+        return found
+
+    def equilibrium(self, q: Floats, activation: Floats) -> dict[str, list[float]]:
+        """Force of the tendon and length of the fibre of every muscle, at rest."""
+        self.pose(q, np.zeros_like(q))
+        forces, fibres = [], []
+        for muscle, level in zip(self.muscles, activation, strict=True):
+            force = fibre = float("nan")
+            try:
+                muscle.setActivation(self.state, float(level))
+                muscle.computeEquilibrium(self.state)
+                self.model.realizeDynamics(self.state)
+                force, fibre = muscle.getTendonForce(self.state), muscle.getFiberLength(self.state)
+            except RuntimeError:  # OpenSim finds no equilibrium
+                muscle.setDefaultActivation(float(level))
+            forces.append(force)
+            fibres.append(fibre)
+        return {"force": forces, "fibre": fibres}
+
+    def dynamics(self, q: Floats, rate: Floats, acceleration: Floats) -> dict[str, Floats]:
+        """Mass matrix, inverse dynamics and gravity for the independent coordinates."""
+        along = self._along(q)
+        needed = along.T @ self._inverse(q, rate, acceleration)
+        gravity = along.T @ self._inverse(q, 0.0 * q, 0.0 * q)
+        matrix = self.opensim.Matrix()
+        self.bare.getMatterSubsystem().calcM(self.bare_state, matrix)
+        return {"mass": along.T @ matrix.to_numpy() @ along, "inverse_dynamics": needed, "gravity": gravity}
+
+    def _along(self, q: Floats) -> Floats:
+        """The state's speeds for a unit rate of each independent coordinate, (S, I)."""
+        self._put(self.bare_state, self.bare_coordinates, q)
+        self.bare.realizePosition(self.bare_state)
+        still, columns = np.zeros_like(q), []
+        for k in self.independent:
+            rate, _ = self.consistent(q, np.eye(len(q))[k], still)
+            columns.append(self._speeds(self.bare, self.bare_state, rate).to_numpy().copy())
+        return np.array(columns).T
+
+    def _inverse(self, q: Floats, rate: Floats, acceleration: Floats) -> Floats:
+        """Generalised forces of all speeds, constraints ignored."""
+        state, matter = self.bare_state, self.bare.getMatterSubsystem()
+        self._put(state, self.bare_coordinates, q)
+        self._put_speeds(self.bare, state, rate)
+        self.bare.realizeVelocity(state)
+        drift = self.opensim.Vector(state.getNQ(), 0.0)
+        matter.multiplyByNDot(state, False, state.getU(), drift)
+        left = acceleration - drift.to_numpy()[self.place]
+        rates = self._speeds(self.bare, state, left)
+        return np.array(self.opensim.InverseDynamicsSolver(self.bare).solve(state, rates).to_numpy())
+
+    def lines(self, generator: np.random.Generator, moves: int) -> Floats:
+        """Poses along lines of small moves, reflected at the ends of the ranges: (lines * (LINE + 1), K)."""
+        turning = np.array([k for k in self.independent if self.rotational[k]], dtype=np.int64)
+        low, high = np.array([self.range(k) for k in turning]).reshape(-1, 2).T
+        found = []
+        for start in self.random_poses(generator, -(-moves // LINE)):
+            way = generator.normal(size=len(turning))
+            way *= STEP / np.linalg.norm(way)
+            along = start[turning] + way * np.arange(LINE + 1)[:, None]
+            phase = (along - low) % (2.0 * (high - low))
+            poses = np.repeat(start[None], LINE + 1, axis=0)
+            poses[:, turning] = low + np.minimum(phase, 2.0 * (high - low) - phase)
+            found.append(np.array([self.coupled(pose) for pose in poses]))
+        return np.concatenate(found) if found else np.zeros((0, len(self.names)))
+
+
+def _all(members: Any) -> list[Any]:
+    return [members.get(k) for k in range(members.getSize())]
+
+
+def main(
+    model: Annotated[Path, typer.Argument(help="File of the model.")],
+    poses: Annotated[int, typer.Option(help="Random poses.")] = 1000,
+    seed: Annotated[int, typer.Option(help="Of the poses.")] = 1,
+    moves: Annotated[int, typer.Option(help="Small moves.")] = 100_000,
+) -> None:
+    """Compute, keep and describe OpenSim's numbers."""
+    found = numbers(model, poses, seed, moves)
+    for field in fields(Numbers):
+        print(f"{field.name:18} {getattr(found, field.name).shape}")
+
+
+if __name__ == "__main__":
+    typer.run(main)
