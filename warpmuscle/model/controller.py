@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+import warp as wp
+
 from warpmuscle.core.arrays import records_to_device, rows, starts, structs_to_device, to_device
 from warpmuscle.core.pose import normalized
 from warpmuscle.kernels import structs
@@ -115,7 +117,7 @@ def _fill_states(s: structs.Simbicon, controller: SimbiconController, names: Top
         stance_rule=[STANCE_RULE[state.stance] for state in states],
         first_trajectory=trajectory_start[:-1], end_trajectory=trajectory_start[1:],
     )  # fmt: skip
-    s.state_time = to_device(rows([state.time for state in states]), float, device)
+    s.state_time = to_device(rows([[state.time, state.longest] for state in states]), wp.vec2, device)
     s.balance_knots = to_device([_balance_knots(state.balance, knots) for state in states], int, device)
     bodies = [pair for state in states for pair in trajectory_bodies(state, controller, names)]
     strength = [knots.add_curve(t.strength) for t in trajectories]

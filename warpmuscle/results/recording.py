@@ -90,7 +90,7 @@ class Recording:
     body_names: tuple[str, ...]
     muscle_names: tuple[str, ...]
     time: Floats = _quantity("s", _FRAME, "simulated time", lambda raw: raw.time)
-    phase: Floats = _quantity("1", _FRAME, "phase of the controller's state, 0 to 1", lambda raw: raw["phase"])
+    phase: Floats = _quantity("1", _FRAME, "phase of the controller's state, 0 to 1 or more", lambda raw: raw["phase"])
     stance: Integers = _quantity("1", _FRAME, "stance foot: 0 left, 1 right", lambda raw: raw["stance"])
     state: Integers = _quantity("1", _FRAME, "index of the controller's state", lambda raw: raw["machine_state"])
     root_position: Floats = _quantity(
