@@ -13,7 +13,7 @@ from warpmuscle.core.pose import about, multiply, normalized, rotate, twist_angl
 from warpmuscle.gait.foot_sliding import foot_points
 from warpmuscle.model.controller import trajectory_bodies
 from warpmuscle.results.motion_of_scene import check_motion_of
-from warpmuscle.results.recording import QUANTITIES, Recording
+from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
 from warpmuscle.scene.ground import plane
 from warpmuscle.scene.joints import joint_type
@@ -134,8 +134,7 @@ def thinned(recording: Recording, rate: float | None) -> Recording:
         return recording
     interval = float(recording.time[-1] - recording.time[0]) / (recording.frames - 1)
     every = max(int(1.0 / (rate * interval) + 1e-6), 1)
-    arrays = {name: recording[name][::every] for name in QUANTITIES}
-    return Recording.of(arrays, recording.joint_names, recording.body_names, recording.muscle_names)
+    return recording.at(slice(None, None, every))
 
 
 def desired_pose(recording: Recording, scene: Scene, names: Topology) -> Floats | None:
