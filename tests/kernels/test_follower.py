@@ -28,7 +28,7 @@ from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.topology import Topology, coordinate_names, topology
 from warpmuscle.simulation.rollout import Rollout
 from warpmuscle.simulation.stages import Stages
-from warpmuscle.studies.inverse_dynamics import body_points, inverse_dynamics
+from warpmuscle.studies.inverse_dynamics import body_points, inverse_dynamics, joint_space
 
 X, Y, Z, ORIGIN = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0), (0.0, 0.0, 0.0)
 TURNS = [
@@ -98,19 +98,12 @@ def states(scene: Scene, count: int = 6) -> tuple[np.ndarray, np.ndarray]:
     return q, rng.normal(size=(count, names.speeds)) * 2.0
 
 
-def mass_matrix(scene: Scene, q: np.ndarray) -> np.ndarray:
-    still = np.zeros((len(q), topology(scene.character).speeds))
-    rest = inverse_dynamics(scene, q, still, still)
-    columns = [inverse_dynamics(scene, q, still, still + unit) - rest for unit in np.eye(still.shape[1])]
-    return np.stack(columns, axis=-1)
-
-
 def expected(scene: Scene, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Mass matrix and forces at rest, reduced from those of the tree without followers."""
     free, (of_q, of_v) = unfollowed(scene), reduction(scene)
     full_q, full_v = q @ of_q.T, v @ of_v.T
     bias = inverse_dynamics(free, full_q, full_v, np.zeros_like(full_v)) @ of_v
-    return np.einsum("ai,nab,bj->nij", of_v, mass_matrix(free, full_q), of_v), bias
+    return np.einsum("ai,nab,bj->nij", of_v, joint_space(free, full_q).mass_matrix, of_v), bias
 
 
 def put(scene: Scene, q: np.ndarray, v: np.ndarray) -> Stages:
@@ -246,7 +239,7 @@ def recorded(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
 
 def energy(scene: Scene, q: np.ndarray, v: np.ndarray) -> np.ndarray:
     """Kinetic and potential energy (2, n), J."""
-    kinetic = 0.5 * np.einsum("ni,nij,nj->n", v, mass_matrix(scene, q), v)
+    kinetic = 0.5 * np.einsum("ni,nij,nj->n", v, joint_space(scene, q).mass_matrix, v)
     joints = {joint.child: joint for joint in scene.character.joints.values()}
     heights = sum(
         body.mass * (place[:, 1] - rotate(turn, np.array(joints[name].position_in_child))[:, 1])

@@ -59,6 +59,31 @@ def inverse_dynamics(
     return _inward(character, names, bodies, float(plain.gravity))  # type: ignore[arg-type]
 
 
+@dataclass(frozen=True)
+class JointSpace:
+    """The equations of motion M q'' + c = g + forces of a character in n poses, in float64."""
+
+    mass_matrix: Floats  # (n, S, S) of the speeds
+    gravity: Floats  # (n, S) g, generalised forces of gravity, N and N m
+
+
+def joint_space(scene: Scene, coordinates: ArrayLike, values: ArrayLike | None = None) -> JointSpace:
+    """Mass matrix and forces of gravity of a character in poses (n, C), see `inverse_dynamics`.
+
+    What the forces c of the velocities are is `inverse_dynamics` at no accelerations, and g added.
+
+    Raises:
+        Error: see there.
+    """
+    q = np.asarray(coordinates, dtype=np.float64)
+    names = topology(scene.character)
+    still = np.zeros((len(np.atleast_2d(q)), names.speeds))
+    held = inverse_dynamics(scene, q, still, still, values)
+    columns = [inverse_dynamics(scene, q, still, still + unit, values) - held for unit in np.eye(names.speeds)]
+    matrix = np.stack(columns, axis=-1) if columns else np.zeros((len(still), 0, 0))
+    return JointSpace(0.5 * (matrix + np.swapaxes(matrix, 1, 2)), -held)
+
+
 def body_points(scene: Scene, coordinates: ArrayLike) -> dict[str, tuple[Floats, Floats]]:
     """Position (n, 3), m, of every body's joint and the body's orientation (n, 4), by name of the body."""
     plain = substitute(scene, start_values(scene))
