@@ -35,9 +35,10 @@ from warpmuscle.kernels.muscle_control import (
     timed_excitation,
     within,
 )
-from warpmuscle.kernels.path import PathState, joint_velocities, stretch_of
+from warpmuscle.kernels.path import PathState, joint_velocities
 from warpmuscle.kernels.scratch import synchronize
 from warpmuscle.kernels.springs import ANY_SPRINGS, SPRINGS
+from warpmuscle.kernels.stretch import PathKind, any_stretch_of
 from warpmuscle.kernels.structs import LARGEST, ModelRef, MuscleRow, RecordRef, ScratchRef, StateRef, at, rolled, whole
 from warpmuscle.kernels.term_functions import MuscleWork, muscle_terms_of
 
@@ -62,7 +63,7 @@ class MuscleKind(NamedTuple):
     given: bool = False  # excitations come from outside, as they are
     own: OwnCurves | None = None  # in place of some curves of the model
     coordinate_joints: bool = False  # some joints are as in `coordinate_joint.py`
-    followers: bool = False  # and some follow others
+    paths: PathKind = PathKind()
 
 
 @wp.struct
@@ -178,7 +179,7 @@ def muscle_stage_of(
     springs = ANY_SPRINGS if kind.coordinate_joints else SPRINGS
     actuation_stage = actuation_stage_of(torque, springs, kind.mixed)
     implicit_damping_stage = implicit_damping_stage_of(springs)
-    stretch_stage = stretch_of(kind.pulleys, kind.conditions, kind.straight, kind.coordinate_joints, kind.followers)
+    stretch_stage = any_stretch_of(kind.paths, kind.pulleys, kind.conditions, kind.straight, kind.coordinate_joints)
     law, neural, implicit, given = kind.law, kind.neural, kind.implicit, kind.given
     excites, sense, wanted_force = controller.excites, controller.sense, force_of(controller)
     senses, extension_struct = sense is not None, controller.extension

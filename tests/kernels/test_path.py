@@ -94,7 +94,7 @@ def geometry_of(stages_: Stages, paths: dict[str, MusclePath], c: Character | No
         wp.zeros((n, max(len(table.crossings), 1)), dtype=wp.vec3, device=stages_.device),
     ]
     workspace = wp.zeros((n, work_floats(capacity_of(len(names.bodies)))), dtype=float, device=stages_.device)
-    wp.launch(stages.muscle_paths, n, [model, state, workspace], outputs, device=stages_.device)
+    wp.launch(stages.muscle_paths_of(), n, [model, state, workspace], outputs, device=stages_.device)
     length, speed, arm = (array.numpy().astype(float) for array in outputs)
     return Geometry(table, length[:, : len(paths)], speed[:, : len(paths)], arm[:, : len(table.crossings)])
 
@@ -362,7 +362,7 @@ HERE, THERE = ViaPoint("pelvis", ZERO), ViaPoint("lFoot", ZERO)
         ),
         ([HERE, ViaPoint("pelvis", ZERO, Condition("lKnee", 0.0, 1.0, axis=1)), THERE], ".1.condition.axis", "angle 1"),
         ([HERE, ViaPoint("pelvis", ZERO, Condition("lKnee", 1.0, 1.0)), THERE], ".1.condition.low", "not less"),
-        ([HERE, ViaPoint("pelvis", ZERO, Condition("lKnee", 0.0, 1.0, 0.0)), THERE], ".1.condition.blend", "positive"),
+        ([HERE, ViaPoint("pelvis", ZERO, Condition("lKnee", 0.0, 1.0, -0.1)), THERE], ".1.condition.blend", "negative"),
     ],
 )
 def test_errors_say_what_is_wrong_and_where(bad: list[ViaPoint], key: str, message: str):

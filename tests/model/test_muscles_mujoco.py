@@ -58,7 +58,7 @@ def test_lengths_and_moment_arms_are_ours(biped: Scene):
     workspace = wp.zeros((count, work_floats(capacity_of(len(ours.names.bodies)))), dtype=float, device="cpu")
     length, speed = (wp.zeros((count, 56), dtype=float, device="cpu") for _ in range(2))
     arms = wp.zeros((count, len(table.crossings)), dtype=wp.vec3, device="cpu")
-    wp.launch(stages.muscle_paths, count, [*ours.structs, workspace], [length, speed, arms], device="cpu")
+    wp.launch(stages.muscle_paths_of(), count, [*ours.structs, workspace], [length, speed, arms], device="cpu")
 
     model = compile_model(biped)
     data = mujoco.MjData(model)

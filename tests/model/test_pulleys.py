@@ -147,7 +147,7 @@ HERE = [ViaPoint("base", (0.0, 0.1, 0.0)), ViaPoint("tip", (0.0, 0.1, 0.0))]
     [
         ({"path": HERE}, ".pulleys", "either a `path` or `pulleys`"),
         ({"pulleys": []}, ".rest_length", "only a muscle with pulleys has a rest length"),
-        ({"pulleys": [], "rest_length": None}, "", "needs a `path`, or `pulleys`"),
+        ({"pulleys": [], "rest_length": None}, "", "needs a `path`, `pulleys` and"),
         ({"rest_length": None}, "", "needs a `rest_length`"),
         ({"rest_length": 0.0}, ".rest_length", "must be greater than 0"),
         ({"pulleys": [Pulley("knee", 0.03)]}, ".pulleys.0.joint", "there is no joint 'knee'"),

@@ -18,14 +18,16 @@ from warpmuscle.kernels.curve_sets import CURVES
 from warpmuscle.kernels.muscle_stage import COMPLIANT, HILL, IDEAL, LEGACY, RIGID, SWITCH, MuscleKind
 from warpmuscle.kernels.scratch import PULLS_A_BODY
 from warpmuscle.model.bodies import stacked
-from warpmuscle.model.joints import compiled_skeleton
-from warpmuscle.model.paths import PathTable, all_straight, path_table, paths_struct
+from warpmuscle.model.joints import compiled_joints
+from warpmuscle.model.paths import PathTable, all_straight, path_table, paths_struct, route_struct
 from warpmuscle.model.reflexes import reflexes_struct
+from warpmuscle.model.routes import path_kind
 from warpmuscle.model.user_functions import custom_curves
 from warpmuscle.scene import Actuation, Muscle, MuscleModel, Scene
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.masses import muscle_mass, specific_tension
 from warpmuscle.scene.topology import Topology
+from warpmuscle.scene.validation.paths import is_route
 
 TENDON = {"rigid": RIGID, "switch": SWITCH, "compliant": COMPLIANT}
 NEGATIVE = {"keep": structs.KEEP, "drop": structs.DROP, "clip": structs.CLIP}
@@ -128,14 +130,15 @@ def compiled_kind(
     drives = [_drive(found.drives[joint], spring) for joint, spring in zip(names.joints, elastic, strict=True)]
     # Legacy muscles want to know the moment arms of the step before, implicit damping those of this one.
     at_hand = len(found.table.crossings) <= PULLS_A_BODY * capacity and kind.law != LEGACY and not kind.implicit
-    joints = compiled_skeleton(scene.character)
-    conditions = any(point.condition is not None for point in found.table.points)
+    smooth = (muscle for muscle in found.of(scene) if not is_route(muscle))
+    conditions = any(point.condition is not None for muscle in smooth for point in muscle.path)
     muscles = (scene.character.muscles[name] for name in found.muscles)
     return kind._replace(
         straight=lean and at_hand and all_straight(found.table, names, scene.character),
         timed=not lean or any(muscle.excitation is not None for muscle in muscles),
         pulls_at_hand=at_hand, mixed=structs.MIXED in drives, conditions=conditions,
-        coordinate_joints=bool(joints.joints), followers=joints.follows,
+        coordinate_joints=bool(compiled_joints(scene.character)),
+        paths=path_kind(found.of(scene), scene.character),
     )  # fmt: skip
 
 
@@ -270,5 +273,6 @@ def model_parts(scene: Scene, names: Topology, found: ActuationMap, device: Any)
         "actuation": actuation_struct(scene, names, found.drives, device),
         "muscles": muscles_struct(scene, found.muscles, device),
         "paths": paths_struct(paths, names, scene.character, device),
+        "routes": route_struct(paths, names, scene.character, device),
         "reflexes": reflexes_struct(scene, names, found.muscles, device),
     }

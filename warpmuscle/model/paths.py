@@ -12,14 +12,14 @@ import warp as wp
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.arrays import records_to_device, rows, starts, structs_to_device, to_device
-from warpmuscle.core.errors import SceneError
 from warpmuscle.kernels import structs
 from warpmuscle.model.bodies import stacked
+from warpmuscle.model.routes import fixed_segments, moved_by, routes_struct, stops_beyond
 from warpmuscle.scene import Character, Condition, Muscle, Pulley, ViaPoint
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.topology import Topology
-from warpmuscle.scene.validation.paths import check_path, check_pulleys
+from warpmuscle.scene.validation.paths import check_path, check_polynomial, check_pulleys, check_wraps, is_route
 
 ZERO = (0.0, 0.0, 0.0)
 
@@ -33,9 +33,9 @@ class Crossing:
 
     joint: int  # number of the body that the joint carries
     muscle: int
-    terms: tuple[tuple[int, int, int], ...]  # segment; 1 if it ends beyond the mover, -1 if it starts there, else 0;
-    # the mover: number of the body that the joint, or one that follows it, carries
+    terms: tuple[tuple[int, int], ...]  # segment; 1 if it ends beyond the joint, -1 if it starts there, else 0
     pulleys: tuple[int, ...] = ()
+    levers: tuple[tuple[int, int], ...] = ()  # of a route: number of the body that a joint carries; stops beyond it
 
 
 @dataclass(frozen=True)
@@ -47,6 +47,7 @@ class PathTable:
     fixed: list[list[tuple[int, int]]] = field(default_factory=list)  # by muscle: segments of unchanging length
     segments: list[tuple[int, int]] = field(default_factory=list)
     segment_start: list[int] = field(default_factory=lambda: [0])  # (muscles + 1,)
+    point_start: list[int] = field(default_factory=list)  # by muscle
     crossings: list[Crossing] = field(default_factory=list)  # sorted by joint, then by muscle
     pulleys: list[Pulley] = field(default_factory=list)
     pulley_start: list[int] = field(default_factory=lambda: [0])  # (muscles + 1,)
@@ -73,49 +74,55 @@ def path_table(paths: Mapping[str, MusclePath], names: Topology, character: Char
         table.pulleys.extend(route.pulleys if isinstance(route, Muscle) else ())
         table.pulley_start.append(len(table.pulleys))
         table.rest_length.append(route.rest_length if isinstance(route, Muscle) and pulleyed else None)
+    routes = [route if isinstance(route, Muscle) and is_route(route) else None for route in paths.values()]
     first = 0
-    for path in points:
-        pairs = [(first + a, first + b) for a, b in _segments(path)]
-        first += len(path)
+    for through, muscle_route in zip(points, routes, strict=True):
+        table.point_start.append(first)
+        local = _segments(through) if muscle_route is None else fixed_segments(muscle_route)
+        pairs = [(first + a, first + b) for a, b in local]
+        first += len(through)
         table.fixed.append([pair for pair in pairs if _is_fixed(pair, table)])
         table.segments.extend(pair for pair in pairs if not _is_fixed(pair, table))
         table.segment_start.append(len(table.segments))
     movable = [i for i, joint in enumerate(names.joints, 1) if joint_type(character.joints[joint]).moves]
     for joint in movable:
-        movers = [i for i in range(joint, len(names.bodies)) if names.driver[i] == joint]
-        beyond = [(mover, _beyond(mover, names)) for mover in movers]
+        beyond = _beyond(joint, names)
         for muscle_number in range(len(paths)):
             segments = range(table.segment_start[muscle_number], table.segment_start[muscle_number + 1])
-            terms = tuple(
-                term for segment in segments for mover in beyond for term in _terms(segment, *mover, table, names)
-            )
+            terms = tuple(term for segment in segments for term in _terms(segment, joint, beyond, table, names))
             own = range(table.pulley_start[muscle_number], table.pulley_start[muscle_number + 1])
             over = tuple(k for k in own if table.pulleys[k].joint == names.joints[joint - 1])
-            if terms or over:
-                table.crossings.append(Crossing(joint, muscle_number, terms, over))
+            levers, acts = _levers(list(paths.values())[muscle_number], joint, beyond, names, character)
+            if terms or over or acts:
+                table.crossings.append(Crossing(joint, muscle_number, terms, over, levers))
     return table
 
 
+def _levers(
+    path: MusclePath, joint: int, beyond: set[str], names: Topology, character: Character
+) -> tuple[tuple[tuple[int, int], ...], bool]:
+    """What of a route moves with a joint, see `Crossing.levers`; and whether a route or polynomial depends on it."""
+    if not isinstance(path, Muscle):
+        return (), False
+    name = names.joints[joint - 1]
+    if path.polynomial is not None:
+        return (), name in path.polynomial.joints
+    if not is_route(path):
+        return (), False
+    bits = stops_beyond(path, beyond, character)
+    return ((joint, bits),) if bits else (), bits != 0 or moved_by(path, name)
+
+
 def _check(key: str, path: MusclePath, character: Character) -> None:
-    if isinstance(path, Muscle):
-        _check_simulated(key, path)
     if not isinstance(path, Muscle):
         check_path(f"{key}.path", path, character, _extent)
     elif path.pulleys:
         check_pulleys(f"{key}.pulleys", path.pulleys, character)
+    elif path.polynomial is not None:
+        check_polynomial(f"{key}.polynomial", path.polynomial, character)
     else:
         check_path(f"{key}.path", path.path, character, _extent)
-
-
-def _check_simulated(key: str, muscle: Muscle) -> None:
-    """Raise SceneError for what no step computes yet."""
-    for what, given in (
-        ("wraps", muscle.wraps),
-        ("polynomial", muscle.polynomial),
-        ("motion", [motion for point in muscle.path for motion in point.motion]),
-    ):
-        if given:
-            raise SceneError(f"paths with `{what}` cannot be simulated yet; leave it out", key=f"{key}.{what}")
+        check_wraps(f"{key}.wraps", path, character)
 
 
 def _extent(number: Any) -> tuple[float, float]:
@@ -160,11 +167,11 @@ def _beyond(joint: int, names: Topology) -> set[str]:
     return {names.bodies[body] for body in carried}
 
 
-def _terms(segment: int, mover: int, beyond: set[str], table: PathTable, names: Topology) -> list[tuple[int, int, int]]:
-    """What a segment contributes to a joint by what moves with it: see `Crossing.terms`; or nothing."""
+def _terms(segment: int, joint: int, beyond: set[str], table: PathTable, names: Topology) -> list[tuple[int, int]]:
+    """What a segment contributes to a joint: itself and the sign of its moment arm, or nothing."""
     a, b = (table.points[number].body in beyond for number in table.segments[segment])
-    hangs = any(condition.joint == names.joints[mover - 1] for condition in table.conditional(segment))
-    return [(segment, int(b) - int(a), mover)] if a != b or hangs else []
+    hangs = any(condition.joint == names.joints[joint - 1] for condition in table.conditional(segment))
+    return [(segment, int(b) - int(a))] if a != b or hangs else []
 
 
 def paths_struct(paths: Mapping[str, MusclePath], names: Topology, character: Character, device: Any) -> structs.Paths:
@@ -187,9 +194,9 @@ def paths_struct(paths: Mapping[str, MusclePath], names: Topology, character: Ch
     joints = [crossing.joint for crossing in table.crossings]
     by_segment: list[list[dict[str, int]]] = [[] for _ in table.segments]
     for i, crossing in enumerate(table.crossings):
-        for place, (segment, sign, mover) in enumerate(crossing.terms):
+        for place, (segment, sign) in enumerate(crossing.terms):
             first, last = place == 0, place == len(crossing.terms) - 1
-            term = {"crossing": i, "joint": mover, "sign": sign, "first": first, "last": last}
+            term = {"crossing": i, "joint": crossing.joint, "sign": sign, "first": first, "last": last}
             by_segment[segment].append(term)
     segment_start, term_start = table.segment_start, starts(map(len, by_segment))
     crossing_start = starts(map(len, by_muscle))
@@ -238,10 +245,21 @@ def paths_struct(paths: Mapping[str, MusclePath], names: Topology, character: Ch
     return p
 
 
+def route_struct(paths: Mapping[str, MusclePath], names: Topology, character: Character, device: Any) -> structs.Routes:
+    """The device structure of the routes and polynomials of all muscles, by name (see `kernels.structs.Routes`)."""
+    table = path_table(paths, names, character)
+    levers: list[list[tuple[int, int, int]]] = [[] for _ in table.muscles]
+    for i, crossing in enumerate(table.crossings):
+        levers[crossing.muscle] += [(i, *lever) for lever in crossing.levers]
+    number = {(crossing.muscle, crossing.joint): i for i, crossing in enumerate(table.crossings)}
+    first = [sum(point.condition is not None for point in table.points[:start]) for start in table.point_start]
+    return routes_struct(paths, levers, number, first, names, character, device)
+
+
 def all_straight(table: PathTable, names: Topology, character: Character) -> bool:
     """Whether every path is one segment between neighbouring bodies that crosses the joint between them."""
     muscles = len(table.muscles)
-    single = table.segment_start == list(range(muscles + 1)) and not any(c.pulleys for c in table.crossings)
+    single = table.segment_start == list(range(muscles + 1)) and not any(c.pulleys or c.levers for c in table.crossings)
     if not single or sorted(crossing.muscle for crossing in table.crossings) != list(range(muscles)):
         return False
     bodies = (_bodies(segment, table, names) for segment in table.segments)

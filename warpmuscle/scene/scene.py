@@ -119,7 +119,12 @@ class Joint(Part):
 
 
 class Character(Part):
-    """A tree of bodies. Joints are numbered breadth first from the root, in the order of this table."""
+    """A tree of bodies. Joints are numbered breadth first from the root, in the order of this table.
+
+    `wrapping`: round a cylinder, OpenSim's paths are not quite the shortest ones, and those round several surfaces stop
+    half-way; so their moment arms, taken at the places of touch, miss the derivatives of their lengths by up to some
+    tenths of a millimetre. `opensim` does the same, `shortest` has neither fault.
+    """
 
     root: str
     bodies: dict[str, Body]
@@ -127,6 +132,7 @@ class Character(Part):
     root_joint: Literal["free", "planar", "fixed"] = "free"  # planar: moves in y and z, turns about x; fixed: welded
     muscles: dict[str, Muscle] = {}
     surfaces: dict[str, Surface] = {}  # that muscles wrap around
+    wrapping: Literal["opensim", "shortest"] = "opensim"  # how paths run round cylinders, see above
     feet: tuple[str, str] | None = None  # bodies, left and right; by default those of the controller, if there is one
 
 

@@ -18,9 +18,10 @@ from warpmuscle.formats import SceneLike
 from warpmuscle.kernels import stages, structs
 from warpmuscle.kernels.scratch import capacity_of, work_floats
 from warpmuscle.model.build import replaced
-from warpmuscle.model.joints import joint_number
+from warpmuscle.model.joints import device_number
 from warpmuscle.model.muscles import muscle_kind
-from warpmuscle.model.paths import path_table, paths_struct
+from warpmuscle.model.paths import path_table, paths_struct, route_struct
+from warpmuscle.model.routes import path_kind
 from warpmuscle.results.recording import MUSCLE_QUANTITIES
 from warpmuscle.scene.joints import joint_type, root_type
 from warpmuscle.simulation.recorder import Recorder
@@ -53,9 +54,9 @@ class Stages(Rollout):
             RolloutError: see there; or a joint of a type that was registered, which only the whole step has.
         """
         super().__init__(scene, instances, device, trust=trust)
-        known = {joint.number for joint in stages.KNOWN_JOINTS if joint in self.structure.skeleton.joints}
-        for name, joint in self.scene.character.joints.items():
-            if joint_type(joint).by_coordinate and joint_number(name, self.scene.character) not in known:
+        known = {joint.number for joint in stages.KNOWN_JOINTS if joint in self.structure.joints}
+        for joint in self.scene.character.joints.values():
+            if joint_type(joint).by_coordinate and device_number(joint_type(joint)) not in known:
                 raise RolloutError(f"single stages know no {joint.type} joint; run the whole step instead")
         floats = work_floats(capacity_of(len(self.names.bodies)), True)
         self._workspace = wp.zeros((self.instances, floats), dtype=float, device=self.device)
@@ -113,7 +114,7 @@ class Stages(Rollout):
         for i, name in enumerate(self.names.joints):
             joint = self.numeric.character.joints[name]
             joint_q, joint_v = joint_type(joint).nearest(joint, orientation[:, i], rate[:, i])
-            if joint_type(joint).by_coordinate and joint_type(joint).moves:
+            if joint_type(joint).by_coordinate:
                 joint_q, joint_v = coordinate[:, i : i + 1], speed[:, i : i + 1]
             coordinates.append(joint_q)
             speeds.append(joint_v)
@@ -176,10 +177,12 @@ class Stages(Rollout):
         paths = character.muscles
         table = path_table(paths, names, character)
         fields = {"paths": paths_struct(paths, names, character, self.device), "muscles.count": len(paths)}
+        fields["routes"] = route_struct(paths, names, character, self.device)
+        kernel = stages.muscle_paths_of(path_kind(self.scene.character.muscles.values(), self.scene.character))
         count = max(len(paths), 1)
         outputs = [((count,), float), ((count,), float), ((max(len(table.crossings), 1),), wp.vec3)]
         with replaced(self.model, fields):
-            length, speed, arm = self._run(stages.muscle_paths, [], outputs)
+            length, speed, arm = self._run(kernel, [], outputs)
         muscles, joints = ([getattr(c, key) for c in table.crossings] for key in ("muscle", "joint"))
         return MusclePaths(
             length[:, : len(paths)], speed[:, : len(paths)], arm[:, : len(muscles)],
@@ -201,7 +204,9 @@ class Stages(Rollout):
         torques = wp.array(torque, dtype=wp.vec3, device=self.device)
         actuation = self.structure.actuation
         recorder = Recorder(self.structure, n, list(range(n)), 1, 1, self.device)
-        kind = muscle_kind(self.scene.muscle_model, actuation.of(self.scene))
+        muscles = actuation.of(self.scene)
+        kind = muscle_kind(self.scene.muscle_model, muscles)
+        kind = kind._replace(paths=path_kind(muscles, self.scene.character))
         kernel = stages.muscle_torques(kind, self.structure.controller)
         extension = self._extensions.struct.first
         result = self._run(kernel, [extension, torques, recorder.record], [((b,), wp.vec3)])[0]

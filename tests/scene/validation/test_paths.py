@@ -78,7 +78,7 @@ def changed(scene: Scene, key: str, value: Any) -> None:
         (f"{FLEXOR}.wraps.1.last", 4, f"{FLEXOR}.wraps.1.last", "points 1 to 3, not 4"),
         (f"{FLEXOR}.wraps.1.first", 0, f"{FLEXOR}.wraps.1.first", "leave `first` out"),
         (f"{FLEXOR}.wraps.1.first", 3, f"{FLEXOR}.wraps.1.first", "must not come after `last`, 2"),
-        (f"{FLEXOR}.wraps", [Wrap("elbow")] * 9, f"{FLEXOR}.wraps", "8 surfaces at most, got 9"),
+        (f"{FLEXOR}.wraps", [Wrap("elbow")] * 9, f"{FLEXOR}.wraps", "7 surfaces at most, got 9"),
         (f"{FLEXOR}.path.1.condition.blend", -0.1, f"{FLEXOR}.path.1.condition.blend", "must not be negative"),
         (f"{FLEXOR}.path.1.condition.blend", Free(0.1, 0.0, 0.2), f"{FLEXOR}.path.1.condition.blend", "stay above"),
         (f"{FLEXOR}.path.2.motion.0.joint", "knee", f"{FLEXOR}.path.2.motion.0.joint", "no joint 'knee'"),

@@ -9,9 +9,8 @@ import numpy as np
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.limits import check_size
-from warpmuscle.core.pose import rotate
-from warpmuscle.scene import Actuation, Excitation, Muscle, PolynomialPath, Scene, ViaPoint
-from warpmuscle.scene.initial_pose import initial_pose, plain_number, plain_vector
+from warpmuscle.scene import Actuation, Excitation, Muscle, PolynomialPath, Scene
+from warpmuscle.scene.initial_pose import initial_pose, plain_number
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.masses import mass_warnings
 from warpmuscle.scene.number import Number
@@ -20,6 +19,8 @@ from warpmuscle.scene.trusted_code import CURVE_FIELDS
 from warpmuscle.scene.validation.checks import Checks, known
 from warpmuscle.scene.validation.muscle_values import check_common_values, check_own_values
 from warpmuscle.scene.validation.paths import check_route, check_surfaces, usual_drive
+from warpmuscle.scene.wrapping.path import path_length
+from warpmuscle.scene.wrapping.route import route_stops
 
 TENSIONS = (1.0e3, 1.0e8)  # Pa, far beyond those of any muscle: outside, another unit is meant
 GREATEST_PENNATION = 1.4  # rad; near a right angle a fibre pulls on nothing
@@ -167,8 +168,7 @@ def initial_path_lengths(scene: Scene) -> dict[str, float]:
         if muscle.polynomial is not None:
             lengths[name] = _polynomial_length(muscle.polynomial, angles)
             continue
-        points = [_position(point, *poses[point.body]) for point in muscle.path if _counts(point, angles)]
-        lengths[name] = float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
+        lengths[name] = path_length(route_stops(scene.character, muscle, poses, angles))
     return lengths
 
 
@@ -198,14 +198,3 @@ def _no_fibre(muscle: Muscle, length: float) -> str:
         hint = f"l_opt {plain_number(muscle.l_opt):.3g} m alone is as long"
     slack = plain_number(muscle.l_slack)
     return f"slack length {slack:.3g} m leaves no fibre in the initial pose, where the path is {length:.3g} m; {hint}"
-
-
-def _counts(point: ViaPoint, angles: dict[str, Floats]) -> bool:
-    """Whether a path runs through a point."""
-    c = point.condition
-    return c is None or plain_number(c.low) <= float(angles[c.joint][c.axis]) <= plain_number(c.high)
-
-
-def _position(point: ViaPoint, position: Floats, orientation: Floats) -> Floats:
-    """Place of a point, m, from the position and orientation of its body."""
-    return np.asarray(position + rotate(orientation, plain_vector(point.place())))

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
+import numpy as np
+
 from warpmuscle.core.errors import SceneError
 from warpmuscle.scene import (
     Character,
@@ -21,12 +23,12 @@ from warpmuscle.scene import (
 )
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.joints.coupled import check_displacement
-from warpmuscle.scene.number import Number
+from warpmuscle.scene.number import Free, Number
 from warpmuscle.scene.topology import followers
 from warpmuscle.scene.validation.checks import Checks, known, near
 
 GREATEST_EXPONENT = 20  # of a coordinate in a polynomial path; more is a mistake
-MOST_WRAPS = 8  # of one path
+MOST_WRAPS, MOST_POINTS = 7, 24  # of one path that wraps, moves, or has points that come in at once
 
 
 def check_surfaces(checks: Checks, character: Character) -> None:
@@ -70,6 +72,7 @@ def check_route(checks: Checks, key: str, muscle: Muscle) -> None:
             raise SceneError("a muscle needs a `path`, `pulleys` and a `rest_length`, or a `polynomial`", key=key)
         check_path(f"{key}.path", muscle.path, character, checks.interval)
         _motions(checks, f"{key}.path", muscle.path, character)
+        _check_hard(f"{key}.path", muscle)
         check_wraps(f"{key}.wraps", muscle, character)
         return
     if muscle.path:
@@ -80,6 +83,31 @@ def check_route(checks: Checks, key: str, muscle: Muscle) -> None:
         raise SceneError("a muscle with pulleys needs a `rest_length`", key=key)
     checks.positive(key, muscle, "rest_length")
     check_pulleys(f"{key}.pulleys", muscle.pulleys, character)
+
+
+def is_hard(condition: Condition) -> bool:
+    """Whether a point comes in at once at the ends of a condition's interval."""
+    blend = condition.blend
+    return blend.max == 0.0 if isinstance(blend, Free) else not np.any(blend)
+
+
+def is_route(muscle: Muscle) -> bool:
+    """Whether a muscle's path wraps, moves, or has points that come in at once."""
+    hard = any(point.condition is not None and is_hard(point.condition) for point in muscle.path)
+    return bool(muscle.wraps) or hard or any(point.motion for point in muscle.path)
+
+
+def _check_hard(key: str, muscle: Muscle) -> None:
+    """All conditions of a path that wraps, moves or has a hard one are hard; and it has not too many points."""
+    if not is_route(muscle):
+        return
+    for index, point in enumerate(muscle.path):
+        if point.condition is not None and not is_hard(point.condition):
+            message = "must be 0 in a path that wraps, moves or has another such condition"
+            raise SceneError(message, key=f"{key}.{index}.condition.blend")
+    if len(muscle.path) > MOST_POINTS:
+        message = f"a path that wraps, moves or has conditions of blend 0 has {MOST_POINTS} points at most"
+        raise SceneError(f"{message}, got {len(muscle.path)}", key=key)
 
 
 def check_wraps(key: str, muscle: Muscle, character: Character) -> None:

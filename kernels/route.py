@@ -1,0 +1,418 @@
+"""Routes: musculotendon paths that wrap around surfaces, whose points move, or come in all at once.
+
+A route is walked from stop to stop: its own points, and where it reaches and leaves a surface. Which segment goes
+round which surface, and in which order, is OpenSim 4.6's (GeometryPath::applyWrapObjects). The places where it touches
+a surface count as fixed to the surface's body: on the shortest path they do not matter to first order, and
+elsewhere this is how OpenSim's moment arms come about. All places are measured from the joint of one body, along
+world axes, so that no large numbers are subtracted.
+"""
+
+from functools import cache
+from typing import Any, NamedTuple
+
+import warp as wp
+
+from warpmuscle.kernels.coordinate_joint import along_coordinate
+from warpmuscle.kernels.joint_motion import cubic_rates, has_motion
+from warpmuscle.kernels.muscle_control import counted, wanted_force
+from warpmuscle.kernels.path import PathState, coordinate_gradient, offset_between, segment_moment_arm
+from warpmuscle.kernels.structs import ModelRef, RouteSpan, RouteWrap, ScratchRef, StateRef, at, rolled, whole
+from warpmuscle.kernels.wrap_cylinder import cylinder_touch
+from warpmuscle.kernels.wrap_sphere import sphere_touch
+from warpmuscle.kernels.wrap_touch import BESIDE, FREE, INSIDE, THROUGH, Touch
+
+CYLINDER, SPHERE, ELLIPSOID, TORUS = 0, 1, 2, 3
+WRAP_BIT = 24  # of a stop on the first wrap of a route, in `Lever.beyond`; the points come before
+NOWHERE = -1
+ROUNDS = 8  # of a route with several surfaces, each going on where the one before ended ...
+SETTLED = 5.0e-4  # m, by which the length then changes no more
+SETTLED_EXACT = 1.0e-6
+SHORTEST = 1.0e-9  # m, of a segment that has a direction
+
+
+class RouteKind(NamedTuple):
+    """What is compiled in for routes."""
+
+    wraps: int = 0  # the most that one has
+    surfaces: tuple[int, ...] = ()  # CYLINDER ..., those that there are
+    motions: bool = False  # whether points move
+    exact: bool = False  # whether routes around cylinders are the shortest ones, see `wrap_cylinder.py`
+
+
+@cache
+def bends_of(count: int) -> Any:
+    """The structure of how a route goes round its surfaces, with room for so many."""
+
+    @wp.struct
+    class Bends:
+        first: wp.types.matrix(shape=(count, 3), dtype=float)  # m, where it reaches each, from the route's origin
+        second: wp.types.matrix(shape=(count, 3), dtype=float)  # m, and leaves it
+        arc: wp.types.vector(length=count, dtype=float)  # m, on each
+        after: wp.types.vector(length=count, dtype=int)  # the stop before, NOWHERE if the route does not touch it
+        kept: wp.types.vector(length=count, dtype=int)  # 1: the places stay what they are
+
+    return Bends
+
+
+@wp.func
+def counts(instance: int, point: int, model: ModelRef, state: StateRef) -> bool:
+    """Whether a point of a route counts now."""
+    condition = model.routes.point[point].condition
+    if condition < 0:
+        return True
+    paths = model.paths
+    joint = paths.condition_joint[condition]
+    interval = at(paths.condition_interval, instance, condition)
+    coordinate = model.skeleton.plan[joint].coordinate_start + paths.condition_axis[condition]
+    q = state.coordinates[instance, coordinate]
+    return q >= interval[0] and q <= interval[1]
+
+
+@wp.func
+def motion_rates(instance: int, motion: int, model: ModelRef, state: StateRef) -> wp.vec3:
+    """How far a point has moved along the axis of one of its motions, and the derivatives by the joint's coordinate."""
+    plan = model.routes.motion[motion]
+    q = state.coordinates[instance, model.skeleton.plan[plan.joint].coordinate_start]
+    low = int(plan.first_piece)
+    high = int(plan.end_piece)
+    while high - low > 1:
+        middle = (low + high) // 2
+        if at(model.routes.piece, instance, middle).start <= q:
+            low = middle
+        else:
+            high = middle
+    piece = at(model.routes.piece, instance, low)
+    return cubic_rates(piece.c, q - piece.start)
+
+
+@cache
+def place_of(motions: bool) -> Any:
+    """The Warp function of the place of a route's point, m, from the origin's joint, world axes.
+
+    Args:
+        motions: whether some points move.
+    """
+
+    @wp.func
+    def place(instance: int, point: int, origin: int, model: ModelRef, state: StateRef, work: ScratchRef) -> wp.vec3:
+        plan = model.routes.point[whole(point)]
+        local = at(model.routes.place, instance, point)
+        if wp.static(motions):
+            for k in range(plan.first_motion, plan.end_motion):
+                local += at(model.routes.motion_axis, instance, k) * motion_rates(instance, k, model, state)[0]
+        return work.rotation[whole(plan.body)] * local + offset_between(plan.body, origin, work)
+
+    return place
+
+
+@cache
+def touch_of(surfaces: tuple[int, ...]) -> Any:
+    """The Warp function of how a segment from a to b, in a surface's axes, goes round it.
+
+    Args:
+        surfaces: the kinds that there are.
+    """
+    cylinders, spheres = (kind in surfaces for kind in (CYLINDER, SPHERE))
+
+    @wp.func
+    def touch(a: wp.vec3, b: wp.vec3, wrap: RouteWrap, size: wp.vec3, exact: bool) -> Touch:
+        result = Touch()
+        if wp.static(cylinders) and wrap.kind == CYLINDER:
+            result = cylinder_touch(a, b, size[0], size[1], wrap.axis, wrap.side, exact)
+        if wp.static(spheres) and wrap.kind == SPHERE:
+            result = sphere_touch(a, b, size[0], wrap.axis, wrap.side)
+        return result
+
+    return touch
+
+
+@cache
+def bend_after_of(count: int) -> Any:
+    """The Warp function of the wrap whose surface a route reaches behind a stop, NOWHERE if there is none."""
+    stops = wp.types.vector(length=count, dtype=int)
+
+    @wp.func
+    def bend_after(stop: int, wraps: int, after: stops) -> int:
+        for w in range(wraps):
+            if after[w] == stop:
+                return w
+        return NOWHERE
+
+    return bend_after
+
+
+@cache
+def bend_of(kind: RouteKind) -> Any:
+    """The Warp function that lets a route go round one of its surfaces, where that is best.
+
+    Its result is what the route's last segment does there, see `wrap_touch.py`.
+    """
+    count = max(kind.wraps, 1)
+    bends_struct, bend_after = bends_of(count), bend_after_of(count)
+    place, touch_at, exact = place_of(kind.motions), touch_of(kind.surfaces), kind.exact
+
+    @wp.func
+    def bend(
+        instance: int,
+        w: int,
+        span: RouteSpan,
+        bends: wp.ref[bends_struct],
+        model: ModelRef,
+        state: StateRef,
+        work: ScratchRef,
+    ) -> int:
+        routes = model.routes
+        first_point = span.first_point
+        origin = span.origin
+        wraps = span.end_wrap - span.first_wrap
+        wrap = routes.wrap[whole(span.first_wrap + w)]
+        row = at(routes.wrap_row, instance, span.first_wrap + w)
+        body = work.rotation[whole(wrap.body)]
+        center = body * row.position + offset_between(wrap.body, origin, work)
+        axes = body * row.rotation
+        last = int(wrap.last)
+        while last > wrap.first and not counts(instance, first_point + last, model, state):
+            last -= 1
+        stop = int(wrap.first)
+        while stop < last and not counts(instance, first_point + stop, model, state):
+            stop += 1
+        point = int(stop)
+        here = wp.transpose(axes) * (place(instance, first_point + stop, origin, model, state, work) - center)
+        from_surface = int(NOWHERE)
+        result = int(FREE)
+        best = wp.float32(1.0e30)
+        found = int(NOWHERE)
+        while point < last:
+            there = wp.vec3(0.0)
+            to_surface = int(NOWHERE)
+            onto = int(NOWHERE)
+            if wp.static(count > 1):
+                onto = bend_after(stop, wraps, bends.after)
+            if onto >= 0:
+                there = wp.transpose(axes) * (bends.first[onto] - center)
+                to_surface = routes.wrap[span.first_wrap + onto].surface
+            else:
+                point += 1
+                while not counts(instance, first_point + point, model, state):
+                    point += 1
+                there = wp.transpose(axes) * (place(instance, first_point + point, origin, model, state, work) - center)
+            if from_surface == NOWHERE or from_surface != to_surface:
+                touch = touch_at(here, there, wrap, row.size, exact or wraps > 1)
+                result = touch.kind
+                if result >= BESIDE:
+                    detour = (
+                        wp.length(touch.first - here) + touch.arc + wp.length(there - touch.second)
+                        - wp.length(there - here)
+                    )  # fmt: skip
+                    if result == THROUGH or detour < best:
+                        best = detour
+                        found = stop
+                        bends.arc[w] = touch.arc
+                        if bends.kept[w] == 0:
+                            bends.first[w] = center + axes * touch.first
+                            bends.second[w] = center + axes * touch.second
+                    if result == THROUGH:
+                        break
+            stop = point
+            here = there
+            from_surface = to_surface
+            if onto >= 0:
+                stop = WRAP_BIT + onto
+                here = wp.transpose(axes) * (bends.second[onto] - center)
+        if found != NOWHERE:
+            if wp.static(count > 1):
+                behind = bend_after(found, wraps, bends.after)
+                if behind >= 0:
+                    bends.after[behind] = WRAP_BIT + w
+            bends.after[w] = found
+        return result
+
+    return bend
+
+
+@cache
+def walk_of(kind: RouteKind, acting: bool, coordinate_joints: bool = False) -> Any:
+    """The Warp function that walks along a route and gives its length, m, but for what is fixed of it.
+
+    Args:
+        acting: whether it gives the moment arms, too. coordinate_joints: as of `path.segments_stretch_of`.
+    """
+    count = max(kind.wraps, 1)
+    bends_struct, bend_after, place = bends_of(count), bend_after_of(count), place_of(kind.motions)
+    motions, wrapping = kind.motions, kind.wraps > 0
+
+    @wp.func
+    def act(
+        instance: int, span: RouteSpan, a: wp.vec3, direction: wp.vec3, before: int, stop: int,
+        model: ModelRef, work: ScratchRef, arm: wp.array[wp.vec3],
+    ):  # fmt: skip
+        """Add the moment arms of the segment from one stop to the next."""
+        for k in range(span.first_lever, span.end_lever):
+            lever = model.routes.lever[whole(k)]
+            sign = ((lever.beyond >> stop) & 1) - ((lever.beyond >> before) & 1)
+            if sign != 0:
+                pull = direction * float(sign)
+                joint = whole(lever.joint)
+                r = segment_moment_arm(a, offset_between(joint, span.origin, work), pull)
+                if wp.static(coordinate_joints) and has_motion(model.skeleton.plan[joint].joint_type):
+                    r = along_coordinate(instance, joint, r, pull, model, work)
+                crossing = whole(lever.crossing)
+                arm[crossing] = arm[crossing] + r
+
+    @wp.func
+    def act_on_motions(
+        instance: int, point: int, pull: wp.vec3, model: ModelRef, state: StateRef, work: ScratchRef,
+        arm: wp.array[wp.vec3],
+    ):  # fmt: skip
+        """Add the moment arms of a point's motions, which it makes longer along `pull`."""
+        plan = model.routes.point[point]
+        for k in range(plan.first_motion, plan.end_motion):
+            motion = model.routes.motion[k]
+            axis = work.rotation[whole(plan.body)] * at(model.routes.motion_axis, instance, k)
+            rate = wp.dot(pull, axis) * motion_rates(instance, k, model, state)[1]
+            r = coordinate_gradient(instance, motion.joint, 0, model, work) * rate
+            arm[motion.crossing] = arm[motion.crossing] + r
+
+    @wp.func
+    def walk(
+        instance: int,
+        span: RouteSpan,
+        bends: wp.ref[bends_struct],
+        model: ModelRef,
+        state: StateRef,
+        work: ScratchRef,
+        arm: wp.array[wp.vec3],
+    ) -> float:
+        total = wp.float32(0.0)
+        a = wp.vec3(0.0)
+        before = int(NOWHERE)
+        wraps = span.end_wrap - span.first_wrap
+        points = span.end_point - span.first_point
+        next_point = wp.int32(0)
+        onto = int(NOWHERE)
+        while next_point < points or onto >= 0:
+            b = wp.vec3(0.0)
+            stop = int(next_point)
+            fixed = wp.int32(0)
+            if onto >= 0:
+                b = bends.first[onto]
+                stop = WRAP_BIT + onto
+            else:
+                next_point += 1
+                if not counts(instance, span.first_point + stop, model, state):
+                    continue
+                b = place(instance, span.first_point + stop, span.origin, model, state, work)
+                fixed = model.routes.point[span.first_point + stop].fixed
+            if before != NOWHERE and fixed == 0:
+                d = b - a
+                length = wp.length(d)
+                total += length
+                if wp.static(acting):
+                    direction = d * (1.0 / wp.max(length, SHORTEST))
+                    act(instance, span, a, direction, before, stop, model, work, arm)
+                    if wp.static(motions):
+                        if stop < WRAP_BIT:
+                            act_on_motions(instance, span.first_point + stop, direction, model, state, work, arm)
+                        if before < WRAP_BIT:
+                            act_on_motions(instance, span.first_point + before, -direction, model, state, work, arm)
+            a = b
+            before = stop
+            if wp.static(wrapping):
+                if onto >= 0:
+                    total += bends.arc[onto]
+                    a = bends.second[onto]
+                onto = bend_after(stop, wraps, bends.after)
+        return total
+
+    return walk
+
+
+@cache
+def route_stretch_of(kind: RouteKind, coordinate_joints: bool = False) -> Any:
+    """The Warp function of length and speed of a route and its moment arms, see `path.segments_stretch_of`.
+
+    Args:
+        kind: what is compiled in.
+    """
+    bends_struct, bend = bends_of(max(kind.wraps, 1)), bend_of(kind)
+    measure, walk = walk_of(kind, False), walk_of(kind, True, coordinate_joints)
+    exact, several = kind.exact, kind.wraps > 1
+    settled = SETTLED_EXACT if kind.exact else SETTLED
+
+    @wp.func
+    def remove(w: int, wraps: int, bends: wp.ref[bends_struct]):
+        """Let a route run straight past a surface."""
+        for other in range(wraps):
+            if bends.after[other] == WRAP_BIT + w:
+                bends.after[other] = bends.after[w]
+        bends.after[w] = NOWHERE
+
+    @wp.func
+    def settle(
+        instance: int,
+        span: RouteSpan,
+        bends: wp.ref[bends_struct],
+        model: ModelRef,
+        state: StateRef,
+        work: ScratchRef,
+        arm: wp.array[wp.vec3],
+    ):
+        """Go round several surfaces in turn until the length changes no more."""
+        wraps = span.end_wrap - span.first_wrap
+        before = wp.float32(1.0e30)
+        swapped = wp.int32(0)
+        for turn in range(ROUNDS):
+            one = int(FREE)
+            other = int(FREE)
+            for k in range(wraps):
+                w = int(k)
+                if swapped == 1 and k < 2:
+                    w = 1 - k
+                remove(w, wraps, bends)
+                result = bend(instance, w, span, bends, model, state, work)
+                if wp.static(not exact) and bends.after[w] != NOWHERE:
+                    bends.kept[w] = 1
+                if k == 0:
+                    one = result
+                if k == 1:
+                    other = result
+            length = measure(instance, span, bends, model, state, work, arm)
+            if wp.abs(length - before) < settled:
+                break
+            before = length
+            if turn == 0 and one == FREE and other == INSIDE:
+                swapped = 1
+                remove(0, wraps, bends)
+
+    @wp.func
+    def route_stretch(
+        instance: int, muscle: int, model: ModelRef, state: StateRef, work: ScratchRef, arm: wp.array[wp.vec3]
+    ) -> PathState:
+        span = model.routes.span[muscle]
+        own = model.paths.span[muscle]
+        bends = bends_struct()
+        wraps = span.end_wrap - span.first_wrap
+        for w in range(wraps):
+            bends.after[w] = NOWHERE
+            bends.kept[w] = 0
+        for k in range(own.first_crossing, own.end_crossing):
+            arm[whole(model.paths.of_muscle[whole(k)].number)] = wp.vec3(0.0)
+        if wp.static(several):
+            if wraps > 1:
+                settle(instance, span, bends, model, state, work, arm)
+            elif wraps == 1:
+                bend(instance, 0, span, bends, model, state, work)
+        elif wraps == 1:
+            bend(instance, 0, span, bends, model, state, work)
+        total = PathState()
+        total.fixed = at(model.paths.fixed_length, instance, muscle)
+        total.moving = walk(instance, span, bends, model, state, work, arm)
+        for k in range(own.first_crossing, own.end_crossing):
+            rolled()
+            crossing = model.paths.of_muscle[whole(k)]
+            r = arm[whole(crossing.number)]
+            total.speed += wp.dot(r, work.joint_velocity[whole(crossing.joint)])
+            total.wanted += counted(wanted_force(work.torque[whole(crossing.joint)], r), model.muscles.negative)
+        return total
+
+    return route_stretch

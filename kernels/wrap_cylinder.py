@@ -1,0 +1,148 @@
+"""Paths round a cylinder about z.
+
+Side, contact and ends are as OpenSim 4.6 has them (WrapCylinder): a segment with an end inside stays straight, and so
+does one that touches beyond both ends of the cylinder; else it has no end. Round one surface, OpenSim's path lies in
+the plane through both ends and the middle of the way round; round several, and here if it shall be exact, it is the
+shortest one, straight on the unrolled cylinder.
+"""
+
+import warp as wp
+
+from warpmuscle.kernels.wrap_touch import FREE, INSIDE, THROUGH, Touch, allowed, larger, on_side
+
+LEVEL = 5.0e-7  # share of a plane's normal along z below which the plane counts as upright
+SMALLEST = 1.0e-12  # m^2
+
+
+@wp.func
+def across(p: wp.vec2, z: float, axis: int) -> float:
+    """A coordinate of the point p at the height z."""
+    return wp.where(axis == 0, p[0], wp.where(axis == 1, p[1], z))
+
+
+@wp.func
+def tangent(p: wp.vec2, radius: float, way: float) -> wp.vec2:
+    """Where the tangent from a point outside touches the circle; way 1: on counter-clockwise, -1: back."""
+    square = wp.dot(p, p)
+    leg = way * wp.sqrt(wp.max(square - radius * radius, 0.0))
+    return wp.vec2(radius * p[0] - leg * p[1], radius * p[1] + leg * p[0]) * (radius / square)
+
+
+@wp.func
+def plane_height(za: float, zb: float, z: float) -> float:
+    """Height of a tangent point of the end at za; that of the end itself where it would be beyond the other one."""
+    return wp.where(wp.abs(z - zb) < wp.abs(zb - za), z, za)
+
+
+@wp.func
+def heights_in_plane(a: wp.vec3, b: wp.vec3, first: wp.vec2, second: wp.vec2, radius: float) -> wp.vec2:
+    """Heights of both tangent points in the plane through a, b and the middle of the way round.
+
+    The middle is on the bisector of both ends' directions from the axis, or opposite if the radius is negative.
+    """
+    pa = wp.vec2(a[0], a[1])
+    pb = wp.vec2(b[0], b[1])
+    da = wp.length(pa)
+    db = wp.length(pb)
+    rise = b[2] - a[2]
+    bisector = pa / da + pb / db
+    size = wp.length(bisector)
+    if size == 0.0:
+        return wp.vec2(a[2], b[2])
+    top = bisector * (radius / size)
+    share = da / (da + db)
+    e = pa - top
+    f = pb - top
+    cross = e[0] * f[1] - e[1] * f[0]
+    slope = wp.vec2(-share * f[1] - (1.0 - share) * e[1], (1.0 - share) * e[0] + share * f[0]) * rise
+    if wp.abs(cross) < LEVEL * wp.sqrt(wp.dot(slope, slope) + cross * cross):
+        return wp.vec2(a[2], b[2])
+    slope = slope / cross
+    middle = a[2] + share * rise
+    return wp.vec2(
+        plane_height(a[2], b[2], middle + wp.dot(slope, first - top)),
+        plane_height(b[2], a[2], middle + wp.dot(slope, second - top)),
+    )
+
+
+@wp.func
+def heights_unrolled(a: wp.vec3, b: wp.vec3, first: wp.vec2, second: wp.vec2, arc: float) -> wp.vec2:
+    """Heights of both tangent points on the shortest path, whose slope is the same all the way."""
+    before = wp.length(first - wp.vec2(a[0], a[1]))
+    after = wp.length(second - wp.vec2(b[0], b[1]))
+    slope = (b[2] - a[2]) / wp.max(before + arc + after, SMALLEST)
+    return wp.vec2(a[2] + before * slope, b[2] - after * slope)
+
+
+@wp.func
+def cylinder_touch(a: wp.vec3, b: wp.vec3, radius: float, length: float, axis: int, side: int, exact: bool) -> Touch:
+    """How a segment from a to b, m, goes round a cylinder.
+
+    Args:
+        length: between the ends. axis, side: the half that a path must stay on: the axis, and 1 or -1; side 0: both.
+        exact: whether the path is the shortest one, see above.
+    """
+    touch = Touch()
+    pa = wp.vec2(a[0], a[1])
+    pb = wp.vec2(b[0], b[1])
+    square = radius * radius
+    if wp.dot(pa, pa) < square or wp.dot(pb, pb) < square:
+        touch.kind = INSIDE
+        return touch
+    d = pb - pa
+    span = wp.dot(d, d)
+    t = -wp.dot(pa, d) / wp.max(span, SMALLEST)
+    near = pa + d * t
+    through = wp.dot(near, near) < square and t > 0.0 and t < 1.0
+    kind = wp.where(through, THROUGH, FREE)
+    if side != 0:
+        kind = allowed(
+            across(pa, a[2], axis), across(pb, b[2], axis), across(near, a[2] + t * (b[2] - a[2]), axis), side, through
+        )
+    if kind == FREE:
+        return touch
+    a_on = tangent(pa, radius, 1.0)
+    a_back = tangent(pa, radius, -1.0)
+    b_on = tangent(pb, radius, 1.0)
+    b_back = tangent(pb, radius, -1.0)
+    on_back = wp.dot(a_on, b_back)  # cosines of the angles between them, times the square of the radius
+    back_on = wp.dot(a_back, b_on)
+    first = a_on
+    second = b_back
+    behind = wp.bool(False)
+    around = wp.bool(False)
+    if side == 0:
+        pair = larger(wp.dot(a_on, b_on), on_back, back_on, wp.dot(a_back, b_back))
+        first = wp.where(pair < 2, a_on, a_back)
+        second = wp.where(pair == 0 or pair == 2, b_on, b_back)
+    else:
+        on_a = on_side(across(a_on, a[2], axis), side)
+        back_a = on_side(across(a_back, a[2], axis), side)
+        on_b = on_side(across(b_on, b[2], axis), side)
+        back_b = on_side(across(b_back, b[2], axis), side)
+        none = not on_a and not back_a and not on_b and not back_b
+        forward = wp.where(on_a != back_a, on_a, not on_b)
+        if none:
+            forward = on_back < back_on
+        if not forward:
+            first = a_back
+            second = b_on
+        behind = none or forward == (on_back < back_on)
+        around = wp.dot(first + second, first - pa + second - pb) < 0.0
+    angle = wp.atan2(wp.abs(first[0] * second[1] - first[1] * second[0]), wp.dot(first, second))
+    if around:
+        angle = 2.0 * wp.pi - angle
+    arc = radius * angle
+    heights = wp.vec2(0.0)
+    if exact:
+        heights = heights_unrolled(a, b, first, second, arc)
+    else:
+        heights = heights_in_plane(a, b, first, second, wp.where(behind, -radius, radius))
+    if wp.abs(heights[0]) > 0.5 * length and wp.abs(heights[1]) > 0.5 * length:
+        return touch
+    touch.kind = kind
+    touch.first = wp.vec3(first[0], first[1], heights[0])
+    touch.second = wp.vec3(second[0], second[1], heights[1])
+    rise = heights[1] - heights[0]
+    touch.arc = wp.sqrt(arc * arc + rise * rise)
+    return touch

@@ -1,0 +1,213 @@
+"""Routes: paths that wrap around surfaces, whose points move, or come in at once; and polynomials."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from muscle_arm import arm, leg
+from warpmuscle.core.pose import from_rotation_vector, multiply
+from warpmuscle.scene import (
+    Condition,
+    CylinderSurface,
+    Joint,
+    Muscle,
+    PointMotion,
+    PolynomialPath,
+    Scene,
+    SphereSurface,
+    ViaPoint,
+    Wrap,
+)
+from warpmuscle.scene.number import Free
+from warpmuscle.scene.parameters import free_parameters
+from warpmuscle.scene.wrapping.path import path_length
+from warpmuscle.scene.wrapping.route import route_stops
+from warpmuscle.simulation.rollout import Rollout
+from warpmuscle.simulation.stages import MusclePaths, Stages
+
+GIVEN = {"f_max": 400.0, "l_opt": 0.15, "l_slack": 0.1}
+
+
+def wrapped_leg(wrapping: str = "opensim") -> Scene:
+    """The leg whose muscles wrap around cylinders and spheres, one of them around both."""
+    scene = leg()
+    character = scene.character
+    character.wrapping = wrapping
+    character.surfaces = {
+        "knee": CylinderSurface("thigh", (0.0, -0.2, 0.0), 0.03, 0.2, (0.1, 1.4, 0.2), "+x"),
+        "shin": CylinderSurface("thigh", (0.0, -0.15, 0.02), 0.03, 0.2, (0.1, 1.4, 0.2)),
+        "ball": SphereSurface("pelvis", (0.02, -0.1, -0.05), 0.03),
+        "head": SphereSurface("thigh", (0.0, 0.15, 0.0), 0.04, side="-z"),
+    }
+    character.muscles["both"].wraps = [Wrap("knee"), Wrap("ball", 1, 2)]
+    character.muscles["hip"].wraps = [Wrap("head")]
+    character.muscles["knee"].wraps = [Wrap("shin")]
+    return scene
+
+
+def posed(scene: Scene, count: int, seed: int = 0) -> Stages:
+    """Random angles and speeds of the joints behind the root, which is fixed."""
+    stages, rng = Stages(scene, count, "cpu"), np.random.default_rng(seed)
+    q, v = stages.state.coordinates.numpy().copy(), rng.normal(size=stages.state.speeds.shape)
+    q[:, 7:] = rng.uniform(-1.5, 1.5, q[:, 7:].shape)
+    if q.shape[1] == 12:  # the leg
+        q[:, 7:11] = from_rotation_vector(rng.normal(size=(count, 3), scale=0.6))
+    stages.state.coordinates.assign(q.astype(np.float32))
+    stages.state.speeds.assign(v.astype(np.float32))
+    return stages
+
+
+def moved(stages: Stages, time: float) -> MusclePaths:
+    """Paths a time later at the present speeds."""
+    q, v = (getattr(stages.state, name).numpy().astype(float) for name in ("coordinates", "speeds"))
+    later = q.copy()
+    if q.shape[1] == 12:
+        later[:, 7:11], later[:, 11] = (
+            multiply(q[:, 7:11], from_rotation_vector(v[:, :3] * time)),
+            q[:, 11] + v[:, 3] * time,
+        )
+    else:
+        later[:, 7:] += v * time
+    stages.state.coordinates.assign(later.astype(np.float32))
+    paths = stages.muscle_paths()
+    stages.state.coordinates.assign(q.astype(np.float32))
+    return paths
+
+
+def rates(stages: Stages, step: float = 2e-3) -> np.ndarray:
+    """Lengthening speeds (n, M) by central differences of the lengths."""
+    after, before = moved(stages, step).length.astype(float), moved(stages, -step).length.astype(float)
+    return (after - before) / (2.0 * step)
+
+
+@pytest.mark.parametrize("wrapping", ["opensim", "shortest"])
+def test_lengths_are_those_of_the_geometry_in_float64(wrapping: str):
+    stages = posed(wrapped_leg(wrapping), 300)
+    kinematics, length = stages.forward_kinematics(), stages.muscle_paths().length
+    character, touching = stages.scene.character, np.zeros(3)
+    for i in range(300):
+        poses = {
+            name: (kinematics["position"][i, k].astype(float), kinematics["orientation"][i, k].astype(float))
+            for k, name in enumerate(stages.names.bodies)
+        }
+        for m, muscle in enumerate(character.muscles.values()):
+            found = route_stops(character, muscle, poses, {})
+            touching[m] += any(stop.wrap >= 0 for stop in found)
+            assert length[i, m] == pytest.approx(path_length(found), abs=1e-6)
+    assert np.all(touching > 30)
+
+
+def test_speeds_and_moment_arms_are_the_derivatives_of_the_lengths():
+    stages = posed(wrapped_leg("shortest"), 400)
+    paths = stages.muscle_paths()
+    off = np.abs(rates(stages) - paths.speed)
+    assert np.quantile(off, 0.99) < 1e-4  # others begin to touch within the step, where lengths have a kink
+    angular = stages.forward_kinematics()["angular_velocity"].astype(float)
+    power = np.zeros(paths.length.shape)
+    for k, (muscle, joint) in enumerate(zip(paths.muscle, paths.joint, strict=True)):
+        relative = angular[:, joint + 1] - angular[:, stages.names.parents[joint + 1]]
+        power[:, muscle] += np.sum(paths.moment_arm[:, k] * relative, axis=1)
+    np.testing.assert_allclose(power, paths.speed, atol=1e-6)
+
+
+def test_no_length_jumps_over_small_moves():
+    stages = posed(wrapped_leg(), 3000, seed=4)
+    v = stages.state.speeds.numpy()
+    stages.state.speeds.assign(v / np.linalg.norm(v, axis=1, keepdims=True))
+    step = moved(stages, np.deg2rad(0.1)).length - stages.muscle_paths().length
+    assert np.abs(step).max() < 5e-3
+
+
+def test_radius_and_place_of_a_surface_may_differ_between_instances():
+    scene = wrapped_leg()
+    radii = np.array([0.02, 0.025, 0.03])
+    scene.character.surfaces["shin"].radius = Free(0.03, 0.01, 0.05)
+    scene.character.surfaces["shin"].position = (0.0, Free(-0.15, -0.2, 0.0), 0.02)
+    assert [p.name for p in free_parameters(scene)] == [
+        "character.surfaces.shin.position.1", "character.surfaces.shin.radius"
+    ]  # fmt: skip
+    together = Stages(scene, 3, "cpu")
+    together.set_parameters(np.stack([[-0.15, -0.16, -0.17], radii], axis=1))
+    q = together.state.coordinates.numpy().copy()
+    q[:, -1] = 0.5
+    together.state.coordinates.assign(q)
+    length = together.muscle_paths().length[:, 2]
+    assert len(set(length)) == 3
+    for k, radius in enumerate(radii):
+        alone = wrapped_leg()
+        alone.character.surfaces["shin"].radius = float(radius)
+        alone.character.surfaces["shin"].position = (0.0, -0.15 - 0.01 * k, 0.02)
+        stages = Stages(alone, 1, "cpu")
+        stages.state.coordinates.assign(q[:1])
+        assert stages.muscle_paths().length[0, 2] == pytest.approx(length[k], abs=1e-7)
+
+
+def moving_arm() -> Scene:
+    """An arm with muscles whose points move or come in at once, and one that is a polynomial."""
+    scene = arm()
+    character = scene.character
+    flexor, extensor = character.muscles["flexor"], character.muscles["extensor"]
+    flexor.path[2].motion = [
+        PointMotion((0.0, 0.0, 1.0), x=[-2.0, -0.5, 0.3, 2.0], y=[0.0, 0.02, -0.01, 0.01], joint="elbow"),
+        PointMotion((0.0, 1.0, 0.0), slope=0.01, joint="elbow"),
+    ]
+    extensor.path.insert(2, ViaPoint("tip", (0.0, 0.2, -0.06), Condition("elbow", -0.5, 0.7, 0.0)))
+    polynomial = PolynomialPath(["elbow"], [[0], [1], [3]], [0.3, 0.03, -0.01])
+    character.muscles["fitted"] = Muscle(polynomial=polynomial, **GIVEN)
+    return scene
+
+
+def test_moving_points_and_polynomials_have_exact_moment_arms():
+    stages = posed(moving_arm(), 500)
+    paths, q = stages.muscle_paths(), stages.state.coordinates.numpy()[:, 7].astype(float)
+    off = np.abs(rates(stages) - paths.speed)
+    switching = (np.abs(q + 0.5) < 0.02) | (np.abs(q - 0.7) < 0.02)
+    assert off[:, [0, 2]].max() < 1e-4
+    assert off[~switching, 1].max() < 1e-4
+    np.testing.assert_allclose(paths.length[:, 2], 0.3 + 0.03 * q - 0.01 * q**3, atol=1e-7)
+    rate = stages.state.speeds.numpy()[:, 0]
+    np.testing.assert_allclose(paths.speed[:, 2], (0.03 - 0.03 * q**2) * rate, atol=1e-6)
+
+
+def test_a_hard_condition_takes_its_point_in_within_its_interval_alone():
+    scene, through, past = moving_arm(), moving_arm(), moving_arm()
+    through.character.muscles["extensor"].path[2].condition = None
+    del past.character.muscles["extensor"].path[2]
+    length = [posed(one, 300).muscle_paths().length[:, 1] for one in (scene, through, past)]
+    q = posed(scene, 300).state.coordinates.numpy()[:, 7]
+    inside = (q >= -0.5) & (q <= 0.7)
+    assert 50 < inside.sum() < 250
+    np.testing.assert_allclose(length[0], np.where(inside, length[1], length[2]), atol=1e-7)
+    assert np.abs(length[1] - length[2]).max() > 1e-3
+
+
+def test_polynomials_of_several_joints_have_the_gradient_of_their_lengths():
+    scene = leg()
+    joint = Joint(
+        "universal", "pelvis", "thigh", (0.0, -0.05, 0.0), (0.0, 0.2, 0.0), [(1.0, 0.0, 0.0), (0.3, 0.2, 1.0)]
+    )
+    scene.character.joints["hip"] = joint
+    polynomial = PolynomialPath(
+        ["hip", "hip", "knee"], [[0, 0, 0], [1, 0, 0], [0, 2, 1], [1, 1, 2]], [0.4, 0.02, -0.01, 0.005], [0, 1, 0]
+    )
+    scene.character.muscles = {"fitted": Muscle(polynomial=polynomial, **GIVEN)}
+    stages = posed(scene, 300)
+    a, b, c = stages.state.coordinates.numpy()[:, 7:].astype(float).T
+    paths = stages.muscle_paths()
+    np.testing.assert_allclose(paths.length[:, 0], 0.4 + 0.02 * a - 0.01 * b**2 * c + 0.005 * a * b * c**2, atol=1e-7)
+    gradient = np.stack([0.02 + 0.005 * b * c**2, -0.02 * b * c + 0.005 * a * c**2, -0.01 * b**2 + 0.01 * a * b * c])
+    expected = np.sum(gradient * stages.state.speeds.numpy().astype(float).T, axis=0)
+    np.testing.assert_allclose(paths.speed[:, 0], expected, atol=1e-6)
+
+
+@pytest.mark.parametrize("make", [wrapped_leg, moving_arm])
+def test_the_whole_step_has_the_same_lengths(make):
+    scene = make()
+    scene.duration, scene.muscle_model.initial_activation = 0.1, 0.2
+    rollout = Rollout(scene, 2, "cpu", record=[0])
+    rollout.run(10)
+    recording = rollout.recording(0)
+    stages = Stages(scene, 1, "cpu")
+    np.testing.assert_allclose(recording.muscle_path_length[0], stages.muscle_paths().length[0], atol=1e-6)
+    assert np.all(np.isfinite(recording.muscle_path_length))

@@ -1,0 +1,250 @@
+"""Routes of muscles as a kernel wants them: paths that wrap around surfaces, move, or whose points come in at once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.arrays import records_to_device, rows, starts, structs_to_device, to_device
+from warpmuscle.core.errors import SceneError
+from warpmuscle.core.pose import from_rotation_vector, normalized, rotate
+from warpmuscle.kernels import structs
+from warpmuscle.kernels.polynomial_path import EXPONENT_BITS
+from warpmuscle.kernels.route import CYLINDER, SPHERE, WRAP_BIT, RouteKind
+from warpmuscle.kernels.stretch import PathKind
+from warpmuscle.model.bodies import stacked
+from warpmuscle.scene import Character, CylinderSurface, Muscle, SphereSurface, Surface, Wrap
+from warpmuscle.scene.joints.displacement import pieces
+from warpmuscle.scene.topology import Topology
+from warpmuscle.scene.validation.paths import is_route
+
+ZERO = (0.0, 0.0, 0.0)
+SIDES = {"": (0, 0)} | {f"{sign}{name}": (axis, int(f"{sign}1")) for axis, name in enumerate("xyz") for sign in "+-"}
+KINDS: dict[type[Surface], int] = {CylinderSurface: CYLINDER, SphereSurface: SPHERE}
+
+
+def path_kind(muscles: Iterable[Muscle], character: Character) -> PathKind:
+    """What a step has compiled in for the paths of some muscles."""
+    muscles = list(muscles)
+    polynomials = any(muscle.polynomial is not None for muscle in muscles)
+    others = any(muscle.polynomial is None and not is_route(muscle) for muscle in muscles)
+    routes = _kind_of_routes(muscles, character)
+    return PathKind(routes, polynomials, others) if routes is not None or polynomials else PathKind()
+
+
+def _kind_of_routes(muscles: Sequence[Muscle], character: Character) -> RouteKind | None:
+    """What a step has compiled in for the routes of some muscles, None if they have none."""
+    routes = [muscle for muscle in muscles if is_route(muscle)]
+    if not routes:
+        return None
+    wraps = [wrap for muscle in routes for wrap in muscle.wraps]
+    return RouteKind(
+        max(len(muscle.wraps) for muscle in routes),
+        tuple(sorted({_number(character.surfaces[wrap.surface]) for wrap in wraps})),
+        any(point.motion for muscle in routes for point in muscle.path),
+        character.wrapping == "shortest",
+    )
+
+
+def _number(surface: Surface) -> int:
+    """The number of a surface's kind."""
+    if type(surface) not in KINDS:
+        raise SceneError("paths do not wrap around ellipsoids and tori yet; leave the surface out", key="surfaces")
+    return KINDS[type(surface)]
+
+
+def fixed_segments(muscle: Muscle) -> list[tuple[int, int]]:
+    """Neighbouring points of a route between which the length never changes."""
+    wrapped = [(wrap.first or 1, wrap.last or len(muscle.path)) for wrap in muscle.wraps]
+
+    def fixed(b: int) -> bool:
+        ends = muscle.path[b - 1], muscle.path[b]
+        still = all(point.condition is None and not point.motion for point in ends)
+        return ends[0].body == ends[1].body and still and not any(first <= b < last for first, last in wrapped)
+
+    return [(b - 1, b) for b in range(1, len(muscle.path)) if fixed(b)]
+
+
+def stops_beyond(muscle: Muscle, beyond: set[str], character: Character) -> int:
+    """The stops of a route that are on some bodies, a bit each (see `structs.Lever`); 0 if none or all are."""
+    bits = {k: point.body for k, point in enumerate(muscle.path)}
+    bits |= {WRAP_BIT + k: character.surfaces[wrap.surface].body for k, wrap in enumerate(muscle.wraps)}
+    on = [bit for bit, body in bits.items() if body in beyond]
+    return sum(1 << bit for bit in on) if len(on) < len(bits) else 0
+
+
+def moved_by(muscle: Muscle, joint: str) -> bool:
+    """Whether a joint moves points of a muscle's path on their bodies."""
+    return any(motion.joint == joint for point in muscle.path for motion in point.motion)
+
+
+def routes_struct(
+    muscles: Mapping[str, Any],
+    levers: Sequence[Sequence[tuple[int, int, int]]],
+    crossing: Mapping[tuple[int, int], int],
+    first_condition: Sequence[int],
+    names: Topology,
+    character: Character,
+    device: Any,
+) -> structs.Routes:
+    """The device structure of the routes of all muscles, by name (see `kernels.structs.Routes`).
+
+    Args:
+        muscles: their numbers are floats, or (n,) arrays with one value an instance.
+        levers: of each muscle, crossing, joint and stops beyond it.
+        crossing: by muscle and joint. first_condition: number of the first condition of each muscle's points.
+    """
+    paths = [muscle if isinstance(muscle, Muscle) and is_route(muscle) else None for muscle in muscles.values()]
+    points = [[] if muscle is None else muscle.path for muscle in paths]
+    wraps = [[] if muscle is None else muscle.wraps for muscle in paths]
+    point_start, wrap_start, lever_start = (starts(map(len, lists)) for lists in (points, wraps, levers))
+    r = structs.Routes()
+    r.span = records_to_device(
+        structs.RouteSpan, device,
+        first_point=point_start[:-1], end_point=point_start[1:],
+        first_wrap=wrap_start[:-1], end_wrap=wrap_start[1:],
+        first_lever=lever_start[:-1], end_lever=lever_start[1:],
+        origin=[_origin(muscle, names, character) for muscle in paths],
+    )  # fmt: skip
+    flat = [lever for of_muscle in levers for lever in of_muscle]
+    r.lever = records_to_device(
+        structs.Lever, device,
+        crossing=[lever[0] for lever in flat], joint=[lever[1] for lever in flat], beyond=[lever[2] for lever in flat],
+    )  # fmt: skip
+    _put_points(r, paths, crossing, first_condition, names, character, device)
+    counts = [len(path) for path, around in zip(points, wraps, strict=True) for _ in around]
+    _put_wraps(r, [wrap for around in wraps for wrap in around], counts, names, character, device)
+    _put_polynomials(r, list(muscles.values()), crossing, names, device)
+    return r
+
+
+def _put_polynomials(
+    r: structs.Routes, muscles: Sequence[Any], crossing: Mapping[tuple[int, int], int], names: Topology, device: Any
+) -> None:
+    """Polynomials of all muscles."""
+    spans: dict[str, list[int]] = {name: [] for name in structs.PolynomialSpan.vars}
+    variables: dict[str, list[int]] = {name: [] for name in structs.Variable.vars}
+    exponents: list[int] = []
+    coefficients: list[Any] = []
+    for number, muscle in enumerate(muscles):
+        given = muscle.polynomial if isinstance(muscle, Muscle) else None
+        spans["first_variable"].append(len(variables["joint"]))
+        spans["first_term"].append(len(exponents))
+        if given is not None:
+            joints = [names.driver[names.body_of_joint(joint)] for joint in given.joints]
+            variables["joint"] += joints
+            variables["axis"] += given.axes or [0] * len(joints)
+            variables["crossing"] += [crossing[number, joint] for joint in joints]
+            variables["first"] += [int(joint not in joints[:k]) for k, joint in enumerate(joints)]
+            exponents += [sum(n << EXPONENT_BITS * i for i, n in enumerate(term)) for term in given.exponents]
+            coefficients += given.coefficients
+        spans["end_variable"].append(len(variables["joint"]))
+        spans["end_term"].append(len(exponents))
+    r.polynomial = records_to_device(structs.PolynomialSpan, device, **spans)
+    r.variable = records_to_device(structs.Variable, device, **variables)
+    r.exponents = to_device(exponents or [0], int, device)
+    r.coefficient = to_device(rows(coefficients or [0.0]), float, device)
+
+
+def _origin(muscle: Muscle | None, names: Topology, character: Character) -> int:
+    """The body from whose joint a route is measured: that of its first surface, or of its first point."""
+    if muscle is None:
+        return 0
+    body = character.surfaces[muscle.wraps[0].surface].body if muscle.wraps else muscle.path[0].body
+    return names.bodies.index(body)
+
+
+def from_joint(place: Floats, body: str, names: Topology, character: Character) -> Floats:
+    """A place on a body, (rows, 3) m, from its joint instead of its centre of mass."""
+    number = names.bodies.index(body)
+    return place - rows(character.joints[names.joints[number - 1]].position_in_child if number > 0 else ZERO)
+
+
+def _put_points(
+    r: structs.Routes,
+    paths: Sequence[Muscle | None],
+    crossing: Mapping[tuple[int, int], int],
+    first_condition: Sequence[int],
+    names: Topology,
+    character: Character,
+    device: Any,
+) -> None:
+    """Points of all routes, and how they move."""
+    table: dict[str, list[int]] = {name: [] for name in structs.RoutePoint.vars}
+    moving: dict[str, list[int]] = {name: [] for name in structs.RouteMotion.vars}
+    places: list[Floats] = []
+    axes: list[Floats] = []
+    start: list[Floats] = []
+    cubics: list[Floats] = []
+    for number, muscle in enumerate(paths):
+        condition = first_condition[number]
+        fixed = {b for _, b in fixed_segments(muscle)} if muscle is not None else set()
+        for k, point in enumerate(muscle.path if muscle is not None else ()):
+            table["body"].append(names.bodies.index(point.body))
+            table["condition"].append(-1 if point.condition is None else condition)
+            condition += point.condition is not None
+            table["fixed"].append(int(k in fixed))
+            table["first_motion"].append(len(axes))
+            for motion in point.motion:
+                joint = names.driver[names.body_of_joint(motion.joint)]
+                knots, coefficients = pieces(motion)
+                for name, value in (("joint", joint), ("crossing", crossing[number, joint])):
+                    moving[name].append(value)
+                moving["first_piece"].append(sum(map(len, start)))
+                moving["end_piece"].append(sum(map(len, start)) + len(knots))
+                axes.append(normalized(rows(motion.axis)))
+                start.append(knots)
+                cubics.append(coefficients)
+            table["end_motion"].append(len(axes))
+            places.append(from_joint(rows(point.place()), point.body, names, character))
+    r.point = records_to_device(structs.RoutePoint, device, **table)
+    r.motion = records_to_device(structs.RouteMotion, device, **moving)
+    r.place = to_device(stacked(places or [rows(ZERO)]), wp.vec3, device)
+    r.motion_axis = to_device(stacked(axes or [rows(ZERO)]), wp.vec3, device)
+    count = max(map(len, cubics), default=1)
+    every = [np.broadcast_to(part, (count, *part.shape[1:])) for part in cubics] or [np.zeros((1, 1, 4))]
+    columns = {"start": np.concatenate(start or [np.zeros(1)])[None], "c": np.concatenate(every, axis=1)}
+    r.piece = structs_to_device(structs.CubicPiece, columns, device)
+
+
+def _put_wraps(
+    r: structs.Routes, wraps: Sequence[Wrap], counts: Sequence[int], names: Topology, character: Character, device: Any
+) -> None:
+    """What routes wrap around, with places and sizes of the surfaces; `counts` has the points of each wrap's route."""
+    surfaces = [character.surfaces[wrap.surface] for wrap in wraps]
+    every = list(character.surfaces)
+    methods = ("hybrid", "midpoint", "axial")
+    r.wrap = records_to_device(
+        structs.RouteWrap, device,
+        body=[names.bodies.index(surface.body) for surface in surfaces],
+        kind=[_number(surface) for surface in surfaces],
+        axis=[SIDES[surface.side][0] for surface in surfaces], side=[SIDES[surface.side][1] for surface in surfaces],
+        first=[(wrap.first or 1) - 1 for wrap in wraps],
+        last=[(wrap.last or count) - 1 for wrap, count in zip(wraps, counts, strict=True)],
+        surface=[every.index(wrap.surface) for wrap in wraps],
+        method=[methods.index(wrap.method) for wrap in wraps],
+    )  # fmt: skip
+    if not surfaces:
+        r.wrap_row = wp.zeros((1, 1), dtype=structs.WrapRow, device=device)
+        return
+    turns = stacked([from_rotation_vector(rows(surface.orientation)) for surface in surfaces])
+    places = [from_joint(rows(surface.position), surface.body, names, character) for surface in surfaces]
+    columns = {
+        "rotation": np.swapaxes(rotate(turns[:, :, None], np.eye(3)), 2, 3),
+        "position": stacked(places),
+        "size": stacked([_size(surface) for surface in surfaces]),
+    }
+    r.wrap_row = structs_to_device(structs.WrapRow, columns, device)
+
+
+def _size(surface: Surface) -> Floats:
+    """Radius, length, or radii of a surface, (rows, 3) m."""
+    if isinstance(surface, CylinderSurface):
+        return rows([surface.radius, surface.length, 0.0])
+    if isinstance(surface, SphereSurface):
+        return rows([surface.radius, 0.0, 0.0])
+    raise SceneError("paths do not wrap around ellipsoids and tori yet; leave the surface out", key="surfaces")

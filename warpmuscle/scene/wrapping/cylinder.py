@@ -1,0 +1,132 @@
+"""Segments of a path round a cylinder about z, as OpenSim 4.6 takes them (WrapCylinder)."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from warpmuscle.core.array_types import Floats
+from warpmuscle.scene.wrapping.touch import BESIDE, FREE, INSIDE, THROUGH, Touch, sign, untouched
+
+
+def cylinder_touch(a: Floats, b: Floats, radius: float, length: float, axis: int, side: int, exact: bool) -> Touch:
+    """How a segment from a to b goes round a cylinder.
+
+    Args:
+        a, b: (3,) m. length: between the ends, beyond both of which nothing touches.
+        axis, side: the half of the cylinder that a path must stay on: the axis, and 1 or -1; 0: both halves.
+        exact: whether the path is the shortest one; else it lies in OpenSim's plane, as those round one surface do.
+    """
+    da, db = math.hypot(a[0], a[1]), math.hypot(b[0], b[1])
+    if da < radius or db < radius:
+        return untouched(INSIDE)
+    through, near = _nearest(a, b, radius)
+    kind = THROUGH
+    if side == 0 and not through:
+        return untouched()
+    ways = _tangents(a, da, radius), _tangents(b, db, radius)
+    if side == 0:
+        first, second = max(((p, q) for p in ways[0] for q in ways[1]), key=lambda pair: float(pair[0] @ pair[1]))
+        behind = round_behind = False
+    else:
+        if side in (sign(a[axis]), sign(b[axis])) and not through:
+            if sign(a[axis]) == sign(b[axis]) or sign(near[axis]) == side:
+                return untouched()
+            kind = BESIDE
+        elif side not in (sign(a[axis]), sign(b[axis])):
+            kind = BESIDE
+        first, second, behind = _on_side(ways, a, b, axis, side)
+        out = (first - a[:2]) + (second - b[:2])
+        round_behind = float((first + second) @ out) < 0.0
+    angle = math.acos(min(max(float(first @ second) / radius**2, -1.0), 1.0))
+    if round_behind:
+        angle = 2.0 * math.pi - angle
+    za, zb = (
+        _unrolled(a, b, first, second, radius * angle)
+        if exact
+        else _in_plane(a, b, da, db, first, second, -radius if behind else radius)
+    )
+    if abs(za) > 0.5 * length and abs(zb) > 0.5 * length:
+        return untouched(FREE)
+    return Touch(kind, np.append(first, za), np.append(second, zb), math.hypot(radius * angle, zb - za))
+
+
+def _nearest(a: Floats, b: Floats, radius: float) -> tuple[bool, Floats]:
+    """Whether a segment runs through an endless cylinder, and the point of its line that is nearest to the axis."""
+    d = b - a
+    square = d[0] ** 2 + d[1] ** 2
+    if square <= 2e-15 * float(d @ d):  # along the axis
+        return False, a
+    t = -(a[0] * d[0] + a[1] * d[1]) / square
+    near = a + t * d
+    return bool(near[0] ** 2 + near[1] ** 2 < radius**2 and 0.0 < t < 1.0), near
+
+
+def _tangents(p: Floats, distance: float, radius: float) -> tuple[Floats, Floats]:
+    """Where the tangents from a point touch the circle, (2,) m: further on counter-clockwise, and clockwise."""
+    v = p[:2] / distance
+    along, across = radius**2 / distance, radius * math.sqrt(max(1.0 - (radius / distance) ** 2, 0.0))
+    u = np.array([-v[1], v[0]])
+    return along * v + across * u, along * v - across * u
+
+
+def _on_side(
+    ways: tuple[tuple[Floats, Floats], tuple[Floats, Floats]], a: Floats, b: Floats, axis: int, side: int
+) -> tuple[Floats, Floats, bool]:
+    """The pair of tangent points on the side, and whether the path goes round the far half of the circle."""
+    (a_on, a_back), (b_on, b_back) = ways
+    wider = float(a_on @ b_back) < float(a_back @ b_on)  # the angle between the first two than between the others
+
+    def on(p: Floats, z: float) -> bool:
+        return sign(z if axis == 2 else p[axis]) == side
+
+    a_sides = on(a_on, a[2]), on(a_back, a[2])
+    if a_sides[0] != a_sides[1]:
+        forward = a_sides[0]
+    elif on(b_on, b[2]):
+        forward = False
+    elif a_sides[0] or on(b_back, b[2]):
+        forward = True
+    else:
+        chosen = (a_on, b_back) if wider else (a_back, b_on)
+        return *chosen, True
+    if forward:
+        return a_on, b_back, wider
+    return a_back, b_on, not wider
+
+
+def _in_plane(
+    a: Floats, b: Floats, da: float, db: float, first: Floats, second: Floats, radius: float
+) -> tuple[float, float]:
+    """Heights of both tangent points in the plane through a, b and the middle of the way round.
+
+    The middle is on the bisector of both ends' directions from the axis, on its other side if the radius is negative.
+    """
+    rise = b[2] - a[2]
+    bisector = a[:2] / da + b[:2] / db
+    size = math.hypot(bisector[0], bisector[1])
+    if size == 0.0 or rise == 0.0:
+        return a[2], b[2]
+    top = bisector * (radius / size)
+    share = da / (da + db)
+    middle = a[2] + share * rise
+    e, f = a[:2] - top, b[:2] - top
+    cross = e[0] * f[1] - e[1] * f[0]
+    # The unit normal is (-slope, cross) over its length; OpenSim gives up where its share along z is less than 5e-7.
+    slope = np.array([-share * f[1] - (1.0 - share) * e[1], (1.0 - share) * e[0] + share * f[0]]) * rise
+    if abs(cross) * 20.0 < 1e-5 * math.hypot(slope[0], slope[1], cross):
+        return a[2], b[2]
+    slope = slope / cross
+    za, zb = (middle + float(slope @ (p - top)) for p in (first, second))
+    return (
+        za if abs(za - b[2]) < abs(rise) else a[2],
+        zb if abs(zb - a[2]) < abs(rise) else b[2],
+    )
+
+
+def _unrolled(a: Floats, b: Floats, first: Floats, second: Floats, arc: float) -> tuple[float, float]:
+    """Heights of both tangent points where the path is straight on the unrolled cylinder."""
+    before, after = float(np.linalg.norm(first - a[:2])), float(np.linalg.norm(second - b[:2]))
+    rise = (b[2] - a[2]) / (before + arc + after)
+    return a[2] + before * rise, b[2] - after * rise

@@ -1,0 +1,83 @@
+"""Where the path of a muscle runs in a pose, on the host: its points, what it goes round, and its length."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import partial
+
+import numpy as np
+
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.pose import from_rotation_vector, normalized, rotate
+from warpmuscle.scene import Character, CylinderSurface, Muscle, SphereSurface, Surface, ViaPoint, Wrap
+from warpmuscle.scene.initial_pose import plain_number, plain_vector
+from warpmuscle.scene.joints.displacement import rates
+from warpmuscle.scene.wrapping.cylinder import cylinder_touch
+from warpmuscle.scene.wrapping.path import Placed, Stop, wrapped
+from warpmuscle.scene.wrapping.sphere import sphere_touch
+from warpmuscle.scene.wrapping.touch import Touch, untouched
+
+Poses = Mapping[str, tuple[Floats, Floats]]  # position, m, and orientation of every body
+Angles = Mapping[str, Floats]  # coordinates of every joint
+
+
+def route_stops(character: Character, muscle: Muscle, poses: Poses, angles: Angles) -> list[Stop]:
+    """What a path of points runs through, in order.
+
+    Conditional points count where their coordinate is within its interval, without the blend about both ends.
+
+    Args:
+        character: checked, without free parameters.
+        muscle: one of its own that has a path.
+    """
+    points = [_place(point, poses, angles) for point in muscle.path]
+    active = [_counts(point, angles) for point in muscle.path]
+    exact = character.wrapping == "shortest"
+    surfaces = [_placed(character, muscle, wrap, poses, exact or len(muscle.wraps) > 1) for wrap in muscle.wraps]
+    return wrapped(points, active, surfaces, exact)
+
+
+def half_of(surface: Surface) -> tuple[int, int]:
+    """Axis and sign of the half of a surface that a path must stay on; sign 0: both."""
+    return ("xyz".index(surface.side[1]), int(f"{surface.side[0]}1")) if surface.side else (0, 0)
+
+
+def touch(surface: Surface, exact: bool, a: Floats, b: Floats) -> Touch:
+    """How a segment from a to b, in the axes of a surface, goes round it."""
+    if isinstance(surface, CylinderSurface):
+        sizes = plain_number(surface.radius), plain_number(surface.length)
+        return cylinder_touch(a, b, *sizes, *half_of(surface), exact)
+    if isinstance(surface, SphereSurface):
+        return sphere_touch(a, b, plain_number(surface.radius), *half_of(surface))
+    return untouched()  # ellipsoids and tori, around which no step wraps paths yet
+
+
+def _place(point: ViaPoint, poses: Poses, angles: Angles) -> Floats:
+    """Place of a point, m, in a pose."""
+    local = plain_vector(point.place())
+    for motion in point.motion:
+        moved = rates(motion, np.atleast_1d(angles[motion.joint])[:1])[0]
+        local = local + normalized(plain_vector(motion.axis)) * moved
+    position, orientation = poses[point.body]
+    return np.asarray(position + rotate(orientation, local))
+
+
+def _counts(point: ViaPoint, angles: Angles) -> bool:
+    """Whether a path runs through a point."""
+    c = point.condition
+    return c is None or plain_number(c.low) <= float(angles[c.joint][c.axis]) <= plain_number(c.high)
+
+
+def _placed(character: Character, muscle: Muscle, wrap: Wrap, poses: Poses, exact: bool) -> Placed:
+    """A surface in a pose."""
+    surface = character.surfaces[wrap.surface]
+    position, turn = poses[surface.body]
+    axes = rotate(turn, rotate(from_rotation_vector(plain_vector(surface.orientation)), np.eye(3)))
+    return Placed(
+        partial(touch, surface, exact),
+        axes.T,
+        position + rotate(turn, plain_vector(surface.position)),
+        wrap.surface,
+        (wrap.first or 1) - 1,
+        (wrap.last or len(muscle.path)) - 1,
+    )
