@@ -73,12 +73,31 @@ class CubicPiece:
 
 
 @wp.struct
-class Couplings:
-    """How coupled joints turn and move their child: six functions of their coordinate each, three of them angles."""
+class Coupling:
+    """Whose coordinate moves the joint of a body."""
 
-    first: wp.array[int]  # (bodies,) the first one of the functions of a body's joint
-    piece_start: wp.array[int]  # (functions + 1,)
-    axis: wp.array2d[wp.vec3]  # (rows, functions) unit vectors
+    driver: int  # the body whose joint's coordinate it is: another one if it follows that
+    first: int  # of the functions of a coupled joint
+
+
+@wp.struct
+class CouplingFunction:
+    """How far a coupled joint turns about an axis, or moves along it."""
+
+    axis: wp.vec3  # unit vector
+    first_piece: int
+    end_piece: int
+
+
+@wp.struct
+class Couplings:
+    """How coupled joints turn and move their child: six functions of a coordinate each, three of them angles."""
+
+    joint: wp.array[Coupling]  # (bodies,)
+    function: wp.array2d[CouplingFunction]  # (rows, functions)
+    inertia_axes: wp.array2d[
+        wp.mat33
+    ]  # (rows, bodies) principal axes in the body; only kernels with turned ones read it
     piece: wp.array2d[CubicPiece]  # (rows, pieces)
 
 

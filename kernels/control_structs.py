@@ -93,7 +93,7 @@ class Simbicon:
     gains: wp.array2d[Gains]  # (rows, bodies)
     hip: wp.array2d[HipControl]  # (rows, 1)
     states: wp.array[ControlState]  # (states,)
-    state_time: wp.array2d[float]  # (rows, states) s
+    state_time: wp.array2d[wp.vec2]  # (rows, states) nominal duration, s, and phase up to which a state may last
     balance_knots: wp.array2d[int]  # (states, 8) first and end of the curves of distance x, z and velocity x, z
     trajectories: wp.array[Trajectory]  # (trajectories,)
     components: wp.array[ComponentPlan]  # (components,)

@@ -7,14 +7,12 @@ the child's joint point moves, and the motion subspace S, an angular and a linea
 """
 
 from functools import cache
-from typing import Any, NamedTuple
+from typing import Any
 
 import warp as wp
 
 from warpmuscle.kernels.dynamics import (
     accelerate_body,
-    acceleration_stage,
-    acceleration_stage_of,
     leave_downdated,
     leave_for_parent,
     move_body,
@@ -23,26 +21,14 @@ from warpmuscle.kernels.dynamics import (
 )
 from warpmuscle.kernels.hybrid import (
     accelerate_remaining,
-    hybrid_acceleration_stage,
-    hybrid_acceleration_stage_of,
     reduce_remaining,
 )
 from warpmuscle.kernels.joint_motion import MotionOf, has_motion, motion_of
-from warpmuscle.kernels.kinematics import kinematics_stage, kinematics_stage_of, move_joint, place_body
+from warpmuscle.kernels.kinematics import move_joint, place_body
 from warpmuscle.kernels.motion import prescribe_stage
-from warpmuscle.kernels.scratch import coordinate_work_at, synchronize, work_at
+from warpmuscle.kernels.scratch import synchronize
 from warpmuscle.kernels.spatial import symmetric_times
 from warpmuscle.kernels.structs import FIXED, ModelRef, ScratchRef, Skeleton, StateRef, at, whole
-
-
-class JointStages(NamedTuple):
-    """Warp functions of the stages that know of joints' types."""
-
-    work_at: Any
-    kinematics: Any
-    acceleration: Any
-    hybrid_acceleration: Any
-    prescribe: Any
 
 
 @wp.func
@@ -220,17 +206,3 @@ def move_any_of(joints: tuple[MotionOf, ...]) -> Any:
             work.coordinate_state[body] = wp.vec3(q, v, gain)
 
     return move_any
-
-
-@cache
-def joint_stages_of(joints: tuple[MotionOf, ...] = ()) -> JointStages:
-    """The stages of a model that has joints of one coordinate of these types, or none."""
-    if not joints:
-        return JointStages(work_at, kinematics_stage, acceleration_stage, hybrid_acceleration_stage, prescribe_stage)
-    return JointStages(
-        coordinate_work_at,
-        kinematics_stage_of(move_any_of(joints), place_any),
-        acceleration_stage_of(reduce_any, accelerate_any),
-        hybrid_acceleration_stage_of(reduce_any_remaining, accelerate_any_remaining),
-        prescribe_any,
-    )

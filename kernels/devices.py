@@ -40,6 +40,63 @@ def bilinear_spring(
 
 
 @wp.struct
+class CoordinateLimit:
+    """Springs and dampers that set in beyond the ends of a range, on a coordinate that is an angle or a length."""
+
+    low: float  # rad or m
+    high: float
+    stiffness_below: float  # N m/rad or N/m
+    stiffness_above: float
+    damping: float  # N m s/rad or N s/m, of either, as far as it has set in
+    transition: float  # rad or m beyond an end, over which they set in
+
+
+@wp.func
+def smooth_step(x: float) -> float:
+    """A step from 0 at x = 0 to 1 at x = 1 whose first and second derivatives do not jump: 10 x^3 - 15 x^4 + 6 x^5."""
+    t = wp.clamp(x, 0.0, 1.0)
+    return t * t * t * (10.0 + t * (6.0 * t - 15.0))
+
+
+@wp.func
+def coordinate_limit_effort(q: float, v: float, limit: CoordinateLimit) -> float:
+    """Effort of springs and dampers beyond the ends of a range, N m or N: OpenSim's CoordinateLimitForce."""
+    above = smooth_step((q - limit.high) / limit.transition)
+    below = smooth_step((limit.low - q) / limit.transition)
+    pushed = below * limit.stiffness_below * (limit.low - q) - above * limit.stiffness_above * (q - limit.high)
+    return pushed - (above + below) * limit.damping * v
+
+
+@wp.func
+def coordinate_limit(
+    instance: int, body: int, model: ModelRef, state: StateRef, work: ScratchRef, limit: CoordinateLimit
+) -> wp.vec3:
+    """Effort along the first coordinate of a joint."""
+    plan = model.skeleton.plan[body]
+    q, v = state.coordinates[instance, plan.coordinate_start], state.speeds[instance, plan.speed_start]
+    return wp.vec3(coordinate_limit_effort(q, v, limit), 0.0, 0.0)
+
+
+@wp.struct
+class CoordinateSpring:
+    """A spring and a damper along a coordinate."""
+
+    rest: float  # rad or m
+    stiffness: float  # N m/rad or N/m
+    damping: float  # N m s/rad or N s/m
+
+
+@wp.func
+def coordinate_spring(
+    instance: int, body: int, model: ModelRef, state: StateRef, work: ScratchRef, spring: CoordinateSpring
+) -> wp.vec3:
+    """Effort -k (q - q0) - d v along the first coordinate of a joint: OpenSim's SpringGeneralizedForce."""
+    plan = model.skeleton.plan[body]
+    q, v = state.coordinates[instance, plan.coordinate_start], state.speeds[instance, plan.speed_start]
+    return wp.vec3(-spring.stiffness * (q - spring.rest) - spring.damping * v, 0.0, 0.0)
+
+
+@wp.struct
 class AirDrag:
     """What air does to a body that moves through it."""
 
@@ -64,5 +121,7 @@ def air_drag(instance: int, body: int, model: ModelRef, state: StateRef, work: S
 
 FORCES = {
     "bilinear_spring": Force(effort=bilinear_spring, parameters=BilinearSpring),
+    "coordinate_limit": Force(effort=coordinate_limit, parameters=CoordinateLimit),
+    "coordinate_spring": Force(effort=coordinate_spring, parameters=CoordinateSpring),
     "air_drag": Force(wrench=air_drag, parameters=AirDrag),
 }

@@ -61,22 +61,33 @@ def gyroscopic_moment(angular_velocity: wp.vec3, inertia: symmetric) -> wp.vec3:
     return wp.cross(angular_velocity, symmetric_times(inertia, angular_velocity))
 
 
-@wp.func
-def body_inertia(instance: int, body: int, model: ModelRef, work: ScratchRef):
-    """Inertia of a body about its joint, and the force that gravity and its own motion ask for."""
-    skeleton = model.skeleton
-    row = at(skeleton.row, instance, body)
-    rotation = work.rotation[body]
-    angular = work.angular_velocity[body]
-    mass = row.mass
-    c = rotation * row.com
-    a = inertia_about_joint(rotation, row.inertia, mass, c)
-    weight = wp.vec3(0.0, -mass * at(model.gravity, instance, 0), 0.0)
-    work.block_a[body] = a
-    work.block_b[body] = wp.skew(c * mass)
-    work.block_c[body] = symmetric(mass, 0.0, 0.0, mass, 0.0, mass)
-    work.bias_moment[body] = gyroscopic_moment(angular, a) - wp.cross(c, weight)
-    work.bias_force[body] = wp.cross(angular, wp.cross(angular, c)) * mass - weight
+@cache
+def body_inertia_of(turned: bool) -> Any:
+    """The Warp function of inertia of a body about its joint, and the force that gravity and its own motion ask for.
+
+    Args:
+        turned: whether the principal axes of some bodies are turned against those of their frames.
+    """
+
+    @wp.func
+    def body_inertia(instance: int, body: int, model: ModelRef, work: ScratchRef):
+        skeleton = model.skeleton
+        row = at(skeleton.row, instance, body)
+        rotation = work.rotation[body]
+        angular = work.angular_velocity[body]
+        mass = row.mass
+        c = rotation * row.com
+        if wp.static(turned):
+            rotation = rotation * at(model.couplings.inertia_axes, instance, body)
+        a = inertia_about_joint(rotation, row.inertia, mass, c)
+        weight = wp.vec3(0.0, -mass * at(model.gravity, instance, 0), 0.0)
+        work.block_a[body] = a
+        work.block_b[body] = wp.skew(c * mass)
+        work.block_c[body] = symmetric(mass, 0.0, 0.0, mass, 0.0, mass)
+        work.bias_moment[body] = gyroscopic_moment(angular, a) - wp.cross(c, weight)
+        work.bias_force[body] = wp.cross(angular, wp.cross(angular, c)) * mass - weight
+
+    return body_inertia
 
 
 @wp.func
@@ -88,20 +99,32 @@ def push_now(instance: int, state: StateRef) -> wp.vec3:
     return wp.vec3(0.0)
 
 
-@wp.func
-def inertia_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
-    """Inertia, gravity, velocity products, joint limits, contacts and pushes of every body. Ends with a barrier."""
-    if lane == 0:
-        work.flags[0] = 0
-    synchronize()
-    for i in range(lane, model.body_count, lanes):
-        body_inertia(instance, i, model, work)
-        if i == 0:
-            work.bias_force[0] = work.bias_force[0] - push_now(instance, state)
-        if model.skeleton.plan[i].has_limits == 1:
-            limit_stage(instance, i, model, state, work)
-        contact_stage(instance, i, model, work)
-    synchronize()
+@cache
+def inertia_stage_of(turned: bool = False) -> Any:
+    """The Warp function of inertia, gravity, velocity products, limits, contacts and pushes of every body.
+
+    It ends with a barrier.
+
+    Args:
+        turned: see `body_inertia_of`.
+    """
+    body_inertia = body_inertia_of(turned)
+
+    @wp.func
+    def inertia_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
+        if lane == 0:
+            work.flags[0] = 0
+        synchronize()
+        for i in range(lane, model.body_count, lanes):
+            body_inertia(instance, i, model, work)
+            if i == 0:
+                work.bias_force[0] = work.bias_force[0] - push_now(instance, state)
+            if model.skeleton.plan[i].has_limits == 1:
+                limit_stage(instance, i, model, state, work)
+            contact_stage(instance, i, model, work)
+        synchronize()
+
+    return inertia_stage
 
 
 @wp.struct
@@ -401,9 +424,8 @@ def forward_pass_of(accelerate: Any) -> Any:
 
 
 @cache
-def acceleration_stage_of(reduce: Any, accelerate: Any) -> Any:
+def acceleration_stage_of(backward_pass: Any, forward_pass: Any) -> Any:
     """The Warp function of accelerations of all bodies and joints; see the passes. It ends with a barrier."""
-    backward_pass, forward_pass = backward_pass_of(reduce), forward_pass_of(accelerate)
 
     @wp.func
     def acceleration_stage(instance: int, lane: int, lanes: int, model: ModelRef, work: ScratchRef):
@@ -416,4 +438,4 @@ def acceleration_stage_of(reduce: Any, accelerate: Any) -> Any:
     return acceleration_stage
 
 
-acceleration_stage = acceleration_stage_of(reduce_body, accelerate_body)
+acceleration_stage = acceleration_stage_of(backward_pass_of(reduce_body), forward_pass_of(accelerate_body))

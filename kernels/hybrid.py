@@ -96,15 +96,14 @@ def accelerate_remaining(instance: int, body: int, model: ModelRef, work: Scratc
 
 
 @cache
-def hybrid_acceleration_stage_of(reduce: Any, accelerate: Any) -> Any:
+def hybrid_acceleration_stage_of(backward_pass: Any, forward_pass: Any) -> Any:
     """The Warp function of accelerations of all bodies, and of joints where they are not prescribed.
 
     It ends with a barrier.
 
     Args:
-        reduce, accelerate: see `dynamics.backward_pass_of` and `dynamics.forward_pass_of`.
+        backward_pass, forward_pass: see `dynamics.backward_pass_of` and `dynamics.forward_pass_of`.
     """
-    backward_pass, forward_pass = backward_pass_of(reduce), forward_pass_of(accelerate)
 
     @wp.func
     def hybrid_acceleration_stage(
@@ -124,7 +123,9 @@ def hybrid_acceleration_stage_of(reduce: Any, accelerate: Any) -> Any:
     return hybrid_acceleration_stage
 
 
-hybrid_acceleration_stage = hybrid_acceleration_stage_of(reduce_remaining, accelerate_remaining)
+hybrid_acceleration_stage = hybrid_acceleration_stage_of(
+    backward_pass_of(reduce_remaining), forward_pass_of(accelerate_remaining)
+)
 
 
 @wp.func

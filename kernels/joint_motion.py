@@ -44,6 +44,16 @@ def slide_motion(instance: int, body: int, q: float, model: ModelRef) -> JointMo
 
 
 @wp.func
+def turning_motion(instance: int, body: int, q: float, model: ModelRef) -> JointMotion:
+    """Rotation by q rad about the joint's axis: a hinge whose coordinate other joints follow."""
+    axis = at(model.skeleton.row, instance, body).axis_a
+    m = JointMotion()
+    m.orientation = hinge_rotation(axis, q)
+    m.turning = axis
+    return m
+
+
+@wp.func
 def cubic_rates(c: wp.vec4, t: float) -> wp.vec3:
     """Value, first and second derivative of c0 + c1 t + c2 t^2 + c3 t^3."""
     return wp.vec3(
@@ -56,8 +66,8 @@ def cubic_rates(c: wp.vec4, t: float) -> wp.vec3:
 @wp.func
 def displacement_rates(couplings: Couplings, instance: int, function: int, q: float) -> wp.vec3:
     """Value, first and second derivative of one of the functions of a coupled joint."""
-    low = couplings.piece_start[function]
-    high = couplings.piece_start[function + 1]
+    low = at(couplings.function, instance, function).first_piece
+    high = at(couplings.function, instance, function).end_piece
     while high - low > 1:
         middle = (low + high) / 2
         if at(couplings.piece, instance, middle).start <= q:
@@ -76,17 +86,17 @@ def coupled_motion(instance: int, body: int, q: float, model: ModelRef) -> Joint
     """
     m = JointMotion()
     m.orientation = wp.quat(0.0, 0.0, 0.0, 1.0)
-    first = model.couplings.first[body]
+    first = model.couplings.joint[body].first
     for k in range(3):
         f = displacement_rates(model.couplings, instance, first + k, q)
-        own = at(model.couplings.axis, instance, first + k)
+        own = at(model.couplings.function, instance, first + k).axis
         axis = wp.quat_rotate(m.orientation, own)
         m.turning_slope = m.turning_slope + axis * f[2] + wp.cross(m.turning, axis) * f[1]
         m.turning = m.turning + axis * f[1]
         m.orientation = m.orientation * hinge_rotation(own, f[0])
     for k in range(3, 6):
         f = displacement_rates(model.couplings, instance, first + k, q)
-        axis = at(model.couplings.axis, instance, first + k)
+        axis = at(model.couplings.function, instance, first + k).axis
         m.place = m.place + axis * f[0]
         m.moving = m.moving + axis * f[1]
         m.moving_slope = m.moving_slope + axis * f[2]

@@ -63,6 +63,7 @@ class MuscleKind(NamedTuple):
     given: bool = False  # excitations come from outside, as they are
     own: OwnCurves | None = None  # in place of some curves of the model
     coordinate_joints: bool = False  # some joints are as in `coordinate_joint.py`
+    followers: bool = False  # and some follow others
     paths: PathKind = PathKind()
 
 
@@ -179,7 +180,9 @@ def muscle_stage_of(
     springs = ANY_SPRINGS if kind.coordinate_joints else SPRINGS
     actuation_stage = actuation_stage_of(torque, springs, kind.mixed)
     implicit_damping_stage = implicit_damping_stage_of(springs)
-    stretch_stage = any_stretch_of(kind.paths, kind.pulleys, kind.conditions, kind.straight, kind.coordinate_joints)
+    stretch_stage = any_stretch_of(
+        kind.paths, kind.pulleys, kind.conditions, kind.straight, kind.coordinate_joints, kind.followers
+    )
     law, neural, implicit, given = kind.law, kind.neural, kind.implicit, kind.given
     excites, sense, wanted_force = controller.excites, controller.sense, force_of(controller)
     senses, extension_struct = sense is not None, controller.extension

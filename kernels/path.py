@@ -25,6 +25,7 @@ from typing import Any
 import warp as wp
 
 from warpmuscle.kernels.coordinate_joint import along_coordinate
+from warpmuscle.kernels.follower import along_driver, driver_of
 from warpmuscle.kernels.joint_motion import has_motion
 from warpmuscle.kernels.muscle_control import counted, wanted_force
 from warpmuscle.kernels.scratch import synchronize
@@ -193,7 +194,7 @@ def joint_velocities(lane: int, lanes: int, model: ModelRef, work: ScratchRef):
 
 
 @cache
-def segments_stretch_of(conditions: bool, coordinate_joints: bool = False) -> Any:
+def segments_stretch_of(conditions: bool, coordinate_joints: bool = False, followers: bool = False) -> Any:
     """The Warp function of length and lengthening speed of one muscle's path of segments, and of its moment arms.
 
     They follow from kinematics and joint velocities in the working set. What its joints want of the muscle follows from
@@ -202,6 +203,7 @@ def segments_stretch_of(conditions: bool, coordinate_joints: bool = False) -> An
     Args:
         conditions: whether there are conditional points.
         coordinate_joints: whether some joints are as in `coordinate_joint.py`.
+        followers: whether some follow others: `Term.joint` may be one of them, which acts on the one that it follows.
 
     The function's last argument, (crossings,), gets the moment arm vectors of the muscle, m, world: a tension F puts
     the torque F r on the joint's parent and -F r on its child.
@@ -230,11 +232,16 @@ def segments_stretch_of(conditions: bool, coordinate_joints: bool = False) -> An
                 crossing = whole(term.crossing)
                 center = offset_between(joint, segment.origin, work)
                 r = segment_moment_arm(a, center, direction) * float(term.sign)
-                if wp.static(coordinate_joints) and has_motion(model.skeleton.plan[joint].joint_type):
+                if wp.static(followers):
+                    if has_motion(model.skeleton.plan[joint].joint_type):
+                        r = along_driver(instance, joint, r, direction * float(term.sign), model, work)
+                elif wp.static(coordinate_joints) and has_motion(model.skeleton.plan[joint].joint_type):
                     r = along_coordinate(instance, joint, r, direction * float(term.sign), model, work)
                 if wp.static(conditions) and segment.varies != 0:
                     weight = segment_weight(instance, i, joint, model, state, paths, work)
                     r = r * weight.value + weight.gradient * length
+                if wp.static(followers):
+                    joint = driver_of(joint, model)
                 total.speed += wp.dot(r, work.joint_velocity[joint])
                 if term.first == 0:
                     r += arm[crossing]
@@ -296,18 +303,22 @@ def pulley_stretch(
 
 @cache
 def stretch_of(
-    pulleys: bool = True, conditions: bool = True, straight: bool = False, coordinate_joints: bool = False
+    pulleys: bool = True,
+    conditions: bool = True,
+    straight: bool = False,
+    coordinate_joints: bool = False,
+    followers: bool = False,
 ) -> Any:
     """The Warp function of the length and speed of a path, see `segments_stretch_of`.
 
     Args:
         pulleys: whether there are paths on pulleys. conditions: whether there are conditional points.
         straight: whether all paths are straight, see `structs.Straight`.
-        coordinate_joints: whether some joints are as in `coordinate_joint.py`.
+        coordinate_joints: whether some joints are as in `coordinate_joint.py`. followers: and some follow others.
     """
     if straight:
         return straight_stretch
-    segments_stretch = segments_stretch_of(conditions, coordinate_joints)
+    segments_stretch = segments_stretch_of(conditions, coordinate_joints, followers)
     if not pulleys:
         return segments_stretch
 

@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 import warp as wp
 
 from warpmuscle.kernels.coordinate_joint import along_coordinate
+from warpmuscle.kernels.follower import along_driver
 from warpmuscle.kernels.joint_motion import cubic_rates, has_motion
 from warpmuscle.kernels.muscle_control import counted, wanted_force
 from warpmuscle.kernels.path import PathState, coordinate_gradient, offset_between, segment_moment_arm
@@ -231,11 +232,12 @@ def bend_of(kind: RouteKind) -> Any:
 
 
 @cache
-def walk_of(kind: RouteKind, acting: bool, coordinate_joints: bool = False) -> Any:
+def walk_of(kind: RouteKind, acting: bool, coordinate_joints: bool = False, followers: bool = False) -> Any:
     """The Warp function that walks along a route and gives its length, m, but for what is fixed of it.
 
     Args:
-        acting: whether it gives the moment arms, too. coordinate_joints: as of `path.segments_stretch_of`.
+        acting: whether it gives the moment arms, too. coordinate_joints, followers: as of
+            `path.segments_stretch_of`.
     """
     count = max(kind.wraps, 1)
     bends_struct, bend_after, place = bends_of(count), bend_after_of(count), place_of(kind.motions)
@@ -254,7 +256,10 @@ def walk_of(kind: RouteKind, acting: bool, coordinate_joints: bool = False) -> A
                 pull = direction * float(sign)
                 joint = whole(lever.joint)
                 r = segment_moment_arm(a, offset_between(joint, span.origin, work), pull)
-                if wp.static(coordinate_joints) and has_motion(model.skeleton.plan[joint].joint_type):
+                if wp.static(followers):
+                    if has_motion(model.skeleton.plan[joint].joint_type):
+                        r = along_driver(instance, joint, r, pull, model, work)
+                elif wp.static(coordinate_joints) and has_motion(model.skeleton.plan[joint].joint_type):
                     r = along_coordinate(instance, joint, r, pull, model, work)
                 crossing = whole(lever.crossing)
                 arm[crossing] = arm[crossing] + r
@@ -328,14 +333,14 @@ def walk_of(kind: RouteKind, acting: bool, coordinate_joints: bool = False) -> A
 
 
 @cache
-def route_stretch_of(kind: RouteKind, coordinate_joints: bool = False) -> Any:
+def route_stretch_of(kind: RouteKind, coordinate_joints: bool = False, followers: bool = False) -> Any:
     """The Warp function of length and speed of a route and its moment arms, see `path.segments_stretch_of`.
 
     Args:
         kind: what is compiled in.
     """
     bends_struct, bend = bends_of(max(kind.wraps, 1)), bend_of(kind)
-    measure, walk = walk_of(kind, False), walk_of(kind, True, coordinate_joints)
+    measure, walk = walk_of(kind, False), walk_of(kind, True, coordinate_joints, followers)
     exact, several = kind.exact, kind.wraps > 1
     settled = SETTLED_EXACT if kind.exact else SETTLED
 

@@ -94,9 +94,9 @@ def strength_by_height(height: float) -> float:
 
 
 @wp.func
-def transition_due(phase: float, on_foot_down: int, swing_force: float) -> bool:
-    """Whether a state ends: at phase 1, or after phase 0.5 when the swing foot carries more than 20 N."""
-    return phase >= 1.0 or (on_foot_down == 1 and phase > 0.5 and wp.abs(swing_force) > 20.0)
+def transition_due(phase: float, longest: float, on_foot_down: int, swing_force: float) -> bool:
+    """Whether a state ends: at its longest phase, or after phase 0.5 when the swing foot carries more than 20 N."""
+    return phase >= longest or (on_foot_down == 1 and phase > 0.5 and wp.abs(swing_force) > 20.0)
 
 
 @wp.func
@@ -350,9 +350,10 @@ def advance_phase(instance: int, model: ModelRef, state: StateRef):
     simbicon = model.simbicon
     row = state.machine_state[instance]
     stance = state.stance[instance]
-    phase = state.phase[instance] + model.time_step / at(simbicon.state_time, instance, row)
+    time = at(simbicon.state_time, instance, row)
+    phase = state.phase[instance] + model.time_step / time[0]
     control = simbicon.states[row]
-    if transition_due(phase, control.on_foot_down, state.foot_force[instance, 1 - stance][1]):
+    if transition_due(phase, time[1], control.on_foot_down, state.foot_force[instance, 1 - stance][1]):
         row = control.next_state
         state.machine_state[instance] = row
         state.stance[instance] = stance_after(stance, simbicon.states[row].stance_rule)

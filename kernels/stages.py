@@ -13,9 +13,10 @@ import warp as wp
 
 from warpmuscle.kernels.contact import body_contacts
 from warpmuscle.kernels.control import SIMBICON, Controller, control_stage_of
-from warpmuscle.kernels.coordinate_joint import coordinate_velocities, joint_stages_of
-from warpmuscle.kernels.dynamics import body_inertia, inertia_stage, leave_for_parent
-from warpmuscle.kernels.joint_motion import MotionOf, coupled_motion, has_motion, slide_motion
+from warpmuscle.kernels.coordinate_joint import coordinate_velocities
+from warpmuscle.kernels.dynamics import body_inertia_of, leave_for_parent
+from warpmuscle.kernels.joint_motion import MotionOf, coupled_motion, has_motion, slide_motion, turning_motion
+from warpmuscle.kernels.joint_stages import SkeletonKind, joint_stages_of
 from warpmuscle.kernels.muscle_stage import MuscleKind, muscle_stage_of
 from warpmuscle.kernels.path import joint_velocities
 from warpmuscle.kernels.scratch import coordinate_work_at
@@ -23,7 +24,9 @@ from warpmuscle.kernels.spatial import symmetric, symmetric_times
 from warpmuscle.kernels.stretch import PathKind, any_stretch_of
 from warpmuscle.kernels.structs import (
     BALL,
-    FIRST_COORDINATE_JOINT,
+    DRIVING_HINGE,
+    FIRST_OF_TABLE,
+    FOLLOWER,
     ROOT_FREE,
     UNIVERSAL,
     Model,
@@ -38,12 +41,15 @@ from warpmuscle.kernels.structs import (
 wp.set_module_options({"enable_backward": False, "max_unroll": 1})
 
 
-KNOWN_JOINTS = (  # as `scene.joints` numbers them
-    MotionOf(FIRST_COORDINATE_JOINT, slide_motion),
-    MotionOf(FIRST_COORDINATE_JOINT + 1, coupled_motion),
+KNOWN_JOINTS = (  # as `model.joints` numbers them
+    MotionOf(FOLLOWER, coupled_motion),
+    MotionOf(DRIVING_HINGE, turning_motion),
+    MotionOf(FIRST_OF_TABLE, slide_motion),
+    MotionOf(FIRST_OF_TABLE + 1, coupled_motion),
 )
-OF_JOINTS = joint_stages_of(KNOWN_JOINTS)
-kinematics_stage, acceleration_stage = OF_JOINTS.kinematics, OF_JOINTS.acceleration
+OF_JOINTS = joint_stages_of(SkeletonKind(KNOWN_JOINTS, turned=True))
+kinematics_stage, inertia_stage, acceleration_stage = OF_JOINTS.kinematics, OF_JOINTS.inertia, OF_JOINTS.acceleration
+body_inertia = body_inertia_of(True)
 
 
 @wp.func_native(snippet="return wp::array_t<float>(a.data + row * a.shape[1], a.shape[1]);")
@@ -133,7 +139,7 @@ def muscle_paths_of(kind: PathKind = PathKind()) -> Any:  # noqa: B008, immutabl
     Args:
         kind: what there is besides segments and pulleys.
     """
-    any_stretch = any_stretch_of(kind, coordinate_joints=True)
+    any_stretch = any_stretch_of(kind, coordinate_joints=True, followers=True)
 
     @wp.kernel(module="unique", enable_backward=False, module_options={"max_unroll": 1})
     def kernel(
@@ -265,6 +271,14 @@ def angular_axis(instance: int, body: int, k: int, model: ModelRef, work: Scratc
 
 
 @wp.func
+def moving_speeds(body: int, model: ModelRef) -> int:
+    """How many speeds move the joint of a body, its own or that which it follows."""
+    if model.skeleton.plan[body].joint_type == FOLLOWER:
+        return 1
+    return model.skeleton.plan[body].speed_end - model.skeleton.plan[body].speed_start
+
+
+@wp.func
 def linear_axis(body: int, k: int, model: ModelRef, work: ScratchRef) -> wp.vec3:
     """Velocity that a unit of speed k of a body's joint gives the joint, world; 0 if that cannot move."""
     if body == 0 and model.skeleton.plan[0].joint_type == ROOT_FREE:
@@ -295,7 +309,7 @@ def mass_matrix(
         a = work.block_a[body]
         b = work.block_b[body]
         c = work.block_c[body]
-        for k in range(skeleton.plan[body].speed_end - skeleton.plan[body].speed_start):
+        for k in range(moving_speeds(body, model)):
             axis = angular_axis(i, body, k, model, work)
             direction = linear_axis(body, k, model, work)
             n = symmetric_times(a, axis) + b * direction
@@ -303,12 +317,14 @@ def mass_matrix(
             column = skeleton.plan[body].speed_start + k
             above = int(body)
             while above >= 0:
-                for j in range(skeleton.plan[above].speed_end - skeleton.plan[above].speed_start):
+                for j in range(moving_speeds(above, model)):
                     m = wp.dot(angular_axis(i, above, j, model, work), n) + wp.dot(
                         linear_axis(above, j, model, work), f
                     )
-                    matrix[i, skeleton.plan[above].speed_start + j, column] = m
-                    matrix[i, column, skeleton.plan[above].speed_start + j] = m
+                    row = skeleton.plan[above].speed_start + j
+                    matrix[i, row, column] = matrix[i, row, column] + m
+                    if above != body:
+                        matrix[i, column, row] = matrix[i, column, row] + m
                 parent = skeleton.plan[above].parent
                 if parent >= 0:
                     n = n + wp.cross(work.position[above] - work.position[parent], f)

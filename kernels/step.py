@@ -9,15 +9,12 @@ from warpmuscle.kernels.collision import collision_stage_of
 from warpmuscle.kernels.compiler_hints import known_rows_of
 from warpmuscle.kernels.control import SIMBICON, Controller, control_stage_of
 from warpmuscle.kernels.coordinate_control import coordinate_control_stage
-from warpmuscle.kernels.coordinate_joint import joint_stages_of
-from warpmuscle.kernels.dynamics import inertia_stage
 from warpmuscle.kernels.extensions import extension_list
 from warpmuscle.kernels.failure import begin_step, posture_status, step_status
 from warpmuscle.kernels.forces import Force, body_forces_stage_of, joint_forces_stage_of
 from warpmuscle.kernels.gait_cycle import advance_cycles
 from warpmuscle.kernels.hybrid import hybrid_integrate_stage
-from warpmuscle.kernels.integration import integrate_stage
-from warpmuscle.kernels.joint_motion import MotionOf
+from warpmuscle.kernels.joint_stages import SkeletonKind, joint_stages_of
 from warpmuscle.kernels.muscle_stage import MuscleKind, muscle_stage_of
 from warpmuscle.kernels.record import RecordKind, frame_of, recorders_of
 from warpmuscle.kernels.scratch import slots_of, synchronize, work_memory
@@ -86,7 +83,7 @@ def one_step_of(
     motion: bool = False,
     recorded: RecordKind = RecordKind(),  # noqa: B008, immutable
     controller: Controller = SIMBICON,
-    joints: tuple[MotionOf, ...] = (),
+    skeleton: SkeletonKind = SkeletonKind(),  # noqa: B008, immutable
     forces: tuple[Force, ...] = (),
     lap: Any = no_lap,
 ) -> Any:
@@ -99,16 +96,17 @@ def one_step_of(
         motion: whether the motion of some coordinates is prescribed.
         recorded: what is recorded.
         controller: what controls joints and muscles. forces: the kinds of others that act.
-        joints: types of joints of one coordinate that the model has.
+        skeleton: of the bodies and joints that the model has.
         lap: called as each of `STAGES` ends, by its number.
     """
     record_desired, record_stage = recorders_of(recorded)
     control_stage, advance = control_stage_of(controller), controller.advance
     muscle_stage, muscular = control_stage, muscles is not None
-    by_coordinate = bool(joints) and controller.custom.effort is None
-    of_joints = joint_stages_of(joints)
-    kinematics_stage, acceleration_stage = of_joints.kinematics, of_joints.acceleration
-    hybrid_acceleration_stage, prescribe_stage = of_joints.hybrid_acceleration, of_joints.prescribe
+    by_coordinate = bool(skeleton.joints) and controller.custom.effort is None
+    of_joints = joint_stages_of(skeleton)
+    kinematics_stage, inertia_stage, integrate_stage = of_joints.kinematics, of_joints.inertia, of_joints.integrate
+    acceleration_stage, hybrid_acceleration_stage = of_joints.acceleration, of_joints.hybrid_acceleration
+    prescribe_stage = of_joints.prescribe
     pulling, pushing = (any(getattr(force, kind) for force in forces) for kind in ("effort", "wrench"))
     joint_forces_stage, body_forces_stage = joint_forces_stage_of(forces), body_forces_stage_of(forces)
     extensions_struct = extensions_of(controller, forces)
@@ -214,7 +212,7 @@ def step_kernel(
     motion: bool = False,
     recorded: RecordKind = RecordKind(),  # noqa: B008, immutable
     controller: Controller = SIMBICON,
-    joints: tuple[MotionOf, ...] = (),
+    skeleton: SkeletonKind = SkeletonKind(),  # noqa: B008, immutable
     forces: tuple[Force, ...] = (),
     lap: Any = no_lap,
 ) -> Any:
@@ -224,14 +222,14 @@ def step_kernel(
         capacity: bodies that it has room for, see `scratch.capacity_of`.
         lanes: threads that share an instance; 1 on the CPU.
         block_dim: threads a block, a multiple of lanes.
-        muscles, objective, collisions, motion, recorded, controller, joints, forces, lap: see `one_step_of`.
+        muscles, objective, collisions, motion, recorded, controller, skeleton, forces, lap: see `one_step_of`.
     """
-    one_step = one_step_of(muscles, objective, collisions, motion, recorded, controller, joints, forces, lap)
+    one_step = one_step_of(muscles, objective, collisions, motion, recorded, controller, skeleton, forces, lap)
     extensions_struct = extensions_of(controller, forces)
     instances_per_block = max(block_dim // lanes, 1)
     slots = slots_of(capacity)
-    memory = work_memory(capacity, instances_per_block, bool(joints))
-    work_at = joint_stages_of(joints).work_at
+    memory = work_memory(capacity, instances_per_block, bool(skeleton.joints))
+    work_at = joint_stages_of(skeleton).work_at
 
     @wp.kernel(
         module="unique",

@@ -26,13 +26,14 @@ def any_stretch_of(
     conditions: bool = True,
     straight: bool = False,
     coordinate_joints: bool = False,
+    followers: bool = False,
 ) -> Any:
     """The Warp function of the length and speed of a path of any kind, see `path.stretch_of`."""
-    others, some_others = stretch_of(pulleys, conditions, straight, coordinate_joints), kind.others
+    others, some_others = stretch_of(pulleys, conditions, straight, coordinate_joints, followers), kind.others
     routes, polynomials = kind.routes is not None, kind.polynomials
     if not routes and not polynomials:
         return others
-    route_stretch = route_stretch_of(kind.routes or RouteKind(), coordinate_joints)
+    route_stretch = route_stretch_of(kind.routes or RouteKind(), coordinate_joints, followers)
 
     @wp.func
     def any_stretch(

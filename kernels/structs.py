@@ -16,6 +16,8 @@ from warpmuscle.kernels.body_structs import BodyRow as BodyRow
 from warpmuscle.kernels.body_structs import Collisions as Collisions
 from warpmuscle.kernels.body_structs import ContactPoint as ContactPoint
 from warpmuscle.kernels.body_structs import Contacts as Contacts
+from warpmuscle.kernels.body_structs import Coupling as Coupling
+from warpmuscle.kernels.body_structs import CouplingFunction as CouplingFunction
 from warpmuscle.kernels.body_structs import Couplings as Couplings
 from warpmuscle.kernels.body_structs import CubicPiece as CubicPiece
 from warpmuscle.kernels.body_structs import Feet as Feet
@@ -59,6 +61,8 @@ ROOT_FREE, ROOT_PLANAR, ROOT_FIXED = 0, 1, 2
 BALL, UNIVERSAL, HINGE, FIXED = 1, 2, 3, 4
 SECOND_HINGE, ROOT_PRESCRIBED = 5, 6  # what motion leaves of a universal joint whose first axis it has, and of a root
 FIRST_COORDINATE_JOINT = 8  # and greater: types whose motion is a function of one coordinate, see `joint_motion.py`
+FOLLOWER, DRIVING_HINGE = 8, 9  # a joint that follows another one's coordinate; a hinge that is followed
+FIRST_OF_TABLE = 10  # and greater: types that the host's table names
 FIRST_AXIS, SECOND_AXIS = 1, 2  # of a universal joint, prescribed
 LEFT, RIGHT, REVERSE, SAME = 0, 1, 2, 3
 RUNNING, COMPLETED, FELL, TURNED, TOUCHED, DIVERGED, CROSSED, COLLIDED = map(int, Status)

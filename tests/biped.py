@@ -143,7 +143,7 @@ def rotate(quaternion: np.ndarray, vector: np.ndarray) -> np.ndarray:
 def random_recording(frames: int = 200, joints: int = 3, seed: int = 0, muscles: int = 0) -> Recording:
     """A recording of the right shapes, filled with random numbers."""
     rng = np.random.default_rng(seed)
-    counts = {"frame": frames, "joint": joints, "body": joints + 1, "muscle": muscles}
+    counts = {"frame": frames, "joint": joints, "body": joints + 1, "muscle": muscles, "coordinate": 0, "speed": 0}
     arrays = {
         name: rng.random([counts.get(axis, len(axis.split())) for axis in quantity.axes])
         for name, quantity in QUANTITIES.items()

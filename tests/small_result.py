@@ -1,5 +1,6 @@
 """Results made by hand, for tests to draw and to report: a walk on muscles, and a search."""
 
+import dataclasses
 from functools import cache
 
 import msgspec
@@ -70,8 +71,7 @@ def walk_result(name: str = "walk56") -> Result:
 
 def with_arrays(motion: Recording, **arrays: np.ndarray) -> Recording:
     """The motion with other arrays."""
-    every = {name: motion[name] for name in QUANTITIES} | arrays
-    return Recording.of(every, motion.joint_names, motion.body_names, motion.muscle_names)
+    return dataclasses.replace(motion, **arrays)
 
 
 def arm_motion(frames: int = 20) -> Recording:

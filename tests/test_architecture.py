@@ -25,6 +25,7 @@ ORDER: tuple[tuple[str, ...], ...] = (
     ("video",),
     ("report",),
     ("throw", "sweep"),
+    ("examples",),
     ("cli",),
 )
 LEVEL = {package: level for level, packages in enumerate(ORDER) for package in packages}

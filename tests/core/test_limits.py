@@ -138,6 +138,8 @@ TOO_LARGE: dict[str, tuple[str, Callable[[Path], object]]] = {
     "text": ("big.toml", lambda folder: load(large("big.toml")(folder))),
     "text of the original program": ("big.rbs", lambda folder: load(large("big.rbs")(folder))),
     "table": ("big.csv", lambda folder: read_signals(large("big.csv")(folder))),
+    "model": ("big.osim", lambda folder: load(large("big.osim")(folder))),
+    "elements": ("many.osim:", lambda folder: load(many_elements(folder))),
     "nesting": ("<text>", lambda folder: toml.loads(f"name = 'a'\n[{'.'.join('a' * 60)}]\nb = 1")),
     "bases": ("base", lambda folder: load(based(folder))),
     "values": ("", changed(long_curve)),
@@ -166,6 +168,13 @@ TOO_LARGE: dict[str, tuple[str, Callable[[Path], object]]] = {
     "characters": ("/names", lambda folder: read_signals(signals_file(folder, long_names))),
     "archive": ("", lambda folder: read_motions(archive(folder), ["elbow"])),
 }
+
+
+def many_elements(folder: Path) -> Path:
+    """A model with more elements than are read."""
+    path = folder / "many.osim"
+    path.write_text("<OpenSimDocument>" + "<a/>" * LIMITS["elements"].most + "</OpenSimDocument>")
+    return path
 
 
 def long_scene() -> Scene:
@@ -228,7 +237,7 @@ def test_the_readme_lists_all_limits():
         assert f"| `{name}` | {limit.most:,} {limit.of} | {limit.why} |" in text
 
 
-@pytest.mark.parametrize("name", ["a.toml", "a.rbs", "a.csv", "a.sto", "a.c3d"])
+@pytest.mark.parametrize("name", ["a.toml", "a.rbs", "a.osim", "a.csv", "a.sto", "a.c3d"])
 @pytest.mark.parametrize("kind", ["pipe", "device"])
 def test_pipes_and_devices_are_no_files(name: str, kind: str, tmp_path: Path):
     path = tmp_path / name
@@ -236,7 +245,7 @@ def test_pipes_and_devices_are_no_files(name: str, kind: str, tmp_path: Path):
         os.mkfifo(path)
     else:
         path.symlink_to("/dev/zero")
-    read = load if name.endswith(("toml", "rbs")) else read_signals
+    read = load if name.endswith(("toml", "rbs", "osim")) else read_signals
     with pytest.raises(Error, match=rf"{name}: cannot be (opened|read): this is a pipe or a device, not a file$"):
         read(path)
 

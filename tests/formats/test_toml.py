@@ -10,6 +10,7 @@ from small_scene import sound_scene
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.limits import GREATEST_NUMBER
 from warpmuscle.formats import load, toml
+from warpmuscle.formats.simbicon import sbc_text
 from warpmuscle.formats.toml_lines import key_lines
 from warpmuscle.scene import PD, Scene, SearchStage, State, Trajectory
 from warpmuscle.scene.number import Free
@@ -74,6 +75,15 @@ def test_stages_of_a_search_are_read_back_equal_and_their_errors_know_the_line(t
     with pytest.raises(SceneError, match=r"scene\.toml:8: stages\.1\.objective\.speed: expected .*, got a table"):
         toml.read(write(tmp_path, f"{text}speed = {{ value = 1, min = 0, max = 2 }}\n"))
     assert toml.read(write(tmp_path, f"{text}speed = 1\n")).stages[1] == SearchStage("b", {"speed": 1.0})
+
+
+def test_phase_up_to_which_a_state_waits_is_read_back_equal_and_refused_where_the_file_cannot_say_it(tmp_path):
+    scene = sound_scene()
+    scene.controller.states[0].longest = Free(1.3, 1.0, 1.5)
+    assert round_trip(tmp_path, scene) == scene
+    scene.controller.states[0].longest, scene.controller.pd = 1.3, {}
+    with pytest.raises(SceneError, match=r"states\.0\.longest: this format has no states that last beyond"):
+        sbc_text(scene.controller)
 
 
 def test_trajectories_bodies_and_joints_keep_their_order(tmp_path):

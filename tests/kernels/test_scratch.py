@@ -20,6 +20,7 @@ from warpmuscle.kernels import (
     devices,
     dynamics,
     failure,
+    follower,
     forces,
     hybrid,
     integration,
@@ -65,13 +66,15 @@ FUNCTIONS: dict[str, tuple[Any, ...]] = {
     "objective": (term_functions.objective_stage_of(TERMS),),
     "record": (record.record_stage,),
     "motion": (motion.prescribe_stage, coordinate_joint.prescribe_any),
-    "inertia": (dynamics.inertia_stage, forces.body_forces_stage_of(FORCES)),
-    "backward": tuple(
-        dynamics.backward_pass_of(reduce) for reduce in (dynamics.reduce_body, coordinate_joint.reduce_any)
+    "inertia": (dynamics.inertia_stage_of(True), forces.body_forces_stage_of(FORCES)),
+    "backward": (
+        dynamics.backward_pass_of(dynamics.reduce_body), dynamics.backward_pass_of(coordinate_joint.reduce_any),
+        follower.backward_pass_of_clusters(follower.reduce_any_cluster),
     ),
     "forward": (
         dynamics.accelerate_root, dynamics.forward_pass_of(dynamics.accelerate_body),
         dynamics.forward_pass_of(coordinate_joint.accelerate_any),
+        follower.forward_pass_of_clusters(coordinate_joint.accelerate_any),
     ),
     "integration": (integration.integrate_stage, hybrid.hybrid_integrate_stage),
     "feet": (failure.step_status, step.foot_force_stage),

@@ -12,7 +12,10 @@ from mujoco_oracle import States, random_states
 from warpmuscle.formats import load
 from warpmuscle.kernels import simbicon
 from warpmuscle.kernels.structs import LEFT, REVERSE, RIGHT, SAME
+from warpmuscle.model.controller import controller_struct
 from warpmuscle.scene import PD, Balance, Component, Controller, Curve, Feedback, Ground, Scene, State, Trajectory
+from warpmuscle.scene.number import Free
+from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.simulation.stages import Stages
 
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
@@ -188,6 +191,31 @@ def test_at_phase_one_the_next_state_begins_with_its_own_stance(transition, rule
     assert machine(0.9999, states, before) == (0.0, 1, after)
 
 
+def test_state_that_may_last_passes_phase_one_in_flight_and_ends_at_its_longest():
+    states = [State(0.4, next=1, longest=1.5, stance="same"), State(0.7, stance="reverse")]
+    assert machine(0.9999, states) == (pytest.approx(0.9999 + 0.0005 / 0.4), 0, LEFT)
+    assert machine(1.4999, states) == (0.0, 1, RIGHT)
+
+
+def test_each_instance_waits_for_its_own_longest_phase():
+    scene = substitute(load("fwalk"), start_values(load("fwalk")))
+    free = State(0.4, next=1, longest=Free(1.2, 1.0, 2.0), stance="same")
+    scene.controller.states, scene.ground = [free, State(0.7)], Ground(stiffness=0.0)
+    stages = Stages(scene, 2, "cpu")
+    values = substitute(scene, np.array([[1.2], [1.6]]))
+    stages.model.simbicon = controller_struct(values, stages.names, "cpu")
+    stages.state.phase.fill_(1.4)
+    stages.run(scene.time_step)
+    assert stages.state.machine_state.numpy().tolist() == [1, 0]
+
+
+def test_targets_beyond_phase_one_are_those_at_phase_one():
+    scene, states = everything_on(), upright_states(30, seed=9)
+    scene.controller.states[0].longest = 2.0
+    for at_one, beyond in zip(*(torques(scene, states, phase=phase) for phase in (1.0, 1.7)), strict=True):
+        np.testing.assert_array_equal(at_one, beyond)
+
+
 # The functions, one by one.
 
 
@@ -195,8 +223,14 @@ def test_transition_needs_a_loaded_swing_foot_after_half_the_time():
     phase = np.array([0.4, 0.51, 0.51, 0.51, 0.51, 1.0, 1.0])
     on_foot_down = np.array([1, 1, 1, 1, 0, 0, 1])
     force = np.array([500.0, 19.0, 21.0, -21.0, 500.0, 0.0, 0.0])
-    due = evaluate(simbicon.transition_due, phase, on_foot_down, force)
+    due = evaluate(simbicon.transition_due, phase, np.ones(7), on_foot_down, force)
     assert due.tolist() == [0, 0, 1, 1, 0, 1, 1]
+
+
+def test_state_that_may_last_waits_for_its_foot_up_to_its_longest_phase():
+    phase, force = np.array([1.0, 1.39, 1.39, 1.4, 1.41]), np.array([0.0, 0.0, 21.0, 0.0, 0.0])
+    due = evaluate(simbicon.transition_due, phase, np.full(5, 1.4), np.ones(5, int), force)
+    assert due.tolist() == [0, 0, 1, 1, 1]
 
 
 def test_stance_rules():

@@ -5,11 +5,19 @@ import pytest
 
 from biped import random_recording
 from warpmuscle.kernels.recorded import MUSCLE_PLACES
-from warpmuscle.results.recording import INTEGER_QUANTITIES, MUSCLE_QUANTITIES, QUANTITIES, RawFrames, Recording, label
+from warpmuscle.results.recording import (
+    INTEGER_QUANTITIES,
+    MUSCLE_QUANTITIES,
+    NAMED,
+    QUANTITIES,
+    RawFrames,
+    Recording,
+    label,
+)
 
 
 def test_every_field_but_the_names_is_a_described_quantity():
-    fields = set(Recording.__dataclass_fields__) - {"joint_names", "body_names", "muscle_names"}
+    fields = set(Recording.__dataclass_fields__) - set(NAMED.values())
     assert fields == set(QUANTITIES)
     assert set(INTEGER_QUANTITIES) < fields
 

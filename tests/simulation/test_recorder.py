@@ -8,6 +8,7 @@ from warpmuscle.core.errors import RolloutError
 from warpmuscle.kernels.record import RecordKind
 from warpmuscle.model.structure import structure_of
 from warpmuscle.results.recording import MUSCLE_QUANTITIES
+from warpmuscle.scene.topology import coordinate_names
 from warpmuscle.simulation.recorder import SIZES, Recorder, check_room, frame_bytes, frame_steps, record_kind
 
 STRUCTURE = structure_of(muscle_scene())
@@ -75,3 +76,15 @@ def test_frames_are_whole_steps_apart_and_never_farther_than_the_simulation_is_l
     scene = muscle_scene()
     scene.duration, scene.time_step = 10.0, 1.0 / 2000.0
     assert frame_steps(scene, rate) == steps
+
+
+def test_coordinates_and_speeds_are_recorded_under_their_names():
+    frames, scene = recorder(), muscle_scene()
+    room = frames.record.coordinates.numpy()
+    frames.record.coordinates.assign(np.arange(room.size, dtype=np.float32).reshape(room.shape))
+    motion = frames.recording(scene, 4, 35)
+    assert (motion.coordinate_names, motion.speed_names) == coordinate_names(STRUCTURE.names, scene.character)
+    assert motion.coordinate.shape == (4, STRUCTURE.names.coordinates)
+    last = motion.coordinate_names.index(scene_joint := STRUCTURE.names.joints[-1])
+    assert scene_joint in motion.speed_names
+    assert np.array_equal(motion.coordinate[:, last], frames.record.coordinates.numpy()[0, :4, last])

@@ -13,7 +13,7 @@ from warpmuscle.formats import load
 from warpmuscle.scene import Character, Failure, Ground, Scene
 from warpmuscle.scene.joints import joint_type, root_type
 from warpmuscle.scene.topology import topology
-from warpmuscle.studies.inverse_dynamics import body_points, inverse_dynamics
+from warpmuscle.studies.inverse_dynamics import body_points, inverse_dynamics, joint_space
 
 
 def character_of(name: str) -> Character:
@@ -72,6 +72,24 @@ def test_forces_are_those_of_mujoco(name: str):
         if character.root_joint == "free":
             expected[3:6] = rotate(states.root_orientation[k], expected[3:6])
         np.testing.assert_allclose(got[k], expected, atol=1e-8 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("name", ["biped", "planar", "fixed"])
+def test_mass_matrix_and_gravity_are_those_of_mujoco(name: str):
+    scene = Scene("x", character_of(name), ground=Ground(stiffness=0.0))
+    states = random_states(scene.character, 5, seed=3, speed=0.0)
+    found = joint_space(scene, motion(scene, states)[0])
+    model = mujoco_oracle.compile_model(scene)
+    order, data = places(model, scene.character), mujoco.MjData(model)
+    matrices = mujoco_oracle.mass_matrix(scene, states)[:, order][:, :, order]
+    for k in range(len(states)):
+        data.qpos, data.qvel = state_to_qpos(model, scene.character, states, k)
+        mujoco.mj_forward(model, data)
+        to_world, gravity = np.eye(len(order)), -data.qfrc_bias[order]
+        if scene.character.root_joint == "free":
+            to_world[3:6, 3:6] = rotate(states.root_orientation[k], np.eye(3)).T
+        np.testing.assert_allclose(found.mass_matrix[k], to_world @ matrices[k] @ to_world.T, atol=1e-9)
+        np.testing.assert_allclose(found.gravity[k], to_world @ gravity, atol=1e-9)
 
 
 def test_bodies_are_where_mujoco_places_them():

@@ -8,8 +8,9 @@ from warpmuscle.core.errors import Error
 from warpmuscle.core.pose import normalized
 from warpmuscle.formats import load
 from warpmuscle.results.recording import QUANTITIES, Recording
-from warpmuscle.scene import Scene
+from warpmuscle.scene import Body, Character, Displacement, Failure, InitialState, Joint, JointState, Scene
 from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.simulation.rollout import Rollout
 from warpmuscle.view.track import doll_of, thinned, track_of
 
 
@@ -35,8 +36,31 @@ def fwalk() -> Scene:
 def test_positions_follow_from_orientations():
     recording = moving_biped()
     doll = doll_of(Scene("biped", biped()), ())
-    positions = doll.positions(recording.root_position, recording.body_orientation)
+    positions = doll.positions(recording.root_position, recording.body_orientation, np.zeros((30, 0, 3)))
     np.testing.assert_allclose(positions, recording.body_position, atol=1e-12)
+
+
+def test_positions_follow_where_joint_points_move():
+    body = Body(1.0, (0.1, 0.1, 0.1))
+    cart = Joint("slide", "rail", "cart", (0.1, 0.2, 0.0), (0.0, 0.05, 0.0), [(0.0, 0.6, 0.8)])
+    rod = Joint("hinge", "cart", "rod", (0.0, 0.0, 0.1), (0.0, 0.3, 0.0), [(1.0, 0.0, 0.0)])
+    cap = Joint(
+        "coupled", "cart", "cap", (0.0, 0.1, 0.0), (0.0, -0.1, 0.0), follows="rod",
+        translations=[Displacement((0.0, 1.0, 0.0), slope=0.2)],
+    )  # fmt: skip
+    bodies = dict.fromkeys(("rail", "cart", "rod", "cap"), body)
+    character = Character("rail", bodies, {"cart": cart, "rod": rod, "cap": cap}, "fixed")
+    start = InitialState(joints={"cart": JointState(coordinate=1.0, speed=2.0)})
+    scene = Scene("cart", character, initial_state=start, failure=Failure(com_height=0.0), duration=0.2)
+    rollout = Rollout(scene, 1, "cpu", record=[0])
+    rollout.run()
+    recording = rollout.recording(0)
+    track = track_of(recording, scene)
+    assert track.doll.sliding == (1, 3)
+    assert np.ptp(recording.body_position[:, 1], axis=0).max() > 0.1
+    assert np.ptp(track.slid[:, 1], axis=0).max() > 0.01
+    positions = track.doll.positions(recording.root_position, recording.body_orientation, track.slid)
+    np.testing.assert_allclose(positions, recording.body_position, atol=1e-6)
 
 
 def test_desired_pose_turns_by_targets_from_parent_to_child_but_the_swing_hip_from_the_heading():

@@ -20,6 +20,7 @@ from warpmuscle.cli.results import apply, export, report
 from warpmuscle.cli.scenes import convert, fit_muscles, info, scenes
 from warpmuscle.cli.shortage import output_refused, shortage
 from warpmuscle.cli.simulate import simulate
+from warpmuscle.cli.start import example, schema
 from warpmuscle.cli.sweep import sweep
 from warpmuscle.cli.synergies import synergies
 from warpmuscle.cli.throw import throw
@@ -39,7 +40,7 @@ app = typer.Typer(
 )
 COMMANDS = (
     scenes, info, simulate, optimize, sweep, apply, report, view, plot, video, export, fit_muscles, convert,
-    synergies, throw,
+    synergies, throw, example, schema,
 )  # fmt: skip
 for command in COMMANDS:
     app.command(command.__name__.replace("_", "-"))(command)

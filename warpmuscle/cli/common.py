@@ -29,7 +29,7 @@ def scene_names_like(incomplete: str) -> list[str]:
 Sources = Annotated[
     list[str],
     typer.Argument(
-        metavar="SCENE...", help="Scene name, TOML file, or .rbs .sbc [.rs].", autocompletion=scene_names_like
+        metavar="SCENE...", help="Scene name, TOML file, .rbs .sbc [.rs], or .osim.", autocompletion=scene_names_like
     ),
 ]
 Device = Annotated[

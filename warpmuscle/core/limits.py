@@ -23,7 +23,9 @@ class Limit(NamedTuple):
 LIMITS: dict[str, Limit] = {
     "text": Limit(2**23, "bytes", "of a scene, a sweep or a file of the original program: seconds to read"),
     "table": Limit(2**30, "bytes", "of a recording as a table or in C3D: some gigabytes of memory"),
-    "nesting": Limit(50, "tables or lists in each other", "of a TOML file"),
+    "model": Limit(2**26, "bytes", "of an OpenSim model: seconds to read"),
+    "elements": Limit(500_000, "elements", "of such a model: some hundred megabytes of memory"),
+    "nesting": Limit(50, "tables, lists or elements in each other", "of a TOML file or an OpenSim model"),
     "bases": Limit(50, "scenes based on each other", "of a scene"),
     "values": Limit(500_000, "values", "of a scene, its curves and paths included: seconds to check"),
     "bodies": Limit(500, "bodies", "of a character: each adds to the working set of a step"),

@@ -21,7 +21,8 @@ from warpmuscle.scene.validation.muscles import SceneWarning
 from warpmuscle.scene.validation.scene import check_scene
 from warpmuscle.scene.validation.start import doubts_of
 
-SUFFIXES = (".toml", ".rbs", ".sbc", ".rs")
+SUFFIXES = (".toml", ".rbs", ".sbc", ".rs")  # of files that are read and written
+READ = (*SUFFIXES, ".osim")
 SceneLike = Scene | str | PathLike[str]  # a scene, its name, or its file
 
 
@@ -33,7 +34,7 @@ def load(
     Args:
         sources: the name of a shipped scene; or a TOML file; or files of the Simbicon Controller Editor Framework in
             any order: a `.rbs` with the character, others with the ground, a `.sbc`, a `.rs`. Without a `.rs`, the one
-            that the `.sbc` names is looked for from its folder upward.
+            that the `.sbc` names is looked for from its folder upward. Or a model of OpenSim, `.osim`.
         ignored: gets what was not used; without it, that is summed up in a warning.
         keyword_rule: muscles drive only the joints that a `.rbs` marks `actuationType muscle`, where it marks any;
             otherwise all that they cross.
@@ -56,7 +57,7 @@ def load(
     as_truth(keyword_rule, "keyword_rule")
     as_truth(trust, "trust")
     suffixes = [path.suffix.lower() for path in paths]
-    if len(paths) == 1 and suffixes[0] not in SUFFIXES:
+    if len(paths) == 1 and suffixes[0] not in READ:
         paths, suffixes = [_shipped(str(sources[0]))], [".toml"]
     if suffixes == [".toml"]:
         doubts: list[SceneError] = []
@@ -66,10 +67,10 @@ def load(
             allow(scene, paths[0].absolute().parent)
         return scene
     for path, suffix in zip(paths, suffixes, strict=True):
-        if suffix not in SUFFIXES[1:]:
+        if suffix not in SUFFIXES[1:] and suffixes != [".osim"]:
             raise SceneError(f"{str(path)!r} cannot be combined with other files; only .rbs, .sbc and .rs can")
     notes = Notes()
-    scene = _combine(paths, suffixes, keyword_rule, notes)
+    scene = _model(paths[0], notes) if suffixes == [".osim"] else _combine(paths, suffixes, keyword_rule, notes)
     _warn([notes.placed(doubt) for doubt in doubts_of(scene)])
     if ignored is not None:
         ignored.extend(notes.ignored)
@@ -130,18 +131,25 @@ def _folder() -> Path:
 def _shipped(name: str) -> Path:
     """Path of a shipped scene."""
     if "/" in name or Path(name).exists():
-        raise SceneError(f"a scene is read from {', '.join(SUFFIXES)}", file=name)
+        raise SceneError(f"a scene is read from {', '.join(READ)}", file=name)
     path = _folder() / f"{name}.toml"
     if path.is_file() and toml.is_scene(path):
         return path
     names = scene_names()  # of which each is read, so only where one has to be said
     near = difflib.get_close_matches(name, names, n=1)
     hint = f" did you mean {near[0]!r}?" if near else ""
-    raise SceneError(f"there is no scene called {name!r};{hint} {_available()}, or give a file ({', '.join(SUFFIXES)})")
+    raise SceneError(f"there is no scene called {name!r};{hint} {_available()}, or give a file ({', '.join(READ)})")
 
 
 def _available() -> str:
     return f"shipped scenes: {', '.join(scene_names())}"
+
+
+def _model(path: Path, notes: Notes) -> Scene:
+    """The scene of an OpenSim model."""
+    from warpmuscle.formats.osim.build import load_model  # with what no other scene waits for
+
+    return load_model(path, notes)
 
 
 def _combine(paths: Sequence[Path], suffixes: Sequence[str], keyword_rule: bool, notes: Notes) -> Scene:

@@ -1,10 +1,11 @@
 """Writes a scene's character as MuJoCo XML (MJCF), for viewers, other simulators and as an oracle in tests.
 
 The world keeps its axes (y up, x left, z forward). A MuJoCo body frame is our body frame: origin at the centre of mass,
-axes along the principal axes of inertia. Joints keep their names; a universal joint becomes the hinges `<name>_b` and
-`<name>_a`, the root joint `<root>_free`, or `<root>_y`, `<root>_z` and `<root>_turn` for a planar root. Geoms collide
-with the ground only. Controller and ground stiffness are not written. The keyframe `start` is the initial state; in
-MuJoCo's reference configuration (qpos0) the root has its initial pose and all joints are in the reference pose.
+and the same axes. Joints keep their names; a universal joint becomes the hinges `<name>_b` and `<name>_a`, the root
+joint `<root>_free`, or `<root>_y`, `<root>_z` and `<root>_turn` for a planar root. Bodies without mass are left out:
+the joints in a row through them are all of the body at its end. Geoms collide with the ground only. Controller and
+ground stiffness are not written. The keyframe `start` is the initial state; in MuJoCo's reference configuration (qpos0)
+the root has its initial pose and all joints are in the reference pose.
 
 A muscle becomes a spatial tendon of its name through the sites `<muscle>_0`, `<muscle>_1`, ... at its via points;
 conditional ones, which MuJoCo does not know, are left out. A muscle that acts on the character also becomes a muscle
@@ -17,7 +18,7 @@ from __future__ import annotations
 
 import math
 import xml.etree.ElementTree as ElementTree
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from xml.etree.ElementTree import Element, SubElement
 
@@ -43,6 +44,7 @@ from warpmuscle.scene.joints import joint_type, root_type
 from warpmuscle.scene.number import Free, Number
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.scene.topology import topology
+from warpmuscle.scene.validation.skeleton import massless
 
 _ROLLING = (0.005, 0.0001)  # MuJoCo's defaults of torsional and rolling friction, not used by condim 3
 _OPERATING = (0.5, 1.5)  # fibre lengths over the optimal one that MuJoCo's lengthrange stands for; any two would do
@@ -101,15 +103,41 @@ def _add_body(parent: Element, scene: Scene, name: str, limits: bool) -> Element
     """Append a body with inertia, shapes and all that hangs on it; its place and joints are left to the caller."""
     body = scene.character.bodies[name]
     element = SubElement(parent, "body", name=name)
-    inertia = _texts(_numbers(body.inertia))
-    SubElement(element, "inertial", pos="0 0 0", mass=_text(_number(body.mass)), diaginertia=inertia)
+    if not massless(body):
+        inertia, (x, y, z, w) = _texts(_numbers(body.inertia)), _numbers(body.inertia_axes)
+        inertial = SubElement(element, "inertial", pos="0 0 0", mass=_text(_number(body.mass)), diaginertia=inertia)
+        if (x, y, z) != (0.0, 0.0, 0.0):
+            inertial.set("quat", _texts((w, x, y, z)))
     for shape in body.shapes:
-        SubElement(element, "geom", _shape(shape), friction=_texts(_friction(body, scene.ground)))
+        geom = SubElement(element, "geom", _shape(shape), friction=_texts(_friction(body, scene.ground)))
+        if massless(body):
+            geom.set("mass", "0")
     for joint_name, joint in scene.character.joints.items():
         if joint.parent == name:
-            child = _add_body(element, scene, joint.child, limits)
-            _place_child(child, joint_name, joint, limits)
+            chain = _chain(joint_name, scene.character)
+            child = _add_body(element, scene, scene.character.joints[chain[-1]].child, limits)
+            _place_child(child, {link: scene.character.joints[link] for link in chain}, limits)
     return element
+
+
+def _chain(joint: str, character: Character) -> list[str]:
+    """A joint and those beyond it as far as nothing that has mass or shapes is between them: one body of MuJoCo's.
+
+    Raises:
+        SceneError: something without mass moves that no chain can stand for.
+    """
+    chain = [joint]
+    while massless(character.bodies[character.joints[chain[-1]].child]):
+        child = character.joints[chain[-1]].child
+        beyond = [name for name, other in character.joints.items() if other.parent == child]
+        if len(beyond) == 1 and not character.bodies[child].shapes:
+            chain += beyond
+        elif any(joint_type(character.joints[link]).moves for link in chain):
+            message = "MuJoCo takes a moving body without mass only with one joint on it and no shapes; give it mass"
+            raise SceneError(message, key=f"character.bodies.{child}.mass")
+        else:
+            break
+    return chain
 
 
 def _place_root(element: Element, character: Character, initial: InitialState) -> None:
@@ -164,23 +192,36 @@ def _start(scene: Scene) -> tuple[list[float], list[float]]:
     return qpos, qvel
 
 
-def _place_child(element: Element, name: str, joint: Joint, limits: bool) -> None:
-    """Give a child body its place in the parent's frame and the MuJoCo joints that stand for ours."""
-    in_parent, in_child = _numbers(joint.position_in_parent), _numbers(joint.position_in_child)
-    offset = (p - c for p, c in zip(in_parent, in_child, strict=True))  # in the reference pose all axes are parallel
-    element.set("pos", _texts(offset))
-    if joint_type(joint).moves and not joint_type(joint).mujoco:
+def _place_child(element: Element, chain: dict[str, Joint], limits: bool) -> None:
+    """Give a child body its place in the parent's frame and the MuJoCo joints that stand for a chain of ours.
+
+    In the reference pose all axes are parallel. A joint's place is summed up from the child's centre of mass.
+    """
+    motions: list[Element] = []
+    place: tuple[float, ...] = (0.0, 0.0, 0.0)
+    for name, joint in reversed(chain.items()):
+        place = tuple(a + b for a, b in zip(place, _numbers(joint.position_in_child), strict=True))
+        motions = [*_motions(name, joint, place, limits), *motions]
+        place = tuple(a - b for a, b in zip(place, _numbers(joint.position_in_parent), strict=True))
+    element.set("pos", _texts(0.0 - coordinate for coordinate in place))
+    for number, motion in enumerate(motions):
+        element.insert(number, motion)
+
+
+def _motions(name: str, joint: Joint, place: tuple[float, ...], limits: bool) -> Iterator[Element]:
+    """The MuJoCo joints that stand for one of ours; the first one is the outermost, whose axis rides on the parent."""
+    entry = joint_type(joint)
+    if (entry.moves or entry.by_coordinate) and not entry.mujoco:
         message = f"MuJoCo has no {joint.type} joint, so that this scene cannot be written for it"
         raise SceneError(message, key=f"character.joints.{name}.type")
-    # Of the joints of one body, MuJoCo's first one is the outermost: its axis rides on the parent.
-    for number, (suffix, kind, index) in enumerate(joint_type(joint).mujoco):
+    for suffix, kind, index in entry.mujoco:
         motion = Element("joint", name=name + suffix, type=kind)
-        motion.set("pos", _texts(in_child))
+        motion.set("pos", _texts(place))
         if kind != "ball":
             motion.set("axis", _texts(_numbers(joint.axes[index])))
         if limits and joint.limits:
             motion.set("range", _texts(_range(joint, kind, index)))
-        element.insert(number, motion)
+        yield motion
 
 
 def _range(joint: Joint, kind: str, index: int) -> tuple[float, ...]:
@@ -224,6 +265,9 @@ def _add_muscles(model: Element, scene: Scene) -> int:
         tendon = SubElement(tendons, "spatial", name=name)
         for index, point in enumerate(muscle.path):
             if point.condition is None:
+                if point.body not in bodies:
+                    message = f"{point.body!r} has no mass, so that MuJoCo knows no such body; put the point elsewhere"
+                    raise SceneError(message, key=f"character.muscles.{name}.path.{index}.body")
                 site = f"{name}_{index}"
                 SubElement(bodies[point.body], "site", name=site, pos=_texts(_numbers(point.place())), size="0.005")
                 SubElement(tendon, "site", site=site)

@@ -175,6 +175,8 @@ def _muscle(name: str, muscle: Muscle) -> Iterator[str]:
 
 
 def _state(index: int, state: State) -> Iterator[str]:
+    if state.longest != 1.0:
+        raise SceneError("this format has no states that last beyond phase 1", f"controller.states.{index}.longest")
     yield f"ConState {index}"
     if state.description:
         yield f"\tdescription {' '.join(state.description.split())}"

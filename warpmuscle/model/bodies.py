@@ -13,10 +13,10 @@ from warpmuscle.core.errors import SceneError
 from warpmuscle.core.pose import normalized
 from warpmuscle.kernels import structs
 from warpmuscle.kernels.scratch import capacity_of, slots_of
-from warpmuscle.model.joints import device_number
+from warpmuscle.model.joints import joint_number, root_number
 from warpmuscle.scene import Ground, Joint, Scene
 from warpmuscle.scene.geometry import contact_points
-from warpmuscle.scene.joints import JointType, RootType, joint_type, root_type
+from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.joints.joint_type import NO_AXIS, OTHER_AXIS
 from warpmuscle.scene.topology import Topology
 
@@ -54,11 +54,7 @@ def skeleton_struct(scene: Scene, names: Topology, points: list[int], device: An
     character = scene.character
     bodies = [character.bodies[name] for name in names.bodies]
     joints: list[Joint | None] = [None, *(character.joints[name] for name in names.joints)]
-    entries: list[RootType | JointType] = [
-        root_type(character),
-        *(joint_type(joint) for joint in joints if joint is not None),
-    ]
-    kinds = [device_number(entry) for entry in entries]
+    kinds = [root_number(character), *(joint_number(name, character) for name in names.joints)]
     speed_start = [names.speeds_of(i).start for i in range(len(bodies))]
     zero = (0.0, 0.0, 0.0)
     com = [-rows(zero if joint is None else joint.position_in_child) for joint in joints]

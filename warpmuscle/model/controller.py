@@ -5,15 +5,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+import warp as wp
+
 from warpmuscle.core.arrays import records_to_device, rows, starts, structs_to_device, to_device
 from warpmuscle.core.pose import normalized
 from warpmuscle.kernels import structs
 from warpmuscle.kernels.control import HELD, SIMBICON, Controller, with_reflexes
 from warpmuscle.model.extensions import custom_controller
+from warpmuscle.model.joints import by_coordinate
 from warpmuscle.model.reflexes import has_reflexes
 from warpmuscle.scene import PD, Balance, Component, Curve, Feedback, Scene, State
 from warpmuscle.scene import Controller as SimbiconController
-from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.topology import Topology
 from warpmuscle.scene.validation.scene import trajectory_joints
 
@@ -79,20 +81,19 @@ def controller_struct(scene: Scene, names: Topology, device: Any) -> structs.Sim
     if enabled:
         s.left_hip, s.right_hip = (names.body_of_joint(hip) for hip in controller.hips)
     s.heading_control = int(controller.heading_control)
-    joints = scene.character.joints
-    by_coordinate = [body for body, name in enumerate(names.joints, 1) if joint_type(joints[name]).by_coordinate]
-    _fill_gains(s, controller, names, by_coordinate, device)
+    moved = [body for body, name in enumerate(names.joints, 1) if by_coordinate(name, scene.character)]
+    _fill_gains(s, controller, names, moved, device)
     _fill_states(s, controller, names, device)
     return s
 
 
 def _fill_gains(
-    s: structs.Simbicon, controller: SimbiconController, names: Topology, by_coordinate: list[int], device: Any
+    s: structs.Simbicon, controller: SimbiconController, names: Topology, moved: list[int], device: Any
 ) -> None:
     off = PD(kp=0.0, kd=0.0, torque_limit=0.0, scale=(0.0, 0.0, 0.0))
     gains = [controller.pd.get(joint, off) for joint in ("root", *names.joints)]
     columns = {field: rows([getattr(pd, field) for pd in gains]) for field in structs.Gains.vars}
-    columns["scale"][:, by_coordinate] = 0.0  # PD follows their coordinate, see `kernels.coordinate_control`
+    columns["scale"][:, moved] = 0.0  # PD follows their coordinate, see `kernels.coordinate_control`
     s.gains = structs_to_device(structs.Gains, columns, device)
     hip = {
         "damping": controller.stance_hip_damping,
@@ -115,7 +116,7 @@ def _fill_states(s: structs.Simbicon, controller: SimbiconController, names: Top
         stance_rule=[STANCE_RULE[state.stance] for state in states],
         first_trajectory=trajectory_start[:-1], end_trajectory=trajectory_start[1:],
     )  # fmt: skip
-    s.state_time = to_device(rows([state.time for state in states]), float, device)
+    s.state_time = to_device(rows([[state.time, state.longest] for state in states]), wp.vec2, device)
     s.balance_knots = to_device([_balance_knots(state.balance, knots) for state in states], int, device)
     bodies = [pair for state in states for pair in trajectory_bodies(state, controller, names)]
     strength = [knots.add_curve(t.strength) for t in trajectories]

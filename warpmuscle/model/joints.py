@@ -1,29 +1,55 @@
-"""Types of joints on the device."""
+"""Bodies and types of joints on the device: numbers, and what is compiled in for them."""
 
 from __future__ import annotations
 
 from importlib import import_module
 
 from warpmuscle.kernels import structs
-from warpmuscle.kernels.joint_motion import MotionOf
-from warpmuscle.scene import Character
-from warpmuscle.scene.joints import TYPES, JointType, RootType, joint_type
+from warpmuscle.kernels.joint_motion import MotionOf, turning_motion
+from warpmuscle.kernels.joint_stages import SkeletonKind
+from warpmuscle.scene import Body, Character
+from warpmuscle.scene.joints import TYPES, JointType, RootType, joint_type, root_type
+from warpmuscle.scene.topology import followers
 
 
-def device_number(entry: JointType | RootType) -> int:
-    """The number that stands for a type of joint in a model."""
+def root_number(character: Character) -> int:
+    """The number that stands for the type of a character's root in a model."""
+    return _number(root_type(character))
+
+
+def joint_number(name: str, character: Character) -> int:
+    """The number that stands for the type of a joint in a model; of a hinge, also for whether others follow it."""
+    entry = joint_type(character.joints[name])
+    driving = entry.device == "HINGE" and bool(followers(character, name))
+    return int(structs.DRIVING_HINGE) if driving else _number(entry)
+
+
+def by_coordinate(name: str, character: Character) -> bool:
+    """Whether a joint is one of those that are as in `kernels.coordinate_joint` on the device."""
+    return joint_number(name, character) >= int(structs.FIRST_COORDINATE_JOINT)
+
+
+def compiled_skeleton(character: Character) -> SkeletonKind:
+    """What a step has compiled in for the bodies and joints of a character."""
+    motions = {}
+    for name, joint in character.joints.items():
+        number = joint_number(name, character)
+        if number == structs.DRIVING_HINGE:
+            motions[number] = turning_motion
+        elif joint_type(joint).by_coordinate:
+            module, _, function = joint_type(joint).kernel.partition(":")
+            motions[number] = getattr(import_module(module), function)
+    joints = tuple(MotionOf(number, motions[number]) for number in sorted(motions))
+    return SkeletonKind(joints, any(map(has_turned_axes, character.bodies.values())))
+
+
+def has_turned_axes(body: Body) -> bool:
+    """Whether the principal axes of a body, in some instance, are not those of its frame."""
+    return any(not isinstance(number, int | float) or number != 0.0 for number in body.inertia_axes[:3])
+
+
+def _number(entry: JointType | RootType) -> int:
     if entry.device:
         return int(getattr(structs, entry.device))
     kernels = [name for name, other in TYPES.items() if not other.device]
-    return int(structs.FIRST_COORDINATE_JOINT) + kernels.index(entry.name)
-
-
-def compiled_joints(character: Character) -> tuple[MotionOf, ...]:
-    """What a step has compiled in for the joints of one coordinate that a character has."""
-    present = {joint.type for joint in character.joints.values() if not joint_type(joint).device}
-    found = []
-    for name in TYPES:
-        if name in present:
-            module, _, function = TYPES[name].kernel.partition(":")
-            found.append(MotionOf(device_number(TYPES[name]), getattr(import_module(module), function)))
-    return tuple(found)
+    return int(structs.FIRST_OF_TABLE) + kernels.index(entry.name)

@@ -18,7 +18,7 @@ from warpmuscle.kernels.curve_sets import CURVES
 from warpmuscle.kernels.muscle_stage import COMPLIANT, HILL, IDEAL, LEGACY, RIGID, SWITCH, MuscleKind
 from warpmuscle.kernels.scratch import PULLS_A_BODY
 from warpmuscle.model.bodies import stacked
-from warpmuscle.model.joints import compiled_joints
+from warpmuscle.model.joints import compiled_skeleton
 from warpmuscle.model.paths import PathTable, all_straight, path_table, paths_struct, route_struct
 from warpmuscle.model.reflexes import reflexes_struct
 from warpmuscle.model.routes import path_kind
@@ -130,6 +130,7 @@ def compiled_kind(
     drives = [_drive(found.drives[joint], spring) for joint, spring in zip(names.joints, elastic, strict=True)]
     # Legacy muscles want to know the moment arms of the step before, implicit damping those of this one.
     at_hand = len(found.table.crossings) <= PULLS_A_BODY * capacity and kind.law != LEGACY and not kind.implicit
+    joints = compiled_skeleton(scene.character)
     smooth = (muscle for muscle in found.of(scene) if not is_route(muscle))
     conditions = any(point.condition is not None for muscle in smooth for point in muscle.path)
     muscles = (scene.character.muscles[name] for name in found.muscles)
@@ -137,7 +138,7 @@ def compiled_kind(
         straight=lean and at_hand and all_straight(found.table, names, scene.character),
         timed=not lean or any(muscle.excitation is not None for muscle in muscles),
         pulls_at_hand=at_hand, mixed=structs.MIXED in drives, conditions=conditions,
-        coordinate_joints=bool(compiled_joints(scene.character)),
+        coordinate_joints=bool(joints.joints), followers=joints.follows,
         paths=path_kind(found.of(scene), scene.character),
     )  # fmt: skip
 

@@ -33,7 +33,8 @@ class Crossing:
 
     joint: int  # number of the body that the joint carries
     muscle: int
-    terms: tuple[tuple[int, int], ...]  # segment; 1 if it ends beyond the joint, -1 if it starts there, else 0
+    terms: tuple[tuple[int, int, int], ...]  # segment; 1 if it ends beyond the mover, -1 if it starts there, else 0;
+    # the mover: number of the body that the joint, or one that follows it, carries
     pulleys: tuple[int, ...] = ()
     levers: tuple[tuple[int, int], ...] = ()  # of a route: number of the body that a joint carries; stops beyond it
 
@@ -86,10 +87,13 @@ def path_table(paths: Mapping[str, MusclePath], names: Topology, character: Char
         table.segment_start.append(len(table.segments))
     movable = [i for i, joint in enumerate(names.joints, 1) if joint_type(character.joints[joint]).moves]
     for joint in movable:
-        beyond = _beyond(joint, names)
+        movers = [i for i in range(joint, len(names.bodies)) if names.driver[i] == joint]
+        beyond = [(mover, _beyond(mover, names)) for mover in movers]
         for muscle_number in range(len(paths)):
             segments = range(table.segment_start[muscle_number], table.segment_start[muscle_number + 1])
-            terms = tuple(term for segment in segments for term in _terms(segment, joint, beyond, table, names))
+            terms = tuple(
+                term for segment in segments for mover in beyond for term in _terms(segment, *mover, table, names)
+            )
             own = range(table.pulley_start[muscle_number], table.pulley_start[muscle_number + 1])
             over = tuple(k for k in own if table.pulleys[k].joint == names.joints[joint - 1])
             levers, acts = _levers(list(paths.values())[muscle_number], joint, beyond, names, character)
@@ -99,7 +103,7 @@ def path_table(paths: Mapping[str, MusclePath], names: Topology, character: Char
 
 
 def _levers(
-    path: MusclePath, joint: int, beyond: set[str], names: Topology, character: Character
+    path: MusclePath, joint: int, beyond: list[tuple[int, set[str]]], names: Topology, character: Character
 ) -> tuple[tuple[tuple[int, int], ...], bool]:
     """What of a route moves with a joint, see `Crossing.levers`; and whether a route or polynomial depends on it."""
     if not isinstance(path, Muscle):
@@ -109,8 +113,9 @@ def _levers(
         return (), name in path.polynomial.joints
     if not is_route(path):
         return (), False
-    bits = stops_beyond(path, beyond, character)
-    return ((joint, bits),) if bits else (), bits != 0 or moved_by(path, name)
+    stops = [(mover, stops_beyond(path, bodies, character)) for mover, bodies in beyond]
+    levers = tuple((mover, bits) for mover, bits in stops if bits)
+    return levers, bool(levers) or moved_by(path, name)
 
 
 def _check(key: str, path: MusclePath, character: Character) -> None:
@@ -167,11 +172,11 @@ def _beyond(joint: int, names: Topology) -> set[str]:
     return {names.bodies[body] for body in carried}
 
 
-def _terms(segment: int, joint: int, beyond: set[str], table: PathTable, names: Topology) -> list[tuple[int, int]]:
-    """What a segment contributes to a joint: itself and the sign of its moment arm, or nothing."""
+def _terms(segment: int, mover: int, beyond: set[str], table: PathTable, names: Topology) -> list[tuple[int, int, int]]:
+    """What a segment contributes to a joint by what moves with it: see `Crossing.terms`; or nothing."""
     a, b = (table.points[number].body in beyond for number in table.segments[segment])
-    hangs = any(condition.joint == names.joints[joint - 1] for condition in table.conditional(segment))
-    return [(segment, int(b) - int(a))] if a != b or hangs else []
+    hangs = any(condition.joint == names.joints[mover - 1] for condition in table.conditional(segment))
+    return [(segment, int(b) - int(a), mover)] if a != b or hangs else []
 
 
 def paths_struct(paths: Mapping[str, MusclePath], names: Topology, character: Character, device: Any) -> structs.Paths:
@@ -194,9 +199,9 @@ def paths_struct(paths: Mapping[str, MusclePath], names: Topology, character: Ch
     joints = [crossing.joint for crossing in table.crossings]
     by_segment: list[list[dict[str, int]]] = [[] for _ in table.segments]
     for i, crossing in enumerate(table.crossings):
-        for place, (segment, sign) in enumerate(crossing.terms):
+        for place, (segment, sign, mover) in enumerate(crossing.terms):
             first, last = place == 0, place == len(crossing.terms) - 1
-            term = {"crossing": i, "joint": crossing.joint, "sign": sign, "first": first, "last": last}
+            term = {"crossing": i, "joint": mover, "sign": sign, "first": first, "last": last}
             by_segment[segment].append(term)
     segment_start, term_start = table.segment_start, starts(map(len, by_segment))
     crossing_start = starts(map(len, by_muscle))

@@ -21,7 +21,7 @@ from warpmuscle.core.arrays import rows, to_device
 from warpmuscle.core.errors import RolloutError
 from warpmuscle.core.pose import conjugate, from_rotation_vector, multiply, normalized, twist_angle
 from warpmuscle.kernels import structs
-from warpmuscle.model.joints import device_number
+from warpmuscle.model.joints import joint_number
 from warpmuscle.scene import Motion, Scene
 from warpmuscle.scene.joints import joint_type, root_type
 from warpmuscle.scene.topology import Topology, coordinate_names
@@ -103,10 +103,11 @@ def kinematic(scene: Scene, names: Topology, drives: dict[str, list[str]]) -> Ki
     for body, name in enumerate(names.joints, 1):
         entry = joint_type(character.joints[name])
         axes = [axis for axis, word in enumerate(drives[name]) if word == "kinematic"]
-        remaining[body] = device_number(entry) if len(axes) < len(drives[name]) else structs.FIXED
+        remaining[body] = joint_number(name, character) if len(axes) < len(drives[name]) else structs.FIXED
         if not axes:
             continue
-        found.joint.append((body, sum(1 << axis for axis in axes)))
+        movers = [i for i, driver in enumerate(names.driver) if driver == body]
+        found.joint.extend((mover, sum(1 << axis for axis in axes)) for mover in movers)
         if entry.quaternion:
             turn(body, names.coordinate_start[body], names.speed_start[body], 0)
             continue

@@ -4,19 +4,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from warpmuscle.core.errors import SceneError
 from warpmuscle.kernels.control import Controller
 from warpmuscle.kernels.forces import Force
-from warpmuscle.kernels.joint_motion import MotionOf
+from warpmuscle.kernels.joint_stages import SkeletonKind
 from warpmuscle.kernels.term_functions import ObjectiveKind
 from warpmuscle.model.collisions import Pair, collision_pairs
 from warpmuscle.model.controller import compiled_controller
 from warpmuscle.model.forces import ForceEntries, force_kinds
-from warpmuscle.model.joints import compiled_joints
+from warpmuscle.model.joints import compiled_skeleton
 from warpmuscle.model.muscles import ActuationMap, driven
 from warpmuscle.model.objective import objective_kind
 from warpmuscle.model.prescribed_motion import Kinematic, kinematic
-from warpmuscle.scene import Body, Character, Scene
+from warpmuscle.scene import Scene
 from warpmuscle.scene.topology import Topology, coordinate_names, topology
 
 
@@ -30,7 +29,7 @@ class Structure:
     actuation: ActuationMap  # what drives the joints, and the muscles that are simulated
     kinematic: Kinematic  # coordinates that move as prescribed
     collision_pairs: list[Pair]  # of bodies that must not run into each other
-    joints: tuple[MotionOf, ...]  # types of joints of one coordinate
+    skeleton: SkeletonKind  # what a step has compiled in for bodies and joints
     objective: ObjectiveKind  # the sums that a step makes
     controller: Controller  # what a step has compiled in of it
     forces: tuple[ForceEntries, ...]  # besides those of muscles and controller, by kind
@@ -47,7 +46,6 @@ def structure_of(scene: Scene) -> Structure:
     Raises:
         SceneError: no muscle can run so, no two bodies could collide, or a user's function cannot be used.
     """
-    _check_known(scene.character)
     names = topology(scene.character)
     coordinates, speeds = coordinate_names(names, scene.character)
     actuation = driven(scene, names)
@@ -58,17 +56,8 @@ def structure_of(scene: Scene) -> Structure:
         actuation=actuation,
         kinematic=kinematic(scene, names, actuation.drives),
         collision_pairs=collision_pairs(scene, names),
-        joints=compiled_joints(scene.character),
+        skeleton=compiled_skeleton(scene.character),
         objective=objective_kind(scene, not actuation.by_torque_alone),
         controller=compiled_controller(scene, actuation.muscles),
         forces=force_kinds(scene, names),
     )
-
-
-def _check_known(character: Character) -> None:
-    for name, joint in character.joints.items():
-        if joint.follows:
-            raise SceneError("joints that follow others are not simulated", f"character.joints.{name}.follows")
-    for name, body in character.bodies.items():
-        if body.inertia_axes != Body.__struct_defaults__[-1]:
-            raise SceneError("turned axes of inertia are not simulated", f"character.bodies.{name}.inertia_axes")

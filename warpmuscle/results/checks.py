@@ -13,7 +13,7 @@ import numpy as np
 
 from warpmuscle.core.array_checks import HUGE, LARGEST_INDEX, check_numbers, check_whole
 from warpmuscle.core.status import Status
-from warpmuscle.results.recording import INTEGER_QUANTITIES, QUANTITIES, Recording
+from warpmuscle.results.recording import INTEGER_QUANTITIES, NAMED, QUANTITIES, Recording
 from warpmuscle.results.records import (
     ANY_NUMBER,
     COLUMNS,
@@ -111,7 +111,7 @@ def check_recording(motion: Recording, place: str = "") -> None:
         length = np.linalg.norm(motion[name].astype(np.float64), axis=-1)
         if length.size and not (QUATERNION_LENGTH[0] <= length.min() and length.max() <= QUATERNION_LENGTH[1]):
             raise ValueError(f"{place}{name} holds quaternions that are far from unit length")
-    for name in ("joint_names", "body_names", "muscle_names"):
+    for name in NAMED.values():
         _check_names(f"{place}{name}", getattr(motion, name))
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.number_rows import rows
 from warpmuscle.core.pose import conjugate, normalized, rotate
@@ -17,9 +19,15 @@ def joint_angles(motion: Recording, character: Character, name: str) -> Floats:
         character: without free parameters.
     """
     joint = character.joints[name]
+    orientation = normalized(motion.joint_orientation[:, motion.joint_names.index(name)])
+    return joint_type(joint).shown(joint, orientation, joint_places(motion, character, name))
+
+
+def joint_places(motion: Recording, character: Character, name: str) -> Floats:
+    """How far the child's joint point is from that of the parent in all frames, (F, 3) m, along the parent's axes."""
+    joint = character.joints[name]
     parent, child = (motion.body_names.index(body) for body in (joint.parent, joint.child))
     turned = normalized(motion.body_orientation[:, [parent, child]])
     point = motion.body_position[:, child] + rotate(turned[:, 1], rows(joint.position_in_child))
-    place = rotate(conjugate(turned[:, 0]), point - motion.body_position[:, parent]) - rows(joint.position_in_parent)
-    orientation = normalized(motion.joint_orientation[:, motion.joint_names.index(name)])
-    return joint_type(joint).shown(joint, orientation, place)
+    away = rotate(conjugate(turned[:, 0]), point - motion.body_position[:, parent])
+    return np.asarray(away - rows(joint.position_in_parent))

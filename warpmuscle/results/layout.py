@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from warpmuscle.core.errors import ResultError
 from warpmuscle.core.status import Status
-from warpmuscle.results.recording import INTEGER_QUANTITIES, MUSCLE_QUANTITIES, QUANTITIES, Recording
+from warpmuscle.results.recording import INTEGER_QUANTITIES, NAMED, QUANTITIES, Recording
 from warpmuscle.results.records import Best, Evaluations, Options, ParameterTable, Result, Searched
 
 FORMAT = "warpmuscle"
@@ -152,10 +152,15 @@ def _put_options(group: Any, options: Options) -> None:
 def _put_recording(group: Any, recording: Recording) -> None:
     _put(group, "joint_names", recording.joint_names, axes="joint", description="joints, breadth first from the root")
     _put(group, "body_names", recording.body_names, axes="body", description="the root, then the joints' children")
-    if recording.muscle_names:
-        _put(group, "muscle_names", recording.muscle_names, axes="muscle", description="muscles that were simulated")
+    for axis, description in {
+        "muscle": "muscles that were simulated",
+        "coordinate": "of the root, then of the joints: degrees of freedom, and quaternions of balls",
+        "speed": "of the root, then of the joints",
+    }.items():
+        if getattr(recording, NAMED[axis]):
+            _put(group, NAMED[axis], getattr(recording, NAMED[axis]), axes=axis, description=description)
     for name, quantity in QUANTITIES.items():
-        if name in MUSCLE_QUANTITIES and not recording.muscle_names:
+        if any(axis in NAMED and not getattr(recording, NAMED[axis]) for axis in quantity.axes[-1:]):
             continue
         array = recording[name].astype(np.int32) if name in INTEGER_QUANTITIES else recording[name]
         _put(group, name, array, quantity.units, ", ".join(quantity.axes), quantity.description)

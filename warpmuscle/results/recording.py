@@ -5,7 +5,7 @@ and figures take their labels from it.
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from typing import Any, NamedTuple, Self
 
 import numpy as np
@@ -50,8 +50,8 @@ class Quantity(NamedTuple):
 
     Attributes:
         units: unit symbol, "1" for a number without one.
-        axes: one name per axis; `frame`, `joint`, `body` and `muscle` are counted by the recording, the words of any
-            other name are the components along that axis.
+        axes: one name per axis; `frame` and those of `NAMED` are counted by the recording, the words of any other name
+            are the components along that axis.
         description: one line.
         of: makes it from what a device wrote.
     """
@@ -83,6 +83,7 @@ class Recording:
     """One instance over F frames, J joints, B bodies and M muscles; `QUANTITIES` lists its arrays.
 
     Joints are in breadth-first order from the root; bodies are the root followed by the children of those joints.
+    Coordinates and speeds have the names of `topology.coordinate_names`; what was recorded before they were has none.
     Raises ArgumentError, a ValueError, if a shape does not fit.
     """
 
@@ -90,7 +91,7 @@ class Recording:
     body_names: tuple[str, ...]
     muscle_names: tuple[str, ...]
     time: Floats = _quantity("s", _FRAME, "simulated time", lambda raw: raw.time)
-    phase: Floats = _quantity("1", _FRAME, "phase of the controller's state, 0 to 1", lambda raw: raw["phase"])
+    phase: Floats = _quantity("1", _FRAME, "phase of the controller's state, 0 to 1 or more", lambda raw: raw["phase"])
     stance: Integers = _quantity("1", _FRAME, "stance foot: 0 left, 1 right", lambda raw: raw["stance"])
     state: Integers = _quantity("1", _FRAME, "index of the controller's state", lambda raw: raw["machine_state"])
     root_position: Floats = _quantity(
@@ -153,10 +154,19 @@ class Recording:
     muscle_excitation: Floats = _of_muscles("1", EXCITATION, "excitation that reaches the muscle, after its delay")
     muscle_activation: Floats = _of_muscles("1", ACTIVATION, "activation")
     muscle_force: Floats = _of_muscles("N", FORCE, "tension of the muscle")
+    coordinate: Floats = _quantity(
+        "rad or m", ("frame", "coordinate"), "coordinates of root and joints, quaternions of balls among them",
+        lambda raw: raw["coordinates"],
+    )  # fmt: skip
+    speed: Floats = _quantity(
+        "rad/s or m/s", ("frame", "speed"), "rates of the coordinates; of a root along and about the world, of a ball "
+        "about its child's axes", lambda raw: raw["speeds"],
+    )  # fmt: skip
+    coordinate_names: tuple[str, ...] = ()
+    speed_names: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        names = {"joint": self.joint_names, "body": self.body_names, "muscle": self.muscle_names}
-        counts = {"frame": len(self.time)} | {axis: len(members) for axis, members in names.items()}
+        counts = {axis: len(getattr(self, name)) for axis, name in NAMED.items()} | {"frame": len(self.time)}
         for name, quantity in QUANTITIES.items():
             array = as_kind(np.ndarray, self[name], name)
             expected = tuple(counts.get(axis, len(axis.split())) for axis in quantity.axes)
@@ -183,27 +193,41 @@ class Recording:
         joint_names: tuple[str, ...],
         body_names: tuple[str, ...],
         muscle_names: tuple[str, ...] = (),
+        coordinate_names: tuple[str, ...] = (),
+        speed_names: tuple[str, ...] = (),
     ) -> Self:
         """A recording from arrays by name of their quantity; raises ArgumentError if one is missing.
 
-        Without muscles their arrays may be missing, and so may the desired torque, which then is the torque.
+        What has no names may be missing, and so may the desired torque, which then is the torque.
         """
         present: dict[str, Any] = {"joint_torque_desired": arrays.get("joint_torque"), **arrays}
-        if not muscle_names:
-            nothing = np.zeros((len(arrays.get("time", ())), 0))
-            present = {**dict.fromkeys(MUSCLE_QUANTITIES, nothing), **present}
+        nothing = np.zeros((len(arrays.get("time", ())), 0))
+        for axis, names in (("muscle", muscle_names), ("coordinate", coordinate_names), ("speed", speed_names)):
+            if not names:
+                present = {**dict.fromkeys(quantities_of(axis), nothing), **present}
         if missing := [name for name in QUANTITIES if present.get(name) is None]:
             raise ArgumentError(f"arrays of a recording lack {', '.join(missing)}")
-        return cls(joint_names, body_names, muscle_names, **{name: present[name] for name in QUANTITIES})
+        given = {name: present[name] for name in QUANTITIES}
+        return cls(
+            joint_names, body_names, muscle_names, **given, coordinate_names=coordinate_names, speed_names=speed_names
+        )
 
     @classmethod
     def from_frames(
-        cls, raw: RawFrames, joint_names: tuple[str, ...], body_names: tuple[str, ...], muscle_names: tuple[str, ...]
+        cls,
+        raw: RawFrames,
+        joint_names: tuple[str, ...],
+        body_names: tuple[str, ...],
+        muscle_names: tuple[str, ...],
+        coordinate_names: tuple[str, ...],
+        speed_names: tuple[str, ...],
     ) -> Self:
         """A recording of what a device wrote."""
         arrays: dict[str, Any] = {name: quantity.of(raw) for name, quantity in QUANTITIES.items()}
         arrays |= {name: arrays[name].astype(np.int32) for name in INTEGER_QUANTITIES}
-        return cls(joint_names, body_names, muscle_names, **arrays)
+        return cls(
+            joint_names, body_names, muscle_names, **arrays, coordinate_names=coordinate_names, speed_names=speed_names
+        )
 
     @property
     def frames(self) -> int:
@@ -219,8 +243,11 @@ class Recording:
         """The frames with start <= time <= end, s; these may be infinite. Raises ArgumentError."""
         start, end = as_number(start, "start", infinite=True), as_number(end, "end", infinite=True)
         chosen = (self.time >= start) & (self.time <= end)
-        arrays = {name: self[name][chosen] for name in QUANTITIES}
-        return Recording.of(arrays, self.joint_names, self.body_names, self.muscle_names)
+        return self.at(chosen)
+
+    def at(self, frames: Any) -> Self:
+        """Some of its frames, by a slice, numbers or a mask."""
+        return replace(self, **{name: self[name][frames] for name in QUANTITIES})
 
     def position_of(self, body: str) -> Floats:
         """Centre of mass (F, 3) of a body by name, m; raises ArgumentError for an unknown name."""
@@ -229,9 +256,17 @@ class Recording:
         return self.body_position[:, self.body_names.index(body)]
 
 
+NAMED = {axis: f"{axis}_names" for axis in ("joint", "body", "muscle", "coordinate", "speed")}  # that are counted
 _DECLARED = [one for one in fields(Recording) if one.metadata]
 QUANTITIES: dict[str, Quantity] = {one.name: one.metadata["quantity"] for one in _DECLARED}
-MUSCLE_QUANTITIES = tuple(name for name, quantity in QUANTITIES.items() if quantity.axes == ("frame", "muscle"))
+
+
+def quantities_of(axis: str) -> tuple[str, ...]:
+    """Names of the quantities that are along an axis."""
+    return tuple(name for name, quantity in QUANTITIES.items() if axis in quantity.axes)
+
+
+MUSCLE_QUANTITIES = quantities_of("muscle")
 INTEGER_QUANTITIES = tuple(one.name for one in _DECLARED if one.type is Integers)
 
 

@@ -45,7 +45,7 @@ from warpmuscle.core.files import replace_file
 from warpmuscle.core.machine import MACHINE
 from warpmuscle.results.checks import check_column, check_result
 from warpmuscle.results.layout import FORMAT, FORMAT_VERSION, HISTORY, put
-from warpmuscle.results.recording import QUANTITIES, Recording
+from warpmuscle.results.recording import NAMED, QUANTITIES, Recording
 from warpmuscle.results.records import (
     COLUMNS,
     PACKAGES,
@@ -254,5 +254,5 @@ def _load_fit(file: Any, name: str) -> Fit:
 
 def _load_recording(group: Any) -> Recording:
     arrays = {name: hdf5.array(group, name) for name in QUANTITIES if name in group}
-    muscles = hdf5.strings(group["muscle_names"]) if "muscle_names" in group else ()
-    return Recording.of(arrays, hdf5.strings(group["joint_names"]), hdf5.strings(group["body_names"]), muscles)
+    names = [hdf5.strings(group[name]) if name in group else () for name in NAMED.values()]
+    return Recording.of(arrays, *names)

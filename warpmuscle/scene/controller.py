@@ -78,6 +78,7 @@ class State(Part):
     stance: Literal["reverse", "same", "left", "right"] = "reverse"  # stance on entering this state
     balance: Balance | None = None
     description: str = ""
+    longest: Annotated[Number, "1"] = 1.0  # phase up to which a state waits for its foot; targets stay as at phase 1
 
 
 class Controller(Part):

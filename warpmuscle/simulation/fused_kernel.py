@@ -26,7 +26,7 @@ from warpmuscle.core.warp_start import no_cache
 from warpmuscle.kernels import structs
 from warpmuscle.kernels.control import SIMBICON, Controller
 from warpmuscle.kernels.forces import Force
-from warpmuscle.kernels.joint_motion import MotionOf
+from warpmuscle.kernels.joint_stages import SkeletonKind
 from warpmuscle.kernels.muscle_stage import MuscleKind
 from warpmuscle.kernels.record import RecordKind
 from warpmuscle.kernels.scratch import work_floats
@@ -59,13 +59,13 @@ class KernelConfig(NamedTuple):
     motion: bool
     recorded: RecordKind
     controller: Controller = SIMBICON
-    joints: tuple[MotionOf, ...] = ()
+    skeleton: SkeletonKind = SkeletonKind()
     forces: tuple[Force, ...] = ()
 
     @property
     def work_floats(self) -> int:
         """Numbers of the working set of an instance."""
-        return int(work_floats(self.capacity, bool(self.joints)))
+        return int(work_floats(self.capacity, bool(self.skeleton.joints)))
 
 
 @contextmanager

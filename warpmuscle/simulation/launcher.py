@@ -87,13 +87,13 @@ def kernel_config(
     capacity = capacity_of(len(structure.names.bodies))
     count, block_dim = 1, 1
     if not device.is_cpu:
-        count = usual_lanes(lanes, work_floats(capacity, bool(structure.joints)), instances, device.sm_count)
+        count = usual_lanes(lanes, work_floats(capacity, bool(structure.skeleton.joints)), instances, device.sm_count)
         block_dim = GPU_BLOCK
     return KernelConfig(
         capacity, count, block_dim,
         compiled_kind(scene, structure.names, structure.actuation, capacity, lean=not device.is_cpu),
         structure.objective, bool(structure.collision_pairs), bool(structure.kinematic.names), recorded,
-        structure.controller, structure.joints, structure.force_kinds,
+        structure.controller, structure.skeleton, structure.force_kinds,
     )  # fmt: skip
 
 

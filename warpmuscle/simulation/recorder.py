@@ -21,6 +21,7 @@ from warpmuscle.model.structure import Structure
 from warpmuscle.results.recording import MUSCLE_QUANTITIES, RawFrames, Recording
 from warpmuscle.scene import Scene
 from warpmuscle.scene.joints import root_type
+from warpmuscle.scene.topology import coordinate_names
 from warpmuscle.simulation.memory import check_memory
 
 SIZES: dict[str, tuple[int | str, ...]] = {  # of what a frame has of each array of `structs.Record`
@@ -183,7 +184,8 @@ class Recorder:
             root_velocity=root_type(scene.character).velocity(raw["speeds"]),
             centers=self._centers(scene, instance),
         )
-        return Recording.from_frames(frames, names.joints, names.bodies, self.muscles)
+        named = coordinate_names(names, scene.character)
+        return Recording.from_frames(frames, names.joints, names.bodies, self.muscles, *named)
 
     def _raw(self, row: int, first: int, count: int) -> dict[str, Floats]:
         """Frames first..count - 1 of all arrays of a row; only these leave the device."""

@@ -18,7 +18,7 @@ from warpmuscle.formats import SceneLike
 from warpmuscle.kernels import stages, structs
 from warpmuscle.kernels.scratch import capacity_of, work_floats
 from warpmuscle.model.build import replaced
-from warpmuscle.model.joints import device_number
+from warpmuscle.model.joints import joint_number
 from warpmuscle.model.muscles import muscle_kind
 from warpmuscle.model.paths import path_table, paths_struct, route_struct
 from warpmuscle.model.routes import path_kind
@@ -54,9 +54,9 @@ class Stages(Rollout):
             RolloutError: see there; or a joint of a type that was registered, which only the whole step has.
         """
         super().__init__(scene, instances, device, trust=trust)
-        known = {joint.number for joint in stages.KNOWN_JOINTS if joint in self.structure.joints}
-        for joint in self.scene.character.joints.values():
-            if joint_type(joint).by_coordinate and device_number(joint_type(joint)) not in known:
+        known = {joint.number for joint in stages.KNOWN_JOINTS if joint in self.structure.skeleton.joints}
+        for name, joint in self.scene.character.joints.items():
+            if joint_type(joint).by_coordinate and joint_number(name, self.scene.character) not in known:
                 raise RolloutError(f"single stages know no {joint.type} joint; run the whole step instead")
         floats = work_floats(capacity_of(len(self.names.bodies)), True)
         self._workspace = wp.zeros((self.instances, floats), dtype=float, device=self.device)
@@ -114,7 +114,7 @@ class Stages(Rollout):
         for i, name in enumerate(self.names.joints):
             joint = self.numeric.character.joints[name]
             joint_q, joint_v = joint_type(joint).nearest(joint, orientation[:, i], rate[:, i])
-            if joint_type(joint).by_coordinate:
+            if joint_type(joint).by_coordinate and joint_type(joint).moves:
                 joint_q, joint_v = coordinate[:, i : i + 1], speed[:, i : i + 1]
             coordinates.append(joint_q)
             speeds.append(joint_v)

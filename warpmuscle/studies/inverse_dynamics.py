@@ -14,8 +14,8 @@ from numpy.typing import ArrayLike
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.arrays import rows
 from warpmuscle.core.errors import Error
-from warpmuscle.core.pose import multiply, rotate
-from warpmuscle.scene import Character, Joint, Scene
+from warpmuscle.core.pose import conjugate, multiply, normalized, rotate
+from warpmuscle.scene import Body, Character, Joint, Scene
 from warpmuscle.scene.joints import Motion, RootType, joint_type, root_type
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.scene.topology import Topology, topology
@@ -57,6 +57,31 @@ def inverse_dynamics(
     motion = _checked(names, coordinates, speeds, accelerations)
     bodies = _outward(character, names, motion)
     return _inward(character, names, bodies, float(plain.gravity))  # type: ignore[arg-type]
+
+
+@dataclass(frozen=True)
+class JointSpace:
+    """The equations of motion M q'' + c = g + forces of a character in n poses, in float64."""
+
+    mass_matrix: Floats  # (n, S, S) of the speeds
+    gravity: Floats  # (n, S) g, generalised forces of gravity, N and N m
+
+
+def joint_space(scene: Scene, coordinates: ArrayLike, values: ArrayLike | None = None) -> JointSpace:
+    """Mass matrix and forces of gravity of a character in poses (n, C), see `inverse_dynamics`.
+
+    What the forces c of the velocities are is `inverse_dynamics` at no accelerations, and g added.
+
+    Raises:
+        Error: see there.
+    """
+    q = np.asarray(coordinates, dtype=np.float64)
+    names = topology(scene.character)
+    still = np.zeros((len(np.atleast_2d(q)), names.speeds))
+    held = inverse_dynamics(scene, q, still, still, values)
+    columns = [inverse_dynamics(scene, q, still, still + unit, values) - held for unit in np.eye(names.speeds)]
+    matrix = np.stack(columns, axis=-1) if columns else np.zeros((len(still), 0, 0))
+    return JointSpace(0.5 * (matrix + np.swapaxes(matrix, 1, 2)), -held)
 
 
 def body_points(scene: Scene, coordinates: ArrayLike) -> dict[str, tuple[Floats, Floats]]:
@@ -132,7 +157,7 @@ def _inward(character: Character, names: Topology, bodies: list[_Body], gravity:
     for number in range(len(bodies) - 1, -1, -1):
         body, part = bodies[number], character.bodies[names.bodies[number]]
         offset = rows((0.0, 0.0, 0.0)) if number == 0 else -rows(_joint(character, names, number).position_in_child)
-        own_force, own_moment = _newton_euler(body, rows(part.mass)[0], rows(list(part.inertia)), offset, gravity)
+        own_force, own_moment = _newton_euler(body, part, offset, gravity)
         force[number] += own_force
         moment[number] += own_moment
         if number > 0:
@@ -150,12 +175,13 @@ def _joint(character: Character, names: Topology, body: int) -> Joint:
     return character.joints[names.joints[body - 1]]
 
 
-def _newton_euler(body: _Body, mass: float, inertia: Floats, com: Floats, gravity: float) -> tuple[Floats, Floats]:
+def _newton_euler(body: _Body, part: Body, com: Floats, gravity: float) -> tuple[Floats, Floats]:
     """Force and moment about its joint that a body alone needs; com from the joint in the body's axes."""
+    inertia, axes = rows(list(part.inertia)), multiply(body.orientation, normalized(rows(part.inertia_axes)))
     c, w, alpha = rotate(body.orientation, com), body.angular_velocity, body.angular_acceleration
     acceleration = body.acceleration + np.cross(alpha, c) + np.cross(w, np.cross(w, c)) + [0.0, gravity, 0.0]
-    force = mass * acceleration
-    inverse = body.orientation * [-1.0, -1.0, -1.0, 1.0]
+    force = rows(part.mass) * acceleration
+    inverse = conjugate(axes)
     local_w, local_alpha = rotate(inverse, w), rotate(inverse, alpha)
-    spin = rotate(body.orientation, inertia * local_alpha + np.cross(local_w, inertia * local_w))
+    spin = rotate(axes, inertia * local_alpha + np.cross(local_w, inertia * local_w))
     return force, spin + np.cross(c, force)

@@ -52,6 +52,7 @@ class Moment:
     doll: Doll
     position: Floats  # (T, B, 3) of the bodies
     orientation: Floats  # (T, B, 4)
+    slid: Floats  # (T, K, 3), see `Track.slid`
     desired: Floats | None  # (T, B, 4), see `Track.desired`
     root: Floats  # (T, 3)
     com: Floats  # (T, 3)
@@ -83,6 +84,7 @@ def _moment(tracks: Sequence[Track], frames: Sequence[int], offset: Floats) -> M
         doll=tracks[0].doll,
         position=stacked(lambda track: track.recording.body_position) + offset[:, None],
         orientation=stacked(lambda track: track.recording.body_orientation),
+        slid=stacked(lambda track: track.slid),
         desired=desired,
         root=stacked(lambda track: track.recording.root_position) + offset,
         com=stacked(lambda track: track.recording.com) + offset,
@@ -170,7 +172,7 @@ def desired(moment: Moment, kind: Kind) -> Instances:
     if moment.desired is None:
         nothing = np.zeros((0, 3))
         return Instances(nothing, np.zeros((0, 4)), nothing, np.zeros((0, 3), dtype=np.uint8))
-    position = moment.doll.positions(moment.root, moment.desired)
+    position = moment.doll.positions(moment.root, moment.desired, moment.slid)
     both = joined([_solids(moment.doll, kind, bones, position, moment.desired) for bones in (False, True)])
     return Instances(
         both.position, both.orientation, both.size, np.broadcast_to(np.array(DESIRED, np.uint8), both.color.shape)

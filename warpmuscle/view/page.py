@@ -147,6 +147,8 @@ def _track_content(track: Track, scene: Scene, packer: Packer, bits: int) -> dic
     curves = [line.values for panel in panels for line in panel.lines]
     if curves:
         arrays["curves"] = packer.add(np.column_stack(curves), bits)
+    if track.doll.sliding:
+        arrays["slid"] = packer.add(track.slid)
     if track.desired is not None:
         arrays["desired"] = packer.add(continuous(track.desired))
     if r.muscle_names:
@@ -191,6 +193,7 @@ def _doll_content(doll: Doll) -> dict[str, Any]:
         "parent": doll.parent.tolist(),
         "in_parent": _rounded(doll.in_parent),
         "in_child": _rounded(doll.in_child),
+        "sliding": list(doll.sliding),
         "weight": doll.weight,
         "muscles": {
             "names": doll.muscles.names,

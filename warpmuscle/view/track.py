@@ -12,8 +12,9 @@ from warpmuscle.core.errors import Error
 from warpmuscle.core.pose import about, multiply, normalized, rotate, twist_angle
 from warpmuscle.gait.foot_sliding import foot_points
 from warpmuscle.model.controller import trajectory_bodies
+from warpmuscle.results.joint_poses import joint_places
 from warpmuscle.results.motion_of_scene import check_motion_of
-from warpmuscle.results.recording import QUANTITIES, Recording
+from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
 from warpmuscle.scene.ground import plane
 from warpmuscle.scene.joints import joint_type
@@ -35,15 +36,23 @@ class Doll:
     parent: NDArray[np.int64]  # (B,) -1 for the root
     in_parent: Floats  # (B, 3) m, a body's joint in its parent's frame
     in_child: Floats  # (B, 3) m, and in its own
+    sliding: tuple[int, ...]  # (K,) bodies whose joint point moves in their parent
     weight: float  # N, of the whole body, in standard gravity
     names: Topology
 
-    def positions(self, root: Floats, orientation: Floats) -> Floats:
-        """Centres of mass (F, B, 3), m, from that of the root (F, 3) and the orientations of all bodies (F, B, 4)."""
+    def positions(self, root: Floats, orientation: Floats, slid: Floats) -> Floats:
+        """Centres of mass (F, B, 3), m.
+
+        Args:
+            root: the root's (F, 3), m. orientation: of all bodies (F, B, 4). slid: see `Track.slid`.
+        """
         position = np.empty((*orientation.shape[:2], 3))
         position[:, 0] = root
         for body, parent in enumerate(self.parent[1:], 1):
-            anchor = position[:, parent] + rotate(orientation[:, parent], self.in_parent[body])
+            place = self.in_parent[body]
+            if body in self.sliding:
+                place = place + slid[:, self.sliding.index(body)]
+            anchor = position[:, parent] + rotate(orientation[:, parent], place)
             position[:, body] = anchor - rotate(orientation[:, body], self.in_child[body])
         return position
 
@@ -55,6 +64,7 @@ class Track:
     label: str
     doll: Doll
     recording: Recording  # of these frames
+    slid: Floats  # (F, K, 3) m, how far the joint points of the doll's sliding bodies are from their parents'
     desired: Floats | None  # (F, B, 4) orientations that the controller wants, or that were recorded, if any
     point_weight: Floats  # (F, C) of the muscles' conditional points
     muscle_load: Floats  # (F, M) force over `FULL_FORCE` f_max, 0..1
@@ -84,6 +94,7 @@ def doll_of(scene: Scene, muscles: tuple[str, ...]) -> Doll:
         parent=np.array(names.parents, dtype=np.int64),
         in_parent=np.array([zero, *(joint.position_in_parent for joint in joints)], dtype=np.float64),
         in_child=np.array([zero, *(joint.position_in_child for joint in joints)], dtype=np.float64),
+        sliding=tuple(i for i, joint in enumerate(joints, 1) if joint_type(joint).by_coordinate),
         weight=9.81 * mass,
         names=names,
     )
@@ -109,12 +120,20 @@ def track_of(
         label=whole(label or scene.name),
         doll=doll,
         recording=recording,
+        slid=_slid(recording, scene, doll),
         desired=desired_pose(recording, scene, doll.names),
         point_weight=point_weights(doll.muscles, recording, scene.character),
         muscle_load=np.clip(recording.muscle_force / (FULL_FORCE * f_max), 0.0, 1.0),
         foot_force=np.stack([recording.foot_force_left, recording.foot_force_right], axis=1),
         foot_center=foot_centers(recording, scene),
     )
+
+
+def _slid(recording: Recording, scene: Scene, doll: Doll) -> Floats:
+    """See `Track.slid`."""
+    joints = [doll.names.joints[body - 1] for body in doll.sliding]
+    places = [joint_places(recording, scene.character, joint) for joint in joints]
+    return np.stack(places, axis=1) if places else np.zeros((recording.frames, 0, 3))
 
 
 def _checked_doll(recording: Recording, scene: Scene) -> Doll:
@@ -134,8 +153,7 @@ def thinned(recording: Recording, rate: float | None) -> Recording:
         return recording
     interval = float(recording.time[-1] - recording.time[0]) / (recording.frames - 1)
     every = max(int(1.0 / (rate * interval) + 1e-6), 1)
-    arrays = {name: recording[name][::every] for name in QUANTITIES}
-    return Recording.of(arrays, recording.joint_names, recording.body_names, recording.muscle_names)
+    return recording.at(slice(None, None, every))
 
 
 def desired_pose(recording: Recording, scene: Scene, names: Topology) -> Floats | None:

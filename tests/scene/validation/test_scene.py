@@ -75,6 +75,14 @@ def test_trajectories_find_joints_of_other_names_in_pairs():
         check_scene(scene)
 
 
+def test_only_states_that_end_by_contact_wait_beyond_phase_one():
+    scene = changed(f"{STATE}.longest", 1.4)
+    check_scene(scene)
+    scene.controller.states[0].transition = "time_up"
+    with pytest.raises(SceneError, match=r"states\.0\.longest: only a state that ends on `foot_down` may last"):
+        check_scene(scene)
+
+
 STATE = "controller.states.0"
 COMPONENT = f"{STATE}.trajectories.SWING_Hip.components.0"
 HFL, TFL = "character.muscles.HFL", "character.muscles.TFL"
@@ -120,6 +128,8 @@ HERE = ViaPoint("pelvis", ZERO)
         ("controller.feet", ("lFoot", "rfoot"), "controller.feet.1", "did you mean 'rFoot'?"),
         ("controller.hips", ("lHip", "lHip"), "controller.hips", "left and right are both 'lHip'"),
         ("controller.states", [], "controller.states", "at least one state"),
+        (f"{STATE}.longest", 0.9, f"{STATE}.longest", "must be at least 1, is 0.9"),
+        (f"{STATE}.longest", Free(1.2, 0.8, 1.5), f"{STATE}.longest", "must be at least 1, is 0.8"),
         ("controller.start_state", 1, "controller.start_state", "there is no state 1"),
         (f"{STATE}.next", -1, f"{STATE}.next", "there is no state -1"),
         (f"{STATE}.time", 0.0, f"{STATE}.time", "must be greater than 0"),

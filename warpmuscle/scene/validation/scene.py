@@ -262,6 +262,11 @@ class _Check(Checks):
     def state(self, key: str, state: State, joints: dict[str, Joint], pairs: Mapping[str, tuple[str, str]]) -> None:
         """A state lasts a while, its trajectories have joints, its curves knots."""
         self.positive(key, state, "time")
+        least, greatest = self.interval(state.longest)
+        if least < 1.0:
+            raise SceneError(f"must be at least 1, is {least:g}", key=f"{key}.longest")
+        if greatest > 1.0 and state.transition == "time_up":
+            raise SceneError("only a state that ends on `foot_down` may last beyond phase 1", key=f"{key}.longest")
         for name, trajectory in state.trajectories.items():
             path = f"{key}.trajectories.{name}"
             for joint in trajectory_joints(name, pairs) if name != "root" else ():

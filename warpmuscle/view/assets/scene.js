@@ -62,12 +62,14 @@ class Biped {
   }
 
   pose(name, moment) {
-    const { parent, in_parent, in_child } = this.doll, turns = [], places = [];
+    const { parent, in_parent, in_child, sliding } = this.doll, turns = [], places = [];
     for (let body = 0; body < this.bodies; body++) {
       turns.push(this.turn(name, moment, body));
       if (body === 0) places.push(add(this.between("root", 3, moment), this.offset));
       else {
-        const anchor = add(places[parent[body]], rotate(turns[parent[body]], in_parent[body]));
+        const slid = sliding.indexOf(body);
+        const away = slid < 0 ? [0, 0, 0] : this.between("slid", 3, moment, slid, 3 * sliding.length);
+        const anchor = add(places[parent[body]], rotate(turns[parent[body]], add(in_parent[body], away)));
         places.push(minus(anchor, rotate(turns[body], in_child[body])));
       }
     }

@@ -1,0 +1,84 @@
+"""The stages of a step that know of joints' types and of how inertia lies in bodies, as a model has them."""
+
+from functools import cache
+from typing import Any, NamedTuple
+
+from warpmuscle.kernels.coordinate_joint import (
+    accelerate_any,
+    accelerate_any_remaining,
+    move_any_of,
+    place_any,
+    prescribe_any,
+    reduce_any,
+    reduce_any_remaining,
+)
+from warpmuscle.kernels.dynamics import (
+    acceleration_stage,
+    acceleration_stage_of,
+    backward_pass_of,
+    forward_pass_of,
+    inertia_stage_of,
+)
+from warpmuscle.kernels.follower import (
+    backward_pass_of_clusters,
+    forward_pass_of_clusters,
+    integrate_drivers_stage,
+    reduce_any_cluster,
+    reduce_remaining_cluster,
+)
+from warpmuscle.kernels.hybrid import hybrid_acceleration_stage, hybrid_acceleration_stage_of
+from warpmuscle.kernels.integration import integrate_stage
+from warpmuscle.kernels.joint_motion import MotionOf
+from warpmuscle.kernels.kinematics import kinematics_stage, kinematics_stage_of
+from warpmuscle.kernels.motion import prescribe_stage
+from warpmuscle.kernels.scratch import coordinate_work_at, work_at
+from warpmuscle.kernels.structs import FOLLOWER
+
+
+class SkeletonKind(NamedTuple):
+    """What a step has compiled in for bodies and joints."""
+
+    joints: tuple[MotionOf, ...] = ()  # types of joints of one coordinate
+    turned: bool = False  # principal axes of inertia lie in some body as its `inertia_axes` say
+
+    @property
+    def follows(self) -> bool:
+        """Whether some joints follow others."""
+        return any(joint.number == FOLLOWER for joint in self.joints)
+
+
+class JointStages(NamedTuple):
+    """Warp functions of these stages."""
+
+    work_at: Any
+    kinematics: Any
+    prescribe: Any
+    inertia: Any
+    acceleration: Any
+    hybrid_acceleration: Any
+    integrate: Any
+
+
+@cache
+def joint_stages_of(kind: SkeletonKind) -> JointStages:
+    """The stages of a model with such bodies and joints."""
+    inertia_stage = inertia_stage_of(kind.turned)
+    if not kind.joints:
+        return JointStages(
+            work_at, kinematics_stage, prescribe_stage, inertia_stage, acceleration_stage, hybrid_acceleration_stage,
+            integrate_stage,
+        )  # fmt: skip
+    backward, forward = backward_pass_of, forward_pass_of
+    reduce, reduce_rest, integrate = reduce_any, reduce_any_remaining, integrate_stage
+    if kind.follows:
+        backward, forward = backward_pass_of_clusters, forward_pass_of_clusters
+        reduce, reduce_rest, integrate = reduce_any_cluster, reduce_remaining_cluster, integrate_drivers_stage
+    return JointStages(
+        coordinate_work_at,
+        kinematics_stage_of(move_any_of(kind.joints), place_any),
+        prescribe_any,
+        inertia_stage,
+        acceleration_stage_of(backward(reduce), forward(accelerate_any)),
+        hybrid_acceleration_stage_of(backward(reduce_rest), forward(accelerate_any_remaining)),
+        integrate,
+    )

@@ -1,0 +1,283 @@
+"""Joints that follow others against the tree without followers, reduced in float64 by M = J^T M J; and their energy."""
+
+import copy
+from typing import Any
+
+import numpy as np
+import pytest
+
+from warpmuscle.core.errors import SceneError
+from warpmuscle.core.pose import about, normalized, rotate
+from warpmuscle.formats import load, mjcf, save
+from warpmuscle.scene import (
+    Actuation,
+    Body,
+    Character,
+    Displacement,
+    Failure,
+    Ground,
+    InitialState,
+    Joint,
+    JointState,
+    Motion,
+    Muscle,
+    Scene,
+    ViaPoint,
+)
+from warpmuscle.scene.joints import joint_type
+from warpmuscle.scene.topology import Topology, coordinate_names, topology
+from warpmuscle.simulation.rollout import Rollout
+from warpmuscle.simulation.stages import Stages
+from warpmuscle.studies.inverse_dynamics import body_points, inverse_dynamics, joint_space
+
+X, Y, Z, ORIGIN = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0), (0.0, 0.0, 0.0)
+TURNS = [
+    Displacement((0.2, 0.9, -0.3), x=[-2.0, -1.0, 0.0, 1.0, 2.0], y=[-0.3, 0.1, 0.2, -0.1, 0.4]),
+    Displacement((1.0, 0.3, 0.0), 0.1, 0.8),
+]
+MOVES = [Displacement(Y, polynomial=[0.01, -0.03, 0.02]), Displacement(Z, slope=0.04)]
+
+
+def follower(parent: str, child: str, follows: str, scale: float = 1.0) -> Joint:
+    """A joint that turns and moves as wildly as a knee may."""
+    turns = [*TURNS, Displacement((0.0, 0.1, 1.0), slope=0.5 * scale)]
+    place = (0.02, -0.1 * scale, 0.03), (0.01, 0.05, -0.02)
+    return Joint("coupled", parent, child, *place, rotations=turns, translations=MOVES, follows=follows)
+
+
+def walker(root_joint: str = "free") -> Scene:
+    """A knee with followers beside it, on it, and on each of those; a spine whose vertebrae follow a hinge."""
+    names = ("pelvis", "thigh", "shank", "patella", "tendon", "fibula", "toe", "l5", "l4", "l3", "head")
+    masses = zip(names, np.random.default_rng(1).uniform(0.5, 2.0, len(names)), strict=True)
+    bodies = {name: Body(m, (0.02 * m, 0.03 * m, 0.01 * m)) for name, m in masses}
+    place = (0.03, -0.2, 0.01), (-0.02, 0.2, 0.03)
+    joints = {
+        "patella": follower("thigh", "patella", "knee"),
+        "hip": Joint("ball", "pelvis", "thigh", *place),
+        "knee": Joint("coupled", "thigh", "shank", *place, rotations=TURNS, translations=MOVES),
+        "quadriceps": follower("patella", "tendon", "knee", 0.7),
+        "fibula": follower("shank", "fibula", "knee", -1.3),
+        "toe": follower("fibula", "toe", "knee", 0.4),
+        "l4": follower("l5", "l4", "l5", 0.8),
+        "l5": Joint("hinge", "pelvis", "l5", (0.0, 0.1, 0.0), (0.0, -0.1, 0.02), [(0.9, 0.1, 0.2)]),
+        "l3": follower("l4", "l3", "l5", 1.2),
+        "neck": Joint("universal", "l3", "head", (0.0, 0.1, 0.0), (0.0, -0.1, 0.02), [X, Y]),
+    }
+    return Scene("walker", Character("pelvis", bodies, joints, root_joint), ground=Ground(stiffness=0.0))
+
+
+def unfollowed(scene: Scene) -> Scene:
+    """The same with coordinates of their own for all joints."""
+    free = copy.deepcopy(scene)
+    for joint in free.character.joints.values():
+        joint.follows = ""
+    return free
+
+
+def reduction(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
+    """Coordinates and speeds of the tree without followers from those with them: matrices of zeros and ones."""
+    own, free = topology(scene.character), topology(unfollowed(scene).character)
+    q, v = np.zeros((free.coordinates, own.coordinates)), np.zeros((free.speeds, own.speeds))
+    for number, name in enumerate(free.bodies):
+        body = own.bodies.index(name)
+        for matrix, there, here in (
+            (q, free.coordinates_of(number), own.coordinates_of(body)),
+            (v, free.speeds_of(number), own.speeds_of(body)),
+        ):
+            matrix[there, here] = np.eye(here.stop - here.start)
+    return q, v
+
+
+def states(scene: Scene, count: int = 6) -> tuple[np.ndarray, np.ndarray]:
+    rng = np.random.default_rng(5)
+    names = topology(scene.character)
+    q = rng.uniform(-1.0, 1.0, (count, names.coordinates))
+    q[:, 3:7] = normalized(q[:, 3:7])
+    hip = names.coordinates_of(names.body_of_joint("hip"))
+    q[:, hip] = normalized(q[:, hip] + [0.0, 0.0, 0.0, 2.0])
+    return q, rng.normal(size=(count, names.speeds)) * 2.0
+
+
+def expected(scene: Scene, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Mass matrix and forces at rest, reduced from those of the tree without followers."""
+    free, (of_q, of_v) = unfollowed(scene), reduction(scene)
+    full_q, full_v = q @ of_q.T, v @ of_v.T
+    bias = inverse_dynamics(free, full_q, full_v, np.zeros_like(full_v)) @ of_v
+    return np.einsum("ai,nab,bj->nij", of_v, joint_space(free, full_q).mass_matrix, of_v), bias
+
+
+def put(scene: Scene, q: np.ndarray, v: np.ndarray) -> Stages:
+    stages = Stages(scene, len(q), "cpu")
+    stages.state.coordinates.assign(q.astype(np.float32))
+    stages.state.speeds.assign(v.astype(np.float32))
+    return stages
+
+
+def test_mass_matrix_and_accelerations_are_those_of_the_reduced_tree():
+    scene = walker()
+    q, v = states(scene)
+    mass, bias = expected(scene, q, v)
+    stages = put(scene, q, v)
+    np.testing.assert_allclose(stages.mass_matrix(), mass, atol=2e-6 * np.abs(mass).max())
+    rates = stages.forward_dynamics()["speed_rate"]
+    accelerations = np.linalg.solve(mass, -bias[..., None])[..., 0]
+    np.testing.assert_allclose(rates, accelerations, atol=2e-4 * np.abs(accelerations).max())
+    np.testing.assert_allclose(np.einsum("nij,nj->ni", mass, rates), -bias, atol=2e-4 * np.abs(bias).max())
+
+
+def test_inverse_dynamics_knows_them():
+    scene = walker()
+    q, v = states(scene)
+    a = np.random.default_rng(2).normal(size=v.shape)
+    mass, bias = expected(scene, q, v)
+    needed = np.einsum("nij,nj->ni", mass, a) + bias
+    np.testing.assert_allclose(inverse_dynamics(scene, q, v, a), needed, rtol=1e-11, atol=1e-11)
+
+
+def with_muscles(scene: Scene) -> Scene:
+    """Muscles that end on, run past and cross what follows, one of them over a point that counts in places."""
+    routes = {
+        "vastus": [("thigh", (0.05, -0.1, 0.02)), ("patella", (0.02, 0.03, 0.01)), ("shank", (0.03, -0.05, 0.0))],
+        "rectus": [("pelvis", (0.05, -0.1, 0.02)), ("tendon", (0.02, 0.03, 0.01))],
+        "toes": [("thigh", (-0.05, -0.1, 0.02)), ("toe", (0.02, 0.03, 0.01))],
+        "short": [("fibula", (-0.05, -0.1, 0.02)), ("toe", (0.02, 0.03, 0.01))],
+        "erector": [("pelvis", (0.0, 0.0, -0.06)), ("l4", (0.01, 0.02, -0.05)), ("head", (0.0, 0.1, -0.05))],
+    }
+    for name, route in routes.items():
+        path = [ViaPoint(body, position) for body, position in route]
+        scene.character.muscles[name] = Muscle(path=path, f_max=800.0, l_opt=0.1, l_slack=0.1)
+    return scene
+
+
+def lengths(scene: Scene, q: np.ndarray) -> np.ndarray:
+    """Lengths (n, M) of paths in float64."""
+    poses = body_points(scene, q)
+    joints = {joint.child: joint for joint in scene.character.joints.values()}
+
+    def world(point: ViaPoint) -> np.ndarray:
+        place, turn = poses[point.body]
+        joint = joints.get(point.body)
+        return place + rotate(turn, np.array(point.position) - np.array(joint.position_in_child if joint else ORIGIN))
+
+    paths = [np.stack([world(point) for point in muscle.path]) for muscle in scene.character.muscles.values()]
+    return np.stack([np.linalg.norm(np.diff(path, axis=0), axis=2).sum(axis=0) for path in paths], axis=1)
+
+
+def test_muscles_pull_on_the_joint_that_their_bodies_follow():
+    scene = with_muscles(walker())
+    q, v = states(scene)
+    stages = put(scene, q, v)
+    found, names = stages.muscle_paths(), stages.names
+    np.testing.assert_allclose(found.length, lengths(scene, q), atol=3e-7)
+    for joint, own in (("knee", "knee"), ("l5", "l5")):
+        body, step = names.body_of_joint(own), 1e-6
+        column = names.coordinates_of(body).start
+        unit = step * np.eye(q.shape[1])[column]
+        slope = (lengths(scene, q + unit) - lengths(scene, q - unit)) / (2.0 * step)
+        axis = np.asarray(rotate(stages.forward_kinematics()["orientation"][:, body], joint_axis(scene, joint)))
+        crossed = {m: c for c, (m, j) in enumerate(zip(found.muscle, found.joint, strict=True)) if j == body - 1}
+        assert {names_of(scene)[m] for m in crossed} == CROSSED[joint]
+        for muscle in range(slope.shape[1]):
+            arm = np.sum(found.moment_arm[:, crossed[muscle]] * axis, axis=1) if muscle in crossed else 0.0
+            np.testing.assert_allclose(arm, slope[:, muscle], atol=2e-6)
+    still = numbers_alone(names, v)
+    ahead, behind = (lengths(scene, moved(q, still, names, sign * 1e-6)) for sign in (1.0, -1.0))
+    np.testing.assert_allclose(put(scene, q, still).muscle_paths().speed, (ahead - behind) / 2e-6, atol=5e-6)
+
+
+CROSSED = {"knee": {"vastus", "rectus", "toes", "short"}, "l5": {"erector"}}
+
+
+def names_of(scene: Scene) -> list[str]:
+    return list(scene.character.muscles)
+
+
+def joint_axis(scene: Scene, name: str) -> np.ndarray:
+    joint = scene.character.joints[name]
+    return joint_type(joint).frame(joint)[0][0]
+
+
+def numbers_alone(names: Topology, v: np.ndarray) -> np.ndarray:
+    """Speeds of knee, spine and neck alone, whose coordinates are numbers."""
+    still = np.zeros_like(v)
+    for joint in ("knee", "l5", "neck"):
+        own = names.speeds_of(names.body_of_joint(joint))
+        still[:, own] = v[:, own]
+    return still
+
+
+def moved(q: np.ndarray, v: np.ndarray, names: Topology, time: float) -> np.ndarray:
+    there = q.copy()
+    for joint in ("knee", "l5", "neck"):
+        body = names.body_of_joint(joint)
+        there[:, names.coordinates_of(body)] += time * v[:, names.speeds_of(body)]
+    return there
+
+
+def swinging(**more: Any) -> Scene:
+    """A thigh on a hinge in the air, the knee and all that follows it."""
+    scene = walker("fixed")
+    character = scene.character
+    kept = {"hip", "knee", "patella", "quadriceps", "fibula", "toe"}
+    character.joints = {name: joint for name, joint in character.joints.items() if name in kept}
+    character.bodies = {name: body for name, body in character.bodies.items() if name[0] != "l" and name != "head"}
+    character.joints["hip"].type, character.joints["hip"].axes = "hinge", [X]
+    scene.initial_state = InitialState(joints={"hip": JointState(orientation=tuple(about(X, 0.7).tolist()))})
+    scene.initial_state.joints["knee"] = JointState(coordinate=-0.5, speed=3.0)
+    scene.failure, scene.duration = Failure(com_height=0.0, heading=0.0), 1.0
+    scene.actuation = {"hip": Actuation("torque"), "knee": Actuation(more.pop("knee", "torque"))}
+    scene.motion = more
+    return scene
+
+
+def recorded(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
+    rollout = Rollout(scene, 1, "cpu", record=[0], record_rate=2000.0)
+    rollout.run()
+    assert rollout.status_names() == ("completed",)
+    return tuple(rollout.recorded(name)[0].astype(float) for name in ("coordinates", "speeds"))
+
+
+def energy(scene: Scene, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+    """Kinetic and potential energy (2, n), J."""
+    kinetic = 0.5 * np.einsum("ni,nij,nj->n", v, joint_space(scene, q).mass_matrix, v)
+    joints = {joint.child: joint for joint in scene.character.joints.values()}
+    heights = sum(
+        body.mass * (place[:, 1] - rotate(turn, np.array(joints[name].position_in_child))[:, 1])
+        for name, body in scene.character.bodies.items()
+        for place, turn in [body_points(scene, q)[name]]
+        if name in joints
+    )
+    return np.stack([kinetic, scene.gravity * heights])
+
+
+def test_a_swinging_leg_with_a_patella_keeps_its_energy():
+    scene = swinging()
+    q, v = (part[::20] for part in recorded(scene))
+    both = energy(scene, q, v)
+    total = both.sum(axis=0)
+    assert np.ptp(both[0]) > 5.0
+    np.testing.assert_allclose(total, total[0], atol=2e-3 * np.ptp(both[0]))
+
+
+def test_a_prescribed_knee_moves_its_followers_and_the_free_hip_answers():
+    time = np.linspace(0.0, 1.0, 21)
+    scene = swinging(knee="kinematic")
+    scene.motion = {"knee": Motion(time=time.tolist(), value=(-0.5 + 0.6 * np.sin(5.0 * time)).tolist())}
+    q, v = recorded(scene)
+    at = np.arange(200, 1800, 100)
+    a = (v[at + 4] - v[at - 4]) / 0.004
+    needed = inverse_dynamics(scene, q[at], v[at], a)
+    assert np.abs(needed[:, 1]).max() > 1.0
+    np.testing.assert_allclose(needed[:, 0], 0.0, atol=5e-3)
+
+
+def test_a_scene_file_names_and_recordings_know_followers(tmp_path):
+    scene = with_muscles(walker())
+    scene.failure.com_height = 0.0
+    save(scene, tmp_path / "walker.toml")
+    again = load(tmp_path / "walker.toml")
+    assert again.character.joints["patella"] == scene.character.joints["patella"]
+    coordinates, _ = coordinate_names(topology(scene.character), scene.character)
+    assert coordinates[7:] == ("hip.qx", "hip.qy", "hip.qz", "hip.qw", "l5", "knee", "neck.0", "neck.1")
+    with pytest.raises(SceneError, match="MuJoCo has no coupled joint"):
+        mjcf.dumps(scene)

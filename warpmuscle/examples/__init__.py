@@ -1,0 +1,107 @@
+"""Small data of our own, so that every command of the documentation can be typed as it stands.
+
+May import: everything but the command line.
+To add: files into `files/`, or a function that makes them, and an `Example` in `EXAMPLES`.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Callable, Iterable
+from importlib import resources
+from pathlib import Path
+from typing import NamedTuple
+
+from warpmuscle.core.errors import Error
+from warpmuscle.core.files import replace_files, unwritable
+
+Files = Iterable[tuple[str, str | bytes]]
+
+
+def shipped(*names: str) -> Callable[[], Files]:
+    """Files that are shipped as they are."""
+
+    def make() -> Files:
+        folder = resources.files("warpmuscle.examples") / "files"
+        return [(name, (folder / name).read_text("utf-8")) for name in names]
+
+    return make
+
+
+def _emg() -> Files:
+    from warpmuscle.examples.emg import walking_emg
+
+    return walking_emg()
+
+
+def _gait() -> Files:
+    from warpmuscle.examples.motions import tracked_gait
+
+    return [("gait.npz", tracked_gait()), *shipped("track.toml")()]
+
+
+def _lift() -> Files:
+    from warpmuscle.examples.emg import lifting_emg
+    from warpmuscle.examples.motions import LIFT, table
+
+    return [("lift.csv", table(LIFT)), ("lift_emg.csv", lifting_emg())]
+
+
+def _simbicon() -> Files:
+    from warpmuscle.examples.motions import simbicon_files
+
+    return simbicon_files()
+
+
+def _throws() -> Files:
+    from warpmuscle.examples.motions import THROWS, table
+
+    return [(f"throws/throw{number}.csv", table(throw)) for number, throw in enumerate(THROWS, 1)]
+
+
+class Example(NamedTuple):
+    """What a name stands for."""
+
+    description: str
+    make: Callable[[], Files]  # names and contents of the files
+
+
+EXAMPLES = {
+    "scene": Example(
+        "a scene of one's own: the walk at another speed, with a free stiffness of the knees", shipped("mine.toml")
+    ),
+    "muscles": Example("a walk whose knees are driven by four muscles", shipped("knees.toml", "my_muscles.toml")),
+    "curve": Example("a muscle curve as a Warp function, and a walk that uses it", shipped("bell.py", "bell.toml")),
+    "term": Example("a term of the objective as a Warp function", shipped("sway.py", "sway.toml")),
+    "controller": Example("a controller as Warp functions, which holds a pendulum", shipped("hold.py", "hold.toml")),
+    "force": Example("an ankle exoskeleton, air drag, and a force of one's own", shipped("glider.py", "exo.toml")),
+    "stages": Example("a search in stages, every candidate disturbed", shipped("stages.toml")),
+    "sweep": Example("a sweep over seeds, speeds and weakness", shipped("speeds.toml")),
+    "gait": Example("a recorded walk over the gait cycle, and a scene that tracks it", _gait),
+    "simbicon": Example("the walk in the files of the original SIMBICON program", _simbicon),
+    "throws": Example("four throws of an arm: times and joint angles", _throws),
+    "lift": Example("an arm that lifts: joint angles, and raw EMG of shoulder and elbow", _lift),
+    "emg": Example("raw EMG of seven muscles while walking, and the times of the strides", _emg),
+}
+
+
+def write(name: str, folder: str | Path = ".", replace: bool = False) -> list[Path]:
+    """Write the files of an example, and return their paths.
+
+    Raises:
+        Error: there is no such example, a file exists already and is not to be replaced, or cannot be written.
+    """
+    if name not in EXAMPLES:
+        near = difflib.get_close_matches(name, EXAMPLES, n=1)
+        hint = f"; did you mean {near[0]!r}?" if near else f": {', '.join(EXAMPLES)}"
+        raise Error(f"there is no example called {name!r}{hint}")
+    made = {Path(folder) / file: content for file, content in EXAMPLES[name].make()}
+    for path in made:
+        if path.exists() and not replace:
+            raise Error(f"{path} exists already; --replace writes over it")
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise Error(f"{path.parent}: {unwritable(error)}") from None
+    replace_files(made)
+    return list(made)

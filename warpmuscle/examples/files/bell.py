@@ -1,0 +1,9 @@
+"""A muscle curve of one's own."""
+
+import warp as wp
+
+
+@wp.func
+def bell(length: float) -> float:
+    """Active force over f_max at a fibre length over l_opt."""
+    return wp.exp((length - 1.0) * (length - 1.0) * (-2.0))

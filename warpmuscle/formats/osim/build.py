@@ -1,0 +1,135 @@
+"""A scene from an OpenSim model's records."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from warpmuscle.core.errors import SceneError
+from warpmuscle.formats.lines import Ignored, Notes
+from warpmuscle.formats.osim.build_forces import build_forces
+from warpmuscle.formats.osim.build_muscles import MuscleBuilder, build_surfaces, on_ground
+from warpmuscle.formats.osim.build_skeleton import Skeleton, build_skeleton
+from warpmuscle.formats.osim.frames import GROUND, on_body, refused
+from warpmuscle.formats.osim.moves import Coordinates
+from warpmuscle.formats.osim.read import read
+from warpmuscle.formats.osim.records import Model
+from warpmuscle.formats.osim.tree import Branch, branches, joined, root_kind
+from warpmuscle.scene import Actuation, Failure, Marker, Motion, Scene
+from warpmuscle.scene.validation.paths import usual_drive
+from warpmuscle.scene.validation.scene import check_scene
+
+KNOTS = 201  # of a prescribed motion
+
+
+def load_model(path: Path, notes: Notes) -> Scene:
+    """A checked scene from a model file.
+
+    Args:
+        notes: gets what is not used, with its line and with what follows from that.
+
+    Raises:
+        SceneError: it cannot be read or represented; with file and line.
+    """
+    try:
+        model = read(path, notes)
+        scene = build(model, notes)
+        check_scene(scene)
+    except SceneError as error:
+        raise notes.placed(error) from None
+    return scene
+
+
+def build(model: Model, notes: Notes) -> Scene:
+    """A scene from records.
+
+    Raises:
+        SceneError: the model cannot be represented.
+    """
+    for name in joined(model):
+        line = next(body.line for body in model.bodies if body.name == name)
+        notes.ignored.append(Ignored(model.file, line, f"Body {name}", "has no joint; it moves freely, as in OpenSim"))
+    if not model.bodies:
+        raise refused(model, model.line, "the model has no bodies")
+    coordinates = Coordinates(model)
+    tree = branches(model, coordinates)
+    skeleton = build_skeleton(model, tree, _root(model, tree, coordinates), coordinates, notes)
+    character = skeleton.character
+    character.surfaces = build_surfaces(model, skeleton.placement)
+    common, character.muscles = MuscleBuilder(model, skeleton.placement, coordinates, notes).build()
+    scene = Scene(name=model.name, character=character, initial_state=skeleton.initial, muscle_model=common)
+    scene.opensim = skeleton.opensim
+    _gravity(model, scene)
+    _prescribe(scene, coordinates)
+    build_forces(model, scene, skeleton, coordinates, notes)
+    _settle_drives(scene)
+    _markers(model, skeleton, notes)
+    _tell(model, skeleton, coordinates, notes)
+    if character.root_joint == "fixed":
+        scene.failure = Failure(com_height=0.0, heading=0.0)
+    return scene
+
+
+def _root(model: Model, tree: list[Branch], coordinates: Coordinates) -> str:
+    """The type of the root: see `tree.root_kind`."""
+    needed = {coupler.independent for coupler in model.couplers}
+    for muscle in model.muscles:
+        for point in muscle.points:
+            needed |= {point.coordinate, *(name for name, _ in point.motion)}
+        needed |= set(muscle.polynomial.coordinates if muscle.polynomial is not None else ())
+    needed |= {force.words["coordinate"] for force in model.forces if "coordinate" in force.words} - {
+        force.words["coordinate"] for force in model.forces if force.kind == "CoordinateActuator"
+    }
+    return root_kind(model, tree, coordinates, needed, on_ground(model))
+
+
+def _gravity(model: Model, scene: Scene) -> None:
+    x, y, z = model.gravity
+    if x != 0.0 or z != 0.0 or y > 0.0:
+        raise refused(model, model.line, f"gravity must point along -y, not along {x:g} {y:g} {z:g}")
+    scene.gravity = -y
+
+
+def _prescribe(scene: Scene, coordinates: Coordinates) -> None:
+    """Coordinates with a prescribed function of time are kinematic, and the motion of the scene."""
+    for name, coordinate in coordinates.by_name.items():
+        function = coordinate.prescribed
+        if function is None or not coordinates.free(name) or name not in scene.character.joints:
+            continue
+        scene.actuation[name] = Actuation("kinematic")
+        time = [0.0] if function.constant else [float(t) for t in np.linspace(0.0, scene.duration, KNOTS)]
+        scene.motion[name] = Motion(time, [float(value) for value in function.values(np.array(time))])
+        scene.initial_state.joints.pop(name, None)
+
+
+def _settle_drives(scene: Scene) -> None:
+    """Joints that neither a muscle crosses nor anything else drives are passive."""
+    for name, joint in scene.character.joints.items():
+        if joint.type == "fixed" or joint.follows or name in scene.actuation:
+            continue
+        if usual_drive(name, scene.character) == "torque":
+            scene.actuation[name] = Actuation("passive")
+
+
+def _markers(model: Model, skeleton: Skeleton, notes: Notes) -> None:
+    """Markers on bodies; none stays on a ground that is no body here."""
+    for marker in model.markers:
+        if on_body(model, marker.frame)[0] == GROUND and skeleton.character.root != "ground":
+            notes.ignored.append(
+                Ignored(model.file, marker.line, f"Marker {marker.name}", "is on the ground; left out")
+            )
+            continue
+        body, position = skeleton.placement.point(marker.frame, marker.location)
+        skeleton.opensim.markers[marker.name] = Marker(body, position)
+
+
+def _tell(model: Model, skeleton: Skeleton, coordinates: Coordinates, notes: Notes) -> None:
+    """Note what is otherwise than in OpenSim."""
+    for joint in model.joints:
+        if joint.kind == "BallJoint" and joint.coordinates[0].name in skeleton.character.joints:
+            reason = "its coordinates are angles about x, the new y and the new z axis, as in OpenSim's files"
+            notes.ignored.append(Ignored(model.file, joint.line, f"BallJoint {joint.name}", reason))
+    for name, error in coordinates.inexact.items():
+        reason = f"a function of a function, taken at 401 places; it is off by {error:.1g} at most"
+        notes.ignored.append(Ignored(model.file, coordinates.by_name[name].line, f"Coordinate {name}", reason))

@@ -1,0 +1,159 @@
+"""Forces other than muscles, and contact with the ground, from a model's records."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from warpmuscle.formats.lines import Ignored, Notes
+from warpmuscle.formats.osim import records
+from warpmuscle.formats.osim.build_skeleton import Skeleton
+from warpmuscle.formats.osim.frames import GROUND, on_body, refused, turned
+from warpmuscle.formats.osim.moves import Coordinates
+from warpmuscle.formats.osim.placement import WORLD, vector
+from warpmuscle.formats.osim.records import Contact, Model
+from warpmuscle.scene import Actuation, Force, Ground, Scene, Sphere
+from warpmuscle.scene.validation.paths import usual_drive
+
+DEGREE = math.pi / 180.0
+ROOT = "acts on the root, on whose coordinates forces do not act here; it is left out"
+LOCKED = "acts on a coordinate that is locked or coupled; it is left out"
+
+
+class ForceBuilder:
+    """Puts the forces of one model into a scene."""
+
+    def __init__(
+        self, model: Model, scene: Scene, skeleton: Skeleton, coordinates: Coordinates, notes: Notes
+    ) -> None:  # fmt: skip
+        self._model, self._scene, self._skeleton = model, scene, skeleton
+        self._coordinates, self._notes = coordinates, notes
+
+    def note(self, force: records.Force, reason: str) -> None:
+        """Note a force, its line and what follows."""
+        self._notes.ignored.append(Ignored(self._model.file, force.line, f"{force.kind} {force.name}", reason))
+
+    def joint(self, force: records.Force) -> str:
+        """The joint whose coordinate a force acts on; empty, with a note, if it cannot act on it."""
+        name = force.words["coordinate"]
+        if name not in self._coordinates.by_name:
+            raise refused(self._model, force.line, f"{force.kind} {force.name!r}: there is no coordinate {name!r}")
+        if not self._coordinates.free(name):
+            self.note(force, LOCKED)
+            return ""
+        if name not in self._scene.character.joints:
+            self.note(force, ROOT)
+            return ""
+        return name
+
+    def actuator(self, force: records.Force) -> None:
+        """A joint that an actuator drives takes torques, besides those of its muscles."""
+        name = self.joint(force)
+        if name and name not in self._scene.actuation:
+            crossed = usual_drive(name, self._scene.character) == "muscle"
+            self._scene.actuation[name] = Actuation("assisted" if crossed else "torque")
+
+    def limit(self, force: records.Force) -> None:
+        """Springs beyond the ends of a range, given in degrees where the coordinate is an angle."""
+        name = self.joint(force)
+        if not name:
+            return
+        unit = DEGREE if self.turns(name) else 1.0
+        n = {key: value[0] for key, value in force.numbers.items()}
+        values = {
+            "low": n["lower_limit"] * unit, "high": n["upper_limit"] * unit,
+            "stiffness_below": n["lower_stiffness"] / unit, "stiffness_above": n["upper_stiffness"] / unit,
+            "damping": n["damping"] / unit, "transition": n["transition"] * unit,
+        }  # fmt: skip
+        self.add(force, Force("coordinate_limit", joint=name, parameters=dict(values)))
+
+    def spring(self, force: records.Force) -> None:
+        """A spring and damper along a coordinate."""
+        name = self.joint(force)
+        if name:
+            n = {key: value[0] for key, value in force.numbers.items()}
+            values = {"rest": n["rest_length"], "stiffness": n["stiffness"], "damping": n["viscosity"]}
+            self.add(force, Force("coordinate_spring", joint=name, parameters=dict(values)))
+
+    def add(self, force: records.Force, made: Force) -> None:
+        """Put a force into the scene under its own name."""
+        name = force.name or f"{force.kind}_{force.line}"
+        while name in self._scene.forces:
+            name += "_"
+        self._scene.forces[name] = made
+        self._notes.places[f"forces.{name}"] = (self._model.file, force.line)
+
+    def turns(self, name: str) -> bool:
+        """Whether OpenSim takes a coordinate as an angle: an axis turns by just as much as it."""
+        joint = next(one for one in self._model.joints if any(c.name == name for c in one.coordinates))
+        return any(
+            axis.coordinates == (name,) and axis.function.line is not None and axis.function.line[1] == 1.0
+            for axis in joint.rotations
+        )
+
+
+def build_forces(model: Model, scene: Scene, skeleton: Skeleton, coordinates: Coordinates, notes: Notes) -> None:
+    """Put all forces into a scene.
+
+    Raises:
+        SceneError: a force acts on a coordinate that is not there.
+    """
+    builder = ForceBuilder(model, scene, skeleton, coordinates, notes)
+    for force in model.forces:
+        match force.kind:
+            case "CoordinateActuator":
+                builder.actuator(force)
+            case "CoordinateLimitForce":
+                builder.limit(force)
+            case "SpringGeneralizedForce":
+                builder.spring(force)
+            case "HuntCrossleyForce":
+                _contact(force, force.words["geometry"].split(), builder, model, scene, skeleton)
+            case "SmoothSphereHalfSpaceForce":
+                names = [force.words["sphere"], force.words["half_space"]]
+                _contact(force, names, builder, model, scene, skeleton)
+            case _:
+                builder.note(force, "bushings are not known; it is left out, and holds nothing")
+
+
+def _contact(
+    force: records.Force, names: list[str], builder: ForceBuilder, model: Model, scene: Scene, skeleton: Skeleton
+) -> None:
+    """Spheres on bodies that touch the ground, which a half-space of the model gives its place."""
+    unknown = [name for name in names if name not in model.contacts]
+    if unknown:
+        raise refused(model, force.line, f"{force.kind} {force.name!r}: there is no shape {unknown[0]!r}")
+    shapes = [model.contacts[name] for name in names]
+    planes = [one for one in shapes if one.kind == "ContactHalfSpace"]
+    if len(planes) != 1 or on_body(model, planes[0].frame)[0] != GROUND:
+        builder.note(force, "only spheres touch a half-space, and that only if it is fixed to the ground; left out")
+        return
+    ground = _ground(model, planes[0])
+    if scene.ground not in (Ground(), ground):
+        builder.note(force, "there is another ground already; left out")
+        return
+    scene.ground = ground
+    for shape in shapes:
+        if shape.kind != "ContactSphere":
+            continue
+        name, center = skeleton.placement.point(shape.frame, shape.location)
+        if on_body(model, shape.frame)[0] == GROUND:
+            builder.note(force, f"sphere {shape.name!r} is fixed to the ground itself; left out")
+            continue
+        body = scene.character.bodies[name]
+        sphere = Sphere(center, shape.radius)
+        if sphere not in body.shapes:
+            body.shapes = [*body.shapes, sphere]
+        body.friction = force.numbers["dynamic_friction"][0]
+    builder.note(force, "its spheres touch the ground by this program's law of contact, stiffness and damping")
+
+
+def _ground(model: Model, half_space: Contact) -> Ground:
+    """The plane of a half-space, whose matter is where x > 0 in its own axes."""
+    _, rotation, origin = on_body(model, half_space.frame)
+    normal = -WORLD @ rotation @ turned(half_space.orientation) @ np.array([1.0, 0.0, 0.0])
+    place = WORLD @ (origin + rotation @ np.array(half_space.location))
+    height = float(normal @ place)
+    rounded = vector(np.where(np.abs(normal) < 1e-12, 0.0, normal))
+    return Ground(normal=rounded, height=0.0 if abs(height) < 1e-15 else height)

@@ -1,0 +1,175 @@
+"""Bodies, joints and the root of a scene from a model's records."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.pose import about, multiply, rotate
+from warpmuscle.formats.lines import Notes
+from warpmuscle.formats.osim.chain import displacement, row_of
+from warpmuscle.formats.osim.frames import on_body, refused
+from warpmuscle.formats.osim.moves import Coordinates, grouped
+from warpmuscle.formats.osim.placement import WORLD, Placed, Placement, quaternion, vector
+from warpmuscle.formats.osim.records import Body, Model
+from warpmuscle.formats.osim.tree import Branch
+from warpmuscle.scene import Body as SceneBody
+from warpmuscle.scene import Character, InitialState, Joint, JointState, OpenSim
+
+DIAGONAL = 1.0e-9  # of the largest moment: products of inertia below it come from rounding
+
+POINT = 1.0e-8  # m^2, least moment of inertia over mass: of a body whose mass is in a point or on a line
+
+
+@dataclass
+class Skeleton:
+    """Bodies and joints as they grow, with how they start."""
+
+    character: Character
+    placement: Placement
+    initial: InitialState = field(default_factory=InitialState)
+    opensim: OpenSim = field(default_factory=OpenSim)
+
+
+def build_skeleton(model: Model, tree: list[Branch], root: str, coordinates: Coordinates, notes: Notes) -> Skeleton:
+    """Bodies and joints of a tree.
+
+    Args:
+        root: see `tree.root_kind`.
+        notes: gets the line of every body and joint.
+
+    Raises:
+        SceneError: a joint that cannot be represented, with file and line.
+    """
+    placement = Placement(model)
+    skeleton = Skeleton(Character(root="ground", bodies={}, root_joint="fixed"), placement)
+    skeleton.opensim.file = model.file.name
+    skeleton.opensim.locked = {one.name: one.value for one in model.coordinates.values() if one.locked}
+    skeleton.opensim.couplers = {
+        name: argument for name in coordinates.couplers if (argument := coordinates.master(name)[0])
+    }
+    if root == "fixed":
+        skeleton.character.bodies["ground"] = SceneBody(0.0, (0.0, 0.0, 0.0))
+    else:
+        skeleton.character.root_joint = "free" if root == "free" else "planar"
+    for branch in tree:
+        if branch is tree[0] and root != "fixed":
+            _root(model, branch, skeleton, coordinates)
+        else:
+            _branch(model, branch, skeleton, coordinates, notes)
+        notes.places[f"character.bodies.{branch.body.name}"] = (model.file, branch.body.line)
+    return skeleton
+
+
+def _branch(model: Model, branch: Branch, skeleton: Skeleton, coordinates: Coordinates, notes: Notes) -> None:
+    """The joints that lead to one body, and it."""
+    joint, character = branch.joint, skeleton.character
+    groups = grouped(branch.moves)
+    if isinstance(groups, str):
+        message = f"joint {joint.name!r}: coordinate {groups!r} moves it before and after another one does"
+        raise refused(model, joint.line, f"{message}, which cannot be represented")
+    own = {coordinate.name for coordinate in joint.coordinates}
+    masters = {move.argument for move in branch.moves if move.argument} - own
+    near, far = (on_body(model, frame) for frame in (branch.near, branch.far))
+    parent = skeleton.placement.bodies[near[0]]
+    row = row_of(joint.name, parent, near[1:], branch.body.name, far[1:], groups, masters)
+    placed = Placed(branch.body.name, row.axes, branch.body.center)
+    skeleton.placement.bodies[branch.body.path] = placed
+    last = list(row.joints.values())[-1]
+    last.position_in_child = vector(placed.point(row.end))
+    for name, body in {**row.bodies, branch.body.name: _mass(model, branch.body, row.axes)}.items():
+        if name in character.bodies:
+            raise refused(model, branch.body.line, f"two bodies would be called {name!r}; rename this one")
+        character.bodies[name] = body
+        notes.places[f"character.bodies.{name}"] = (model.file, branch.body.line)
+    for name, made in row.joints.items():
+        if name in character.joints or name in ("root", ""):
+            raise refused(model, joint.line, f"two joints would be called {name!r}; rename a coordinate of this one")
+        character.joints[name] = made
+        notes.places[f"character.joints.{name}"] = (model.file, joint.line)
+        if made.type != "fixed" and not made.follows:
+            _coordinate(name, made, skeleton.initial, coordinates)
+
+
+def _coordinate(name: str, joint: Joint, initial: InitialState, coordinates: Coordinates) -> None:
+    """Limits of a joint, which are the range of its coordinate and push with no force; and its start."""
+    coordinate = coordinates.by_name[name]
+    low, high = coordinate.range
+    joint.limit_stiffness = joint.limit_damping = 0.0
+    if low < high and math.isfinite(low) and math.isfinite(high):
+        joint.limits = [(low, high)]
+    if coordinate.value == 0.0 and coordinate.speed == 0.0:
+        return
+    if joint.type == "hinge":
+        axis = np.array(joint.axes[0])
+        x, y, z, w = (float(value) for value in about(axis, coordinate.value))
+        initial.joints[name] = JointState((x, y, z, w), vector(axis * coordinate.speed))
+    else:
+        initial.joints[name] = JointState(coordinate=coordinate.value, speed=coordinate.speed)
+
+
+def _root(model: Model, branch: Branch, skeleton: Skeleton, coordinates: Coordinates) -> None:
+    """A root that is free or planar, where it starts, and the joint that it is in the model."""
+    joint = branch.joint
+    near, far = (on_body(model, frame) for frame in (branch.near, branch.far))
+    axes = WORLD @ near[1]
+    placed = Placed(branch.body.name, axes @ far[1].T, branch.body.center)
+    skeleton.placement.bodies[branch.body.path] = placed
+    skeleton.character.root = placed.name
+    skeleton.character.bodies[placed.name] = _mass(model, branch.body, placed.axes)
+    at, own = vector(WORLD @ near[2]), vector(placed.point(far[2]))
+    kept = Joint("coupled", "ground", placed.name, at, own)
+    turns = [move for move in branch.moves if move.turns]
+    shifts = [move for move in branch.moves if not move.turns and move.argument]
+    kept.rotations = [displacement(move.function, axes @ np.array(move.axis)) for move in turns]
+    kept.translations = [displacement(move.function, axes @ np.array(move.axis)) for move in shifts]
+    skeleton.opensim.root = kept
+    skeleton.opensim.root_coordinates = [move.argument for move in (*turns, *shifts)]
+    values = {name: coordinates.by_name[name] for name in skeleton.opensim.root_coordinates}
+    if {one.name for one in joint.coordinates} - set(values):
+        raise refused(model, joint.line, f"joint {joint.name!r} has a coordinate that moves nothing")
+    turn, spin = np.array([0.0, 0.0, 0.0, 1.0]), np.zeros(3)
+    for move, one in zip(turns, kept.rotations, strict=True):
+        along = np.array(one.axis, dtype=float)
+        spin = spin + rotate(turn, along) * values[move.argument].speed
+        turn = multiply(turn, about(along, move.function.at(values[move.argument].value)))
+    place, speed = np.array(at), np.zeros(3)
+    for move, one in zip(shifts, kept.translations, strict=True):
+        along = np.array(one.axis, dtype=float)
+        place = place + along * move.function.at(values[move.argument].value)
+        speed = speed + along * values[move.argument].speed
+    lever = -rotate(turn, np.array(own))
+    x, y, z, w = (float(value) for value in turn)
+    skeleton.initial.root_orientation = (x, y, z, w)
+    if skeleton.character.root_joint == "planar":  # which moves in the plane x = 0
+        kept.position_in_parent = vector(np.array([-lever[0], at[1], at[2]]))
+        place[0] = -lever[0]
+    skeleton.initial.root_position = vector(place + lever)
+    skeleton.initial.root_angular_velocity = vector(spin)
+    skeleton.initial.root_velocity = vector(speed + np.cross(spin, lever))
+
+
+def _mass(model: Model, body: Body, axes: Floats) -> SceneBody:
+    """Mass and principal moments of a body, whose axes ours are turned by a matrix.
+
+    Raises:
+        SceneError: no body can have these.
+    """
+    matrix = axes @ body.inertia @ axes.T
+    moments, principal = np.diagonal(matrix).copy(), np.eye(3)
+    largest = float(np.max(np.abs(matrix)))
+    if largest > 0.0 and np.max(np.abs(matrix - np.diag(moments))) > DIAGONAL * largest:
+        moments, principal = np.linalg.eigh(matrix)
+        principal[:, 2] *= np.sign(np.linalg.det(principal))
+    if body.mass < 0.0 or np.any(moments < -DIAGONAL * largest) or (body.mass == 0.0 < largest):
+        listed = ", ".join(f"{moment:g}" for moment in moments)
+        message = f"body {body.name!r}: no body has mass {body.mass:g} and moments of inertia {listed}"
+        raise refused(model, body.line, message)
+    moments = np.maximum(moments, POINT * body.mass)
+    found = SceneBody(body.mass, vector(moments))
+    if not np.array_equal(principal, np.eye(3)):
+        found.inertia_axes = quaternion(principal)
+    return found

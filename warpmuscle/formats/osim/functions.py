@@ -1,0 +1,184 @@
+"""Functions of one coordinate: lines, polynomials and splines, read, evaluated and put into each other."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from scipy.interpolate import make_interp_spline
+
+from warpmuscle.core.array_types import Floats
+from warpmuscle.formats.osim.elements import Element
+from warpmuscle.scene import Displacement
+from warpmuscle.scene.joints.displacement import rates
+
+KNOTS = 401  # of a spline that stands for a function of a function, or for one of another degree
+DEGREES = {"gcvspline": 5}
+
+
+@dataclass(frozen=True, slots=True)
+class Function:
+    """A polynomial, its constant first, or a spline through knots."""
+
+    coefficients: tuple[float, ...] = ()
+    x: tuple[float, ...] = ()
+    y: tuple[float, ...] = ()
+    ends: Literal["simm", "natural", "linear"] = "simm"
+
+    @property
+    def constant(self) -> bool:
+        """Whether it is the same everywhere."""
+        return not any(self.coefficients[1:]) if not self.x else len(set(self.y)) == 1
+
+    @property
+    def line(self) -> tuple[float, float] | None:
+        """Value at 0 and slope of a straight line; None if it is none."""
+        if self.x:
+            return (self.y[0], 0.0) if self.constant else None
+        a = (*self.coefficients, 0.0, 0.0)
+        return None if any(self.coefficients[2:]) else (a[0], a[1])
+
+    def at(self, q: float) -> float:
+        """Its value."""
+        return float(self.values(np.array([q]))[0])
+
+    def values(self, q: Floats) -> Floats:
+        """Its values at coordinates (n,)."""
+        if not self.x:
+            return np.asarray(np.polynomial.polynomial.polyval(q, self.coefficients or (0.0,)))
+        if self.ends == "linear":
+            return _broken_line(self, q)
+        spline = Displacement((1.0, 0.0, 0.0), x=list(self.x), y=list(self.y), ends=self.ends)
+        return rates(spline, q)[0]
+
+    def scaled(self, factor: float) -> Function:
+        """It times a factor."""
+        return replace(
+            self, coefficients=tuple(factor * c for c in self.coefficients), y=tuple(factor * y for y in self.y)
+        )
+
+
+ZERO = Function((0.0,))
+IDENTITY = Function((0.0, 1.0))
+
+
+def composed(outer: Function, inner: Function, low: float, high: float) -> tuple[Function, float]:
+    """The function q -> outer(inner(q)), and how far it is off between low and high: 0 if one of them is a line."""
+    straight = inner.line
+    if outer.line is not None:
+        offset, slope = outer.line
+        moved = inner.scaled(slope)
+        if moved.x:
+            return replace(moved, y=tuple(y + offset for y in moved.y)), 0.0
+        first, *rest = moved.coefficients or (0.0,)
+        return Function((first + offset, *rest)), 0.0
+    if straight is not None:
+        offset, slope = straight
+        if slope == 0.0:
+            return Function((outer.at(offset),)), 0.0
+        if outer.x:
+            step = 1 if slope > 0.0 else -1
+            return replace(outer, x=tuple((x - offset) / slope for x in outer.x[::step]), y=outer.y[::step]), 0.0
+        polynomial = np.polynomial.Polynomial(outer.coefficients)(np.polynomial.Polynomial([offset, slope]))
+        return Function(tuple(map(float, polynomial.coef))), 0.0
+    return resampled(lambda q: outer.values(inner.values(q)), low, high)
+
+
+def resampled(function, low: float, high: float) -> tuple[Function, float]:  # type: ignore[no-untyped-def]
+    """A natural spline through many values of a function, and how far it is off between its knots."""
+    x = np.linspace(low, high, KNOTS)
+    spline = Function(x=tuple(map(float, x)), y=tuple(map(float, function(x))), ends="natural")
+    between = 0.5 * (x[1:] + x[:-1])
+    return spline, float(np.max(np.abs(spline.values(between) - function(between))))
+
+
+def read_function(element: Element) -> Function:
+    """The function that an element is.
+
+    Raises:
+        SceneError: it is of a class that is not known here, or has no knots or numbers.
+    """
+    element.used = True
+    kind = element.tag.lower()
+    if kind == "constant":
+        value = element.child("value")
+        return Function((value.number() if value is not None else 0.0,))
+    if kind == "linearfunction":
+        slope, offset = _coefficients(element, 2)
+        return Function((offset, slope))
+    if kind == "polynomialfunction":
+        return Function(tuple(reversed(_coefficients(element))))
+    if kind in ("simmspline", "natcubicspline", "naturalcubicspline"):
+        return _knots(element, "simm")
+    if kind == "piecewiselinearfunction":
+        return _knots(element, "linear")
+    if kind == "gcvspline":
+        return _gcv(element)
+    if kind == "multiplierfunction":
+        inner, scale = element.child("function"), element.child("scale")
+        if inner is None or not inner.children:
+            element.fail("multiplies no function")
+        return read_function(inner.children[0]).scaled(scale.number() if scale is not None else 1.0)
+    element.fail("functions of this class are not known; lines, polynomials and splines through knots are")
+
+
+def owned_function(element: Element, *others: str) -> Function | None:
+    """The function of an element that holds one, itself or within `function`; `others` are its other children."""
+    wrapper = element.child("function")
+    if wrapper is not None and wrapper.children:
+        return read_function(wrapper.children[0])
+    found = [child for child in element.children if child.tag not in (*others, "function")]
+    return read_function(found[-1]) if found else None
+
+
+def _coefficients(element: Element, count: int | None = None) -> list[float]:
+    found = element.child("coefficients")
+    if found is None:
+        element.fail("has no coefficients")
+    numbers = found.numbers(count)
+    if not numbers:
+        found.fail("is empty")
+    return numbers
+
+
+def _knots(element: Element, ends: Literal["simm", "natural", "linear"]) -> Function:
+    """A function through knots, of which there must be two."""
+    xs, ys = element.child("x"), element.child("y")
+    if xs is None or ys is None:
+        element.fail("has no knots; give `x` and `y`")
+    x, y = xs.numbers(), ys.numbers()
+    if len(x) != len(y):
+        element.fail(f"has {len(x)} x and {len(y)} y")
+    if not x:
+        element.fail("has no knots")
+    if len(x) == 1:
+        return Function((y[0],))
+    for before, after in itertools.pairwise(x):
+        if not before < after:
+            element.fail(f"x must increase, but {after:g} follows {before:g}")
+    return Function(x=tuple(x), y=tuple(y), ends=ends)
+
+
+def _gcv(element: Element) -> Function:
+    """A generalised cross-validatory spline, which goes through its knots: natural, of third or of fifth degree."""
+    half, element_variance = element.child("half_order"), element.child("error_variance")
+    if element_variance is not None and element_variance.number() > 0.0:
+        element_variance.fail("smooths, so that the spline misses its knots; only an error variance of 0 is known")
+    knots = _knots(element, "natural")
+    order = 3 if half is None else int(half.number())
+    if order <= 2 or len(knots.x) < 2 * order:
+        return knots
+    low, high = knots.x[0], knots.x[-1]
+    natural = [(order + k, 0.0) for k in range(order - 1)]
+    spline = make_interp_spline(knots.x, knots.y, k=2 * order - 1, bc_type=(natural, natural))
+    return resampled(spline, low, high)[0]
+
+
+def _broken_line(function: Function, q: Floats) -> Floats:
+    """Straight between knots, and on beyond them."""
+    x, y = np.array(function.x), np.array(function.y)
+    piece = np.clip(np.searchsorted(x, q) - 1, 0, len(x) - 2)
+    slope = np.diff(y) / np.diff(x)
+    return np.asarray(y[piece] + slope[piece] * (q - x[piece]))

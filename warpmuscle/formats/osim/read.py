@@ -1,0 +1,176 @@
+"""A model file as records, and notes of all that is in it and is not used."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from warpmuscle.formats.lines import Ignored, Notes
+from warpmuscle.formats.osim.elements import Element, parse
+from warpmuscle.formats.osim.forces import NUMBERS, read_contact, read_force, read_marker
+from warpmuscle.formats.osim.frames import OFFSETS, Frames
+from warpmuscle.formats.osim.paths import CLASSES, read_muscle, read_surfaces
+from warpmuscle.formats.osim.properties import Properties
+from warpmuscle.formats.osim.records import Model
+from warpmuscle.formats.osim.skeleton import read_bodies, read_constraint, read_joint
+from warpmuscle.formats.osim.upgrade import upgraded
+
+NEWEST = 49999  # version of the format: later ones may mean other things by the same words
+OLDEST = 10500  # of files that do not say it
+LABELS = ("credits", "publications", "groups", "authors", "references", "assembly_accuracy", "comment", "inactive",
+    "isInlined", "ObjectGroup")  # fmt: skip
+GEOMETRY = ("FrameGeometry", "attached_geometry", "Appearance", "VisibleObject", "geometry", "display", "default_color",
+    "ModelVisualPreferences", "display_preference", "preferences", "color", "GeometrySet")  # fmt: skip
+DRAWN = "not read; bodies are drawn by their joints, shapes and muscles"
+REASONS = {
+    **dict.fromkeys(GEOMETRY, DRAWN),
+    "ControllerSet": "not read; muscles get their excitations from the scene",
+    "ProbeSet": "not read; the metabolic power is that of the scene's objective",
+    "Umberger2010MuscleMetabolicsProbe": "not read; the metabolic power is that of the scene's objective",
+    "AnalysisSet": "not read; it analyses motions in OpenSim",
+    "ComponentSet": "not read; components of this class are not known",
+    "components": "not read; components of this class are not known",
+}
+UNKNOWN = "not known here, and not used"
+NO_FORCE = "forces of this class are not known; it is left out, and pulls on nothing"
+SWITCHED_OFF = "switched off in the model, and left out"
+
+
+def read(path: Path, notes: Notes) -> Model:
+    """Read a model.
+
+    Args:
+        notes: gets what was not used, each with its line and what follows from leaving it out.
+
+    Raises:
+        SceneError: it is no model, or cannot be represented; with file and line.
+    """
+    document = parse(path)
+    version = _version(document)
+    top = document if document.tag == "Model" else document.child("Model")
+    if top is None:
+        document.fail("there is no <Model> in it; a model as OpenSim saves it is needed")
+    top.used = True
+    upgraded(top, version)
+    model = Model(path, top.name or path.stem, top.line, version)
+    defaults = top.child("defaults")
+    own = Properties(defaults)
+    for element in defaults.all() if defaults is not None else ():
+        element.used = True  # by those that have nothing else to say
+    _check_units(top)
+    model.gravity = own.vector(top, "gravity", model.gravity)
+    frames = Frames(model)
+    _skeleton(top, model, frames, own)
+    _forces(top, model, frames, own, notes)
+    for element in _members(top, "ContactGeometrySet"):
+        if element.tag in ("ContactSphere", "ContactHalfSpace"):
+            read_contact(element, model, frames, own)
+        else:
+            _note(notes, element, "shapes of this class are not known; it touches nothing")
+    model.markers = [read_marker(element, frames, own) for element in _members(top, "MarkerSet")]
+    _left_over(document, notes)
+    return model
+
+
+def _version(document: Element) -> int:
+    """The version of the format, from 10500 for the first to 40600 and on."""
+    if document.tag == "Model":
+        return OLDEST
+    if document.tag != "OpenSimDocument":
+        document.fail("a file of OpenSim begins with <OpenSimDocument>")
+    if not re.fullmatch(r"\d{5,6}", document.name, re.ASCII):
+        document.fail(f"its version is a number such as 40000, not {document.name!r}")
+    version = int(document.name)
+    if version > NEWEST:
+        document.fail(f"version {version} is newer than those known here, up to {NEWEST}")
+    return version
+
+
+def _check_units(top: Element) -> None:
+    for tag, units in (("length_units", ("meters", "m")), ("force_units", ("n", "newtons"))):
+        found = top.child(tag)
+        if found is not None and found.word().lower() not in (*units, ""):
+            found.fail(f"lengths must be in metres and forces in newtons, not in {found.word()}")
+
+
+def _members(top: Element, tag: str) -> list[Element]:
+    found = top.child(tag)
+    return found.objects() if found is not None else []
+
+
+def _skeleton(top: Element, model: Model, frames: Frames, own: Properties) -> None:
+    """Frames before joints, which hang on them, and surfaces, which are fixed to them."""
+    bodies, ground = top.child("BodySet"), top.child("Ground")
+    read_bodies(bodies, ground, model, frames, own)
+    joints = _members(top, "JointSet")
+    for element in joints:
+        frames.add_owned(f"/jointset/{element.name}", element)
+    for force in _members(top, "ForceSet"):
+        frames.add_owned(f"/forceset/{force.name}", force)
+    for component in _members(top, "ComponentSet"):
+        if component.tag == OFFSETS:
+            frames.add_offset(f"/componentset/{component.name}", component)
+        else:
+            component.used = False
+    frames.add_owned("", top)
+    frames.connect()
+    holders = [(f"/bodyset/{body.name}", body) for body in _members(top, "BodySet")]
+    for path, holder in (*holders, *((("/ground", ground),) if ground is not None else ())):
+        read_surfaces(holder, path, model, own)
+    names: dict[str, int] = {}
+    for element in joints:
+        joint = read_joint(element, model, frames, own)
+        if joint.name in names:
+            element.fail(f"there is a joint of this name already, in line {names[joint.name]}")
+        names[joint.name] = element.line
+        model.joints.append(joint)
+    couplers = [read_constraint(element, own) for element in _members(top, "ConstraintSet")]
+    model.couplers = [coupler for coupler in couplers if coupler is not None]
+
+
+def _forces(top: Element, model: Model, frames: Frames, own: Properties, notes: Notes) -> None:
+    """Muscles and forces; what is switched off or not known is noted."""
+    names: dict[str, int] = {}
+    for element in _members(top, "ForceSet"):
+        if not own.applied(element):
+            _note(notes, element, SWITCHED_OFF)
+        elif element.tag in CLASSES:
+            if element.name in names or not element.name:
+                element.fail("a muscle needs a name that no other one has")
+            names[element.name] = element.line
+            model.muscles.append(read_muscle(element, frames, own))
+        elif element.tag in NUMBERS:
+            model.forces += read_force(element, frames, own)
+        else:
+            _note(notes, element, NO_FORCE)
+
+
+def _note(notes: Notes, element: Element, reason: str) -> None:
+    """Note an element as left out, with all that is in it."""
+    notes.ignored.append(Ignored(element.file, element.line, f"{element.tag} {element.name}".strip(), reason))
+    for inner in element.all():
+        inner.used = True
+
+
+def _left_over(document: Element, notes: Notes) -> None:
+    """One note for each kind of what nobody has asked for, with the line of the first one and their number."""
+    found: dict[str, list[Element]] = {}
+    rest: list[Element] = [document]
+    while rest:
+        for child in reversed(rest.pop().children):
+            if child.used:
+                rest.append(child)
+            elif child.tag not in LABELS and not _says_nothing(child):
+                found.setdefault(child.tag, []).append(child)
+    for tag, elements in found.items():
+        first = min(elements, key=lambda one: one.line)
+        many = f"{len(elements)} times; " if len(elements) > 1 else ""
+        text = f"{tag} {first.name}".strip()
+        notes.ignored.append(Ignored(first.file, first.line, text, many + REASONS.get(tag, UNKNOWN)))
+
+
+def _says_nothing(element: Element) -> bool:
+    """Whether an element is empty, or a set without members."""
+    if not element.children:
+        return not element.text.strip()
+    return all(one.tag in ("objects", "groups") and not one.children for one in element.children)

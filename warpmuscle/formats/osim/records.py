@@ -1,0 +1,215 @@
+"""What a model file says, as plain records in OpenSim's axes and words; SI units and radians.
+
+A frame is named by its path in the model, such as `/bodyset/femur_r` or `/jointset/knee_r/femur_r_offset`; `line` is
+where a thing stands in the file.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from warpmuscle.core.array_types import Floats
+from warpmuscle.formats.osim.functions import Function
+
+Vec3 = tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """A frame fixed in another one; of a body or the ground, `parent` is empty."""
+
+    path: str
+    line: int
+    parent: str
+    rotation: Floats  # (3, 3), this frame's axes in those of its parent
+    translation: Floats  # (3,) m
+
+    @property
+    def name(self) -> str:
+        return self.path.rpartition("/")[2]
+
+
+@dataclass(frozen=True, slots=True)
+class Body:
+    """Mass properties of a body, whose frame has the same path."""
+
+    path: str
+    name: str
+    line: int
+    mass: float
+    center: Floats  # (3,) m
+    inertia: Floats  # (3, 3) kg m^2 about the centre of mass, in the body's axes
+
+
+@dataclass(frozen=True, slots=True)
+class Coordinate:
+    """A generalised coordinate."""
+
+    path: str
+    name: str
+    line: int
+    value: float  # at the start
+    speed: float
+    range: tuple[float, float]
+    locked: bool
+    prescribed: Function | None  # over time
+
+
+@dataclass(frozen=True, slots=True)
+class Axis:
+    """One turn or shift of a joint, a function of coordinates."""
+
+    direction: Vec3
+    coordinates: tuple[str, ...]  # names, of one at most
+    function: Function
+    line: int
+
+
+@dataclass(frozen=True, slots=True)
+class Joint:
+    """A joint: shifts along axes of the parent's frame, then turns, each about an axis that the former ones turned."""
+
+    kind: str
+    name: str
+    path: str
+    line: int
+    parent: str  # frame
+    child: str
+    coordinates: tuple[Coordinate, ...]
+    rotations: tuple[Axis, ...]
+    translations: tuple[Axis, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Coupler:
+    """A coordinate that is a function of another one."""
+
+    name: str
+    line: int
+    dependent: str
+    independent: str
+    function: Function
+
+
+@dataclass(frozen=True, slots=True)
+class Point:
+    """A point of a path: fixed in a frame; counted within a range of a coordinate; or moved by coordinates."""
+
+    name: str
+    line: int
+    frame: str
+    location: Vec3
+    coordinate: str = ""
+    range: tuple[float, float] = (0.0, 0.0)
+    motion: tuple[tuple[str, Function], ...] = ()  # along x, y and z: a coordinate's name, and its function
+
+
+@dataclass(frozen=True, slots=True)
+class PathWrap:
+    """A surface that a path wraps over between two of its points, counted from 1; -1: from the first, to the last."""
+
+    surface: str
+    line: int
+    method: str
+    range: tuple[int, int]
+
+
+@dataclass(frozen=True, slots=True)
+class PolynomialPath:
+    """A path's length as a polynomial in coordinates."""
+
+    line: int
+    coordinates: tuple[str, ...]  # names
+    dimension: int
+    order: int
+    coefficients: tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Surface:
+    """A surface that paths wrap over."""
+
+    kind: str  # WrapCylinder, ...
+    name: str
+    line: int
+    frame: str
+    rotation: Vec3  # body-fixed x-y-z angles
+    translation: Vec3
+    quadrant: str
+    sizes: tuple[float, ...]  # radius and length; radius; radii; inner and outer radius
+
+
+@dataclass(frozen=True, slots=True)
+class Muscle:
+    """A muscle, or another actuator along a path, with the numbers that its class knows."""
+
+    kind: str
+    name: str
+    line: int
+    numbers: dict[str, float]
+    truths: dict[str, bool]
+    curves: dict[str, dict[str, float]]  # by class of curve
+    points: tuple[Point, ...]
+    wraps: tuple[PathWrap, ...]
+    polynomial: PolynomialPath | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Force:
+    """Another force: its numbers, words and the frames it acts between."""
+
+    kind: str
+    name: str
+    line: int
+    numbers: dict[str, tuple[float, ...]]
+    words: dict[str, str]
+    frames: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Contact:
+    """A shape that touches others."""
+
+    kind: str  # ContactSphere, ContactHalfSpace
+    name: str
+    line: int
+    frame: str
+    location: Vec3
+    orientation: Vec3
+    radius: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Marker:
+    """A point on a body, as on a subject's skin."""
+
+    name: str
+    line: int
+    frame: str
+    location: Vec3
+
+
+@dataclass(slots=True)
+class Model:
+    """All that a file says."""
+
+    file: Path
+    name: str
+    line: int
+    version: int
+    gravity: Vec3 = (0.0, -9.80665, 0.0)
+    frames: dict[str, Frame] = field(default_factory=dict)  # by path; all parents stand in it, without a circle
+    bodies: list[Body] = field(default_factory=list)
+    joints: list[Joint] = field(default_factory=list)
+    couplers: list[Coupler] = field(default_factory=list)
+    surfaces: dict[str, Surface] = field(default_factory=dict)
+    muscles: list[Muscle] = field(default_factory=list)
+    forces: list[Force] = field(default_factory=list)
+    contacts: dict[str, Contact] = field(default_factory=dict)
+    markers: list[Marker] = field(default_factory=list)
+
+    @property
+    def coordinates(self) -> dict[str, Coordinate]:
+        """All coordinates by name, in the order of the joints."""
+        return {coordinate.name: coordinate for joint in self.joints for coordinate in joint.coordinates}

@@ -1,0 +1,115 @@
+"""The tree of a model's bodies from the ground on, and which root of ours carries it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from warpmuscle.formats.osim.frames import GROUND, on_body, refused
+from warpmuscle.formats.osim.functions import IDENTITY
+from warpmuscle.formats.osim.moves import Coordinates, Move, reversed_moves
+from warpmuscle.formats.osim.placement import WORLD
+from warpmuscle.formats.osim.records import Axis, Body, Coordinate, Joint, Model
+from warpmuscle.formats.osim.skeleton import MOTIONS
+
+PERPENDICULAR = 1.0e-6
+
+
+@dataclass(frozen=True)
+class Branch:
+    """A joint of the tree: between which frames it leads outwards, and what moves."""
+
+    joint: Joint
+    near: str  # frame on the side of the ground
+    far: str
+    body: Body  # which it carries
+    moves: list[Move]
+    backwards: bool  # from the joint's child to its parent
+
+
+def branches(model: Model, coordinates: Coordinates) -> list[Branch]:
+    """The joints in an order in which each begins at a body that the ones before it have reached.
+
+    Raises:
+        SceneError: joints make a loop.
+    """
+    bodies = {body.path: body for body in model.bodies}
+    reached, left, found = {GROUND}, list(model.joints), list[Branch]()
+    while left:
+        ends = {joint.name: tuple(on_body(model, f)[0] for f in (joint.parent, joint.child)) for joint in left}
+        ready = [joint for joint in left if reached.intersection(ends[joint.name])]
+        if not ready:
+            names = ", ".join(joint.name for joint in left[:5])
+            message = f"no joint leads from the ground to these: {names}; join one of their bodies to the ground"
+            raise refused(model, left[0].line, message)
+        joint = ready[0]
+        near, far = ends[joint.name]
+        if near in reached and far in reached:
+            message = f"joint {joint.name!r} closes a loop of bodies, which cannot be represented; leave it out"
+            raise refused(model, joint.line, message)
+        backwards = near not in reached
+        moves = coordinates.moves(joint)
+        if backwards:
+            far, moves = near, reversed_moves(moves)
+        frames = (joint.child, joint.parent) if backwards else (joint.parent, joint.child)
+        found.append(Branch(joint, *frames, bodies[far], moves, backwards))
+        reached.add(far)
+        left.remove(joint)
+    return found
+
+
+def joined(model: Model) -> list[str]:
+    """Give bodies without a joint the free joint to the ground that OpenSim gives them; their names."""
+    held = {on_body(model, joint.child)[0] for joint in model.joints}
+    held |= {on_body(model, joint.parent)[0] for joint in model.joints}
+    loose = [body for body in model.bodies if body.path not in held]
+    for body in loose:
+        name, path = f"free_{body.name}", f"/jointset/free_{body.name}"
+        own = tuple(
+            Coordinate(f"{path}/{name}_coord_{k}", f"{name}_coord_{k}", body.line, 0.0, 0.0, (-10.0, 10.0), False, None)
+            for k in range(6)
+        )
+        turns, shifts = MOTIONS["FreeJoint"]
+        axes = [Axis(d, (own[k].name,), IDENTITY, body.line) for k, d in enumerate((*turns, *shifts))]
+        model.joints.append(
+            Joint("FreeJoint", name, path, body.line, GROUND, body.path, own, tuple(axes[:3]), tuple(axes[3:]))
+        )
+    return [body.name for body in loose]
+
+
+def root_kind(model: Model, tree: list[Branch], coordinates: Coordinates, needed: set[str], on_ground: bool) -> str:
+    """Whether the first body may be a root that is free or planar; if not, the ground is one that is fixed.
+
+    It may if nothing else hangs on the ground, if no coordinate of it is needed, locked, coupled or prescribed, and if
+    it turns about perpendicular axes and moves along independent ones, one by one. Where one that moves in a plane is
+    beside it makes no difference.
+
+    Args:
+        needed: coordinates on which something depends. on_ground: whether something is fixed to the ground.
+    """
+    first = [branch for branch in tree if on_body(model, branch.near)[0] == GROUND]
+    if len(first) != 1 or on_ground or first[0].backwards or not first[0].body.mass > 0.0:
+        return "fixed"
+    (branch,) = first
+    own = {coordinate.name for coordinate in branch.joint.coordinates}
+    bound = needed | set(coordinates.couplers) | {name for name, one in coordinates.by_name.items() if one.prescribed}
+    moves = [move for move in branch.moves if move.argument]
+    if own & bound or len({move.argument for move in moves}) < len(moves):
+        return "fixed"
+    if any(move.function.line is None or move.function.line[1] != 1.0 for move in moves):
+        return "fixed"
+    axes = WORLD @ on_body(model, branch.near)[1]
+    aside = [
+        axes @ np.array(move.axis) if not move.turns else np.zeros(3) for move in branch.moves if not move.argument
+    ]
+    turns = np.array([axes @ np.array(move.axis) for move in moves if move.turns]).reshape(-1, 3)
+    shifts = np.array([axes @ np.array(move.axis) for move in moves if not move.turns]).reshape(-1, 3)
+    if len(turns) == len(shifts) == 3 and not aside:
+        perpendicular = np.allclose(turns @ turns.T, np.eye(3), atol=PERPENDICULAR)
+        return "free" if perpendicular and abs(np.linalg.det(shifts)) > PERPENDICULAR else "fixed"
+    if len(turns) == 1 and len(shifts) == 2:
+        flat = abs(abs(turns[0, 0]) - 1.0) < PERPENDICULAR and np.all(np.abs(shifts[:, 0]) < PERPENDICULAR)
+        flat = flat and all(abs(abs(axis[0]) - 1.0) < PERPENDICULAR for axis in aside)
+        return "planar" if flat and np.linalg.matrix_rank(shifts, PERPENDICULAR) == 2 else "fixed"
+    return "fixed"

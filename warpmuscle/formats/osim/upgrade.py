@@ -1,0 +1,213 @@
+"""Old layouts of the file format brought into that of version 4, before anything is read."""
+
+from __future__ import annotations
+
+from warpmuscle.formats.osim.elements import Element
+
+CURRENT = 40000
+RENAMED = {  # classes and sets, as OpenSim itself takes them
+    "ActuatorSet": "ForceSet", "MuscleWrap": "PathWrap", "MuscleWrapSet": "PathWrapSet", "MusclePoint": "PathPoint",
+    "MuscleViaPoint": "ConditionalPathPoint", "MovingMusclePoint": "MovingPathPoint",
+    "MusclePointSet": "PathPointSet", "attachments": "PathPointSet",
+}  # fmt: skip
+SOCKETS = {  # what names a frame or coordinate in an old layout: its socket
+    "PathPoint": {"body": "parent_frame"},
+    "ConditionalPathPoint": {"body": "parent_frame", "coordinate": "coordinate"},
+    "MovingPathPoint": {
+        "body": "parent_frame", "x_coordinate": "x_coordinate", "y_coordinate": "y_coordinate",
+        "z_coordinate": "z_coordinate",
+    },
+    "Marker": {"body": "parent_frame"},
+    "ContactSphere": {"body_name": "frame"}, "ContactHalfSpace": {"body_name": "frame"},
+    "ContactMesh": {"body_name": "frame"},
+}  # fmt: skip
+BUSHINGS = ("BushingForce", "ExpressionBasedBushingForce", "FunctionBasedBushingForce")
+CONSTRAINTS = ("CoordinateCouplerConstraint", "PointConstraint", "WeldConstraint", "PointOnLineConstraint",
+    "ConstantDistanceConstraint", "RollingOnSurfaceConstraint")  # fmt: skip
+
+
+def upgraded(model: Element, version: int) -> None:
+    """Bring a model into the layout of version 4, in place; one that has it stays as it is.
+
+    Raises:
+        SceneError: the model has an engine that OpenSim itself no longer reads.
+    """
+    _engine(model)
+    for element in list(model.all()):
+        element.tag = RENAMED.get(element.tag, element.tag)
+        _connectors(element)
+        for old, socket in SOCKETS.get(element.tag, {}).items():
+            _rename(element, old, f"socket_{socket}")
+    for element in list(model.all()):
+        if version <= 20301:
+            _loose_path(element)
+        if element.tag in BUSHINGS:
+            _bushing(element)
+        _enabled(element)
+    _bodies(model)
+    for joint in joints_of(model):
+        _joint(joint)
+
+
+def joints_of(model: Element) -> list[Element]:
+    """The joints of a model in its layout of version 4."""
+    joint_set = next((child for child in model.children if child.tag == "JointSet"), None)
+    return [] if joint_set is None else joint_set.objects()
+
+
+def _first(element: Element, tag: str) -> Element | None:
+    return next((child for child in element.children if child.tag == tag), None)
+
+
+def _rename(element: Element, old: str, new: str) -> None:
+    for child in element.children:
+        if child.tag == old and not child.children:
+            child.tag = new
+
+
+def _made(tag: str, near: Element, text: str = "", name: str = "", children: list[Element] | None = None) -> Element:
+    """An element that the file does not have, at the place of one that it has."""
+    return Element(tag, near.file, near.line, name, text, children or [], used=True)
+
+
+def _engine(model: Element) -> None:
+    """Version 1 keeps bodies and constraints in an engine within the model."""
+    engine = _first(model, "DynamicsEngine")
+    if engine is None:
+        return
+    for kind in engine.children:
+        if kind.tag != "SimbodyEngine":
+            kind.fail("a model with this engine is older than version 1.6; OpenSim 2 or 3 can convert it")
+        model.children.extend(kind.children)
+    model.children.remove(engine)
+
+
+def _connectors(element: Element) -> None:
+    """Before version 4.0 was out, sockets were called connectors, and `_connectee_name`."""
+    connectors = _first(element, "connectors")
+    if connectors is not None:
+        for connector in connectors.children:
+            named = [child for child in connector.children if child.tag in ("connectee_name", "connected_to_name")]
+            if named:
+                element.children.append(_made(f"socket_{connector.name}", connector, named[0].text))
+        element.children.remove(connectors)
+    for child in element.children:
+        if child.tag.startswith("socket_"):
+            child.tag = child.tag.removesuffix("_connectee_name")
+
+
+def _loose_path(element: Element) -> None:
+    """Points and wraps of a muscle stood in itself, not in a path; and its pennation had another name."""
+    loose = [child for child in element.children if child.tag in ("PathPointSet", "PathWrapSet")]
+    if loose and element.tag != "GeometryPath":
+        element.children = [child for child in element.children if child not in loose]
+        element.children.append(_made("GeometryPath", loose[0], name="geometrypath", children=loose))
+    _rename(element, "pennation_angle", "pennation_angle_at_optimal")
+
+
+def _enabled(element: Element) -> None:
+    """What was disabled is not applied, or not enforced."""
+    for child in element.children:
+        if child.tag == "isDisabled":
+            child.tag = "isEnforced" if element.tag in CONSTRAINTS else "appliesForce"
+            child.text = str(not child.truth()).lower()
+            child.used = False
+
+
+def _bushing(element: Element) -> None:
+    """A bushing named bodies, and places and orientations on them."""
+    for number in ("1", "2"):
+        body = _first(element, f"body_{number}")
+        if body is None:
+            continue
+        frame = _offset(element, f"{body.text.strip()}_offset_{number}", body.text.strip(),
+            f"location_body_{number}", f"orientation_body_{number}")  # fmt: skip
+        _frames(element).append(frame)
+        element.children.remove(body)
+        element.children.append(_made(f"socket_frame{number}", body, frame.name))
+
+
+def _bodies(model: Element) -> None:
+    """Joints stood in the bodies that they carry, and the ground was a body among the others."""
+    bodies = _first(model, "BodySet")
+    objects = _first(bodies, "objects") if bodies is not None else None
+    if objects is None:
+        return
+    found: list[Element] = []
+    for body in list(objects.children):
+        holder = _first(body, "Joint")
+        if holder is not None:
+            body.children.remove(holder)
+            for joint in holder.children:
+                found.append(joint)
+                joint.children.append(_made("socket_child_frame", joint, body.name))
+        if body.name == "ground" and _first(model, "Ground") is None:
+            objects.children.remove(body)
+            body.tag = "Ground"
+            model.children.append(body)
+    if found:
+        model.children.append(_made("JointSet", found[0], children=[_made("objects", found[0], children=found)]))
+
+
+def _joint(joint: Element) -> None:
+    """A joint had places and orientations on its bodies, and its coordinates in a set."""
+    coordinate_set = _first(joint, "CoordinateSet")
+    if coordinate_set is not None:
+        joint.children.remove(coordinate_set)
+        joint.children.append(_made("coordinates", coordinate_set, children=coordinate_set.objects()))
+    _rename(joint, "parent_body", "socket_parent_frame")
+    _rename(joint, "socket_parent_body", "socket_parent_frame")
+    _rename(joint, "socket_child_body", "socket_child_frame")
+    for end, places, turns in (
+        ("parent", ("location_in_parent",), ("orientation_in_parent",)),
+        ("child", ("location", "location_in_child"), ("orientation", "orientation_in_child")),
+    ):
+        socket = _first(joint, f"socket_{end}_frame")
+        given = [child.tag for child in joint.children if child.tag in (*places, *turns)]
+        if socket is None or not given:
+            continue
+        place = next((tag for tag in given if tag in places), places[0])
+        turn = next((tag for tag in given if tag in turns), turns[0])
+        frame = _offset(joint, f"{end}_offset", socket.text.strip(), place, turn)
+        _frames(joint).append(frame)
+        socket.text = frame.name
+    _axes(joint)
+
+
+def _axes(joint: Element) -> None:
+    """Version 1 had a set of axes, each with `is_rotation` and one `coordinate`, and none for those without motion."""
+    old = _first(joint, "TransformAxisSet")
+    if old is None:
+        return
+    named: list[Element] = []
+    for axis in old.objects():
+        turning = _first(axis, "is_rotation")
+        kind = "rotation" if turning is not None and turning.truth() else "translation"
+        axis.name = f"{kind}{1 + sum(other.name.startswith(kind) for other in named)}"
+        _rename(axis, "coordinate", "coordinates")
+        axis.children = [child for child in axis.children if child is not turning]
+        named.append(axis)
+    joint.children.remove(old)
+    joint.children.append(_made("SpatialTransform", old, children=named))
+
+
+def _frames(element: Element) -> list[Element]:
+    """The frames that an element owns."""
+    found = _first(element, "frames")
+    if found is None:
+        found = _made("frames", element)
+        element.children.append(found)
+    return found.children
+
+
+def _offset(owner: Element, name: str, parent: str, place: str, turn: str) -> Element:
+    """An offset frame from a body's name and from the owner's children with place and orientation, which it takes."""
+    frame = _made("PhysicalOffsetFrame", owner, name=name)
+    frame.children.append(_made("socket_parent", owner, parent))
+    for tag, new in ((place, "translation"), (turn, "orientation")):
+        found = _first(owner, tag)
+        if found is not None:
+            owner.children.remove(found)
+            found.tag = new
+            frame.children.append(found)
+    return frame
