@@ -4,11 +4,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import warp as wp
 
 from importing import importable_from
 from muscle_arm import ABOUT_JOINT, MASS, REACH, arm, constant
 from warpmuscle.core.errors import SceneError
 from warpmuscle.formats import load, toml
+from warpmuscle.kernels import devices
 from warpmuscle.model.unused_parameters import unused_parameters
 from warpmuscle.scene import Actuation, Body, Character, Failure, Force, InitialState, JointState, Scene
 from warpmuscle.scene.number import Free
@@ -248,3 +250,25 @@ def test_code_of_a_force_needs_trust_and_a_scene_with_it_is_written_and_read_aga
     assert again.forces == scene.forces
     with pytest.raises(SceneError, match="wants to run code of 'unheard:of'"):
         Rollout(again, 1, "cpu")
+
+
+# Of OpenSim 4.6's CoordinateLimitForce, as N m at an angle or N at a place, with a speed of 0.7.
+SLIDING = {"low": -0.3, "high": 0.2, "stiffness_below": 300.0, "stiffness_above": 200.0, "damping": 5.0,
+    "transition": 0.04}  # fmt: skip
+BEYOND = {0.1: 0.0, 0.21: -0.5693359374999967, 0.22: -3.75, 0.3: -23.5, -0.31: -0.0517578125, -0.5: 56.5}
+
+
+@wp.kernel
+def limit_efforts(q: wp.array[float], limit: devices.CoordinateLimit, effort: wp.array[float]):
+    i = wp.tid()
+    effort[i] = devices.coordinate_limit_effort(q[i], 0.7, limit)
+
+
+def test_a_limit_of_a_coordinate_pushes_as_opensims():
+    limit = devices.CoordinateLimit()
+    for name, value in SLIDING.items():
+        setattr(limit, name, value)
+    effort = wp.zeros(len(BEYOND), dtype=float, device="cpu")
+    at = wp.array(list(BEYOND), dtype=float, device="cpu")
+    wp.launch(limit_efforts, dim=len(BEYOND), inputs=[at, limit], outputs=[effort], device="cpu")
+    np.testing.assert_allclose(effort.numpy(), list(BEYOND.values()), atol=2e-5)

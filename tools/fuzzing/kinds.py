@@ -11,6 +11,7 @@ from random import Random
 
 from fuzzing import archives
 from fuzzing.commands import option_command, put_no_file, reading_command
+from fuzzing.models import MODELS, mutated_model
 from fuzzing.seeds import LAYERED, MORE, RUN, SCENES, SIMBICON
 from fuzzing.tables import changed, paths
 from fuzzing.texts import damaged, mutated
@@ -104,6 +105,13 @@ def simbicon(rng: Random, at: Setting) -> list[Command]:
     path.write_bytes(mutated(path.read_bytes().decode("latin-1"), rng))
     commands = scene_commands(files[0], rng)
     return [[part for word in command for part in (files if word == files[0] else [word])] for command in commands]
+
+
+def osim(rng: Random, at: Setting) -> list[Command]:
+    """Models of OpenSim."""
+    name = rng.choice(list(MODELS))
+    (at.folder / name).write_bytes(mutated_model(MODELS[name], rng))
+    return scene_commands(name, rng, simulated=False)
 
 
 def hdf5_structure(rng: Random, at: Setting) -> list[Command]:
@@ -290,10 +298,11 @@ def _hdf5(rng: Random, at: Setting, change: Callable[[Path], None]) -> list[Comm
 
 Maker = Callable[[Random, Setting], list[Command]]
 KINDS: dict[str, tuple[Maker, float]] = {  # and the part that each has of all cases
-    "scene-values": (scene_values, 0.18),
+    "scene-values": (scene_values, 0.12),
     "scene-text": (scene_text, 0.09),
     "scene-layers": (scene_layers, 0.06),
-    "simbicon": (simbicon, 0.14),
+    "simbicon": (simbicon, 0.10),
+    "osim": (osim, 0.10),
     "hdf5-structure": (hdf5_structure, 0.12),
     "hdf5-values": (hdf5_values, 0.10),
     "journal": (journal, 0.04),

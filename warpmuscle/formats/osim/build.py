@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from warpmuscle.core.errors import SceneError
+from warpmuscle.core.errors import SceneError, shortened
 from warpmuscle.formats.lines import Ignored, Notes
 from warpmuscle.formats.osim.build_forces import build_forces
 from warpmuscle.formats.osim.build_muscles import MuscleBuilder, build_surfaces, on_ground
@@ -59,7 +59,12 @@ def build(model: Model, notes: Notes) -> Scene:
     character.surfaces = build_surfaces(model, skeleton.placement)
     common, character.muscles = MuscleBuilder(model, skeleton.placement, coordinates, notes).build()
     scene = Scene(name=model.name, character=character, initial_state=skeleton.initial, muscle_model=common)
+    scene.description = shortened(
+        f"OpenSim model {model.file.name}" + (f" by {model.credits}" if model.credits else "")
+    )
     scene.opensim = skeleton.opensim
+    notes.places |= {f"character.surfaces.{name}": (model.file, one.line) for name, one in model.surfaces.items()}
+    notes.places["muscle_model"] = (model.file, model.muscles[0].line if model.muscles else model.line)
     _gravity(model, scene)
     _prescribe(scene, coordinates)
     build_forces(model, scene, skeleton, coordinates, notes)

@@ -11,7 +11,7 @@ from xml.parsers import expat
 
 from warpmuscle.core.errors import SceneError, shortened
 from warpmuscle.core.files import read_file, unreadable
-from warpmuscle.core.limits import check_size
+from warpmuscle.core.limits import GREATEST_NUMBER, check_size
 
 UTF_16 = (b"\xff\xfe", b"\xfe\xff")
 NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?", re.ASCII)
@@ -98,6 +98,8 @@ class Element:
             value = -value
         if value != value or (abs(value) == float("inf") and not infinite):
             self.fail(f"{word!r} is not a finite number" if value == value else f"{word!r} is not a number")
+        if abs(value) > GREATEST_NUMBER and not infinite:
+            self.fail(f"{word} is beyond {GREATEST_NUMBER:g}, the greatest number that is read")
         return value + 0.0  # -0.0 becomes 0.0
 
 

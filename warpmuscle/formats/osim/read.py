@@ -17,7 +17,7 @@ from warpmuscle.formats.osim.upgrade import upgraded
 
 NEWEST = 49999  # version of the format: later ones may mean other things by the same words
 OLDEST = 10500  # of files that do not say it
-LABELS = ("credits", "publications", "groups", "authors", "references", "assembly_accuracy", "comment", "inactive",
+LABELS = ("publications", "groups", "authors", "references", "assembly_accuracy", "comment", "inactive",
     "isInlined", "ObjectGroup")  # fmt: skip
 GEOMETRY = ("FrameGeometry", "attached_geometry", "Appearance", "VisibleObject", "geometry", "display", "default_color",
     "ModelVisualPreferences", "display_preference", "preferences", "color", "GeometrySet")  # fmt: skip
@@ -53,6 +53,7 @@ def read(path: Path, notes: Notes) -> Model:
     top.used = True
     upgraded(top, version)
     model = Model(path, top.name or path.stem, top.line, version)
+    model.credits = " ".join(own_text.words()) if (own_text := top.child("credits")) is not None else ""
     defaults = top.child("defaults")
     own = Properties(defaults)
     for element in defaults.all() if defaults is not None else ():
@@ -153,7 +154,7 @@ def _note(notes: Notes, element: Element, reason: str) -> None:
 
 
 def _left_over(document: Element, notes: Notes) -> None:
-    """One note for each kind of what nobody has asked for, with the line of the first one and their number."""
+    """One note for each kind of what nobody has asked for, with the line of the first one."""
     found: dict[str, list[Element]] = {}
     rest: list[Element] = [document]
     while rest:
@@ -164,9 +165,7 @@ def _left_over(document: Element, notes: Notes) -> None:
                 found.setdefault(child.tag, []).append(child)
     for tag, elements in found.items():
         first = min(elements, key=lambda one: one.line)
-        many = f"{len(elements)} times; " if len(elements) > 1 else ""
-        text = f"{tag} {first.name}".strip()
-        notes.ignored.append(Ignored(first.file, first.line, text, many + REASONS.get(tag, UNKNOWN)))
+        notes.ignored.append(Ignored(first.file, first.line, f"{tag} {first.name}".strip(), REASONS.get(tag, UNKNOWN)))
 
 
 def _says_nothing(element: Element) -> bool:

@@ -198,6 +198,7 @@ class Model:
     name: str
     line: int
     version: int
+    credits: str = ""
     gravity: Vec3 = (0.0, -9.80665, 0.0)
     frames: dict[str, Frame] = field(default_factory=dict)  # by path; all parents stand in it, without a circle
     bodies: list[Body] = field(default_factory=list)

@@ -1,0 +1,150 @@
+"""Muscles, paths, surfaces and forces of OpenSim models as those of scenes."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from fuzzing.models import LEG
+
+import osim_models as small
+from warpmuscle.core.errors import SceneError
+from warpmuscle.core.pose import from_rotation_vector, rotate
+from warpmuscle.formats import Ignored, load
+from warpmuscle.formats.osim.build_muscles import powers
+from warpmuscle.formats.osim.frames import turned
+from warpmuscle.formats.osim.placement import WORLD
+from warpmuscle.scene import CylinderSurface, EllipsoidSurface, MillardCurves, Scene, Sphere, ThelenCurves
+
+WELD = small.joint("WeldJoint", "weld", "ground", "base", own="0.1 0.2 0.3", own_turn="0.3 0.4 0.5")
+PIN = small.joint("PinJoint", "pin", "base", "rod", small.coordinate("q"))
+BODIES = small.body("base", center="0.01 0.02 0.03") + small.body("rod", center="0 -0.5 0")
+POINTS = small.point("a", "base", "0.1 0 0") + small.point("b", "rod", "0 -0.3 0.02")
+
+
+def scene_of(folder: Path, forces: str, more: str = "", bodies: str = BODIES, joints: str = WELD + PIN) -> Scene:
+    return load(small.written(folder, small.model(bodies, joints, forces, more)), ignored=[])
+
+
+@pytest.fixture
+def leg(tmp_path: Path) -> Scene:
+    """A model that has something of everything."""
+    path = tmp_path / "leg.osim"
+    path.write_text(LEG)
+    return load(path, ignored=[])
+
+
+def test_points_are_from_the_centre_of_mass_in_our_axes(tmp_path: Path):
+    (muscle,) = scene_of(tmp_path, small.muscle("m", POINTS)).character.muscles.values()
+    axes = WORLD @ turned([0.3, 0.4, 0.5]).T
+    np.testing.assert_allclose(muscle.path[0].position, axes @ [0.09, -0.02, -0.03], atol=1e-15)
+    np.testing.assert_allclose(muscle.path[1].position, axes @ [0.0, 0.2, 0.02], atol=1e-15)
+
+
+def test_conditional_points_count_as_far_as_in_opensim_and_moving_ones_move(leg: Scene):
+    _, conditional, _, moving = leg.character.muscles["quad"].path
+    assert conditional.condition is not None
+    assert (conditional.condition.joint, conditional.condition.blend) == ("bend", 0.0)
+    np.testing.assert_allclose((conditional.condition.low, conditional.condition.high), (-3.0 - 1e-5, -1.0 + 1e-5))
+    (motion,) = moving.motion
+    assert (motion.joint, motion.x, motion.y) == ("bend", [-2.0, -1.0, 0.0], [0.02, 0.03, 0.05])
+    np.testing.assert_allclose(motion.axis, WORLD @ turned([0.0, 0.0, 0.1]) @ [1.0, 0.0, 0.0], atol=1e-15)
+
+
+def test_a_point_whose_coordinate_is_locked_counts_or_not(tmp_path: Path):
+    def points(low: float) -> str:
+        inner = small.point("c", "rod", "0 0 0.1").replace("PathPoint", "ConditionalPathPoint")
+        inner = inner.replace("</Cond", f"<socket_coordinate>q</socket_coordinate><range>{low} 1</range></Cond")
+        return POINTS.replace('<PathPoint name="b"', inner + '<PathPoint name="b"')
+
+    joints = WELD + PIN.replace("<range>", "<locked>true</locked><default_value>0.2</default_value><range>")
+    for low, count in ((0.1, 3), (0.3, 2)):
+        (muscle,) = scene_of(tmp_path, small.muscle("m", points(low)), joints=joints).character.muscles.values()
+        assert len(muscle.path) == count
+        assert all(point.condition is None for point in muscle.path)
+
+
+def test_surfaces_keep_size_side_and_axes(leg: Scene):
+    roll, egg = leg.character.surfaces["roll"], leg.character.surfaces["egg"]
+    assert isinstance(roll, CylinderSurface)
+    assert isinstance(egg, EllipsoidSurface)
+    assert (roll.radius, roll.length, roll.side, roll.body) == (0.02, 0.1, "+x", "thigh")
+    assert (egg.radii, egg.side) == ((0.02, 0.03, 0.02), "")
+    axes = rotate(from_rotation_vector(roll.orientation), np.eye(3)).T
+    np.testing.assert_allclose(axes, WORLD @ turned([0.1, 0.0, 0.0]), atol=1e-15)
+    np.testing.assert_allclose(roll.position, WORLD @ [0.0, -0.2, 0.0], atol=1e-15)
+    (wrap,) = leg.character.muscles["quad"].wraps
+    assert (wrap.surface, wrap.first, wrap.last, wrap.method) == ("roll", 1, None, "hybrid")
+
+
+def test_a_surface_that_is_switched_off_is_left_out_with_a_note(tmp_path: Path):
+    path, notes = tmp_path / "leg.osim", list[Ignored]()
+    path.write_text(LEG.replace("<quadrant>", "<active>false</active><quadrant>"))
+    assert load(path, ignored=notes).character.muscles["quad"].wraps == []
+    line = LEG[: LEG.index("<PathWrap ")].count("\n") + 1
+    assert any("switched off" in note.reason and note.line == line for note in notes)
+
+
+def test_muscles_have_what_most_have_in_common_and_the_rest_as_their_own(leg: Scene):
+    common, quad, calf = leg.muscle_model, leg.character.muscles["quad"], leg.character.muscles["calf"]
+    assert (common.curves, common.activation, common.tendon) == ("millard", "scaled", "compliant")
+    assert isinstance(common.curve_shape, MillardCurves)
+    assert (quad.f_max, quad.l_opt, quad.l_slack, quad.pennation) == (2000.0, 0.1, 0.3, 0.1)
+    assert quad.curve_shape is None
+    assert isinstance(calf.curve_shape, ThelenCurves)
+    assert (calf.tendon_strain, calf.passive_strain, calf.rise_time, calf.fall_time) == (0.04, 0.6, 0.015, 0.05)
+    assert (common.rise_time, common.fall_time, common.minimum_activation) == (0.01, 0.04, 0.01)
+
+
+def test_a_path_may_be_a_polynomial(tmp_path: Path):
+    path = (
+        '<FunctionBasedPath name="path"><coordinate_paths>/jointset/pin/q /jointset/second/r</coordinate_paths>'
+        "<length_function><MultivariatePolynomialFunction><coefficients>1 2 3 4 5 6</coefficients><dimension>2"
+        "</dimension><order>2</order></MultivariatePolynomialFunction></length_function></FunctionBasedPath>"
+    )
+    text = small.muscle("m", "")
+    text = text[: text.index("<GeometryPath")] + path + text[text.index("</GeometryPath>") + len("</GeometryPath>") :]
+    bodies = BODIES + small.body("tip")
+    joints = WELD + PIN + small.joint("PinJoint", "second", "rod", "tip", small.coordinate("r"))
+    polynomial = scene_of(tmp_path, text, "", bodies, joints).character.muscles["m"].polynomial
+    assert polynomial is not None
+    assert polynomial.joints == ["q", "r"]
+    # OpenSim 4.6: with coefficients 1 to 6 it is 646.23 at (10, 0.1).
+    terms = [10.0**a * 0.1**b for a, b in polynomial.exponents]
+    np.testing.assert_allclose(np.dot(polynomial.coefficients, terms), 646.23)
+    assert len(list(powers(3, 4))) == 35
+
+
+def test_actuators_limits_springs_and_contact_go_where_they_belong(leg: Scene):
+    assert leg.actuation["adduction"].drive == "assisted"
+    stop, spring = leg.forces["stop"], leg.forces["spring"]
+    assert (stop.type, stop.joint) == ("coordinate_limit", "bend")
+    degree = np.pi / 180.0
+    expected = {"low": -120 * degree, "high": 0.0, "stiffness_below": 1 / degree, "stiffness_above": 1 / degree,
+        "damping": 0.001 / degree, "transition": 5 * degree}  # fmt: skip
+    assert stop.parameters == pytest.approx(expected)
+    assert spring.parameters == {"rest": 0.0, "stiffness": 10.0, "damping": 0.5}
+    (sphere,) = leg.character.bodies["foot"].shapes
+    assert isinstance(sphere, Sphere)
+    assert sphere.radius == 0.03
+    np.testing.assert_allclose(leg.ground.normal, (0.0, 1.0, 0.0), atol=1e-7)
+    assert leg.opensim is not None
+    assert leg.opensim.markers["toe"].body == "foot"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("<coordinate>bend", "<coordinate>bent", "CoordinateLimitForce 'stop': there is no coordinate 'bent'"),
+        ("knee/bend</socket_x", "knee/bent</socket_x", "muscle 'quad': there is no coordinate 'bent'"),
+        ("<quadrant>+x", "<quadrant>+w", "surface 'roll': there is no quadrant '+w'"),
+        ("floor heel", "floor toe", "HuntCrossleyForce 'sole': there is no shape 'toe'"),
+        ("0 -9.80665 0", "0 0 -9.8", "gravity must point along -y"),
+    ],
+)  # fmt: skip
+def test_names_that_lead_nowhere_are_refused_with_their_line(tmp_path: Path, old: str, new: str, message: str):
+    path = tmp_path / "leg.osim"
+    path.write_text(LEG.replace(old, new))
+    with pytest.raises(SceneError) as caught:
+        load(path)
+    assert message in caught.value.message
+    assert caught.value.line > 0
