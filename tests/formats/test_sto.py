@@ -4,6 +4,7 @@ import msgspec
 import numpy as np
 import pytest
 
+from opensim_table import table
 from warpmuscle.core.errors import Error
 from warpmuscle.core.pose import about, multiply
 from warpmuscle.formats import load, sto
@@ -19,16 +20,6 @@ def walk() -> tuple[Recording, Scene]:
     rollout = Rollout(scene, 1, "cpu", record=[0])
     rollout.run()
     return rollout.recording(), scene
-
-
-def table(path) -> tuple[dict[str, str], list[str], np.ndarray]:
-    """Header, column names and rows of a file."""
-    lines = path.read_text().splitlines()
-    end = lines.index("endheader") if "endheader" in lines else -1
-    header = dict(line.split("=") for line in lines[1:end]) if end > 0 else {}
-    separator = "\t" if end > 0 else ","
-    rows = np.array([[float(word) for word in line.split(separator)] for line in lines[end + 2 :]])
-    return header, lines[end + 1].split(separator), rows
 
 
 def test_angles_of_a_ball_joint_give_its_orientation_back():

@@ -12,6 +12,7 @@ from warpmuscle.cli.common import Settings, Trust, scene_names_like, start_warp,
 from warpmuscle.cli.console import log, out
 
 if TYPE_CHECKING:
+    from warpmuscle.results.recording import Recording
     from warpmuscle.scene import Scene
 
 Run = Annotated[str | None, typer.Option(help="Which run of the file of a sweep.")]
@@ -175,11 +176,18 @@ def _write_page(result: Path, output: Path, references: list[Path], replay: int,
 def export(
     result: Annotated[Path, typer.Argument(help="HDF5 file with a recorded motion.")],
     output: Annotated[Path, typer.Option("--output", "-o", help="OpenSim's .mot (angles) or .sto (muscles), or .csv.")],
+    ground_forces: Annotated[
+        Path | None,
+        typer.Option(help="Another .mot, for the ground forces; OpenSim's .xml about them is put beside it."),
+    ] = None,
     replay: Annotated[int, typer.Option(min=0, help="Which motion of the file.")] = 0,
     run: Run = None,
     trust: Trust = False,
 ) -> None:
-    """Write a recorded motion for OpenSim or as comma-separated values."""
+    """Write a recorded motion for OpenSim or as comma-separated values.
+
+    Of a scene made of an OpenSim model it has that model's coordinates, and OpenSim plays it there.
+    """
     from warpmuscle.core.errors import ResultError
     from warpmuscle.formats import sto
     from warpmuscle.optimization.best_scene import scene_in
@@ -188,5 +196,18 @@ def export(
     content = read(result, run)
     if replay >= len(content.replays):
         raise ResultError(f"{result} has {len(content.replays)} motions, none with number {replay}")
-    sto.write(content.replays[replay], scene_in(content), output)
-    out.print(f"wrote {output}")
+    motion, scene = content.replays[replay], scene_in(content)
+    written = [output]
+    if ground_forces is not None:
+        written += _write_loads(motion, scene, ground_forces)
+    sto.write(motion, scene, output)
+    out.print(f"wrote {', '.join(map(str, written))}")
+
+
+def _write_loads(motion: Recording, scene: Scene, path: Path) -> list[Path]:
+    """Write the ground forces of a motion; the files."""
+    from warpmuscle.formats.external_loads import write_loads
+    from warpmuscle.studies.ground_loads import ground_loads
+
+    start_warp()
+    return [path, write_loads(ground_loads(motion, scene), motion.time, path)]

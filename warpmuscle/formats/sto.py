@@ -3,7 +3,8 @@
 A `.mot` holds the angles of the joints in degrees and the root's position in metres, a `.sto` activations and forces of
 the muscles, a `.csv` both. A ball joint gives three angles, of turns about the child's x, then y, then z axis
 (intrinsic); a hinge or universal joint its own, a slide its position in metres. Names are the joint's, with `_x`,
-`_y`, `_z` or `_a`, `_b` behind it.
+`_y`, `_z` or `_a`, `_b` behind it. A scene made of an OpenSim model gives that model's coordinates
+instead, locked and coupled ones among them, so that OpenSim plays the motion on the model.
 """
 
 from __future__ import annotations
@@ -20,11 +21,14 @@ from warpmuscle.core.pose import euler_xyz, normalized
 from warpmuscle.results.joint_poses import joint_angles
 from warpmuscle.results.motion_of_scene import check_motion_of
 from warpmuscle.results.recording import Recording
-from warpmuscle.scene import Scene
+from warpmuscle.scene import OpenSim, Scene
 from warpmuscle.scene.joints import joint_type
+from warpmuscle.scene.joints.displacement import rates
+from warpmuscle.scene.opensim_root import root_values
 from warpmuscle.scene.parameters import start_values, substitute
 
 SUFFIXES = (".mot", ".sto", ".csv")
+TAB = "\t"
 
 
 def write(motion: Recording, scene: Scene, path: str | Path) -> None:
@@ -53,7 +57,9 @@ def write(motion: Recording, scene: Scene, path: str | Path) -> None:
         raise Error(
             f"{path.name!r}: column {column!r} of the motion holds a value that is not finite; nothing was written"
         )
-    replace_file(path, _text(scene.name, names, table, suffix))
+    storage = suffix != ".csv"
+    text = storage_text(scene.name, names, table, suffix == ".mot") if storage else _rows(names, table, ",")
+    replace_file(path, text)
 
 
 def coordinates(motion: Recording, scene: Scene) -> tuple[list[str], Floats]:
@@ -62,6 +68,8 @@ def coordinates(motion: Recording, scene: Scene) -> tuple[list[str], Floats]:
     Args:
         scene: without free parameters, of the same character.
     """
+    if scene.opensim is not None:
+        return _model_coordinates(motion, scene, scene.opensim)
     root = scene.character.root
     names = [f"{root}_t{axis}" for axis in "xyz"] + [f"{root}_{axis}" for axis in "xyz"]
     turned = normalized(motion.root_orientation)
@@ -74,20 +82,38 @@ def coordinates(motion: Recording, scene: Scene) -> tuple[list[str], Floats]:
     return names, np.concatenate(columns, axis=1)
 
 
+def _model_coordinates(motion: Recording, scene: Scene, opensim: OpenSim) -> tuple[list[str], Floats]:
+    """Names and values of the coordinates of an OpenSim model, (F, K), degrees where OpenSim has them so."""
+    root = root_values(opensim, np.asarray(motion.root_position, np.float64), motion.root_orientation)
+    values: dict[str, Floats] = dict(zip(opensim.root_coordinates, root.T, strict=True))
+    for name in motion.joint_names:
+        if name in motion.coordinate_names:
+            values[name] = np.asarray(motion.coordinate[:, motion.coordinate_names.index(name)], np.float64)
+        elif len(joint_type(scene.character.joints[name]).angles) == 1:
+            values[name] = joint_angles(motion, scene.character, name)[:, 0]
+    for name, coupling in opensim.couplers.items():
+        values[name] = rates(coupling, values[coupling.joint])[0]
+    values |= {name: np.full(motion.frames, value) for name, value in opensim.locked.items()}
+    columns = [np.degrees(values[name]) if name in opensim.angles else values[name] for name in values]
+    return list(values), np.stack(columns, axis=1)
+
+
 def _muscles(motion: Recording) -> tuple[list[str], Floats]:
     """Names and values of activations and forces, N."""
     names = [f"{name}.{what}" for what in ("activation", "force") for name in motion.muscle_names]
     return names, np.concatenate([motion.muscle_activation, motion.muscle_force], axis=1)
 
 
-def _text(title: str, names: list[str], table: Floats, suffix: str) -> str:
-    """The file's text; OpenSim's header unless it is comma separated."""
+def storage_text(title: str, names: list[str], table: Floats, degrees: bool = False) -> str:
+    """The text of a file of OpenSim's: header, names, a row (F, K) a frame."""
+    words = {"version": "1", "nRows": str(len(table)), "nColumns": str(len(names))}
+    words["inDegrees"] = "yes" if degrees else "no"
+    header = "".join(f"{key}={value}\n" for key, value in words.items())
+    return f"{_label(title, TAB)}\n{header}endheader\n{_rows(names, table, TAB)}"
+
+
+def _rows(names: list[str], table: Floats, separator: str) -> str:
     lines = io.StringIO()
-    separator = "," if suffix == ".csv" else "\t"
-    if suffix != ".csv":
-        degrees = "yes" if suffix == ".mot" else "no"
-        lines.write(f"{_label(title, separator)}\nversion=1\nnRows={len(table)}\nnColumns={len(names)}\n")
-        lines.write(f"inDegrees={degrees}\nendheader\n")
     lines.write(separator.join(_label(name, separator) for name in names) + "\n")
     np.savetxt(lines, table, fmt="%.9g", delimiter=separator)
     return lines.getvalue()

@@ -26,3 +26,10 @@ class Displacement(Part):
     y: Annotated[list[Number], "rad or m"] = []
     ends: Literal["simm", "natural", "linear"] = "simm"
     polynomial: Annotated[list[Number], "rad or m per power of q"] = []  # the constant first
+
+
+class Coupling(Displacement):
+    """A coordinate of an OpenSim model as a function of the coordinate of a joint; the axis has no meaning."""
+
+    axis: Annotated[Vector, "1"] = (1.0, 0.0, 0.0)
+    joint: str = ""

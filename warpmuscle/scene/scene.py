@@ -16,7 +16,7 @@ import msgspec
 from warpmuscle.kernels.objective_terms import TERMS
 from warpmuscle.kernels.status import Status
 from warpmuscle.scene.controller import PD, Balance, Component, Controller, Curve, Feedback, State, Trajectory
-from warpmuscle.scene.displacement import Displacement
+from warpmuscle.scene.displacement import Coupling, Displacement
 from warpmuscle.scene.force import Force
 from warpmuscle.scene.motion import Motion
 from warpmuscle.scene.muscles import (
@@ -46,7 +46,7 @@ from warpmuscle.scene.surfaces import (
 
 __all__ = [
     "PD", "Actuation", "Balance", "Body", "Box", "Capsule", "Character", "Component", "Condition", "Controller",
-    "Curve", "CurveShape", "CylinderSurface", "DeGrooteCurves", "Displacement", "Drive", "EllipsoidSurface",
+    "Coupling", "Curve", "CurveShape", "CylinderSurface", "DeGrooteCurves", "Displacement", "Drive", "EllipsoidSurface",
     "Excitation", "Failure", "Feedback", "Force", "Ground", "InitialState", "Joint", "JointState", "Marker",
     "MillardCurves", "Motion", "Muscle", "MuscleModel", "Objective", "OpenSim", "Part", "PointMotion",
     "PolynomialPath", "Pulley", "Reflex", "Reflexes", "Robustness", "Scene", "SearchStage", "Shape", "Side",
@@ -301,8 +301,9 @@ class OpenSim(Part):
     root: Joint | None = None  # from `ground`, whose axes are the world's, to the root body; none: the root is fixed
     root_coordinates: list[str] = []
     locked: Annotated[dict[str, float], "rad or m"] = {}  # coordinates that do not move, and where they are
-    couplers: dict[str, str] = {}  # coordinates that are functions of another one, and that one
+    couplers: dict[str, Coupling] = {}  # coordinates that are functions of that of a joint
     markers: dict[str, Marker] = {}
+    angles: list[str] = []  # coordinates that OpenSim's files have in degrees
 
 
 class Scene(Part):

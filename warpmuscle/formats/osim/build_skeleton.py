@@ -10,14 +10,14 @@ import numpy as np
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.pose import about, multiply, rotate
 from warpmuscle.formats.lines import Notes
-from warpmuscle.formats.osim.chain import displacement, row_of
+from warpmuscle.formats.osim.chain import displacement, row_of, set_function
 from warpmuscle.formats.osim.frames import on_body, refused
 from warpmuscle.formats.osim.moves import Coordinates, grouped
 from warpmuscle.formats.osim.placement import WORLD, Placed, Placement, quaternion, vector
-from warpmuscle.formats.osim.records import Body, Model
+from warpmuscle.formats.osim.records import Axis, Body, Model
 from warpmuscle.formats.osim.tree import Branch
 from warpmuscle.scene import Body as SceneBody
-from warpmuscle.scene import Character, InitialState, Joint, JointState, OpenSim
+from warpmuscle.scene import Character, Coupling, InitialState, Joint, JointState, OpenSim
 
 DIAGONAL = 1.0e-9  # of the largest moment: products of inertia below it come from rounding
 
@@ -48,9 +48,9 @@ def build_skeleton(model: Model, tree: list[Branch], root: str, coordinates: Coo
     skeleton = Skeleton(Character(root="ground", bodies={}, root_joint="fixed"), placement)
     skeleton.opensim.file = model.file.name
     skeleton.opensim.locked = {one.name: one.value for one in model.coordinates.values() if one.locked}
-    skeleton.opensim.couplers = {
-        name: argument for name in coordinates.couplers if (argument := coordinates.master(name)[0])
-    }
+    skeleton.opensim.angles = [
+        name for joint in model.joints for axis in joint.rotations for name in axis.coordinates if _plain(axis)
+    ]
     if root == "fixed":
         skeleton.character.bodies["ground"] = SceneBody(0.0, (0.0, 0.0, 0.0))
     else:
@@ -61,7 +61,20 @@ def build_skeleton(model: Model, tree: list[Branch], root: str, coordinates: Coo
         else:
             _branch(model, branch, skeleton, coordinates, notes)
         notes.places[f"character.bodies.{branch.body.name}"] = (model.file, branch.body.line)
+    for name in coordinates.couplers:
+        argument, function = coordinates.master(name)
+        if argument in skeleton.character.joints:
+            coupling = Coupling(joint=argument)
+            set_function(coupling, function)
+            skeleton.opensim.couplers[name] = coupling
+        elif not argument:
+            skeleton.opensim.locked[name] = function.at(0.0)
     return skeleton
+
+
+def _plain(axis: Axis) -> bool:
+    """Whether a turn is its coordinate itself, which OpenSim then counts as an angle, and has in degrees in files."""
+    return axis.function.line is not None and abs(axis.function.line[1]) == 1.0
 
 
 def _branch(model: Model, branch: Branch, skeleton: Skeleton, coordinates: Coordinates, notes: Notes) -> None:

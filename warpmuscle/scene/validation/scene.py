@@ -27,6 +27,7 @@ from warpmuscle.scene import (
     State,
 )
 from warpmuscle.scene.joints import joint_type
+from warpmuscle.scene.joints.coupled import check_displacement
 from warpmuscle.scene.number import Free, Number
 from warpmuscle.scene.parameters import leaves
 from warpmuscle.scene.trusted_code import check_entries
@@ -147,6 +148,9 @@ class _Check(Checks):
         if len(moves) != len(model.root_coordinates):
             message = f"{len(model.root_coordinates)} names for {len(moves)} displacements of the root"
             raise SceneError(message, key="opensim.root_coordinates")
+        for name, coupling in model.couplers.items():
+            known(coupling.joint, scene.character.joints, "joint", f"opensim.couplers.{name}.joint")
+            check_displacement(self, f"opensim.couplers.{name}", coupling)
         for name, marker in model.markers.items():
             known(marker.body, scene.character.bodies, "body", f"opensim.markers.{name}.body")
 
