@@ -1,4 +1,4 @@
-"""Curves of others in the place of a muscle model's: functions of muscles made anew with them.
+"""Other curves in the place of a muscle model's: functions of muscles made anew with them.
 
 Functions find each other by the names in their module. One that is made anew has the same source and sees other
 functions under these names, and so do those that it calls; so what is compiled differs in the curves alone.
@@ -11,6 +11,8 @@ from types import FunctionType
 from typing import Any, NamedTuple
 
 import warp as wp
+
+from warpmuscle.kernels.shaped_curves import Shaped, ShapedCurves, shaped_functions
 
 SLOPE_STEP = 1.0e-3  # of v_max, to either side
 
@@ -25,8 +27,10 @@ class OwnCurves(NamedTuple):
 
 
 @cache
-def replacements(own: OwnCurves) -> dict[str, Any]:
-    """The functions of `curves.py` that curves of others stand in for, by name."""
+def replacements(own: OwnCurves | Shaped) -> dict[str, Any]:
+    """The functions and constants that other curves stand in for, by name."""
+    if isinstance(own, Shaped):
+        return shaped_functions(own)
     active, passive, velocity = own.active, own.passive, own.velocity
     found: dict[str, Any] = {}
 
@@ -60,8 +64,11 @@ def replacements(own: OwnCurves) -> dict[str, Any]:
 
 
 @cache
-def with_curves(function: Any, own: OwnCurves | None) -> Any:
-    """The Warp function with others' curves in the place of the model's; itself if it uses none of them."""
+def with_curves(function: Any, own: OwnCurves | Shaped | None) -> Any:
+    """The Warp function with others' curves in the place of the model's; itself if it uses none of them.
+
+    What it takes as the number of a model is the curves of a muscle instead, if these have a shape of their own.
+    """
     if own is None:
         return function
     plain = function.func
@@ -78,6 +85,8 @@ def with_curves(function: Any, own: OwnCurves | None) -> Any:
     if not changed:
         return function
     again = FunctionType(plain.__code__, plain.__globals__ | changed, plain.__name__, plain.__defaults__)
-    again.__annotations__, again.__doc__ = plain.__annotations__, plain.__doc__
+    again.__annotations__, again.__doc__ = dict(plain.__annotations__), plain.__doc__
+    if isinstance(own, Shaped) and plain.__annotations__.get("model") is int:
+        again.__annotations__["model"] = ShapedCurves
     again.__module__, again.__qualname__ = plain.__module__, f"with_curves.<locals>.{plain.__name__}"
     return wp.func(again)

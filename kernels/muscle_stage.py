@@ -8,23 +8,17 @@ from typing import Any, NamedTuple
 
 import warp as wp
 
-from warpmuscle.kernels import muscle
 from warpmuscle.kernels import recorded as recorded_as
 from warpmuscle.kernels.activation import activation_step
 from warpmuscle.kernels.actuation import actuation_stage_of, implicit_damping_stage_of, muscle_torque, pulled_torque
+from warpmuscle.kernels.contraction import COMPLIANT as COMPLIANT
+from warpmuscle.kernels.contraction import EITHER as EITHER
+from warpmuscle.kernels.contraction import RIGID as RIGID
+from warpmuscle.kernels.contraction import SWITCH as SWITCH
+from warpmuscle.kernels.contraction import Contraction, contraction_of, legacy_contraction
 from warpmuscle.kernels.control import SIMBICON, Controller, force_of
 from warpmuscle.kernels.coordinate_joint import coordinate_velocities
-from warpmuscle.kernels.custom_curves import OwnCurves, with_curves
-from warpmuscle.kernels.muscle import (
-    bounded_fibre_length,
-    compliant_force,
-    legacy_force,
-    pennation_cosine,
-    rigid_fibre_length,
-    rigid_fibre_speed,
-    switched_fibre_length,
-    switched_fibre_speed,
-)
+from warpmuscle.kernels.custom_curves import OwnCurves
 from warpmuscle.kernels.muscle_control import (
     activated,
     average_force,
@@ -35,14 +29,14 @@ from warpmuscle.kernels.muscle_control import (
     timed_excitation,
     within,
 )
-from warpmuscle.kernels.path import PathState, joint_velocities
+from warpmuscle.kernels.path import joint_velocities
 from warpmuscle.kernels.scratch import synchronize
+from warpmuscle.kernels.shaped_curves import Shaped
 from warpmuscle.kernels.springs import ANY_SPRINGS, SPRINGS
 from warpmuscle.kernels.stretch import PathKind, any_stretch_of
-from warpmuscle.kernels.structs import LARGEST, ModelRef, MuscleRow, RecordRef, ScratchRef, StateRef, at, rolled, whole
+from warpmuscle.kernels.structs import LARGEST, ModelRef, RecordRef, ScratchRef, StateRef, at, rolled, whole
 from warpmuscle.kernels.term_functions import MuscleWork, muscle_terms_of
 
-RIGID, SWITCH, COMPLIANT = 0, 1, 2  # tendons
 HILL, LEGACY, IDEAL = 0, 1, 2  # laws
 
 
@@ -50,7 +44,7 @@ class MuscleKind(NamedTuple):
     """What is compiled into a step."""
 
     curves: int  # LEE ... SARSHARI, see `curve_sets.py`
-    tendon: int  # RIGID, SWITCH or COMPLIANT
+    tendon: int  # RIGID, SWITCH, COMPLIANT or EITHER
     law: int  # HILL, LEGACY or IDEAL
     pulls_at_hand: bool = False  # moment arms and torques of all crossings are kept in the working set
     mixed: bool = True  # muscles, torques and spring-dampers may share a joint
@@ -61,95 +55,11 @@ class MuscleKind(NamedTuple):
     neural: bool = False  # neural dynamics before that of the activation
     implicit: bool = False  # damping linearised over the step, with rigid tendons
     given: bool = False  # excitations come from outside, as they are
-    own: OwnCurves | None = None  # in place of some curves of the model
+    own: OwnCurves | Shaped | None = None  # in place of some curves of the model
+    floored: bool = False  # excitations and activations have a minimum
     coordinate_joints: bool = False  # some joints are as in `coordinate_joint.py`
     followers: bool = False  # and some follow others
     paths: PathKind = PathKind()
-
-
-@wp.struct
-class Contraction:
-    """What a fibre does in a step."""
-
-    length: float  # m
-    speed: float  # m/s
-    force: float  # N, along the tendon
-    damping: float  # N s/m, of the force by the speed of the path, if implicit
-
-
-@cache
-def contraction_of(curves: int, tendon: int, implicit: bool = False, own: OwnCurves | None = None) -> Any:
-    """The Warp function (instance, muscle, activation, stretch, row, model, state) -> Contraction of a kind."""
-    fibre_force, fibre_damping, fibre_equilibrium, compliant_step = (
-        with_curves(function, own)
-        for function in (muscle.fibre_force, muscle.fibre_damping, muscle.fibre_equilibrium, muscle.compliant_step)
-    )
-
-    @wp.func
-    def rigid(
-        instance: int, m: int, activation: float, stretch: PathState, row: MuscleRow, model: ModelRef, state: StateRef
-    ) -> Contraction:
-        l_opt = row.l_opt
-        slack = row.l_slack - stretch.fixed
-        width = row.width
-        c = Contraction()
-        if wp.static(tendon == SWITCH):
-            c.length = bounded_fibre_length(switched_fibre_length(stretch.moving, l_opt, slack), l_opt, 0.0)
-            c.speed = switched_fibre_speed(stretch.moving, stretch.speed, l_opt, slack)
-        else:
-            c.length = rigid_fibre_length(stretch.moving, l_opt, slack, width)
-            c.speed = rigid_fibre_speed(stretch.speed, c.length, width)
-        x = c.length / l_opt
-        speed = c.speed / (row.v_max * l_opt)
-        force = fibre_force(curves, activation, x, speed, row.damping)
-        c.force = row.f_max * force * pennation_cosine(c.length, width)
-        if wp.static(implicit):
-            cosine = pennation_cosine(c.length, width)
-            slope = fibre_damping(curves, activation, x, speed, row.damping) * cosine * cosine
-            c.damping = slope * row.f_max / (row.v_max * l_opt)
-        return c
-
-    @wp.func
-    def compliant(
-        instance: int, m: int, activation: float, stretch: PathState, row: MuscleRow, model: ModelRef, state: StateRef
-    ) -> Contraction:
-        l_opt = row.l_opt
-        l_slack = row.l_slack
-        width = row.width
-        path_length = stretch.fixed + stretch.moving
-        if state.step[instance] == 0:
-            settled = fibre_equilibrium(curves, activation, path_length, l_opt, l_slack, width)
-            state.muscles.fibre_length[instance, m] = settled
-            state.muscles.previous_fibre_length[instance, m] = settled
-        before = state.muscles.fibre_length[instance, m]
-        c = Contraction()
-        c.length = compliant_step(
-            curves, activation, path_length, before, state.muscles.previous_fibre_length[instance, m],
-            l_opt, l_slack, width, row.v_max, row.damping, model.time_step,
-        )  # fmt: skip
-        state.muscles.previous_fibre_length[instance, m] = before
-        state.muscles.fibre_length[instance, m] = c.length
-        c.speed = (c.length - before) / model.time_step
-        tendon_force = compliant_force(curves, path_length, c.length, l_slack, width)
-        c.force = row.f_max * tendon_force
-        return c
-
-    return compliant if tendon == COMPLIANT else rigid
-
-
-@wp.func
-def legacy_contraction(
-    instance: int, m: int, activation: float, stretch: PathState, row: MuscleRow, model: ModelRef, state: StateRef
-):
-    """As the program of Bergmann 2017 computed it: tendon switch, backward difference of the length, no bounds."""
-    l_opt = row.l_opt
-    c = Contraction()
-    c.length = switched_fibre_length(stretch.moving, l_opt, row.l_slack - stretch.fixed)
-    if state.step[instance] > 0:
-        c.speed = (c.length - state.muscles.fibre_length[instance, m]) / model.time_step
-    state.muscles.fibre_length[instance, m] = c.length
-    c.force = legacy_force(row.f_max, activation, c.length, c.speed, l_opt)
-    return c
 
 
 @wp.func
@@ -183,7 +93,7 @@ def muscle_stage_of(
     stretch_stage = any_stretch_of(
         kind.paths, kind.pulleys, kind.conditions, kind.straight, kind.coordinate_joints, kind.followers
     )
-    law, neural, implicit, given = kind.law, kind.neural, kind.implicit, kind.given
+    law, neural, implicit, given, floored = kind.law, kind.neural, kind.implicit, kind.given, kind.floored
     excites, sense, wanted_force = controller.excites, controller.sense, force_of(controller)
     senses, extension_struct = sense is not None, controller.extension
     at_hand, straight, timed = kind.pulls_at_hand, kind.straight, kind.timed
@@ -233,6 +143,10 @@ def muscle_stage_of(
             c.force = desired
         else:
             excitation = delayed(instance, m, step, row.delay_steps, excitation, before, state.muscles)
+            if wp.static(floored):
+                least = at(muscles.shape, instance, m).minimum_activation
+                excitation = wp.max(excitation, least)
+                a = wp.max(a, least)
             if wp.static(law == LEGACY):
                 a = activation_step(a, excitation, 1.0 / row.rise_time, model.time_step)
                 c = legacy_contraction(instance, m, a, stretch, row, model, state)

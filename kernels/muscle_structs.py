@@ -138,6 +138,25 @@ class OwnExcitation:
 
 
 @wp.struct
+class CurveRow:
+    """The numbers of a muscle's curves and tendon, where muscles differ in them; see `shaped_curves.py`."""
+
+    curves: int  # MILLARD, THELEN or DE_GROOTE
+    tendon: int  # RIGID or COMPLIANT
+    table: int  # where that of Millard's curves starts
+    minimum_activation: float
+    shortest: float  # l_opt, of the fibre
+    tendon_rate: float  # 1 over the tendon's strain at f_max
+    active_width: float  # Thelen: of the bell; De Groote: 1 over the scale of its widths
+    passive_rate: float  # of the exponential over length
+    passive_floor: float
+    passive_scale: float
+    velocity_shape: float  # of Thelen's hyperbolas
+    lengthening_force: float
+    straight_speed: float  # beyond which they are straight, over v_max at full activation
+
+
+@wp.struct
 class Muscles:
     """What stays the same of the muscles."""
 
@@ -150,3 +169,5 @@ class Muscles:
     own: wp.array2d[OwnExcitation]  # (rows, muscles)
     knot_time: wp.array2d[float]  # (rows, knots) s
     knot_value: wp.array2d[float]  # (rows, knots)
+    shape: wp.array2d[CurveRow]  # (rows, muscles) read where muscles differ in their curves or tendons
+    curve_table: wp.array[wp.vec2]  # tables of Millard's curves, one behind the other, see `millard_tables.py`

@@ -34,6 +34,7 @@ from warpmuscle.kernels.control_structs import Knot as Knot
 from warpmuscle.kernels.control_structs import Simbicon as Simbicon
 from warpmuscle.kernels.control_structs import Trajectory as Trajectory
 from warpmuscle.kernels.muscle_structs import Crossing as Crossing
+from warpmuscle.kernels.muscle_structs import CurveRow as CurveRow
 from warpmuscle.kernels.muscle_structs import MuscleRow as MuscleRow
 from warpmuscle.kernels.muscle_structs import Muscles as Muscles
 from warpmuscle.kernels.muscle_structs import OwnExcitation as OwnExcitation

@@ -18,6 +18,7 @@ from warpmuscle.kernels.limits import limit_stage
 from warpmuscle.kernels.metabolics import bhargava_power, umberger_power, wang_power
 from warpmuscle.kernels.muscle import LARGEST_SPEED, bounded_passive
 from warpmuscle.kernels.objective_terms import TERMS, Scope
+from warpmuscle.kernels.shaped_curves import Shaped
 from warpmuscle.kernels.simbicon import pd_error
 from warpmuscle.kernels.spatial import heading_angle, turn_about_x
 from warpmuscle.kernels.structs import LARGEST, LEFT, RIGHT, ModelRef, ScratchRef, StateRef, at, rolled
@@ -47,12 +48,18 @@ def effort_cubed(instance: int, m: int, w: MuscleWork, model: ModelRef) -> float
 
 
 @wp.func
+def curves_of(instance: int, m: int, model: ModelRef) -> int:
+    """The curves of a muscle: those of all muscles, unless they have shapes of their own (see `shaped_curves.py`)."""
+    return model.muscles.model
+
+
+@wp.func
 def contractile_force(instance: int, m: int, w: MuscleWork, model: ModelRef) -> float:
     """Force of the active part of the fibre, N, never negative."""
     row = at(model.muscles.row, instance, m)
     l_opt = row.l_opt
     v = wp.clamp(w.speed / (l_opt * row.v_max), -LARGEST_SPEED, LARGEST_SPEED)
-    curves = model.muscles.model
+    curves = curves_of(instance, m, model)
     multiplier = active_force_length(curves, w.length / l_opt) * force_velocity(curves, v, w.activation)
     return wp.max(w.activation * multiplier * row.f_max, 0.0)
 
@@ -86,7 +93,7 @@ def metabolic_umberger(instance: int, m: int, w: MuscleWork, model: ModelRef) ->
     l_opt = row.l_opt
     return umberger_power(
         w.activation, w.excitation, w.length / l_opt, w.speed, contractile_force(instance, m, w, model),
-        active_force_length(model.muscles.model, w.length / l_opt), row.slow_fibres,
+        active_force_length(curves_of(instance, m, model), w.length / l_opt), row.slow_fibres,
         at(model.muscles.mass, instance, m), model.negative_share, row.v_max, l_opt,
     )  # fmt: skip
 
@@ -95,7 +102,7 @@ def metabolic_umberger(instance: int, m: int, w: MuscleWork, model: ModelRef) ->
 def passive_force(instance: int, m: int, w: MuscleWork, model: ModelRef) -> float:
     """Force of the passive fibre, N."""
     row = at(model.muscles.row, instance, m)
-    return row.f_max * bounded_passive(model.muscles.model, w.length / row.l_opt)
+    return row.f_max * bounded_passive(curves_of(instance, m, model), w.length / row.l_opt)
 
 
 @wp.func
@@ -280,7 +287,7 @@ class ObjectiveKind(NamedTuple):
         return bool(CYCLE_TERMS & {*self.body, *self.whole})
 
 
-def muscle_functions(kind: ObjectiveKind, own: OwnCurves | None = None) -> tuple[Any, ...]:
+def muscle_functions(kind: ObjectiveKind, own: OwnCurves | Shaped | None = None) -> tuple[Any, ...]:
     """The Warp functions of the terms over muscles; metabolic powers with the curves that muscles have of their own."""
     given = dict(kind.own)
     return tuple(given[name] if name in given else with_curves(MUSCLE_TERMS[name], own) for name in kind.muscle)

@@ -41,6 +41,7 @@ from warpmuscle.scene import (
     Sphere,
 )
 from warpmuscle.scene.joints import joint_type, root_type
+from warpmuscle.scene.muscles import given
 from warpmuscle.scene.number import Free, Number
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.scene.topology import topology
@@ -306,8 +307,8 @@ def _actuator(muscle: Muscle, model: MuscleModel) -> dict[str, str]:
         "force": _text(_number(muscle.f_max) * cosine),
         "range": _texts(_OPERATING),
         "lengthrange": _texts(lengths),
-        "vmax": _text(_number(model.v_max)),
-        "timeconst": _texts((_number(model.rise_time), _number(model.fall_time))),
+        "vmax": _text(_number(given(muscle, model, "v_max"))),
+        "timeconst": _texts(_number(given(muscle, model, field)) for field in ("rise_time", "fall_time")),
     }
 
 

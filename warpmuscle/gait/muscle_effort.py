@@ -10,6 +10,7 @@ import warp as wp
 from warpmuscle.core.array_types import Floats
 from warpmuscle.kernels import effort
 from warpmuscle.model.build import muscles_model
+from warpmuscle.model.muscle_shapes import shaped_kind
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
 from warpmuscle.scene.accounting import basal_rate
@@ -60,11 +61,12 @@ def cost_of_transport(power: float, speed: float) -> float | None:
 def _passive_and_power(recording: Recording, scene: Scene) -> tuple[float, float]:
     """Passive forces, N, summed over moments and muscles, and metabolic power of all muscles, W, in the mean."""
     model = muscles_model(scene, recording.muscle_names, "cpu")
+    muscles = [scene.character.muscles[name] for name in recording.muscle_names]
     names = ("muscle_activation", "muscle_excitation", "muscle_fibre_length", "muscle_fibre_velocity")
     quantities = [wp.array(recording[name].astype(np.float32), dtype=float, device="cpu") for name in names]
     passive, power = (wp.zeros_like(quantities[0]) for _ in range(2))
     wp.launch(
-        effort.muscle_effort,
+        effort.muscle_effort_of(shaped_kind(muscles, scene.muscle_model)),
         dim=quantities[0].shape,
         inputs=[model, _MODELS[scene.objective.metabolic_model], *quantities],
         outputs=[passive, power],

@@ -11,14 +11,14 @@ import warp as wp
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.arrays import rows, structs_to_device, to_device
-from warpmuscle.core.errors import SceneError
 from warpmuscle.core.pose import from_rotation_vector
 from warpmuscle.kernels import structs
 from warpmuscle.kernels.curve_sets import CURVES
-from warpmuscle.kernels.muscle_stage import COMPLIANT, HILL, IDEAL, LEGACY, RIGID, SWITCH, MuscleKind
+from warpmuscle.kernels.muscle_stage import HILL, IDEAL, LEGACY, RIGID, MuscleKind
 from warpmuscle.kernels.scratch import PULLS_A_BODY
 from warpmuscle.model.bodies import stacked
 from warpmuscle.model.joints import compiled_skeleton
+from warpmuscle.model.muscle_shapes import has_floor, muscle_shapes, shaped_kind, tendon_kind
 from warpmuscle.model.paths import PathTable, all_straight, path_table, paths_struct, route_struct
 from warpmuscle.model.reflexes import reflexes_struct
 from warpmuscle.model.routes import path_kind
@@ -26,10 +26,10 @@ from warpmuscle.model.user_functions import custom_curves
 from warpmuscle.scene import Actuation, Muscle, MuscleModel, Scene
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.masses import muscle_mass, specific_tension
+from warpmuscle.scene.muscles import given
 from warpmuscle.scene.topology import Topology
 from warpmuscle.scene.validation.paths import is_route
 
-TENDON = {"rigid": RIGID, "switch": SWITCH, "compliant": COMPLIANT}
 NEGATIVE = {"keep": structs.KEEP, "drop": structs.DROP, "clip": structs.CLIP}
 LEGACY_RATE = 2000.0  # steps a second of the original program, in which its delays count
 
@@ -58,15 +58,10 @@ def muscle_kind(model: MuscleModel, muscles: Iterable[Muscle] = ()) -> MuscleKin
     law = LEGACY if model.legacy else IDEAL if model.ideal else HILL
     pulleys = any(muscle.pulleys for muscle in muscles)
     hill = law == HILL
-    for field in ("tendon", "minimum_activation", "tendon_strain", "passive_strain", "curve_shape"):
-        if any(getattr(muscle, field) is not None for muscle in muscles) or (
-            field != "tendon" and getattr(model, field) not in (None, 0.0)
-        ):
-            raise SceneError(f"`{field}` is not simulated yet", key="muscle_model")
     return MuscleKind(
-        CURVES[model.curves], TENDON[model.tendon] if hill else RIGID, law, pulleys=pulleys,
+        CURVES[model.curves], tendon_kind(muscles, model) if hill else RIGID, law, pulleys=pulleys,
         neural=hill and model.activation == "neural", implicit=hill and model.implicit_damping,
-        own=custom_curves(model),
+        own=shaped_kind(muscles, model) or custom_curves(model), floored=hill and has_floor(muscles, model),
     )  # fmt: skip
 
 
@@ -109,6 +104,10 @@ def muscles_struct(scene: Scene, chosen: tuple[str, ...], device: Any) -> struct
     columns["width"] = own["l_opt"] * np.sin(_of_muscles(muscles, "pennation"))
     columns["delay_steps"] = delay_steps(scene, chosen)
     s.row = structs_to_device(structs.MuscleRow, columns, device)
+    shapes = muscle_shapes(muscles, model)
+    if shapes is not None:
+        s.shape = structs_to_device(structs.CurveRow, shapes.columns, device)
+        s.curve_table = to_device(shapes.table, wp.vec2, device)
     masses = rows([muscle_mass(muscle, specific_tension(muscle, model)) for muscle in muscles] or [1.0])
     s.mass = to_device(masses, float, device)
     _excitations(s, muscles, device)
@@ -168,10 +167,9 @@ def _of_muscles(muscles: list[Muscle], field: str) -> Floats:
 
 def _own_or_common(muscles: list[Muscle], model: MuscleModel, field: str) -> Floats:
     """One number of all muscles, (rows, muscles): its own, or that of their model; (rows, 1) if none has its own."""
-    common, own = getattr(model, field), [getattr(muscle, field) for muscle in muscles]
-    if all(value is None for value in own):
-        return _column(common)
-    return rows([common if value is None else value for value in own])
+    if all(getattr(muscle, field) is None for muscle in muscles):
+        return _column(getattr(model, field))
+    return rows([given(muscle, model, field) for muscle in muscles])
 
 
 def _column(number: Any) -> Floats:

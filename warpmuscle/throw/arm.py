@@ -22,6 +22,7 @@ from warpmuscle.model.build import start_of
 from warpmuscle.scene import Actuation, Drive, Motion, Muscle, Scene
 from warpmuscle.scene.joints import joint_type, root_type
 from warpmuscle.scene.joints.turning import HINGE
+from warpmuscle.scene.muscles.curves import OWN, SHAPED
 from warpmuscle.scene.parameters import Parameter, free_parameters, start_values, substitute
 from warpmuscle.scene.topology import Topology, topology
 from warpmuscle.studies.inverse_dynamics import body_points, inverse_dynamics
@@ -44,7 +45,13 @@ class Arm:
             raise Error(f"joint {wrong[0]!r} cannot be prescribed: muscles move {', '.join(self.joints)}")
         if not self.driven:
             raise Error("all joints that muscles move are prescribed; leave one to the muscles")
-        character = self.scene.character
+        character, common = self.scene.character, self.scene.muscle_model
+        own = [f"character.muscles.{name}.{field}" for name, m in character.muscles.items() for field in OWN
+               if getattr(m, field) is not None]  # fmt: skip
+        own += [f"muscle_model.{field}" for field in SHAPED if getattr(common, field) is not None]
+        own += ["muscle_model.minimum_activation"] if common.minimum_activation != 0.0 else []
+        if own:
+            raise SceneError("muscles of an arm that is fitted and thrown with have none; leave it out", key=own[0])
         moved = {p.joint: name for name, muscle in character.muscles.items() for p in muscle.pulleys}
         left = [joint for joint in moved if joint not in self.joints]
         if left:

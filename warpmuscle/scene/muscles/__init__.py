@@ -16,3 +16,4 @@ from warpmuscle.scene.muscles.muscle import PolynomialPath as PolynomialPath
 from warpmuscle.scene.muscles.muscle import Pulley as Pulley
 from warpmuscle.scene.muscles.muscle import ViaPoint as ViaPoint
 from warpmuscle.scene.muscles.muscle import Wrap as Wrap
+from warpmuscle.scene.muscles.muscle import given as given

@@ -12,6 +12,8 @@ from warpmuscle.scene.number import Number
 from warpmuscle.scene.part import Part
 
 STRAINS = {"millard": (0.049, 0.7), "thelen": (0.04, 0.6), "de_groote": (0.049, 0.6)}  # of tendon and passive fibre
+SHAPED = ("tendon_strain", "passive_strain", "curve_shape")  # fields of `Muscle` and `MuscleModel` that shape curves
+OWN = ("tendon", "v_max", "damping", "rise_time", "fall_time", "minimum_activation", *SHAPED)  # of `Muscle`
 LEAST_DAMPING = (
     1.0e-3  # of a compliant Millard muscle; with less, OpenSim changes the curves so that they can be solved
 )

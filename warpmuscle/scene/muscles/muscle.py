@@ -178,6 +178,12 @@ class MuscleModel(Part):
     curve_shape: CurveShape | None = None
 
 
+def given(muscle: Muscle, model: MuscleModel, field: str) -> Any:
+    """What a muscle has of a field of both: its own, or that of its model."""
+    own = getattr(muscle, field)
+    return getattr(model, field) if own is None else own
+
+
 Drive = Literal["torque", "muscle", "assisted", "passive", "kinematic", "none"]  # none: not even the spring-damper
 
 

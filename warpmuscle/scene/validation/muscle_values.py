@@ -6,12 +6,10 @@ from typing import Any
 
 from warpmuscle.core.errors import SceneError
 from warpmuscle.scene import CurveShape, DeGrooteCurves, MillardCurves, Muscle, MuscleModel, ThelenCurves
-from warpmuscle.scene.muscles.curves import STRAINS, family
+from warpmuscle.scene.muscles.curves import SHAPED, STRAINS, family
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.trusted_code import CURVE_FIELDS
 from warpmuscle.scene.validation.checks import Checks
-
-SHAPED = ("tendon_strain", "passive_strain", "curve_shape")  # what only families with a shape have
 
 
 def check_common_values(checks: Checks, key: str, model: MuscleModel) -> None:

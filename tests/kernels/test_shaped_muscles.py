@@ -1,0 +1,242 @@
+"""Muscles with curves, tendons and bounds of their own are OpenSim's: equilibrium, speed, force with a rigid tendon."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import warp as wp
+from opensim_bench import MODELS, Bench, as_ours, bench_scene
+
+from warpmuscle.kernels import muscle
+from warpmuscle.kernels.curve_sets import DE_GROOTE, MILLARD, THELEN
+from warpmuscle.kernels.custom_curves import with_curves
+from warpmuscle.kernels.muscle import bounded_fibre_length, pennation_cosine, rigid_fibre_length, rigid_fibre_speed
+from warpmuscle.kernels.shaped_curves import Shaped, ShapedCurves
+from warpmuscle.kernels.structs import Muscles
+from warpmuscle.model.muscles import muscles_struct
+from warpmuscle.scene import DeGrooteCurves, MillardCurves, Muscle, ThelenCurves
+
+ALL = Shaped((THELEN, MILLARD, DE_GROOTE))
+equilibrium, tendon_force, fibre_force, equilibrium_speed = (
+    with_curves(function, ALL)
+    for function in (muscle.fibre_equilibrium, muscle.compliant_force, muscle.fibre_force, muscle.equilibrium_speed)
+)
+
+
+@wp.func
+def curves_of(muscles: Muscles, m: int) -> ShapedCurves:
+    curves = ShapedCurves()
+    curves.row = muscles.shape[0, m]
+    curves.table = muscles.curve_table
+    return curves
+
+
+@wp.kernel(module="unique", enable_backward=False)
+def settle(muscles: Muscles, state: wp.array2d[wp.vec2], result: wp.array2d[wp.vec2]):
+    """Of activation and path length: fibre length in equilibrium, m, and tendon force over f_max."""
+    i, m = wp.tid()
+    row = muscles.row[0, m]
+    curves = curves_of(muscles, m)
+    length = equilibrium(curves, state[i, m][0], state[i, m][1], row.l_opt, row.l_slack, row.width)
+    length = wp.max(length, bounded_fibre_length(curves.row.shortest * row.l_opt, row.l_opt, row.width))
+    result[i, m] = wp.vec2(length, tendon_force(curves, state[i, m][1], length, row.l_slack, row.width))
+
+
+@wp.kernel(module="unique", enable_backward=False)
+def move(muscles: Muscles, state: wp.array2d[wp.vec3], result: wp.array2d[wp.vec2]):
+    """Of activation, path and fibre length: speed of the fibre over v_max, and its force along the tendon then."""
+    i, m = wp.tid()
+    row = muscles.row[0, m]
+    curves = curves_of(muscles, m)
+    s = state[i, m]
+    v = equilibrium_speed(
+        curves, s[0], s[1], s[2], 0.0, 0.0, row.l_opt, row.l_slack, row.width, row.damping
+    )  # fmt: skip
+    force = fibre_force(curves, s[0], s[2] / row.l_opt, v, row.damping) * pennation_cosine(s[2], row.width)
+    result[i, m] = wp.vec2(v, force)
+
+
+@wp.kernel(module="unique", enable_backward=False)
+def pull(muscles: Muscles, state: wp.array2d[wp.vec3], result: wp.array2d[wp.vec2]):
+    """Of activation, path length and its rate: force over f_max with a rigid tendon."""
+    i, m = wp.tid()
+    row = muscles.row[0, m]
+    curves = curves_of(muscles, m)
+    s = state[i, m]
+    length = rigid_fibre_length(s[1], row.l_opt, row.l_slack, row.width)
+    if length > bounded_fibre_length(curves.row.shortest * row.l_opt, row.l_opt, row.width):
+        speed = rigid_fibre_speed(s[2], length, row.width) / (row.v_max * row.l_opt)
+        force = fibre_force(curves, s[0], length / row.l_opt, speed, row.damping)
+        result[i, m] = wp.vec2(force * pennation_cosine(length, row.width), 0.0)
+
+
+def ours(kernel: Any, muscles: list[Muscle], state: np.ndarray) -> np.ndarray:
+    """The kernel's results for states (n, muscles, k), in float64."""
+    scene = bench_scene({str(k): one for k, one in enumerate(muscles)})
+    made = muscles_struct(scene, tuple(scene.character.muscles), "cpu")
+    given = wp.array(state.astype(np.float32), dtype=wp.vec2 if state.shape[2] == 2 else wp.vec3, device="cpu")
+    result = wp.zeros(state.shape[:2], dtype=wp.vec2, device="cpu")
+    wp.launch(kernel, dim=state.shape[:2], inputs=[made, given], outputs=[result], device="cpu")
+    return result.numpy().astype(np.float64)
+
+
+@pytest.fixture(scope="module", params=MODELS)
+def bench(request: pytest.FixtureRequest, reference_data: Path) -> Bench:
+    osim = pytest.importorskip("opensim")
+    file = reference_data / MODELS[request.param]
+    if not file.is_file():
+        pytest.skip(f"no {file}")
+    return Bench(file, osim)
+
+
+def poses(bench: Bench, count: int, seed: int) -> np.ndarray:
+    """Activations and path lengths, m, (count, muscles, 2): of fibres from half to 1.6 times their optimal length."""
+    random = np.random.default_rng(seed)
+    given = np.zeros((count, len(bench.muscles), 2))
+    for m, one in enumerate(bench.muscles):
+        fibre = random.uniform(0.5, 1.6, count) * one.get_optimal_fiber_length()
+        width = one.get_optimal_fiber_length() * np.sin(one.get_pennation_angle_at_optimal())
+        strain = random.uniform(0.0, 0.04, count)
+        given[:, m, 1] = np.sqrt(np.maximum(fibre**2 - width**2, 0.0)) + one.get_tendon_slack_length() * (1.0 + strain)
+        given[:, m, 0] = random.uniform(0.01, 1.0, count)
+    return given
+
+
+def scale(one: Any) -> tuple[float, float, float]:
+    """Optimal fibre length, m, slack length, m, and width, m, of an OpenSim muscle."""
+    l_opt = one.get_optimal_fiber_length()
+    return l_opt, one.get_tendon_slack_length(), l_opt * np.sin(one.get_pennation_angle_at_optimal())
+
+
+def fibre_states(muscles: list[Any], seed: int, longest: float) -> np.ndarray:
+    """Activations, path and fibre lengths, m, (50, muscles, 3); strains of the tendon up to 0.045."""
+    random = np.random.default_rng(seed)
+    given = np.zeros((50, len(muscles), 3))
+    for m, one in enumerate(muscles):
+        l_opt, l_slack, width = scale(one)
+        fibre = np.maximum(random.uniform(0.5, longest, 50) * l_opt, 1.05 * width)
+        path = np.sqrt(fibre**2 - width**2) + l_slack * (1.0 + random.uniform(-0.005, 0.045, 50))
+        given[:, m] = np.stack([random.uniform(0.01, 1.0, 50), path, fibre], axis=1)
+    return given
+
+
+def compliant(bench: Bench) -> list[Any]:
+    return [one for one in bench.muscles if not one.get_ignore_tendon_compliance()]
+
+
+def test_fibre_and_tendon_are_in_equilibrium_where_opensim_has_it(bench: Bench) -> None:
+    """50 random activations and path lengths of each muscle: force and fibre length within 1e-4 f_max and l_opt."""
+    muscles = compliant(bench)
+    state = fibre_states(muscles, 1, 1.6)[..., :2]
+    theirs = np.zeros(state.shape)
+    for m, one in enumerate(muscles):
+        for i, (activation, length) in enumerate(state[:, m]):
+            bench.put(one, activation, length)
+            theirs[i, m] = one.getFiberLength(bench.state), one.getTendonForce(bench.state)
+        theirs[:, m, 1] /= one.get_max_isometric_force()
+    result = ours(settle, [as_ours(one) for one in muscles], state)
+    l_opt = np.array([scale(one)[0] for one in muscles])
+    assert theirs[..., 1].max() > 0.9
+    np.testing.assert_allclose(result[..., 0] / l_opt, theirs[..., 0] / l_opt, atol=1e-4)
+    np.testing.assert_allclose(result[..., 1], theirs[..., 1], atol=1e-4)
+
+
+def test_fibre_moves_as_fast_as_in_opensim(bench: Bench) -> None:
+    """Speed over v_max at 50 random activations, path and fibre lengths of each muscle, up to v_max."""
+    muscles = compliant(bench)
+    state = fibre_states(muscles, 2, 1.5)
+    theirs = np.zeros(state.shape[:2])
+    for m, one in enumerate(muscles):
+        for i, (activation, length, fibre) in enumerate(state[:, m]):
+            bench.put(one, activation, length, fibre)
+            theirs[i, m] = one.getFiberVelocity(bench.state) / scale(one)[0] / one.get_max_contraction_velocity()
+    error = np.abs(ours(move, [as_ours(one) for one in muscles], state)[..., 0] - theirs)[np.abs(theirs) < 1.0]
+    assert error.size > 0.3 * theirs.size
+    assert error.max() < 0.01
+    assert np.sqrt(np.mean(error**2)) < 1e-3
+
+
+def test_rigid_tendon_gives_the_force_of_opensim(bench: Bench) -> None:
+    """50 random activations, lengths and speeds of each muscle with a rigid tendon, within 1e-4 f_max."""
+    rigid = [one for one in bench.muscles if one.get_ignore_tendon_compliance()]
+    if not rigid:
+        pytest.skip("all tendons of this model are compliant")
+    random = np.random.default_rng(4)
+    state = np.zeros((50, len(rigid), 3))
+    theirs = np.zeros(state.shape[:2])
+    for m, one in enumerate(rigid):
+        l_opt, l_slack, _ = scale(one)
+        for i in range(50):
+            speed = random.uniform(-1.2, 1.2) * l_opt * one.get_max_contraction_velocity()
+            state[i, m] = random.uniform(0.01, 1.0), l_slack + random.uniform(0.2, 1.6) * l_opt, speed
+            bench.put(one, *state[i, m, :2], speed=speed)
+            theirs[i, m] = one.getTendonForce(bench.state) / one.get_max_isometric_force()
+    assert 0.05 < np.mean(theirs == 0.0) < 0.5
+    np.testing.assert_allclose(ours(pull, [as_ours(one) for one in rigid], state)[..., 0], theirs, atol=1e-4)
+
+
+# Numbers of OpenSim 4.6's own muscles (pip install opensim), typed in.
+
+THELEN_OLD = ThelenCurves(active_width=0.5, passive_shape=4.0, velocity_shape=0.3, lengthening_force=1.8)
+RAJAGOPAL = MillardCurves(active_from=0.25, active_bend=0.77, active_until=1.9, active_slope=0.75)
+GROOTE = DeGrooteCurves(active_width=1.5)
+AT_REST = {  # muscle, its numbers, and activation, path length m -> fibre length m, tendon force N
+    "soleus_r of Rajagopal2016": (
+        Muscle(f_max=6194.84262295, l_opt=0.044, l_slack=0.27675587, pennation=0.38142888, curve_shape=RAJAGOPAL),
+        [(0.5, 0.3212, 0.0400746057, 2743.31576), (0.05, 0.3326, 0.0552167587, 727.578177)],
+    ),
+    "gastroc_r of gait10dof18musc": (
+        Muscle(f_max=2500.0, l_opt=0.06, l_slack=0.39, pennation=0.29670597, curve_shape=MillardCurves()),
+        [(0.5, 0.4524, 0.0540651087, 1132.33684), (0.05, 0.4685, 0.0759388970, 315.367023)],
+    ),
+    "soleus_r of gait2392_thelen2003muscle": (
+        Muscle(
+            f_max=3549.0, l_opt=0.05, l_slack=0.25, pennation=0.43633231, tendon_strain=0.033, curve_shape=THELEN_OLD
+        ),
+        [(0.5, 0.2987, 0.0480124352, 1588.37077), (0.05, 0.3114, 0.0617967522, 386.916877)],
+    ),
+    "TRIlong of arm26": (
+        Muscle(
+            f_max=798.52, l_opt=0.134, l_slack=0.143, pennation=0.20943951, tendon_strain=0.033, curve_shape=THELEN_OLD
+        ),
+        [(0.5, 0.2781, 0.134700075, 391.121968), (0.05, 0.3148, 0.171927881, 115.882337)],
+    ),
+    "DeGrooteFregly2016Muscle": (
+        Muscle(
+            f_max=1200.0, l_opt=0.11, l_slack=0.22, pennation=0.3, tendon_strain=0.06, passive_strain=0.7,
+            curve_shape=GROOTE,
+        ),
+        [(0.5, 0.33, 0.106020665, 583.817324), (0.1, 0.37, 0.148452633, 242.858516), (0.9, 0.35, 0.121976325, 1057.99)],
+    ),
+}  # fmt: skip
+RIGID = {  # and activation, path length m, its rate m/s -> tendon force N
+    "psoas_r of Rajagopal2016": (
+        Muscle(f_max=1426.79016393, l_opt=0.1169, l_slack=0.09954317, pennation=0.21552513, curve_shape=RAJAGOPAL),
+        [(0.5, 0.2033, -0.3507, 188.308275), (0.8, 0.249, 0.2338, 1232.61634)],
+    ),
+    "DeGrooteFregly2016Muscle": (
+        Muscle(
+            f_max=1200.0, l_opt=0.11, l_slack=0.22, pennation=0.3, damping=0.01, passive_strain=0.7, curve_shape=GROOTE
+        ),
+        [(0.5, 0.33, -0.3, 285.727946), (0.1, 0.37, 0.2, 309.690477), (0.9, 0.35, 0.5, 1529.91955)],
+    ),
+}
+
+
+@pytest.mark.parametrize("name", AT_REST)
+def test_typed_equilibria_of_opensim(name: str) -> None:
+    own, states = AT_REST[name]
+    table = np.array(states)
+    result = ours(settle, [own], table[:, None, :2])[:, 0]
+    np.testing.assert_allclose(result[:, 0] / own.l_opt, table[:, 2] / own.l_opt, atol=1e-4)
+    np.testing.assert_allclose(result[:, 1], table[:, 3] / own.f_max, atol=1e-4)
+
+
+@pytest.mark.parametrize("name", RIGID)
+def test_typed_forces_of_opensim_with_rigid_tendons(name: str) -> None:
+    own, states = RIGID[name]
+    table = np.array(states)
+    np.testing.assert_allclose(ours(pull, [own], table[:, None, :3])[:, 0, 0], table[:, 3] / own.f_max, atol=1e-4)
