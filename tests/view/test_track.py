@@ -8,9 +8,10 @@ from warpmuscle.core.errors import Error
 from warpmuscle.core.pose import normalized
 from warpmuscle.formats import load
 from warpmuscle.results.recording import QUANTITIES, Recording
-from warpmuscle.scene import Body, Character, Displacement, Failure, InitialState, Joint, JointState, Scene
+from warpmuscle.scene import Body, Character, Displacement, Failure, InitialState, Joint, JointState, Scene, Sphere
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.simulation.rollout import Rollout
+from warpmuscle.view.curves import panels_of
 from warpmuscle.view.track import doll_of, thinned, track_of
 
 
@@ -57,6 +58,9 @@ def test_positions_follow_where_joint_points_move():
     recording = rollout.recording(0)
     track = track_of(recording, scene)
     assert track.doll.sliding == (1, 3)
+    lines = {line.name for panel in panels_of(recording, scene) for line in panel.lines}
+    assert "cart" in lines
+    assert "cap" not in lines  # it has no coordinate
     assert np.ptp(recording.body_position[:, 1], axis=0).max() > 0.1
     assert np.ptp(track.slid[:, 1], axis=0).max() > 0.01
     positions = track.doll.positions(recording.root_position, recording.body_orientation, track.slid)
@@ -108,3 +112,12 @@ def test_motions_that_cannot_be_shown_are_one_clear_error():
         track_of(moving_biped().window(9.0), fwalk())
     with pytest.raises(Error, match=r"another character than that of the scene 'fwalk'"):
         track_of(random_recording(), fwalk())
+
+
+def test_a_massless_body_is_nothing_to_see_unless_it_has_shapes():
+    hinge = Joint("hinge", "world", "rod", (0.0, 1.0, 0.0), (0.0, 0.3, 0.0), [(1.0, 0.0, 0.0)])
+    bodies = {"world": Body(0.0, (0.0, 0.0, 0.0)), "rod": Body(1.0, (0.1, 0.1, 0.1), [Sphere((0.0, 0.0, 0.0), 0.1)])}
+    character = Character("world", bodies, {"swing": hinge}, "fixed")
+    assert {part.body for part in doll_of(Scene("rod", character), ()).parts} == {1}
+    bodies["world"].shapes = [Sphere((0.0, 1.0, 0.0), 0.05)]
+    assert {part.body for part in doll_of(Scene("rod", character), ()).parts} == {0, 1}

@@ -59,7 +59,8 @@ def info(sources: Sources, settings: Settings = None, trust: Trust = False) -> N
         joint = scene.character.joints[names.joints[i - 1]] if i > 0 else None
         row = ["-", scene.character.root_joint, "world"]
         if joint is not None:
-            row = [names.joints[i - 1], joint.type, joint.parent]
+            kind = f"follows {joint.follows}" if joint.follows else joint.type
+            row = [names.joints[i - 1], kind, joint.parent]
         bodies.add_row(name, f"{numeric.character.bodies[name].mass:g}", *row)
     out.print(bodies)
     if muscles := list(numeric.character.muscles.values()):

@@ -41,11 +41,11 @@ from warpmuscle.scene import (
     Sphere,
 )
 from warpmuscle.scene.joints import joint_type, root_type
+from warpmuscle.scene.masses import massless
 from warpmuscle.scene.muscles import given
 from warpmuscle.scene.number import Free, Number
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.scene.topology import topology
-from warpmuscle.scene.validation.skeleton import massless
 
 _ROLLING = (0.005, 0.0001)  # MuJoCo's defaults of torsional and rolling friction, not used by condim 3
 _OPERATING = (0.5, 1.5)  # fibre lengths over the optimal one that MuJoCo's lengthrange stands for; any two would do

@@ -10,6 +10,7 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.scene import Box, Capsule, Character, Shape
+from warpmuscle.scene.masses import massless
 from warpmuscle.scene.number import Number
 
 Side = Literal["left", "right", "middle"]
@@ -58,11 +59,17 @@ def _extent(shape: Shape) -> tuple[Floats, float | None]:
 
 
 def bone_lines(character: Character, name: str) -> list[Floats]:
-    """Bones (2, 3), m, of a body: from its joint to its children's, or into the shapes of a body that has none."""
+    """Bones (2, 3), m, of a body: from its joint to its children's, or into the shapes of a body that has none.
+
+    A body without mass and shapes is a place between joints, or the world, and has no bones.
+    """
+    body = character.bodies[name]
+    if not body.shapes and massless(body):
+        return []
     joints = character.joints.values()
     start = next((_point(joint.position_in_child) for joint in joints if joint.child == name), np.zeros(3))
     ends = [_point(joint.position_in_parent) for joint in joints if joint.parent == name]
-    return bones(start, ends or [far_end(shape, start) for shape in character.bodies[name].shapes])
+    return bones(start, ends or [far_end(shape, start) for shape in body.shapes])
 
 
 def pieces(character: Character, feet: Sequence[str]) -> list[Piece]:

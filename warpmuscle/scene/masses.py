@@ -9,7 +9,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from warpmuscle.core.errors import SceneError
-from warpmuscle.scene import Character, Muscle, MuscleModel, Scene
+from warpmuscle.scene import Body, Character, Muscle, MuscleModel, Scene
 from warpmuscle.scene.parameters import start_values, substitute
 
 DENSITY = 1059.7  # kg/m^3 (Mendez 1960)
@@ -47,6 +47,16 @@ def at_common_tension(scene: Scene) -> Scene:
     return replace(
         scene, character=character, muscle_model=replace(scene.muscle_model, specific_tension=COMMON_TENSION)
     )
+
+
+def massless(body: Body) -> bool:
+    """Whether a body is nothing but a place between joints."""
+    return all(map(is_zero, (body.mass, *body.inertia)))
+
+
+def is_zero(number: Any) -> bool:
+    """Whether a number of a scene is 0, and no parameter."""
+    return isinstance(number, int | float) and number == 0.0
 
 
 def body_mass(character: Character) -> float:

@@ -74,7 +74,7 @@ def state_at(motion: Recording, frame: int, normal: Floats, character: Character
         | {
             name: _coordinate_state(motion, frame, character, name)
             for name in motion.joint_names
-            if joint_type(character.joints[name]).by_coordinate
+            if joint_type(character.joints[name]).by_coordinate and joint_type(character.joints[name]).moves
         },
     )
 

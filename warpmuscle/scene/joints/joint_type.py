@@ -147,7 +147,8 @@ class JointType:
 
     def components(self, joint: Joint, torque: Floats) -> Floats:
         """Torque (n, 3) in the parent's axes along those of the joint, (n, A)."""
-        return np.asarray(torque @ np.concatenate(self.frame(joint)[: len(self.angles)]).T)
+        axes = np.concatenate([np.zeros((0, 3)), *self.frame(joint)[: len(self.angles)]])
+        return np.asarray(torque @ axes.T)
 
     def pulled_about(self, joint: Joint, q: Floats) -> list[Floats]:
         """Axes (n, 3), one a speed, parent's: along them the device keeps torques and moment arms."""

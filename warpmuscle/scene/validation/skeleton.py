@@ -10,7 +10,7 @@ from warpmuscle.core.number_rows import rows
 from warpmuscle.core.pose import multiply, rotate
 from warpmuscle.scene import Body, Capsule, Character, Joint, Shape, Sphere
 from warpmuscle.scene.joints import TYPES, joint_type
-from warpmuscle.scene.number import Number
+from warpmuscle.scene.masses import is_zero, massless
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.scene.topology import carried, followers, topology
 from warpmuscle.scene.validation.checks import Checks, known, near
@@ -44,19 +44,10 @@ def check_skeleton(checks: Checks) -> None:
         _independent(substitute(checks.checked, start_values(checks.checked)).character)
 
 
-def massless(body: Body) -> bool:
-    """Whether a body is nothing but a place between joints."""
-    return all(map(_nothing, (body.mass, *body.inertia)))
-
-
-def _nothing(number: Number) -> bool:
-    return isinstance(number, int | float) and number == 0.0
-
-
 def _body(checks: Checks, key: str, body: Body) -> None:
     """A body has mass and inertia, or none of both, and proper shapes."""
     if not massless(body):
-        if _nothing(body.mass):
+        if is_zero(body.mass):
             raise SceneError("must be greater than 0, or 0 along with all of the body's inertia", key=f"{key}.mass")
         checks.positive(key, body, "mass")
         for index, moment in enumerate(body.inertia):
