@@ -15,9 +15,11 @@ import warp as wp
 from warpmuscle.kernels.coordinate_joint import along_coordinate
 from warpmuscle.kernels.follower import along_driver
 from warpmuscle.kernels.joint_motion import cubic_rates, has_motion
+from warpmuscle.kernels.kinematics import coordinate_quat
+from warpmuscle.kernels.limits import ball_angles
 from warpmuscle.kernels.muscle_control import counted, wanted_force
 from warpmuscle.kernels.path import PathState, coordinate_gradient, offset_between, segment_moment_arm
-from warpmuscle.kernels.structs import ModelRef, RouteSpan, RouteWrap, ScratchRef, StateRef, at, rolled, whole
+from warpmuscle.kernels.structs import BALL, ModelRef, RouteSpan, RouteWrap, ScratchRef, StateRef, at, rolled, whole
 from warpmuscle.kernels.wrap_cylinder import cylinder_touch
 from warpmuscle.kernels.wrap_sphere import sphere_touch
 from warpmuscle.kernels.wrap_touch import BESIDE, FREE, INSIDE, THROUGH, Touch
@@ -64,8 +66,13 @@ def counts(instance: int, point: int, model: ModelRef, state: StateRef) -> bool:
     paths = model.paths
     joint = paths.condition_joint[condition]
     interval = at(paths.condition_interval, instance, condition)
-    coordinate = model.skeleton.plan[joint].coordinate_start + paths.condition_axis[condition]
-    q = state.coordinates[instance, coordinate]
+    start = model.skeleton.plan[joint].coordinate_start
+    axis = paths.condition_axis[condition]
+    if model.skeleton.plan[joint].joint_type == BALL:
+        row = at(model.skeleton.row, instance, joint)
+        angle = ball_angles(coordinate_quat(state, instance, start), row.axis_a, row.axis_b)[axis]
+        return angle >= interval[0] and angle <= interval[1]
+    q = state.coordinates[instance, start + axis]
     return q >= interval[0] and q <= interval[1]
 
 

@@ -71,7 +71,9 @@ def _trust(given: bool) -> bool:
     return given
 
 
-def load_scene(sources: list[str], keyword_rule: bool = False, settings: list[str] | None = None) -> Scene:
+def load_scene(
+    sources: list[str], keyword_rule: bool = False, settings: list[str] | None = None, ball_joints: bool = False
+) -> Scene:
     """The scene with what `--set` changes, and on the error stream what its files hold that is not used."""
     from warpmuscle.formats import Ignored, load
     from warpmuscle.scene.validation.muscles import SceneWarning
@@ -82,7 +84,7 @@ def load_scene(sources: list[str], keyword_rule: bool = False, settings: list[st
         with warnings.catch_warnings():
             if settings:  # then only what they leave of the scene is in doubt
                 warnings.simplefilter("ignore", SceneWarning)
-            scene = load(*sources, ignored=ignored, keyword_rule=keyword_rule)
+            scene = load(*sources, ignored=ignored, keyword_rule=keyword_rule, ball_joints=ball_joints)
         if settings:
             scene = with_settings(scene, settings)
             for doubt in doubts_of(scene):

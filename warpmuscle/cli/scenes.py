@@ -117,12 +117,15 @@ def convert(
     keyword_rule: Annotated[
         bool, typer.Option("--keyword-rule", help="Muscles drive only joints that a .rbs marks `actuationType muscle`.")
     ] = False,
+    ball_joints: Annotated[
+        bool, typer.Option("--ball-joints", help="Three hinges of a .osim through one point become a ball joint.")
+    ] = False,
     trust: Trust = False,
 ) -> None:
     """Write a scene in another format: TOML, the original program's files, or MuJoCo's (character and ground only)."""
     from warpmuscle.formats import Ignored, mjcf, save
 
-    scene = load_scene(sources, keyword_rule)
+    scene = load_scene(sources, keyword_rule, ball_joints=ball_joints)
     lost: list[Ignored] = []
     if output.suffix == ".xml":
         mjcf.write(scene, output)

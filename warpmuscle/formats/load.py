@@ -27,7 +27,11 @@ SceneLike = Scene | str | PathLike[str]  # a scene, its name, or its file
 
 
 def load(
-    *sources: str | PathLike[str], ignored: list[Ignored] | None = None, keyword_rule: bool = False, trust: bool = False
+    *sources: str | PathLike[str],
+    ignored: list[Ignored] | None = None,
+    keyword_rule: bool = False,
+    trust: bool = False,
+    ball_joints: bool = False,
 ) -> Scene:
     """A checked scene.
 
@@ -39,6 +43,8 @@ def load(
         keyword_rule: muscles drive only the joints that a `.rbs` marks `actuationType muscle`, where it marks any;
             otherwise all that they cross.
         trust: let code run that the scene names as `module:function`, once it is simulated.
+        ball_joints: three hinges of a `.osim` through one point become a ball joint. A motion is the same, but has no
+            gimbal lock, and a step fewer bodies; balance control of the original program's kind asks for such hips.
 
     Warns:
         SceneWarning: one for each thing that is probably a mistake, with file, line and key (see `doubts_of`).
@@ -56,6 +62,7 @@ def load(
         as_kind(list, ignored, "ignored")
     as_truth(keyword_rule, "keyword_rule")
     as_truth(trust, "trust")
+    as_truth(ball_joints, "ball_joints")
     suffixes = [path.suffix.lower() for path in paths]
     if len(paths) == 1 and suffixes[0] not in READ:
         paths, suffixes = [_shipped(str(sources[0]))], [".toml"]
@@ -70,7 +77,10 @@ def load(
         if suffix not in SUFFIXES[1:] and suffixes != [".osim"]:
             raise SceneError(f"{str(path)!r} cannot be combined with other files; only .rbs, .sbc and .rs can")
     notes = Notes()
-    scene = _model(paths[0], notes) if suffixes == [".osim"] else _combine(paths, suffixes, keyword_rule, notes)
+    if suffixes == [".osim"]:
+        scene = _model(paths[0], notes, ball_joints)
+    else:
+        scene = _combine(paths, suffixes, keyword_rule, notes)
     _warn([notes.placed(doubt) for doubt in doubts_of(scene)])
     if ignored is not None:
         ignored.extend(notes.ignored)
@@ -145,11 +155,11 @@ def _available() -> str:
     return f"shipped scenes: {', '.join(scene_names())}"
 
 
-def _model(path: Path, notes: Notes) -> Scene:
+def _model(path: Path, notes: Notes, ball_joints: bool) -> Scene:
     """The scene of an OpenSim model."""
     from warpmuscle.formats.osim.build import load_model  # with what no other scene waits for
 
-    return load_model(path, notes)
+    return load_model(path, notes, ball_joints)
 
 
 def _combine(paths: Sequence[Path], suffixes: Sequence[str], keyword_rule: bool, notes: Notes) -> Scene:

@@ -21,7 +21,7 @@ from warpmuscle.core.pose import euler_xyz, normalized
 from warpmuscle.results.joint_poses import joint_angles
 from warpmuscle.results.motion_of_scene import check_motion_of
 from warpmuscle.results.recording import Recording
-from warpmuscle.scene import OpenSim, Scene
+from warpmuscle.scene import BallCoordinates, OpenSim, Scene
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.joints.displacement import rates
 from warpmuscle.scene.opensim_root import root_values
@@ -87,7 +87,9 @@ def _model_coordinates(motion: Recording, scene: Scene, opensim: OpenSim) -> tup
     root = root_values(opensim, np.asarray(motion.root_position, np.float64), motion.root_orientation)
     values: dict[str, Floats] = dict(zip(opensim.root_coordinates, root.T, strict=True))
     for name in motion.joint_names:
-        if name in motion.coordinate_names:
+        if name in opensim.balls:
+            values |= _ball_coordinates(motion, scene, name, opensim.balls[name])
+        elif name in motion.coordinate_names:
             values[name] = np.asarray(motion.coordinate[:, motion.coordinate_names.index(name)], np.float64)
         elif len(joint_type(scene.character.joints[name]).angles) == 1:
             values[name] = joint_angles(motion, scene.character, name)[:, 0]
@@ -96,6 +98,14 @@ def _model_coordinates(motion: Recording, scene: Scene, opensim: OpenSim) -> tup
     values |= {name: np.full(motion.frames, value) for name, value in opensim.locked.items()}
     columns = [np.degrees(values[name]) if name in opensim.angles else values[name] for name in values]
     return list(values), np.stack(columns, axis=1)
+
+
+def _ball_coordinates(motion: Recording, scene: Scene, name: str, ball: BallCoordinates) -> dict[str, Floats]:
+    """Coordinates of a model, (F,) rad each, that are angles of a ball joint here."""
+    joint = scene.character.joints[name]
+    turned = normalized(motion.joint_orientation[:, motion.joint_names.index(name)])
+    first, second, third = joint_type(joint).angles_of(joint, turned).T
+    return dict(zip(ball.names, (first, -second if ball.turned_round else second, third), strict=True))
 
 
 def _muscles(motion: Recording) -> tuple[list[str], Floats]:

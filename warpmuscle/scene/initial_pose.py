@@ -27,7 +27,7 @@ def initial_pose(scene: Scene) -> tuple[dict[str, tuple[Floats, Floats]], dict[s
         joint = character.joints[name]
         kind = joint_type(joint)
         q, v = kind.start(joint, scene.initial_state.joints.get(name, JointState()))
-        moved[name], angles[name] = (q, v), q[0, : kind.scalars]
+        moved[name], angles[name] = (q, v), kind.angles_of(joint, q)[0]
         motion = kind.motion(joint, *moved[joint.follows or name])
         position, orientation = poses[joint.parent]
         anchor = position + rotate(orientation, plain_vector(joint.position_in_parent) + motion.place[0])

@@ -45,10 +45,10 @@ from warpmuscle.scene.surfaces import (
 )
 
 __all__ = [
-    "PD", "Actuation", "Balance", "Body", "Box", "Capsule", "Character", "Component", "Condition", "Controller",
-    "Coupling", "Curve", "CurveShape", "CylinderSurface", "DeGrooteCurves", "Displacement", "Drive", "EllipsoidSurface",
-    "Excitation", "Failure", "Feedback", "Force", "Ground", "InitialState", "Joint", "JointState", "Marker",
-    "MillardCurves", "Motion", "Muscle", "MuscleModel", "Objective", "OpenSim", "Part", "PointMotion",
+    "PD", "Actuation", "Balance", "BallCoordinates", "Body", "Box", "Capsule", "Character", "Component", "Condition",
+    "Controller", "Coupling", "Curve", "CurveShape", "CylinderSurface", "DeGrooteCurves", "Displacement", "Drive",
+    "EllipsoidSurface", "Excitation", "Failure", "Feedback", "Force", "Ground", "InitialState", "Joint", "JointState",
+    "Marker", "MillardCurves", "Motion", "Muscle", "MuscleModel", "Objective", "OpenSim", "Part", "PointMotion",
     "PolynomialPath", "Pulley", "Reflex", "Reflexes", "Robustness", "Scene", "SearchStage", "Shape", "Side",
     "Sphere", "SphereSurface", "State", "Surface", "ThelenCurves", "TorusSurface", "Tracking", "Trajectory",
     "ViaPoint", "Wrap",
@@ -289,6 +289,13 @@ class Marker(Part):
     position: Annotated[Vector, "m"]  # in the body's frame
 
 
+class BallCoordinates(Part):
+    """Coordinates of a model that are angles of a ball joint here: about its axes swing, swing x twist and twist."""
+
+    names: tuple[str, str, str]
+    turned_round: bool = False  # whether the second one counts the other way
+
+
 class OpenSim(Part):
     """What a scene that was made of an OpenSim model keeps of it, so that motions can go back in the model's words.
 
@@ -302,6 +309,7 @@ class OpenSim(Part):
     root_coordinates: list[str] = []
     locked: Annotated[dict[str, float], "rad or m"] = {}  # coordinates that do not move, and where they are
     couplers: dict[str, Coupling] = {}  # coordinates that are functions of that of a joint
+    balls: dict[str, BallCoordinates] = {}  # by ball joint; of all other joints coordinates have the joint's name
     markers: dict[str, Marker] = {}
     angles: list[str] = []  # coordinates that OpenSim's files have in degrees
 

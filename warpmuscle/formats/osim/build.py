@@ -8,6 +8,7 @@ import numpy as np
 
 from warpmuscle.core.errors import SceneError, shortened
 from warpmuscle.formats.lines import Ignored, Notes
+from warpmuscle.formats.osim.balls import merge_balls
 from warpmuscle.formats.osim.build_forces import build_forces
 from warpmuscle.formats.osim.build_muscles import MuscleBuilder, build_surfaces, on_ground
 from warpmuscle.formats.osim.build_skeleton import Skeleton, build_skeleton
@@ -23,25 +24,26 @@ from warpmuscle.scene.validation.scene import check_scene
 KNOTS = 201  # of a prescribed motion
 
 
-def load_model(path: Path, notes: Notes) -> Scene:
+def load_model(path: Path, notes: Notes, ball_joints: bool = False) -> Scene:
     """A checked scene from a model file.
 
     Args:
         notes: gets what is not used, with its line and with what follows from that.
+        ball_joints: three hinges through one point become a ball joint, see `balls.py`.
 
     Raises:
         SceneError: it cannot be read or represented; with file and line.
     """
     try:
         model = read(path, notes)
-        scene = build(model, notes)
+        scene = build(model, notes, ball_joints)
         check_scene(scene)
     except SceneError as error:
         raise notes.placed(error) from None
     return scene
 
 
-def build(model: Model, notes: Notes) -> Scene:
+def build(model: Model, notes: Notes, ball_joints: bool = False) -> Scene:
     """A scene from records.
 
     Raises:
@@ -69,6 +71,8 @@ def build(model: Model, notes: Notes) -> Scene:
     _prescribe(scene, coordinates)
     build_forces(model, scene, skeleton, coordinates, notes)
     _settle_drives(scene)
+    if ball_joints:
+        merge_balls(scene, coordinates.joint_of)
     _markers(model, skeleton, notes)
     _tell(model, skeleton, coordinates, notes)
     if character.root_joint == "fixed":

@@ -78,6 +78,10 @@ class JointType:
         """How many coordinates are numbers of their own, on which conditions, pulleys and reflexes may depend."""
         return 0 if self.quaternion else len(self.coordinates)
 
+    def angles_of(self, joint: Joint, q: Floats) -> Floats:
+        """The angles or lengths (n, A) that conditions of paths may depend on, by coordinates (n, C)."""
+        return q[:, : self.scalars]
+
     def check(self, checks: Checks, key: str, joint: Joint) -> None:
         """Raise SceneError unless a joint has the axes and limits of its type."""
         if len(joint.axes) != self.axes and not (self.axes_optional and not joint.axes and not joint.limits):

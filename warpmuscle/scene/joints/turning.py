@@ -58,6 +58,19 @@ class Ball(JointType):
     def posed(self, axis: int, angles: Floats, q: Floats) -> Floats:
         return about(np.eye(3)[axis], angles)
 
+    def angles_of(self, joint: Joint, q: Floats) -> Floats:
+        """Those that its limits are of: about swing, swing x twist and twist, as in `kernels.limits.ball_angles`."""
+        swing, twist = self.frame(joint)
+        middle = np.cross(swing, twist)
+
+        def along(axis: Floats, turned: Floats) -> Floats:
+            return np.asarray(np.sum(axis * rotate(q, turned), axis=-1))
+
+        first = np.arctan2(along(middle, twist), along(twist, twist))
+        second = -np.arcsin(np.clip(along(swing, twist), -1.0, 1.0))
+        third = np.arctan2(along(swing, middle), along(swing, swing))
+        return np.stack([first, second, third], axis=-1)
+
     def range(self, joint: Joint, axis: int) -> tuple[float, float] | None:
         return None  # its limits are about other axes
 

@@ -18,13 +18,14 @@ class Condition(Part):
     """The interval of a joint's coordinate in which a via point counts.
 
     The path slides on and off it about both ends, or with a blend of 0 jumps there, as OpenSim's conditional points do.
+    With the angles of a ball joint it jumps; they are those that the joint's limits are of.
     """
 
-    joint: str  # one whose coordinates are numbers: a hinge, universal, slide or coupled joint
+    joint: str
     low: Annotated[Number, "rad or m"]
     high: Annotated[Number, "rad or m"]
     blend: Annotated[Number, "rad or m"] = 0.1  # width of the transition about each end
-    axis: int = 0  # which angle of a universal joint
+    axis: int = 0  # which angle of a universal or ball joint
 
 
 class PointMotion(Displacement):

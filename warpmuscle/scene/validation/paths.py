@@ -246,7 +246,17 @@ def _condition(
     key: str, condition: Condition, character: Character, interval: Callable[[Number], tuple[float, float]]
 ) -> None:
     """A condition has an angle of a joint, and an interval of it."""
-    _angle(key, condition.joint, condition.axis, "condition", character)
+    joint = character.joints.get(condition.joint)
+    if joint is not None and joint_type(joint).quaternion:
+        if condition.blend != 0.0:
+            raise SceneError("a path jumps with the angles of a ball joint: give a blend of 0", key=f"{key}.blend")
+        if not joint.axes:
+            message = f"the ball joint {condition.joint!r} has no axes, about which its angles would be"
+            raise SceneError(message, key=f"{key}.joint")
+        if not 0 <= condition.axis < 3:
+            raise SceneError(f"a ball joint has no angle {condition.axis}", key=f"{key}.axis")
+    else:
+        _angle(key, condition.joint, condition.axis, "condition", character)
     low, high = interval(condition.low)[1], interval(condition.high)[0]
     if low >= high:
         raise SceneError(f"low is not less than high: {low:g}, {high:g}", key=f"{key}.low")
