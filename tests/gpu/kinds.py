@@ -6,10 +6,10 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from muscle_arm import constant, leg
+from muscle_arm import REACH, constant, leg
 from warpmuscle.formats import load
 from warpmuscle.kernels.objective_terms import TERMS
-from warpmuscle.scene import Actuation, Displacement, Force, Motion, Scene
+from warpmuscle.scene import Actuation, Body, Displacement, Force, Joint, Motion, Scene, ViaPoint
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.parameters import start_values, substitute
 
@@ -180,6 +180,28 @@ def coupled() -> Scene:
     return scene
 
 
+def following() -> Scene:
+    """A leg with a patella, a hip of three hinges in a row, and turned axes of inertia."""
+    scene = coupled()
+    character, muscles = scene.character, leg().character.muscles
+    turned = Body(0.2, (1.0e-3, 1.5e-3, 2.0e-3), inertia_axes=(0.3, -0.2, 0.5, 0.8))
+    nothing = Body(0.0, (0.0, 0.0, 0.0))
+    character.bodies |= {"patella": turned, "flexed": nothing, "tilted": nothing}
+    hip = character.joints["hip"]
+    hip.type, hip.child, hip.axes, hip.position_in_child = "hinge", "flexed", [(1.0, 0.0, 0.0)], (0.0, 0.0, 0.0)
+    centre = (0.0, 0.0, 0.0)
+    character.joints["tilt"] = Joint("hinge", "flexed", "tilted", centre, centre, [(0.0, 0.0, 1.0)])
+    character.joints["turn"] = Joint("hinge", "tilted", "thigh", centre, (0.0, REACH, 0.0), [(0.0, 1.0, 0.0)])
+    turns = [Displacement((1.0, 0.0, 0.0), slope=0.6)]
+    moves = [Displacement((0.0, 1.0, 0.0), polynomial=[0.0, -0.02, 0.0, 0.01, 0.004])]
+    character.joints["patella"] = Joint(
+        "coupled", "thigh", "patella", (0.0, -REACH, 0.05), centre, rotations=turns, translations=moves, follows="knee"
+    )
+    muscles["knee"].path.insert(1, ViaPoint("patella", (0.0, 0.01, 0.01)))
+    character.muscles = muscles
+    return scene
+
+
 KINDS: dict[str, Callable[[Path], Scene]] = {
     "torques": lambda _: walk(),
     "rigid": lambda _: walk("walk56"),
@@ -198,6 +220,7 @@ KINDS: dict[str, Callable[[Path], Scene]] = {
     "forces": lambda _: forced(),
     "slide": lambda _: sliding(),
     "coupled": lambda _: coupled(),
+    "following": lambda _: following(),
     "held": lambda _: held(),
     "implicit PD": lambda _: implicit_pd(),
     "user functions": of_users,

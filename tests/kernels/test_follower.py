@@ -13,6 +13,7 @@ from warpmuscle.scene import (
     Actuation,
     Body,
     Character,
+    CylinderSurface,
     Displacement,
     Failure,
     Ground,
@@ -21,8 +22,11 @@ from warpmuscle.scene import (
     JointState,
     Motion,
     Muscle,
+    PointMotion,
     Scene,
+    SphereSurface,
     ViaPoint,
+    Wrap,
 )
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.topology import Topology, coordinate_names, topology
@@ -35,7 +39,7 @@ TURNS = [
     Displacement((0.2, 0.9, -0.3), x=[-2.0, -1.0, 0.0, 1.0, 2.0], y=[-0.3, 0.1, 0.2, -0.1, 0.4]),
     Displacement((1.0, 0.3, 0.0), 0.1, 0.8),
 ]
-MOVES = [Displacement(Y, polynomial=[0.01, -0.03, 0.02]), Displacement(Z, slope=0.04)]
+MOVES = [Displacement(Y, polynomial=[0.01, -0.03, 0.02, 0.0, 0.01]), Displacement(Z, slope=0.04)]
 
 
 def follower(parent: str, child: str, follows: str, scale: float = 1.0) -> Joint:
@@ -183,6 +187,35 @@ def test_muscles_pull_on_the_joint_that_their_bodies_follow():
     still = numbers_alone(names, v)
     ahead, behind = (lengths(scene, moved(q, still, names, sign * 1e-6)) for sign in (1.0, -1.0))
     np.testing.assert_allclose(put(scene, q, still).muscle_paths().speed, (ahead - behind) / 2e-6, atol=5e-6)
+
+
+def test_a_path_that_wraps_and_moves_on_followers_has_the_moment_arm_of_its_length():
+    scene = walker()
+    scene.character.surfaces = {
+        "condyle": CylinderSurface("shank", (0.0, 0.15, 0.0), 0.06, 0.5, (0.0, np.pi / 2.0, 0.0)),
+        "disc": SphereSurface("l3", (0.0, 0.0, -0.03), 0.05),
+    }
+    moving = ViaPoint("patella", (0.0, 0.02, 0.04), motion=[PointMotion(Z, slope=0.02, joint="knee")])
+    routes = {
+        "vastus": ([ViaPoint("thigh", (0.0, 0.1, 0.08)), moving, ViaPoint("toe", (0.0, -0.05, 0.07))], "condyle"),
+        "back": ([ViaPoint("pelvis", (0.0, 0.0, -0.05)), ViaPoint("head", (0.0, 0.1, -0.04))], "disc"),
+    }
+    for name, (path, surface) in routes.items():
+        scene.character.muscles[name] = Muscle(path=path, wraps=[Wrap(surface)], f_max=8.0, l_opt=0.1, l_slack=0.1)
+    q, v = states(scene, 12)
+    stages, step = put(scene, q, v), 2e-3
+    found, names = stages.muscle_paths(), stages.names
+    for joint, muscle in (("knee", 0), ("l5", 1)):
+        body = names.body_of_joint(joint)
+        unit = step * np.eye(q.shape[1])[names.coordinates_of(body).start]
+        ahead, behind = (put(scene, q + sign * unit, v).muscle_paths().length[:, muscle] for sign in (1.0, -1.0))
+        axis = np.asarray(rotate(stages.forward_kinematics()["orientation"][:, body], joint_axis(scene, joint)))
+        (crossing,) = [
+            c for c, at in enumerate(zip(found.muscle, found.joint, strict=True)) if at == (muscle, body - 1)
+        ]
+        arm = np.sum(found.moment_arm[:, crossing] * axis, axis=1)
+        assert np.ptp(arm) > 0.01
+        np.testing.assert_allclose(arm, (ahead - behind) / (2.0 * step), atol=3e-4)
 
 
 CROSSED = {"knee": {"vastus", "rectus", "toes", "short"}, "l5": {"erector"}}
