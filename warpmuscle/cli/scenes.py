@@ -113,7 +113,9 @@ def fit_muscles(
 
 def convert(
     sources: Sources,
-    output: Annotated[Path, typer.Option("--output", "-o", help=".toml, or .rbs, .sbc or .rs for all three; or .xml.")],
+    output: Annotated[
+        Path, typer.Option("--output", "-o", help=".toml, .osim, .xml; or .rbs, .sbc, .rs for all three.")
+    ],
     keyword_rule: Annotated[
         bool, typer.Option("--keyword-rule", help="Muscles drive only joints that a .rbs marks `actuationType muscle`.")
     ] = False,
@@ -122,7 +124,7 @@ def convert(
     ] = False,
     trust: Trust = False,
 ) -> None:
-    """Write a scene in another format: TOML, the original program's files, or MuJoCo's (character and ground only)."""
+    """Write a scene as TOML, as the original program's files, or its character and ground for OpenSim or MuJoCo."""
     from warpmuscle.formats import Ignored, mjcf, save
 
     scene = load_scene(sources, keyword_rule, ball_joints=ball_joints)

@@ -21,7 +21,7 @@ from warpmuscle.scene.validation.muscles import SceneWarning
 from warpmuscle.scene.validation.scene import check_scene
 from warpmuscle.scene.validation.start import doubts_of
 
-SUFFIXES = (".toml", ".rbs", ".sbc", ".rs")  # of files that are read and written
+SUFFIXES = (".toml", ".rbs", ".sbc", ".rs")
 READ = (*SUFFIXES, ".osim")
 SceneLike = Scene | str | PathLike[str]  # a scene, its name, or its file
 

@@ -1,4 +1,4 @@
-"""Scenes into TOML files, or into the three files of the original program."""
+"""Scenes into TOML files, OpenSim's models, or the three files of the original program."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from warpmuscle.core.errors import SceneError
 from warpmuscle.core.files import replace_files
 from warpmuscle.formats import simbicon, toml
 from warpmuscle.formats.lines import Ignored
-from warpmuscle.formats.load import SUFFIXES, SceneLike, load, scene_of, summary
+from warpmuscle.formats.load import READ, SceneLike, load, scene_of, summary
 from warpmuscle.scene import Actuation, JointState, Scene
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.parameters import leaves, start_values, substitute
@@ -28,11 +28,11 @@ ABSENT = object()
 
 
 def save(scene: SceneLike, path: str | Path, ignored: list[Ignored] | None = None) -> None:
-    """Write a scene: as TOML, or as `.rbs`, `.sbc` and `.rs` files of the same stem next to each other.
+    """Write a scene: as TOML, as a model of OpenSim, or as `.rbs`, `.sbc` and `.rs` files next to each other.
 
     Args:
         scene: what to write, a scene or the name or file of one; it is checked first.
-        path: its suffix decides; any of .rbs, .sbc and .rs stands for all three.
+        path: its suffix decides; any of .rbs, .sbc and .rs stands for all three, .osim for a model of OpenSim.
         ignored: gets what these files cannot hold; without it, that is summed up in a warning.
 
     Raises:
@@ -42,17 +42,26 @@ def save(scene: SceneLike, path: str | Path, ignored: list[Ignored] | None = Non
     if ignored is not None:
         as_kind(list, ignored, "ignored")
     suffix = path.suffix.lower()
-    if suffix not in SUFFIXES:
-        raise SceneError(f"{path.name!r}: a scene is written as {', '.join(SUFFIXES)}")
+    if suffix not in READ:
+        raise SceneError(f"{path.name!r}: a scene is written as {', '.join(READ)}")
     if suffix == ".toml":
         toml.write(scene, path)
         return
     check_scene(scene)
-    lost = _write_three(scene, path)
+    lost = _write_model(scene, path) if suffix == ".osim" else _write_three(scene, path)
     if ignored is not None:
         ignored.extend(lost)
     elif lost:
         warnings.warn(summary(lost, "not all was written:"), stacklevel=2)
+
+
+def _write_model(scene: Scene, path: Path) -> list[Ignored]:
+    """Write an OpenSim model; what it cannot hold."""
+    from warpmuscle.formats.osim.write import write
+
+    plain = substitute(scene, start_values(scene))
+    free = [Ignored(path, 0, key, FIXED) for key, number in leaves(scene) if isinstance(number, Free)]
+    return free + write(plain, path)
 
 
 def _write_three(scene: Scene, path: Path) -> list[Ignored]:

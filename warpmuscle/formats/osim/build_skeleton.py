@@ -99,6 +99,8 @@ def _branch(model: Model, branch: Branch, skeleton: Skeleton, coordinates: Coord
         character.bodies[name] = body
         notes.places[f"character.bodies.{name}"] = (model.file, branch.body.line)
     for name, made in row.joints.items():
+        if made.type == "fixed" and (name in character.joints or name in ("root", "")):
+            name = f"{branch.body.name}_weld"  # no coordinate has this name, so that it may be another one
         if name in character.joints or name in ("root", ""):
             raise refused(model, joint.line, f"two joints would be called {name!r}; rename a coordinate of this one")
         character.joints[name] = made
