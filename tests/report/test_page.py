@@ -3,11 +3,11 @@
 import builtins
 import dataclasses
 import re
-from html.parser import HTMLParser
 
 import numpy as np
 import pytest
 
+from html_page import Page
 from muscle_arm import arm
 from small_result import arm_motion, no_parameters, search_result, walk_result, walk_scene
 from warpmuscle.core.errors import Error
@@ -20,29 +20,6 @@ from warpmuscle.report.summary import shares
 from warpmuscle.results.records import Options, Result, Staged
 from warpmuscle.scene import SearchStage
 from warpmuscle.scene.parameters import start_values, substitute
-
-
-class Page(HTMLParser):
-    """Texts and references of a page, and whether its elements are closed in order."""
-
-    VOID = ("meta", "img", "link", "br", "input", "hr")
-
-    def __init__(self, text: str) -> None:
-        super().__init__()
-        self.open, self.texts, self.links, self.ids = [], [], [], []
-        self.feed(text)
-
-    def handle_starttag(self, tag, attributes):
-        if tag not in self.VOID:
-            self.open.append(tag)
-        self.links += [value for name, value in attributes if name in ("src", "href")]
-        self.ids += [value for name, value in attributes if name == "id"]
-
-    def handle_endtag(self, tag):
-        assert self.open.pop() == tag
-
-    def handle_data(self, data):
-        self.texts.append(data.strip())
 
 
 @pytest.fixture(scope="module")

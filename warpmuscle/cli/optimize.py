@@ -23,7 +23,7 @@ from warpmuscle.cli.common import (
     start_warp,
     writable,
 )
-from warpmuscle.cli.console import out, print_gait, print_warnings
+from warpmuscle.cli.console import log, out, print_gait, print_warnings
 from warpmuscle.cli.progress_bar import ProgressBar
 from warpmuscle.core.errors import Error
 from warpmuscle.simulation.cuda_warmup import start_driver
@@ -121,6 +121,7 @@ def optimize(
         raise Error("optimize takes a scene, or --resume and a file")
     _print_result(result, bar, scene)
     out.print(f"wrote {output}")
+    _show_walks(result, output, device, threads)
 
 
 def seconds(text: str) -> float:
@@ -186,6 +187,24 @@ def _print_result(result: Result, bar: ProgressBar, begun: Scene | None) -> None
         )
     if begun is None or not mass_warnings(begun):  # else it was said at the beginning
         print_warnings(mass_warnings(plain))
+
+
+def _show_walks(result: Result, output: Path, device: str | None, threads: int | None) -> None:
+    """Print what a search for a person's walk began with beside what it found, and write a page of both."""
+    from warpmuscle.core.files import replace_file
+    from warpmuscle.report.before_after import before_and_after, is_to_walk, lines, page
+
+    if not is_to_walk(result):
+        return
+    with log.status("walking as before and after"):
+        walks = before_and_after(result, device=device, threads=threads)
+        text = page(*walks, result.command)
+    out.print("")
+    for line in lines(*walks):
+        out.print(line, markup=False)
+    path = output.with_name(f"{output.stem}_before_after.html")
+    replace_file(path, text)
+    out.print(f"wrote {path}: both side by side")
 
 
 def stands_still(scene: Scene, gait: Gait) -> bool:

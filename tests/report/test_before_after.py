@@ -1,0 +1,74 @@
+"""Before and after a search: what was searched is walked again, the table says what was measured, the page has both."""
+
+import re
+
+import numpy as np
+import pytest
+
+from html_page import Page
+from short_walks import limp, plain_walk, short_walk
+from warpmuscle.core.status import Status
+from warpmuscle.gait.quality import gait_measures
+from warpmuscle.optimization.optimize import optimize
+from warpmuscle.report import before_after
+from warpmuscle.report.before_after import Walked, before_and_after, is_to_walk, lines, page, rows, watch
+from warpmuscle.scene.parameters import start_values
+
+
+@pytest.fixture(autouse=True)
+def short_runs(monkeypatch):
+    monkeypatch.setattr(before_after, "RUNS", 3)
+    monkeypatch.setattr(before_after, "LASTING", 4.0)
+
+
+@pytest.fixture(scope="module")
+def walks() -> tuple[Walked, Walked]:
+    """A character that has no gains, and the original walk."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(before_after, "RUNS", 3)
+        patch.setattr(before_after, "LASTING", 4.0)
+        return watch(limp(), device="cpu"), watch(plain_walk(), device="cpu")
+
+
+def test_what_falls_and_what_walks_is_told_apart(walks):
+    limp_one, walk = walks
+    assert (limp_one.status, limp_one.falls, walk.status, walk.falls) == (Status.FELL, 3, Status.COMPLETED, 0)
+    assert limp_one.motion.time[-1] < 2.0 < walk.motion.time[-1]
+    assert walk.measures == gait_measures(walk.motion, walk.scene)
+
+
+def test_table_says_what_was_measured(walks):
+    limp_one, walk = walks
+    found = {name: cells for name, *cells in rows(*walks)}
+    assert found["walks on its own"][:2] == [f"{limp_one.motion.time[-1]:.1f} s, then fell", "4 s"]
+    assert found["speed, m/s"] == ["", f"{walk.measures['speed']:.2f}", "1.27 to 1.46"]
+    assert not any(name.startswith("cost of transport") for name in found)  # it has no muscles
+    told = lines(*walks)
+    assert told[0].split() == ["before", "after", "people"]
+    assert len(told) == len(found) + 1
+    assert re.search(r"falls of 3 runs with noise of 0\.1 m/s +3 +0", "\n".join(told).replace("20", "3"))
+
+
+def test_page_is_whole_and_has_both_walks_and_what_made_it(walks):
+    text = page(*walks, "warpmuscle optimize <x>")
+    found = Page(text)
+    assert found.open == []
+    assert [link for link in found.links if link] == []
+    assert "warpmuscle optimize <x>" in "".join(found.texts)
+    assert "&quot;before&quot;" in text
+    assert "&quot;after&quot;" in text
+
+
+def test_a_search_is_walked_with_its_first_and_its_best_numbers():
+    scene = short_walk(0.2)
+    scene.objective.norms = 1.0
+    result = optimize(scene, 4, device="cpu", search="random", population=4)
+    before, after = before_and_after(result, device="cpu")
+    gains = [[walk.scene.controller.pd[joint].kp for joint in ("lHip", "lKnee")] for walk in (before, after)]
+    np.testing.assert_array_equal(gains, [start_values(scene), result.best.params])
+    assert is_to_walk(result)
+
+
+def test_only_searches_for_walks_of_people_are_walked_again():
+    result = optimize(short_walk(0.05), 2, device="cpu", search="random", population=2)
+    assert not is_to_walk(result)

@@ -1,0 +1,143 @@
+"""A walk before a search and after it: both in one table beside people's, and side by side on one page."""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import msgspec
+
+from warpmuscle.core.errors import Error
+from warpmuscle.core.status import Status
+from warpmuscle.gait.quality import Measures, gait_measures
+from warpmuscle.gait.table import human, unit_of
+from warpmuscle.optimization.best_scene import recorded_scene, scene_in
+from warpmuscle.results.recording import Recording
+from warpmuscle.results.records import Result
+from warpmuscle.scene import Scene
+from warpmuscle.scene.accounting import accounting
+from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.simulation.multi_device import make_rollout
+from warpmuscle.studies.robustness import upright
+from warpmuscle.view.page import iframe, replay_html
+
+RUNS, NOISE, LASTING = 20, 0.1, 10.0  # disturbed runs, m/s of noise at their start, s of each
+RATE = 200.0  # frames/s, for what happens when a foot lands
+WALKED = "walks on its own"
+FALLS = f"falls of {RUNS} runs with noise of {NOISE:g} m/s"
+# Decimals of the measures that are told.
+MEASURES = {
+    "speed": 2,
+    "cost of transport": 1,
+    "angles outside the norms": 2,
+    "deviation of the three angles": 2,
+    "deviation of the ground force": 2,
+    "stance": 0,
+    "double support": 0,
+}
+_STYLE = """body { font: 16px/1.5 system-ui, sans-serif; max-width: 62rem; margin: 2rem auto; padding: 0 1rem; }
+table { border-collapse: collapse; } th, td { padding: .2rem .9rem; border-bottom: 1px solid #ccc; text-align: left; }
+td.number { text-align: right; font-variant-numeric: tabular-nums; } @media (prefers-color-scheme: dark) {
+body { background: #16181c; color: #e6e6e6; } th, td { border-color: #444; } }"""
+_HEIGHT = 620  # px
+
+
+@dataclass(frozen=True)
+class Walked:
+    """How a walk went, alone and disturbed."""
+
+    scene: Scene  # without free parameters
+    motion: Recording
+    status: Status
+    falls: int  # of `RUNS`
+    measures: Measures  # none of a motion without whole gait cycles
+
+
+def watch(scene: Scene, *, device: str | None = None, threads: int | None = None) -> Walked:
+    """Let a scene without free parameters walk, once undisturbed and `RUNS` times with noise at the start."""
+    lasting = msgspec.structs.replace(scene, duration=LASTING)
+    rollout = make_rollout(lasting, 1, device, record=[0], record_rate=RATE, threads=threads)
+    rollout.run()
+    motion, status = rollout.recording(), Status(rollout.status()[0])
+    try:
+        measures = gait_measures(motion, scene)
+    except Error:
+        measures = {}
+    falls = RUNS - upright(scene, RUNS, NOISE, LASTING, device=device, threads=threads)
+    return Walked(scene, motion, status, falls, measures)
+
+
+def is_to_walk(result: Result) -> bool:
+    """Whether a search was for the walk of a person, by norms, and found something."""
+    if result.best is None or result.evaluations is None:
+        return False
+    scene = recorded_scene(result)
+    return scene.feet is not None and bool(scene.objective.norms)
+
+
+def before_and_after(result: Result, *, device: str | None = None, threads: int | None = None) -> tuple[Walked, Walked]:
+    """The walk that a search began with, and its best one."""
+    start = scene_in(result)
+    first = substitute(start, start_values(start))
+    before, after = (watch(scene, device=device, threads=threads) for scene in (first, recorded_scene(result)))
+    return before, after
+
+
+def rows(before: Walked, after: Walked) -> list[tuple[str, str, str, str]]:
+    """What the table says, a row a measure: its name, before, after, people's; empty where there is no number."""
+    found = [
+        (WALKED, _how_long(before), _how_long(after), ""),
+        (FALLS, str(before.falls), str(after.falls), ""),
+    ]
+    for name, decimals in MEASURES.items():
+        first, last = (walk.measures.get(name) for walk in (before, after))
+        if first is not None or last is not None:
+            found.append((f"{name}, {unit_of(name)}", _shown(first, decimals), _shown(last, decimals), human(name)[0]))
+    return found
+
+
+def lines(before: Walked, after: Walked) -> list[str]:
+    """The table as plain text, and how its energy is counted."""
+    table = [("", "before", "after", "people"), *rows(before, after)]
+    widths = [max(len(row[k]) for row in table) for k in range(4)]
+    shown = [
+        f"{name:{widths[0]}}  " + "  ".join(f"{cell:>{width}}" for cell, width in zip(cells, widths[1:], strict=True))
+        for name, *cells in table
+    ]
+    return [*(line.rstrip() for line in shown), *_counted(after)]
+
+
+def page(before: Walked, after: Walked, command: str = "") -> str:
+    """Both walks side by side and the table, as one page that needs nothing but a browser."""
+    title = html.escape(f"{after.scene.name}, before and after the search")
+    replay = replay_html(
+        [before.motion, after.motion], [before.scene, after.scene], ["before", "after"], title=title, plots=False
+    )
+    head = "".join(f"<th>{name}</th>" for name in ("", "before", "after", "people"))
+    body = "\n".join(f"<tr><td>{html.escape(name)}</td>{_cells(cells)}</tr>" for name, *cells in rows(before, after))
+    notes = "".join(f"<p>{html.escape(line)}</p>\n" for line in [*_counted(after), *([command] if command else [])])
+    return (
+        f'<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n<title>{title}</title>\n'
+        f"<style>{_STYLE}</style>\n</head>\n<body>\n<h1>{title}</h1>\n{iframe(replay, _HEIGHT)}\n"
+        f"<table>\n<tr>{head}</tr>\n{body}\n</table>\n{notes}</body>\n</html>\n"
+    )
+
+
+def _shown(value: float | None, decimals: int) -> str:
+    return "" if value is None else f"{value:.{decimals}f}"
+
+
+def _how_long(walk: Walked) -> str:
+    end = float(walk.motion.time[-1]) if walk.motion.frames else 0.0
+    return f"{end:.0f} s" if walk.status == Status.COMPLETED else f"{end:.1f} s, then {walk.status.word}"
+
+
+def _cells(cells: Sequence[str]) -> str:
+    return "".join(f'<td class="number">{html.escape(cell)}</td>' for cell in cells)
+
+
+def _counted(walk: Walked) -> list[str]:
+    """How metabolic energy is counted, if it is told."""
+    words = accounting(walk.scene, walk.motion.muscle_names)
+    return [f"cost of transport by {words}"] if words and walk.measures.get("cost of transport") is not None else []
