@@ -52,7 +52,9 @@ def bends_of(count: int) -> Any:
         second: wp.types.matrix(shape=(count, 3), dtype=float)  # m, and leaves it
         arc: wp.types.vector(length=count, dtype=float)  # m, on each
         after: wp.types.vector(length=count, dtype=int)  # the stop before, NOWHERE if the route does not touch it
-        kept: wp.types.vector(length=count, dtype=int)  # 1: the places stay what they are
+        kept: wp.types.vector(length=count, dtype=int)  # 1: measured from those of the first round:
+        kept_first: wp.types.matrix(shape=(count, 3), dtype=float)
+        kept_second: wp.types.matrix(shape=(count, 3), dtype=float)
 
     return Bends
 
@@ -216,9 +218,8 @@ def bend_of(kind: RouteKind) -> Any:
                         best = detour
                         found = stop
                         bends.arc[w] = touch.arc
-                        if bends.kept[w] == 0:
-                            bends.first[w] = center + axes * touch.first
-                            bends.second[w] = center + axes * touch.second
+                        bends.first[w] = center + axes * touch.first
+                        bends.second[w] = center + axes * touch.second
                     if result == THROUGH:
                         break
             stop = point
@@ -308,6 +309,8 @@ def walk_of(kind: RouteKind, acting: bool, coordinate_joints: bool = False, foll
             fixed = wp.int32(0)
             if onto >= 0:
                 b = bends.first[onto]
+                if wp.static(count > 1) and bends.kept[onto] == 1:
+                    b = bends.kept_first[onto]
                 stop = WRAP_BIT + onto
             else:
                 next_point += 1
@@ -333,6 +336,8 @@ def walk_of(kind: RouteKind, acting: bool, coordinate_joints: bool = False, foll
                 if onto >= 0:
                     total += bends.arc[onto]
                     a = bends.second[onto]
+                    if wp.static(count > 1) and bends.kept[onto] == 1:
+                        a = bends.kept_second[onto]
                 onto = bend_after(stop, wraps, bends.after)
         return total
 
@@ -382,8 +387,10 @@ def route_stretch_of(kind: RouteKind, coordinate_joints: bool = False, followers
                     w = 1 - k
                 remove(w, wraps, bends)
                 result = bend(instance, w, span, bends, model, state, work)
-                if wp.static(not exact) and bends.after[w] != NOWHERE:
+                if wp.static(not exact) and bends.after[w] != NOWHERE and bends.kept[w] == 0:
                     bends.kept[w] = 1
+                    bends.kept_first[w] = bends.first[w]
+                    bends.kept_second[w] = bends.second[w]
                 if k == 0:
                     one = result
                 if k == 1:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -42,8 +42,8 @@ def wrapped(
 ) -> list[Stop]:
     """The stops of a path, in order.
 
-    OpenSim keeps the places where a path first reached and left each surface and goes on from there in all rounds, so
-    that only the lengths on surfaces are those of the last round (the places are cached in its state).
+    OpenSim measures straight segments between the places where the path first reached and left each surface, which
+    are cached in its state, though all rounds go on from the new ones; lengths on surfaces are those of the last round.
 
     Args:
         points: (3,) m each, world. active: which of them count. surfaces: in the order of the path's wraps.
@@ -57,20 +57,23 @@ def wrapped(
         for wrap in order:
             stops = [stop for stop in stops if stop.wrap != wrap]
             stops, kind = _round(stops, wrap, surfaces)
-            around = [k for k, stop in enumerate(stops) if stop.wrap == wrap]
-            if around and not exact:
-                kept = first.setdefault(wrap, [stops[k].place for k in around])
-                for k, place in zip(around, kept, strict=True):
-                    stops[k] = replace(stops[k], place=place)
+            if not exact and (around := [stop.place for stop in stops if stop.wrap == wrap]):
+                first.setdefault(wrap, around)
             kinds.append(kind)
-        length = path_length(stops)
+        length = path_length(_kept(stops, first))
         if abs(length - before) < SETTLED:
             break
         before = length
         if turn == 0 and kinds[:2] == [FREE, INSIDE]:
             order[:2] = 1, 0
             stops = [stop for stop in stops if stop.wrap != 0]
-    return stops
+    return _kept(stops, first)
+
+
+def _kept(stops: list[Stop], first: Mapping[int, list[Floats]]) -> list[Stop]:
+    """The stops with those on surfaces where the path first touched them."""
+    left = {wrap: iter(places) for wrap, places in first.items()}
+    return [replace(stop, place=next(left[stop.wrap])) if stop.wrap in left else stop for stop in stops]
 
 
 def path_length(stops: Sequence[Stop]) -> float:
