@@ -314,3 +314,59 @@ def test_a_scene_file_names_and_recordings_know_followers(tmp_path):
     assert coordinates[7:] == ("hip.qx", "hip.qy", "hip.qz", "hip.qw", "l5", "knee", "neck.0", "neck.1")
     with pytest.raises(SceneError, match="MuJoCo has no coupled joint"):
         mjcf.dumps(scene)
+
+
+def spine(kind: str, followed: bool, **more: Any) -> Scene:
+    """Vertebrae on springs and limits; the lowest is a hinge, or the coupled joint that is the same."""
+    scene = walker("fixed")
+    character = scene.character
+    kept = {"l5", "l4", "l3", "neck"}
+    character.joints = {name: joint for name, joint in character.joints.items() if name in kept}
+    character.bodies = {name: character.bodies[name] for name in ("pelvis", "l5", "l4", "l3", "head")}
+    lowest = character.joints["l5"]
+    lowest.limits = [(-0.1, 0.4)]
+    if kind == "coupled":
+        lowest.type, lowest.rotations, lowest.axes = "coupled", [Displacement(lowest.axes[0], slope=1.0)], []
+    if not followed:
+        for name in ("l4", "l3"):
+            character.joints[name].type, character.joints[name].follows = "fixed", ""
+            character.joints[name].rotations, character.joints[name].translations = [], []
+    state = JointState(coordinate=0.3, speed=2.0)
+    if kind == "hinge":
+        axis = np.array(lowest.axes[0]) / np.linalg.norm(lowest.axes[0])
+        state = JointState(tuple(about(axis, 0.3).tolist()), tuple((2.0 * axis).tolist()))
+    scene.initial_state = InitialState(joints={"l5": state})
+    scene.failure, scene.duration = Failure(com_height=0.0, heading=0.0), 0.5
+    scene.actuation = {"l5": Actuation("passive", stiffness=30.0, damping=0.5), "neck": Actuation("torque")}
+    for field, value in more.items():
+        setattr(scene, field, value)
+    return scene
+
+
+def test_a_hinge_that_is_followed_is_the_coupled_joint_that_turns_as_it_does():
+    hinge, coupled = (recorded(spine(kind, True)) for kind in ("hinge", "coupled"))
+    for one, other in zip(hinge, coupled, strict=True):
+        assert np.ptp(one[:, -3]) > 0.2
+        np.testing.assert_allclose(one, other, atol=2e-3)
+
+
+def test_a_hinge_that_nothing_heavy_follows_swings_as_one_that_is_not_followed():
+    plain, scene = spine("hinge", False), spine("hinge", False)
+    scene.character.bodies["charm"] = Body(1.0e-7, (1.0e-10, 1.0e-10, 1.0e-10))
+    scene.character.joints["charm"] = follower("pelvis", "charm", "l5")
+    for one, other in zip(recorded(plain), recorded(scene), strict=True):
+        np.testing.assert_allclose(one, other, atol=2e-3)
+
+
+def test_a_prescribed_hinge_moves_its_followers():
+    time = np.linspace(0.0, 0.5, 11)
+    motion = {"l5": Motion(time=time.tolist(), value=(0.3 * np.sin(6.0 * time)).tolist())}
+    drives = {"l5": Actuation("kinematic"), "neck": Actuation("torque")}
+    scene = spine("hinge", True, motion=motion, actuation=drives)
+    scene.initial_state = InitialState()
+    q, v = recorded(scene)
+    at = np.arange(100, 900, 100)
+    a = (v[at + 4] - v[at - 4]) / 0.004
+    needed = inverse_dynamics(scene, q[at], v[at], a)
+    assert np.abs(needed[:, 0]).max() > 1.0
+    np.testing.assert_allclose(needed[:, 1:], 0.0, atol=5e-3)
