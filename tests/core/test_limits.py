@@ -1,4 +1,4 @@
-"""What is too large is refused before work starts by the name of its limit, and the README lists all limits."""
+"""What is too large is refused before work starts, by the name of its limit."""
 
 import os
 import re
@@ -229,12 +229,6 @@ def test_the_greatest_size_is_allowed_and_what_is_no_number_is_not():
     for size in (LIMITS["steps"].most + 1, np.inf, np.nan):
         with pytest.raises(Error, match="limit `steps`"):
             check_size("steps", size)
-
-
-def test_the_readme_lists_all_limits():
-    text = (ROOT / "README.md").read_text()
-    for name, limit in LIMITS.items():
-        assert f"| `{name}` | {limit.most:,} {limit.of} | {limit.why} |" in text
 
 
 @pytest.mark.parametrize("name", ["a.toml", "a.rbs", "a.osim", "a.csv", "a.sto", "a.c3d"])

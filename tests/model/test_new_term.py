@@ -1,4 +1,4 @@
-"""README's recipe for a term of the objective, followed in a copy of the package, changes the cost."""
+"""The documentation's recipe for a term of the objective, followed in a copy of the package, changes the cost."""
 
 import os
 import shutil

@@ -77,6 +77,13 @@ def test_random_search_goes_on_with_the_candidates_that_it_would_have_had(scene,
     np.testing.assert_array_equal(result.replays[0].com, whole.replays[0].com)
 
 
+def test_a_search_goes_on_for_some_time_with_any_number_of_candidates(scene, tmp_path):
+    optimize(scene, 4, output=tmp_path / "a.h5", device="cpu")
+    result = resume(tmp_path / "a.h5", until=0.5)
+    assert result.evaluations is not None
+    assert len(result.evaluations.cost) > 4
+
+
 def test_kill_at_any_write_loses_nothing_but_the_generation_in_progress(
     scene, options, uninterrupted, tmp_path, monkeypatch
 ):

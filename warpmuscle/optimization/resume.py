@@ -72,7 +72,7 @@ def resume(
         more = ANY_NUMBER if candidates is None and until is not None else candidates
         options = changed(
             options,
-            candidates=options.candidates if more is None else evaluated + more,
+            candidates=options.candidates if more is None else min(evaluated + more, ANY_NUMBER),
             until=options.until if until is None else until,
             target=options.target if target is None else target,
         )

@@ -1,6 +1,6 @@
 """Result files: HDF5 that says what it holds, written whole or not at all.
 
-The layout is a contract with readers in other languages; README of the project tells it to users:
+The layout is a contract with readers in other languages; `docs/reference/files.md.in` tells it to users:
 
 - attributes of `/`: `format`, `format_version`, versions of what produced it, `processor`, `blas`, `device`, `command`,
   `seed`

@@ -1,0 +1,105 @@
+"""The documentation is true: its blocks run, its commands parse, its tables of TOML are scenes, its words are spelt."""
+
+import os
+import shlex
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import jsonschema
+import pytest
+from pages import PAGES, ROOT, SHELL, Block, blocks, is_ours
+from typer.main import get_command
+
+from warpmuscle.cli import app
+from warpmuscle.formats.schema import scene_schema
+from warpmuscle.scene import trusted_code
+
+BLOCKS = [block for page in PAGES for block in blocks(page)]
+OURS = [(block, words) for block in BLOCKS if block.language in SHELL for words in block.commands if is_ours(words)]
+TOOLS = [
+    word
+    for block in BLOCKS
+    if block.language in SHELL
+    for words in block.commands
+    for word in words
+    if word.startswith("tools/")
+]
+SCHEMA = jsonschema.Draft202012Validator(scene_schema())
+COMMANDS = get_command(app).commands
+TO_WORK_THROUGH = [page for page in PAGES if any(block.language in ("python", *SHELL) for block in blocks(page))]
+MARKS = ("gpu", "long", "by hand")
+
+
+def named(block: Block) -> str:
+    return str(block)
+
+
+@pytest.mark.parametrize("page", TO_WORK_THROUGH, ids=lambda page: str(page.relative_to(ROOT)))
+def test_what_a_page_shows_runs(page: Path, tmp_path: Path):
+    words = [sys.executable, str(Path(__file__).parent / "session.py"), str(page.relative_to(ROOT))]
+    variables = os.environ | {"MPLBACKEND": "agg"}
+    done = subprocess.run(words, cwd=tmp_path, env=variables, capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0, done.stdout[-3000:] + done.stderr[-3000:]
+
+
+def test_there_are_pages_to_work_through():
+    assert len(OURS) > 60
+    assert len(TO_WORK_THROUGH) > 15
+
+
+@pytest.mark.parametrize(("block", "words"), OURS, ids=lambda value: str(value) if isinstance(value, Block) else "")
+def test_commands_parse(block: Block, words: list[str], monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(trusted_code, "trust_everything", lambda: None)
+    if words[1].startswith("-"):
+        return
+    COMMANDS[words[1]].make_context(words[1], words[2:])
+
+
+def test_an_option_that_is_not_there_would_be_noticed():
+    with pytest.raises(Exception, match="No such option"):
+        COMMANDS["simulate"].make_context("simulate", ["fwalk", "--nonsense"])
+
+
+def test_tools_that_pages_name_are_there():
+    assert len(TOOLS) > 5
+    assert [path for path in TOOLS if not (ROOT / path).exists()] == []
+
+
+@pytest.mark.parametrize("block", [b for b in BLOCKS if b.language == "toml"], ids=named)
+def test_tables_of_toml_are_parts_of_scenes(block: Block):
+    table = tomllib.loads(block.text)
+    if not {"scene", "grid", "search"} & set(table):  # those of a sweep
+        SCHEMA.validate(table)
+
+
+@pytest.mark.parametrize("block", [b for b in BLOCKS if b.language == "python"], ids=named)
+def test_python_compiles(block: Block):
+    compile(block.text, str(block), "exec")
+
+
+def test_only_known_languages_and_marks_are_used():
+    assert {block.language for block in BLOCKS} <= {"bash", "sh", "python", "toml", "text"}
+    assert [str(block) for block in BLOCKS if block.mark and not block.mark.startswith(MARKS)] == []
+
+
+def test_the_site_builds_without_a_warning(tmp_path: Path):
+    pytest.importorskip("material", reason="no MkDocs: pip install mkdocs-material")
+    words = shlex.split(f"-m mkdocs build --quiet --strict --site-dir {tmp_path}")
+    variables = os.environ | {"NO_MKDOCS_2_WARNING": "1"}
+    done = subprocess.run(
+        [sys.executable, *words], cwd=ROOT, env=variables, capture_output=True, text=True, timeout=300
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert (tmp_path / "reference" / "scene.html").stat().st_size > 50_000
+
+
+def test_words_are_spelt(tmp_path: Path):
+    checked = ["README.md", "CHANGELOG.md", "CONTRIBUTING.md", "docs", "warpmuscle", "kernels", "scenes"]
+    done = subprocess.run([sys.executable, "-m", "codespell_lib", *checked], cwd=ROOT, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout
+
+
+def test_the_readme_is_short():
+    assert len((ROOT / "README.md").read_text().split()) < 900
