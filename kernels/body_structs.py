@@ -120,6 +120,22 @@ class Ground:
 
 
 @wp.struct
+class ContactMaterial:
+    """What a sphere is made of in Hunt-Crossley contact, see `hunt_crossley.py`."""
+
+    hertz: float  # N/m^(3/2)
+    dissipation: float  # s/m
+    static_friction: float
+    dynamic_friction: float
+    viscous_friction: float  # s/m
+    transition_velocity: float  # m/s
+    hertz_smoothing: float  # 1/m
+    hunt_crossley_smoothing: float  # s/m
+    constant: float  # added to squares, m^2 and m^2/s^2
+    margin: float  # m, above the ground where it begins to push
+
+
+@wp.struct
 class Contacts:
     """Contact points of the bodies, and the ground plane."""
 
@@ -128,6 +144,7 @@ class Contacts:
     normal: wp.array2d[wp.vec3]  # (rows, 1) upward unit normal of the ground
     height: wp.array2d[float]  # (rows, 1) m
     ground: wp.array2d[Ground]  # (rows, 1)
+    material: wp.array2d[ContactMaterial]  # (rows, points) of Hunt-Crossley contact
 
 
 @wp.struct

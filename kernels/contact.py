@@ -5,6 +5,9 @@ with f0 the force at the velocity before the step, a the acceleration of the poi
 normal and h d_t across it. K enters the body's articulated inertia, so that no stiffness is unstable.
 """
 
+from functools import cache
+from typing import Any
+
 import warp as wp
 
 from warpmuscle.kernels.spatial import cross_rows, symmetric, symmetric_outer, symmetric_product
@@ -102,28 +105,38 @@ def body_contacts(instance: int, body: int, model: ModelRef, work: ScratchRef) -
     return total
 
 
-@wp.func
-def contact_stage(instance: int, body: int, model: ModelRef, work: ScratchRef):
-    """Add the contacts of one body to its articulated inertia and bias force, and keep what its foot force needs."""
-    plan = model.skeleton.plan[body]
-    slot = plan.foot_slot
-    if slot >= 0:
-        work.contact_c[slot] = symmetric(0.0)
-        work.contact_b[slot] = wp.mat33(0.0)
-        work.contact_force[slot] = wp.vec3(0.0)
-    if plan.end_point == plan.first_point:
-        return
-    total = body_contacts(instance, body, model, work)
-    if wp.length_sq(total.force) == 0.0:
-        return
-    work.block_a[body] = work.block_a[body] + total.a
-    work.block_b[body] = work.block_b[body] + total.b
-    work.block_c[body] = work.block_c[body] + total.c
-    work.bias_moment[body] = work.bias_moment[body] - total.moment
-    work.bias_force[body] = work.bias_force[body] - total.force
-    if slot >= 0:
-        work.contact_c[slot] = total.c
-        work.contact_b[slot] = total.b
-        work.contact_force[slot] = total.force
-    else:
-        work.flags[0] = 1
+@cache
+def contact_stage_of(contacts_of_body: Any, touches: float = 0.0) -> Any:
+    """The Warp function that lets the ground act on a body, by a function such as `body_contacts`.
+
+    Args:
+        touches: N, the force from which on a body that is no foot has touched the ground; 0 for any.
+    """
+
+    @wp.func
+    def contact_stage(instance: int, body: int, model: ModelRef, work: ScratchRef):
+        """Add the contacts of one body to its articulated inertia and bias force, and keep what the foot needs."""
+        plan = model.skeleton.plan[body]
+        slot = plan.foot_slot
+        if slot >= 0:
+            work.contact_c[slot] = symmetric(0.0)
+            work.contact_b[slot] = wp.mat33(0.0)
+            work.contact_force[slot] = wp.vec3(0.0)
+        if plan.end_point == plan.first_point:
+            return
+        total = contacts_of_body(instance, body, model, work)
+        if wp.length_sq(total.force) == 0.0:
+            return
+        work.block_a[body] = work.block_a[body] + total.a
+        work.block_b[body] = work.block_b[body] + total.b
+        work.block_c[body] = work.block_c[body] + total.c
+        work.bias_moment[body] = work.bias_moment[body] - total.moment
+        work.bias_force[body] = work.bias_force[body] - total.force
+        if slot >= 0:
+            work.contact_c[slot] = total.c
+            work.contact_b[slot] = total.b
+            work.contact_force[slot] = total.force
+        elif wp.static(touches == 0.0) or wp.length(total.force) > touches:
+            work.flags[0] = 1
+
+    return contact_stage

@@ -11,7 +11,8 @@ from typing import Any
 
 import warp as wp
 
-from warpmuscle.kernels.contact import contact_stage
+from warpmuscle.kernels.contact import contact_stage_of
+from warpmuscle.kernels.contact_laws import SPRING, TOUCHING, body_contacts_of
 from warpmuscle.kernels.limits import limit_stage
 from warpmuscle.kernels.scratch import synchronize
 from warpmuscle.kernels.spatial import (
@@ -100,15 +101,16 @@ def push_now(instance: int, state: StateRef) -> wp.vec3:
 
 
 @cache
-def inertia_stage_of(turned: bool = False) -> Any:
+def inertia_stage_of(turned: bool = False, contact: int = SPRING) -> Any:
     """The Warp function of inertia, gravity, velocity products, limits, contacts and pushes of every body.
 
     It ends with a barrier.
 
     Args:
-        turned: see `body_inertia_of`.
+        turned: see `body_inertia_of`. contact: law of the ground's contacts.
     """
     body_inertia = body_inertia_of(turned)
+    contact_stage = contact_stage_of(body_contacts_of(contact), TOUCHING[contact])
 
     @wp.func
     def inertia_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):

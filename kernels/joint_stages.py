@@ -3,6 +3,7 @@
 from functools import cache
 from typing import Any, NamedTuple
 
+from warpmuscle.kernels.contact_laws import SPRING
 from warpmuscle.kernels.coordinate_joint import (
     accelerate_any,
     accelerate_any_remaining,
@@ -40,6 +41,7 @@ class SkeletonKind(NamedTuple):
 
     joints: tuple[MotionOf, ...] = ()  # types of joints of one coordinate
     turned: bool = False  # principal axes of inertia lie in some body as its `inertia_axes` say
+    contact: int = SPRING  # law of the ground's contacts, see `contact_laws.py`
 
     @property
     def follows(self) -> bool:
@@ -62,7 +64,7 @@ class JointStages(NamedTuple):
 @cache
 def joint_stages_of(kind: SkeletonKind) -> JointStages:
     """The stages of a model with such bodies and joints."""
-    inertia_stage = inertia_stage_of(kind.turned)
+    inertia_stage = inertia_stage_of(kind.turned, kind.contact)
     if not kind.joints:
         return JointStages(
             work_at, kinematics_stage, prescribe_stage, inertia_stage, acceleration_stage, hybrid_acceleration_stage,

@@ -11,7 +11,7 @@ from typing import Any
 
 import warp as wp
 
-from warpmuscle.kernels.contact import body_contacts
+from warpmuscle.kernels.contact_laws import SPRING, body_contacts_of
 from warpmuscle.kernels.control import SIMBICON, Controller, control_stage_of
 from warpmuscle.kernels.coordinate_joint import coordinate_velocities
 from warpmuscle.kernels.dynamics import body_inertia_of, leave_for_parent
@@ -111,22 +111,31 @@ def controller_torques(controller: Controller = SIMBICON) -> Any:
     return kernel
 
 
-@wp.kernel
-def contact_forces(
-    # in
-    model: Model, state: State, workspace: wp.array2d[float],
-    # out
-    force: wp.array2d[wp.vec3], moment: wp.array2d[wp.vec3],
-):  # fmt: skip
-    """Contact force on every body, N, and its moment about the body's centre of mass, N m, at the present velocity."""
-    i = wp.tid()
-    work = work_of(i, model, workspace)
-    kinematics_stage(i, 0, 1, model, state, work)
-    for body in range(model.body_count):
-        total = body_contacts(i, body, model, work)
-        force[i, body] = total.force
-        c = work.rotation[body] * at(model.skeleton.row, i, body).com
-        moment[i, body] = total.moment - wp.cross(c, total.force)
+@cache
+def contact_forces_of(law: int = SPRING) -> Any:
+    """The kernel (model, state, workspace, force, moment) of contacts with the ground by a law.
+
+    Contact force on every body, N, and its moment about the body's centre of mass, N m, at the present velocity.
+    """
+    contacts_of_body = body_contacts_of(law)
+
+    @wp.kernel(module="unique", enable_backward=False, module_options={"max_unroll": 1})
+    def kernel(
+        # in
+        model: Model, state: State, workspace: wp.array2d[float],
+        # out
+        force: wp.array2d[wp.vec3], moment: wp.array2d[wp.vec3],
+    ):  # fmt: skip
+        i = wp.tid()
+        work = work_of(i, model, workspace)
+        kinematics_stage(i, 0, 1, model, state, work)
+        for body in range(model.body_count):
+            total = contacts_of_body(i, body, model, work)
+            force[i, body] = total.force
+            c = work.rotation[body] * at(model.skeleton.row, i, body).com
+            moment[i, body] = total.moment - wp.cross(c, total.force)
+
+    return kernel
 
 
 @cache

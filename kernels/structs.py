@@ -14,6 +14,7 @@ import warp as wp
 from warpmuscle.kernels.body_structs import BodyPlan as BodyPlan
 from warpmuscle.kernels.body_structs import BodyRow as BodyRow
 from warpmuscle.kernels.body_structs import Collisions as Collisions
+from warpmuscle.kernels.body_structs import ContactMaterial as ContactMaterial
 from warpmuscle.kernels.body_structs import ContactPoint as ContactPoint
 from warpmuscle.kernels.body_structs import Contacts as Contacts
 from warpmuscle.kernels.body_structs import Coupling as Coupling

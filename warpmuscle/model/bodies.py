@@ -12,9 +12,10 @@ from warpmuscle.core.arrays import records_to_device, rows, structs_to_device, t
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.pose import normalized
 from warpmuscle.kernels import structs
+from warpmuscle.kernels.hunt_crossley import MARGIN
 from warpmuscle.kernels.scratch import capacity_of, slots_of
 from warpmuscle.model.joints import joint_number, root_number
-from warpmuscle.scene import Ground, Joint, Scene
+from warpmuscle.scene import Box, ContactMaterial, Ground, Joint, Scene
 from warpmuscle.scene.geometry import contact_points
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.joints.joint_type import NO_AXIS, OTHER_AXIS
@@ -121,8 +122,10 @@ def contacts_struct(scene: Scene, names: Topology, device: Any) -> tuple[structs
     See `kernels.structs.Contacts`; the starts are (bodies + 1,).
     """
     ground = scene.ground
-    touchable = bool(np.any(rows(ground.stiffness) > 0.0))
+    spring = ground.law == "spring"
+    touchable = not spring or bool(np.any(rows(ground.stiffness) > 0.0))
     start, points, radii, friction, reach = [0], [], [], [], []
+    materials: list[dict[str, Any]] = []
     for i, name in enumerate(names.bodies):
         body = scene.character.bodies[name]
         offset = (
@@ -134,7 +137,11 @@ def contacts_struct(scene: Scene, names: Topology, device: Any) -> tuple[structs
                 points.append(rows(point) - offset)
                 radii.append(radius)
                 friction.append(np.minimum(rows(body.friction), rows(ground.friction)))
-                farthest = np.maximum(farthest, np.linalg.norm(points[-1], axis=-1) + rows(radius))
+                margin: Any = 0.0
+                if not spring and not isinstance(shape, Box):
+                    materials.append(material_columns(shape.material or ground.material, radius, ground.law))
+                    margin = materials[-1]["margin"]
+                farthest = np.maximum(farthest, np.linalg.norm(points[-1], axis=-1) + rows(radius) + margin)
         reach.append(farthest)
         start.append(len(points))
     nothing = not points
@@ -146,10 +153,25 @@ def contacts_struct(scene: Scene, names: Topology, device: Any) -> tuple[structs
         "friction": stacked(friction or [rows([0.0])[:, 0]]),
     }
     c.point = structs_to_device(structs.ContactPoint, columns, device)
+    if materials:
+        columns = {field: stacked([one[field] for one in materials]) for field in structs.ContactMaterial.vars}
+        c.material = structs_to_device(structs.ContactMaterial, columns, device)
     c.height = to_device(rows([ground.height]), float, device)
     columns = {field: rows([getattr(ground, field)]) for field in structs.Ground.vars}
     c.ground = structs_to_device(structs.Ground, columns, device)
     return c, start
+
+
+def material_columns(material: ContactMaterial | None, radius: Any, law: str) -> dict[str, Floats]:
+    """What a sphere is made of, (rows,) by field of `kernels.structs.ContactMaterial`."""
+    material = material or ContactMaterial()
+    numbers = {name: rows([getattr(material, name)])[:, 0] for name in material.__struct_fields__}
+    half = 0.5 * numbers.pop("stiffness") ** (2.0 / 3.0)  # of equal sides, in the power in which they add up
+    size = rows([radius])[:, 0]
+    smoothing = numbers["hertz_smoothing"]
+    margin = MARGIN / smoothing if law == "smooth_hunt_crossley" else 0.0 * smoothing
+    hertz = 4.0 / 3.0 * half * np.sqrt(size * half)
+    return numbers | {"constant": numbers.pop("constant_force"), "margin": margin, "hertz": hertz}
 
 
 def ground_normal(ground: Ground, slope: Floats | None = None) -> Floats:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from importlib import import_module
 
 from warpmuscle.kernels import structs
+from warpmuscle.kernels.contact_laws import LAWS
 from warpmuscle.kernels.joint_motion import MotionOf, turning_motion
 from warpmuscle.kernels.joint_stages import SkeletonKind
 from warpmuscle.scene import Body, Character
@@ -29,8 +30,8 @@ def by_coordinate(name: str, character: Character) -> bool:
     return joint_number(name, character) >= int(structs.FIRST_COORDINATE_JOINT)
 
 
-def compiled_skeleton(character: Character) -> SkeletonKind:
-    """What a step has compiled in for the bodies and joints of a character."""
+def compiled_skeleton(character: Character, law: str = "spring") -> SkeletonKind:
+    """What a step has compiled in for the bodies and joints of a character, and the law of their contacts."""
     motions = {}
     for name, joint in character.joints.items():
         number = joint_number(name, character)
@@ -40,7 +41,7 @@ def compiled_skeleton(character: Character) -> SkeletonKind:
             module, _, function = joint_type(joint).kernel.partition(":")
             motions[number] = getattr(import_module(module), function)
     joints = tuple(MotionOf(number, motions[number]) for number in sorted(motions))
-    return SkeletonKind(joints, any(map(has_turned_axes, character.bodies.values())))
+    return SkeletonKind(joints, any(map(has_turned_axes, character.bodies.values())), LAWS[law])
 
 
 def has_turned_axes(body: Body) -> bool:

@@ -46,13 +46,30 @@ from warpmuscle.scene.surfaces import (
 
 __all__ = [
     "PD", "Actuation", "Balance", "BallCoordinates", "Body", "Box", "Capsule", "Character", "Component", "Condition",
-    "Controller", "Coupling", "Curve", "CurveShape", "CylinderSurface", "DeGrooteCurves", "Displacement", "Drive",
-    "EllipsoidSurface", "Excitation", "Failure", "Feedback", "Force", "Ground", "InitialState", "Joint", "JointState",
-    "Marker", "MillardCurves", "Motion", "Muscle", "MuscleModel", "Objective", "OpenSim", "Part", "PointMotion",
-    "PolynomialPath", "Pulley", "Reflex", "Reflexes", "Robustness", "Scene", "SearchStage", "Shape", "Side",
-    "Sphere", "SphereSurface", "State", "Surface", "ThelenCurves", "TorusSurface", "Tracking", "Trajectory",
+    "ContactMaterial", "Controller", "Coupling", "Curve", "CurveShape", "CylinderSurface", "DeGrooteCurves",
+    "Displacement", "Drive", "EllipsoidSurface", "Excitation", "Failure", "Feedback", "Force", "Ground", "InitialState",
+    "Joint", "JointState", "Marker", "MillardCurves", "Motion", "Muscle", "MuscleModel", "Objective", "OpenSim", "Part",
+    "PointMotion", "PolynomialPath", "Pulley", "Reflex", "Reflexes", "Robustness", "Scene", "SearchStage", "Shape",
+    "Side", "Sphere", "SphereSurface", "State", "Surface", "ThelenCurves", "TorusSurface", "Tracking", "Trajectory",
     "ViaPoint", "Wrap",
 ]  # fmt: skip
+
+
+class ContactMaterial(Part):
+    """What a sphere and the ground are made of in Hunt-Crossley contact; the numbers are OpenSim's, see `Ground`.
+
+    They count for both sides; of different ones, harmonic means stand for stiffness to the power 2/3 and frictions.
+    """
+
+    stiffness: Annotated[Number, "N/m^2"] = 1.0e6  # of plane strain; 0: it does not touch the ground
+    dissipation: Annotated[Number, "s/m"] = 2.0
+    static_friction: Annotated[Number, "1"] = 0.8
+    dynamic_friction: Annotated[Number, "1"] = 0.8
+    viscous_friction: Annotated[Number, "s/m"] = 0.5
+    transition_velocity: Annotated[Number, "m/s"] = 0.2  # of slip, at which friction is greatest
+    hertz_smoothing: Annotated[Number, "1/m"] = 300.0  # this and the following of the smooth law only
+    hunt_crossley_smoothing: Annotated[Number, "s/m"] = 50.0
+    constant_force: Annotated[Number, "1"] = 1.0e-5  # added to squares of depth, m^2, and of slip, m^2/s^2
 
 
 class Sphere(Part, tag_field="type", tag="sphere"):
@@ -60,6 +77,7 @@ class Sphere(Part, tag_field="type", tag="sphere"):
 
     center: Annotated[Vector, "m"]
     radius: Annotated[Number, "m"]
+    material: ContactMaterial | None = None  # in Hunt-Crossley contact, in place of the ground's
 
 
 class Capsule(Part, tag_field="type", tag="capsule"):
@@ -68,6 +86,7 @@ class Capsule(Part, tag_field="type", tag="capsule"):
     start: Annotated[Vector, "m"]
     end: Annotated[Vector, "m"]
     radius: Annotated[Number, "m"]
+    material: ContactMaterial | None = None
 
 
 class Box(Part, tag_field="type", tag="box"):
@@ -163,9 +182,12 @@ class InitialState(Part):
 
 
 class Ground(Part):
-    """A plane of implicit spring-damper contacts with regularised Coulomb friction; values per contact point.
+    """A plane of contacts with the bodies' shapes, by one of three laws.
 
-    The defaults are where the original's gaits come out closest to their recordings, also in steps of 1/500 s.
+    spring: implicit spring-damper contacts with regularised Coulomb friction; values per contact point. The defaults
+    are where the original's gaits come out closest to their recordings, also in steps of 1/500 s.
+    hunt_crossley: spheres, and capsules by the spheres at their ends, as OpenSim's HuntCrossleyForce has them;
+    smooth_hunt_crossley: as its SmoothSphereHalfSpaceForce. Each is of its own `material`, or of that of the ground.
     """
 
     normal: Annotated[Vector, "1"] = (0.0, 1.0, 0.0)
@@ -174,6 +196,8 @@ class Ground(Part):
     damping: Annotated[Number, "N s/m"] = 1.0e3
     tangential_damping: Annotated[Number, "N s/m"] = 1.0e5  # up to the friction limit
     friction: Annotated[Number, "1"] = 1.0e3  # the body's own coefficient decides unless this one is smaller
+    law: Literal["spring", "hunt_crossley", "smooth_hunt_crossley"] = "spring"
+    material: ContactMaterial | None = None  # of Hunt-Crossley contact; None: the defaults
 
 
 class Failure(Part):

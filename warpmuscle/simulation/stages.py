@@ -16,6 +16,7 @@ from warpmuscle.core.errors import RolloutError
 from warpmuscle.core.pose import normalized
 from warpmuscle.formats import SceneLike
 from warpmuscle.kernels import stages, structs
+from warpmuscle.kernels.contact_laws import LAWS
 from warpmuscle.kernels.scratch import capacity_of, work_floats
 from warpmuscle.model.build import replaced
 from warpmuscle.model.joints import joint_number
@@ -168,7 +169,9 @@ class Stages(Rollout):
     def contact_forces(self) -> tuple[Floats, Floats]:
         """Contact force on every body (n, B, 3), N, and its moment about the body's centre of mass, N m."""
         b = len(self.names.bodies)
-        force, moment = self._run(stages.contact_forces, [], [((b,), wp.vec3), ((b,), wp.vec3)])
+        force, moment = self._run(
+            stages.contact_forces_of(LAWS[self.scene.ground.law]), [], [((b,), wp.vec3), ((b,), wp.vec3)]
+        )
         return force, moment
 
     def muscle_paths(self) -> MusclePaths:

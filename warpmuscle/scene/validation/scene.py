@@ -19,7 +19,6 @@ from warpmuscle.scene import (
     Component,
     Controller,
     Curve,
-    Ground,
     InitialState,
     Joint,
     Robustness,
@@ -32,6 +31,7 @@ from warpmuscle.scene.number import Free, Number
 from warpmuscle.scene.parameters import leaves
 from warpmuscle.scene.trusted_code import check_entries
 from warpmuscle.scene.validation.checks import Checks, known, near
+from warpmuscle.scene.validation.contact import check_ground
 from warpmuscle.scene.validation.forces import check_forces
 from warpmuscle.scene.validation.motion import check_motion
 from warpmuscle.scene.validation.muscles import check_muscles
@@ -85,7 +85,7 @@ class _Check(Checks):
         if scene.controller is not None:
             self.controller(scene.controller, scene.character)
         self.initial_state(scene.initial_state, scene.character)
-        self.ground(scene.ground)
+        check_ground(self)
         check_failure(self, "failure", scene.failure)
         self.self_collision(scene.failure.self_collision_pairs, scene.character)
         check_objective(self, "objective", scene.objective)
@@ -299,11 +299,6 @@ class _Check(Checks):
             key = f"initial_state.joints.{name}"
             known(name, character.joints, "joint", key)
             joint_type(character.joints[name]).check_state(self, key, joint)
-
-    def ground(self, ground: Ground) -> None:
-        """The plane has a normal; its contacts push and brake."""
-        self.not_zero("ground.normal", ground.normal, "normal")
-        self.not_negative("ground", ground, "stiffness", "damping", "tangential_damping", "friction")
 
 
 def _plain(scene: Scene) -> Any:

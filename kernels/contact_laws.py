@@ -1,0 +1,16 @@
+"""The laws of contact with the ground, by the numbers that `scene.Ground` has names for."""
+
+from typing import Any
+
+from warpmuscle.kernels.contact import body_contacts
+from warpmuscle.kernels.hunt_crossley import hunt_crossley_contacts_of
+
+SPRING, HUNT_CROSSLEY, SMOOTH_HUNT_CROSSLEY = 0, 1, 2
+LAWS = {"spring": SPRING, "hunt_crossley": HUNT_CROSSLEY, "smooth_hunt_crossley": SMOOTH_HUNT_CROSSLEY}
+
+TOUCHING = (0.0, 0.0, 1.0)  # N, by law: smooth contacts push a little before they touch
+
+
+def body_contacts_of(law: int) -> Any:
+    """The Warp function of all contacts of a body by a law."""
+    return body_contacts if law == SPRING else hunt_crossley_contacts_of(law == SMOOTH_HUNT_CROSSLEY)
