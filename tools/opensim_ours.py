@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warpmuscle.core.pose import rotate
-from warpmuscle.scene import Scene
+from warpmuscle.scene import Muscle, MuscleModel, Scene
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.opensim_root import root_motion
 from warpmuscle.scene.topology import topology
@@ -32,6 +32,8 @@ class Ours:
             SystemExit: the scene has no coordinate of a name, or one more than the model.
         """
         self.scene = msgspec.structs.replace(scene, time_step=INSTANT, duration=INSTANT)
+        self.bare = bare(scene)
+        self.stages: Stages | None = None
         self.names, self.coordinates, self.independent = topology(scene.character), coordinates, independent
         self.opensim = scene.opensim
         moved = [coordinates[k] for k in independent]
@@ -88,14 +90,15 @@ class Ours:
         """(n, M) m."""
         parts = []
         for at in batches(len(q)):
-            self._stages(q[at], np.zeros_like(q[at]))
-            parts.append(self.stages.muscle_paths().length[: len(q[at])])
+            stages = self._stages(q[at], np.zeros_like(q[at]))
+            parts.append(stages.muscle_paths().length[: len(q[at])])
         return np.concatenate(parts).astype(np.float64)
 
-    def _stages(self, q: Floats, rate: Floats) -> Stages:
-        count = len(q)
-        if getattr(self, "stages", None) is None or self.stages.instances < count:
-            self.stages = Stages(self.scene, count, "cpu")
+    def _stages(self, q: Floats, rate: Floats, scene: Scene | None = None) -> Stages:
+        """The poses and rates on the device, of the scene without its muscles' own values, or another one."""
+        count, scene = len(q), scene or self.bare
+        if self.stages is None or self.stages.instances < count or self.posed is not scene:
+            self.stages, self.posed = Stages(scene, count, "cpu"), scene
         full = self.stages.instances
         places, rates = self.places(q), self.rates(q)
         speeds = np.einsum("nsi,ni->ns", rates, rate[:, self.independent])
@@ -139,11 +142,11 @@ class Ours:
 
     def forces(self, q: Floats, activation: Floats, muscles: list[str]) -> Floats:
         """Tension (n, m), N, of muscles at rest at these activations (n, m), in equilibrium with their tendons."""
-        simulated = [self.muscles[k] for k in self._stages(q[:1], q[:1]).structure.actuation.muscles]
-        column = [muscles.index(name) for name in simulated]
+        first = self._stages(q[:BATCH], 0.0 * q[:BATCH], self.scene)
+        column = [muscles.index(name) for name in first.structure.actuation.muscles]
         found = np.full((len(q), len(muscles)), np.nan)
         for at in batches(len(q)):
-            stages, count = self._stages(q[at], np.zeros_like(q[at])), len(q[at])
+            stages, count = self._stages(q[at], np.zeros_like(q[at]), self.scene), len(q[at])
             levels = activation[at][:, column].astype(np.float32)
             full = np.concatenate([levels, np.repeat(levels[-1:], stages.instances - count, axis=0)])
             stages.state.muscles.activation.assign(full)
@@ -151,6 +154,20 @@ class Ours:
             stages.state.step.zero_()
             found[at, column] = stages.muscle_torques(0.0)[1]["muscle_force"][:count]
         return found
+
+
+def bare(scene: Scene) -> Scene:
+    """The scene with the paths of its muscles alone, without springs and forces."""
+    muscles = {
+        name: Muscle(
+            f_max=1.0, l_opt=1.0, l_slack=1.0, path=muscle.path, wraps=muscle.wraps, polynomial=muscle.polynomial
+        )
+        for name, muscle in scene.character.muscles.items()
+    }
+    character = msgspec.structs.replace(scene.character, muscles=muscles)
+    return msgspec.structs.replace(
+        scene, character=character, muscle_model=MuscleModel(), forces={}, actuation={}, motion={}, time_step=0.001
+    )
 
 
 def batches(count: int) -> Iterator[slice]:

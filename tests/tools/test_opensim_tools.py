@@ -1,14 +1,17 @@
-"""What the comparison with OpenSim does where OpenSim is not."""
+"""The comparison with OpenSim, but for OpenSim: what it says without it, how it measures, and what it reads."""
 
 import sys
+from dataclasses import asdict
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 TOOLS = Path(__file__).parents[2] / "tools"
 if str(TOOLS) not in sys.path:
     sys.path.append(str(TOOLS))
 
+import opensim_agreement  # noqa: E402
 import opensim_oracle  # noqa: E402
 
 
@@ -19,3 +22,31 @@ def test_what_is_missing_is_said_in_a_sentence(monkeypatch, tmp_path):
     monkeypatch.setattr(opensim_oracle, "find_spec", lambda name: None)
     with pytest.raises(SystemExit, match="OpenSim is not installed: pip install opensim"):
         opensim_oracle.numbers(model, 1, 1, 1)
+
+
+def test_values_beyond_the_tolerance_are_counted_and_listed_with_both_numbers(capsys):
+    theirs = np.array([[1.0, 2.0], [np.nan, 2.0], [1.0, 2.0], [1.0, 2.0]])
+    ours = theirs + np.array([[0.0, 0.5], [9.0, 0.0], [0.0, -2.0], [0.01, 0.0]])
+    found = opensim_agreement.measure("length", "m", ours, theirs, ["a", "b"], np.array([0.1, 0.2]))
+    assert (found.count, found.within, found.worst) == (7, pytest.approx(5.0 / 7.0), 2.0)
+    assert found.beyond == [{"label": "b", "poses": 2, "pose": 2, "ours": 0.0, "opensim": 2.0, "off": 2.0}]
+    opensim_agreement.show({"model": "m.osim", "poses": 4, "seed": 1, "measures": [asdict(found)], "jumps": None})
+    shown = capsys.readouterr().out
+    assert "| length | 71.429 % | 0.1 m | 7 |" in shown
+    assert "- length: b in 2 poses, worst 2: ours 0, OpenSim 2" in shown
+
+
+def test_a_value_of_ours_that_is_no_number_is_beyond_any_tolerance():
+    found = opensim_agreement.measure("length", "m", np.array([[np.nan]]), np.array([[1.0]]), ["a"], 0.1)
+    assert (found.within, found.beyond[0]["label"]) == (0.0, "a")
+
+
+def test_files_of_opensim_are_read_by_the_last_part_of_their_names(tmp_path):
+    file = tmp_path / "lengths.sto"
+    file.write_text(
+        "x\ninDegrees=yes\nendheader\ntime\t/forceset/soleus_r|length\t/jointset/knee/angle/value\n0\t1\t2\n"
+    )
+    names, values, degrees = opensim_agreement.storage(file)
+    assert names == ["time", "soleus_r", "angle"]
+    assert values.tolist() == [[0.0, 1.0, 2.0]]
+    assert degrees
