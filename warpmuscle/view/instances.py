@@ -57,6 +57,7 @@ class Moment:
     root: Floats  # (T, 3)
     com: Floats  # (T, 3)
     point_weight: Floats  # (T, C)
+    routed: Floats  # (T, R, 3), see `muscle_lines.Routes`
     activation: Floats  # (T, M)
     load: Floats  # (T, M)
     foot_force: Floats  # (T, 2, 3) N
@@ -89,6 +90,7 @@ def _moment(tracks: Sequence[Track], frames: Sequence[int], offset: Floats) -> M
         root=stacked(lambda track: track.recording.root_position) + offset,
         com=stacked(lambda track: track.recording.com) + offset,
         point_weight=stacked(lambda track: track.point_weight),
+        routed=np.stack([t.routes.at(frame) for t, frame in zip(tracks, frames, strict=True)]) + offset[:, None],
         activation=stacked(lambda track: track.recording.muscle_activation),
         load=stacked(lambda track: track.muscle_load),
         foot_force=stacked(lambda track: track.foot_force),
@@ -132,7 +134,7 @@ def tubes(start: Floats, end: Floats, radius: Floats, color: Bytes) -> Instances
 def muscles(moment: Moment) -> Instances:
     """Cylinders along all muscles, coloured by activation and thick by force."""
     lines = moment.doll.muscles
-    points = world_points(lines, moment.position, moment.orientation, moment.point_weight)
+    points = world_points(lines, moment.position, moment.orientation, moment.point_weight, moment.routed)
     owner = np.repeat(np.arange(len(lines.names)), np.diff(lines.start))
     inner = np.flatnonzero(owner[1:] == owner[:-1])  # segments, by their first point
     low, high = MUSCLE_RADIUS

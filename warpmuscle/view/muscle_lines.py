@@ -9,15 +9,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warpmuscle.core.array_types import Floats
-from warpmuscle.core.pose import rotate
+from warpmuscle.core.pose import normalized, rotate
 from warpmuscle.results.joint_poses import joint_angles
 from warpmuscle.results.recording import Recording
-from warpmuscle.scene import Character, Condition
+from warpmuscle.scene import Character, Condition, ViaPoint
+from warpmuscle.scene.validation.paths import is_route
+from warpmuscle.scene.wrapping.drawn import drawn_count, drawn_route
 
 
 @dataclass(frozen=True)
 class MuscleLines:
-    """Via points of M muscles, P in all, one muscle behind the other."""
+    """Points of M muscles, P in all, one muscle behind the other: via points, or those of a route that is drawn."""
 
     names: tuple[str, ...]
     start: NDArray[np.int64]  # (M + 1,) points of muscle m are start[m]..start[m + 1] - 1
@@ -25,11 +27,18 @@ class MuscleLines:
     place: Floats  # (P, 3) m, in the body's frame
     conditional: NDArray[np.int64]  # (C,) numbers of the points that count only at some joint angles
     conditions: tuple[Condition, ...]  # C of them
+    routes: tuple[str, ...]  # muscles that wrap, or whose points move or come in at once
+    routed: NDArray[np.int64]  # (R,) numbers of their points
 
 
 def muscle_lines(character: Character, muscles: Sequence[str], body_names: Sequence[str]) -> MuscleLines:
     """Paths of muscles of a character without free parameters."""
-    paths = [character.muscles[name].path for name in muscles]
+    routes = [name for name in muscles if is_route(character.muscles[name])]
+    nowhere = ViaPoint(character.root, (0.0, 0.0, 0.0))
+    paths = [
+        [nowhere] * drawn_count(character.muscles[name]) if name in routes else character.muscles[name].path
+        for name in muscles
+    ]
     points = [point for path in paths for point in path]
     conditional = [number for number, point in enumerate(points) if point.condition is not None]
     return MuscleLines(
@@ -39,6 +48,8 @@ def muscle_lines(character: Character, muscles: Sequence[str], body_names: Seque
         place=np.array([point.place() for point in points], dtype=np.float64).reshape(-1, 3),
         conditional=np.array(conditional, dtype=np.int64),
         conditions=tuple(point.condition for point in points if point.condition is not None),
+        routes=tuple(routes),
+        routed=np.array([number for number, point in enumerate(points) if point is nowhere], dtype=np.int64),
     )
 
 
@@ -62,7 +73,37 @@ def _smooth_step(x: Floats) -> Floats:
     return np.asarray(t * t * (3.0 - 2.0 * t))
 
 
-def world_points(lines: MuscleLines, position: Floats, orientation: Floats, weights: Floats) -> Floats:
+class Routes:
+    """Where the routes among muscles run in the frames of a recording, each computed when it is asked for."""
+
+    def __init__(self, lines: MuscleLines, recording: Recording, character: Character) -> None:
+        """Take over a recording of a character without free parameters."""
+        self._lines, self._recording, self._character = lines, recording, character
+        muscles = [character.muscles[name] for name in lines.routes]
+        needed = {point.condition.joint for m in muscles for point in m.path if point.condition is not None}
+        needed |= {motion.joint for m in muscles for point in m.path for motion in point.motion}
+        self._angles = {name: joint_angles(recording, character, name) for name in needed}
+        self._known: dict[int, Floats] = {}
+
+    def at(self, frame: int) -> Floats:
+        """Points (R, 3) in a frame, m, world."""
+        if frame not in self._known:
+            r = self._recording
+            places = zip(r.body_position[frame].astype(float), normalized(r.body_orientation[frame]), strict=True)
+            poses = dict(zip(r.body_names, places, strict=True))
+            angles = {name: values[frame] for name, values in self._angles.items()}
+            muscles = (self._character.muscles[name] for name in self._lines.routes)
+            drawn = [drawn_route(self._character, muscle, poses, angles) for muscle in muscles]
+            self._known[frame] = np.concatenate([np.zeros((0, 3)), *drawn])
+        return self._known[frame]
+
+    def all(self) -> Floats:
+        """Points (F, R, 3) in all frames."""
+        every = [self.at(frame) for frame in range(self._recording.frames)]
+        return np.array(every).reshape(len(every), -1, 3)
+
+
+def world_points(lines: MuscleLines, position: Floats, orientation: Floats, weights: Floats, routed: Floats) -> Floats:
     """Points (F, P, 3), m, world.
 
     A conditional point slides onto the straight line between its neighbours as its weight goes to 0, so that the
@@ -70,8 +111,10 @@ def world_points(lines: MuscleLines, position: Floats, orientation: Floats, weig
 
     Args:
         position: (F, B, 3) of the bodies. orientation: (F, B, 4). weights: (F, C), see `point_weights`.
+        routed: (F, R, 3), see `Routes`.
     """
     points = np.asarray(position[:, lines.body] + rotate(orientation[:, lines.body], lines.place))
+    points[:, lines.routed] = routed
     if not len(lines.conditional):
         return points
     weight = np.ones(points.shape[:2])

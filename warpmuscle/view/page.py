@@ -156,6 +156,8 @@ def _track_content(track: Track, scene: Scene, packer: Packer, bits: int) -> dic
         arrays["load"] = packer.add(track.muscle_load, 8)
     if track.point_weight.size:
         arrays["weight"] = packer.add(track.point_weight, 8)
+    if track.doll.muscles.routes:
+        arrays["routed"] = packer.add(track.routes.all() - r.root_position[:, None])
     columns = iter(range(10**9))
     listed = [
         {
@@ -201,6 +203,7 @@ def _doll_content(doll: Doll) -> dict[str, Any]:
             "body": doll.muscles.body.tolist(),
             "place": _rounded(doll.muscles.place),
             "conditional": doll.muscles.conditional.tolist(),
+            "routed": doll.muscles.routed.tolist(),
         },
     }
 

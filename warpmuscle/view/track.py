@@ -19,7 +19,7 @@ from warpmuscle.scene import Scene
 from warpmuscle.scene.ground import plane
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.topology import Topology, topology
-from warpmuscle.view.muscle_lines import MuscleLines, muscle_lines, point_weights, world_points
+from warpmuscle.view.muscle_lines import MuscleLines, Routes, muscle_lines, point_weights, world_points
 from warpmuscle.view.packing import whole
 from warpmuscle.view.parts import Part, parts_of
 
@@ -67,6 +67,7 @@ class Track:
     slid: Floats  # (F, K, 3) m, how far the joint points of the doll's sliding bodies are from their parents'
     desired: Floats | None  # (F, B, 4) orientations that the controller wants, or that were recorded, if any
     point_weight: Floats  # (F, C) of the muscles' conditional points
+    routes: Routes  # those of the muscles that do not run from point to point
     muscle_load: Floats  # (F, M) force over `FULL_FORCE` f_max, 0..1
     foot_force: Floats  # (F, 2, 3) N, on the left and the right foot
     foot_center: Floats  # (F, 2, 3) m, where these act
@@ -79,7 +80,8 @@ class Track:
     def muscle_points(self) -> Floats:
         """Via points (F, P, 3) of all muscles, m, world."""
         r = self.recording
-        return world_points(self.doll.muscles, r.body_position, r.body_orientation, self.point_weight)
+        routed = self.routes.all()
+        return world_points(self.doll.muscles, r.body_position, r.body_orientation, self.point_weight, routed)
 
 
 def doll_of(scene: Scene, muscles: tuple[str, ...]) -> Doll:
@@ -123,6 +125,7 @@ def track_of(
         slid=_slid(recording, scene, doll),
         desired=desired_pose(recording, scene, doll.names),
         point_weight=point_weights(doll.muscles, recording, scene.character),
+        routes=Routes(doll.muscles, recording, scene.character),
         muscle_load=np.clip(recording.muscle_force / (FULL_FORCE * f_max), 0.0, 1.0),
         foot_force=np.stack([recording.foot_force_left, recording.foot_force_right], axis=1),
         foot_center=foot_centers(recording, scene),

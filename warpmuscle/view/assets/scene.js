@@ -99,8 +99,9 @@ class Biped {
   }
 
   musclePoints({ turns, places }, moment) {
-    const { body, place, conditional } = this.doll.muscles;
+    const { body, place, conditional, routed } = this.doll.muscles;
     const points = place.map((p, i) => add(places[body[i]], rotate(turns[body[i]], p)));
+    routed.forEach((k, i) => (points[k] = add(places[0], this.between("routed", 3, moment, i, 3 * routed.length))));
     if (!conditional.length) return points;
     const weight = new Array(points.length).fill(1), drawn = points.slice();
     const weights = this.between("weight", conditional.length, moment);

@@ -1,0 +1,56 @@
+"""Muscles that wrap or move are drawn where their path runs: as long as the step has them, on their surfaces."""
+
+import msgspec
+import numpy as np
+import pytest
+
+from muscle_arm import arm
+from warpmuscle.scene import Condition, CylinderSurface, JointState, PointMotion, SphereSurface, Surface, ViaPoint, Wrap
+from warpmuscle.scene.wrapping.drawn import over
+from warpmuscle.simulation.rollout import Rollout
+from warpmuscle.view.track import Track, track_of
+
+SURFACES: dict[str, Surface] = {
+    "cylinder": CylinderSurface("base", (0.0, 0.0, 0.0), 0.05, 0.4, orientation=(0.0, np.pi / 2.0, 0.0)),
+    "sphere": SphereSurface("base", (0.0, 0.0, 0.0), 0.05),
+}
+
+
+def moved(surface: str) -> Track:
+    """An arm that falls, whose flexor wraps, jumps over a point and moves one."""
+    scene = arm()
+    character = scene.character
+    scene.initial_state.joints["elbow"] = JointState(angular_velocity=(5.0, 0.0, 0.0))
+    character.surfaces = {"bulge": SURFACES[surface]}
+    flexor = character.muscles["flexor"]
+    flexor.path = [ViaPoint("base", (0.0, 0.2, 0.03)), ViaPoint("base", (0.0, -0.2, 0.03)), *flexor.path[-1:]]
+    flexor.wraps = [Wrap("bulge")]
+    flexor.path.insert(2, ViaPoint("base", (0.0, -0.21, 0.05), Condition("elbow", 0.05, 3.0, blend=0.0)))
+    flexor.path[0].motion = [PointMotion((0.0, 1.0, 0.0), slope=0.05, joint="elbow")]
+    rollout = Rollout(msgspec.structs.replace(scene, duration=0.3), 1, "cpu", record=[0], record_rate=50.0)
+    rollout.run()
+    return track_of(rollout.recording(), scene)
+
+
+@pytest.mark.parametrize("surface", SURFACES)
+def test_a_drawn_route_is_as_long_as_the_muscle_and_lies_on_its_surface(surface: str):
+    track = moved(surface)
+    lines, points = track.doll.muscles, track.muscle_points()
+    assert lines.routes == ("flexor",)
+    own = slice(*lines.start[:2])
+    drawn = np.linalg.norm(np.diff(points[:, own], axis=1), axis=2).sum(axis=1)
+    length = track.recording.muscle_path_length[:, 0]
+    assert np.ptp(length) > 0.005
+    np.testing.assert_allclose(drawn, length, atol=3e-4)  # chords of the arc are shorter
+    off = points[:, own] - track.recording.position_of("base")[:, None]
+    radius = np.linalg.norm(off[..., 1:] if surface == "cylinder" else off, axis=2)
+    assert ((radius > 0.0499).all(axis=1)).all()
+    assert (np.isclose(radius, 0.05, atol=1e-6).sum(axis=1) >= 10).all()
+
+
+def test_the_long_way_round_is_taken_where_the_length_says_so():
+    surface = CylinderSurface("base", (0.0, 0.0, 0.0), 0.1, 1.0)
+    a, b, part = np.array([0.1, 0.0, 0.0]), np.array([0.0, 0.1, 0.0]), np.array([[0.5]])
+    half = 0.1 * np.sqrt(0.5)
+    np.testing.assert_allclose(over(surface, a, b, 0.1 * np.pi / 2.0, part)[0], [half, half, 0.0], atol=1e-12)
+    np.testing.assert_allclose(over(surface, a, b, 0.1 * np.pi * 1.5, part)[0], [-half, -half, 0.0], atol=1e-12)
