@@ -20,8 +20,10 @@ from warpmuscle.kernels.limits import ball_angles
 from warpmuscle.kernels.muscle_control import counted, wanted_force
 from warpmuscle.kernels.path import PathState, coordinate_gradient, offset_between, segment_moment_arm
 from warpmuscle.kernels.structs import BALL, ModelRef, RouteSpan, RouteWrap, ScratchRef, StateRef, at, rolled, whole
-from warpmuscle.kernels.wrap_cylinder import cylinder_touch
+from warpmuscle.kernels.wrap_cylinder import AMONG_OTHERS, EXACT, IN_PLANE, cylinder_touch
+from warpmuscle.kernels.wrap_ellipsoid import ellipsoid_touch
 from warpmuscle.kernels.wrap_sphere import sphere_touch
+from warpmuscle.kernels.wrap_torus import torus_touch
 from warpmuscle.kernels.wrap_touch import BESIDE, FREE, INSIDE, THROUGH, Touch
 
 CYLINDER, SPHERE, ELLIPSOID, TORUS = 0, 1, 2, 3
@@ -122,15 +124,19 @@ def touch_of(surfaces: tuple[int, ...]) -> Any:
     Args:
         surfaces: the kinds that there are.
     """
-    cylinders, spheres = (kind in surfaces for kind in (CYLINDER, SPHERE))
+    cylinders, spheres, ellipsoids, tori = (kind in surfaces for kind in (CYLINDER, SPHERE, ELLIPSOID, TORUS))
 
     @wp.func
-    def touch(a: wp.vec3, b: wp.vec3, wrap: RouteWrap, size: wp.vec3, exact: bool) -> Touch:
+    def touch(a: wp.vec3, b: wp.vec3, wrap: RouteWrap, size: wp.vec3, where: int) -> Touch:
         result = Touch()
         if wp.static(cylinders) and wrap.kind == CYLINDER:
-            result = cylinder_touch(a, b, size[0], size[1], wrap.axis, wrap.side, exact)
+            result = cylinder_touch(a, b, size[0], size[1], wrap.axis, wrap.side, where)
         if wp.static(spheres) and wrap.kind == SPHERE:
             result = sphere_touch(a, b, size[0], wrap.axis, wrap.side)
+        if wp.static(ellipsoids) and wrap.kind == ELLIPSOID:
+            result = ellipsoid_touch(a, b, size, wrap.axis, wrap.side, wrap.method)
+        if wp.static(tori) and wrap.kind == TORUS:
+            result = torus_touch(a, b, size[0], size[1], wrap.axis, wrap.side, where)
         return result
 
     return touch
@@ -190,6 +196,9 @@ def bend_of(kind: RouteKind) -> Any:
         here = wp.transpose(axes) * (place(instance, first_point + stop, origin, model, state, work) - center)
         from_surface = int(NOWHERE)
         result = int(FREE)
+        where = int(EXACT)
+        if wp.static(not exact):
+            where = wp.where(wraps > 1, AMONG_OTHERS, IN_PLANE)
         best = wp.float32(1.0e30)
         found = int(NOWHERE)
         while point < last:
@@ -207,7 +216,7 @@ def bend_of(kind: RouteKind) -> Any:
                     point += 1
                 there = wp.transpose(axes) * (place(instance, first_point + point, origin, model, state, work) - center)
             if from_surface == NOWHERE or from_surface != to_surface:
-                touch = touch_at(here, there, wrap, row.size, exact or wraps > 1)
+                touch = touch_at(here, there, wrap, row.size, where)
                 result = touch.kind
                 if result >= BESIDE:
                     detour = (

@@ -2,8 +2,8 @@
 
 Side, contact and ends are as OpenSim 4.6 has them (WrapCylinder): a segment with an end inside stays straight, and so
 does one that touches beyond both ends of the cylinder; else it has no end. Round one surface, OpenSim's path lies in
-the plane through both ends and the middle of the way round; round several, and here if it shall be exact, it is the
-shortest one, straight on the unrolled cylinder.
+the plane through both ends and the bisector of their directions from the axis (IN_PLANE); round several (AMONG_OTHERS),
+unless it is short, and here if it shall be EXACT, it is the shortest one, straight on the unrolled cylinder.
 """
 
 import warp as wp
@@ -12,6 +12,8 @@ from warpmuscle.kernels.wrap_touch import FREE, INSIDE, THROUGH, Touch, allowed,
 
 LEVEL = 5.0e-7  # share of a plane's normal along z below which the plane counts as upright
 SMALLEST = 1.0e-12  # m^2
+IN_PLANE, AMONG_OTHERS, EXACT = 0, 1, 2
+SHORT = 0.004  # m, of an arc that OpenSim does not bend so that it is tangent to both legs
 
 
 @wp.func
@@ -35,33 +37,23 @@ def plane_height(za: float, zb: float, z: float) -> float:
 
 
 @wp.func
-def heights_in_plane(a: wp.vec3, b: wp.vec3, first: wp.vec2, second: wp.vec2, radius: float) -> wp.vec2:
-    """Heights of both tangent points in the plane through a, b and the middle of the way round.
-
-    The middle is on the bisector of both ends' directions from the axis, or opposite if the radius is negative.
-    """
+def heights_in_plane(a: wp.vec3, b: wp.vec3, first: wp.vec2, second: wp.vec2) -> wp.vec2:
+    """Heights of both tangent points in the plane through a, b and the bisector of their directions from the axis."""
     pa = wp.vec2(a[0], a[1])
     pb = wp.vec2(b[0], b[1])
     da = wp.length(pa)
     db = wp.length(pb)
     rise = b[2] - a[2]
     bisector = pa / da + pb / db
-    size = wp.length(bisector)
-    if size == 0.0:
+    across_it = wp.vec2(-bisector[1], bisector[0])
+    span = wp.dot(across_it, pb - pa)
+    if wp.abs(span) <= LEVEL * (wp.abs(rise) * wp.length(bisector) + wp.abs(span)):
         return wp.vec2(a[2], b[2])
-    top = bisector * (radius / size)
-    share = da / (da + db)
-    e = pa - top
-    f = pb - top
-    cross = e[0] * f[1] - e[1] * f[0]
-    slope = wp.vec2(-share * f[1] - (1.0 - share) * e[1], (1.0 - share) * e[0] + share * f[0]) * rise
-    if wp.abs(cross) < LEVEL * wp.sqrt(wp.dot(slope, slope) + cross * cross):
-        return wp.vec2(a[2], b[2])
-    slope = slope / cross
-    middle = a[2] + share * rise
+    slope = rise / span
+    middle = a[2] + da / (da + db) * rise
     return wp.vec2(
-        plane_height(a[2], b[2], middle + wp.dot(slope, first - top)),
-        plane_height(b[2], a[2], middle + wp.dot(slope, second - top)),
+        plane_height(a[2], b[2], middle + wp.dot(across_it, first) * slope),
+        plane_height(b[2], a[2], middle + wp.dot(across_it, second) * slope),
     )
 
 
@@ -75,12 +67,12 @@ def heights_unrolled(a: wp.vec3, b: wp.vec3, first: wp.vec2, second: wp.vec2, ar
 
 
 @wp.func
-def cylinder_touch(a: wp.vec3, b: wp.vec3, radius: float, length: float, axis: int, side: int, exact: bool) -> Touch:
+def cylinder_touch(a: wp.vec3, b: wp.vec3, radius: float, length: float, axis: int, side: int, where: int) -> Touch:
     """How a segment from a to b, m, goes round a cylinder.
 
     Args:
         length: between the ends. axis, side: the half that a path must stay on: the axis, and 1 or -1; side 0: both.
-        exact: whether the path is the shortest one, see above.
+        where: IN_PLANE, AMONG_OTHERS or EXACT, see above.
     """
     touch = Touch()
     pa = wp.vec2(a[0], a[1])
@@ -109,7 +101,6 @@ def cylinder_touch(a: wp.vec3, b: wp.vec3, radius: float, length: float, axis: i
     back_on = wp.dot(a_back, b_on)
     first = a_on
     second = b_back
-    behind = wp.bool(False)
     around = wp.bool(False)
     if side == 0:
         pair = larger(wp.dot(a_on, b_on), on_back, back_on, wp.dot(a_back, b_back))
@@ -127,22 +118,20 @@ def cylinder_touch(a: wp.vec3, b: wp.vec3, radius: float, length: float, axis: i
         if not forward:
             first = a_back
             second = b_on
-        behind = none or forward == (on_back < back_on)
         around = wp.dot(first + second, first - pa + second - pb) < 0.0
     angle = wp.atan2(wp.abs(first[0] * second[1] - first[1] * second[0]), wp.dot(first, second))
     if around:
         angle = 2.0 * wp.pi - angle
     arc = radius * angle
-    heights = wp.vec2(0.0)
-    if exact:
+    heights = heights_in_plane(a, b, first, second)
+    rise = heights[1] - heights[0]
+    if where == EXACT or (where == AMONG_OTHERS and arc * arc + rise * rise >= SHORT * SHORT):
         heights = heights_unrolled(a, b, first, second, arc)
-    else:
-        heights = heights_in_plane(a, b, first, second, wp.where(behind, -radius, radius))
+        rise = heights[1] - heights[0]
     if wp.abs(heights[0]) > 0.5 * length and wp.abs(heights[1]) > 0.5 * length:
         return touch
     touch.kind = kind
     touch.first = wp.vec3(first[0], first[1], heights[0])
     touch.second = wp.vec3(second[0], second[1], heights[1])
-    rise = heights[1] - heights[0]
     touch.arc = wp.sqrt(arc * arc + rise * rise)
     return touch

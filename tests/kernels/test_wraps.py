@@ -6,10 +6,14 @@ import numpy as np
 import pytest
 import warp as wp
 
-from warpmuscle.kernels.wrap_cylinder import cylinder_touch
+from warpmuscle.kernels.route import CYLINDER, ELLIPSOID, SPHERE, TORUS
+from warpmuscle.kernels.wrap_cylinder import AMONG_OTHERS, EXACT, IN_PLANE, cylinder_touch
+from warpmuscle.kernels.wrap_ellipsoid import ellipsoid_touch
 from warpmuscle.kernels.wrap_sphere import sphere_touch
+from warpmuscle.kernels.wrap_torus import torus_touch
 from warpmuscle.kernels.wrap_touch import BESIDE, FREE, INSIDE, Touch
-from warpmuscle.scene import CylinderSurface, SphereSurface, Surface
+from warpmuscle.model.routes import KINDS, METHODS, size_of
+from warpmuscle.scene import CylinderSurface, EllipsoidSurface, SphereSurface, Surface, TorusSurface
 from warpmuscle.scene.wrapping.route import half_of, touch
 
 SIDES = ["", "+x", "-x", "+y", "-y", "+z", "-z"]
@@ -18,14 +22,18 @@ ZERO = (0.0, 0.0, 0.0)
 
 @wp.kernel
 def touches(
-    a: wp.array[wp.vec3], b: wp.array[wp.vec3], sphere: int, radius: float, length: float, axis: int, side: int,
-    exact: int, result: wp.array[Touch],
+    a: wp.array[wp.vec3], b: wp.array[wp.vec3], kind: int, size: wp.vec3, axis: int, side: int, method: int,
+    where: int, result: wp.array[Touch],
 ):  # fmt: skip
     i = wp.tid()
-    if sphere == 1:
-        result[i] = sphere_touch(a[i], b[i], radius, axis, side)
-    else:
-        result[i] = cylinder_touch(a[i], b[i], radius, length, axis, side, exact != 0)
+    if kind == CYLINDER:
+        result[i] = cylinder_touch(a[i], b[i], size[0], size[1], axis, side, where)
+    if kind == SPHERE:
+        result[i] = sphere_touch(a[i], b[i], size[0], axis, side)
+    if kind == ELLIPSOID:
+        result[i] = ellipsoid_touch(a[i], b[i], size, axis, side, method)
+    if kind == TORUS:
+        result[i] = torus_touch(a[i], b[i], size[0], size[1], axis, side, where)
 
 
 def ends(count: int, seed: int = 0) -> np.ndarray:
@@ -33,30 +41,35 @@ def ends(count: int, seed: int = 0) -> np.ndarray:
     return np.random.default_rng(seed).normal(size=(2, count, 3), scale=0.05).astype(np.float32).astype(float)
 
 
-def on_device(surface: Surface, a: np.ndarray, b: np.ndarray, exact: bool) -> np.ndarray:
+def on_device(surface: Surface, a: np.ndarray, b: np.ndarray, where: int, method: str = "hybrid") -> np.ndarray:
     result = wp.zeros(len(a), dtype=Touch, device="cpu")
-    axis, side = half_of(surface)
     given = [wp.array(v.astype(np.float32), dtype=wp.vec3, device="cpu") for v in (a, b)]
-    sphere, length = isinstance(surface, SphereSurface), getattr(surface, "length", 0.0)
-    inputs = [*given, int(sphere), surface.radius, length, axis, side, int(exact)]
+    size = wp.vec3(*size_of(surface)[0].tolist())
+    inputs = [*given, KINDS[type(surface)], size, *half_of(surface), METHODS[method], where]
     wp.launch(touches, len(a), inputs, [result], device="cpu")
     return result.numpy()
 
 
+def length_of(touch: np.ndarray, a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Lengths of paths that touch."""
+    return np.linalg.norm(touch["first"] - a, axis=1) + np.linalg.norm(touch["second"] - b, axis=1) + touch["arc"]
+
+
 @pytest.mark.parametrize("side", SIDES)
 @pytest.mark.parametrize(
-    ("make", "exact"),
+    ("make", "where"),
     [
-        (lambda side: CylinderSurface("b", ZERO, 0.03, 0.2, side=side), False),
-        (lambda side: CylinderSurface("b", ZERO, 0.03, 0.2, side=side), True),
-        (lambda side: SphereSurface("b", ZERO, 0.03, side=side), False),
+        (lambda side: CylinderSurface("b", ZERO, 0.03, 0.2, side=side), IN_PLANE),
+        (lambda side: CylinderSurface("b", ZERO, 0.03, 0.2, side=side), AMONG_OTHERS),
+        (lambda side: CylinderSurface("b", ZERO, 0.03, 0.2, side=side), EXACT),
+        (lambda side: SphereSurface("b", ZERO, 0.03, side=side), EXACT),
     ],
-    ids=["cylinder", "shortest round a cylinder", "sphere"],
+    ids=["cylinder", "cylinder among others", "shortest round a cylinder", "sphere"],
 )
-def test_segments_go_round_as_in_float64(make, exact: bool, side: str):
+def test_segments_go_round_as_in_float64(make, where: int, side: str):
     surface, (a, b) = make(side), ends(3000)
-    got = on_device(surface, a, b, exact)
-    expected = [touch(surface, exact, *pair) for pair in zip(a, b, strict=True)]
+    got = on_device(surface, a, b, where)
+    expected = [touch(surface, "hybrid", where, *pair) for pair in zip(a, b, strict=True)]
     same = got["kind"] == [one.kind for one in expected]
     assert np.mean(same) > 0.999  # the others begin to touch just there
     assert len(set(got["kind"])) >= (3 if side else 2)
@@ -69,10 +82,47 @@ def test_segments_go_round_as_in_float64(make, exact: bool, side: str):
     assert np.quantile(away, 0.99) < 1e-5
 
 
+@pytest.mark.parametrize("side", ["", "+x", "-y"])
+@pytest.mark.parametrize(
+    ("make", "method", "within"),
+    [
+        (lambda side: EllipsoidSurface("b", ZERO, (0.035, 0.02, 0.025), side=side), "hybrid", 5e-4),
+        (lambda side: EllipsoidSurface("b", ZERO, (0.035, 0.02, 0.025), side=side), "midpoint", 2e-5),
+        (lambda side: EllipsoidSurface("b", ZERO, (0.035, 0.02, 0.025), side=side), "axial", 2e-5),
+        (lambda side: TorusSurface("b", ZERO, 0.012, 0.04, side=side), "hybrid", 2e-5),
+    ],
+    ids=["hybrid", "midpoint", "axial", "torus"],
+)
+def test_segments_go_round_ellipsoids_and_tori_nearly_as_in_float64(make, method: str, within: float, side: str):
+    surface, (a, b) = make(side), ends(1500)
+    got = on_device(surface, a, b, IN_PLANE, method)
+    expected = [touch(surface, method, IN_PLANE, *pair) for pair in zip(a, b, strict=True)]
+    same = got["kind"] == [one.kind for one in expected]
+    assert np.mean(same) > 0.995
+    touching = np.flatnonzero(same & (got["kind"] >= BESIDE))
+    assert len(touching) > 150
+    lengths = [
+        np.linalg.norm(t.first - p) + np.linalg.norm(t.second - q) + t.length
+        for t, p, q in ((expected[i], a[i], b[i]) for i in touching)
+    ]
+    off = np.abs(length_of(got, a, b)[touching] - lengths)
+    assert np.quantile(off, 0.95) < (1.5e-3 if side else within)
+
+
+def test_arcs_of_a_round_ellipsoid_are_those_of_a_sphere():
+    a, b = ends(2000)
+    round_one = on_device(EllipsoidSurface("b", ZERO, (0.03, 0.03, 0.03)), a, b, IN_PLANE, "midpoint")
+    ball = on_device(SphereSurface("b", ZERO, 0.03), a, b, IN_PLANE)
+    touching = (round_one["kind"] >= BESIDE) & (ball["kind"] >= BESIDE)
+    assert touching.sum() > 200
+    off = np.abs(length_of(round_one, a, b) - length_of(ball, a, b))[touching]
+    assert np.quantile(off, 0.98) < 1e-5  # where a segment runs through the middle, the plane is anyone's
+
+
 def test_a_quarter_of_a_cylinder_is_as_long_as_it_should_be():
     surface = CylinderSurface("b", ZERO, 0.03, 0.2, side="+x")
     a, b = np.array([[0.03, -0.1, 0.02]]), np.array([[-0.1, 0.03, 0.05]])
-    (got,) = on_device(surface, a, b, True)
+    (got,) = on_device(surface, a, b, EXACT)
     slope = 0.03 / (0.2 + 0.03 * math.pi / 2.0)
     assert got["kind"] == BESIDE
     assert got["arc"] == pytest.approx(0.03 * math.pi / 2.0 * math.hypot(1.0, slope), abs=1e-7)
@@ -82,18 +132,15 @@ def test_a_quarter_of_a_cylinder_is_as_long_as_it_should_be():
 
 def test_nothing_touches_beyond_the_ends_of_a_cylinder_or_from_inside():
     surface = CylinderSurface("b", ZERO, 0.03, 0.02)
-    far = on_device(surface, np.array([[0.01, -0.1, 0.02]]), np.array([[0.01, 0.1, 0.03]]), False)
-    inside = on_device(surface, np.array([[0.01, -0.02, 0.0]]), np.array([[0.01, 0.1, 0.0]]), False)
+    far = on_device(surface, np.array([[0.01, -0.1, 0.02]]), np.array([[0.01, 0.1, 0.03]]), IN_PLANE)
+    inside = on_device(surface, np.array([[0.01, -0.02, 0.0]]), np.array([[0.01, 0.1, 0.0]]), IN_PLANE)
     assert [far["kind"][0], inside["kind"][0]] == [FREE, INSIDE]
 
 
 def test_the_shortest_way_round_a_cylinder_is_not_longer_than_opensims():
     surface, (a, b) = CylinderSurface("b", ZERO, 0.03, 0.2), ends(3000)
-    lengths = []
-    for exact in (False, True):
-        got = on_device(surface, a, b, exact)
-        legs = np.linalg.norm(got["first"] - a, axis=1) + np.linalg.norm(got["second"] - b, axis=1)
-        lengths.append(np.where(got["kind"] >= BESIDE, legs + got["arc"], 0.0))
-    touching = lengths[0] > 0.0
-    assert np.all(lengths[1] <= lengths[0] + 1e-6)
-    assert np.max(lengths[0][touching] - lengths[1][touching]) > 1e-4
+    touches = [on_device(surface, a, b, where) for where in (IN_PLANE, EXACT)]
+    touching = np.all([one["kind"] >= BESIDE for one in touches], axis=0)
+    in_plane, shortest = (length_of(one, a, b)[touching] for one in touches)
+    assert np.all(shortest <= in_plane + 1e-6)
+    assert np.max(in_plane - shortest) > 1e-4

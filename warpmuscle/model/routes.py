@@ -10,21 +10,33 @@ import warp as wp
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.arrays import records_to_device, rows, starts, structs_to_device, to_device
-from warpmuscle.core.errors import SceneError
 from warpmuscle.core.pose import from_rotation_vector, normalized, rotate
 from warpmuscle.kernels import structs
 from warpmuscle.kernels.polynomial_path import EXPONENT_BITS
-from warpmuscle.kernels.route import CYLINDER, SPHERE, WRAP_BIT, RouteKind
+from warpmuscle.kernels.route import CYLINDER, ELLIPSOID, SPHERE, TORUS, WRAP_BIT, RouteKind
 from warpmuscle.kernels.stretch import PathKind
+from warpmuscle.kernels.wrap_ellipsoid import AXIAL, HYBRID, MIDPOINT
 from warpmuscle.model.bodies import stacked
-from warpmuscle.scene import Character, CylinderSurface, Muscle, SphereSurface, Surface, Wrap
+from warpmuscle.scene import (
+    Character,
+    CylinderSurface,
+    EllipsoidSurface,
+    Muscle,
+    SphereSurface,
+    Surface,
+    TorusSurface,
+    Wrap,
+)
 from warpmuscle.scene.joints.displacement import pieces
 from warpmuscle.scene.topology import Topology
 from warpmuscle.scene.validation.paths import is_route
 
 ZERO = (0.0, 0.0, 0.0)
 SIDES = {"": (0, 0)} | {f"{sign}{name}": (axis, int(f"{sign}1")) for axis, name in enumerate("xyz") for sign in "+-"}
-KINDS: dict[type[Surface], int] = {CylinderSurface: CYLINDER, SphereSurface: SPHERE}
+KINDS: dict[type[Surface], int] = {
+    CylinderSurface: CYLINDER, SphereSurface: SPHERE, EllipsoidSurface: ELLIPSOID, TorusSurface: TORUS
+}  # fmt: skip
+METHODS = {"hybrid": HYBRID, "midpoint": MIDPOINT, "axial": AXIAL}
 
 
 def path_kind(muscles: Iterable[Muscle], character: Character) -> PathKind:
@@ -44,17 +56,10 @@ def _kind_of_routes(muscles: Sequence[Muscle], character: Character) -> RouteKin
     wraps = [wrap for muscle in routes for wrap in muscle.wraps]
     return RouteKind(
         max(len(muscle.wraps) for muscle in routes),
-        tuple(sorted({_number(character.surfaces[wrap.surface]) for wrap in wraps})),
+        tuple(sorted({KINDS[type(character.surfaces[wrap.surface])] for wrap in wraps})),
         any(point.motion for muscle in routes for point in muscle.path),
         character.wrapping == "shortest",
     )
-
-
-def _number(surface: Surface) -> int:
-    """The number of a surface's kind."""
-    if type(surface) not in KINDS:
-        raise SceneError("paths do not wrap around ellipsoids and tori yet; leave the surface out", key="surfaces")
-    return KINDS[type(surface)]
 
 
 def fixed_segments(muscle: Muscle) -> list[tuple[int, int]]:
@@ -217,16 +222,15 @@ def _put_wraps(
     """What routes wrap around, with places and sizes of the surfaces; `counts` has the points of each wrap's route."""
     surfaces = [character.surfaces[wrap.surface] for wrap in wraps]
     every = list(character.surfaces)
-    methods = ("hybrid", "midpoint", "axial")
     r.wrap = records_to_device(
         structs.RouteWrap, device,
         body=[names.bodies.index(surface.body) for surface in surfaces],
-        kind=[_number(surface) for surface in surfaces],
+        kind=[KINDS[type(surface)] for surface in surfaces],
         axis=[SIDES[surface.side][0] for surface in surfaces], side=[SIDES[surface.side][1] for surface in surfaces],
         first=[(wrap.first or 1) - 1 for wrap in wraps],
         last=[(wrap.last or count) - 1 for wrap, count in zip(wraps, counts, strict=True)],
         surface=[every.index(wrap.surface) for wrap in wraps],
-        method=[methods.index(wrap.method) for wrap in wraps],
+        method=[METHODS[wrap.method] for wrap in wraps],
     )  # fmt: skip
     if not surfaces:
         r.wrap_row = wp.zeros((1, 1), dtype=structs.WrapRow, device=device)
@@ -236,15 +240,17 @@ def _put_wraps(
     columns = {
         "rotation": np.swapaxes(rotate(turns[:, :, None], np.eye(3)), 2, 3),
         "position": stacked(places),
-        "size": stacked([_size(surface) for surface in surfaces]),
+        "size": stacked([size_of(surface) for surface in surfaces]),
     }
     r.wrap_row = structs_to_device(structs.WrapRow, columns, device)
 
 
-def _size(surface: Surface) -> Floats:
+def size_of(surface: Surface) -> Floats:
     """Radius, length, or radii of a surface, (rows, 3) m."""
     if isinstance(surface, CylinderSurface):
         return rows([surface.radius, surface.length, 0.0])
     if isinstance(surface, SphereSurface):
         return rows([surface.radius, 0.0, 0.0])
-    raise SceneError("paths do not wrap around ellipsoids and tori yet; leave the surface out", key="surfaces")
+    if isinstance(surface, EllipsoidSurface):
+        return rows(surface.radii)
+    return rows([surface.inner_radius, surface.outer_radius, 0.0])

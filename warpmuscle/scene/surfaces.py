@@ -50,8 +50,8 @@ class EllipsoidSurface(Part, tag_field="type", tag="ellipsoid"):
 class TorusSurface(Part, tag_field="type", tag="torus"):
     """A ring about its z axis, through whose hole a path runs.
 
-    As OpenSim counts them, the inner radius is that of the hole and the outer one that of the whole, so that the ring
-    itself has a circle of radius (outer_radius - inner_radius) / 2 as its section.
+    As OpenSim's wrapping takes them, the outer radius is that of the circle in the ring's middle, and the inner one
+    that of its round section.
     """
 
     body: str

@@ -9,14 +9,18 @@ import numpy as np
 from warpmuscle.core.array_types import Floats
 from warpmuscle.scene.wrapping.touch import BESIDE, FREE, INSIDE, THROUGH, Touch, sign, untouched
 
+IN_PLANE, AMONG_OTHERS, EXACT = 0, 1, 2  # where the tangent points are along the axis
+SHORT = 0.004  # m, of an arc that OpenSim does not bend so that it is tangent to both legs
 
-def cylinder_touch(a: Floats, b: Floats, radius: float, length: float, axis: int, side: int, exact: bool) -> Touch:
+
+def cylinder_touch(a: Floats, b: Floats, radius: float, length: float, axis: int, side: int, where: int) -> Touch:
     """How a segment from a to b goes round a cylinder.
 
     Args:
         a, b: (3,) m. length: between the ends, beyond both of which nothing touches.
         axis, side: the half of the cylinder that a path must stay on: the axis, and 1 or -1; 0: both halves.
-        exact: whether the path is the shortest one; else it lies in OpenSim's plane, as those round one surface do.
+        where: `EXACT`: the path is the shortest one. `IN_PLANE`: it lies in OpenSim's plane, as those round one surface
+            do. `AMONG_OTHERS`: as those round several do there, in that plane if the arc is short, else the shortest.
     """
     da, db = math.hypot(a[0], a[1]), math.hypot(b[0], b[1])
     if da < radius or db < radius:
@@ -28,7 +32,7 @@ def cylinder_touch(a: Floats, b: Floats, radius: float, length: float, axis: int
     ways = _tangents(a, da, radius), _tangents(b, db, radius)
     if side == 0:
         first, second = max(((p, q) for p in ways[0] for q in ways[1]), key=lambda pair: float(pair[0] @ pair[1]))
-        behind = round_behind = False
+        round_behind = False
     else:
         if side in (sign(a[axis]), sign(b[axis])) and not through:
             if sign(a[axis]) == sign(b[axis]) or sign(near[axis]) == side:
@@ -36,17 +40,15 @@ def cylinder_touch(a: Floats, b: Floats, radius: float, length: float, axis: int
             kind = BESIDE
         elif side not in (sign(a[axis]), sign(b[axis])):
             kind = BESIDE
-        first, second, behind = _on_side(ways, a, b, axis, side)
+        first, second = _on_side(ways, a, b, axis, side)
         out = (first - a[:2]) + (second - b[:2])
         round_behind = float((first + second) @ out) < 0.0
     angle = math.acos(min(max(float(first @ second) / radius**2, -1.0), 1.0))
     if round_behind:
         angle = 2.0 * math.pi - angle
-    za, zb = (
-        _unrolled(a, b, first, second, radius * angle)
-        if exact
-        else _in_plane(a, b, da, db, first, second, -radius if behind else radius)
-    )
+    za, zb = _in_plane(a, b, da, db, first, second)
+    if where == EXACT or (where == AMONG_OTHERS and math.hypot(radius * angle, zb - za) >= SHORT):
+        za, zb = _unrolled(a, b, first, second, radius * angle)
     if abs(za) > 0.5 * length and abs(zb) > 0.5 * length:
         return untouched(FREE)
     return Touch(kind, np.append(first, za), np.append(second, zb), math.hypot(radius * angle, zb - za))
@@ -73,8 +75,8 @@ def _tangents(p: Floats, distance: float, radius: float) -> tuple[Floats, Floats
 
 def _on_side(
     ways: tuple[tuple[Floats, Floats], tuple[Floats, Floats]], a: Floats, b: Floats, axis: int, side: int
-) -> tuple[Floats, Floats, bool]:
-    """The pair of tangent points on the side, and whether the path goes round the far half of the circle."""
+) -> tuple[Floats, Floats]:
+    """The pair of tangent points on the side."""
     (a_on, a_back), (b_on, b_back) = ways
     wider = float(a_on @ b_back) < float(a_back @ b_on)  # the angle between the first two than between the others
 
@@ -89,36 +91,22 @@ def _on_side(
     elif a_sides[0] or on(b_back, b[2]):
         forward = True
     else:
-        chosen = (a_on, b_back) if wider else (a_back, b_on)
-        return *chosen, True
-    if forward:
-        return a_on, b_back, wider
-    return a_back, b_on, not wider
+        forward = wider
+    return (a_on, b_back) if forward else (a_back, b_on)
 
 
-def _in_plane(
-    a: Floats, b: Floats, da: float, db: float, first: Floats, second: Floats, radius: float
-) -> tuple[float, float]:
-    """Heights of both tangent points in the plane through a, b and the middle of the way round.
-
-    The middle is on the bisector of both ends' directions from the axis, on its other side if the radius is negative.
-    """
+def _in_plane(a: Floats, b: Floats, da: float, db: float, first: Floats, second: Floats) -> tuple[float, float]:
+    """Heights of both tangent points in the plane through a, b and the bisector of their directions from the axis."""
     rise = b[2] - a[2]
     bisector = a[:2] / da + b[:2] / db
-    size = math.hypot(bisector[0], bisector[1])
-    if size == 0.0 or rise == 0.0:
+    across = np.array([-bisector[1], bisector[0]])
+    span = float(across @ (b[:2] - a[:2]))
+    size = float(np.linalg.norm(across))
+    # OpenSim gives up where the plane is so steep that the share of its unit normal along z is less than 5e-7.
+    if rise == 0.0 or abs(span) <= 5e-7 * math.hypot(rise * size, span):
         return a[2], b[2]
-    top = bisector * (radius / size)
-    share = da / (da + db)
-    middle = a[2] + share * rise
-    e, f = a[:2] - top, b[:2] - top
-    cross = e[0] * f[1] - e[1] * f[0]
-    # The unit normal is (-slope, cross) over its length; OpenSim gives up where its share along z is less than 5e-7.
-    slope = np.array([-share * f[1] - (1.0 - share) * e[1], (1.0 - share) * e[0] + share * f[0]]) * rise
-    if abs(cross) * 20.0 < 1e-5 * math.hypot(slope[0], slope[1], cross):
-        return a[2], b[2]
-    slope = slope / cross
-    za, zb = (middle + float(slope @ (p - top)) for p in (first, second))
+    middle = a[2] + da / (da + db) * rise
+    za, zb = (middle + float(across @ p) * rise / span for p in (first, second))
     return (
         za if abs(za - b[2]) < abs(rise) else a[2],
         zb if abs(zb - a[2]) < abs(rise) else b[2],

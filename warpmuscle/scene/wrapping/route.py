@@ -9,13 +9,24 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.pose import from_rotation_vector, normalized, rotate
-from warpmuscle.scene import Character, CylinderSurface, Muscle, SphereSurface, Surface, ViaPoint, Wrap
+from warpmuscle.scene import (
+    Character,
+    CylinderSurface,
+    EllipsoidSurface,
+    Muscle,
+    SphereSurface,
+    Surface,
+    ViaPoint,
+    Wrap,
+)
 from warpmuscle.scene.initial_pose import plain_number, plain_vector
 from warpmuscle.scene.joints.displacement import rates
-from warpmuscle.scene.wrapping.cylinder import cylinder_touch
+from warpmuscle.scene.wrapping.cylinder import AMONG_OTHERS, EXACT, IN_PLANE, cylinder_touch
+from warpmuscle.scene.wrapping.ellipsoid import ellipsoid_touch
 from warpmuscle.scene.wrapping.path import Placed, Stop, wrapped
 from warpmuscle.scene.wrapping.sphere import sphere_touch
-from warpmuscle.scene.wrapping.touch import Touch, untouched
+from warpmuscle.scene.wrapping.torus import torus_touch
+from warpmuscle.scene.wrapping.touch import Touch
 
 Poses = Mapping[str, tuple[Floats, Floats]]  # position, m, and orientation of every body
 Angles = Mapping[str, Floats]  # coordinates of every joint
@@ -33,7 +44,8 @@ def route_stops(character: Character, muscle: Muscle, poses: Poses, angles: Angl
     points = [_place(point, poses, angles) for point in muscle.path]
     active = [_counts(point, angles) for point in muscle.path]
     exact = character.wrapping == "shortest"
-    surfaces = [_placed(character, muscle, wrap, poses, exact or len(muscle.wraps) > 1) for wrap in muscle.wraps]
+    where = EXACT if exact else AMONG_OTHERS if len(muscle.wraps) > 1 else IN_PLANE
+    surfaces = [_placed(character, muscle, wrap, poses, where) for wrap in muscle.wraps]
     return wrapped(points, active, surfaces, exact)
 
 
@@ -42,14 +54,17 @@ def half_of(surface: Surface) -> tuple[int, int]:
     return ("xyz".index(surface.side[1]), int(f"{surface.side[0]}1")) if surface.side else (0, 0)
 
 
-def touch(surface: Surface, exact: bool, a: Floats, b: Floats) -> Touch:
-    """How a segment from a to b, in the axes of a surface, goes round it."""
+def touch(surface: Surface, method: str, where: int, a: Floats, b: Floats) -> Touch:
+    """How a segment from a to b, in the axes of a surface, goes round it; see `Wrap.method` and `cylinder.py`."""
     if isinstance(surface, CylinderSurface):
         sizes = plain_number(surface.radius), plain_number(surface.length)
-        return cylinder_touch(a, b, *sizes, *half_of(surface), exact)
+        return cylinder_touch(a, b, *sizes, *half_of(surface), where)
     if isinstance(surface, SphereSurface):
         return sphere_touch(a, b, plain_number(surface.radius), *half_of(surface))
-    return untouched()  # ellipsoids and tori, around which no step wraps paths yet
+    if isinstance(surface, EllipsoidSurface):
+        return ellipsoid_touch(a, b, plain_vector(surface.radii), *half_of(surface), method)
+    radii = plain_number(surface.inner_radius), plain_number(surface.outer_radius)
+    return torus_touch(a, b, *radii, *half_of(surface), where)
 
 
 def _place(point: ViaPoint, poses: Poses, angles: Angles) -> Floats:
@@ -68,13 +83,13 @@ def _counts(point: ViaPoint, angles: Angles) -> bool:
     return c is None or plain_number(c.low) <= float(angles[c.joint][c.axis]) <= plain_number(c.high)
 
 
-def _placed(character: Character, muscle: Muscle, wrap: Wrap, poses: Poses, exact: bool) -> Placed:
+def _placed(character: Character, muscle: Muscle, wrap: Wrap, poses: Poses, where: int) -> Placed:
     """A surface in a pose."""
     surface = character.surfaces[wrap.surface]
     position, turn = poses[surface.body]
     axes = rotate(turn, rotate(from_rotation_vector(plain_vector(surface.orientation)), np.eye(3)))
     return Placed(
-        partial(touch, surface, exact),
+        partial(touch, surface, wrap.method, where),
         axes.T,
         position + rotate(turn, plain_vector(surface.position)),
         wrap.surface,

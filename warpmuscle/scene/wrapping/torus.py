@@ -1,0 +1,73 @@
+"""Segments of a path through a torus about z, as OpenSim 4.6 takes them (WrapTorus).
+
+Where the segment is nearest to the circle in the middle of the ring, a cylinder along the circle stands for the ring,
+and the path stays on the side of it that looks to the ring's centre. OpenSim looks for the nearest place from both
+ends; the equation that it solves has twice the distance from the axis in it, and so have we.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from warpmuscle.core.array_types import Floats
+from warpmuscle.scene.wrapping.cylinder import cylinder_touch
+from warpmuscle.scene.wrapping.touch import BESIDE, Touch, sign, untouched
+
+ENDLESS = 1.0e4  # m
+STEPS = 40  # of the search for the nearest place
+
+
+def torus_touch(a: Floats, b: Floats, section: float, ring: float, axis: int, side: int, where: int) -> Touch:
+    """How a segment from a to b, (3,) m, goes through a torus.
+
+    Args:
+        section, ring: radii of the section and of the circle in the middle, m.
+        axis, side: the half of the circle that a path must be near: the axis, and 1 or -1; 0: both halves.
+        where: see `cylinder_touch`.
+    """
+    near = [place_from(a, b, ring), place_from(b, a, ring)]
+    if side != 0:
+        near = [place for place in near if sign(place[axis]) == side]
+    if not near:
+        return untouched()
+    place = min(near, key=lambda p: _distance(p, ring))
+    flat = math.hypot(place[0], place[1])
+    if flat == 0.0:
+        return untouched()
+    center = np.array([place[0], place[1], 0.0]) * (ring / flat)
+    x, y = -center / ring, np.array([0.0, 0.0, -1.0])
+    turn = np.array([x, y, np.cross(x, y)])
+    touch = cylinder_touch(turn @ (a - center), turn @ (b - center), section, ENDLESS, 0, 1, where)
+    if touch.kind < BESIDE:
+        return touch
+    return Touch(BESIDE, center + turn.T @ touch.first, center + turn.T @ touch.second, touch.length)
+
+
+def place_from(a: Floats, b: Floats, ring: float) -> Floats:
+    """The place on the line from a to b that OpenSim's search for the one nearest to the circle finds, from a on."""
+    n = (b - a) / max(float(np.linalg.norm(b - a)), 1e-12)
+    along, flat, square, rest = float(a @ n), float(a[:2] @ n[:2]), float(n[:2] @ n[:2]), float(a[:2] @ a[:2])
+
+    def slope(u: float) -> tuple[float, float]:
+        away = math.sqrt(max(u * u * square + 2.0 * flat * u + rest, 1e-24))
+        inward = square * u + flat
+        return along + u - 2.0 * ring * inward / away, 1.0 - 2.0 * ring * (square / away - inward**2 / away**3)
+
+    u = 0.0
+    f, df = slope(u)
+    for _ in range(STEPS):  # Newton's method, with shorter steps where it would go up
+        step = -f / df if df != 0.0 else 0.0
+        for _ in range(8):
+            new = slope(u + step)
+            if abs(new[0]) < abs(f):
+                break
+            step *= 0.5
+        u, (f, df) = u + step, new
+    return np.asarray(a + u * n)
+
+
+def _distance(place: Floats, ring: float) -> float:
+    """Distance of a place from the circle, m."""
+    return math.hypot(math.hypot(place[0], place[1]) - ring, place[2])
