@@ -42,11 +42,12 @@ COMMANDS = {
     "convert .rbs": ("convert", "fwalk", "-o", "out.rbs"),
     "convert .xml": ("convert", "fwalk", "-o", "out.xml"),
     "fit-muscles": ("fit-muscles", "elbow_simplified", "--duration", "0.5", "-o", "out.toml"),
+    "fit-paths": ("fit-paths", "elbow_simplified", "--order", "2", "-o", "out.toml"),
     "synergies": ("synergies", "emg.csv", "-n", "2", "--restarts", "1", "-o", "out.h5"),
     "synergies --plot": ("synergies", "emg.csv", "-n", "2", "--restarts", "1", "--plot", "out.png"),
 }
 # Compiling takes room on the disk, too.
-COMPILING = ("simulate", "simulate --plot", "optimize", "sweep", "fit-muscles", "report")
+COMPILING = ("simulate", "simulate --plot", "optimize", "sweep", "fit-muscles", "fit-paths", "report")
 
 
 @pytest.fixture(scope="module")

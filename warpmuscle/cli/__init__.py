@@ -17,7 +17,7 @@ from warpmuscle.cli.console import INTERRUPTED, log, marked, out
 from warpmuscle.cli.optimize import optimize
 from warpmuscle.cli.plot import plot
 from warpmuscle.cli.results import apply, export, report
-from warpmuscle.cli.scenes import convert, fit_muscles, info, scenes
+from warpmuscle.cli.scenes import convert, fit_muscles, fit_paths, info, scenes
 from warpmuscle.cli.shortage import output_refused, shortage
 from warpmuscle.cli.simulate import simulate
 from warpmuscle.cli.start import example, schema
@@ -39,7 +39,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 COMMANDS = (
-    scenes, info, simulate, optimize, sweep, apply, report, view, plot, video, export, fit_muscles, convert,
+    scenes, info, simulate, optimize, sweep, apply, report, view, plot, video, export, fit_muscles, fit_paths, convert,
     synergies, throw, example, schema,
 )  # fmt: skip
 for command in COMMANDS:

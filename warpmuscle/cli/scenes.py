@@ -111,6 +111,35 @@ def fit_muscles(
     out.print(f"wrote {output}")
 
 
+def fit_paths(
+    sources: Sources,
+    output: Annotated[Path, typer.Option("--output", "-o", help="TOML file to write.")],
+    rms: Annotated[float, typer.Option(min=1e-7, help="What polynomials may miss in the root mean square, m.")] = 1e-4,
+    order: Annotated[int, typer.Option(min=1, max=20, help="The greatest order that is tried.")] = 8,
+    trust: Trust = False,
+) -> None:
+    """Fit polynomials of the joints' coordinates to the paths of muscles, and write the scene with them.
+
+    Lengths are taken in random poses within the joints' limits. Example: warpmuscle fit-paths arm26.osim -o fast.toml
+    """
+    from warpmuscle.formats import save
+    from warpmuscle.studies.fit_paths import fit_paths as fit
+
+    writable(output)
+    scene = load_scene(sources)
+    start_warp()
+    with log.status("measuring paths; the first time compiles for some seconds"):
+        fitted, fits = fit(scene, rms, order)
+    save(fitted, output)
+    for one in fits:
+        if one.rms > rms:
+            out.print(
+                f"{one.muscle}: misses {1e3 * one.rms:.2g} mm at order {one.order}, at most {1e3 * one.worst:.2g} mm"
+            )
+    terms = sum(one.terms for one in fits)
+    out.print(f"wrote {output}: {len(fits)} paths of {terms} terms")
+
+
 def convert(
     sources: Sources,
     output: Annotated[

@@ -28,6 +28,7 @@ from warpmuscle.scene.topology import followers
 from warpmuscle.scene.validation.checks import Checks, known, near
 
 GREATEST_EXPONENT = 20  # of a coordinate in a polynomial path; more is a mistake
+MOST_VARIABLES = 6  # coordinates of a polynomial path
 MOST_WRAPS, MOST_POINTS = 7, 24  # of one path that wraps, moves, or has points that come in at once
 
 
@@ -141,6 +142,8 @@ def check_polynomial(key: str, polynomial: PolynomialPath, character: Character)
         SceneError: an unknown joint, one without such a coordinate, or terms that do not fit together.
     """
     joints, axes = polynomial.joints, polynomial.axes or [0] * len(polynomial.joints)
+    if len(joints) > MOST_VARIABLES:
+        raise SceneError(f"a polynomial takes {MOST_VARIABLES} coordinates at most, got {len(joints)}", f"{key}.joints")
     if len(axes) != len(joints):
         raise SceneError(f"{len(axes)} axes for {len(joints)} joints", key=f"{key}.axes")
     for index, (joint, axis) in enumerate(zip(joints, axes, strict=True)):
