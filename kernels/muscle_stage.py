@@ -29,9 +29,10 @@ from warpmuscle.kernels.muscle_control import (
     timed_excitation,
     within,
 )
-from warpmuscle.kernels.path import joint_velocities
+from warpmuscle.kernels.path import PathState, joint_velocities
 from warpmuscle.kernels.scratch import synchronize
 from warpmuscle.kernels.shaped_curves import Shaped
+from warpmuscle.kernels.sharing import AT_HAND, IN_STATE, activation_of, kept, prepare_of, rescale, sharing_stage_of
 from warpmuscle.kernels.springs import ANY_SPRINGS, SPRINGS
 from warpmuscle.kernels.stretch import PathKind, any_stretch_of
 from warpmuscle.kernels.structs import LARGEST, ModelRef, RecordRef, ScratchRef, StateRef, at, rolled, whole
@@ -60,18 +61,7 @@ class MuscleKind(NamedTuple):
     coordinate_joints: bool = False  # some joints are as in `coordinate_joint.py`
     followers: bool = False  # and some follow others
     paths: PathKind = PathKind()
-
-
-@wp.func
-def arms_in_state(instance: int, state: StateRef, work: ScratchRef) -> wp.array[wp.vec3]:
-    """Where the moment arms of an instance are kept: in the state."""
-    return state.muscles.moment_arm[instance]
-
-
-@wp.func
-def arms_at_hand(instance: int, state: StateRef, work: ScratchRef) -> wp.array[wp.vec3]:
-    """The same: in the working set."""
-    return work.pull
+    shared: int = 0  # torques are shared out, see `sharing.py`: driven joints that a muscle crosses at most
 
 
 @cache
@@ -98,7 +88,12 @@ def muscle_stage_of(
     senses, extension_struct = sense is not None, controller.extension
     at_hand, straight, timed = kind.pulls_at_hand, kind.straight, kind.timed
     coordinate_joints = kind.coordinate_joints
-    arms = arms_at_hand if at_hand else arms_in_state
+    shared, places = kind.shared > 0, AT_HAND if at_hand else IN_STATE
+    arms, share = places.arms, places.get
+    sharing_stage = sharing_stage_of(places, kind.shared)
+    elastic = kind.tendon in (COMPLIANT, EITHER)
+    rigid = contraction_of(kind.curves, RIGID if elastic else kind.tendon, False, kind.own)
+    prepare = prepare_of(places, stretch_stage, rigid, straight, law == IDEAL, elastic, floored)
 
     @wp.func
     def one_muscle(
@@ -117,11 +112,20 @@ def muscle_stage_of(
         a = state.muscles.activation[instance, m]
         before = heard_before(instance, m, step, row.delay_steps, state.muscles)
         desired = wp.float32(0.0)
-        if wp.static(law == LEGACY) and step > 0:
-            desired = desired_force(instance, m, model, state, work)  # with the moment arms of the step before
-        stretch = stretch_stage(instance, m, model, state, work, arms(instance, state, work))
-        if wp.static(law != LEGACY) or step == 0:
-            desired = average_force(stretch.wanted)
+        if wp.static(shared):
+            own_share = kept(instance, m, model, state)
+            part = wp.abs(share(instance, m, model, state, work)) / wp.sqrt(at(muscles.mass, instance, m))
+            desired = row.f_max * activation_of(part, own_share.idle)
+            stretch = PathState()
+            stretch.fixed = at(model.paths.fixed_length, instance, m)
+            stretch.moving = own_share.moving
+            stretch.speed = own_share.speed
+        else:
+            if wp.static(law == LEGACY) and step > 0:
+                desired = desired_force(instance, m, model, state, work)  # with the moment arms of the step before
+            stretch = stretch_stage(instance, m, model, state, work, arms(instance, state, work))
+            if wp.static(law != LEGACY) or step == 0:
+                desired = average_force(stretch.wanted)
         if wp.static(excites):
             desired = wanted_force(instance, m, desired, row, model, state, work, extension)
         if wp.static(timed):
@@ -159,7 +163,9 @@ def muscle_stage_of(
                 else:
                     a = activated(a, excitation, model.time_step, row, muscles.scaled_rates)
                 c = contraction(instance, m, a, stretch, row, model, state)
-        if wp.static(straight):
+        if wp.static(shared):
+            rescale(instance, m, wp.where(at_hand, c.force, 1.0) / own_share.scale, model, arms(instance, state, work))
+        elif wp.static(straight):
             work.pull[stretch.crossing] = stretch.arm * c.force
         elif wp.static(at_hand):
             span = model.paths.span[m]
@@ -210,6 +216,10 @@ def muscle_stage_of(
             coordinate_velocities(instance, lane, lanes, model, work)
         if wp.static(senses):
             sense(instance, lane, lanes, model, state, work)
+        if wp.static(shared):
+            for m in range(lane, model.muscles.count, lanes):
+                prepare(instance, m, model, state, work)
+            sharing_stage(instance, lane, lanes, model, state, work)
         for m in range(lane, model.muscles.count, lanes):
             one_muscle(instance, m, frame, model, state, record, work, extension)
         synchronize()

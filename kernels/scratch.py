@@ -50,6 +50,7 @@ LIVES = {
     **dict.fromkeys(("strength", "frame"), Life("control", "control")),
     "target": Life("control", "effort"),
     **dict.fromkeys(("joint_velocity", "pull"), Life("muscles", "muscles")),
+    **dict.fromkeys(("price", "lack", "softness", "dearest", "share"), Life("muscles", "muscles")),
     **dict.fromkeys(("block_a", "block_b", "block_c", "bias_moment"), Life("inertia", "forward")),
     "bias_force": Life("inertia", "forward"),
     **dict.fromkeys(("contact_b", "contact_c"), Life("inertia", "forward")),
@@ -132,7 +133,8 @@ def work_at(memory: wp.array[float], n: int, slots: int) -> Scratch:
     What a step no longer needs gives its place to what it needs then: `LIVES` says from when to when that is.
     In the second block six groups live one after the other: motions of the joints, sums of the kinematics, shapes that
     may collide, the controller's targets with joint velocities and the muscles' pulls, the articulated inertia, and
-    accelerations. The joint factors of the backward pass take the places of the velocities and their lags, of the same
+    accelerations. Where torques are shared out, prices and shares take the places of targets and contacts.
+    The joint factors of the backward pass take the places of the velocities and their lags, of the same
     joint's torque and stiffness, and of the same body's orientation; the root, which keeps its own, has no joint.
     """
     w = Scratch()
@@ -171,8 +173,13 @@ def work_at(memory: wp.array[float], n: int, slots: int) -> Scratch:
     w.strength = floats_at(memory, second + 4, CONTROL, n)
     w.frame = integers_at(memory, second + 5, CONTROL, n)
     w.joint_velocity = vectors_at(memory, second + 6, CONTROL, n)
+    w.price = vectors_at(memory, second, CONTROL, n)
+    w.lack = vectors_at(memory, second + 3, CONTROL, n)
+    w.softness = floats_at(memory, second + 9, CONTROL, n)
+    w.dearest = floats_at(memory, second + 10, CONTROL, n)
     w.pull = vectors_at(memory, second + CONTROL * n, 3, PULLS_A_BODY * n)
     feet = second + SECOND * n
+    w.share = floats_at(memory, feet, 1, SLOT_FLOATS * slots)
     w.contact_b = matrices_at(memory, feet, SLOT_FLOATS, slots)
     w.contact_c = symmetric_at(memory, feet + 9, SLOT_FLOATS, slots)
     w.contact_force = vectors_at(memory, feet + 15, SLOT_FLOATS, slots)

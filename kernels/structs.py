@@ -202,7 +202,7 @@ class MuscleState:
     fibre_length: wp.array2d[float]  # (instances, muscles) m; with compliant tendons or in legacy mode
     previous_fibre_length: wp.array2d[float]  # (instances, muscles) m, a step before
     force: wp.array2d[float]  # (instances, muscles) N
-    moment_arm: wp.array2d[wp.vec3]  # (instances, crossings) m, world
+    moment_arm: wp.array2d[wp.vec3]  # (instances, crossings) m, world; where torques are shared out, more, see there
     # Of reflexes, and of other controllers that excite muscles; no instances where there are none:
     sensed: wp.array2d[wp.vec3]  # (instances, muscles) length over l_opt, its rate 1/s, force over f_max
     reflex: wp.array2d[float]  # (instances, muscles) excitation by reflexes
@@ -283,6 +283,11 @@ class Scratch:
     strength: wp.array[float]  # (bodies,)
     frame: wp.array[int]  # (bodies,) 1: target in the character frame
     pull: wp.array[wp.vec3]  # (PULLS_A_BODY bodies,) of crossings: moment arms, m, then torques, N m, world
+    lack: wp.array[wp.vec3]  # (bodies,) N m, torque that the muscles are to make actively, see `sharing.py`
+    price: wp.array[wp.vec3]  # (bodies,) what joints pay for it, kg/(N m)
+    softness: wp.array[float]  # (bodies,) (N m)^2/kg
+    dearest: wp.array[float]  # (bodies,) greatest price; 0: muscles do not drive the joint
+    share: wp.array[float]  # (muscles,) sqrt(kg)
     torque: wp.array[wp.vec3]  # (bodies,) N m, world
     stiffness: wp.array[symmetric]  # (bodies,) N m s^2/rad, implicit joint inertia h (d + h k), world axes
     block_a: wp.array[symmetric]  # (bodies,) articulated inertia: angular block, kg m^2

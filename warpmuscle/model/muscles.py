@@ -16,6 +16,7 @@ from warpmuscle.kernels import structs
 from warpmuscle.kernels.curve_sets import CURVES
 from warpmuscle.kernels.muscle_stage import HILL, IDEAL, LEGACY, RIGID, MuscleKind
 from warpmuscle.kernels.scratch import PULLS_A_BODY
+from warpmuscle.kernels.sharing import ROWS_A_MUSCLE
 from warpmuscle.model.bodies import stacked
 from warpmuscle.model.joints import compiled_skeleton
 from warpmuscle.model.muscle_shapes import has_floor, muscle_shapes, shaped_kind, tendon_kind
@@ -63,6 +64,23 @@ def muscle_kind(model: MuscleModel, muscles: Iterable[Muscle] = ()) -> MuscleKin
         neural=hill and model.activation == "neural", implicit=hill and model.implicit_damping,
         own=shaped_kind(muscles, model) or custom_curves(model), floored=hill and has_floor(muscles, model),
     )  # fmt: skip
+
+
+def shared_joints(scene: Scene, names: Topology, found: ActuationMap) -> int:
+    """Joints driven by muscles that one muscle crosses at most; 0 where torques are not shared out."""
+    if scene.muscle_model.sharing == "each":
+        return 0
+    counts = [0] * len(found.muscles)
+    for crossing in found.table.crossings:
+        counts[crossing.muscle] += bool({"muscle", "assisted"} & set(found.drives[names.joints[crossing.joint - 1]]))
+    return max(counts, default=0)
+
+
+def kept_rows(scene: Scene, names: Topology, found: ActuationMap) -> int:
+    """Rows of moment arms that the state has, with those that `kernels.sharing` keeps behind them."""
+    shared = shared_joints(scene, names, found) > 0
+    more = ROWS_A_MUSCLE * len(found.muscles) + len(names.bodies)
+    return len(found.table.crossings) + (more if shared else 0)
 
 
 def driven(scene: Scene, names: Topology) -> ActuationMap:
@@ -137,7 +155,7 @@ def compiled_kind(
         straight=lean and at_hand and all_straight(found.table, names, scene.character),
         timed=not lean or any(muscle.excitation is not None for muscle in muscles),
         pulls_at_hand=at_hand, mixed=structs.MIXED in drives, conditions=conditions,
-        coordinate_joints=bool(joints.joints), followers=joints.follows,
+        coordinate_joints=bool(joints.joints), followers=joints.follows, shared=shared_joints(scene, names, found),
         paths=path_kind(found.of(scene), scene.character),
     )  # fmt: skip
 

@@ -9,7 +9,7 @@ import warp as wp
 
 from warpmuscle.kernels import structs
 from warpmuscle.model.controller import control_steps
-from warpmuscle.model.muscles import ActuationMap, muscle_state
+from warpmuscle.model.muscles import ActuationMap, kept_rows, muscle_state
 from warpmuscle.model.objective import term_arrays
 from warpmuscle.model.structure import Structure
 from warpmuscle.scene import Scene
@@ -45,7 +45,8 @@ def state_struct(scene: Scene, structure: Structure, instances: int, device: Any
     for name, array in term_arrays(objective, n, len(names.bodies), len(table.muscles), device).items():
         setattr(s, name, array)
     capacity, excited = _ring_capacity(scene, actuation), structure.controller.excites
-    s.muscles = muscle_state(n, len(table.muscles), len(table.crossings), capacity, device, excited)
+    arms = kept_rows(scene, names, actuation)
+    s.muscles = muscle_state(n, len(table.muscles), arms, capacity, device, excited)
     return s
 
 

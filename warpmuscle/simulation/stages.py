@@ -20,7 +20,7 @@ from warpmuscle.kernels.contact_laws import LAWS
 from warpmuscle.kernels.scratch import capacity_of, work_floats
 from warpmuscle.model.build import replaced
 from warpmuscle.model.joints import joint_number
-from warpmuscle.model.muscles import muscle_kind
+from warpmuscle.model.muscles import muscle_kind, shared_joints
 from warpmuscle.model.paths import path_table, paths_struct, route_struct
 from warpmuscle.model.routes import path_kind
 from warpmuscle.results.recording import MUSCLE_QUANTITIES
@@ -208,8 +208,10 @@ class Stages(Rollout):
         actuation = self.structure.actuation
         recorder = Recorder(self.structure, n, list(range(n)), 1, 1, self.device)
         muscles = actuation.of(self.scene)
-        kind = muscle_kind(self.scene.muscle_model, muscles)
-        kind = kind._replace(paths=path_kind(muscles, self.scene.character))
+        kind = muscle_kind(self.scene.muscle_model, muscles)._replace(
+            coordinate_joints=bool(self.structure.skeleton.joints), followers=self.structure.skeleton.follows,
+            paths=path_kind(muscles, self.scene.character), shared=shared_joints(self.scene, self.names, actuation),
+        )  # fmt: skip
         kernel = stages.muscle_torques(kind, self.structure.controller)
         extension = self._extensions.struct.first
         result = self._run(kernel, [extension, torques, recorder.record], [((b,), wp.vec3)])[0]

@@ -208,6 +208,13 @@ HERE = ViaPoint("pelvis", ZERO)
         ("muscle_model.damping", -0.1, "muscle_model.damping", "must not be negative"),
         ("muscle_model", MuscleModel(tendon="compliant", damping=0.0), "muscle_model.damping", "greater than 0"),
         ("muscle_model", MuscleModel(legacy=True, ideal=True), "muscle_model.ideal", "both legacy and ideal"),
+        (
+            "muscle_model",
+            MuscleModel(legacy=True, sharing="least_effort"),
+            "muscle_model.sharing",
+            "legacy muscles do not",
+        ),
+        ("muscle_model", MuscleModel(negative="drop", sharing="least_effort"), "muscle_model.negative", "leave it out"),
         ("muscle_model", MuscleModel(legacy=True, tendon="switch"), "muscle_model.tendon", "leave out `tendon`"),
         ("muscle_model", MuscleModel(legacy=True, curves="millard"), "muscle_model.curves", "leave out `curves`"),
         ("actuation.neck", Actuation("torque"), "actuation.neck", "no joint is called 'neck'"),

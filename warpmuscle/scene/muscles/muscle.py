@@ -148,6 +148,9 @@ class MuscleModel(Part):
     muscles on light bodies stay stable; so are the dampers of the joints.
     `negative`: what a joint counts in a muscle's desired force that wants the muscle to push: keep it, drop the joint
     from the average, or clip it to zero.
+    `sharing`: whose torque a muscle gives. Each: every muscle the whole torque of its joints, on average over them
+    (Bergmann 2017, section 5.1). Least effort: all muscles together what all joints want along the degrees of freedom
+    that muscles drive, by the activations of least sum of mass times activation squared; see `kernels/sharing.py`.
     `specific_tension`: force over physiological cross-section, from which the mass of muscles follows (see
     `masses.py`) and with it their metabolic heat, but no motion. The default is that of models of legs from which f_max
     is usually taken (Arnold 2010: 0.61 MPa for all muscles; Falisse 2022: 0.55 MPa in the mean). With it the leg
@@ -164,6 +167,7 @@ class MuscleModel(Part):
     legacy: bool = False
     ideal: bool = False
     negative: Literal["keep", "drop", "clip"] = "keep"
+    sharing: Literal["each", "least_effort"] = "each"
     activation: Literal["linear", "scaled", "neural"] = "linear"
     rise_time: Annotated[Number, "s"] = 0.01  # time constant of activation
     fall_time: Annotated[Number, "s"] = 0.01  # of deactivation

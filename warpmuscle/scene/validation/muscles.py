@@ -96,6 +96,10 @@ def _model(checks: Checks) -> None:
     checks.fraction(f"{key}.initial_activation", model.initial_activation)
     _tension(checks, key, model.specific_tension)
     check_common_values(checks, key, model)
+    if model.sharing != "each" and model.legacy:
+        raise SceneError("legacy muscles do not share torques; leave it out, or `legacy`", key=f"{key}.sharing")
+    if model.sharing != "each" and model.negative != "keep":
+        raise SceneError("only muscles that do not share torques ask for it; leave it out", key=f"{key}.negative")
     if model.implicit_damping and (model.legacy or model.ideal or model.tendon != "rigid"):
         raise SceneError("only muscles with rigid tendons take damping as implicit", key=f"{key}.implicit_damping")
     for field in CURVE_FIELDS:
