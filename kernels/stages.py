@@ -331,8 +331,10 @@ def mass_matrix(
                         linear_axis(above, j, model, work), f
                     )
                     row = skeleton.plan[above].speed_start + j
+                    if above == body and j > k:
+                        continue
                     matrix[i, row, column] = matrix[i, row, column] + m
-                    if above != body:
+                    if above != body or j != k:
                         matrix[i, column, row] = matrix[i, column, row] + m
                 parent = skeleton.plan[above].parent
                 if parent >= 0:
