@@ -148,9 +148,7 @@ def muscle_stage_of(
         else:
             excitation = delayed(instance, m, step, row.delay_steps, excitation, before, state.muscles)
             if wp.static(floored):
-                least = at(muscles.shape, instance, m).minimum_activation
-                excitation = wp.max(excitation, least)
-                a = wp.max(a, least)
+                a = wp.max(a, at(muscles.shape, instance, m).minimum_activation)
             if wp.static(law == LEGACY):
                 a = activation_step(a, excitation, 1.0 / row.rise_time, model.time_step)
                 c = legacy_contraction(instance, m, a, stretch, row, model, state)
@@ -162,6 +160,8 @@ def muscle_stage_of(
                         a = after[0]
                 else:
                     a = activated(a, excitation, model.time_step, row, muscles.scaled_rates)
+                if wp.static(floored):  # as OpenSim does it: only the activation is held up, not the excitation
+                    a = wp.max(a, at(muscles.shape, instance, m).minimum_activation)
                 c = contraction(instance, m, a, stretch, row, model, state)
         if wp.static(shared):
             rescale(instance, m, wp.where(at_hand, c.force, 1.0) / own_share.scale, model, arms(instance, state, work))

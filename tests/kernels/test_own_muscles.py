@@ -131,6 +131,15 @@ def test_activation_never_falls_below_its_least_and_follows_a_greater_excitation
     np.testing.assert_allclose(one.muscle_activation[180, 0], 0.5, atol=0.01)
 
 
+def test_activation_falls_towards_an_excitation_below_its_least_as_fast_as_in_opensim() -> None:
+    """OpenSim 4.6's Millard2012EquilibriumMuscle without control, from 0.05, with time constants of 0.01 and 0.04 s."""
+    off = muscle(excitation=constant(0.0), minimum_activation=0.01, fall_time=0.04)
+    one = recorded(of_all_kinds({"off": off}, activation="scaled", initial_activation=0.05))
+    at = [np.argmin(np.abs(one.time - time)) for time in (0.01, 0.02, 0.05, 0.1)]
+    expected = [0.04336059, 0.03768951, 0.02501898, 0.01294031]
+    np.testing.assert_allclose(one.muscle_activation[at, 0], expected, rtol=0.012)
+
+
 def test_own_rates_and_speeds_act() -> None:
     """A rise with the time constant of the muscle: 1 - exp(-t/tau) with linear rates."""
     ones = {

@@ -173,7 +173,7 @@ class MuscleModel(Part):
     fall_time: Annotated[Number, "s"] = 0.01  # of deactivation
     neural_time: Annotated[Number, "s"] = 0.001  # of the neural signal that the activation follows
     initial_activation: Annotated[Number, "1"] = 1.0e-4
-    minimum_activation: Annotated[Number, "1"] = 0.0  # excitation and activation are never less
+    minimum_activation: Annotated[Number, "1"] = 0.0  # the activation is never less
     v_max: Annotated[Number, "l_opt/s"] = 10.0  # fastest shortening
     damping: Annotated[Number, "1"] = 0.1  # of the fibre: beta of Millard 2013, f_max at v_max
     implicit_damping: bool = False
