@@ -143,7 +143,6 @@ class Posed:
         self.names = [coordinate.getName() for coordinate in self.coordinates]
         self.muscles = _all(self.model.getMuscles())
         self.rotational = np.array([coordinate.getMotionType() != 2 for coordinate in self.coordinates])
-        self.rotational &= np.array([self._turns(coordinate) for coordinate in self.coordinates])
         self.couplers = self._couplers()
         self.held = [c.getLocked(self.state) or c.isPrescribed(self.state) for c in self.coordinates]
         coupled = {dependent for dependent, *_ in self.couplers}
@@ -151,10 +150,6 @@ class Posed:
         self.independent = np.array(known, dtype=np.int64)
         self.start = np.array([c.getDefaultValue() for c in self.coordinates])
         self.place = self._places()
-
-    def _turns(self, coordinate: Any) -> bool:
-        """Whether a coupled coordinate's range is one of angles; others say by their type of motion."""
-        return bool(coordinate.getMotionType() == 1 or not coordinate.getName().endswith(("_tx", "_ty", "_tz")))
 
     def _couplers(self) -> list[tuple[int, int, Any, float]]:
         """Dependent and independent coordinate, function and its factor, of the couplers that are enforced."""
