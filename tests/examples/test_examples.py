@@ -10,7 +10,7 @@ from warpmuscle.core.errors import Error
 from warpmuscle.core.status import Status
 from warpmuscle.examples import EXAMPLES, write
 from warpmuscle.examples.emg import WEIGHTS
-from warpmuscle.formats import load
+from warpmuscle.formats import load, save
 from warpmuscle.scene.trusted_code import trust
 from warpmuscle.simulation.rollout import Rollout
 from warpmuscle.sweep.plan import read as read_sweep
@@ -21,9 +21,13 @@ FILES = Path(__file__).parents[2] / "warpmuscle" / "examples" / "files"
 
 
 def test_every_shipped_file_belongs_to_an_example(tmp_path: Path):
-    quick = [name for name in EXAMPLES if name not in ("gait", "lift", "simbicon")]
+    quick = [name for name in EXAMPLES if name not in ("gait", "lift", "model", "simbicon")]
     written = {path.name for name in quick for path in write(name, tmp_path)}
-    assert {path.name for path in FILES.iterdir() if path.is_file()} - written == {"track.toml"}
+    assert {path.name for path in FILES.iterdir() if path.is_file()} - written == {
+        "arm_scene.toml",
+        "reach.toml",
+        "track.toml",
+    }
 
 
 def test_a_file_that_exists_stays_unless_it_is_to_be_replaced(tmp_path: Path):
@@ -58,6 +62,15 @@ def test_the_pendulum_is_held_where_its_controller_wants_it(tmp_path: Path):
         rollout = Rollout(scene, 1, "cpu")
         rollout.run()
     assert rollout.state.coordinates.numpy()[0, 7] == pytest.approx(0.5, abs=0.01)
+
+
+def test_the_arm_of_the_opensim_model_reaches_forward(tmp_path: Path):
+    write("model", tmp_path)
+    save(load(tmp_path / "arm.osim"), tmp_path / "arm.toml")
+    rollout = Rollout(load(tmp_path / "reach.toml"), 1, "cpu", record=[0])
+    rollout.run()
+    hand = rollout.recording().body_position[:, -1]
+    assert hand[-1, 2] - hand[0, 2] > 0.2  # m
 
 
 def test_the_sweep_and_the_throws_can_be_read(tmp_path: Path):

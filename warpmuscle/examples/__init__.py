@@ -47,6 +47,12 @@ def _lift() -> Files:
     return [("lift.csv", table(LIFT)), ("lift_emg.csv", lifting_emg())]
 
 
+def _model() -> Files:
+    from warpmuscle.examples.motions import opensim_model
+
+    return [*opensim_model(), *shipped("reach.toml")()]
+
+
 def _simbicon() -> Files:
     from warpmuscle.examples.motions import simbicon_files
 
@@ -78,6 +84,7 @@ EXAMPLES = {
     "stages": Example("a search in stages, every candidate disturbed", shipped("stages.toml")),
     "sweep": Example("a sweep over seeds, speeds and weakness", shipped("speeds.toml")),
     "gait": Example("a recorded walk over the gait cycle, and a scene that tracks it", _gait),
+    "model": Example("an arm as an OpenSim model, and a scene that excites its muscles", _model),
     "simbicon": Example("the walk in the files of the original SIMBICON program", _simbicon),
     "throws": Example("four throws of an arm: times and joint angles", _throws),
     "lift": Example("an arm that lifts: joint angles, and raw EMG of shoulder and elbow", _lift),

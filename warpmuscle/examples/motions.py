@@ -75,11 +75,25 @@ def tracked_gait() -> bytes:
     return file.getvalue()
 
 
+def opensim_model() -> Iterable[tuple[str, bytes]]:
+    """An arm of our own as `convert` writes it for OpenSim."""
+    from importlib import resources
+
+    source = resources.files("warpmuscle.examples") / "files" / "arm_scene.toml"
+    with resources.as_file(source) as scene:
+        return converted(str(scene), "arm.osim")
+
+
 def simbicon_files() -> Iterable[tuple[str, bytes]]:
     """The shipped torque-driven walk as `convert` writes it for the original program."""
+    return converted("fwalk", "walk.rbs")
+
+
+def converted(scene: str, name: str) -> list[tuple[str, bytes]]:
+    """The files that a scene is written into for another program."""
     from warpmuscle.formats import save
 
     with tempfile.TemporaryDirectory() as folder, warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # free parameters become numbers, which is what is wanted
-        save("fwalk", Path(folder) / "walk.rbs")
+        warnings.simplefilter("ignore")  # what these files cannot hold is none of the example
+        save(scene, Path(folder) / name)
         return [(path.name, path.read_bytes()) for path in sorted(Path(folder).iterdir())]
