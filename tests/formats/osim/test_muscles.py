@@ -13,7 +13,15 @@ from warpmuscle.formats import Ignored, load
 from warpmuscle.formats.osim.build_muscles import powers
 from warpmuscle.formats.osim.frames import turned
 from warpmuscle.formats.osim.placement import WORLD
-from warpmuscle.scene import CylinderSurface, EllipsoidSurface, MillardCurves, Scene, Sphere, ThelenCurves
+from warpmuscle.scene import (
+    ContactMaterial,
+    CylinderSurface,
+    EllipsoidSurface,
+    MillardCurves,
+    Scene,
+    Sphere,
+    ThelenCurves,
+)
 
 WELD = small.joint("WeldJoint", "weld", "ground", "base", own="0.1 0.2 0.3", own_turn="0.3 0.4 0.5")
 PIN = small.joint("PinJoint", "pin", "base", "rod", small.coordinate("q"))
@@ -126,6 +134,8 @@ def test_actuators_limits_springs_and_contact_go_where_they_belong(leg: Scene):
     (sphere,) = leg.character.bodies["foot"].shapes
     assert isinstance(sphere, Sphere)
     assert sphere.radius == 0.03
+    assert leg.ground.law == "hunt_crossley"
+    assert sphere.material == ContactMaterial(1e6, 1.0, 0.0, 0.8, 0.0, 0.01)
     np.testing.assert_allclose(leg.ground.normal, (0.0, 1.0, 0.0), atol=1e-7)
     assert leg.opensim is not None
     assert leg.opensim.markers["toe"].body == "foot"

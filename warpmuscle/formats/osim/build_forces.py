@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Literal
 
 import numpy as np
 
@@ -13,12 +14,20 @@ from warpmuscle.formats.osim.frames import GROUND, on_body, refused, turned
 from warpmuscle.formats.osim.moves import Coordinates
 from warpmuscle.formats.osim.placement import WORLD, vector
 from warpmuscle.formats.osim.records import Contact, Model
-from warpmuscle.scene import Actuation, Force, Ground, Scene, Sphere
+from warpmuscle.scene import Actuation, ContactMaterial, Force, Ground, Scene, Sphere
 from warpmuscle.scene.validation.paths import usual_drive
 
 DEGREE = math.pi / 180.0
 ROOT = "acts on the root, on whose coordinates forces do not act here; it is left out"
 LOCKED = "acts on a coordinate that is locked or coupled; it is left out"
+
+LAWS: dict[str, Literal["hunt_crossley", "smooth_hunt_crossley"]] = {
+    "HuntCrossleyForce": "hunt_crossley", "SmoothSphereHalfSpaceForce": "smooth_hunt_crossley",
+}  # fmt: skip
+MATERIAL = {  # tags of `ContactMaterial`'s fields
+    **{tag: tag for tag in ContactMaterial.__struct_fields__ if tag != "constant_force"},
+    "constant_force": "constant_contact_force",
+}
 
 
 class ForceBuilder:
@@ -130,10 +139,14 @@ def _contact(
         builder.note(force, "only spheres touch a half-space, and that only if it is fixed to the ground; left out")
         return
     ground = _ground(model, planes[0])
+    ground.law = LAWS[force.kind]
     if scene.ground not in (Ground(), ground):
-        builder.note(force, "there is another ground already; left out")
+        builder.note(force, "there is another ground, or law of contact, already; left out")
         return
     scene.ground = ground
+    material = ContactMaterial(
+        **{field: force.numbers[tag][0] for field, tag in MATERIAL.items() if tag in force.numbers}
+    )
     for shape in shapes:
         if shape.kind != "ContactSphere":
             continue
@@ -142,11 +155,9 @@ def _contact(
             builder.note(force, f"sphere {shape.name!r} is fixed to the ground itself; left out")
             continue
         body = scene.character.bodies[name]
-        sphere = Sphere(center, shape.radius)
+        sphere = Sphere(center, shape.radius, material)
         if sphere not in body.shapes:
             body.shapes = [*body.shapes, sphere]
-        body.friction = force.numbers["dynamic_friction"][0]
-    builder.note(force, "its spheres touch the ground by this program's law of contact, stiffness and damping")
 
 
 def _ground(model: Model, half_space: Contact) -> Ground:

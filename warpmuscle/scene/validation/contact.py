@@ -28,14 +28,12 @@ def check_ground(checks: Checks) -> None:
 
 
 def _material(key: str, material: ContactMaterial | None, spring: bool, checks: Checks) -> None:
-    """A material is one of Hunt-Crossley contact, with frictions that fall from the static to the dynamic one."""
+    """A material is one of Hunt-Crossley contact, and its numbers make forces."""
     if material is None:
         return
     if spring:
         raise SceneError("only Hunt-Crossley contact knows materials; give `ground.law`, or leave it out", key)
-    checks.not_negative(key, material, "stiffness", "dissipation", "dynamic_friction", "viscous_friction")
+    checks.not_negative(key, material, "stiffness", "dissipation")
+    checks.not_negative(key, material, "static_friction", "dynamic_friction", "viscous_friction")
     checks.positive(key, material, "transition_velocity", "hertz_smoothing", "hunt_crossley_smoothing")
     checks.positive(key, material, "constant_force")
-    least, greatest = checks.interval(material.static_friction)[0], checks.interval(material.dynamic_friction)[1]
-    if least < greatest:
-        raise SceneError(f"must not be less than dynamic_friction {greatest:g}, is {least:g}", f"{key}.static_friction")
