@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -52,35 +52,36 @@ def ground_loads(motion: Recording, scene: Scene) -> list[GroundLoad]:
     stages.state.speeds.assign(speeds)
     force, moment = (part.astype(np.float64) for part in stages.contact_forces())
     normal = normalized(rows(list(scene.ground.normal)))[0]
-    for foot, recorded in zip(scene.feet or (), (motion.foot_force_left, motion.foot_force_right), strict=False):
-        own = [stages.names.bodies.index(body) for body in foot_bodies(scene.character, foot)]
-        _rescale(force, moment, own, np.asarray(recorded, np.float64), normal)
     height = float(rows([scene.ground.height])[0, 0])
     touched = np.flatnonzero(np.abs(force).max(axis=(0, 2)) > LEAST)
-    return [
-        _load(name, force[:, body], moment[:, body], motion.position_of(name), normal, height)
-        for body, name in ((body, stages.names.bodies[body]) for body in touched)
-    ]
-
-
-def _rescale(force: Floats, moment: Floats, own: list[int], recorded: Floats, normal: Floats) -> None:
-    """Share the recorded force (F, 3) of a foot among its bodies as their normal forces, moments with them."""
-    pushed = force[:, own] @ normal
-    total = pushed.sum(axis=1)
-    share = np.where(total[:, None] > LEAST, pushed / np.maximum(total, LEAST)[:, None], 0.0)
-    scale = np.clip(recorded @ normal, 0.0, None) / np.maximum(total, LEAST)
-    force[:, own] = share[:, :, None] * recorded[:, None]
-    moment[:, own] *= scale[:, None, None]
+    loads = {}
+    for body in touched:
+        name = stages.names.bodies[body]
+        loads[name] = _load(name, force[:, body], moment[:, body], motion.position_of(name), normal, height)
+    for foot, recorded in zip(scene.feet or (), (motion.foot_force_left, motion.foot_force_right), strict=False):
+        own = [name for name in foot_bodies(scene.character, foot) if name in loads]
+        loads |= _shared([loads[name] for name in own], np.asarray(recorded, np.float64), normal)
+    return list(loads.values())
 
 
 def _load(body: str, force: Floats, moment: Floats, center: Floats, normal: Floats, height: float) -> GroundLoad:
     """A body's load from force and moment about its centre of mass."""
     pushed = force @ normal
-    loaded = pushed > LEAST
+    loaded = (pushed > LEAST)[:, None]
     depth = height - center @ normal
     about = moment - depth[:, None] * np.cross(normal, force)
-    arm = depth[:, None] * normal + np.cross(normal, about) / np.where(loaded, pushed, 1.0)[:, None]
-    arm[~loaded] = 0.0
-    force = np.where(loaded[:, None], force, 0.0)
-    torque = np.where(loaded[:, None], normal * ((moment - np.cross(arm, force)) @ normal)[:, None], 0.0)
+    arm = depth[:, None] * normal + np.cross(normal, about) / np.maximum(pushed, LEAST)[:, None]
+    arm, force = np.where(loaded, arm, 0.0), np.where(loaded, force, 0.0)
+    torque = np.where(loaded, normal * ((moment - np.cross(arm, force)) @ normal)[:, None], 0.0)
     return GroundLoad(body, force, center + arm, torque)
+
+
+def _shared(loads: list[GroundLoad], recorded: Floats, normal: Floats) -> dict[str, GroundLoad]:
+    """Loads of the bodies of a foot that add up to its recorded force (F, 3), at the places where they were."""
+    pushed = np.array([load.force @ normal for load in loads]).reshape(len(loads), -1)
+    total = np.maximum(pushed.sum(axis=0), LEAST) if loads else pushed
+    scale = np.clip(recorded @ normal, 0.0, None) / total
+    return {
+        load.body: replace(load, force=(part / total)[:, None] * recorded, torque=load.torque * scale[:, None])
+        for load, part in zip(loads, pushed, strict=True)
+    }
