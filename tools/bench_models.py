@@ -1,0 +1,64 @@
+"""How fast batches of any models step on a device: OpenSim models, scenes, or files, all of it but recording.
+
+    python tools/bench_models.py Rajagopal2016.osim gait2392.osim walk56
+    python tools/bench_models.py Rajagopal2016.osim --ball-joints --device cpu --instances 8
+
+Instances start with different velocities and half-excited muscles, so that they do not all take the same branches; the
+fastest of several runs counts, after one that compiles.
+"""
+
+from __future__ import annotations
+
+import warnings
+from typing import Annotated
+
+import typer
+from fastest_run import fastest_run
+
+from warpmuscle.formats import load
+from warpmuscle.scene import Excitation, Failure, Scene
+from warpmuscle.simulation.rollout import Rollout, find_device
+
+
+def prepared(source: str, seconds: float, step: float, ball_joints: bool) -> Scene:
+    """The scene, with excitations of its own if nothing controls its muscles, and nothing that ends it early."""
+    options = {"ball_joints": True} if ball_joints and source.endswith(".osim") else {}
+    scene = load(source, ignored=[], **options)
+    scene.duration, scene.time_step = seconds, step
+    scene.failure = Failure(com_height=0.0, heading=0.0)
+    if scene.controller is None:
+        for muscle in scene.character.muscles.values():
+            muscle.excitation = muscle.excitation or Excitation([0.0], [0.5])
+    return scene
+
+
+def main(
+    sources: Annotated[list[str], typer.Argument(help="Scenes by name or file, or .osim.")],
+    device: Annotated[str, typer.Option(help="cuda:0, ... or cpu.")] = "cuda:0",
+    instances: Annotated[str, typer.Option(help="Batch sizes.")] = "1024,5120,65536",
+    lanes: Annotated[str, typer.Option(help="Lanes on a GPU; the usual ones if empty.")] = "",
+    seconds: Annotated[float, typer.Option(help="Motion of a run.")] = 0.1,
+    step: Annotated[float, typer.Option(help="Time step, s.")] = 0.0005,
+    repeats: Annotated[int, typer.Option(help="Runs, of which the fastest counts.")] = 3,
+    ball_joints: Annotated[bool, typer.Option("--ball-joints", help="As of `warpmuscle convert`.")] = False,
+) -> None:
+    """Print million steps a second."""
+    warnings.simplefilter("ignore")
+    place = find_device(device)
+    for source in sources:
+        scene = prepared(source, seconds, step, ball_joints)
+        for count in map(int, instances.split(",")):
+            for shared in [int(word) for word in lanes.split(",") if word] or [None]:
+                rollout = Rollout(scene, count, place, lanes=shared)
+                took = fastest_run(rollout, repeats, 0.1)
+                ended = rollout.end_time()
+                alive = int((ended >= seconds - 0.5 * step).sum())
+                print(
+                    f"{scene.name:24s} {len(scene.character.muscles)} muscles x {count:6d}, {rollout.lanes:2d} lanes: "
+                    f"{ended.sum() / step / took / 1e6:7.2f} million steps/s, {1e3 * took:.1f} ms, {alive} to the end",
+                    flush=True,
+                )
+
+
+if __name__ == "__main__":
+    typer.run(main)
