@@ -87,7 +87,7 @@ def muscle_stage_of(
     excites, sense, wanted_force = controller.excites, controller.sense, force_of(controller)
     senses, extension_struct = sense is not None, controller.extension
     at_hand, straight, timed = kind.pulls_at_hand, kind.straight, kind.timed
-    coordinate_joints = kind.coordinate_joints
+    coordinate_joints, ordered = kind.coordinate_joints, kind.paths.routes is not None or kind.paths.polynomials
     shared, places = kind.shared > 0, AT_HAND if at_hand else IN_STATE
     arms, share = places.arms, places.get
     sharing_stage = sharing_stage_of(places, kind.shared)
@@ -220,8 +220,12 @@ def muscle_stage_of(
             for m in range(lane, model.muscles.count, lanes):
                 prepare(instance, m, model, state, work)
             sharing_stage(instance, lane, lanes, model, state, work)
-        for m in range(lane, model.muscles.count, lanes):
-            one_muscle(instance, m, frame, model, state, record, work, extension)
+        if wp.static(ordered):
+            for k in range(lane, model.muscles.count, lanes):
+                one_muscle(instance, whole(model.routes.order[k]), frame, model, state, record, work, extension)
+        else:
+            for m in range(lane, model.muscles.count, lanes):
+                one_muscle(instance, m, frame, model, state, record, work, extension)
         synchronize()
         actuation_stage(instance, lane, lanes, model, state, work)
         if wp.static(implicit):

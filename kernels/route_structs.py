@@ -95,6 +95,7 @@ class Variable:
 class Routes:
     """Routes and polynomials of all muscles, one behind the other; only kernels with some compiled in read them."""
 
+    order: wp.array[int]  # (muscles,) in which lanes take them, so that those that wrap are taken at the same time
     span: wp.array[RouteSpan]  # (muscles,)
     point: wp.array[RoutePoint]  # (points,)
     place: wp.array2d[wp.vec3]  # (rows, points) m, from the joint of the point's body

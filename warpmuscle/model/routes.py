@@ -108,6 +108,7 @@ def routes_struct(
     wraps = [[] if muscle is None else muscle.wraps for muscle in paths]
     point_start, wrap_start, lever_start = (starts(map(len, lists)) for lists in (points, wraps, levers))
     r = structs.Routes()
+    r.order = to_device(_order(list(muscles.values())), int, device)
     r.span = records_to_device(
         structs.RouteSpan, device,
         first_point=point_start[:-1], end_point=point_start[1:],
@@ -125,6 +126,19 @@ def routes_struct(
     _put_wraps(r, [wrap for around in wraps for wrap in around], counts, names, character, device)
     _put_polynomials(r, list(muscles.values()), crossing, names, device)
     return r
+
+
+def _order(muscles: Sequence[Any]) -> list[int]:
+    """Numbers of muscles, those whose paths take longest first: lanes that take one each wait for the slowest."""
+
+    def work(number: int) -> tuple[int, int, int, int]:
+        muscle = muscles[number]
+        if not isinstance(muscle, Muscle):
+            return 0, 0, 0, len(muscle)
+        terms = len(muscle.polynomial.coefficients) if muscle.polynomial is not None else 0
+        return len(muscle.wraps), terms, int(is_route(muscle)), len(muscle.path)
+
+    return sorted(range(len(muscles)), key=work, reverse=True)
 
 
 def _put_polynomials(
