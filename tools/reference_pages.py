@@ -165,7 +165,7 @@ def scene() -> str:
         if tag:
             rows.append(("`type`", f'`"{tag}"`', "", "", ""))
         for field in msgspec.structs.fields(part):
-            said = notes(part).get(field.name, "")
+            said = notes(part).get(field.name, "") or summary_of(hints[field.name])
             row = (f"`{field.name}`", kind(hints[field.name]), unit_of(part, field.name), default(field), said)
             rows.append(row)
         pages += [table(("field", "type", "unit", "default", "meaning"), rows), ""]
@@ -182,6 +182,13 @@ SCENE_INTRODUCTION = (
     "`warpmuscle schema` writes the same as a [JSON schema](scene.schema.json), which editors complete from:",
     "see [how to edit with completion](../how-to/edit-with-completion.md).",
 )
+
+
+def summary_of(hint: Any) -> str:
+    """The first sentence of what the structures of a field are, if they are of one kind."""
+    found = [inner for inner in (hint, *typing.get_args(hint)) if isinstance(inner, type) and inner is not Free]
+    of_scene = [inner for inner in found if issubclass(inner, msgspec.Struct)]
+    return (inspect.getdoc(of_scene[0]) or "").split(". ")[0].splitlines()[0].rstrip(".") if len(of_scene) == 1 else ""
 
 
 def structures() -> list[type]:

@@ -74,13 +74,13 @@ class Example(NamedTuple):
 
 EXAMPLES = {
     "scene": Example(
-        "a scene of one's own: the walk at another speed, with a free stiffness of the knees", shipped("mine.toml")
+        "a scene to start from: the walk at another speed, with a free stiffness of the knees", shipped("mine.toml")
     ),
     "muscles": Example("a walk whose knees are driven by four muscles", shipped("knees.toml", "my_muscles.toml")),
     "curve": Example("a muscle curve as a Warp function, and a walk that uses it", shipped("bell.py", "bell.toml")),
     "term": Example("a term of the objective as a Warp function", shipped("sway.py", "sway.toml")),
     "controller": Example("a controller as Warp functions, which holds a pendulum", shipped("hold.py", "hold.toml")),
-    "force": Example("an ankle exoskeleton, air drag, and a force of one's own", shipped("glider.py", "exo.toml")),
+    "force": Example("an ankle exoskeleton, air drag, and a custom force", shipped("glider.py", "exo.toml")),
     "stages": Example("a search in stages, every candidate disturbed", shipped("stages.toml")),
     "sweep": Example("a sweep over seeds, speeds and weakness", shipped("speeds.toml")),
     "gait": Example("a recorded walk over the gait cycle, and a scene that tracks it", _gait),

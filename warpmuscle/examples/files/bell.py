@@ -1,4 +1,4 @@
-"""A muscle curve of one's own."""
+"""A custom muscle curve."""
 
 import warp as wp
 

@@ -1,4 +1,4 @@
-"""A force of one's own on a body."""
+"""A custom force on a body."""
 
 import warp as wp
 

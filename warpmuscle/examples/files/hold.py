@@ -1,4 +1,4 @@
-"""A controller of one's own: it holds a joint at an angle, and learns what gravity asks for."""
+"""A custom controller: it holds a joint at an angle, and learns what gravity asks for."""
 
 import warp as wp
 

@@ -1,4 +1,4 @@
-"""A term of the objective of one's own."""
+"""A custom term of the objective."""
 
 import warp as wp
 
