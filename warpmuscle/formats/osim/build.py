@@ -134,7 +134,11 @@ def _markers(model: Model, skeleton: Skeleton, notes: Notes) -> None:
 
 
 def _tell(model: Model, skeleton: Skeleton, coordinates: Coordinates, notes: Notes) -> None:
-    """Note what is otherwise than in OpenSim."""
+    """Note what is otherwise than in OpenSim, or than one might think."""
+    character = skeleton.character
+    if character.root_joint != "fixed" and not any(body.shapes for body in character.bodies.values()):
+        reason = "nothing of it touches the ground, so that it falls; give bodies `shapes`, or prescribe the root"
+        notes.ignored.append(Ignored(model.file, model.line, f"Model {model.name}", reason))
     for joint in model.joints:
         if joint.kind == "BallJoint" and joint.coordinates[0].name in skeleton.character.joints:
             reason = "its coordinates are angles about x, the new y and the new z axis, as in OpenSim's files"
