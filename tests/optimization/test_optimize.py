@@ -14,7 +14,7 @@ from warpmuscle.optimization.optimize import optimize
 from warpmuscle.optimization.replay import Replayer
 from warpmuscle.results.result import write
 from warpmuscle.scene.number import Free
-from warpmuscle.scene.parameters import Parameter, free_parameters, from_unit, start_values, to_unit
+from warpmuscle.scene.parameters import Parameter, free_parameters, from_unit, start_values, substitute, to_unit
 from warpmuscle.simulation.rollout import Rollout
 
 
@@ -25,7 +25,7 @@ def scene():
 
 @pytest.fixture(scope="module")
 def result(scene):
-    return optimize(scene, candidates=24, seed=3, device="cpu", command="test")
+    return optimize(scene, candidates=24, seed=3, device="cpu", search="random", command="test")
 
 
 def test_first_candidate_is_the_scene_as_it_is(scene, result):
@@ -59,7 +59,10 @@ def test_every_candidate_has_ended_with_a_finite_cost(scene, result):
 
 def test_same_seed_gives_the_same_file(scene, result, tmp_path):
     write(tmp_path / "a.h5", result)
-    write(tmp_path / "b.h5", optimize(scene, candidates=24, seed=3, device="cpu", command="test", threads=1))
+    write(
+        tmp_path / "b.h5",
+        optimize(scene, candidates=24, seed=3, device="cpu", search="random", command="test", threads=1),
+    )
     assert (tmp_path / "a.h5").read_bytes() == (tmp_path / "b.h5").read_bytes()
 
 
@@ -71,7 +74,7 @@ def test_replay_ends_where_the_candidate_ended(scene, result):
 def test_motion_recorded_in_the_batch_is_that_of_a_replay(scene, result, tmp_path, monkeypatch):
     monkeypatch.setattr(evaluation, "_recordable", lambda trials: 24)  # as on a GPU
     monkeypatch.setattr(Replayer, "replay", None)
-    recorded = optimize(scene, candidates=24, seed=3, device="cpu", command="test")
+    recorded = optimize(scene, candidates=24, seed=3, device="cpu", search="random", command="test")
     write(tmp_path / "a.h5", result)
     write(tmp_path / "b.h5", recorded)
     assert (tmp_path / "a.h5").read_bytes() == (tmp_path / "b.h5").read_bytes()
@@ -84,8 +87,16 @@ def test_motion_is_not_recorded_where_a_batch_has_no_room_or_there_are_several(s
         evaluation.BatchEvaluator, "motion", lambda batches, values: recordings.append(batches._recorded)
     )
     for candidates, population in ((25, None), (24, 6), (24, None)):
-        optimize(scene, candidates, 3, "cpu", population=population)
+        optimize(scene, candidates, 3, "cpu", search="random", population=population)
     assert recordings == [False, False, True]
+
+
+def test_search_is_cma_unless_it_says_otherwise_or_has_one_parameter(scene):
+    short = msgspec.structs.replace(scene, duration=0.02)
+    assert optimize(short, 8, device="cpu").searched.options.strategy == "cma"
+    alone = substitute(short, start_values(short))
+    alone.controller.pd["lHip"].kp = Free(300.0, 150.0, 600.0)
+    assert optimize(alone, 2, device="cpu").searched.options.strategy == "random"
 
 
 def test_interrupt_keeps_what_has_ended(scene):
@@ -228,7 +239,7 @@ def test_scale_of_a_parameter_is_searched_stored_and_written(scene):
     text = toml.dumps(short)
     assert text.count("kp = { value = 300, min = 150, max = 600, step = 5 }") > 0
     short = toml.loads(text.replace("min = 150, max = 600, step = 5 }", 'min = 0.3, max = 3000, scale = "log" }', 1))
-    result = optimize(short, 200, device="cpu")
+    result = optimize(short, 200, device="cpu", search="random")
     index = result.parameters.scale.index("log")
     assert result.parameters.scale.count("log") == 1
     assert 5.0 < np.median(result.evaluations.params[:, index]) < 200.0
@@ -238,7 +249,7 @@ def test_scale_of_a_parameter_is_searched_stored_and_written(scene):
 def test_free_weight_that_starts_at_zero_is_a_term_in_every_batch():
     small = sound_scene()
     small.duration, small.objective.speed = 0.05, Free(0.0, 0.0, 1.0)
-    found = optimize(small, 6, device="cpu", population=2).evaluations
+    found = optimize(small, 6, device="cpu", search="random", population=2).evaluations
     assert found.term_names == ("torque", "speed")
     assert np.all(found.terms[:, 1] > 0.0)
 

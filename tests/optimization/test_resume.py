@@ -67,8 +67,8 @@ def test_two_halves_equal_the_whole(scene, options, uninterrupted, tmp_path):
 
 def test_random_search_goes_on_with_the_candidates_that_it_would_have_had(scene, tmp_path, monkeypatch):
     monkeypatch.setattr(evaluation, "_recordable", lambda trials: 1000)  # as on a GPU
-    whole = optimize(scene, 20, 5, "cpu")
-    optimize(scene, 8, 5, "cpu", output=tmp_path / "a.h5")
+    whole = optimize(scene, 20, 5, "cpu", search="random")
+    optimize(scene, 8, 5, "cpu", search="random", output=tmp_path / "a.h5")
     result = resume(tmp_path / "a.h5", 12)
     assert whole.searched.options.population == 20
     assert result.searched.options.population == 8

@@ -55,8 +55,11 @@ def optimize(
         int, typer.Option(min=0, help="Of the search; the same seed gives the same result on equal machines.")
     ] = 1,
     search: Annotated[
-        str, typer.Option(help="Strategy: random, cma, cma:ipop, cma:bipop, or nlopt:ALGORITHM such as LN_BOBYQA.")
-    ] = "random",
+        str | None,
+        typer.Option(
+            help="Strategy: cma, cma:ipop, cma:bipop, random, or nlopt:ALGORITHM such as LN_BOBYQA; by default cma."
+        ),
+    ] = None,
     searches: Annotated[int, typer.Option(min=1, help="Independent searches at the same time, in one batch.")] = 1,
     population: Annotated[
         int | None, typer.Option(min=1, help="Candidates a generation of each search; by default the strategy's own.")

@@ -17,6 +17,7 @@ from warpmuscle.optimization.options import (
     check_options,
     check_other_arguments,
     required_parameters,
+    usual_strategy,
 )
 from warpmuscle.optimization.progress import Tracker
 from warpmuscle.optimization.run import finished, make_player, make_search_loop, run_on_disk
@@ -38,7 +39,7 @@ def optimize(
     seed: int = 1,
     device: str | None = None,
     *,
-    search: str = "random",
+    search: str | None = None,
     searches: int = 1,
     population: int | None = None,
     sigma: float | None = None,
@@ -66,7 +67,7 @@ def optimize(
         candidates: how many to evaluate, in all searches and stages together; None for any number, with `until`.
         seed: of the searches; the same seed gives the same result on the same kind of device, processor and BLAS.
         device: see `make_rollout`. threads: CPU threads, by default one a core.
-        search: the strategy, see `search.strategies`.
+        search: the strategy, see `search.strategies`; by default cma, and random for one free parameter alone.
         searches: how many independent ones at the same time, all in the same batches.
         population: candidates a generation of each search; by default the strategy's own.
         sigma: first step size, as a part of each parameter's interval; by default the strategy's own.
@@ -85,7 +86,9 @@ def optimize(
         Error: the scene has no free parameters, or one that nothing uses, an option is impossible, the output cannot
             be written, or the search was interrupted before any candidate had ended.
     """
-    scene, options = scene_of(scene, trust=trust), Options(search, searches, population, sigma, restarts)
+    scene = scene_of(scene, trust=trust)
+    strategy = usual_strategy(scene) if search is None else search
+    options = Options(strategy, searches, population, sigma, restarts)
     seed = as_whole(seed, "seed", 0, GREATEST_SEED)
     file = None if output is None else as_path(output, "output")
     check_other_arguments(device, threads, command, progress, batches)

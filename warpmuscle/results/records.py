@@ -122,7 +122,7 @@ ANY_NUMBER = 10**9  # of candidates, of an optimisation that ends by its time
 class Options:
     """What an optimisation was asked for, all that it needs to go on except the scene and the seed."""
 
-    strategy: str = "random"
+    strategy: str = "cma"
     searches: int = 1  # how many at the same time
     population: int | None = None  # candidates a generation of a search; None for the strategy's own
     sigma: float | None = None  # first step size in the unit cube; None for the strategy's own
