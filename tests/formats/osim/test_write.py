@@ -15,10 +15,21 @@ from warpmuscle.core.pose import rotate
 from warpmuscle.formats import Ignored, load, save
 from warpmuscle.formats.osim.frames import turned
 from warpmuscle.formats.osim.write import angles_of
-from warpmuscle.scene import Displacement, Pulley, Scene
+from warpmuscle.scene import (
+    Body,
+    Character,
+    ContactMaterial,
+    Displacement,
+    Ground,
+    InitialState,
+    Pulley,
+    Scene,
+    Sphere,
+)
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.scene.validation.muscles import initial_path_lengths
 from warpmuscle.scene.validation.start import _world_poses
+from warpmuscle.simulation.stages import Stages
 
 QUIET = pytest.mark.filterwarnings("ignore")
 
@@ -115,3 +126,30 @@ def test_functions_keep_their_kind(tmp_path: Path):
 def test_angles_of_a_matrix_make_the_matrix():
     matrix = turned([0.3, -0.7, 1.2])
     np.testing.assert_allclose(turned(list(angles_of(matrix))), matrix, atol=1e-15)
+
+
+@pytest.mark.parametrize("law", ["hunt_crossley", "smooth_hunt_crossley"])
+def test_materials_of_spheres_are_written_and_push_in_opensim_as_here(law: str, tmp_path: Path):
+    """5 mm deep: the force of OpenSim, where there is one."""
+    soft, hard = ContactMaterial(2e5, 1.0, 0.9, 0.7, 0.2, 0.1), ContactMaterial(3e6, 0.5)
+    body = Body(2.0, (0.02, 0.02, 0.02), [Sphere((0.0, 0.0, 0.0), 0.05, soft), Sphere((0.0, 0.01, 0.0), 0.05, hard)])
+    scene = Scene("ball", Character("ball", {"ball": body}), ground=Ground(law=law), gravity=0.0)
+    scene.initial_state = InitialState((0.0, 0.035, 0.0))
+    after = again(scene, tmp_path)
+    assert after.ground.law == law
+    assert [shape.material for shape in after.character.bodies["ball"].shapes] == [soft, hard]
+    osim = pytest.importorskip("opensim")
+    osim.Logger.setLevelString("off")
+    model = osim.Model(str(tmp_path / "again.osim"))
+    state = model.initSystem()
+    model.realizeAcceleration(state)
+    up = model.getBodySet().get("ball").getAccelerationInGround(state).get(1).get(1)
+    np.testing.assert_allclose(Stages(scene, 1, "cpu").contact_forces()[0][0, 0, 1], 2.0 * up, rtol=1e-4)
+    assert up > 10.0
+
+
+@pytest.mark.parametrize("second", [np.pi / 2.0, -np.pi / 2.0, 0.7])
+def test_angles_give_the_matrix_also_where_two_axes_are_one(second: float):
+    for first, third in np.random.default_rng(0).uniform(-3.0, 3.0, (20, 2)):
+        matrix = turned((first, second, third))
+        np.testing.assert_allclose(turned(angles_of(matrix)), matrix, atol=1e-7)

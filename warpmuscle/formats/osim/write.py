@@ -10,10 +10,22 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.core.files import replace_file
 from warpmuscle.core.pose import about, euler_xyz, from_rotation_vector, multiply, normalized, rotate, turned_to_heading
 from warpmuscle.formats.lines import Ignored
+from warpmuscle.formats.osim.build_forces import MATERIAL
 from warpmuscle.formats.osim.placement import WORLD, vector
 from warpmuscle.formats.osim.write_muscles import axis_text, frame_path, muscle_xml
 from warpmuscle.formats.osim.xml_text import element, function_xml, name_of, numbers, objects
-from warpmuscle.scene import Displacement, Joint, JointState, OpenSim, Scene
+from warpmuscle.scene import (
+    Body,
+    Box,
+    Capsule,
+    ContactMaterial,
+    Displacement,
+    Joint,
+    JointState,
+    OpenSim,
+    Scene,
+    Sphere,
+)
 from warpmuscle.scene.geometry import contact_points
 from warpmuscle.scene.initial_pose import plain_number, plain_vector
 from warpmuscle.scene.joints import joint_type, root_type
@@ -40,7 +52,7 @@ def model_text(scene: Scene, path: Path, lost: list[Ignored]) -> str:
     joints, couplers = _joints(scene)
     shapes, contact = _contact(scene, path, lost)
     forces = [muscle_xml(scene, name, path, lost) for name in scene.character.muscles]
-    forces += [contact] if contact else []
+    forces += contact
     for key in ("controller", "custom_controller", "forces", "motion", "stages", "tracking"):
         if getattr(scene, key):
             lost.append(Ignored(path, 0, key, NOT_HELD))
@@ -119,6 +131,8 @@ def _surface(name: str, surface: Surface) -> str:
 
 def angles_of(matrix: Floats) -> tuple[float, float, float]:
     """Angles, rad, about x, the new y and the newer z axis, of a matrix (3, 3)."""
+    if abs(matrix[0, 2]) > 1.0 - 1e-12:  # x and z turn about one axis; as much as they should together
+        return vector(np.array([0.0, np.pi / 2.0 * np.sign(matrix[0, 2]), np.arctan2(matrix[1, 0], matrix[1, 1])]))
     x = np.arctan2(-matrix[1, 2], matrix[2, 2])
     y = np.arcsin(np.clip(matrix[0, 2], -1.0, 1.0))
     return vector(np.array([x, y, np.arctan2(-matrix[0, 1], matrix[0, 0])]))
@@ -273,40 +287,60 @@ def _assembled(kind: str, name: str, child: str, near: str, own: Floats, coordin
     return element(kind, inner + transform, name=name)
 
 
-def _contact(scene: Scene, path: Path, lost: list[Ignored]) -> tuple[list[str], str]:
+def _contact(scene: Scene, path: Path, lost: list[Ignored]) -> tuple[list[str], list[str]]:
     """Spheres where shapes meet the ground, the ground, and what acts between them."""
     if plain_number(scene.ground.stiffness) <= 0.0:
-        return [], ""
-    shapes, by_friction = [], dict[float, list[str]]()
+        return [], []
+    shapes, by_material = [], dict[tuple[float, ...], list[str]]()
     for name, body in scene.character.bodies.items():
-        points = [point for shape in body.shapes for point in contact_points(shape)]
-        for k, (point, radius) in enumerate(points):
+        points = [(shape, *point) for shape in body.shapes for point in contact_points(shape)]
+        for k, (shape, point, radius) in enumerate(points):
             own = f"{name_of(name)}_{k}"
-            if plain_number(radius) <= 0.0:
+            if isinstance(shape, Box) or plain_number(radius) <= 0.0:
                 lost.append(Ignored(path, 0, f"character.bodies.{name}.shapes", "corners of boxes are no spheres"))
                 continue
             inner = _place("socket_frame", frame_path(scene, name), plain_vector(point))
             inner += element("radius", numbers([plain_number(radius)]))
             shapes.append(element("ContactSphere", inner, name=own))
-            friction = min(plain_number(body.friction), plain_number(scene.ground.friction))
-            by_friction.setdefault(friction, []).append(own)
+            material = _material(scene, body, shape)
+            key = tuple(plain_number(getattr(material, field)) for field in MATERIAL)
+            by_material.setdefault(key, []).append(own)
     if not shapes:
-        return [], ""
-    lost.append(Ignored(path, 0, "ground", OTHER_CONTACT))
+        return [], []
+    if scene.ground.law == "spring":
+        lost.append(Ignored(path, 0, "ground", OTHER_CONTACT))
     normal = WORLD.T @ normalized(plain_vector(scene.ground.normal))
     turn = np.stack([-normal, *_beside(normal)], axis=1)
     inner = element("socket_frame", "/ground")
     inner += element("location", numbers(vector(normal * plain_number(scene.ground.height))))
     shapes.append(element("ContactHalfSpace", inner + element("orientation", numbers(angles_of(turn))), name="floor"))
-    sets = [
-        element("HuntCrossleyForce::ContactParameters",
-            element("geometry", " ".join(["floor", *names])) + element("stiffness", numbers([STIFFNESS]))
-            + element("dissipation", numbers([DISSIPATION])) + element("static_friction", numbers([friction]))
-            + element("dynamic_friction", numbers([friction])) + element("viscous_friction", "0"))
-        for friction, names in by_friction.items()
-    ]  # fmt: skip
-    inner = objects("HuntCrossleyForce::ContactParametersSet", sets, name="contact_parameters")
-    return shapes, element("HuntCrossleyForce", inner + element("transition_velocity", "0.1"), name="contact")
+    return shapes, _contact_forces(scene.ground.law == "smooth_hunt_crossley", by_material)
+
+
+def _material(scene: Scene, body: Body, shape: Sphere | Capsule) -> ContactMaterial:
+    """What a shape is made of, or what comes near to a spring."""
+    if scene.ground.law != "spring":
+        return shape.material or scene.ground.material or ContactMaterial()
+    friction = min(plain_number(body.friction), plain_number(scene.ground.friction))
+    return ContactMaterial(STIFFNESS, DISSIPATION, friction, friction, 0.0, 0.1)
+
+
+def _contact_forces(smooth: bool, by_material: dict[tuple[float, ...], list[str]]) -> list[str]:
+    """The forces of spheres, by the numbers in `MATERIAL` that they are made of."""
+    forces = []
+    for k, (values, names) in enumerate(by_material.items()):
+        tags = {tag: element(tag, numbers([value])) for tag, value in zip(MATERIAL.values(), values, strict=True)}
+        if smooth:
+            for own in names:
+                ends = element("socket_sphere", f"/contactgeometryset/{own}")
+                ends += element("socket_half_space", "/contactgeometryset/floor")
+                forces.append(element("SmoothSphereHalfSpaceForce", ends + "".join(tags.values()), name=f"on_{own}"))
+            continue
+        inner = element("geometry", " ".join(["floor", *names])) + "".join(tags[tag] for tag in list(tags)[:5])
+        one = element("HuntCrossleyForce::ContactParameters", inner)
+        inner = objects("HuntCrossleyForce::ContactParametersSet", [one], name="contact_parameters")
+        forces.append(element("HuntCrossleyForce", inner + tags["transition_velocity"], name=f"contact_{k}"))
+    return forces
 
 
 def _beside(normal: Floats) -> tuple[Floats, Floats]:
