@@ -278,8 +278,8 @@ class Posed:
                 muscle.computeEquilibrium(self.state)
                 self.model.realizeDynamics(self.state)
                 force, fibre = muscle.getTendonForce(self.state), muscle.getFiberLength(self.state)
-            except RuntimeError:  # OpenSim finds no equilibrium
-                muscle.setDefaultActivation(float(level))
+            except RuntimeError:
+                pass  # OpenSim finds no equilibrium
             forces.append(force)
             fibres.append(fibre)
         return {"force": forces, "fibre": fibres}
