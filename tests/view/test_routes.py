@@ -5,9 +5,22 @@ import numpy as np
 import pytest
 
 from muscle_arm import arm
-from warpmuscle.scene import Condition, CylinderSurface, JointState, PointMotion, SphereSurface, Surface, ViaPoint, Wrap
+from warpmuscle.core.pose import rotate
+from warpmuscle.scene import (
+    Condition,
+    CylinderSurface,
+    EllipsoidSurface,
+    JointState,
+    PointMotion,
+    SphereSurface,
+    Surface,
+    TorusSurface,
+    ViaPoint,
+    Wrap,
+)
 from warpmuscle.scene.wrapping.drawn import over
 from warpmuscle.simulation.rollout import Rollout
+from warpmuscle.view.parts import surface_parts
 from warpmuscle.view.track import Track, track_of
 
 SURFACES: dict[str, Surface] = {
@@ -54,3 +67,25 @@ def test_the_long_way_round_is_taken_where_the_length_says_so():
     half = 0.1 * np.sqrt(0.5)
     np.testing.assert_allclose(over(surface, a, b, 0.1 * np.pi / 2.0, part)[0], [half, half, 0.0], atol=1e-12)
     np.testing.assert_allclose(over(surface, a, b, 0.1 * np.pi * 1.5, part)[0], [-half, -half, 0.0], atol=1e-12)
+
+
+def test_surfaces_are_drawn_where_they_are_on_their_bodies():
+    scene = arm()
+    character = scene.character
+    turn = (0.0, np.pi / 2.0, 0.0)  # the surface's z axis along the body's x axis
+    character.surfaces = {
+        "roll": CylinderSurface("tip", (0.1, 0.2, 0.3), 0.05, 0.4, orientation=turn),
+        "egg": EllipsoidSurface("base", (0.0, 0.1, 0.0), (0.1, 0.2, 0.3)),
+        "ring": TorusSurface("base", (0.0, 0.0, 0.0), 0.04, 0.06, orientation=turn),
+        "unused": SphereSurface("base", (0.0, 0.0, 0.0), 0.05),
+    }
+    character.muscles["flexor"].wraps = [Wrap("roll"), Wrap("egg"), Wrap("ring")]
+    roll, egg, *ring = surface_parts(character, ["flexor"], ["base", "tip"])
+    assert (roll.kind, roll.body, egg.kind, egg.body) == ("cylinder", 1, "sphere", 0)
+    np.testing.assert_allclose(roll.size, [0.05, 0.4, 0.05])
+    np.testing.assert_allclose(np.abs(rotate(roll.orientation, np.array([0.0, 1.0, 0.0]))), [1.0, 0.0, 0.0], atol=1e-9)
+    np.testing.assert_allclose(egg.size, [0.1, 0.2, 0.3])
+    places = np.array([part.position for part in ring])
+    np.testing.assert_allclose(places[:, 0], 0.0, atol=1e-12)
+    np.testing.assert_allclose(np.linalg.norm(places, axis=1), 0.05, rtol=0.01)
+    assert {round(float(part.size[0]), 9) for part in ring} == {0.01}

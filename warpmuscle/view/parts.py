@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
@@ -9,11 +10,13 @@ from typing import Literal
 import numpy as np
 
 from warpmuscle.core.array_types import Floats
-from warpmuscle.core.pose import about, normalized
-from warpmuscle.scene import Character
-from warpmuscle.scene.anatomy import Side, solids
+from warpmuscle.core.pose import about, from_rotation_vector, normalized, rotate
+from warpmuscle.scene import Character, CylinderSurface, SphereSurface, TorusSurface
+from warpmuscle.scene.anatomy import Side, sides_of, solids
+from warpmuscle.scene.initial_pose import plain_number, plain_vector
 
 Kind = Literal["sphere", "cylinder", "box"]
+RING = 24  # pieces of a ring
 SHORTEST = 1e-9  # m, of what has a direction
 UNTURNED = np.array([0.0, 0.0, 0.0, 1.0])
 
@@ -51,6 +54,33 @@ def parts_of(character: Character, body_names: Sequence[str]) -> list[Part]:
             cylinder = _cylinder(start, end, solid.radius, body, solid.side, bone=False)
             parts += [*cylinder, *caps] if cylinder else caps[:1]
     return parts
+
+
+def surface_parts(character: Character, muscles: Sequence[str], body_names: Sequence[str]) -> list[Part]:
+    """The surfaces that these muscles wrap around, of a character without free parameters."""
+    used = {wrap.surface: None for name in muscles for wrap in character.muscles[name].wraps}
+    sides = sides_of(character)
+    found: list[Part] = []
+    for name in used:
+        surface = character.surfaces[name]
+        body, side = body_names.index(surface.body), sides[surface.body]
+        place, turn = plain_vector(surface.position), from_rotation_vector(plain_vector(surface.orientation))
+        if isinstance(surface, CylinderSurface):
+            along = 0.5 * plain_number(surface.length) * rotate(turn, np.array([0.0, 0.0, 1.0]))
+            radius = plain_number(surface.radius)
+            found += _cylinder(place - along, place + along, radius, body, side, bone=False)
+        elif isinstance(surface, TorusSurface):
+            inner, outer = plain_number(surface.inner_radius), plain_number(surface.outer_radius)
+            angle = np.linspace(0.0, 2.0 * np.pi, RING + 1)
+            ring = 0.5 * (inner + outer) * np.stack([np.cos(angle), np.sin(angle), 0.0 * angle], axis=1)
+            corners = place + rotate(turn, ring)
+            for start, end in itertools.pairwise(corners):
+                found += _cylinder(start, end, 0.5 * (outer - inner), body, side, bone=False)
+        else:
+            radii = [surface.radius] * 3 if isinstance(surface, SphereSurface) else surface.radii
+            size = np.array([plain_number(radius) for radius in radii])
+            found.append(Part("sphere", body, side, False, place, turn, size))
+    return found
 
 
 def _cylinder(start: Floats, end: Floats, radius: float, body: int, side: Side, bone: bool) -> list[Part]:

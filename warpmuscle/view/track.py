@@ -21,7 +21,7 @@ from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.topology import Topology, topology
 from warpmuscle.view.muscle_lines import MuscleLines, Routes, muscle_lines, point_weights, world_points
 from warpmuscle.view.packing import whole
-from warpmuscle.view.parts import Part, parts_of
+from warpmuscle.view.parts import Part, parts_of, surface_parts
 
 UP = np.array([0.0, 1.0, 0.0])
 FULL_FORCE = 1.5  # f_max, drawn as the thickest muscle
@@ -91,7 +91,7 @@ def doll_of(scene: Scene, muscles: tuple[str, ...]) -> Doll:
     zero = (0.0, 0.0, 0.0)
     mass = sum(float(np.asarray(body.mass)) for body in character.bodies.values())
     return Doll(
-        parts=tuple(parts_of(character, names.bodies)),
+        parts=(*parts_of(character, names.bodies), *surface_parts(character, muscles, names.bodies)),
         muscles=muscle_lines(character, muscles, names.bodies),
         parent=np.array(names.parents, dtype=np.int64),
         in_parent=np.array([zero, *(joint.position_in_parent for joint in joints)], dtype=np.float64),
