@@ -361,31 +361,27 @@ def sharing_stage_of(places: Places, joints: int) -> Any:
         synchronize()
 
     @wp.func
-    def sweep(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
-        if wp.static(coupled):
-            bids(instance, lane, lanes, model, state, work)
-            for first in range(1, 3):
-                if first == 2:
-                    bids(instance, lane, lanes, model, state, work)
-                for level in range(first, model.level_count, 2):
-                    for body in range(whole(model.level_start[level] + lane), model.level_start[level + 1], lanes):
-                        adjust(instance, body, model, state, work)
-                synchronize()
-        else:  # every joint by itself, without a barrier
-            for body in range(1 + lane, model.body_count, lanes):
-                adjust(instance, body, model, state, work)
-
-    @wp.func
     def sharing_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
         synchronize()
         for body in range(1 + lane, model.body_count, lanes):
             ask(instance, body, model, state, work)
         synchronize()
-        for _ in range(wp.static(sweeps)):
-            rolled()
-            sweep(instance, lane, lanes, model, state, work)
-        synchronize()
-        bids(instance, lane, lanes, model, state, work)
+        if wp.static(coupled):  # each function at one place only, else the GPU's compiler does not put it in there
+            for half in range(wp.static(2 * sweeps + 1)):
+                rolled()
+                bids(instance, lane, lanes, model, state, work)
+                if half < wp.static(2 * sweeps):
+                    for level in range(1 + (half & 1), model.level_count, 2):
+                        for body in range(whole(model.level_start[level] + lane), model.level_start[level + 1], lanes):
+                            adjust(instance, body, model, state, work)
+                    synchronize()
+        else:
+            for _ in range(wp.static(sweeps)):
+                rolled()
+                for body in range(1 + lane, model.body_count, lanes):  # every joint by itself, without a barrier
+                    adjust(instance, body, model, state, work)
+            synchronize()
+            bids(instance, lane, lanes, model, state, work)
         for body in range(1 + lane, model.body_count, lanes):
             row = kept_rows(model) + 2 * model.muscles.count + body
             state.muscles.moment_arm[instance, row] = work.price[body]
