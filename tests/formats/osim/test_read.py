@@ -23,8 +23,8 @@ OLD = """<?xml version="1.0"?>
 <CoordinateActuator name="off"><isDisabled> true </isDisabled><coordinate>q</coordinate></CoordinateActuator>
 </objects></ForceSet><BodySet><objects>
 <Body name="ground"><mass>0</mass><Joint/></Body>
-<Body name="rod"><mass>2</mass><mass_center>0 -0.5 0</mass_center><inertia_xx>1</inertia_xx><inertia_yy>2</inertia_yy>
-<inertia_zz>3</inertia_zz><inertia_xy>0.1</inertia_xy><Joint><PinJoint name="pin"><parent_body> ground </parent_body>
+<Body name="rod"><mass>2</mass><mass_center>0 -0.5 0</mass_center><inertia_xx>0.5</inertia_xx><inertia_yy>2</inertia_yy>
+<inertia_xy>0.1</inertia_xy><Joint><PinJoint name="pin"><parent_body> ground </parent_body>
 <location_in_parent>0 1 0</location_in_parent><orientation_in_parent>0 0 0.5</orientation_in_parent>
 <location>0 0.2 0</location><orientation>0 0 0</orientation><CoordinateSet><objects>
 <Coordinate name="q"><default_value>0.3</default_value><range>-1 1</range></Coordinate></objects></CoordinateSet>
@@ -59,7 +59,7 @@ def test_an_old_layout_says_the_same_as_a_new_one(tmp_path: Path):
     assert on_body(model, joint.child)[0] == "/bodyset/rod"
     assert on_body(model, joint.child)[2].tolist() == [0.0, 0.2, 0.0]
     assert joint.coordinates[0].value == 0.3
-    assert rod.inertia.tolist() == [[1.0, 0.1, 0.0], [0.1, 2.0, 0.0], [0.0, 0.0, 3.0]]
+    assert rod.inertia.tolist() == [[0.5, 0.1, 0.0], [0.1, 2.0, 0.0], [0.0, 0.0, 1.0]]
     assert [point.frame for point in muscle.points] == ["/ground", "/bodyset/rod", "/bodyset/rod"]
     assert (muscle.points[1].coordinate, muscle.points[1].range) == ("q", (-1.0, 0.5))
     assert muscle.numbers["max_isometric_force"] == 700.0

@@ -25,6 +25,7 @@ MOTIONS: dict[str, tuple[tuple[Vec3, ...], tuple[Vec3, ...]]] = {  # axes of tur
     "FreeJoint": ((X, Y, Z), (X, Y, Z)),
     "PlanarJoint": ((Z,), (X, Y)),
 }
+ONE_BY_ONE = 30500  # version of the file from which on moments of inertia stand together
 INERTIAS = ("inertia_xx", "inertia_yy", "inertia_zz", "inertia_xy", "inertia_xz", "inertia_yz")
 
 
@@ -42,17 +43,18 @@ def read_bodies(bodies: Element | None, ground: Element | None, model: Model, fr
         frames.add(path, element)
         center = np.array(own.vector(element, "mass_center"))
         mass = own.number(element, "mass", 0.0)
-        model.bodies.append(Body(path, element.name, element.line, mass, center, _inertia(element, own)))
+        model.bodies.append(Body(path, element.name, element.line, mass, center, _inertia(element, own, model.version)))
     check_size("bodies", len(model.bodies), lambda text: SceneError(text, file=model.file))
 
 
-def _inertia(element: Element, own: Properties) -> Floats:
-    """The inertia matrix, from six numbers together or one by one."""
+def _inertia(element: Element, own: Properties, version: int) -> Floats:
+    """The inertia matrix, from six numbers together or, in old layouts, one by one; there moments not given are 1."""
     together = own.find(element, "inertia")
     if together is not None and together.words():
         xx, yy, zz, xy, xz, yz = together.numbers(6)
     else:
-        xx, yy, zz, xy, xz, yz = (own.number(element, tag, 0.0) for tag in INERTIAS)
+        usual = (1.0, 1.0, 1.0, 0.0, 0.0, 0.0) if version < ONE_BY_ONE else (0.0,) * 6
+        xx, yy, zz, xy, xz, yz = (own.number(element, tag, one) for tag, one in zip(INERTIAS, usual, strict=True))
     return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
 
