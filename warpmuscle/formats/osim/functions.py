@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-from scipy.interpolate import make_interp_spline
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.formats.osim.elements import Element
@@ -15,7 +14,6 @@ from warpmuscle.scene import Displacement
 from warpmuscle.scene.joints.displacement import rates
 
 KNOTS = 401  # of a spline that stands for a function of a function, or for one of another degree
-DEGREES = {"gcvspline": 5}
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,9 +85,9 @@ def composed(outer: Function, inner: Function, low: float, high: float) -> tuple
 
 
 def resampled(function, low: float, high: float) -> tuple[Function, float]:  # type: ignore[no-untyped-def]
-    """A natural spline through many values of a function, and how far it is off between its knots."""
+    """A spline through many values of a function, and how far it is off between its knots."""
     x = np.linspace(low, high, KNOTS)
-    spline = Function(x=tuple(map(float, x)), y=tuple(map(float, function(x))), ends="natural")
+    spline = Function(x=tuple(map(float, x)), y=tuple(map(float, function(x))), ends="simm")
     between = 0.5 * (x[1:] + x[:-1])
     return spline, float(np.max(np.abs(spline.values(between) - function(between))))
 
@@ -170,6 +168,8 @@ def _gcv(element: Element) -> Function:
     order = 3 if half is None else int(half.number())
     if order <= 2 or len(knots.x) < 2 * order:
         return knots
+    from scipy.interpolate import make_interp_spline  # for which no model without such functions has to wait
+
     low, high = knots.x[0], knots.x[-1]
     natural = [(order + k, 0.0) for k in range(order - 1)]
     spline = make_interp_spline(knots.x, knots.y, k=2 * order - 1, bc_type=(natural, natural))

@@ -1,0 +1,66 @@
+"""Functions of OpenSim's files have OpenSim's values, also put into each other."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from warpmuscle.core.errors import SceneError
+from warpmuscle.formats.osim.elements import Element
+from warpmuscle.formats.osim.functions import Function, composed, read_function
+
+X, Y = "-1 -0.5 0 0.4 0.9 1.5 2 2.4", "0 0.2 0.1 -0.3 0.5 0.6 0.1 0"
+AT = np.array([-0.8, 0.2, 0.7, 1.2, 2.2])
+
+
+def element(tag: str, text: str = "", *children: Element) -> Element:
+    return Element(tag, Path("a.osim"), 7, "", text, list(children))
+
+
+def knots(tag: str, *more: Element) -> Element:
+    return element(tag, "", *more, element("x", X), element("y", Y))
+
+
+@pytest.mark.parametrize(
+    ("half_order", "expected"),  # of OpenSim 4.6's GCVSpline of these knots, of degree 3 and 5
+    [
+        ("2", [0.08750247, -0.16367396, 0.11415674, 0.73385782, 0.01863665]),
+        ("3", [0.04944867, -0.16980469, 0.08554882, 0.78642812, 0.00660811]),
+    ],
+)
+def test_a_spline_through_its_knots_has_opensims_values(half_order: str, expected: list[float]):
+    function = read_function(knots("GCVSpline", element("half_order", half_order)))
+    np.testing.assert_allclose(function.values(AT), expected, atol=2e-8)
+
+
+def test_one_that_smooths_or_of_another_class_is_refused():
+    with pytest.raises(SceneError, match=r"a\.osim:7: <error_variance>: smooths"):
+        read_function(knots("GCVSpline", element("error_variance", "0.1")))
+    with pytest.raises(SceneError, match=r"a\.osim:7: <StepFunction>: functions of this class are not known"):
+        read_function(element("StepFunction"))
+
+
+def test_lines_polynomials_and_broken_lines():
+    polynomial = read_function(element("PolynomialFunction", "", element("coefficients", "3 2 1")))
+    np.testing.assert_allclose(polynomial.values(AT), 3.0 * AT**2 + 2.0 * AT + 1.0)
+    assert read_function(element("LinearFunction", "", element("coefficients", "3 2"))).line == (2.0, 3.0)
+    assert read_function(element("Constant", "", element("value", "3"))).line == (3.0, 0.0)
+    broken = read_function(knots("PiecewiseLinearFunction"))
+    np.testing.assert_allclose(broken.values(np.array([-2.0, 0.2, 3.0])), [-0.4, -0.1, -0.15])
+    scaled = element("MultiplierFunction", "", element("function", "", knots("SimmSpline")), element("scale", "-2"))
+    np.testing.assert_allclose(read_function(scaled).values(AT), -2.0 * read_function(knots("SimmSpline")).values(AT))
+
+
+def test_functions_of_lines_are_exact_and_others_nearly():
+    spline = read_function(knots("SimmSpline"))
+    line, falling = Function((0.3, 2.0)), Function((0.3, -0.5))
+    square = Function((0.1, 0.0, 0.4))
+    for outer, inner in ((spline, line), (spline, falling), (line, spline), (square, falling), (line, square)):
+        function, error = composed(outer, inner, -1.0, 1.0)
+        assert error == 0.0
+        np.testing.assert_allclose(function.values(AT), outer.values(inner.values(AT)), atol=1e-14)
+    function, error = composed(spline, square, -1.0, 1.0)
+    inside = np.linspace(-0.95, 0.95, 50)
+    difference = np.max(np.abs(function.values(inside) - spline.values(square.values(inside))))
+    assert difference < 3.0 * error + 1e-9
+    assert error < 1e-6
