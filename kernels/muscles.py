@@ -1,6 +1,7 @@
 """Kernels over all muscles of all instances, for pipelines of one's own. Launch with dim = (instances, muscles).
 
 Arrays of muscle numbers are (rows, muscles) with rows = 1 where all instances share them, or one row an instance.
+All muscles have the curves of `Muscles.model` here; the fused step and `Stages` know of curves of their own.
 """
 
 import warp as wp
