@@ -1,6 +1,6 @@
 """Simulated seconds a second on one CPU core: ours, and OpenSim's forward simulation of the same model beside it.
 
-    python tools/bench_opensim.py gait2392_millard2012muscle.osim arm26.osim --seconds 0.5
+    python tools/bench_opensim.py gait2392_millard2012muscle.osim arm26.osim --seconds 0.2
 
 Both start where the model says, with muscles in equilibrium and one constant excitation of all muscles; joint limits
 and ground of ours are off unless the model has them. OpenSim (`pip install opensim`) integrates with its default
@@ -87,7 +87,7 @@ def ours(scene: Scene, instances: int) -> tuple[float, dict[str, float], list[st
 
 def main(
     models: Annotated[list[Path], typer.Argument(help="Files of the models.")],
-    seconds: Annotated[float, typer.Option(help="Simulated time.")] = 0.5,
+    seconds: Annotated[float, typer.Option(help="Simulated time.")] = 0.2,
     excitation: Annotated[float, typer.Option(help="Of all muscles.")] = 0.05,
     instances: Annotated[int, typer.Option(help="Of ours.")] = 16,
     accuracy: Annotated[list[float] | None, typer.Option(help="Of OpenSim's integrator.")] = None,
