@@ -8,7 +8,8 @@ ground stiffness are not written. The keyframe `start` is the initial state; in 
 the root has its initial pose and all joints are in the reference pose.
 
 A muscle becomes a spatial tendon of its name through the sites `<muscle>_0`, `<muscle>_1`, ... at its via points;
-conditional ones, which MuJoCo does not know, are left out. A muscle that acts on the character also becomes a muscle
+conditional ones, which MuJoCo does not know, are left out. Cylinders and spheres that it wraps around become geoms (see
+`mjcf_wraps.py`). A muscle that acts on the character also becomes a muscle
 actuator, whose control is its excitation: MuJoCo's own law with our maximum force and speed, time constants, and fibre
 and tendon lengths. MuJoCo's curves differ from ours, its tendon is rigid and its fibre has no pennation. Delays and
 excitations of their own are not written.
@@ -25,6 +26,7 @@ from xml.etree.ElementTree import Element, SubElement
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.files import replace_file
 from warpmuscle.core.pose import conjugate, multiply, normalized, rotate, turned_to_heading
+from warpmuscle.formats.mjcf_wraps import add_geom, wrap_geoms
 from warpmuscle.model.build import start_of
 from warpmuscle.model.muscles import driven
 from warpmuscle.scene import (
@@ -263,6 +265,8 @@ def _add_muscles(model: Element, scene: Scene) -> int:
         if muscle.polynomial is not None:
             message = "MuJoCo has no path that is a polynomial; leave the muscle out, or give it points"
             raise SceneError(message, key=f"character.muscles.{name}.polynomial")
+        around = wrap_geoms(tendons, name, muscle, scene.character)
+        surfaces = {id(surface): key for key, surface in scene.character.surfaces.items()}
         tendon = SubElement(tendons, "spatial", name=name)
         for index, point in enumerate(muscle.path):
             if point.condition is None:
@@ -272,6 +276,8 @@ def _add_muscles(model: Element, scene: Scene) -> int:
                 site = f"{name}_{index}"
                 SubElement(bodies[point.body], "site", name=site, pos=_texts(_numbers(point.place())), size="0.005")
                 SubElement(tendon, "site", site=site)
+                if index in around:
+                    add_geom(tendon, around[index], surfaces[id(around[index])], bodies)
     acting = driven(scene, topology(scene.character)).muscles
     for name in acting:
         SubElement(actuators, "muscle", _actuator(muscles[name], scene.muscle_model), name=name, tendon=name)
