@@ -39,6 +39,7 @@ class RouteKind(NamedTuple):
     """What is compiled in for routes."""
 
     wraps: int = 0  # the most that one has
+    levers: int = 0  # the same
     surfaces: tuple[int, ...] = ()  # CYLINDER ..., those that there are
     motions: bool = False  # whether points move
     exact: bool = False  # whether routes around cylinders are the shortest ones, see `wrap_cylinder.py`
@@ -140,6 +141,20 @@ def touch_of(surfaces: tuple[int, ...]) -> Any:
         return result
 
     return touch
+
+
+@cache
+def pulls_of(count: int) -> Any:
+    """The structure of the moment arms of a route by lever, with room for so many.
+
+    A lane keeps them to itself until they are whole, which takes less time than to add up those of the working set.
+    """
+
+    @wp.struct
+    class Pulls:
+        arm: wp.types.matrix(shape=(count, 3), dtype=float)  # m, world
+
+    return Pulls
 
 
 @cache
@@ -258,12 +273,12 @@ def walk_of(kind: RouteKind, acting: bool, coordinate_joints: bool = False, foll
     """
     count = max(kind.wraps, 1)
     bends_struct, bend_after, place = bends_of(count), bend_after_of(count), place_of(kind.motions)
-    motions, wrapping = kind.motions, kind.wraps > 0
+    motions, wrapping, pulls_struct = kind.motions, kind.wraps > 0, pulls_of(max(kind.levers, 1))
 
     @wp.func
     def act(
         instance: int, span: RouteSpan, a: wp.vec3, direction: wp.vec3, before: int, stop: int,
-        model: ModelRef, work: ScratchRef, arm: wp.array[wp.vec3],
+        model: ModelRef, work: ScratchRef, pulls: wp.ref[pulls_struct],
     ):  # fmt: skip
         """Add the moment arms of the segment from one stop to the next."""
         for k in range(span.first_lever, span.end_lever):
@@ -278,8 +293,7 @@ def walk_of(kind: RouteKind, acting: bool, coordinate_joints: bool = False, foll
                         r = along_driver(instance, joint, r, pull, model, work)
                 elif wp.static(coordinate_joints) and has_motion(model.skeleton.plan[joint].joint_type):
                     r = along_coordinate(instance, joint, r, pull, model, work)
-                crossing = whole(lever.crossing)
-                arm[crossing] = arm[crossing] + r
+                pulls.arm[k - span.first_lever] = pulls.arm[k - span.first_lever] + r
 
     @wp.func
     def act_on_motions(
@@ -303,6 +317,7 @@ def walk_of(kind: RouteKind, acting: bool, coordinate_joints: bool = False, foll
         model: ModelRef,
         state: StateRef,
         work: ScratchRef,
+        pulls: wp.ref[pulls_struct],
         arm: wp.array[wp.vec3],
     ) -> float:
         total = wp.float32(0.0)
@@ -333,7 +348,7 @@ def walk_of(kind: RouteKind, acting: bool, coordinate_joints: bool = False, foll
                 total += length
                 if wp.static(acting):
                     direction = d * (1.0 / wp.max(length, SHORTEST))
-                    act(instance, span, a, direction, before, stop, model, work, arm)
+                    act(instance, span, a, direction, before, stop, model, work, pulls)
                     if wp.static(motions):
                         if stop < WRAP_BIT:
                             act_on_motions(instance, span.first_point + stop, direction, model, state, work, arm)
@@ -360,7 +375,7 @@ def route_stretch_of(kind: RouteKind, coordinate_joints: bool = False, followers
     Args:
         kind: what is compiled in.
     """
-    bends_struct, bend = bends_of(max(kind.wraps, 1)), bend_of(kind)
+    bends_struct, bend, pulls_struct = bends_of(max(kind.wraps, 1)), bend_of(kind), pulls_of(max(kind.levers, 1))
     measure, walk = walk_of(kind, False), walk_of(kind, True, coordinate_joints, followers)
     exact, several = kind.exact, kind.wraps > 1
     settled = SETTLED_EXACT if kind.exact else SETTLED
@@ -381,6 +396,7 @@ def route_stretch_of(kind: RouteKind, coordinate_joints: bool = False, followers
         model: ModelRef,
         state: StateRef,
         work: ScratchRef,
+        pulls: wp.ref[pulls_struct],
         arm: wp.array[wp.vec3],
     ):
         """Go round several surfaces in turn until the length changes no more."""
@@ -404,7 +420,7 @@ def route_stretch_of(kind: RouteKind, coordinate_joints: bool = False, followers
                     one = result
                 if k == 1:
                     other = result
-            length = measure(instance, span, bends, model, state, work, arm)
+            length = measure(instance, span, bends, model, state, work, pulls, arm)
             if wp.abs(length - before) < settled:
                 break
             before = length
@@ -419,6 +435,7 @@ def route_stretch_of(kind: RouteKind, coordinate_joints: bool = False, followers
         span = model.routes.span[muscle]
         own = model.paths.span[muscle]
         bends = bends_struct()
+        pulls = pulls_struct()
         wraps = span.end_wrap - span.first_wrap
         for w in range(wraps):
             bends.after[w] = NOWHERE
@@ -427,14 +444,17 @@ def route_stretch_of(kind: RouteKind, coordinate_joints: bool = False, followers
             arm[whole(model.paths.of_muscle[whole(k)].number)] = wp.vec3(0.0)
         if wp.static(several):
             if wraps > 1:
-                settle(instance, span, bends, model, state, work, arm)
+                settle(instance, span, bends, model, state, work, pulls, arm)
             elif wraps == 1:
                 bend(instance, 0, span, bends, model, state, work)
         elif wraps == 1:
             bend(instance, 0, span, bends, model, state, work)
         total = PathState()
         total.fixed = at(model.paths.fixed_length, instance, muscle)
-        total.moving = walk(instance, span, bends, model, state, work, arm)
+        total.moving = walk(instance, span, bends, model, state, work, pulls, arm)
+        for k in range(span.first_lever, span.end_lever):
+            crossing_of = whole(model.routes.lever[whole(k)].crossing)
+            arm[crossing_of] = arm[crossing_of] + pulls.arm[k - span.first_lever]
         for k in range(own.first_crossing, own.end_crossing):
             rolled()
             crossing = model.paths.of_muscle[whole(k)]

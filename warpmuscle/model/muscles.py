@@ -156,7 +156,7 @@ def compiled_kind(
         timed=not lean or any(muscle.excitation is not None for muscle in muscles),
         pulls_at_hand=at_hand, mixed=structs.MIXED in drives, conditions=conditions,
         coordinate_joints=bool(joints.joints), followers=joints.follows, shared=shared_joints(scene, names, found),
-        paths=path_kind(found.of(scene), scene.character),
+        paths=path_kind(found.of(scene), scene.character, found.table.most_levers),
     )  # fmt: skip
 
 

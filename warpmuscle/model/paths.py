@@ -54,6 +54,14 @@ class PathTable:
     pulley_start: list[int] = field(default_factory=lambda: [0])  # (muscles + 1,)
     rest_length: list[Any] = field(default_factory=list)  # by muscle: None without pulleys
 
+    @property
+    def most_levers(self) -> int:
+        """The most that a route has, see `Crossing.levers`."""
+        counts = [0] * len(self.muscles)
+        for crossing in self.crossings:
+            counts[crossing.muscle] += len(crossing.levers)
+        return max(counts, default=0)
+
     def conditional(self, segment: int) -> list[Condition]:
         """The conditions that the weight of a segment depends on."""
         a, b = self.segments[segment]

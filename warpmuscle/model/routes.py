@@ -39,16 +39,16 @@ KINDS: dict[type[Surface], int] = {
 METHODS = {"hybrid": HYBRID, "midpoint": MIDPOINT, "axial": AXIAL}
 
 
-def path_kind(muscles: Iterable[Muscle], character: Character) -> PathKind:
-    """What a step has compiled in for the paths of some muscles."""
+def path_kind(muscles: Iterable[Muscle], character: Character, levers: int) -> PathKind:
+    """What a step has compiled in for the paths of some muscles, whose routes have so many levers at most."""
     muscles = list(muscles)
     polynomials = any(muscle.polynomial is not None for muscle in muscles)
     others = any(muscle.polynomial is None and not is_route(muscle) for muscle in muscles)
-    routes = _kind_of_routes(muscles, character)
+    routes = _kind_of_routes(muscles, character, levers)
     return PathKind(routes, polynomials, others) if routes is not None or polynomials else PathKind()
 
 
-def _kind_of_routes(muscles: Sequence[Muscle], character: Character) -> RouteKind | None:
+def _kind_of_routes(muscles: Sequence[Muscle], character: Character, levers: int) -> RouteKind | None:
     """What a step has compiled in for the routes of some muscles, None if they have none."""
     routes = [muscle for muscle in muscles if is_route(muscle)]
     if not routes:
@@ -56,6 +56,7 @@ def _kind_of_routes(muscles: Sequence[Muscle], character: Character) -> RouteKin
     wraps = [wrap for muscle in routes for wrap in muscle.wraps]
     return RouteKind(
         max(len(muscle.wraps) for muscle in routes),
+        levers,
         tuple(sorted({KINDS[type(character.surfaces[wrap.surface])] for wrap in wraps})),
         any(point.motion for muscle in routes for point in muscle.path),
         character.wrapping == "shortest",

@@ -181,7 +181,8 @@ class Stages(Rollout):
         table = path_table(paths, names, character)
         fields = {"paths": paths_struct(paths, names, character, self.device), "muscles.count": len(paths)}
         fields["routes"] = route_struct(paths, names, character, self.device)
-        kernel = stages.muscle_paths_of(path_kind(self.scene.character.muscles.values(), self.scene.character))
+        kind = path_kind(self.scene.character.muscles.values(), self.scene.character, table.most_levers)
+        kernel = stages.muscle_paths_of(kind)
         count = max(len(paths), 1)
         outputs = [((count,), float), ((count,), float), ((max(len(table.crossings), 1),), wp.vec3)]
         with replaced(self.model, fields):
@@ -210,7 +211,8 @@ class Stages(Rollout):
         muscles = actuation.of(self.scene)
         kind = muscle_kind(self.scene.muscle_model, muscles)._replace(
             coordinate_joints=bool(self.structure.skeleton.joints), followers=self.structure.skeleton.follows,
-            paths=path_kind(muscles, self.scene.character), shared=shared_joints(self.scene, self.names, actuation),
+            paths=path_kind(muscles, self.scene.character, actuation.table.most_levers),
+            shared=shared_joints(self.scene, self.names, actuation),
         )  # fmt: skip
         kernel = stages.muscle_torques(kind, self.structure.controller)
         extension = self._extensions.struct.first
