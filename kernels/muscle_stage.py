@@ -95,7 +95,10 @@ def muscle_stage_of(
     rigid = contraction_of(kind.curves, RIGID if elastic else kind.tendon, False, kind.own)
     prepare = prepare_of(places, stretch_stage, rigid, straight, law == IDEAL, elastic, floored)
 
-    @wp.func
+    # Else, where paths are long, these would not be inlined, and what they are given by reference had to lie in memory.
+    whole_function = wp.func(inline=True) if ordered else wp.func
+
+    @whole_function
     def one_muscle(
         instance: int,
         m: int,
@@ -199,7 +202,7 @@ def muscle_stage_of(
             record.muscle[slot, frame, recorded_as.ACTIVATION, m] = a
             record.muscle[slot, frame, recorded_as.FORCE, m] = c.force
 
-    @wp.func
+    @whole_function
     def muscle_stage(
         instance: int,
         lane: int,

@@ -38,7 +38,7 @@ def monomial(exponents: int, q: variables, count: int, by: int) -> float:
     return result
 
 
-@wp.func
+@wp.func(inline=True)
 def polynomial_stretch(
     instance: int, muscle: int, model: ModelRef, state: StateRef, work: ScratchRef, arm: wp.array[wp.vec3]
 ) -> PathState:

@@ -5,6 +5,8 @@ round which surface, and in which order, is OpenSim 4.6's (GeometryPath::applyWr
 a surface count as fixed to the surface's body: on the shortest path they do not matter to first order, and
 elsewhere this is how OpenSim's moment arms come about. All places are measured from the joint of one body, along
 world axes, so that no large numbers are subtracted.
+
+Functions that are given the model have to be inlined: else all of it would lie in memory of the lane's own.
 """
 
 from functools import cache
@@ -62,7 +64,7 @@ def bends_of(count: int) -> Any:
     return Bends
 
 
-@wp.func
+@wp.func(inline=True)
 def counts(instance: int, point: int, model: ModelRef, state: StateRef) -> bool:
     """Whether a point of a route counts now."""
     condition = model.routes.point[point].condition
@@ -81,7 +83,7 @@ def counts(instance: int, point: int, model: ModelRef, state: StateRef) -> bool:
     return q >= interval[0] and q <= interval[1]
 
 
-@wp.func
+@wp.func(inline=True)
 def motion_rates(instance: int, motion: int, model: ModelRef, state: StateRef) -> wp.vec3:
     """How far a point has moved along the axis of one of its motions, and the derivatives by the joint's coordinate."""
     plan = model.routes.motion[motion]
@@ -106,7 +108,7 @@ def place_of(motions: bool) -> Any:
         motions: whether some points move.
     """
 
-    @wp.func
+    @wp.func(inline=True)
     def place(instance: int, point: int, origin: int, model: ModelRef, state: StateRef, work: ScratchRef) -> wp.vec3:
         plan = model.routes.point[whole(point)]
         local = at(model.routes.place, instance, point)
@@ -182,7 +184,7 @@ def bend_of(kind: RouteKind) -> Any:
     bends_struct, bend_after = bends_of(count), bend_after_of(count)
     place, touch_at, exact = place_of(kind.motions), touch_of(kind.surfaces), kind.exact
 
-    @wp.func
+    @wp.func(inline=True)
     def bend(
         instance: int,
         w: int,
@@ -275,7 +277,7 @@ def walk_of(kind: RouteKind, acting: bool, coordinate_joints: bool = False, foll
     bends_struct, bend_after, place = bends_of(count), bend_after_of(count), place_of(kind.motions)
     motions, wrapping, pulls_struct = kind.motions, kind.wraps > 0, pulls_of(max(kind.levers, 1))
 
-    @wp.func
+    @wp.func(inline=True)
     def act(
         instance: int, span: RouteSpan, a: wp.vec3, direction: wp.vec3, before: int, stop: int,
         model: ModelRef, work: ScratchRef, pulls: wp.ref[pulls_struct],
@@ -295,7 +297,7 @@ def walk_of(kind: RouteKind, acting: bool, coordinate_joints: bool = False, foll
                     r = along_coordinate(instance, joint, r, pull, model, work)
                 pulls.arm[k - span.first_lever] = pulls.arm[k - span.first_lever] + r
 
-    @wp.func
+    @wp.func(inline=True)
     def act_on_motions(
         instance: int, point: int, pull: wp.vec3, model: ModelRef, state: StateRef, work: ScratchRef,
         arm: wp.array[wp.vec3],
@@ -309,7 +311,7 @@ def walk_of(kind: RouteKind, acting: bool, coordinate_joints: bool = False, foll
             r = coordinate_gradient(instance, motion.joint, 0, model, work) * rate
             arm[motion.crossing] = arm[motion.crossing] + r
 
-    @wp.func
+    @wp.func(inline=True)
     def walk(
         instance: int,
         span: RouteSpan,
@@ -388,7 +390,7 @@ def route_stretch_of(kind: RouteKind, coordinate_joints: bool = False, followers
                 bends.after[other] = bends.after[w]
         bends.after[w] = NOWHERE
 
-    @wp.func
+    @wp.func(inline=True)
     def settle(
         instance: int,
         span: RouteSpan,
@@ -428,7 +430,7 @@ def route_stretch_of(kind: RouteKind, coordinate_joints: bool = False, followers
                 swapped = 1
                 remove(0, wraps, bends)
 
-    @wp.func
+    @wp.func(inline=True)
     def route_stretch(
         instance: int, muscle: int, model: ModelRef, state: StateRef, work: ScratchRef, arm: wp.array[wp.vec3]
     ) -> PathState:

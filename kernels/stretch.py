@@ -35,7 +35,7 @@ def any_stretch_of(
         return others
     route_stretch = route_stretch_of(kind.routes or RouteKind(), coordinate_joints, followers)
 
-    @wp.func
+    @wp.func(inline=True)
     def any_stretch(
         instance: int, muscle: int, model: ModelRef, state: StateRef, work: ScratchRef, arm: wp.array[wp.vec3]
     ) -> PathState:
