@@ -7,7 +7,7 @@ import pytest
 from small_scene import muscle_scene
 from warpmuscle.core.errors import SceneError
 from warpmuscle.formats import load
-from warpmuscle.scene import Scene, ViaPoint
+from warpmuscle.scene import ContactMaterial, Scene, Sphere, ViaPoint
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.parameters import leaves, start_values, substitute
 from warpmuscle.scene.scaling import _lowest_point, multiplied, scaled_segments
@@ -129,3 +129,14 @@ def test_what_cannot_be_multiplied_is_a_clear_error():
     with pytest.raises(SceneError, match="gravity: cannot be multiplied by -1"):
         multiplied(log, {"gravity": -1.0})
     assert multiplied(scene, {}) == scene
+
+
+def test_what_shapes_are_made_of_stays_as_it_is():
+    scene = load("fwalk")
+    scene.ground.law = "hunt_crossley"
+    name = next(name for name, body in scene.character.bodies.items() if body.shapes)
+    scene.character.bodies[name].shapes = [Sphere((0.0, 0.1, 0.0), 0.05, ContactMaterial(1e6, 2.0))]
+    (shape,) = scaled_segments(scene, {name: 1.5}).character.bodies[name].shapes
+    assert isinstance(shape, Sphere)
+    assert shape.radius == pytest.approx(0.075)
+    assert shape.material == ContactMaterial(1e6, 2.0)

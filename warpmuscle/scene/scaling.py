@@ -85,7 +85,8 @@ def _of_body(character: Character, name: str, factor: float) -> dict[str, float]
     """Factors of all numbers that belong to a body, by path in the scene."""
     body, key = character.bodies[name], f"character.bodies.{name}"
     found = {f"{key}.mass": factor**3} | {f"{key}.inertia.{axis}": factor**5 for axis in range(3)}
-    found |= {path: factor for path, _ in leaves(body.shapes, f"{key}.shapes")}
+    shapes = (path for path, _ in leaves(body.shapes, f"{key}.shapes") if "material" not in path.split("."))
+    found |= dict.fromkeys(shapes, factor)
     for joint_name, joint in character.joints.items():
         for field, owner in (("position_in_parent", joint.parent), ("position_in_child", joint.child)):
             if owner == name:
