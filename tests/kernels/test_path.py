@@ -357,8 +357,8 @@ HERE, THERE = ViaPoint("pelvis", ZERO), ViaPoint("lFoot", ZERO)
         ([HERE, ViaPoint("pelvis", ZERO, Condition("knee", 0.0, 1.0)), THERE], ".1.condition.joint", "no joint 'knee'"),
         (
             [HERE, ViaPoint("pelvis", ZERO, Condition("lHip", 0.0, 1.0)), THERE],
-            ".1.condition.joint",
-            "ball joint has no",
+            ".1.condition.blend",
+            "give a blend of 0",
         ),
         ([HERE, ViaPoint("pelvis", ZERO, Condition("lKnee", 0.0, 1.0, axis=1)), THERE], ".1.condition.axis", "angle 1"),
         ([HERE, ViaPoint("pelvis", ZERO, Condition("lKnee", 1.0, 1.0)), THERE], ".1.condition.low", "not less"),

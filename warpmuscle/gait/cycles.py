@@ -14,7 +14,7 @@ from warpmuscle.gait.foot_contact import SIDES, touch_downs
 from warpmuscle.gait.measures import measure
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
-from warpmuscle.scene.anatomy import leg
+from warpmuscle.scene.anatomy import leg_joints
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.masses import body_mass
 from warpmuscle.scene.norms import FLEXION, LEG_ANGLES
@@ -87,8 +87,9 @@ def leg_angles(recording: Recording, scene: Scene) -> dict[str, dict[str, Floats
         Error: no legs, or legs of fewer than three joints.
     """
     found: dict[str, dict[str, Floats]] = {name: {} for name in LEG_ANGLES}
-    for side, foot in zip(SIDES, feet_of(scene), strict=True):
-        joints = leg(scene.character, foot)[-3:]
+    feet_of(scene)
+    for number, side in enumerate(SIDES):
+        joints = leg_joints(scene, number)
         if len(joints) < 3:
             raise Error(f"{scene.name} has no hip, knee and ankle: {len(joints)} joints lead to its {side} foot")
         for name, joint, sign in zip(LEG_ANGLES, joints, FLEXION, strict=True):
@@ -102,12 +103,8 @@ def flexion_signs(scene: Scene) -> dict[str, float]:
     Figures and plots show angles of these joints with it, so that dorsiflexion is positive in all of them.
     """
     signs: dict[str, float] = {}
-    try:
-        feet = feet_of(scene)
-    except Error:
-        return signs
-    for foot in feet:
-        joints = leg(scene.character, foot)[-3:]
+    for number in range(len(SIDES)):
+        joints = leg_joints(scene, number)
         for name, sign in zip(joints, FLEXION, strict=True) if len(joints) == 3 else ():
             joint = scene.character.joints[name]
             any_way = joint_type(joint).quaternion or not joint.axes

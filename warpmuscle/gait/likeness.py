@@ -22,7 +22,7 @@ import numpy as np
 from warpmuscle.core.array_types import Floats
 from warpmuscle.gait.cycles import PERCENT, feet_of
 from warpmuscle.scene import Character, Scene
-from warpmuscle.scene.anatomy import leg
+from warpmuscle.scene.anatomy import joint_place, leg_joints
 from warpmuscle.scene.geometry import contact_points
 from warpmuscle.scene.norms import RUNNING, WALKING, Band, GaitNorm, Norm
 
@@ -54,11 +54,8 @@ def leg_length(scene: Scene) -> float:
         Error: no legs.
     """
     character, foot = scene.character, feet_of(scene)[0]
-    joints = [character.joints[name] for name in leg(character, foot)[-3:]]
-    length = sum(
-        math.dist(_point(above.position_in_child), _point(below.position_in_parent))
-        for above, below in pairwise(joints)
-    )
+    joints = [character.joints[name] for name in leg_joints(scene, 0)]
+    length = sum(math.dist(_point(above.position_in_child), joint_place(below)) for above, below in pairwise(joints))
     return length + _height_over_sole(character, foot, _point(joints[-1].position_in_child)[1])
 
 

@@ -9,7 +9,8 @@ from typing import Literal
 import numpy as np
 
 from warpmuscle.core.array_types import Floats
-from warpmuscle.scene import Box, Capsule, Character, Shape
+from warpmuscle.scene import Box, Capsule, Character, Joint, Scene, Shape
+from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.masses import massless
 from warpmuscle.scene.number import Number
 
@@ -68,7 +69,7 @@ def bone_lines(character: Character, name: str) -> list[Floats]:
         return []
     joints = character.joints.values()
     start = next((_point(joint.position_in_child) for joint in joints if joint.child == name), np.zeros(3))
-    ends = [_point(joint.position_in_parent) for joint in joints if joint.parent == name]
+    ends = [joint_place(joint) for joint in joints if joint.parent == name]
     return bones(start, ends or [far_end(shape, start) for shape in body.shapes])
 
 
@@ -78,7 +79,7 @@ def pieces(character: Character, feet: Sequence[str]) -> list[Piece]:
     found: list[Piece] = []
     for name, body in character.bodies.items():
         if any(foot in _ancestors(character, name) for foot in feet):
-            ends = [joint.position_in_parent for joint in character.joints.values() if joint.parent == name]
+            ends = [tuple(joint_place(joint)) for joint in character.joints.values() if joint.parent == name]
             starts = [joint.position_in_child for joint in character.joints.values() if joint.child == name]
             reach = [_point(place) for place in (*(starts or [(0.0, 0.0, 0.0)]), *ends)]  # so that leg and toes meet
             found += [_outline(name, sides[name], shape, reach) for shape in body.shapes]
@@ -105,6 +106,27 @@ def leg(character: Character, foot: str) -> list[str]:
         name, foot = parents[foot]
         names.insert(0, name)
     return names
+
+
+def leg_joints(scene: Scene, side: int) -> list[str]:
+    """Hip, knee and ankle of the left leg (0) or the right: the controller's pairs so called, or the last three joints.
+
+    There are fewer if fewer lead to the foot; none if there are no feet.
+    """
+    pairs = {} if scene.controller is None else scene.controller.pairs
+    if all(name in pairs for name in ("Hip", "Knee", "Ankle")):
+        return [pairs[name][side] for name in ("Hip", "Knee", "Ankle")]
+    return [] if scene.feet is None else leg(scene.character, scene.feet[side])[-3:]
+
+
+def joint_place(joint: Joint) -> Floats:
+    """Where a joint of a numeric scene is in its parent in the reference pose, m: (3,)."""
+    kind = joint_type(joint)
+    place = _point(joint.position_in_parent)
+    if kind.by_coordinate:
+        still = np.zeros((1, 1))
+        place = place + kind.motion(joint, still, still).place[0]
+    return place
 
 
 def foot_bodies(character: Character, foot: str) -> list[str]:

@@ -14,7 +14,7 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.scene import Scene
-from warpmuscle.scene.anatomy import leg
+from warpmuscle.scene.anatomy import leg_joints
 from warpmuscle.scene.fukuchi import RUN, WALK
 from warpmuscle.scene.topology import Topology
 
@@ -128,8 +128,8 @@ def norm_table(scene: Scene, names: Topology) -> tuple[Floats, Floats, Integers]
     bands = (RUNNING if scene.objective.gait == "run" else WALKING)[0].angles
     bodies = len(names.bodies)
     table, scale, sides = np.zeros((BINS, bodies)), np.zeros(bodies), np.zeros(bodies, dtype=np.int32)
-    for side, foot in enumerate(scene.feet):
-        for title, sign, joint in zip(LEG_ANGLES, FLEXION, leg(scene.character, foot)[-3:], strict=True):
+    for side in range(len(scene.feet)):
+        for title, sign, joint in zip(LEG_ANGLES, FLEXION, leg_joints(scene, side), strict=True):
             body, band = names.body_of_joint(joint), bands[title]
             half_band = float(band.sd(PERCENT_OF_BIN).mean())
             table[:, body] = band.mean(PERCENT_OF_BIN) / half_band

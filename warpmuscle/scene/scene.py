@@ -333,9 +333,9 @@ class OpenSim(Part):
     root_coordinates: list[str] = []
     locked: Annotated[dict[str, float], "rad or m"] = {}  # coordinates that do not move, and where they are
     couplers: dict[str, Coupling] = {}  # coordinates that are functions of that of a joint
-    balls: dict[str, BallCoordinates] = {}  # by ball joint; of all other joints coordinates have the joint's name
     markers: dict[str, Marker] = {}
     angles: list[str] = []  # coordinates that OpenSim's files have in degrees
+    balls: dict[str, BallCoordinates] = {}  # by ball joint; of all other joints coordinates have the joint's name
 
 
 class Scene(Part):

@@ -179,7 +179,7 @@ HERE = ViaPoint("pelvis", ZERO)
         (f"{HFL}.path.0.condition", Condition("lToe", 0.0, 1.0), f"{HFL}.path.0.condition", "take no condition"),
         (f"{HFL}.path.1.condition", Condition("lToe", 0.0, 1.0), f"{HFL}.path.1.condition", "take no condition"),
         (f"{CONDITION}.joint", "ltoe", f"{CONDITION}.joint", "there is no joint 'ltoe'; did you mean 'lToe'?"),
-        (f"{CONDITION}.joint", "lHip", f"{CONDITION}.joint", "a ball joint has no angle"),
+        (f"{CONDITION}.joint", "lHip", f"{CONDITION}.blend", "give a blend of 0"),
         (f"{CONDITION}.axis", 1, f"{CONDITION}.axis", "a hinge joint has no angle 1"),
         (f"{CONDITION}.axis", -1, f"{CONDITION}.axis", "no angle -1"),
         (f"{CONDITION}.low", 0.5, f"{CONDITION}.low", "low is not less than high: 0.5, 0.5"),

@@ -52,25 +52,25 @@ def read(path: Path, notes: Notes) -> Model:
         document.fail("there is no <Model> in it; a model as OpenSim saves it is needed")
     top.used = True
     upgraded(top, version)
-    model = Model(path, top.name or path.stem, top.line, version)
-    model.credits = " ".join(own_text.words()) if (own_text := top.child("credits")) is not None else ""
+    found = Model(path, top.name or path.stem, top.line, version)
+    found.credits = " ".join(own_text.words()) if (own_text := top.child("credits")) is not None else ""
     defaults = top.child("defaults")
     own = Properties(defaults)
     for element in defaults.all() if defaults is not None else ():
         element.used = True  # by those that have nothing else to say
     _check_units(top)
-    model.gravity = own.vector(top, "gravity", model.gravity)
-    frames = Frames(model)
-    _skeleton(top, model, frames, own)
-    _forces(top, model, frames, own, notes)
+    found.gravity = own.vector(top, "gravity", found.gravity)
+    frames = Frames(found)
+    _skeleton(top, found, frames, own)
+    _forces(top, found, frames, own, notes)
     for element in _members(top, "ContactGeometrySet"):
         if element.tag in ("ContactSphere", "ContactHalfSpace"):
-            read_contact(element, model, frames, own)
+            read_contact(element, found, frames, own)
         else:
             _note(notes, element, "shapes of this class are not known; it touches nothing")
-    model.markers = [read_marker(element, frames, own) for element in _members(top, "MarkerSet")]
+    found.markers = [read_marker(element, frames, own) for element in _members(top, "MarkerSet")]
     _left_over(document, notes)
-    return model
+    return found
 
 
 def _version(document: Element) -> int:
@@ -99,10 +99,10 @@ def _members(top: Element, tag: str) -> list[Element]:
     return found.objects() if found is not None else []
 
 
-def _skeleton(top: Element, model: Model, frames: Frames, own: Properties) -> None:
+def _skeleton(top: Element, found: Model, frames: Frames, own: Properties) -> None:
     """Frames before joints, which hang on them, and surfaces, which are fixed to them."""
     bodies, ground = top.child("BodySet"), top.child("Ground")
-    read_bodies(bodies, ground, model, frames, own)
+    read_bodies(bodies, ground, found, frames, own)
     joints = _members(top, "JointSet")
     for element in joints:
         frames.add_owned(f"/jointset/{element.name}", element)
@@ -117,19 +117,19 @@ def _skeleton(top: Element, model: Model, frames: Frames, own: Properties) -> No
     frames.connect()
     holders = [(f"/bodyset/{body.name}", body) for body in _members(top, "BodySet")]
     for path, holder in (*holders, *((("/ground", ground),) if ground is not None else ())):
-        read_surfaces(holder, path, model, own)
+        read_surfaces(holder, path, found, own)
     names: dict[str, int] = {}
     for element in joints:
-        joint = read_joint(element, model, frames, own)
+        joint = read_joint(element, found, frames, own)
         if joint.name in names:
             element.fail(f"there is a joint of this name already, in line {names[joint.name]}")
         names[joint.name] = element.line
-        model.joints.append(joint)
+        found.joints.append(joint)
     couplers = [read_constraint(element, own) for element in _members(top, "ConstraintSet")]
-    model.couplers = [coupler for coupler in couplers if coupler is not None]
+    found.couplers = [coupler for coupler in couplers if coupler is not None]
 
 
-def _forces(top: Element, model: Model, frames: Frames, own: Properties, notes: Notes) -> None:
+def _forces(top: Element, found: Model, frames: Frames, own: Properties, notes: Notes) -> None:
     """Muscles and forces; what is switched off or not known is noted."""
     names: dict[str, int] = {}
     for element in _members(top, "ForceSet"):
@@ -139,9 +139,9 @@ def _forces(top: Element, model: Model, frames: Frames, own: Properties, notes: 
             if element.name in names or not element.name:
                 element.fail("a muscle needs a name that no other one has")
             names[element.name] = element.line
-            model.muscles.append(read_muscle(element, frames, own))
+            found.muscles.append(read_muscle(element, frames, own))
         elif element.tag in NUMBERS:
-            model.forces += read_force(element, frames, own)
+            found.forces += read_force(element, frames, own)
         else:
             _note(notes, element, NO_FORCE)
 

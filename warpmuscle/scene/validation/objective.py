@@ -11,7 +11,7 @@ from warpmuscle.core.errors import SceneError
 from warpmuscle.core.status import Status
 from warpmuscle.kernels.objective_terms import TERMS
 from warpmuscle.scene import Failure, Objective, Scene, SearchStage
-from warpmuscle.scene.anatomy import leg
+from warpmuscle.scene.anatomy import leg_joints
 from warpmuscle.scene.norms import LEG_ANGLES
 from warpmuscle.scene.parameters import free_parameters
 from warpmuscle.scene.stage_scene import freed
@@ -41,8 +41,8 @@ def _check_legs(scene: Scene, key: str) -> None:
     """There is something to compare with human legs: two feet, on legs of three joints at least."""
     if scene.feet is None:
         raise SceneError("there are no feet whose steps could be compared with human walking", key=key)
-    for foot in scene.feet:
-        joints = leg(scene.character, foot)
+    for side, foot in enumerate(scene.feet):
+        joints = leg_joints(scene, side)
         if len(joints) < len(LEG_ANGLES):
             raise SceneError(f"{foot!r} has no hip, knee and ankle: {len(joints)} joints lead to it", key=key)
 
