@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from warpmuscle.kernels.scratch import work_floats
 from warpmuscle.kernels.step import STAGES, step_kernel
 from warpmuscle.kernels.structs import Record
 from warpmuscle.simulation.rollout import Rollout
@@ -60,7 +59,7 @@ class StageTimes:
         fused = rollout._launcher.kernel()
         self.config, self.plain = fused.config, fused.kernel
         per_block = max(self.config.block_dim // self.config.lanes, 1)
-        self.floats = work_floats(self.config.capacity, bool(self.config.joints)) // 2 * 2
+        self.floats = self.config.work_floats // 2 * 2
         self.kernel = step_kernel(*self.config, lap=lap_of(per_block, self.floats))
         self.running = wp.array(np.arange(rollout.instances), dtype=int, device=rollout.device)
         ticks = rollout.instances * len(STAGES)

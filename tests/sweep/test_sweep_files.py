@@ -200,8 +200,8 @@ def test_sweep_or_scene_that_has_changed_is_refused(tmp_path, done):
 def test_run_that_cannot_be_simulated_fails_alone(tmp_path):
     file = tmp_path / "a.toml"
     file.write_text(
-        'scene = "fwalk"\n[set]\nduration = 0.1\n[search]\ncandidates = 4\npopulation = 2\n[[run]]\nname = "good"\n'
-        '[[run]]\nname = "bad"\ntracking.file = "missing.h5"\nobjective.tracking = 1\n'
+        'scene = "fwalk"\n[set]\nduration = 0.1\n[search]\nstrategy = "random"\ncandidates = 4\npopulation = 2\n'
+        '[[run]]\nname = "good"\n[[run]]\nname = "bad"\ntracking.file = "missing.h5"\nobjective.tracking = 1\n'
     )
     done = CliRunner().invoke(app, ["sweep", str(file), "-o", str(tmp_path / "a.h5"), "--device", "cpu"])
     assert isinstance(done.exception, Error)

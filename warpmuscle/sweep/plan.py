@@ -51,7 +51,7 @@ from warpmuscle.core.names import file_name
 from warpmuscle.formats import load
 from warpmuscle.formats.toml import Source
 from warpmuscle.optimization import stages
-from warpmuscle.optimization.options import check_options
+from warpmuscle.optimization.options import check_options, usual_strategy
 from warpmuscle.results.records import Options
 from warpmuscle.scene import Scene
 from warpmuscle.scene.parameters import free_parameters
@@ -61,7 +61,10 @@ from warpmuscle.sweep.overrides import Override, is_factor, overridden
 
 Search: Any = msgspec.defstruct(
     "Search",
-    [(field.name, typing.get_type_hints(Options)[field.name], field.default) for field in fields(Options)],
+    [  # no strategy: the usual one for the scene
+        (field.name, typing.get_type_hints(Options)[field.name], "" if field.name == "strategy" else field.default)
+        for field in fields(Options)
+    ],
     forbid_unknown_fields=True,
 )
 
@@ -299,6 +302,7 @@ class _Base:
         guilty = next((change for change in changes if change.key.startswith("search.")), None)
         try:
             options = Options(**msgspec.structs.asdict(to_type(search, Search, key="search")))
+            options = replace(options, strategy=options.strategy or usual_strategy(scene))
             check_options(options)
             if scene.stages:
                 return options, stages.plan(scene, options)[0].candidates
