@@ -5,7 +5,7 @@ import pytest
 from synthetic_emg import WEIGHTS, coefficients
 
 from warpmuscle.core.errors import SignalError
-from warpmuscle.synergy.extraction import Rule, extract, knee, least_sufficient
+from warpmuscle.synergy.extraction import Rule, extract, knee, least_sufficient, reason, sufficient
 from warpmuscle.synergy.factorization import Account
 
 EXACT = (WEIGHTS @ coefficients(np.arange(300) / 50.0)).T
@@ -28,6 +28,25 @@ def test_knee_is_where_a_straight_line_begins():
     assert knee([account(k + 1, value, 0.0, value) for k, value in enumerate(r2)]).count == 3
 
 
+def test_one_weak_muscle_does_not_ask_for_many_more_synergies():
+    """All but one muscle are accounted for by three; the weak one would take seven."""
+    vaf = [0.6, 0.8, 0.93, 0.94, 0.945, 0.95, 0.96, 0.97]
+    worst = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 0.9]
+    accounts = [Account(k + 1, v, np.array([1.0] * 10 + [w]), v, np.array([v])) for k, (v, w) in
+                enumerate(zip(vaf, worst, strict=True))]  # fmt: skip
+    assert least_sufficient(accounts, Rule()).count == 7
+    assert sufficient(accounts, Rule()).count == 3
+    said = reason(accounts, Rule(), 3, [f"muscle {k}" for k in range(11)])
+    assert "0.95 of all and 0.75 of each channel take 7 (now 0.930 of all, muscle 10 0.300)" in said
+
+
+def test_bars_that_are_met_next_to_the_knee_decide():
+    vaf = [0.6, 0.8, 0.94, 0.955, 0.96, 0.965, 0.97, 0.975]
+    accounts = [Account(k + 1, v, np.full(11, v), v, np.array([v])) for k, v in enumerate(vaf)]
+    assert sufficient(accounts, Rule()).count == 4
+    assert reason(accounts, Rule(), 4, ["m"] * 11) == ""
+
+
 def test_number_is_found_by_rule_and_asked_for_one_by_one():
     noisy = EXACT + 0.02 * np.random.default_rng(0).random(EXACT.shape)
     asked = []
@@ -40,7 +59,7 @@ def test_number_is_found_by_rule_and_asked_for_one_by_one():
 
 @pytest.mark.parametrize(
     ("text", "vaf", "says"),
-    [("0", 0.9, "at least 1, or auto or knee, not '0'"), ("many", 0.9, "not 'many'"), ("-3", 0.9, "not '-3'"),
+    [("0", 0.9, "at least 1, or auto, knee or cross, not '0'"), ("many", 0.9, "not 'many'"), ("-3", 0.9, "not '-3'"),
      ("auto", 1.5, "a VAF to reach must be from 0 to 1, not 1.5"), ("auto", np.nan, "must be from 0 to 1")],
 )  # fmt: skip
 def test_rules_that_cannot_be_met_are_refused(text, vaf, says):

@@ -33,6 +33,8 @@ def test_number_is_found_and_file_and_figure_are_written(folder):
         assert file["W"].shape == (7, 3)
         assert file.attrs["command"].startswith("warpmuscle ")
         assert np.ptp(file["trial"][()]) == 1
+        assert file["timing/centre"].attrs["units"] == "s"
+        assert np.all(file["timing/width"][()] > 0.0)
     assert (folder / "syn.png").stat().st_size > 20_000
 
 
@@ -52,6 +54,23 @@ def test_options_reach_the_chain_and_synergies_follow_another_file(folder):
         assert file["similarity"][()].min() > 0.95
 
 
+def test_modules_of_several_files_are_sorted_by_likeness(folder):
+    for name, seed in (("a", 0), ("b", 1)):
+        assert run(f"{name}.csv", "-n", 3, "-o", f"p{seed}.h5", "--restarts", 2, folder=folder).returncode == 0
+    command = [sys.executable, "-c", "from warpmuscle.cli import main; main()", "cluster-synergies", "p0.h5", "p1.h5"]
+    done = subprocess.run([*command, "-o", "modules.csv", "--plot", "modules.png"], cwd=folder, capture_output=True,
+                          text=True, timeout=300)  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert "6 modules of 2 people in 3 clusters" in done.stdout
+    lines = (folder / "modules.csv").read_text().splitlines()
+    assert lines[0] == "file,synergy,cluster,cosine,DA,DP,BIC,TRI,FCR,ECU,PEC"
+    assert sorted(line.split(",")[2] for line in lines[1:]) == list("112233")
+    assert (folder / "modules.png").stat().st_size > 10_000
+    wrong = subprocess.run([*command, "a.csv"], cwd=folder, capture_output=True, text=True, timeout=300)
+    assert wrong.returncode == 2
+    assert len(wrong.stderr.strip().splitlines()) == 1
+
+
 def test_same_seed_gives_the_same_file(folder):
     for name in ("one", "two"):
         assert run("a.csv", "-n", 2, "-o", f"{name}.h5", "--restarts", 2, folder=folder).returncode == 0
@@ -63,7 +82,7 @@ def test_same_seed_gives_the_same_file(folder):
     ("arguments", "says"),
     [
         (("a.csv", "-n", 9), "9 synergies are more than the 7 channels with 400 samples allow"),
-        (("a.csv", "-n", "few"), "a number of synergies is at least 1, or auto or knee, not 'few'"),
+        (("a.csv", "-n", "few"), "a number of synergies is at least 1, or auto, knee or cross, not 'few'"),
         (("a.csv", "--already-filtered"), "a.csv:2: channel 'FCR': is -0.003839, but an envelope is never negative"),
         (("a.csv", "--band", 10, 700), "a band up to 700 Hz needs a sampling rate above 1400 1/s"),
         (("none.csv",), "none.csv: there is no such file"),

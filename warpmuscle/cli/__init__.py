@@ -13,6 +13,7 @@ from typing import Annotated, NoReturn
 
 import typer
 
+from warpmuscle.cli.clusters import cluster_synergies
 from warpmuscle.cli.console import INTERRUPTED, log, marked, out
 from warpmuscle.cli.optimize import optimize
 from warpmuscle.cli.plot import plot
@@ -40,7 +41,7 @@ app = typer.Typer(
 )
 COMMANDS = (
     scenes, info, simulate, optimize, sweep, apply, report, view, plot, video, export, fit_muscles, fit_paths, convert,
-    synergies, throw, example, schema,
+    synergies, cluster_synergies, throw, example, schema,
 )  # fmt: skip
 for command in COMMANDS:
     app.command(command.__name__.replace("_", "-"))(command)

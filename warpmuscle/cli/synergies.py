@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -12,6 +13,7 @@ from warpmuscle.cli.common import command_line, writable
 from warpmuscle.cli.console import log, marked, out
 
 if TYPE_CHECKING:
+    from warpmuscle.synergy.cross_validation import Prediction
     from warpmuscle.synergy.files import SynergyResult
 
 
@@ -24,8 +26,8 @@ def synergies(
         typer.Option(
             "--number",
             "-n",
-            help="How many synergies; auto: the fewest that reach --vaf and "
-            "--muscle-vaf; knee: from where on r2 grows in a straight line.",
+            help="How many synergies; auto: the fewest that reach --vaf and --muscle-vaf, or the knee if they ask "
+            "for many more; knee: from where on r2 grows in a straight line; cross: by cross-validation.",
         ),
     ] = "auto",
     output: Annotated[Path | None, typer.Option("--output", "-o", help="HDF5 file to write.")] = None,
@@ -88,8 +90,9 @@ def synergies(
     Examples: warpmuscle synergies throw.csv -n 5 -o syn.h5 --plot syn.png;
     warpmuscle synergies walk.csv --cycles strides.csv --band 50 450 --low-pass 20 -n knee
     """  # fmt: skip
+    from warpmuscle.synergy.cross_validation import cross_validate
     from warpmuscle.synergy.emg import Chain
-    from warpmuscle.synergy.extraction import Rule, extract
+    from warpmuscle.synergy.extraction import CROSS, Rule, extract, largest, reason
     from warpmuscle.synergy.files import SynergyResult, described, in_order_of, read, write
     from warpmuscle.synergy.preparation import Preparation, prepare
 
@@ -112,6 +115,13 @@ def synergies(
     reference = None if like is None else read(like)
     with log.status("reading and filtering") as shown:
         activations = prepare(recordings, preparation)
+        prediction = None
+        if rule.method == CROSS:
+            prediction = cross_validate(
+                activations.values, largest(len(activations.muscles)), seed,
+                lambda count: shown.update(f"cross-validating, {count} synergies"),
+            )  # fmt: skip
+            rule = replace(rule, count=prediction.count)
         found, accounts = extract(
             activations.values, rule, restarts, seed, lambda count: shown.update(f"factorising, {count} synergies")
         )
@@ -120,7 +130,9 @@ def synergies(
         found, similarity = in_order_of(reference, activations.muscles, found)
     attributes = {"command": command_line(), "seed": seed, **described(preparation)}
     result = SynergyResult(activations, found, tuple(accounts), similarity, attributes)
-    _print(result)
+    _print(result, prediction)
+    if why := reason(accounts, rule, found.account.count, activations.muscles):
+        log.print(marked("note:", "yellow", f" {why}"))
     if output is not None:
         write(output, result)
         out.print(f"wrote {output}")
@@ -131,7 +143,7 @@ def synergies(
         out.print(f"wrote {plot}")
 
 
-def _print(result: SynergyResult) -> None:
+def _print(result: SynergyResult, prediction: Prediction | None) -> None:
     """Print what each number of synergies accounts for, and the synergies that were taken."""
     activations, account = result.activations, result.synergies.account
     for note in activations.notes:
@@ -141,11 +153,15 @@ def _print(result: SynergyResult) -> None:
     what = "cycle" if activations.time_unit == "cycle" else "recording"
     out.print(f"{muscles} channels, {samples} samples of {trials} {what}{'' if trials == 1 else 's'}")
     table = Table("synergies", "VAF", "r2", "worst channel", "worst restart")
+    if prediction is not None:
+        table.add_column("error of prediction")
     for row in result.counts:
         worst = int(row.muscle_vaf.argmin())
         cells = [f"{row.count}", f"{row.vaf:.4f}", f"{row.r2:.4f}",
                  f"{row.muscle_vaf[worst]:.4f}  {activations.muscles[worst]}",
                  f"{row.restart_vaf.min():.4f}"]  # fmt: skip
+        if prediction is not None and row.count <= len(prediction.error):
+            cells.append(f"{prediction.error[row.count - 1]:.4f}")
         table.add_row(*cells, style="bold" if row.count == account.count else None)
     out.print(table)
     names = [f"w{k + 1}" for k in range(account.count)]
@@ -156,4 +172,19 @@ def _print(result: SynergyResult) -> None:
     if result.similarity is not None:
         table.add_row("cosine", *(f"{cosine:.3f}" for cosine in result.similarity), style="italic")
     out.print(table)
+    _print_timing(result)
     out.print(f"{account.count} synergies account for {account.vaf:.4f} of the variance")
+
+
+def _print_timing(result: SynergyResult) -> None:
+    """Print when synergies are active, means and standard deviations over trials."""
+    timing, cyclic = result.timing, result.activations.time_unit == "cycle"
+    factor, unit = (100.0, "% of the cycle") if cyclic else (1.0, "s")
+    table = Table("active", *(f"w{k + 1}" for k in range(result.synergies.account.count)))
+    for name, mean, spread in (
+        ("centre", timing.centre, timing.centre_spread),
+        ("width at half of the maximum", timing.width, timing.width_spread),
+    ):
+        table.add_row(f"{name}, {unit}", *(f"{factor * value:.3g}" for value in mean))
+        table.add_row("±", *(f"{factor * value:.2g}" for value in spread), style="dim")
+    out.print(table)

@@ -1,19 +1,26 @@
-"""How many synergies there are: factorisations of 1, 2, 3, ... synergies, and rules to choose one of them by."""
+"""How many synergies there are: factorisations of 1, 2, 3, ... synergies, and rules to choose one of them by.
+
+AUTO takes the fewest that account for enough, of all muscles together and of each. But how much is enough hangs on how
+noisy a recording is, and one weak muscle can ask for many more. So it does not go farther than one beyond the knee of
+the curve: from there on each further synergy adds as little as the next, and is mostly one muscle's own.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import SignalError
+from warpmuscle.synergy.cross_validation import cross_validate
 from warpmuscle.synergy.factorization import RESTARTS, Account, Synergies, factorize
 
-AUTO, KNEE = "auto", "knee"
+AUTO, KNEE, CROSS = "auto", "knee", "cross"
 ENOUGH = 0.99  # VAF from which on more synergies are of no interest
 SETTLED = 1e-4  # mean squared deviation of r2 from a line, see `knee`
+KNEE_VAF = 0.8  # that the knee must account for; what accounts for less has no synergies that a knee could show
 
 
 @dataclass(frozen=True)
@@ -21,20 +28,24 @@ class Rule:
     """Which number of synergies to take."""
 
     count: int | None = None  # this many, or
-    method: str = AUTO  # the fewest by `least_sufficient` (AUTO) or by `knee` (KNEE)
+    method: str = AUTO  # by `sufficient` (AUTO), by `knee` (KNEE) or by `cross_validate` (CROSS)
     vaf: float = 0.95  # of all muscles together, for AUTO
     muscle_vaf: float = 0.75  # of each muscle, for AUTO
 
     @classmethod
     def of(cls, text: str, vaf: float, muscle_vaf: float) -> Rule:
-        """A rule from a number, `auto` or `knee`; raises SignalError for other text, and for a VAF outside 0..1."""
+        """A rule from a number, `auto`, `knee` or `cross`.
+
+        Raises:
+            SignalError: other text, or a VAF outside 0..1.
+        """
         for name, value in (("VAF", vaf), ("VAF of each muscle", muscle_vaf)):
             if not 0.0 <= value <= 1.0:
                 raise SignalError(f"a {name} to reach must be from 0 to 1, not {value:g}")
-        if text in (AUTO, KNEE):
+        if text in (AUTO, KNEE, CROSS):
             return cls(None, text, vaf, muscle_vaf)
         if not text.isdecimal() or int(text) < 1:
-            raise SignalError(f"a number of synergies is at least 1, or {AUTO} or {KNEE}, not {text!r}")
+            raise SignalError(f"a number of synergies is at least 1, or {AUTO}, {KNEE} or {CROSS}, not {text!r}")
         return cls(int(text), AUTO, vaf, muscle_vaf)
 
 
@@ -58,6 +69,8 @@ def extract(
     samples, muscles = activations.shape
     if rule.count is not None and rule.count > min(samples, muscles):
         raise SignalError(f"{rule.count} synergies are more than the {muscles} channels with {samples} samples allow")
+    if rule.count is None and rule.method == CROSS:
+        rule = replace(rule, count=cross_validate(activations, largest(muscles), seed, progress).count)
     found: list[Synergies] = []
     for count in _counts(samples, muscles, rule, found):
         progress(count)
@@ -66,9 +79,35 @@ def extract(
     if rule.count is not None:
         chosen = accounts[rule.count - 1]
     else:
-        limit = _knee_limit(muscles)
-        chosen = knee(accounts[:limit]) if rule.method == KNEE else least_sufficient(accounts, rule)
+        chosen = knee(accounts[: largest(muscles)]) if rule.method == KNEE else sufficient(accounts, rule)
     return found[chosen.count - 1], accounts
+
+
+def sufficient(accounts: Sequence[Account], rule: Rule) -> Account:
+    """What `least_sufficient` takes, or the knee if that takes more than one synergy fewer.
+
+    Raises:
+        SignalError: neither is to be had.
+    """
+    bend = knee(accounts[: largest(len(accounts[0].muscle_vaf))])
+    if bend.vaf >= KNEE_VAF and not any(_suffices(account, rule) for account in accounts[: bend.count + 1]):
+        return bend
+    return least_sufficient(accounts, rule)
+
+
+def reason(accounts: Sequence[Account], rule: Rule, count: int, muscles: Sequence[str]) -> str:
+    """Why AUTO took so many, in one line; empty if it met both of its bars."""
+    taken = accounts[count - 1]
+    if rule.count is not None or rule.method != AUTO or _suffices(taken, rule):
+        return ""
+    worst = int(taken.muscle_vaf.argmin())
+    enough = next((account.count for account in accounts if _suffices(account, rule)), None)
+    more = "more than were tried" if enough is None else f"{enough}"
+    return (
+        f"{count} is where further synergies begin to add as little as the next; {rule.vaf:g} of all and "
+        f"{rule.muscle_vaf:g} of each channel take {more} (now {taken.vaf:.3f} of all, {muscles[worst]} "
+        f"{taken.muscle_vaf[worst]:.3f})"
+    )
 
 
 def least_sufficient(accounts: Sequence[Account], rule: Rule) -> Account:
@@ -106,7 +145,7 @@ def knee(accounts: Sequence[Account]) -> Account:
 
 def _counts(samples: int, muscles: int, rule: Rule, found: Sequence[Synergies]) -> Iterator[int]:
     """Numbers of synergies to try, given what was found by those before."""
-    needed = _knee_limit(muscles) if rule.method == KNEE else rule.count or 1
+    needed = rule.count or largest(muscles)
     for count in range(1, min(samples, muscles) + 1):
         if count > needed and found:
             last = found[-1].account
@@ -119,5 +158,6 @@ def _suffices(account: Account, rule: Rule) -> bool:
     return account.vaf >= rule.vaf and float(account.muscle_vaf.min()) >= rule.muscle_vaf
 
 
-def _knee_limit(muscles: int) -> int:
+def largest(muscles: int) -> int:
+    """The most synergies that it makes sense to look at, of so many muscles: three quarters (Santuz et al. 2017)."""
     return max(1, muscles - round(muscles / 4))

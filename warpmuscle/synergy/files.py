@@ -8,6 +8,8 @@
 - `/W` (M, N): synergies, the greatest weight of each 1; `/C` (N, T): their coefficients, A = W C
 - `/vaf`, `/muscle_vaf` (M,), `/r2` of those N
 - `/counts/{count, vaf, r2, muscle_vaf, restart_vaf}`: (K,), (K,), (K,), (K, M), (K, R) for each number of synergies
+- `/timing/{centre, centre_spread, width, width_spread}` (N,): when a synergy is active and for how long, means and
+  standard deviations over trials, see `warpmuscle.synergy.timing`
 - `/similarity` (N,): cosines with the synergies of another file, if these were put in its order
 
 There are no time stamps, so that the same result gives the same bytes.
@@ -33,6 +35,7 @@ from warpmuscle.core.files import replace_file
 from warpmuscle.core.machine import this_machine
 from warpmuscle.synergy.factorization import Account, Synergies, match
 from warpmuscle.synergy.preparation import Activations, Preparation
+from warpmuscle.synergy.timing import Timing, timing
 
 FORMAT = "warpmuscle synergies"
 FORMAT_VERSION = 1
@@ -48,6 +51,12 @@ class SynergyResult:
     counts: tuple[Account, ...]  # of each number of synergies that was tried
     similarity: Floats | None = None  # (N,), cosines with the synergies of a reference
     attributes: Mapping[str, Any] = field(default_factory=dict)  # command, seed, how recordings were prepared
+
+    @property
+    def timing(self) -> Timing:
+        """When the synergies are active."""
+        a = self.activations
+        return timing(self.synergies.coefficients, a.trial, a.time, a.time_unit == "cycle")
 
 
 def described(preparation: Preparation) -> dict[str, Any]:
@@ -140,6 +149,11 @@ def _put_synergies(file: Any, result: SynergyResult) -> None:
     _put(file, "r2", account.r2, description="the same about the mean of all activations")
     if result.similarity is not None:
         _put(file, "similarity", result.similarity, axes="synergy", description="cosines with those of a reference")
+    times, unit = result.timing, result.activations.time_unit
+    group = file.create_group("timing", track_order=True)
+    for name in ("centre", "centre_spread", "width", "width_spread"):
+        # What is never active has no time.
+        _put(group, name, np.nan_to_num(getattr(times, name), nan=-1.0), axes="synergy", units=unit)
     group = file.create_group("counts", track_order=True)
     _put(group, "count", np.array([c.count for c in counts], np.int64), axes="number of synergies")
     for name, axes in {"vaf": "", "r2": "", "muscle_vaf": ", muscle", "restart_vaf": ", restart"}.items():
