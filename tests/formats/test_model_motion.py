@@ -97,5 +97,5 @@ def _without_coordinates(motion: Recording) -> Recording:
     arrays = {
         name: motion[name] for name in motion.__dataclass_fields__ if isinstance(getattr(motion, name), np.ndarray)
     }
-    del arrays["coordinate"], arrays["speed"]
+    del arrays["coordinate"], arrays["speed"], arrays["joint_angle"]
     return Recording.of(arrays, motion.joint_names, motion.body_names, motion.muscle_names)

@@ -6,7 +6,7 @@ import pytest
 
 from opensim_table import table
 from warpmuscle.core.errors import Error
-from warpmuscle.core.pose import about, multiply
+from warpmuscle.core.pose import about, euler_xyz, multiply
 from warpmuscle.formats import load, sto
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
@@ -26,7 +26,7 @@ def test_angles_of_a_ball_joint_give_its_orientation_back():
     rng = np.random.default_rng(0)
     q = rng.normal(size=(200, 4))
     q /= np.linalg.norm(q, axis=1, keepdims=True)
-    angles = sto.euler_xyz(q)
+    angles = euler_xyz(q)
     x, y, z = (about(np.eye(3)[k], angles[:, k]) for k in range(3))
     same = np.abs(np.sum(multiply(multiply(x, y), z) * q, axis=1))
     np.testing.assert_allclose(same, 1.0, atol=1e-9)

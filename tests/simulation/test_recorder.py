@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import warp as wp
 
 from small_scene import muscle_scene
 from warpmuscle.core.errors import RolloutError
@@ -16,7 +17,9 @@ STRUCTURE = structure_of(muscle_scene())
 
 def recorder(kind: RecordKind = RecordKind()) -> Recorder:  # noqa: B008
     """Instances 4 and 1 of 5, every 10 of 95 steps."""
-    return Recorder(STRUCTURE, 5, [4, 1], 10, 95, "cpu", kind)
+    frames = Recorder(STRUCTURE, 5, [4, 1], 10, 95, "cpu", kind)
+    frames.record.orientation.fill_(wp.quat_identity())
+    return frames
 
 
 def test_frames_have_room_for_what_is_recorded_and_for_nothing_else():

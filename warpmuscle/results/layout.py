@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from warpmuscle.core.errors import ResultError
 from warpmuscle.core.status import Status
-from warpmuscle.results.recording import INTEGER_QUANTITIES, NAMED, QUANTITIES, Recording
+from warpmuscle.results.recording import INTEGER_QUANTITIES, NAMED, QUANTITIES, Recording, dimension
 from warpmuscle.results.records import Best, Evaluations, Options, ParameterTable, Result, Searched
 
 FORMAT = "warpmuscle"
@@ -156,6 +156,7 @@ def _put_recording(group: Any, recording: Recording) -> None:
         "muscle": "muscles that were simulated",
         "coordinate": "of the root, then of the joints: degrees of freedom, and quaternions of balls",
         "speed": "of the root, then of the joints",
+        "joint_angle": "of the root, then of the joints",
     }.items():
         if getattr(recording, NAMED[axis]):
             _put(group, NAMED[axis], getattr(recording, NAMED[axis]), axes=axis, description=description)
@@ -164,6 +165,21 @@ def _put_recording(group: Any, recording: Recording) -> None:
             continue
         array = recording[name].astype(np.int32) if name in INTEGER_QUANTITIES else recording[name]
         _put(group, name, array, quantity.units, ", ".join(quantity.axes), quantity.description)
+    _put_scales(group)
+
+
+def _put_scales(group: Any) -> None:
+    """Attach to the axes of a motion what stands along them: the time, and names, as HDF5 dimension scales."""
+    present = [name for name in QUANTITIES if name in group]
+    for axis in dict.fromkeys(axis for name in present for axis in QUANTITIES[name].axes):
+        scale = dimension(axis)
+        if scale not in group:
+            _put(group, scale, tuple(axis.split()), axes=axis, description="components")
+        group[scale].make_scale(scale)
+    for name in present:
+        for number, axis in enumerate(QUANTITIES[name].axes):
+            if name != dimension(axis):
+                group[name].dims[number].attach_scale(group[dimension(axis)])
 
 
 def _put(

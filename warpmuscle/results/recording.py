@@ -4,16 +4,19 @@
 and figures take their labels from it.
 """
 
-from collections.abc import Callable, Mapping
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
-from typing import Any, NamedTuple, Self
+from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from warpmuscle.core.arguments import as_kind, as_number, in_words
+from warpmuscle.core.arguments import as_kind, as_number, as_texts, in_words
 from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.errors import ArgumentError
+from warpmuscle.core.labelled import Labelled, to_dataframe, to_xarray
 from warpmuscle.core.pose import conjugate, multiply, rotate
 from warpmuscle.kernels.recorded import (
     ACTIVATION,
@@ -24,6 +27,10 @@ from warpmuscle.kernels.recorded import (
     FORCE,
     PATH_LENGTH,
 )
+
+if TYPE_CHECKING:
+    import pandas
+    import xarray
 
 
 @dataclass(frozen=True)
@@ -83,7 +90,8 @@ class Recording:
     """One instance over F frames, J joints, B bodies and M muscles; `QUANTITIES` lists its arrays.
 
     Joints are in breadth-first order from the root; bodies are the root followed by the children of those joints.
-    Coordinates and speeds have the names of `topology.coordinate_names`; what was recorded before they were has none.
+    Coordinates and speeds have the names of `topology.coordinate_names`, angles those of `degrees_of_freedom`; what was
+    recorded before they were has none.
     Raises ArgumentError, a ValueError, if a shape does not fit.
     """
 
@@ -162,8 +170,13 @@ class Recording:
         "rad/s or m/s", ("frame", "speed"), "rates of the coordinates; of a root along and about the world, of a ball "
         "about its child's axes", lambda raw: raw["speeds"],
     )  # fmt: skip
+    joint_angle: Floats = _quantity(
+        "rad", ("frame", "joint_angle"), "angles of root and joints by degree of freedom, as an exported .mot has them",
+        lambda raw: np.zeros((len(raw.time), 0)),  # see `degrees_of_freedom.with_joint_angles`
+    )  # fmt: skip
     coordinate_names: tuple[str, ...] = ()
     speed_names: tuple[str, ...] = ()
+    joint_angle_names: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         counts = {axis: len(getattr(self, name)) for axis, name in NAMED.items()} | {"frame": len(self.time)}
@@ -195,6 +208,7 @@ class Recording:
         muscle_names: tuple[str, ...] = (),
         coordinate_names: tuple[str, ...] = (),
         speed_names: tuple[str, ...] = (),
+        joint_angle_names: tuple[str, ...] = (),
     ) -> Self:
         """A recording from arrays by name of their quantity; raises ArgumentError if one is missing.
 
@@ -202,15 +216,15 @@ class Recording:
         """
         present: dict[str, Any] = {"joint_torque_desired": arrays.get("joint_torque"), **arrays}
         nothing = np.zeros((len(arrays.get("time", ())), 0))
-        for axis, names in (("muscle", muscle_names), ("coordinate", coordinate_names), ("speed", speed_names)):
+        optional = {"coordinate": coordinate_names, "speed": speed_names, "joint_angle": joint_angle_names}
+        for axis, names in {"muscle": muscle_names, **optional}.items():
             if not names:
                 present = {**dict.fromkeys(quantities_of(axis), nothing), **present}
         if missing := [name for name in QUANTITIES if present.get(name) is None]:
             raise ArgumentError(f"arrays of a recording lack {', '.join(missing)}")
         given = {name: present[name] for name in QUANTITIES}
-        return cls(
-            joint_names, body_names, muscle_names, **given, coordinate_names=coordinate_names, speed_names=speed_names
-        )
+        named: dict[str, Any] = {NAMED[axis]: names for axis, names in optional.items()}
+        return cls(joint_names, body_names, muscle_names, **given, **named)
 
     @classmethod
     def from_frames(
@@ -239,7 +253,7 @@ class Recording:
         """Whether joints were to move anywhere but to their reference pose."""
         return bool(np.any(self.joint_target[..., :3]))
 
-    def window(self, start: float, end: float = np.inf) -> "Recording":
+    def window(self, start: float, end: float = np.inf) -> Recording:
         """The frames with start <= time <= end, s; these may be infinite. Raises ArgumentError."""
         start, end = as_number(start, "start", infinite=True), as_number(end, "end", infinite=True)
         chosen = (self.time >= start) & (self.time <= end)
@@ -249,6 +263,44 @@ class Recording:
         """Some of its frames, by a slice, numbers or a mask."""
         return replace(self, **{name: self[name][frames] for name in QUANTITIES})
 
+    def to_xarray(self) -> xarray.Dataset:
+        """All quantities as an `xarray.Dataset`, with units, over `time`, `muscle_names`, `joint_names` and so on.
+
+        It is what `xarray.open_dataset` makes of the motion in a result file. Raises Error without xarray.
+        """
+        time, arrays = self._labelled(list(QUANTITIES))
+        return to_xarray(time, arrays, {dimension(axis): words for axis, words in self._words().items()})
+
+    def to_dataframe(self, quantities: Sequence[str] | None = None) -> pandas.DataFrame:
+        """A `pandas.DataFrame` with a row a frame, by time in s, and columns such as `com.x` and `muscle_force.rSOL`.
+
+        Args:
+            quantities: names of those that are wanted; all by default.
+
+        Raises:
+            ArgumentError: an unknown name. Error: pandas is not installed.
+        """
+        chosen = list(QUANTITIES) if quantities is None else as_texts(quantities, "quantities")
+        time, arrays = self._labelled(chosen)
+        return to_dataframe(time, arrays, {dimension(axis): words for axis, words in self._words().items()})
+
+    def _words(self) -> dict[str, Sequence[str]]:
+        """What stands along the axes, by axis; not along those of which there is nothing."""
+        axes = dict.fromkeys(axis for quantity in QUANTITIES.values() for axis in quantity.axes[1:])
+        words = {axis: getattr(self, NAMED[axis]) if axis in NAMED else axis.split() for axis in axes}
+        return {axis: along for axis, along in words.items() if along}
+
+    def _labelled(self, quantities: Sequence[str]) -> tuple[Labelled, list[Labelled]]:
+        """The time, and the arrays of quantities with their names of axes and units."""
+        words = self._words()
+        found = []
+        for name in ("time", *(name for name in quantities if name != "time")):
+            values, quantity = self[name], QUANTITIES[name]
+            if all(axis in words for axis in quantity.axes[1:]):
+                attributes = {"units": quantity.units, "description": quantity.description}
+                found.append(Labelled(name, tuple(map(dimension, quantity.axes)), values, attributes))
+        return found[0], found[1:]
+
     def position_of(self, body: str) -> Floats:
         """Centre of mass (F, 3) of a body by name, m; raises ArgumentError for an unknown name."""
         if not isinstance(body, str) or body not in self.body_names:
@@ -256,7 +308,8 @@ class Recording:
         return self.body_position[:, self.body_names.index(body)]
 
 
-NAMED = {axis: f"{axis}_names" for axis in ("joint", "body", "muscle", "coordinate", "speed")}  # that are counted
+COUNTED = ("joint", "body", "muscle", "coordinate", "speed", "joint_angle")  # axes
+NAMED = {axis: f"{axis}_names" for axis in COUNTED}
 _DECLARED = [one for one in fields(Recording) if one.metadata]
 QUANTITIES: dict[str, Quantity] = {one.name: one.metadata["quantity"] for one in _DECLARED}
 
@@ -267,7 +320,12 @@ def quantities_of(axis: str) -> tuple[str, ...]:
 
 
 MUSCLE_QUANTITIES = quantities_of("muscle")
-INTEGER_QUANTITIES = tuple(one.name for one in _DECLARED if one.type is Integers)
+INTEGER_QUANTITIES = tuple(one.name for one in _DECLARED if one.type == "Integers")
+
+
+def dimension(axis: str) -> str:
+    """Name of what stands along an axis, in files and tables: `time`, `muscle_names`, or `xyz`."""
+    return NAMED.get(axis, "time" if axis == "frame" else axis.replace(" ", ""))
 
 
 def label(name: str) -> str:

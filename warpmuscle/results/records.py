@@ -8,16 +8,21 @@ import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib.metadata import PackageNotFoundError, version
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from warpmuscle.core.array_types import Floats, Integers
+from warpmuscle.core.errors import ResultError
+from warpmuscle.core.labelled import Labelled, to_dataframe
 from warpmuscle.core.machine import this_machine
 from warpmuscle.core.status import counted, words
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene.parameters import Parameter
+
+if TYPE_CHECKING:
+    import pandas
 
 PACKAGES = {"warpmuscle": "warpmuscle", "warp": "warp-lang", "numpy": "numpy", "h5py": "h5py"}
 
@@ -76,12 +81,22 @@ class Evaluations:
         """What became of each candidate, such as `completed` and `fell`."""
         return words(self.status)
 
+    def to_dataframe(self, parameter_names: Sequence[str]) -> pandas.DataFrame:
+        """A row a candidate; see `Result.to_dataframe`."""
+        columns = [Labelled("status", ("candidate",), np.array(self.status_names(), dtype=object))]
+        columns += [Labelled(name, ("candidate",), getattr(self, name)) for name in ("cost", "end_time", *_ORIGIN)]
+        numbers = dict(zip((f"term.{name}" for name in self.term_names), self.terms.T, strict=True))
+        numbers |= dict(zip(parameter_names, self.params.T, strict=True))
+        columns += [Labelled(name, ("candidate",), values) for name, values in numbers.items()]
+        return to_dataframe(Labelled("candidate", ("candidate",), np.arange(len(self))), columns, {})
+
     def rows(self, chosen: NDArray[Any] | slice) -> Evaluations:
         """The chosen rows."""
         columns: dict[str, Any] = {name: getattr(self, name)[chosen] for name in TABLE}
         return Evaluations(**columns, term_names=self.term_names)
 
 
+_ORIGIN = ("search", "generation", "stage")
 COLUMNS = ("params", "cost", "status", "end_time", "search", "generation", "stage")
 TABLE = (*COLUMNS, "terms")  # arrays of evaluations that have a row a candidate
 
@@ -202,6 +217,19 @@ class Result:
             parts.append(f"best cost {self.best.cost:.6g}")
         parts.append(f"{len(self.replays)} motion{'' if len(self.replays) == 1 else 's'}")
         return f"Result({', '.join([repr(self.scene_name), *filter(None, parts)])})"
+
+    def to_dataframe(self) -> pandas.DataFrame:
+        """A `pandas.DataFrame` with a row a candidate of a search.
+
+        Columns are `status` in words, `cost`, `end_time` in s, `search`, `generation`, `stage`, `term.` and the name
+        of each term of the objective, unweighted, and each parameter by its path in the scene, in its unit.
+
+        Raises:
+            ResultError: nothing was searched. Error: pandas is not installed.
+        """
+        if self.evaluations is None:
+            raise ResultError("this result has no candidates; its motions are tables, as `replays[0].to_dataframe()`")
+        return self.evaluations.to_dataframe(self.parameters.name)
 
     @property
     def scene_name(self) -> str:

@@ -18,6 +18,7 @@ from warpmuscle.kernels import structs
 from warpmuscle.kernels.record import RecordKind
 from warpmuscle.kernels.recorded import MUSCLE_PLACES
 from warpmuscle.model.structure import Structure
+from warpmuscle.results.degrees_of_freedom import with_joint_angles
 from warpmuscle.results.recording import MUSCLE_QUANTITIES, RawFrames, Recording
 from warpmuscle.scene import Scene
 from warpmuscle.scene.joints import root_type
@@ -185,7 +186,8 @@ class Recorder:
             centers=self._centers(scene, instance),
         )
         named = coordinate_names(names, scene.character)
-        return Recording.from_frames(frames, names.joints, names.bodies, self.muscles, *named)
+        motion = Recording.from_frames(frames, names.joints, names.bodies, self.muscles, *named)
+        return with_joint_angles(motion, scene, instance)
 
     def _raw(self, row: int, first: int, count: int) -> dict[str, Floats]:
         """Frames first..count - 1 of all arrays of a row; only these leave the device."""

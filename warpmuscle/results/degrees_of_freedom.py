@@ -1,0 +1,102 @@
+"""A recorded motion by degrees of freedom: angles and lengths by name, of root and joints.
+
+A ball joint, like a free root, has three angles, of turns about the child's x, then y, then z axis (intrinsic); a
+hinge or universal joint has its own, a slide its position. Names are the joint's, with `_x`, `_y`, `_z` or `_a`, `_b`
+behind it; the root's position has `_tx`, `_ty`, `_tz`. A scene made of an OpenSim model has that model's coordinates
+instead, locked and coupled ones among them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import msgspec
+import numpy as np
+
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.pose import euler_xyz, normalized
+from warpmuscle.results.joint_poses import joint_angles
+from warpmuscle.results.recording import Recording
+from warpmuscle.scene import BallCoordinates, OpenSim, Scene
+from warpmuscle.scene.joints import joint_type
+from warpmuscle.scene.joints.displacement import rates
+from warpmuscle.scene.opensim_root import root_values
+from warpmuscle.scene.parameters import rebuilt
+
+
+class Degree(NamedTuple):
+    """A degree of freedom over F frames."""
+
+    name: str
+    unit: str  # rad or m
+    values: Floats  # (F,)
+
+
+def degrees_of_freedom(motion: Recording, scene: Scene) -> list[Degree]:
+    """All degrees of freedom of a motion, those of the root first.
+
+    Args:
+        scene: without free parameters, of the same character.
+    """
+    if scene.opensim is not None:
+        return _of_model(motion, scene, scene.opensim)
+    root = scene.character.root
+    found = _columns([f"{root}_t{axis}" for axis in "xyz"], "m", np.asarray(motion.root_position, np.float64))
+    turned = normalized(motion.root_orientation)
+    found += _columns([f"{root}_{axis}" for axis in "xyz"], "rad", euler_xyz(turned))
+    for name in motion.joint_names:
+        joint = scene.character.joints[name]
+        entry = joint_type(joint)
+        names = [f"{name}_{word}".rstrip("_") for word in entry.angles]
+        found += _columns(names, entry.unit(joint), joint_angles(motion, scene.character, name))
+    return found
+
+
+def with_joint_angles(motion: Recording, scene: Scene, instance: int = 0) -> Recording:
+    """The motion with its angles by name.
+
+    Args:
+        scene: of the motion; its numbers are floats, or (instances,) arrays with one value an instance.
+        instance: which one moved.
+    """
+    joints = rebuilt(scene.character.joints, _row(instance))
+    plain = msgspec.structs.replace(scene, character=msgspec.structs.replace(scene.character, joints=joints))
+    angles = [degree for degree in degrees_of_freedom(motion, plain) if degree.unit == "rad"]
+    values = np.stack([degree.values for degree in angles], axis=1) if angles else np.zeros((motion.frames, 0))
+    return replace(motion, joint_angle=values, joint_angle_names=tuple(degree.name for degree in angles))
+
+
+def _row(instance: int) -> Callable[[str, Any], Any]:
+    """Takes the value of one instance where there is one for each."""
+    return lambda _, leaf: float(leaf[min(instance, len(leaf) - 1)]) if isinstance(leaf, np.ndarray) else leaf
+
+
+def _columns(names: list[str], unit: str, values: Floats) -> list[Degree]:
+    return [Degree(name, unit, values[:, k]) for k, name in enumerate(names)]
+
+
+def _of_model(motion: Recording, scene: Scene, opensim: OpenSim) -> list[Degree]:
+    """The coordinates of an OpenSim model."""
+    root = root_values(opensim, np.asarray(motion.root_position, np.float64), motion.root_orientation)
+    values: dict[str, Floats] = dict(zip(opensim.root_coordinates, root.T, strict=True))
+    for name in motion.joint_names:
+        if name in opensim.balls:
+            values |= _of_ball(motion, scene, name, opensim.balls[name])
+        elif name in motion.coordinate_names:
+            values[name] = np.asarray(motion.coordinate[:, motion.coordinate_names.index(name)], np.float64)
+        elif len(joint_type(scene.character.joints[name]).angles) == 1:
+            values[name] = joint_angles(motion, scene.character, name)[:, 0]
+    for name, coupling in opensim.couplers.items():
+        values[name] = rates(coupling, values[coupling.joint])[0]
+    values |= {name: np.full(motion.frames, value) for name, value in opensim.locked.items()}
+    return [Degree(name, "rad" if name in opensim.angles else "m", array) for name, array in values.items()]
+
+
+def _of_ball(motion: Recording, scene: Scene, name: str, ball: BallCoordinates) -> dict[str, Floats]:
+    """Coordinates of a model, (F,) rad each, that are angles of a ball joint here."""
+    joint = scene.character.joints[name]
+    turned = normalized(motion.joint_orientation[:, motion.joint_names.index(name)])
+    first, second, third = joint_type(joint).angles_of(joint, turned).T
+    return dict(zip(ball.names, (first, -second if ball.turned_round else second, third), strict=True))
