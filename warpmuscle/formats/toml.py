@@ -140,7 +140,8 @@ def _found(folder: Path, name: str) -> Path:
 def merge(table: dict[str, Any], other: dict[str, Any]) -> None:
     """Put another table into a table: what both have is merged if it is a table, else replaced.
 
-    So is a number that is free in one of them and follows another number in the other. A table whose keys are numbers
+    So is a number that is free in one of them and follows another number in the other; one that is to follow commands
+    keeps its value unless it gets another one. A table whose keys are numbers
     changes the items of a list: `[controller.states.0]` the first state.
     """
     for key, value in other.items():
@@ -152,6 +153,8 @@ def merge(table: dict[str, Any], other: dict[str, Any]) -> None:
         elif isinstance(value, dict) and isinstance(mine, dict) and not _turns(mine, value):
             table[key] = dict(mine)
             merge(table[key], value)
+        elif isinstance(value, dict) and "per" in value and isinstance(mine, int | float):
+            table[key] = {"value": mine} | value
         else:
             table[key] = value
 

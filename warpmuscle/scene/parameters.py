@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
@@ -53,13 +53,41 @@ def _free_leaves(value: Any, key: str, unit: str, found: list[tuple[str, Free, s
 
 def free_parameters(scene: Scene) -> list[Parameter]:
     """The free parameters of a scene in order of appearance; numbers that follow another one are left out."""
+    return _parameters(scene, _free_numbers(scene))
+
+
+def _free_numbers(scene: Scene) -> list[tuple[str, Free, str]]:
+    """Path, number and unit of all that is no plain number."""
     found: list[tuple[str, Free, str]] = []
     _free_leaves(scene, "", "1", found)
-    return [
-        Parameter(key, number.value, number.min, number.max, number.step, "" if unit == "1" else unit, number.scale)
-        for key, number, unit in found
-        if number.value is not None and number.min is not None and number.max is not None
-    ]
+    return found
+
+
+def _parameters(scene: Scene, found: Sequence[tuple[str, Free, str]]) -> list[Parameter]:
+    result: list[Parameter] = []
+    for key, number, unit in found:
+        if number.is_parameter:
+            result.append(_parameter(key, number, "" if unit == "1" else unit))
+        for command in number.per:
+            for power, (name, rate) in enumerate(number.rates(command), 1):
+                if isinstance(rate, Free):
+                    per = scene.commands[command].unit if command in scene.commands else ""
+                    result.append(_parameter(f"{key}.per.{name}", rate, _unit_per(unit, per, power)))
+    return result
+
+
+def _parameter(name: str, number: Free, unit: str) -> Parameter:
+    assert number.value is not None
+    assert number.min is not None
+    assert number.max is not None
+    return Parameter(name, number.value, number.min, number.max, number.step, unit, number.scale)
+
+
+def _unit_per(unit: str, command: str, power: int) -> str:
+    """Unit of what is added for a power of a command."""
+    if not command:
+        return "" if unit == "1" else unit
+    return f"{unit}/({command})" if power == 1 else f"{unit}/({command})^{power}"
 
 
 def start_values(scene: Scene) -> Floats:
@@ -71,20 +99,35 @@ def greatest(scene: Scene, number: Number) -> float:
     """The greatest value that a number of a scene can take in a search."""
     if not isinstance(number, Free):
         return number
-    source = number
-    if number.same_as:
-        source = next(free for key, free in leaves(scene) if key == number.same_as)
-    assert source.min is not None
-    assert source.max is not None
-    return number.range_over(source.min, source.max)[1]
+    away = ranges_of_commands(scene)
+    if not number.same_as:
+        return number.interval(away)[1]
+    source = next(free for key, free in leaves(scene) if key == number.same_as)
+    return number.range_over(*source.interval(away))[1]
 
 
-def substitute(scene: Scene, values: Floats) -> Scene:
+def ranges_of_commands(scene: Scene) -> dict[str, tuple[float, float]]:
+    """How far commands may be from their references, by name: least and greatest distance."""
+    return {name: (one.min - one.reference, one.max - one.reference) for name, one in scene.commands.items()}
+
+
+def distances_of_commands(scene: Scene, asked: Mapping[str, Any] | None = None) -> dict[str, Any]:
+    """How far commands are from their references, by name.
+
+    Args:
+        asked: other values than those of the scene, of some of them; floats or arrays.
+    """
+    asked = asked or {}
+    return {name: asked.get(name, one.asked) - one.reference for name, one in scene.commands.items()}
+
+
+def substitute(scene: Scene, values: Floats, commands: Mapping[str, Any] | None = None) -> Scene:
     """The scene with numbers, or one number an instance, in place of its free parameters.
 
     Args:
         scene: checked scene (see `validation.scene.check_scene`); it is not changed.
         values: (n, P), one row an instance, or (P,), in the order of `free_parameters`.
+        commands: floats, or (n,) arrays, in place of the scene's own commands of these names.
 
     Returns:
         A scene whose fields hold (n,) arrays of float64, or floats for a (P,) vector, where they held a `Free`;
@@ -93,11 +136,16 @@ def substitute(scene: Scene, values: Floats) -> Scene:
     Raises:
         Error: `values` has another number of columns than the scene has free parameters.
     """
-    parameters = free_parameters(scene)
+    found = _free_numbers(scene)
+    parameters = _parameters(scene, found)
     values = _as_values(parameters, values, dimensions=(1, 2))
     columns: dict[str, Any] = {}
     for index, parameter in enumerate(parameters):
         columns[parameter.name] = float(values[index]) if values.ndim == 1 else values[:, index].copy()
+    following = {key: number for key, number, _ in found if number.per}
+    if following:
+        away = distances_of_commands(scene, commands)
+        columns |= {key: _commanded(key, number, away, columns) for key, number in following.items()}
 
     def column(key: str, number: Free) -> Any:
         name = number.same_as or key
@@ -106,6 +154,15 @@ def substitute(scene: Scene, values: Floats) -> Scene:
         return number.following(columns[name])
 
     return rebuilt(scene, lambda key, leaf: column(key, leaf) if isinstance(leaf, Free) else leaf)
+
+
+def _commanded(key: str, number: Free, away: Mapping[str, Any], columns: Mapping[str, Any]) -> Any:
+    """A number that follows commands; its own value and what is added per command may be columns."""
+
+    def value_of(name: str, fixed: Number | None) -> Any:
+        return columns.get(f"{key}.{name}" if name else key, fixed)
+
+    return number.commanded(away, value_of)
 
 
 def with_values(scene: Scene, values: Floats) -> Scene:
@@ -129,8 +186,10 @@ def with_values(scene: Scene, values: Floats) -> Scene:
             )
 
     def restarted(key: str, leaf: Any) -> Any:
-        free = isinstance(leaf, Free) and not leaf.same_as
-        return msgspec.structs.replace(leaf, value=starts[key]) if free else leaf
+        if not isinstance(leaf, Free) or leaf.same_as:
+            return leaf
+        per = leaf.with_rates(lambda name, rate: restarted(f"{key}.{name}", rate))
+        return msgspec.structs.replace(leaf, value=starts.get(key, leaf.value), per=per)
 
     return rebuilt(scene, restarted)
 
@@ -160,14 +219,19 @@ def pinned(scene: Scene, values: Floats, free: Collection[str]) -> Scene:
     """
     started = with_values(scene, values)
     numbers = dict(zip((parameter.name for parameter in free_parameters(scene)), map(float, values), strict=True))
+    kept = {key for key, number, _ in _free_numbers(scene) if number.per} | set(free)  # what commands change stays
 
     def replaced(key: str, leaf: Any) -> Any:
         if not isinstance(leaf, Free):
             return leaf
-        name = leaf.same_as or key
-        if name in free:
-            return leaf
-        return leaf.following(numbers[name])
+        if leaf.same_as:
+            return leaf if leaf.same_as in kept else leaf.following(numbers[leaf.same_as])
+        if key not in kept:
+            return numbers[key]
+        per = leaf.with_rates(lambda name, rate: replaced(f"{key}.{name}", rate))
+        if key in free or not leaf.is_parameter:
+            return msgspec.structs.replace(leaf, per=per)
+        return Free(numbers[key], per=per)
 
     return rebuilt(started, replaced)
 

@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+import msgspec
 import numpy as np
 
 from warpmuscle.core.errors import SceneError
@@ -14,7 +15,7 @@ from warpmuscle.scene import Character, Scene
 from warpmuscle.scene.geometry import contact_points
 from warpmuscle.scene.initial_pose import initial_pose, plain_number, plain_vector
 from warpmuscle.scene.joints import root_type
-from warpmuscle.scene.number import Free
+from warpmuscle.scene.number import Free, Number
 from warpmuscle.scene.parameters import leaves, rebuilt, start_values, substitute
 from warpmuscle.scene.validation.checks import near
 
@@ -128,7 +129,9 @@ def _lifted(scene: Scene, height: float) -> Scene:
             return leaf + height
         if leaf.same_as:
             return leaf
-        return Free(leaf.value + height, leaf.min + height, leaf.max + height, leaf.step, scale=leaf.scale)  # type: ignore[operator]
+        numbers = {name: getattr(leaf, name) for name in ("value", "min", "max")}
+        moved = {name: number + height for name, number in numbers.items() if number is not None}
+        return msgspec.structs.replace(leaf, **moved)
 
     return rebuilt(scene, replaced)
 
@@ -142,11 +145,16 @@ def _times(path: str, free: Free, factor: float) -> Free:
     """A free parameter times a factor; raises SceneError with its path."""
     if free.same_as:
         return Free(same_as=free.same_as, factor=free.factor * factor)
+
+    def rate_times(name: str, rate: Number) -> Number:
+        return _times(f"{path}.{name}", rate, factor) if isinstance(rate, Free) else rate * factor
+
     assert free.value is not None
-    assert free.min is not None
-    assert free.max is not None
-    low, high = sorted((free.min * factor, free.max * factor))
+    low, high = free.min, free.max
+    if low is not None and high is not None:
+        low, high = sorted((low * factor, high * factor))
+    per = free.with_rates(rate_times)
     try:
-        return Free(free.value * factor, low, high, step=free.step * abs(factor), scale=free.scale)
+        return Free(free.value * factor, low, high, step=free.step * abs(factor), scale=free.scale, per=per)
     except ValueError as error:
         raise SceneError(f"cannot be multiplied by {factor:g}: {error}", key=path) from None

@@ -15,6 +15,7 @@ import msgspec
 
 from warpmuscle.kernels.objective_terms import TERMS
 from warpmuscle.kernels.status import Status
+from warpmuscle.scene.command import Command
 from warpmuscle.scene.controller import PD, Balance, Component, Controller, Curve, Feedback, State, Trajectory
 from warpmuscle.scene.displacement import Coupling, Displacement
 from warpmuscle.scene.force import Force
@@ -45,13 +46,13 @@ from warpmuscle.scene.surfaces import (
 )
 
 __all__ = [
-    "PD", "Actuation", "Balance", "BallCoordinates", "Body", "Box", "Capsule", "Character", "Component", "Condition",
-    "ContactMaterial", "Controller", "Coupling", "Curve", "CurveShape", "CylinderSurface", "DeGrooteCurves",
-    "Displacement", "Drive", "EllipsoidSurface", "Excitation", "Failure", "Feedback", "Force", "Ground", "InitialState",
-    "Joint", "JointState", "Marker", "MillardCurves", "Motion", "Muscle", "MuscleModel", "Objective", "OpenSim", "Part",
-    "PointMotion", "PolynomialPath", "Pulley", "Reflex", "Reflexes", "Robustness", "Scene", "SearchStage", "Shape",
-    "Side", "Sphere", "SphereSurface", "State", "Surface", "ThelenCurves", "TorusSurface", "Tracking", "Trajectory",
-    "ViaPoint", "Wrap",
+    "PD", "Actuation", "Balance", "BallCoordinates", "Body", "Box", "Capsule", "Character", "Command", "Component",
+    "Condition", "ContactMaterial", "Controller", "Coupling", "Curve", "CurveShape", "CylinderSurface",
+    "DeGrooteCurves", "Displacement", "Drive", "EllipsoidSurface", "Excitation", "Failure", "Feedback", "Force",
+    "Ground", "InitialState", "Joint", "JointState", "Marker", "MillardCurves", "Motion", "Muscle", "MuscleModel",
+    "Objective", "OpenSim", "Part", "PointMotion", "PolynomialPath", "Pulley", "Reflex", "Reflexes", "Robustness",
+    "Scene", "SearchStage", "Shape", "Side", "Sphere", "SphereSurface", "State", "Surface", "ThelenCurves",
+    "TorusSurface", "Tracking", "Trajectory", "ViaPoint", "Wrap",
 ]  # fmt: skip
 
 
@@ -281,6 +282,8 @@ class Robustness(Part):
     push: Annotated[float, "N s"] = 0.0  # horizontal impulse on the root, at a random time in a random direction
     push_duration: Annotated[float, "s"] = 0.1
     slope: Annotated[float, "rad"] = 0.0  # greatest slope of the ground, up or down
+    mass: Annotated[float, "1"] = 0.0  # greatest part by which the mass of each body is more or less
+    commands: dict[str, list[float]] = {}  # by command, of the runs in order; the list begins again where it ends
     seed: int = 1
 
 
@@ -347,6 +350,7 @@ class Scene(Part):
     custom_controller: str = ""  # `module:name` of a controller of one's own, see `kernels/control.py`
     custom_controller_parameters: Annotated[dict[str, Number], "1"] = {}
     description: str = ""
+    commands: dict[str, Command] = {}  # what numbers of this scene follow, by names of one's own
     initial_state: InitialState = msgspec.field(default_factory=InitialState)
     ground: Ground = msgspec.field(default_factory=Ground)
     failure: Failure = msgspec.field(default_factory=Failure)

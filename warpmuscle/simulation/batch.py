@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any, Protocol, Self
 
 import numpy as np
@@ -72,6 +72,20 @@ class Batch(Protocol):
 
         Raises:
             RolloutError: another shape, a value that is not finite, or not enough memory on the device.
+        """
+
+    def set_commands(self, commands: Mapping[str, ArrayLike], *, restart: bool = True) -> None:
+        """Command all instances, such as a speed, in place of what the scene says; numbers of the scene follow.
+
+        What is not named stays as it was commanded last.
+
+        Args:
+            commands: by name one value, or (instances,) values, in the unit and the range of the scene's command.
+            restart: start again. If not, instances go on from where they stand; a plane of the ground that is
+                inclined otherwise now is turned about the point of the ground below their roots.
+
+        Raises:
+            RolloutError: no such command, another shape, or a value that is out of range.
         """
 
     def set_excitations(self, time: ArrayLike, values: ArrayLike, *, restart: bool = True) -> None:

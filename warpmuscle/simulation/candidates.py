@@ -55,8 +55,12 @@ class CandidateBatch:
         count = candidates * self.runs
         recorded = range(count) if record else ()
         self.batch = make_rollout(scene, count, device, record=recorded, threads=threads, lanes=lanes)
-        runs = drawn(scene.robustness, scene.duration)
-        self.undisturbed = self.runs == 1 and not runs.any
+        runs = drawn(scene.robustness, scene.duration, len(scene.character.bodies))
+        commands = scene.robustness.commands
+        self.undisturbed = self.runs == 1 and not runs.any and not commands
+        if commands:
+            of_runs = {name: np.resize(values, self.runs) for name, values in commands.items()}
+            self.batch.set_commands({name: np.tile(values, candidates) for name, values in of_runs.items()})
         if runs.any:
             self.batch.disturb(runs.tiled(candidates))
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any, TypeVar
 
@@ -19,6 +19,7 @@ from warpmuscle.formats import SceneLike, scene_of
 from warpmuscle.results.recording import Recording
 from warpmuscle.simulation.batch import Batch
 from warpmuscle.simulation.batch_input import checked_values, chosen, chunk_steps, end_step, noise_and_mask, positive
+from warpmuscle.simulation.commands import checked_commands
 from warpmuscle.simulation.devices import devices_name, find_devices, is_several
 from warpmuscle.simulation.inputs import checked_disturbances
 from warpmuscle.simulation.memory import InstanceBytes
@@ -125,6 +126,14 @@ class MultiDeviceRollout(Batch):
     def set_parameters(self, values: ArrayLike) -> None:
         array = checked_values(values, self.instances, len(self.parameters))
         self._each(lambda rollout, share: rollout.set_parameters(array if array.ndim == 1 else array[share]))
+
+    def set_commands(self, commands: Mapping[str, ArrayLike], *, restart: bool = True) -> None:
+        checked = checked_commands(commands, self.scene, self.instances)
+
+        def of(share: slice) -> dict[str, Any]:
+            return {name: values[share] if values.ndim else values for name, values in checked.items()}
+
+        self._each(lambda rollout, share: rollout.set_commands(of(share), restart=restart))
 
     def set_excitations(self, time: ArrayLike, values: ArrayLike, *, restart: bool = True) -> None:
         of = self._shares_of(values, "values")

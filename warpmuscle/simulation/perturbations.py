@@ -1,13 +1,14 @@
-"""Disturbances of simulated bipeds: pushes, initial velocities, slopes; and the runs of a robust objective."""
+"""Disturbances of simulated bipeds: pushes, initial velocities, slopes, masses; and the runs of a robust objective."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
+import msgspec
 import numpy as np
 
 from warpmuscle.core.array_types import Floats
-from warpmuscle.scene import Robustness
+from warpmuscle.scene import Robustness, Scene
 
 FIRST_PUSH = 1.0  # s, not before which a drawn push comes, where the simulation is long enough
 
@@ -21,6 +22,7 @@ class Perturbations:
         push: (n, 3) N s, impulse on the root's centre of mass, world.
         push_start: (n,) s. push_duration: s, of a constant force.
         slope: (n,) rad, by which the ground rises forwards.
+        mass: (n, bodies) factors on masses and inertias; None: all bodies are as the scene says.
     """
 
     velocity: Floats
@@ -28,6 +30,7 @@ class Perturbations:
     push_start: Floats
     slope: Floats
     push_duration: float = 0.1
+    mass: Floats | None = None
 
     def __len__(self) -> int:
         """Number of instances."""
@@ -36,19 +39,21 @@ class Perturbations:
     @property
     def any(self) -> bool:
         """Whether any instance is disturbed at all."""
-        return bool(np.any(self.velocity) or np.any(self.push) or np.any(self.slope))
+        return bool(np.any(self.velocity) or np.any(self.push) or np.any(self.slope) or self.mass is not None)
 
     def part(self, share: slice) -> Perturbations:
         """Those of some of the instances."""
         return Perturbations(
-            self.velocity[share], self.push[share], self.push_start[share], self.slope[share], self.push_duration
-        )
+            self.velocity[share], self.push[share], self.push_start[share], self.slope[share], self.push_duration,
+            None if self.mass is None else self.mass[share],
+        )  # fmt: skip
 
     def tiled(self, times: int) -> Perturbations:
         """The same for so many groups of instances, one group behind the other."""
         return Perturbations(
             np.tile(self.velocity, (times, 1)), np.tile(self.push, (times, 1)), np.tile(self.push_start, times),
             np.tile(self.slope, times), self.push_duration,
+            None if self.mass is None else np.tile(self.mass, (times, 1)),
         )  # fmt: skip
 
 
@@ -58,11 +63,12 @@ def none(instances: int) -> Perturbations:
     return Perturbations(zero, zero, zeros, zeros)
 
 
-def drawn(robustness: Robustness, duration: float) -> Perturbations:
+def drawn(robustness: Robustness, duration: float, bodies: int = 1) -> Perturbations:
     """The runs of one candidate, the same for every one of them: the first is not disturbed if there are several.
 
     Args:
         robustness: says how much. duration: of the simulation, s; pushes come in its last three quarters.
+        bodies: whose masses differ.
     """
     generator = np.random.default_rng(robustness.seed)
     runs = robustness.runs
@@ -73,9 +79,24 @@ def drawn(robustness: Robustness, duration: float) -> Perturbations:
     slope = generator.uniform(-1.0, 1.0, runs) * robustness.slope
     push = robustness.push * np.stack([np.sin(direction), np.zeros(runs), np.cos(direction)], axis=1)
     disturbed = np.arange(runs) > 0 if runs > 1 else np.ones(1, dtype=bool)
+    mass = None
+    if robustness.mass > 0.0:
+        mass = 1.0 + robustness.mass * generator.uniform(-1.0, 1.0, (runs, bodies)) * disturbed[:, None]
     return Perturbations(
-        velocity * disturbed[:, None], push * disturbed[:, None], start, slope * disturbed, robustness.push_duration
-    )
+        velocity * disturbed[:, None], push * disturbed[:, None], start, slope * disturbed, robustness.push_duration,
+        mass,
+    )  # fmt: skip
+
+
+def with_masses(numeric: Scene, factors: Floats) -> Scene:
+    """A scene of numbers whose bodies are heavier or lighter by factors (n, bodies), inertias as well."""
+    bodies = {
+        name: msgspec.structs.replace(
+            body, mass=body.mass * factor, inertia=tuple(moment * factor for moment in body.inertia)
+        )
+        for (name, body), factor in zip(numeric.character.bodies.items(), factors.T, strict=True)
+    }
+    return msgspec.structs.replace(numeric, character=msgspec.structs.replace(numeric.character, bodies=bodies))
 
 
 def combined(costs: Floats, robustness: Robustness) -> Floats:

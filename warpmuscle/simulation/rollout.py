@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
+import msgspec
 import numpy as np
 import warp as wp
 from numpy.typing import ArrayLike, NDArray
@@ -38,6 +39,7 @@ from warpmuscle.simulation.batch_input import (
     positive,
 )
 from warpmuscle.simulation.batch_state import BatchState, Snapshot
+from warpmuscle.simulation.commands import checked_commands, levelled, place_of_root, turned_below
 from warpmuscle.simulation.devices import find_device
 from warpmuscle.simulation.extensions import Extensions
 from warpmuscle.simulation.fused_kernel import FusedKernel
@@ -46,7 +48,7 @@ from warpmuscle.simulation.launcher import Launcher, kernel_config
 from warpmuscle.simulation.memory import InstanceBytes, check_memory, instance_bytes, struct_bytes
 from warpmuscle.simulation.objective_parts import Parts
 from warpmuscle.simulation.outcome import Outcome
-from warpmuscle.simulation.perturbations import Perturbations
+from warpmuscle.simulation.perturbations import Perturbations, with_masses
 from warpmuscle.simulation.recorder import Recorder, frame_bytes, frame_steps, record_kind
 from warpmuscle.simulation.reference_gait import reference_of
 
@@ -138,7 +140,10 @@ class Rollout(Batch):
         self._inputs = Inputs(scene, structure, self.instances, self.device)
         self.muscle_names, self.torque_names = self._inputs.muscle_names, self._inputs.torque_names
         self._inputs.of_model = ModelInputs(reference=reference_of(scene, structure, self._record))
-        self.change(substitute(scene, start_values(scene)))
+        self._values: Floats = start_values(scene)
+        self._commands: dict[str, Floats] = {}  # that are not those of the scene
+        self._ground_turned = False  # about where instances stood
+        self.change(self._substituted(self._values))
         self.reset()
 
     def _record(self, scene: Scene) -> Recording:
@@ -177,6 +182,11 @@ class Rollout(Batch):
         """Let a part of the model have what the batch is told now."""
         update_model(self.model, [part], self.numeric, self.structure, self.device, self._inputs.of_model)
 
+    def _substituted(self, values: Floats) -> Scene:
+        """The scene with values of its parameters, as commanded, and with the masses of disturbed instances."""
+        numeric, factors = substitute(self.scene, values, self._commands), self._inputs.disturbances.mass
+        return numeric if factors is None else with_masses(numeric, factors)
+
     def set_parameters(self, values: ArrayLike) -> None:
         array = checked_values(values, self.instances, len(self.parameters))
         if array.ndim == 2 and self.instances > FEW:
@@ -185,12 +195,36 @@ class Rollout(Batch):
         before = self.numeric
         self.model = structs.Model()  # so that its memory is free for the new one
         try:
-            self.change(substitute(self.scene, array))
+            self.change(self._substituted(array))
+            self._values = array
         except Error:
             self.change(before)
             raise
         finally:
             self.reset()
+
+    def set_commands(self, commands: Mapping[str, ArrayLike], *, restart: bool = True) -> None:
+        checked = checked_commands(commands, self.scene, self.instances)
+        as_truth(restart, "restart", error=RolloutError)
+        self._commands |= checked
+        numeric = self._substituted(self._values)
+        if restart:
+            self.change(numeric)
+            self.reset()
+        else:
+            place = place_of_root(self.coordinate_names, self.state.coordinates.numpy())
+            ground = turned_below(self.numeric.ground, numeric.ground, place)
+            self._ground_turned = ground is not numeric.ground
+            self.change(msgspec.structs.replace(numeric, ground=ground))
+
+    def _level_ground(self, mask: NDArray[np.bool_] | None) -> None:
+        """Put the ground back to where the scene has it, below instances that start again, by default all."""
+        ground, numeric = self.numeric.ground, self._substituted(self._values)
+        again = np.ones(self.instances, dtype=bool) if mask is None else mask
+        self._ground_turned = not again.all()
+        if self._ground_turned:
+            numeric = msgspec.structs.replace(numeric, ground=levelled(ground, numeric.ground, again))
+        self.change(numeric)
 
     def set_excitations(self, time: ArrayLike, values: ArrayLike, *, restart: bool = True) -> None:
         as_truth(restart, "restart", error=RolloutError)
@@ -214,7 +248,10 @@ class Rollout(Batch):
     def disturb(self, disturbances: Perturbations) -> None:
         self._inputs.set_disturbances(disturbances)
         self._batch.push(disturbances, self.scene.time_step)
-        self._update("slope")
+        if disturbances.mass is not None:
+            self.change(self._substituted(self._values))
+        else:
+            self._update("slope")
         self.reset()
 
     def reset(self, velocity_noise: Any = 0.0, seed: int = 0, mask: Any = None) -> None:
@@ -222,6 +259,8 @@ class Rollout(Batch):
 
     def restart(self, root_velocity: Floats, mask: NDArray[np.bool_] | None = None) -> None:
         """Put instances, by default all, back to their start; add noise, (rows, 3 or less), to the root's speeds."""
+        if self._ground_turned:
+            self._level_ground(mask)
         initial = self._inputs.initial_values(root_velocity)
         if mask is None or mask.all():
             self._batch.restart(initial)

@@ -67,7 +67,8 @@ def groups(scenes: Sequence[Scene]) -> list[list[int]]:
     """
     found: dict[bytes, list[int]] = {}
     for index, scene in enumerate(scenes):
-        alone = bool(scene.stages) or scene.tracking is not None  # whose kind or reference is not only the scene's own
+        # Alone are those whose kind or reference is not only the scene's own, and numbers that follow commands.
+        alone = bool(scene.stages) or scene.tracking is not None or bool(scene.commands)
         found.setdefault(b"%d" % index if alone else _kind(scene), []).append(index)
     result: list[list[int]] = []
     for group in found.values():

@@ -13,7 +13,7 @@ from warpmuscle.core.errors import SceneError
 from warpmuscle.core.limits import LEAST_NUMBER
 from warpmuscle.scene import Scene
 from warpmuscle.scene.number import Free, Number
-from warpmuscle.scene.parameters import leaves
+from warpmuscle.scene.parameters import distances_of_commands, leaves, ranges_of_commands
 
 
 class Checks:
@@ -22,22 +22,28 @@ class Checks:
     def __init__(self, to_check: Scene) -> None:
         self.checked = to_check
         self.free = {key: number for key, number in leaves(to_check) if isinstance(number, Free) and not number.same_as}
+        self._ranges, self._distances = ranges_of_commands(to_check), distances_of_commands(to_check)
 
     def interval(self, number: Number) -> tuple[float, float]:
         """Least and greatest value that a number can take."""
         if not isinstance(number, Free):
             return number, number
         source = self.free[number.same_as] if number.same_as else number
-        if source.min is None or source.max is None:
-            raise SceneError("a free parameter needs value, min and max")
-        return number.range_over(source.min, source.max)
+        try:
+            low, high = source.interval(self._ranges)
+        except ValueError as error:
+            raise SceneError(str(error)) from None
+        return number.range_over(low, high)
 
     def start(self, number: Number) -> float:
         """A number's own or start value."""
         if not isinstance(number, Free):
             return number
-        value = (self.free[number.same_as] if number.same_as else number).value
-        return math.nan if value is None else float(number.following(value))
+        source = self.free[number.same_as] if number.same_as else number
+        if source.value is None:
+            return math.nan
+        value = source.commanded(self._distances, lambda _, own: own.value if isinstance(own, Free) else own)
+        return float(number.following(value))
 
     def positive(self, key: str, part: msgspec.Struct, *fields: str) -> None:
         """The named fields are greater than zero, for every value a search may give them."""

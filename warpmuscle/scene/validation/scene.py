@@ -28,9 +28,10 @@ from warpmuscle.scene import (
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.joints.coupled import check_displacement
 from warpmuscle.scene.number import Free, Number
-from warpmuscle.scene.parameters import leaves
+from warpmuscle.scene.parameters import free_parameters, leaves
 from warpmuscle.scene.trusted_code import check_entries
 from warpmuscle.scene.validation.checks import Checks, known, near
+from warpmuscle.scene.validation.commands import check_commands
 from warpmuscle.scene.validation.contact import check_ground
 from warpmuscle.scene.validation.forces import check_forces
 from warpmuscle.scene.validation.motion import check_motion
@@ -66,6 +67,7 @@ class _Check(Checks):
     def scene(self) -> None:
         """Check the whole scene."""
         scene = self.checked
+        check_commands(self)
         self.numbers()
         if not scene.name.strip():
             raise SceneError("the scene needs a name", key="name")
@@ -97,7 +99,7 @@ class _Check(Checks):
 
     def sizes(self, scene: Scene) -> None:
         """There is neither too much of anything, nor does it take too many steps."""
-        parameters = sum(number.value is not None for number in self.free.values())
+        parameters = len(free_parameters(scene))
         for name, size, key in (
             ("bodies", len(scene.character.bodies), "character.bodies"),
             ("muscles", len(scene.character.muscles), "character.muscles"),
@@ -125,8 +127,10 @@ class _Check(Checks):
         """At least one run; disturbances have sizes."""
         if robustness.runs < 1:
             raise SceneError(f"must be 1 at least, is {robustness.runs}", key="robustness.runs")
-        self.not_negative("robustness", robustness, "velocity_noise", "push", "slope")
+        self.not_negative("robustness", robustness, "velocity_noise", "push", "slope", "mass")
         self.positive("robustness", robustness, "push_duration")
+        if robustness.mass >= 1.0:
+            raise SceneError(f"must be less than 1, is {robustness.mass:g}", key="robustness.mass")
 
     def self_collision(self, pairs: Sequence[tuple[str, str]], character: Character) -> None:
         """A pair is two bodies with shapes."""
