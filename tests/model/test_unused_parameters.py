@@ -8,7 +8,7 @@ from warpmuscle.core.errors import Error
 from warpmuscle.formats import load, scene_names
 from warpmuscle.model.unused_parameters import unused_parameters
 from warpmuscle.optimization.optimize import optimize
-from warpmuscle.scene import Actuation
+from warpmuscle.scene import Actuation, Command
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.parameters import free_parameters
 
@@ -54,3 +54,10 @@ def test_motions_and_collisions_count_as_what_uses_a_parameter():
     scene.actuation["wrist"].drive = "kinematic"
     scene.motion["wrist"].value[3] = Free(0.2, 0.1, 0.3)
     assert not [name for name in unused_parameters(scene) if name.startswith("motion")]
+
+
+def test_what_is_added_per_command_is_used_where_the_number_is_and_the_command_can_differ():
+    scene = load("fwalk")
+    scene.commands = {"speed": Command(1.0, 1.0, 1.5), "fixed": Command(1.0, 1.0, 1.0)}
+    scene.controller.states[0].time = Free(0.6, per={"speed": Free(0.0, -0.1, 0.1), "fixed": Free(0.0, -0.1, 0.1)})
+    assert unused_parameters(scene) == ["controller.states.0.time.per.fixed"]

@@ -55,7 +55,10 @@ def unused_parameters(scene: Scene) -> list[str]:
 
 def _used(scene: Scene, structure: Structure, values: Floats) -> list[NDArray[Any]]:
     """What simulations with values (P,) or (n, P) of the free parameters depend on: their model and their start."""
-    numeric = substitute(scene, values)
+    asked = {
+        name: max(one.min, one.max, key=lambda end: abs(end - one.reference)) for name, one in scene.commands.items()
+    }
+    numeric = substitute(scene, values, asked)  # away from the references, where what is added per command counts
     start, model = start_of(numeric, structure.names), build_model(numeric, structure, "cpu")
     extensions = extensions_struct(structure, 0, "cpu")
     put_parameters(extensions, numeric, structure, "cpu")

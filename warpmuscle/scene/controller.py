@@ -1,4 +1,4 @@
-"""The controller of a scene; units are SI and radians, see `scene.py`."""
+"""The controller of a scene, and what it may be commanded; units are SI and radians, see `scene.py`."""
 
 from __future__ import annotations
 
@@ -97,3 +97,22 @@ class Controller(Part):
     start_state: int = 0
     start_stance: Side = "left"
     reflexes: Reflexes | None = None  # of muscles, in place of the torques that these are to give
+
+
+class Command(Part):
+    """A number that a user gives at run time. Numbers of the scene with `per` follow it.
+
+    Its unit is its own: that of `min`, `max`, `reference` and `value`.
+    """
+
+    reference: float  # where numbers that follow it have their own value
+    min: float
+    max: float
+    value: float | None = None  # what is asked for; by default the reference
+    unit: str = ""  # such as "m/s" or "deg"
+    description: str = ""
+
+    @property
+    def asked(self) -> float:
+        """The value, or the reference."""
+        return self.reference if self.value is None else self.value
