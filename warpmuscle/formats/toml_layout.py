@@ -140,7 +140,7 @@ def _folded(key: str, values: Any) -> str:
 def inline(value: Any) -> str:
     """A value on one line."""
     if isinstance(value, Free):
-        value = {f.name: getattr(value, f.name) for f in _fields(Free) if getattr(value, f.name) != f.default}
+        value = _plain_fields(value)
     if isinstance(value, dict):
         members = ", ".join(f"{key_text(key)} = {inline(member)}" for key, member in value.items())
         return f"{{ {members} }}" if members else "{}"
