@@ -192,6 +192,12 @@ def reflex_force(instance: int, muscle: int, asked: float, row: MuscleRow, model
 
 
 @wp.func
+def as_asked(instance: int, muscle: int, asked: float, row: MuscleRow, model: ModelRef, state: StateRef) -> float:
+    """Force that is wanted of a muscle, N: what torques ask for. So where only what it feels is to be told."""
+    return asked
+
+
+@wp.func
 def reflex_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
     """Excitations of all muscles that have reflexes. Ends with a barrier."""
     lean = trunk_lean(model, work)

@@ -20,6 +20,7 @@ ORDER: tuple[tuple[str, ...], ...] = (
     ("gait",),
     ("simulation",),
     ("optimization",),
+    ("learning",),
     ("studies",),
     ("plots", "view"),
     ("video",),

@@ -66,7 +66,8 @@ NO_INPUTS = ModelInputs()
 
 
 def build_model(scene: Scene, structure: Structure, device: Any, inputs: ModelInputs = NO_INPUTS) -> structs.Model:
-    """The model of a scene on a device; no other code writes its fields than this, `update_model` and `replaced`.
+    """The model of a scene on a device; no other code writes its fields than this, `update_model`,
+    `replaced` and `with_fields`.
 
     Args:
         scene: checked scene whose numbers are floats, or (n,) arrays with one value an instance (see
@@ -104,6 +105,13 @@ def replaced(model: structs.Model, fields: Fields) -> Iterator[None]:
         yield
     finally:
         _put(model, before)
+
+
+def with_fields(model: structs.Model, fields: Fields) -> structs.Model:
+    """A copy of a model, of the same arrays, with other values in some of its fields."""
+    copy = _copied(model)
+    _put(copy, fields)
+    return copy
 
 
 def muscles_model(scene: Scene, muscles: tuple[str, ...], device: Any) -> structs.Model:

@@ -18,7 +18,7 @@ from warpmuscle.core.errors import Error, RolloutError
 from warpmuscle.formats import SceneLike, scene_of
 from warpmuscle.kernels import structs
 from warpmuscle.kernels.record import NOTHING
-from warpmuscle.model.build import ModelInputs, build_model, replaced, update_model
+from warpmuscle.model.build import Fields, ModelInputs, build_model, replaced, update_model, with_fields
 from warpmuscle.model.objective import counted_terms
 from warpmuscle.model.state import state_struct
 from warpmuscle.model.structure import structure_of
@@ -42,7 +42,7 @@ from warpmuscle.simulation.batch_state import BatchState, Snapshot
 from warpmuscle.simulation.commands import checked_commands, levelled, place_of_root, turned_below
 from warpmuscle.simulation.devices import find_device
 from warpmuscle.simulation.extensions import Extensions
-from warpmuscle.simulation.fused_kernel import FusedKernel
+from warpmuscle.simulation.fused_kernel import FusedKernel, KernelConfig
 from warpmuscle.simulation.inputs import Inputs
 from warpmuscle.simulation.launcher import Launcher, kernel_config
 from warpmuscle.simulation.memory import InstanceBytes, check_memory, instance_bytes, struct_bytes
@@ -51,6 +51,7 @@ from warpmuscle.simulation.outcome import Outcome
 from warpmuscle.simulation.perturbations import Perturbations, with_masses
 from warpmuscle.simulation.recorder import Recorder, frame_bytes, frame_steps, record_kind
 from warpmuscle.simulation.reference_gait import reference_of
+from warpmuscle.simulation.stepper import Stepper
 
 FEW = 8192  # instances, some 0.3 GiB, for which there always is memory, so that nobody has to find out about it
 QUICK = 0.05  # s of wall time; a chunk that is over sooner and that all come through is followed by a longer one
@@ -321,6 +322,18 @@ class Rollout(Batch):
 
     def load(self) -> None:
         self._launcher.kernel().load()
+
+    def stepper(self, change: Callable[[KernelConfig], KernelConfig], fields: Fields, model: Any = None) -> Stepper:
+        """Steps of all instances without a question to the device; see there.
+
+        Args:
+            change: makes the configuration of its kernel from the usual one.
+            fields: of the model, which the kernel has in the place of the rollout's.
+            model: in the place of the rollout's.
+        """
+        kernel = self._launcher.kernel(change(self._launcher.config))
+        model = with_fields(self.model if model is None else model, fields)
+        return Stepper(kernel, model, self.state, self._recorder.record, self._extensions.struct)
 
     def load_step(self, excitations: bool = False, torques: bool = False) -> None:
         """Have the kernel ready that `step` launches with excitations, torques, or both; see `load`."""

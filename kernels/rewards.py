@@ -1,0 +1,231 @@
+"""What decisions of a policy are worth, and when an episode ends. One thread an instance."""
+
+import warp as wp
+
+from warpmuscle.kernels.episodes import FIRST_POSE, SPEED, EpisodeRules, Episodes, root_orientation, root_place
+from warpmuscle.kernels.senses import up_in_trunk
+from warpmuscle.kernels.spatial import heading_angle
+from warpmuscle.kernels.structs import RUNNING, State
+
+wp.set_module_options({"enable_backward": False})
+
+# Terms of the reward, in the order in which they are logged.
+TERMS = (
+    "speed", "alive", "upright", "pose", "effort", "action", "action_rate", "heading", "side", "objective", "failure",
+)  # fmt: skip
+COUNT = len(TERMS)
+SPEED_TERM, ALIVE, UPRIGHT, POSE, EFFORT, ACTION, ACTION_RATE, HEADING, SIDE, OBJECTIVE, FAILURE = range(COUNT)
+# What is logged of an episode behind its terms.
+FORWARD, DECISIONS, COMPLETED, ENDED = range(COUNT, COUNT + 4)
+LOGGED = COUNT + 4
+LEAST_DISTANCE = 1.0  # m, that the cost of transport counts for
+
+term_values = wp.types.vector(length=COUNT, dtype=float)
+
+
+@wp.struct
+class RewardRules:
+    """What is rewarded."""
+
+    weight: term_values  # signed; of what counts for time times that
+    speed_width: float  # m/s
+    pose_width: float
+    pose: wp.array[int]  # numbers of the wanted coordinates
+    longest: int  # decisions of an episode
+    effort: int  # what is mean-squared: EXCITATIONS, ACTIVATIONS or ACTIONS
+
+
+EXCITATIONS, ACTIVATIONS, ACTIONS = 0, 1, 2
+
+
+@wp.struct
+class ObjectiveWeights:
+    """Weights of the sums that a batch makes for the terms of the scene's objective, times the time step."""
+
+    torque: wp.float64
+    muscle: wp.array[wp.float64]
+    body: wp.array[wp.float64]
+    whole: wp.array[wp.float64]
+    basal: wp.float64  # weight of the energy at rest, per step
+    energy: int  # which sum over muscles is metabolic energy; -1: none
+    transport: wp.float64  # weight of the cost of transport
+    mass: wp.float64  # kg
+    basal_power: wp.float64  # W
+    time_step: wp.float64  # s
+
+
+@wp.struct
+class Gains:
+    """What instances have gained."""
+
+    action: wp.array2d[float]
+    previous: wp.array2d[float]  # (instances, actions) the action before
+    excitation: wp.array2d[float]  # (instances, muscles), where actions give it
+    objective: wp.array[wp.float64]  # (instances,) what the episode has added to the scene's objective
+    sums: wp.array2d[float]  # (instances, LOGGED) of the episode
+    finished: wp.array2d[float]  # (instances, LOGGED) of the last one that ended
+    reward: wp.array[float]
+    terminated: wp.array[bool]
+    truncated: wp.array[bool]
+
+
+@wp.func
+def mean_square(values: wp.array2d[float], instance: int) -> float:
+    """Mean of the squares of a row."""
+    total = wp.float32(0.0)
+    for k in range(values.shape[1]):
+        total += values[instance, k] * values[instance, k]
+    return total / float(wp.max(values.shape[1], 1))
+
+
+@wp.func
+def mean_square_change(values: wp.array2d[float], before: wp.array2d[float], instance: int) -> float:
+    """Mean of the squared changes of a row."""
+    total = wp.float32(0.0)
+    for k in range(values.shape[1]):
+        change = values[instance, k] - before[instance, k]
+        total += change * change
+    return total / float(wp.max(values.shape[1], 1))
+
+
+@wp.func
+def objective_so_far(
+    instance: int, weights: ObjectiveWeights, rules: EpisodeRules, episodes: Episodes, state: State
+) -> wp.float64:
+    """The scene's weighted objective since the start of the episode, see `model.objective.term_values`."""
+    total = wp.float64(0.0)
+    if weights.torque != wp.float64(0.0):
+        for body in range(state.torque_integral.shape[1]):
+            total += weights.torque * state.torque_integral[instance, body]
+    energy = wp.float64(0.0)
+    for term in range(weights.muscle.shape[0]):
+        if weights.muscle[term] != wp.float64(0.0) or term == weights.energy:
+            summed = wp.float64(0.0)
+            for m in range(state.muscle_terms.shape[2]):
+                summed += state.muscle_terms[instance, term, m]
+            total += weights.muscle[term] * summed
+            if term == weights.energy:
+                energy = summed * weights.time_step
+    for term in range(weights.body.shape[0]):
+        for body in range(state.body_terms.shape[2]):
+            total += weights.body[term] * state.body_terms[instance, term, body]
+    for term in range(weights.whole.shape[0]):
+        total += weights.whole[term] * state.whole_terms[instance, term]
+    steps = wp.float64(state.step[instance] - episodes.start_step[instance])
+    total += weights.basal * steps
+    if weights.transport != wp.float64(0.0):
+        gone = root_place(rules.root, instance, state) - episodes.start_place[instance]
+        distance = wp.max(wp.length(wp.vec3(gone[0], 0.0, gone[2])), LEAST_DISTANCE)
+        energy += weights.basal_power * steps * weights.time_step
+        total += weights.transport * energy / (weights.mass * wp.float64(distance))
+    return total
+
+
+@wp.func
+def pose_error(instance: int, reward: RewardRules, episodes: Episodes, state: State) -> float:
+    """Mean squared difference of the wanted coordinates."""
+    total = wp.float32(0.0)
+    for k in range(reward.pose.shape[0]):
+        error = state.coordinates[instance, reward.pose[k]] - episodes.command[instance, FIRST_POSE + k]
+        total += error * error
+    return total / float(wp.max(reward.pose.shape[0], 1))
+
+
+@wp.func
+def task_terms(
+    instance: int, forward: float, reward: RewardRules, rules: EpisodeRules, episodes: Episodes, gains: Gains,
+    state: State,
+) -> term_values:  # fmt: skip
+    """Values of the terms that count for time."""
+    q = root_orientation(rules.root, instance, state)
+    values = term_values()
+    miss = (forward - episodes.command[instance, SPEED]) / reward.speed_width
+    values[SPEED_TERM] = wp.exp(-miss * miss)
+    values[ALIVE] = 1.0
+    values[UPRIGHT] = up_in_trunk(q)[1]
+    if reward.weight[POSE] != 0.0:
+        error = pose_error(instance, reward, episodes, state)
+        values[POSE] = wp.exp(-error / (reward.pose_width * reward.pose_width))
+    if reward.weight[EFFORT] != 0.0:
+        if reward.effort == EXCITATIONS:
+            values[EFFORT] = mean_square(gains.excitation, instance)
+        elif reward.effort == ACTIVATIONS:
+            values[EFFORT] = mean_square(state.muscles.activation, instance)
+        else:
+            values[EFFORT] = mean_square(gains.action, instance)
+    if reward.weight[ACTION] != 0.0:
+        values[ACTION] = wp.min(mean_square(gains.action, instance), 4.0)
+    if reward.weight[ACTION_RATE] != 0.0:
+        values[ACTION_RATE] = mean_square_change(gains.action, gains.previous, instance)
+    values[HEADING] = 1.0 - wp.cos(episodes.heading[instance] - heading_angle(q))
+    values[SIDE] = wp.min(wp.abs(episodes.side[instance]), 1.0)
+    return values
+
+
+@wp.kernel
+def judge(
+    # in
+    reward: RewardRules, weights: ObjectiveWeights, rules: EpisodeRules,
+    # in and out
+    episodes: Episodes, state: State,
+    # out
+    gains: Gains,
+):  # fmt: skip
+    """Reward of the decision, whether the episode ends, and what is logged of it. Launch with dim = instances."""
+    i = wp.tid()
+    failed = state.status[i] != RUNNING
+    moved = root_place(rules.root, i, state) - episodes.place[i]
+    wanted = episodes.heading[i]
+    forward = (moved[0] * wp.sin(wanted) + moved[2] * wp.cos(wanted)) / rules.decision_time
+    aside = moved[0] * wp.cos(wanted) - moved[2] * wp.sin(wanted)
+    if not (wp.abs(forward) + wp.abs(aside) < 1.0e6):
+        failed = True
+        forward = 0.0
+        aside = 0.0
+    episodes.side[i] = episodes.side[i] + aside
+    terms = term_values()
+    if failed:
+        terms[FAILURE] = 1.0
+    else:
+        terms = task_terms(i, forward, reward, rules, episodes, gains, state)
+        if reward.weight[OBJECTIVE] != 0.0:
+            so_far = objective_so_far(i, weights, rules, episodes, state)
+            terms[OBJECTIVE] = float(so_far - gains.objective[i])
+            gains.objective[i] = so_far
+    total = wp.float32(0.0)
+    for k in range(COUNT):
+        worth = reward.weight[k] * terms[k]
+        if not (wp.abs(worth) < 1.0e6):
+            worth = 0.0
+        total += worth
+        gains.sums[i, k] = gains.sums[i, k] + worth
+    gains.sums[i, FORWARD] = gains.sums[i, FORWARD] + forward
+    gains.reward[i] = total
+    late = episodes.length[i] >= reward.longest
+    gains.terminated[i] = failed
+    gains.truncated[i] = late and not failed
+    episodes.mask[i] = failed or late
+    if failed or late:
+        gains.sums[i, DECISIONS] = float(episodes.length[i])
+        gains.sums[i, COMPLETED] = wp.where(failed, 0.0, 1.0)
+        gains.sums[i, ENDED] = 1.0
+        for k in range(LOGGED):
+            gains.finished[i, k] = gains.sums[i, k]
+
+
+@wp.kernel
+def forget(
+    # in
+    mask: wp.array[bool],
+    # out
+    gains: Gains,
+):  # fmt: skip
+    """Begin to count again for episodes that begin. Launch with dim = instances."""
+    i = wp.tid()
+    if not mask[i]:
+        return
+    gains.objective[i] = wp.float64(0.0)
+    for k in range(LOGGED):
+        gains.sums[i, k] = 0.0
+    for k in range(gains.action.shape[1]):
+        gains.action[i, k] = 0.0

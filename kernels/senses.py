@@ -1,0 +1,188 @@
+"""What a policy senses: numbers of the state as a body could know them, delayed and noisy as nerves have them."""
+
+import warp as wp
+
+from warpmuscle.kernels.episodes import Episodes, root_orientation, root_place
+from warpmuscle.kernels.random_numbers import NOISE, random_of
+from warpmuscle.kernels.spatial import heading, heading_angle
+from warpmuscle.kernels.structs import ROOT_FREE, ROOT_PLANAR, State
+
+wp.set_module_options({"enable_backward": False})
+
+GREATEST = 100.0  # of an observation, which is 0 where it is not a number
+
+# Kinds of features.
+(
+    HEIGHT, UP, VELOCITY, ANGULAR_VELOCITY, COORDINATE, JOINT_SPEED, FOOT_FORCE, ACTIVATION, FIBRE_LENGTH,
+    FIBRE_VELOCITY, FIBRE_FORCE, COMMAND, COURSE, ACTION, PHASE, STANCE, PUSH_FORCE, VARIED,
+) = range(18)  # fmt: skip
+
+
+@wp.struct
+class Feature:
+    """One number that is observed."""
+
+    kind: int
+    index: int  # which one of its kind
+    scale: float
+    delay: int  # whole decisions
+    noise: float  # standard deviation
+
+
+@wp.struct
+class Surroundings:
+    """What features need besides the state."""
+
+    root: int
+    body_weight: float  # N
+    action: wp.array2d[float]  # (instances, actions) of the last decision
+    varied: wp.array2d[float]  # (variants, numbers) how an instance differs from others
+
+
+@wp.func
+def up_in_trunk(q: wp.quat) -> wp.vec3:
+    """The vertical in axes of the trunk."""
+    return wp.quat_rotate_inv(q, wp.vec3(0.0, 1.0, 0.0))
+
+
+@wp.func
+def root_velocity(root: int, instance: int, state: State) -> wp.vec3:
+    """Velocity of the root, m/s, world."""
+    if root == ROOT_FREE:
+        return wp.vec3(state.speeds[instance, 0], state.speeds[instance, 1], state.speeds[instance, 2])
+    if root == ROOT_PLANAR:
+        return wp.vec3(0.0, state.speeds[instance, 0], state.speeds[instance, 1])
+    return wp.vec3(0.0)
+
+
+@wp.func
+def root_angular_velocity(root: int, instance: int, state: State) -> wp.vec3:
+    """Angular velocity of the root, rad/s, world."""
+    if root == ROOT_FREE:
+        return wp.vec3(state.speeds[instance, 3], state.speeds[instance, 4], state.speeds[instance, 5])
+    if root == ROOT_PLANAR:
+        return wp.vec3(state.speeds[instance, 2], 0.0, 0.0)
+    return wp.vec3(0.0)
+
+
+@wp.func
+def course(index: int, instance: int, q: wp.quat, episodes: Episodes) -> float:
+    """Where the wanted way is: sine and cosine of the turn towards it, and how far it is to the right, m, at most 1."""
+    if index == 2:
+        return wp.clamp(episodes.side[instance], -1.0, 1.0)
+    turn = episodes.heading[instance] - heading_angle(q)
+    return wp.where(index == 0, wp.sin(turn), wp.cos(turn))
+
+
+@wp.func
+def feature_value(feature: Feature, instance: int, state: State, episodes: Episodes, around: Surroundings) -> float:
+    """A feature now."""
+    kind = feature.kind
+    k = feature.index
+    value = wp.float32(0.0)
+    if kind == COORDINATE:
+        value = state.coordinates[instance, k]
+    elif kind == JOINT_SPEED:
+        value = state.speeds[instance, k]
+    elif kind == ACTIVATION:
+        value = state.muscles.activation[instance, k]
+    elif kind == FIBRE_LENGTH:
+        value = state.muscles.sensed[instance, k][0] - 1.0
+    elif kind == FIBRE_VELOCITY:
+        value = state.muscles.sensed[instance, k][1]
+    elif kind == FIBRE_FORCE:
+        value = state.muscles.sensed[instance, k][2]
+    elif kind == ACTION:
+        value = around.action[instance, k]
+    elif kind == COMMAND:
+        value = episodes.command[instance, k]
+    elif kind == PHASE:
+        value = state.phase[instance]
+    elif kind == STANCE:
+        value = float(state.stance[instance])
+    elif kind == PUSH_FORCE:
+        step = state.step[instance]
+        if step >= state.push_steps[instance, 0] and step < state.push_steps[instance, 1]:
+            value = state.push[instance][k] / around.body_weight
+    elif kind == VARIED:
+        value = around.varied[episodes.variant[instance], k]
+    else:  # of the root
+        q = root_orientation(around.root, instance, state)
+        if kind == HEIGHT:
+            value = root_place(around.root, instance, state)[1]
+        elif kind == UP:
+            value = up_in_trunk(q)[k]
+        elif kind == VELOCITY:
+            value = wp.quat_rotate_inv(heading(q), root_velocity(around.root, instance, state))[k]
+        elif kind == ANGULAR_VELOCITY:
+            value = wp.quat_rotate_inv(q, root_angular_velocity(around.root, instance, state))[k]
+        elif kind == FOOT_FORCE:
+            force = wp.quat_rotate_inv(heading(q), state.foot_force[instance, k / 3])
+            value = force[k % 3] / around.body_weight
+        elif kind == COURSE:
+            value = course(k, instance, q, episodes)
+    value = value * feature.scale
+    if not (wp.abs(value) < wp.static(1.0e30)):
+        return 0.0
+    return wp.clamp(value, -GREATEST, GREATEST)
+
+
+@wp.kernel
+def sample(
+    # in
+    features: wp.array[Feature], chosen: wp.array[int], state: State, episodes: Episodes, around: Surroundings,
+    # out
+    ring: wp.array3d[float],
+):  # fmt: skip
+    """Put chosen features into the ring, (instances, decisions, features). Launch with dim = (instances, chosen)."""
+    i, c = wp.tid()
+    number = chosen[c]
+    slot = episodes.decision[i] % ring.shape[1]
+    ring[i, slot, number] = feature_value(features[number], i, state, episodes, around)
+
+
+@wp.kernel
+def sample_first(
+    # in
+    features: wp.array[Feature], state: State, episodes: Episodes, around: Surroundings,
+    # out
+    ring: wp.array3d[float],
+):  # fmt: skip
+    """Fill the ring of episodes that begin: it was ever so. Launch with dim = (instances, features)."""
+    i, number = wp.tid()
+    if not episodes.mask[i]:
+        return
+    value = feature_value(features[number], i, state, episodes, around)
+    for slot in range(ring.shape[1]):
+        ring[i, slot, number] = value
+
+
+@wp.kernel
+def observe(
+    # in
+    features: wp.array[Feature], ring: wp.array3d[float], episodes: Episodes,
+    # out
+    observation: wp.array2d[float],
+):  # fmt: skip
+    """What the policy is told: features as they were, with noise. Launch with dim = (instances, features)."""
+    i, number = wp.tid()
+    feature = features[number]
+    decision = episodes.decision[i]
+    slots = ring.shape[1]
+    value = ring[i, (decision + slots - feature.delay) % slots, number]
+    if feature.noise > 0.0:
+        generator = random_of(episodes.seed[0], i, decision, NOISE + 16 * (1 + number))
+        value += feature.noise * wp.randn(generator)
+    observation[i, number] = value
+
+
+@wp.kernel
+def observe_now(
+    # in
+    features: wp.array[Feature], state: State, episodes: Episodes, around: Surroundings,
+    # out
+    observation: wp.array2d[float],
+):  # fmt: skip
+    """Features as they are, which only a critic may know. Launch with dim = (instances, features)."""
+    i, number = wp.tid()
+    observation[i, number] = feature_value(features[number], i, state, episodes, around)

@@ -1,0 +1,207 @@
+"""Episodes of many instances at once, on one device: a policy's observations, actions and rewards as Warp arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import msgspec
+import numpy as np
+import warp as wp
+
+from warpmuscle.core.arguments import as_whole
+from warpmuscle.core.arrays import arrays_of, rows, to_device
+from warpmuscle.core.errors import RolloutError
+from warpmuscle.formats import SceneLike, scene_of
+from warpmuscle.kernels import episodes as kernels
+from warpmuscle.kernels import senses as sense_kernels
+from warpmuscle.kernels import structs
+from warpmuscle.learning.actions import Actions
+from warpmuscle.learning.rewards import Judge
+from warpmuscle.learning.senses import About, Senses
+from warpmuscle.learning.starts import first_state, gait_states, make_room_to_feel, start_table
+from warpmuscle.scene import Scene
+from warpmuscle.scene.joints import root_type
+from warpmuscle.scene.learning import Task
+from warpmuscle.simulation.rollout import Rollout
+from warpmuscle.simulation.stepper import unrecorded
+
+MOVED = ("speed", "turning_rate")  # commands that every task has, before wanted coordinates
+LARGEST_SEED = 2**31 - 1
+
+
+class EpisodeBatch:
+    """Instances of one scene that a policy acts in, each in an episode of its own.
+
+    A decision lasts for some steps of the simulation. Where an episode ends, the next one begins within the same
+    decision, and `senses.observation` is already of it. All is done by kernels; nothing is asked of the device, and
+    nothing allocated, once the first decision has been made. The same seed and actions give an instance the same
+    observations, whatever the number of instances, on the same kind of device.
+
+    Attributes:
+        scene, task, rollout: what is learned where; the rollout's `state` is that of the instances.
+        decision_steps: of the simulation. dt: s, that a decision lasts. longest: decisions of an episode.
+        actions, senses, judge: with the arrays that they hold. episodes: where every instance is in its episode.
+        final_observation: (instances, observations) of the episode that ended, where one did.
+        command_names: of the columns of `episodes.command`.
+    """
+
+    def __init__(
+        self,
+        scene: SceneLike,
+        instances: int = 1,
+        device: str | None = None,
+        task: Task | None = None,
+        seed: int = 0,
+        *,
+        record: Sequence[int] = (),
+        threads: int | None = None,
+        trust: bool = False,
+    ) -> None:
+        """Prepare and begin all episodes; the first call compiles kernels.
+
+        Args:
+            scene, instances, device, record, threads, trust: as of `Rollout`.
+            task: what is learned; by default what the scene says, or a walk at 1.2 m/s.
+            seed: of everything that is drawn.
+
+        Raises:
+            SceneError: the scene is inconsistent, or has not what the task wants.
+            RolloutError: as of `Rollout`.
+        """
+        scene = scene_of(scene, trust=trust)
+        self.task = task if task is not None else Task()
+        self.scene = prepared(scene, self.task)
+        self.rollout = rollout = Rollout(
+            self.scene, instances, device, record=record, threads=threads, trust=trust, lanes=None
+        )
+        self.device = rollout.device
+        self.decision_steps = max(round(self.task.decision_time / self.scene.time_step), 1)
+        self.dt = self.decision_steps * self.scene.time_step
+        episode_time = self.scene.duration if self.task.episode_time is None else self.task.episode_time
+        self.longest = max(round(episode_time / self.dt), 1)
+        make_room_to_feel(rollout)
+        self.actions = Actions(self.task, rollout)
+        change = self.actions.change
+        self._stepper = rollout.stepper(
+            change if record else lambda config: change(unrecorded(config)), self.actions.fields
+        )
+        self._stepper.load()
+        self.command_names = (*MOVED, *self.task.pose)
+        self.judge = Judge(self.task, rollout, self.actions, self.dt, self.longest)
+        around = self._surroundings()
+        about = About(rollout, self.actions.names, self.command_names, ())
+        self.senses = Senses(self.task, about, self.decision_steps, around)
+        self.final_observation = wp.zeros_like(self.senses.observation)
+        states = [first_state(rollout, self._stepper)]
+        variation = self.task.variation
+        if variation.start_states:
+            states = gait_states(rollout, variation.start_states, variation.start_after, self.decision_steps) or states
+        self._starts = start_table(self._stepper, states)
+        self.episodes = self._episodes(instances)
+        self._rules = self._episode_rules(len(states))
+        self.reset(seed)
+
+    def reset(self, seed: int | None = None) -> None:
+        """Begin all episodes anew.
+
+        Args:
+            seed: of all that is drawn from now on, as if nothing had been drawn before; None to draw on.
+
+        Raises:
+            RolloutError: no such seed.
+        """
+        if seed is not None:
+            number = as_whole(seed, "seed", 0, LARGEST_SEED, error=RolloutError)
+            self.episodes.seed.fill_(number)
+            for array in (self.episodes.decision, self.episodes.number):
+                array.zero_()
+        self.episodes.mask.fill_(True)
+        self._begin()
+        self._observe(self.senses.observation)
+
+    def step(self) -> None:
+        """Make a decision: act as `actions.told` says; see `senses`, `judge.gains` and `final_observation`."""
+        state, episodes = self._stepper.state, self.episodes
+        wp.launch(kernels.begin_decision, len(state.step), [self._rules, episodes, state], device=self.device)
+        self.actions.take()
+        for moment in self.senses.moments:
+            self._stepper.launch(moment.steps)
+            self.senses.sample(moment, state, episodes)
+        self.judge.judge(self._rules, episodes, state)
+        self.senses.observe(episodes, self.final_observation)
+        self._begin()
+        self._observe(self.senses.observation)
+
+    def state_arrays(self) -> Iterator[wp.array]:
+        """All arrays that decisions change and that later ones depend on, in an order that stays."""
+        yield from arrays_of(self.rollout.state)
+        yield from (array for array in arrays_of(self._stepper.extensions) if array.ndim == 3)
+        yield from arrays_of(self.episodes)
+        for part in (self.actions, self.senses, self.judge):
+            yield from part.changing
+
+    def observe_again(self) -> None:
+        """Show what is observed, after arrays of the state were changed from outside."""
+        self._observe(self.senses.observation)
+
+    def _begin(self) -> None:
+        """Begin an episode where the mask says so."""
+        state, episodes, n = self._stepper.state, self.episodes, len(self._stepper.state.step)
+        wp.launch(kernels.draw_starts, n, [self._rules, episodes], device=self.device)
+        self._starts.restore(episodes.mask, episodes.start_row)
+        wp.launch(kernels.begin_episodes, n, [self._rules, episodes, state], device=self.device)
+        self.judge.forget(episodes)
+        self.senses.sample_first(state, episodes)
+
+    def _observe(self, into: wp.array) -> None:
+        self.senses.observe(self.episodes, into)
+        self.senses.observe_critic(self._stepper.state, self.episodes)
+
+    def _surroundings(self) -> sense_kernels.Surroundings:
+        """What features need besides the state."""
+        numeric = self.rollout.numeric
+        mass = rows([body.mass for body in numeric.character.bodies.values()])[0].sum()
+        around = sense_kernels.Surroundings()
+        around.root = root_number(numeric)
+        around.body_weight = float(mass * rows([numeric.gravity])[0, 0]) or 1.0
+        around.action = self.actions.action
+        around.varied = wp.zeros((1, 1), dtype=float, device=self.device)
+        return around
+
+    def _episodes(self, instances: int) -> kernels.Episodes:
+        """Room for where every instance is."""
+        episodes, device = kernels.Episodes(), self.device
+        for name, member in kernels.Episodes.vars.items():
+            size: Any = 1 if name == "seed" else instances
+            if name == "command":
+                size = (instances, len(self.command_names))
+            setattr(episodes, name, wp.zeros(size, dtype=member.type.dtype, device=device))
+        return episodes
+
+    def _episode_rules(self, starts: int) -> kernels.EpisodeRules:
+        """What is drawn for episodes."""
+        task, variation, rules = self.task, self.task.variation, kernels.EpisodeRules()
+        intervals = np.array([task.speed, task.turning_rate, *task.pose.values()])
+        rules.root, rules.starts, rules.variants = root_number(self.scene), starts, 1
+        rules.command_decisions = round(task.command_time / self.dt)
+        rules.command_low = to_device(intervals[:, 0], float, self.device)
+        rules.command_high = to_device(intervals[:, 1], float, self.device)
+        rules.velocity_noise, rules.push = variation.velocity_noise, variation.push
+        rules.push_decisions = max(round(variation.push_interval / self.dt), 1) if variation.push > 0.0 else 0
+        rules.push_steps = max(round(variation.push_duration / self.scene.time_step), 1)
+        rules.time_step, rules.decision_time = self.scene.time_step, self.dt
+        return rules
+
+
+def root_number(scene: Scene) -> int:
+    """The number of the type of the root in kernels."""
+    return int(getattr(structs, root_type(scene.character).device))
+
+
+def prepared(scene: Scene, task: Task) -> Scene:
+    """The scene as it is learned in: who is to turn has not failed by turning."""
+    if any(task.turning_rate):
+        failure = msgspec.structs.replace(scene.failure, heading=0.0)
+        return msgspec.structs.replace(scene, failure=failure)
+    return scene

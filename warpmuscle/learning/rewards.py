@@ -1,0 +1,110 @@
+"""What decisions are worth: the task's terms, and the scene's own objective, evaluated on the device."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from warpmuscle.core.arrays import rows, to_device
+from warpmuscle.core.errors import SceneError
+from warpmuscle.kernels import rewards as kernels
+from warpmuscle.kernels import structs
+from warpmuscle.kernels.episodes import EpisodeRules, Episodes
+from warpmuscle.learning.actions import BY_MUSCLES, Actions
+from warpmuscle.model.objective import counted_terms, weight_of
+from warpmuscle.scene.accounting import basal_rate
+from warpmuscle.scene.joints import root_type
+from warpmuscle.scene.learning import Task
+from warpmuscle.scene.validation.checks import near
+from warpmuscle.simulation.rollout import Rollout
+
+PER_DECISION = ("objective", "failure")  # which do not count for time
+EARNED = ("speed", "alive", "upright", "pose")
+
+
+class Judge:
+    """Rewards of a batch.
+
+    Attributes:
+        gains: what instances have gained, on the device.
+    """
+
+    def __init__(self, task: Task, rollout: Rollout, actions: Actions, decision_time: float, longest: int) -> None:
+        """Make room; raises SceneError for coordinates that are not there."""
+        n, self._device = rollout.instances, rollout.device
+        rules = kernels.RewardRules()
+        moves = root_type(rollout.scene.character).forward is not None
+        rules.weight = kernels.term_values(*weights(task, moves, decision_time))
+        rules.speed_width, rules.pose_width = task.rewards.speed_width, task.rewards.pose_width
+        rules.pose = to_device(pose_numbers(task, rollout.coordinate_names), int, self._device)
+        rules.longest = longest
+        muscular = rollout.excitable and actions.kind == "joint_targets"
+        by_muscles = kernels.EXCITATIONS if actions.kind in BY_MUSCLES else kernels.ACTIVATIONS
+        rules.effort = by_muscles if muscular or actions.kind in BY_MUSCLES else kernels.ACTIONS
+        self._rules, self._weights = rules, objective_weights(rollout)
+        gains = kernels.Gains()
+        gains.action, gains.previous, gains.excitation = actions.action, actions.previous, actions.excitation
+        gains.objective = wp.zeros(n, dtype=wp.float64, device=self._device)
+        gains.sums = wp.zeros((n, kernels.LOGGED), dtype=float, device=self._device)
+        gains.finished = wp.zeros((n, kernels.LOGGED), dtype=float, device=self._device)
+        gains.reward = wp.zeros(n, dtype=float, device=self._device)
+        gains.terminated = wp.zeros(n, dtype=bool, device=self._device)
+        gains.truncated = wp.zeros(n, dtype=bool, device=self._device)
+        self.gains = gains
+
+    @property
+    def changing(self) -> list[wp.array]:
+        """Arrays that decisions change and that later ones depend on."""
+        return [self.gains.objective, self.gains.sums, self.gains.finished]
+
+    def judge(self, rules: EpisodeRules, episodes: Episodes, state: structs.State) -> None:
+        """Reward the decision that has been made, and see which episodes end."""
+        inputs = [self._rules, self._weights, rules, episodes, state, self.gains]
+        wp.launch(kernels.judge, len(self.gains.reward), inputs, device=self._device)
+
+    def forget(self, episodes: Episodes) -> None:
+        """Begin to count again in episodes that begin."""
+        wp.launch(kernels.forget, len(self.gains.reward), [episodes.mask, self.gains], device=self._device)
+
+
+def weights(task: Task, moves: bool, decision_time: float) -> list[float]:
+    """Signed weights of the terms of a decision, in the order of `kernels.rewards.TERMS`."""
+    given = {name: getattr(task.rewards, name) for name in kernels.TERMS}
+    if not moves:  # what goes nowhere is not rewarded for going
+        given |= dict.fromkeys(("speed", "heading", "side"), 0.0)
+    if not task.pose:
+        given["pose"] = 0.0
+    signed = {name: weight if name in EARNED else -weight for name, weight in given.items()}
+    return [weight * (1.0 if name in PER_DECISION else decision_time) for name, weight in signed.items()]
+
+
+def pose_numbers(task: Task, coordinates: tuple[str, ...]) -> Any:
+    """Numbers of the wanted coordinates; SceneError if there is no such."""
+    for name in task.pose:
+        if name not in coordinates:
+            raise SceneError(f"there is no coordinate {name!r}{near(name, coordinates)}", key=f"learning.pose.{name}")
+    return np.array([coordinates.index(name) for name in task.pose], dtype=np.int32)
+
+
+def objective_weights(rollout: Rollout) -> kernels.ObjectiveWeights:
+    """Weights of the sums that a batch makes, so that they add up to the scene's weighted objective.
+
+    What `fall` weighs is left out: an episode that goes on has missed nothing yet.
+    """
+    scene, kind, device = rollout.numeric, rollout.structure.objective, rollout.device
+    h = scene.time_step
+    weigh = {name: float(rows([weight_of(scene.objective, name)])[0, 0]) for name in counted_terms(scene.objective)}
+    energy = f"metabolic_{scene.objective.metabolic_model}"
+    mass = float(rows([body.mass for body in scene.character.bodies.values()]).sum(axis=1)[0])
+    basal = float(rows([basal_rate(scene.objective)])[0, 0]) * mass
+    w = kernels.ObjectiveWeights()
+    w.torque = h * weigh.get("torque", 0.0)
+    for part in ("muscle", "body", "whole"):
+        values = [h * weigh.get("metabolic" if name == energy else name, 0.0) for name in getattr(kind, part)]
+        setattr(w, part, wp.array(np.array(values, dtype=np.float64), dtype=wp.float64, device=device))
+    w.basal = h * basal * weigh.get("metabolic", 0.0)
+    w.energy = kind.muscle.index(energy) if energy in kind.muscle else -1
+    w.transport, w.mass, w.basal_power, w.time_step = weigh.get("cost_of_transport", 0.0), mass, basal, h
+    return w

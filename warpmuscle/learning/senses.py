@@ -1,0 +1,232 @@
+"""What a policy observes: groups of features, each with a delay and noise, through a ring buffer on the device."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+import warp as wp
+
+from warpmuscle.core.arrays import structs_to_device, to_device
+from warpmuscle.core.errors import SceneError
+from warpmuscle.kernels import senses as kernels
+from warpmuscle.kernels import structs
+from warpmuscle.kernels.episodes import Episodes
+from warpmuscle.scene.joints import root_type
+from warpmuscle.scene.learning import Sense, Task
+from warpmuscle.scene.validation.checks import near
+from warpmuscle.simulation.rollout import Rollout
+
+SPEED_SCALE = 0.1  # of speeds of joints and fibres, so that they are about 1
+XYZ = ("x", "y", "z")
+
+
+class Number(NamedTuple):
+    """One observed number: its name, and what the device computes."""
+
+    name: str
+    kind: int
+    place: int = 0
+    scale: float = 1.0
+
+
+class About(NamedTuple):
+    """What groups are made of: a batch, its actions, commands, and what varies between instances."""
+
+    rollout: Rollout
+    actions: tuple[str, ...]
+    commands: tuple[str, ...]
+    varied: tuple[str, ...]
+
+
+def _root(about: About) -> bool:
+    return bool(root_type(about.rollout.scene.character).coordinates)
+
+
+def _trunk(about: About) -> list[Number]:
+    if not _root(about):
+        return []
+    return [Number("height", kernels.HEIGHT), *(Number(f"up.{a}", kernels.UP, k) for k, a in enumerate(XYZ))]
+
+
+def _trunk_speed(about: About) -> list[Number]:
+    if not _root(about):
+        return []
+    moved = [Number(f"velocity.{a}", kernels.VELOCITY, k) for k, a in enumerate(XYZ)]
+    turned = [Number(f"angular_velocity.{a}", kernels.ANGULAR_VELOCITY, k, 0.2) for k, a in enumerate(XYZ)]
+    return moved + turned
+
+
+def _coordinates(about: About) -> list[Number]:
+    names = about.rollout.coordinate_names
+    return [Number(n, kernels.COORDINATE, k) for k, n in enumerate(names) if not n.startswith("root.")]
+
+
+def _speeds(about: About) -> list[Number]:
+    names = about.rollout.speed_names
+    return [Number(n, kernels.JOINT_SPEED, k, SPEED_SCALE) for k, n in enumerate(names) if not n.startswith("root.")]
+
+
+def _foot_force(about: About) -> list[Number]:
+    if about.rollout.scene.feet is None:
+        return []
+    return [
+        Number(f"{side}.{axis}", kernels.FOOT_FORCE, 3 * s + k)
+        for s, side in enumerate(("left", "right"))
+        for k, axis in enumerate(XYZ)
+    ]
+
+
+def _of_muscles(kind: int, scale: float = 1.0) -> Callable[[About], list[Number]]:
+    def numbers(about: About) -> list[Number]:
+        return [Number(name, kind, k, scale) for k, name in enumerate(about.rollout.structure.actuation.muscles)]
+
+    return numbers
+
+
+def _command(about: About) -> list[Number]:
+    told = [Number(name, kernels.COMMAND, k) for k, name in enumerate(about.commands)]
+    if not _root(about):
+        return told[2:]  # what goes nowhere has no speed and no course
+    course = ("turn.sin", "turn.cos", "side")
+    return told + [Number(name, kernels.COURSE, k) for k, name in enumerate(course)]
+
+
+def _action(about: About) -> list[Number]:
+    return [Number(name, kernels.ACTION, k) for k, name in enumerate(about.actions)]
+
+
+def _phase(about: About) -> list[Number]:
+    if about.rollout.scene.controller is None:
+        return []
+    return [Number("phase", kernels.PHASE), Number("stance", kernels.STANCE)]
+
+
+def _disturbance(about: About) -> list[Number]:
+    pushed = [Number(f"push.{a}", kernels.PUSH_FORCE, k) for k, a in enumerate(XYZ)] if _root(about) else []
+    return pushed + [Number(name, kernels.VARIED, k) for k, name in enumerate(about.varied)]
+
+
+GROUPS: dict[str, Callable[[About], list[Number]]] = {
+    "trunk": _trunk,  # height of the root, m, and the vertical in its axes
+    "trunk_speed": _trunk_speed,  # m/s, as it faces, and 5 rad/s in its axes
+    "coordinates": _coordinates,  # of joints, rad
+    "speeds": _speeds,  # of joints, 10 rad/s
+    "foot_force": _foot_force,  # on each foot, as the trunk faces, over body weight
+    "activation": _of_muscles(kernels.ACTIVATION),
+    "fibre_length": _of_muscles(kernels.FIBRE_LENGTH),  # over l_opt, less 1
+    "fibre_velocity": _of_muscles(kernels.FIBRE_VELOCITY, SPEED_SCALE),  # 10 l_opt/s
+    "tendon_force": _of_muscles(kernels.FIBRE_FORCE),  # over f_max, along the tendon
+    "command": _command,  # what is wanted, and where the wanted way is
+    "action": _action,  # of the last decision
+    "phase": _phase,  # of the scene's controller
+}
+USUAL = ("trunk", "trunk_speed", "coordinates", "speeds", "foot_force", "activation", "command")
+
+
+def groups_of(task: Task) -> dict[str, Sense]:
+    """The groups that a policy observes.
+
+    Raises:
+        SceneError: an unknown group.
+    """
+    for name in task.observations:
+        if name not in GROUPS:
+            raise SceneError(
+                f"there is no group {name!r}{near(name, GROUPS)}; known: {', '.join(GROUPS)}",
+                key=f"learning.observations.{name}",
+            )
+    return task.observations or {name: Sense() for name in USUAL}
+
+
+class Moment(NamedTuple):
+    """A time within a decision at which features are sampled."""
+
+    steps: int  # of the simulation, since the moment before
+    chosen: wp.array | None  # numbers of the features
+
+
+class Senses:
+    """Observations of a batch.
+
+    Attributes:
+        names, critic_names: of the numbers. moments: of a decision, the last one at its end.
+        observation, critic: (instances, numbers) on the device.
+    """
+
+    def __init__(self, task: Task, about: About, decision_steps: int, around: kernels.Surroundings) -> None:
+        """Make room; raises SceneError for an unknown group, or one that is empty in this scene."""
+        rollout = about.rollout
+        n, self._device, self._around = rollout.instances, rollout.device, around
+        rows, delays, noises, self.names = [], [], [], []
+        for group, sense in groups_of(task).items():
+            numbers = GROUPS[group](about)
+            if not numbers and group in task.observations:
+                raise SceneError("there is nothing of it in this scene", key=f"learning.observations.{group}")
+            rows += numbers
+            self.names += [f"{group}.{number.name}" for number in numbers]
+            delays += [round(sense.delay / rollout.scene.time_step)] * len(numbers)
+            noises += [sense.noise] * len(numbers)
+        if not rows:
+            raise SceneError("a policy observes nothing of this scene", key="learning.observations")
+        whole, rest = np.divmod(np.array(delays), decision_steps)
+        self._features = _table(rows, whole, noises, self._device)
+        self._ring = wp.zeros((n, int(whole.max()) + 1, len(rows)), dtype=float, device=self._device)
+        self.moments = _moments(rest, decision_steps, self._device)
+        critic = [number for group in GROUPS if group != "action" for number in GROUPS[group](about)]
+        critic += _disturbance(about)
+        self.critic_names = tuple(number.name for number in critic)
+        self._critic_features = _table(critic, np.zeros(len(critic)), [0.0] * len(critic), self._device)
+        self.observation = wp.zeros((n, len(rows)), dtype=float, device=self._device)
+        self.critic = wp.zeros((n, len(critic)), dtype=float, device=self._device)
+
+    @property
+    def changing(self) -> list[wp.array]:
+        """Arrays that decisions change and that later ones depend on."""
+        return [self._ring]
+
+    def sample(self, moment: Moment, state: structs.State, episodes: Episodes) -> None:
+        """Keep how the features of a moment are now."""
+        if moment.chosen is not None:
+            inputs = [self._features, moment.chosen, state, episodes, self._around, self._ring]
+            dim = (len(self.observation), len(moment.chosen))
+            wp.launch(kernels.sample, dim, inputs, device=self._device)
+
+    def sample_first(self, state: structs.State, episodes: Episodes) -> None:
+        """Keep how the features are in episodes that begin, as if they had ever been so."""
+        inputs = [self._features, state, episodes, self._around, self._ring]
+        wp.launch(kernels.sample_first, self.observation.shape, inputs, device=self._device)
+
+    def observe(self, episodes: Episodes, into: wp.array) -> None:
+        """What policies are told, (instances, numbers)."""
+        wp.launch(
+            kernels.observe, self.observation.shape, [self._features, self._ring, episodes, into], device=self._device
+        )
+
+    def observe_critic(self, state: structs.State, episodes: Episodes) -> None:
+        """What a critic may know."""
+        inputs = [self._critic_features, state, episodes, self._around, self.critic]
+        wp.launch(kernels.observe_now, self.critic.shape, inputs, device=self._device)
+
+
+def _table(numbers: Sequence[Number], delays: Any, noises: Sequence[float], device: Any) -> wp.array:
+    columns = {
+        "kind": [number.kind for number in numbers],
+        "index": [number.place for number in numbers],
+        "scale": [number.scale for number in numbers],
+        "delay": delays,
+        "noise": noises,
+    }
+    return structs_to_device(kernels.Feature, {name: np.array(values) for name, values in columns.items()}, device)
+
+
+def _moments(rest: Any, decision_steps: int, device: Any) -> list[Moment]:
+    """The moments of a decision, from how many steps before its end each feature is sampled."""
+    moments, done = [], 0
+    for before in sorted({*rest.tolist(), 0}, reverse=True):
+        chosen = np.flatnonzero(rest == before)
+        numbers = to_device(chosen, int, device) if len(chosen) else None
+        moments.append(Moment(decision_steps - before - done, numbers))
+        done = decision_steps - before
+    return moments

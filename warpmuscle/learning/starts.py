@@ -1,0 +1,117 @@
+"""What episodes start from: rows of states on the device, copied into the state of instances whose episode begins."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import warp as wp
+from numpy.typing import NDArray
+
+from warpmuscle.core.arrays import arrays_of
+from warpmuscle.kernels import structs
+from warpmuscle.kernels.episodes import RestoredArray, restore_rows
+from warpmuscle.scene.joints import root_type
+from warpmuscle.simulation.extensions import words
+from warpmuscle.simulation.rollout import Rollout
+from warpmuscle.simulation.stepper import Stepper, sensing, unrecorded
+
+LANES = 32  # that copy the rows of an instance
+SUMS = ("torque_integral", "muscle_terms", "body_terms", "whole_terms", "status", "push", "push_steps")
+FELT = ("sensed", "force")  # by muscles, in the step that the state stands before
+Rows = NDArray[np.int32]
+
+
+def state_arrays(stepper: Stepper) -> Iterator[tuple[str, wp.array]]:
+    """All arrays that have a row for each instance and that steps change, by name."""
+    state, instances = stepper.state, len(stepper.state.step)
+    parts = (state, structs.State.vars), (state.muscles, structs.MuscleState.vars)
+    for part, names in parts:
+        for name in names:
+            array = getattr(part, name)
+            if isinstance(array, wp.array) and array.size and len(array) == instances:
+                yield name, array
+    memories = (array for array in arrays_of(stepper.extensions) if array.ndim == 3)
+    for number, memory in enumerate(memories):
+        yield f"memory {number}", memory
+
+
+class RowTable:
+    """Arrays with a row for each instance, and rows that can be put there."""
+
+    def __init__(self, targets: list[wp.array], sources: list[wp.array], device: Any) -> None:
+        """Keep both; sources are (rows, words) of 4 bytes each."""
+        self._kept, self._device = (targets, sources), device
+        self._rows = len(sources[0]) if sources else 1
+        table = np.zeros(max(len(targets), 1), dtype=RestoredArray.numpy_dtype())
+        for row, (target, source) in enumerate(zip(targets, sources, strict=True)):
+            table[row] = (target.ptr, source.ptr, source.shape[1])
+        self._table = wp.array(table[: len(targets)], dtype=RestoredArray, device=device) if targets else None
+
+    def restore(self, mask: wp.array, row: wp.array) -> None:
+        """Put rows of these numbers, (instances,), to the instances of a mask."""
+        if self._table is not None:
+            inputs = [mask, row, self._table, self._rows, LANES]
+            wp.launch(restore_rows, (len(mask), LANES), inputs, device=self._device)
+
+
+def start_table(stepper: Stepper, states: list[dict[str, Rows]]) -> RowTable:
+    """The starts of a batch: what `first_state` and `gait_states` give."""
+    arrays, device = dict(state_arrays(stepper)), stepper.state.step.device
+    sources = []
+    for name, array in arrays.items():
+        width = words(array).shape[1]
+        rows = [state.get(name, np.zeros(width, dtype=np.int32)) for state in states]
+        sources.append(wp.array(np.stack(rows), dtype=int, device=device))
+    return RowTable(list(arrays.values()), sources, device)
+
+
+def first_state(rollout: Rollout, stepper: Stepper) -> dict[str, Rows]:
+    """The scene's initial state, words of every array, with what muscles feel there."""
+    rollout.reset()
+    state = _row(stepper)
+    stepper.launch(1)
+    felt = _row(stepper)
+    rollout.reset()
+    return state | {name: felt[name] for name in FELT if name in felt}
+
+
+def gait_states(rollout: Rollout, count: int, after: float, every: int) -> list[dict[str, Rows]]:
+    """States of the gait that the scene's own controller makes, evenly over its time; none after it has failed.
+
+    Args:
+        count: how many at most. after: s, when the first is taken. every: so many steps between two, at least.
+    """
+    donor = Rollout(rollout.scene, 1, str(rollout.device))
+    make_room_to_feel(donor)
+    stepper = donor.stepper(lambda config: sensing(unrecorded(config)), {})
+    first = round(after / rollout.scene.time_step)
+    gap = max((donor.steps - first) // max(count, 1), every, 1)
+    start = _row(stepper)
+    states: list[dict[str, Rows]] = []
+    stepper.launch(max(first, 1))
+    while len(states) < count and not donor.status()[0]:
+        state = _row(stepper)
+        _put_back(state, start, donor)
+        states.append({name: values for name, values in state.items() if name not in SUMS})
+        stepper.launch(gap)
+    return states
+
+
+def make_room_to_feel(rollout: Rollout) -> None:
+    """Give muscles room to tell what they feel, see `stepper.sensing`."""
+    muscles = rollout.state.muscles
+    if rollout.excitable and not len(muscles.sensed):
+        muscles.sensed = wp.zeros(muscles.activation.shape, dtype=wp.vec3, device=rollout.device)
+
+
+def _put_back(state: dict[str, Rows], start: dict[str, Rows], rollout: Rollout) -> None:
+    """Put a state to the place on the ground where another one is."""
+    for k in root_type(rollout.scene.character).on_ground:
+        state["coordinates"][k] = start["coordinates"][k]
+
+
+def _row(stepper: Stepper) -> dict[str, Rows]:
+    """The first instance's words of every array."""
+    return {name: words(array).numpy()[0].copy() for name, array in state_arrays(stepper)}

@@ -1,0 +1,94 @@
+"""What a policy learns in a scene: how it acts, what it senses, what it is told to do, and what it is rewarded for."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+import msgspec
+
+from warpmuscle.scene.part import Part
+
+Interval = tuple[float, float]
+
+
+class Sense(Part):
+    """How a group of observations reaches the policy."""
+
+    delay: Annotated[float, "s"] = 0.0
+    noise: Annotated[float, "1"] = 0.0  # standard deviation of what is added, in the units of the group
+
+
+class Rewards(Part):
+    """Weights of what a decision earns, and of what it costs; each counts for the time that a decision takes.
+
+    Earned: `speed`, exp(-((v - wanted)/speed_width)^2) of the speed along the wanted heading; `alive`, 1; `upright`,
+    the vertical part of the trunk's long axis; `pose`, exp(-mean squared error/pose_width^2) of wanted coordinates.
+    Taken off: `effort`, the mean of squared excitations, of squared torques over their limit, or, where joints are
+    aimed at targets, of squared activations; `action`, mean squared action, at most 4; `action_rate`, the mean squared
+    change of the action; `heading`, 1 - cos of the heading's error; `side`, distance to the side of the wanted way, in
+    m, at most 1. `objective` weighs what the decision adds to the scene's weighted objective, and `failure` is taken
+    off once where an episode ends by failing: these two do not count for time.
+    """
+
+    speed: Annotated[float, "1/s"] = 10.0
+    alive: Annotated[float, "1/s"] = 5.0
+    upright: Annotated[float, "1/s"] = 0.0
+    pose: Annotated[float, "1/s"] = 10.0
+    effort: Annotated[float, "1/s"] = 3.0
+    action: Annotated[float, "1/s"] = 1.0
+    action_rate: Annotated[float, "1/s"] = 0.0
+    heading: Annotated[float, "1/s"] = 3.0
+    side: Annotated[float, "1/(m s)"] = 3.0
+    objective: Annotated[float, "1"] = 0.0
+    failure: Annotated[float, "1"] = 0.0
+    speed_width: Annotated[float, "m/s"] = 0.5
+    pose_width: Annotated[float, "rad"] = 0.3
+
+
+class Variation(Part):
+    """How instances differ from each other; drawn anew for every episode.
+
+    Masses and strengths come from so many `variants`, which are drawn once; an episode draws one of them.
+    """
+
+    velocity_noise: Annotated[float, "m/s"] = 0.05  # standard deviation of each component of the root's velocity
+    mass: Annotated[float, "1"] = 0.0  # 0.1: of every body up to 10 % more or less, and its inertia with it
+    strength: Annotated[float, "1"] = 0.0  # 0.1: f_max of every muscle up to 10 % more or less
+    slope: Annotated[float, "rad"] = 0.0  # greatest slope of the ground, up or down
+    push: Annotated[float, "N s"] = 0.0  # greatest horizontal impulse on the root
+    push_interval: Annotated[float, "s"] = 4.0  # between two pushes, in the mean
+    push_duration: Annotated[float, "s"] = 0.1
+    start_states: int = 0  # of a gait by the scene's own controller, that episodes start from; 0: its initial state
+    start_after: Annotated[float, "s"] = 2.0  # of that gait, when the first of these states is taken
+    variants: int = 256  # of masses, strengths and slopes
+
+
+class Task(Part):
+    """What a policy learns: its actions, observations, commands, rewards, and how episodes differ.
+
+    A policy decides every `decision_time`. What numbers it gives means:
+
+    excitation: of each simulated muscle clip(offset + scale * action, 0, 1).
+    synergies: of each synergy max(offset + scale * action, 0), times the weights of its muscles; their sum, at most 1,
+    excites a muscle.
+    joint_targets: for every speed of a joint its angle at the start + offset + scale * action, of ball joints along the
+    rotation vector; PD with the gains of the scene's controller, or with `stiffness` and `damping`, asks muscles or
+    motors for torques towards them, in every step of the simulation.
+    torques: scale * action for every speed of a joint, N m, which muscles take as a wish.
+    """
+
+    decision_time: Annotated[float, "s"] = 0.01
+    episode_time: Annotated[float | None, "s"] = None  # by default the scene's duration
+    actions: Literal["excitation", "synergies", "joint_targets", "torques"] = "excitation"
+    action_offset: Annotated[float | None, "1"] = None  # by default 0.1 of excitations, else 0
+    action_scale: Annotated[float | None, "1"] = None  # by default 0.4 of excitations, 0.5 rad, 100 N m
+    synergies: Annotated[dict[str, dict[str, float]], "1"] = {}  # weights of muscles, by synergy
+    stiffness: Annotated[float, "N m/rad"] = 100.0
+    damping: Annotated[float, "N m s/rad"] = 10.0
+    observations: dict[str, Sense] = {}  # by group, see `learning.senses.GROUPS`; by default the usual ones, at once
+    speed: Annotated[Interval, "m/s"] = (1.2, 1.2)  # that is wanted, drawn from this interval
+    turning_rate: Annotated[Interval, "rad/s"] = (0.0, 0.0)  # of the wanted heading, positive to the left
+    pose: Annotated[dict[str, Interval], "rad or m"] = {}  # wanted coordinates, by name
+    command_time: Annotated[float, "s"] = 0.0  # after which other commands are drawn; 0: they last for the episode
+    rewards: Rewards = msgspec.field(default_factory=Rewards)
+    variation: Variation = msgspec.field(default_factory=Variation)
