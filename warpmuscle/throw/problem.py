@@ -118,7 +118,7 @@ def check_limits(arm: Arm, motion: Motion) -> None:
         limits = plain.character.joints[name].limits
         if not limits:
             continue
-        low, high = (float(end) for end in limits[0])  # type: ignore[arg-type]
+        low, high = (float(end) for end in limits[arm.axes[name]])  # type: ignore[arg-type]
         angle = motion.angles[:, column]
         frame = int(np.argmax(np.maximum(angle - high, low - angle)))
         if angle[frame] > high + BEYOND or angle[frame] < low - BEYOND:
