@@ -15,8 +15,9 @@ from warpmuscle.scene.parameters import start_values
 from warpmuscle.simulation.rollout import Rollout
 from warpmuscle.throw.arm import Arm, needed_torques, start_coordinates
 from warpmuscle.throw.motion import resample
+from warpmuscle.throw.problem import computed_synergies
 from warpmuscle.throw.scene_motion import motion_of
-from warpmuscle.throw.signals import computed_activation
+from warpmuscle.throw.signals import computed_activation, to_activation
 
 ANGLES = np.radians([[s, e, w] for s in (0, 30, 75, 120, 150) for e in (10, 45, 75, 110) for w in (-40, 0, 40)])
 
@@ -132,3 +133,17 @@ def test_free_points_of_paths_are_refused_in_a_line():
 
     with pytest.raises(SceneError, match=r"character\.surfaces\.armpit\.radius: .* are not free"):
         Arm(with_free_radius(load("throw18")))
+
+
+def test_synergies_of_many_muscles_explain_the_torque_of_every_joint_and_none_is_one_muscle(arm: Arm):
+    motions = resample([motion_of(arm.scene, arm)])
+    synergies, lacks = computed_synergies(arm, motions, arm, 5)
+    assert not lacks
+    assert np.all(synergies.weights.max(axis=0) / synergies.weights.sum(axis=0) < 0.6)
+    table = arm.muscle_table(arm.unknowns(start_values(arm.scene))[None])
+    angle, speed = (part[0] for part in motions.angles[:2])
+    activation = to_activation(arm, synergies.excitation(synergies.signals), synergies.excitation(synergies.start))[0]
+    made = table.torques(activation, angle, speed)[0].sum(axis=1)
+    needed = needed_torques(arm, motions)[0]
+    missed = np.mean((made - needed) ** 2, axis=0) / needed.var(axis=0)
+    assert missed.max() < 0.1, missed
