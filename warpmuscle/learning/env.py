@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
+import msgspec
 import warp as wp
 
 from warpmuscle.core.errors import Error, RolloutError
@@ -139,6 +140,11 @@ class RolloutEnv:
             "return": sums,
         }
         return log | {f"reward/{name}": rates[k] / self.dt for k, name in enumerate(TERMS)}
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """The task as a table of plain values, with the scene's name."""
+        return {"scene": self.scene.name, "num_envs": self.num_envs, "task": msgspec.to_builtins(self.task)}
 
     def state_dict(self) -> dict[str, Tensor]:
         """All that later decisions depend on, as tensors of the CPU, for `load_state_dict`."""

@@ -70,7 +70,7 @@ class EpisodeBatch:
             RolloutError: as of `Rollout`.
         """
         scene = scene_of(scene, trust=trust)
-        self.task = task if task is not None else Task()
+        self.task = task or scene.learning or Task()
         self.scene = prepared(scene, self.task)
         self.rollout = rollout = Rollout(
             self.scene, instances, device, record=record, threads=threads, trust=trust, lanes=None
@@ -200,8 +200,6 @@ def root_number(scene: Scene) -> int:
 
 
 def prepared(scene: Scene, task: Task) -> Scene:
-    """The scene as it is learned in: who is to turn has not failed by turning."""
-    if any(task.turning_rate):
-        failure = msgspec.structs.replace(scene.failure, heading=0.0)
-        return msgspec.structs.replace(scene, failure=failure)
-    return scene
+    """The scene as it is learned in, with its task; who is to turn has not failed by turning."""
+    failure = msgspec.structs.replace(scene.failure, heading=0.0) if any(task.turning_rate) else scene.failure
+    return msgspec.structs.replace(scene, learning=task, failure=failure)
