@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import msgspec
@@ -28,6 +28,11 @@ from warpmuscle.simulation.stepper import unrecorded
 
 MOVED = ("speed", "turning_rate")  # commands that every task has, before wanted coordinates
 LARGEST_SEED = 2**31 - 1
+PARTS = ("action", "simulation", "observation", "reward", "reset")  # of a decision, as they are timed
+
+
+def no_lap(part: str) -> None:
+    """What is done as a part of a decision ends: nothing."""
 
 
 class EpisodeBatch:
@@ -120,18 +125,29 @@ class EpisodeBatch:
         self._begin()
         self._observe(self.senses.observation)
 
-    def step(self) -> None:
-        """Make a decision: act as `actions.told` says; see `senses`, `judge.gains` and `final_observation`."""
+    def step(self, lap: Callable[[str], None] = no_lap) -> None:
+        """Make a decision: act as `actions.told` says; see `senses`, `judge.gains` and `final_observation`.
+
+        Args:
+            lap: called with the name of a part as it ends, see `PARTS`.
+        """
         state, episodes = self._stepper.state, self.episodes
         wp.launch(kernels.begin_decision, len(state.step), [self._rules, episodes, state], device=self.device)
         self.actions.take()
+        lap("action")
         for moment in self.senses.moments:
             self._stepper.launch(moment.steps)
+            lap("simulation")
             self.senses.sample(moment, state, episodes)
+            lap("observation")
         self.judge.judge(self._rules, episodes, state)
+        lap("reward")
         self.senses.observe(episodes, self.final_observation)
+        lap("observation")
         self._begin()
+        lap("reset")
         self._observe(self.senses.observation)
+        lap("observation")
 
     def state_arrays(self) -> Iterator[wp.array]:
         """All arrays that decisions change and that later ones depend on, in an order that stays."""
