@@ -13,6 +13,7 @@ import numpy as np
 
 from warpmuscle.core.array_checks import HUGE, LARGEST_INDEX, check_numbers, check_whole
 from warpmuscle.core.status import Status
+from warpmuscle.results.learned import check_learned
 from warpmuscle.results.recording import INTEGER_QUANTITIES, NAMED, QUANTITIES, Recording
 from warpmuscle.results.records import (
     ANY_NUMBER,
@@ -55,6 +56,8 @@ def check_result(result: Result) -> None:
         check_recording(recording, f"replay/{number}/")
     if result.fit is not None:
         _check_fit(result.fit)
+    if result.learned is not None:
+        check_learned(result.learned)
 
 
 def check_parameters(table: ParameterTable) -> None:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from warpmuscle.core.errors import ResultError
 from warpmuscle.core.status import Status
+from warpmuscle.results.learned import CURVE, Learned
 from warpmuscle.results.recording import INTEGER_QUANTITIES, NAMED, QUANTITIES, Recording, dimension
 from warpmuscle.results.records import Best, Evaluations, Options, ParameterTable, Result, Searched
 
@@ -58,6 +59,8 @@ def put(file: Any, result: Result, file_format: str = FORMAT) -> None:
                  description="what they add in the motion, in the unit of the term")  # fmt: skip
     if result.searched is not None:
         _put_searched(file, result.searched)
+    if result.learned is not None:
+        _put_learned(file, result.learned)
     names = result.replay_names or ("",) * len(result.replays)
     for number, (recording, name) in enumerate(zip(result.replays, names, strict=True)):
         group = file.create_group(f"replay/{number}", track_order=True)
@@ -147,6 +150,29 @@ def _put_options(group: Any, options: Options) -> None:
     for field in fields(Options):
         if (value := getattr(options, field.name)) is not None:
             group.attrs[field.name] = value
+
+
+def _put_learned(file: Any, learned: Learned) -> None:
+    policy, group = learned.policy, file.create_group("policy", track_order=True)
+    group.attrs["activation"], group.attrs["widest"] = "elu", policy.widest
+    _put(group, "task", learned.task, description="what the policy has learnt to do, as JSON")
+    _put(group, "observation", policy.observation, axes="observation", description="what the policy observes, in order")
+    _put(group, "action", policy.action, axes="action", description="what the policy says, in order")
+    _put(group, "mean", policy.mean, axes="observation", description="taken off an observation")
+    _put(group, "deviation", policy.deviation, axes="observation", description="by which what is left is divided")
+    for number, layer in enumerate(policy.layers):
+        inner = group.create_group(f"layers/{number}", track_order=True)
+        _put(inner, "weight", layer.weight, axes="output, input", description="of a linear layer")
+        _put(inner, "bias", layer.bias, axes="output", description="of a linear layer")
+    count = len(learned.curve["iteration"])
+    group = file.create_group("curve", track_order=True)
+    for name, column in CURVE.items():
+        array = _shaped(f"curve/{name}", learned.curve[name], (count,))
+        _put(group, name, array, column.unit, "iteration", column.description)
+    group = file.create_group("training", track_order=True)
+    group.attrs["ended"] = learned.ended
+    for name, value in learned.options.items():
+        group.attrs[name] = value
 
 
 def _put_recording(group: Any, recording: Recording) -> None:

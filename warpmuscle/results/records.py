@@ -18,6 +18,7 @@ from warpmuscle.core.errors import ResultError
 from warpmuscle.core.labelled import Labelled, to_dataframe
 from warpmuscle.core.machine import this_machine
 from warpmuscle.core.status import counted, words
+from warpmuscle.results.learned import Learned
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene.parameters import Parameter
 
@@ -208,6 +209,7 @@ class Result:
     replay_names: tuple[str, ...] = ()  # of the motions, if they have any
     parts: Mapping[str, Mapping[str, float]] = field(default_factory=dict)  # of terms, by joint or muscle, undisturbed
     fit: Fit | None = None  # of motions to recorded ones, which are then their `joint_target`
+    learned: Learned | None = None  # a policy that drives the scene
 
     def __repr__(self) -> str:
         parts = [f"seed {self.seed} on {self.device}" if self.device else ""]
@@ -215,6 +217,8 @@ class Result:
             parts.append(f"{len(self.evaluations)} candidates")
         if self.best is not None:
             parts.append(f"best cost {self.best.cost:.6g}")
+        if self.learned is not None:
+            parts.append(repr(self.learned))
         parts.append(f"{len(self.replays)} motion{'' if len(self.replays) == 1 else 's'}")
         return f"Result({', '.join([repr(self.scene_name), *filter(None, parts)])})"
 

@@ -18,6 +18,10 @@ The layout is a contract with readers in other languages; `docs/reference/files.
 - `/stages/<k>` if the scene has stages: the options of stage k as attributes, `name` and `ended` besides, `free`, the
   names of the parameters that it changes, and `best/{params, cost, index}`; the attribute `stage` of `/searches` is the
   number of the last stage begun, whose searches these are
+- `/policy/{task, observation, action, mean, deviation}`, `/policy/layers/<k>/{weight, bias}`, and the attributes
+  `widest` and `activation` of `/policy`, if a policy drives the scene: see `learned.PolicyTable`
+- `/curve/{iteration, wall_time, decisions, ...}`: (R,), how the policy was learnt, see `learned.CURVE`
+- `/training`: the options of the training as attributes, `ended`
 - `/replay/<k>/...`: motion, see `warpmuscle.results.recording.QUANTITIES`; `name` is an attribute if there are several
 
 Files of `warpmuscle throw` have `/scene`, `/parameters` and `/replay` as well, besides groups of their own.
@@ -45,6 +49,7 @@ from warpmuscle.core.files import replace_file
 from warpmuscle.core.machine import MACHINE
 from warpmuscle.results.checks import check_column, check_result
 from warpmuscle.results.layout import FORMAT, FORMAT_VERSION, HISTORY, put
+from warpmuscle.results.learned import load_learned
 from warpmuscle.results.recording import NAMED, QUANTITIES, Recording
 from warpmuscle.results.records import (
     COLUMNS,
@@ -93,7 +98,7 @@ def read(path: str | Path, run: str | None = None) -> Result:
     if run is not None:
         as_text(run, "run", error=ResultError)
     with opened(file, run) as group:
-        result = _load(group)
+        result = load(group)
         check_result(result)
         return result
 
@@ -170,7 +175,7 @@ def _check_format(path: Path, file: Any) -> None:
         )
 
 
-def _load(file: Any) -> Result:
+def load(file: Any) -> Result:
     """The content of an open file; raises KeyError or ValueError where it is incomplete."""
     groups = file.get("replay", {})
     names = tuple(str(groups[str(number)].attrs.get("name", "")) for number in range(len(groups)))
@@ -187,6 +192,7 @@ def _load(file: Any) -> Result:
         replay_names=names if any(names) else (),
         fit=next((_load_fit(file, name) for name in ("fit", "published") if name in file), None),
         searched=_load_searched(file) if "searches" in file else None,
+        learned=load_learned(file) if "policy" in file else None,
         versions={name: str(hdf5.attribute(file, f"{name}_version")) for name in ("python", *PACKAGES)},
         machine={name: str(file.attrs[name]) for name in MACHINE if name in file.attrs},
     )

@@ -1,0 +1,112 @@
+"""A policy and its learning curve come back from a result file as they were; damaged ones are refused in one line."""
+
+from dataclasses import replace
+
+import h5py
+import numpy as np
+import pytest
+
+from small_policy import learning_curve, small_policy
+from warpmuscle.core.errors import ResultError
+from warpmuscle.results.learned import CURVE, Learned
+from warpmuscle.results.records import Result, parameter_table
+from warpmuscle.results.result import read, write
+
+
+def a_result() -> Result:
+    learned = Learned(
+        small_policy(), "{}", learning_curve(5), {"epochs": 4, "hidden": (17, 6), "until": 2.5}, "time is up"
+    )
+    return Result('name = "x"\n', "cpu", "warpmuscle learn x", 7, parameter_table([]), learned=learned)
+
+
+@pytest.fixture
+def file(tmp_path):
+    path = tmp_path / "policy.h5"
+    write(path, a_result())
+    return path
+
+
+def test_all_of_it_comes_back(file):
+    wanted, found = a_result().learned, read(file).learned
+    assert (found.policy.observation, found.policy.action) == (wanted.policy.observation, wanted.policy.action)
+    assert found.policy.widest == wanted.policy.widest
+    for name in ("mean", "deviation"):
+        np.testing.assert_array_equal(getattr(found.policy, name), getattr(wanted.policy, name))
+    for one, other in zip(found.policy.layers, wanted.policy.layers, strict=True):
+        assert one.weight.dtype == np.float32
+        np.testing.assert_array_equal(one.weight, other.weight)
+        np.testing.assert_array_equal(one.bias, other.bias)
+    assert set(found.curve) == set(CURVE)
+    for name in CURVE:
+        np.testing.assert_array_equal(found.curve[name], wanted.curve[name])
+    assert (found.options, found.ended, found.task) == (wanted.options, "time is up", "{}")
+    assert "9-17-6-4" in repr(read(file))
+
+
+def test_the_same_policy_gives_the_same_bytes(file, tmp_path):
+    write(tmp_path / "again.h5", read(file))
+    assert (tmp_path / "again.h5").read_bytes() == file.read_bytes()
+
+
+def changed(name, value):
+    def change(file):
+        del file[name]
+        file[name] = value
+
+    return change
+
+
+def without(name):
+    def change(file):
+        del file[name]
+
+    return change
+
+
+def linked(file):
+    del file["policy/mean"]
+    file["policy/mean"] = h5py.ExternalLink("/etc/passwd", "/x")
+
+
+DAMAGES = {
+    "no mean": (without("policy/mean"), "mean is missing"),
+    "no layers": (without("policy/layers"), "layers is missing"),
+    "a layer fewer": (without("policy/layers/2"), "policy/layers/1"),
+    "no first layer": (without("policy/layers/0"), "layers/0 is missing"),
+    "no curve": (without("curve"), "curve"),
+    "no training": (without("training"), "training"),
+    "no column": (without("curve/gain"), "gain is missing"),
+    "weights not finite": (changed("policy/layers/0/weight", np.full((17, 9), np.nan, np.float32)), "layers/0/weight"),
+    "weights too large": (changed("policy/layers/0/weight", np.full((17, 9), 1e30, np.float32)), "1e\\+30"),
+    "weights turned": (changed("policy/layers/0/weight", np.zeros((9, 17), np.float32)), "shape"),
+    "weights as texts": (changed("policy/layers/0/weight", np.full((17, 9), b"x")), "holds no numbers"),
+    "deviation 0": (changed("policy/deviation", np.zeros(9, np.float32)), "policy/deviation"),
+    "a name fewer": (changed("policy/observation", [b"a"]), "policy/mean has shape"),
+    "names as numbers": (changed("policy/action", np.arange(4)), "damaged"),
+    "curve of unequal columns": (changed("curve/gain", np.zeros(3)), "curve/gain has shape"),
+    "curve of tables": (changed("curve/iteration", np.zeros((5, 2))), "curve/iteration has shape"),
+    "a link elsewhere": (linked, "link"),
+    "no widest": (lambda file: file["policy"].attrs.__delitem__("widest"), "widest"),
+    "widest a text": (lambda file: file["policy"].attrs.__setitem__("widest", "wide"), "damaged"),
+    "widest not a number": (lambda file: file["policy"].attrs.__setitem__("widest", np.nan), "widest"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", DAMAGES)
+def test_a_damaged_policy_is_refused_in_one_line(name, file):
+    damage, message = DAMAGES[name]
+    with h5py.File(file, "r+") as content:
+        damage(content)
+    with pytest.raises(ResultError, match=message) as caught:
+        read(file)
+    assert "\n" not in str(caught.value)
+    assert str(file) in str(caught.value)
+
+
+def test_what_is_not_finite_is_not_written(tmp_path):
+    result = a_result()
+    policy = replace(result.learned.policy, mean=np.full(9, np.inf, dtype=np.float32))
+    with pytest.raises(ResultError, match="not finite"):
+        write(tmp_path / "x.h5", replace(result, learned=replace(result.learned, policy=policy)))
+    assert list(tmp_path.iterdir()) == []
