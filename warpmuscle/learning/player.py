@@ -1,0 +1,104 @@
+"""Instances that a learnt policy moves; PyTorch is not needed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import msgspec
+
+from warpmuscle.core.errors import ResultError, RolloutError
+from warpmuscle.core.status import Status
+from warpmuscle.formats import SceneLike
+from warpmuscle.learning.episodes import EpisodeBatch
+from warpmuscle.learning.policy import DevicePolicy
+from warpmuscle.results.learned import Learned, PolicyTable
+from warpmuscle.results.recording import Recording
+from warpmuscle.scene.learning import Task, Variation
+
+
+class Player:
+    """A batch whose decisions a policy makes.
+
+    The same policy, scene, task and seed give an instance the same motion to the bit, wherever it is in whatever batch,
+    on the same kind of device.
+
+    Attributes:
+        batch: the episodes.
+    """
+
+    def __init__(
+        self,
+        policy: PolicyTable,
+        scene: SceneLike,
+        instances: int = 1,
+        device: str | None = None,
+        task: Task | None = None,
+        seed: int = 0,
+        *,
+        record: Sequence[int] = (),
+        threads: int | None = None,
+    ) -> None:
+        """Prepare and begin all episodes.
+
+        Args:
+            policy: as a result file has it. Others: as of `EpisodeBatch`.
+
+        Raises:
+            SceneError, RolloutError: as of `EpisodeBatch`, or the policy is for another scene or task.
+        """
+        self.batch = EpisodeBatch(scene, instances, device, task, seed, record=record, threads=threads)
+        _check_names("observes", policy.observation, tuple(self.batch.senses.names))
+        _check_names("moves", policy.action, self.batch.actions.names)
+        self._policy = DevicePolicy(policy, instances, self.batch.device, self.batch.actions.told)
+
+    def decide(self, restart: bool = True) -> None:
+        """Make a decision in every instance; where an episode ends, the next one begins, unless it is not to."""
+        self._policy.act(self.batch.senses.observation)
+        self.batch.step(restart)
+
+
+def _check_names(does: str, learnt: tuple[str, ...], found: tuple[str, ...]) -> None:
+    """Raise RolloutError unless a policy observes and moves what there is."""
+    if learnt == found:
+        return
+    other = next((name for name in learnt if name not in found), None)
+    what = f"{other!r}, which is not there" if other is not None else f"{len(learnt)} numbers of {len(found)}"
+    raise RolloutError(f"the policy was learnt for another scene or task: it {does} {what}")
+
+
+def text_of(task: Task) -> str:
+    """A task as a result file keeps it."""
+    return msgspec.json.encode(task).decode()
+
+
+def task_of(learned: Learned) -> Task:
+    """The task that a policy of a result file has learnt; raises ResultError if it is none."""
+    try:
+        return msgspec.json.decode(learned.task, type=Task)
+    except (msgspec.DecodeError, ValueError) as error:
+        raise ResultError(f"damaged result file: the task of its policy: {error}") from None
+
+
+def undisturbed(task: Task) -> Task:
+    """The task without anything that is drawn for its episodes' starts, and without pushes."""
+    return msgspec.structs.replace(task, variation=Variation(velocity_noise=0.0))
+
+
+def replay(
+    policy: PolicyTable, scene: SceneLike, device: str | None = None, task: Task | None = None, seed: int = 0
+) -> tuple[Recording, Status]:
+    """The motion of one undisturbed episode from the scene's start, and how it ended.
+
+    Raises:
+        SceneError, RolloutError: as `Player`.
+    """
+    task = task if task is not None else Task()
+    player = Player(policy, scene, 1, device, undisturbed(task), seed, record=[0])
+    batch = player.batch
+    steps = batch.rollout.steps // batch.decision_steps
+    for _ in range(min(batch.longest, steps)):
+        player.decide(restart=False)
+        status = Status(int(batch.rollout.state.status.numpy()[0]))
+        if status != Status.RUNNING:
+            break
+    return batch.rollout.recording(), Status.COMPLETED if status == Status.RUNNING else status
