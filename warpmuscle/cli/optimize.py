@@ -90,10 +90,7 @@ def optimize(
     """
     limit, scene = None if until is None else seconds(until), None
     if resume is not None:
-        given = {name for name in context.params if _is_given(context, name)}
-        for name in sorted(given - {"candidates", "until", "target", "device", "threads", "resume", "trust"}):
-            word = "scene" if name == "sources" else f"--{name.replace('_', '-')}"
-            raise Error(f"--resume takes no {word}: the file says what to go on with")
+        refuse_besides(context, {"candidates", "until", "target", "device", "threads", "resume", "trust"})
         output = resume
         start_warp()
         from warpmuscle.optimization.resume import resume as go_on
@@ -139,6 +136,14 @@ def seconds(text: str) -> float:
     except (AssertionError, ValueError):
         raise Error(f"{text!r} is not a time such as 90s, 30m or 2h") from None
     return seconds
+
+
+def refuse_besides(context: typer.Context, allowed: set[str]) -> None:
+    """Raise Error for an argument or option besides --resume that its file already says."""
+    given = {name for name in context.params if _is_given(context, name)}
+    for name in sorted(given - allowed):
+        word = "scene" if name == "sources" else f"--{name.replace('_', '-')}"
+        raise Error(f"--resume takes no {word}: the file says what to go on with")
 
 
 def _is_given(context: typer.Context, name: str) -> bool:

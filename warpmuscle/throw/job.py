@@ -100,8 +100,7 @@ class Job:
         groups = load(GROUPS).character.muscles
         own = scene.character.muscles
         same = own.keys() == groups.keys() and all(
-            [(p.joint, p.axis) for p in own[name].pulleys] == [(p.joint, 0) for p in groups[name].pulleys]
-            for name in own
+            [p.joint for p in own[name].pulleys] == [p.joint for p in groups[name].pulleys] for name in own
         )
         if not same:
             return self.arm

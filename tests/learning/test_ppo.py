@@ -1,0 +1,151 @@
+"""Proximal policy optimisation: its sums against their definitions, and that it learns."""
+
+import numpy as np
+import pytest
+
+torch = pytest.importorskip("torch", reason="learning needs PyTorch")
+
+from point_mass import PointMasses  # noqa: E402
+
+from warpmuscle.core.errors import Error  # noqa: E402
+from warpmuscle.learning.actor_critic import ActorCritic, Normalizer  # noqa: E402
+from warpmuscle.learning.learner import Learner  # noqa: E402
+from warpmuscle.learning.optimizer import FlatAdam  # noqa: E402
+from warpmuscle.learning.options import PPOOptions, options_of, parsed  # noqa: E402
+from warpmuscle.learning.policy import actions_of  # noqa: E402
+from warpmuscle.learning.ppo import _divergence, advantages  # noqa: E402
+
+
+def test_advantages_are_the_discounted_sum_of_surprises_within_an_episode():
+    random = np.random.default_rng(1)
+    steps, n, gamma, lam = 7, 3, 0.9, 0.8
+    reward, value = random.normal(size=(2, steps, n))
+    done = (random.uniform(size=(steps, n)) < 0.3).astype(float)
+    last = random.normal(size=n)
+    wanted = np.zeros((steps, n))
+    for i in range(n):
+        for t in range(steps):
+            weight = 1.0
+            for k in range(t, steps):
+                following = last[i] if k == steps - 1 else value[k + 1, i]
+                wanted[t, i] += weight * (reward[k, i] + gamma * (1.0 - done[k, i]) * following - value[k, i])
+                if done[k, i]:
+                    break
+                weight *= gamma * lam
+    given = [torch.tensor(array) for array in (reward, value, done, last)]
+    np.testing.assert_allclose(advantages(*given, gamma, lam).numpy(), wanted, rtol=1e-12)
+
+
+def test_adam_on_one_vector_steps_as_that_of_pytorch_with_clipped_gradients():
+    torch.manual_seed(0)
+    ours, theirs = (torch.nn.Sequential(torch.nn.Linear(5, 4), torch.nn.Tanh(), torch.nn.Linear(4, 3)) for _ in "ab")
+    theirs.load_state_dict(ours.state_dict())
+    adam, reference = FlatAdam([list(ours.parameters())], 0.01, 0.5), torch.optim.Adam(theirs.parameters(), lr=0.01)
+    data = torch.randn(20, 5)
+    for _ in range(30):
+        adam.forget()
+        (ours(data) ** 2).sum().backward()
+        with torch.no_grad():
+            adam.step()
+        reference.zero_grad()
+        (theirs(data) ** 2).sum().backward()
+        torch.nn.utils.clip_grad_norm_(theirs.parameters(), 0.5)
+        reference.step()
+    for one, other in zip(ours.parameters(), theirs.parameters(), strict=True):
+        torch.testing.assert_close(one, other, rtol=1e-4, atol=1e-6)
+
+
+def test_a_normalizer_knows_mean_and_variance_of_all_that_it_saw():
+    data = torch.randn(1000, 4, dtype=torch.float64) * torch.tensor([1.0, 5.0, 0.1, 2.0]) + 3.0
+    normalizer = Normalizer(4).double()
+    for part in data.split([100, 650, 250]):
+        normalizer.see(part)
+    torch.testing.assert_close(normalizer.mean, data.mean(0))
+    torch.testing.assert_close(normalizer.variance, data.var(0, correction=0))
+
+
+def test_the_divergence_of_gaussian_policies_is_that_of_their_distributions():
+    random = torch.Generator().manual_seed(2)
+    old_mean, mean = torch.randn(2, 6, 3, generator=random)
+    old, new = torch.randn(2, 3, generator=random) * 0.3
+    normal = torch.distributions.Normal
+    found = _divergence(old_mean, old, mean, new)
+    wanted = torch.distributions.kl_divergence(normal(old_mean, old.exp()), normal(mean, new.exp())).sum(-1).mean()
+    torch.testing.assert_close(found, wanted)
+
+
+def test_likelihoods_are_those_of_gaussians_but_for_a_constant():
+    networks = ActorCritic(4, 5, 3, (8,), 0.4, seed=1)
+    mean, action = torch.randn(2, 7, 3)
+    wanted = torch.distributions.Normal(mean, 0.4).log_prob(action).sum(-1)
+    found = networks.log_likelihood(mean, action)
+    torch.testing.assert_close(found - found[0], wanted - wanted[0], rtol=1e-4, atol=1e-4)
+
+
+def a_learner(**options):
+    return Learner(PointMasses(64), PPOOptions(hidden=(32, 32), **options), seed=1)
+
+
+def test_points_learn_to_come_to_the_middle():
+    learner = a_learner()
+    before = learner.iterate()["reward"]
+    for _ in range(30):
+        row = learner.iterate()
+    assert before < 0.35
+    assert row["reward"] > 0.75  # of at most 1
+
+
+def test_a_restored_learner_goes_on_as_the_one_that_was_kept():
+    learner = a_learner()
+    for _ in range(3):
+        learner.iterate()
+    state = {name: array.copy() for name, array in learner.state().items()}
+    wanted = [learner.iterate() for _ in range(3)]
+    other = a_learner()
+    other.restore(state)
+    assert [other.iterate() for _ in range(3)] == wanted
+    np.testing.assert_array_equal(other.state()["values"], learner.state()["values"])
+
+
+@pytest.mark.parametrize("damage", ["missing", "shape", "not a number", "random"])
+def test_a_damaged_state_is_refused(damage):
+    learner = a_learner()
+    state = learner.state()
+    if damage == "missing":
+        del state["first"]
+    elif damage == "shape":
+        state["first"] = state["first"][:-1]
+    elif damage == "not a number":
+        state["values"][3] = np.nan
+    else:
+        state["random"] = state["random"][:5]
+    with pytest.raises(ValueError, match="state/"):
+        learner.restore(state)
+
+
+def test_the_policy_of_a_file_acts_as_the_network_that_learnt():
+    learner = a_learner()
+    learner.iterate()
+    observation = torch.randn(10, 2)
+    with torch.no_grad():
+        wanted = learner.networks.act(observation).numpy()
+    np.testing.assert_allclose(actions_of(learner.policy(), observation.numpy()), wanted, rtol=1e-4, atol=1e-5)
+
+
+def test_options_are_checked_in_one_line():
+    assert options_of(parsed(["epochs=5", "hidden=[64, 32]", "discount=0.98"])).hidden == (64, 32)
+    for texts, message in (
+        (["epochs"], "write KEY=VALUE"),
+        (["epochs=five"], "write KEY=VALUE"),
+        (["epoch=5"], "no option 'epoch' of a training; did you mean"),
+        (["epochs=0"], ">= 1"),
+        (["discount=1.5"], "<= 1.0"),
+        (["epochs=2.5"], "epochs"),
+        (["hidden=[]"], "hidden"),
+        (["instances=1", "steps=2", "minibatches=4"], "too few for 4 minibatches"),
+        (["learning_rate=1.0"], "between min_learning_rate"),
+        (["deviation=0.01"], "min_deviation"),
+    ):
+        with pytest.raises(Error, match=message) as caught:
+            options_of(parsed(texts))
+        assert "\n" not in str(caught.value)

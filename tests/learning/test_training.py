@@ -1,0 +1,144 @@
+"""A training keeps what it has learnt, and goes on after a kill at any moment to the same policy."""
+
+import msgspec
+import numpy as np
+import pytest
+
+torch = pytest.importorskip("torch", reason="learning needs PyTorch")
+
+import h5py  # noqa: E402
+
+from killing import killed_at  # noqa: E402
+from warpmuscle.core.errors import Error, ResultError  # noqa: E402
+from warpmuscle.formats import load  # noqa: E402
+from warpmuscle.learning.evaluation import evaluate  # noqa: E402
+from warpmuscle.learning.options import PPOOptions  # noqa: E402
+from warpmuscle.learning.player import Player, replay, task_of  # noqa: E402
+from warpmuscle.learning.training import learn, resume  # noqa: E402
+from warpmuscle.results.result import read  # noqa: E402
+from warpmuscle.results.training_file import training_path  # noqa: E402
+from warpmuscle.scene.learning import Task, Variation  # noqa: E402
+
+OPTIONS = PPOOptions(instances=4, steps=6, epochs=2, minibatches=2, hidden=(16, 16))
+TASK = Task(variation=Variation(velocity_noise=0.05))
+SHORT = {"options": OPTIONS, "task": TASK, "device": "cpu", "threads": 1, "interval": 0.0}
+
+
+def scene():
+    return msgspec.structs.replace(load("reflex_planar"), duration=0.4)
+
+
+def weights(result):
+    return np.concatenate([layer.weight.ravel() for layer in result.learned.policy.layers])
+
+
+@pytest.fixture(scope="module")
+def whole():
+    """A training of 4 iterations that nothing disturbs."""
+    return learn(scene(), iterations=4, **SHORT).result
+
+
+def test_a_training_leaves_policy_curve_and_motion(whole, tmp_path):
+    path = tmp_path / "p.h5"
+    trained = learn(scene(), path, iterations=4, command="warpmuscle learn x", **SHORT)
+    found = read(path)
+    np.testing.assert_array_equal(weights(found), weights(whole))
+    assert found.command == "warpmuscle learn x"
+    assert found.learned.ended == "all iterations are done"
+    np.testing.assert_array_equal(found.learned.curve["iteration"], [1, 2, 3, 4])
+    np.testing.assert_array_equal(found.learned.curve["decisions"], 24.0 * np.arange(1, 5))
+    assert task_of(found.learned) == TASK
+    assert len(found.replays) == 1
+    assert trained.evaluation.instances == 4
+    assert read(training_path(path)).learned.options["hidden"] == (16, 16)
+
+
+def test_another_seed_learns_another_policy(whole):
+    other = learn(scene(), iterations=1, seed=2, **SHORT).result
+    assert not np.array_equal(weights(other), weights(whole))
+
+
+MOMENTS = (*range(1, 21), 23, 26, 29, 32)
+
+
+@pytest.mark.parametrize("moment", MOMENTS)
+def test_after_a_kill_at_any_access_to_the_disk_it_comes_to_the_same_policy(moment, whole, tmp_path):
+    path = tmp_path / "p.h5"
+    with killed_at(moment) as killed:
+        learn(scene(), path, iterations=4, **SHORT)
+    if killed and not training_path(path).exists():
+        learn(scene(), path, iterations=4, **SHORT)  # nothing was learnt yet
+    elif killed:
+        resume(path, threads=1, interval=0.0)
+    found = read(path)
+    np.testing.assert_array_equal(weights(found), weights(whole))
+    np.testing.assert_array_equal(found.learned.curve["reward"], whole.learned.curve["reward"])
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["p.h5", "p.h5.training"]
+
+
+def test_a_training_that_ended_goes_on_as_if_it_had_not(whole, tmp_path):
+    path = tmp_path / "p.h5"
+    learn(scene(), path, iterations=2, **SHORT)
+    resume(path, iterations=4, threads=1)
+    np.testing.assert_array_equal(weights(read(path)), weights(whole))
+
+
+def test_an_unfinished_training_is_not_replaced(tmp_path):
+    path = tmp_path / "p.h5"
+    with killed_at(12) as killed:
+        learn(scene(), path, iterations=4, **SHORT)
+    assert killed
+    with pytest.raises(ResultError, match="an unfinished training; continue it with --resume"):
+        learn(scene(), path, iterations=4, **SHORT)
+
+
+def test_what_cannot_be_resumed_is_said_in_one_line(tmp_path, whole):
+    path = tmp_path / "p.h5"
+    with pytest.raises(ResultError, match="no training to go on with"):
+        resume(path)
+    learn(scene(), path, iterations=1, **SHORT)
+    file = training_path(path)
+    content = file.read_bytes()
+    for name, value in (("state/values", np.zeros(3)), ("state/environment.0", np.zeros(3, np.uint8))):
+        with h5py.File(file, "r+") as opened:
+            del opened[name]
+            opened[name] = value
+        with pytest.raises(ResultError, match="damaged training") as caught:
+            resume(path)
+        assert "\n" not in str(caught.value)
+        file.write_bytes(content)
+    file.write_bytes(content[:5000])
+    with pytest.raises(ResultError, match="not an HDF5 file, or damaged"):
+        resume(path)
+
+
+def test_a_training_needs_an_end():
+    with pytest.raises(Error, match="needs an end"):
+        learn(scene(), **SHORT)
+
+
+def test_a_policy_gives_the_same_motion_in_every_slot_and_batch(whole):
+    policy = whole.learned.policy
+    calm = Task(variation=Variation(velocity_noise=0.0))
+
+    def coordinates(instances):
+        player = Player(policy, scene(), instances, "cpu", calm, seed=3)
+        for _ in range(20):
+            player.decide()
+        return player.batch.rollout.state.coordinates.numpy()
+
+    alone = coordinates(1)
+    for instances in (2, 7):
+        np.testing.assert_array_equal(coordinates(instances), np.repeat(alone, instances, axis=0))
+
+
+def test_a_replay_is_what_the_player_does_and_ends_where_it_fails(whole):
+    recording, status = replay(whole.learned.policy, scene(), "cpu", TASK)
+    assert recording.time[-1] <= 0.4
+    assert status.name in ("COMPLETED", "FELL", "DIVERGED") or status
+
+
+def test_evaluation_counts_who_lasts_the_whole_time(whole):
+    found = evaluate(whole.learned.policy, scene(), 6, "cpu", TASK)
+    assert found.instances == 6
+    assert 0.0 <= found.arrived <= found.completed <= 1.0

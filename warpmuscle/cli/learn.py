@@ -1,0 +1,163 @@
+"""The command that trains a policy."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from warpmuscle.cli.common import (
+    Device,
+    Settings,
+    Threads,
+    Trust,
+    command_line,
+    load_scene,
+    scene_names_like,
+    start_warp,
+    writable,
+)
+from warpmuscle.cli.console import log, out
+from warpmuscle.cli.optimize import refuse_besides, seconds
+from warpmuscle.cli.progress_bar import Bar
+from warpmuscle.core.errors import Error
+from warpmuscle.simulation.cuda_warmup import start_driver
+
+if TYPE_CHECKING:
+    from warpmuscle.learning.progress import TrainingProgress
+    from warpmuscle.learning.training import Trained
+
+USUAL = 300.0  # s of a training that nothing else ends
+LINES = 10.0  # s between two lines where there is no terminal to draw a bar in
+
+
+def learn(
+    context: typer.Context,
+    sources: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="SCENE...", help="As of simulate.", autocompletion=scene_names_like),
+    ] = None,
+    until: Annotated[
+        str | None, typer.Option(help="End after this wall time: 90s, 5m, 2h; by default 5m if nothing else ends it.")
+    ] = None,
+    iterations: Annotated[
+        int | None, typer.Option(min=1, help="End after so many iterations, those before a --resume included.")
+    ] = None,
+    target: Annotated[
+        float | None,
+        typer.Option(min=0.0, max=1.0, help="End when this share lasts its whole time at the speed wanted, ± 0.1 m/s."),
+    ] = None,
+    instances: Annotated[
+        int | None, typer.Option(min=1, help="Bodies that learn together; by default 4096 on a GPU, 64 on a CPU.")
+    ] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Of the policy and of all that is drawn.")] = 1,
+    option: Annotated[
+        list[str] | None,
+        typer.Option("--option", metavar="KEY=VALUE", help="Of the training, such as epochs=5 or 'hidden=[64,64]'."),
+    ] = None,
+    settings: Settings = None,
+    device: Device = None,
+    threads: Threads = None,
+    trust: Trust = False,
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", help="HDF5 file to write and to replace; by default SCENE_policy.h5."),
+    ] = None,
+    resume: Annotated[Path | None, typer.Option(help="Go on with the training of this HDF5 file instead.")] = None,
+) -> None:
+    """Learn a policy that moves the scene, thousands of bodies at once, by proximal policy optimisation.
+
+    What is learnt is said in the scene's part `learning`. Ctrl-C ends it and keeps what was learnt; after a kill
+    --resume FILE goes on. Needs pip install "warpmuscle\\[learn]". Examples: warpmuscle learn walk56 --until 5m -o
+    policy.h5; warpmuscle simulate walk56 --policy policy.h5
+    """
+    limit = None if until is None else seconds(until)
+    if resume is not None:
+        refuse_besides(context, {"until", "iterations", "target", "device", "threads", "resume", "trust"})
+    elif not sources:
+        raise Error("learn takes a scene, or --resume and a file")
+    begin = time.monotonic()
+    with TrainingBar() as bar:
+        if resume is not None:
+            output = resume
+            _start()
+            from warpmuscle.learning.training import resume as go_on
+
+            trained = go_on(
+                resume, device=device, iterations=iterations, until=limit, target=target, threads=threads,
+                command=command_line(), progress=bar.update,
+            )  # fmt: skip
+        else:
+            start_driver(device)
+            scene = load_scene(sources or [], settings=settings)
+            from warpmuscle.core.names import file_name
+
+            output = output if output is not None else Path(f"{file_name(scene.name)}_policy.h5")
+            writable(output)
+            if (limit, iterations, target) == (None, None, None):
+                limit = USUAL
+            _start()
+            from warpmuscle.learning.options import options_of, parsed
+            from warpmuscle.learning.training import learn as begin_training
+            from warpmuscle.learning.training import usual_instances
+
+            values = {"instances": instances if instances is not None else usual_instances(device)}
+            trained = begin_training(
+                scene, output, options=options_of(values | parsed(option or [])), seed=seed, device=device,
+                iterations=iterations, until=limit, target=target, threads=threads, command=command_line(),
+                progress=bar.update,
+            )  # fmt: skip
+    _print_trained(trained, time.monotonic() - begin)
+    out.print(f"wrote {output}")
+
+
+def _start() -> None:
+    """Import what takes seconds."""
+    with log.status("starting"):
+        start_warp()
+        import warpmuscle.learning.training  # noqa: F401
+
+
+class TrainingBar(Bar):
+    """Progress of a training: iterations, how long and how fast bodies go, rewards, decisions a second."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._line = 0.0
+
+    def update(self, progress: TrainingProgress) -> None:
+        """Show this progress."""
+        p = progress
+        if p.compiling:
+            done, state = "0 iterations", "preparing; the first run compiles for some seconds"
+        elif p.trying:
+            done, state = f"{p.iterations} iterations", "trying the policy"
+        else:
+            done = f"{p.iterations} iterations, {p.decisions / 1e6:.2f} M decisions"
+            state = (
+                f"return {p.gain:.4g}, upright {p.upright:.2f} s, {100.0 * p.completed:.0f} % all the time, "
+                f"{p.speed:.2f} m/s, {p.rate / 1e3:.0f} k/s"
+            )
+        self.show(p.fraction, done, state)
+        now = time.monotonic()
+        if not log.is_terminal and (now - self._line > LINES or p.compiling):
+            self._line = now
+            log.print(f"{done}: {state}", markup=False)
+
+
+def _print_trained(trained: Trained, passed: float) -> None:
+    """Print how the training went, and how the policy does."""
+    learned = trained.result.learned
+    assert learned is not None
+    curve = learned.curve
+    if len(curve["iteration"]):
+        decisions, wall = float(curve["decisions"][-1]), float(curve["wall_time"][-1])
+        out.print(
+            f"{int(curve['iteration'][-1])} iterations, {decisions / 1e6:.3g} million decisions in {wall:.1f} s of "
+            f"learning ({decisions / max(wall, 1e-9):.0f}/s), {passed:.1f} s in all, on {trained.result.device}; "
+            f"{learned.ended}",
+            markup=False,
+        )
+    out.print(str(trained.evaluation), markup=False)

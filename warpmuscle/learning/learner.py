@@ -1,0 +1,164 @@
+"""Collects experience and learns from it, over and over; on a GPU as one CUDA graph."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import torch
+
+from warpmuscle.learning.actor_critic import SMALL_VARIANCE, WIDEST, ActorCritic
+from warpmuscle.learning.collector import COUNTED, LOGGED, Collector, Environment
+from warpmuscle.learning.options import PPOOptions
+from warpmuscle.learning.ppo import PPO
+from warpmuscle.results.learned import Layer, PolicyTable, Singles
+
+LEARNT = ("policy_loss", "value_loss", "divergence", "clipped", "learning_rate", "deviation")
+
+
+class Learner:
+    """A policy that learns in an environment.
+
+    Attributes:
+        networks: policy and critic. iterations: done so far.
+    """
+
+    def __init__(self, env: Environment, options: PPOOptions, seed: int, capture: bool = True) -> None:
+        """Prepare networks and a first look at what there is to observe.
+
+        Args:
+            capture: use a CUDA graph on a GPU.
+        """
+        self.env, self.options = env, options
+        device = env.reset().device
+        if device.type == "cpu":
+            torch.set_num_threads(
+                1
+            )  # which is faster for small layers, and gives the same bits with any number of cores
+        privileged = env.critic_observation.shape[1]
+        self.networks = ActorCritic(
+            env.num_observations, privileged, env.num_actions, options.hidden, options.deviation, seed
+        ).to(device)
+        self.collector = Collector(env, self.networks, options)
+        self.ppo = PPO(self.networks, self.collector.experience, options)
+        self.random = torch.Generator(device).manual_seed(seed)
+        self.iterations = 0
+        self._captures = capture and device.type == "cuda"
+        self._run: Callable[[], None] = self._work
+        self._look_around()
+
+    def _look_around(self) -> None:
+        """Find out what observations are like, before anything is learnt."""
+        self.collector.noise.normal_(generator=self.random)
+        self.collector.collect()
+        self._see()
+
+    def iterate(self) -> dict[str, float]:
+        """Collect experience and learn from it."""
+        self.collector.noise.normal_(generator=self.random)
+        self.ppo.shuffle(self.random)
+        if self._captures and self.iterations == 1:
+            self._run = captured(self._work)
+        self._run()
+        self.iterations += 1
+        return self._told()
+
+    def _work(self) -> None:
+        self.collector.collect()
+        self.ppo.update(self.collector.last)
+        self._see()
+
+    def _see(self) -> None:
+        """Let what was observed count in what is usual."""
+        seen = self.collector.experience
+        with torch.no_grad():
+            self.networks.observed.see(seen.observation.flatten(0, 1))
+            self.networks.privileged.see(seen.privileged.flatten(0, 1))
+
+    def _told(self) -> dict[str, float]:
+        """How the iteration went, by the names of `results.learned.CURVE`; the host waits for it."""
+        adam, collector = self.ppo.adam, self.collector
+        deviation = torch.exp(self.networks.log_deviation.detach()).mean()
+        numbers = [collector.counted, collector.logged, self.ppo.told, torch.stack([adam.rate, deviation])]
+        row = iter(torch.cat(numbers).tolist())
+        counted = dict(zip(COUNTED, row, strict=False))
+        logged = dict(zip(LOGGED, row, strict=False))
+        learnt = dict(zip(LEARNT, row, strict=True))
+        decisions = collector.experience.samples
+        return {
+            "iteration": float(self.iterations),
+            "decisions": float(self.iterations * decisions),
+            "episodes": counted["episodes"],
+            "completed": logged["completed"],
+            "upright": logged["time"],
+            "gain": logged["return"],
+            "speed": logged["speed"],
+            "reward": counted["reward"] / decisions,
+            **learnt,
+        }
+
+    def state(self) -> dict[str, np.ndarray]:
+        """All that a training goes on from, as arrays by name."""
+        tensors = {f"environment.{name}": value for name, value in self.env.state_dict().items()}
+        tensors |= self._tensors() | {"random": self.random.get_state()}
+        arrays = {name: np.array(torch.as_tensor(value).cpu().numpy()) for name, value in tensors.items()}
+        return arrays | {"iterations": np.array(self.iterations)}
+
+    def restore(self, arrays: dict[str, np.ndarray]) -> None:
+        """Go on from the state of an equal training.
+
+        Raises:
+            ValueError: an array is missing, or not as it should be.
+        """
+        inner = {name.partition(".")[2]: arrays[name] for name in arrays if name.startswith("environment.")}
+        self.env.load_state_dict({name: torch.as_tensor(array) for name, array in inner.items()})
+        for name, tensor in self._tensors().items():
+            if name not in arrays or arrays[name].shape != tuple(tensor.shape):
+                raise ValueError(f"state/{name} is missing, or has another shape than this training's")
+            if not np.isfinite(arrays[name]).all():
+                raise ValueError(f"state/{name} holds a value that is not finite")
+            tensor.copy_(torch.as_tensor(arrays[name]))
+        try:
+            self.random.set_state(torch.as_tensor(arrays["random"]))
+            self.iterations = int(arrays["iterations"])
+        except (KeyError, TypeError, RuntimeError) as error:
+            raise ValueError(f"state/random or state/iterations: {error}") from None
+
+    def _tensors(self) -> dict[str, Any]:
+        """What changes by learning, by name."""
+        adam, collector, networks = self.ppo.adam, self.collector, self.networks
+        found: dict[str, Any] = {name: getattr(adam, name) for name in ("values", "first", "second", "rate", "steps")}
+        found["observation"] = collector.observation
+        for name in ("observed", "privileged"):
+            normalizer = getattr(networks, name)
+            found |= {f"{name}_{part}": getattr(normalizer, part) for part in ("mean", "variance", "count")}
+        return found
+
+    def policy(self) -> PolicyTable:
+        """The policy as it is now, for a result file."""
+        networks = self.networks
+        layers = [layer for layer in networks.policy if isinstance(layer, torch.nn.Linear)]
+        deviation = torch.sqrt(networks.observed.variance + SMALL_VARIANCE)
+        return PolicyTable(
+            self.env.observation_names, self.env.action_names,
+            _array(networks.observed.mean), _array(deviation), WIDEST,
+            tuple(Layer(_array(layer.weight), _array(layer.bias)) for layer in layers),
+        )  # fmt: skip
+
+
+def _array(tensor: torch.Tensor) -> Singles:
+    """A copy on the host."""
+    return np.array(tensor.detach().cpu().numpy(), dtype=np.float32)
+
+
+def captured(work: Callable[[], None]) -> Callable[[], None]:
+    """Work that was done before, as a CUDA graph that does it again."""
+    graph = torch.cuda.CUDAGraph()
+    stream = torch.cuda.Stream()
+    stream.wait_stream(torch.cuda.current_stream())
+    with torch.cuda.graph(graph, stream=stream):
+        work()
+    torch.cuda.current_stream().wait_stream(stream)
+    replay: Callable[[], None] = graph.replay
+    return replay

@@ -1,0 +1,82 @@
+"""What a training is told beside its scene and its task."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Any
+
+import msgspec
+from msgspec import Meta
+
+from warpmuscle.core.errors import Error
+from warpmuscle.scene.validation.checks import near
+
+Count = Annotated[int, Meta(ge=1, le=1_000_000)]
+Size = Annotated[int, Meta(ge=1, le=4096)]
+Positive = Annotated[float, Meta(gt=0.0, le=1e6)]
+Share = Annotated[float, Meta(ge=0.0, le=1.0)]
+Weight = Annotated[float, Meta(ge=0.0, le=1e6)]
+
+
+class PPOOptions(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """How proximal policy optimisation learns; the defaults suit bodies that walk on muscles."""
+
+    instances: Count = 4096
+    steps: Annotated[int, Meta(ge=2, le=10_000)] = 24  # decisions of each instance between two updates
+    epochs: Annotated[int, Meta(ge=1, le=100)] = 4  # times that an update goes through all samples
+    minibatches: Count = 4
+    hidden: Annotated[tuple[Size, ...], Meta(min_length=1, max_length=8)] = (256, 256, 128)  # sizes of hidden layers
+    deviation: Positive = 0.3  # of actions at first
+    min_deviation: Positive = 0.05
+    discount: Share = 0.99  # a decision; gamma
+    trace: Share = 0.95  # lambda of generalised advantage estimation
+    clip: Positive = 0.2  # of the ratio of likelihoods, and of values
+    value_weight: Weight = 1.0
+    entropy_weight: Weight = 0.0005
+    learning_rate: Positive = 1e-3  # at first
+    min_learning_rate: Positive = 5e-5
+    max_learning_rate: Positive = 3e-3
+    rate_factor: Annotated[float, Meta(ge=1.0, le=10.0)] = 1.5  # by which the learning rate adapts
+    divergence: Weight = 0.01  # from one policy to the next, nat, that the learning rate aims at; 0 keeps it
+    max_gradient: Positive = 1.0  # length of the gradient of either network
+    reward_time: Positive = 0.1  # s; rewards a second times this are of the size of values that networks learn well
+
+    @property
+    def min_log_deviation(self) -> float:
+        """Logarithm of the least deviation."""
+        return math.log(self.min_deviation)
+
+
+def options_of(values: Mapping[str, Any]) -> PPOOptions:
+    """Options with other values of some; raises Error for one that is unknown or impossible."""
+    for name in values:
+        if name not in PPOOptions.__struct_fields__:
+            raise Error(f"there is no option {name!r} of a training{near(name, PPOOptions.__struct_fields__)}")
+    try:
+        options = msgspec.convert(dict(values), PPOOptions, strict=True)
+    except msgspec.ValidationError as error:
+        raise Error(f"options of the training: {str(error).replace('`$.', '`')}") from None
+    if options.instances * options.steps < options.minibatches:
+        raise Error(f"{options.instances} instances and {options.steps} steps are too few for {options.minibatches} "
+                    "minibatches")  # fmt: skip
+    if not options.min_learning_rate <= options.learning_rate <= options.max_learning_rate:
+        raise Error("learning_rate must lie between min_learning_rate and max_learning_rate")
+    if options.min_deviation > options.deviation:
+        raise Error("deviation must not be less than min_deviation")
+    return options
+
+
+def parsed(texts: Sequence[str]) -> dict[str, Any]:
+    """Values from KEY=VALUE, the value as in TOML; raises Error for what is none."""
+    values: dict[str, Any] = {}
+    for text in texts:
+        key, equals, value = text.partition("=")
+        try:
+            if not equals:
+                raise ValueError
+            values[key.strip()] = tomllib.loads(f"value = {value}")["value"]
+        except ValueError:  # also what tomllib says of what is no TOML
+            raise Error(f"{text!r}: write KEY=VALUE, such as epochs=5 or hidden=[64,64]") from None
+    return values

@@ -1,0 +1,145 @@
+"""Proximal policy optimisation (Schulman and others 2017, arXiv:1707.06347) without a word to the host."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import torch
+from torch import Tensor
+
+from warpmuscle.learning.actor_critic import ActorCritic
+from warpmuscle.learning.optimizer import FlatAdam
+from warpmuscle.learning.options import PPOOptions
+
+
+@dataclass(frozen=True)
+class Experience:
+    """What n instances met with in T steps under one policy; (T, n, ...) each."""
+
+    observation: Tensor
+    privileged: Tensor
+    action: Tensor
+    mean: Tensor  # of the policy's actions
+    likelihood: Tensor  # (T, n), logarithm, of the action
+    value: Tensor  # (T, n), by the critic
+    reward: Tensor  # (T, n), with the value of what a truncated episode would have brought
+    done: Tensor  # (T, n), 1 where the step ended an episode, else 0
+
+    @classmethod
+    def empty(
+        cls, steps: int, instances: int, observations: int, privileged: int, actions: int, device: torch.device
+    ) -> Experience:
+        """Zeros, to be written into."""
+
+        def zeros(*size: int) -> Tensor:
+            return torch.zeros((steps, instances, *size), device=device)
+
+        return cls(
+            zeros(observations), zeros(privileged), zeros(actions), zeros(actions), zeros(), zeros(), zeros(), zeros()
+        )
+
+    @property
+    def samples(self) -> int:
+        """How many steps of single instances there are."""
+        return int(self.reward.numel())
+
+
+def advantages(reward: Tensor, value: Tensor, done: Tensor, last: Tensor, discount: float, trace: float) -> Tensor:
+    """(T, n) how much better actions were than expected; Schulman and others 2016 (arXiv:1506.02438), eq. 16.
+
+    Args:
+        reward, value, done: (T, n). last: (n,) value of the state after the last step.
+        discount, trace: gamma and lambda there.
+    """
+    found = torch.empty_like(value)
+    following, advantage = last, torch.zeros_like(last)
+    for t in reversed(range(len(reward))):
+        goes_on = 1.0 - done[t]
+        surprise = reward[t] + discount * goes_on * following - value[t]
+        advantage = surprise + discount * trace * goes_on * advantage
+        found[t] = advantage
+        following = value[t]
+    return found
+
+
+class PPO:
+    """Makes a policy and its critic better by what they have met with.
+
+    Attributes:
+        order: (epochs, minibatches, size) numbers of the samples in each minibatch, to be drawn before `update`.
+        told: (4,) means over the minibatches: policy loss, value loss, divergence from the old policy, share clipped.
+    """
+
+    def __init__(self, networks: ActorCritic, experience: Experience, options: PPOOptions) -> None:
+        """Prepare to learn from this experience, again and again."""
+        self.networks, self.experience, self.options = networks, experience, options
+        policy = [*networks.policy.parameters(), networks.log_deviation]
+        self.adam = FlatAdam([policy, list(networks.value.parameters())], options.learning_rate, options.max_gradient)
+        device = experience.reward.device
+        size = experience.samples // options.minibatches
+        self.order = torch.zeros((options.epochs, options.minibatches, size), dtype=torch.int64, device=device)
+        self.told = torch.zeros(4, device=device)
+
+    def shuffle(self, random: torch.Generator) -> None:
+        """Draw the order of the samples in all epochs."""
+        _, count, size = self.order.shape
+        for epoch in self.order:
+            drawn = torch.randperm(self.experience.samples, generator=random, device=epoch.device)
+            epoch.copy_(drawn[: count * size].view(count, size))
+
+    def update(self, last: Tensor) -> None:
+        """Learn from the experience; `last` is (n,) the value of the states after it."""
+        options, seen = self.options, self.experience
+        with torch.no_grad():
+            advantage = advantages(seen.reward, seen.value, seen.done, last, options.discount, options.trace)
+            returns = advantage + seen.value
+            deviation, mean = torch.var_mean(advantage)
+            advantage = (advantage - mean) * torch.rsqrt(deviation + 1e-8)
+            old = self.networks.log_deviation.detach().clone()
+            self.told.zero_()
+        columns = [seen.observation, seen.privileged, seen.action, seen.mean]
+        wide = [column.flatten(0, 1) for column in columns]
+        narrow = [column.flatten() for column in (seen.likelihood, seen.value, advantage, returns)]
+        for epoch in self.order:
+            for chosen in epoch:
+                self._improve(old, *(column[chosen] for column in (*wide, *narrow)))
+
+    def _improve(
+        self, old: Tensor, observation: Tensor, privileged: Tensor, action: Tensor, old_mean: Tensor,
+        old_likelihood: Tensor, old_value: Tensor, advantage: Tensor, returns: Tensor,
+    ) -> None:  # fmt: skip
+        """One step on a minibatch; `old` is the logarithm of the policy's deviation that acted."""
+        options, networks = self.options, self.networks
+        mean, value = networks.act(observation), networks.judge(privileged)
+        ratio = torch.exp(networks.log_likelihood(mean, action) - old_likelihood)
+        clipped = ratio.clamp(1.0 - options.clip, 1.0 + options.clip)
+        policy_loss = -torch.minimum(ratio * advantage, clipped * advantage).mean()
+        near = old_value + (value - old_value).clamp(-options.clip, options.clip)
+        value_loss = torch.maximum((value - returns) ** 2, (near - returns) ** 2).mean()
+        entropy = networks.log_deviation.sum()
+        self.adam.forget()
+        (policy_loss + options.value_weight * value_loss - options.entropy_weight * entropy).backward()
+        with torch.no_grad():
+            divergence = _divergence(old_mean, old, mean, networks.log_deviation)
+            self._adapt(divergence)
+            self.adam.step()
+            networks.log_deviation.clamp_(min=options.min_log_deviation)
+            outside = ((ratio - 1.0).abs() > options.clip).float().mean()
+            told = torch.stack([policy_loss.detach(), value_loss.detach(), divergence, outside])
+            self.told.add_(told / self.order[:, :, 0].numel())
+
+    def _adapt(self, divergence: Tensor) -> None:
+        """Learn slower where the policy changes too fast, and faster where it hardly does."""
+        options, rate = self.options, self.adam.rate
+        if options.divergence:
+            slower = (divergence > 2.0 * options.divergence).float()
+            faster = (divergence < 0.5 * options.divergence).float()
+            factor = 1.0 + slower * (1.0 / options.rate_factor - 1.0) + faster * (options.rate_factor - 1.0)
+            rate.mul_(factor).clamp_(options.min_learning_rate, options.max_learning_rate)
+
+
+def _divergence(old_mean: Tensor, old: Tensor, mean: Tensor, new: Tensor) -> Tensor:
+    """() mean Kullback-Leibler divergence of Gaussian policies with these means and logarithms of deviations."""
+    spread = torch.exp(2.0 * (old - new))
+    distance = ((old_mean - mean) * torch.exp(-new)) ** 2
+    return (new - old + 0.5 * (spread + distance - 1.0)).sum(-1).mean()
