@@ -25,8 +25,8 @@ from warpmuscle.cli.common import with_settings
 from warpmuscle.core.errors import Error
 from warpmuscle.core.files import replace_file
 from warpmuscle.core.status import Status
-from warpmuscle.gait.quality import AT, Measures, gait_measures
-from warpmuscle.gait.table import human, unit_of
+from warpmuscle.gait.quality import Measures, gait_measures
+from warpmuscle.gait.table import DECIMALS, human, shown_rows, unit_of
 from warpmuscle.model.muscles import driven
 from warpmuscle.results.recording import Recording
 from warpmuscle.results.records import installed_versions
@@ -49,10 +49,6 @@ SCENES = (
 )  # fmt: skip
 RATE = 200.0  # frames/s, for what happens at a touch-down and for trembling
 SECONDS_OF_RUNS = 10.0  # s
-DECIMALS = {
-    "SD": 2, "m/s": 2, "m": 2, "steps/min": 0, "deg": 1, "half-bands": 2, "% of the cycle": 1, "body weights": 2,
-    "W/kg": 1, "J/(kg m)": 1, "%": 0, "0 to 1": 3, "% of the spectrum": 1, "cm a step": 1, "mm": 1, "kg": 1,
-}  # fmt: skip
 # What a gait should have: the measure, the least and the greatest value.
 AIMS = {
     "angles outside the norms": (0.0, 0.25),
@@ -138,16 +134,8 @@ def markdown(gaits: list[Judged], runs: int, noise: float, seconds: float) -> li
         f"| upright of {runs} runs of {seconds:g} s, noise {noise:g} m/s | | | "
         + " | ".join(str(gait.upright) for gait in gaits) + " |",
     ]  # fmt: skip
-    names = dict.fromkeys(name for gait in gaits for name in gait.measures)
-    for name in names:
-        values = [gait.measures.get(name) for gait in gaits]
-        if name.endswith((AT, "norm band")) or all(value is None for value in values):
-            continue
-        cells = [_cell(name, gait.measures) for gait in gaits]
-        known = human(name)[0]
-        if (at := human(name + AT)[0]) and name + AT in names:
-            known += f" at {at} %"
-        lines.append(f"| {name} | {unit_of(name)} | {known} | {' | '.join(cells)} |")
+    for name, unit, known, *cells in shown_rows([gait.measures for gait in gaits]):
+        lines.append(f"| {name} | {unit} | {known} | {' | '.join(cells)} |")
     return lines
 
 
@@ -166,16 +154,6 @@ def _end(gait: Judged) -> str:
 
 def _failure(gait: Judged) -> str:
     return f"{gait.status.partition(':')[0]} at {gait.end_time:.1f}"
-
-
-def _cell(name: str, measures: Measures) -> str:
-    """A value, and at what percent of the cycle it is."""
-    value, at = measures.get(name), measures.get(name + AT)
-    if value is None:
-        return ""
-    text = f"{value:.{DECIMALS[unit_of(name)]}f}"
-    text = text.removeprefix("-") if float(text) == 0.0 else text
-    return text if at is None else f"{text} at {at:.0f} %"
 
 
 def misses(gait: Judged, runs: int) -> list[str]:

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 from scipy.interpolate import make_interp_spline
+from throw_muscles import planar, with_tendons
 from throw_subject import FLEXION, LUMBAR, SHOULDER, WholeBody, arm, hinges, rounded, trunk
 
 from warpmuscle.core.pose import about, multiply
@@ -29,6 +30,7 @@ from warpmuscle.scene import (
     Part,
     Pulley,
     Scene,
+    Surface,
     ViaPoint,
 )
 from warpmuscle.scene.anthropometry import Segment, segment
@@ -141,12 +143,7 @@ def point_muscles(bodies: Character, parts: dict[str, Segment], shoulder: np.nda
             origin = shoulder if body == "trunk" else -np.array(parts[body].com)
             path.append(ViaPoint(body, tuple(rounded(np.add(origin, (0.0, up, forward))))))
         muscles[name] = Muscle(path=path, f_max=f_max, l_opt=l_opt, l_slack=0.0)
-    rest = {}
-    for joint, degrees in REST.items():
-        half = 0.5 * np.radians(degrees)
-        rest[joint] = JointState((FLEXION[joint][0] * float(np.sin(half)), 0.0, 0.0, float(np.cos(half))))
-    character = Character("trunk", bodies.bodies, bodies.joints, "planar", muscles)
-    lengths = initial_path_lengths(Scene("rest", character, initial_state=InitialState(joints=rest)))
+    lengths = rest_lengths(Character("trunk", bodies.bodies, bodies.joints, "planar", muscles))
     for name, muscle in muscles.items():
         slack = lengths[name] - MUSCLES[name][2]
         muscle.l_slack = Free(*rounded([slack, slack - 0.2 * MUSCLES[name][2], slack + 0.2 * MUSCLES[name][2]]))
@@ -154,9 +151,38 @@ def point_muscles(bodies: Character, parts: dict[str, Segment], shoulder: np.nda
     return muscles
 
 
+def rest_lengths(character: Character) -> dict[str, float]:
+    """Lengths of the paths, m, at the angles of rest."""
+    rest = {}
+    for joint, degrees in REST.items():
+        half = 0.5 * np.radians(degrees)
+        rest[joint] = JointState((FLEXION[joint][0] * float(np.sin(half)), 0.0, 0.0, float(np.cos(half))))
+    return initial_path_lengths(Scene("rest", character, initial_state=InitialState(joints=rest)))
+
+
+def many_muscles(bodies: Character, parts: dict[str, Segment], shoulder: np.ndarray) -> Part:
+    """Eighteen muscles round the bones."""
+    muscles, surfaces = planar(parts, shoulder)
+    with_tendons(
+        muscles,
+        rest_lengths(
+            Character("trunk", bodies.bodies, bodies.joints, "planar", muscles, surfaces, wrapping="shortest")
+        ),
+    )
+    return Paths("shortest", surfaces, muscles)
+
+
 class Tables(Part):
     """Tables of a character file."""
 
+    muscles: dict[str, Muscle]
+
+
+class Paths(Part):
+    """The same, with the surfaces that muscles run over."""
+
+    wrapping: str
+    surfaces: dict[str, Surface]
     muscles: dict[str, Muscle]
 
 
@@ -242,6 +268,7 @@ def main() -> None:
         "throw_pulleys": f"Six muscles of an arm on pulleys. {to_add}\n{SOURCES}",
         "throw_points": "Six muscles of `throw_arm.toml` through points, which are a choice; so moment arms vary."
         f"\n{SOURCES}",
+        "throw18_muscles": MANY,
         "throw_whole": f"The whole body of {who}.\n# 21 segments, 32 degrees of freedom. Torso and head with neck are "
         "divided by length; half a kilogram\n# of the torso turns with each arm's flexion.",
     }
@@ -251,6 +278,7 @@ def main() -> None:
         "throw_arm": character,
         "throw_pulleys": Tables(pulleys),
         "throw_points": Tables(point_muscles(character, parts, shoulder)),
+        "throw18_muscles": many_muscles(character, parts, shoulder),
         "throw_whole": whole.character,
     }
     second = "\n".join(f"{name}.pulleys.0.axis = 1" for name, muscle in MUSCLES.items() if muscle[0] != "shoulder")
@@ -260,8 +288,10 @@ def main() -> None:
     home = throws.height - shoulder[1]
     planar = common("throw", PLANAR, character, throws, throws.root((0.0, home), (0.0, shoulder[1])))
     save(planar, ["throw_arm.toml", "throw_pulleys.toml"], given.output)
-    text = f'# {VIA}\n\nname = "throw_via"\nbase = "throw.toml"\ncharacter = ["throw_arm.toml", "throw_points.toml"]\n'
-    write(given.output / "throw_via.toml", f'{text}description = "{VIA}"\n')
+    for name, muscles, description in (("throw_via", "throw_points", VIA), ("throw18", "throw18_muscles", EIGHTEEN)):
+        text = f'# {description}\n\nname = "{name}"\nbase = "throw.toml"\n'
+        text += f'character = ["throw_arm.toml", "{muscles}.toml"]\ndescription = "{description}"\n'
+        write(given.output / f"{name}.toml", text)
     save(whole_scene(whole, throws), ["throw_pulleys.toml", "throw_whole.toml"], given.output)
 
 
@@ -269,6 +299,15 @@ PLANAR = (
     "A planar arm of three joints and six pulley muscles throws overhead; its trunk moves as recorded (Cruz Ruiz 2015)."
 )
 VIA = "The throwing arm with muscles through points, whose moment arms vary with the angles."
+EIGHTEEN = "The throwing arm with 18 muscles of shoulder, elbow and wrist that run over the bones through points."
+MANY = """\
+Eighteen muscles of `throw_arm.toml` that run over the bones; nine of them cross two joints.
+# Deltoid in three parts, clavicular pectoralis, latissimus, both heads of the biceps, brachialis, brachioradialis,
+# three heads of the triceps, flexors (radialis, ulnaris) and extensors (radialis longus, brevis, ulnaris) of the wrist,
+# and the superficial flexor of the fingers. f_max, l_opt, pennation: Saul 2015, parts of one muscle summed up.
+# Points: after OpenSim's arm26 and Holzbaur 2005, as far from the joint that they act on as there, over the subject's
+# longer bones. The girdle does not move here, so muscles of the shoulder begin where they have the moment arms of one
+# that does. l_slack: fibres are as long as in arm26 at shoulder 75, elbow 70, wrist 0 degrees, or near their best."""
 WHOLE = "A body of 21 segments throws: six muscles move three joints of its right arm, all else moves as prescribed."
 
 

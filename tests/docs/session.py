@@ -15,6 +15,7 @@ from pages import ROOT, SHELL, Block, blocks, is_ours
 
 FEW = 12  # candidates of a search
 SMALL = {"--candidates": str(FEW), "--until": "2s", "--searches": "2", "--population": "4", "--hardiest": "2"}
+SMALL["--pushes"] = "1"
 
 
 def work_through(page: Path) -> None:

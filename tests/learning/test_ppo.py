@@ -6,7 +6,6 @@ import pytest
 torch = pytest.importorskip("torch", reason="learning needs PyTorch")
 
 from point_mass import PointMasses  # noqa: E402
-
 from warpmuscle.core.errors import Error  # noqa: E402
 from warpmuscle.learning.actor_critic import ActorCritic, Normalizer  # noqa: E402
 from warpmuscle.learning.learner import Learner  # noqa: E402

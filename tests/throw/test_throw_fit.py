@@ -311,9 +311,20 @@ def test_joints_that_stand_still_are_refused_unless_they_are_prescribed():
     check_range(Arm(arm.scene, ("wrist",)), still)
 
 
-def test_an_arm_of_other_joints_than_hinges_is_refused_rather_than_fitted_in_part():
-    with pytest.raises(Error, match="muscles of throw_body move elbow, wrist, which are no hinges"):
-        Arm(load("throw_body"))
+def test_one_angle_of_a_universal_joint_may_be_the_muscles():
+    """The whole body's elbow and wrist, whose other angle stays as the scene has it."""
+    arm = Arm(load("throw_body"))
+    assert arm.axes == {"shoulder": 0, "elbow": 1, "wrist": 1}
+    assert arm.simulated.actuation["elbow"].drive == ["kinematic", "muscle"]
+    prescribed = Arm(arm.scene, ("elbow",)).simulated
+    assert prescribed.actuation["elbow"].drive == ["kinematic", "kinematic"]
+
+
+def test_muscles_over_two_angles_of_a_joint_are_refused_rather_than_fitted_in_part():
+    scene = load("throw_body")
+    scene.character.muscles["m5"].pulleys[0].axis = 0
+    with pytest.raises(Error, match="wrist, which is neither a hinge nor a universal joint with one"):
+        Arm(scene)
 
 
 def test_joints_that_no_muscle_moves_cannot_be_prescribed():

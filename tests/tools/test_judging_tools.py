@@ -12,7 +12,6 @@ if str(TOOLS) not in sys.path:
     sys.path.append(str(TOOLS))
 
 import gait_table  # noqa: E402
-import robustness  # noqa: E402
 
 FALLS = "fwalk:failure.com_height=1.2"  # at once
 SHORT = "fwalk:initial_state.root_position.1=1.03"
@@ -89,18 +88,3 @@ def test_a_scene_or_number_that_is_not_there_is_one_line(name: str, capsys):
         table(capsys, name)
     assert caught.value.exit_code == 2
     assert capsys.readouterr().err.startswith("error: ")
-
-
-def test_robustness_tells_pushes_and_slopes(capsys, tmp_path):
-    path = tmp_path / "robustness.json"
-    robustness.main(["fwalk", FALLS], 2, [20.0, 300.0], 1, 1.0, 1.0, "cpu", 1, path)
-    rows = [line.strip("| ").split(" | ") for line in capsys.readouterr().out.splitlines()]
-    assert rows[0][:2] == ["gait", "half survive, N s"]
-    assert 20.0 < float(rows[2][1]) < 300.0
-    assert rows[2][3] == "100 0"
-    assert rows[2][4].endswith("m/s")
-    assert rows[3][1] == "falls without a push"
-    written = json.loads(path.read_text())["gaits"]
-    assert written[0]["survived"] == [2, 2, 0]
-    assert written[1]["half_impulse"] == 0.0
-    assert [trial["slope_deg"] for trial in written[0]["slopes"]] == pytest.approx([-1.0, 1.0])

@@ -15,6 +15,7 @@ import typer
 
 from warpmuscle.cli.clusters import cluster_synergies
 from warpmuscle.cli.console import INTERRUPTED, log, marked, out
+from warpmuscle.cli.gaits import gait, robustness
 from warpmuscle.cli.learn import learn
 from warpmuscle.cli.optimize import optimize
 from warpmuscle.cli.plot import plot
@@ -41,8 +42,8 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 COMMANDS = (
-    scenes, info, simulate, optimize, learn, sweep, apply, report, view, plot, video, export, fit_muscles, fit_paths,
-    convert, synergies, cluster_synergies, throw, example, schema,
+    scenes, info, simulate, optimize, learn, sweep, apply, report, gait, robustness, view, plot, video, export,
+    fit_muscles, fit_paths, convert, synergies, cluster_synergies, throw, example, schema,
 )  # fmt: skip
 for command in COMMANDS:
     app.command(command.__name__.replace("_", "-"))(command)

@@ -52,6 +52,10 @@ _POINTS = {
 }
 
 
+DECIMALS = {
+    "SD": 2, "m/s": 2, "m": 2, "steps/min": 0, "deg": 1, "half-bands": 2, "% of the cycle": 1, "body weights": 2,
+    "W/kg": 1, "J/(kg m)": 1, "%": 0, "0 to 1": 3, "% of the spectrum": 1, "cm a step": 1, "mm": 1, "kg": 1,
+}  # fmt: skip
 _RUNNING = {"stance": "40", "double support": "0", "flight": "20"}  # toe-off is at 40 % of the cycle
 
 
@@ -73,6 +77,29 @@ def gait_table(walks: list[Measures], running: bool = False) -> list[Row]:
     """
     names = dict.fromkeys(name for walk in walks for name, value in walk.items() if value is not None)
     return [Row(name, unit_of(name), tuple(walk.get(name) for walk in walks), *human(name, running)) for name in names]
+
+
+def shown_rows(walks: list[Measures], running: bool = False) -> list[tuple[str, ...]]:
+    """The same as texts: name, unit, people's, and each walk's; a value and the percent of the cycle are one text."""
+    rows = []
+    for row in gait_table(walks, running):
+        if row.name.endswith((AT, "norm band")):
+            continue
+        known = row.human
+        if (at := human(row.name + AT, running)[0]) and any(row.name + AT in walk for walk in walks):
+            known += f" at {at} %"
+        rows.append((row.name, row.unit, known, *(_cell(row.name, walk) for walk in walks)))
+    return rows
+
+
+def _cell(name: str, measures: Measures) -> str:
+    """A value, and at what percent of the cycle it is."""
+    value, at = measures.get(name), measures.get(name + AT)
+    if value is None:
+        return ""
+    text = f"{value:.{DECIMALS[unit_of(name)]}f}"
+    text = text.removeprefix("-") if float(text) == 0.0 else text
+    return text if at is None else f"{text} at {at:.0f} %"
 
 
 def unit_of(name: str) -> str:

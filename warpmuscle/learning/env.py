@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
+import msgspec
 import warp as wp
 
 from warpmuscle.core.errors import Error, RolloutError
@@ -44,6 +45,7 @@ class RolloutEnv:
         reward, terminated, truncated: (num_envs,) of the last step.
         episode_length: (num_envs,) int32, decisions of the present episode; may be written to.
         commands: (num_envs, commands) m/s, rad/s, then wanted coordinates; may be written to.
+        capture: whether decisions on a GPU are captured as a graph.
         batch: the episodes; `batch.rollout.state` is the state of the instances.
     """
 
@@ -64,7 +66,7 @@ class RolloutEnv:
 
         Args:
             scene, instances, device, task, seed, record, threads, trust: as of `EpisodeBatch`.
-            capture: whether decisions on a GPU are captured as a graph.
+            capture: see there.
 
         Raises:
             SceneError, RolloutError: as `EpisodeBatch`.
@@ -86,7 +88,7 @@ class RolloutEnv:
         )
         self.episode_length, self.commands = wp.to_torch(episodes.length), wp.to_torch(episodes.command)
         self._finished, self._told = wp.to_torch(gains.finished), wp.to_torch(batch.actions.told)
-        self._capture, self._graph = capture and batch.device.is_cuda, None
+        self.capture, self._graph = capture, None
         self._streams: dict[int, Any] = {}  # of Warp, by PyTorch's
         wp.synchronize_device(batch.device)
 
@@ -140,6 +142,11 @@ class RolloutEnv:
         }
         return log | {f"reward/{name}": rates[k] / self.dt for k, name in enumerate(TERMS)}
 
+    @property
+    def settings(self) -> dict[str, Any]:
+        """The task as a table of plain values, with the scene's name."""
+        return {"scene": self.scene.name, "num_envs": self.num_envs, "task": msgspec.to_builtins(self.task)}
+
     def state_dict(self) -> dict[str, Tensor]:
         """All that later decisions depend on, as tensors of the CPU, for `load_state_dict`."""
         return {str(k): wp.to_torch(_plain(array)).cpu().clone() for k, array in enumerate(self.batch.state_arrays())}
@@ -161,11 +168,14 @@ class RolloutEnv:
 
     def _decide(self) -> None:
         """Launch a decision: captured if possible."""
-        if not self._capture or torch.cuda.is_current_stream_capturing():
+        device = self.batch.device
+        if not (self.capture and device.is_cuda) or torch.cuda.is_current_stream_capturing():
             self.batch.step()
         elif self._graph is None:
             self.batch.step()  # loads what is yet to be loaded
-            with wp.ScopedCapture(self.batch.device) as capture:
+            wp.synchronize_device(device)
+            own = wp.Stream(device)  # the stream that PyTorch usually has cannot be captured
+            with wp.ScopedStream(own), wp.ScopedCapture(stream=own, force_module_load=False) as capture:
                 self.batch.step()
             self._graph = capture.graph
         else:

@@ -13,6 +13,7 @@ from warpmuscle.core.status import Status
 from warpmuscle.gait.quality import Measures, gait_measures
 from warpmuscle.gait.table import human, unit_of
 from warpmuscle.optimization.best_scene import recorded_scene, scene_in
+from warpmuscle.report.tables import aligned
 from warpmuscle.results.recording import Recording
 from warpmuscle.results.records import Result
 from warpmuscle.scene import Scene
@@ -100,12 +101,7 @@ def rows(before: Walked, after: Walked) -> list[tuple[str, str, str, str]]:
 def lines(before: Walked, after: Walked) -> list[str]:
     """The table as plain text, and how its energy is counted."""
     table = [("", "before", "after", "people"), *rows(before, after)]
-    widths = [max(len(row[k]) for row in table) for k in range(4)]
-    shown = [
-        f"{name:{widths[0]}}  " + "  ".join(f"{cell:>{width}}" for cell, width in zip(cells, widths[1:], strict=True))
-        for name, *cells in table
-    ]
-    return [*(line.rstrip() for line in shown), *_counted(after)]
+    return [*aligned(table), *_counted(after)]
 
 
 def page(before: Walked, after: Walked, command: str = "") -> str:

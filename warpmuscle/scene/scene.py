@@ -18,6 +18,7 @@ from warpmuscle.kernels.status import Status
 from warpmuscle.scene.controller import PD, Balance, Command, Component, Controller, Curve, Feedback, State, Trajectory
 from warpmuscle.scene.displacement import Coupling, Displacement
 from warpmuscle.scene.force import Force
+from warpmuscle.scene.learning.task import Task
 from warpmuscle.scene.motion import Motion
 from warpmuscle.scene.muscles import (
     Actuation,
@@ -356,6 +357,7 @@ class Scene(Part):
     objective: Objective = msgspec.field(default_factory=Objective)
     tracking: Tracking | None = None
     robustness: Robustness = msgspec.field(default_factory=Robustness)
+    learning: Task | None = None  # what a policy learns
     stages: list[SearchStage] = []  # of a search, one after the other; none: all of it at once
     muscle_model: MuscleModel = msgspec.field(default_factory=MuscleModel)
     actuation: dict[str, Actuation] = {}  # by joint

@@ -60,6 +60,32 @@ def moment_arms(scene: Scene, joint: str, axis: int, angles: Floats) -> MomentAr
     )
 
 
+def muscle_geometry(scene: Scene, coordinates: Floats) -> tuple[Floats, Floats]:
+    """Lengths of all muscles' paths (n, M), m, and their moment arms (n, M, S), m, about every degree of freedom.
+
+    Args:
+        scene: checked scene; free parameters count with their start values. coordinates: (n, C), see `Rollout.state`.
+    """
+    scene = without_code(substitute(scene, start_values(scene)))
+    stages = Stages(scene, len(coordinates), "cpu")
+    stages.state.coordinates.assign(coordinates.astype(np.float32))
+    kinematics, paths = stages.forward_kinematics(), stages.muscle_paths()
+    names = stages.names
+    arm = np.zeros((len(coordinates), len(scene.character.muscles), names.speeds))
+    for number, name in enumerate(names.joints, 1):
+        own = [k for k, crossed in enumerate(paths.joint) if crossed == number - 1]
+        if not own:
+            continue
+        joint = scene.character.joints[name]
+        parent = kinematics["orientation"].astype(float)[:, names.parents[number]]
+        q = np.asarray(coordinates, float)[:, names.coordinate_start[number] : names.coordinate_start[number + 1]]
+        for axis, along in enumerate(joint_type(joint).pulled_about(joint, q)):
+            arm[:, [paths.muscle[k] for k in own], names.speed_start[number] + axis] = _along(
+                paths, own, rotate(parent, along)
+            )
+    return paths.length.astype(float), arm
+
+
 def useless_muscles(scene: Scene) -> list[tuple[str, str, float]]:
     """Muscles that cross a joint but cannot act on it, with the joint and the greatest moment arm over its range, m."""
     found: list[tuple[str, str, float]] = []

@@ -1,32 +1,31 @@
-"""What a fit knows of a scene: which hinges its muscles move, how strong these are, and what may change."""
+"""What a fit knows of a scene: which angles its muscles move, how strong these are, and what may change."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, cast
 
 import msgspec
 import numpy as np
-import warp as wp
 from numpy.typing import ArrayLike
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.arrays import rows
 from warpmuscle.core.errors import Error, SceneError
 from warpmuscle.core.pose import about, from_rotation_vector, rotate
-from warpmuscle.core.warp_start import start_warp
-from warpmuscle.kernels.curve_sets import CURVES
-from warpmuscle.kernels.muscle import rigid_force
 from warpmuscle.model.build import start_of
-from warpmuscle.scene import Actuation, Drive, Motion, Muscle, Scene
+from warpmuscle.model.paths import joints_of_muscles
+from warpmuscle.scene import Actuation, Drive, Motion, Scene
 from warpmuscle.scene.joints import joint_type, root_type
-from warpmuscle.scene.joints.turning import HINGE
+from warpmuscle.scene.joints.turning import HINGE, UNIVERSAL
 from warpmuscle.scene.muscles.curves import OWN, SHAPED
 from warpmuscle.scene.parameters import Parameter, free_parameters, start_values, substitute
 from warpmuscle.scene.topology import Topology, topology
 from warpmuscle.studies.inverse_dynamics import body_points, inverse_dynamics
 from warpmuscle.throw.motion import Motions
+from warpmuscle.throw.muscle_table import MuscleTable, PathGeometry
 
 X_AXIS = np.array([1.0, 0.0, 0.0])
 RATIO = 2.0  # a parameter whose bounds are further apart than this, on one side of 0, changes by factors
@@ -34,7 +33,10 @@ RATIO = 2.0  # a parameter whose bounds are further apart than this, on one side
 
 @dataclass(frozen=True)
 class Arm:
-    """A scene whose hinges are moved by pulley muscles, M in all, over J joints in the order of the tree."""
+    """A scene whose muscles, M in all, move J angles: hinges, or one angle each of universal joints.
+
+    An angle goes by the name of its joint; they are in the order of the tree.
+    """
 
     scene: Scene
     prescribed: tuple[str, ...] = ()  # joints of those that move as recorded
@@ -52,33 +54,58 @@ class Arm:
         own += ["muscle_model.minimum_activation"] if common.minimum_activation != 0.0 else []
         if own:
             raise SceneError("muscles of an arm that is fitted and thrown with have none; leave it out", key=own[0])
-        moved = {p.joint: name for name, muscle in character.muscles.items() for p in muscle.pulleys}
-        left = [joint for joint in moved if joint not in self.joints]
-        if left:
-            raise SceneError(
-                f"muscles of {self.scene.name} move {', '.join(left)}, which "
-                f"{'is no hinge' if len(left) == 1 else 'are no hinges'}: only arms of hinges can be fitted and thrown "
-                "with, such as `throw`", key="character.muscles",
-            )  # fmt: skip
+        bent = [p.name for p in self.parameters if p.name.startswith("character.surfaces.") or ".path." in p.name]
+        if bent:
+            raise SceneError("the paths of an arm that is fitted and thrown with are not free; give one number",
+                             key=bent[0])  # fmt: skip
 
     @cached_property
     def names(self) -> Topology:
         return topology(self.scene.character)
 
     @cached_property
-    def joints(self) -> tuple[str, ...]:
-        """Hinges that a muscle moves, prescribed or not."""
-        character = self.scene.character
-        moved = {pulley.joint for muscle in character.muscles.values() for pulley in muscle.pulleys}
-        hinges = {name for name, joint in character.joints.items() if joint_type(joint) is HINGE}
-        found = tuple(name for name in self.names.joints if name in moved and name in hinges)
+    def crossed(self) -> dict[str, list[str]]:
+        """Joints that every muscle acts on."""
+        return joints_of_muscles(self.scene.character, self.names)
+
+    @cached_property
+    def axes(self) -> dict[str, int]:
+        """Which angle of each joint muscles move, in the order of the tree."""
+        character, found = self.scene.character, dict[str, int]()
+        for name in self.names.joints:
+            pulled = {p.axis for m in character.muscles.values() for p in m.pulleys if p.joint == name}
+            if not pulled and any(name in crossed for crossed in self.crossed.values()):
+                pulled = self._muscle_driven(name)
+            if not pulled:
+                continue
+            if joint_type(character.joints[name]) not in (HINGE, UNIVERSAL) or len(pulled) > 1:
+                raise SceneError(
+                    f"muscles of {self.scene.name} move {name}, which is neither a hinge nor a universal joint with one"
+                    " angle that they move; make it hinges, as those of `throw`", key=f"character.joints.{name}",
+                )  # fmt: skip
+            found[name] = pulled.pop()
         if not found:
-            raise SceneError(f"{self.scene.name} has no hinge with pulley muscles on it", key="character.muscles")
+            raise SceneError(f"{self.scene.name} has no joint that muscles move", key="character.muscles")
         return found
+
+    def _muscle_driven(self, joint: str) -> set[int]:
+        """Degrees of freedom of a joint that muscles drive where it is not pulleys that say so."""
+        count = len(joint_type(self.scene.character.joints[joint]).speeds)
+        drive = self.scene.actuation.get(joint, Actuation("muscle")).drive
+        words = [drive] * count if isinstance(drive, str) else drive
+        if "muscle" not in words and "assisted" not in words and joint in self.scene.motion:
+            raise SceneError("muscles run over a joint that moves as prescribed; let them drive it",
+                             key=f"motion.{joint}")  # fmt: skip
+        return {axis for axis, word in enumerate(words) if word in ("muscle", "assisted")}
+
+    @cached_property
+    def joints(self) -> tuple[str, ...]:
+        """Joints that muscles move, prescribed or not."""
+        return tuple(self.axes)
 
     @cached_property
     def driven(self) -> tuple[str, ...]:
-        """Hinges that muscles move and that are not prescribed."""
+        """Joints that muscles move and that are not prescribed."""
         return tuple(name for name in self.joints if name not in self.prescribed)
 
     @cached_property
@@ -93,17 +120,18 @@ class Arm:
     @cached_property
     def acting(self) -> list[int]:
         """Places of the muscles that pull on a driven joint."""
-        table = self.scene.character.muscles
-        return [i for i, name in enumerate(self.muscles) if any(p.joint in self.driven for p in table[name].pulleys)]
+        return [i for i, name in enumerate(self.muscles) if any(joint in self.driven for joint in self.crossed[name])]
 
     @cached_property
     def speed_places(self) -> list[int]:
-        """Places of the joints' speeds in a state."""
-        return [self.names.speed_start[self.names.body_of_joint(name)] for name in self.joints]
+        """Places of the angles' rates in a state."""
+        start = self.names.speed_start
+        return [start[self.names.body_of_joint(name)] + axis for name, axis in self.axes.items()]
 
     @cached_property
     def coordinate_places(self) -> list[int]:
-        return [self.names.coordinate_start[self.names.body_of_joint(name)] for name in self.joints]
+        start = self.names.coordinate_start
+        return [start[self.names.body_of_joint(name)] + axis for name, axis in self.axes.items()]
 
     @cached_property
     def damping(self) -> Floats:
@@ -148,88 +176,36 @@ class Arm:
     @cached_property
     def simulated(self) -> Scene:
         """The scene with muscles on the driven joints, its prescribed joints kinematic, and its root if it can move."""
-        actuation, motion = dict(self.scene.actuation), dict(self.scene.motion)
-        for name in self.joints:
-            own = actuation.get(name, Actuation("muscle"))
-            drive: Drive = "kinematic" if name in self.prescribed else "muscle"
-            actuation[name] = msgspec.structs.replace(own, drive=drive)
-            motion.pop(name, None)
+        motion = {name: own for name, own in self.scene.motion.items() if name not in self.joints or self._beside(name)}
         if root_type(self.scene.character).speeds:
             motion["root"] = Motion([0.0], position=[self.scene.initial_state.root_position])
-        return msgspec.structs.replace(self.scene, actuation=actuation, motion=motion)
+        drives = {name: "kinematic" if name in self.prescribed else "muscle" for name in self.joints}
+        return msgspec.structs.replace(self.scene, actuation=self.actuation(drives), motion=motion)
+
+    def _beside(self, joint: str) -> bool:
+        """Whether a joint has an angle beside the one that muscles move, which goes on moving as the scene says."""
+        return len(joint_type(self.scene.character.joints[joint]).speeds) > 1 and joint not in self.prescribed
+
+    def actuation(self, drives: Mapping[str, str]) -> dict[str, Actuation]:
+        """The scene's actuation with other drives of the angles that muscles move."""
+        table = dict(self.scene.actuation)
+        for name, drive in drives.items():
+            own = table.get(name, Actuation("muscle"))
+            count = len(joint_type(self.scene.character.joints[name]).speeds)
+            words: list[Drive] = [own.drive] * count if isinstance(own.drive, str) else list(own.drive)
+            words[self.axes[name]] = cast("Drive", drive)
+            table[name] = msgspec.structs.replace(own, drive=words if count > 1 else words[0])
+        return table
+
+    @cached_property
+    def geometry(self) -> PathGeometry:
+        """Lengths and moment arms of muscles through points."""
+        return PathGeometry(self.scene, start_coordinates(self), self.coordinate_places, self.speed_places)
 
     def muscle_table(self, unknowns: Floats) -> MuscleTable:
         """The muscles as arrays, for parameters (Z, P)."""
         plain = substitute(self.scene, self.values(np.atleast_2d(unknowns)))
-        return MuscleTable.of(plain, self.muscles, self.joints, len(np.atleast_2d(unknowns)))
-
-
-@dataclass(frozen=True)
-class MuscleTable:
-    """Numbers (Z, M) of M muscles for Z sets of parameters."""
-
-    model: int
-    f_max: Floats  # N
-    l_opt: Floats  # m
-    l_slack: Floats  # m
-    width: Floats  # m
-    rest_length: Floats  # m
-    moment_arm: Floats  # (Z, M, J) m
-    rest_angle: Floats  # (Z, M, J) rad
-    v_max: float  # l_opt/s
-    fibre_damping: float
-
-    @staticmethod
-    def of(plain: Scene, muscles: tuple[str, ...], joints: tuple[str, ...], count: int) -> MuscleTable:
-        table = [plain.character.muscles[name] for name in muscles]
-
-        def column(get: Any) -> Floats:
-            return np.stack([np.broadcast_to(np.asarray(get(m), dtype=np.float64), (count,)) for m in table], axis=1)
-
-        def pulleys(field: str) -> Floats:
-            out = np.zeros((count, len(table), len(joints)))
-            for i, muscle in enumerate(table):
-                for pulley in muscle.pulleys:
-                    if pulley.joint in joints:
-                        out[:, i, joints.index(pulley.joint)] = getattr(pulley, field)
-            return out
-
-        model = plain.muscle_model
-        l_opt = column(lambda m: m.l_opt)
-        return MuscleTable(
-            CURVES[model.curves], column(lambda m: m.f_max), l_opt, column(lambda m: m.l_slack),
-            l_opt * np.sin(column(lambda m: m.pennation)), column(_rest_length), pulleys("moment_arm"),
-            pulleys("rest_angle"), float(rows(model.v_max).flat[0]), float(rows(model.damping).flat[0]),
-        )  # fmt: skip
-
-    def forces(self, activation: Floats | float, angle: Floats, speed: Floats) -> Floats:
-        """Tensions (Z, S, M), N, at activations (S, M) or one for all, angles and speeds (S, J)."""
-        start_warp()
-        arm = self.moment_arm[:, None]
-        offset = angle[None, :, None, :] - self.rest_angle[:, None]
-        length = self.rest_length[:, None] - np.sum(arm * offset, axis=-1)
-        rate = -np.sum(arm * speed[None, :, None, :], axis=-1)
-
-        def flat(values: Floats | float) -> wp.array:
-            full = np.broadcast_to(np.asarray(values, dtype=np.float32), length.shape)
-            return wp.array(full.ravel(), dtype=float, device="cpu")
-
-        per_muscle = [flat(values[:, None]) for values in (self.l_opt, self.l_slack, self.width)]
-        out = wp.map(
-            rigid_force, self.model, flat(activation), flat(length), flat(rate), *per_muscle, self.v_max,
-            self.fibre_damping,
-        )  # fmt: skip
-        return np.asarray(out.numpy().reshape(length.shape).astype(np.float64) * self.f_max[:, None])
-
-    def torques(self, activation: Floats | float, angle: Floats, speed: Floats) -> Floats:
-        """Torques (Z, S, M, J), N m, of every muscle about every joint."""
-        return np.asarray(self.forces(activation, angle, speed)[..., None] * self.moment_arm[:, None])
-
-
-def _rest_length(muscle: Muscle) -> Any:
-    if muscle.rest_length is None:
-        raise SceneError("a muscle without pulleys cannot be fitted to motions", key="character.muscles")
-    return muscle.rest_length
+        return MuscleTable.of(plain, self.joints, len(np.atleast_2d(unknowns)), self.geometry)
 
 
 def states(arm: Arm, motions: Motions) -> tuple[Floats, Floats, Floats]:

@@ -100,7 +100,8 @@ class Job:
         groups = load(GROUPS).character.muscles
         own = scene.character.muscles
         same = own.keys() == groups.keys() and all(
-            [p.joint for p in own[name].pulleys] == [p.joint for p in groups[name].pulleys] for name in own
+            [(p.joint, p.axis) for p in own[name].pulleys] == [(p.joint, 0) for p in groups[name].pulleys]
+            for name in own
         )
         if not same:
             return self.arm

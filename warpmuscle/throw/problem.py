@@ -14,7 +14,7 @@ from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.synergy.factorization import factorize, reconstruct
 from warpmuscle.synergy.files import read as read_synergies
 from warpmuscle.synergy.static_optimization import StaticOptimization
-from warpmuscle.throw.arm import Arm
+from warpmuscle.throw.arm import Arm, needed_torques
 from warpmuscle.throw.motion import PITCH, PLACE, Motion, Motions, resample
 from warpmuscle.throw.motion_files import TO_GRAVITY, read
 from warpmuscle.throw.signals import Synergies, computed_activation, to_excitation
@@ -24,6 +24,7 @@ LEAST_RANGE = np.radians(3.0)  # of the angle of a joint that muscles move
 BEYOND = np.radians(1.0)  # by which a recorded angle may exceed a joint's limits
 SPIKE = 0.01  # part of the frames in which muscles may fall short without a word: noise of twice differentiated angles
 COMPUTED = "computed"
+ALONE = 2  # muscles a joint, up to which none shares its work with others
 PURE = 0.05  # most of other muscles' weights, in parts of its own, in a synergy that is one muscle alone
 
 
@@ -118,7 +119,7 @@ def check_limits(arm: Arm, motion: Motion) -> None:
         limits = plain.character.joints[name].limits
         if not limits:
             continue
-        low, high = (float(end) for end in limits[0])  # type: ignore[arg-type]
+        low, high = (float(end) for end in limits[arm.axes[name]])  # type: ignore[arg-type]
         angle = motion.angles[:, column]
         frame = int(np.argmax(np.maximum(angle - high, low - angle)))
         if angle[frame] > high + BEYOND or angle[frame] < low - BEYOND:
@@ -184,15 +185,35 @@ def factorized(
     """Synergies of excitations (n, T, M) of the muscles that act, whose activations start at (n, M)."""
     acting, inside = arm.acting, motions.valid > 0.0
     given = excitation[:, :, acting][inside]
-    sparse = sparsest(factorize(given, count, seed=seed).weights)
-    coefficients = reconstruct(given, sparse)
+    scale = torque_scale(arm, motions)
+    sparse = sparsest(factorize(given * scale, count, seed=seed).weights / scale[:, None])
+    sparse /= sparse.max(axis=0)
+    coefficients = reconstruct(given * scale, sparse * scale[:, None])
     weights = np.zeros((len(arm.muscles), count))
     weights[acting] = sparse
     signals = np.zeros((*motions.valid.shape, count))
     signals[inside] = coefficients.T
-    first = reconstruct(start[:, acting], sparse).T
+    first = reconstruct(start[:, acting] * scale, sparse * scale[:, None]).T
     explained = 1.0 - float(np.sum((given - (sparse @ coefficients).T) ** 2) / np.sum(given**2))
     return Synergies(weights, np.clip(signals, 0.0, 1.0), np.clip(first, 0.0, 1.0), explained, source)
+
+
+def torque_scale(arm: Arm, motions: Motions) -> Floats:
+    """What an excitation counts in the factorisation, of each muscle that acts; 1 with up to two muscles a joint.
+
+    Where more muscles share a joint, errors count by the torque that they make, in parts of what the joint needs: else
+    synergies explain strong muscles well and leave the wrist, whose muscles hardly act, to chance.
+    """
+    if len(arm.acting) <= ALONE * len(arm.driven):
+        return np.ones(len(arm.acting))
+    inside = motions.valid > 0.0
+    angle, speed = (part[inside] for part in motions.angles[:2])
+    table = arm.muscle_table(arm.unknowns(start_values(arm.scene))[None])
+    torque = table.torques(1.0, angle, speed)[0] - table.torques(0.0, angle, speed)[0]
+    spread = needed_torques(arm, motions)[inside].std(axis=0)
+    part = (torque / np.maximum(spread, 1e-6))[:, :, arm.free]
+    scale = np.sqrt(np.mean(np.sum(part**2, axis=2), axis=0))[arm.acting]
+    return np.asarray(scale / scale.max())
 
 
 def sparsest(weights: Floats) -> Floats:

@@ -176,12 +176,7 @@ class _Published:
 
     def _own_parameters(self, joint: str) -> list[int]:
         """Places of the parameters of the muscles that pull on a joint."""
-        table = self._arm.scene.character.muscles
-        starts = tuple(
-            f"character.muscles.{name}."
-            for name, muscle in table.items()
-            if any(p.joint == joint for p in muscle.pulleys)
-        )
+        starts = tuple(f"character.muscles.{name}." for name, joints in self._arm.crossed.items() if joint in joints)
         return [i for i, parameter in enumerate(self._arm.parameters) if parameter.name.startswith(starts)]
 
     def greedy(self, unknowns: Floats) -> tuple[Floats, Replay]:

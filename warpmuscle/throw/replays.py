@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from warpmuscle.core.array_types import Floats
-from warpmuscle.core.pose import about
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.parameters import start_values, substitute
@@ -68,7 +67,8 @@ def _beside_recorded(simulated: Recording, follower: Follower, motion: int) -> R
     character = substitute(arm.scene, start_values(arm.scene)).character
     target = simulated.joint_orientation.copy()
     for column, name in enumerate(arm.joints):
-        axis, _ = joint_type(character.joints[name]).frame(character.joints[name])
-        angle = motions.angles[0][motion, : simulated.frames, column]
-        target[:, simulated.joint_names.index(name)] = about(axis, angle)
+        joint, place = character.joints[name], simulated.joint_names.index(name)
+        q, rate = joint_type(joint).nearest(joint, target[:, place], np.zeros((len(target), 3)))
+        q[:, arm.axes[name]] = motions.angles[0][motion, : simulated.frames, column]
+        target[:, place] = joint_type(joint).motion(joint, q, rate).orientation
     return replace(simulated, joint_target=target).window(0.0, float(simulated.time[frames - 1]))

@@ -23,9 +23,7 @@ def motion_of(scene: Scene, arm: Arm) -> Motion:
     for name in arm.joints:
         if name not in scene.motion:
             raise SceneError(f"{scene.name} has no motion of {name!r}; name files with motions", key="motion")
-    actuation = dict(scene.actuation)
-    for name in arm.joints:
-        actuation[name] = msgspec.structs.replace(actuation[name], drive="kinematic")
+    actuation = arm.actuation(dict.fromkeys(arm.joints, "kinematic"))
     rollout = Rollout(
         msgspec.structs.replace(scene, actuation=actuation), 1, "cpu", record=[0], record_rate=RATE,
         quantities=["coordinates", "speeds"],

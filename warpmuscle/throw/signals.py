@@ -76,10 +76,10 @@ def computed_activation(arm: Arm, motions: Motions, unknowns: Floats) -> tuple[F
     angle, speed = (motions.angles[k].reshape(count * samples, -1) for k in (0, 1))
     passive = table.forces(0.0, angle, speed)[0]
     active = np.maximum(table.forces(1.0, angle, speed)[0] - passive, 0.0)
-    moment_arm = table.moment_arm[:, :, arm.free].transpose(0, 2, 1)
+    moment_arm = table.paths(angle)[1][0][:, :, arm.free].transpose(0, 2, 1)
     torque = needed_torques(arm, motions)[:, :, arm.free].reshape(count * samples, -1)
     inside = motions.valid.reshape(-1, 1)
-    torque = inside * torque + (1.0 - inside) * (passive @ moment_arm[0].T)
+    torque = inside * torque + (1.0 - inside) * np.einsum("tjm,tm->tj", moment_arm, passive)
     found = static_optimization(torque, moment_arm, active, passive)
     return found.activation.reshape(count, samples, -1), found
 

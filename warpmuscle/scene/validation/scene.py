@@ -34,6 +34,7 @@ from warpmuscle.scene.validation.checks import Checks, known, near
 from warpmuscle.scene.validation.commands import check_commands
 from warpmuscle.scene.validation.contact import check_ground
 from warpmuscle.scene.validation.forces import check_forces
+from warpmuscle.scene.validation.learning import check_task
 from warpmuscle.scene.validation.motion import check_motion
 from warpmuscle.scene.validation.muscles import check_muscles
 from warpmuscle.scene.validation.objective import check_failure, check_objective, check_stages
@@ -96,6 +97,7 @@ class _Check(Checks):
         self.control_rate(scene)
         check_stages(self)
         self.opensim(scene)
+        check_task(self)
 
     def sizes(self, scene: Scene) -> None:
         """There is neither too much of anything, nor does it take too many steps."""

@@ -1,0 +1,83 @@
+"""The commands that judge gaits: of files and of scenes, their tables, and what is refused."""
+
+import csv
+import json
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from small_result import walk_result
+from warpmuscle.cli import app
+from warpmuscle.core.errors import Error
+from warpmuscle.results.result import write
+
+FALLS = ("--set", "failure.com_height=1.2")  # at once
+
+
+def told(*words: object) -> str:
+    """What a command prints."""
+    done = CliRunner().invoke(app, list(map(str, words)), catch_exceptions=False, standalone_mode=False)
+    return done.stdout
+
+
+def cells(text: str) -> dict[str, list[str]]:
+    """Cells of a printed table, by their first one."""
+    rows = [[cell.strip() for cell in line.split("  ") if cell.strip()] for line in text.splitlines()]
+    return {row[0]: row[1:] for row in rows if row}
+
+
+def test_a_walk_in_a_file_stands_beside_people(tmp_path: Path):
+    write(tmp_path / "walk.h5", walk_result())
+    rows = cells(told("gait", tmp_path / "walk.h5"))
+    assert rows["unit"] == ["people", "walk"]
+    assert rows["stance"][:2] == ["% of the cycle", "64"]
+    assert rows["speed"][0] == "m/s"
+    assert float(rows["speed"][-1]) == pytest.approx(1.0, abs=0.5)
+
+
+def test_scenes_are_run_and_all_numbers_written(tmp_path: Path):
+    words = ("gait", "fwalk", "--duration", 4)
+    printed = told(*words, "-o", tmp_path / "gait.json")
+    numbers = json.loads((tmp_path / "gait.json").read_text())
+    walk = numbers["walks"][0]
+    assert (walk["name"], numbers["units"]["speed"]) == ("fwalk", "m/s")
+    assert numbers["people"]["stance"]["value"] == "64"
+    assert float(cells(printed)["speed"][-1]) == pytest.approx(walk["measures"]["speed"], abs=0.006)
+    assert 0.8 < walk["measures"]["speed"] < 1.1
+    told(*words, "-o", tmp_path / "gait.csv")
+    rows = list(csv.reader((tmp_path / "gait.csv").open()))
+    assert rows[0] == ["", "unit", "people", "fwalk"]
+    assert len({len(row) for row in rows}) == 1
+
+
+def test_what_has_no_gait_is_one_line_with_its_name(tmp_path: Path):
+    with pytest.raises(Error, match=r"^fwalk: .*no whole gait cycle"):
+        told("gait", "fwalk", *FALLS)
+    with pytest.raises(Error, match=r"as \.csv, \.md, \.json"):
+        told("gait", "fwalk", "-o", tmp_path / "gait.xlsx")
+    write(tmp_path / "walk.h5", walk_result())
+    with pytest.raises(Error, match=r"walk\.h5: a result file takes no --duration"):
+        told("gait", tmp_path / "walk.h5", "--duration", 3)
+    with pytest.raises(Error, match="none with number 7"):
+        told("gait", tmp_path / "walk.h5", "--replay", 7)
+    assert [path.name for path in tmp_path.iterdir()] == ["walk.h5"]
+
+
+def test_robustness_tells_pushes_and_slopes(tmp_path: Path):
+    words = ("--pushes", 2, "--impulse", 20, "--impulse", 300, "--slope", 1, "--duration", 1)
+    rows = cells(told("robustness", "fwalk", *words, "-o", tmp_path / "a.json"))
+    assert 20.0 < float(rows["fwalk"][0]) < 300.0
+    assert rows["fwalk"][2] == "100 0"
+    assert rows["fwalk"][3].endswith("m/s")
+    written = json.loads((tmp_path / "a.json").read_text())["gaits"]
+    assert written[0]["survived"] == [2, 2, 0]
+    assert [trial["slope_deg"] for trial in written[0]["slopes"]] == pytest.approx([-1.0, 1.0])
+    told("robustness", "fwalk", *FALLS, *words, "-o", tmp_path / "a.md")
+    lines = (tmp_path / "a.md").read_text().splitlines()
+    assert lines[2].startswith("| fwalk | falls without a push |  |")
+
+
+def test_an_impulse_of_nothing_is_refused():
+    with pytest.raises(Error, match="positive numbers"):
+        told("robustness", "fwalk", "--impulse", -3)

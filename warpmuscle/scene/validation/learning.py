@@ -1,0 +1,63 @@
+"""What is checked of a task that a policy learns."""
+
+from __future__ import annotations
+
+from warpmuscle.core.errors import SceneError
+from warpmuscle.scene.learning import Task, Variation
+from warpmuscle.scene.learning.task import Interval
+from warpmuscle.scene.validation.checks import Checks, known
+
+LARGEST_COUNT = 65536  # of starts and variants, which lie in the memory of the device
+
+
+def check_task(check: Checks) -> None:
+    """Times are positive, intervals are intervals, names are those of muscles; see `learning` for the rest."""
+    task = check.checked.learning
+    if task is None:
+        return
+    check.positive("learning", task, "decision_time")
+    check.not_negative("learning", task, "command_time", "stiffness", "damping")
+    if task.decision_time < check.checked.time_step:
+        raise SceneError(
+            f"{task.decision_time:g} s is shorter than a time step, {check.checked.time_step:g} s",
+            key="learning.decision_time",
+        )
+    if task.episode_time is not None and task.episode_time < task.decision_time:
+        raise SceneError("an episode takes one decision at least", key="learning.episode_time")
+    _interval("learning.speed", task.speed)
+    _interval("learning.turning_rate", task.turning_rate)
+    for name, interval in task.pose.items():
+        _interval(f"learning.pose.{name}", interval)
+    for name, sense in task.observations.items():
+        check.not_negative(f"learning.observations.{name}", sense, "delay", "noise")
+        if sense.delay > check.checked.duration:
+            raise SceneError("longer than the simulation", key=f"learning.observations.{name}.delay")
+    for name, parts in task.synergies.items():
+        for muscle in parts:
+            known(muscle, check.checked.character.muscles, "muscle", f"learning.synergies.{name}.{muscle}")
+    check.positive("learning.rewards", task.rewards, "speed_width", "pose_width")
+    check.not_negative("learning.rewards", task.rewards, *_weights(task))
+    _variation(check, task.variation)
+
+
+def _weights(task: Task) -> list[str]:
+    return [name for name in task.rewards.__struct_fields__ if not name.endswith("_width")]
+
+
+def _variation(check: Checks, variation: Variation) -> None:
+    """Parts are less than the whole, counts are counts."""
+    key = "learning.variation"
+    check.not_negative(key, variation, *(n for n in variation.__struct_fields__ if not n.endswith("s")))
+    check.positive(key, variation, "push_interval", "push_duration")
+    for name in ("mass", "strength"):
+        if getattr(variation, name) >= 1.0:
+            raise SceneError(f"must be less than 1, is {getattr(variation, name):g}", key=f"{key}.{name}")
+    for name, least in (("start_states", 0), ("variants", 1)):
+        if not least <= getattr(variation, name) <= LARGEST_COUNT:
+            raise SceneError(f"must be {least} to {LARGEST_COUNT}, is {getattr(variation, name)}", key=f"{key}.{name}")
+
+
+def _interval(key: str, interval: Interval) -> None:
+    low, high = interval
+    if not low <= high:
+        raise SceneError(f"{low:g} is greater than {high:g}", key=key)
