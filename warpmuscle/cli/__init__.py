@@ -16,6 +16,8 @@ import typer
 from warpmuscle.cli.clusters import cluster_synergies
 from warpmuscle.cli.console import INTERRUPTED, log, marked, out
 from warpmuscle.cli.gaits import gait, robustness
+from warpmuscle.cli.gaits import gait, robustness
+from warpmuscle.cli.judge import judge
 from warpmuscle.cli.learn import learn
 from warpmuscle.cli.optimize import optimize
 from warpmuscle.cli.plot import plot
@@ -42,7 +44,8 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 COMMANDS = (
-    scenes, info, simulate, optimize, learn, sweep, apply, report, gait, robustness, view, plot, video, export,
+    scenes, info, simulate, optimize, learn, sweep, apply, report, gait, robustness, judge, view, plot, video, export,
+    fit_muscles, fit_paths, convert, synergies, cluster_synergies, throw, example, schema,
     fit_muscles, fit_paths, convert, synergies, cluster_synergies, throw, example, schema,
 )  # fmt: skip
 for command in COMMANDS:

@@ -47,6 +47,12 @@ Settings = Annotated[
         help="Another value in the scene: objective.target_speed=1.25, or 'character.muscles.?SOL.f_max={factor=0.5}'.",
     ),
 ]
+Commands = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--command", "-c", metavar="NAME=VALUE", help="What a scene with commands is asked for: speed=1.5, slope=3."
+    ),
+]
 Trust = Annotated[
     bool,
     typer.Option(
@@ -72,9 +78,13 @@ def _trust(given: bool) -> bool:
 
 
 def load_scene(
-    sources: list[str], keyword_rule: bool = False, settings: list[str] | None = None, ball_joints: bool = False
+    sources: list[str],
+    keyword_rule: bool = False,
+    settings: list[str] | None = None,
+    ball_joints: bool = False,
+    commands: list[str] | None = None,
 ) -> Scene:
-    """The scene with what `--set` changes, and on the error stream what its files hold that is not used."""
+    """The scene with what `--set` and `--command` change; what its files hold that is not used, on the error stream."""
     from warpmuscle.formats import Ignored, load
     from warpmuscle.scene.validation.muscles import SceneWarning
     from warpmuscle.scene.validation.start import doubts_of
@@ -90,7 +100,32 @@ def load_scene(
             for doubt in doubts_of(scene):
                 warnings.warn(str(doubt), SceneWarning, stacklevel=2)
     print_ignored(ignored, "some input was ignored:")
-    return scene
+    return with_commands(scene, commands) if commands else scene
+
+
+def with_commands(scene: Scene, commands: list[str]) -> Scene:
+    """The scene as commanded, each command given as NAME=VALUE in the unit that the scene gives it."""
+    import msgspec
+
+    from warpmuscle.scene.validation.checks import near
+
+    asked = dict(scene.commands)
+    for text in commands:
+        name, equals, value = (part.strip() for part in text.partition("="))
+        if not name or not equals:
+            raise Error(f"--command {text!r}: write NAME=VALUE, such as speed=1.5")
+        if name not in asked:
+            known = near(name, asked) or (f"; it takes {', '.join(asked)}" if asked else ", nor any other")
+            raise Error(f"--command {text!r}: {scene.name} takes no command {name!r}{known}")
+        one = asked[name]
+        try:
+            number = float(value)
+        except ValueError:
+            raise Error(f"--command {text!r}: {value!r} is not a number") from None
+        if not one.min <= number <= one.max:
+            raise Error(f"--command {text!r}: {name} is {one.min:g} to {one.max:g} {one.unit}".rstrip())
+        asked[name] = msgspec.structs.replace(one, value=number)
+    return msgspec.structs.replace(scene, commands=asked)
 
 
 def with_settings(scene: Scene, settings: list[str]) -> Scene:

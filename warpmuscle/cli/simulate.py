@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from warpmuscle.cli.common import (
+    Commands,
     Device,
     Duration,
     Settings,
@@ -39,6 +40,7 @@ def simulate(
         bool, typer.Option("--legacy", help="Muscles as the original program computed them, without bounds.")
     ] = False,
     settings: Settings = None,
+    commands: Commands = None,
     device: Device = None,
     trust: Trust = False,
     output: Annotated[Path | None, typer.Option("--output", "-o", help="HDF5 file to write.")] = None,
@@ -52,7 +54,7 @@ def simulate(
     """
     writable(output, plot)
     start_driver(device)
-    scene = changed(load_scene(sources, settings=settings), duration, time_step, implicit_pd)
+    scene = changed(load_scene(sources, settings=settings, commands=commands), duration, time_step, implicit_pd)
     if legacy:
         scene = _as_legacy(scene)
     start_warp()

@@ -1,0 +1,119 @@
+"""Verdicts on gaits: which bars are reached, what is measured at commands, what cannot be told."""
+
+import json
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from warpmuscle.cli import app
+from warpmuscle.cli.common import with_commands
+from warpmuscle.core.errors import Error
+from warpmuscle.formats import load
+from warpmuscle.scene import Command
+from warpmuscle.scene.number import Free
+from warpmuscle.studies import judge as judging
+from warpmuscle.studies.judge import RUN, WALK, Bar, Verdict
+
+
+@pytest.fixture(autouse=True)
+def short(monkeypatch):
+    """Runs of few seconds."""
+    for name, value in {"LONG": 6.0, "SHORT": 1.0, "COMMANDED": 4.0, "SPEEDS": 3, "IMPULSES": (5.0, 400.0)}.items():
+        monkeypatch.setattr(judging, name, value)
+
+
+def commanded_walk():
+    """fwalk on muscles' terms of a command: its step follows a speed, its ground a slope, its trunk a load."""
+    scene = load("fwalk")
+    scene.commands = {
+        "speed": Command(1.0, 0.9, 1.1, unit="m/s"),
+        "slope": Command(0.0, -5.0, 5.0, unit="deg"),
+        "load": Command(0.0, 0.0, 25.0, unit="kg"),
+    }
+    scene.controller.states[0].time = Free(0.6, per={"speed": -0.2})
+    scene.ground.normal = (0.0, 1.0, Free(0.0, per={"slope": -0.0175}))
+    torso = scene.character.bodies["torso"]
+    torso.mass = Free(torso.mass, per={"load": 1.0})
+    return scene
+
+
+@pytest.mark.parametrize(("value", "reached"), [(0.1, "goal"), (0.2, "must"), (0.3, "missed"), (None, "not measured")])
+def test_a_value_reaches_the_goal_the_must_or_neither(value, reached):
+    assert Verdict(Bar("x", "SD", (None, 0.25), (None, 0.12)), value).reached == reached
+
+
+def test_whoever_reaches_a_goal_reaches_what_must_be():
+    for bar in (*WALK, *RUN):
+        for value in (end for end in bar.goal if end is not None):
+            assert bar.reached(value) == "goal"
+            assert Bar(bar.name, bar.unit, bar.must, (np.inf, None)).reached(value) == "must"
+
+
+def test_a_walk_on_torques_is_measured_but_for_its_energy():
+    judgement = judging.judge(load("fwalk"), pushes=1, threads=1)
+    found = {one.bar.name: one for one in judgement.verdicts}
+    assert not judgement.running
+    assert found["double support"].value == pytest.approx(judgement.measures["double support"])
+    assert 10 <= found["upright, disturbed"].value <= 20
+    assert 5.0 < found["impulse that half survive"].value < 400.0
+    assert "cost of transport, Wang" not in found
+    assert "most economical speed" not in found
+
+
+def test_gaits_are_measured_at_every_command_and_falls_are_told():
+    told = []
+    found = judging.at_commands(commanded_walk(), threads=1, tell=told.append)
+    asked = [one for one, _ in found]
+    assert asked[0] == {}
+    assert [one["speed"] for one in asked[1:4]] == pytest.approx([0.9, 1.0, 1.1])
+    assert [one["slope"] for one in asked[4:6]] == [5.0, -5.0]
+    assert [one["load"] for one in asked[6:]] == pytest.approx([0.18 * 70.4, 0.31 * 70.4], rel=0.01)
+    assert found[3][1]["cadence"] > found[1][1]["cadence"]
+    assert found[4][1] == {}  # it falls on 5 degrees
+    assert told == ["8 walks of 4 s at other commands"]
+
+
+def test_the_most_economical_speed_is_the_minimum_of_a_parabola_or_an_end():
+    costs = [(v, 3.0 + (v - 1.27) ** 2) for v in (0.7, 1.0, 1.3, 1.6)]
+    assert judging._economical(costs) == pytest.approx(1.27)
+    assert judging._economical([(0.7, 1.0), (1.0, 2.0), (1.3, 3.0)]) == 0.7
+    assert judging._economical(costs[:2]) is None
+
+
+def test_loads_count_as_far_as_power_is_not_proportional_to_mass():
+    cost = "cost of transport, Bhargava net"
+    level = {cost: 3.0, "walking power": 2.0}
+    found, notes = judging._over_commands(
+        [({}, level), ({"slope": 5.0}, {cost: 6.2}), ({"load": 12.7}, {"walking power": 2.1}),
+         ({"load": 21.8}, {"walking power": 1.7})],
+        load("fwalk"),
+    )  # fmt: skip
+    assert found["5 degrees up against level"] == pytest.approx(3.2)
+    assert found["loads, farthest from proportional"] == pytest.approx(-15.0)
+    assert notes["loads, farthest from proportional"] == "18 % +5.0 %, 31 % -15.0 %"
+
+
+def test_the_command_prints_a_line_a_measure_and_writes_all_numbers(tmp_path):
+    path = tmp_path / "judged.json"
+    done = CliRunner().invoke(app, ["judge", "fwalk", "--pushes", "0", "--json", str(path), "--threads", "1"])
+    assert done.exit_code == 0, done.output
+    line = next(line for line in done.stdout.splitlines() if line.startswith("double support"))
+    assert "18 to 25" in line
+    assert "missed" in line
+    numbers = json.loads(path.read_text())
+    assert {one["name"] for one in numbers["verdicts"]} >= {"stance", "impulse that half survive"}
+    assert numbers["measures"]["speed"] == pytest.approx(0.94, abs=0.05)
+
+
+def test_commands_of_the_command_line_are_those_of_the_scene():
+    scene = with_commands(commanded_walk(), ["speed=1.1", "slope = -2"])
+    assert (scene.commands["speed"].asked, scene.commands["slope"].asked) == (1.1, -2.0)
+    for text, words in (
+        ("speed", "write NAME=VALUE"), ("sped=1", "did you mean 'speed'"), ("speed=fast", "not a number"),
+        ("speed=9", "0.9 to 1.1 m/s"), ("speed=nan", "0.9 to 1.1 m/s"),
+    ):  # fmt: skip
+        with pytest.raises(Error, match=words):
+            with_commands(commanded_walk(), [text])
+    with pytest.raises(Error, match="takes no command 'speed', nor any other"):
+        with_commands(load("fwalk"), ["speed=1"])

@@ -1,0 +1,91 @@
+"""The command that judges a gait."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from rich.text import Text
+
+from warpmuscle.cli.common import Commands, Device, Settings, Sources, Threads, Trust, load_scene, start_warp, writable
+from warpmuscle.cli.console import log, out
+
+if TYPE_CHECKING:
+    from warpmuscle.studies.judge import Bar, Judgement, Verdict
+
+STYLES = {"goal": "green", "must": "green", "missed": "red", "not measured": "yellow"}
+
+
+def judge(
+    sources: Sources,
+    settings: Settings = None,
+    commands: Commands = None,
+    pushes: Annotated[int, typer.Option(min=0, help="Pushes of each of ten impulses; 0 leaves them out.")] = 20,
+    device: Device = None,
+    threads: Threads = None,
+    trust: Trust = False,
+    output: Annotated[Path | None, typer.Option("--json", help="File for all numbers.")] = None,
+) -> None:
+    """Judge a gait: how like a person's it is, what it costs and what it bears, beside what it must and what it should.
+
+    It walks 60 s, then 20 runs of 10 s with noise of 0.1 m/s, each body's mass 10 % more or less, on slopes within 3
+    degrees, is pushed, and walks at other speeds and slopes and with loads where the scene has commands of these
+    names. Examples: warpmuscle judge walk56_person; warpmuscle judge walk56_commands --command speed=1.5
+    """
+    writable(output)
+    scene = load_scene(sources, settings=settings, commands=commands)
+    start_warp()
+    from warpmuscle.core.files import replace_file
+    from warpmuscle.studies.judge import judge as judged
+
+    with log.status("compiling, which may take some seconds") as shown:
+        judgement = judged(scene, pushes=pushes, device=device, threads=threads, tell=shown.update)
+    out.print(f"{scene.name}, judged as a {'run' if judgement.running else 'walk'}: {judgement.end}", markup=False)
+    _print_table(judgement.verdicts)
+    if output is not None:
+        replace_file(output, json.dumps(_numbers(scene.name, judgement), indent=1).encode() + b"\n")
+        out.print(f"wrote {output}", markup=False)
+
+
+def _print_table(verdicts: list[Verdict]) -> None:
+    """A line a measure, in columns; lines are not cut, wherever they are printed."""
+    rows = [("", "", "", "must", "goal", "", "")] + [
+        (one.bar.name, _shown(one.value), one.bar.unit, _ends(one.bar.must), _ends(one.bar.goal), one.reached, one.note)
+        for one in verdicts
+    ]
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    for number, row in enumerate(rows):
+        *cells, reached, note = (cell.ljust(width) for cell, width in zip(row, widths, strict=True))
+        style = STYLES.get(row[5], "") if number else "bold"
+        line = Text("  ".join(cells) + "  ", style="" if number else "bold")
+        out.print(line.append(reached, style).append(f"  {note}".rstrip()))
+
+
+def _shown(value: float | None) -> str:
+    return "" if value is None else f"{value:.3g}"
+
+
+def _ends(ends: tuple[float | None, float | None]) -> str:
+    """An interval in words."""
+    low, high = ends
+    if low is None:
+        return f"up to {high:g}"
+    return f"{low:g} or more" if high is None else f"{low:g} to {high:g}"
+
+
+def _numbers(name: str, judgement: Judgement) -> dict[str, Any]:
+    """All numbers, fit for JSON."""
+
+    def of_bar(bar: Bar) -> dict[str, Any]:
+        return {"name": bar.name, "unit": bar.unit, "must": bar.must, "goal": bar.goal}
+
+    verdicts = [
+        of_bar(one.bar) | {"value": one.value, "reached": one.reached, "note": one.note} for one in judgement.verdicts
+    ]
+    commanded = [{"command": command, "measures": measures} for command, measures in judgement.commanded]
+    return {
+        "scene": name, "running": judgement.running, "end": judgement.end, "verdicts": verdicts,
+        "measures": judgement.measures, "commanded": commanded,
+    }  # fmt: skip
