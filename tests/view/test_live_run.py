@@ -8,8 +8,10 @@ from warpmuscle.core.errors import Error
 from warpmuscle.core.pose import twist_angle
 from warpmuscle.core.status import Status
 from warpmuscle.formats import load
+from warpmuscle.scene import Command
+from warpmuscle.scene.number import Free
 from warpmuscle.simulation.rollout import Rollout
-from warpmuscle.view.live_run import SPEED_RATE, STEERING_INTERVAL, TURN_RATE, LiveRun, can_change_speed
+from warpmuscle.view.live_run import COMMAND_RATE, SPEED_RATE, STEERING_INTERVAL, TURN_RATE, LiveRun, can_change_speed
 
 UP = np.array([0.0, 1.0, 0.0])
 
@@ -166,3 +168,27 @@ def test_wall_time_that_was_lost_is_not_made_up_for(run):
     run.restart()
     run.advance(5.0)
     assert run.time < 0.11
+
+
+def test_commands_are_reached_as_ramps_and_an_inclined_ground_stays_below_the_feet():
+    scene = load("fwalk")
+    scene.commands = {"speed": Command(1.0, 0.5, 1.5), "slope": Command(0.0, -1.0, 1.0)}
+    scene.controller.states[0].time = Free(0.6, per={"speed": -0.2})
+    scene.ground.normal = (0.0, 1.0, Free(0.0, per={"slope": -0.0175}))
+    run = LiveRun(scene)
+    later(run, 1.0)
+    run.asked |= {"speed": 9.0, "slope": 1.0}
+    begin = run.time
+    later(run, 2.0)
+    passed = run.time - begin
+    time = float(run.numeric.controller.states[0].time)
+    assert time == pytest.approx(0.6 - 0.2 * COMMAND_RATE * 1.0 * passed, abs=0.2 * COMMAND_RATE * 0.15)
+    assert run.numeric.ground.normal[2] == pytest.approx(-0.0175 * COMMAND_RATE * 2.0 * passed, abs=0.001)
+    assert np.any(run.numeric.ground.height)
+    assert run.status == Status.RUNNING
+    later(run, 4.0)
+    assert float(run.numeric.controller.states[0].time) == pytest.approx(0.5)
+    run.asked["speed"] = float("nan")
+    run.restart()
+    assert float(run.numeric.controller.states[0].time) == pytest.approx(0.5)
+    assert not np.any(run.numeric.ground.height)

@@ -38,6 +38,7 @@ class Live(Viewer):
         self.playing, self.speed = True, 1.0
         self._changed, self._refreshed, self._ended = False, 0.0, 0.0
         self.parameters: dict[str, Any] = {}
+        self.commands: dict[str, Any] = {}
         self._make_run()
         self._make_push()
         self._make_parameters()
@@ -92,9 +93,13 @@ class Live(Viewer):
     def _make_parameters(self) -> None:
         """Sliders for steering and for free parameters, those of one group at a time if there are many."""
         gui, run = self.server.gui, self.run
+        if run.scene.commands:
+            with gui.add_folder("Commands"):
+                for name in run.scene.commands:
+                    self._add_command(name)
         if run.scene.controller is not None:
             with gui.add_folder("Steer"):
-                if can_change_speed(run.numeric.controller):
+                if can_change_speed(run.numeric.controller) and "speed" not in run.scene.commands:
                     rate = f"by {SPEED_RATE:g} m/s in each second"
                     self.faster = gui.add_slider("faster, m/s", -FASTEST, FASTEST, 0.01, 0.0, hint=rate)
                     self.faster.on_update(self._locked(lambda: self._steer("faster", self.faster.value)))
@@ -111,6 +116,17 @@ class Live(Viewer):
                 menu.on_update(lambda _: self._show_group(menu.value))
             for index, parameter in enumerate(run.parameters):
                 self._add_slider(index, parameter, len(run.parameters) <= FEW or _group(parameter) == groups[0])
+
+    def _add_command(self, name: str) -> None:
+        one = self.run.scene.commands[name]
+        if not one.max > one.min:
+            return
+        slider = self.server.gui.add_slider(
+            whole(name) + (f", {whole(one.unit)}" if one.unit else ""), float(one.min), float(one.max),
+            (one.max - one.min) / STEPS, one.asked, hint=whole(one.description) or None,
+        )  # fmt: skip
+        slider.on_update(self._locked(lambda: self.run.asked.update({name: float(slider.value)})))
+        self.commands[name] = slider
 
     def _add_slider(self, index: int, parameter: Parameter, visible: bool) -> None:
         low, high = float(parameter.min), float(parameter.max)
@@ -169,6 +185,8 @@ class Live(Viewer):
 
     def _show(self) -> None:
         self.track = self.run.track()
+        if self.run.scene.commands:
+            self.stage.move_ground(self.run.numeric.ground)
         self.stage.show([self.track], [0])
         self.pictures += 1
         now = time.monotonic()

@@ -12,6 +12,7 @@ from warpmuscle.core.status import Status
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Balance, Controller, Curve, Scene, State
 from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.simulation.commands import place_of_root, turned_below
 from warpmuscle.simulation.rollout import Rollout
 from warpmuscle.view.track import UP, Track, doll_of, track_of
 
@@ -22,6 +23,7 @@ LONGEST = 0.1  # s of wall time that are made up for, so that a slow machine slo
 FASTEST, FARTHEST = 0.5, float(np.pi)  # m/s and rad that steering adds at most
 # Shipped walks survive a turn by 60 degrees at this rate (bigbird_walk: one way only); walk56 falls at 30 degrees/s.
 SPEED_RATE, TURN_RATE = 0.1, float(np.radians(8.0))  # m/s^2 and rad/s of simulated time
+COMMAND_RATE = 0.1  # of a command's range in a second of simulated time
 STEERING_INTERVAL = 0.1  # s of simulated time between two steps of a ramp
 
 
@@ -32,6 +34,7 @@ class LiveRun:
         values: (P,) of the free parameters; `apply` makes changes count, within the parameters' bounds.
         faster: m/s to be added to the set point of the controller's forward velocity; `turned`: rad, to its heading.
             Both are reached as ramps while the motion goes on, at `SPEED_RATE` and `TURN_RATE`.
+        asked: what the scene's commands are to be, by name; they get there as ramps, too.
     """
 
     def __init__(self, scene: Scene, device: str | None = "cpu") -> None:
@@ -47,6 +50,8 @@ class LiveRun:
         self.values: Floats = start_values(self.scene)
         self._applied: Floats = self.values.copy()
         self.faster = self.turned = 0.0
+        self.asked = {name: one.asked for name, one in scene.commands.items()}
+        self._commanded = dict(self.asked)  # on the way there
         self._chosen = self.numeric = substitute(self.scene, self.values)  # without and with steering
         self._steering = self._unsteered()
         self._doll = doll_of(self.numeric, self.rollout.recording().muscle_names)
@@ -58,6 +63,10 @@ class LiveRun:
     def restart(self) -> None:
         """Back to the start, with the parameters as they are now; steering begins again, too."""
         self.rollout.state.push_steps.zero_()
+        if self.scene.commands:
+            self._commanded = self._asked()
+            self._chosen = self.numeric = substitute(self.scene, self._applied, self._commanded)
+            self.rollout.change(self.numeric)
         self.rollout.reset()
         self._clock = self._steered_at = 0.0  # s, that the motion has come to
         self._steer_to(self._unsteered())
@@ -93,10 +102,32 @@ class LiveRun:
         low, high = (np.array([getattr(p, bound) for p in self.parameters]) for bound in ("min", "max"))
         self.values = np.clip(np.where(np.isnan(self.values), self._applied, self.values), low, high)
         self._applied = self.values.copy()
-        self._chosen = substitute(self.scene, self.values)
+        self._change()
+        self._doll = doll_of(self.numeric, self._doll.muscles.names)
+
+    def _change(self) -> None:
+        """Go on with the values and commands as they are now; the ground stays where it is below the root."""
+        chosen = substitute(self.scene, self._applied, self._commanded)
+        place = place_of_root(self.rollout.coordinate_names, self.rollout.state.coordinates.numpy())
+        ground = turned_below(self._chosen.ground, chosen.ground, place) if self.scene.commands else chosen.ground
+        self._chosen = msgspec.structs.replace(chosen, ground=ground)
         self.numeric = self._steered()
         self.rollout.change(self.numeric)
-        self._doll = doll_of(self.numeric, self._doll.muscles.names)
+
+    def _asked(self) -> dict[str, float]:
+        """What is asked for, within the ranges of the commands; what is no number counts as the last command."""
+        asked = {name: self._commanded[name] if np.isnan(value) else value for name, value in self.asked.items()}
+        return {name: float(np.clip(asked[name], one.min, one.max)) for name, one in self.scene.commands.items()}
+
+    def _command(self, passed: float) -> None:
+        """Bring commands nearer to what is asked for, by as much as is due after a time, s."""
+        before, asked = self._commanded, self._asked()
+        self._commanded = {
+            name: now + _within(asked[name] - now, COMMAND_RATE * (one.max - one.min) * passed)
+            for (name, one), now in zip(self.scene.commands.items(), before.values(), strict=True)
+        }
+        if self._commanded != before:
+            self._change()
 
     def _unsteered(self) -> tuple[float, float]:
         """What is added to the forward velocity, m/s, and the heading, rad, where nobody steers."""
@@ -115,6 +146,8 @@ class LiveRun:
         if passed < STEERING_INTERVAL - 1e-9:
             return
         self._steered_at = self.time
+        if self.asked:
+            self._command(passed)
         faster, heading = self._steering
         wanted = self._unsteered()[1] + _within(self.turned, FARTHEST)
         self._steer_to((

@@ -45,6 +45,7 @@ class Stage:
         server.scene.set_up_direction("+y")
         server.scene.configure_default_lights(cast_shadow=self.shown["shadows"])
         self.world = server.scene.add_frame("/world", show_axes=False)
+        self._ground: Any = None
         self._add_ground(ground)
         frames = [0] * len(tracks)
         first = moments_of(tracks, frames, offsets)
@@ -65,12 +66,18 @@ class Stage:
     def _add_ground(self, ground: Ground) -> None:
         if float(np.asarray(ground.stiffness)) <= 0.0:
             return
-        normal, height = plane(ground)
-        self._server.scene.add_grid(
+        self._ground = self._server.scene.add_grid(
             "/world/ground", plane="xz", infinite_grid=True, cell_size=0.5, section_size=5.0, fade_distance=40.0,
             plane_color=(226, 231, 237), plane_opacity=1.0, cell_color=(205, 212, 220), section_color=(165, 175, 187),
-            wxyz=wxyz(turn_from_y(normal)), position=normal * height - 0.002 * normal,
         )  # fmt: skip
+        self.move_ground(ground)
+
+    def move_ground(self, ground: Ground) -> None:
+        """Show the ground where it is now."""
+        if self._ground is not None:
+            normal, height = plane(ground)
+            self._ground.wxyz = wxyz(turn_from_y(normal))
+            self._ground.position = normal * height - 0.002 * normal
 
     def _add(
         self, what: str, kind: str, moments: Sequence[Moment], draw: Draw,
