@@ -7,6 +7,8 @@ import pytest
 from small_scene import sound_scene
 from warpmuscle.core.errors import RolloutError
 from warpmuscle.formats import load
+from warpmuscle.scene import Command
+from warpmuscle.scene.number import Free
 from warpmuscle.simulation.rollout import Rollout
 from warpmuscle.studies.steady_state import steady_state
 
@@ -55,3 +57,17 @@ def test_start_on_a_slope_is_as_high_above_it_as_the_motion_was():
     assert start.root_position[0] == start.root_position[2] == 0.0
     assert start.root_position[1] == pytest.approx(scene.initial_state.root_position[1], abs=0.05)
     assert numeric.initial_state.root_position[1] == pytest.approx(start.root_position[1], abs=0.03)
+
+
+def test_a_start_that_follows_commands_goes_on_following_them():
+    scene = load("fwalk")
+    scene.commands = {"speed": Command(1.0, 0.5, 1.5, value=1.1)}
+    x, y, z = scene.initial_state.root_velocity
+    scene.initial_state.root_velocity = (x, y, Free(z, per={"speed": Free(0.8, 0.0, 1.0)}))
+    start = steady_state(scene, 1.0).initial_state
+    plain = load("fwalk")
+    plain.initial_state.root_velocity = (x, y, z + 0.08)
+    there = steady_state(plain, 1.0).initial_state
+    assert start.root_velocity[2].per == {"speed": 0.8}
+    assert start.root_velocity[2].value + 0.08 == pytest.approx(there.root_velocity[2], abs=2e-6)
+    assert start.root_position == there.root_position

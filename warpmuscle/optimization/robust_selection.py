@@ -19,7 +19,8 @@ SEED = 7  # of the noise, another one than searches have by default
 def most_robust(scene: Scene, evaluations: Evaluations, count: int, threads: int | None = None) -> tuple[int, int]:
     """Of the candidates of least cost the one of least mean cost in runs of 10 s with velocity noise of 0.05 m/s.
 
-    A run that fails costs so much that the number of those that do not decides first.
+    Runs are at the commands of the search, where it has any. A run that fails costs so much that the number of those
+    that do not decides first.
 
     Args:
         scene: of the search, without stages. evaluations: its candidates. count: how many of them to compare, at most.
@@ -29,9 +30,9 @@ def most_robust(scene: Scene, evaluations: Evaluations, count: int, threads: int
     """
     order = np.argsort(evaluations.cost, kind="stable")[:count]
     params = np.asarray(evaluations.params[order], dtype=np.float64)
-    harder = msgspec.structs.replace(
-        scene, duration=DURATION, robustness=Robustness(runs=RUNS, velocity_noise=VELOCITY_NOISE, seed=SEED)
-    )
+    asked = scene.robustness.commands  # of 20 runs, too
+    robustness = Robustness(runs=RUNS, velocity_noise=VELOCITY_NOISE, commands=asked, seed=SEED)
+    harder = msgspec.structs.replace(scene, duration=DURATION, robustness=robustness)
     trials = CandidateBatch(harder, len(params), "cpu", threads=threads)
     trials.set_parameters(params)
     trials.run()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import msgspec
 import numpy as np
 
@@ -13,6 +15,8 @@ from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Character, InitialState, JointState, Scene
 from warpmuscle.scene.ground import plane
 from warpmuscle.scene.joints import joint_type
+from warpmuscle.scene.number import Free
+from warpmuscle.scene.parameters import distances_of_commands, leaves, rebuilt
 from warpmuscle.simulation.rollout import Rollout
 
 DIGITS = 6
@@ -39,7 +43,27 @@ def steady_state(scene: Scene, after: float) -> Scene:
     if frame is None:
         raise RolloutError(f"{scene.name} begins no step between {after:g} s and its end at {motion.time[-1]:.3g} s")
     normal, _ = plane(rollout.numeric.ground)
-    return msgspec.structs.replace(scene, initial_state=state_at(motion, frame, normal, rollout.numeric.character))
+    found = state_at(motion, frame, normal, rollout.numeric.character)
+    return msgspec.structs.replace(scene, initial_state=_following(scene, found))
+
+
+def _following(scene: Scene, found: InitialState) -> InitialState:
+    """A state whose numbers follow commands as those of the scene's own initial state do."""
+    away = distances_of_commands(scene)
+    per = {path: leaf for path, leaf in leaves(scene.initial_state) if isinstance(leaf, Free) and leaf.per}
+
+    def fixed(_: str, number: Any) -> Any:
+        return number.value if isinstance(number, Free) else number
+
+    def replaced(path: str, leaf: Any) -> Any:
+        before = per.get(path)
+        if before is None or not isinstance(leaf, float):
+            return leaf
+        rates = before.with_rates(fixed)
+        added = Free(0.0, per=rates).commanded(away, fixed)
+        return Free(round(leaf - added, DIGITS), per=rates)
+
+    return rebuilt(found, replaced)
 
 
 def _first_step(motion: Recording, after: float, state: int, stance: int) -> int | None:
