@@ -287,7 +287,8 @@ def _economical(known: Sequence[tuple[float, float]]) -> float | None:
     at = int(np.argmin([value for _, value in known]))
     if at in (0, len(known) - 1):
         return known[at][0]
-    a, b, _ = np.polyfit(*np.array(known[at - 1 : at + 2]).T, 2)
+    near = np.array(known[at - 1 : at + 2])
+    a, b, _ = np.polyfit(near[:, 0], near[:, 1], 2)
     return float(-0.5 * b / a)
 
 
