@@ -16,7 +16,6 @@ import typer
 from warpmuscle.cli.clusters import cluster_synergies
 from warpmuscle.cli.console import INTERRUPTED, log, marked, out
 from warpmuscle.cli.gaits import gait, robustness
-from warpmuscle.cli.gaits import gait, robustness
 from warpmuscle.cli.judge import judge
 from warpmuscle.cli.learn import learn
 from warpmuscle.cli.optimize import optimize
@@ -45,7 +44,6 @@ app = typer.Typer(
 )
 COMMANDS = (
     scenes, info, simulate, optimize, learn, sweep, apply, report, gait, robustness, judge, view, plot, video, export,
-    fit_muscles, fit_paths, convert, synergies, cluster_synergies, throw, example, schema,
     fit_muscles, fit_paths, convert, synergies, cluster_synergies, throw, example, schema,
 )  # fmt: skip
 for command in COMMANDS:
