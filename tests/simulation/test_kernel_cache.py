@@ -6,6 +6,7 @@ import warp as wp
 
 from warpmuscle.formats import load
 from warpmuscle.optimization.optimize import optimize
+from warpmuscle.simulation import kernel_cache
 from warpmuscle.simulation.rollout import Rollout
 
 
@@ -35,3 +36,23 @@ def test_a_search_with_a_kernel_from_the_cache_does_not_speak_of_compiling(scene
     optimize(scene, 4, device="cpu", progress=told.append)
     assert not any(progress.compiling for progress in told)
     assert told
+
+
+def test_who_wants_to_know_is_told_what_is_compiled_and_when_that_is_done(scene, monkeypatch, tmp_path):
+    heard = []
+
+    def listener(what: str):
+        heard.append(what)
+        return lambda: heard.append("done")
+
+    monkeypatch.setattr(kernel_cache, "_listeners", [])
+    kernel_cache.tell_of_compiling(listener)
+    kernel_cache.tell_of_compiling(listener)
+    with kernel_cache.told_of_compiling("joints for cpu"):
+        assert heard == ["joints for cpu"]
+    assert heard == ["joints for cpu", "done"]
+    Rollout(scene, 1, "cpu", threads=1).load()
+    Rollout(scene, 1, "cpu", threads=1).load()
+    heard.clear()
+    Rollout(scene, 1, "cpu", threads=1).load()  # from the cache
+    assert heard == []

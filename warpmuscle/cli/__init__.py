@@ -39,7 +39,7 @@ app = typer.Typer(
     help="Simulate and optimise muscle-actuated bipeds, thousands at once.\n\n"
     "A SCENE is the name of a shipped one (see `warpmuscle scenes`), a TOML file, or .rbs and .sbc files of the "
     "Simbicon Controller Editor Framework, and a .rs file if the .sbc names none.",
-    no_args_is_help=True,
+    invoke_without_command=True,
     pretty_exceptions_enable=False,
 )
 COMMANDS = (
@@ -58,13 +58,35 @@ def _print_version(given: bool) -> None:
         raise typer.Exit
 
 
+TRY = {
+    "view walk56_person": "a walk on 56 muscles, in the browser (extra `view`)",
+    "view fwalk --live": "push a biped and steer it while it walks",
+    "optimize stumble56 --candidates 2500": "one that falls learns to walk: two minutes on two cores",
+    "gait walk56_person": "a walk in numbers, beside people's",
+    "convert yours.osim -o yours.toml": "your OpenSim model as a scene",
+    "scenes": "all shipped scenes",
+    "example": "sample files, for everything in the manual",
+    "--help": "all commands; `warpmuscle COMMAND --help` tells of one",
+}
+
+
+def _print_what_to_try() -> None:
+    out.print("warpmuscle simulates muscle-actuated bodies, thousands at once. Try")
+    width = max(map(len, TRY))
+    for words, what in TRY.items():
+        out.print(marked(f"  warpmuscle {words:{width}}", "bold", f"  {what}"))
+
+
 @app.callback()
 def common(
+    context: typer.Context,
     version: Annotated[
         bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version and end.")
     ] = False,
 ) -> None:
     """Options of the program itself."""
+    if context.invoked_subcommand is None:
+        _print_what_to_try()
 
 
 def _refuse(why: str) -> NoReturn:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from warpmuscle.cli.console import log, print_ignored, print_warnings
+from warpmuscle.cli.console import log, print_ignored, print_warnings, tell_of_compiling
 from warpmuscle.core.errors import Error
 
 if TYPE_CHECKING:
@@ -63,9 +63,19 @@ Trust = Annotated[
 
 def start_warp() -> None:
     """Start Warp; commands call it where they begin to need it, since to import it takes a while."""
+    if log.working is not None:
+        _start()
+        return
+    with log.status("starting Warp"):
+        _start()
+
+
+def _start() -> None:
     from warpmuscle.core.warp_start import start_warp as start
+    from warpmuscle.simulation.kernel_cache import tell_of_compiling as tell
 
     start()
+    tell(tell_of_compiling)
 
 
 def _trust(given: bool) -> bool:

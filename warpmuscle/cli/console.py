@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import time
+from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any
 
 from rich.console import Console, JustifyMethod, OverflowMethod
@@ -18,18 +19,48 @@ if TYPE_CHECKING:
     from warpmuscle.scene import Scene
 
 
+class _Timed:
+    """A text that tells how long what it says has gone on, from the second second."""
+
+    def __init__(self, text: str) -> None:
+        self.text, self._begin = text, time.monotonic()
+
+    def __rich__(self) -> Text:
+        seconds = int(time.monotonic() - self._begin)
+        return Text(printable(self.text) + (f", {seconds} s" if seconds else ""))
+
+
 class _Status(Status):
-    """Of a work, with plain text beside the spinner."""
+    """Of a work, with plain text beside the spinner, and the time that it has taken so far."""
+
+    def __init__(self, status: str, console: PlainConsole, **options: Any) -> None:
+        self.text, self._console = status, console
+        super().__init__(_Timed(status), console=console, **options)
 
     def update(self, status: Any = None, **options: Any) -> None:
-        super().update(Text(printable(status)) if isinstance(status, str) else status, **options)
+        if isinstance(status, str):
+            self.text, status = status, _Timed(status)
+        super().update(status, **options)
+
+    def __enter__(self) -> Status:
+        self._console.working = self
+        return super().__enter__()
+
+    def __exit__(self, *error: Any) -> None:
+        self._console.working = None
+        super().__exit__(*error)
 
 
 class PlainConsole(Console):
     """A console for which text is text: names in it can neither be styles nor emoji, nor steer the terminal.
 
     What is to have a style is given as `marked` gives it, or as a style of its own.
+
+    Attributes:
+        working: the status that is shown now.
     """
+
+    working: _Status | None = None
 
     def render_str(
         self, text: str, *, style: StyleType = "", justify: JustifyMethod | None = None,
@@ -40,7 +71,7 @@ class PlainConsole(Console):
 
     def status(self, status: Any, **options: Any) -> Status:
         """See `Console.status`."""
-        return _Status(Text(printable(status)), console=self, **options)
+        return _Status(str(status), self, **options)
 
 
 def marked(word: str, style: str, rest: str = "") -> Text:
@@ -50,6 +81,17 @@ def marked(word: str, style: str, rest: str = "") -> Text:
 
 out = PlainConsole(soft_wrap=True, highlight=False)
 log = PlainConsole(stderr=True, soft_wrap=True, highlight=False)
+
+
+def tell_of_compiling(what: str) -> Callable[[], None]:
+    """Say in the status that is shown what is compiled, until what this returns is called."""
+    working = log.working
+    if working is None:
+        return lambda: None
+    before = working.text
+    working.update(f"compiling {what}, once (usually 5 to 20 s)")
+    return lambda: working.update(before)
+
 
 INTERRUPTED = 130  # exit code after Ctrl-C where there is nothing to keep
 

@@ -100,7 +100,7 @@ def robustness(
     for name, source in zip(_names(scenes), scenes, strict=True):
         scene = load_scene([source], settings=settings)
         plain = substitute(scene, start_values(scene))
-        with log.status(f"pushing {name}, and letting it walk on slopes; the first run compiles for some seconds"):
+        with log.status(f"pushing {name}, and letting it walk on slopes"):
             trials.append(
                 report.tried(name, plain, impulse or IMPULSES, pushes, seed, slope, duration, device, threads)
             )
@@ -145,7 +145,7 @@ def _simulated(
     from warpmuscle.simulation.rollout import Rollout
 
     scene = changed(load_scene([source], settings=settings), duration, None, None)
-    with log.status(f"simulating {source}; the first run compiles for some seconds"):
+    with log.status(f"simulating {source}"):
         rollout = Rollout(scene, 1, str(find_devices(device)[0]), record=[0], record_rate=RATE)
         rollout.run()
     return rollout.recording(), substitute(scene, start_values(scene))

@@ -101,7 +101,7 @@ def fit_muscles(
     scene = changed(load_scene(sources), duration, None, None)
     start_warp()
     options = {"mean_length": mean_length, "fibre_per_arm": fibre_per_arm, "strength": strength}
-    with log.status("simulating on torques; the first run compiles for some seconds"):
+    with log.status("simulating on torques"):
         fitted = fit(scene, **options, device=device)
     if properties_only:
         heading = "# Properties of muscles by `" + command_line() + "`; tables to add to a character."
@@ -128,7 +128,7 @@ def fit_paths(
     writable(output)
     scene = load_scene(sources)
     start_warp()
-    with log.status("measuring paths; the first time compiles for some seconds"):
+    with log.status("measuring paths"):
         fitted, fits = fit(scene, rms, order)
     save(fitted, output)
     for one in fits:

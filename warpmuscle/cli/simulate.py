@@ -64,12 +64,9 @@ def simulate(
     from warpmuscle.simulation.devices import find_devices
     from warpmuscle.simulation.rollout import Rollout
 
-    with log.status("simulating") as shown:
+    with log.status("simulating"):
         rollout = Rollout(scene, 1, str(find_devices(device)[0]), record=[0], record_rate=rate)
-        if rollout.compiles:
-            shown.update("compiling, which takes some seconds")
-            rollout.load()
-            shown.update("simulating")
+        rollout.load()
         begin = time.perf_counter()
         rollout.run()
     status = Status(rollout.status()[0])

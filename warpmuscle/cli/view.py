@@ -102,12 +102,12 @@ def _sights(
         _refuse({"--duration": duration, "--set": settings or None}, "a result file")
         if candidates is not None:
             start_warp()
-        with log.status("reading" if candidates is None else "simulating; the first run compiles for some seconds"):
+        with log.status("reading" if candidates is None else "simulating"):
             return of_results(sources, replay, candidates, run, device)
     _refuse({"--candidates": candidates, "--replay": replay, "--run": run}, "a scene")
     scene = changed(load_scene(sources, settings=settings), duration, None, None)
     start_warp()
-    with log.status("simulating; the first run compiles for some seconds"):
+    with log.status("simulating"):
         return of_scene(scene, device)
 
 
@@ -118,7 +118,7 @@ def _live_viewer(sources: list[str], settings: list[str] | None, device: str | N
     from warpmuscle.view.live_run import LiveRun
     from warpmuscle.view.viewer import new_server
 
-    with log.status("preparing; the first run compiles for some seconds"):
+    with log.status("preparing"):
         run = LiveRun(scene, device or "cpu")
         return Live(new_server(host, port, f"{scene.name}, live"), run)
 

@@ -11,7 +11,7 @@ import math
 import re
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor, wait
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from functools import cached_property
 from itertools import pairwise
 from threading import Lock
@@ -32,7 +32,7 @@ from warpmuscle.kernels.record import RecordKind
 from warpmuscle.kernels.scratch import work_floats
 from warpmuscle.kernels.step import step_kernel
 from warpmuscle.kernels.term_functions import ObjectiveKind
-from warpmuscle.simulation.kernel_cache import is_compiled
+from warpmuscle.simulation.kernel_cache import is_compiled, told_of_compiling
 
 SLICES_PER_THREAD = 4  # so that threads stay busy when some slices lose their instances sooner
 GPU_BLOCK = 32
@@ -107,10 +107,17 @@ class FusedKernel:
         """
         if not self._loaded:
             key = (self.config, str(self.device))
-            with one_line_errors(), _loading.setdefault(key, Lock()):
+            with one_line_errors(), _loading.setdefault(key, Lock()), self._told():
                 self.kernel.module.load(self.device, self.config.block_dim)
             self._loaded = True
             _loaded.add(key)
+
+    def _told(self) -> AbstractContextManager[None]:
+        """What tells of compiling, if there is anything to compile."""
+        if not self.compiles:
+            return nullcontext()
+        muscles = "muscles and joints" if self.config.muscles is not None else "joints"
+        return told_of_compiling(f"{muscles} of this kind of scene for {self.device}")
 
     @property
     def compiles(self) -> bool:

@@ -1,7 +1,9 @@
-"""Whether a kernel has been compiled before."""
+"""Whether a kernel has been compiled before, and who is told when one is."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -14,3 +16,23 @@ def is_compiled(kernel: Any, device: Any, block_dim: int) -> bool:
     folder = Path(wp.config.kernel_cache_dir) / name
     binaries = folder.glob(f"{name}*.o" if device.is_cpu else f"{name}.sm*")
     return (folder / f"{name}.meta").exists() and any(binaries)
+
+
+_listeners: list[Callable[[str], Callable[[], None]]] = []
+
+
+def tell_of_compiling(listener: Callable[[str], Callable[[], None]]) -> None:
+    """Have a function called with what is compiled, in words, and what it returns called once that is done."""
+    if listener not in _listeners:
+        _listeners.append(listener)
+
+
+@contextmanager
+def told_of_compiling(what: str) -> Iterator[None]:
+    """Tell all listeners while a kernel is compiled."""
+    done = [listener(what) for listener in _listeners]
+    try:
+        yield
+    finally:
+        for end in done:
+            end()
