@@ -35,7 +35,7 @@ from warpmuscle.kernels.shaped_curves import Shaped
 from warpmuscle.kernels.sharing import AT_HAND, IN_STATE, activation_of, kept, prepare_of, rescale, sharing_stage_of
 from warpmuscle.kernels.springs import ANY_SPRINGS, SPRINGS
 from warpmuscle.kernels.stretch import PathKind, any_stretch_of
-from warpmuscle.kernels.structs import LARGEST, ModelRef, RecordRef, ScratchRef, StateRef, at, rolled, whole
+from warpmuscle.kernels.structs import LARGEST, ModelRef, RecordRef, ScratchRef, StateRef, afresh, at, rolled, whole
 from warpmuscle.kernels.term_functions import MuscleWork, muscle_terms_of
 
 HILL, LEGACY, IDEAL = 0, 1, 2  # laws
@@ -55,6 +55,7 @@ class MuscleKind(NamedTuple):
     timed: bool = True  # some excitations are given over time
     neural: bool = False  # neural dynamics before that of the activation
     implicit: bool = False  # damping linearised over the step, with rigid tendons
+    told: bool = False  # and those of all muscles, so that it does not matter what joints want of them
     given: bool = False  # excitations come from outside, as they are
     own: OwnCurves | Shaped | None = None  # in place of some curves of the model
     floored: bool = False  # excitations and activations have a minimum
@@ -62,6 +63,11 @@ class MuscleKind(NamedTuple):
     followers: bool = False  # and some follow others
     paths: PathKind = PathKind()
     shared: int = 0  # torques are shared out, see `sharing.py`: driven joints that a muscle crosses at most
+
+    @property
+    def long_paths(self) -> bool:
+        """Whether paths take so much that registers are scarce."""
+        return self.paths.routes is not None or self.paths.polynomials
 
 
 @cache
@@ -84,10 +90,11 @@ def muscle_stage_of(
         kind.paths, kind.pulleys, kind.conditions, kind.straight, kind.coordinate_joints, kind.followers
     )
     law, neural, implicit, given, floored = kind.law, kind.neural, kind.implicit, kind.given, kind.floored
+    all_told = kind.told or kind.given
     excites, sense, wanted_force = controller.excites, controller.sense, force_of(controller)
     senses, extension_struct = sense is not None, controller.extension
     at_hand, straight, timed = kind.pulls_at_hand, kind.straight, kind.timed
-    coordinate_joints, ordered = kind.coordinate_joints, kind.paths.routes is not None or kind.paths.polynomials
+    coordinate_joints, ordered = kind.coordinate_joints, kind.long_paths
     shared, places = kind.shared > 0, AT_HAND if at_hand else IN_STATE
     arms, share = places.arms, places.get
     sharing_stage = sharing_stage_of(places, kind.shared)
@@ -127,7 +134,7 @@ def muscle_stage_of(
             if wp.static(law == LEGACY) and step > 0:
                 desired = desired_force(instance, m, model, state, work)  # with the moment arms of the step before
             stretch = stretch_stage(instance, m, model, state, work, arms(instance, state, work))
-            if wp.static(law != LEGACY) or step == 0:
+            if wp.static(not all_told) and (wp.static(law != LEGACY) or step == 0):
                 desired = average_force(stretch.wanted)
         if wp.static(excites):
             desired = wanted_force(instance, m, desired, row, model, state, work, extension)
@@ -141,6 +148,8 @@ def muscle_stage_of(
                 if wp.static(given):
                     told = within(told)
                 desired = row.f_max * told
+        if wp.static(ordered):
+            row = at(muscles.row, afresh(instance), m)  # not kept in registers all along the path
         excitation = wp.min(desired / row.f_max, 1.0)
         c = Contraction()
         if wp.static(law == IDEAL):

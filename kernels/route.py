@@ -21,6 +21,7 @@ from warpmuscle.kernels.kinematics import coordinate_quat
 from warpmuscle.kernels.limits import ball_angles
 from warpmuscle.kernels.muscle_control import counted, wanted_force
 from warpmuscle.kernels.path import PathState, coordinate_gradient, offset_between, segment_moment_arm
+from warpmuscle.kernels.register_rows import rows_of
 from warpmuscle.kernels.structs import BALL, ModelRef, RouteSpan, RouteWrap, ScratchRef, StateRef, at, rolled, whole
 from warpmuscle.kernels.wrap_cylinder import AMONG_OTHERS, EXACT, IN_PLANE, cylinder_touch
 from warpmuscle.kernels.wrap_ellipsoid import ellipsoid_touch
@@ -43,7 +44,8 @@ class RouteKind(NamedTuple):
     wraps: int = 0  # the most that one has
     levers: int = 0  # the same
     surfaces: tuple[int, ...] = ()  # CYLINDER ..., those that there are
-    motions: bool = False  # whether points move
+    motions: int = 0  # the most that a point has
+    conditions: bool = True  # whether some count only at times
     exact: bool = False  # whether routes around cylinders are the shortest ones, see `wrap_cylinder.py`
 
 
@@ -64,8 +66,14 @@ def bends_of(count: int) -> Any:
     return Bends
 
 
+@wp.func
+def always(instance: int, point: int, model: ModelRef, state: StateRef) -> bool:
+    """What `sometimes` says where no point has a condition."""
+    return True
+
+
 @wp.func(inline=True)
-def counts(instance: int, point: int, model: ModelRef, state: StateRef) -> bool:
+def sometimes(instance: int, point: int, model: ModelRef, state: StateRef) -> bool:
     """Whether a point of a route counts now."""
     condition = model.routes.point[point].condition
     if condition < 0:
@@ -101,20 +109,37 @@ def motion_rates(instance: int, motion: int, model: ModelRef, state: StateRef) -
 
 
 @cache
-def place_of(motions: bool) -> Any:
+def slopes_of(count: int) -> Any:
+    """The structure of how fast a point moves with its joints' coordinates, with room for so many motions."""
+
+    @wp.struct
+    class Slopes:
+        of: wp.types.vector(length=count, dtype=float)  # m by a unit of each motion's coordinate
+
+    return Slopes
+
+
+@cache
+def place_of(motions: int) -> Any:
     """The Warp function of the place of a route's point, m, from the origin's joint, world axes.
 
     Args:
-        motions: whether some points move.
+        motions: the most that a point has, of which the function says how fast they are.
     """
+    slopes_struct, with_slope = slopes_of(max(motions, 1)), rows_of(max(motions, 1)).with_length
 
     @wp.func(inline=True)
-    def place(instance: int, point: int, origin: int, model: ModelRef, state: StateRef, work: ScratchRef) -> wp.vec3:
+    def place(
+        instance: int, point: int, origin: int, model: ModelRef, state: StateRef, work: ScratchRef,
+        slopes: wp.ref[slopes_struct],
+    ) -> wp.vec3:  # fmt: skip
         plan = model.routes.point[whole(point)]
         local = at(model.routes.place, instance, point)
-        if wp.static(motions):
+        if wp.static(motions > 0):
             for k in range(plan.first_motion, plan.end_motion):
-                local += at(model.routes.motion_axis, instance, k) * motion_rates(instance, k, model, state)[0]
+                rates = motion_rates(instance, k, model, state)
+                local += at(model.routes.motion_axis, instance, k) * rates[0]
+                slopes.of = with_slope(slopes.of, k - plan.first_motion, rates[1])
         return work.rotation[whole(plan.body)] * local + offset_between(plan.body, origin, work)
 
     return place
@@ -163,13 +188,15 @@ def pulls_of(count: int) -> Any:
 def bend_after_of(count: int) -> Any:
     """The Warp function of the wrap whose surface a route reaches behind a stop, NOWHERE if there is none."""
     stops = wp.types.vector(length=count, dtype=int)
+    number = rows_of(count).number
 
     @wp.func
     def bend_after(stop: int, wraps: int, after: stops) -> int:
-        for w in range(wraps):
-            if after[w] == stop:
-                return w
-        return NOWHERE
+        found = int(NOWHERE)
+        for w in range(count):
+            if w < wraps and found == NOWHERE and number(after, w) == stop:
+                found = w
+        return found
 
     return bend_after
 
@@ -182,7 +209,9 @@ def bend_of(kind: RouteKind) -> Any:
     """
     count = max(kind.wraps, 1)
     bends_struct, bend_after = bends_of(count), bend_after_of(count)
-    place, touch_at, exact = place_of(kind.motions), touch_of(kind.surfaces), kind.exact
+    counts, slopes_struct = sometimes if kind.conditions else always, slopes_of(max(kind.motions, 1))
+    place, touch_at, exact, rows = place_of(kind.motions), touch_of(kind.surfaces), kind.exact, rows_of(count)
+    row, with_row, with_number, with_length = rows.row, rows.with_row, rows.with_number, rows.with_length
 
     @wp.func(inline=True)
     def bend(
@@ -195,14 +224,15 @@ def bend_of(kind: RouteKind) -> Any:
         work: ScratchRef,
     ) -> int:
         routes = model.routes
+        slopes = slopes_struct()
         first_point = span.first_point
         origin = span.origin
         wraps = span.end_wrap - span.first_wrap
         wrap = routes.wrap[whole(span.first_wrap + w)]
-        row = at(routes.wrap_row, instance, span.first_wrap + w)
+        own = at(routes.wrap_row, instance, span.first_wrap + w)
         body = work.rotation[whole(wrap.body)]
-        center = body * row.position + offset_between(wrap.body, origin, work)
-        axes = body * row.rotation
+        center = body * own.position + offset_between(wrap.body, origin, work)
+        axes = body * own.rotation
         last = int(wrap.last)
         while last > wrap.first and not counts(instance, first_point + last, model, state):
             last -= 1
@@ -210,7 +240,7 @@ def bend_of(kind: RouteKind) -> Any:
         while stop < last and not counts(instance, first_point + stop, model, state):
             stop += 1
         point = int(stop)
-        here = wp.transpose(axes) * (place(instance, first_point + stop, origin, model, state, work) - center)
+        here = wp.transpose(axes) * (place(instance, first_point + stop, origin, model, state, work, slopes) - center)
         from_surface = int(NOWHERE)
         result = int(FREE)
         where = int(EXACT)
@@ -225,15 +255,16 @@ def bend_of(kind: RouteKind) -> Any:
             if wp.static(count > 1):
                 onto = bend_after(stop, wraps, bends.after)
             if onto >= 0:
-                there = wp.transpose(axes) * (bends.first[onto] - center)
+                there = wp.transpose(axes) * (row(bends.first, onto) - center)
                 to_surface = routes.wrap[span.first_wrap + onto].surface
             else:
                 point += 1
                 while not counts(instance, first_point + point, model, state):
                     point += 1
-                there = wp.transpose(axes) * (place(instance, first_point + point, origin, model, state, work) - center)
+                reached = place(instance, first_point + point, origin, model, state, work, slopes)
+                there = wp.transpose(axes) * (reached - center)
             if from_surface == NOWHERE or from_surface != to_surface:
-                touch = touch_at(here, there, wrap, row.size, where)
+                touch = touch_at(here, there, wrap, own.size, where)
                 result = touch.kind
                 if result >= BESIDE:
                     detour = (
@@ -243,9 +274,9 @@ def bend_of(kind: RouteKind) -> Any:
                     if result == THROUGH or detour < best:
                         best = detour
                         found = stop
-                        bends.arc[w] = touch.arc
-                        bends.first[w] = center + axes * touch.first
-                        bends.second[w] = center + axes * touch.second
+                        bends.arc = with_length(bends.arc, w, touch.arc)
+                        bends.first = with_row(bends.first, w, center + axes * touch.first)
+                        bends.second = with_row(bends.second, w, center + axes * touch.second)
                     if result == THROUGH:
                         break
             stop = point
@@ -253,13 +284,13 @@ def bend_of(kind: RouteKind) -> Any:
             from_surface = to_surface
             if onto >= 0:
                 stop = WRAP_BIT + onto
-                here = wp.transpose(axes) * (bends.second[onto] - center)
+                here = wp.transpose(axes) * (row(bends.second, onto) - center)
         if found != NOWHERE:
             if wp.static(count > 1):
                 behind = bend_after(found, wraps, bends.after)
                 if behind >= 0:
-                    bends.after[behind] = WRAP_BIT + w
-            bends.after[w] = found
+                    bends.after = with_number(bends.after, behind, WRAP_BIT + w)
+            bends.after = with_number(bends.after, w, found)
         return result
 
     return bend
@@ -275,7 +306,11 @@ def walk_of(kind: RouteKind, acting: bool, coordinate_joints: bool = False, foll
     """
     count = max(kind.wraps, 1)
     bends_struct, bend_after, place = bends_of(count), bend_after_of(count), place_of(kind.motions)
-    motions, wrapping, pulls_struct = kind.motions, kind.wraps > 0, pulls_of(max(kind.levers, 1))
+    counts, slopes_struct = sometimes if kind.conditions else always, slopes_of(max(kind.motions, 1))
+    motions, slope_of = kind.motions > 0, rows_of(max(kind.motions, 1)).length
+    wrapping, pulls_struct = kind.wraps > 0, pulls_of(max(kind.levers, 1))
+    rows, with_sum = rows_of(count), rows_of(max(kind.levers, 1)).with_sum
+    row, number, arc_of = rows.row, rows.number, rows.length
 
     @wp.func(inline=True)
     def act(
@@ -295,11 +330,11 @@ def walk_of(kind: RouteKind, acting: bool, coordinate_joints: bool = False, foll
                         r = along_driver(instance, joint, r, pull, model, work)
                 elif wp.static(coordinate_joints) and has_motion(model.skeleton.plan[joint].joint_type):
                     r = along_coordinate(instance, joint, r, pull, model, work)
-                pulls.arm[k - span.first_lever] = pulls.arm[k - span.first_lever] + r
+                pulls.arm = with_sum(pulls.arm, k - span.first_lever, r)
 
     @wp.func(inline=True)
     def act_on_motions(
-        instance: int, point: int, pull: wp.vec3, model: ModelRef, state: StateRef, work: ScratchRef,
+        instance: int, point: int, pull: wp.vec3, slopes: slopes_struct, model: ModelRef, work: ScratchRef,
         arm: wp.array[wp.vec3],
     ):  # fmt: skip
         """Add the moment arms of a point's motions, which it makes longer along `pull`."""
@@ -307,7 +342,7 @@ def walk_of(kind: RouteKind, acting: bool, coordinate_joints: bool = False, foll
         for k in range(plan.first_motion, plan.end_motion):
             motion = model.routes.motion[k]
             axis = work.rotation[whole(plan.body)] * at(model.routes.motion_axis, instance, k)
-            rate = wp.dot(pull, axis) * motion_rates(instance, k, model, state)[1]
+            rate = wp.dot(pull, axis) * slope_of(slopes.of, k - plan.first_motion)
             r = coordinate_gradient(instance, motion.joint, 0, model, work) * rate
             arm[motion.crossing] = arm[motion.crossing] + r
 
@@ -323,6 +358,8 @@ def walk_of(kind: RouteKind, acting: bool, coordinate_joints: bool = False, foll
         arm: wp.array[wp.vec3],
     ) -> float:
         total = wp.float32(0.0)
+        slopes = slopes_struct()
+        slopes_before = slopes_struct()
         a = wp.vec3(0.0)
         before = int(NOWHERE)
         wraps = span.end_wrap - span.first_wrap
@@ -334,15 +371,15 @@ def walk_of(kind: RouteKind, acting: bool, coordinate_joints: bool = False, foll
             stop = int(next_point)
             fixed = wp.int32(0)
             if onto >= 0:
-                b = bends.first[onto]
-                if wp.static(count > 1) and bends.kept[onto] == 1:
-                    b = bends.kept_first[onto]
+                b = row(bends.first, onto)
+                if wp.static(count > 1) and number(bends.kept, onto) == 1:
+                    b = row(bends.kept_first, onto)
                 stop = WRAP_BIT + onto
             else:
                 next_point += 1
                 if not counts(instance, span.first_point + stop, model, state):
                     continue
-                b = place(instance, span.first_point + stop, span.origin, model, state, work)
+                b = place(instance, span.first_point + stop, span.origin, model, state, work, slopes)
                 fixed = model.routes.point[span.first_point + stop].fixed
             if before != NOWHERE and fixed == 0:
                 d = b - a
@@ -353,17 +390,20 @@ def walk_of(kind: RouteKind, acting: bool, coordinate_joints: bool = False, foll
                     act(instance, span, a, direction, before, stop, model, work, pulls)
                     if wp.static(motions):
                         if stop < WRAP_BIT:
-                            act_on_motions(instance, span.first_point + stop, direction, model, state, work, arm)
+                            act_on_motions(instance, span.first_point + stop, direction, slopes, model, work, arm)
                         if before < WRAP_BIT:
-                            act_on_motions(instance, span.first_point + before, -direction, model, state, work, arm)
+                            act_on_motions(
+                                instance, span.first_point + before, -direction, slopes_before, model, work, arm
+                            )
             a = b
             before = stop
+            slopes_before.of = slopes.of
             if wp.static(wrapping):
                 if onto >= 0:
-                    total += bends.arc[onto]
-                    a = bends.second[onto]
-                    if wp.static(count > 1) and bends.kept[onto] == 1:
-                        a = bends.kept_second[onto]
+                    total += arc_of(bends.arc, onto)
+                    a = row(bends.second, onto)
+                    if wp.static(count > 1) and number(bends.kept, onto) == 1:
+                        a = row(bends.kept_second, onto)
                 onto = bend_after(stop, wraps, bends.after)
         return total
 
@@ -379,16 +419,19 @@ def route_stretch_of(kind: RouteKind, coordinate_joints: bool = False, followers
     """
     bends_struct, bend, pulls_struct = bends_of(max(kind.wraps, 1)), bend_of(kind), pulls_of(max(kind.levers, 1))
     measure, walk = walk_of(kind, False), walk_of(kind, True, coordinate_joints, followers)
-    exact, several = kind.exact, kind.wraps > 1
+    exact, several, count = kind.exact, kind.wraps > 1, max(kind.wraps, 1)
     settled = SETTLED_EXACT if kind.exact else SETTLED
+    rows, lever_arm = rows_of(count), rows_of(max(kind.levers, 1)).row
+    row, with_row, number, with_number = rows.row, rows.with_row, rows.number, rows.with_number
 
     @wp.func
     def remove(w: int, wraps: int, bends: wp.ref[bends_struct]):
         """Let a route run straight past a surface."""
-        for other in range(wraps):
-            if bends.after[other] == WRAP_BIT + w:
-                bends.after[other] = bends.after[w]
-        bends.after[w] = NOWHERE
+        before = number(bends.after, w)
+        for other in range(count):
+            if other < wraps and number(bends.after, other) == WRAP_BIT + w:
+                bends.after = with_number(bends.after, other, before)
+        bends.after = with_number(bends.after, w, NOWHERE)
 
     @wp.func(inline=True)
     def settle(
@@ -401,10 +444,11 @@ def route_stretch_of(kind: RouteKind, coordinate_joints: bool = False, followers
         pulls: wp.ref[pulls_struct],
         arm: wp.array[wp.vec3],
     ):
-        """Go round several surfaces in turn until the length changes no more."""
+        """Go round several surfaces in turn until none has moved since it was last gone round, or the length stays."""
         wraps = span.end_wrap - span.first_wrap
         before = wp.float32(1.0e30)
         swapped = wp.int32(0)
+        still = wp.int32(0)  # surfaces that the route last did not touch, neither before nor after
         for turn in range(ROUNDS):
             one = int(FREE)
             other = int(FREE)
@@ -412,23 +456,30 @@ def route_stretch_of(kind: RouteKind, coordinate_joints: bool = False, followers
                 w = int(k)
                 if swapped == 1 and k < 2:
                     w = 1 - k
-                remove(w, wraps, bends)
-                result = bend(instance, w, span, bends, model, state, work)
-                if wp.static(not exact) and bends.after[w] != NOWHERE and bends.kept[w] == 0:
-                    bends.kept[w] = 1
-                    bends.kept_first[w] = bends.first[w]
-                    bends.kept_second[w] = bends.second[w]
-                if k == 0:
-                    one = result
-                if k == 1:
-                    other = result
+                if turn == 0 or still < wraps - 1:
+                    touched = number(bends.after, w) != NOWHERE
+                    remove(w, wraps, bends)
+                    result = bend(instance, w, span, bends, model, state, work)
+                    touches = number(bends.after, w) != NOWHERE
+                    still = wp.where(touched or touches, 0, still + 1)
+                    if wp.static(not exact) and wraps > 1 and touches and number(bends.kept, w) == 0:
+                        bends.kept = with_number(bends.kept, w, 1)
+                        bends.kept_first = with_row(bends.kept_first, w, row(bends.first, w))
+                        bends.kept_second = with_row(bends.kept_second, w, row(bends.second, w))
+                    if k == 0:
+                        one = result
+                    if k == 1:
+                        other = result
+            if turn == 0 and one == FREE and other == INSIDE:
+                swapped = 1
+                still = 0
+                remove(0, wraps, bends)
+            if still >= wraps - 1:
+                break
             length = measure(instance, span, bends, model, state, work, pulls, arm)
             if wp.abs(length - before) < settled:
                 break
             before = length
-            if turn == 0 and one == FREE and other == INSIDE:
-                swapped = 1
-                remove(0, wraps, bends)
 
     @wp.func(inline=True)
     def route_stretch(
@@ -439,16 +490,13 @@ def route_stretch_of(kind: RouteKind, coordinate_joints: bool = False, followers
         bends = bends_struct()
         pulls = pulls_struct()
         wraps = span.end_wrap - span.first_wrap
-        for w in range(wraps):
-            bends.after[w] = NOWHERE
-            bends.kept[w] = 0
+        for w in range(count):
+            bends.after = with_number(bends.after, w, NOWHERE)
         for k in range(own.first_crossing, own.end_crossing):
             arm[whole(model.paths.of_muscle[whole(k)].number)] = wp.vec3(0.0)
         if wp.static(several):
-            if wraps > 1:
+            if wraps > 0:
                 settle(instance, span, bends, model, state, work, pulls, arm)
-            elif wraps == 1:
-                bend(instance, 0, span, bends, model, state, work)
         elif wraps == 1:
             bend(instance, 0, span, bends, model, state, work)
         total = PathState()
@@ -456,7 +504,7 @@ def route_stretch_of(kind: RouteKind, coordinate_joints: bool = False, followers
         total.moving = walk(instance, span, bends, model, state, work, pulls, arm)
         for k in range(span.first_lever, span.end_lever):
             crossing_of = whole(model.routes.lever[whole(k)].crossing)
-            arm[crossing_of] = arm[crossing_of] + pulls.arm[k - span.first_lever]
+            arm[crossing_of] = arm[crossing_of] + lever_arm(pulls.arm, k - span.first_lever)
         for k in range(own.first_crossing, own.end_crossing):
             rolled()
             crossing = model.paths.of_muscle[whole(k)]

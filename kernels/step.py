@@ -29,6 +29,7 @@ from warpmuscle.kernels.structs import (
     ScratchRef,
     State,
     StateRef,
+    afresh,
     component,
     rolled,
     set_component,
@@ -230,6 +231,7 @@ def step_kernel(
     slots = slots_of(capacity)
     memory = work_memory(capacity, instances_per_block, bool(skeleton.joints))
     work_at = joint_stages_of(skeleton).work_at
+    crowded = muscles is not None and muscles.long_paths  # else the compiler does well to compute places ahead
 
     @wp.kernel(
         module="unique",
@@ -255,6 +257,8 @@ def step_kernel(
         status = int(RUNNING)
         lap(instance, lane, BEGIN, buffer)
         for _ in range(steps):
+            if wp.static(crowded):
+                instance = whole(afresh(instance))
             status = one_step(instance, lane, lanes, character, changing, record, work, own)
             if status != RUNNING:
                 break

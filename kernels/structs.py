@@ -81,6 +81,18 @@ def whole(i: int) -> int: ...  # a number that is never negative, so that the co
 
 @wp.func_native(
     snippet="""
+int same = i;
+#if defined(__CUDA_ARCH__)
+asm volatile("" : "+r"(same));
+#endif
+return same;
+"""
+)
+def afresh(i: int) -> int: ...  # the number itself; the compiler keeps nothing for later that it computes from it
+
+
+@wp.func_native(
+    snippet="""
 #if defined(__CUDA_ARCH__)
 asm volatile(".pragma \\"nounroll\\";");
 #endif

@@ -362,3 +362,9 @@ def test_lanes_are_as_many_as_the_memory_of_a_block_asks_for():
 def test_few_instances_have_more_lanes_so_that_no_multiprocessor_is_idle():
     biped = work_floats(15)
     assert [usual_lanes(None, biped, n, 132) for n in (1, 1024, 2560, 4096, 65536)] == [16, 16, 16, 8, 8]
+
+
+def test_large_working_sets_have_more_lanes_so_that_a_multiprocessor_stays_full():
+    """With 8 lanes, ten warps with four working sets of 1368 numbers fit its memory, with 16 there are twelve."""
+    with_coordinate_joints = [work_floats(bodies, True) for bodies in (15, 20, 25, 35)]
+    assert [usual_lanes(None, floats, 65536, 132) for floats in with_coordinate_joints] == [16] * 4

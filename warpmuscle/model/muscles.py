@@ -150,10 +150,11 @@ def compiled_kind(
     joints = compiled_skeleton(scene.character)
     smooth = (muscle for muscle in found.of(scene) if not is_route(muscle))
     conditions = any(point.condition is not None for muscle in smooth for point in muscle.path)
-    muscles = (scene.character.muscles[name] for name in found.muscles)
+    muscles = found.of(scene)
     return kind._replace(
         straight=lean and at_hand and all_straight(found.table, names, scene.character),
         timed=not lean or any(muscle.excitation is not None for muscle in muscles),
+        told=lean and all(muscle.excitation is not None for muscle in muscles),
         pulls_at_hand=at_hand, mixed=structs.MIXED in drives, conditions=conditions,
         coordinate_joints=bool(joints.joints), followers=joints.follows, shared=shared_joints(scene, names, found),
         paths=path_kind(found.of(scene), scene.character, found.table.most_levers),

@@ -58,7 +58,8 @@ def _kind_of_routes(muscles: Sequence[Muscle], character: Character, levers: int
         max(len(muscle.wraps) for muscle in routes),
         levers,
         tuple(sorted({KINDS[type(character.surfaces[wrap.surface])] for wrap in wraps})),
-        any(point.motion for muscle in routes for point in muscle.path),
+        max(len(point.motion) for muscle in routes for point in muscle.path),
+        any(point.condition is not None for muscle in routes for point in muscle.path),
         character.wrapping == "shortest",
     )
 
@@ -130,14 +131,17 @@ def routes_struct(
 
 
 def _order(muscles: Sequence[Any]) -> list[int]:
-    """Numbers of muscles, those whose paths take longest first: lanes that take one each wait for the slowest."""
+    """Numbers of muscles, those that take longest first, alike ones together: lanes that take one each wait for all."""
 
-    def work(number: int) -> tuple[int, int, int, int]:
+    def work(number: int) -> tuple[int, ...]:
         muscle = muscles[number]
         if not isinstance(muscle, Muscle):
-            return 0, 0, 0, len(muscle)
+            return 0, 0, 0, 0, 0, 0, len(muscle)
         terms = len(muscle.polynomial.coefficients) if muscle.polynomial is not None else 0
-        return len(muscle.wraps), terms, int(is_route(muscle)), len(muscle.path)
+        motions = sum(len(point.motion) for point in muscle.path)
+        conditions = sum(point.condition is not None for point in muscle.path)
+        elastic = int(muscle.tendon != "rigid")
+        return len(muscle.wraps), motions, conditions, terms, elastic, int(is_route(muscle)), len(muscle.path)
 
     return sorted(range(len(muscles)), key=work, reverse=True)
 

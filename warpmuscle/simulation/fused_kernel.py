@@ -37,6 +37,7 @@ from warpmuscle.simulation.kernel_cache import is_compiled, told_of_compiling
 SLICES_PER_THREAD = 4  # so that threads stay busy when some slices lose their instances sooner
 GPU_BLOCK = 32
 RESIDENT_BLOCKS = 12  # of GPU_BLOCK lanes that a multiprocessor has registers for, see `kernels.step.MAX_REGISTERS`
+SHARED_MEMORY, SHARED_BY_SYSTEM = 228 * 1024, 1024  # bytes of a multiprocessor, and what it takes of them for a block
 STREAMS = 4
 WAVES = 24  # that the pieces of one launch make together at least, where instances do not fit at once
 
@@ -188,7 +189,8 @@ class FusedKernel:
 
     def _waves(self, instances: int) -> float:
         """How often over the GPU's multiprocessors would be full with so many instances."""
-        resident = self.device.sm_count * RESIDENT_BLOCKS * (self.config.block_dim // self.config.lanes)
+        a_block = self.config.block_dim // self.config.lanes
+        resident = self.device.sm_count * resident_blocks(a_block * self.config.work_floats) * a_block
         return float(instances / resident)
 
     @cached_property
@@ -206,6 +208,11 @@ class FusedKernel:
             slices = [wp.array(part, dtype=int, device=self.device) for part in np.array_split(running, count)]
             self._sliced = running, slices
         return self._sliced[1]
+
+
+def resident_blocks(floats: int) -> int:
+    """Blocks that a multiprocessor holds at once, whose working sets have so many numbers."""
+    return min(RESIDENT_BLOCKS, SHARED_MEMORY // (4 * floats + SHARED_BY_SYSTEM))
 
 
 def piece_lengths(steps: int, waves: float) -> list[int]:

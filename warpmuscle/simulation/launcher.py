@@ -14,7 +14,7 @@ from warpmuscle.kernels.scratch import capacity_of, work_floats
 from warpmuscle.model.muscles import compiled_kind
 from warpmuscle.model.structure import Structure
 from warpmuscle.scene import Scene
-from warpmuscle.simulation.fused_kernel import GPU_BLOCK, FusedKernel, KernelConfig, is_loaded
+from warpmuscle.simulation.fused_kernel import GPU_BLOCK, FusedKernel, KernelConfig, is_loaded, resident_blocks
 
 GPU_LANES = 8
 MOST_LANES = 16  # that are of use to a biped
@@ -61,7 +61,7 @@ class Launcher:
         """From now on launch kernels that read excitations over time."""
         muscles = self.config.muscles
         if muscles is not None:
-            self.config = self.config._replace(muscles=muscles._replace(timed=True))
+            self.config = self.config._replace(muscles=muscles._replace(timed=True, told=self.config.block_dim > 1))
 
     def config_from_outside(self, excitations: bool, torques: bool) -> KernelConfig:
         """The configuration of a kernel that takes excitations (of muscles, if any), torques or both from outside."""
@@ -101,14 +101,18 @@ def usual_lanes(lanes: int | None, floats: int, instances: int, multiprocessors:
     """Lanes an instance on a GPU: as asked for, or the usual number, or more.
 
     More where few instances would leave multiprocessors idle, and where a large character needs it: the working sets of
-    the instances of a block, `floats` numbers each, share the block's memory. Results do not depend on it.
+    the instances of a block, `floats` numbers each, share the block's memory, and those of all blocks the
+    multiprocessor's. Results do not depend on it.
     """
     fitting = [n for n in (1, 2, 4, 8, 16, 32) if GPU_BLOCK // n * floats * 4 <= SHARED_BYTES]
     if not fitting:
         raise RolloutError("the character has more bodies than a GPU block has memory for; simulate it on the CPU")
     if lanes is None:
         idle = [n for n in fitting if n <= MOST_LANES and n * instances <= BUSY_WARPS * WARP * multiprocessors]
-        return max(GPU_LANES, fitting[0], *idle)
+        least = max(GPU_LANES, fitting[0])
+        some = [n for n in fitting if least <= n <= MOST_LANES] or [least]
+        busy = max(some, key=lambda n: min(resident_blocks(GPU_BLOCK // n * floats), BUSY_WARPS))
+        return max([busy, *idle])
     if lanes not in fitting:
         raise RolloutError(f"lanes must be one of {', '.join(map(str, fitting))} for this character, not {lanes}")
     return lanes
