@@ -17,7 +17,7 @@ from warpmuscle.model.objective import counted_terms, objective_kind
 from warpmuscle.scene import InitialState, JointState, MuscleModel, Objective, Scene
 from warpmuscle.scene.accounting import FORMULAS
 from warpmuscle.scene.masses import DENSITY
-from warpmuscle.scene.norms import NORMS
+from warpmuscle.scene.norms import NORMS, RUNNING_FORCE_BAND, running_force
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.validation.scene import check_scene
 from warpmuscle.simulation.rollout import Rollout
@@ -158,13 +158,22 @@ def test_norms_are_squared_half_bands_between_legs_and_human_ones():
 
 
 def test_norm_force_is_the_same_of_vertical_forces_in_body_weights():
-    rollout = walked("fwalk", 3.0, norm_force=1.0)
-    recording, norm = rollout.recording(), NORMS["Vertical ground force"]
+    norm = NORMS["Vertical ground force"]
+    check_force(walked("fwalk", 3.0, norm_force=1.0), norm.mean, norm.half_band)
+
+
+def test_norm_force_of_a_run_is_half_a_sine_that_carries_the_body():
+    assert 2.0 * running_force(np.linspace(0.0, 100.0, 100_001)).mean() == pytest.approx(1.0, abs=1e-4)
+    check_force(walked("fwalk", 3.0, norm_force=1.0, gait="run"), running_force, RUNNING_FORCE_BAND)
+
+
+def check_force(rollout, mean, half_band):
+    recording = rollout.recording()
     total = np.zeros(len(recording.time))
     for number, side in enumerate(SIDES):
         force = recording[f"foot_force_{side}"][:, 1] / body_weight(rollout.numeric)
         percent = percent_of_cycle(recording, number, body_weight(rollout.numeric))
-        total += ((force - norm.mean(percent)) / norm.half_band) ** 2
+        total += ((force - mean(percent)) / half_band) ** 2
     np.testing.assert_allclose(rollout.terms()["norm_force"], total.mean() * rollout.end_time()[0], rtol=0.02)
 
 

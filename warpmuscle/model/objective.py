@@ -17,7 +17,15 @@ from warpmuscle.model.user_functions import Kind, custom_terms
 from warpmuscle.scene import Objective, Scene
 from warpmuscle.scene.accounting import basal_rate, negative_share
 from warpmuscle.scene.ground import HELD, LIFTED, LOADED
-from warpmuscle.scene.norms import BINS, FORCE, NORMS, PERCENT_OF_BIN, norm_table
+from warpmuscle.scene.norms import (
+    BINS,
+    FORCE,
+    NORMS,
+    PERCENT_OF_BIN,
+    RUNNING_FORCE_BAND,
+    norm_table,
+    running_force,
+)
 from warpmuscle.scene.topology import Topology
 
 LEAST_DISTANCE = 1.0  # m, that the cost of transport counts for
@@ -86,14 +94,15 @@ def objective_fields(scene: Scene, names: Topology, device: Any) -> dict[str, An
     }
     if {"norms", "norm_force"} & set(counted_terms(objective)):
         angle, scale, side = norm_table(scene, names)
-        force = NORMS[FORCE]
+        running, force = objective.gait == "run", NORMS[FORCE]
+        mean = running_force(PERCENT_OF_BIN) if running else force.mean(PERCENT_OF_BIN)
         fields |= {
             "norm_bins": BINS,
             "norm": to_device(angle, float, device),
             "norm_scale": to_device(scale, float, device),
             "norm_side": to_device(side, int, device),
-            "norm_force": to_device(force.mean(PERCENT_OF_BIN), float, device),
-            "norm_force_band": force.half_band,
+            "norm_force": to_device(mean, float, device),
+            "norm_force_band": RUNNING_FORCE_BAND if running else force.half_band,
         }
     return fields
 

@@ -32,8 +32,6 @@ def check_objective(checks: Checks, key: str, objective: Objective) -> None:
     for name in ("norms", "norm_force"):
         if checks.interval(getattr(objective, name))[1] > 0.0:
             _check_legs(scene, f"{key}.{name}")
-    if objective.gait == "run" and checks.interval(objective.norm_force)[1] > 0.0:
-        raise SceneError("there is no norm of the force of running; leave it out, or gait", key=f"{key}.norm_force")
     checks.positive(key, objective, "failure_cost")
 
 
