@@ -20,6 +20,7 @@ from warpmuscle.learning.actions import Actions
 from warpmuscle.learning.rewards import Judge
 from warpmuscle.learning.senses import About, Senses
 from warpmuscle.learning.starts import first_state, gait_states, make_room_to_feel, start_table
+from warpmuscle.learning.variants import Variants
 from warpmuscle.scene import Scene
 from warpmuscle.scene.joints import root_type
 from warpmuscle.scene.learning import Task
@@ -83,14 +84,17 @@ class EpisodeBatch:
         make_room_to_feel(rollout)
         self.actions = Actions(self.task, rollout)
         change = self.actions.change
+        self._variants = Variants(self.task.variation, rollout)
         self._stepper = rollout.stepper(
-            change if record or self.device.is_cpu else lambda config: change(unrecorded(config)), self.actions.fields
+            change if record or self.device.is_cpu else lambda config: change(unrecorded(config)),
+            self.actions.fields,
+            self._variants.model,
         )
         self._stepper.load()
         self.command_names = (*MOVED, *self.task.pose)
         self.judge = Judge(self.task, rollout, self.actions, self.dt, self.longest)
         around = self._surroundings()
-        about = About(rollout, self.actions.names, self.command_names, ())
+        about = About(rollout, self.actions.names, self.command_names, self._variants.names)
         self.senses = Senses(self.task, about, self.decision_steps, around)
         self.final_observation = wp.zeros_like(self.senses.observation)
         states = [first_state(rollout, self._stepper)]
@@ -155,6 +159,7 @@ class EpisodeBatch:
         state, episodes, n = self._stepper.state, self.episodes, len(self._stepper.state.step)
         wp.launch(kernels.draw_starts, n, [self._rules, episodes], device=self.device)
         self._starts.restore(episodes.mask, episodes.start_row)
+        self._variants.restore(episodes.mask, episodes.variant)
         wp.launch(kernels.begin_episodes, n, [self._rules, episodes, state], device=self.device)
         self.judge.forget(episodes)
         self.senses.sample_first(state, episodes)
@@ -171,7 +176,7 @@ class EpisodeBatch:
         around.root = root_number(numeric)
         around.body_weight = float(mass * rows([numeric.gravity])[0, 0]) or 1.0
         around.action = self.actions.action
-        around.varied = wp.zeros((1, 1), dtype=float, device=self.device)
+        around.varied = self._variants.told
         return around
 
     def _episodes(self, instances: int) -> kernels.Episodes:
@@ -188,7 +193,7 @@ class EpisodeBatch:
         """What is drawn for episodes."""
         task, variation, rules = self.task, self.task.variation, kernels.EpisodeRules()
         intervals = np.array([task.speed, task.turning_rate, *task.pose.values()])
-        rules.root, rules.starts, rules.variants = root_number(self.scene), starts, 1
+        rules.root, rules.starts, rules.variants = root_number(self.scene), starts, self._variants.count
         rules.command_decisions = round(task.command_time / self.dt)
         rules.command_low = to_device(intervals[:, 0], float, self.device)
         rules.command_high = to_device(intervals[:, 1], float, self.device)

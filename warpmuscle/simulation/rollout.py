@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
@@ -334,6 +335,11 @@ class Rollout(Batch):
         kernel = self._launcher.kernel(change(self._launcher.config))
         model = with_fields(self.model if model is None else model, fields)
         return Stepper(kernel, model, self.state, self._recorder.record, self._extensions.struct)
+
+    def varied_model(self, numeric: Scene, slope: Floats) -> structs.Model:
+        """The model of other numbers, (n,) of some of them, and of slopes (n,), rad; its rows are not of instances."""
+        inputs = replace(self._inputs.of_model, slope=slope)
+        return build_model(numeric, self.structure, self.device, inputs)
 
     def load_step(self, excitations: bool = False, torques: bool = False) -> None:
         """Have the kernel ready that `step` launches with excitations, torques, or both; see `load`."""

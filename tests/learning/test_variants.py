@@ -1,0 +1,80 @@
+"""Masses, strengths and slopes that differ between episodes act as if the scene had them."""
+
+import msgspec
+import numpy as np
+import pytest
+
+from warpmuscle.formats import load
+from warpmuscle.learning import EpisodeBatch, Task, Variation
+from warpmuscle.learning.variants import drawn, with_strengths
+from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.simulation.perturbations import with_masses
+
+VARIED = Variation(velocity_noise=0.0, mass=0.2, strength=0.3, slope=0.1, variants=5)
+TASK = Task(variation=VARIED, episode_time=0.05)
+DECISIONS = 4
+
+
+@pytest.fixture(scope="module")
+def batch() -> EpisodeBatch:
+    return EpisodeBatch("reflex_planar", 6, "cpu", TASK, threads=1)
+
+
+def acted(batch: EpisodeBatch) -> tuple[np.ndarray, np.ndarray]:
+    """Coordinates after some decisions, and the variant of each instance."""
+    batch.reset(4)
+    variant = batch.episodes.variant.numpy().copy()
+    for _ in range(DECISIONS):
+        batch.actions.told.fill_(0.5)
+        batch.step()
+    return batch.rollout.state.coordinates.numpy().copy(), variant
+
+
+def test_an_instance_moves_as_its_variant_does_in_a_scene_of_its_own(batch: EpisodeBatch):
+    coordinates, variant = acted(batch)
+    assert len(set(variant)) > 2
+    scene = load("reflex_planar")
+    numeric = substitute(scene, start_values(scene))
+    mass, strength, slope = drawn(VARIED, batch.rollout, 5)
+    for instance in (0, int(np.flatnonzero(variant != variant[0])[0])):
+        which = variant[instance]
+        own = with_strengths(with_masses(numeric, mass[which : which + 1]), strength[which : which + 1])
+        plain = msgspec.json.decode(msgspec.json.encode(own, enc_hook=lambda array: float(array[0])), type=type(own))
+        normal = (0.0, float(np.cos(slope[which])), -float(np.sin(slope[which])))
+        plain = msgspec.structs.replace(plain, ground=msgspec.structs.replace(plain.ground, normal=normal))
+        still = msgspec.structs.replace(TASK, variation=Variation(velocity_noise=0.0))
+        alone, _ = acted(EpisodeBatch(plain, 1, "cpu", still, threads=1))
+        np.testing.assert_allclose(coordinates[instance], alone[0], rtol=0.0, atol=2e-6)
+    assert np.abs(coordinates - coordinates[0]).max() > 1e-3
+
+
+def test_another_episode_has_another_variant_and_its_numbers(batch: EpisodeBatch):
+    batch.reset(4)
+    before = batch.episodes.variant.numpy().copy()
+    rows = batch._stepper.model.skeleton.total_mass.numpy()[:, 0].copy()
+    for _ in range(5):
+        batch.step()
+    after = batch.episodes.variant.numpy()
+    assert (before != after).any()
+    changed = batch._stepper.model.skeleton.total_mass.numpy()[:, 0]
+    for values, variant in ((rows, before), (changed, after)):
+        mass, _, _ = drawn(VARIED, batch.rollout, 5)
+        bodies = [body.mass for body in batch.rollout.numeric.character.bodies.values()]
+        np.testing.assert_allclose(values[:6], (mass * bodies).sum(axis=1)[variant], rtol=1e-6)
+
+
+def test_pushes_come_about_as_often_as_asked_and_move_the_body():
+    push = Variation(velocity_noise=0.0, push=50.0, push_interval=0.03, push_duration=0.01)
+    batch = EpisodeBatch("reflex_planar", 16, "cpu", Task(variation=push, episode_time=1.0), threads=1)
+    still = EpisodeBatch("reflex_planar", 16, "cpu", Task(variation=Variation(velocity_noise=0.0)), threads=1)
+    pushed = 0
+    for _ in range(12):
+        for one in (batch, still):
+            one.actions.told.fill_(0.0)
+            one.step()
+        steps, now = batch.rollout.state.push_steps.numpy(), batch.rollout.state.step.numpy()
+        pushed += int(((steps[:, 1] > 0) & (now <= steps[:, 1])).sum())
+    assert 16 * 12 / 3 * 0.6 < pushed < 16 * 12 / 3 * 1.5
+    force = np.linalg.norm(batch.rollout.state.push.numpy(), axis=1)
+    assert force.max() <= 50.0 / 0.01 * (1.0 + 1e-6)
+    assert not np.allclose(batch.rollout.state.speeds.numpy(), still.rollout.state.speeds.numpy())

@@ -1,0 +1,93 @@
+"""Bodies that differ: masses, strengths and slopes, drawn once, of which every episode has one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import msgspec
+import numpy as np
+import warp as wp
+
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.arrays import to_device
+from warpmuscle.kernels import structs
+from warpmuscle.learning.starts import RowTable
+from warpmuscle.scene import Scene
+from warpmuscle.scene.learning import Variation
+from warpmuscle.simulation.extensions import words
+from warpmuscle.simulation.perturbations import with_masses
+from warpmuscle.simulation.rollout import Rollout
+
+NAMES = ("slope", "mass", "strength")  # what a critic is told of a variant
+SEED = 0  # of what is drawn: the same variants for every batch and training
+SLOPE_SCALE = 10.0  # 1/rad, of what a critic is told
+
+
+class Variants:
+    """The variants of a batch.
+
+    Attributes:
+        count: how many; 1 if all instances are alike. model: the batch's, with a row for each instance of what differs.
+        names: of what is told of them. told: (count, names) on the device.
+    """
+
+    def __init__(self, variation: Variation, rollout: Rollout) -> None:
+        """Draw them and make room."""
+        differ = bool(variation.mass or variation.strength or variation.slope)
+        self.count, self.names = 1, NAMES if differ else ()
+        self.model = rollout.model
+        self.told = wp.zeros((1, 1), dtype=float, device=rollout.device)
+        self._table: RowTable | None = None
+        if not differ:
+            return
+        self.count = max(variation.variants, 2)  # so that they have rows
+        mass, strength, slope = drawn(variation, rollout, self.count)
+        told = np.stack([SLOPE_SCALE * slope, mass.mean(axis=1) - 1.0, strength.mean(axis=1) - 1.0], axis=1)
+        self.told = to_device(told, float, rollout.device)
+        numeric = with_strengths(with_masses(rollout.numeric, mass), strength)
+        self._every = every = rollout.varied_model(numeric, slope)  # kept, since tables know addresses alone
+        self.model = structs.Model()
+        self.model.assign(every)
+        targets, sources = [], []
+        for outer, name, varied in differing(rollout.model, every, self.model):
+            shape = (max(rollout.instances, 2), *varied.shape[1:])
+            own = wp.zeros(shape, dtype=varied.dtype, device=rollout.device)
+            setattr(outer, name, own)
+            targets.append(own)
+            sources.append(words(varied))
+        self._table = RowTable(targets, sources, rollout.device)
+
+    def restore(self, mask: wp.array, variant: wp.array) -> None:
+        """Let the instances of a mask be of these variants, (instances,)."""
+        if self._table is not None:
+            self._table.restore(mask, variant)
+
+
+def drawn(variation: Variation, rollout: Rollout, count: int) -> tuple[Floats, Floats, Floats]:
+    """Factors on masses (count, bodies) and strengths (count, muscles), and slopes (count,), rad."""
+    generator = np.random.default_rng(SEED)
+    bodies, muscles = len(rollout.numeric.character.bodies), max(len(rollout.numeric.character.muscles), 1)
+    mass = 1.0 + variation.mass * generator.uniform(-1.0, 1.0, (count, bodies))
+    strength = 1.0 + variation.strength * generator.uniform(-1.0, 1.0, (count, muscles))
+    return mass, strength, variation.slope * generator.uniform(-1.0, 1.0, count)
+
+
+def with_strengths(numeric: Scene, factors: Floats) -> Scene:
+    """A scene of numbers whose muscles are stronger or weaker by factors (n, muscles)."""
+    muscles = {
+        name: msgspec.structs.replace(muscle, f_max=muscle.f_max * factor)
+        for (name, muscle), factor in zip(numeric.character.muscles.items(), factors.T, strict=False)
+    }
+    return msgspec.structs.replace(numeric, character=msgspec.structs.replace(numeric.character, muscles=muscles))
+
+
+def differing(shared: Any, varied: Any, copy: Any) -> Iterator[tuple[Any, str, wp.array]]:
+    """Arrays of which the second of two structures has more rows: their owner in a third one, their name, and they."""
+    for name in shared._cls.vars:
+        one, many = getattr(shared, name), getattr(varied, name)
+        if isinstance(one, wp.array):
+            if one.shape[1:] == many.shape[1:] and len(one) == 1 < len(many):
+                yield copy, name, many
+        elif hasattr(one, "_cls"):
+            yield from differing(one, many, getattr(copy, name))
