@@ -113,8 +113,10 @@ def target_effort(instance: int, body: int, model: ModelRef, state: StateRef, wo
         error = rotation_vector(wp.quat_inverse(now) * rotation_by(target))
     else:
         for k in range(count):
-            target = at(model.actuation.effort, instance, column + k)
-            error[k] = target - state.coordinates[instance, plan.coordinate_start + k]
+            error[k] = (
+                at(model.actuation.effort, instance, column + k)
+                - state.coordinates[instance, plan.coordinate_start + k]
+            )
     for k in range(count):
         stiffness = at(model.actuation.effort, instance, width + column + k)
         damping = at(model.actuation.effort, instance, 2 * width + column + k)

@@ -41,7 +41,7 @@ class About(NamedTuple):
 
 
 def _root(about: About) -> bool:
-    return bool(root_type(about.rollout.scene.character).coordinates)
+    return root_type(about.rollout.scene.character).forward is not None
 
 
 def _trunk(about: About) -> list[Number]:

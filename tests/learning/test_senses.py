@@ -1,0 +1,117 @@
+"""Observations: numbers of the state, as late and as noisy as they are asked to be."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from muscle_arm import arm
+from warpmuscle import Rollout
+from warpmuscle.core.errors import SceneError
+from warpmuscle.formats import SceneLike
+from warpmuscle.learning import EpisodeBatch, Sense, Task, Variation
+
+STILL = Variation(velocity_noise=0.0)
+FELT = ("fibre_length", "fibre_velocity", "tendon_force")
+QUANTITIES = ("muscle_fibre_length", "muscle_fibre_velocity", "muscle_force")
+MUSCLES = 14
+
+
+def batch_of(observations: dict[str, Sense], count: int = 1, scene: SceneLike = "reflex_planar", **more: object):
+    return EpisodeBatch(scene, count, "cpu", Task(observations=observations, variation=STILL, **more), threads=1)
+
+
+def history(batch: EpisodeBatch, decisions: int, each: int) -> np.ndarray:
+    """What is observed, (decisions + 1, numbers), with actions that change after every so many decisions."""
+    told = np.random.default_rng(2).normal(0.0, 0.5, (decisions // each + 1, 1, MUSCLES)).astype(np.float32)
+    batch.reset(0)
+    rows = [batch.senses.observation.numpy()[0].copy()]
+    for k in range(decisions):
+        batch.actions.told.assign(told[k // each].repeat(len(batch.actions.told), axis=0))
+        batch.step()
+        rows.append(batch.senses.observation.numpy()[0].copy())
+    return np.stack(rows)
+
+
+def test_nerves_tell_what_was_before_the_delay_also_where_that_lies_within_a_decision():
+    groups = {"fibre_length": Sense(delay=0.01), "tendon_force": Sense(delay=0.017), "speeds": Sense(delay=0.005)}
+    late = batch_of(groups)
+    fine = batch_of({name: Sense() for name in groups}, decision_time=0.001)
+    seen = history(late, 6, 1)
+    truth = history(fine, 60, 10)
+    ends = np.cumsum([0, MUSCLES, MUSCLES, seen.shape[1] - 2 * MUSCLES])
+    for group, delay in enumerate((10, 17, 5)):
+        columns = slice(ends[group], ends[group + 1])
+        for decision in range(7):
+            expected = truth[max(10 * decision - delay, 0), columns]
+            assert np.array_equal(seen[decision, columns], expected), (group, decision)
+
+
+def test_muscles_tell_what_a_recording_says_of_them():
+    batch = batch_of({name: Sense() for name in FELT})
+    rollout = Rollout(
+        "reflex_planar", 1, "cpu", record=[0], record_rate=1000.0,
+        quantities=QUANTITIES, threads=1,
+    )  # fmt: skip
+    for _ in range(5):
+        batch.step()
+        rollout.step(batch.decision_steps, excitations=np.full((1, MUSCLES), 0.1))
+    last = 5 * batch.decision_steps - 1
+    muscles = rollout.numeric.character.muscles.values()
+    f_max, l_opt = np.array([m.f_max for m in muscles]), np.array([m.l_opt for m in muscles])
+    length, speed, force = (rollout.recorded(name)[0] for name in QUANTITIES)
+    expected = np.concatenate(
+        [length[last] / l_opt - 1.0, 0.1 * speed[last] / l_opt, force[last] / f_max],
+    )  # fmt: skip
+    np.testing.assert_allclose(batch.senses.observation.numpy()[0], expected, rtol=1e-4, atol=1e-5)
+
+
+def test_the_trunk_is_seen_as_it_faces():
+    batch = batch_of({"trunk": Sense(), "trunk_speed": Sense(), "command": Sense()}, scene="walk56")
+    q = batch.rollout.state.coordinates.numpy()
+    turn = Rotation.from_euler("YX", [0.8, 0.2])
+    q[0, 3:7] = turn.as_quat()
+    batch.rollout.state.coordinates.assign(q)
+    v = batch.rollout.state.speeds.numpy()
+    v[0, :6] = [0.3, -0.1, 1.1, 0.5, 0.4, -0.2]
+    batch.rollout.state.speeds.assign(v)
+    batch.senses.sample_first(batch.rollout.state, batch.episodes)  # all are masked as beginning
+    batch.observe_again()
+    seen = dict(zip(batch.senses.names, batch.senses.observation.numpy()[0], strict=True))
+    up = turn.inv().apply([0.0, 1.0, 0.0])
+    facing = Rotation.from_euler("Y", 0.8).inv().apply(v[0, :3])
+    turning = 0.2 * turn.inv().apply(v[0, 3:6])
+    for k, axis in enumerate("xyz"):
+        assert seen[f"trunk.up.{axis}"] == pytest.approx(up[k], abs=1e-6)
+        assert seen[f"trunk_speed.velocity.{axis}"] == pytest.approx(facing[k], abs=1e-6)
+        assert seen[f"trunk_speed.angular_velocity.{axis}"] == pytest.approx(turning[k], abs=1e-6)
+    wanted = batch.episodes.heading.numpy()[0]
+    assert seen["command.turn.sin"] == pytest.approx(np.sin(wanted - 0.8), abs=1e-6)
+    assert seen["command.turn.cos"] == pytest.approx(np.cos(wanted - 0.8), abs=1e-6)
+
+
+def test_noise_is_as_great_as_asked_and_the_same_for_the_same_seed_whatever_the_batch():
+    groups = {"activation": Sense(noise=0.3)}
+    large, small = batch_of(groups, 400), batch_of(groups, 3)
+    plain = batch_of({"activation": Sense()}, 1)
+    rows = []
+    for batch in (large, small, plain):
+        batch.reset(7)
+        batch.step()
+        rows.append(batch.senses.observation.numpy().copy())
+    noise = rows[0] - rows[2]
+    assert abs(noise.mean()) < 0.02
+    assert noise.std() == pytest.approx(0.3, rel=0.04)
+    assert np.array_equal(rows[0][:3], rows[1])
+    assert np.abs(np.corrcoef(noise[:, 0], noise[:, 1])[0, 1]) < 0.2
+    large.step()
+    assert np.abs(np.corrcoef(noise.ravel(), (large.senses.observation.numpy() - rows[2]).ravel())[0, 1]) < 0.2
+    large.reset(8)
+    large.step()
+    assert not np.array_equal(large.senses.observation.numpy()[:3], rows[1])
+
+
+def test_groups_that_are_not_there_are_named():
+    with pytest.raises(SceneError, match="there is no group 'fibre_lengt'; did you mean 'fibre_length'"):
+        batch_of({"fibre_lengt": Sense()})
+    with pytest.raises(SceneError, match=r"learning\.observations\.foot_force: there is nothing of it in this scene"):
+        batch_of({"foot_force": Sense()}, scene=arm())

@@ -1,0 +1,73 @@
+"""Where episodes start, and what is wanted in them."""
+
+from itertools import pairwise
+
+import msgspec
+import numpy as np
+import pytest
+
+from warpmuscle import Rollout
+from warpmuscle.formats import load
+from warpmuscle.learning import EpisodeBatch, Task, Variation
+
+
+def test_episodes_start_in_states_of_the_gait_that_the_scene_makes():
+    scene = msgspec.structs.replace(load("reflex_planar"), duration=0.8)
+    variation = Variation(velocity_noise=0.0, start_states=3, start_after=0.5)
+    batch = EpisodeBatch(scene, 12, "cpu", Task(variation=variation, episode_time=0.02), threads=1)
+    rollout = Rollout(scene, 1, "cpu", threads=1)
+    start = rollout.state.coordinates.numpy()[0].copy()
+    gap = (rollout.steps - 500) // 3
+    states = []
+    for steps in (500, gap, gap):
+        rollout.step(steps)
+        coordinates = rollout.state.coordinates.numpy()[0].copy()
+        coordinates[1] = start[1]
+        states.append((coordinates, rollout.state.speeds.numpy()[0].copy()))
+    row = batch.episodes.start_row.numpy()
+    assert set(row) == {0, 1, 2}
+    got = batch.rollout.state
+    for instance, which in enumerate(row):
+        coordinates, speeds = states[which]
+        np.testing.assert_allclose(got.coordinates.numpy()[instance], coordinates, atol=1e-4)
+        np.testing.assert_allclose(got.speeds.numpy()[instance], speeds, atol=2e-2)
+    assert (got.muscles.sensed.numpy()[:, :, 0] > 0.0).all()
+
+
+def test_velocity_noise_has_the_deviation_that_is_asked_for_and_differs_between_episodes():
+    noise = Variation(velocity_noise=0.2)
+    batch = EpisodeBatch("reflex_planar", 500, "cpu", Task(variation=noise, episode_time=0.01), threads=1)
+    still = Rollout("reflex_planar", 1, "cpu", threads=1).state.speeds.numpy()[0]
+    first = batch.rollout.state.speeds.numpy()[:, :2] - still[:2]
+    assert first.std(axis=0) == pytest.approx(0.2, rel=0.12)
+    assert np.abs(first.mean(axis=0)).max() < 0.03
+    batch.step()
+    second = batch.rollout.state.speeds.numpy()[:, :2] - still[:2]
+    assert (batch.episodes.number.numpy() == 2).all()
+    assert abs(np.corrcoef(first[:, 0], second[:, 0])[0, 1]) < 0.2
+    assert np.array_equal(batch.rollout.state.speeds.numpy()[:, 2:], np.tile(still[2:], (500, 1)))
+
+
+def test_commands_lie_in_their_intervals_and_change_when_it_is_time():
+    task = Task(speed=(0.8, 1.6), command_time=0.02, episode_time=1.0)
+    batch = EpisodeBatch("reflex_planar", 50, "cpu", task, threads=1)
+    seen = []
+    for _ in range(6):
+        seen.append(batch.episodes.command.numpy()[:, 0].copy())
+        batch.step()
+    changed = [not np.array_equal(a, b) for a, b in pairwise(seen)]
+    assert changed == [False, False, True, False, True]
+    every = np.concatenate(seen)
+    assert every.min() >= 0.8
+    assert every.max() <= 1.6
+    assert np.ptp(every) > 0.6
+
+
+def test_who_is_to_turn_is_wanted_elsewhere_by_and_by_and_has_not_failed_by_turning():
+    task = Task(turning_rate=(0.5, 0.5))
+    batch = EpisodeBatch("walk56", 1, "cpu", task, threads=1)
+    assert batch.scene.failure.heading == 0.0
+    before = batch.episodes.heading.numpy()[0]
+    for _ in range(10):
+        batch.step()
+    assert batch.episodes.heading.numpy()[0] - before == pytest.approx(0.05, rel=1e-4)
