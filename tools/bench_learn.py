@@ -63,7 +63,7 @@ def by_part(env: RolloutEnv, decisions: int, act: Callable[[], torch.Tensor]) ->
             spent[part] += now - last
             last = now
 
-        env.batch.step(lap)
+        env.batch.step(lap=lap)
     return {part: 1e3 * value / decisions for part, value in spent.items()}
 
 

@@ -2,12 +2,15 @@
 
 from functools import cache
 
+import msgspec
 import pytest
 
 torch = pytest.importorskip("torch", reason="the extra `learn` is not installed")
 
 from warpmuscle.core.errors import RolloutError  # noqa: E402
+from warpmuscle.formats import load  # noqa: E402
 from warpmuscle.learning import RolloutEnv, Task, Variation  # noqa: E402
+from warpmuscle.learning.episodes import PARTS  # noqa: E402
 
 STILL = Task(variation=Variation(velocity_noise=0.0), episode_time=0.1)
 
@@ -81,3 +84,17 @@ def test_a_state_that_is_put_back_goes_on_in_the_same_way():
         assert torch.equal(env.step(action)[0], observation)
     with pytest.raises(RolloutError, match="another scene, task or number of instances"):
         env_of(1).load_state_dict(state)
+
+
+def test_the_parts_of_a_decision_are_told_as_they_end():
+    env, ended = env_of(3), []
+    env.batch.step(lap=ended.append)
+    assert list(dict.fromkeys(ended)) == list(PARTS)
+
+
+def test_a_scene_says_what_is_learned_in_it_unless_another_task_is_given():
+    scene = msgspec.structs.replace(load("reflex_planar"), learning=Task(speed=(0.5, 0.5), variation=STILL.variation))
+    env = RolloutEnv(scene, 1, "cpu", threads=1)
+    assert env.commands.tolist() == [[0.5, 0.0]]
+    assert env.scene.learning == env.task
+    assert RolloutEnv(scene, 1, "cpu", STILL, threads=1).commands[0, 0] == pytest.approx(1.2)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import msgspec
@@ -29,6 +29,11 @@ from warpmuscle.simulation.stepper import unrecorded
 
 MOVED = ("speed", "turning_rate")  # commands that every task has, before wanted coordinates
 LARGEST_SEED = 2**31 - 1
+PARTS = ("action", "simulation", "observation", "reward", "reset")  # of a decision, as they are timed
+
+
+def no_lap(part: str) -> None:
+    """What is done as a part of a decision ends: nothing."""
 
 
 class EpisodeBatch:
@@ -71,7 +76,7 @@ class EpisodeBatch:
             RolloutError: as of `Rollout`.
         """
         scene = scene_of(scene, trust=trust)
-        self.task = task if task is not None else Task()
+        self.task = task or scene.learning or Task()
         self.scene = prepared(scene, self.task)
         self.rollout = rollout = Rollout(
             self.scene, instances, device, record=record, threads=threads, trust=trust, lanes=None
@@ -124,23 +129,31 @@ class EpisodeBatch:
         self._begin()
         self._observe(self.senses.observation)
 
-    def step(self, restart: bool = True) -> None:
+    def step(self, restart: bool = True, lap: Callable[[str], None] = no_lap) -> None:
         """Make a decision: act as `actions.told` says; see `senses`, `judge.gains` and `final_observation`.
 
         Args:
             restart: let the next episode begin where one ends; without it, no decision must follow one that failed.
+            lap: called with the name of a part as it ends, see `PARTS`.
         """
         state, episodes = self._stepper.state, self.episodes
         wp.launch(kernels.begin_decision, len(state.step), [self._rules, episodes, state], device=self.device)
         self.actions.take()
+        lap("action")
         for moment in self.senses.moments:
             self._stepper.launch(moment.steps)
+            lap("simulation")
             self.senses.sample(moment, state, episodes)
+            lap("observation")
         self.judge.judge(self._rules, episodes, state)
+        lap("reward")
         self.senses.observe(episodes, self.final_observation)
+        lap("observation")
         if restart:
             self._begin()
+            lap("reset")
         self._observe(self.senses.observation)
+        lap("observation")
 
     def state_arrays(self) -> Iterator[wp.array]:
         """All arrays that decisions change and that later ones depend on, in an order that stays."""
@@ -210,8 +223,6 @@ def root_number(scene: Scene) -> int:
 
 
 def prepared(scene: Scene, task: Task) -> Scene:
-    """The scene as it is learned in: who is to turn has not failed by turning."""
-    if any(task.turning_rate):
-        failure = msgspec.structs.replace(scene.failure, heading=0.0)
-        return msgspec.structs.replace(scene, failure=failure)
-    return scene
+    """The scene as it is learned in, with its task; who is to turn has not failed by turning."""
+    failure = msgspec.structs.replace(scene.failure, heading=0.0) if any(task.turning_rate) else scene.failure
+    return msgspec.structs.replace(scene, learning=task, failure=failure)
