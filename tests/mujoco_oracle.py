@@ -49,7 +49,7 @@ def body_order(character: Character) -> list[str]:
 
 def compile_model(scene: Scene) -> mujoco.MjModel:
     """The exported character, without contacts."""
-    model = mujoco.MjModel.from_xml_string(mjcf.dumps(scene))
+    model = mujoco.MjModel.from_xml_string(mjcf.dumps(scene, up="y"))
     model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT
     return model
 

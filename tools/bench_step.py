@@ -66,7 +66,7 @@ def mujoco_runner(scene: Scene, seconds: float, integrator: str) -> Run:
     """A function that makes the steps in MuJoCo from the initial state."""
     import mujoco
 
-    model = mujoco.MjModel.from_xml_string(mjcf.dumps(scene))
+    model = mujoco.MjModel.from_xml_string(mjcf.dumps(scene, up="y"))
     model.opt.integrator = getattr(mujoco.mjtIntegrator, f"mjINT_{integrator.upper()}")
     data = mujoco.MjData(model)
     count = round(seconds / scene.time_step)

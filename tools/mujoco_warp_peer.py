@@ -19,7 +19,7 @@ def prepared(scene: Scene) -> tuple[Any, Any]:
     """MuJoCo's model and data at the scene's start."""
     import mujoco
 
-    model = mujoco.MjModel.from_xml_string(mjcf.dumps(scene))
+    model = mujoco.MjModel.from_xml_string(mjcf.dumps(scene, up="y"))
     data = mujoco.MjData(model)
     mujoco.mj_resetDataKeyframe(model, data, 0)
     data.ctrl[:] = EXCITATION

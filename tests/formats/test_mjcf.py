@@ -149,17 +149,17 @@ def test_mass_matrix_gives_the_kinetic_energy_of_the_bodies():
 def test_bodies_touch_the_ground_but_not_each_other():
     scene = chain("fixed", ())
     scene.character.bodies["tip"].shapes = [Capsule((0.0, 0.0, 0.0), (0.1, 0.0, 0.0), 0.5)]  # wide enough for both
-    model = mujoco.MjModel.from_xml_string(mjcf.dumps(scene))
+    model = mujoco.MjModel.from_xml_string(mjcf.dumps(scene, up="y"))
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
-    pairs = {frozenset(contact.geom) for contact in data.contact}
-    assert pairs == {frozenset((0, 1)), frozenset((0, 2))}
+    pairs = {frozenset(model.geom_bodyid[contact.geom].tolist()) for contact in data.contact}
+    assert pairs == {frozenset((0, 1)), frozenset((0, 2))}  # bodies
 
 
 def test_ground_is_a_plane_at_its_height_along_its_normal():
     scene = chain()
     scene.ground = Ground(normal=(0.0, 0.8, 0.6), height=-0.5)
-    model = mujoco.MjModel.from_xml_string(mjcf.dumps(scene))
+    model = mujoco.MjModel.from_xml_string(mjcf.dumps(scene, up="y"))
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
     ground = data.geom("ground")
@@ -191,11 +191,11 @@ def test_heading_replaces_the_turn_about_the_vertical():
 
 def test_limits_are_written_on_request_only():
     assert not compile_model(chain()).jnt_limited.any()
-    model = mujoco.MjModel.from_xml_string(mjcf.dumps(chain(), limits=True))
+    model = mujoco.MjModel.from_xml_string(mjcf.dumps(chain(), limits=True, up="y"))
     np.testing.assert_allclose(model.joint("link_a").range, [-0.5, 0.75])
     ball = chain("ball", (X, Y))
     ball.character.joints["link"].limits = [(-0.5, 0.75), (-0.5, 0.75), (-1.25, 0.1)]
-    model = mujoco.MjModel.from_xml_string(mjcf.dumps(ball, limits=True))
+    model = mujoco.MjModel.from_xml_string(mjcf.dumps(ball, limits=True, up="y"))
     np.testing.assert_allclose(model.joint("link").range, [0.0, 1.25])
 
 
@@ -225,3 +225,56 @@ def test_keyframe_is_the_initial_state(name):
     np.testing.assert_allclose(data.xpos[ids], ours["position"][0], atol=1e-5)
     mujoco.mj_subtreeVel(model, data)
     np.testing.assert_allclose(data.subtree_linvel[1], ours["com"][0, 1], atol=1e-5)
+
+
+def mapped(vectors: np.ndarray) -> np.ndarray:
+    """Our vectors in a world whose z is up and x forward."""
+    return vectors[..., [2, 0, 1]]
+
+
+@pytest.mark.parametrize("name", ["fwalk", "walk56_person", "planar", "fixed"])
+def test_the_world_of_a_file_is_z_up_and_the_same_world(name):
+    scene = chain(root_joint=name) if name in KINDS else load(name)
+    if name in KINDS:
+        scene.initial_state = InitialState(root_position=(0.0, 1.5, 0.25), heading=0.6)
+    found = []
+    for up in ("y", "z"):
+        model = mujoco.MjModel.from_xml_string(mjcf.dumps(scene, up=up))
+        data = mujoco.MjData(model)
+        mujoco.mj_resetDataKeyframe(model, data, 0)
+        for _ in range(40):
+            mujoco.mj_step(model, data)
+        mujoco.mj_forward(model, data)
+        mujoco.mj_subtreeVel(model, data)
+        turned = data.xmat.reshape(-1, 3, 3)[1:] @ np.array([0.1, 0.2, 0.3])
+        normal = data.geom("ground").xmat.reshape(3, 3)[:, 2]
+        found.append((data.xpos[1:], turned, data.subtree_linvel[1:], data.site_xpos, model.opt.gravity, normal))
+    for ours, theirs in zip(*found, strict=True):
+        np.testing.assert_allclose(theirs, mapped(ours), atol=1e-6)
+    assert found[1][4][2] == pytest.approx(-scene.gravity)
+
+
+def test_the_cameras_see_a_walk_from_its_right_and_bones_are_only_drawn():
+    model = mujoco.MjModel.from_xml_string(mjcf.dumps(load("walk56_person")))
+    data = mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, data, 0)
+    mujoco.mj_forward(model, data)
+    side = data.cam("side")
+    _, upwards, backwards = side.xmat.reshape(3, 3).T
+    np.testing.assert_allclose(-backwards, [0.0, 1.0, 0.0], atol=0.05)  # y is to the left
+    np.testing.assert_allclose(upwards, [0.0, 0.0, 1.0], atol=0.05)
+    assert side.xpos[1] < data.body("pelvis").xpos[1] - 3.0
+    assert model.vis.global_.azimuth == 90.0
+    np.testing.assert_allclose(model.stat.center[:2], data.body("pelvis").xpos[:2], atol=0.1)
+    drawn = model.geom_contype == 0
+    assert drawn.sum() > 14
+    assert not model.geom_conaffinity[drawn].any()
+    colors = {tuple(color) for color in model.geom_rgba[1:].round(3).tolist()}
+    assert len(colors) == 5  # left, right, middle, feet, bones
+
+
+def test_a_model_of_meshes_is_drawn_by_capsules():
+    model = mujoco.MjModel.from_xml_string(mjcf.dumps(chain("fixed", ())))
+    capsules = model.geom_type == mujoco.mjtGeom.mjGEOM_CAPSULE
+    assert capsules.sum() == 1  # from the joint into the base
+    assert model.body_mass.sum() == 3.0

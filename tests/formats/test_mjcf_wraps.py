@@ -32,7 +32,7 @@ def wrapped(surface: Surface) -> Scene:
 @pytest.mark.parametrize("name", SURFACES)
 def test_a_tendon_is_as_long_as_the_path(name: str):
     scene = wrapped(SURFACES[name])
-    model = mujoco.MjModel.from_xml_string(mjcf.dumps(scene))
+    model = mujoco.MjModel.from_xml_string(mjcf.dumps(scene, up="y"))
     data = mujoco.MjData(model)
     mujoco.mj_resetDataKeyframe(model, data, 0)
     mujoco.mj_forward(model, data)

@@ -38,7 +38,7 @@ def scene_of(root_joint: str = "fixed") -> Scene:
 
 def in_mujoco(scene: Scene, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Mass matrices and accelerations (n, S), ours being of the joints, then the root's velocity in world axes."""
-    model = mujoco.MjModel.from_xml_string(mjcf.dumps(scene))
+    model = mujoco.MjModel.from_xml_string(mjcf.dumps(scene, up="y"))
     model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT
     free = scene.character.root_joint == "free"
     matrices, rates = [], []

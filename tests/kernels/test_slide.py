@@ -73,7 +73,7 @@ def arm(root: str = "fixed") -> Scene:
 
 
 def at_start(scene: Scene) -> tuple[mujoco.MjModel, mujoco.MjData]:
-    model = mujoco.MjModel.from_xml_string(mjcf.dumps(scene))
+    model = mujoco.MjModel.from_xml_string(mjcf.dumps(scene, up="y"))
     data = mujoco.MjData(model)
     mujoco.mj_resetDataKeyframe(model, data, 0)
     mujoco.mj_forward(model, data)

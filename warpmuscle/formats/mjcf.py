@@ -1,11 +1,12 @@
 """Writes a scene's character as MuJoCo XML (MJCF), for viewers, other simulators and as an oracle in tests.
 
-The world keeps its axes (y up, x left, z forward). A MuJoCo body frame is our body frame: origin at the centre of mass,
-and the same axes. Joints keep their names; a universal joint becomes the hinges `<name>_b` and `<name>_a`, the root
-joint `<root>_free`, or `<root>_y`, `<root>_z` and `<root>_turn` for a planar root. Bodies without mass are left out:
-the joints in a row through them are all of the body at its end. Geoms collide with the ground only. Controller and
-ground stiffness are not written. The keyframe `start` is the initial state; in MuJoCo's reference configuration (qpos0)
-the root has its initial pose and all joints are in the reference pose.
+The world is MuJoCo's: z up, x forward, y left; `up="y"` keeps our own axes. A MuJoCo body frame is our body frame:
+origin at the centre of mass, and the same axes, y up in the reference pose. Joints keep their names; a universal joint
+becomes the hinges `<name>_b` and `<name>_a`, the root joint `<root>_free`, or `<root>_y`, `<root>_z` and `<root>_turn`
+for a planar root. Bodies without mass are left out: the joints in a row through them are all of the body at its end.
+Geoms collide with the ground only. Controller and ground stiffness are not written. The keyframe `start` is the initial
+state; in MuJoCo's reference configuration (qpos0) the root has its initial pose and all joints are in the reference
+pose.
 
 A muscle becomes a spatial tendon of its name through the sites `<muscle>_0`, `<muscle>_1`, ... at its via points;
 conditional ones, which MuJoCo does not know, are left out. Cylinders and spheres that it wraps around become geoms (see
@@ -13,6 +14,9 @@ conditional ones, which MuJoCo does not know, are left out. Cylinders and sphere
 actuator, whose control is its excitation: MuJoCo's own law with our maximum force and speed, time constants, and fibre
 and tendon lengths. MuJoCo's curves differ from ours, its tendon is rigid and its fibre has no pennation. Delays and
 excitations of their own are not written.
+
+Shapes and bones have the colours of the viewer; bones are capsules that touch nothing. The default camera looks from
+the right, and `side` goes along.
 """
 
 from __future__ import annotations
@@ -21,11 +25,15 @@ import math
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Iterable, Iterator
 from pathlib import Path
+from typing import Literal, NamedTuple
 from xml.etree.ElementTree import Element, SubElement
+
+import numpy as np
 
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.files import replace_file
 from warpmuscle.core.pose import conjugate, multiply, normalized, rotate, turned_to_heading
+from warpmuscle.formats.mjcf_looks import BONE, SHORTEST_BONE, add_camera, add_defaults, add_looks, look_of
 from warpmuscle.formats.mjcf_wraps import add_geom, wrap_geoms
 from warpmuscle.model.build import start_of
 from warpmuscle.model.muscles import driven
@@ -42,6 +50,7 @@ from warpmuscle.scene import (
     Shape,
     Sphere,
 )
+from warpmuscle.scene.anatomy import bone_lines
 from warpmuscle.scene.joints import joint_type, root_type
 from warpmuscle.scene.masses import massless
 from warpmuscle.scene.muscles import given
@@ -49,25 +58,27 @@ from warpmuscle.scene.number import Free, Number
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.scene.topology import topology
 
+Up = Literal["y", "z"]
 _ROLLING = (0.005, 0.0001)  # MuJoCo's defaults of torsional and rolling friction, not used by condim 3
 _OPERATING = (0.5, 1.5)  # fibre lengths over the optimal one that MuJoCo's lengthrange stands for; any two would do
 
 
-def write(scene: Scene, path: str | Path, limits: bool = False) -> None:
+def write(scene: Scene, path: str | Path, limits: bool = False, up: Up = "z") -> None:
     """Write the scene's character to an MJCF file; see `dumps`.
 
     Raises:
         SceneError: the file cannot be written, or a number follows a parameter that is none.
     """
-    replace_file(Path(path), dumps(scene, limits))
+    replace_file(Path(path), dumps(scene, limits, up))
 
 
-def dumps(scene: Scene, limits: bool = False) -> str:
+def dumps(scene: Scene, limits: bool = False, up: Up = "z") -> str:
     """The scene's character as MJCF text, in SI units and radians.
 
     Args:
         scene: checked scene; free parameters count with their start values.
         limits: also write joint limits: of a ball joint, for which MuJoCo knows only a cone, the widest of its angles.
+        up: which axis of the world is the vertical.
 
     Raises:
         SceneError: a number follows a parameter that is none.
@@ -75,17 +86,22 @@ def dumps(scene: Scene, limits: bool = False) -> str:
     scene = substitute(scene, start_values(scene))
     model = Element("mujoco", model=scene.name)
     SubElement(model, "compiler", angle="radian", autolimits="true")
-    gravity = (0.0, -_number(scene.gravity), 0.0)
+    world_of = _WORLDS[up]
+    gravity = world_of.place((0.0, -_number(scene.gravity), 0.0))
     SubElement(model, "option", timestep=_text(scene.time_step), integrator="implicitfast", gravity=_texts(gravity))
     defaults = SubElement(model, "default")
     SubElement(defaults, "geom", contype="1", conaffinity="2", condim="3", priority="1")
+    add_defaults(defaults)
+    add_looks(model, scene, up)
     world = SubElement(model, "worldbody")
-    SubElement(world, "light", pos="0 4 2", dir="0 -1 -0.5")
-    _add_ground(world, scene.ground)
+    light, down = world_of.place((0.0, 4.0, 2.0)), world_of.place((0.0, -1.0, -0.5))
+    SubElement(world, "light", directional="true", pos=_texts(light), dir=_texts(down))
+    _add_ground(world, scene.ground, world_of)
     root = _add_body(world, scene, scene.character.root, limits)
-    _place_root(root, scene.character, scene.initial_state)
+    _place_root(root, scene.character, scene.initial_state, world_of)
+    add_camera(root, conjugate(_root_orientation(scene.initial_state)))
     muscles = _add_muscles(model, scene)
-    qpos, qvel = _start(scene)
+    qpos, qvel = _start(scene, world_of)
     key = SubElement(SubElement(model, "keyframe"), "key", name="start", qpos=_texts(qpos), qvel=_texts(qvel))
     if muscles:
         key.set("act", _texts([_number(scene.muscle_model.initial_activation)] * muscles))
@@ -93,13 +109,31 @@ def dumps(scene: Scene, limits: bool = False) -> str:
     return ElementTree.tostring(model, encoding="unicode") + "\n"
 
 
-def _add_ground(world: Element, ground: Ground) -> None:
+class _World(NamedTuple):
+    """How a vector and an orientation of our world are written."""
+
+    axes: tuple[int, int, int]  # which of ours are the new x, y, z
+    turn: tuple[float, float, float, float]  # quaternion xyzw
+
+    def place(self, vector: Iterable[float]) -> tuple[float, ...]:
+        numbers = tuple(vector)
+        return tuple(numbers[axis] for axis in self.axes)
+
+    def orientation(self, quaternion: Iterable[float]) -> tuple[float, ...]:
+        return tuple(multiply(self.turn, tuple(quaternion)).tolist())
+
+
+_WORLDS = {"y": _World((0, 1, 2), (0.0, 0.0, 0.0, 1.0)), "z": _World((2, 0, 1), (0.5, 0.5, 0.5, 0.5))}
+
+
+def _add_ground(world: Element, ground: Ground, world_of: _World) -> None:
     """A plane whose z axis is the ground's normal. The friction of a contact is written with the body's geom."""
-    normal = _numbers(ground.normal)
+    normal = world_of.place(_numbers(ground.normal))
     height = _number(ground.height) / math.hypot(*normal)
     attributes = {"contype": "2", "conaffinity": "1", "priority": "0"}
     position = _texts(height * component for component in normal)
-    SubElement(world, "geom", attributes, name="ground", type="plane", size="0 0 1", pos=position, zaxis=_texts(normal))
+    plane = {"type": "plane", "size": "0 0 1", "material": "ground"}
+    SubElement(world, "geom", attributes | plane, name="ground", pos=position, zaxis=_texts(normal))
 
 
 def _add_body(parent: Element, scene: Scene, name: str, limits: bool) -> Element:
@@ -111,10 +145,14 @@ def _add_body(parent: Element, scene: Scene, name: str, limits: bool) -> Element
         inertial = SubElement(element, "inertial", pos="0 0 0", mass=_text(_number(body.mass)), diaginertia=inertia)
         if (x, y, z) != (0.0, 0.0, 0.0):
             inertial.set("quat", _texts((w, x, y, z)))
+    look = look_of(scene, name)
     for shape in body.shapes:
-        geom = SubElement(element, "geom", _shape(shape), friction=_texts(_friction(body, scene.ground)))
+        geom = SubElement(element, "geom", _shape(shape), friction=_texts(_friction(body, scene.ground)), rgba=look)
         if massless(body):
             geom.set("mass", "0")
+    for line in bone_lines(scene.character, name):
+        if np.linalg.norm(line[1] - line[0]) > SHORTEST_BONE:
+            SubElement(element, "geom", {"class": BONE}, fromto=_texts(line.ravel().tolist()))
     for joint_name, joint in scene.character.joints.items():
         if joint.parent == name:
             chain = _chain(joint_name, scene.character)
@@ -143,10 +181,10 @@ def _chain(joint: str, character: Character) -> list[str]:
     return chain
 
 
-def _place_root(element: Element, character: Character, initial: InitialState) -> None:
+def _place_root(element: Element, character: Character, initial: InitialState, world_of: _World) -> None:
     """Give the root its initial pose and the joints between it and the world."""
     position = _numbers(initial.root_position)
-    element.set("pos", _texts(position))
+    element.set("pos", _texts(world_of.place(position)))
     root = root_type(character)
     for number, (suffix, kind, axis) in enumerate(root.mujoco):
         joint = Element("freejoint" if kind == "free" else "joint", name=character.root + suffix)
@@ -155,8 +193,8 @@ def _place_root(element: Element, character: Character, initial: InitialState) -
             joint.set("axis", " ".join("1" if k == axis else "0" for k in range(3)))
             joint.set("ref", _text(position[axis] if kind == "slide" else 0.0))
         element.insert(number, joint)
-    if root.placed:
-        qx, qy, qz, qw = _root_orientation(initial)
+    if root.placed or world_of.axes != (0, 1, 2):
+        qx, qy, qz, qw = world_of.orientation(_root_orientation(initial) if root.placed else (0.0, 0.0, 0.0, 1.0))
         element.set("quat", _texts((qw, qx, qy, qz)))
 
 
@@ -168,7 +206,7 @@ def _root_orientation(initial: InitialState) -> tuple[float, ...]:
     return tuple(orientation.tolist())
 
 
-def _start(scene: Scene) -> tuple[list[float], list[float]]:
+def _start(scene: Scene, world_of: _World) -> tuple[list[float], list[float]]:
     """MuJoCo's qpos and qvel of the initial state: joints depth first, as the bodies are nested."""
     names = topology(scene.character)
     start, root = start_of(scene, names), root_type(scene.character)
@@ -185,7 +223,8 @@ def _start(scene: Scene) -> tuple[list[float], list[float]]:
             q = []
         elif root.placed:
             turned = rotate(conjugate(q[3:]), v[3:]).tolist()  # MuJoCo turns a free body about its own axes
-            q, v = [*q[:3], q[6], *q[3:6]], [*v[:3], *turned]
+            x, y, z, w = world_of.orientation(q[3:])
+            q, v = [*world_of.place(q[:3]), w, x, y, z], [*world_of.place(v[:3]), *turned]
         qpos.extend(q)
         qvel.extend(v)
         for child in range(names.first_child[body], names.first_child[body] + names.child_count[body]):
