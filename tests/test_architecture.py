@@ -24,6 +24,7 @@ ORDER: tuple[tuple[str, ...], ...] = (
     ("studies",),
     ("plots", "view"),
     ("video",),
+    ("gym",),
     ("report",),
     ("throw", "sweep"),
     ("examples",),

@@ -1,5 +1,7 @@
 """Environments are what Gymnasium takes for one: its checkers, its reset modes, its random seeds."""
 
+import subprocess
+import sys
 import warnings
 
 import gymnasium
@@ -10,9 +12,9 @@ from gymnasium.vector import AutoresetMode
 
 from muscle_arm import leg
 from warpmuscle.core.errors import Error
+from warpmuscle.gym import biped as environment
+from warpmuscle.gym.biped import BipedEnv, BipedVectorEnv
 from warpmuscle.scene import Actuation, Scene
-from warpmuscle.simulation import environment
-from warpmuscle.simulation.environment import BipedEnv, BipedVectorEnv
 
 STEPS = 10  # of the environment an episode
 
@@ -136,3 +138,39 @@ def test_impossible_settings_are_refused_in_one_line(settings: dict, message: st
     with pytest.raises(Error, match=message):
         BipedEnv(scene(), "cpu", **settings)
     assert environment.Settings.of({}).frame_skip == 20
+
+
+def test_a_name_with_its_module_needs_no_import_of_ours():
+    name = "warpmuscle.gym:warpmuscle/Biped-v0"
+    code = f"import gymnasium; gymnasium.make({name!r}, scene='no such scene')"
+    said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False).stderr
+    assert "there is no scene called 'no such scene'" in said
+
+
+def test_pictures_show_the_body_as_it_stands_and_films_are_made_of_them():
+    pytest.importorskip("matplotlib")
+    env = gymnasium.make("warpmuscle/Biped-v0", scene=scene(), device="cpu", frame_skip=10, render_mode="rgb_array")
+    env.reset(seed=1)
+    first = env.render()
+    assert first.shape == (480, 640, 3)
+    assert first.dtype == np.uint8
+    assert len(np.unique(first.reshape(-1, 3), axis=0)) > 50  # a body, shaded, on ground
+    for _ in range(5):
+        env.step(np.ones(3, dtype=np.float32))
+    assert (env.render() != first).any()
+    assert env.metadata["render_fps"] == 200
+    many = BipedVectorEnv(2, scene(), "cpu", frame_skip=10, render_mode="rgb_array")
+    many.reset(seed=1)
+    assert many.render()[0].shape == (480, 640, 3)
+    assert vector().render() is None
+    with pytest.raises(Error, match="there is no render_mode 'human'; known: rgb_array"):
+        BipedEnv(scene(), "cpu", render_mode="human")
+
+
+def test_a_body_beyond_all_bounds_is_drawn_as_it_was():
+    env = BipedEnv(scene(), "cpu", frame_skip=10, render_mode="rgb_array")
+    env.reset(seed=1)
+    before = env.render()
+    coordinates = env.bipeds.rollout.state.coordinates
+    coordinates.fill_(np.nan)
+    assert np.array_equal(env.render(), before)

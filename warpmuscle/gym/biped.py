@@ -1,11 +1,11 @@
 """Gymnasium environments: many bipeds, or one, that a policy drives by excitations or torques.
 
     import gymnasium
-    import warpmuscle.simulation.environment  # registers warpmuscle/Biped-v0, alone or vectorised
 
-    envs = gymnasium.make_vec("warpmuscle/Biped-v0", num_envs=1000, scene="walk56")
+    envs = gymnasium.make_vec("warpmuscle.gym:warpmuscle/Biped-v0", num_envs=1000, scene="walk56")
 
-Needs `pip install "warpmuscle[gym]"`.
+Needs `pip install "warpmuscle[gym]"`. With `render_mode="rgb_array"`, which needs the extra `video`, `render` draws the
+body as it stands, or of many the first one, and `gymnasium.wrappers.RecordVideo` makes films of it.
 
 Action: numbers in -1..1. Of a scene with muscles their excitations, -1 none and 1 full, and what else drives joints
 stays with the scene's controller. Of a scene without, the torques of all joints, 1 being `torque_limit`.
@@ -21,7 +21,7 @@ Effort is excitation, or torque over its limit. With an `objective_weight`, that
 scene's weighted objective is taken off as well; so with the other weights at 0 the reward is the objective alone.
 
 An episode is terminated when the biped fails as the scene's `failure` says, and truncated at the scene's duration. For
-policies on the GPU use `Rollout.step`, `reset(mask)` and `observation` themselves: here arrays pass through NumPy.
+policies on the GPU use `learning.RolloutEnv`: here arrays pass through NumPy.
 """
 
 from __future__ import annotations
@@ -29,28 +29,26 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+import gymnasium
 import numpy as np
+from gymnasium.spaces import Box
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
 from warpmuscle.core.arrays import rows
 from warpmuscle.core.errors import Error
 from warpmuscle.core.status import Status
 from warpmuscle.formats import load
+from warpmuscle.gym.pictures import Pictures
 from warpmuscle.model.objective import weighted
 from warpmuscle.scene import Scene
 from warpmuscle.scene.joints import root_type
 from warpmuscle.scene.validation.checks import near
 from warpmuscle.simulation.rollout import Rollout
 
-try:
-    import gymnasium
-    from gymnasium.spaces import Box
-    from gymnasium.vector import AutoresetMode, VectorEnv
-    from gymnasium.vector.utils import batch_space
-except ModuleNotFoundError as error:
-    raise Error('environments need Gymnasium: pip install "warpmuscle[gym]"') from error
-
 GREATEST = 100.0  # of an observation
+MODES = ("rgb_array",)
 
 Array = NDArray[np.float32]
 Flags = NDArray[np.bool_]
@@ -84,6 +82,13 @@ class Settings:
         return settings
 
 
+def checked_mode(render_mode: str | None) -> str | None:
+    """A way of drawing; raises Error for an unknown one."""
+    if render_mode is not None and render_mode not in MODES:
+        raise Error(f"there is no render_mode {render_mode!r}; known: {', '.join(MODES)}")
+    return render_mode
+
+
 class Bipeds:
     """What both environments have in common: a batch that acts, and is observed and rewarded."""
 
@@ -93,6 +98,7 @@ class Bipeds:
         self.rollout, self.settings = Rollout(scene, count, device, threads=threads), settings
         rollout, root = self.rollout, root_type(scene.character)
         self.dt = settings.frame_skip * scene.time_step
+        self._pictures: Pictures | None = None
         mass = rows([body.mass for body in rollout.numeric.character.bodies.values()]).sum()
         self._weight = float(mass * rows([rollout.numeric.gravity])[0, 0]) or 1.0
         self._forward = root.forward
@@ -137,6 +143,15 @@ class Bipeds:
         reward = reward - s.objective_weight * (self._cost() - cost)
         return reward.astype(np.float32), failed, status == Status.COMPLETED
 
+    def picture(self) -> NDArray[np.uint8]:
+        """The first instance as it stands, (480, 640, 3); raises Error without the extra `video`."""
+        self._pictures = self._pictures or Pictures(self.rollout)
+        return self._pictures.of(self.rollout)
+
+    def metadata(self) -> dict[str, Any]:
+        """What Gymnasium wants to know of an environment."""
+        return {"render_modes": list(MODES), "render_fps": max(round(1.0 / self.dt), 1)}
+
     def _place(self) -> Any:
         """How far forward every instance is, m."""
         if self._forward is None:
@@ -167,7 +182,7 @@ class BipedVectorEnv(VectorEnv[Array, Array, Any]):
         scene: str | Scene = "fwalk",
         device: str | None = None,
         threads: int | None = None,
-        render_mode: None = None,
+        render_mode: str | None = None,
         **settings: Any,
     ) -> None:
         """Prepare the batch.
@@ -176,7 +191,7 @@ class BipedVectorEnv(VectorEnv[Array, Array, Any]):
             num_envs: how many.
             scene: a scene, or what `load` takes for one.
             device, threads: as of `Rollout`.
-            render_mode: none is known; `warpmuscle view` shows motions.
+            render_mode: `rgb_array`, or None to draw nothing.
             settings: see `Settings`.
 
         Raises:
@@ -184,8 +199,8 @@ class BipedVectorEnv(VectorEnv[Array, Array, Any]):
             Error: an unknown or impossible setting.
         """
         self.bipeds = Bipeds(num_envs, scene, device, threads, Settings.of(settings))
-        self.num_envs, self.render_mode = num_envs, render_mode
-        self.metadata = {"render_modes": [], "autoreset_mode": AutoresetMode.SAME_STEP}
+        self.num_envs, self.render_mode = num_envs, checked_mode(render_mode)
+        self.metadata = self.bipeds.metadata() | {"autoreset_mode": AutoresetMode.SAME_STEP}
         self.single_action_space = self.bipeds.action_space
         self.single_observation_space = self.bipeds.observation_space
         self.action_space = batch_space(self.single_action_space, num_envs)
@@ -222,6 +237,10 @@ class BipedVectorEnv(VectorEnv[Array, Array, Any]):
             observed = self.bipeds.observed()
         return observed, reward, terminated, truncated, info
 
+    def render(self) -> tuple[NDArray[np.uint8], ...] | None:
+        """The first biped as it stands, if pictures were asked for."""
+        return (self.bipeds.picture(),) if self.render_mode else None
+
 
 class BipedEnv(gymnasium.Env[Array, Array]):
     """One biped, which a policy drives; it starts again by `reset` only.
@@ -230,17 +249,19 @@ class BipedEnv(gymnasium.Env[Array, Array]):
         bipeds: the batch of one.
     """
 
+    metadata: dict[str, Any] = {"render_modes": list(MODES)}  # noqa: RUF012, as Gymnasium has it
+
     def __init__(
         self,
         scene: str | Scene = "fwalk",
         device: str | None = None,
         threads: int | None = None,
-        render_mode: None = None,
+        render_mode: str | None = None,
         **settings: Any,
     ) -> None:
         """Prepare the biped; see `BipedVectorEnv`."""
         self.bipeds = Bipeds(1, scene, device, threads, Settings.of(settings))
-        self.metadata, self.render_mode = {"render_modes": []}, render_mode
+        self.metadata, self.render_mode = self.bipeds.metadata(), checked_mode(render_mode)
         self.action_space, self.observation_space = self.bipeds.action_space, self.bipeds.observation_space
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Array, dict[str, Any]]:
@@ -256,9 +277,6 @@ class BipedEnv(gymnasium.Env[Array, Array]):
         observed = self.bipeds.observed()[0]
         return observed, float(reward[0]), bool(terminated[0]), bool(truncated[0]), {"status": status.name}
 
-
-gymnasium.register(
-    id="warpmuscle/Biped-v0",
-    entry_point="warpmuscle.simulation.environment:BipedEnv",
-    vector_entry_point="warpmuscle.simulation.environment:BipedVectorEnv",
-)
+    def render(self) -> NDArray[np.uint8] | None:
+        """The biped as it stands, (480, 640, 3), if pictures were asked for."""
+        return self.bipeds.picture() if self.render_mode else None
