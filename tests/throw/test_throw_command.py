@@ -1,6 +1,7 @@
 """The command `throw`: what is refused before anything is fitted, what is said, and how a missed goal ends."""
 
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -8,8 +9,9 @@ import pytest
 from typer.testing import CliRunner
 
 from warpmuscle.cli import app
+from warpmuscle.cli.throw import exit_code
 from warpmuscle.core.errors import Error
-from warpmuscle.throw import job
+from warpmuscle.throw import job, strength, synthesis
 from warpmuscle.throw.fit import Settings
 
 TIME = np.arange(0.0, 1.501, 0.01)
@@ -54,6 +56,8 @@ def error(*arguments: object) -> str:
         (["--release", "0.5"], "--release is of use only with a goal"),
         (["--height", "2"], "--height is of use only with a goal"),
         (["--adapt", "2"], "--adapt is of use only with a goal"),
+        (["--solutions", "2"], "--solutions is of use only with a goal"),
+        (["--flight-time", "-1"], "the time of a throw must be greater than 0"),
         (["--plot", "fit.bmp"], "fit.bmp: a figure is written as"),
         (["--plot", "no/such/folder/fit.png"], "folder"),
         (["--target", "2", "--release", "9"], "the release must be within the throw, 0 to 1.5 s, not 9 s"),
@@ -97,14 +101,24 @@ def test_a_missed_goal_is_said_and_ends_with_code_1(monkeypatch: pytest.MonkeyPa
         return Settings(common=False, parameter_steps=3, signal_steps=3, starts=1, **given)
 
     monkeypatch.setattr(job, "Settings", quick)
+    monkeypatch.setattr(synthesis, "GENERATIONS", 3)
+    monkeypatch.setattr(strength, "FACTORS", (1.25,))
     arguments = ["throw", "--target", "60", "--adapt", "1", "-o", str(tmp_path / "t.h5"), "--plot", "t.png"]
     monkeypatch.chdir(tmp_path)
     result = CliRunner().invoke(app, arguments, standalone_mode=False)
     assert result.exception is None, result.exception
     assert result.return_value == 1
-    assert "no signals of these 1 synergies were found that throw to 60 m; --adapt 5 lets all" in result.output
+    output = " ".join(result.output.split())
+    assert "no signals were found that throw to 60 m overhead: distance; muscles 1.25 times as strong do not" in output
+    assert "--adapt 5 lets all signals change" in output
     assert (tmp_path / "t.h5").is_file()
     assert (tmp_path / "t.png").is_file()
+
+
+@pytest.mark.parametrize(("missed", "code"), [((), 0), (("distance",), 1), (("angle",), 4), (("distance", "speed"), 6)])
+def test_the_exit_code_tells_what_was_missed(missed: tuple[str, ...], code: int):
+    throws: list[Any] = [SimpleNamespace(missed={}), SimpleNamespace(missed=dict.fromkeys(missed, 1.0))]
+    assert exit_code(throws) == code
 
 
 def test_columns_and_exit_codes_are_in_the_help():

@@ -19,6 +19,7 @@ from warpmuscle.scene.parameters import start_values
 from warpmuscle.throw.arm import Arm, joint_positions, needed_torques, root_motion, states
 from warpmuscle.throw.capacity import Capacity
 from warpmuscle.throw.fit import Settings
+from warpmuscle.throw.goals import Goal
 from warpmuscle.throw.job import Job, Options
 from warpmuscle.throw.motion import Motion, resample
 from warpmuscle.throw.problem import (
@@ -33,7 +34,8 @@ from warpmuscle.throw.published import as_published
 from warpmuscle.throw.report import write
 from warpmuscle.throw.scene_motion import motion_of
 from warpmuscle.throw.signals import computed_activation, to_activation, to_excitation
-from warpmuscle.throw.synthesis import Goal, Thrower
+from warpmuscle.throw.strength import missing_torque
+from warpmuscle.throw.synthesis import Thrower
 from warpmuscle.view.sources import of_replays, tracks_of
 
 
@@ -170,8 +172,9 @@ def test_the_report_of_a_fit_says_how_it_went_and_which_motions_there_are(kept):
 @pytest.mark.parametrize("distance", [1.5, 2.0])
 def test_a_ball_lands_on_its_target_by_a_few_synergies_alone(job: Job, distance: float):
     thrower = Thrower(job.follower, job.fitted.own[0], job.fitted.unknowns)
-    made = thrower.throw(Goal(distance=distance), count=3)
+    made = thrower.throw(Goal(distance=distance), synergies=(0, 1, 3))
     assert made.met
+    assert made.clearance > 0.0
     changed = job.follower.shaped((made.own != job.fitted.own[0])[None])[0].any(axis=1)
     assert set(np.flatnonzero(changed)) <= set(made.synergies)
     free = made.flight.position[0] + made.flight.velocity[0] * made.flight.duration[0]
@@ -201,15 +204,25 @@ def test_the_published_procedure_meets_the_angles_before_its_filter(job: Job, tm
     np.testing.assert_allclose(hinge_angle(kept.replays[0].joint_orientation), result.replay.angle[0, :-1], atol=1e-4)
 
 
-def test_goals_that_make_no_sense_are_refused(job: Job):
-    with pytest.raises(Error, match="goal"):
-        Goal()
-    with pytest.raises(Error, match="distance"):
-        Goal(distance=-1.0)
-    with pytest.raises(Error, match="angle"):
-        Goal(angle=np.radians(120.0))
-    with pytest.raises(Error, match="height"):
-        Goal(distance=2.0, height=np.inf)
+def test_solutions_of_a_goal_are_unlike_each_other(job: Job):
+    first, second = Thrower(job.follower, job.fitted.own[0], job.fitted.unknowns).throws(Goal(distance=1.5), 2)
+    assert first.met
+    assert second.met
+    assert np.sqrt(np.mean((first.own - second.own) ** 2)) > 0.14
+
+
+def test_torque_is_lacking_where_muscles_are_too_weak_for_a_throw_and_only_there(job: Job):
+    thrower = Thrower(job.follower, job.fitted.own[0], job.fitted.unknowns)
+    made = thrower.throw(Goal(distance=1.5))
+    assert missing_torque(thrower, made) == {}
+    lacking = missing_torque(thrower.stronger(0.3), made)
+    assert "shoulder" in lacking
+    needed, available, time = lacking["shoulder"]
+    assert abs(needed) > abs(available)
+    assert 0.0 <= time <= made.release
+
+
+def test_a_release_beyond_the_throw_is_refused(job: Job):
     with pytest.raises(Error, match="within the throw"):
         Thrower(job.follower, job.fitted.own[0], job.fitted.unknowns, release=9.0)
 

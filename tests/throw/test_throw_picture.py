@@ -9,8 +9,9 @@ from warpmuscle.formats import load
 from warpmuscle.plots.style import matplotlib
 from warpmuscle.throw import plot
 from warpmuscle.throw.follow import Replay
+from warpmuscle.throw.goals import Goal, fly
 from warpmuscle.throw.job import Job, Options
-from warpmuscle.throw.synthesis import Flight, Goal, Throw
+from warpmuscle.throw.synthesis import Throw
 
 
 @pytest.fixture(scope="module")
@@ -23,9 +24,7 @@ def thrown(job: Job, target: float, speed: float, angle: float) -> Throw:
     own, motions = job.follower.extracted[0], job.motions
     turn = np.radians(angle)
     velocity = speed * np.array([[np.cos(turn), np.sin(turn)]])
-    duration = (velocity[:, 1] + np.sqrt(velocity[:, 1] ** 2 + 2.0 * 9.81 * 2.0)) / 9.81
-    start = np.array([[0.3, 2.0]])
-    flight = Flight(start, velocity, start[:, 0] + velocity[:, 0] * duration, duration)
+    flight = fly(np.array([[0.3, 2.0]]), velocity, 9.81, 0.0)
     replay = Replay(motions.angles[0], motions.angles[1])
     return Throw(Goal(target), flight, 1.0, 0.0, 0.0, 9.81, own, own, replay, (0,), 0.0, np.ones(3))
 

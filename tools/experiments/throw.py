@@ -24,12 +24,12 @@ from warpmuscle.kernels import curves
 from warpmuscle.throw.arm import Arm
 from warpmuscle.throw.fit import fit_motions
 from warpmuscle.throw.follow import Follower
+from warpmuscle.throw.goals import Goal
 from warpmuscle.throw.job import Job, Options
 from warpmuscle.throw.motion import RATE
 from warpmuscle.throw.plot import draw_fit, draw_throws, draw_trade
 from warpmuscle.throw.problem import computed_excitation, factorized
 from warpmuscle.throw.published import Published
-from warpmuscle.throw.synthesis import Goal
 
 # Gains, shift (s, positive: early), noise and floor, each in parts of an activation.
 CORRUPTIONS = {
@@ -153,7 +153,7 @@ def main(
     draw_trade(output / "trade.png", [("computed signals", np.array([np.median(a.correlation) for a in trade]), worst)])
     ball = Job(load("throw_ball"), [], Options())
     ball.fit()
-    throws = ball.throw([Goal(distance=distance) for distance in (2.0, 4.0, 7.0)], None, 3)
+    throws = ball.throw([Goal(distance=distance) for distance in (2.0, 4.0, 7.0)])
     draw_throws(output / "targets.png", ball.follower, throws)
     for throw in throws:
         print(f"{throw.goal.distance:g} m: lands at {throw.flight.distance[0]:.3f} m")

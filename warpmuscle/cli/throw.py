@@ -22,16 +22,18 @@ from warpmuscle.cli.console import log, marked, out
 from warpmuscle.core.errors import Error
 from warpmuscle.simulation.cuda_warmup import start_driver
 
-MISSED = 1  # exit code where a new throw misses its goal
+# Exit codes where new throws miss a part of their goals; several parts are SEVERAL.
+MISSED, SEVERAL = {"distance": 1, "speed": 3, "angle": 4, "duration": 5}, 6
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from warpmuscle.throw.fit import Fitted
+    from warpmuscle.throw.goals import Goal
     from warpmuscle.throw.job import Job
     from warpmuscle.throw.problem import Lack
     from warpmuscle.throw.report import Row
-    from warpmuscle.throw.synthesis import Goal, Throw
+    from warpmuscle.throw.synthesis import Throw
 
 
 def throw(
@@ -79,11 +81,15 @@ def throw(
     height: Annotated[float | None, typer.Option(help="Height of the target above the ground, m; else 0.")] = None,
     speed: Annotated[float | None, typer.Option(help="Speed at which the ball is to leave the hand, m/s.")] = None,
     angle: Annotated[float | None, typer.Option(help="Its angle above the horizontal, degrees.")] = None,
+    flight_time: Annotated[float | None, typer.Option(help="Time from the release to the target's height, s.")] = None,
     release: Annotated[
-        float | None, typer.Option(help="Time of release, s; by default when the ball would fly farthest.")
+        float | None, typer.Option(help="Time of release, s; by default the one that suits the goal best.")
     ] = None,
     adapt: Annotated[
-        int | None, typer.Option(min=1, help="How many synergies' signals may change for a new throw; else 3.")
+        int | None, typer.Option(min=1, help="How many synergies' signals may change for a new throw; else all.")
+    ] = None,
+    solutions: Annotated[
+        int | None, typer.Option(min=1, max=20, help="Throws to find for each goal, unlike each other; else 1.")
     ] = None,
     output: Annotated[Path | None, typer.Option("--output", "-o", help="HDF5 file to write.")] = None,
     plot: Annotated[Path | None, typer.Option(help="Figure to draw, .png, .svg or .pdf.")] = None,
@@ -99,7 +105,9 @@ def throw(
     the trunk leans forwards, or shoulder_flexion_gravity_deg, the upper arm's angle to gravity, from which that
     follows; shoulder_forward_m and shoulder_up_m, the shoulder's place.
 
-    Exit codes: 0, 1 if a new throw misses its goal (files are written all the same), 2 if an input cannot be used.
+    A new throw stays overhead: the hand is above the shoulder when it lets go. Exit codes: 0; where new throws miss a
+    part of their goals 1 (distance), 3 (speed), 4 (angle), 5 (time of flight) or 6 (several of these), with files
+    written all the same; 2 if an input cannot be used.
 
     Examples: warpmuscle throw throws/*.csv -o throw.h5; warpmuscle throw serve.csv --prescribe shoulder;
     warpmuscle throw lift.csv --emg syn.h5 --prescribe wrist --curve; warpmuscle throw --target 2 --target 4
@@ -113,11 +121,12 @@ def throw(
         check_picture(plot)
         if output is not None and plot.resolve() == output.resolve():
             raise Error(f"--output and --plot both name {plot}")
-    if not files and not target and speed is None and angle is None:
+    if not files and not target and speed is None and angle is None and flight_time is None:
         raise Error("nothing to do: name files with motions, or a goal such as --target 4")
-    goals = _goals(target or [], height or 0.0, speed, angle)
+    goals = _goals(target or [], height or 0.0, speed, angle, flight_time)
     _check_needed({"--channel": channel}, emg, "--emg")
-    _check_needed({"--height": height, "--release": release, "--adapt": adapt}, goals, "a goal such as --target 4")
+    _check_needed({"--height": height, "--release": release, "--adapt": adapt, "--solutions": solutions}, goals,
+                  "a goal such as --target 4")  # fmt: skip
     _check_needed({"--low-pass": low_pass}, files, "files with motions")
     if emg is not None and number is not None:
         raise Error("--number is for computed synergies; --emg brings its own")
@@ -143,7 +152,7 @@ def throw(
         _print_curve(job, fitted)
     throws: list[Throw] = []
     if goals and fitted is not None:
-        throws = _throws(job, goals, release, adapt or 3)
+        throws = _throws(job, goals, release, adapt, solutions or 1)
     if output is not None:
         job.write(output, {"command": command_line(), "seed": seed})
         out.print(f"wrote {output}")
@@ -155,7 +164,13 @@ def throw(
         else:
             draw_fit(plot, job.follower, fitted, job.published)
         out.print(f"wrote {plot}")
-    return 0 if all(made.met for made in throws) else MISSED
+    return exit_code(throws)
+
+
+def exit_code(throws: Sequence[Throw]) -> int:
+    """What of the goals was missed."""
+    missed = {name for made in throws for name in made.missed}
+    return 0 if not missed else MISSED[missed.pop()] if len(missed) == 1 else SEVERAL
 
 
 def _check_needed(options: Mapping[str, object], given: object, what: str) -> None:
@@ -175,14 +190,16 @@ def _pairs(texts: Sequence[str]) -> dict[str, str]:
     return pairs
 
 
-def _goals(targets: Sequence[float], height: float, speed: float | None, angle: float | None) -> list[Goal]:
-    from warpmuscle.throw.synthesis import Goal
+def _goals(
+    targets: Sequence[float], height: float, speed: float | None, angle: float | None, duration: float | None
+) -> list[Goal]:
+    from warpmuscle.throw.goals import Goal
 
     radians = None if angle is None else math.radians(angle)
-    if not targets and speed is None and radians is None:
+    if not targets and speed is None and radians is None and duration is None:
         return []
     distances: list[float | None] = [*targets] or [None]
-    return [Goal(distance, height, speed, radians) for distance in distances]
+    return [Goal(distance, height, speed, radians, duration) for distance in distances]
 
 
 def _print_problem(job: Job) -> None:
@@ -267,20 +284,18 @@ def _print_curve(job: Job, fitted: Fitted) -> None:
     _print_table("accuracy against fidelity, by its price", headings, rows)
 
 
-def _throws(job: Job, goals: Sequence[Goal], release: float | None, adapt: int) -> list[Throw]:
-    with log.status("throwing"):
-        throws = job.throw(goals, release, adapt)
+def _throws(job: Job, goals: Sequence[Goal], release: float | None, adapt: int | None, solutions: int) -> list[Throw]:
+    with log.status("throwing") as shown:
+        throws = job.throw(goals, release, adapt, solutions, progress=shown.update)
     for made in throws:
         flight, goal = made.flight, made.goal
         text = (
-            f"released after {made.release:.3g} s at {flight.speed[0]:.2f} m/s, {math.degrees(flight.angle[0]):.1f} deg"
+            f"{goal}: released after {made.release:.3g} s at {flight.speed[0]:.2f} m/s, "
+            f"{math.degrees(flight.angle[0]):.1f} deg, the hand {100.0 * made.clearance:.0f} cm above the shoulder"
         )
         if math.isfinite(flight.distance[0]):
-            text += f"; lands at {flight.distance[0]:.3f} m"
-        if goal.distance is not None and made.met:
-            text += f", {100.0 * made.error:.1f} cm from the target at {goal.distance:g} m"
-        changed = ", ".join(f"C{k + 1}" for k in made.synergies)
-        out.print(f"{text}; {changed} changed by {made.change:.3f}")
+            text += f"; lands at {flight.distance[0]:.3f} m after {flight.duration[0]:.2f} s"
+        out.print(f"{text}; signals changed by {made.change:.3f}, effort {made.effort:.4f}")
         if not made.met:
             log.print(marked("missed:", "yellow", f" {_missed(job, made)}"))
     return throws
@@ -288,7 +303,11 @@ def _throws(job: Job, goals: Sequence[Goal], release: float | None, adapt: int) 
 
 def _missed(job: Job, made: Throw) -> str:
     """What a throw misses, and what may help."""
-    text = f"no signals of these {len(made.synergies)} synergies were found that throw {made.goal}"
+    from warpmuscle.throw.goals import NAMES
+
+    text = f"no signals were found that throw {made.goal} overhead: {' and '.join(NAMES[name] for name in made.missed)}"
+    if made.lack:
+        text += f"; {made.lack}"
     if len(made.synergies) < job.follower.synergies.count:
-        text += f"; --adapt {job.follower.synergies.count} lets all of them change"
+        text += f"; --adapt {job.follower.synergies.count} lets all signals change"
     return text

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -17,6 +18,7 @@ from warpmuscle.scene.parameters import start_values
 from warpmuscle.throw.arm import Arm
 from warpmuscle.throw.fit import Fitted, Settings, fit_motions, trade
 from warpmuscle.throw.follow import Follower
+from warpmuscle.throw.goals import Goal
 from warpmuscle.throw.metrics import Agreement
 from warpmuscle.throw.motion import resample
 from warpmuscle.throw.problem import (
@@ -34,7 +36,8 @@ from warpmuscle.throw.published import Published, as_published
 from warpmuscle.throw.report import write
 from warpmuscle.throw.scene_motion import motion_of
 from warpmuscle.throw.signals import Knots
-from warpmuscle.throw.synthesis import Goal, Throw, Thrower, check_release
+from warpmuscle.throw.strength import what_lacks
+from warpmuscle.throw.synthesis import Throw, Thrower, check_release
 
 USUAL = 5  # synergies (Cruz Ruiz 2015)
 GROUPS = "throw_groups"  # scene whose muscles, as strong as whole groups, compute activations of the same muscles
@@ -151,13 +154,41 @@ class Job:
             raise Error("fit before the curve of accuracy against fidelity")
         return trade(self.follower, self.fitted, np.asarray(self.training), PRICES, self.settings)
 
-    def throw(self, goals: Sequence[Goal], release: float | None, adapt: int) -> list[Throw]:
-        """New throws out of the first motion."""
+    def throw(
+        self,
+        goals: Sequence[Goal],
+        release: float | None = None,
+        adapt: int | None = None,
+        solutions: int = 1,
+        explain: bool = True,
+        progress: Callable[[str], None] = lambda what: None,
+    ) -> list[Throw]:
+        """New throws out of the first motion.
+
+        Args:
+            adapt: how many synergies' signals may change: those that vary most in the known throw; by default all.
+            solutions: throws for each goal, unlike each other.
+            explain: whether to look for what the muscles lack where a goal is missed.
+        """
         if self.fitted is None:
             raise Error("fit a throw before making new ones")
-        thrower = Thrower(self.follower, self.fitted.own[0], self.fitted.unknowns, release)
-        self.throws = [thrower.throw(goal, count=adapt) for goal in goals]
+        thrower = Thrower(self.follower, self.fitted.own[0], self.fitted.unknowns, release, seed=self.options.seed)
+        chosen = None if adapt is None else self._most_active(adapt)
+        self.throws = []
+        for goal in goals:
+            for made in thrower.throws(goal, solutions, chosen, progress):
+                if not made.met and explain:
+                    progress(f"looking for what lacks to throw {goal}")
+                    made = dataclasses.replace(made, lack=what_lacks(thrower, made))
+                self.throws.append(made)
         return self.throws
+
+    def _most_active(self, count: int) -> tuple[int, ...]:
+        """The synergies whose signals vary most in the first throw, each in parts of what it excites."""
+        assert self.fitted is not None
+        signals = self.follower.shaped(self.fitted.own[:1])[0]
+        spread = signals.std(axis=1) * np.linalg.norm(self.follower.synergies.weights, axis=0)
+        return tuple(sorted(np.argsort(-spread)[:count].tolist()))
 
     def write(self, path: str | Path, attributes: Mapping[str, Any]) -> None:
         """Keep everything as HDF5, see `report.write`."""

@@ -57,6 +57,7 @@ def _name(made: Throw) -> str:
         return f"throw at {goal.distance:g} m"
     parts = [f"{goal.speed:g} m/s"] if goal.speed is not None else []
     parts += [f"{np.degrees(goal.angle):.3g} deg"] if goal.angle is not None else []
+    parts += [f"{goal.duration:g} s"] if goal.duration is not None else []
     return f"throw of {', '.join(parts)}"
 
 

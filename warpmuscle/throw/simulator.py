@@ -48,8 +48,9 @@ class Simulator:
         self.simulations = self.steps = 0
 
     def run(
-        self, which: NDArray[np.intp], time: Floats, excitation: Floats, values: Floats, start: Floats | None = None
-    ) -> tuple[Floats, Floats]:
+        self, which: NDArray[np.intp], time: Floats, excitation: Floats, values: Floats, start: Floats | None = None,
+        until: float | None = None,
+    ) -> tuple[Floats, Floats]:  # fmt: skip
         """Angles and angular velocities (B, T, J) of all joints at the motions' times.
 
         A copy that diverges stays where it was last.
@@ -59,11 +60,12 @@ class Simulator:
             time: (K,) s, knots. excitation: (B, M, K), straight between them.
             values: of the scene's free parameters, (P,) or (B, P).
             start: (B, M) activations at t = 0; by default the first excitations.
+            until: s, up to which it is simulated; what comes later is not there.
         """
         rollout = self.prepared(which, time, excitation, values, start)
-        rollout.run()
+        rollout.run(until)
         self.simulations += len(which)
-        self.steps += len(which) * rollout.steps
+        self.steps += len(which) * rollout.steps_done
         return self._sampled(rollout)
 
     def load(self) -> None:

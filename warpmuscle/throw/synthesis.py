@@ -1,81 +1,49 @@
-"""New throws from goals alone: the signals of a few synergies change until the ball flies as wanted.
+"""New throws from goals alone: the signals of synergies change until the ball flies as wanted.
 
-A known throw, its muscles and its synergies are the start. The ball leaves the hand at a given time and flies freely.
-Unknown are the signals of the chosen synergies at their knots up to then; everything else stays as it was.
+A known throw, its muscles and its synergies are the start. Unknown are changes of the signals at a few knots, which
+CMA-ES searches for globally: every generation is one batch of simulations. The ball may leave the hand at any frame of
+a window of time; of each candidate the frame that suits the goal best counts, so that the time of release is found with
+the signals. It flies freely from there.
+
+The cost is the misses in their units, then the effort (mean square of the excitations), then how far the signals are
+from the known throw's; the hand must be above the shoulder when it lets go, and turning forwards.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from warpmuscle.core.array_types import Floats
+from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.errors import Error
 from warpmuscle.scene.joints import root_type
 from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.search.cma import CmaSearch
 from warpmuscle.throw.arm import hand_position, joint_positions, states
 from warpmuscle.throw.follow import Follower, Replay
-from warpmuscle.throw.least_squares import Prior, Unknowns, fit
+from warpmuscle.throw.goals import Flight, Goal, fly, misfit, tamed
 from warpmuscle.throw.metrics import determination
 from warpmuscle.throw.motion import Motions
 
-ALLOWED = {"distance": 0.05, "speed": 0.1, "angle": np.radians(2.0)}  # m, m/s, rad, by which a ball may miss its goal
 MOMENT = 1e-4  # s, of the difference quotient of the hand's velocity
-PRICE = 1e-3  # of a squared change of a signal at a knot, against a squared error in its unit
-UNITS = {"distance": 0.02, "speed": 0.05, "angle": np.radians(1.0)}  # errors that count as 1: m, m/s, rad
-WINDOW = 0.5  # s before the release in which signals change: earlier ones change the whole course of the motion
-PACE = 20.0  # units by which a goal is approached at once
-STEPS = 12
-
-
-@dataclass(frozen=True)
-class Goal:
-    """What a ball is to do; what is None may be anything."""
-
-    distance: float | None = None  # m, forwards from below the shoulder's start to where it meets the height
-    height: float = 0.0  # m, of the target above the ground
-    speed: float | None = None  # m/s, at release
-    angle: float | None = None  # rad, of the velocity above the horizontal at release
-
-    def __post_init__(self) -> None:
-        if self.distance is None and self.speed is None and self.angle is None:
-            raise Error("a throw needs a goal: a distance, or a speed or an angle of release")
-        for name in ("distance", "speed"):
-            value = getattr(self, name)
-            if value is not None and not 0.0 < value < 100.0:
-                raise Error(f"the {name} of a throw must be greater than 0 and less than 100, not {value:g}")
-        if self.angle is not None and not abs(self.angle) <= np.pi / 2.0:
-            raise Error(f"the angle of a throw must be from -90 to 90 deg, not {np.degrees(self.angle):g} deg")
-        if not -10.0 <= self.height <= 100.0:
-            raise Error(f"the height of a target must be from -10 to 100 m, not {self.height:g} m")
-
-    def __str__(self) -> str:
-        parts = [f"to {self.distance:g} m"] if self.distance is not None else []
-        parts += [f"at {self.height:g} m of height"] if self.distance is not None and self.height else []
-        parts += [f"with {self.speed:g} m/s"] if self.speed is not None else []
-        parts += [f"at {np.degrees(self.angle):.3g} deg"] if self.angle is not None else []
-        return " ".join(parts)
-
-
-@dataclass(frozen=True)
-class Flight:
-    """A ball's release and landing, of B throws; forwards and up."""
-
-    position: Floats  # (B, 2) m, at release, from below the shoulder's start and above the ground
-    velocity: Floats  # (B, 2) m/s, at release
-    distance: Floats  # (B,) m, where it meets the target's height on its way down; NaN if it never does
-    duration: Floats  # (B,) s
-
-    @property
-    def speed(self) -> Floats:
-        return np.asarray(np.linalg.norm(self.velocity, axis=1))
-
-    @property
-    def angle(self) -> Floats:
-        """Above the horizontal, rad."""
-        return np.asarray(np.arctan2(self.velocity[:, 1], self.velocity[:, 0]))
+SPACING = 0.1  # s, of the knots at which signals are changed
+EARLIER, LATER = 0.35, 0.2  # s, by which the ball may leave before and after the known throw would carry farthest
+CLEARANCE = 0.05  # m, by which the hand is to be above the shoulder
+EFFORT, CHANGE = 2.0, 1.0  # prices of mean square excitation and of mean square change, against a squared unit
+POPULATION = 48
+DEVIATION = 0.12  # of a signal's change in the first generation, in parts of its range
+GENERATIONS = 200
+FORBIDDEN = 1e6  # cost of a release below the shoulder or backwards
+RUNS = 2  # searches, the second of a larger population, until one meets the goal
+CLOSE = 0.05  # of the squared units: a goal that is met so well is met
+PATIENCE, LONG, GAIN = (
+    15,
+    50,
+    0.02,
+)  # generations in which the cost must fall by this part: once the goal is met, and before
+APART = 0.15  # root mean square difference of signals, by which solutions are to differ
 
 
 @dataclass(frozen=True)
@@ -94,6 +62,10 @@ class Throw:
     synergies: tuple[int, ...]  # whose signals changed
     change: float  # root mean square of that change
     resemblance: Floats  # (J,) r2 of its angles with those of the throw that it began as
+    effort: float = 0.0  # mean square of the excitations up to the release
+    clearance: float = np.inf  # m, by which the hand is above the shoulder at the release
+    simulations: int = 0
+    lack: str = ""  # what the muscles lack to meet the goal, if that was found
 
     @property
     def error(self) -> float:
@@ -101,14 +73,14 @@ class Throw:
         return abs(float(self.flight.distance[0]) - self.goal.distance) if self.goal.distance is not None else 0.0
 
     @property
+    def missed(self) -> dict[str, float]:
+        """What of the goal is missed by more than is allowed; a ball that does not land meets no distance."""
+        return self.flight.misses(self.goal)
+
+    @property
     def met(self) -> bool:
-        """Whether everything that the goal names is met; a ball that does not land meets no distance."""
-        misses = [
-            abs(float(getattr(self.flight, name)[0]) - getattr(self.goal, name)) <= most
-            for name, most in ALLOWED.items()
-            if getattr(self.goal, name) is not None
-        ]
-        return all(misses)
+        """Whether everything that the goal names is met."""
+        return not self.missed
 
 
 def check_release(release: float, motions: Motions) -> None:
@@ -119,146 +91,228 @@ def check_release(release: float, motions: Motions) -> None:
 
 
 class Thrower:
-    """Makes throws out of one that is known."""
+    """Makes throws out of one that is known.
 
-    def __init__(self, follower: Follower, own: Floats, shared: Floats, release: float | None = None) -> None:
-        """Begin with a fitted throw, the first of the follower's.
+    Attributes:
+        follower: what the known throw was fitted with. own: (size,) its signals.
+        values: (P,) of the scene's parameters.
+        recorded: coordinates (T, C), speeds and accelerations (T, S) of the motion that the known throw follows.
+        release: s, when the known throw would carry farthest, or the time that was asked for.
+        frames: at which a ball may be let go.
+        hats: (K, c) by how much a change at each coarse knot changes a signal at the knots.
+    """
+
+    def __init__(
+        self,
+        follower: Follower,
+        own: Floats,
+        shared: Floats,
+        release: float | None = None,
+        motion: int = 0,
+        seed: int = 0,
+    ) -> None:
+        """Begin with a fitted throw.
 
         Args:
-            own: (size,) its signals. shared: (P,) its parameters.
-            release: s; by default when a ball that is let go with the hand above the shoulder flies farthest.
+            own: (size,) its signals. shared: (P,) its parameters. motion: its number among the follower's.
+            release: s; by default any time about the one when a ball that is let go with the hand above the shoulder
+                flies farthest.
         """
-        self._follower, self._own, self._shared = follower, own.copy(), shared
-        self.known = follower.replay(np.zeros(1, dtype=np.intp), own[None], shared)
-        arm, self._recorded = follower.arm, states(follower.arm, follower.motions)[0][0]
+        self.follower, self.own, self._motion, self._seed = follower, own.copy(), motion, seed
+        arm, motions = follower.arm, follower.motions.rows([motion])
+        self.values = arm.values(shared)
+        self.recorded = tuple(part[0] for part in states(arm, motions))
+        self._coordinates, self._speeds, _ = self.recorded
         plain = substitute(arm.scene, start_values(arm.scene))
         self._gravity, self._ground = float(plain.gravity), float(plain.ground.height)  # type: ignore[arg-type]
-        self._shoulder = joint_positions(arm, self._recorded)[0][:, [2, 1]]
+        self._shoulder = joint_positions(arm, self._coordinates)[0][:, [2, 1]]
         self._below = float(self._shoulder[0, 0])
-        time = follower.motions.time
+        self._step = float(motions.time[1] - motions.time[0])
+        last = int(np.flatnonzero(motions.valid[0] > 0.0)[-1])
+        self.known = self.simulated(own[None])
         if release is None:
-            release = float(time[self._best_frame()])
-        check_release(release, follower.motions)
-        self.release = release
-        self._frame = int(np.clip(round(release / (time[1] - time[0])), 0, len(time) - 1))
+            best = self._best_frame(last)
+            first, final = best - round(EARLIER / self._step), best + round(LATER / self._step)
+            self.frames = np.arange(max(first, 1), min(final, last) + 1)
+            self.release = best * self._step
+        else:
+            check_release(release, motions)
+            self.release = release
+            self.frames = np.array([int(np.clip(round(release / self._step), 0, last))])
+        self.hats = self._coarse()
 
-    def _best_frame(self) -> int:
+    def _best_frame(self, last: int) -> int:
         """The frame from which the known throw would carry farthest with the hand above the shoulder."""
-        best, farthest = 0, -np.inf
-        for frame in range(len(self._recorded)):
-            position, velocity = self._hand(self.known, frame)
-            if position[0, 1] > self._shoulder[frame, 1]:
-                distance = float(self._fly(position, velocity, 0.0).distance[0])
-                if distance > farthest:
-                    best, farthest = frame, distance
-        if best == 0:
+        frames = np.arange(1, last + 1)
+        flight, clearance = self.flights(self.known, frames, 0.0)
+        distance = np.where(clearance[0] > 0.0, np.nan_to_num(flight.distance[0], nan=-np.inf), -np.inf)
+        if not np.isfinite(distance).any():
             raise Error("the hand never comes above the shoulder in this throw: say when to release the ball")
-        return best
+        return int(frames[distance.argmax()])
 
-    def _hand(self, replay: Replay, frame: int) -> tuple[Floats, Floats]:
-        """Position and velocity (B, 2) of the hand at a frame, forwards and up."""
-        arm, follower = self._follower.arm, self._follower
-        q, v, _ = states(arm, follower.motions.rows([0]))
+    def _coarse(self) -> Floats:
+        """By how much a change at each coarse knot (c,) changes the signals at the knots (K, c) up to the release."""
+        end = float(self.frames[-1]) * self._step
+        count = max(round(end / SPACING), 1) + 1
+        places = np.linspace(0.0, end, count)
+        time = self.follower.knots.time
+        far = np.abs(np.minimum(time, end)[:, None] - places) / (places[1] - places[0])
+        return np.asarray(np.maximum(0.0, 1.0 - far))
+
+    def flights(self, replay: Replay, frames: Integers, height: float) -> tuple[Flight, Floats]:
+        """Flights (B, F) of balls let go at some frames, and the hand's height above the shoulder there, m."""
+        arm, count = self.follower.arm, len(replay.angle)
         ends = []
         for sign in (-1.0, 1.0):
-            moved = np.repeat(q[:, frame], len(replay.angle), axis=0)
+            moved = np.tile(self._coordinates[frames], (count, 1, 1))
             if root_type(arm.scene.character).speeds:
-                moved[:, :3] += sign * MOMENT * v[0, frame, :3]
-            moved[:, arm.coordinate_places] = replay.angle[:, frame] + sign * MOMENT * replay.speed[:, frame]
-            ends.append(hand_position(arm, moved)[:, [2, 1]])
-        return 0.5 * (ends[0] + ends[1]), (ends[1] - ends[0]) / (2.0 * MOMENT)
+                moved[:, :, :3] += sign * MOMENT * self._speeds[frames, :3]
+            moved[:, :, arm.coordinate_places] = replay.angle[:, frames] + sign * MOMENT * replay.speed[:, frames]
+            hand = hand_position(arm, moved.reshape(count * len(frames), -1))[:, [2, 1]]
+            ends.append(hand.reshape(count, len(frames), 2))
+        position, velocity = 0.5 * (ends[0] + ends[1]), (ends[1] - ends[0]) / (2.0 * MOMENT)
+        clearance = position[:, :, 1] - self._shoulder[frames, 1]
+        return fly(position - [self._below, self._ground], velocity, self._gravity, height), clearance
 
-    def flight(self, replay: Replay, height: float) -> Flight:
-        """The flights of balls let go in these throws, to a height above the ground, m."""
-        return self._fly(*self._hand(replay, self._frame), height)
-
-    def _fly(self, position: Floats, velocity: Floats, height: float) -> Flight:
-        position = position - [self._below, self._ground]
-        drop = velocity[:, 1] ** 2 + 2.0 * self._gravity * (position[:, 1] - height)
-        duration = np.where(drop >= 0.0, (velocity[:, 1] + np.sqrt(np.maximum(drop, 0.0))) / self._gravity, np.nan)
-        return Flight(position, velocity, position[:, 0] + velocity[:, 0] * duration, duration)
-
-    def throw(self, goal: Goal, synergies: tuple[int, ...] | None = None, count: int = 3) -> Throw:
-        """A throw that meets a goal as well as the muscles can.
+    def throws(
+        self,
+        goal: Goal,
+        count: int = 1,
+        synergies: tuple[int, ...] | None = None,
+        progress: Callable[[str], None] = lambda what: None,
+    ) -> list[Throw]:
+        """Some throws that meet a goal as well as the muscles can, each unlike those before it.
 
         Args:
-            synergies: whose signals may change; by default the `count` that matter most for the goal.
+            synergies: whose signals may change; by default all.
         """
-        if synergies is None:
-            synergies = self._most_useful(goal, count)
-        places = self._places(synergies)
-        own, start = self._own[places].copy(), self._outcome(self._own[None], goal)[0]
-        wanted = self._wanted(goal)
-        stages = max(int(np.ceil(np.abs(wanted - start).max() / PACE)), 1)
-        for stage in range(1, stages + 1):
-            between = start + (wanted - start) * stage / stages
-            nearer = self._approach(own, places, goal, between)
-            if not self._nearer(nearer, own, places, goal, wanted):
-                break
-            own = nearer
-        signals = self._own.copy()
-        signals[places] = own
-        replay = self._replay(signals[None])
-        known = self.known.angle[:, :, self._follower.arm.free]
-        resemblance = determination(
-            replay.angle[:, :, self._follower.arm.free], known, self._follower.motions.valid[:1]
-        )[0]
-        change = float(np.sqrt(np.mean((own - self._own[places]) ** 2)))
+        found: list[Throw] = []
+        for number in range(count):
+            progress(f"throwing {goal}" + (f", solution {number + 1} of {count}" if count > 1 else ""))
+            found.append(self._throw(goal, synergies, [made.own for made in found]))
+        return found
+
+    def throw(self, goal: Goal, synergies: tuple[int, ...] | None = None) -> Throw:
+        """A throw that meets a goal as well as the muscles can."""
+        return self.throws(goal, 1, synergies)[0]
+
+    def stronger(self, factor: float) -> Thrower:
+        """The same with muscles so many times as strong.
+
+        Raises:
+            Error: the scene says of no muscle that its strength is free.
+        """
+        names = [parameter.name for parameter in self.follower.arm.parameters]
+        strengths = np.array([name.endswith(".f_max") for name in names])
+        if not strengths.any():
+            raise Error("no muscle's f_max is free")
+        other = object.__new__(Thrower)
+        other.__dict__ = dict(self.__dict__)
+        other.values = np.where(strengths, factor * self.values, self.values)
+        return other
+
+    def _throw(self, goal: Goal, synergies: tuple[int, ...] | None, others: Sequence[Floats]) -> Throw:
+        """One throw, unlike others (size,)."""
+        chosen = tuple(range(self.follower.synergies.count)) if synergies is None else synergies
+        search = _Search(self, goal, chosen, others)
+        best, simulations = search.run(self._seed + len(others))
+        own, frame = best
+        replay = self.simulated(own[None])
+        flight, clearance = self.flights(replay, np.array([frame]), goal.height)
+        one = replace(flight, **{name: getattr(flight, name)[:, 0] for name in
+                                 ("position", "velocity", "distance", "duration", "short")})  # fmt: skip
+        follower = self.follower
+        free, valid = follower.arm.free, follower.motions.valid[[self._motion]]
+        resemblance = determination(replay.angle[:, :, free], self.known.angle[:, :, free], valid)[0]
+        change = float(np.sqrt(np.mean((own - self.own) ** 2)))
         return Throw(
-            goal, self.flight(replay, goal.height), self.release, self._below, self._ground, self._gravity, self._own,
-            signals, replay, synergies, change, resemblance,
+            goal, one, frame * self._step, self._below, self._ground, self._gravity, self.own, own, replay, chosen,
+            change, resemblance, float(self.effort(own[None])[0]), float(clearance[0, 0]), simulations,
         )  # fmt: skip
 
-    def _nearer(self, own: Floats, than: Floats, places: NDArray[np.intp], goal: Goal, wanted: Floats) -> bool:
-        """Whether signals at some places come nearer to what is wanted than others."""
-        signals = np.tile(self._own, (2, 1))
-        signals[:, places] = own, than
-        error = np.linalg.norm(self._outcome(signals, goal) - wanted, axis=1)
-        return bool(error[0] < error[1])
+    def simulated(self, signals: Floats, last: int | None = None) -> Replay:
+        """Copies under signals (B, size), whole or up to a frame."""
+        follower = self.follower
+        which = np.full(len(signals), self._motion, dtype=np.intp)
+        angle, speed = follower.simulator.run(
+            which, follower.knots.time, follower.excitation(signals), self.values, follower.start(signals),
+            until=None if last is None else last * self._step,
+        )  # fmt: skip
+        return Replay(angle, speed)
 
-    def _approach(self, own: Floats, places: NDArray[np.intp], goal: Goal, wanted: Floats) -> Floats:
-        """Signals at some places that come nearest to what is wanted, from others on."""
+    def effort(self, signals: Floats) -> Floats:
+        """Mean square of the excitations up to the last time of release, (B,)."""
+        excitation = self.follower.excitation(signals)
+        until = self.follower.knots.time <= self.frames[-1] * self._step
+        acting = self.follower.arm.acting
+        return np.asarray(np.mean(excitation[:, acting][:, :, until] ** 2, axis=(1, 2)))
 
-        def residuals(which: NDArray[np.intp], x: Floats, _: Floats, rough: bool = False) -> Floats:
-            signals = np.tile(self._own, (len(x), 1))
-            signals[:, places] = x
-            return np.asarray(self._outcome(signals, goal, rough) - wanted)
 
-        def roughly(which: NDArray[np.intp], x: Floats, shared: Floats) -> Floats:
-            return residuals(which, x, shared, rough=True)
+class _Search:
+    """A search for signals of some synergies."""
 
-        size = len(places)
-        price = Prior(PRICE * np.eye(size), self._own[places][None])
-        unknowns = Unknowns(own[None], np.zeros(size), np.ones(size), 1e-3, None, [price])
-        nothing = Unknowns(np.zeros(1), np.zeros(1), np.ones(1), 1.0, free=False)
-        found = fit(residuals, unknowns, nothing, iterations=STEPS, damping=1.0, tolerance=1e-5, rough=roughly)
-        return np.asarray(found.own[0])
+    def __init__(self, thrower: Thrower, goal: Goal, synergies: tuple[int, ...], others: Sequence[Floats]) -> None:
+        self._thrower, self._goal, self._synergies, self._others = thrower, goal, synergies, others
+        self.simulations = 0
 
-    def _replay(self, signals: Floats, rough: bool = False) -> Replay:
-        return self._follower.replay(np.zeros(len(signals), dtype=np.intp), signals, self._shared, rough)
+    def run(self, seed: int) -> tuple[tuple[Floats, int], int]:
+        """Signals (size,) and the frame of release of the best throw, and how many were simulated."""
+        best = (np.inf, np.inf, self._thrower.own, int(self._thrower.frames[0]))
+        for attempt in range(RUNS):
+            found = self._descend(seed + 1000 * attempt, POPULATION * 2**attempt, DEVIATION, best)
+            best = min(best, found, key=lambda one: one[0])
+            if best[1] <= CLOSE:
+                break
+        return (best[2], best[3]), self.simulations
 
-    def _outcome(self, signals: Floats, goal: Goal, rough: bool = False) -> Floats:
-        """What the goal is about, in its units, (B, k)."""
-        flight = self.flight(self._replay(signals, rough), goal.height)
-        parts = [getattr(flight, name) / UNITS[name] for name in UNITS if getattr(goal, name) is not None]
-        return np.asarray(np.nan_to_num(np.stack(parts, axis=1)))
+    def _descend(
+        self, seed: int, population: int, deviation: float, best: tuple[float, float, Floats, int]
+    ) -> tuple[float, float, Floats, int]:
+        """Cost, miss, signals and frame of the best of a run of CMA-ES and of what is given."""
+        size = self._thrower.hats.shape[1] * len(self._synergies)
+        search = CmaSearch(np.full(size, 0.5), seed, population=population, sigma=deviation)
+        history: list[float] = []
+        for _ in range(GENERATIONS):
+            points = search.ask()
+            signals = self._signals(points)
+            cost, miss, frame = self.cost(signals)
+            search.tell(cost)
+            k = int(cost.argmin())
+            if cost[k] < best[0]:
+                best = (float(cost[k]), float(miss[k]), signals[k], int(frame[k]))
+            history.append(best[0])
+            patience = PATIENCE if best[1] <= CLOSE else LONG
+            settled = len(history) > patience and history[-1] > (1.0 - GAIN) * history[-1 - patience]
+            if settled or search.finished():
+                break
+        return best
 
-    def _wanted(self, goal: Goal) -> Floats:
-        return np.array([getattr(goal, name) / UNITS[name] for name in UNITS if getattr(goal, name) is not None])
+    def _signals(self, points: Floats) -> Floats:
+        """Signals (B, size) of points of the cube (B, synergies * coarse knots): 1/2 is no change."""
+        thrower = self._thrower
+        hats, knots = thrower.hats, len(thrower.follower.knots)
+        change = (2.0 * points - 1.0).reshape(len(points), len(self._synergies), -1) @ hats.T
+        signals = np.tile(thrower.own, (len(points), 1))
+        for row, number in enumerate(self._synergies):
+            part = slice(number * knots, (number + 1) * knots)
+            signals[:, part] = np.clip(signals[:, part] + change[:, row], 0.0, 1.0)
+        return signals
 
-    def _places(self, synergies: tuple[int, ...]) -> NDArray[np.intp]:
-        """Of the values of these synergies' signals at knots within the window, and the one after the release."""
-        knots = self._follower.knots
-        inside = np.flatnonzero((knots.time > self.release - WINDOW) & (knots.time < self.release + knots.time[1]))
-        return np.concatenate([number * len(knots) + inside for number in synergies])
-
-    def _most_useful(self, goal: Goal, count: int) -> tuple[int, ...]:
-        """The synergies whose signals change most of what the goal is about."""
-        total = self._follower.synergies.count
-        places = self._places(tuple(range(total)))
-        moved = np.repeat(self._own[None], len(places), axis=0)
-        sign = np.where(self._own[places] > 0.5, -1.0, 1.0)
-        moved[np.arange(len(places)), places] += 0.01 * sign
-        slope = (self._outcome(moved, goal) - self._outcome(self._own[None], goal)) / (0.01 * sign)[:, None]
-        power = np.array([np.sum(slope[places // len(self._follower.knots) == k] ** 2) for k in range(total)])
-        return tuple(sorted(np.argsort(-power)[: min(count, total)].tolist()))
+    def cost(self, signals: Floats) -> tuple[Floats, Floats, Integers]:
+        """Costs (B,), misses (B,) in squared units, and frames of release (B,) of signals (B, size)."""
+        thrower = self._thrower
+        self.simulations += len(signals)
+        replay = thrower.simulated(signals, int(thrower.frames[-1]))
+        flight, clearance = thrower.flights(replay, thrower.frames, self._goal.height)
+        missed = misfit(flight, self._goal)
+        below = np.maximum(CLEARANCE - clearance, 0.0) + np.maximum(-flight.velocity[..., 0], 0.0)
+        missed = np.where(below > 0.0, FORBIDDEN * (1.0 + below), missed)
+        missed = np.nan_to_num(missed, nan=10.0 * FORBIDDEN)
+        choice = missed.argmin(axis=1)
+        miss = missed[np.arange(len(signals)), choice]
+        change = np.mean((signals - thrower.own) ** 2, axis=1)
+        cost = miss + EFFORT * thrower.effort(signals) + CHANGE * change
+        for other in self._others:
+            apart = np.sqrt(np.mean((signals - other) ** 2, axis=1))
+            cost = cost + tamed(np.maximum(APART - apart, 0.0) / 0.01)
+        return cost, miss, thrower.frames[choice]
