@@ -120,6 +120,15 @@ class Ground:
 
 
 @wp.struct
+class SoftConstraint:
+    """How contacts give and bounce that are constraints, see `soft_constraint.py`."""
+
+    restitution: float
+    softness: float  # m/(N s)
+    penalty: float
+
+
+@wp.struct
 class ContactMaterial:
     """What a sphere is made of in Hunt-Crossley contact, see `hunt_crossley.py`."""
 
@@ -145,6 +154,7 @@ class Contacts:
     height: wp.array2d[float]  # (rows, 1) m
     ground: wp.array2d[Ground]  # (rows, 1)
     material: wp.array2d[ContactMaterial]  # (rows, points) of Hunt-Crossley contact
+    soft: wp.array2d[SoftConstraint]  # (rows, 1) of contacts that are constraints
 
 
 @wp.struct

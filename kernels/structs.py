@@ -25,6 +25,7 @@ from warpmuscle.kernels.body_structs import Feet as Feet
 from warpmuscle.kernels.body_structs import Ground as Ground
 from warpmuscle.kernels.body_structs import LimitRow as LimitRow
 from warpmuscle.kernels.body_structs import Skeleton as Skeleton
+from warpmuscle.kernels.body_structs import SoftConstraint as SoftConstraint
 from warpmuscle.kernels.control_structs import ComponentPlan as ComponentPlan
 from warpmuscle.kernels.control_structs import ComponentRow as ComponentRow
 from warpmuscle.kernels.control_structs import Control as Control

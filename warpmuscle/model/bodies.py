@@ -122,8 +122,8 @@ def contacts_struct(scene: Scene, names: Topology, device: Any) -> tuple[structs
     See `kernels.structs.Contacts`; the starts are (bodies + 1,).
     """
     ground = scene.ground
-    spring = ground.law == "spring"
-    touchable = not spring or bool(np.any(rows(ground.stiffness) > 0.0))
+    points_only, soft = ground.law in ("spring", "soft_constraint"), ground.law == "soft_constraint"
+    touchable = ground.law != "spring" or bool(np.any(rows(ground.stiffness) > 0.0))
     start, points, radii, friction, reach = [0], [], [], [], []
     materials: list[dict[str, Any]] = []
     for i, name in enumerate(names.bodies):
@@ -138,7 +138,7 @@ def contacts_struct(scene: Scene, names: Topology, device: Any) -> tuple[structs
                 radii.append(radius)
                 friction.append(np.minimum(rows(body.friction), rows(ground.friction)))
                 margin: Any = 0.0
-                if not spring and not isinstance(shape, Box):
+                if not points_only and not isinstance(shape, Box):
                     materials.append(material_columns(shape.material or ground.material, radius, ground.law))
                     margin = materials[-1]["margin"]
                 farthest = np.maximum(farthest, np.linalg.norm(points[-1], axis=-1) + rows(radius) + margin)
@@ -153,6 +153,9 @@ def contacts_struct(scene: Scene, names: Topology, device: Any) -> tuple[structs
         "friction": stacked(friction or [rows([0.0])[:, 0]]),
     }
     c.point = structs_to_device(structs.ContactPoint, columns, device)
+    if soft:
+        columns = {field: rows([getattr(ground, field)]) for field in structs.SoftConstraint.vars}
+        c.soft = structs_to_device(structs.SoftConstraint, columns, device)
     if materials:
         columns = {field: stacked([one[field] for one in materials]) for field in structs.ContactMaterial.vars}
         c.material = structs_to_device(structs.ContactMaterial, columns, device)

@@ -183,10 +183,11 @@ class InitialState(Part):
 
 
 class Ground(Part):
-    """A plane of contacts with the bodies' shapes, by one of three laws.
+    """A plane of contacts with the bodies' shapes, by one of four laws.
 
     spring: implicit spring-damper contacts with regularised Coulomb friction; values per contact point. The defaults
     are where the original's gaits come out closest to their recordings, also in steps of 1/500 s.
+    soft_constraint: as the original program has it, at steps of 1/2000 s: its points bounce.
     hunt_crossley: spheres, and capsules by the spheres at their ends, as OpenSim's HuntCrossleyForce has them;
     smooth_hunt_crossley: as its SmoothSphereHalfSpaceForce. Each is of its own `material`, or of that of the ground.
     """
@@ -197,7 +198,10 @@ class Ground(Part):
     damping: Annotated[Number, "N s/m"] = 1.0e3
     tangential_damping: Annotated[Number, "N s/m"] = 1.0e5  # up to the friction limit
     friction: Annotated[Number, "1"] = 1.0e3  # the body's own coefficient decides unless this one is smaller
-    law: Literal["spring", "hunt_crossley", "smooth_hunt_crossley"] = "spring"
+    law: Literal["spring", "soft_constraint", "hunt_crossley", "smooth_hunt_crossley"] = "spring"
+    restitution: Annotated[Number, "1"] = 0.35  # this and the next two of `soft_constraint`: speed after over before
+    softness: Annotated[Number, "m/(N s)"] = 2.0e-4  # its CFM
+    penalty: Annotated[Number, "1"] = 0.2  # its ERP: part of the depth that is pushed out in a step
     material: ContactMaterial | None = None  # of Hunt-Crossley contact; None: the defaults
 
 
