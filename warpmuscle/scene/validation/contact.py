@@ -6,7 +6,6 @@ from warpmuscle.core.errors import SceneError
 from warpmuscle.scene import Box, ContactMaterial, Ground
 from warpmuscle.scene.validation.checks import Checks
 
-
 POINTS = ("spring", "soft_constraint")  # laws by which all shapes touch the ground, at points
 
 
