@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from warpmuscle.plots import learning_curve
 from warpmuscle.plots.style import GRAY, PALETTE, grid, heading
 from warpmuscle.plots.subject import Absent, Subject
 from warpmuscle.results.records import Evaluations, Fit, History
@@ -16,6 +17,8 @@ _MARGIN = 1.6  # the axis ends at so many times the greatest cost worth showing
 def draw(subject: Subject) -> Any:
     """Costs of the candidates and the least so far, a panel a stage, and how widely the searches still sample."""
     evaluations, searched = subject.result.evaluations, subject.result.searched
+    if evaluations is None and subject.result.learned is not None:
+        return learning_curve.draw(subject, subject.result.learned)
     if evaluations is None and subject.result.fit is not None:
         return _of_fit(subject, subject.result.fit)
     if evaluations is None or len(evaluations) == 0:

@@ -11,6 +11,7 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.core.status import Status
 from warpmuscle.model.objective import described, weight_of
 from warpmuscle.optimization.best_scene import recorded_scene, scene_in
+from warpmuscle.results.learned import Learned
 from warpmuscle.results.records import Evaluations, Fit, ParameterTable, Result
 from warpmuscle.scene.accounting import accounting
 from warpmuscle.scene.masses import mass_warnings
@@ -32,6 +33,8 @@ def report(result: Result) -> list[str]:
         lines += ["", *fit(result.fit)]
         lines += [f"motion {number}: {name}" for number, name in enumerate(result.replay_names)]
         return lines
+    if result.learned is not None:
+        return [*lines, "", *learning(result.learned), *heaviness(result)]
     if result.evaluations is None or result.best is None:
         count = len(result.replays)
         return [*lines, f"no search; {count} motion{'s' if count != 1 else ''}", *heaviness(result)]
@@ -58,6 +61,25 @@ def fit(found: Fit) -> list[str]:
         cells = [f"{m:8.4f}" + (f" ({w:.4f})" if count > 1 else "") for m, w in zip(middle, worst, strict=True)]
         lines.append(f"  {name:{width}} {' '.join(cells)}  after {seconds:.1f} s")
     return lines
+
+
+def learning(learned: Learned) -> list[str]:
+    """What a policy is like, and how it was learnt."""
+    policy, rows = learned.policy, learned.curve
+    sizes = "-".join(str(len(layer.bias)) for layer in policy.layers)
+    lines = [f"policy: {len(policy.observation)} observations, layers of {sizes}, {len(policy.action)} actions"]
+    if len(rows["iteration"]):
+        last = {name: float(values[-1]) for name, values in rows.items()}
+        rate = last["decisions"] / max(last["wall_time"], 1e-9)
+        lines += [
+            f"{last['iteration']:.0f} iterations, {last['decisions'] / 1e6:.4g} million decisions in "
+            f"{last['wall_time']:.1f} s, {rate:.0f} a second",
+            f"rewards of an episode {rows['gain'][0]:.4g} {blocks(rows['gain'])} {last['gain']:.4g}",
+            f"episodes last {last['upright']:.2f} s, {100.0 * last['completed']:.0f} % their whole time, at "
+            f"{last['speed']:.2f} m/s",
+        ]
+    options = ", ".join(f"{name} {value}" for name, value in learned.options.items())
+    return [*lines, f"options: {options}", *([f"ended: {learned.ended}"] if learned.ended else [])]
 
 
 def outcomes(evaluations: Evaluations) -> list[str]:
@@ -103,8 +125,12 @@ def _descent(evaluations: Evaluations, ended: str) -> list[str]:
 
 def curve(values: Floats) -> str:
     """Positive falling values as a line of blocks, by their logarithm."""
-    chosen = values[np.linspace(0, len(values) - 1, min(CURVE, len(values))).round().astype(int)]
-    level = np.log(np.maximum(chosen, 1e-30))
+    return blocks(np.log(np.maximum(values, 1e-30)))
+
+
+def blocks(values: Floats) -> str:
+    """Values as a line of blocks."""
+    level = values[np.linspace(0, len(values) - 1, min(CURVE, len(values))).round().astype(int)]
     span = float(level.max() - level.min())
     scaled = (level - level.min()) / span if span > 0.0 else np.zeros(len(level))
     return "".join(BLOCKS[round(x * (len(BLOCKS) - 1))] for x in scaled)
