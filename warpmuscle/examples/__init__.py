@@ -83,6 +83,7 @@ EXAMPLES = {
     "force": Example("an ankle exoskeleton, air drag, and a custom force", shipped("glider.py", "exo.toml")),
     "stages": Example("a search in stages, every candidate disturbed", shipped("stages.toml")),
     "sweep": Example("a sweep over seeds, speeds and weakness", shipped("speeds.toml")),
+    "learning": Example("an arm that learns to reach by its six muscles", shipped("reaching.toml")),
     "gait": Example("a recorded walk over the gait cycle, and a scene that tracks it", _gait),
     "model": Example("an arm as an OpenSim model, and a scene that excites its muscles", _model),
     "simbicon": Example("the walk in the files of the original SIMBICON program", _simbicon),
