@@ -10,11 +10,12 @@ import h5py  # noqa: E402
 
 from killing import killed_at  # noqa: E402
 from warpmuscle.core.errors import Error, ResultError  # noqa: E402
+from warpmuscle.core.status import Status  # noqa: E402
 from warpmuscle.formats import load  # noqa: E402
 from warpmuscle.learning.evaluation import evaluate  # noqa: E402
 from warpmuscle.learning.options import PPOOptions  # noqa: E402
-from warpmuscle.learning.player import Player, replay, task_of  # noqa: E402
-from warpmuscle.learning.training import learn, resume  # noqa: E402
+from warpmuscle.learning.player import Player, commanded, replay, task_of, undisturbed  # noqa: E402
+from warpmuscle.learning.training import learn, resume, usual_task  # noqa: E402
 from warpmuscle.results.result import read  # noqa: E402
 from warpmuscle.results.training_file import training_path  # noqa: E402
 from warpmuscle.scene.learning import Task, Variation  # noqa: E402
@@ -134,11 +135,32 @@ def test_a_policy_gives_the_same_motion_in_every_slot_and_batch(whole):
 
 def test_a_replay_is_what_the_player_does_and_ends_where_it_fails(whole):
     recording, status = replay(whole.learned.policy, scene(), "cpu", TASK)
-    assert recording.time[-1] <= 0.4
-    assert status.name in ("COMPLETED", "FELL", "DIVERGED") or status
+    player = Player(whole.learned.policy, scene(), 1, "cpu", undisturbed(TASK), record=[0])
+    decisions = 0
+    while decisions < 40 and player.batch.rollout.state.status.numpy()[0] == 0:
+        player.decide(restart=False)
+        decisions += 1
+    wanted = player.batch.rollout.recording()
+    np.testing.assert_array_equal(recording.root_position, wanted.root_position)
+    assert recording.frames == wanted.frames
+    assert (status == Status.COMPLETED) == (decisions == 40)
 
 
 def test_evaluation_counts_who_lasts_the_whole_time(whole):
     found = evaluate(whole.learned.policy, scene(), 6, "cpu", TASK)
     assert found.instances == 6
     assert 0.0 <= found.arrived <= found.completed <= 1.0
+
+
+def test_a_walking_scene_learns_from_states_of_its_gait_by_default_and_else_what_it_says():
+    assert usual_task(load("walk56")).variation.start_states > 0
+    assert usual_task(msgspec.structs.replace(scene(), learning=TASK)) == TASK
+
+
+def test_commands_of_a_policy_are_checked():
+    task = Task(pose={"knee": (0.0, 1.0)}, command_time=2.0)
+    told = commanded(task, ["speed=1.4", "knee = 0.5"])
+    assert (told.speed, told.pose, told.command_time) == ((1.4, 1.4), {"knee": (0.5, 0.5)}, 0.0)
+    for text in ("sped=1", "speed", "speed=fast", "speed=inf"):
+        with pytest.raises(Error, match="KEY is speed, turning_rate, knee"):
+            commanded(task, [text])

@@ -39,6 +39,9 @@ Threads = Annotated[int | None, typer.Option(min=1, help="CPU threads, of no eff
 Duration = Annotated[float | None, typer.Option(help="Simulated time, s; by default the scene's.")]
 TimeStep = Annotated[float | None, typer.Option(help="Time step, s; by default the scene's.")]
 
+Policy = Annotated[
+    Path | None, typer.Option(help="HDF5 file of `warpmuscle learn`, whose policy moves the scene; needs no PyTorch.")
+]
 Settings = Annotated[
     list[str] | None,
     typer.Option(
@@ -50,7 +53,10 @@ Settings = Annotated[
 Commands = Annotated[
     list[str] | None,
     typer.Option(
-        "--command", "-c", metavar="NAME=VALUE", help="What a scene with commands is asked for: speed=1.5, slope=3."
+        "--command",
+        "-c",
+        metavar="NAME=VALUE",
+        help="What a scene with commands, or a policy, is asked for: speed=1.5, slope=3.",
     ),
 ]
 Trust = Annotated[

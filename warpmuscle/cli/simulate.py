@@ -12,6 +12,7 @@ from warpmuscle.cli.common import (
     Commands,
     Device,
     Duration,
+    Policy,
     Settings,
     Sources,
     TimeStep,
@@ -26,7 +27,9 @@ from warpmuscle.cli.console import log, out, print_gait
 from warpmuscle.simulation.cuda_warmup import start_driver
 
 if TYPE_CHECKING:
+    from warpmuscle.results.recording import Recording
     from warpmuscle.scene import Scene
+    from warpmuscle.scene.parameters import Parameter
 
 
 def simulate(
@@ -46,26 +49,67 @@ def simulate(
     output: Annotated[Path | None, typer.Option("--output", "-o", help="HDF5 file to write.")] = None,
     plot: Annotated[Path | None, typer.Option(help="Stick figures to draw, .png, .svg or .pdf.")] = None,
     rate: Annotated[float, typer.Option(min=1.0, help="Recorded frames per second.")] = 100.0,
+    policy: Policy = None,
 ) -> None:
     """Run a scene once, and print how it walks.
 
-    Examples: warpmuscle simulate fwalk --plot walk.png -o walk.h5;
-    warpmuscle simulate bipV2.rbs fWalk.sbc --duration 60
+    Examples: warpmuscle simulate fwalk --plot walk.png -o walk.h5; warpmuscle simulate bipV2.rbs fWalk.sbc
+    --duration 60; warpmuscle simulate walk56 --policy policy.h5 --command speed=1.3
     """
     writable(output, plot)
     start_driver(device)
-    scene = changed(load_scene(sources, settings=settings, commands=commands), duration, time_step, implicit_pd)
+    of_scene = commands if policy is None else None  # else the policy is told
+    scene = changed(load_scene(sources, settings=settings, commands=of_scene), duration, time_step, implicit_pd)
     if legacy:
         scene = _as_legacy(scene)
     start_warp()
-    from warpmuscle.core.status import Status
-    from warpmuscle.results.records import Result, parameter_table
-    from warpmuscle.results.result import write
     from warpmuscle.simulation.devices import find_devices
+
+    where = str(find_devices(device)[0])
+    if policy is None:
+        recording, parameters = _run(scene, where, rate)
+    else:
+        recording, parameters = _act(scene, policy, commands or [], where, rate)
+    gait = print_gait(scene, recording)
+    if output is not None:
+        from warpmuscle.formats import toml
+        from warpmuscle.results.records import Result, parameter_table
+        from warpmuscle.results.result import write
+
+        table = parameter_table(parameters)
+        write(output, Result(toml.dumps(scene), where, command_line(), 0, table, replays=(recording,)))
+        out.print(f"wrote {output}")
+    if plot is not None:
+        from warpmuscle.plots.stick_figures import stick_figures
+
+        stick_figures(recording, scene, plot, gait)
+        out.print(f"wrote {plot}")
+
+
+def _act(
+    scene: Scene, policy: Path, commands: list[str], device: str, rate: float
+) -> tuple[Recording, list[Parameter]]:
+    """The motion of a scene that a policy moves, after it has been printed how it went, and its free parameters."""
+    from warpmuscle.learning.player import commanded, learned_in, replay, task_of
+    from warpmuscle.scene.parameters import free_parameters
+
+    learned = learned_in(policy)
+    task = commanded(task_of(learned), commands)
+    with log.status("simulating; the first run compiles for some seconds"):
+        recording, status = replay(learned.policy, scene, device, task, rate=rate)
+    out.print(
+        f"{scene.name}: {status.meaning}; {recording.time[-1]:.4g} s moved by the policy of {policy}", markup=False
+    )
+    return recording, free_parameters(scene)
+
+
+def _run(scene: Scene, device: str, rate: float) -> tuple[Recording, list[Parameter]]:
+    """The motion of a scene, after it has been printed how it went, and its free parameters."""
+    from warpmuscle.core.status import Status
     from warpmuscle.simulation.rollout import Rollout
 
     with log.status("simulating"):
-        rollout = Rollout(scene, 1, str(find_devices(device)[0]), record=[0], record_rate=rate)
+        rollout = Rollout(scene, 1, device, record=[0], record_rate=rate)
         rollout.load()
         begin = time.perf_counter()
         rollout.run()
@@ -75,18 +119,7 @@ def simulate(
         f"{scene.name}: {status.meaning}; {rollout.end_time()[0]:.4g} s simulated in "
         f"{time.perf_counter() - begin:.2f} s on {rollout.device}, cost {rollout.cost()[0]:.6g}"
     )
-    gait = print_gait(scene, recording)
-    if output is not None:
-        from warpmuscle.formats import toml
-
-        table = parameter_table(rollout.parameters)
-        write(output, Result(toml.dumps(scene), str(rollout.device), command_line(), 0, table, replays=(recording,)))
-        out.print(f"wrote {output}")
-    if plot is not None:
-        from warpmuscle.plots.stick_figures import stick_figures
-
-        stick_figures(recording, scene, plot, gait)
-        out.print(f"wrote {plot}")
+    return recording, rollout.parameters
 
 
 def _as_legacy(scene: Scene) -> Scene:

@@ -61,13 +61,14 @@ class EpisodeBatch:
         seed: int = 0,
         *,
         record: Sequence[int] = (),
+        record_rate: float = 100.0,
         threads: int | None = None,
         trust: bool = False,
     ) -> None:
         """Prepare and begin all episodes; the first call compiles kernels.
 
         Args:
-            scene, instances, device, record, threads, trust: as of `Rollout`.
+            scene, instances, device, record, record_rate, threads, trust: as of `Rollout`.
             task: what is learned; by default what the scene says, or a walk at 1.2 m/s.
             seed: of everything that is drawn.
 
@@ -79,7 +80,14 @@ class EpisodeBatch:
         self.task = task or scene.learning or Task()
         self.scene = prepared(scene, self.task)
         self.rollout = rollout = Rollout(
-            self.scene, instances, device, record=record, threads=threads, trust=trust, lanes=None
+            self.scene,
+            instances,
+            device,
+            record=record,
+            record_rate=record_rate,
+            threads=threads,
+            trust=trust,
+            lanes=None,
         )
         self.device = rollout.device
         self.decision_steps = max(round(self.task.decision_time / self.scene.time_step), 1)

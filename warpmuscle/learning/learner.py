@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
@@ -51,8 +52,9 @@ class Learner:
     def _look_around(self) -> None:
         """Find out what observations are like, before anything is learnt."""
         self.collector.noise.normal_(generator=self.random)
-        self.collector.collect()
-        self._see()
+        with tensor_cores():
+            self.collector.collect()
+            self._see()
 
     def iterate(self) -> dict[str, float]:
         """Collect experience and learn from it."""
@@ -65,9 +67,10 @@ class Learner:
         return self._told()
 
     def _work(self) -> None:
-        self.collector.collect()
-        self.ppo.update(self.collector.last)
-        self._see()
+        with tensor_cores():
+            self.collector.collect()
+            self.ppo.update(self.collector.last)
+            self._see()
 
     def _see(self) -> None:
         """Let what was observed count in what is usual."""
@@ -150,6 +153,18 @@ class Learner:
 def _array(tensor: torch.Tensor) -> Singles:
     """A copy on the host."""
     return np.array(tensor.detach().cpu().numpy(), dtype=np.float32)
+
+
+@contextmanager
+def tensor_cores() -> Iterator[None]:
+    """Let products of matrices on a GPU round their factors to 10 bits (TF32), which noise of learning far exceeds."""
+    rules = torch.backends.cuda.matmul
+    before = rules.allow_tf32
+    rules.allow_tf32 = True
+    try:
+        yield
+    finally:
+        rules.allow_tf32 = before
 
 
 def captured(work: Callable[[], None]) -> Callable[[], None]:

@@ -27,19 +27,19 @@ class PPOOptions(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     steps: Annotated[int, Meta(ge=2, le=10_000)] = 24  # decisions of each instance between two updates
     epochs: Annotated[int, Meta(ge=1, le=100)] = 4  # times that an update goes through all samples
     minibatches: Count = 4
-    hidden: Annotated[tuple[Size, ...], Meta(min_length=1, max_length=8)] = (256, 256, 128)  # sizes of hidden layers
-    deviation: Positive = 0.3  # of actions at first
+    hidden: Annotated[tuple[Size, ...], Meta(min_length=1, max_length=8)] = (128, 128, 64)  # sizes of hidden layers
+    deviation: Positive = 0.5  # of actions at first
     min_deviation: Positive = 0.05
     discount: Share = 0.99  # a decision; gamma
     trace: Share = 0.95  # lambda of generalised advantage estimation
     clip: Positive = 0.2  # of the ratio of likelihoods, and of values
     value_weight: Weight = 1.0
-    entropy_weight: Weight = 0.0005
+    entropy_weight: Weight = 0.0
     learning_rate: Positive = 1e-3  # at first
     min_learning_rate: Positive = 5e-5
-    max_learning_rate: Positive = 3e-3
+    max_learning_rate: Positive = 5e-3
     rate_factor: Annotated[float, Meta(ge=1.0, le=10.0)] = 1.5  # by which the learning rate adapts
-    divergence: Weight = 0.01  # from one policy to the next, nat, that the learning rate aims at; 0 keeps it
+    divergence: Weight = 0.02  # from one policy to the next, nat, that the learning rate aims at; 0 keeps it
     max_gradient: Positive = 1.0  # length of the gradient of either network
     reward_time: Positive = 0.1  # s; rewards a second times this are of the size of values that networks learn well
 

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from pathlib import Path
 
 import msgspec
 
-from warpmuscle.core.errors import ResultError, RolloutError
+from warpmuscle.core.errors import Error, ResultError, RolloutError
 from warpmuscle.core.status import Status
 from warpmuscle.formats import SceneLike
 from warpmuscle.learning.episodes import EpisodeBatch
 from warpmuscle.learning.policy import DevicePolicy
 from warpmuscle.results.learned import Learned, PolicyTable
 from warpmuscle.results.recording import Recording
+from warpmuscle.results.result import read
 from warpmuscle.scene.learning import Task, Variation
 
 
@@ -36,6 +39,7 @@ class Player:
         seed: int = 0,
         *,
         record: Sequence[int] = (),
+        record_rate: float = 100.0,
         threads: int | None = None,
     ) -> None:
         """Prepare and begin all episodes.
@@ -46,7 +50,9 @@ class Player:
         Raises:
             SceneError, RolloutError: as of `EpisodeBatch`, or the policy is for another scene or task.
         """
-        self.batch = EpisodeBatch(scene, instances, device, task, seed, record=record, threads=threads)
+        self.batch = EpisodeBatch(
+            scene, instances, device, task, seed, record=record, record_rate=record_rate, threads=threads
+        )
         _check_names("observes", policy.observation, tuple(self.batch.senses.names))
         _check_names("moves", policy.action, self.batch.actions.names)
         self._policy = DevicePolicy(policy, instances, self.batch.device, self.batch.actions.told)
@@ -79,21 +85,60 @@ def task_of(learned: Learned) -> Task:
         raise ResultError(f"damaged result file: the task of its policy: {error}") from None
 
 
+def learned_in(path: str | Path) -> Learned:
+    """The policy of a result file; raises ResultError if it cannot be read, or holds none."""
+    learned = read(path).learned
+    if learned is None:
+        raise ResultError(f"{path}: holds no policy; `warpmuscle learn` makes one")
+    return learned
+
+
+def commanded(task: Task, texts: Sequence[str]) -> Task:
+    """The task with commands that stay, each given as KEY=VALUE: speed, m/s, turning_rate, rad/s, or a coordinate.
+
+    Raises:
+        Error: another key, or no finite number.
+    """
+    known = ("speed", "turning_rate", *task.pose)
+    for text in texts:
+        key, _, value = (part.strip() for part in text.partition("="))
+        try:
+            number = float(value)
+        except ValueError:
+            number = math.nan
+        if key not in known or not math.isfinite(number):
+            raise Error(f"{text!r}: write KEY=NUMBER; of this policy KEY is {', '.join(known)}")
+        if key in task.pose:
+            task = msgspec.structs.replace(task, pose={**task.pose, key: (number, number)})
+        else:
+            task = msgspec.structs.replace(task, **{key: (number, number)})
+    return msgspec.structs.replace(task, command_time=0.0) if texts else task
+
+
 def undisturbed(task: Task) -> Task:
     """The task without anything that is drawn for its episodes' starts, and without pushes."""
     return msgspec.structs.replace(task, variation=Variation(velocity_noise=0.0))
 
 
 def replay(
-    policy: PolicyTable, scene: SceneLike, device: str | None = None, task: Task | None = None, seed: int = 0
+    policy: PolicyTable,
+    scene: SceneLike,
+    device: str | None = None,
+    task: Task | None = None,
+    seed: int = 0,
+    *,
+    rate: float = 100.0,
 ) -> tuple[Recording, Status]:
     """The motion of one undisturbed episode from the scene's start, and how it ended.
+
+    Args:
+        rate: recorded frames a second. Others: as of `Player`.
 
     Raises:
         SceneError, RolloutError: as `Player`.
     """
     task = task if task is not None else Task()
-    player = Player(policy, scene, 1, device, undisturbed(task), seed, record=[0])
+    player = Player(policy, scene, 1, device, undisturbed(task), seed, record=[0], record_rate=rate)
     batch = player.batch
     steps = batch.rollout.steps // batch.decision_steps
     for _ in range(min(batch.longest, steps)):

@@ -97,7 +97,9 @@ class PPO:
             advantage = (advantage - mean) * torch.rsqrt(deviation + 1e-8)
             old = self.networks.log_deviation.detach().clone()
             self.told.zero_()
-        columns = [seen.observation, seen.privileged, seen.action, seen.mean]
+            observed = self.networks.observed(seen.observation)
+            privileged = self.networks.privileged(seen.privileged)
+        columns = [observed, privileged, seen.action, seen.mean]
         wide = [column.flatten(0, 1) for column in columns]
         narrow = [column.flatten() for column in (seen.likelihood, seen.value, advantage, returns)]
         for epoch in self.order:
@@ -108,9 +110,9 @@ class PPO:
         self, old: Tensor, observation: Tensor, privileged: Tensor, action: Tensor, old_mean: Tensor,
         old_likelihood: Tensor, old_value: Tensor, advantage: Tensor, returns: Tensor,
     ) -> None:  # fmt: skip
-        """One step on a minibatch; `old` is the logarithm of the policy's deviation that acted."""
+        """One step on a minibatch of normal observations; `old` is the logarithm of the deviation that acted."""
         options, networks = self.options, self.networks
-        mean, value = networks.act(observation), networks.judge(privileged)
+        mean, value = networks.policy(observation), networks.value(privileged)[:, 0]
         ratio = torch.exp(networks.log_likelihood(mean, action) - old_likelihood)
         clipped = ratio.clamp(1.0 - options.clip, 1.0 + options.clip)
         policy_loss = -torch.minimum(ratio * advantage, clipped * advantage).mean()

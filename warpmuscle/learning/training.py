@@ -24,11 +24,12 @@ from warpmuscle.results.records import Result, parameter_table
 from warpmuscle.results.result import write
 from warpmuscle.results.training_file import Arrays, read_training, training_path, write_training
 from warpmuscle.scene import Scene
-from warpmuscle.scene.learning import Task
+from warpmuscle.scene.learning import Task, Variation
 from warpmuscle.scene.parameters import free_parameters
 from warpmuscle.simulation.devices import find_device
 
 ON_GPU, ON_CPU = 4096, 64  # instances, by default
+STARTS = 128  # states of a gait, by default
 INTERVAL = 20.0  # s of wall time between two checkpoints
 LARGEST_SEED = 2**31 - 1
 
@@ -63,7 +64,7 @@ def learn(
     Args:
         scene: what it moves. output: HDF5 file to write and to replace; the state of the training lies beside it, from
             which `resume` goes on.
-        task: what it learns, by default the scene's own. options: of the training. seed: of all that is drawn.
+        task: what it learns, by default `usual_task`. options: of the training. seed: of all that is drawn.
         device, threads: as of `Rollout`.
         iterations: after which to end. until: s of wall time after which to end. By default neither ends it.
         target: share of the instances that must last their whole time at the wanted speed for the training to end.
@@ -85,8 +86,18 @@ def learn(
     path = None if output is None else as_path(output, "output")
     if path is not None:
         _check_free(path)
-    training = Training(scene, task or Task(), options, seed, device, ends, threads, command, progress, interval)
+    training = Training(
+        scene, task or usual_task(scene), options, seed, device, ends, threads, command, progress, interval
+    )
     return training.run(path)
+
+
+def usual_task(scene: Scene) -> Task:
+    """What is learnt in a scene: what it says, or to walk at 1.2 m/s from states of its controller's own gait."""
+    if scene.learning is not None:
+        return scene.learning
+    starts = STARTS if scene.controller is not None else 0
+    return Task(variation=Variation(start_states=starts, start_after=0.0))
 
 
 def usual_instances(device: str | None) -> int:
