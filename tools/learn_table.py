@@ -54,6 +54,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("scene", nargs="?", default="walk56")
     parser.add_argument("--seeds", type=int, default=5)
+    parser.add_argument("--first", type=int, default=1, help="seed")
     parser.add_argument("--until", default="90s", help="after which a seed has failed")
     parser.add_argument("--target", type=float, default=0.95)
     parser.add_argument("--device", default=None)
@@ -62,7 +63,7 @@ def main() -> None:
     given = parser.parse_args(sys.argv[1:split], argparse.Namespace(options=sys.argv[split + 1 :]))
     given.folder.mkdir(parents=True, exist_ok=True)
     rows = []
-    for seed in range(1, given.seeds + 1):
+    for seed in range(given.first, given.first + given.seeds):
         rows.append(row_of(given.scene, seed, given))
         (given.folder / "table.json").write_text(json.dumps(rows))
     print(HEADER)
