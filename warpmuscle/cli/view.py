@@ -10,6 +10,7 @@ import typer
 from warpmuscle.cli.common import (
     Device,
     Duration,
+    Policy,
     Settings,
     Trust,
     changed,
@@ -44,6 +45,7 @@ def view(
     ] = None,
     replay: Annotated[int | None, typer.Option(min=0, help="Which motion of a file; by default all.")] = None,
     run: Run = None,
+    policy: Policy = None,
     duration: Duration = None,
     settings: Settings = None,
     device: Device = None,
@@ -57,7 +59,8 @@ def view(
     """Show motions in the browser: of result files side by side, or of a scene that is run for it.
 
     Needs pip install "warpmuscle\\[view]", but for --export. Ctrl-C ends it. Examples: warpmuscle view walk56.h5;
-    warpmuscle view walk56.h5 --candidates 8; warpmuscle view fwalk --live; warpmuscle view walk56 --export walk.html
+    warpmuscle view walk56.h5 --candidates 8; warpmuscle view fwalk --live; warpmuscle view walk56
+    --live --policy policy.h5; warpmuscle view walk56 --export walk.html
     """
     from warpmuscle.view.sources import is_result
 
@@ -72,8 +75,9 @@ def view(
         )
         if any(files):
             raise Error(f"--live takes a scene; `warpmuscle apply {sources[0]} -o best.toml` makes one of a result")
-        viewer = _live_viewer(sources, settings, device, host, port)
+        viewer = _live_viewer(sources, settings, device, host, port, policy)
     else:
+        _refuse({"--policy": policy}, "what is not --live")
         sights = _sights(sources, all(files), candidates, replay, run, duration, settings, device)
         if export is not None:
             from warpmuscle.view.sources import page_of_sights
@@ -111,7 +115,9 @@ def _sights(
         return of_scene(scene, device)
 
 
-def _live_viewer(sources: list[str], settings: list[str] | None, device: str | None, host: str, port: int) -> Viewer:
+def _live_viewer(
+    sources: list[str], settings: list[str] | None, device: str | None, host: str, port: int, policy: Path | None
+) -> Viewer:
     scene = load_scene(sources, settings=settings)
     start_warp()
     from warpmuscle.view.live import Live
@@ -119,7 +125,13 @@ def _live_viewer(sources: list[str], settings: list[str] | None, device: str | N
     from warpmuscle.view.viewer import new_server
 
     with log.status("preparing"):
-        run = LiveRun(scene, device or "cpu")
+        if policy is None:
+            run = LiveRun(scene, device or "cpu")
+        else:
+            from warpmuscle.learning.player import learned_in
+            from warpmuscle.view.policy_run import PolicyRun
+
+            run = PolicyRun(scene, learned_in(policy), device or "cpu")
         return Live(new_server(host, port, f"{scene.name}, live"), run)
 
 

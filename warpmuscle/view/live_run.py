@@ -173,9 +173,13 @@ class LiveRun:
         vector = rotate(facing, np.array([0.0, 0.0, impulse]))
         state, steps = self.rollout.state, max(round(PUSH_DURATION / self.scene.time_step), 1)
         state.push.assign((vector[None] / (steps * self.scene.time_step)).astype(np.float32))
-        first = self.rollout.steps_done
+        first = self._step_now()
         state.push_steps.assign(np.array([[first, first + steps]], dtype=np.int32))
         return vector
+
+    def _step_now(self) -> int:
+        """Steps of the simulation so far."""
+        return self.rollout.steps_done
 
     def window(self, length: float) -> Recording:
         """The last so many seconds of the motion, or its last frame; what was seen before if it has none.
