@@ -37,11 +37,23 @@ def test_mot_holds_angles_in_degrees_for_opensim(walk, tmp_path):
     sto.write(motion, scene, tmp_path / "walk.mot")
     header, names, rows = table(tmp_path / "walk.mot")
     assert (header["inDegrees"], header["nRows"], header["nColumns"]) == ("yes", str(len(rows)), str(len(names)))
-    assert {"time", "pelvis_tz", "lHip_x", "lKnee", "lAnkle_a", "lAnkle_b"} < set(names)
+    assert {
+        "time",
+        "pelvis_tilt",
+        "pelvis_list",
+        "pelvis_rotation",
+        "pelvis_tz",
+        "lHip_x",
+        "lKnee",
+        "lAnkle_a",
+        "lAnkle_b",
+    } < set(names)
     k = motion.joint_names.index("lKnee")
     half = np.radians(rows[:, names.index("lKnee")]) / 2.0
     np.testing.assert_allclose(np.sin(half), motion.joint_orientation[:, k, 0], atol=1e-6)
-    np.testing.assert_allclose(rows[:, names.index("pelvis_tz")], motion.root_position[:, 2], rtol=1e-7)
+    for axis, ours in {"x": motion.root_position[:, 2], "y": motion.root_position[:, 1]}.items():
+        np.testing.assert_allclose(rows[:, names.index(f"pelvis_t{axis}")], ours, rtol=1e-6, atol=1e-7)
+    np.testing.assert_allclose(rows[:, names.index("pelvis_tz")], -motion.root_position[:, 0], atol=1e-7)
 
 
 def test_sto_holds_activations_and_forces(walk, tmp_path):

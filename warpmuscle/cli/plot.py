@@ -63,7 +63,8 @@ def plot(
     missing: list[Error] = []
     for kind, path in zip(kinds, paths, strict=True):
         try:
-            figure = draw_over(subjects, kind)
+            with log.status(f"drawing {kind}"):
+                figure = draw_over(subjects, kind)
         except Absent as error:
             if what:
                 raise

@@ -1,9 +1,11 @@
 """A recorded motion by degrees of freedom: angles and lengths by name, of root and joints.
 
-A ball joint, like a free root, has three angles, of turns about the child's x, then y, then z axis (intrinsic); a
-hinge or universal joint has its own, a slide its position. Names are the joint's, with `_x`, `_y`, `_z` or `_a`, `_b`
-behind it; the root's position has `_tx`, `_ty`, `_tz`. A scene made of an OpenSim model has that model's coordinates
-instead, locked and coupled ones among them.
+The root has the coordinates that OpenSim's models have (see `scene.opensim_root.usual_root`): `pelvis_tilt`,
+`pelvis_list`, `pelvis_rotation`, and `pelvis_tx` forward, `pelvis_ty` up, `pelvis_tz` to the right. A ball joint has
+three angles, of turns about the child's x, then y, then z axis (intrinsic); a hinge or universal joint has its own, a
+slide its position. Names are the joint's, with `_x`, `_y`, `_z` or `_a`, `_b` behind it. So a motion fits the `.osim`
+file that is written of its scene. A scene made of an OpenSim model has that model's coordinates instead, locked and
+coupled ones among them.
 """
 
 from __future__ import annotations
@@ -16,13 +18,13 @@ import msgspec
 import numpy as np
 
 from warpmuscle.core.array_types import Floats
-from warpmuscle.core.pose import euler_xyz, normalized
+from warpmuscle.core.pose import normalized
 from warpmuscle.results.joint_poses import joint_angles
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import BallCoordinates, OpenSim, Scene
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.joints.displacement import rates
-from warpmuscle.scene.opensim_root import root_values
+from warpmuscle.scene.opensim_root import root_values, usual_root
 from warpmuscle.scene.parameters import rebuilt
 
 
@@ -42,10 +44,11 @@ def degrees_of_freedom(motion: Recording, scene: Scene) -> list[Degree]:
     """
     if scene.opensim is not None:
         return _of_model(motion, scene, scene.opensim)
-    root = scene.character.root
-    found = _columns([f"{root}_t{axis}" for axis in "xyz"], "m", np.asarray(motion.root_position, np.float64))
-    turned = normalized(motion.root_orientation)
-    found += _columns([f"{root}_{axis}" for axis in "xyz"], "rad", euler_xyz(turned))
+    root = usual_root(scene.character)
+    values = root_values(root, np.asarray(motion.root_position, np.float64), motion.root_orientation)
+    turns = 0 if root.root is None else len(root.root.rotations)
+    found = _columns(root.root_coordinates[:turns], "rad", values[:, :turns])
+    found += _columns(root.root_coordinates[turns:], "m", values[:, turns:])
     for name in motion.joint_names:
         joint = scene.character.joints[name]
         entry = joint_type(joint)

@@ -10,7 +10,8 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.core.number_rows import rows
 from warpmuscle.core.pose import about, euler_xyz, multiply, normalized, rotate, twist_angle
 from warpmuscle.scene.displacement import Displacement
-from warpmuscle.scene.scene import Joint, OpenSim
+from warpmuscle.scene.joints import root_type
+from warpmuscle.scene.scene import Character, Joint, OpenSim
 
 _STRAIGHT = 1.0e-6  # of the angle's cosine, by which axes may miss being at right angles
 
@@ -22,6 +23,25 @@ class RootMotion(NamedTuple):
     orientation: Floats  # (n, 4)
     moving: Floats  # (n, R, 3) velocity of its centre of mass by a unit rate of each coordinate
     turning: Floats  # (n, R, 3) angular velocity
+
+
+def usual_root(character: Character) -> OpenSim:
+    """The root of a scene that came from elsewhere, as OpenSim's models have it.
+
+    It turns about OpenSim's z, x and y axes and moves along x, y and z, or only as it does in a plane: `pelvis_tilt`,
+    `pelvis_list`, `pelvis_rotation`, `pelvis_tx`, `pelvis_ty`, `pelvis_tz`, of its centre of mass.
+    """
+    name, speeds = character.root, root_type(character).speeds
+    if not speeds:
+        return OpenSim()
+    turns = {"tilt": (-1.0, 0.0, 0.0), "list": (0.0, 0.0, 1.0), "rotation": (0.0, 1.0, 0.0)}
+    shifts = {"tx": (0.0, 0.0, 1.0), "ty": (0.0, 1.0, 0.0), "tz": (-1.0, 0.0, 0.0)}
+    if len(speeds) == 3:
+        turns, shifts = {"tilt": turns["tilt"]}, {"tx": shifts["tx"], "ty": shifts["ty"]}
+    root = Joint("coupled", "ground", name, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+    root.rotations = [Displacement(axis, slope=1.0) for axis in turns.values()]
+    root.translations = [Displacement(axis, slope=1.0) for axis in shifts.values()]
+    return OpenSim(root=root, root_coordinates=[f"{name}_{word}" for word in (*turns, *shifts)])
 
 
 def root_motion(opensim: OpenSim, values: Floats) -> RootMotion:

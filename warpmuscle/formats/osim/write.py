@@ -22,14 +22,13 @@ from warpmuscle.scene import (
     Displacement,
     Joint,
     JointState,
-    OpenSim,
     Scene,
     Sphere,
 )
 from warpmuscle.scene.geometry import contact_points
 from warpmuscle.scene.initial_pose import plain_number, plain_vector
 from warpmuscle.scene.joints import joint_type, root_type
-from warpmuscle.scene.opensim_root import root_values
+from warpmuscle.scene.opensim_root import root_values, usual_root
 from warpmuscle.scene.surfaces import CylinderSurface, EllipsoidSurface, SphereSurface, Surface
 
 VERSION, WITH_POLYNOMIALS = 40000, 40600  # of the file; the latter for paths that are polynomials
@@ -169,13 +168,13 @@ def _root(scene: Scene) -> str:
         matrix = WORLD.T @ rotate(turn, np.eye(3)).T @ WORLD
         frame = _frame("near", "/ground", WORLD.T @ position, angles_of(matrix))
         return _assembled("WeldJoint", "root", child, frame, np.zeros(3), "", "")
-    kept = scene.opensim if scene.opensim is not None and scene.opensim.root is not None else _usual_root(scene)
+    kept = scene.opensim if scene.opensim is not None and scene.opensim.root is not None else usual_root(character)
     assert kept.root is not None
     values = root_values(kept, position[None], turn[None])[0]
     coordinates = "".join(
-        _coordinate(n, float(v), 0.0, None) for n, v in zip(kept.root_coordinates, values, strict=True)
+        _coordinate(name_of(n), float(v), 0.0, None) for n, v in zip(kept.root_coordinates, values, strict=True)
     )
-    names = iter(kept.root_coordinates)
+    names = map(name_of, kept.root_coordinates)
     transform = _transform(
         [(one, next(names)) for one in kept.root.rotations], [(one, next(names)) for one in kept.root.translations]
     )
@@ -187,19 +186,6 @@ def _root(scene: Scene) -> str:
 def _rates(axes: Floats, velocity: Floats) -> Floats:
     """Rates of coordinates whose units give velocities (R, k) so that together they give this one (k,)."""
     return np.asarray(np.linalg.lstsq(axes.T, velocity, rcond=None)[0])
-
-
-def _usual_root(scene: Scene) -> OpenSim:
-    """A root that turns about OpenSim's z, x and y axes and moves along x, y and z, or only as it does in a plane."""
-    name = name_of(scene.character.root)
-    root = Joint("coupled", "ground", scene.character.root, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
-    turns = {"tilt": (-1.0, 0.0, 0.0), "list": (0.0, 0.0, 1.0), "rotation": (0.0, 1.0, 0.0)}
-    shifts = {"tx": (0.0, 0.0, 1.0), "ty": (0.0, 1.0, 0.0), "tz": (-1.0, 0.0, 0.0)}
-    if len(root_type(scene.character).speeds) == 3:
-        turns, shifts = {"tilt": turns["tilt"]}, {"tx": shifts["tx"], "ty": shifts["ty"]}
-    root.rotations = [Displacement(axis, slope=1.0) for axis in turns.values()]
-    root.translations = [Displacement(axis, slope=1.0) for axis in shifts.values()]
-    return OpenSim(root=root, root_coordinates=[f"{name}_{word}" for word in (*turns, *shifts)])
 
 
 def _joint(scene: Scene, name: str, joint: Joint) -> str:
@@ -230,7 +216,7 @@ def _joint(scene: Scene, name: str, joint: Joint) -> str:
         both = ([(one, name_of(name)) for one in part] for part in (joint.rotations, joint.translations))
         return _assembled("CustomJoint", name_of(name), child, frame, own, coordinates, _transform(*both))
     q, v = kind.start(joint, state)
-    names = [name_of(name)] if len(kind.coordinates) == 1 else [f"{name_of(name)}_{k}" for k in kind.coordinates]
+    names = [f"{name_of(name)}_{word}".rstrip("_") for word in kind.angles]
     ranges = [kind.range(joint, axis) for axis in range(len(names))]
     coordinates = "".join(
         _coordinate(n, float(q[0, k]), float(v[0, k]), ranges[k]) for k, n in enumerate(names)

@@ -169,7 +169,7 @@ def shifted(one: Displacement, by: float) -> Displacement:
 
 def _coordinate(scene: Scene, joint: str, axis: int = 0) -> str:
     """The path of a joint's coordinate."""
-    words = joint_type(scene.character.joints[joint]).coordinates
+    words = joint_type(scene.character.joints[joint]).angles
     name = name_of(joint) if len(words) == 1 else f"{name_of(joint)}_{words[axis]}"
     return f"/jointset/{name_of(joint)}/{name}"
 
