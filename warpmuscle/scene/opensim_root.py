@@ -81,7 +81,8 @@ def root_values(opensim: OpenSim, position: Floats, orientation: Floats) -> Floa
     columns = _angles(joint, turned)
     lines = [_line(translation) for translation in joint.translations]
     if lines:
-        along = place @ np.linalg.pinv(np.array([axis for axis, _, _ in lines]))
+        with np.errstate(invalid="ignore"):  # what is not finite stays so
+            along = place @ np.linalg.pinv(np.array([axis for axis, _, _ in lines]))
         columns += [(along[:, k] - shift) / slope for k, (_, slope, shift) in enumerate(lines)]
     return np.stack(columns, axis=1) if columns else np.zeros((len(position), 0))
 
