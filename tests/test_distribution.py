@@ -1,6 +1,7 @@
 """A wheel and a source distribution hold all that the program needs: they run from an empty folder."""
 
 import os
+import re
 import subprocess
 import sys
 import tarfile
@@ -10,7 +11,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
-SOURCES = ("warpmuscle", "kernels", "scenes", "pyproject.toml", "README.md", "LICENSE")
+SOURCES = ("warpmuscle", "kernels", "scenes", "pyproject.toml", "setup.py", "README.md", "LICENSE")
 
 
 @pytest.fixture(scope="module")
@@ -68,3 +69,14 @@ def test_the_wheel_runs_from_an_empty_folder(built: Path, tmp_path: Path):
     assert "0.1 s simulated" in run("simulate", "fwalk", "--duration", "0.1", "--device", "cpu", "-o", "walk.h5")
     assert (empty / "walk.h5").is_file()
     assert "knees.toml" in run("example", "muscles")
+
+
+def test_the_description_for_indexes_has_no_picture_or_link_that_leads_nowhere(built: Path):
+    wheel = zipfile.ZipFile(next(built.glob("*.whl")))
+    metadata = wheel.read(next(name for name in names(built) if name.endswith("METADATA"))).decode()
+    assert "Description-Content-Type: text/markdown" in metadata
+    assert "warpmuscle optimize stumble56" in metadata
+    assert "How gaits are measured" in metadata
+    links = re.findall(r"\]\(([^)]*)\)", metadata)
+    assert links
+    assert all(link.startswith("https://") for link in links)
