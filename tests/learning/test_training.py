@@ -9,7 +9,7 @@ torch = pytest.importorskip("torch", reason="learning needs PyTorch")
 import h5py  # noqa: E402
 
 from killing import killed_at  # noqa: E402
-from warpmuscle.core.errors import Error, ResultError  # noqa: E402
+from warpmuscle.core.errors import Error, ResultError, RolloutError  # noqa: E402
 from warpmuscle.core.status import Status  # noqa: E402
 from warpmuscle.formats import load  # noqa: E402
 from warpmuscle.learning.evaluation import evaluate  # noqa: E402
@@ -18,7 +18,7 @@ from warpmuscle.learning.player import Player, commanded, replay, task_of, undis
 from warpmuscle.learning.training import learn, resume, usual_task  # noqa: E402
 from warpmuscle.results.result import read  # noqa: E402
 from warpmuscle.results.training_file import training_path  # noqa: E402
-from warpmuscle.scene.learning import Task, Variation  # noqa: E402
+from warpmuscle.scene.learning import Sense, Task, Variation  # noqa: E402
 
 OPTIONS = PPOOptions(instances=4, steps=6, epochs=2, minibatches=2, hidden=(16, 16))
 TASK = Task(variation=Variation(velocity_noise=0.05))
@@ -108,6 +108,12 @@ def test_what_cannot_be_resumed_is_said_in_one_line(tmp_path, whole):
             resume(path)
         assert "\n" not in str(caught.value)
         file.write_bytes(content)
+    with h5py.File(file, "r+") as opened:
+        names = [name for name in opened["state"] if name.startswith("environment.")]
+        for name in names:
+            opened[f"state/{name}"][...] = 255  # -1 of whole numbers
+    with pytest.raises(ResultError, match="a machine state that there is not"):
+        resume(path)
     file.write_bytes(content[:5000])
     with pytest.raises(ResultError, match="not an HDF5 file, or damaged"):
         resume(path)
@@ -144,6 +150,12 @@ def test_a_replay_is_what_the_player_does_and_ends_where_it_fails(whole):
     np.testing.assert_array_equal(recording.root_position, wanted.root_position)
     assert recording.frames == wanted.frames
     assert (status == Status.COMPLETED) == (decisions == 40)
+
+
+def test_a_policy_of_another_task_is_refused(whole):
+    task = Task(observations={"coordinates": Sense()})
+    with pytest.raises(RolloutError, match="learnt for another scene or task: it observes 'trunk.height'"):
+        Player(whole.learned.policy, scene(), 1, "cpu", task)
 
 
 def test_evaluation_counts_who_lasts_the_whole_time(whole):

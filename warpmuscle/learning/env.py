@@ -163,6 +163,7 @@ class RolloutEnv:
             raise RolloutError("this state is of an environment of another scene, task or number of instances")
         for k, array in enumerate(arrays):
             array.copy_(state[str(k)])
+        self.batch.check_state()
         with self._stream():
             self.batch.observe_again()
 

@@ -171,6 +171,24 @@ class EpisodeBatch:
         for part in (self.actions, self.senses, self.judge):
             yield from part.changing
 
+    def check_state(self) -> None:
+        """Raise RolloutError for a state from outside whose numbers kernels cannot count with."""
+        state, episodes, controller = self.rollout.state, self.episodes, self.rollout.numeric.controller
+        counted = {
+            "machine state": (state.machine_state, max(len(controller.states) if controller is not None else 0, 1)),
+            "stance": (state.stance, 2),
+            "step": (state.step, LARGEST_SEED),
+            "start": (episodes.start_row, self._rules.starts),
+            "variant": (episodes.variant, self._rules.variants),
+            "decision": (episodes.decision, LARGEST_SEED),
+            "episode": (episodes.number, LARGEST_SEED),
+            "length": (episodes.length, LARGEST_SEED),
+        }
+        for name, (array, count) in counted.items():
+            numbers = array.numpy()
+            if numbers.size and not 0 <= int(numbers.min()) <= int(numbers.max()) < count:
+                raise RolloutError(f"this state has a {name} that there is not")
+
     def observe_again(self) -> None:
         """Show what is observed, after arrays of the state were changed from outside."""
         self._observe(self.senses.observation)
