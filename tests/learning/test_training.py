@@ -154,7 +154,7 @@ def test_a_replay_is_what_the_player_does_and_ends_where_it_fails(whole):
 
 def test_a_policy_of_another_task_is_refused(whole):
     task = Task(observations={"coordinates": Sense()})
-    with pytest.raises(RolloutError, match="learnt for another scene or task: it observes 'trunk.height'"):
+    with pytest.raises(RolloutError, match="learnt for another scene or task: it observes 'trunk"):
         Player(whole.learned.policy, scene(), 1, "cpu", task)
 
 

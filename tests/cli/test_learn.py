@@ -1,0 +1,69 @@
+"""The command that learns, and those that take what it has learnt."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+FILES = Path(__file__).parents[2] / "warpmuscle" / "examples" / "files"
+
+
+def warpmuscle(folder, *words):
+    """Exit code, and what was printed on either stream, of a command in a folder."""
+    command = [sys.executable, "-m", "warpmuscle", *map(str, words)]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True)
+    said = "\n".join(line for line in done.stderr.splitlines() if "Warp" not in line)
+    return done.returncode, done.stdout, said
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A folder with a scene and the policy that was learnt in it."""
+    pytest.importorskip("torch", reason="learning needs PyTorch")
+    folder = tmp_path_factory.mktemp("learn")
+    (folder / "reaching.toml").write_text((FILES / "reaching.toml").read_text())
+    words = ["--iterations", 2, "--instances", 4, "--option", "hidden=[16]", "--device", "cpu", "-o", "p.h5"]
+    code, told, said = warpmuscle(folder, "learn", "reaching.toml", *words)
+    assert code == 0, said
+    assert "2 iterations" in told
+    assert "4 of 4 last 4 s" in told
+    assert "wrote p.h5" in told
+    return folder
+
+
+def test_a_policy_moves_the_scene_and_is_reported(folder):
+    code, told, said = warpmuscle(
+        folder, "simulate", "reaching.toml", "--policy", "p.h5", "-c", "shoulder=1", "-o", "s.h5", "--device", "cpu"
+    )
+    assert code == 0, said
+    assert "wrote s.h5" in told
+    code, told, said = warpmuscle(folder, "report", "p.h5")
+    assert code == 0, said
+    assert "observations, layers of 16-6, 6 actions" in told
+    assert "made by: warpmuscle learn reaching.toml" in told
+    code, told, said = warpmuscle(folder, "plot", "p.h5", "--what", "convergence", "-o", "curve.png")
+    assert code == 0, said
+    assert (folder / "curve.png").stat().st_size > 10_000
+
+
+MISTAKES = {
+    "no scene": (["learn"], "learn takes a scene"),
+    "no time": (["learn", "reaching.toml", "--until", "soon"], "is not a time"),
+    "unknown option": (["learn", "reaching.toml", "--option", "epoch=3"], "no option 'epoch'"),
+    "resume and seed": (["learn", "--resume", "p.h5", "--seed", 3], "--resume takes no --seed"),
+    "nothing to resume": (["learn", "--resume", "q.h5"], "no training to go on with"),
+    "no policy": (["simulate", "reaching.toml", "--policy", "reaching.toml"], "not an HDF5 file"),
+    "of another scene": (["simulate", "fwalk", "--policy", "p.h5", "--device", "cpu"], "muscles drive no joint"),
+    "not live": (["view", "reaching.toml", "--policy", "p.h5"], "takes no --policy"),
+    "unknown command": (["simulate", "reaching.toml", "--policy", "p.h5", "-c", "hip=1"], "KEY is speed, turning_rate"),
+}
+
+
+@pytest.mark.parametrize("name", MISTAKES)
+def test_a_mistake_is_one_line(name, folder):
+    words, message = MISTAKES[name]
+    code, _, said = warpmuscle(folder, *words)
+    assert code == 2, said
+    assert message in said.replace("\n", " ")
+    assert "Traceback" not in said
