@@ -40,7 +40,7 @@ from warpmuscle.studies.robustness import upright
 
 ORIGINAL = "fwalk"  # the torque-driven walk that all others stand beside
 SCENES = (
-    "walk56", "walk56_human", "walk56_person",
+    "walk56", "walk56_human", "walk56_person", "walk56_commands", "run56",
     "walk56_speeds:objective.target_speed=0.8", "walk56_speeds:objective.target_speed=1.0",
     "walk56_speeds:objective.target_speed=1.25", "walk56_speeds:objective.target_speed=1.5", "walk44_but_hips",
     "walk50_but_back", "wang2012:objective.target_speed=1.0", "wang2012:objective.target_speed=1.25", "jog56",

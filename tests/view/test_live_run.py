@@ -1,5 +1,7 @@
 """A simulation that goes on while its numbers change, without a browser."""
 
+from functools import reduce
+
 import msgspec
 import numpy as np
 import pytest
@@ -11,7 +13,15 @@ from warpmuscle.formats import load
 from warpmuscle.scene import Command
 from warpmuscle.scene.number import Free
 from warpmuscle.simulation.rollout import Rollout
-from warpmuscle.view.live_run import COMMAND_RATE, SPEED_RATE, STEERING_INTERVAL, TURN_RATE, LiveRun, can_change_speed
+from warpmuscle.view.live_run import (
+    COMMAND_RATE,
+    SPEED_RATE,
+    STEERING_INTERVAL,
+    TURN_RATE,
+    LiveRun,
+    can_change_speed,
+    parts_that_follow,
+)
 
 UP = np.array([0.0, 1.0, 0.0])
 
@@ -192,3 +202,18 @@ def test_commands_are_reached_as_ramps_and_an_inclined_ground_stays_below_the_fe
     run.restart()
     assert float(run.numeric.controller.states[0].time) == pytest.approx(0.5)
     assert not np.any(run.numeric.ground.height)
+
+
+def test_what_follows_commands_is_all_that_is_made_anew():
+    scene = load("walk56_commands")
+    assert set(parts_that_follow(scene) or ()) == {"controller", "bodies", "slope", "objective"}
+    run = LiveRun(scene)
+    run.asked |= {"speed": 1.8, "slope": 5.0, "load": 10.0}
+    later(run, 0.3)
+    whole = Rollout(run.scene, 1, "cpu")
+    whole.change(run.numeric)
+    for place in ("simbicon.knots", "simbicon.gains", "simbicon.state_time", "contacts.normal", "skeleton.row"):
+        parts = (reduce(getattr, place.split("."), rollout.model).numpy() for rollout in (run.rollout, whole))
+        np.testing.assert_array_equal(*parts, err_msg=place)
+    scene.muscle_model.specific_tension = Free(6e5, per={"speed": 1.0})
+    assert parts_that_follow(scene) is None

@@ -180,6 +180,12 @@ class Rollout(Batch):
         self.numeric = numeric
         self._update("controller")
 
+    def change_parts(self, numeric: Scene, parts: Sequence[str]) -> None:
+        """Go on with other numbers of these parts of the model, see `model.build.PARTS`; no others differ."""
+        self.numeric = numeric
+        for part in parts:
+            self._update(part)
+
     def _update(self, part: str) -> None:
         """Let a part of the model have what the batch is told now."""
         update_model(self.model, [part], self.numeric, self.structure, self.device, self._inputs.of_model)

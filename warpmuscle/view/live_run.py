@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import msgspec
 import numpy as np
 
@@ -11,7 +13,8 @@ from warpmuscle.core.pose import about, rotate, twist_angle
 from warpmuscle.core.status import Status
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Balance, Controller, Curve, Scene, State
-from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.scene.number import Free
+from warpmuscle.scene.parameters import leaves, start_values, substitute
 from warpmuscle.simulation.commands import place_of_root, turned_below
 from warpmuscle.simulation.rollout import Rollout
 from warpmuscle.view.track import UP, Track, doll_of, track_of
@@ -52,6 +55,7 @@ class LiveRun:
         self.faster = self.turned = 0.0
         self.asked = {name: one.asked for name, one in scene.commands.items()}
         self._commanded = dict(self.asked)  # on the way there
+        self._following = parts_that_follow(scene)
         self._chosen = self.numeric = substitute(self.scene, self.values)  # without and with steering
         self._steering = self._unsteered()
         self._doll = doll_of(self.numeric, self.rollout.recording().muscle_names)
@@ -105,14 +109,21 @@ class LiveRun:
         self._change()
         self._doll = doll_of(self.numeric, self._doll.muscles.names)
 
-    def _change(self) -> None:
-        """Go on with the values and commands as they are now; the ground stays where it is below the root."""
+    def _change(self, parts: Sequence[str] | None = None) -> None:
+        """Go on with the values and commands as they are now; the ground stays where it is below the root.
+
+        Args:
+            parts: of the model, that the change is in; by default all of it.
+        """
         chosen = substitute(self.scene, self._applied, self._commanded)
         place = place_of_root(self.rollout.coordinate_names, self.rollout.state.coordinates.numpy())
         ground = turned_below(self._chosen.ground, chosen.ground, place) if self.scene.commands else chosen.ground
         self._chosen = msgspec.structs.replace(chosen, ground=ground)
         self.numeric = self._steered()
-        self.rollout.change(self.numeric)
+        if parts is None:
+            self.rollout.change(self.numeric)
+        else:
+            self.rollout.change_parts(self.numeric, parts)
 
     def _asked(self) -> dict[str, float]:
         """What is asked for, within the ranges of the commands; what is no number counts as the last command."""
@@ -127,7 +138,7 @@ class LiveRun:
             for (name, one), now in zip(self.scene.commands.items(), before.values(), strict=True)
         }
         if self._commanded != before:
-            self._change()
+            self._change(self._following)
 
     def _unsteered(self) -> tuple[float, float]:
         """What is added to the forward velocity, m/s, and the heading, rad, where nobody steers."""
@@ -197,6 +208,25 @@ class LiveRun:
     def track(self, length: float = 0.0) -> Track:
         """What is shown of the last so many seconds."""
         return track_of(self.window(length), self.numeric, self.scene.name, doll=self._doll)
+
+
+def parts_that_follow(scene: Scene) -> tuple[str, ...] | None:
+    """Parts of the model that commands change, see `model.build.PARTS`; None if there may be others than these."""
+    of = {
+        "controller": ("controller",),
+        "ground": ("bodies", "slope"),
+        "objective": ("objective",),
+        "initial_state": (),
+    }
+    found: dict[str, None] = {}
+    sources = {path for path, leaf in leaves(scene) if isinstance(leaf, Free) and leaf.per}
+    for path, leaf in leaves(scene):
+        if isinstance(leaf, Free) and (leaf.per or leaf.same_as in sources):
+            table = "ground" if path.startswith("character.bodies.") else path.partition(".")[0]
+            if table not in of:
+                return None
+            found |= dict.fromkeys(of[table])
+    return tuple(found)
 
 
 def can_change_speed(controller: Controller | None) -> bool:
