@@ -22,6 +22,8 @@ STEPS = 10  # of the environment an episode
 def scene(muscles: bool = True) -> Scene:
     """A leg that lives for ten steps of an environment, driven by muscles, or by torques with a free root."""
     given = leg(duration=STEPS * 0.005)
+    for muscle in given.character.muscles.values():
+        muscle.delay = 0.01  # which a batch for pictures has to bear
     if not muscles:
         given.actuation = {"hip": Actuation("torque"), "knee": Actuation("torque")}
         given.character.muscles, given.character.root_joint = {}, "free"
@@ -161,7 +163,9 @@ def test_pictures_show_the_body_as_it_stands_and_films_are_made_of_them():
     assert env.metadata["render_fps"] == 200
     many = BipedVectorEnv(2, scene(), "cpu", frame_skip=10, render_mode="rgb_array")
     many.reset(seed=1)
-    assert many.render()[0].shape == (480, 640, 3)
+    assert many.render()[0].shape == many.call("render")[0].shape == (480, 640, 3)
+    assert many.call("num_envs") == (2, 2)
+    assert vector().call("render") == ()
     assert vector().render() is None
     with pytest.raises(Error, match="there is no render_mode 'human'; known: rgb_array"):
         BipedEnv(scene(), "cpu", render_mode="human")

@@ -241,6 +241,16 @@ class BipedVectorEnv(VectorEnv[Array, Array, Any]):
         """The first biped as it stands, if pictures were asked for."""
         return (self.bipeds.picture(),) if self.render_mode else None
 
+    def call(self, name: str, *args: Any, **options: Any) -> tuple[Any, ...]:
+        """What is asked of all, such as `render`, as Gymnasium's own vector environments are asked by some libraries.
+
+        Returns:
+            A tuple; of `render` without pictures an empty one.
+        """
+        value = getattr(self, name)
+        value = value(*args, **options) if callable(value) else value
+        return value if isinstance(value, tuple) else () if value is None else (value,) * self.num_envs
+
 
 class BipedEnv(gymnasium.Env[Array, Array]):
     """One biped, which a policy drives; it starts again by `reset` only.

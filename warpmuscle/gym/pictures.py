@@ -16,6 +16,7 @@ from warpmuscle.video.film import Look, make_film
 from warpmuscle.video.painter import Painter
 
 LOOK = Look(width=640, height=480, caption=False)
+LENGTH = 0.5  # s, that room is made for; longer than delays of muscles
 STEPS = 2  # that a picture takes, since a film has two frames at least
 
 
@@ -24,7 +25,7 @@ class Pictures:
 
     def __init__(self, rollout: Rollout) -> None:
         """Prepare to draw instances of a batch, in a batch of one that is put to where they are."""
-        scene = msgspec.structs.replace(rollout.scene, duration=STEPS * rollout.scene.time_step)
+        scene = msgspec.structs.replace(rollout.scene, duration=min(rollout.scene.duration, LENGTH), learning=None)
         rate = 1.0 / scene.time_step
         self._one = Rollout(scene, 1, str(rollout.device), record=[0], record_rate=rate, threads=1)
         self._camera: Camera | None = None
