@@ -184,6 +184,18 @@ def joint_velocity(joint: int, model: ModelRef, work: ScratchRef) -> wp.vec3:
     return child - work.angular_velocity[parent] + work.lag_angular[parent]
 
 
+@wp.func(inline=True)
+def add_crossings(total: wp.ref[PathState], muscle: int, model: ModelRef, work: ScratchRef, arm: wp.array[wp.vec3]):
+    """Add the speed of a path whose moment arms are known, and what its joints want of the muscle."""
+    span = model.paths.span[muscle]
+    for k in range(span.first_crossing, span.end_crossing):
+        rolled()
+        crossing = model.paths.of_muscle[whole(k)]
+        r = arm[whole(crossing.number)]
+        total.speed += wp.dot(r, work.joint_velocity[whole(crossing.joint)])
+        total.wanted += counted(wanted_force(work.torque[whole(crossing.joint)], r), model.muscles.negative)
+
+
 @wp.func
 def joint_velocities(lane: int, lanes: int, model: ModelRef, work: ScratchRef):
     """Relative angular velocities of all joints into the working set. Ends with a barrier."""

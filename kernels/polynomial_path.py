@@ -2,9 +2,8 @@
 
 import warp as wp
 
-from warpmuscle.kernels.muscle_control import counted, wanted_force
-from warpmuscle.kernels.path import PathState, coordinate_gradient
-from warpmuscle.kernels.structs import ModelRef, ScratchRef, StateRef, at, rolled, whole
+from warpmuscle.kernels.path import PathState, add_crossings, coordinate_gradient
+from warpmuscle.kernels.structs import ModelRef, ScratchRef, StateRef, at
 
 MOST_VARIABLES, EXPONENT_BITS = 6, 5  # of the exponents of a term, which share an integer
 EXPONENT = 31  # the largest, all bits set
@@ -62,11 +61,5 @@ def polynomial_stretch(
         if own.first == 0:
             r += arm[own.crossing]
         arm[own.crossing] = r
-    crossings = model.paths.span[muscle]
-    for k in range(crossings.first_crossing, crossings.end_crossing):
-        rolled()
-        crossing = model.paths.of_muscle[whole(k)]
-        r = arm[whole(crossing.number)]
-        total.speed += wp.dot(r, work.joint_velocity[whole(crossing.joint)])
-        total.wanted += counted(wanted_force(work.torque[whole(crossing.joint)], r), model.muscles.negative)
+    add_crossings(total, muscle, model, work, arm)
     return total

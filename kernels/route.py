@@ -19,10 +19,15 @@ from warpmuscle.kernels.follower import along_driver
 from warpmuscle.kernels.joint_motion import cubic_rates, has_motion
 from warpmuscle.kernels.kinematics import coordinate_quat
 from warpmuscle.kernels.limits import ball_angles
-from warpmuscle.kernels.muscle_control import counted, wanted_force
-from warpmuscle.kernels.path import PathState, coordinate_gradient, offset_between, segment_moment_arm
+from warpmuscle.kernels.path import (
+    PathState,
+    add_crossings,
+    coordinate_gradient,
+    offset_between,
+    segment_moment_arm,
+)
 from warpmuscle.kernels.register_rows import rows_of
-from warpmuscle.kernels.structs import BALL, ModelRef, RouteSpan, RouteWrap, ScratchRef, StateRef, at, rolled, whole
+from warpmuscle.kernels.structs import BALL, ModelRef, RouteSpan, RouteWrap, ScratchRef, StateRef, at, whole
 from warpmuscle.kernels.wrap_cylinder import AMONG_OTHERS, EXACT, IN_PLANE, cylinder_touch
 from warpmuscle.kernels.wrap_ellipsoid import ellipsoid_touch
 from warpmuscle.kernels.wrap_sphere import sphere_touch
@@ -505,12 +510,7 @@ def route_stretch_of(kind: RouteKind, coordinate_joints: bool = False, followers
         for k in range(span.first_lever, span.end_lever):
             crossing_of = whole(model.routes.lever[whole(k)].crossing)
             arm[crossing_of] = arm[crossing_of] + lever_arm(pulls.arm, k - span.first_lever)
-        for k in range(own.first_crossing, own.end_crossing):
-            rolled()
-            crossing = model.paths.of_muscle[whole(k)]
-            r = arm[whole(crossing.number)]
-            total.speed += wp.dot(r, work.joint_velocity[whole(crossing.joint)])
-            total.wanted += counted(wanted_force(work.torque[whole(crossing.joint)], r), model.muscles.negative)
+        add_crossings(total, muscle, model, work, arm)
         return total
 
     return route_stretch

@@ -86,7 +86,7 @@ def geometry_of(stages_: Stages, paths: dict[str, MusclePath], c: Character | No
     """
     names, c, n = stages_.names, c or stages_.scene.character, stages_.instances
     table, (model, state) = path_table(paths, names, c), stages_.structs
-    model.paths, model.muscles.count = paths_struct(paths, names, c, stages_.device), len(paths)
+    model.paths, model.muscles.count = paths_struct(table, names, c, stages_.device), len(paths)
     shape = (n, max(len(paths), 1))
     outputs = [
         wp.zeros(shape, dtype=float, device=stages_.device),
@@ -274,7 +274,8 @@ def test_muscles_act_on_the_joints_between_the_bodies_of_their_points():
 
 def test_joints_find_their_muscles_and_muscles_their_joints():
     names = topology(character())
-    p, table = paths_struct(PATHS, names, character(), "cpu"), path_table(PATHS, names, character())
+    table = path_table(PATHS, names, character())
+    p = paths_struct(table, names, character(), "cpu")
     start, muscle = p.crossing_start.numpy(), p.crossing_muscle.numpy()
     joint = np.array([crossing.joint for crossing in table.crossings])
     assert [crossing.muscle for crossing in table.crossings] == muscle.tolist()

@@ -8,7 +8,7 @@ from small_scene import muscle_scene
 from warpmuscle.core.errors import SceneError
 from warpmuscle.formats import Ignored, load, mjcf, save, toml
 from warpmuscle.model.muscles import driven
-from warpmuscle.model.paths import paths_struct
+from warpmuscle.model.paths import path_table, paths_struct
 from warpmuscle.scene import Condition, Scene, ViaPoint
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.parameters import free_parameters, substitute
@@ -38,7 +38,8 @@ def segment_ends(scene: Scene, values: np.ndarray) -> np.ndarray:
     """Ends of all segments (n, segments, 2, 3) of the scene's paths for parameter values (n, P)."""
     character = substitute(scene, values).character
     paths = {name: muscle.path for name, muscle in character.muscles.items()}
-    ends = paths_struct(paths, topology(character), character, "cpu").ends.numpy()
+    names = topology(character)
+    ends = paths_struct(path_table(paths, names, character), names, character, "cpu").ends.numpy()
     return np.stack([ends["a"], ends["b"]], axis=2)
 
 

@@ -96,7 +96,9 @@ def driven(scene: Scene, names: Topology) -> ActuationMap:
     pulling = {joint for joint, drive in drives.items() if {"muscle", "assisted"} & set(drive)}
     acting = {c.muscle for c in every.crossings if names.joints[c.joint - 1] in pulling}
     chosen = tuple(name for i, name in enumerate(character.muscles) if i in acting)
-    table = path_table({name: character.muscles[name] for name in chosen}, names, character)
+    table = every
+    if len(chosen) < len(character.muscles):
+        table = path_table({name: character.muscles[name] for name in chosen}, names, character)
     return ActuationMap(drives, chosen, table)
 
 
@@ -287,10 +289,11 @@ def muscle_state(
 def model_parts(scene: Scene, names: Topology, found: ActuationMap, device: Any) -> dict[str, Any]:
     """The parts of the model that muscles need, by field of `kernels.structs.Model`."""
     paths = {name: scene.character.muscles[name] for name in found.muscles}
+    table = path_table(paths, names, scene.character)
     return {
         "actuation": actuation_struct(scene, names, found.drives, device),
         "muscles": muscles_struct(scene, found.muscles, device),
-        "paths": paths_struct(paths, names, scene.character, device),
-        "routes": route_struct(paths, names, scene.character, device),
+        "paths": paths_struct(table, names, scene.character, device),
+        "routes": route_struct(table, paths, names, scene.character, device),
         "reflexes": reflexes_struct(scene, names, found.muscles, device),
     }

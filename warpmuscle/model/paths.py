@@ -187,16 +187,12 @@ def _terms(segment: int, mover: int, beyond: set[str], table: PathTable, names: 
     return [(segment, int(b) - int(a), mover)] if a != b or hangs else []
 
 
-def paths_struct(paths: Mapping[str, MusclePath], names: Topology, character: Character, device: Any) -> structs.Paths:
-    """The device structure of the paths of all muscles, by name (see `kernels.structs.Paths`).
+def paths_struct(table: PathTable, names: Topology, character: Character, device: Any) -> structs.Paths:
+    """The device structure of the paths of all muscles (see `kernels.structs.Paths`).
 
     Args:
-        paths: numbers are floats, or (n,) arrays with one value an instance.
-
-    Raises:
-        SceneError: see `path_table`.
+        table: of the paths, whose numbers are floats, or (n,) arrays with one value an instance.
     """
-    table = path_table(paths, names, character)
     ends = [_ends(segment, table, names, character) for segment in table.segments]
     conditions = [point.condition for point in table.points if point.condition is not None]
     numbers = iter(range(len(conditions)))
@@ -258,9 +254,13 @@ def paths_struct(paths: Mapping[str, MusclePath], names: Topology, character: Ch
     return p
 
 
-def route_struct(paths: Mapping[str, MusclePath], names: Topology, character: Character, device: Any) -> structs.Routes:
-    """The device structure of the routes and polynomials of all muscles, by name (see `kernels.structs.Routes`)."""
-    table = path_table(paths, names, character)
+def route_struct(
+    table: PathTable, paths: Mapping[str, MusclePath], names: Topology, character: Character, device: Any
+) -> structs.Routes:
+    """The device structure of the routes and polynomials of all muscles, by name, which the table is of.
+
+    See `kernels.structs.Routes`.
+    """
     levers: list[list[tuple[int, int, int]]] = [[] for _ in table.muscles]
     for i, crossing in enumerate(table.crossings):
         levers[crossing.muscle] += [(i, *lever) for lever in crossing.levers]

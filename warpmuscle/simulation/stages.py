@@ -179,8 +179,8 @@ class Stages(Rollout):
         character, names = self.numeric.character, self.names
         paths = character.muscles
         table = path_table(paths, names, character)
-        fields = {"paths": paths_struct(paths, names, character, self.device), "muscles.count": len(paths)}
-        fields["routes"] = route_struct(paths, names, character, self.device)
+        fields = {"paths": paths_struct(table, names, character, self.device), "muscles.count": len(paths)}
+        fields["routes"] = route_struct(table, paths, names, character, self.device)
         kind = path_kind(self.scene.character.muscles.values(), self.scene.character, table.most_levers)
         kernel = stages.muscle_paths_of(kind)
         count = max(len(paths), 1)
