@@ -17,7 +17,14 @@ from typing import Any
 import warp as wp
 
 from warpmuscle.kernels.coordinate_joint import coordinate_axis, joint_drift, reduce_any_remaining
-from warpmuscle.kernels.dynamics import leave_downdated, leave_for_parent, move_body, reduce_body, with_children
+from warpmuscle.kernels.dynamics import (
+    Articulated,
+    leave_downdated,
+    leave_for_parent,
+    move_body,
+    reduce_body,
+    with_children,
+)
 from warpmuscle.kernels.integration import integrate_body
 from warpmuscle.kernels.joint_motion import has_motion
 from warpmuscle.kernels.scratch import synchronize
@@ -33,6 +40,14 @@ class Cluster:
     force: wp.vec3  # linear half of U
     d: float
     u: float
+
+
+@wp.struct
+class Gathered:
+    """A joint's body with all that hangs on it."""
+
+    x: Articulated
+    own: Cluster  # U, D and u of the joint itself with its followers on the body
 
 
 @wp.func
@@ -68,47 +83,45 @@ def followers_on(parent: int, driver: int, body: int, model: ModelRef, work: Scr
 
 
 @wp.func
-def reduce_follower(body: int, model: ModelRef, work: ScratchRef):
-    """Leave all of a follower's inertia for its parent, and U, D and u for the joint that it follows."""
-    x = with_children(body, model.skeleton, work)
-    r = work.position[body] - work.position[whole(model.skeleton.plan[body].parent)]
+def with_followers(body: int, driver: int, model: ModelRef, work: ScratchRef) -> Gathered:
+    """What a joint's body carries, and U, D and u of the joint with the followers that hang on the body."""
+    g = Gathered()
+    g.x = with_children(body, model.skeleton, work)
     bias = work.bias[body]
     drift = joint_drift(body, model.skeleton, work)
-    x.n += symmetric_times(x.a, bias) + x.b * drift
-    x.f += wp.transpose(x.b) * bias + symmetric_times(x.c, drift)
+    g.x.n += symmetric_times(g.x.a, bias) + g.x.b * drift
+    g.x.f += wp.transpose(g.x.b) * bias + symmetric_times(g.x.c, drift)
     s = work.coordinate_turning[body]
     t = work.coordinate_moving[body]
-    on = followers_on(body, driver_of(body, model), body, model, work)
-    ua = symmetric_times(x.a, s) + x.b * t + on.moment
-    ub = wp.transpose(x.b) * s + symmetric_times(x.c, t) + on.force
-    d = wp.dot(s, ua + on.moment) + wp.dot(t, ub + on.force) + on.d
-    u = on.u - wp.dot(s, x.n) - wp.dot(t, x.f) - wp.dot(on.moment, bias) - wp.dot(on.force, drift)
-    work.factor_a[body] = wp.matrix_from_cols(ua, ub, wp.vec3(d, u, 0.0))
-    leave_for_parent(body, r, x.a, x.b, x.c, x.n, x.f, work)
+    on = followers_on(body, driver, body, model, work)
+    g.own.moment = symmetric_times(g.x.a, s) + g.x.b * t + on.moment
+    g.own.force = wp.transpose(g.x.b) * s + symmetric_times(g.x.c, t) + on.force
+    g.own.d = wp.dot(s, g.own.moment + on.moment) + wp.dot(t, g.own.force + on.force) + on.d
+    g.own.u = on.u - wp.dot(s, g.x.n) - wp.dot(t, g.x.f) - wp.dot(on.moment, bias) - wp.dot(on.force, drift)
+    return g
+
+
+@wp.func
+def reduce_follower(body: int, model: ModelRef, work: ScratchRef):
+    """Leave all of a follower's inertia for its parent, and U, D and u for the joint that it follows."""
+    g = with_followers(body, driver_of(body, model), model, work)
+    r = work.position[body] - work.position[whole(model.skeleton.plan[body].parent)]
+    work.factor_a[body] = wp.matrix_from_cols(g.own.moment, g.own.force, wp.vec3(g.own.d, g.own.u, 0.0))
+    leave_for_parent(body, r, g.x.a, g.x.b, g.x.c, g.x.n, g.x.f, work)
 
 
 @wp.func
 def reduce_driver(instance: int, body: int, model: ModelRef, work: ScratchRef):
     """Eliminate the coordinate of a joint and of those that follow it: `reduce_coordinate` of a cluster."""
-    x = with_children(body, model.skeleton, work)
+    g = with_followers(body, body, model, work)
     parent = whole(model.skeleton.plan[body].parent)
     r = work.position[body] - work.position[parent]
-    bias = work.bias[body]
-    drift = joint_drift(body, model.skeleton, work)
-    x.n += symmetric_times(x.a, bias) + x.b * drift
-    x.f += wp.transpose(x.b) * bias + symmetric_times(x.c, drift)
-    s = work.coordinate_turning[body]
-    t = work.coordinate_moving[body]
     axis = coordinate_axis(instance, body, model, work)
-    on = followers_on(body, body, body, model, work)
     beside = followers_on(parent, body, body, model, work)
-    ua = symmetric_times(x.a, s) + x.b * t + on.moment
-    ub = wp.transpose(x.b) * s + symmetric_times(x.c, t) + on.force
-    d = wp.dot(s, ua + on.moment) + wp.dot(t, ub + on.force) + on.d + beside.d
+    d = g.own.d + beside.d
     d = 1.0 / (d + wp.dot(axis, symmetric_times(work.stiffness[body], axis)))
-    u = on.u - wp.dot(s, x.n) - wp.dot(t, x.f) - wp.dot(on.moment, bias) - wp.dot(on.force, drift)
-    q = (u + beside.u - wp.dot(axis, work.torque[body])) * d
-    leave_downdated(body, r, x, ua + beside.moment, ub + beside.force, d, q, work)
+    q = (g.own.u + beside.u - wp.dot(axis, work.torque[body])) * d
+    leave_downdated(body, r, g.x, g.own.moment + beside.moment, g.own.force + beside.force, d, q, work)
 
 
 @wp.func

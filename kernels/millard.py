@@ -104,6 +104,22 @@ def knot(i: int) -> wp.vec2: ...
 
 
 @wp.func
+def hermite(a: wp.vec2, b: wp.vec2, s: float, scale: float, beyond: float) -> wp.vec2:
+    """Value and slope of the cubic between two knots, straight beyond an end of the curve.
+
+    Args:
+        a, b: values at the knots, and slopes times their distance. s: part of the way from a to b.
+        scale: 1 over the distance. beyond: how far behind the end, 0 within the curve.
+    """
+    rise = b[0] - a[0]
+    square = a[1] * -2.0 - b[1] + 3.0 * rise
+    cube = a[1] + b[1] - 2.0 * rise
+    value = a[0] + s * (a[1] + s * (square + s * cube))
+    slope = (a[1] + s * (2.0 * square + s * 3.0 * cube)) * scale
+    return wp.vec2(value + slope * beyond, slope)
+
+
+@wp.func
 def tabulated(x: float, place: wp.vec4) -> wp.vec2:
     """Value and slope at x of a curve in the table, straight beyond its ends.
 
@@ -118,12 +134,7 @@ def tabulated(x: float, place: wp.vec4) -> wp.vec2:
     s = position - float(i)
     a = knot(first + i)
     b = knot(first + i + 1)
-    rise = b[0] - a[0]
-    square = a[1] * -2.0 - b[1] + 3.0 * rise
-    cube = a[1] + b[1] - 2.0 * rise
-    value = a[0] + s * (a[1] + s * (square + s * cube))
-    slope = (a[1] + s * (2.0 * square + s * 3.0 * cube)) * scale
-    return wp.vec2(value + slope * (x - inside), slope)
+    return hermite(a, b, s, scale, x - inside)
 
 
 @wp.func

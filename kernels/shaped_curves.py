@@ -13,6 +13,7 @@ import warp as wp
 
 from warpmuscle.kernels.curve_sets import DE_GROOTE, MILLARD
 from warpmuscle.kernels.curves import gaussian_active, groote_velocity, hyperbolic_velocity
+from warpmuscle.kernels.millard import hermite
 from warpmuscle.kernels.millard_tables import PLACES
 from warpmuscle.kernels.structs import CurveRow, ModelRef, at
 
@@ -64,12 +65,7 @@ def looked_up(curves: ShapedCurves, x: float, place: wp.vec3i) -> wp.vec2:
     first = curves.row.table + place[1] + i
     a = curves.table[first]
     b = curves.table[first + 1]
-    rise = b[0] - a[0]
-    square = a[1] * -2.0 - b[1] + 3.0 * rise
-    cube = a[1] + b[1] - 2.0 * rise
-    value = a[0] + s * (a[1] + s * (square + s * cube))
-    slope = (a[1] + s * (2.0 * square + s * 3.0 * cube)) * scale
-    return wp.vec2(value + slope * (x - inside), slope)
+    return hermite(a, b, s, scale, x - inside)
 
 
 @wp.func
