@@ -3,12 +3,14 @@
 import warp as wp
 
 from warpmuscle.kernels.path import PathState, add_crossings, coordinate_gradient
-from warpmuscle.kernels.structs import ModelRef, ScratchRef, StateRef, at
+from warpmuscle.kernels.register_rows import rows_of
+from warpmuscle.kernels.structs import ModelRef, ScratchRef, StateRef, at, whole
 
 MOST_VARIABLES, EXPONENT_BITS = 6, 5  # of the exponents of a term, which share an integer
 EXPONENT = 31  # the largest, all bits set
 
 variables = wp.types.vector(length=MOST_VARIABLES, dtype=float)
+entry, with_entry = rows_of(MOST_VARIABLES).length, rows_of(MOST_VARIABLES).with_length
 
 
 @wp.func
@@ -20,21 +22,31 @@ def power(x: float, exponent: int) -> float:
     return result
 
 
+@wp.struct
+class Monomial:
+    """A product of powers and its derivatives by the variables."""
+
+    value: float
+    slopes: variables
+
+
 @wp.func
-def monomial(exponents: int, q: variables, count: int, by: int) -> float:
-    """The product of powers of q, or its derivative by one of them; by -1: itself.
+def monomial(exponents: int, q: variables, count: int) -> Monomial:
+    """The product of powers of q, with its derivatives, from one pass over the variables.
 
     Args:
         exponents: of each, in its bits. count: how many there are.
     """
-    result = wp.float32(1.0)
+    m = Monomial()
+    m.value = 1.0
     for i in range(count):
         exponent = (exponents >> (EXPONENT_BITS * i)) & EXPONENT
-        if i == by:
-            result *= float(exponent)
-            exponent = wp.max(exponent - 1, 0)
-        result *= power(q[i], exponent)
-    return result
+        if exponent > 0:
+            x = entry(q, i)
+            below = power(x, exponent - 1)
+            m.slopes = with_entry(m.slopes * (below * x), i, m.value * below * float(exponent))
+            m.value *= below * x
+    return m
 
 
 @wp.func(inline=True)
@@ -48,16 +60,18 @@ def polynomial_stretch(
     q = variables()
     for i in range(count):
         own = routes.variable[span.first_variable + i]
-        q[i] = state.coordinates[instance, model.skeleton.plan[own.joint].coordinate_start + own.axis]
+        now = state.coordinates[instance, model.skeleton.plan[own.joint].coordinate_start + own.axis]
+        q = with_entry(q, i, now)
     total = PathState()
+    slopes = variables()
     for k in range(span.first_term, span.end_term):
-        total.moving += at(routes.coefficient, instance, k) * monomial(routes.exponents[k], q, count, -1)
+        m = monomial(routes.exponents[whole(k)], q, count)
+        coefficient = at(routes.coefficient, instance, k)
+        total.moving += coefficient * m.value
+        slopes += m.slopes * coefficient
     for i in range(count):
         own = routes.variable[span.first_variable + i]
-        slope = wp.float32(0.0)
-        for k in range(span.first_term, span.end_term):
-            slope += at(routes.coefficient, instance, k) * monomial(routes.exponents[k], q, count, i)
-        r = coordinate_gradient(instance, own.joint, own.axis, model, work) * slope
+        r = coordinate_gradient(instance, own.joint, own.axis, model, work) * entry(slopes, i)
         if own.first == 0:
             r += arm[own.crossing]
         arm[own.crossing] = r

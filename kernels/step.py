@@ -49,6 +49,7 @@ KINEMATICS, FAILURE, CONTROLLER, MUSCLES, OBJECTIVE, RECORDING, INERTIA, ACCELER
 BEGIN = -1
 
 MAX_REGISTERS = 168  # three warps of 32 lanes in each quarter of a multiprocessor
+FEWER_REGISTERS = 128  # four warps; of long paths without surfaces, which wait for memory more than they compute
 
 
 @wp.func
@@ -202,6 +203,12 @@ def module_options(block_dim: int) -> dict[str, Any]:
     return {"block_dim": block_dim, "max_unroll": 1, "fast_math": True, "cpu_compiler_flags": flags}
 
 
+def registers_of(muscles: MuscleKind | None) -> int:
+    """Registers that a lane may have at most, where muscles are of a kind."""
+    routes = None if muscles is None else muscles.paths.routes
+    return MAX_REGISTERS if routes is None or routes.wraps > 0 else FEWER_REGISTERS
+
+
 @cache
 def step_kernel(
     capacity: int,
@@ -236,7 +243,7 @@ def step_kernel(
     @wp.kernel(
         module="unique",
         enable_backward=False,
-        cuda_max_registers=MAX_REGISTERS,
+        cuda_max_registers=registers_of(muscles),
         module_options=module_options(block_dim),
     )
     def step_many(

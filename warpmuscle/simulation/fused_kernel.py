@@ -30,13 +30,14 @@ from warpmuscle.kernels.joint_stages import SkeletonKind
 from warpmuscle.kernels.muscle_stage import MuscleKind
 from warpmuscle.kernels.record import RecordKind
 from warpmuscle.kernels.scratch import work_floats
-from warpmuscle.kernels.step import step_kernel
+from warpmuscle.kernels.step import MAX_REGISTERS, registers_of, step_kernel
 from warpmuscle.kernels.term_functions import ObjectiveKind
 from warpmuscle.simulation.kernel_cache import is_compiled, told_of_compiling
 
 SLICES_PER_THREAD = 4  # so that threads stay busy when some slices lose their instances sooner
 GPU_BLOCK = 32
-RESIDENT_BLOCKS = 12  # of GPU_BLOCK lanes that a multiprocessor has registers for, see `kernels.step.MAX_REGISTERS`
+REGISTERS = 64 * 1024  # of a multiprocessor
+REGISTERS_AT_ONCE = 8 * 32  # that a warp gets or does not
 SHARED_MEMORY, SHARED_BY_SYSTEM = 228 * 1024, 1024  # bytes of a multiprocessor, and what it takes of them for a block
 STREAMS = 4
 WAVES = 24  # that the pieces of one launch make together at least, where instances do not fit at once
@@ -190,7 +191,8 @@ class FusedKernel:
     def _waves(self, instances: int) -> float:
         """How often over the GPU's multiprocessors would be full with so many instances."""
         a_block = self.config.block_dim // self.config.lanes
-        resident = self.device.sm_count * resident_blocks(a_block * self.config.work_floats) * a_block
+        blocks = resident_blocks(a_block * self.config.work_floats, registers_of(self.config.muscles))
+        resident = self.device.sm_count * blocks * a_block
         return float(instances / resident)
 
     @cached_property
@@ -210,9 +212,14 @@ class FusedKernel:
         return self._sliced[1]
 
 
-def resident_blocks(floats: int) -> int:
-    """Blocks that a multiprocessor holds at once, whose working sets have so many numbers."""
-    return min(RESIDENT_BLOCKS, SHARED_MEMORY // (4 * floats + SHARED_BY_SYSTEM))
+def resident_blocks(floats: int, registers: int = MAX_REGISTERS) -> int:
+    """Blocks of GPU_BLOCK lanes that a multiprocessor holds at once.
+
+    Args:
+        floats: numbers of the working sets of a block. registers: of a lane.
+    """
+    warps = REGISTERS // (-(-GPU_BLOCK * registers // REGISTERS_AT_ONCE) * REGISTERS_AT_ONCE)
+    return min(warps // 4 * 4, SHARED_MEMORY // (4 * floats + SHARED_BY_SYSTEM))
 
 
 def piece_lengths(steps: int, waves: float) -> list[int]:
