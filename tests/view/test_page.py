@@ -2,7 +2,9 @@
 
 import base64
 import io
+import json
 import re
+import zlib
 from typing import Any
 
 import msgspec
@@ -75,24 +77,138 @@ def test_page_plays_scrubs_steps_and_shows_what_the_recording_holds(opened, walk
     assert state(opened)["speed"] == 0.25
 
 
+def opened_options(page: Any) -> None:
+    """Have the list of what is shown open."""
+    if page.get_attribute("#options", "aria-expanded") != "true":
+        page.click("#options")
+
+
 def test_page_shows_and_hides_muscles_forces_and_desired_pose(opened):
-    opened.evaluate("warpmuscle.play(false)")
-    full = drawn(opened)["counts"]
-    assert full["lines"] >= 2 * 56
-    opened.get_by_label("muscles").uncheck()
-    without = drawn(opened)["counts"]
-    assert without["lines"] <= full["lines"] - 2 * 56
-    assert without["body"] + without["glass"] == full["body"] + full["glass"]
-    opened.get_by_label("desired pose").check()
-    assert drawn(opened)["counts"]["glass"] > without["glass"]
+    opened.evaluate("warpmuscle.play(false); warpmuscle.seek(0.3); warpmuscle.fit()")
+    opened_options(opened)
+    whole = picture_of(opened)
+    for name in ("muscles", "body", "bones", "ground forces", "centre of mass"):
+        opened.get_by_label(name).uncheck()
+        without = picture_of(opened)
+        assert np.mean(np.any(without != whole, axis=-1)) > 1e-4, name
+        opened.get_by_label(name).check()
+        np.testing.assert_array_equal(picture_of(opened), whole, name)
+    for name in ("desired pose", "contact shapes"):
+        opened.get_by_label(name).check()
+        assert np.mean(np.any(picture_of(opened) != whole, axis=-1)) > 1e-3, name
+        opened.get_by_label(name).uncheck()
     opened.get_by_label("centre of mass").uncheck()
-    assert drawn(opened)["counts"]["paths"] == 0
+    assert drawn(opened)["counts"]["marks"] < 8
     opened.get_by_label("follow").uncheck()
     place = drawn(opened)["target"]
     opened.evaluate("warpmuscle.seek(0.4)")
     assert drawn(opened)["target"] == place
     opened.get_by_label("follow").check()
     assert drawn(opened)["target"] != place
+
+
+def picture_of(page: Any) -> Any:
+    """The scene's pixels (H, W, 3), without what lies over it."""
+    drawn(page)
+    shot = page.locator("#scene").screenshot(style="#tools, #toggles, #legend, #labels { visibility: hidden }")
+    return np.asarray(Image.open(io.BytesIO(shot)).convert("RGB")).astype(int)
+
+
+def test_keys_play_step_look_and_are_listed(opened):
+    opened.evaluate("warpmuscle.play(false)")
+    opened.evaluate("warpmuscle.seek(0)")
+    opened.keyboard.press("ArrowRight")
+    opened.keyboard.press("Shift+ArrowRight")
+    assert state(opened)["time"] == pytest.approx(11 * 0.02, abs=1e-3)
+    opened.keyboard.press("End")
+    assert state(opened)["time"] == state(opened)["end"]
+    opened.keyboard.press("Space")
+    assert state(opened)["playing"]
+    opened.keyboard.press("Space")
+    for key, name in (("m", "muscles"), ("b", "flesh"), ("w", "bones"), ("g", "forces"), ("p", "plots")):
+        before = state(opened)["shown"][name]
+        opened.keyboard.press(key)
+        assert state(opened)["shown"][name] is not before
+        opened.keyboard.press(key)
+    opened.keyboard.press("2")
+    assert state(opened)["camera"]["yaw"] == 0.0
+    opened.keyboard.press("]")
+    assert state(opened)["selected"] == 1
+    opened.keyboard.press("/")
+    opened.keyboard.type("m 2")  # these are letters of the search box
+    assert (state(opened)["words"], state(opened)["camera"]["yaw"]) == ("m 2", 0.0)
+    opened.keyboard.press("Escape")
+    opened.keyboard.press("?")
+    assert opened.locator("#help").is_visible()
+    assert "see all" in opened.locator("#help").text_content()
+
+
+def test_all_bipeds_are_in_the_picture_at_any_size(opened):
+    outside = """() => { const s = warpmuscle.state(), c = document.getElementById('scene');
+        return [c.clientWidth, c.clientHeight, s.bipeds]; }"""
+    opened.evaluate("warpmuscle.play(false); warpmuscle.show('path', false); warpmuscle.show('forces', false)")
+    for width, height in ((900, 640), (390, 844), (1600, 500)):
+        opened.set_viewport_size({"width": width, "height": height})
+        for view in ("side", "front", "top", "oblique"):
+            opened.evaluate(f"warpmuscle.look('{view}')")
+            shown = picture_of(opened)
+            assert opened.evaluate(outside)[:2] == [shown.shape[1], shown.shape[0]]
+            opened.evaluate("warpmuscle.show('flesh', false); warpmuscle.show('bones', false)")
+            opened.evaluate("warpmuscle.show('muscles', false)")
+            without = picture_of(opened)
+            for name in ("flesh", "bones", "muscles"):
+                opened.evaluate(f"warpmuscle.show('{name}', true)")
+            rows, columns = np.nonzero(np.any(np.abs(shown - without) > 30, axis=-1))
+            assert 0 < columns.min() <= columns.max() < shown.shape[1] - 1, (width, view)
+            assert 0 < rows.min() <= rows.max() < shown.shape[0] - 1, (width, view)
+            assert max(np.ptp(columns) / shown.shape[1], np.ptp(rows) / shown.shape[0]) > 0.4, (width, view)
+
+
+def test_pointing_at_a_muscle_names_it_and_a_click_shows_its_curves(opened):
+    opened.evaluate("warpmuscle.play(false); warpmuscle.seek(0.3); warpmuscle.look('side')")
+    drawn(opened)
+    found = opened.evaluate("""() => { const c = document.getElementById('scene');
+        for (let y = 60; y < c.clientHeight - 10; y += 3) for (let x = 5; x < 0.6 * c.clientWidth; x += 3) {
+            const one = warpmuscle.pickAt(x, y); if (one && one.muscle !== undefined) return [x, y, one.name]; }
+        return null; }""")
+    x, y, name = found
+    opened.locator("#scene").hover(position={"x": x, "y": y})
+    assert opened.locator("#tip").text_content().startswith(("walk56", "other"))
+    assert name in opened.locator("#tip").text_content()
+    assert "activation 0." in opened.locator("#tip").text_content()
+    opened.locator("#scene").click(position={"x": x, "y": y})
+    now = state(opened)
+    assert (now["words"], now["panels"] >= 3) == (name, True)
+
+
+def test_curves_are_found_by_name_and_laid_over_one_another(opened):
+    opened.evaluate("warpmuscle.play(false)")
+    opened.fill("#search", "knee TORQUES wanted")
+    assert (state(opened)["panels"], state(opened)["curves"]) == (1, 2)
+    opened.locator("#several input").check()
+    assert (state(opened)["panels"], state(opened)["curves"]) == (1, 4)
+    opened.fill("#search", "nothing of that name")
+    assert state(opened)["panels"] == 0
+    drawn(opened)
+    opened.fill("#search", "")
+    assert state(opened)["panels"] > 5
+
+
+def test_address_asks_for_a_frame_without_controls_and_gives_the_same_bytes(browser, walk, tmp_path):
+    path = tmp_path / "walk.html"
+    path.write_text(page_of_sights([walk]).text)
+    shots = []
+    for _ in range(2):
+        page = browser.new_page(viewport={"width": 400, "height": 300})
+        page.goto(f"{path.as_uri()}?frame=12&shot=1&view=side")
+        page.evaluate("warpmuscle.ready")
+        now = drawn(page)
+        assert (now["frame"], now["playing"], now["camera"]["pitch"]) == (12, False, 0.05)
+        assert not page.locator("#tools").is_visible()
+        assert page.locator("#scene").bounding_box() == {"x": 0, "y": 0, "width": 400, "height": 300}
+        shots.append(page.screenshot())
+        page.close()
+    assert shots[0] == shots[1]
 
 
 def test_curves_follow_the_cursor_and_set_it(opened):
@@ -132,9 +248,10 @@ def test_many_bipeds_are_drawn_whole_but_coarsely(browser, walk, tmp_path):
     page.evaluate("warpmuscle.ready.then(() => { warpmuscle.play(false); warpmuscle.seek(0.3); })")
     now = drawn(page)
     segments = len(walk.scene.character.muscles) * 64
-    assert now["bipeds"] == now["counts"]["paths"] == 64
-    assert now["counts"]["lines"] >= segments
-    assert (now["counts"]["glass"] + now["counts"]["body"]) % 64 == 0
+    assert now["bipeds"] == 64
+    assert now["counts"]["muscles"] >= segments
+    assert now["counts"]["flesh"] > 10 * 64
+    assert {now["counts"][layer] % 64 for layer in ("flesh", "bone", "shape", "muscles")} == {0}
     shot = Image.open(io.BytesIO(page.locator("#scene").screenshot())).convert("RGB")
     page.close()
     colors = np.asarray(shot).reshape(-1, 3).astype(int)
@@ -145,7 +262,14 @@ def test_page_names_no_other_file_and_is_small(walk):
     text = replay_html(walk.recording, load("walk56"), autoplay=False)
     assert not re.search(r"""(?:src|href)\s*=|@import|url\(|https?://(?!www\.w3\.org)|import\(""", text)
     assert len(text) < 200_000
-    assert replay_html([walk.recording] * 2, walk.scene, ["a", "b"]).count('"label":') == 2
+    twice = content_of(replay_html([walk.recording] * 2, walk.scene, ["a", "b"]))
+    assert [track["label"] for track in twice["tracks"]] == ["a", "b"]
+    assert (len(twice["dolls"]), len(twice["panels"])) == (1, 1)  # what is alike is there once
+
+
+def content_of(text: str) -> Any:
+    packed = re.search(r'id="content">([^<]*)</script>', text)
+    return json.loads(zlib.decompress(base64.b64decode(packed[1])))
 
 
 def test_page_stands_within_others(browser, walk, tmp_path):

@@ -12,7 +12,7 @@ from warpmuscle.core.pose import rotate
 from warpmuscle.view.colors import of_activation
 from warpmuscle.view.lanes import lanes
 from warpmuscle.view.meshes import box, sphere, tube
-from warpmuscle.view.packing import Packer, script_json
+from warpmuscle.view.packing import Packer, packed_json, without_comments
 from warpmuscle.view.parts import parts_of, turn_from_y
 from warpmuscle.view.player import Player
 
@@ -65,10 +65,14 @@ def test_packed_arrays_come_back_within_half_a_step(bits: int):
     assert np.abs(back.reshape(50, 3, 2) - values).max() <= 0.51 * max(entry["width"]) / (2**bits - 1) + 1e-5
 
 
-def test_text_within_a_script_cannot_end_it():
-    text = script_json({"title": "</script><b>"})
-    assert "</" not in text
-    assert json.loads(text) == {"title": "</script><b>"}
+def test_json_within_a_page_cannot_end_its_element():
+    text = packed_json({"title": "</script><b>"})
+    assert "<" not in text
+    assert json.loads(zlib.decompress(base64.b64decode(text))) == {"title": "</script><b>"}
+
+
+def test_scripts_lose_their_comments_and_nothing_else():
+    assert without_comments("// why\n\n  let a = 'b // c';\n    // d\n  a = 1;\n") == "let a = 'b // c';\na = 1;"
 
 
 def test_bipeds_are_apart_and_about_the_middle():

@@ -1,9 +1,11 @@
-"""Curves over time to plot below a replay: angles, torques, activations and ground forces; numbers only."""
+"""Curves over time to plot below a replay: all that was recorded of joints, muscles, feet and body; numbers only."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import re
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,7 +16,18 @@ from warpmuscle.results.joint_poses import joint_angles
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
 from warpmuscle.scene.anatomy import Side
+from warpmuscle.scene.initial_pose import plain_number
 from warpmuscle.scene.joints import joint_type
+
+FULL_FORCE = 1.5  # f_max, that the page stores as the greatest force of a muscle
+
+
+class Stored(NamedTuple):
+    """Where the page has a curve already: a column of one of a track's arrays, times a factor."""
+
+    array: str
+    column: int
+    factor: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -24,6 +37,7 @@ class Line:
     name: str
     side: Side
     values: Floats  # (F,)
+    stored: Stored | None = None
 
 
 @dataclass(frozen=True)
@@ -34,57 +48,119 @@ class Panel:
     title: str
     unit: str
     lines: tuple[Line, ...]
+    joint: str = ""  # whose first component the first line is, if it is one
+
+
+Curves = dict[str, tuple[Floats, Stored | None]]
 
 
 def panels_of(recording: Recording, scene: Scene) -> list[Panel]:
     """All panels of a recording and its scene without free parameters, group by group.
 
     Angles are a joint's own, of a ball joint turns about the child's x, then y, then z axis; torques act on the child,
-    about the same axes, of a ball joint those of the parent. Units are degrees, N m, 1 and N. Flexion of
-    hips, knees and ankles is positive, and so is a torque towards it.
+    about the same axes, of a ball joint those of the parent. Flexion of hips, knees and ankles is positive, and so is a
+    torque towards it. Forces of muscles are clipped at `FULL_FORCE` f_max, as the page has them.
     """
+    groups = [*_joints(recording, scene), *_muscles(recording, scene), *_body(recording)]
+    panels = [panel for group, unit, curves, joints in groups for panel in _panels(group, unit, curves, joints)]
+    return panels + _ground_forces(recording)
+
+
+Group = tuple[str, str, Curves, Mapping[str, str]]  # name, unit, curves, and joints of first components by curve
+
+
+def _joints(recording: Recording, scene: Scene) -> Iterator[Group]:
+    """Angles or positions, and torques or forces, that act and that were wanted."""
     signs = flexion_signs(scene)
-    curves: dict[str, tuple[dict[str, Floats], dict[str, Floats]]] = {"rad": ({}, {}), "m": ({}, {})}
+    shown: dict[str, tuple[Curves, Curves, Curves]] = {"rad": ({}, {}, {}), "m": ({}, {}, {})}
+    first: dict[str, str] = {}
     orientations = dict(zip(recording.body_names, np.moveaxis(recording.body_orientation, 1, 0), strict=True))
     for number, name in enumerate(recording.joint_names):
         joint = scene.character.joints[name]
         kind, own = joint_type(joint), joint_angles(recording, scene.character, name)
-        shown, factor = curves[kind.unit(joint)], np.degrees(1.0) if kind.unit(joint) == "rad" else 1.0
-        acting = -rotate(conjugate(orientations[joint.parent]), recording.joint_torque[:, number])
-        about = kind.components(joint, acting)
+        to_parent, factor = conjugate(orientations[joint.parent]), np.degrees(1.0) if kind.unit(joint) == "rad" else 1.0
+        torques = (-recording.joint_torque[:, number], -recording.joint_torque_desired[:, number])
+        acting = [kind.components(joint, rotate(to_parent, torque)) for torque in torques]
         for axis, word in enumerate(kind.angles):
             key, sign = f"{name} {word}".strip(), signs.get(name, 1.0) if axis == 0 else 1.0
-            shown[0][key], shown[1][key] = sign * factor * own[:, axis], sign * about[:, axis]
-    feet = {"left": recording.foot_force_left, "right": recording.foot_force_right}
-    panels = _panels("angles", "°", curves["rad"][0]) + _panels("positions", "m", curves["m"][0])
-    panels += _panels("torques", "N m", curves["rad"][1]) + _panels("forces", "N", curves["m"][1])
-    activation = dict(zip(recording.muscle_names, recording.muscle_activation.T, strict=True))
-    panels += _panels("activations", "", activation)
-    if any(np.any(force) for force in feet.values()):
+            values = (factor * own[:, axis], *(one[:, axis] for one in acting))
+            for curves, value in zip(shown[kind.unit(joint)], values, strict=True):
+                curves[key] = (sign * value, None)
+            if axis == 0:
+                first[key] = name
+    yield "angles", "°", shown["rad"][0], first
+    yield "positions", "m", shown["m"][0], {}
+    yield "torques", "N m", shown["rad"][1], {}
+    yield "forces", "N", shown["m"][1], {}
+    wanted = [(key, values) for key, (values, _) in shown["rad"][2].items() if np.any(values)]
+    stored: Curves = {key: (values, Stored("wanted", column)) for column, (key, values) in enumerate(wanted)}
+    yield "torques wanted", "N m", stored, {}
+
+
+def _muscles(recording: Recording, scene: Scene) -> Iterator[Group]:
+    names = recording.muscle_names
+    full = [FULL_FORCE * plain_number(scene.character.muscles[name].f_max) for name in names]
+    optimal = np.array([plain_number(scene.character.muscles[name].l_opt) for name in names])
+    force = np.minimum(recording.muscle_force, full)
+
+    def curves(array: str, values: Floats, factors: list[float] | None = None) -> Curves:
+        columns = [Stored(array, k, 1.0 if factors is None else factors[k]) for k in range(len(names))]
+        return {name: (values[:, k], columns[k]) for k, name in enumerate(names)}
+
+    yield "activations", "", curves("activation", recording.muscle_activation), {}
+    yield "muscle forces", "N", curves("load", force, full), {}
+    yield "excitations", "", curves("excitation", recording.muscle_excitation), {}
+    yield "fibre lengths", "l_opt", curves("fibre", recording.muscle_fibre_length / optimal), {}
+
+
+def _body(recording: Recording) -> Iterator[Group]:
+    axes = ("to the left", "upwards", "forwards")
+    place: Curves = {word: (recording.com[:, axis], Stored("com", axis)) for axis, word in enumerate(axes)}
+    yield "centre of mass", "m", place, {}
+    speed: Curves = {f"speed {word}": (recording.com_velocity[:, axis], None) for axis, word in enumerate(axes)}
+    yield "centre of mass", "m/s", speed, {}
+
+
+def _ground_forces(recording: Recording) -> list[Panel]:
+    feet = (recording.foot_force_left, recording.foot_force_right)
+    panels = []
+    if any(np.any(force) for force in feet):
         for word, axis in (("vertical", 1), ("forwards", 2), ("to the left", 0)):
-            lines = tuple(Line(f"{side} foot", side, force[:, axis]) for side, force in _sided(feet))
+            left, right = (force[:, axis] for force in feet)
+            lines = (
+                Line("left foot", "left", left, Stored("force", axis)),
+                Line("right foot", "right", right, Stored("force", 3 + axis)),
+            )
             panels.append(Panel("ground forces", word, "N", lines))
     return panels
 
 
-def _sided(feet: dict[str, Floats]) -> list[tuple[Side, Floats]]:
-    return [("left", feet["left"]), ("right", feet["right"])]
-
-
-def _panels(group: str, unit: str, curves: dict[str, Floats]) -> list[Panel]:
-    """A panel for each curve, or for the curves of both sides, whose names begin with l and r."""
+def _panels(group: str, unit: str, curves: Curves, joints: Mapping[str, str]) -> list[Panel]:
+    """A panel for each curve, or for the curves of both sides, whose names differ in l and r."""
     panels = []
-    for name, values in curves.items():
-        other = _other_side(name, curves)
+    pairs = {name: other for name in curves if (other := _right_of(name)) in curves}
+    rights = set(pairs.values())
+    for name, (values, stored) in curves.items():
+        if name in rights:
+            continue
+        other, joint = pairs.get(name), joints.get(name, "")
         if other is None:
-            panels.append(Panel(group, name.replace("_", " "), unit, (Line(name, "middle", values),)))
-        elif name[0] == "l":
-            lines = (Line(name, "left", values), Line(other, "right", curves[other]))
-            panels.append(Panel(group, name[1:].replace("_", " ").strip(), unit, lines))
+            line = Line(name, "middle", values, stored)
+            panels.append(Panel(group, name.replace("_", " "), unit, (line,), joint))
+        else:
+            lines = (Line(name, "left", values, stored), Line(other, "right", *curves[other]))
+            panels.append(Panel(group, _without_side(name), unit, lines, joint))
     return panels
 
 
-def _other_side(name: str, names: Sequence[str] | dict[str, Floats]) -> str | None:
-    """The name of the same on the other side, if there is one."""
-    mirrored = {"l": "r", "r": "l"}.get(name[:1])
-    return mirrored + name[1:] if mirrored is not None and mirrored + name[1:] in names else None
+def _right_of(name: str) -> str | None:
+    """What the same is called on the right side, of a name that may be of the left one."""
+    if name.startswith("l"):
+        return "r" + name[1:]
+    other = re.sub(r"_l(?=$|[ _])", "_r", name, count=1)
+    return other if other != name else None
+
+
+def _without_side(name: str) -> str:
+    bare = name[1:] if name.startswith("l") else re.sub(r"_l(?=$|[ _])", "", name, count=1)
+    return bare.replace("_", " ").strip()

@@ -53,10 +53,16 @@ def _short(numbers: Floats) -> list[float]:
     return [float(f"{number:.7g}") for number in numbers]
 
 
-def script_json(content: Any) -> str:
-    """JSON that can stand within a `<script>` element, whatever its strings hold."""
+def packed_json(content: Any) -> str:
+    """JSON as base64 of a zlib stream, which can stand in a page whatever its strings hold."""
     text = json.dumps(content, separators=(",", ":"), allow_nan=False)
-    return text.replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")
+    return base64.b64encode(zlib.compress(text.encode(), 9)).decode("ascii")
+
+
+def without_comments(script: str) -> str:
+    """A script or style sheet without lines of comment and the space at the beginning of lines."""
+    lines = (line.strip() for line in script.splitlines())
+    return "\n".join(line for line in lines if line and not line.startswith("//"))
 
 
 def whole(text: str) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+import pickle
 from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib.resources import files
@@ -17,14 +18,20 @@ from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
 from warpmuscle.scene.ground import plane
 from warpmuscle.scene.parameters import start_values, substitute
-from warpmuscle.view.curves import panels_of
-from warpmuscle.view.lanes import camera_of, lanes
-from warpmuscle.view.packing import Packer, script_json, whole
+from warpmuscle.view.content import doll_content, piece_contents, track_content
+from warpmuscle.view.figure import figure_of
+from warpmuscle.view.lanes import lanes
+from warpmuscle.view.packing import Packer, packed_json, whole, without_comments
+from warpmuscle.view.pieces import surface_pieces
 from warpmuscle.view.track import Doll, Track, track_of
 
-SCRIPTS = ("unpack.js", "math.js", "draw.js", "renderer.js", "scene.js", "plots.js", "player.js")
+SCRIPTS = (
+    "unpack.js", "math.js", "meshes.js", "shaders.js", "batches.js", "renderer.js", "biped.js", "camera.js",
+    "picking.js", "plots.js", "controls.js", "live.js", "player.js",
+)  # fmt: skip
+SHOWN = ("muscles", "flesh", "bones", "surfaces", "shapes", "desired", "forces", "path", "labels", "norms", "follow")
 RATE = 50.0  # frames a second; the page draws what lies between them
-MANY = 4  # tracks beyond which curves are stored coarsely
+FEW = 4  # tracks up to which all curves are stored, and figures are drawn finely
 
 
 @dataclass(frozen=True, repr=False)
@@ -88,43 +95,39 @@ def replay_html(
     return page_of(tracks, [numeric[id(scene)] for scene in given], title or given[0].name, autoplay, plots)
 
 
-def page_of(tracks: Sequence[Track], scenes: Sequence[Scene], title: str, autoplay: bool, plots: bool) -> str:
-    """The page of tracks and of their scenes without free parameters."""
+def page_of(
+    tracks: Sequence[Track], scenes: Sequence[Scene], title: str, autoplay: bool, plots: bool, live: Any = None
+) -> str:
+    """The page of tracks and of their scenes without free parameters; `live`: what `assets/live.js` is told."""
     packer, title = Packer(), whole(title)
-    distinct = list({id(track.doll): track.doll for track in tracks}.values())
-    offsets = lanes(len(tracks))
-    bits = 16 if len(tracks) <= MANY else 8
-    contents = []
-    for track, scene, offset in zip(tracks, scenes, offsets, strict=True):
-        number = next(k for k, doll in enumerate(distinct) if doll is track.doll)
-        contents.append({**_track_content(track, scene, packer, bits), "doll": number, "offset": offset.tolist()})
-    shown = {"muscles": True, "shapes": True, "bones": True, "desired": False, "forces": True, "path": True}
-    if not any(track.doll.muscles.names for track in tracks):
-        del shown["muscles"]
-    if all(track.desired is None for track in tracks):
-        del shown["desired"]
+    dolls = _Dolls(packer, coarse=len(tracks) > FEW)
+    contents: list[dict[str, Any]] = []
+    panels: list[Any] = []
+    for track, scene, offset in zip(tracks, scenes, lanes(len(tracks)), strict=True):
+        content = track_content(track, scene, packer, every_curve=len(tracks) <= FEW)
+        if content["panels"] not in panels:
+            panels.append(content["panels"])
+        known = {"doll": dolls.number(track.doll, scene), "panels": panels.index(content["panels"])}
+        contents.append({**content, **known, "offset": offset.tolist()})
     ground = scenes[0].ground
     normal, height = plane(ground)
     content = {
         "title": title,
         "autoplay": autoplay,
-        "camera": dict(zip(("distance", "yaw", "pitch"), camera_of(offsets), strict=True)),
-        "shown": {**shown, "follow": True, "plots": plots},
-        "ground": {
-            "normal": normal.tolist(),
-            "height": height,
-            "visible": bool(np.asarray(ground.stiffness) > 0.0),
-        },
+        "shown": _shown(tracks, panels, plots),
+        "ground": {"normal": normal.tolist(), "height": height, "visible": bool(np.asarray(ground.stiffness) > 0.0)},
         "tracks": contents,
-        "dolls": [_doll_content(doll) for doll in distinct],
+        "panels": panels,
+        "dolls": dolls.contents,
         "table": packer.table(),
+        "live": live,
     }
     folder = files("warpmuscle.view") / "assets"
     fields = {
         "title": html.escape(title),
-        "style": (folder / "page.css").read_text(encoding="utf-8"),
-        "script": "\n".join((folder / name).read_text(encoding="utf-8") for name in SCRIPTS),
-        "content": script_json(content),
+        "style": without_comments((folder / "page.css").read_text(encoding="utf-8")),
+        "script": "\n".join(without_comments((folder / name).read_text(encoding="utf-8")) for name in SCRIPTS),
+        "content": packed_json(content),
         "arrays": packer.text(),
     }
     page = (folder / "page.html").read_text(encoding="utf-8")
@@ -132,81 +135,36 @@ def page_of(tracks: Sequence[Track], scenes: Sequence[Scene], title: str, autopl
     return head + "".join(fields[name] + text for name, text in (part.split("}}", 1) for part in rest))
 
 
-def _track_content(track: Track, scene: Scene, packer: Packer, bits: int) -> dict[str, Any]:
-    """What the page is told of a track; its arrays go to the packer."""
-    r = track.recording
-    panels = panels_of(r, scene)
-    arrays = {
-        "time": packer.add(r.time),
-        "root": packer.add(r.root_position),
-        "orientation": packer.add(continuous(r.body_orientation)),
-        "com": packer.add(r.com),
-        "force": packer.add(track.foot_force),
-        "center": packer.add(track.foot_center),
+def _shown(tracks: Sequence[Track], panels: Sequence[Any], plots: bool) -> dict[str, bool]:
+    """What can be shown of these tracks, and whether it is at first."""
+    there = {
+        "muscles": any(track.doll.muscles.names for track in tracks),
+        "desired": any(track.desired is not None for track in tracks),
+        "surfaces": any(track.doll.wraps for track in tracks),
+        "labels": len(tracks) > 1,
+        "norms": any("norm" in panel for listed in panels for panel in listed),
     }
-    curves = [line.values for panel in panels for line in panel.lines]
-    if curves:
-        arrays["curves"] = packer.add(np.column_stack(curves), bits)
-    if track.doll.sliding:
-        arrays["slid"] = packer.add(track.slid)
-    if track.desired is not None:
-        arrays["desired"] = packer.add(continuous(track.desired))
-    if r.muscle_names:
-        arrays["activation"] = packer.add(r.muscle_activation, 8)
-        arrays["load"] = packer.add(track.muscle_load, 8)
-    if track.point_weight.size:
-        arrays["weight"] = packer.add(track.point_weight, 8)
-    if track.doll.muscles.routes:
-        arrays["routed"] = packer.add(track.routes.all() - r.root_position[:, None])
-    columns = iter(range(10**9))
-    listed = [
-        {
-            "group": panel.group,
-            "title": panel.title,
-            "unit": panel.unit,
-            "lines": [{"name": line.name, "side": line.side, "column": next(columns)} for line in panel.lines],
-        }
-        for panel in panels
-    ]
-    return {"label": track.label, "frames": track.frames, "arrays": arrays, "panels": listed, "curves": len(curves)}
+    off = {"surfaces": False, "shapes": False, "desired": False}
+    return {name: off.get(name, True) for name in SHOWN if there.get(name, True)} | {"plots": plots}
 
 
-def continuous(orientation: Any) -> Any:
-    """The same orientations (F, B, 4) with signs that change nowhere, so that their differences are small."""
-    product = np.sum(orientation[1:] * orientation[:-1], axis=-1)
-    sign = np.cumprod(np.where(product < 0.0, -1.0, 1.0), axis=0)
-    return np.concatenate([orientation[:1], orientation[1:] * sign[..., None]])
+class _Dolls:
+    """Contents of dolls, those that look alike once."""
 
+    def __init__(self, packer: Packer, coarse: bool) -> None:
+        self.contents: list[dict[str, Any]] = []
+        self._packer, self._coarse = packer, coarse
+        self._known: dict[int, int] = {}
+        self._alike: dict[bytes, int] = {}
 
-def _doll_content(doll: Doll) -> dict[str, Any]:
-    return {
-        "parts": [
-            {
-                "kind": part.kind,
-                "body": part.body,
-                "side": part.side,
-                "bone": part.bone,
-                "position": _rounded(part.position),
-                "orientation": _rounded(part.orientation),
-                "size": _rounded(part.size),
-            }
-            for part in doll.parts
-        ],
-        "parent": doll.parent.tolist(),
-        "in_parent": _rounded(doll.in_parent),
-        "in_child": _rounded(doll.in_child),
-        "sliding": list(doll.sliding),
-        "weight": doll.weight,
-        "muscles": {
-            "names": doll.muscles.names,
-            "start": doll.muscles.start.tolist(),
-            "body": doll.muscles.body.tolist(),
-            "place": _rounded(doll.muscles.place),
-            "conditional": doll.muscles.conditional.tolist(),
-            "routed": doll.muscles.routed.tolist(),
-        },
-    }
-
-
-def _rounded(numbers: Any) -> Any:
-    return np.round(numbers, 5).tolist()
+    def number(self, doll: Doll, scene: Scene) -> int:
+        """The number of a doll, whose content is made when it is needed."""
+        if id(doll) not in self._known:
+            look = figure_of(scene.character, scene.feet or (), doll.names.bodies, self._coarse)
+            look += surface_pieces(scene.character, doll.muscles.names, doll.names.bodies)
+            key = pickle.dumps((look, doll_content(doll, scene, [])))
+            if key not in self._alike:
+                self._alike[key] = len(self.contents)
+                self.contents.append(doll_content(doll, scene, piece_contents(look, self._packer)))
+            self._known[id(doll)] = self._alike[key]
+        return self._known[id(doll)]

@@ -19,12 +19,12 @@ from warpmuscle.scene import Scene
 from warpmuscle.scene.ground import plane
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.topology import Topology, topology
+from warpmuscle.view.curves import FULL_FORCE
 from warpmuscle.view.muscle_lines import MuscleLines, Routes, muscle_lines, point_weights, world_points
 from warpmuscle.view.packing import whole
 from warpmuscle.view.parts import Part, parts_of, surface_parts
 
 UP = np.array([0.0, 1.0, 0.0])
-FULL_FORCE = 1.5  # f_max, drawn as the thickest muscle
 
 
 @dataclass(frozen=True)
@@ -38,6 +38,7 @@ class Doll:
     in_child: Floats  # (B, 3) m, and in its own
     sliding: tuple[int, ...]  # (K,) bodies whose joint point moves in their parent
     weight: float  # N, of the whole body, in standard gravity
+    wraps: bool  # whether there are surfaces that its muscles wrap around
     names: Topology
 
     def positions(self, root: Floats, orientation: Floats, slid: Floats) -> Floats:
@@ -98,6 +99,7 @@ def doll_of(scene: Scene, muscles: tuple[str, ...]) -> Doll:
         in_child=np.array([zero, *(joint.position_in_child for joint in joints)], dtype=np.float64),
         sliding=tuple(i for i, joint in enumerate(joints, 1) if joint_type(joint).by_coordinate),
         weight=9.81 * mass,
+        wraps=any(character.muscles[name].wraps for name in muscles),
         names=names,
     )
 

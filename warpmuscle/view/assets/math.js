@@ -47,9 +47,9 @@ function product(a, b) {
   return c;
 }
 
-// Where a point is on a canvas of the given size, or null behind the eye.
+// Where a point is on a canvas of the given size, and how deep in the picture; null behind the eye.
 function onScreen(matrix, p, width, height) {
   const at = (row) => matrix[row] * p[0] + matrix[4 + row] * p[1] + matrix[8 + row] * p[2] + matrix[12 + row];
   const w = at(3);
-  return w > 0 ? [((at(0) / w + 1) / 2) * width, ((1 - at(1) / w) / 2) * height] : null;
+  return w > 0 ? [((at(0) / w + 1) / 2) * width, ((1 - at(1) / w) / 2) * height, w] : null;
 }

@@ -1,123 +1,121 @@
-// The page: time, camera, controls, and `window.warpmuscle` for scripts.
+// The page: time, what is shown and chosen, and `window.warpmuscle` for scripts.
 
-const TOGGLES = { muscles: "muscles", shapes: "shapes", bones: "bones", desired: "desired pose", forces: "ground forces",
-  path: "centre of mass", follow: "follow", plots: "plots" };
 const FEW_LABELS = 16; // beyond which only the chosen biped has one
-const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4];
+const PLOT_PAUSE = [0, 80]; // ms between two places of the cursor with a graphics card, and without
 
 class Player {
   constructor(content, arrays) {
+    const asked = new URLSearchParams(location.search);
     this.element = (id) => document.getElementById(id);
-    this.renderer = new Renderer(this.element("scene"), content.ground, content.tracks.length);
-    this.bipeds = content.tracks.map((track) => new Biped(track, arrays, content.dolls[track.doll], this.renderer));
-    this.end = Math.max(...this.bipeds.map((biped) => biped.arrays.time[biped.frames - 1]), 1e-6);
-    this.step = this.end / Math.max(1, ...this.bipeds.map((biped) => biped.frames - 1));
-    Object.assign(this, { time: 0, playing: content.autoplay, speed: 1, selected: 0, pictures: 0, marks: [] });
+    this.renderer = new Renderer(this.element("scene"), content.ground, content.tracks.length, !asked.has("shot"));
+    const widths = content.table.map((entry) => entry.low.length);
+    content.dolls.forEach((doll, k) => readHulls(doll, k, arrays));
+    const told = (track) => ({ ...track, panels: content.panels[track.panels] });
+    this.bipeds = content.tracks.map((track) => new Biped(told(track), arrays, widths, content.dolls[track.doll], this.renderer));
+    Object.assign(this, { time: 0, playing: content.autoplay, speed: 1, selected: 0, pictures: 0, marks: [], words: "", together: false });
     this.shown = { ...content.shown };
-    this.camera = { ...content.camera, pan: [0, 0, 0], target: null };
-    this.plots = new Plots(this.element("curves"), (time) => this.seek(time));
-    this.makeControls(content);
-    this.makeCamera(this.element("scene"));
+    this.camera = new Camera(this.element("scene"), ANGLES.oblique);
+    this.plots = new Plots(this.element("strip"), (time) => this.seek(time));
+    this.plots.onScroll = () => (this.drawn = null);
+    this.live = content.live ? new Live(this, content.live) : null;
+    if (!this.live) this.bipeds.forEach((biped) => biped.addPath());
+    this.measure();
+    this.controls = new Controls(this, content);
+    this.makeLabels();
+    this.setSpeed(1);
+    Object.keys(this.shown).forEach((name) => this.show(name, this.shown[name]));
     this.choose(0);
-    this.group(this.groups()[0]);
+    this.play(this.playing);
+    this.fit();
+    this.follow(asked);
     requestAnimationFrame((now) => this.tick(now));
   }
 
-  makeControls(content) {
-    this.element("legend").innerHTML = "<b></b>";
-    this.element("legend").firstChild.textContent = content.title;
-    if (this.bipeds.some((biped) => biped.doll.muscles.names.length)) {
-      const colors = [0, 0.25, 0.5, 0.75, 1].map((x) => `rgb(${plasma(x).map((v) => Math.round(255 * v))})`);
-      const scale = document.createElement("span");
-      scale.innerHTML = `activation 0<i style="background:linear-gradient(90deg,${colors})"></i>1, thick by force`;
-      this.element("legend").append(scale);
+  // Begin and end of the motion, and the time between two frames, s.
+  measure() {
+    const times = this.bipeds.map(({ arrays, frames }) => [arrays.time[0], arrays.time[Math.max(frames - 1, 0)]]);
+    this.begin = this.live ? Math.min(...times.map((t) => t[0])) : 0;
+    this.end = Math.max(...times.map((t) => t[1]), this.begin + 1e-6);
+    this.step = (this.end - this.begin) / Math.max(1, ...this.bipeds.map((biped) => biped.frames - 1));
+  }
+
+  // What the page's address asks for: a frame or a time, a view, and whether nothing but the picture is to be seen.
+  follow(asked) {
+    const number = (name) => (asked.has(name) && Number.isFinite(Number(asked.get(name))) ? Number(asked.get(name)) : null);
+    if (number("frame") !== null || number("time") !== null) {
+      this.play(false);
+      this.seek(number("time") ?? number("frame") * this.step);
     }
-    this.element("play").onclick = () => this.play(!this.playing);
-    this.element("back").onclick = () => this.frame(-1);
-    this.element("ahead").onclick = () => this.frame(1);
-    this.element("time").oninput = (event) => this.seek(Number(event.target.value) * this.end);
-    const options = (id, pairs) => pairs.forEach(([value, text]) => this.element(id).add(new Option(text, value)));
-    options("speed", SPEEDS.map((speed) => [speed, `${speed}\u00d7`]));
-    this.element("speed").onchange = (event) => this.setSpeed(Number(event.target.value));
-    options("selected", this.bipeds.map((biped, k) => [k, biped.label]));
-    this.element("selected").onchange = (event) => this.choose(Number(event.target.value));
-    this.element("whose").hidden = this.bipeds.length < 2;
-    for (const [name, text] of Object.entries(TOGGLES)) {
-      if (!(name in this.shown)) continue;
-      const label = document.createElement("label");
-      label.innerHTML = '<input type="checkbox">';
-      label.append(text);
-      label.firstChild.onchange = (event) => this.show(name, event.target.checked);
-      label.dataset.name = name;
-      this.element("toggles").append(label);
+    if (number("shot")) {
+      this.element("scene").closest("main").classList.add("shot");
+      this.play(false);
+      this.renderer.still = Math.max(this.renderer.still, 2);
+      this.show("plots", false);
     }
+    if (number("plots") !== null) this.show("plots", number("plots") > 0);
+    if (asked.has("group") && this.groups().includes(asked.get("group"))) this.group(asked.get("group"));
+    if (Object.hasOwn(ANGLES, asked.get("view"))) this.look(asked.get("view"));
+    else if (number("shot")) this.fit();
+  }
+
+  hasMuscles() {
+    return this.bipeds.some((biped) => biped.names.length);
+  }
+
+  makeLabels() {
     this.labels = this.bipeds.length > 1 ? this.bipeds.map((biped) => {
       const label = this.element("labels").appendChild(document.createElement("span"));
       label.textContent = biped.label;
       return label;
     }) : [];
-    window.addEventListener("keydown", (event) => {
-      if (/^(INPUT|SELECT)$/.test(event.target.tagName) && event.target.type !== "checkbox") return;
-      const act = { " ": () => this.play(!this.playing), ArrowLeft: () => this.frame(-1), ArrowRight: () => this.frame(1) };
-      if (act[event.key]) {
-        act[event.key]();
-        event.preventDefault();
-      }
-    });
-    this.setSpeed(1);
-    Object.keys(this.shown).forEach((name) => this.show(name, this.shown[name]));
-    this.play(this.playing);
-  }
-
-  makeCamera(canvas) {
-    canvas.addEventListener("pointerdown", (event) => canvas.setPointerCapture(event.pointerId));
-    canvas.addEventListener("contextmenu", (event) => event.preventDefault());
-    canvas.addEventListener("pointermove", (event) => {
-      if (!event.buttons) return;
-      const c = this.camera;
-      if (event.buttons & 2 || event.shiftKey) {
-        const s = (0.0012 * c.distance), right = [-Math.cos(c.yaw), 0, Math.sin(c.yaw)];
-        c.pan = add(c.pan, add(times(right, event.movementX * s), [0, event.movementY * s, 0]));
-      } else {
-        c.yaw -= 0.006 * event.movementX;
-        c.pitch = Math.min(Math.max(c.pitch + 0.006 * event.movementY, -0.1), 1.5);
-      }
-    });
-    canvas.addEventListener("wheel", (event) => {
-      this.camera.distance = Math.min(Math.max(this.camera.distance * Math.exp(0.001 * event.deltaY), 0.3), 120);
-      event.preventDefault();
-    }, { passive: false });
   }
 
   play(on) {
     this.playing = on;
-    if (on && this.time >= this.end) this.time = 0;
+    if (this.live) this.live.play(on);
+    else if (on && this.time >= this.end) this.time = 0;
     this.element("play").textContent = on ? "\u275a\u275a" : "\u25b6\ufe0e";
   }
 
+  restart() {
+    if (this.live) this.live.restart();
+    else this.seek(0);
+  }
+
   seek(time) {
-    this.time = Math.min(Math.max(time, 0), this.end);
+    if (this.live && this.playing) this.play(false);
+    this.time = Math.min(Math.max(time, this.begin), this.end);
+  }
+
+  seekPart(part) {
+    this.seek(this.begin + part * (this.end - this.begin));
   }
 
   frame(count) {
     this.play(false);
-    this.seek((Math.round(this.time / this.step) + count) * this.step);
+    const to = Math.round((this.time - this.begin) / this.step) + count;
+    if (this.live && this.begin + to * this.step > this.end + 0.5 * this.step) this.live.stepOn();
+    else this.seek(this.begin + to * this.step);
   }
 
   setSpeed(speed) {
     this.speed = speed;
     this.element("speed").value = String(speed);
+    this.live?.setSpeed(speed);
+  }
+
+  flip(name) {
+    if (name in this.shown) this.show(name, !this.shown[name]);
   }
 
   show(name, on) {
     this.shown[name] = on;
-    const label = this.element("toggles").querySelector(`[data-name="${name}"] input`);
-    if (label) label.checked = on;
-    if (name === "plots") {
-      this.element("plots").classList.toggle("hidden", !on);
-      this.plots.layout();
-    }
-    if (name === "follow" && on) this.camera.target = null;
+    const box = this.element("toggles").querySelector(`[data-name="${name}"] input`);
+    if (box) box.checked = on;
+    if (name === "plots") this.element("scene").closest("main").classList.toggle("bare", !on);
+    if (name === "follow") this.camera.follow = on;
+    if (name === "norms") this.plots.norms = on;
+    this.plots.kept_at = undefined;
   }
 
   choose(k) {
@@ -130,39 +128,127 @@ class Player {
       button.textContent = name;
       button.onclick = () => this.group(name);
     }
-    const key = nav.appendChild(document.createElement("span"));
-    key.innerHTML = '<span style="color:#0072b2">left</span> <span style="color:#d55e00">right</span>';
-    this.group(this.groups().includes(this.shownGroup) ? this.shownGroup : this.groups()[0]);
+    this.group(this.groups().includes(this.shownGroup) ? this.shownGroup : this.groups()[0], this.words);
   }
 
   groups() {
     return [...new Set(this.bipeds[this.selected].panels.map((panel) => panel.group))];
   }
 
-  group(name) {
+  group(name, words = "") {
     this.shownGroup = name;
+    this.words = words;
+    this.element("search").value = words;
     for (const button of this.element("groups").querySelectorAll("button"))
-      button.classList.toggle("chosen", button.textContent === name);
-    this.plots.show(this.bipeds[this.selected], name, this.end);
+      button.classList.toggle("chosen", !words && button.textContent === name);
+    this.showPlots();
   }
 
-  // The point that the camera looks at: the mean of all centres of mass, at a steady height.
+  // Curves of any group whose names hold all of these words.
+  find(words) {
+    this.group(this.shownGroup, words);
+  }
+
+  overlay(on) {
+    this.together = on;
+    this.element("several").firstChild.checked = on;
+    this.showPlots();
+  }
+
+  showPlots() {
+    const chosen = this.bipeds[this.selected], others = this.bipeds.filter((biped) => biped !== chosen);
+    const plain = (text) => text.toLowerCase().replaceAll("_", " "), words = plain(this.words).split(/\s+/).filter(Boolean);
+    const text = (panel) => plain([panel.group, panel.title, ...panel.lines.map((line) => line.name)].join(" "));
+    const panels = chosen.panels.filter((panel) =>
+      words.length ? words.every((word) => text(panel).includes(word)) : panel.group === this.shownGroup);
+    const bipeds = this.together ? [chosen, ...others] : [chosen];
+    this.plots.show(bipeds, panels);
+    this.drawn = null;
+    const entries = this.together
+      ? bipeds.slice(0, TRACK_COLOR.length).map((biped, k) => [biped.label, TRACK_COLOR[k]])
+      : [["left", LINE_COLOR.left], ["right", LINE_COLOR.right]];
+    const norm = panels.find((panel) => panel.norm);
+    if (norm && "norms" in this.shown) entries.push([`norm: ${norm.norm.source}`, "#8a949e"]);
+    this.element("key").replaceChildren(...entries.map(([name, color]) => {
+      const entry = document.createElement("span");
+      entry.textContent = name;
+      entry.style.color = color;
+      return entry;
+    }));
+  }
+
+  // The mean of all centres of mass.
   middle() {
     const places = this.bipeds.map((biped) => biped.com(biped.moment(this.time)));
-    const mean = times(places.reduce(add), 1 / places.length);
-    if (this.shown.follow || !this.camera.target) this.camera.target = mean;
-    const height = this.camera.height ??= mean[1] - 0.08;
-    return [this.camera.target[0], height, this.camera.target[2]];
+    return times(places.reduce(add), 1 / places.length);
+  }
+
+  look(name) {
+    this.camera.look(ANGLES[name]);
+    this.element("from").value = name;
+    this.fit();
+  }
+
+  fit() {
+    const points = [], { canvas } = this.renderer;
+    for (const biped of this.bipeds) {
+      biped.pose("orientation", biped.moment(this.time), biped.first.slots);
+      points.push(...biped.outline());
+    }
+    this.camera.fit(points, this.middle(), canvas.clientWidth / Math.max(canvas.clientHeight, 1));
+  }
+
+  pickAt(x, y) {
+    return this.seen ? pick(this.bipeds, this.seen, this.renderer.canvas, x, y, this.shown) : null;
+  }
+
+  describe({ biped, muscle, name }) {
+    const label = this.bipeds.length > 1 ? `${biped.label}: ${name}` : name;
+    if (muscle === undefined) return label;
+    const moment = biped.moment(this.time), part = (array) => biped.between(array, moment, muscle, 1)[0];
+    const force = FULL_FORCE * part("load") * biped.doll.muscles.f_max[muscle];
+    return `${label}\nactivation ${part("activation").toFixed(2)}, force ${force.toFixed(0)} N`;
+  }
+
+  help() {
+    const dialog = this.element("help");
+    if (dialog.open) dialog.close();
+    else dialog.showModal();
+  }
+
+  // What a file of this moment is called.
+  fileName(suffix) {
+    const title = this.element("legend").firstChild.textContent.replace(/[^\w-]+/g, "_").slice(0, 60) || "motion";
+    return `${title}_${this.time.toFixed(2)}s.${suffix}`;
+  }
+
+  savePicture() {
+    this.draw(true);
+    this.renderer.canvas.toBlob((blob) => blob && download(this.fileName("png"), blob));
+  }
+
+  // Play once from start to end, and save what is seen.
+  saveFilm() {
+    if (this.film) return this.endFilm();
+    this.seek(0);
+    this.film = startFilm(this.renderer.canvas, (blob) => download(this.fileName("webm"), blob));
+    this.element("film").classList.add("on");
+    this.play(true);
+  }
+
+  endFilm() {
+    this.film.stop();
+    this.film = null;
+    this.element("film").classList.remove("on");
+    this.play(false);
   }
 
   tick(now) {
     const passed = this.last === undefined ? 0 : Math.min((now - this.last) / 1000, 0.25);
     if (this.last !== undefined && this.playing) this.renderer.adapt(now - this.last);
     this.last = now;
-    if (this.playing) {
-      this.time += passed * this.speed;
-      if (this.time > this.end) this.time = this.time % this.end;
-    }
+    if (this.live) this.live.advance(passed);
+    else if (this.playing) this.advance(passed);
     const picture = this.pictureKey();
     if (picture !== this.drawn) {
       this.drawn = picture;
@@ -173,36 +259,53 @@ class Player {
     requestAnimationFrame((next) => this.tick(next));
   }
 
-  // All that a picture depends on, so that nothing is drawn twice.
-  pictureKey() {
-    const { clientWidth, clientHeight } = this.renderer.canvas, { yaw, pitch, distance, pan } = this.camera;
-    const { time, playing, shown, selected, shownGroup, plots } = this;
-    return JSON.stringify([time, playing, shown, selected, shownGroup, yaw, pitch, distance, pan, clientWidth, clientHeight,
-      plots.canvas.parentElement.clientWidth, plots.canvas.parentElement.clientHeight]);
+  advance(passed) {
+    this.time += passed * this.speed;
+    if (this.time <= this.end) return;
+    if (this.film) {
+      this.time = this.end;
+      this.endFilm();
+    } else this.time %= this.end;
   }
 
-  draw() {
-    const aspect = this.renderer.resize(!this.playing), c = this.camera;
-    const middle = add(this.middle(), c.pan);
-    const way = [Math.sin(c.yaw) * Math.cos(c.pitch), Math.sin(c.pitch), Math.cos(c.yaw) * Math.cos(c.pitch)];
-    const eye = add(middle, times(way, c.distance));
-    eye[1] = Math.max(eye[1], 0.05);
-    const matrix = product(perspective(0.62, aspect, 0.1, 300), lookAt(eye, middle));
-    this.renderer.clear();
-    for (const biped of this.bipeds) biped.draw(this.renderer, this.time, this.shown);
-    this.renderer.draw(matrix, eye, middle);
+  // All that a picture depends on, so that nothing is drawn twice.
+  pictureKey() {
+    const { clientWidth, clientHeight } = this.renderer.canvas, { clientWidth: room, clientHeight: tall } = this.element("strip");
+    const { time, playing, shown, selected, shownGroup } = this, frames = this.live?.received;
+    return JSON.stringify([time, playing, shown, selected, shownGroup, this.camera.state(), clientWidth, clientHeight, room, tall,
+      this.renderer.chosen, frames]);
+  }
+
+  draw(still = !this.playing) {
+    const { renderer, shown, time } = this, aspect = renderer.resize(still);
+    renderer.clearMarks();
+    for (const biped of this.bipeds) biped.update(time, shown);
+    this.live?.mark();
+    const { matrix, eye, at } = this.camera.view(this.middle(), aspect);
+    renderer.draw(matrix, eye, at, shown);
+    this.seen = matrix;
     this.drawLabels(matrix);
-    if (this.shown.plots) this.plots.draw(this.time);
-    this.element("time").value = String(this.time / this.end);
-    this.element("clock").textContent = `${this.time.toFixed(2)} / ${this.end.toFixed(2)} s`;
+    this.drawPlots(still);
+    this.element("time").value = String((time - this.begin) / (this.end - this.begin));
+    this.element("clock").textContent = this.live ? `${time.toFixed(2)} s` : `${time.toFixed(2)} / ${this.end.toFixed(2)} s`;
+  }
+
+  drawPlots(still) {
+    const now = performance.now(), pause = PLOT_PAUSE[Number(this.renderer.slow)];
+    if (!this.shown.plots || (!still && now - (this.plotted ?? 0) < pause)) return;
+    this.plotted = now;
+    this.plots.draw(this.time);
   }
 
   drawLabels(matrix) {
     const { clientWidth, clientHeight } = this.renderer.canvas;
     this.labels.forEach((label, k) => {
+      label.hidden = !this.shown.labels || (this.labels.length > FEW_LABELS && k !== this.selected);
+      if (label.hidden) return;
       const biped = this.bipeds[k], com = biped.com(biped.moment(this.time));
-      const at = onScreen(matrix, add(com, [0, 0.9, 0]), clientWidth, clientHeight);
-      label.hidden = !at || (this.labels.length > FEW_LABELS && k !== this.selected);
+      const at = onScreen(matrix, add(com, [0, 0.85 * biped.doll.scale, 0]), clientWidth, clientHeight);
+      label.hidden = !at;
+      label.classList.toggle("chosen", k === this.selected);
       if (at) Object.assign(label.style, { left: `${at[0]}px`, top: `${at[1]}px` });
     });
   }
@@ -211,25 +314,42 @@ class Player {
   state() {
     const biped = this.bipeds[this.selected], moment = biped.moment(this.time);
     return { time: this.time, end: this.end, frame: moment.frame, frames: biped.frames, playing: this.playing,
-      speed: this.speed, shown: { ...this.shown }, selected: this.selected, group: this.shownGroup,
-      panels: this.plots.panels.length, bipeds: this.bipeds.length, counts: this.renderer.counts(),
-      com: biped.com(moment), target: this.camera.target, pictures: this.pictures,
+      speed: this.speed, shown: { ...this.shown }, selected: this.selected, group: this.shownGroup, words: this.words,
+      panels: this.plots.panels.length, curves: this.plots.boxes.reduce((sum, box) => sum + box.lines.length, 0),
+      bipeds: this.bipeds.length, counts: this.renderer.counts(), com: biped.com(moment), target: this.camera.target,
+      camera: this.camera.state(), pictures: this.pictures, received: this.live?.received,
       fps: this.marks.filter((mark) => mark > performance.now() - 1000).length };
   }
 }
 
+// Make meshes of the hulls of a doll, whose arrays the page holds by number.
+function readHulls(doll, k, arrays) {
+  doll.pieces.filter((piece) => piece.kind === "hull").forEach((piece, n) => {
+    const [corners, normals, faces] = piece.arrays.map((at) => arrays[at]), middle = [0, 0, 0];
+    corners.forEach((value, i) => (middle[i % 3] += (3 * value) / corners.length));
+    let reach = 0;
+    for (let i = 0; i < corners.length; i += 3) reach = Math.max(reach, norm(minus(Array.from(corners.slice(i, i + 3)), middle)));
+    Object.assign(piece, { middle, reach: 0.7 * reach, mesh: { name: `hull ${k} ${n}`, ...hullMesh(corners, normals, faces) } });
+  });
+}
+
 async function begin() {
-  const content = JSON.parse(document.getElementById("content").textContent);
-  const player = new Player(content, await unpack(content.table, document.getElementById("arrays").textContent));
-  const names = ["play", "seek", "frame", "setSpeed", "show", "choose", "group", "state"];
+  const text = (id) => document.getElementById(id).textContent;
+  const content = JSON.parse(new TextDecoder().decode(await inflate(text("content"))));
+  const player = new Player(content, await unpack(content.table, text("arrays")));
+  const names = ["play", "seek", "frame", "setSpeed", "show", "choose", "group", "find", "overlay", "look", "fit", "pickAt", "describe", "state"];
   Object.assign(window.warpmuscle, Object.fromEntries(names.map((name) => [name, (...given) => player[name](...given)])));
   return player.state();
 }
 
+function tell(text) {
+  const message = document.getElementById("message");
+  message.style.display = text ? "block" : "none";
+  message.textContent = text;
+}
+
 window.warpmuscle = {};
 window.warpmuscle.ready = begin().catch((error) => {
-  const message = document.getElementById("message");
-  message.style.display = "flex";
-  message.textContent = String(error.message || error);
+  tell(String(error.message || error));
   throw error;
 });

@@ -1,95 +1,163 @@
-// Curves of the chosen biped as small panels; what does not move is drawn once and kept.
+// Curves as small panels, of one biped or of all over one another. What does not move is drawn once and kept; of a long
+// list only what is to be seen is drawn.
 
 const LINE_COLOR = { left: "#0072b2", right: "#d55e00", middle: "#404040" };
-const PANEL = { width: 210, height: 116, left: 40, right: 10, top: 20, bottom: 16 };
+const TRACK_COLOR = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#7a5195", "#404040"];
+const PANEL = { width: 178, height: 112, left: 38, right: 8, top: 20, bottom: 16 };
+const INK = "#24313d", QUIET = "#5b6875", GRID = "#e2e7ec", NORM_TINT = { left: "#0072b224", right: "#d55e0024" };
+const FONT = "11px system-ui, sans-serif";
 
 class Plots {
-  constructor(canvas, onSeek) {
-    this.canvas = canvas;
+  constructor(strip, onSeek) {
+    this.strip = strip;
+    this.canvas = strip.querySelector("canvas");
+    this.spacer = strip.querySelector("div");
     this.kept = document.createElement("canvas");
     this.panels = [];
+    this.boxes = [];
     this.ratio = Math.min(window.devicePixelRatio || 1, 2);
+    strip.addEventListener("scroll", () => this.onScroll?.());
     const seek = (event) => event.buttons && this.seek(event, onSeek);
-    canvas.addEventListener("pointerdown", seek);
-    canvas.addEventListener("pointermove", seek);
+    this.canvas.addEventListener("pointerdown", seek);
+    this.canvas.addEventListener("pointermove", seek);
   }
 
-  // Show the panels of a group; `end` is the time at the right of all axes.
-  show(biped, group, end) {
-    this.biped = biped;
-    this.end = end;
-    this.panels = biped.panels.filter((panel) => panel.group === group);
+  // Show panels of the first of some bipeds; the others' curves of the same names come over them.
+  show(bipeds, panels) {
+    Object.assign(this, { bipeds, panels });
     this.layout();
   }
 
   layout() {
-    const { clientWidth: room, clientHeight: tall } = this.canvas.parentElement;
-    if (!this.biped || !room) return;
-    Object.assign(this, { room, tall });
+    const { clientWidth: room, clientHeight: tall } = this.strip;
+    if (!this.bipeds || !room) return;
     const across = Math.max(1, Math.min(Math.floor(room / PANEL.width), this.panels.length));
     const wide = Math.floor(room / across), rows = Math.ceil(this.panels.length / across);
     const each = Math.min(Math.max(PANEL.height, Math.floor(tall / Math.max(rows, 1)) - 2), 2 * PANEL.height);
-    const high = each * rows;
-    for (const canvas of [this.canvas, this.kept]) {
-      canvas.width = Math.round(room * this.ratio);
-      canvas.height = Math.max(1, Math.round(high * this.ratio));
-    }
-    Object.assign(this.canvas.style, { width: `${room}px`, height: `${high}px` });
+    Object.assign(this, { room, tall, each, kept_at: undefined });
+    for (const canvas of [this.canvas, this.kept])
+      Object.assign(canvas, { width: Math.round(room * this.ratio), height: Math.max(1, Math.round(tall * this.ratio)) });
+    Object.assign(this.canvas.style, { width: `${room}px`, height: `${tall}px` });
+    this.spacer.style.height = `${Math.max(0, each * rows - tall)}px`;
     this.boxes = this.panels.map((panel, i) => ({
-      panel, x: (i % across) * wide + PANEL.left, y: Math.floor(i / across) * each + PANEL.top,
-      width: wide - PANEL.left - PANEL.right, height: each - PANEL.top - PANEL.bottom,
+      panel, x: (i % across) * wide + PANEL.left, top: Math.floor(i / across) * each + PANEL.top,
+      width: wide - PANEL.left - PANEL.right, height: each - PANEL.top - PANEL.bottom, lines: this.linesOf(panel),
     }));
-    const pen = this.kept.getContext("2d");
-    pen.setTransform(this.ratio, 0, 0, this.ratio, 0, 0);
-    pen.clearRect(0, 0, room, high);
-    this.boxes.forEach((box) => this.drawPanel(pen, box));
   }
 
-  value(line, frame) {
-    return this.biped.arrays.curves[frame * this.biped.curves + line.column];
+  // The curves of a panel: of one biped in the colours of its sides, else in those of the bipeds, the right one dashed.
+  linesOf(panel) {
+    const several = this.bipeds.length > 1;
+    return this.bipeds.flatMap((biped, k) => {
+      const same = biped === this.bipeds[0] ? panel : biped.panels.find((p) => p.group === panel.group && p.title === panel.title);
+      return (same?.lines ?? []).map((line) => ({
+        biped, line, color: several ? TRACK_COLOR[k % TRACK_COLOR.length] : LINE_COLOR[line.side],
+        dash: several && line.side === "right" ? [4, 3] : [],
+      }));
+    });
   }
 
-  extent(panel) {
+  value({ biped, line }, frame) {
+    return biped.arrays[line.from][frame * biped.widths[line.from] + line.column] * line.factor;
+  }
+
+  extent(box) {
     let low = Infinity, high = -Infinity;
-    for (const line of panel.lines)
-      for (let f = 0; f < this.biped.frames; f++) {
-        const value = this.value(line, f);
+    for (const curve of box.lines)
+      for (let f = 0; f < curve.biped.frames; f++) {
+        const value = this.value(curve, f);
         if (value < low) low = value;
         if (value > high) high = value;
       }
-    if (panel.group === "activations") return [0, Math.max(1, high)];
+    if (box.panel.norm && this.norms && this.hasCycles()) {
+      const { mean, sd } = box.panel.norm;
+      mean.forEach((m, k) => [low, high] = [Math.min(low, m - sd[k]), Math.max(high, m + sd[k])]);
+    }
+    if (!(high >= low)) return [0, 1];
+    if (box.panel.unit === "" && low >= 0 && high <= 1.001) return [0, 1];
     const room = Math.max(0.06 * (high - low), 1e-3);
     return [low - room, high + room];
   }
 
+  hasCycles() {
+    return Object.values(this.bipeds[0].cycles).some((cycles) => cycles.length);
+  }
+
+  // The times at both ends of all axes.
+  span() {
+    const { window } = this, times = this.bipeds.map((biped) => biped.arrays.time[Math.max(biped.frames - 1, 0)]);
+    const end = Math.max(...times, 1e-6);
+    return window ? [Math.max(0, end - window), Math.max(end, window)] : [0, end];
+  }
+
+  // Draw all but the cursor, where it is not drawn yet.
+  keep() {
+    const { scrollTop } = this.strip;
+    if (this.kept_at === scrollTop) return;
+    this.kept_at = scrollTop;
+    this.times = this.span();
+    const pen = this.kept.getContext("2d");
+    pen.setTransform(this.ratio, 0, 0, this.ratio, 0, 0);
+    pen.clearRect(0, 0, this.room, this.tall);
+    for (const box of this.boxes) {
+      box.y = box.top - scrollTop;
+      box.seen = box.y + box.height + PANEL.bottom > 0 && box.y - PANEL.top < this.tall;
+      if (box.seen) this.drawPanel(pen, box);
+    }
+  }
+
   drawPanel(pen, box) {
-    const { panel, x, y, width, height } = box, time = this.biped.arrays.time;
-    [box.low, box.high] = this.extent(panel);
-    const across = (t) => x + (t / this.end) * width, up = (v) => this.up(box, v);
-    pen.font = "11px system-ui, sans-serif";
-    pen.fillStyle = "#24313d";
-    pen.textAlign = "left";
-    pen.fillText(panel.unit ? `${panel.title} (${panel.unit})` : panel.title, x, y - 7);
-    pen.strokeStyle = "#e2e7ec";
-    pen.fillStyle = "#6b7885";
-    pen.lineWidth = 1;
-    pen.textAlign = "right";
+    const { panel, x, y, width, height } = box, [begin, end] = this.times;
+    [box.low, box.high] = this.extent(box);
+    box.across = (t) => x + ((t - begin) / (end - begin)) * width;
+    const up = (v) => this.up(box, v);
+    if (panel.norm && this.norms) this.drawNorm(pen, box);
+    Object.assign(pen, { font: FONT, fillStyle: INK, textAlign: "left", strokeStyle: GRID, lineWidth: 1 });
+    pen.fillText(panel.unit ? `${panel.title} (${panel.unit})` : panel.title, x, y - 7,
+      Math.max(width - (box.lines.length > 3 ? 0 : 37 * box.lines.length), 40));
+    Object.assign(pen, { fillStyle: QUIET, textAlign: "right" });
     for (const v of ticks(box.low, box.high, 3)) {
       line(pen, [[x, up(v)], [x + width, up(v)]]);
       pen.fillText(String(v), x - 4, up(v) + 4);
     }
     pen.textAlign = "center";
-    for (const t of ticks(0, this.end, 4)) pen.fillText(`${t}`, across(t), y + height + 12);
+    for (const t of ticks(begin, end, 4)) if (box.across(t) < x + width - 12) pen.fillText(`${t}`, box.across(t), y + height + 12);
     pen.textAlign = "right";
-    pen.fillText("s", x + width + 8, y + height + 12);
-    pen.lineWidth = 1.4;
-    pen.lineJoin = "round";
-    for (const curve of panel.lines) {
-      pen.strokeStyle = LINE_COLOR[curve.side];
+    pen.fillText("s", x + width + 4, y + height + 12);
+    Object.assign(pen, { lineWidth: 1.4, lineJoin: "round" });
+    pen.save();
+    pen.beginPath();
+    pen.rect(x, y - 1, width, height + 2);
+    pen.clip();
+    for (const curve of box.lines) {
+      pen.strokeStyle = curve.color;
+      pen.setLineDash(curve.dash);
       pen.beginPath();
-      for (let f = 0; f < this.biped.frames; f++) pen.lineTo(across(time[f]), up(this.value(curve, f)));
+      const time = curve.biped.arrays.time;
+      for (let f = 0; f < curve.biped.frames; f++) pen.lineTo(box.across(time[f]), up(this.value(curve, f)));
       pen.stroke();
     }
+    pen.restore();
+  }
+
+  // The band of a norm over every gait cycle of the first biped, of each side in its colour.
+  drawNorm(pen, box) {
+    const { mean, sd } = box.panel.norm, { cycles } = this.bipeds[0], last = mean.length - 1;
+    const sides = new Set(box.panel.lines.map((one) => (one.side === "middle" ? "left" : one.side)));
+    pen.save();
+    pen.beginPath();
+    pen.rect(box.x, box.y, box.width, box.height);
+    pen.clip();
+    for (const side of sides)
+      for (const [from, to] of cycles[side] ?? []) {
+        const at = (k, sign) => [box.across(from + ((to - from) * k) / last), this.up(box, mean[k] + sign * sd[k])];
+        const order = mean.map((_, k) => k);
+        pen.fillStyle = NORM_TINT[side];
+        pen.beginPath();
+        [...order.map((k) => at(k, 1)), ...order.reverse().map((k) => at(k, -1))].forEach(([a, b]) => pen.lineTo(a, b));
+        pen.fill();
+      }
+    pen.restore();
   }
 
   up(box, value) {
@@ -98,29 +166,29 @@ class Plots {
 
   // The kept curves with a cursor at this time, and the values there.
   draw(time) {
-    if (!this.biped || !this.boxes || !this.boxes.length) return;
-    const { clientWidth, clientHeight } = this.canvas.parentElement;
+    if (!this.bipeds || !this.boxes.length) return;
+    const { clientWidth, clientHeight } = this.strip;
     if (clientWidth !== this.room || clientHeight !== this.tall) this.layout();
-    const pen = this.canvas.getContext("2d"), { frame } = this.biped.moment(time);
+    this.keep();
+    const pen = this.canvas.getContext("2d"), [begin, end] = this.times, at = Math.min(Math.max(time, begin), end);
     pen.setTransform(1, 0, 0, 1, 0, 0);
     pen.clearRect(0, 0, this.canvas.width, this.canvas.height);
     pen.drawImage(this.kept, 0, 0);
     pen.setTransform(this.ratio, 0, 0, this.ratio, 0, 0);
-    pen.font = "11px system-ui, sans-serif";
-    pen.textAlign = "right";
-    for (const box of this.boxes) {
-      const x = box.x + (Math.min(time, this.end) / this.end) * box.width;
-      pen.strokeStyle = "#24313d";
-      pen.lineWidth = 1;
+    Object.assign(pen, { font: FONT, textAlign: "right", strokeStyle: INK, lineWidth: 1 });
+    for (const box of this.boxes.filter((one) => one.seen)) {
+      const x = box.across(at);
       line(pen, [[x, box.y], [x, box.y + box.height]]);
       let right = box.x + box.width;
-      for (const curve of [...box.panel.lines].reverse()) {
-        const value = this.value(curve, frame), text = short(value);
-        pen.fillStyle = LINE_COLOR[curve.side];
+      for (const curve of [...box.lines].reverse()) {
+        if (!curve.biped.frames) continue;
+        const value = this.value(curve, curve.biped.moment(time).frame);
+        pen.fillStyle = curve.color;
         pen.beginPath();
-        pen.arc(x, this.up(box, value), 2.6, 0, 7);
+        pen.arc(x, Math.min(Math.max(this.up(box, value), box.y), box.y + box.height), 2.6, 0, 7);
         pen.fill();
-        pen.fillText(text, right, box.y - 7);
+        if (box.lines.length > 3) continue;
+        pen.fillText(short(value), right, box.y - 7);
         right -= pen.measureText("-000.0").width + 2;
       }
     }
@@ -128,9 +196,9 @@ class Plots {
 
   seek(event, onSeek) {
     const area = this.canvas.getBoundingClientRect(), x = event.clientX - area.left, y = event.clientY - area.top;
-    const box = (this.boxes || []).find((b) => x >= b.x - 8 && x <= b.x + b.width + 8 && y >= b.y - PANEL.top
+    const box = this.boxes.find((b) => b.seen && x >= b.x - 8 && x <= b.x + b.width + 8 && y >= b.y - PANEL.top
       && y <= b.y + b.height + PANEL.bottom);
-    if (box) onSeek((Math.min(Math.max((x - box.x) / box.width, 0), 1)) * this.end);
+    if (box) onSeek(this.times[0] + Math.min(Math.max((x - box.x) / box.width, 0), 1) * (this.times[1] - this.times[0]));
   }
 }
 
@@ -143,7 +211,7 @@ function line(pen, points) {
 // Some three digits, never with an exponent where it can be helped.
 function short(value) {
   const size = Math.abs(value);
-  return value.toFixed(size >= 100 ? 0 : size >= 10 ? 1 : 2);
+  return value.toFixed(size >= 100 ? 0 : size >= 10 ? 1 : size >= 0.1 || size === 0 ? 2 : 3);
 }
 
 // Round numbers within an interval, about so many.

@@ -1,60 +1,104 @@
-// A picture of all batches: ground, shadows, solids, and what is translucent.
+// A picture of all bipeds: ground, shadows, solids, muscles, and what is translucent.
 
 const FEW = 4; // bipeds up to which all is drawn finely
+const LAYERS = ["flesh", "bone", "surface", "shape"];
+const PLASMA = [[0.05, 0.03, 0.53], [0.49, 0.01, 0.66], [0.8, 0.28, 0.47], [0.97, 0.58, 0.25], [0.94, 0.98, 0.13]];
+const TENDON = [0.93, 0.93, 0.94];
+const GHOST = [0.25, 0.62, 0.5, 0.3], SURFACE = [0.3, 0.55, 0.75, 0.35], SHAPE = [0.45, 0.45, 0.5, 0.35];
+const OWN = (alpha) => [-1, 0, 0, alpha];
 
 class Renderer {
-  constructor(canvas, ground, bipeds) {
+  constructor(canvas, ground, bipeds, hurried = true) {
     const slow = isSoftware(), options = { antialias: !slow, stencil: true, alpha: false };
     const gl = canvas.getContext("webgl2", options);
-    if (!gl) throw new Error("This browser has no WebGL 2, which the replay needs.");
+    if (!gl) throw new Error("This browser has no WebGL 2, which the viewer needs.");
+    Object.assign(this, { gl, canvas, ground, slow, hurried, light: unit([-0.45, 1.0, 0.35]) });
     this.finest = Math.min(window.devicePixelRatio || 1, slow ? 1 : 2); // pixels drawn a pixel of the page
+    this.still = slow ? 2 : this.finest; // where nothing moves
     this.detail = this.finest;
-    this.gl = gl;
-    this.canvas = canvas;
-    this.ground = ground;
-    this.light = unit([-0.45, 1.0, 0.35]);
     this.solid = makeProgram(gl, SOLID_VERTEX, SOLID_FRAGMENT);
+    this.muscle = makeProgram(gl, MUSCLE_VERTEX, SOLID_FRAGMENT);
     this.floor = makeProgram(gl, GROUND_VERTEX, GROUND_FRAGMENT);
     this.fine = bipeds <= FEW; // many are small in the picture, and triangles are what they cost
-    const meshes = this.fine
-      ? { sphere: sphereMesh(8, 12), cylinder: tubeMesh(14, 1), box: boxMesh() }
-      : { sphere: sphereMesh(4, 7), cylinder: tubeMesh(6, 1), box: boxMesh() };
-    const thin = this.fine
-      ? { sphere: sphereMesh(5, 8), cylinder: tubeMesh(7, 1), cone: tubeMesh(10, 0) }
-      : { sphere: sphereMesh(4, 6), cylinder: tubeMesh(3, 1), cone: tubeMesh(6, 0) };
-    const batches = (kinds) => Object.fromEntries(Object.entries(kinds).map(([k, mesh]) => [k, new Batch(gl, mesh)]));
-    this.batches = { body: batches(meshes), lines: batches(thin), glass: batches(meshes) };
-    this.paths = []; // batches of one instance
+    this.poses = new Table(gl, 2);
+    this.points = new Table(gl, 1);
+    this.muscles = new Table(gl, 1);
+    this.poses.numbers.set([0, 0, 0, 0, 0, 0, 0, 1]); // slot 0: the world
+    this.used = { slots: 1, points: 0, muscles: 0 };
+    this.chosen = -1;
+    this.makeMeshes();
   }
 
-  clear() {
-    for (const group of Object.values(this.batches)) for (const batch of Object.values(group)) batch.count = 0;
-    this.paths = [];
+  // Meshes as fine as the picture shows and the machine can draw.
+  makeMeshes() {
+    const { gl, fine, slow, hurried } = this, solid = (mesh) => new Batch(gl, mesh, 2, 4), level = fine ? (slow && hurried ? 1 : 0) : 2;
+    const [rings, sectors] = [[5, 18], [3, 10], [2, 5]][level], thin = [limbMesh(3, 10), limbMesh(1, 6), limbMesh(1, 4)][level];
+    this.layers = {};
+    for (const name of LAYERS)
+      this.layers[name] = {
+        limb: solid(name === "bone" ? thin : limbMesh(rings, sectors)), tube: solid(tubeMesh(2 * sectors)), box: solid(boxMesh()),
+      };
+    this.marks = { tube: solid(tubeMesh(sectors)), cone: solid(tubeMesh(2 * sectors, 0)), limb: solid(limbMesh(rings, sectors)) };
+    this.path = solid(tubeMesh(fine ? 5 : 3));
+    const [along, around] = [[[18, 8, 3], 9], [[10, 5, 2], 5], [[5, 2, 2], 2]][level]; // of muscles of few or many stretches
+    this.stretches = along.map((count) => new Batch(gl, stretchMesh(count, around), 1, 1));
   }
 
-  // A polyline as one batch, to be pushed to `paths` whenever it is to be seen.
-  makePath(points, radius, color) {
-    const corners = [], faces = [], sectors = this.fine ? 5 : 3;
-    points.forEach((p, k) => {
-      const turn = turnFromY(minus(points[Math.min(k + 1, points.length - 1)], points[Math.max(k - 1, 0)]));
-      for (let j = 0; j <= sectors; j++) {
-        const b = (2 * Math.PI * j) / sectors, out = rotate(turn, [Math.cos(b), 0, Math.sin(b)]);
-        corners.push(...add(p, times(out, radius)), ...out);
-        const i = k * (sectors + 1) + j;
-        if (k && j) faces.push(i - sectors - 2, i - 1, i - sectors - 1, i - sectors - 1, i - 1, i);
-      }
-    });
-    const batch = new Batch(this.gl, { corners, faces });
-    batch.add([0, 0, 0], [0, 0, 0, 1], [1, 1, 1], color, 1);
-    batch.send();
-    return batch;
+  // Room for the bodies, points and muscles of a biped; returns where they begin.
+  reserve(bodies, points, muscles) {
+    const first = { ...this.used };
+    this.used = { slots: first.slots + bodies, points: first.points + points, muscles: first.muscles + muscles };
+    this.points.reserve(this.used.points + 1);
+    this.muscles.reserve(this.used.muscles);
+    this.poses.reserve(4 * this.used.slots); // once more for ghosts
+    return first;
   }
 
-  // Number of instances by group of batches.
+  // What a second pose of a body is behind its first.
+  get shift() {
+    return this.used.slots - 1;
+  }
+
+  // Add a solid to a layer; `kind` is "limb", "tube", "box", or the name of a hull whose mesh is given.
+  addSolid(layer, kind, mesh, slot, position, turn, size, color, taper) {
+    const batches = this.layers[layer];
+    batches[kind] ??= new Batch(this.gl, mesh, 2, 4);
+    batches[kind].push(...position, slot, ...turn, ...size, packed(color), taper, 0, 0);
+  }
+
+  addStretch(point, muscle, first, last, stretches) {
+    this.stretches[stretches <= 2 ? 0 : stretches <= 6 ? 1 : 2].push(point, muscle, Number(first), Number(last));
+  }
+
+  mark(kind, position, turn, size, color, taper = 1) {
+    this.marks[kind].push(...position, 0, ...turn, ...size, packed(color), taper, 0, 0);
+  }
+
+  // A polyline as a tube.
+  addPath(points, radius, color) {
+    for (let k = 1; k < points.length; k++) {
+      const along = minus(points[k], points[k - 1]), length = norm(along);
+      if (length < 1e-6) continue;
+      const size = [radius, 1, radius, length];
+      this.path.push(...times(add(points[k], points[k - 1]), 0.5), 0, ...turnFromY(along), ...size, packed(color), 1, 0, 0);
+    }
+  }
+
+  clearFigures() {
+    for (const layer of Object.values(this.layers)) for (const batch of Object.values(layer)) batch.clear();
+    this.stretches.forEach((batch) => batch.clear());
+    this.sent = false;
+  }
+
+  clearMarks() {
+    for (const batch of Object.values(this.marks)) batch.clear();
+  }
+
+  // Number of instances by what they are.
   counts() {
     const total = (group) => Object.values(group).reduce((sum, batch) => sum + batch.count, 0);
-    const counts = Object.entries(this.batches).map(([name, group]) => [name, total(group)]);
-    return { ...Object.fromEntries(counts), paths: this.paths.length };
+    const layers = Object.entries(this.layers).map(([name, layer]) => [name, total(layer)]);
+    return { ...Object.fromEntries(layers), muscles: total(this.stretches), marks: total(this.marks), path: this.path.count };
   }
 
   // Draw fewer pixels while pictures take too long, and more again where there is time; interval in ms.
@@ -68,53 +112,115 @@ class Renderer {
   }
 
   resize(still) {
-    const { canvas } = this, detail = still ? this.finest : this.detail;
+    const { canvas } = this, detail = still ? this.still : this.detail;
     const width = Math.round(canvas.clientWidth * detail), height = Math.round(canvas.clientHeight * detail);
     if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, { width, height });
     return width / Math.max(height, 1);
   }
 
-  draw(matrix, eye, middle) {
-    const gl = this.gl, { body, lines, glass } = this.batches, all = (group) => Object.values(group);
-    for (const group of [body, lines, glass]) all(group).forEach((batch) => batch.count && batch.send());
+  send() {
+    const { slots, points, muscles } = this.used;
+    this.poses.send(4 * slots);
+    this.points.send(points + 1);
+    this.muscles.send(muscles);
+    for (const batch of Object.values(this.marks)) batch.send();
+    if (this.path.count !== this.pathSent) {
+      this.path.send();
+      this.pathSent = this.path.count;
+    }
+    if (this.sent) return;
+    this.sent = true;
+    for (const layer of Object.values(this.layers)) for (const batch of Object.values(layer)) batch.send();
+    this.stretches.forEach((batch) => batch.send());
+  }
+
+  // Draw what `shown` says as it is seen through a matrix by an eye near the middle.
+  draw(matrix, eye, middle, shown) {
+    const gl = this.gl, { flesh, bone, surface, shape } = this.layers, muscles = shown.muscles && this.stretches.some((b) => b.count);
+    this.send();
     gl.viewport(0, 0, this.canvas.width, this.canvas.height);
     gl.clearColor(...BACKGROUND, 1);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT | gl.STENCIL_BUFFER_BIT);
     gl.enable(gl.DEPTH_TEST);
     gl.depthFunc(gl.LEQUAL);
+    gl.blendFuncSeparate(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA, gl.ZERO, gl.ONE);
     if (this.ground.visible) this.drawGround(matrix, middle);
-    gl.useProgram(this.solid.program);
-    const { place } = this.solid;
+    if (muscles) this.drawMuscles(matrix, eye);
+    this.begin(this.solid, matrix, eye);
+    gl.uniform4f(this.solid.place.ground, ...this.ground.normal, this.ground.height);
+    if (this.ground.visible) this.drawShadows(shown.flesh ? flesh : bone);
+    if (shown.bones) this.drawSolids([bone], OWN(1));
+    this.drawSolids([this.marks, ...(shown.path ? [{ path: this.path }] : [])], OWN(1));
+    if (shown.flesh && !muscles) this.drawSolids([flesh], OWN(1));
+    gl.enable(gl.BLEND);
+    if (shown.shapes) this.drawGlass([shape], SHAPE);
+    if (shown.surfaces) this.drawGlass([surface], SURFACE);
+    if (shown.flesh && muscles) this.drawGlass([flesh], OWN(this.fine ? 0.3 : 0.45));
+    if (shown.desired) {
+      gl.uniform1i(this.solid.place.shift, this.shift);
+      this.drawGlass([flesh], GHOST);
+      gl.uniform1i(this.solid.place.shift, 0);
+    }
+    gl.disable(gl.BLEND);
+  }
+
+  begin({ program, place }, matrix, eye) {
+    const gl = this.gl;
+    gl.useProgram(program);
     gl.uniformMatrix4fv(place.matrix, false, matrix);
     gl.uniform3fv(place.light, this.light);
     gl.uniform3fv(place.eye, eye);
-    gl.uniform4f(place.ground, ...this.ground.normal, this.ground.height);
-    gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
-    if (this.ground.visible) {
-      gl.uniform1f(place.shadow, 1); // each pixel once, however many shapes lie above it
-      gl.enable(gl.BLEND);
-      gl.enable(gl.STENCIL_TEST);
-      gl.stencilFunc(gl.EQUAL, 0, 255);
-      gl.stencilOp(gl.KEEP, gl.KEEP, gl.INCR);
-      gl.enable(gl.POLYGON_OFFSET_FILL); // the ground is wide, and its depth not exact everywhere
-      gl.polygonOffset(-1, -64);
-      gl.depthMask(false);
-      [...all(body), ...all(glass)].forEach((batch) => batch.draw(place));
-      gl.depthMask(true);
-      gl.disable(gl.POLYGON_OFFSET_FILL);
-      gl.disable(gl.STENCIL_TEST);
-      gl.disable(gl.BLEND);
-    }
     gl.uniform1f(place.shadow, 0);
-    [...all(body), ...all(lines), ...this.paths].forEach((batch) => batch.draw(place));
+    gl.uniform1f(place.glass, 0);
+    gl.uniform1i(place.shift, 0);
+  }
+
+  drawSolids(groups, paint) {
+    this.gl.uniform4f(this.solid.place.paint, ...paint);
+    for (const group of groups)
+      for (const batch of Object.values(group)) batch.draw(this.solid.place, { poses: this.poses });
+  }
+
+  // Only the front of it, and its edges most.
+  drawGlass(groups, paint) {
+    const gl = this.gl;
     if (this.fine) {
-      gl.colorMask(false, false, false, false); // of what is translucent only the front
-      all(glass).forEach((batch) => batch.draw(place));
+      gl.colorMask(false, false, false, false);
+      this.drawSolids(groups, paint);
       gl.colorMask(true, true, true, true);
     }
+    gl.uniform1f(this.solid.place.glass, Number(this.fine));
+    this.drawSolids(groups, paint);
+    gl.uniform1f(this.solid.place.glass, 0);
+  }
+
+  drawMuscles(matrix, eye) {
+    const gl = this.gl, { place } = this.muscle, { points, muscles } = this;
+    this.begin(this.muscle, matrix, eye);
+    gl.uniform3fv(place.plasma, PLASMA.flat());
+    gl.uniform3fv(place.tendon, TENDON);
+    gl.uniform1f(place.chosen, this.chosen);
+    gl.uniform1f(place.ribbon, Number(!this.fine));
+    this.stretches.forEach((batch) => batch.draw(place, { points, muscles }));
+  }
+
+  // Each pixel once, however many shapes lie above it.
+  drawShadows(layer) {
+    const gl = this.gl, { place } = this.solid;
+    gl.uniform1f(place.shadow, 1);
     gl.enable(gl.BLEND);
-    all(glass).forEach((batch) => batch.draw(place));
+    gl.enable(gl.STENCIL_TEST);
+    gl.stencilFunc(gl.EQUAL, 0, 255);
+    gl.stencilOp(gl.KEEP, gl.KEEP, gl.INCR);
+    gl.enable(gl.POLYGON_OFFSET_FILL); // the ground is wide, and its depth not exact everywhere
+    gl.polygonOffset(-1, -64);
+    gl.depthMask(false);
+    this.drawSolids([layer], OWN(1));
+    gl.depthMask(true);
+    gl.disable(gl.POLYGON_OFFSET_FILL);
+    gl.disable(gl.STENCIL_TEST);
     gl.disable(gl.BLEND);
+    gl.uniform1f(place.shadow, 0);
   }
 
   drawGround(matrix, middle) {
@@ -126,6 +232,12 @@ class Renderer {
     gl.uniform3fv(place.background, BACKGROUND);
     gl.drawArrays(gl.TRIANGLE_STRIP, 0, 4);
   }
+}
+
+// A colour of three parts up to 1 as one number.
+function packed(color) {
+  const [r, g, b] = color.map((part) => Math.round(255 * part));
+  return 65536 * r + 256 * g + b;
 }
 
 // Whether WebGL is computed without a graphics card, where smooth edges cost too much.

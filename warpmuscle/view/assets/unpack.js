@@ -1,9 +1,13 @@
-// Arrays of the page, as `packing.py` wrote them.
+// Numbers and arrays of the page, as `packing.py` wrote them.
 
-async function unpack(table, text) {
+async function inflate(text) {
   const packed = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
   const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"));
-  const bytes = new Uint8Array(await new Response(stream).arrayBuffer());
+  return new Uint8Array(await new Response(stream).arrayBuffer());
+}
+
+async function unpack(table, text) {
+  const bytes = await inflate(text);
   let first = 0;
   return table.map((entry) => {
     const frames = entry.shape[0], columns = entry.low.length, count = frames * columns;

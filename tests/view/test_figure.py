@@ -1,0 +1,101 @@
+"""Figures: limbs as thick as their mass, trunks of their volume, feet in one piece over their soles."""
+
+import numpy as np
+import pytest
+from scipy.spatial import ConvexHull
+
+from warpmuscle.formats import load
+from warpmuscle.scene import Box, Character
+from warpmuscle.scene.anatomy import joint_place
+from warpmuscle.scene.initial_pose import plain_number, plain_vector
+from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.scene.topology import topology
+from warpmuscle.view.figure import figure_of
+from warpmuscle.view.hulls import Seeds, rounded_hull, sized_hull
+from warpmuscle.view.pieces import Hull, Limb, Piece
+
+
+def figure(name: str) -> tuple[Character, dict[str, list[Piece]]]:
+    """A numeric character and the flesh of its bodies."""
+    scene = load(name)
+    scene = substitute(scene, start_values(scene))
+    names = topology(scene.character).bodies
+    pieces = figure_of(scene.character, scene.feet or (), names)
+    return scene.character, {
+        body: [p for p in pieces if p.layer == "flesh" and names[p.body] == body] for body in names
+    }
+
+
+@pytest.mark.parametrize("scene", ["walk56", "gait2392_walk", "bigbird_walk", "throw", "elbow_simplified"])
+def test_every_body_with_mass_has_flesh_and_all_numbers_are_finite(scene: str):
+    character, flesh = figure(scene)
+    for name, body in character.bodies.items():
+        assert flesh[name] or plain_number(body.mass) == 0.0, name
+    for piece in (p for pieces in flesh.values() for p in pieces):
+        assert all(np.all(np.isfinite(part)) for part in piece if isinstance(part, np.ndarray))
+
+
+def test_limbs_weigh_what_their_bodies_do_and_run_from_joint_to_joint():
+    character, flesh = figure("walk56")
+    for name in ("lUpperleg", "rLowerleg", "lUpperarm"):
+        pieces = flesh[name]
+        assert all(isinstance(piece, Limb) for piece in pieces)
+        volume = 0.0
+        for piece in pieces:  # frusta between the spheres, which stand in for one another at the ends
+            a, b = piece.radii
+            volume += np.pi / 3.0 * np.linalg.norm(piece.end - piece.start) * (a * a + a * b + b * b)
+        assert 1000.0 * volume == pytest.approx(plain_number(character.bodies[name].mass), rel=0.12)
+    knee = next(joint for joint in character.joints.values() if joint.child == "lLowerleg")
+    np.testing.assert_allclose(flesh["lUpperleg"][-1].end, joint_place(knee))
+    np.testing.assert_allclose(flesh["lLowerleg"][0].start, plain_vector(knee.position_in_child))
+    assert flesh["lLowerleg"][-1].radii[1] < 0.7 * flesh["lLowerleg"][0].radii[1]  # tapers to the ankle
+
+
+@pytest.mark.parametrize("name", ["pelvis", "torso"])
+def test_trunks_have_the_volume_of_their_mass(name: str):
+    character, flesh = figure("walk56")
+    (hull,) = flesh[name]
+    assert 1000.0 * ConvexHull(hull.corners).volume == pytest.approx(
+        plain_number(character.bodies[name].mass), rel=0.06
+    )
+
+
+@pytest.mark.parametrize(
+    ("scene", "foot", "toes"), [("walk56", "lFoot", "lToes"), ("gait2392_walk", "calcn_r", "toes_r")]
+)
+def test_a_foot_is_one_piece_up_to_the_ankle_and_no_lower_than_its_sole(scene: str, foot: str, toes: str):
+    character, flesh = figure(scene)
+    (hull,), (front,) = flesh[foot], flesh[toes]
+    box = next(shape for shape in character.bodies[foot].shapes if isinstance(shape, Box))
+    low, high = plain_vector(box.low), plain_vector(box.high)
+    assert hull.corners[:, 1].min() == pytest.approx(low[1], abs=1e-6)
+    assert hull.corners[:, 2].max() == pytest.approx(high[2], abs=1e-3)
+    ankle = next(joint for joint in character.joints.values() if joint.child == foot)
+    assert holds(hull, plain_vector(ankle.position_in_child))
+    ball = next(joint for joint in character.joints.values() if joint.child == toes)
+    shift = joint_place(ball) - plain_vector(ball.position_in_child)
+    overlap = [corner for corner in front.corners if holds(hull, corner + shift)]
+    assert len(overlap) > 3  # so that no gap shows where the toes bend
+
+
+def holds(hull: Hull, point: np.ndarray) -> bool:
+    equations = ConvexHull(hull.corners).equations
+    return bool(np.all(equations[:, :3] @ point + equations[:, 3] < 1e-6))
+
+
+def test_hulls_look_outwards_and_degenerate_ones_are_none():
+    seeds = Seeds(np.array([[0.0, 0.0, 0.0], [0.3, 0.1, 0.0], [0.0, 0.2, 0.4]]), np.array([0.1, 0.05, 0.08]))
+    corners, normals, faces = rounded_hull(seeds)
+    a, b, c = (corners[faces[:, k]] for k in range(3))
+    signed = np.sum(a * np.cross(b, c)) / 6.0
+    assert signed == pytest.approx(ConvexHull(corners).volume)
+    assert np.all(np.sum(np.cross(b - a, c - a) * (normals[faces].sum(axis=1)), axis=1) > 0.0)
+    np.testing.assert_allclose(np.linalg.norm(normals, axis=1), 1.0)
+    assert rounded_hull(Seeds(np.zeros((2, 3)), np.zeros(2))) is None
+    assert sized_hull(np.zeros((3, 3)), 1.0) is None
+
+
+def test_a_trunk_without_a_head_of_its_own_is_drawn_with_one():
+    _, flesh = figure("gait2392_walk")
+    kinds = [type(piece).__name__ for piece in flesh["torso"]]
+    assert sorted(kinds) == ["Hull", "Limb", "Limb"]  # trunk, skull and neck

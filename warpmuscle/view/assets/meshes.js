@@ -1,0 +1,82 @@
+// Unit meshes. A vertex is a corner, which of two ends it belongs to (-0.5, 0 or 0.5), and a normal: eight numbers.
+// A limb of length l and radii r at its ends has the corner times r, moved along y by end times l.
+
+// Two half spheres and the cone between them.
+function limbMesh(rings, sectors) {
+  const vertices = [], faces = [], rows = 2 * rings + 2;
+  for (let row = 0; row < rows; row++) {
+    const upper = row > rings, a = ((upper ? row - 1 : row) / (2 * rings) - 0.5) * Math.PI;
+    for (let j = 0; j < sectors; j++) {
+      const b = (2 * Math.PI * j) / sectors;
+      const p = [Math.cos(a) * Math.sin(b), Math.sin(a), Math.cos(a) * Math.cos(b)];
+      vertices.push(...p, upper ? 0.5 : -0.5, ...p, 0);
+    }
+  }
+  return { vertices, faces: gridFaces(rows, sectors, faces) };
+}
+
+// Round, with flat ends; a cone if the radius above is 0.
+function tubeMesh(sectors, above = 1) {
+  const vertices = [], faces = [], slope = 0.4 * (1 - above);
+  for (const [end, radius] of [[-0.5, 1], [0.5, above]])
+    for (let j = 0; j < sectors; j++) {
+      const b = (2 * Math.PI * j) / sectors, x = Math.sin(b), z = Math.cos(b);
+      vertices.push(x * radius, 0, z * radius, end, x, slope, z, 0);
+    }
+  gridFaces(2, sectors, faces);
+  for (const [end, radius] of above ? [[-0.5, 1], [0.5, 1]] : [[-0.5, 1]]) {
+    const first = vertices.length / 8;
+    for (let j = 0; j < sectors; j++) {
+      const b = (2 * Math.PI * j) / sectors;
+      vertices.push(Math.sin(b) * radius, 0, Math.cos(b) * radius, end, 0, 2 * end, 0, 0);
+      if (j > 1) faces.push(...(end > 0 ? [first, first + j - 1, first + j] : [first, first + j, first + j - 1]));
+    }
+  }
+  return { vertices, faces };
+}
+
+// Rows of vertices around an axis, from below to above.
+function gridFaces(rows, sectors, faces) {
+  for (let row = 0; row < rows - 1; row++)
+    for (let j = 0; j < (sectors > 2 ? sectors : 1); j++) {
+      const next = (j + 1) % sectors, a = row * sectors + j, b = row * sectors + next;
+      faces.push(a, b, a + sectors, b, b + sectors, a + sectors);
+    }
+  return faces;
+}
+
+function boxMesh() {
+  const vertices = [], faces = [];
+  for (let axis = 0; axis < 3; axis++)
+    for (const sign of [-1, 1]) {
+      const first = vertices.length / 8;
+      for (const [s, t] of [[-1, -1], [1, -1], [1, 1], [-1, 1]]) {
+        const p = [0, 0, 0], n = [0, 0, 0];
+        p[axis] = n[axis] = sign;
+        p[(axis + 1) % 3] = s * sign;
+        p[(axis + 2) % 3] = t;
+        vertices.push(...p, 0, ...n, 0);
+      }
+      faces.push(first, first + 1, first + 2, first, first + 2, first + 3);
+    }
+  return { vertices, faces };
+}
+
+// The mesh of a hull, whose arrays hold a corner and its normal a row, and three corners of a face a row.
+function hullMesh(corners, normals, faces) {
+  const vertices = [];
+  for (let k = 0; k < corners.length; k += 3)
+    vertices.push(corners[k], corners[k + 1], corners[k + 2], 0, normals[k], normals[k + 1], normals[k + 2], 0);
+  return { vertices, faces: Array.from(faces, Math.round) };
+}
+
+// Rings along a stretch of a muscle: part of the way, and cosine and sine around it. A ribbon has two sectors.
+function stretchMesh(rings, sectors) {
+  const vertices = [];
+  for (let row = 0; row < rings; row++)
+    for (let j = 0; j < sectors; j++) {
+      const b = (2 * Math.PI * j) / sectors;
+      vertices.push(row / (rings - 1), Math.cos(b), Math.sin(b), 0);
+    }
+  return { vertices, faces: gridFaces(rings, sectors, []) };
+}

@@ -1,0 +1,51 @@
+// What is under the pointer: a muscle, or a body.
+
+const NEAR = 7; // px from a muscle
+const PICKED = 4; // bipeds nearest to the pointer that are looked at
+
+// What is nearest to a place on the canvas: biped, muscle or body, and a name; null if nothing is there.
+function pick(bipeds, matrix, canvas, x, y, shown) {
+  const width = canvas.clientWidth, height = canvas.clientHeight;
+  const screen = (array, at) => onScreen(matrix, [array[at], array[at + 1], array[at + 2]], width, height);
+  const away = (biped) => {
+    const at = screen(biped.renderer.poses.numbers, 8 * biped.first.slots);
+    return at ? Math.hypot(at[0] - x, at[1] - y) : Infinity;
+  };
+  const near = bipeds.map((biped) => [away(biped), biped]).sort((a, b) => a[0] - b[0]).slice(0, PICKED);
+  let found = null;
+  const offer = (pixels, depth, what) => {
+    if (pixels <= 0 && (!found || depth < found.depth)) found = { depth, ...what };
+  };
+  if (shown.muscles) for (const [, biped] of near) offerMuscles(biped, screen, x, y, offer);
+  if (!found) for (const [, biped] of near) offerBodies(biped, screen, x, y, offer);
+  return found;
+}
+
+function offerMuscles(biped, screen, x, y, offer) {
+  const { start } = biped.doll.muscles, points = biped.renderer.points.numbers, from = 4 * biped.first.points;
+  const places = Array.from({ length: biped.count }, (_, k) => screen(points, from + 4 * k));
+  for (let m = 0; m < biped.names.length; m++)
+    for (let k = start[m] + 1; k < start[m + 1]; k++)
+      if (places[k] && places[k - 1])
+        offer(fromStretch(places[k - 1], places[k], x, y) - NEAR, places[k][2], { biped, muscle: m, name: biped.names[m] });
+}
+
+function offerBodies(biped, screen, x, y, offer) {
+  const poses = biped.renderer.poses.numbers;
+  for (const piece of biped.doll.pieces) {
+    if (piece.layer !== "flesh") continue;
+    const at = 8 * (biped.first.slots + piece.body), size = piece.reach ?? Math.max(...(piece.radii ?? [0.05]));
+    const world = (p) => add([poses[at], poses[at + 1], poses[at + 2]], rotate(Array.from(poses.slice(at + 4, at + 8)), p));
+    const [a, b] = (piece.start ? [piece.start, piece.end] : [piece.position ?? piece.middle, piece.position ?? piece.middle]).map(world);
+    const [p, q, edge] = [screen(a, 0), screen(b, 0), screen(add(a, [0, size, 0]), 0)];
+    if (p && q && edge)
+      offer(fromStretch(p, q, x, y) - Math.hypot(edge[0] - p[0], edge[1] - p[1]), p[2], { biped, body: piece.body, name: biped.doll.names[piece.body] });
+  }
+}
+
+// Distance of a place on the screen from a stretch between two others.
+function fromStretch(a, b, x, y) {
+  const dx = b[0] - a[0], dy = b[1] - a[1], square = dx * dx + dy * dy;
+  const part = square > 0 ? Math.min(Math.max(((x - a[0]) * dx + (y - a[1]) * dy) / square, 0), 1) : 0;
+  return Math.hypot(a[0] + part * dx - x, a[1] + part * dy - y);
+}

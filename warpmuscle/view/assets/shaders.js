@@ -1,0 +1,128 @@
+// What runs on the graphics card. Vertices look up their mesh, their instance and the pose of its body in textures, so
+// that a batch is one plain draw: where there is no card, every instance of an instanced one costs as much as some
+// hundred triangles.
+
+const ROW = 1024; // texels
+const BACKGROUND = [0.925, 0.94, 0.957];
+
+const LOOK_UP = `#version 300 es
+precision highp float; precision highp int; precision highp sampler2D;
+vec4 texel(sampler2D table, int k) { return texelFetch(table, ivec2(k % ${ROW}, k / ${ROW}), 0); }
+vec3 turned(vec4 turn, vec3 v) { return v + 2.0 * cross(turn.xyz, cross(turn.xyz, v) + turn.w * v); }
+`;
+
+// An instance is four texels: place in the body and its slot among the poses; turn; radii and length; colour as a
+// number, and the radius at the upper end in that of the lower one.
+const SOLID_VERTEX = `${LOOK_UP}
+uniform sampler2D mesh; uniform sampler2D instances; uniform sampler2D poses; uniform int vertices; uniform int shift;
+uniform mat4 matrix; uniform vec3 light; uniform vec4 ground; uniform float shadow; uniform vec4 paint;
+out vec3 at; out vec3 normal; out vec4 tint;
+void main() {
+  int vertex = 2 * (gl_VertexID % vertices), instance = 4 * (gl_VertexID / vertices);
+  vec4 corner = texel(mesh, vertex), outward = texel(mesh, vertex + 1), place = texel(instances, instance);
+  vec4 turn = texel(instances, instance + 1), size = texel(instances, instance + 2);
+  vec4 look = texel(instances, instance + 3);
+  int slot = 2 * (int(place.w) + (place.w > 0.0 ? shift : 0));
+  vec3 body = texel(poses, slot).xyz;
+  vec4 facing = texel(poses, slot + 1);
+  float taper = corner.w > 0.0 ? look.y : 1.0;
+  vec3 local = corner.xyz * size.xyz * taper + vec3(0.0, corner.w * size.w, 0.0);
+  at = body + turned(facing, place.xyz + turned(turn, local));
+  normal = turned(facing, turned(turn, outward.xyz / max(size.xyz, vec3(1e-6))));
+  vec3 own = vec3(mod(floor(look.x / 65536.0), 256.0), mod(floor(look.x / 256.0), 256.0), mod(look.x, 256.0)) / 255.0;
+  tint = paint.x < 0.0 ? vec4(own, paint.w) : paint;
+  if (shadow > 0.5) at -= light * (dot(at, ground.xyz) - ground.w - 0.002) / dot(light, ground.xyz);
+  gl_Position = matrix * vec4(at, 1.0);
+}`;
+
+const SOLID_FRAGMENT = `#version 300 es
+precision highp float;
+in vec3 at; in vec3 normal; in vec4 tint; out vec4 color;
+uniform vec3 light; uniform vec3 eye; uniform float shadow; uniform float glass;
+void main() {
+  if (shadow > 0.5) { color = vec4(0.10, 0.13, 0.18, 0.20); return; }
+  vec3 n = normalize(normal), v = normalize(eye - at);
+  float day = max(dot(n, light), 0.0), sky = 0.5 + 0.5 * n.y, facing = abs(dot(n, v));
+  float shine = pow(max(dot(n, normalize(light + v)), 0.0), 30.0);
+  vec3 lit = tint.rgb * (0.36 + 0.24 * sky + 0.52 * day) + vec3(0.10 * shine);
+  float rim = 1.0 - facing; // of glass the edges are seen most
+  color = vec4(lit, glass > 0.5 ? tint.a * (0.25 + 1.6 * rim * rim) : tint.a);
+}`;
+
+// A stretch of a muscle between two of its points, whose fourth numbers say how far along the muscle they are. Of a
+// muscle are known: radii of belly and tendon, activation, and the part of its length that is fibre.
+const MUSCLE_VERTEX = `${LOOK_UP}
+uniform sampler2D mesh; uniform sampler2D stretches; uniform sampler2D points; uniform sampler2D muscles;
+uniform int vertices; uniform mat4 matrix; uniform vec3 plasma[5]; uniform vec3 tendon; uniform float chosen;
+uniform float ribbon; uniform vec3 eye;
+out vec3 at; out vec3 normal; out vec4 tint;
+vec3 way(vec3 from, vec3 to) { vec3 d = to - from; float l = length(d); return l > 1e-7 ? d / l : vec3(0.0); }
+void main() {
+  vec4 ring = texel(mesh, gl_VertexID % vertices), stretch = texel(stretches, gl_VertexID / vertices);
+  int first = int(stretch.x);
+  vec4 a = texel(points, first), b = texel(points, first + 1), muscle = texel(muscles, int(stretch.y));
+  vec3 along = way(a.xyz, b.xyz), bend = vec3(0.0);
+  if (ring.x < 0.01 && stretch.z < 0.5) bend = way(texel(points, first - 1).xyz, a.xyz);
+  if (ring.x > 0.99 && stretch.w < 0.5) bend = way(b.xyz, texel(points, first + 2).xyz);
+  vec3 axis = along + bend;
+  axis = length(axis) > 1e-3 ? normalize(axis) : vec3(0.0, 1.0, 0.0);
+  vec3 across = normalize(cross(axis, abs(axis.x) < 0.9 ? vec3(1.0, 0.0, 0.0) : vec3(0.0, 1.0, 0.0)));
+  float part = 2.0 * (mix(a.w, b.w, ring.x) - 0.5) / muscle.w, bulge = max(1.0 - part * part, 0.0);
+  float radius = mix(muscle.y, muscle.x, bulge * sqrt(bulge));
+  at = mix(a.xyz, b.xyz, ring.x);
+  if (ribbon > 0.5) across = normalize(cross(axis, eye - at)); // flat, towards the eye
+  normal = ring.y * across + ring.z * cross(axis, across);
+  at += radius * normal;
+  if (ribbon > 0.5) normal = 0.7 * normal + normalize(eye - at);
+  float place = clamp(muscle.z, 0.0, 1.0) * 4.0;
+  int k = min(int(place), 3);
+  vec3 color = mix(plasma[k], plasma[k + 1], place - float(k));
+  color = mix(tendon, color, smoothstep(0.02, 0.2, bulge));
+  if (stretch.y == chosen) color = mix(color, vec3(1.0), 0.55);
+  tint = vec4(color, 1.0);
+  gl_Position = matrix * vec4(at, 1.0);
+}`;
+
+const GROUND_VERTEX = `#version 300 es
+uniform mat4 matrix; uniform vec4 ground; uniform vec3 middle; out vec2 place;
+void main() {
+  vec3 corner = vec3(gl_VertexID % 2 * 2 - 1, 0, gl_VertexID / 2 * 2 - 1); // of a strip of two triangles
+  vec2 p = corner.xz * 80.0 + floor(middle.xz);
+  vec3 n = ground.xyz;
+  vec3 at = vec3(p.x, (ground.w - n.x * p.x - n.z * p.y) / n.y, p.y);
+  place = p;
+  gl_Position = matrix * vec4(at, 1.0);
+}`;
+// Squares of 1 m, which fade where they would flicker; lines every 5 m.
+const GROUND_FRAGMENT = `#version 300 es
+precision highp float;
+in vec2 place; uniform vec3 background; uniform vec3 middle; out vec4 color;
+void main() {
+  vec2 width = max(fwidth(place), vec2(1e-4));
+  vec2 wave = clamp((abs(fract(place * 0.5) - 0.5) - 0.25) * 2.0 / width, -1.0, 1.0);
+  float calm = 1.0 - smoothstep(0.15, 0.6, max(width.x, width.y));
+  float check = 0.5 + 0.5 * wave.x * wave.y * calm;
+  vec2 line = abs(fract(place / 5.0 + 0.5) - 0.5) * 5.0;
+  float bold = (1.0 - smoothstep(0.0, 1.0, min(line.x / width.x, line.y / width.y) - 0.5)) * calm;
+  vec3 tone = mix(vec3(0.835, 0.862, 0.888), vec3(0.875, 0.898, 0.92), check) - 0.07 * bold;
+  float fade = smoothstep(6.0, 30.0, length(place - middle.xz));
+  color = vec4(mix(tone, background, fade), 1.0);
+}`;
+
+function makeProgram(gl, vertex, fragment) {
+  const program = gl.createProgram();
+  for (const [type, text] of [[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, fragment]]) {
+    const shader = gl.createShader(type);
+    gl.shaderSource(shader, text);
+    gl.compileShader(shader);
+    gl.attachShader(program, shader);
+  }
+  gl.linkProgram(program);
+  if (!gl.getProgramParameter(program, gl.LINK_STATUS)) throw new Error(gl.getProgramInfoLog(program));
+  const place = {};
+  for (let i = 0; i < gl.getProgramParameter(program, gl.ACTIVE_UNIFORMS); i++) {
+    const name = gl.getActiveUniform(program, i).name.replace("[0]", "");
+    place[name] = gl.getUniformLocation(program, name);
+  }
+  return { program, place };
+}

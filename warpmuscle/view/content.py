@@ -1,0 +1,205 @@
+"""What a page is told of a track and of a doll: numbers for its JSON, and arrays for its packer."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.errors import Error
+from warpmuscle.gait.cycles import body_weight, leg_angles, strides
+from warpmuscle.gait.likeness import norms_of
+from warpmuscle.gait.quality import runs, support_of
+from warpmuscle.results.recording import Recording
+from warpmuscle.scene import Scene
+from warpmuscle.scene.initial_pose import plain_number
+from warpmuscle.scene.norms import LEG_ANGLES, Band
+from warpmuscle.view.curves import Line, Panel, panels_of
+from warpmuscle.view.packing import Packer
+from warpmuscle.view.pieces import Ellipsoid, Hull, Limb, Piece, Tube
+from warpmuscle.view.track import Doll, Track
+
+NORM_PERCENT = np.linspace(0.0, 100.0, 51)  # of the gait cycle, where bands of norms have their samples
+FEWEST_FIBRES = 0.3  # of a muscle's length that is drawn as its belly, at least
+SAME_ANGLE = 6.0  # degrees, mean difference of two curves that are the same angle
+SPARED = ("excitations", "fibre lengths", "torques wanted")  # groups of curves that pages of many motions do without
+
+
+class LegNorm(NamedTuple):
+    """The angle of a joint of a leg, and the norm of it."""
+
+    side: str
+    angle: Floats  # (F,) degrees
+    source: str
+    band: Band
+
+
+def track_arrays(track: Track) -> dict[str, tuple[Floats, int]]:
+    """All that is drawn of a track but its curves, as arrays (F, ...) with the bits that they are stored with."""
+    r = track.recording
+    arrays = {
+        "time": (r.time, 16),
+        "root": (r.root_position, 16),
+        "orientation": (continuous(r.body_orientation), 16),
+        "com": (r.com, 16),
+        "force": (track.foot_force, 16),
+        "center": (track.foot_center, 16),
+    }
+    if track.doll.sliding:
+        arrays["slid"] = (track.slid, 16)
+    if track.desired is not None:
+        arrays["desired"] = (continuous(track.desired), 16)
+    if r.muscle_names:
+        arrays["activation"] = (r.muscle_activation, 8)
+        arrays["load"] = (track.muscle_load, 8)
+    if track.point_weight.size:
+        arrays["weight"] = (track.point_weight, 8)
+    if track.doll.muscles.routes:
+        arrays["routed"] = (track.routes.all() - r.root_position[:, None], 16)
+    return arrays
+
+
+def curve_arrays(panels: Sequence[Panel]) -> dict[str, tuple[Floats, int]]:
+    """Curves of panels that are in no array of `track_arrays`, in the order of their columns."""
+    loose = [line.values for panel in panels for line in panel.lines if line.stored is None]
+    arrays = {"curves": (np.column_stack(loose), 16)} if loose else {}
+    for name in ("wanted", "excitation", "fibre"):
+        columns = {line.stored.column: line.values for panel in panels for line in panel.lines
+                   if line.stored is not None and line.stored.array == name}  # fmt: skip
+        if columns:
+            arrays[name] = (np.column_stack([columns[k] for k in sorted(columns)]), 8)
+    return arrays
+
+
+def track_content(track: Track, scene: Scene, packer: Packer, every_curve: bool = True) -> dict[str, Any]:
+    """What the page is told of a track; its arrays go to the packer."""
+    panels = [p for p in panels_of(track.recording, scene) if every_curve or p.group not in SPARED]
+    arrays = track_arrays(track) | curve_arrays(panels)
+    numbers = {name: packer.add(values, bits if every_curve else 8 if name == "curves" else bits)
+               for name, (values, bits) in arrays.items()}  # fmt: skip
+    cycles = cycles_of(track.recording, scene)
+    return {
+        "label": track.label,
+        "frames": track.frames,
+        "arrays": numbers,
+        "cycles": {side: np.round(np.array(one).reshape(-1, 2), 4).tolist() for side, one in cycles.items()},
+        "panels": panel_contents(panels, leg_norms(track.recording, scene, cycles)),
+    }
+
+
+def panel_contents(panels: Sequence[Panel], norms: Sequence[LegNorm]) -> list[dict[str, Any]]:
+    """What the page is told of panels; curves that are stored nowhere else are columns of the array `curves`."""
+    columns = iter(range(10**9))
+    return [
+        {
+            "group": panel.group,
+            "title": panel.title,
+            "unit": panel.unit,
+            "lines": [_line(line, columns) for line in panel.lines],
+            **_norm_of(panel, norms),
+        }
+        for panel in panels
+    ]
+
+
+def _line(line: Line, columns: Any) -> dict[str, Any]:
+    array, column, factor = line.stored if line.stored is not None else ("curves", next(columns), 1.0)
+    return {"name": line.name, "side": line.side, "from": array, "column": column, "factor": factor}
+
+
+def cycles_of(recording: Recording, scene: Scene) -> dict[str, list[tuple[float, float]]]:
+    """Gait cycles of both feet, s; none where nothing walks."""
+    if scene.feet is None or recording.frames < 3:
+        return {}
+    weight = body_weight(scene)
+    return {side: strides(recording, side, 0.0, weight) for side in ("left", "right")}
+
+
+def leg_norms(recording: Recording, scene: Scene, cycles: dict[str, Any]) -> list[LegNorm]:
+    """Angles of legs that have a hip, a knee and an ankle, with their measured norms of walking, or of running."""
+    if not cycles or not all(cycles.values()):
+        return []
+    try:
+        norm = norms_of(runs(scene, support_of(recording, scene, cycles)))[-1]
+        angles = leg_angles(recording, scene)
+    except Error:
+        return []
+    what = f"{norm.source}, {norm.what}"
+    return [
+        LegNorm(side, angles[title][side], what, norm.angles[title]) for title in LEG_ANGLES for side in angles[title]
+    ]
+
+
+def _norm_of(panel: Panel, norms: Sequence[LegNorm]) -> dict[str, Any]:
+    """The norm of a panel whose first curve is the angle of a leg, perhaps with the other sign; nothing without one."""
+    curve = panel.lines[0].values
+    for norm in norms if panel.group == "angles" and panel.joint else ():
+        for sign in (1.0, -1.0):
+            if float(np.sqrt(np.mean((sign * norm.angle - curve) ** 2))) < SAME_ANGLE:
+                mean, sd = sign * norm.band.mean(NORM_PERCENT), norm.band.sd(NORM_PERCENT)
+                return {
+                    "norm": {"source": norm.source, "mean": np.round(mean, 1).tolist(), "sd": np.round(sd, 1).tolist()}
+                }
+    return {}
+
+
+def continuous(orientation: Any) -> Any:
+    """The same orientations (F, B, 4) with signs that change nowhere, so that their differences are small."""
+    product = np.sum(orientation[1:] * orientation[:-1], axis=-1)
+    sign = np.cumprod(np.where(product < 0.0, -1.0, 1.0), axis=0)
+    return np.concatenate([orientation[:1], orientation[1:] * sign[..., None]])
+
+
+def doll_content(doll: Doll, scene: Scene, pieces: list[dict[str, Any]]) -> dict[str, Any]:
+    """What the page is told of a doll that looks like these pieces."""
+    muscles = [scene.character.muscles[name] for name in doll.muscles.names]
+    lengths = np.array([(plain_number(m.l_opt), plain_number(m.l_slack)) for m in muscles]).reshape(-1, 2)
+    fibres = lengths[:, 0] / np.maximum(lengths.sum(axis=1), 1e-9)
+    return {
+        "pieces": pieces,
+        "names": list(doll.names.bodies),
+        "parent": doll.parent.tolist(),
+        "in_parent": _rounded(doll.in_parent),
+        "in_child": _rounded(doll.in_child),
+        "sliding": list(doll.sliding),
+        "weight": doll.weight,
+        "scale": round(float(np.clip((doll.weight / 9.81 / 75.0) ** (1.0 / 3.0), 0.3, 1.4)), 3),
+        "muscles": {
+            "names": doll.muscles.names,
+            "start": doll.muscles.start.tolist(),
+            "body": doll.muscles.body.tolist(),
+            "place": _rounded(doll.muscles.place),
+            "conditional": doll.muscles.conditional.tolist(),
+            "routed": doll.muscles.routed.tolist(),
+            "f_max": [round(plain_number(m.f_max), 1) for m in muscles],
+            "share": np.round(np.clip(fibres, FEWEST_FIBRES, 1.0), 3).tolist(),
+        },
+    }
+
+
+def piece_contents(pieces: Sequence[Piece], packer: Packer) -> list[dict[str, Any]]:
+    """What the page is told of pieces; meshes of hulls go to the packer."""
+    return [{"kind": _kind(one), "body": one.body, "side": one.side, "layer": one.layer,
+             **_form(one, packer)} for one in pieces]  # fmt: skip
+
+
+def _form(piece: Piece, packer: Packer) -> dict[str, Any]:
+    if isinstance(piece, Limb | Tube):
+        return {"start": _rounded(piece.start), "end": _rounded(piece.end), "radii": _rounded(piece.radii)}
+    if isinstance(piece, Ellipsoid):
+        turn = _rounded(piece.orientation)
+        return {"position": _rounded(piece.position), "orientation": turn, "radii": _rounded(piece.radii)}
+    if isinstance(piece, Hull):
+        arrays = [packer.add(piece.corners), packer.add(piece.normals, 8), packer.add(piece.faces.astype(float))]
+        return {"arrays": arrays}
+    return {"position": _rounded(piece.position), "radii": _rounded(piece.radii)}
+
+
+def _rounded(numbers: Any) -> Any:
+    return np.round(numbers, 4).tolist()
+
+
+def _kind(piece: Piece) -> str:
+    return {"Block": "box"}.get(type(piece).__name__, type(piece).__name__.lower())

@@ -1,0 +1,211 @@
+"""A character as a figure to look at: limbs, trunk, feet and a head, bones, and exact shapes; numbers only.
+
+Limbs are as thick as their mass is at the density of water (1000 kg/m^3), and so is the trunk; feet and boxes are the
+shapes that touch the ground, with round edges, drawn up to the ankle.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from warpmuscle.core.array_types import Floats
+from warpmuscle.scene import Box, Character, Joint, Shape, Sphere
+from warpmuscle.scene.anatomy import Side, bone_lines, far_end, foot_bodies, joint_place, sides_of
+from warpmuscle.scene.initial_pose import plain_number, plain_vector
+from warpmuscle.scene.masses import massless
+from warpmuscle.view.hulls import Mesh, Seeds, box_seeds, rounded_hull, sized_hull
+from warpmuscle.view.pieces import Hull, Layer, Limb, Piece, exact_shape
+
+DENSITY = 1000.0  # kg/m^3
+# Radius of a limb along its way from joint to joint, in that of a cylinder of its mass.
+PROFILE = ((0.0, 0.92), (0.3, 1.16), (1.0, 0.66))
+BONE, KNOB = 0.008, 0.0145  # m, radii of a bone's shaft and of its ends, of a body of 75 kg
+HEAVY = 0.25  # of the whole mass, from which a body at the end of a chain is a trunk with its head
+MIDDLE = 0.03  # m, joints this near to x = 0 are those of a neck rather than of arms
+SHORTEST = 0.02  # m, of what is drawn as a limb
+
+
+def figure_of(
+    character: Character, feet: Sequence[str], body_names: Sequence[str], coarse: bool = False
+) -> list[Piece]:
+    """The figure of a character without free parameters: flesh, bones and exact shapes.
+
+    Args:
+        feet: names of the bodies that walk. coarse: whether it is small in the picture, one of many.
+    """
+    return _Figure(character, feet, body_names, coarse).pieces()
+
+
+class _Figure:
+    """Collects the pieces of all bodies."""
+
+    def __init__(self, character: Character, feet: Sequence[str], body_names: Sequence[str], coarse: bool) -> None:
+        self.character, self.names, self.coarse = character, body_names, coarse
+        self.sides: Mapping[str, Side] = sides_of(character)
+        self.mass = {name: plain_number(body.mass) for name, body in character.bodies.items()}
+        self.total = max(sum(self.mass.values()), 1e-9)
+        self.scale = float(np.clip((self.total / 75.0) ** (1.0 / 3.0), 0.3, 1.4))
+        self.feet = {body for foot in feet if foot in character.bodies for body in foot_bodies(character, foot)}
+        self.heads: set[str] = set()
+        self.made: list[Piece] = []
+
+    def pieces(self) -> list[Piece]:
+        for name, body in self.character.bodies.items():
+            if name in self.feet and body.shapes:
+                self._foot(name)
+            elif body.shapes or not massless(body):
+                self._body(name)
+            self._bones(name)
+            number, side = self.names.index(name), self.sides[name]
+            self.made += [exact_shape(shape, number, side) for shape in body.shapes]
+        return self.made
+
+    def _body(self, name: str) -> None:
+        """Flesh of a body that is no foot."""
+        start, ends, shapes = self._start(name), self._ends(name), self.character.bodies[name].shapes
+        points = ends if start is None else [start, *ends]
+        volume = self.mass[name] / DENSITY
+        if len(points) > 2 or (start is None and len(points) == 2):
+            self._hull(name, sized_hull(np.array(points), volume, self.coarse))
+            self._missing_head(name, start, ends)
+        elif start is None:
+            self._blocks(name, shapes)
+        elif not ends and len(shapes) == 1 and isinstance(shapes[0], Sphere):
+            self._head(name, start, plain_vector(shapes[0].center), plain_number(shapes[0].radius))
+        elif not ends and self.mass[name] > HEAVY * self.total:
+            top = far_end(shapes[0], start) if shapes else -start
+            reach = top - start
+            tall = float(np.linalg.norm(reach)) + (plain_number(getattr(shapes[0], "radius", 0.0)) if shapes else 0.0)
+            self._upper_body(name, start, reach / max(float(np.linalg.norm(reach)), 1e-9), tall)
+        else:
+            self._limb(name, start, self._limb_end(start, ends, shapes))
+
+    def _limb_end(self, start: Floats, ends: Sequence[Floats], shapes: Sequence[Shape]) -> Floats:
+        """Where a limb from its joint ends: at the next joint, or where its shape or its mass does."""
+        if shapes and not ends:
+            return max((far_end(shape, start) for shape in shapes), key=lambda end: float(np.linalg.norm(end - start)))
+        beyond = -0.9 * start  # as far behind the centre of mass
+        if ends and np.linalg.norm(ends[0] - start) > np.linalg.norm(start):
+            return ends[0]
+        return beyond
+
+    def _limb(self, name: str, start: Floats, end: Floats) -> None:
+        length = float(np.linalg.norm(end - start))
+        if length < SHORTEST:
+            radius = float(np.cbrt(0.75 * self.mass[name] / (np.pi * DENSITY)))
+            self._add(Limb, name, "flesh", start, end, (min(radius, 0.03),) * 2)
+            return
+        radius = min(float(np.sqrt(self.mass[name] / (np.pi * DENSITY * length))), 0.4 * length)
+        profile = PROFILE[::2] if self.coarse else PROFILE
+        places = [start + part * (end - start) for part, _ in profile]
+        radii = [factor * radius for _, factor in profile]
+        for k in range(len(profile) - 1):
+            self._add(Limb, name, "flesh", places[k], places[k + 1], (radii[k], radii[k + 1]))
+
+    def _head(self, name: str, joint: Floats, center: Floats, radius: float) -> None:
+        """A skull with a jaw, as high as the sphere, on a neck; the face looks along z."""
+        self.heads.add(name)
+        up = center - joint
+        up = up / max(float(np.linalg.norm(up)), 1e-9)
+        ahead = np.array([0.0, 0.0, 1.0]) - up[2] * up
+        crown, chin = center + 0.28 * radius * up, center - 0.42 * radius * up + 0.22 * radius * ahead
+        self._add(Limb, name, "flesh", crown, chin, (0.72 * radius, 0.54 * radius))
+        self._add(Limb, name, "flesh", joint, center - 0.3 * radius * up, (0.48 * radius, 0.44 * radius))
+
+    def _upper_body(self, name: str, joint: Floats, up: Floats, tall: float) -> None:
+        """Trunk, neck and head in one body, so tall, m, from its joint upwards; the shoulders are along x."""
+        aside = np.array([1.0, 0.0, 0.0]) - up[0] * up
+        shoulder, neck = joint + 0.60 * tall * up, joint + 0.68 * tall * up
+        seeds = np.array([joint, neck, shoulder + 0.2 * tall * aside, shoulder - 0.2 * tall * aside])
+        self._hull(name, sized_hull(seeds, 0.75 * self.mass[name] / DENSITY, self.coarse))
+        radius = 0.155 * tall
+        self._head(name, neck, joint + (tall - radius) * up, radius)
+        self._add(Limb, name, "bone", joint, neck, (BONE * self.scale,) * 2)
+
+    def _missing_head(self, name: str, joint: Floats | None, ends: Sequence[Floats]) -> None:
+        """The head of a heavy trunk on which arms hang, and no other body in the middle."""
+        if joint is None or self.mass[name] <= HEAVY * self.total or min(abs(end[0]) for end in ends) < MIDDLE:
+            return
+        reach = np.mean(ends, axis=0) - joint
+        length = float(np.linalg.norm(reach))
+        up = reach / max(length, 1e-9)
+        self._head(name, joint + 1.08 * reach, joint + 1.55 * reach, 0.3 * length)
+        self._add(Limb, name, "bone", joint, joint + 1.08 * length * up, (BONE * self.scale,) * 2)
+
+    def _blocks(self, name: str, shapes: Sequence[Shape]) -> None:
+        """Shapes as they are, boxes with round edges."""
+        for shape in shapes:
+            if isinstance(shape, Box):
+                self._hull(name, rounded_hull(box_seeds(shape), self.coarse))
+            else:
+                piece = exact_shape(shape, self.names.index(name), self.sides[name])
+                self.made.append(piece._replace(layer="flesh"))
+
+    def _foot(self, name: str) -> None:
+        """Shapes of a foot and its ankle in one piece; toes begin with the front of what they hang on."""
+        start = self._start(name)
+        seeds = self._seeds(name)
+        if start is not None:
+            joint = next(j for j in self.character.joints.values() if j.child == name)
+            if joint.parent in self.feet and self.character.bodies[joint.parent].shapes:
+                seeds = seeds.joined(self._front(joint).moved(start - joint_place(joint)))
+            else:
+                seeds = seeds.joined(Seeds(start[None], np.array([0.036 * self.scale])))
+        self._hull(name, rounded_hull(seeds, self.coarse))
+
+    def _front(self, joint: Joint) -> Seeds:
+        """Of what the toes hang on, the seeds that are farthest towards them, and no higher than the joint."""
+        seeds, place = self._seeds(joint.parent), joint_place(joint)
+        along = (seeds.places - seeds.places.mean(axis=0)) @ (place - seeds.places.mean(axis=0))
+        chosen = along >= along.max() - 0.25 * max(float(np.ptp(along)), 1e-12)
+        return Seeds(seeds.places[chosen], seeds.radii[chosen])
+
+    def _seeds(self, name: str) -> Seeds:
+        found = Seeds(np.zeros((0, 3)), np.zeros(0))
+        for shape in self.character.bodies[name].shapes:
+            if isinstance(shape, Box):
+                found = found.joined(box_seeds(shape))
+            else:
+                ends = [shape.center] if isinstance(shape, Sphere) else [shape.start, shape.end]
+                places = np.array([plain_vector(end) for end in ends])
+                found = found.joined(Seeds(places, np.full(len(places), plain_number(shape.radius))))
+        return found
+
+    def _bones(self, name: str) -> None:
+        """Bones between joints, with round ends; feet and heads have none."""
+        if name in self.heads:
+            return
+        if name in self.feet:
+            return
+        shaft, knob = BONE * self.scale, KNOB * self.scale
+        ends = [*self._ends(name)]
+        if (start := self._start(name)) is not None:
+            ends.append(start)
+        lines = bone_lines(self.character, name)
+        if not self.character.bodies[name].shapes and not massless(self.character.bodies[name]) and len(ends) == 1:
+            lines = [np.stack([ends[0], self._limb_end(ends[0], [], [])])] if start is not None else []
+        for a, b in lines:
+            if np.linalg.norm(b - a) > SHORTEST:
+                self._add(Limb, name, "bone", a, b, (shaft, shaft))
+        if not self.coarse and not massless(self.character.bodies[name]):
+            for end in ends:
+                self._add(Limb, name, "bone", end, end, (knob, knob))
+
+    def _start(self, name: str) -> Floats | None:
+        """Where a body's own joint is, None for the root."""
+        joints = self.character.joints.values()
+        return next((plain_vector(joint.position_in_child) for joint in joints if joint.child == name), None)
+
+    def _ends(self, name: str) -> list[Floats]:
+        return [joint_place(joint) for joint in self.character.joints.values() if joint.parent == name]
+
+    def _add(
+        self, kind: type[Limb], name: str, layer: Layer, start: Floats, end: Floats, radii: tuple[float, float]
+    ) -> None:
+        self.made.append(kind(self.names.index(name), self.sides[name], layer, start, end, radii))
+
+    def _hull(self, name: str, mesh: Mesh | None) -> None:
+        if mesh is not None:
+            self.made.append(Hull(self.names.index(name), self.sides[name], "flesh", *mesh))
