@@ -10,13 +10,13 @@ import hostile
 from warpmuscle.plots.subject import Subject
 from warpmuscle.report.page import report_html
 from warpmuscle.scene.validation.scene import check_scene
+from warpmuscle.view.controls import Slider
 from warpmuscle.view.live import Live
 from warpmuscle.view.live_run import LiveRun
 from warpmuscle.view.packing import whole
 from warpmuscle.view.page import Page, replay_html
-from warpmuscle.view.replay import Replay
-from warpmuscle.view.sources import of_replays, page_of_sights, tracks_of
-from warpmuscle.view.viewer import Viewer, new_server
+from warpmuscle.view.sources import of_replays, page_of_sights
+from warpmuscle.view.viewer import Viewer, replay_viewer
 
 PATIENCE = 60.0  # s, on a busy machine
 HIT = "document.querySelectorAll('main img[src=x], main svg, body > img, [onerror], [onload], [onmouseover]').length"
@@ -83,14 +83,12 @@ def test_report_shows_names_as_text(browser, tmp_path):
 
 def shown(browser: Any, viewer: Viewer, look: Callable[[Any], None]) -> None:
     """Look at a viewer in a browser; nothing may go wrong there."""
-    for what in viewer.stage.shown:
-        viewer.stage.toggle(what, False)  # what has no names takes time to draw
     viewer.start()
     page = browser.new_page(viewport={"width": 420, "height": 700})
     page.set_default_timeout(1000.0 * PATIENCE)
     found = hostile.watched(page)
-    page.goto(f"{viewer.url}?fixedDpr=0.1")
-    page.get_by_role("button", name="Pause").wait_for()
+    page.goto(viewer.url)
+    page.evaluate("warpmuscle.ready")
     look(page)
     assert page.evaluate(HIT) == 0
     page.close()
@@ -100,35 +98,31 @@ def shown(browser: Any, viewer: Viewer, look: Callable[[Any], None]) -> None:
 
 
 def test_replay_shows_names_as_text(browser):
-    pytest.importorskip("viser", reason="no viser: pip install 'warpmuscle[view]'")
-    sights = of_replays(hostile.result())
-    viewer = Replay(new_server("127.0.0.1", 0, hostile.NAMES[1]), tracks_of(sights), [sight.scene for sight in sights])
+    pytest.importorskip("websockets", reason="no websockets: pip install 'warpmuscle[view]'")
+    text = page_of_sights(of_replays(hostile.result()), hostile.NAMES[1]).text
 
     def look(page: Any) -> None:
-        viewer.play(False)
-        menu = viewer.plots.menus[0]
-        page.get_by_label("plot 1").first.click()  # shows all options
-        page.get_by_role("option").nth(len(menu.options) - 1).wait_for(state="attached")
-        page.keyboard.press("Escape")
-        for number in (0, len(menu.options) // 2, len(menu.options) - 1):
-            menu.value = menu.options[number]
-            viewer.plots.show(0.0)
-        viewer.choose(1)
-        page.wait_for_timeout(500)
+        assert page.title() == hostile.NAMES[1]
+        for name in hostile.NAMES:
+            page.fill("#search", name)
+        page.evaluate("warpmuscle.overlay(true); warpmuscle.find('')")
+        page.evaluate("warpmuscle.play(false); warpmuscle.look('side')")
+        for x in range(20, 400, 40):
+            for y in range(80, 300, 40):
+                page.mouse.move(x, y)
 
-    shown(browser, viewer, look)
+    shown(browser, replay_viewer(text, port=0), look)
 
 
 def test_live_shows_names_as_text(browser):
-    pytest.importorskip("viser", reason="no viser: pip install 'warpmuscle[view]'")
-    viewer = Live(new_server("127.0.0.1", 0, hostile.NAMES[1]), LiveRun(hostile.scene(muscles=False)))
+    pytest.importorskip("websockets", reason="no websockets: pip install 'warpmuscle[view]'")
+    viewer = Live(LiveRun(hostile.scene(muscles=False)), [Slider(hostile.NAMES[0], 0.0, 1.0, 0.0)], port=0)
     assert len(viewer.parameters) == len(hostile.NAMES) + 1
 
     def look(page: Any) -> None:
-        viewer.play(False)
-        page.get_by_text("Parameters", exact=True).click()
-        for number in range(3):
-            page.get_by_text("mass, kg").nth(number).hover()  # shows the whole name
-        page.wait_for_timeout(500)
+        rows = page.locator("#side details", has=page.locator("summary", has_text="Parameters")).locator(".row")
+        assert rows.count() == len(hostile.NAMES) + 1
+        assert whole(hostile.NAMES[0]) in page.locator("#side .row span").first.text_content()
+        rows.first.hover()  # shows the whole name
 
     shown(browser, viewer, look)

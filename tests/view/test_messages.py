@@ -1,100 +1,81 @@
-"""What counts of the messages of a browser, without one."""
+"""What counts of the messages of a page, and what controls take of it, without a browser."""
 
+import json
 import math
 import random
-from types import SimpleNamespace
 from typing import Any
 
-import msgspec
 import pytest
 
-from warpmuscle.view.messages import bounded, checked
-
-CONTROLS = {
-    "slider": SimpleNamespace(value=0.5, min=-1.0, max=2.0),
-    "whole": SimpleNamespace(value=5, min=0, max=10),
-    "box": SimpleNamespace(value=True),
-    "menu": SimpleNamespace(value="a", options=("a", "b")),
-    "off": SimpleNamespace(value=0.5, min=0.0, max=1.0, disabled=True),
-}
-CAMERA = {
-    "type": "ViewerCameraMessage", "wxyz": [1, 0, 0.5, 0], "position": [1, 2, 3], "fov": 0.7, "near": 0.01, "far": 1000,
-    "image_height": 300, "image_width": 240, "look_at": [0, 0, 0], "up_direction": [0, 1, 0],
-}  # fmt: skip
+from warpmuscle.core.errors import ArgumentError
+from warpmuscle.view.controls import Button, Choice, Control, Slider, Toggle, told, use
+from warpmuscle.view.messages import LARGEST, read_message
 
 
-def sent(message: Any) -> Any:
-    passed = checked(msgspec.msgpack.encode(message), CONTROLS.get)
-    return None if passed is None else msgspec.msgpack.decode(passed)
-
-
-def update(uuid: Any, value: Any, **more: Any) -> dict[str, Any]:
-    return {"type": "GuiUpdateMessage", "uuid": uuid, "updates": {"value": value, **more}}
+def controls(got: list[Any]) -> dict[str, Control]:
+    return {
+        "slider": Slider("gain", -1.0, 2.0, 0.5, got.append, unit="N m"),
+        "box": Toggle("on", True, got.append),
+        "menu": Choice("way", ["a", "b"], "a", got.append),
+        "button": Button("Push", got.append),
+    }
 
 
 @pytest.mark.parametrize(
     ("name", "value", "taken"),
     [
         ("slider", 0.7, 0.7), ("slider", 1, 1.0), ("slider", 1e308, 2.0), ("slider", -7, -1.0), ("slider", 2**63, 2.0),
-        ("slider", math.inf, None), ("slider", -math.inf, None), ("slider", math.nan, None), ("slider", "1", None),
+        ("slider", math.inf, 2.0), ("slider", -math.inf, -1.0), ("slider", math.nan, None), ("slider", "1", None),
         ("slider", True, None), ("slider", None, None), ("slider", [1.0], None), ("slider", {}, None),
-        ("slider", b"1", None), ("whole", 7, 7), ("whole", 99, 10), ("box", False, False), ("box", 1, None),
-        ("box", "yes", None), ("menu", "b", "b"), ("menu", "c", None), ("menu", 0, None), ("menu", "", None),
-        ("off", 0.7, None), ("nothing", 0.7, None), ("", 1.0, None), (3, 1.0, None),
+        ("box", False, False), ("box", 1, None), ("box", "yes", None), ("menu", "b", "b"), ("menu", "c", None),
+        ("menu", 0, None), ("menu", "", None), ("button", True, True), ("button", False, None), ("button", 1.0, None),
     ],
 )  # fmt: skip
 def test_a_control_takes_values_of_its_kind_within_its_bounds(name, value, taken):
-    got = sent(update(name, value))
-    assert got == (None if taken is None else update(name, taken))
+    got: list[Any] = []
+    control = controls(got)[name]
+    before = control.value
+    assert use(control, value) == taken
+    assert got == ([] if taken is None else [taken])
+    assert control.value == (before if taken is None or name == "button" else taken)
 
 
-def test_nothing_but_the_value_of_a_control_can_be_set():
-    assert sent(update("slider", 1.0, removed=True)) is None
-    assert sent({"type": "GuiUpdateMessage", "uuid": "slider", "updates": {"min": -1e9}}) is None
-    assert sent({"type": "GuiUpdateMessage", "uuid": "slider", "updates": {}}) is None
-    assert sent({**update("slider", 1.0), "excluded_self_client": 1}) is None
-    for kind in (
-        "ShareUrlRequest",
-        "RunJavascriptMessage",
-        "SceneNodeUpdateMessage",
-        "FileTransferStartUpload",
-        1,
-        None,
-    ):
-        assert sent({**update("slider", 1.0), "type": kind}) is None
+def test_sliders_need_bounds_and_begin_within_them():
+    assert Slider("a", 0.0, 1.0, 7.0).value == 1.0
+    for low, high in ((1.0, 1.0), (2.0, 1.0), (math.nan, 1.0), (0.0, math.inf)):
+        with pytest.raises(ArgumentError, match="two bounds"):
+            Slider("a", low, high, 0.0)
 
 
-def test_the_camera_is_told_in_numbers():
-    assert sent(CAMERA) == CAMERA
-    for wrong in (
-        {"fov": math.nan}, {"position": [1.0, math.inf, 0.0]}, {"position": [1.0, 2.0]}, {"far": 1e300}, {"near": "x"},
-        {"wxyz": None}, {"more": 1},
+def test_the_page_is_told_of_controls_in_json_whatever_their_names_hold():
+    names = controls([])
+    found = json.loads(json.dumps(told([*names.values(), Slider("\ud800", 0.0, 1.0, 0.0)])))
+    assert [one["kind"] for one in found] == ["slider", "toggle", "choice", "button", "slider"]
+    assert (found[0]["min"], found[0]["max"], found[0]["value"], found[0]["unit"]) == (-1.0, 2.0, 0.5, "N m")
+    assert found[2]["options"] == ["a", "b"]
+    assert found[4]["name"] == "?"
+
+
+def test_messages_name_a_control_that_there_is_and_one_plain_value():
+    assert read_message('{"control": 1, "value": 0.5}', 2).value == 0.5
+    for raw in (
+        '{"control": 2, "value": 0.5}', '{"control": -1, "value": 0.5}', '{"control": 0.5, "value": 1}',
+        '{"control": 0}',
+        '{"control": 0, "value": null}', '{"control": 0, "value": [1]}', '{"control": 0, "value": {"a": 1}}',
+        '{"control": 0, "value": 1, "more": 2}', '{"control": "0", "value": 1}', '{"value": 1}', "[]", "0", "", "text",
+        '{"control": 0, "value": NaN}', '{"control": 0, "value": Infinity}', '{"control": 0, "value": 1e999}',
+        json.dumps({"control": 0, "value": "x" * 2000}), "\ud800", b"\xff\xfe", b"\x00" * 50,
+        "[" * (LARGEST - 1), '{"a":' * 600,
     ):  # fmt: skip
-        assert sent({**CAMERA, **wrong}) is None
+        assert read_message(raw, 2) is None, raw
 
 
 def test_garbage_is_dropped_whatever_it_is():
-    deep = b"\x91" * 60_000 + b"\xc0"
-    maps = b"\x81\xa1a" * 20_000
-    for raw in (
-        b"",
-        b"\xc1",
-        "text",
-        "\ud800\udfff",
-        "{}",
-        deep,
-        maps,
-        b"\xdf\xff\xff\xff\xff",
-        b"\xc6\xff\xff\xff\xff",
-    ):
-        assert checked(raw, CONTROLS.get) is None
     chance = random.Random(3)
-    whole = msgspec.msgpack.encode(update("slider", 0.7))
+    whole = b'{"control": 1, "value": 0.7}'
     for _ in range(3000):
         cut = bytearray(whole)
         for _ in range(chance.randrange(1, 5)):
             cut[chance.randrange(len(cut))] = chance.randrange(256)
-        passed = checked(bytes(cut[: chance.randrange(len(cut) + 1)] if chance.random() < 0.3 else cut), CONTROLS.get)
-        if passed is not None:
-            value = msgspec.msgpack.decode(passed)["updates"]["value"]
-            assert type(value) is type(bounded(CONTROLS[msgspec.msgpack.decode(passed)["uuid"]], value))
+        message = read_message(bytes(cut[: chance.randrange(len(cut) + 1)] if chance.random() < 0.3 else cut), 2)
+        assert message is None or (message.control in (0, 1) and isinstance(message.value, bool | int | float | str))

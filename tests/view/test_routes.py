@@ -5,7 +5,6 @@ import numpy as np
 import pytest
 
 from muscle_arm import arm
-from warpmuscle.core.pose import rotate
 from warpmuscle.scene import (
     Condition,
     CylinderSurface,
@@ -20,7 +19,7 @@ from warpmuscle.scene import (
 )
 from warpmuscle.scene.wrapping.drawn import over
 from warpmuscle.simulation.rollout import Rollout
-from warpmuscle.view.parts import surface_parts
+from warpmuscle.view.pieces import surface_pieces
 from warpmuscle.view.track import Track, track_of
 
 SURFACES: dict[str, Surface] = {
@@ -80,12 +79,14 @@ def test_surfaces_are_drawn_where_they_are_on_their_bodies():
         "unused": SphereSurface("base", (0.0, 0.0, 0.0), 0.05),
     }
     character.muscles["flexor"].wraps = [Wrap("roll"), Wrap("egg"), Wrap("ring")]
-    roll, egg, *ring = surface_parts(character, ["flexor"], ["base", "tip"])
-    assert (roll.kind, roll.body, egg.kind, egg.body) == ("cylinder", 1, "sphere", 0)
-    np.testing.assert_allclose(roll.size, [0.05, 0.4, 0.05])
-    np.testing.assert_allclose(np.abs(rotate(roll.orientation, np.array([0.0, 1.0, 0.0]))), [1.0, 0.0, 0.0], atol=1e-9)
-    np.testing.assert_allclose(egg.size, [0.1, 0.2, 0.3])
-    places = np.array([part.position for part in ring])
+    roll, egg, *ring = surface_pieces(character, ["flexor"], ["base", "tip"])
+    assert (type(roll).__name__, roll.body, type(egg).__name__, egg.body) == ("Tube", 1, "Ellipsoid", 0)
+    assert {piece.layer for piece in (roll, egg, *ring)} == {"surface"}
+    assert roll.radii == (0.05, 0.05)
+    np.testing.assert_allclose(np.abs(roll.end - roll.start), [0.4, 0.0, 0.0], atol=1e-9)
+    np.testing.assert_allclose((roll.start + roll.end) / 2.0, [0.1, 0.2, 0.3], atol=1e-9)
+    np.testing.assert_allclose(egg.radii, [0.1, 0.2, 0.3])
+    places = np.array([piece.start for piece in ring])
     np.testing.assert_allclose(places[:, 0], 0.0, atol=1e-12)
     np.testing.assert_allclose(np.linalg.norm(places, axis=1), 0.05, rtol=0.01)
-    assert {round(float(part.size[0]), 9) for part in ring} == {0.01}
+    assert {round(piece.radii[0], 9) for piece in ring} == {0.01}

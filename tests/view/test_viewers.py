@@ -1,4 +1,4 @@
-"""Replay and live simulation in a real browser: what is clicked there, and what the server's scene then holds."""
+"""Replay and live simulation in a real browser: what is clicked there, and what the server's simulation then does."""
 
 import sys
 import time
@@ -11,43 +11,39 @@ import pytest
 
 from warpmuscle.core.errors import Error
 from warpmuscle.formats import load
+from warpmuscle.view.controls import Slider
 from warpmuscle.view.live import Live
 from warpmuscle.view.live_run import LiveRun
-from warpmuscle.view.replay import Replay
-from warpmuscle.view.sources import of_scene, tracks_of
-from warpmuscle.view.viewer import Viewer, new_server
+from warpmuscle.view.page import replay_html
+from warpmuscle.view.sources import of_scene
+from warpmuscle.view.viewer import Viewer, replay_viewer
 
-pytest.importorskip("viser", reason="no viser: pip install 'warpmuscle[view]'")
+pytest.importorskip("websockets", reason="no websockets: pip install 'warpmuscle[view]'")
 PATIENCE = 60.0  # s, on a busy machine
+wished: list[float] = []  # values of a control of others
 
 
 def opened(browser: Any, viewer: Viewer) -> Iterator[tuple[Any, Any]]:
     """The viewer, and a page that shows it."""
     viewer.start()
-    page = browser.new_page(viewport={"width": 800, "height": 1000})
+    page = browser.new_page(viewport={"width": 800, "height": 600})
     page.set_default_timeout(1000.0 * PATIENCE)
     problems: list[str] = []
     page.on("pageerror", lambda error: problems.append(str(error)))
-    page.goto(f"{viewer.url}?fixedDpr=0.3")  # few pixels, which no graphics card draws here
-    page.get_by_role("button", name="Pause").wait_for()
+    page.on("console", lambda message: problems.append(message.text) if message.type == "error" else None)
+    page.goto(viewer.url)
+    page.evaluate("warpmuscle.ready")
     yield viewer, page
     page.close()
     viewer.stop()
+    viewer.wait()
     assert not problems
-
-
-@pytest.fixture(scope="module")
-def replay(browser) -> Iterator[tuple[Replay, Any]]:
-    """Two bipeds on muscles, the second for half the time."""
-    sight = of_scene(msgspec.structs.replace(load("walk56"), duration=0.6), "cpu")[0]
-    tracks = tracks_of([sight, sight])
-    yield from opened(browser, Replay(new_server("127.0.0.1", 0, "replay"), tracks, [sight.scene] * 2))
 
 
 @pytest.fixture(scope="module")
 def live(browser) -> Iterator[tuple[Live, Any]]:
     run = LiveRun(load("fwalk"))
-    yield from opened(browser, Live(new_server("127.0.0.1", 0, "live"), run))
+    yield from opened(browser, Live(run, [Slider("wish", 0.0, 2.0, 1.0, wished.append, "m/s")], port=0))
 
 
 def until(condition: Callable[[], bool]) -> None:
@@ -58,118 +54,141 @@ def until(condition: Callable[[], bool]) -> None:
         time.sleep(0.05)
 
 
-def test_replay_plays_pauses_steps_and_scrubs(replay):
-    viewer, page = replay
-    before = viewer.pictures
-    until(lambda: viewer.pictures > before + 5)
-    page.get_by_role("button", name="Pause").click()
-    until(lambda: not viewer.player.playing)
-    page.get_by_role("button", name="|< start").click()
-    until(lambda: viewer.player.time == 0.0)
-    page.get_by_role("button", name="next >").click()
-    until(lambda: viewer.frames() == [1, 1])
-    box = page.get_by_label("time, s").or_(page.locator("input[type=text], input[inputmode]")).first
-    box.fill("0.3")
-    box.press("Enter")
-    until(lambda: viewer.player.time == pytest.approx(0.3, abs=0.01))
-    until(lambda: viewer.frames() == [15, 15])
-    track = viewer.tracks[0]
-    shapes = next(handle for handle in viewer.stage.handles["shapes"] if handle.name.endswith("box"))
-    feet = [part.body for part in track.doll.parts if part.kind == "box"]
-    foot = track.recording.body_position[15, feet[0]] + viewer.offsets[0]
-    place = track.doll.parts[[part.kind for part in track.doll.parts].index("box")].position
-
-    def distance() -> float:
-        with viewer.lock:  # the picture may still be that of the frame before, whose world stands elsewhere
-            return float(np.linalg.norm(shapes.batched_positions[0] - foot - viewer.stage.world.position))
-
-    until(lambda: distance() <= np.linalg.norm(place) + 1e-4)
-    page.get_by_role("button", name="Play").click()
-    until(lambda: viewer.player.playing)
+def state(page: Any) -> dict[str, Any]:
+    return page.evaluate("warpmuscle.state()")
 
 
-def test_replay_hides_muscles_and_shows_the_desired_pose(replay):
-    viewer, page = replay
-    (muscles,) = viewer.stage.handles["muscles"]
-    assert muscles.visible
-    assert len(muscles.batched_positions) == 2 * (len(viewer.tracks[0].doll.muscles.body) - 56)
-    assert len(np.unique(muscles.batched_colors, axis=0)) > 5
-    page.get_by_role("checkbox", name="muscles").click()
-    until(lambda: not muscles.visible)
-    assert not any(handle.visible for handle in viewer.stage.handles["desired pose"])
-    page.get_by_role("checkbox", name="desired pose").click()
-    until(lambda: all(handle.visible for handle in viewer.stage.handles["desired pose"]))
+def test_replay_is_the_page_that_can_be_exported(browser):
+    sight = of_scene(msgspec.structs.replace(load("fwalk"), duration=0.3), "cpu")[0]
+    text = replay_html([sight.recording] * 2, sight.scene, ["a", "b"])
+    for viewer, page in opened(browser, replay_viewer(text, port=0)):
+        assert page.evaluate("fetch('/').then((response) => response.text())") == text
+        assert state(page)["bipeds"] == 2
+        page.goto(f"{viewer.url}?frame=3")
+        page.evaluate("warpmuscle.ready")
+        assert (state(page)["frame"], state(page)["playing"]) == (3, False)
 
 
-def test_plots_have_a_cursor_where_the_replay_stands(replay):
-    viewer, _ = replay
-    viewer.play(False)
-    viewer.player.seek(0.2)
-    until(lambda: viewer.plots.cursor == 0.2 and 0.2 in viewer.plots.handles[0].data[0])
-    times, *curves, spike = viewer.plots.handles[0].data
-    assert np.all(np.diff(times) >= 0.0)
-    assert times[np.argmax(spike)] == 0.2
-    knee = viewer.tracks[0].recording.frames
-    assert len(curves) == 2
-    assert len(times) == knee + 3
-
-
-def test_live_biped_walks_in_real_time_and_is_pushed(live):
+def test_live_biped_walks_in_real_time_and_what_is_shown_is_what_is_simulated(live):
     viewer, page = live
-    until(lambda: viewer.run.time > 0.3)
+    until(lambda: viewer.run.time > 0.5 and state(page)["time"] > 0.3)
+    page.click("#play")
+    until(lambda: not viewer.playing)
+    until(lambda: state(page)["end"] == pytest.approx(viewer.run.track().recording.time[-1], abs=1e-4))
+    page.evaluate("warpmuscle.seek(1e9)")
+    shown = state(page)
+    with viewer.lock:
+        np.testing.assert_allclose(shown["com"], viewer.run.track().recording.com[-1], atol=1e-5)
+    stopped, frames = viewer.run.time, shown["frames"]
+    page.click("#ahead")
+    until(lambda: viewer.run.time == pytest.approx(stopped + 0.02))
+    until(lambda: state(page)["frames"] == frames + 1)
+    page.click("#back")
+    page.click("#back")
+    assert state(page)["time"] == pytest.approx(state(page)["end"] - 0.04, abs=0.005)  # of what is kept
+    assert viewer.run.time == pytest.approx(stopped + 0.02)
+    page.click("#play")
+    until(lambda: viewer.playing and viewer.run.time > stopped + 0.1)
+    page.click("#again")
+    until(lambda: viewer.run.time < stopped)
+    until(lambda: state(page)["end"] < stopped)
+
+
+def test_live_biped_is_pushed_and_told_by_a_slider_of_others(live):
+    viewer, page = live
     page.get_by_role("button", name="Push", exact=True).click()
     until(lambda: len(viewer.pushes) == 1)
-    np.testing.assert_allclose(np.linalg.norm(viewer.pushes[0]), 20.0)
+    np.testing.assert_allclose(np.linalg.norm(viewer.pushes[0]), 20.0, rtol=1e-6)
     assert viewer.pushes[0][0] > 15.0  # to the left
-    state = viewer.run.rollout.state
-    steps = np.diff(state.push_steps.numpy()[0])[0]  # what that does to the walk is shown in test_live_run.py
-    impulse = state.push.numpy()[0] * steps * viewer.run.scene.time_step
+    run = viewer.run.rollout.state
+    steps = np.diff(run.push_steps.numpy()[0])[0]  # what that does to the walk is shown in test_live_run.py
+    impulse = run.push.numpy()[0] * steps * viewer.run.scene.time_step
     np.testing.assert_allclose(impulse, viewer.pushes[0], rtol=1e-5)
-    page.get_by_role("button", name="Pause").click()
-    until(lambda: not viewer.playing)
-    stopped = viewer.run.time
-    page.get_by_role("button", name="one frame on").click()
-    until(lambda: viewer.run.time == pytest.approx(stopped + 0.02))
-    page.get_by_role("button", name="start again").click()
-    until(lambda: viewer.run.time < 0.1)
+    box = page.get_by_label("wish, number")
+    box.fill("1.25")
+    box.press("Enter")
+    until(lambda: wished == [1.25])
+    page.select_option("#speed", "0.5")
+    until(lambda: viewer.speed == 0.5)
+    page.select_option("#speed", "1")
+    until(lambda: viewer.speed == 1.0)
 
 
-def test_live_sliders_are_bound_by_the_parameters_and_count(live):
-    viewer, _ = live
+def test_live_sliders_are_found_bound_by_the_parameters_and_count(live):
+    viewer, page = live
     slider = viewer.parameters["controller.pd.lKnee.kp"]
     assert (slider.min, slider.max, slider.value) == (150.0, 600.0, 300.0)
-    viewer.faster.value = 0.25
-    slider.value = 444.0
+    section = page.locator("#side details", has=page.locator("summary", has_text="Parameters"))
+    if section.get_attribute("open") is None:
+        section.locator("summary").click()
+    section.locator("input[type=search]").fill("knee KP")
+    rows = section.locator(".row:visible")
+    assert rows.count() == 1
     body = viewer.run.rollout.names.body_of_joint("rKnee")
-    # The right side follows the left.
-    until(lambda: viewer.run.rollout.model.simbicon.gains.numpy()["kp"][0, body] == 444.0)
-    until(lambda: viewer.run.faster == 0.25)
-    viewer.faster.value = 0.0
-    for beyond in (1e308, float("inf")):
-        slider.value = beyond
-        until(lambda: viewer.run.rollout.model.simbicon.gains.numpy()["kp"][0, body] == 600.0)
-    slider.value = 300.0
-    until(lambda: viewer.run.faster == 0.0)
-    until(lambda: viewer.run.rollout.model.simbicon.gains.numpy()["kp"][0, body] == 300.0)
+    gains = viewer.run.rollout.model.simbicon.gains
+    for typed, taken in (("444", 444.0), ("1e300", 600.0), ("300", 300.0)):
+        rows.locator("input[type=number]").fill(typed)
+        page.keyboard.press("Enter")
+        until(lambda taken=taken: gains.numpy()["kp"][0, body] == taken)  # the right side follows the left
+    until(lambda: float(rows.locator("input[type=range]").input_value()) == 300.0)
+
+
+def test_what_one_page_moves_another_one_shows(live, browser):
+    viewer, page = live
+    other = browser.new_page(viewport={"width": 390, "height": 700})
+    other.set_default_timeout(1000.0 * PATIENCE)
+    other.goto(viewer.url)
+    other.evaluate("warpmuscle.ready")
+    until(lambda: state(other)["received"] > 0)
+    page.get_by_label("impulse, number").fill("33")
+    page.keyboard.press("Enter")
+    until(lambda: other.get_by_label("impulse, number").input_value() == "33")
+    other.click("#play")
+    until(lambda: not viewer.playing and not state(page)["playing"])
+    other.click("#play")
+    until(lambda: viewer.playing and state(page)["playing"])
+    assert other.evaluate("document.documentElement.scrollWidth") <= 390
+    other.close()
+    until(lambda: viewer.server.clients == 1)
 
 
 def test_live_run_starts_again_after_a_fall(live):
     viewer, _ = live
     with viewer.lock:
-        viewer.run.restart()
+        viewer.restart()
         viewer.run.push(150.0, 1.5)
         viewer.play(True)
-    fallen = False
-    end = time.monotonic() + PATIENCE
-    while not fallen:
-        assert time.monotonic() < end
-        fallen = viewer.run.status != 0
+    until(lambda: viewer.run.status != 0)
     until(lambda: viewer.run.status == 0 and viewer.run.time < 0.5)
 
 
-def test_address_of_another_machine_and_missing_viser_are_one_clear_error(monkeypatch):
+def test_page_says_so_when_the_simulation_ends_and_goes_on_with_the_next(browser):
+    viewer = Live(LiveRun(load("fwalk")), port=0)
+    viewer.start()
+    page = browser.new_page(viewport={"width": 500, "height": 400})
+    page.set_default_timeout(1000.0 * PATIENCE)
+    page.goto(viewer.url)
+    page.evaluate("warpmuscle.ready")
+    until(lambda: state(page)["received"] > 2)
+    viewer.stop()
+    page.get_by_role("alert").get_by_text("has ended").wait_for()
+    again = Live(LiveRun(load("fwalk")), port=viewer.server.port)
+    again.start()
+    before = state(page)["received"]
+    until(lambda: state(page)["received"] > before)
+    assert not page.get_by_role("alert").is_visible()
+    page.close()
+    again.stop()
+
+
+def test_address_of_another_machine_taken_ports_and_missing_websockets_are_one_clear_error(monkeypatch):
     with pytest.raises(Error, match=r"cannot listen at 203\.0\.113\.1: "):
-        new_server("203.0.113.1", 8080, "nowhere")
-    monkeypatch.setitem(sys.modules, "viser", None)
+        replay_viewer("page", "203.0.113.1", 8080)
+    first, second = (replay_viewer("page", port=18080) for _ in range(2))
+    assert second.server.port > first.server.port
+    first.stop()
+    second.stop()
+    second.stop()  # does no harm
+    monkeypatch.setitem(sys.modules, "websockets.asyncio.server", None)
     with pytest.raises(Error, match=r"pip install 'warpmuscle\[view\]'"):
-        new_server("127.0.0.1", 8080, "none")
+        replay_viewer("page", port=0)

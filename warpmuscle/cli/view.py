@@ -122,7 +122,6 @@ def _live_viewer(
     start_warp()
     from warpmuscle.view.live import Live
     from warpmuscle.view.live_run import LiveRun
-    from warpmuscle.view.viewer import new_server
 
     with log.status("preparing"):
         if policy is None:
@@ -132,16 +131,14 @@ def _live_viewer(
             from warpmuscle.view.policy_run import PolicyRun
 
             run = PolicyRun(scene, learned_in(policy), device or "cpu")
-        return Live(new_server(host, port, f"{scene.name}, live"), run)
+        return Live(run, host=host, port=port)
 
 
 def _replay_viewer(sights: list[Sight], host: str, port: int) -> Viewer:
-    from warpmuscle.view.replay import Replay
-    from warpmuscle.view.sources import tracks_of
-    from warpmuscle.view.viewer import new_server
+    from warpmuscle.view.sources import page_of_sights
+    from warpmuscle.view.viewer import replay_viewer
 
-    tracks = tracks_of(sights)
-    return Replay(new_server(host, port, sights[0].scene.name), tracks, [sight.scene for sight in sights])
+    return replay_viewer(page_of_sights(sights).text, host, port)
 
 
 def _serve(viewer: Viewer, no_open: bool) -> None:

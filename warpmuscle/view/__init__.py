@@ -1,5 +1,6 @@
-"""Motions to look at: in a browser with viser, live or replayed, or as one page that needs nothing but a browser.
+"""Motions to look at: as one page that needs nothing but a browser, replayed or live.
 
 May import: simulation and all below.
-To add: what is drawn of a moment to `instances` for viser, and to `assets` for the page; a plot to `curves`.
+To add: what is drawn of a body to `figure`, and of a moment to `assets/biped.js`; a curve to `curves`; what can be
+moved live to `controls`.
 """

@@ -20,13 +20,11 @@ from warpmuscle.core.errors import Error
 
 LOOPBACK = re.compile(r"(localhost|127\.0\.0\.1|\[::1\])(:[0-9]{1,5})?")
 HOST = re.compile(r"([0-9a-z._-]+|\[[0-9a-f:.]+\])(:[0-9]{1,5})?")
-# Others of viser's own would make its page listen to another server, or play another file.
-QUERY = {"token", "fixedDpr", "darkMode"}
+QUERY = {"token", "frame", "time", "shot", "view", "plots", "group"}  # what an address may ask for
 POLICY = "Content-Security-Policy"
 HEADERS = {
-    # viser evaluates the code of its plots, which come from its own server, as all else does.
-    POLICY: "default-src 'self' 'unsafe-inline' 'unsafe-eval' data: blob:; object-src 'none'; "
-    "base-uri 'none'; form-action 'none'; frame-ancestors 'none'; connect-src 'self' data: blob:",
+    POLICY: "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:; "
+    "base-uri 'none'; form-action 'none'; frame-ancestors 'none'; connect-src 'self'",
     "X-Frame-Options": "DENY",
     "Cross-Origin-Opener-Policy": "same-origin",
     "Cross-Origin-Resource-Policy": "same-origin",

@@ -73,9 +73,11 @@ def curve_arrays(panels: Sequence[Panel]) -> dict[str, tuple[Floats, int]]:
     return arrays
 
 
-def track_content(track: Track, scene: Scene, packer: Packer, every_curve: bool = True) -> dict[str, Any]:
+def track_content(
+    track: Track, scene: Scene, packer: Packer, every_curve: bool = True, live: bool = False
+) -> dict[str, Any]:
     """What the page is told of a track; its arrays go to the packer."""
-    panels = [p for p in panels_of(track.recording, scene) if every_curve or p.group not in SPARED]
+    panels = [p for p in panels_of(track.recording, scene, live) if every_curve or p.group not in SPARED]
     arrays = track_arrays(track) | curve_arrays(panels)
     numbers = {name: packer.add(values, bits if every_curve else 8 if name == "curves" else bits)
                for name, (values, bits) in arrays.items()}  # fmt: skip
@@ -154,25 +156,36 @@ def continuous(orientation: Any) -> Any:
 
 def doll_content(doll: Doll, scene: Scene, pieces: list[dict[str, Any]]) -> dict[str, Any]:
     """What the page is told of a doll that looks like these pieces."""
+    content = moving_content(doll, scene)
+    fixed = {
+        "names": doll.muscles.names,
+        "start": doll.muscles.start.tolist(),
+        "body": doll.muscles.body.tolist(),
+        "conditional": doll.muscles.conditional.tolist(),
+        "routed": doll.muscles.routed.tolist(),
+    }
+    return {
+        **content,
+        "muscles": {**content["muscles"], **fixed},
+        "pieces": pieces,
+        "names": list(doll.names.bodies),
+        "parent": doll.parent.tolist(),
+        "sliding": list(doll.sliding),
+    }
+
+
+def moving_content(doll: Doll, scene: Scene) -> dict[str, Any]:
+    """The part of it that free parameters may change."""
     muscles = [scene.character.muscles[name] for name in doll.muscles.names]
     lengths = np.array([(plain_number(m.l_opt), plain_number(m.l_slack)) for m in muscles]).reshape(-1, 2)
     fibres = lengths[:, 0] / np.maximum(lengths.sum(axis=1), 1e-9)
     return {
-        "pieces": pieces,
-        "names": list(doll.names.bodies),
-        "parent": doll.parent.tolist(),
         "in_parent": _rounded(doll.in_parent),
         "in_child": _rounded(doll.in_child),
-        "sliding": list(doll.sliding),
         "weight": doll.weight,
         "scale": round(float(np.clip((doll.weight / 9.81 / 75.0) ** (1.0 / 3.0), 0.3, 1.4)), 3),
         "muscles": {
-            "names": doll.muscles.names,
-            "start": doll.muscles.start.tolist(),
-            "body": doll.muscles.body.tolist(),
             "place": _rounded(doll.muscles.place),
-            "conditional": doll.muscles.conditional.tolist(),
-            "routed": doll.muscles.routed.tolist(),
             "f_max": [round(plain_number(m.f_max), 1) for m in muscles],
             "share": np.round(np.clip(fibres, FEWEST_FIBRES, 1.0), 3).tolist(),
         },

@@ -54,22 +54,23 @@ class Panel:
 Curves = dict[str, tuple[Floats, Stored | None]]
 
 
-def panels_of(recording: Recording, scene: Scene) -> list[Panel]:
+def panels_of(recording: Recording, scene: Scene, everything: bool = False) -> list[Panel]:
     """All panels of a recording and its scene without free parameters, group by group.
 
     Angles are a joint's own, of a ball joint turns about the child's x, then y, then z axis; torques act on the child,
     about the same axes, of a ball joint those of the parent. Flexion of hips, knees and ankles is positive, and so is a
-    torque towards it. Forces of muscles are clipped at `FULL_FORCE` f_max, as the page has them.
+    torque towards it. Forces of muscles are clipped at `FULL_FORCE` f_max, as the page has them. Torques that nobody
+    wanted and forces on feet that never touch the ground are left out but for `everything`.
     """
-    groups = [*_joints(recording, scene), *_muscles(recording, scene), *_body(recording)]
+    groups = [*_joints(recording, scene, everything), *_muscles(recording, scene), *_body(recording)]
     panels = [panel for group, unit, curves, joints in groups for panel in _panels(group, unit, curves, joints)]
-    return panels + _ground_forces(recording)
+    return panels + _ground_forces(recording, everything)
 
 
 Group = tuple[str, str, Curves, Mapping[str, str]]  # name, unit, curves, and joints of first components by curve
 
 
-def _joints(recording: Recording, scene: Scene) -> Iterator[Group]:
+def _joints(recording: Recording, scene: Scene, everything: bool) -> Iterator[Group]:
     """Angles or positions, and torques or forces, that act and that were wanted."""
     signs = flexion_signs(scene)
     shown: dict[str, tuple[Curves, Curves, Curves]] = {"rad": ({}, {}, {}), "m": ({}, {}, {})}
@@ -92,7 +93,7 @@ def _joints(recording: Recording, scene: Scene) -> Iterator[Group]:
     yield "positions", "m", shown["m"][0], {}
     yield "torques", "N m", shown["rad"][1], {}
     yield "forces", "N", shown["m"][1], {}
-    wanted = [(key, values) for key, (values, _) in shown["rad"][2].items() if np.any(values)]
+    wanted = [(key, values) for key, (values, _) in shown["rad"][2].items() if everything or np.any(values)]
     stored: Curves = {key: (values, Stored("wanted", column)) for column, (key, values) in enumerate(wanted)}
     yield "torques wanted", "N m", stored, {}
 
@@ -121,10 +122,10 @@ def _body(recording: Recording) -> Iterator[Group]:
     yield "centre of mass", "m/s", speed, {}
 
 
-def _ground_forces(recording: Recording) -> list[Panel]:
+def _ground_forces(recording: Recording, everything: bool) -> list[Panel]:
     feet = (recording.foot_force_left, recording.foot_force_right)
     panels = []
-    if any(np.any(force) for force in feet):
+    if everything or any(np.any(force) for force in feet):
         for word, axis in (("vertical", 1), ("forwards", 2), ("to the left", 0)):
             left, right = (force[:, axis] for force in feet)
             lines = (

@@ -1,215 +1,275 @@
-"""A simulation in a viser server that runs in real time, can be pushed, and whose parameters have sliders."""
+"""A simulation that the page shows in real time, that can be pushed, and whose numbers have sliders."""
 
 from __future__ import annotations
 
+import json
+import threading
 import time
-from collections.abc import Callable
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.status import Status
-from warpmuscle.scene.parameters import Parameter
+from warpmuscle.view.content import curve_arrays, moving_content, track_arrays
+from warpmuscle.view.controls import Button, Choice, Control, Slider, Toggle, told, use
 from warpmuscle.view.curves import panels_of
 from warpmuscle.view.live_run import FARTHEST, FASTEST, SPEED_RATE, TURN_RATE, LiveRun, can_change_speed
+from warpmuscle.view.messages import read_message
 from warpmuscle.view.packing import whole
-from warpmuscle.view.player import SPEEDS
+from warpmuscle.view.page import ground_content, page_of
+from warpmuscle.view.server import PROTOCOL, Message, PageServer
+from warpmuscle.view.track import Track
 from warpmuscle.view.viewer import Viewer
 
-SEEN = 5.0  # s of the motion in plots and path
-REFRESH = 0.4  # s of wall time between two changes of them
+PICTURES = 30.0  # a second, that pages are told of new frames
+SEEN = 10.0  # s of the motion that a page keeps
+SPEEDS = ("0.1", "0.25", "0.5", "1", "2", "4")
+REFRESH = 0.4  # s of wall time between two words about how it goes
 PAUSE_AFTER_FALL = 1.0  # s of wall time before it starts again
-ARROW = 0.5  # s of wall time that a push is seen
 HARDEST = 100.0  # N s of a push
-FEW = 24  # parameters whose sliders are all shown at once
 DIRECTIONS = {"forwards": 0.0, "to the left": 90.0, "backwards": 180.0, "to the right": -90.0}  # degrees
-AGAIN, STEP = "start again", "one frame on"
-STEPS = 200  # of a slider
 
 
 class Live(Viewer):
-    """Runs a scene; what the panel says counts at once."""
+    """Runs a scene; what its controls say counts at once.
 
-    def __init__(self, server: Any, run: LiveRun) -> None:
-        first = run.track()
-        super().__init__(server, [first], run.numeric.ground)
-        self.run, self.track = run, first
-        self.playing, self.speed = True, 1.0
-        self._changed, self._refreshed, self._ended = False, 0.0, 0.0
-        self.parameters: dict[str, Any] = {}
-        self.commands: dict[str, Any] = {}
-        self._make_run()
-        self._make_push()
-        self._make_parameters()
-        window = run.window(SEEN)
-        self._make_common(panels_of(window, run.numeric), window.time, self._show)
+    Attributes:
+        controls: all of them, which pages know by their places here.
+        pushes: impulses given so far, N s. pictures: how often pages were told of new frames.
+    """
 
-    def _make_run(self) -> None:
-        gui = self.server.gui
-        with gui.add_folder("Simulation"):
-            self.text = gui.add_markdown("")
-            self.play_button = gui.add_button("Pause")
-            self.others = gui.add_button_group("or", (AGAIN, STEP))
-            self.speed_menu = gui.add_dropdown("speed", [f"{speed:g}" for speed in SPEEDS], initial_value="1")
-            self.again = gui.add_checkbox("again after a fall", True)
-        self.play_button.on_click(self._locked(lambda: self.play(not self.playing)))
-        self.others.on_click(self._locked(self._other))
-        self.speed_menu.on_update(lambda _: setattr(self, "speed", float(self.speed_menu.value)))
+    def __init__(
+        self, run: LiveRun, controls: Sequence[Control] = (), host: str = "127.0.0.1", port: int = 8080
+    ) -> None:
+        """Show a run.
 
-    def _other(self) -> None:
-        if self.others.value == AGAIN:
-            self.run.restart()
-        else:
-            self.play(False)
-            self.run.step()
-        self._show()
+        Args:
+            controls: of others, such as sliders of commands; their functions are called by the thread that advances
+                the run, between two steps.
 
-    def _make_push(self) -> None:
-        gui = self.server.gui
-        with gui.add_folder("Push"):
-            self.push_button = gui.add_button("Push", color="orange")
-            self.impulse = gui.add_slider("impulse, N s", 0.0, HARDEST, 1.0, 20.0)
-            self.direction = gui.add_dropdown("direction", list(DIRECTIONS), initial_value="to the left")
-        self.push_button.on_click(self._locked(self._push))
-        self.pushes: list[Floats] = []  # impulses given, N s
-        self._arrow: Any = None
-        self._arrow_until = 0.0
+        Raises:
+            Error: as `PageServer` does.
+        """
+        self.run, self.playing, self.speed, self.again = run, True, 1.0, True
+        self.lock = threading.RLock()
+        self.pushes: list[Floats] = []
+        self.pictures = 0
+        self.parameters: dict[str, Slider] = {}
+        self._epoch, self._changed, self._told_until = 0, False, -1.0
+        self._refreshed = self._ended = 0.0
+        self._waiting: list[tuple[int, Any]] = []  # controls that pages have used since the last step
+        self.bar = self._bar()
+        self.commands = {name: self._command(name) for name, one in run.scene.commands.items() if one.max > one.min}
+        self.controls: list[Control] = [*self.bar.values(), *self.commands.values(), *controls]
+        self.controls += [*self._push_controls(), *self._steering()]
+        self.controls += [*self._parameter_sliders(), self._again()]
+        super().__init__(PageServer(host, port, self._page(run.track()).encode()))
+        self.server.on_open, self.server.on_message = self._opening, self._hear
+        self._thread = threading.Thread(target=self._loop, daemon=True)
+
+    def _page(self, first: Track) -> str:
+        arrays = track_arrays(first) | curve_arrays(panels_of(first.recording, self.run.numeric, everything=True))
+        known = {
+            "protocol": PROTOCOL,
+            "order": [[name, int(values[0].size)] for name, (values, _) in arrays.items()],
+            "window": SEEN,
+            "controls": told(self.controls),
+            "bar": {name: self.controls.index(control) for name, control in self.bar.items()},
+        }
+        return page_of([first], [self.run.numeric], f"{self.run.scene.name}, live", True, True, live=known)
+
+    def _bar(self) -> dict[str, Control]:
+        """What the page has in its bar rather than in a section."""
+        return {
+            "play": Toggle("play", True, self.play),
+            "speed": Choice("speed", SPEEDS, "1", lambda value: setattr(self, "speed", float(value))),
+            "step": Button("one frame on", lambda _: self._step()),
+            "again": Button("start again", lambda _: self.restart()),
+        }
+
+    def _push_controls(self) -> list[Control]:
+        self.impulse = Slider("impulse", 0.0, HARDEST, 20.0, unit="N s", section="Push", step=1.0)
+        self.direction = Choice("direction", list(DIRECTIONS), "to the left", section="Push")
+        return [Button("Push", lambda _: self._push(), section="Push"), self.impulse, self.direction]
 
     def _push(self) -> None:
-        strength = min(max(self.impulse.value, 0.0), HARDEST)
-        impulse = self.run.push(strength, np.radians(DIRECTIONS[self.direction.value]))
+        impulse = self.run.push(self.impulse.value, np.radians(DIRECTIONS[self.direction.value]))
         self.pushes.append(impulse)
-        if np.any(impulse):
-            self._remove_arrow()
-            self._arrow = self.stage.show_push(self.track.recording.root_position[0], impulse)
-            self._arrow_until = time.monotonic() + ARROW
+        self._tell({"push": impulse.tolist()})
 
-    def _remove_arrow(self) -> None:
-        if self._arrow is not None:
-            self._arrow.remove()
-        self._arrow = None
-
-    def _make_parameters(self) -> None:
-        """Sliders for steering and for free parameters, those of one group at a time if there are many."""
-        gui, run = self.server.gui, self.run
-        if run.scene.commands:
-            with gui.add_folder("Commands"):
-                for name in run.scene.commands:
-                    self._add_command(name)
-        if run.scene.controller is not None:
-            with gui.add_folder("Steer"):
-                if can_change_speed(run.numeric.controller) and "speed" not in run.scene.commands:
-                    rate = f"by {SPEED_RATE:g} m/s in each second"
-                    self.faster = gui.add_slider("faster, m/s", -FASTEST, FASTEST, 0.01, 0.0, hint=rate)
-                    self.faster.on_update(self._locked(lambda: self._steer("faster", self.faster.value)))
-                if run.scene.controller.heading_control:
-                    rate, most = f"by {np.degrees(TURN_RATE):g} degrees in each second", float(np.degrees(FARTHEST))
-                    self.turned = gui.add_slider("turn, degrees", -most, most, 1.0, 0.0, hint=rate)
-                    self.turned.on_update(self._locked(lambda: self._steer("turned", np.radians(self.turned.value))))
-        if not run.parameters:
-            return
-        groups = list(dict.fromkeys(_group(parameter) for parameter in run.parameters))
-        with gui.add_folder("Parameters", expand_by_default=len(run.parameters) > FEW):
-            if len(run.parameters) > FEW:
-                menu = gui.add_dropdown("of", groups, initial_value=groups[0])
-                menu.on_update(lambda _: self._show_group(menu.value))
-            for index, parameter in enumerate(run.parameters):
-                self._add_slider(index, parameter, len(run.parameters) <= FEW or _group(parameter) == groups[0])
-
-    def _add_command(self, name: str) -> None:
+    def _command(self, name: str) -> Slider:
         one = self.run.scene.commands[name]
-        if not one.max > one.min:
-            return
-        slider = self.server.gui.add_slider(
-            whole(name) + (f", {whole(one.unit)}" if one.unit else ""), float(one.min), float(one.max),
-            (one.max - one.min) / STEPS, one.asked, hint=whole(one.description) or None,
-        )  # fmt: skip
-        slider.on_update(self._locked(lambda: self.run.asked.update({name: float(slider.value)})))
-        self.commands[name] = slider
 
-    def _add_slider(self, index: int, parameter: Parameter, visible: bool) -> None:
-        low, high = float(parameter.min), float(parameter.max)
-        step = parameter.step if parameter.step > 0.0 else (high - low) / STEPS
-        if not high > low:
-            return
-        unit = f", {parameter.unit}" if parameter.unit else ""
-        slider = self.server.gui.add_slider(
-            whole(parameter.name).removeprefix(_group(parameter)).strip(".") + unit, low, high, step,
-            float(parameter.value), hint=whole(parameter.name), visible=visible,
-        )  # fmt: skip
-        slider.on_update(self._locked(lambda: self._set(index, slider.value)))
-        self.parameters[parameter.name] = slider
+        def ask(value: float) -> None:
+            self.run.asked[name] = value  # a ramp leads there
 
-    def _show_group(self, group: str) -> None:
-        for parameter in self.run.parameters:
-            if parameter.name in self.parameters:
-                self.parameters[parameter.name].visible = _group(parameter) == group
+        return Slider(name, float(one.min), float(one.max), float(one.asked), ask, one.unit, one.description)
 
-    def _set(self, index: int, value: float) -> None:
-        self.run.values[index] = value
-        self._changed = True
+    def _steering(self) -> list[Control]:
+        found: list[Control] = []
+        controller, commands = self.run.scene.controller, self.run.scene.commands
+        if controller is not None and can_change_speed(self.run.numeric.controller) and "speed" not in commands:
+            hint = f"by {SPEED_RATE:g} m/s in each second"
+            self.faster = Slider("faster", -FASTEST, FASTEST, 0.0, self._go_faster, "m/s", hint, "Steer", step=0.01)
+            found.append(self.faster)
+        if controller is not None and controller.heading_control:
+            hint, most = f"by {np.degrees(TURN_RATE):g} degrees in each second", float(np.degrees(FARTHEST))
+            self.turned = Slider("turn", -most, most, 0.0, self._turn, "degrees", hint, "Steer", step=1.0)
+            found.append(self.turned)
+        return found
 
-    def _steer(self, what: str, value: float) -> None:
-        setattr(self.run, what, value)  # a ramp leads there
+    def _go_faster(self, value: float) -> None:
+        self.run.faster = value  # a ramp leads there
 
-    def _locked(self, *actions: Callable[[], None]) -> Callable[[Any], None]:
-        """A callback that does these one after the other, undisturbed."""
+    def _turn(self, value: float) -> None:
+        self.run.turned = float(np.radians(value))
 
-        def called(_: Any) -> None:
-            with self.lock:
-                for action in actions:
-                    action()
+    def _parameter_sliders(self) -> list[Control]:
+        for index, parameter in enumerate(self.run.parameters):
+            low, high = float(parameter.min), float(parameter.max)
+            if not high > low:
+                continue
+            group = _group(parameter.name)
+            name = parameter.name.removeprefix(group).strip(".")
+            self.parameters[parameter.name] = Slider(
+                name, low, high, float(parameter.value), self._setter(index), parameter.unit, parameter.name,
+                "Parameters", group, parameter.step,
+            )  # fmt: skip
+        return [*self.parameters.values()]
 
-        return called
+    def _setter(self, index: int) -> Any:
+        def set_value(value: float) -> None:
+            self.run.values[index] = value
+            self._changed = True
+
+        return set_value
+
+    def _again(self) -> Toggle:
+        return Toggle("again after a fall", True, lambda on: setattr(self, "again", on), section="Simulation")
 
     def play(self, on: bool) -> None:
         """Run or pause."""
         self.playing = on
-        self.play_button.label = "Pause" if on else "Run"
+
+    def restart(self) -> None:
+        """Back to the start."""
+        with self.lock:
+            self.run.restart()
+            self._epoch += 1
+            self._told_until = -1.0
+
+    def _step(self) -> None:
+        self.playing = self.bar["play"].value = False
+        self.run.step()
+
+    def start(self) -> None:
+        """Begin to move."""
+        self._thread.start()
+
+    def stop(self) -> None:
+        """End it all; the address answers no more."""
+        self._stopped.set()
+        if self._thread.is_alive() and self._thread is not threading.current_thread():
+            self._thread.join()
+        super().stop()
+
+    def _loop(self) -> None:
+        last = time.perf_counter()
+        while not self._stopped.is_set():
+            now = time.perf_counter()
+            try:
+                with self.lock:
+                    self._use_waiting()
+                    self._advance(now - last)
+            except Exception as failure:
+                self._failure = failure
+                self._stopped.set()
+            last = now
+            self._stopped.wait(max(0.0, 1.0 / PICTURES - (time.perf_counter() - now)))
+
+    def _hear(self, raw: Message) -> None:
+        """Note what a page sends, to be done between two steps."""
+        message = read_message(raw, len(self.controls))
+        if message is None or self.controls[message.control].bounded(message.value) is None:
+            self.server.guard.tell("message", "no control of the viewer sends such a one")
+            return
+        self._waiting.append((message.control, message.value))
+
+    def _use_waiting(self) -> None:
+        waiting, self._waiting = self._waiting, []
+        values: dict[int, Any] = {}
+        for number, value in waiting:
+            taken = use(self.controls[number], value)
+            if taken is not None and not isinstance(self.controls[number], Button):
+                values[number] = taken
+        if values:
+            self._tell({"values": values})
 
     def _advance(self, passed: float) -> None:
+        """Go on by a wall time, s, and tell pages."""
         if self._changed:
             self._changed = False
             self.run.apply()
-        if not self.playing:
-            return
-        if self.run.status == Status.RUNNING:
-            self._ended = 0.0
-            self.run.advance(passed * self.speed)
-        elif self.again.value:
-            self._ended += passed
-            if self._ended > PAUSE_AFTER_FALL or self.run.status == Status.COMPLETED:
-                self.run.restart()
-        self._show()
+            self._tell({"doll": moving_content(self.run.track().doll, self.run.numeric)})
+        if self.playing:
+            if self.run.status == Status.RUNNING:
+                self._ended = 0.0
+                self.run.advance(passed * self.speed)
+            elif self.again:
+                self._ended += passed
+                if self._ended > PAUSE_AFTER_FALL or self.run.status == Status.COMPLETED:
+                    self.restart()
+        self._tell_frames()
 
-    def _show(self) -> None:
-        self.track = self.run.track()
-        if self.run.scene.commands:
-            self.stage.move_ground(self.run.numeric.ground)
-        self.stage.show([self.track], [0])
+    def _tell_frames(self) -> None:
+        """Tell pages of the frames since the last time."""
+        if self.run.time <= self._told_until:
+            return
+        track = self.run.track(min(max(self.run.time - self._told_until, 0.0), SEEN))
+        recent = track.recording.time > self._told_until
+        if not np.any(recent):
+            return
+        rows = self._rows(track)[recent]
+        self._told_until = float(track.recording.time[-1])
+        self.server.tell(np.concatenate([[self._epoch], rows.ravel()]).astype("<f4").tobytes())
         self.pictures += 1
         now = time.monotonic()
-        if now > self._arrow_until:
-            self._remove_arrow()
         if now - self._refreshed > REFRESH:
             self._refreshed = now
-            self._show_past()
+            ground = {"ground": ground_content(self.run.numeric.ground)} if self.commands else {}
+            self._tell({"status": self._words(track), **ground})
 
-    def _show_past(self) -> None:
-        """Bring path, plots and text up to now."""
-        window, r = self.run.track(SEEN), self.track.recording
-        self.stage.extend_path([window])
-        self.plots.replace(panels_of(window.recording, self.run.numeric), window.recording.time)
-        self.plots.show(float(window.recording.time[-1]))
-        status, speed = self.run.status, float(window.recording.com_velocity[:, 2].mean())
-        word = "" if status == Status.RUNNING else f", {status.meaning}"
-        self.text.content = f"{float(r.time[-1]):.1f} s, {speed:.2f} m/s over {SEEN:g} s{word}"
+    def _rows(self, track: Track) -> Floats:
+        """All numbers of frames (F, N), in the order that the page knows."""
+        panels = panels_of(track.recording, self.run.numeric, everything=True)
+        arrays = track_arrays(track) | curve_arrays(panels)
+        return np.concatenate([np.reshape(values, (track.frames, -1)) for values, _ in arrays.values()], axis=1)
+
+    def _words(self, track: Track) -> str:
+        status, speed = self.run.status, float(track.recording.com_velocity[-1, 2])
+        return f"{speed:.2f} m/s forwards" + ("" if status == Status.RUNNING else f"; it {status.meaning}")
+
+    def _opening(self) -> list[Message]:
+        """What a page is told when it opens: all values, and the last seconds."""
+        with self.lock:
+            values = {number: control.value for number, control in enumerate(self.controls)}
+            track = self.run.track(SEEN)
+            rows = self._rows(track)
+            frames = np.concatenate([[self._epoch], rows.ravel()]).astype("<f4").tobytes()
+            doll = moving_content(track.doll, self.run.numeric)
+            ground = ground_content(self.run.numeric.ground)
+            known = {"values": values, "status": self._words(track), "doll": doll, "ground": ground}
+            return [json.dumps(known), frames]
+
+    def _tell(self, what: dict[str, Any]) -> None:
+        self.server.tell(json.dumps(what))
 
 
-def _group(parameter: Parameter) -> str:
+def _group(name: str) -> str:
     """What a parameter belongs to: its name without the last word and the numbers behind it."""
-    words = parameter.name.split(".")
+    words = name.split(".")
     while words and words[-1].isdigit():
         words.pop()
     return whole(".".join(words[:-1]))

@@ -15,7 +15,7 @@ import numpy as np
 from warpmuscle.core.arguments import as_path
 from warpmuscle.core.files import replace_file
 from warpmuscle.results.recording import Recording
-from warpmuscle.scene import Scene
+from warpmuscle.scene import Ground, Scene
 from warpmuscle.scene.ground import plane
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.view.content import doll_content, piece_contents, track_content
@@ -104,18 +104,16 @@ def page_of(
     contents: list[dict[str, Any]] = []
     panels: list[Any] = []
     for track, scene, offset in zip(tracks, scenes, lanes(len(tracks)), strict=True):
-        content = track_content(track, scene, packer, every_curve=len(tracks) <= FEW)
+        content = track_content(track, scene, packer, every_curve=len(tracks) <= FEW, live=live is not None)
         if content["panels"] not in panels:
             panels.append(content["panels"])
         known = {"doll": dolls.number(track.doll, scene), "panels": panels.index(content["panels"])}
         contents.append({**content, **known, "offset": offset.tolist()})
-    ground = scenes[0].ground
-    normal, height = plane(ground)
     content = {
         "title": title,
         "autoplay": autoplay,
         "shown": _shown(tracks, panels, plots),
-        "ground": {"normal": normal.tolist(), "height": height, "visible": bool(np.asarray(ground.stiffness) > 0.0)},
+        "ground": ground_content(scenes[0].ground),
         "tracks": contents,
         "panels": panels,
         "dolls": dolls.contents,
@@ -133,6 +131,12 @@ def page_of(
     page = (folder / "page.html").read_text(encoding="utf-8")
     head, *rest = page.split("{{")
     return head + "".join(fields[name] + text for name, text in (part.split("}}", 1) for part in rest))
+
+
+def ground_content(ground: Ground) -> dict[str, Any]:
+    """What the page is told of a ground without free parameters."""
+    normal, height = plane(ground)
+    return {"normal": normal.tolist(), "height": float(height), "visible": bool(np.asarray(ground.stiffness) > 0.0)}
 
 
 def _shown(tracks: Sequence[Track], panels: Sequence[Any], plots: bool) -> dict[str, bool]:

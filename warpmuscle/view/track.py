@@ -22,7 +22,6 @@ from warpmuscle.scene.topology import Topology, topology
 from warpmuscle.view.curves import FULL_FORCE
 from warpmuscle.view.muscle_lines import MuscleLines, Routes, muscle_lines, point_weights, world_points
 from warpmuscle.view.packing import whole
-from warpmuscle.view.parts import Part, parts_of, surface_parts
 
 UP = np.array([0.0, 1.0, 0.0])
 
@@ -31,7 +30,6 @@ UP = np.array([0.0, 1.0, 0.0])
 class Doll:
     """What stays the same while a character moves; B bodies."""
 
-    parts: tuple[Part, ...]
     muscles: MuscleLines
     parent: NDArray[np.int64]  # (B,) -1 for the root
     in_parent: Floats  # (B, 3) m, a body's joint in its parent's frame
@@ -92,7 +90,6 @@ def doll_of(scene: Scene, muscles: tuple[str, ...]) -> Doll:
     zero = (0.0, 0.0, 0.0)
     mass = sum(float(np.asarray(body.mass)) for body in character.bodies.values())
     return Doll(
-        parts=(*parts_of(character, names.bodies), *surface_parts(character, muscles, names.bodies)),
         muscles=muscle_lines(character, muscles, names.bodies),
         parent=np.array(names.parents, dtype=np.int64),
         in_parent=np.array([zero, *(joint.position_in_parent for joint in joints)], dtype=np.float64),

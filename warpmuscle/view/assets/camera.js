@@ -50,16 +50,19 @@ class Camera {
   }
 
   turn(yaw, pitch) {
+    this.touched = true;
     this.yaw += yaw;
     this.pitch = Math.min(Math.max(this.pitch + pitch, -0.3), 1.55);
   }
 
   move(dx, dy) {
+    this.touched = true;
     const { right, up } = this.axes(), scale = (2 * this.distance * Math.tan(OPENING / 2)) / Math.max(this.canvas.clientHeight, 1);
     this.pan = add(this.pan, add(times(right, -dx * scale), times(up, dy * scale)));
   }
 
   zoom(factor) {
+    this.touched = true;
     this.distance = Math.min(Math.max(this.distance * factor, 0.2), 400);
   }
 
@@ -83,6 +86,7 @@ class Camera {
     }));
     center = add(center, times(up, 0.07 * this.distance * steep)); // below the title
     this.pan = minus(center, middle);
+    this.touched = false;
     this.target = middle;
   }
 

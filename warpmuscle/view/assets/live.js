@@ -1,1 +1,235 @@
-class Live {}
+// A simulation that a server runs: frames come over a socket, and what is moved in the panel goes back.
+
+const EVERY = 50; // ms between two values of a slider that is dragged
+const REFRESH = [150, 400]; // ms between two drawings of past and path, with a graphics card and without
+const BEHIND = 0.08, LOST = 0.4; // s that pictures are behind the last frame, and beyond which they leap
+const PUSH_SEEN = 600, PUSH_LENGTH = 0.02; // ms that a push is seen; m per N s
+const AGAIN = 2000; // ms until a lost server is sought again
+const FEW_SLIDERS = 8; // beyond which a section has a search box
+
+class Live {
+  constructor(player, spec) {
+    Object.assign(this, { player, spec, epoch: null, received: 0, rows: [], waiting: new Map(), refreshed: 0 });
+    this.biped = player.bipeds[0];
+    this.rate = 50;
+    this.most = Math.ceil(spec.window * this.rate) + 5; // frames kept
+    for (const [name, width] of spec.order) {
+      const first = this.biped.arrays[name];
+      this.biped.arrays[name] = new Float32Array(2 * this.most * width);
+      this.biped.arrays[name].set(first.subarray(0, width));
+      this.biped.widths[name] = width;
+    }
+    this.width = spec.order.reduce((sum, [, width]) => sum + width, 0);
+    player.plots.window = spec.window;
+    document.getElementById("again").hidden = false;
+    this.makePanel(document.getElementById("side"));
+    this.connect();
+  }
+
+  connect() {
+    const scheme = location.protocol === "https:" ? "wss" : "ws";
+    this.socket = new WebSocket(`${scheme}://${location.host}/`, [this.spec.protocol]);
+    this.socket.binaryType = "arraybuffer";
+    this.socket.onopen = () => tell("");
+    this.socket.onmessage = (event) => (typeof event.data === "string" ? this.hear(JSON.parse(event.data)) : this.take(event.data));
+    this.socket.onclose = () => {
+      tell("The simulation has ended, or cannot be reached. Start it again, and open the address that it prints.");
+      setTimeout(() => this.connect(), AGAIN);
+    };
+  }
+
+  hear({ values, status, push, doll, ground }) {
+    for (const [number, value] of Object.entries(values ?? {})) this.rows[number]?.(value);
+    if (status !== undefined) document.getElementById("status").textContent = status;
+    if (push) this.push = { impulse: push, until: performance.now() + PUSH_SEEN };
+    if (ground) this.player.renderer.ground = ground;
+    if (doll) {
+      Object.assign(this.biped.doll.muscles, doll.muscles);
+      Object.assign(this.biped.doll, { ...doll, muscles: this.biped.doll.muscles });
+    }
+  }
+
+  // Frames, one row each, behind the number of the start that they follow.
+  take(buffer) {
+    const numbers = new Float32Array(buffer), { biped, player } = this;
+    if (numbers[0] !== this.epoch) {
+      biped.frames = 0;
+      this.epoch = numbers[0];
+      player.time = 0;
+    }
+    for (let at = 1; at + this.width <= numbers.length; at += this.width) this.append(numbers, at);
+    player.measure();
+    if (!player.playing || player.time < player.begin) player.time = player.end;
+    this.received++;
+  }
+
+  append(numbers, from) {
+    const { biped, most } = this;
+    if (biped.frames && numbers[from] <= biped.arrays.time[biped.frames - 1]) return; // seen already
+    if (biped.frames === 2 * most) {
+      for (const [name, width] of this.spec.order) biped.arrays[name].copyWithin(0, (most + 1) * width);
+      biped.frames = most - 1;
+    }
+    let at = from;
+    for (const [name, width] of this.spec.order) {
+      biped.arrays[name].set(numbers.subarray(at, at + width), biped.frames * width);
+      at += width;
+    }
+    biped.frames++;
+  }
+
+  // Follow the frames that come, smoothly, and draw the past anew from time to time.
+  advance(passed) {
+    const { player } = this, last = player.end, now = performance.now();
+    if (player.playing) {
+      const wanted = last - BEHIND * player.speed, next = player.time + passed * player.speed;
+      const near = next + 0.1 * (wanted - next);
+      player.time = Math.abs(wanted - next) > LOST * Math.max(player.speed, 1) ? last : Math.min(Math.max(near, player.begin), last);
+    }
+    if (now - this.refreshed < REFRESH[Number(player.renderer.slow)] || this.drawn === this.received) return;
+    this.refreshed = now;
+    this.drawn = this.received;
+    player.plots.kept_at = undefined;
+    player.renderer.path.clear();
+    player.renderer.pathSent = -1;
+    this.biped.addPath();
+  }
+
+  // The arrow of a push, while it is fresh.
+  mark() {
+    if (!this.push || performance.now() > this.push.until) return;
+    const along = times(this.push.impulse, PUSH_LENGTH), { biped, player } = this;
+    const root = add(biped.between("root", biped.moment(player.time)), biped.offset);
+    if (norm(along) > 0) arrow(player.renderer, minus(root, along), along, PUSH_TINT);
+  }
+
+  send(control, value) {
+    if (this.socket.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify({ control, value }));
+  }
+
+  // The same, of many values in a short time only the last.
+  sendSoon(control, value) {
+    if (!this.waiting.size) setTimeout(() => {
+      for (const [number, last] of this.waiting) this.send(number, last);
+      this.waiting.clear();
+    }, EVERY);
+    this.waiting.set(control, value);
+  }
+
+  play(on) {
+    if (this.asked !== on) this.send(this.spec.bar.play, on);
+    this.asked = on;
+  }
+
+  setSpeed(speed) {
+    this.send(this.spec.bar.speed, String(speed));
+  }
+
+  stepOn() {
+    this.asked = false;
+    this.send(this.spec.bar.step, true);
+  }
+
+  restart() {
+    this.send(this.spec.bar.again, true);
+  }
+
+  makePanel(side) {
+    const { bar, controls } = this.spec, sections = new Map(), bars = new Set(Object.values(bar));
+    this.rows[bar.play] = (on) => {
+      this.asked = on;
+      if (this.player.playing !== on && this.player.controls) this.player.play(on);
+    };
+    this.rows[bar.speed] = (speed) => {
+      this.player.speed = Number(speed);
+      document.getElementById("speed").value = speed;
+    };
+    controls.forEach((control, number) => {
+      if (bars.has(number)) return;
+      if (!sections.has(control.section)) sections.set(control.section, []);
+      sections.get(control.section).push([number, control]);
+    });
+    side.hidden = !sections.size;
+    for (const [name, entries] of sections) this.makeSection(side, name, entries);
+  }
+
+  makeSection(side, name, entries) {
+    const section = side.appendChild(document.createElement("details"));
+    section.open = entries.length <= 3 * FEW_SLIDERS;
+    section.appendChild(document.createElement("summary")).textContent = name;
+    const rows = [];
+    if (entries.length > FEW_SLIDERS) {
+      const box = section.appendChild(document.createElement("input"));
+      Object.assign(box, { type: "search", placeholder: `find one of ${entries.length}`, ariaLabel: `find in ${name}` });
+      box.oninput = () => this.filter(rows, box.value);
+    }
+    let group = "";
+    for (const [number, control] of entries) {
+      if (control.group && control.group !== group) {
+        group = control.group;
+        const heading = section.appendChild(document.createElement("h3"));
+        heading.textContent = group;
+        rows.push({ element: heading, text: group.toLowerCase(), heading: true, group });
+      }
+      const element = section.appendChild(this.makeRow(number, control));
+      rows.push({ element, text: `${control.hint} ${control.name}`.toLowerCase(), group: control.group });
+    }
+  }
+
+  // Show only rows whose names hold all words, and the headings over them.
+  filter(rows, text) {
+    const words = text.toLowerCase().split(/\s+/).filter(Boolean), groups = new Set();
+    for (const row of rows.filter((one) => !one.heading)) {
+      row.element.hidden = !words.every((word) => row.text.includes(word));
+      if (!row.element.hidden) groups.add(row.group);
+    }
+    for (const row of rows.filter((one) => one.heading)) row.element.hidden = !groups.has(row.group);
+  }
+
+  makeRow(number, control) {
+    const row = document.createElement(control.kind === "button" ? "div" : "label");
+    row.className = "row";
+    row.title = control.hint;
+    const add = (tag, properties) => row.appendChild(Object.assign(document.createElement(tag), properties));
+    if (control.kind === "button") {
+      add("button", { textContent: control.name, className: control.section === "Push" ? "strong" : "", onclick: () => this.send(number, true) });
+    } else if (control.kind === "toggle") {
+      const name = add("span", {}), box = name.appendChild(Object.assign(document.createElement("input"), { type: "checkbox", checked: control.value }));
+      name.append(control.name);
+      box.onchange = () => this.send(number, box.checked);
+      this.rows[number] = (value) => (box.checked = value);
+    } else {
+      add("span", { textContent: control.unit ? `${control.name}, ${control.unit}` : control.name });
+      if (control.kind === "choice") {
+        const menu = add("select", { ariaLabel: control.name });
+        control.options.forEach((option) => menu.add(new Option(option, option)));
+        menu.value = control.value;
+        menu.onchange = () => this.send(number, menu.value);
+        this.rows[number] = (value) => (menu.value = value);
+      } else this.makeSlider(number, control, add);
+    }
+    return row;
+  }
+
+  makeSlider(number, { name, min, max, step, value }, add) {
+    const bounds = { min, max, step: "any" };
+    const slider = add("input", { type: "range", ...bounds, step, ariaLabel: name }), box = add("input", { type: "number", ...bounds, ariaLabel: `${name}, number` });
+    const show = (now, except) => {
+      if (except !== slider && document.activeElement !== box) slider.value = now;
+      if (except !== box) box.value = Number(Number(now).toPrecision(5));
+    };
+    show(value);
+    slider.oninput = () => {
+      show(slider.value, slider);
+      this.sendSoon(number, Number(slider.value));
+    };
+    box.onchange = () => {
+      if (box.value === "" || !Number.isFinite(Number(box.value))) return;
+      slider.value = box.value;
+      this.send(number, Number(box.value));
+    };
+    this.rows[number] = (now) => {
+      if (!this.waiting.has(number)) show(now);
+    };
+  }
+}

@@ -18,6 +18,7 @@ class Player {
     this.plots = new Plots(this.element("strip"), (time) => this.seek(time));
     this.plots.onScroll = () => (this.drawn = null);
     this.live = content.live ? new Live(this, content.live) : null;
+    document.querySelector("main").classList.toggle("live", Boolean(this.live));
     if (!this.live) this.bipeds.forEach((biped) => biped.addPath());
     this.measure();
     this.controls = new Controls(this, content);
@@ -28,6 +29,7 @@ class Player {
     this.play(this.playing);
     this.fit();
     this.follow(asked);
+    window.addEventListener("resize", () => !this.camera.touched && this.fit());
     requestAnimationFrame((now) => this.tick(now));
   }
 

@@ -1,0 +1,127 @@
+"""How the viewer bears time and numbers: memory of minutes of live, and pictures a second of many bipeds.
+
+    .venv/bin/python tools/bench_viewer.py live --minutes 30     # memory of server and page, which is not to grow
+    .venv/bin/python tools/bench_viewer.py many --bipeds 60 --against other.html
+
+Chromium draws without a graphics card here, unless `--gpu`. Memory is that of the server's process and of the page's
+JavaScript after its garbage was collected. A page given with `--against` is measured in turn with ours, so that a busy
+machine is as busy for both.
+"""
+
+from __future__ import annotations
+
+import argparse
+import shutil
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+from playwright.sync_api import sync_playwright
+
+from warpmuscle.formats import load
+from warpmuscle.view.live import Live
+from warpmuscle.view.live_run import LiveRun
+from warpmuscle.view.sources import of_scene, page_of_sights
+
+SETTLED = 0.2  # of the time, after which memory is compared
+ROUNDS = 3
+
+
+def main() -> None:
+    """Do what the command line says."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("what", choices=["live", "many"])
+    parser.add_argument("--scene", default="walk56")
+    parser.add_argument("--minutes", type=float, default=30.0)
+    parser.add_argument("--bipeds", type=int, default=60)
+    parser.add_argument("--seconds", type=float, default=6.0, help="of each measurement of pictures")
+    parser.add_argument("--against", type=Path, help="another page, to be measured in turn")
+    parser.add_argument("--gpu", action="store_true", help="let Chromium use a graphics card")
+    given = parser.parse_args()
+    flags = [] if given.gpu else ["--disable-gpu", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+    with sync_playwright() as driver:
+        browser = driver.chromium.launch(
+            executable_path=shutil.which("chromium"),
+            args=["--no-sandbox", "--enable-precise-memory-info", "--js-flags=--expose-gc", *flags],
+        )
+        if given.what == "live":
+            watch_memory(browser, given.scene, given.minutes)
+        else:
+            count_pictures(browser, given)
+        browser.close()
+
+
+def watch_memory(browser: Any, scene: str, minutes: float) -> None:
+    """Print memory once in a while, and how much it grew since it had settled."""
+    viewer = Live(LiveRun(load(scene)), port=0)
+    viewer.start()
+    page = browser.new_page(viewport={"width": 900, "height": 700})
+    problems: list[str] = []
+    page.on("pageerror", lambda error: problems.append(str(error)))
+    page.on("console", lambda message: problems.append(message.text) if message.type == "error" else None)
+    page.goto(viewer.url)
+    page.evaluate("warpmuscle.ready")
+    begin, rows = time.monotonic(), []
+    print("  minutes  server MB  page MB  pictures/s  simulated/real")
+    while (passed := time.monotonic() - begin) < 60.0 * minutes:
+        shown, simulated = page.evaluate("warpmuscle.state().pictures"), viewer.run.time
+        page.wait_for_timeout(min(15_000.0, 60_000.0 * minutes / 20.0))
+        spent = time.monotonic() - begin - passed
+        rate = (page.evaluate("warpmuscle.state().pictures") - shown) / spent
+        used = page.evaluate("(gc(), performance.memory.usedJSHeapSize)") / 1e6
+        rows.append((passed / 60.0, resident(), used))
+        ratio = (viewer.run.time - simulated) / spent
+        print(f"{passed / 60.0:9.1f} {rows[-1][1]:10.1f} {used:8.2f} {rate:11.1f} {ratio:15.2f}", flush=True)
+    settled = np.array([row for row in rows if row[0] >= SETTLED * minutes])
+    slopes = [np.polyfit(settled[:, 0], settled[:, k], 1)[0] for k in (1, 2)]
+    print(f"growth since then, MB a minute: server {slopes[0]:+.3f}, page {slopes[1]:+.3f}")
+    print(f"console errors: {len(problems)}", *problems[:5], sep="\n")
+    viewer.stop()
+
+
+def resident() -> float:
+    """Memory of this process, MB."""
+    for line in Path("/proc/self/status").read_text().splitlines():
+        if line.startswith("VmRSS"):
+            return float(line.split()[1]) / 1e3
+    return float("nan")
+
+
+def count_pictures(browser: Any, given: argparse.Namespace) -> None:
+    """Print pictures a second of our page, and of another one."""
+    sight = of_scene(msgspec.structs.replace(load(given.scene), duration=3.0), "cpu")[0]
+    with tempfile.TemporaryDirectory() as folder:
+        own = Path(folder) / "many.html"
+        page_of_sights([sight] * given.bipeds).save(own)
+        pages = [own] + ([given.against.resolve()] if given.against else [])
+        rates: dict[Path, list[float]] = {page: [] for page in pages}
+        for _ in range(ROUNDS):
+            for path in pages:
+                rates[path].append(rate_of(browser, path, given.seconds))
+        for path, found in rates.items():
+            print(f"{path.name}: {np.median(found):.1f} pictures/s ({', '.join(f'{rate:.1f}' for rate in found)})")
+        if given.against:
+            ratios = np.array(rates[pages[0]]) / np.array(rates[pages[1]])
+            print(f"ours over the other: {np.median(ratios):.2f}")
+
+
+def rate_of(browser: Any, path: Path, seconds: float) -> float:
+    """Pictures a second that a page draws while it plays, once it has found its resolution."""
+    page = browser.new_page(viewport={"width": 1280, "height": 800})
+    page.set_default_timeout(120_000)
+    page.goto(path.as_uri())
+    page.evaluate("warpmuscle.ready")
+    page.wait_for_timeout(1000.0 * seconds)
+    now = "[performance.now(), warpmuscle.state().pictures]"
+    begin, before = page.evaluate(now)
+    page.wait_for_timeout(1000.0 * seconds)
+    end, behind = page.evaluate(now)
+    page.close()
+    return float(1000.0 * (behind - before) / (end - begin))
+
+
+if __name__ == "__main__":
+    main()
