@@ -55,7 +55,7 @@ def page_socket(port: int, host: str = "127.0.0.1", origin: str | None = "", tar
     raw = socket.create_connection(("127.0.0.1", port), timeout=PATIENCE)
     return connect(
         f"ws://{host}:{port}{target}", sock=raw, origin=own, subprotocols=[Subprotocol(PROTOCOL)], proxy=None,
-        compression=None, max_size=None, open_timeout=PATIENCE, close_timeout=0.1,
+        compression=None, max_size=None, max_queue=None, open_timeout=PATIENCE, close_timeout=0.1,
     )  # fmt: skip
 
 

@@ -214,19 +214,21 @@ class Live {
   makeSlider(number, { name, min, max, step, value }, add) {
     const bounds = { min, max, step: "any" };
     const slider = add("input", { type: "range", ...bounds, step, ariaLabel: name }), box = add("input", { type: "number", ...bounds, ariaLabel: `${name}, number` });
-    const show = (now, except) => {
-      if (except !== slider && document.activeElement !== box) slider.value = now;
-      if (except !== box) box.value = Number(Number(now).toPrecision(5));
+    let editing = false; // what is being typed stays as it is
+    const show = (now) => {
+      slider.value = now;
+      if (!editing) box.value = Number(Number(now).toPrecision(5));
     };
     show(value);
     slider.oninput = () => {
-      show(slider.value, slider);
+      editing = false;
+      show(slider.value);
       this.sendSoon(number, Number(slider.value));
     };
+    box.oninput = () => (editing = true);
     box.onchange = () => {
-      if (box.value === "" || !Number.isFinite(Number(box.value))) return;
-      slider.value = box.value;
-      this.send(number, Number(box.value));
+      editing = false;
+      if (box.value !== "" && Number.isFinite(Number(box.value))) this.send(number, Number(box.value));
     };
     this.rows[number] = (now) => {
       if (!this.waiting.has(number)) show(now);
