@@ -56,7 +56,7 @@ def test_trunks_have_the_volume_of_their_mass(name: str):
     character, flesh = figure("walk56")
     (hull,) = flesh[name]
     assert 1000.0 * ConvexHull(hull.corners).volume == pytest.approx(
-        plain_number(character.bodies[name].mass), rel=0.06
+        plain_number(character.bodies[name].mass), rel=0.01
     )
 
 

@@ -135,10 +135,16 @@ class _Figure:
         self._add(Limb, name, "bone", joint, joint + 1.08 * length * up, (BONE * self.scale,) * 2)
 
     def _blocks(self, name: str, shapes: Sequence[Shape]) -> None:
-        """Shapes as they are, boxes with round edges."""
+        """Shapes as they are, boxes with round edges; a sphere over a box is its head."""
+        tops = [plain_vector(shape.high) for shape in shapes if isinstance(shape, Box)]
         for shape in shapes:
             if isinstance(shape, Box):
                 self._hull(name, rounded_hull(box_seeds(shape), self.coarse))
+            elif isinstance(shape, Sphere) and tops and plain_vector(shape.center)[1] > tops[0][1]:
+                center = plain_vector(shape.center)
+                self._head(
+                    name, np.array([center[0], tops[0][1] - 0.02, center[2]]), center, plain_number(shape.radius)
+                )
             else:
                 piece = exact_shape(shape, self.names.index(name), self.sides[name])
                 self.made.append(piece._replace(layer="flesh"))

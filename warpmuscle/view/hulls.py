@@ -13,7 +13,7 @@ from warpmuscle.scene.initial_pose import plain_vector
 
 Mesh = tuple[Floats, Floats, Integers]  # corners (V, 3), normals (V, 3), faces (F, 3)
 ROUND = 0.6  # of half the least edge of a box, the radius of its edges
-TRIALS = 14  # to find the radius of a volume
+TRIALS = 12  # to find the radius of a volume
 SPREAD = 0.9  # radius of a hull of a volume, at most in the distance between its seeds
 MERGED = 1e-9  # m, corners nearer than this are one
 
@@ -64,6 +64,7 @@ def rounded_hull(seeds: Seeds, coarse: bool = False) -> Mesh | None:
 
 def sized_hull(places: Floats, volume: float, coarse: bool = False) -> Mesh | None:
     """The hull of equal spheres about points (S, 3), m, with a volume, m^3, or as near as its form allows."""
+    directions = _directions(0 if coarse else 2)
     widest = float(np.max(np.linalg.norm(places[:, None] - places[None], axis=-1)))
     low, high = 0.01 * widest, SPREAD * widest
     for _ in range(TRIALS):

@@ -211,3 +211,14 @@ function measureWay(points, from, count) {
   }
   for (let k = 1; k < count; k++) points[from + 4 * k + 3] /= length || 1;
 }
+
+// Make meshes of the hulls of a doll, whose arrays the page holds by number.
+function readHulls(doll, k, arrays) {
+  doll.pieces.filter((piece) => piece.kind === "hull").forEach((piece, n) => {
+    const [corners, normals, faces] = piece.arrays.map((at) => arrays[at]), middle = [0, 0, 0];
+    corners.forEach((value, i) => (middle[i % 3] += (3 * value) / corners.length));
+    let reach = 0;
+    for (let i = 0; i < corners.length; i += 3) reach = Math.max(reach, norm(minus(Array.from(corners.slice(i, i + 3)), middle)));
+    Object.assign(piece, { middle, reach: 0.7 * reach, mesh: { name: `hull ${k} ${n}`, ...hullMesh(corners, normals, faces) } });
+  });
+}

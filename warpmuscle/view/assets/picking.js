@@ -1,7 +1,8 @@
-// What is under the pointer: a muscle, or a body.
+// Names: what is under the pointer, a muscle or a body, and labels over bipeds.
 
 const NEAR = 7; // px from a muscle
 const PICKED = 4; // bipeds nearest to the pointer that are looked at
+const FEW_LABELS = 16; // beyond which only the chosen biped has one
 
 // What is nearest to a place on the canvas: biped, muscle or body, and a name; null if nothing is there.
 function pick(bipeds, matrix, canvas, x, y, shown) {
@@ -48,4 +49,29 @@ function fromStretch(a, b, x, y) {
   const dx = b[0] - a[0], dy = b[1] - a[1], square = dx * dx + dy * dy;
   const part = square > 0 ? Math.min(Math.max(((x - a[0]) * dx + (y - a[1]) * dy) / square, 0), 1) : 0;
   return Math.hypot(a[0] + part * dx - x, a[1] + part * dy - y);
+}
+
+// The names of several bipeds, over their heads.
+class Labels {
+  constructor(player) {
+    this.player = player;
+    this.elements = player.bipeds.length < 2 ? [] : player.bipeds.map((biped) => {
+      const label = document.getElementById("labels").appendChild(document.createElement("span"));
+      label.textContent = biped.label;
+      return label;
+    });
+  }
+
+  draw(matrix) {
+    const { bipeds, selected, shown, time, renderer } = this.player, { clientWidth, clientHeight } = renderer.canvas;
+    this.elements.forEach((label, k) => {
+      label.hidden = !shown.labels || (bipeds.length > FEW_LABELS && k !== selected);
+      if (label.hidden) return;
+      const biped = bipeds[k], above = add(biped.com(biped.moment(time)), [0, 0.85 * biped.doll.scale, 0]);
+      const at = onScreen(matrix, above, clientWidth, clientHeight);
+      label.hidden = !at;
+      label.classList.toggle("chosen", k === selected);
+      if (at) Object.assign(label.style, { left: `${at[0]}px`, top: `${at[1]}px` });
+    });
+  }
 }

@@ -1,6 +1,5 @@
 // The page: time, what is shown and chosen, and `window.warpmuscle` for scripts.
 
-const FEW_LABELS = 16; // beyond which only the chosen biped has one
 const PLOT_PAUSE = [0, 80]; // ms between two places of the cursor with a graphics card, and without
 
 class Player {
@@ -22,7 +21,7 @@ class Player {
     if (!this.live) this.bipeds.forEach((biped) => biped.addPath());
     this.measure();
     this.controls = new Controls(this, content);
-    this.makeLabels();
+    this.labels = new Labels(this);
     this.setSpeed(1);
     Object.keys(this.shown).forEach((name) => this.show(name, this.shown[name]));
     this.choose(0);
@@ -61,15 +60,7 @@ class Player {
   }
 
   hasMuscles() {
-    return this.bipeds.some((biped) => biped.names.length);
-  }
-
-  makeLabels() {
-    this.labels = this.bipeds.length > 1 ? this.bipeds.map((biped) => {
-      const label = this.element("labels").appendChild(document.createElement("span"));
-      label.textContent = biped.label;
-      return label;
-    }) : [];
+    return this.bipeds.some((biped) => biped.count);
   }
 
   play(on) {
@@ -200,6 +191,10 @@ class Player {
     this.camera.fit(points, this.middle(), canvas.clientWidth / Math.max(canvas.clientHeight, 1));
   }
 
+  zoom(factor) {
+    this.camera.zoom(factor);
+  }
+
   pickAt(x, y) {
     return this.seen ? pick(this.bipeds, this.seen, this.renderer.canvas, x, y, this.shown) : null;
   }
@@ -286,7 +281,7 @@ class Player {
     const { matrix, eye, at } = this.camera.view(this.middle(), aspect);
     renderer.draw(matrix, eye, at, shown);
     this.seen = matrix;
-    this.drawLabels(matrix);
+    this.labels.draw(matrix);
     this.drawPlots(still);
     this.element("time").value = String((time - this.begin) / (this.end - this.begin));
     this.element("clock").textContent = this.live ? `${time.toFixed(2)} s` : `${time.toFixed(2)} / ${this.end.toFixed(2)} s`;
@@ -297,19 +292,6 @@ class Player {
     if (!this.shown.plots || (!still && now - (this.plotted ?? 0) < pause)) return;
     this.plotted = now;
     this.plots.draw(this.time);
-  }
-
-  drawLabels(matrix) {
-    const { clientWidth, clientHeight } = this.renderer.canvas;
-    this.labels.forEach((label, k) => {
-      label.hidden = !this.shown.labels || (this.labels.length > FEW_LABELS && k !== this.selected);
-      if (label.hidden) return;
-      const biped = this.bipeds[k], com = biped.com(biped.moment(this.time));
-      const at = onScreen(matrix, add(com, [0, 0.85 * biped.doll.scale, 0]), clientWidth, clientHeight);
-      label.hidden = !at;
-      label.classList.toggle("chosen", k === this.selected);
-      if (at) Object.assign(label.style, { left: `${at[0]}px`, top: `${at[1]}px` });
-    });
   }
 
   // What the page holds now.
@@ -324,22 +306,11 @@ class Player {
   }
 }
 
-// Make meshes of the hulls of a doll, whose arrays the page holds by number.
-function readHulls(doll, k, arrays) {
-  doll.pieces.filter((piece) => piece.kind === "hull").forEach((piece, n) => {
-    const [corners, normals, faces] = piece.arrays.map((at) => arrays[at]), middle = [0, 0, 0];
-    corners.forEach((value, i) => (middle[i % 3] += (3 * value) / corners.length));
-    let reach = 0;
-    for (let i = 0; i < corners.length; i += 3) reach = Math.max(reach, norm(minus(Array.from(corners.slice(i, i + 3)), middle)));
-    Object.assign(piece, { middle, reach: 0.7 * reach, mesh: { name: `hull ${k} ${n}`, ...hullMesh(corners, normals, faces) } });
-  });
-}
-
 async function begin() {
   const text = (id) => document.getElementById(id).textContent;
   const content = JSON.parse(new TextDecoder().decode(await inflate(text("content"))));
   const player = new Player(content, await unpack(content.table, text("arrays")));
-  const names = ["play", "seek", "frame", "setSpeed", "show", "choose", "group", "find", "overlay", "look", "fit", "pickAt", "describe", "state"];
+  const names = ["play", "seek", "frame", "setSpeed", "show", "choose", "group", "find", "overlay", "look", "fit", "zoom", "pickAt", "describe", "state"];
   Object.assign(window.warpmuscle, Object.fromEntries(names.map((name) => [name, (...given) => player[name](...given)])));
   return player.state();
 }
