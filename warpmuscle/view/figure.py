@@ -24,6 +24,7 @@ PROFILE = ((0.0, 0.92), (0.3, 1.16), (1.0, 0.66))
 BONE, KNOB = 0.008, 0.0145  # m, radii of a bone's shaft and of its ends, of a body of 75 kg
 HEAVY = 0.25  # of the whole mass, from which a body at the end of a chain is a trunk with its head
 MIDDLE = 0.03  # m, joints this near to x = 0 are those of a neck rather than of arms
+ANKLE = 0.036  # m, radius of an ankle, of a body of 75 kg
 SHORTEST = 0.02  # m, of what is drawn as a limb
 
 
@@ -158,7 +159,9 @@ class _Figure:
             if joint.parent in self.feet and self.character.bodies[joint.parent].shapes:
                 seeds = seeds.joined(self._front(joint).moved(start - joint_place(joint)))
             else:
-                seeds = seeds.joined(Seeds(start[None], np.array([0.036 * self.scale])))
+                radius, sole = ANKLE * self.scale, float(np.min(seeds.places[:, 1] - seeds.radii))
+                ankle = np.array([start[0], max(start[1], sole + radius), start[2]])
+                seeds = seeds.joined(Seeds(ankle[None], np.array([radius])))
         self._hull(name, rounded_hull(seeds, self.coarse))
 
     def _front(self, joint: Joint) -> Seeds:

@@ -70,7 +70,7 @@ def sized_hull(places: Floats, volume: float, coarse: bool = False) -> Mesh | No
     for _ in range(TRIALS):
         radius = 0.5 * (low + high)
         try:
-            found = ConvexHull(_samples(Seeds(places, np.full(len(places), radius)), _directions(1))).volume
+            found = ConvexHull(_samples(Seeds(places, np.full(len(places), radius)), directions)).volume
         except (QhullError, ValueError):
             return None
         low, high = (radius, high) if found < volume else (low, radius)
