@@ -13,6 +13,7 @@ ORDER: tuple[tuple[str, ...], ...] = (
     ("kernels",),
     ("core",),
     ("search", "synergy"),
+    ("markers",),
     ("scene",),
     ("results",),
     ("model",),

@@ -13,6 +13,7 @@ from typing import Annotated, NoReturn
 
 import typer
 
+from warpmuscle.cli.arm_angles import arm_angles
 from warpmuscle.cli.clusters import cluster_synergies
 from warpmuscle.cli.console import INTERRUPTED, log, marked, out
 from warpmuscle.cli.gaits import gait, robustness
@@ -44,7 +45,7 @@ app = typer.Typer(
 )
 COMMANDS = (
     scenes, info, simulate, optimize, learn, sweep, apply, report, gait, robustness, judge, view, plot, video, export,
-    fit_muscles, fit_paths, convert, synergies, cluster_synergies, throw, example, schema,
+    fit_muscles, fit_paths, convert, synergies, cluster_synergies, arm_angles, throw, example, schema,
 )  # fmt: skip
 for command in COMMANDS:
     app.command(command.__name__.replace("_", "-"))(command)

@@ -184,8 +184,9 @@ class _Fitting:
             return residuals(rows, x, z, roughly=True)
 
         return fit(
-            residuals, signals, parameters, iterations=steps, damping=damping, tolerance=s.tolerance, rough=rough
-        )
+            residuals, signals, parameters, iterations=steps, damping=damping, tolerance=s.tolerance, rough=rough,
+            enough=None if shared else follower.followed,
+        )  # fmt: skip
 
     def _smoothness(self) -> Floats:
         """Sum of squared second differences at the knots, (size, size)."""

@@ -16,6 +16,7 @@ from warpmuscle.throw.simulator import Simulator
 
 VELOCITY_WEIGHT = 0.05  # of an error of velocity over its deviation, against one of angle over its
 ROUGH_STEP = 0.005  # s
+CLOSE = np.array([1e-4, 1e-2])  # 1 - r2 of angles and of velocities, below which no signal need change any more
 FAR = 10.0  # rad and rad/s: errors beyond it count as this much, so that one wild copy does not decide all
 
 
@@ -53,6 +54,7 @@ class Follower:
         inside = motions.valid[:, 1:, None]
         length = np.sqrt(motions.valid[:, 1:].sum(axis=1))[:, None, None]
         angle, speed = (motions.angles[order][:, :, arm.free] for order in (0, 1))
+        self._velocity_weight = velocity_weight
         self._weight = tuple(
             factor * inside / (_deviation(values, motions.valid) * length)
             for factor, values in ((1.0, angle), (velocity_weight, speed))
@@ -109,6 +111,12 @@ class Follower:
             error = counted * np.clip(simulated[:, 1:, self.arm.free] - recorded, -FAR, FAR)
             parts.append((error * self._weight[order][which]).reshape(len(which), -1))
         return np.concatenate(parts, axis=1)
+
+    def followed(self, residuals: Floats) -> NDArray[np.bool_]:
+        """Which motions (n,) are followed far better than the bars ask for, by their residuals (n, R)."""
+        parts = residuals.reshape(len(residuals), 2, -1, len(self.arm.free))
+        missed = np.sum(parts**2, axis=2) / np.array([1.0, self._velocity_weight**2])[:, None]
+        return np.asarray(np.all(missed <= CLOSE[:, None], axis=(1, 2)))
 
     def agreement(self, own: Floats, shared: Floats) -> tuple[Agreement, Replay]:
         """How well every motion is followed."""

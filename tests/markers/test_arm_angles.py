@@ -1,0 +1,171 @@
+"""Angles of an arm from markers: of an arm that is put together from known angles, and of recorded throws."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from warpmuscle.cli import app
+from warpmuscle.core.errors import Error, SignalError
+from warpmuscle.core.pose import about, multiply, rotate
+from warpmuscle.markers.arm import ANGLES, Choices, arm_angles
+from warpmuscle.markers.files import Markers, read_markers
+from warpmuscle.throw.motion_files import read
+
+TIME = np.arange(151) / 100.0
+RIGHT, UP, FORWARD = np.eye(3)[0] * -1.0, np.eye(3)[1], np.eye(3)[2]  # x to the left, as in scenes
+
+
+def angles() -> np.ndarray:
+    """Angles (T, 7), rad, of something like a throw."""
+    s = 0.5 - 0.5 * np.cos(np.pi * np.clip((TIME - 0.5) / 0.8, 0.0, 1.0))
+    columns = [0.4 + 2.0 * s, 0.2 + 0.1 * s, 0.5 - 0.3 * s, 1.9 - 1.5 * s, 0.3 + 0.8 * s, 0.2 - 0.4 * s, -0.4 + 0.9 * s]
+    return np.stack(columns, axis=1)
+
+
+def chain(side: float) -> dict[str, np.ndarray]:
+    """Places (T, 3) of markers, by rotations one behind the other about the axes that the angles are meant about."""
+    q = angles()
+    out = side * RIGHT
+    mirror = side  # turns about up and forwards change their sense on the other side, those about the lateral axis not
+    lateral = RIGHT
+    turns = [
+        about(lateral, q[:, 0]), about(FORWARD, -mirror * q[:, 1]), about(UP, mirror * q[:, 2]),
+        about(lateral, q[:, 3]), about(UP, mirror * q[:, 4]), about(lateral, q[:, 5]), about(FORWARD, mirror * q[:, 6]),
+    ]  # fmt: skip
+    pitch = about(lateral, np.full(len(TIME), -0.1))
+    zero = np.zeros((len(TIME), 3))
+    points = {"shoulder": zero + 0.2 * out, "other_shoulder": zero - 0.2 * out}
+    points |= {"hip": zero + 0.1 * out - 0.5 * UP, "other_hip": zero - 0.1 * out - 0.5 * UP}
+    points = {name: rotate(pitch, place) for name, place in points.items()}
+    turned = pitch
+    for k, turn in enumerate(turns):
+        turned = multiply(turned, turn)
+        if k == 2:
+            points["elbow"] = points["shoulder"] + rotate(turned, zero - 0.3 * UP)
+        if k == 4:
+            points["wrist"] = points["elbow"] + rotate(turned, zero - 0.26 * UP)
+    for name, across in (("hand_thumb", 0.03), ("hand_little", -0.03)):
+        points[name] = points["wrist"] + rotate(turned, zero - 0.09 * UP + across * FORWARD)
+    return points
+
+
+def markers(side: float = 1.0) -> Markers:
+    points = chain(side)
+    place = np.stack([[1.0, 2.0, 1.4] + p @ np.array([FORWARD, -RIGHT, UP]).T for p in points.values()], axis=1)
+    return Markers(Path("chain"), TIME, tuple(points), place)
+
+
+@pytest.mark.parametrize("side", ["right", "left"])
+def test_angles_of_an_arm_of_known_angles_are_found_on_both_sides(side):
+    roles = {name: name for name in chain(1.0)}
+    found = arm_angles(markers(1.0 if side == "right" else -1.0), Choices(side, roles, low_pass=0.0, before=None))
+    np.testing.assert_allclose(found.angles, angles(), atol=1e-9)
+    trunk = found.angles[:, 0] - found.to_gravity
+    assert np.abs(trunk).max() < 0.5
+
+
+@pytest.mark.parametrize(("up", "forward"), [("y", "x"), ("-z", "y"), ("x", "-z")])
+def test_any_axes_of_a_file_will_do(up, forward):
+    base = markers()
+    axes = {"x": [1, 0, 0], "y": [0, 1, 0], "z": [0, 0, 1]}
+    ahead, above = (np.array(axes[name[-1]]) * (-1 if name[0] == "-" else 1) for name in (forward, up))
+    turned = base.position @ np.array([ahead, np.cross(above, ahead), above], float)
+    roles = {name: name for name in base.names}
+    found = arm_angles(Markers(base.path, TIME, base.names, turned),
+                       Choices("right", roles, up, forward, low_pass=0.0, before=None))  # fmt: skip
+    np.testing.assert_allclose(found.angles, angles(), atol=1e-9)
+
+
+def test_recorded_throws_have_the_angles_that_came_with_them(reference_data: Path):
+    """Of three throws, converted by somebody else from the same filtered points: within 0.01 degrees."""
+    with np.load(reference_data / "spl_freethrow" / "throws22.npz") as data:
+        names = tuple(str(name) for name in data["keypoints"])
+        for trial in (0, 9, 21):
+            time, points = data["time"] - data["time"][0], data["keypoint_pos_m"][trial].astype(float)
+            one = Markers(Path("throws22"), time, names, points)
+            found = arm_angles(one, Choices(low_pass=0.0, before=None))
+            degrees = np.degrees(found.angles)
+            for name in ("shoulder", "elbow", "wrist"):
+                ours = degrees[:, ANGLES.index(name)]
+                np.testing.assert_allclose(ours, data[f"{name}_flexion"][trial], atol=0.01)
+            ours = degrees[:, ANGLES.index("shoulder_abduction")]
+            np.testing.assert_allclose(ours, data["shoulder_abduction"][trial], atol=0.01)
+
+
+def files_of(folder: Path) -> dict[str, Path]:
+    """The same markers as a track, a table, and as MLSE's open data have them, in mm, m and feet."""
+    base = markers()
+    usual = dict(zip(("shoulder", "other_shoulder", "hip", "other_hip", "elbow", "wrist", "hand_thumb", "hand_little"),
+                     ("R_SHOULDER", "L_SHOULDER", "R_HIP", "L_HIP", "R_ELBOW", "R_WRIST", "R_1STFINGER", "R_5THFINGER"),
+                     strict=True))  # fmt: skip
+    names = [usual[name] for name in base.names]
+    rows = base.position.reshape(len(TIME), -1)
+    head = "Frame#\tTime\t" + "\t\t\t".join(names) + "\t\t"
+    trc = ["PathFileType\t4\t(X/Y/Z)\ta.trc", "DataRate\tNumFrames\tNumMarkers\tUnits"]
+    trc += [f"100\t{len(TIME)}\t{len(names)}\tmm", head, "\t\tX1\tY1\tZ1"]
+    trc += ["\t".join([str(k + 1), f"{t:.3f}", *(f"{x:.6f}" for x in 1000.0 * row)])
+            for k, (t, row) in enumerate(zip(TIME, rows, strict=True))]  # fmt: skip
+    table = [",".join(["time_s", *(f"{name}_{axis}" for name in names for axis in "xyz")])]
+    table += [",".join(f"{x:.9f}" for x in [t, *row]) for t, row in zip(TIME, rows, strict=True)]
+    players = [{n: list(p / 0.3048) for n, p in zip(names, frame, strict=True)} for frame in base.position]
+    tracking = [{"time": round(1000.0 * t), "data": {"player": p}} for t, p in zip(TIME, players, strict=True)]
+    found = {kind: folder / f"{kind}.{kind}" for kind in ("trc", "csv", "json")}
+    found["trc"].write_text("\n".join(trc) + "\n")
+    found["csv"].write_text("\n".join(table) + "\n")
+    found["json"].write_text(json.dumps({"tracking": tracking}))
+    return found
+
+
+def test_the_command_makes_files_that_throws_are_read_from_of_every_kind(tmp_path):
+    sources = files_of(tmp_path)
+    words = [*map(str, sources.values()), "-o", str(tmp_path / "out"), "--low-pass", "0", "--whole"]
+    done = CliRunner().invoke(app, ["arm-angles", *words])
+    assert done.exit_code == 0, done.output
+    for kind in sources:
+        (motion,) = read(tmp_path / "out" / f"{kind}.csv", ANGLES)
+        np.testing.assert_allclose(motion.angles, angles(), atol=1e-4)
+        np.testing.assert_allclose(motion.pitch, 0.1, atol=1e-4)
+
+
+def test_a_throw_is_cut_about_the_fastest_extension_of_the_elbow(tmp_path):
+    found = arm_angles(read_markers(files_of(tmp_path)["csv"]), Choices(before=0.4, after=0.2))
+    assert found.release == pytest.approx(0.9, abs=0.02)
+    assert (found.time[0], found.time[-1]) == (pytest.approx(-0.4), pytest.approx(0.2))
+
+
+def test_gaps_are_bridged_and_long_ones_refused():
+    base = markers()
+    base.position[50:55, 4] = np.nan
+    roles = {name: name for name in base.names}
+    found = arm_angles(base, Choices("right", roles, low_pass=0.0, before=None))
+    np.testing.assert_allclose(found.angles, angles(), atol=0.02)
+    base.position[60:95, 5] = np.nan
+    with pytest.raises(SignalError, match=r"marker wrist is lost for 0\.36 s from 0\.59 s on"):
+        arm_angles(base, Choices("right", roles, low_pass=0.0, before=None))
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "message"),
+    [
+        ("a.trc", "hello", "has no head"),
+        ("a.json", "[1", "is no JSON"),
+        ("a.json", "[" * 100_000, "is no JSON"),
+        ("a.json", '{"tracking": [3]}', r"frame 0 has no `data\.player`"),
+        ("a.json", '{"tracking": [{"time": 0, "data": {"player": {"A": [1, 2]}}}]}', "frame 0: A is not three numbers"),
+        ("a.csv", "time,a\n0,1\n1,2\n", "no markers"),
+        ("a.csv", "a_x,a_y,a_z\n0,1,2\n", "no column of time"),
+        ("a.csv", "time,a_x,a_y,a_z\n1,0,1,2\n0,0,1,2\n", "times must be numbers that increase"),
+    ],
+)  # fmt: skip
+def test_files_that_cannot_be_used_are_refused_in_a_line(tmp_path, name, text, message):
+    (tmp_path / name).write_text(text)
+    with pytest.raises(Error, match=message):
+        read_markers(tmp_path / name)
+
+
+def test_a_marker_that_is_missing_is_named_with_its_role(tmp_path):
+    with pytest.raises(SignalError, match=r"no marker 'RSHO'; it has .*R_ELBOW.*--marker shoulder=NAME"):
+        arm_angles(read_markers(files_of(tmp_path)["csv"]), Choices(markers={"shoulder": "RSHO"}))

@@ -1,0 +1,229 @@
+"""Angles of an arm from markers, as `warpmuscle throw` reads them.
+
+The trunk's axes are up (from the middle of the hips to that of the shoulders), right (the line of the shoulders made
+orthogonal to it) and forwards. Angles, as hinges one behind the other, zero where a straight arm hangs down with the
+thumb forwards: `shoulder` forwards, `shoulder_abduction` away from the trunk, `shoulder_rotation` inwards, `elbow`
+flexion, `forearm_rotation` pronation, `wrist_deviation` to the thumb's side, `wrist` to the palm's side.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from scipy.interpolate import make_interp_spline
+from scipy.signal import butter, sosfiltfilt
+
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.errors import SignalError
+from warpmuscle.markers.files import Markers
+
+Side = Literal["right", "left"]
+AXES = {f"{sign}{name}": k for k, name in enumerate("xyz") for sign in ("", "+", "-")}
+ROLES = {  # what markers are needed for, and how MLSE's open data call them; S is R or L, and O the other one
+    "shoulder": "S_SHOULDER",
+    "elbow": "S_ELBOW",
+    "wrist": "S_WRIST",
+    "hand_thumb": "S_1STFINGER",
+    "hand_little": "S_5THFINGER",
+    "other_shoulder": "O_SHOULDER",
+    "hip": "S_HIP",
+    "other_hip": "O_HIP",
+}
+ANGLES = (
+    "shoulder", "shoulder_abduction", "shoulder_rotation", "elbow", "forearm_rotation", "wrist_deviation", "wrist",
+)  # fmt: skip
+LONGEST_GAP = 0.2  # s, in which a marker may be lost
+STRAIGHT = np.radians(5.0)  # of the elbow, below which the forearm tells nothing of the upper arm's rotation
+
+
+@dataclass(frozen=True)
+class Choices:
+    """How markers are read.
+
+    `markers`: the marker of a role, where it is not that of MLSE's open data. `up`, `forward`: axes of the file.
+    `low_pass`: Hz, of positions, by Butterworth's filter of second order, forwards and backwards; 0 takes nothing.
+    `before`, `after`: s, of what is kept about the fastest extension of the elbow; None keeps all.
+    """
+
+    side: Side = "right"
+    markers: Mapping[str, str] = field(default_factory=dict)
+    up: str = "z"
+    forward: str = "x"
+    rate: float = 100.0
+    low_pass: float = 8.0
+    before: float | None = 1.0
+    after: float = 0.5
+
+    def __post_init__(self) -> None:
+        unknown = [role for role in self.markers if role not in ROLES]
+        if unknown:
+            raise SignalError(f"unknown role {unknown[0]!r}; there are {', '.join(ROLES)}")
+        for axis in (self.up, self.forward):
+            if axis not in AXES:
+                raise SignalError(f"axis {axis!r} is none of x, y, z, -x, -y, -z")
+        if AXES[self.up] == AXES[self.forward]:
+            raise SignalError(f"up and forward must be two axes, not both {self.up!r}")
+        if not 0.0 <= self.low_pass < 0.5 * self.rate <= 5000.0:
+            raise SignalError(
+                f"a low-pass must be 0 or lie below half the rate, {0.5 * self.rate:g} Hz, not {self.low_pass:g}"
+            )
+        if (self.before is not None and not self.before > 0.0) or not self.after >= 0.0:
+            raise SignalError("the time before the throw must be greater than 0, that after it 0 or more")
+
+
+@dataclass(frozen=True)
+class ArmAngles:
+    """Angles (T, 7) in the order of `ANGLES`, rad, and the trunk, at times (T,), s."""
+
+    time: Floats
+    angles: Floats
+    to_gravity: Floats  # (T,) rad, of the upper arm, as `shoulder` is to the trunk
+    place: Floats  # (T, 2) m, of the shoulder, forwards and up
+    release: float  # s, of the fastest extension of the elbow
+
+    def columns(self) -> dict[str, Floats]:
+        """What a file for `warpmuscle throw` holds, by name."""
+        found = {"time_s": self.time}
+        found |= {f"{name}_deg": np.degrees(column) for name, column in zip(ANGLES, self.angles.T, strict=True)}
+        found["shoulder_flexion_gravity_deg"] = np.degrees(self.to_gravity)
+        return found | {"shoulder_forward_m": self.place[:, 0], "shoulder_up_m": self.place[:, 1]}
+
+
+def arm_angles(markers: Markers, choices: Choices | None = None) -> ArmAngles:
+    """The angles of an arm that throws.
+
+    Raises:
+        SignalError: a marker is missing or lost for long, or the elbow never extends.
+    """
+    choices = choices or Choices()
+    points = _points(markers, choices)
+    time = np.arange(round(np.floor(markers.time[-1] * choices.rate + 1e-6)) + 1) / choices.rate
+    points = {role: _smooth(markers, choices, time, values) for role, values in points.items()}
+    forward, up = points["shoulder"][:, 0], points["shoulder"][:, 2]
+    angles, to_gravity = _angles(points, 1.0 if choices.side == "right" else -1.0)
+    elbow, above = ANGLES.index("elbow"), points["wrist"][:, 2] > points["shoulder"][:, 2]
+    rate = np.gradient(angles[:, elbow], time)
+    if choices.before is not None and not np.any(above & (rate < 0.0)):
+        raise SignalError("the wrist never rises above the shoulder while the elbow extends: there is no throw; "
+                          "--whole keeps all", file=markers.path)  # fmt: skip
+    release = float(time[np.argmin(np.where(above, rate, np.inf) if above.any() else rate)])
+    keep = np.ones(len(time), dtype=bool)
+    if choices.before is not None:
+        keep = (time >= release - choices.before - 1e-9) & (time <= release + choices.after + 1e-9)
+    found = np.column_stack([forward, up])[keep]
+    return ArmAngles(
+        (time - (release if choices.before is not None else 0.0))[keep], angles[keep], to_gravity[keep], found, release
+    )
+
+
+def _points(markers: Markers, choices: Choices) -> dict[str, Floats]:
+    """Positions (T, 3) by role, forwards, to the left and up, m, gaps filled."""
+    letter, other = ("R", "L") if choices.side == "right" else ("L", "R")
+    up, forward = (_axis(axis) for axis in (choices.up, choices.forward))
+    turn = np.stack([forward, np.cross(up, forward), up])
+    found = {}
+    for role, usual in ROLES.items():
+        name = choices.markers.get(role, usual.replace("S_", f"{letter}_").replace("O_", f"{other}_"))
+        try:
+            values = markers.of(name)
+        except SignalError as error:
+            message = f"{error.message}; say which is the {role.replace('_', ' ')} by --marker {role}=NAME"
+            raise SignalError(message, file=markers.path) from None
+        found[role] = _filled(markers, name, values @ turn.T)
+    return found
+
+
+def _axis(name: str) -> Floats:
+    return np.asarray((-1.0 if name[0] == "-" else 1.0) * np.eye(3)[AXES[name]])
+
+
+def _filled(markers: Markers, name: str, values: Floats) -> Floats:
+    """Positions without gaps, which straight lines bridge."""
+    seen = np.isfinite(values).all(axis=1)
+    if not seen.any():
+        raise SignalError(f"marker {name} is never seen", file=markers.path)
+    times = markers.time[seen]
+    gaps = np.diff(np.concatenate([[markers.time[0]], times, [markers.time[-1]]]))
+    longest = int(np.argmax(gaps))
+    step = float(np.median(np.diff(markers.time)))
+    if gaps[longest] > LONGEST_GAP + step:
+        begin = np.concatenate([[markers.time[0]], times])[longest]
+        raise SignalError(
+            f"marker {name} is lost for {gaps[longest]:.2g} s from {begin:.3g} s on; at most {LONGEST_GAP:g} s can be "
+            "bridged", file=markers.path,
+        )  # fmt: skip
+    return np.stack([np.interp(markers.time, times, column) for column in values[seen].T], axis=1)
+
+
+def _smooth(markers: Markers, choices: Choices, time: Floats, values: Floats) -> Floats:
+    """Positions at other times, by a cubic spline, without what is faster than the low-pass."""
+    degree = min(3, len(markers.time) - 1)
+    sampled = make_interp_spline(markers.time, values, k=degree)(time)
+    if choices.low_pass == 0.0:
+        return np.asarray(sampled)
+    if len(time) < 16:
+        raise SignalError(f"{time[-1]:.3g} s are too short for a low-pass; --low-pass 0 takes none", file=markers.path)
+    sections = butter(2, choices.low_pass, fs=choices.rate, output="sos")
+    return np.asarray(sosfiltfilt(sections, sampled, axis=0))
+
+
+def _angles(points: Mapping[str, Floats], side: float) -> tuple[Floats, Floats]:
+    """Angles (T, 7) of `ANGLES` and of the upper arm to gravity (T,); `side`: 1 of a right arm, -1 of a left one."""
+    shoulders = 0.5 * (points["shoulder"] + points["other_shoulder"])
+    up = _unit(shoulders - 0.5 * (points["hip"] + points["other_hip"]))
+    across = points["shoulder"] - points["other_shoulder"]  # outwards
+    outward = _unit(across - np.sum(across * up, axis=1, keepdims=True) * up)
+    forward = np.cross(up, side * outward)
+    trunk = np.stack([outward, up, forward], axis=1)  # rows
+    upper = _unit(points["elbow"] - points["shoulder"])
+    fore = _unit(points["wrist"] - points["elbow"])
+    hand = _unit(0.5 * (points["hand_thumb"] + points["hand_little"]) - points["wrist"])
+    width = points["hand_thumb"] - points["hand_little"]
+    thumb = _unit(width - np.sum(width * hand, axis=1, keepdims=True) * hand)
+    u, v, h, k = (np.einsum("tij,tj->ti", trunk, x) for x in (upper, fore, hand, thumb))
+    flexion = np.unwrap(np.arctan2(u[:, 2], -u[:, 1]))
+    abduction = np.arcsin(np.clip(u[:, 0], -1.0, 1.0))
+    v, h, k = (_turned(_turned(x, 0, flexion), 2, -abduction) for x in (v, h, k))
+    elbow = np.arccos(np.clip(-v[:, 1], -1.0, 1.0))
+    rotation = _where_bent(np.unwrap(np.arctan2(-v[:, 0], v[:, 2])), elbow)
+    h, k = (_turned(_turned(x, 1, rotation), 0, elbow) for x in (h, k))
+    axes = np.stack([np.cross(-h, k), -h, k], axis=2)  # to the back of the hand, against the fingers, to the thumb
+    pronation = np.unwrap(np.arctan2(-axes[:, 0, 2], axes[:, 2, 2]))
+    deviation = np.arcsin(np.clip(axes[:, 1, 2], -1.0, 1.0))
+    wrist = np.unwrap(np.arctan2(-axes[:, 1, 0], axes[:, 1, 1]))
+    angles = np.column_stack([flexion, abduction, rotation, elbow, pronation, deviation, wrist])
+    to_gravity = np.unwrap(np.arctan2(upper[:, 0], -upper[:, 2]))
+    return angles, to_gravity
+
+
+def _turned(x: Floats, axis: int, angle: Floats) -> Floats:
+    """Vectors (T, 3), outwards, up and forwards, turned by an angle (T,) about one of these axes."""
+    a, b = ((1, 2), (2, 0), (0, 1))[axis]
+    out, cosine, sine = x.copy(), np.cos(angle), np.sin(angle)
+    out[:, a], out[:, b] = cosine * x[:, a] - sine * x[:, b], sine * x[:, a] + cosine * x[:, b]
+    return out
+
+
+def _where_bent(rotation: Floats, elbow: Floats) -> Floats:
+    """A rotation that goes on straight where the elbow is too straight to tell it."""
+    bent = elbow > STRAIGHT
+    if not bent.any():
+        return np.zeros_like(rotation)
+    index = np.arange(len(rotation))
+    return np.asarray(np.interp(index, index[bent], rotation[bent]))
+
+
+def _unit(x: Floats) -> Floats:
+    return np.asarray(x / np.maximum(np.linalg.norm(x, axis=-1, keepdims=True), 1e-12))
+
+
+def write_angles(path: Path, found: ArmAngles) -> None:
+    """Write a table that `warpmuscle throw` reads."""
+    columns = found.columns()
+    lines = [",".join(columns)]
+    lines += [",".join(f"{value:.6f}" for value in row) for row in np.column_stack(list(columns.values()))]
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")

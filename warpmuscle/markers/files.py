@@ -1,0 +1,169 @@
+"""Positions of markers from files: .trc, .c3d, tables with a column a coordinate, and the .json of MLSE's open data."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.errors import SignalError
+from warpmuscle.core.files import read_file, unreadable
+from warpmuscle.synergy.c3d import read_points
+from warpmuscle.synergy.tables import read_table
+
+UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "ft": 0.3048, "in": 0.0254}  # m
+TIME_NAMES = ("time", "time_s", "t")
+TRC_HEAD = 5  # lines
+COORDINATES = ("_x", "_y", "_z")
+
+
+@dataclass(frozen=True)
+class Markers:
+    """Positions of K markers at T times; NaN where one was not seen."""
+
+    path: Path
+    time: Floats  # (T,) s
+    names: tuple[str, ...]
+    position: Floats  # (T, K, 3) m, in the axes of the file
+
+    def of(self, name: str) -> Floats:
+        """Positions (T, 3) of a marker, letter case aside, or the mean of several whose names + joins.
+
+        Raises:
+            SignalError: no marker has that name.
+        """
+        known = {own.lower(): k for k, own in enumerate(self.names)}
+        parts = []
+        for one in name.split("+"):
+            if one.strip().lower() not in known:
+                listed = ", ".join(self.names[:40]) + (" ..." if len(self.names) > 40 else "")
+                raise SignalError(f"no marker {one.strip()!r}; it has {listed}", file=self.path)
+            parts.append(self.position[:, known[one.strip().lower()]])
+        return np.asarray(np.mean(parts, axis=0))
+
+
+def read_markers(path: str | Path, unit: str | None = None) -> Markers:
+    """The markers of a file.
+
+    Args:
+        unit: of its positions, one of `UNITS`; by default what the file says, or feet in .json, else m.
+
+    Raises:
+        SignalError: the file cannot be read, is of another kind, or holds no markers.
+    """
+    path = Path(path)
+    if unit is not None and unit not in UNITS:
+        raise SignalError(f"unit {unit!r} is not known; use {', '.join(UNITS)}")
+    readers = {".trc": _trc, ".c3d": _c3d, ".json": _json}
+    time, names, position, own = readers.get(path.suffix.lower(), _table)(path)
+    if len(time) < 2 or not names:
+        raise SignalError(f"holds {len(time)} frames of {len(names)} markers; there must be two frames", file=path)
+    if not np.all(np.isfinite(time)) or np.any(np.diff(time) <= 0.0):
+        raise SignalError("times must be numbers that increase", file=path)
+    return Markers(path, time - time[0], names, position * UNITS[unit or own])
+
+
+Read = tuple[Floats, tuple[str, ...], Floats, str]  # times, names, positions (T, K, 3), and their unit
+
+
+def _trc(path: Path) -> Read:
+    """Track row column, as OpenSim and motion capture write it: tabs, five lines of head."""
+    lines = _text(path).splitlines()
+    if len(lines) <= TRC_HEAD or "Units" not in lines[1].split("\t"):
+        raise SignalError("has no head as .trc files have, with `Units` in its second line", file=path)
+    values = dict(zip(lines[1].split("\t"), lines[2].split("\t"), strict=False))
+    unit = values["Units"].strip() if "Units" in values else "mm"
+    if unit not in UNITS:
+        raise SignalError(f"unit {unit!r} is not known; use {', '.join(UNITS)}", file=path, line=3)
+    names = tuple(cell.strip() for cell in lines[3].split("\t")[2:] if cell.strip())
+    rows = []
+    for number, line in enumerate(lines[TRC_HEAD:], start=TRC_HEAD + 1):
+        if not line.strip():
+            continue
+        cells = line.rstrip("\r\n").split("\t")[1 : 2 + 3 * len(names)]
+        cells += [""] * (1 + 3 * len(names) - len(cells))
+        try:
+            rows.append([float(cell) if cell.strip() else np.nan for cell in cells])
+        except ValueError:
+            raise SignalError("holds a cell that is no number", file=path, line=number) from None
+    table = np.array(rows, dtype=np.float64).reshape(-1, 1 + 3 * len(names))
+    return table[:, 0], names, table[:, 1:].reshape(len(table), -1, 3), unit
+
+
+def _table(path: Path) -> Read:
+    """A table with a column of time, s, and NAME_x, NAME_y, NAME_z of each marker."""
+    table = read_table(path)
+    lower = [name.lower() for name in table.names]
+    time = next((lower.index(name) for name in TIME_NAMES if name in lower), None)
+    if time is None:
+        raise SignalError("no column of time; name one `time_s`", file=path)
+    found = [name[:-2] for name in table.names if name.lower().endswith("_x")]
+    names = tuple(name for name in found if all(f"{name.lower()}{end}" in lower for end in COORDINATES))
+    if not names:
+        raise SignalError("no markers: each has columns NAME_x, NAME_y and NAME_z", file=path)
+    columns = [lower.index(f"{name.lower()}{end}") for name in names for end in COORDINATES]
+    values = table.columns([time, *columns])
+    return values[:, 0], names, values[:, 1:].reshape(len(values), -1, 3), "m"
+
+
+def _json(path: Path) -> Read:
+    """MLSE's open data: `tracking`, a list of frames with `time`, ms, and `data.player`, points in feet."""
+    try:
+        content = json.loads(_text(path))
+    except (ValueError, RecursionError):
+        raise SignalError("is no JSON", file=path) from None
+    frames = content.get("tracking") if isinstance(content, Mapping) else None
+    if not isinstance(frames, list) or not frames:
+        raise SignalError("has no list `tracking` of frames", file=path)
+    players = [_player(path, number, frame) for number, frame in enumerate(frames)]
+    names = tuple(players[0])
+    position = np.full((len(frames), len(names), 3), np.nan)
+    for row, player in enumerate(players):
+        for column, name in enumerate(names):
+            if name in player:
+                position[row, column] = _point(path, row, name, player[name])
+    try:
+        time = np.array([float(frame["time"]) for frame in frames]) / 1000.0
+    except (KeyError, TypeError, ValueError):
+        raise SignalError("a frame has no number `time`", file=path) from None
+    return np.linspace(time[0], time[-1], len(time)), names, position, "ft"  # their times are rounded to ms
+
+
+def _player(path: Path, number: int, frame: Any) -> Mapping[str, Any]:
+    data = frame.get("data") if isinstance(frame, Mapping) else None
+    player = data.get("player") if isinstance(data, Mapping) else None
+    if not isinstance(player, Mapping):
+        raise SignalError(f"frame {number} has no `data.player`", file=path)
+    return player
+
+
+def _point(path: Path, row: int, name: str, value: Any) -> Floats:
+    try:
+        point = np.array([np.nan if x is None else float(x) for x in value], dtype=np.float64)
+    except (TypeError, ValueError):
+        point = np.zeros(0)
+    if point.shape != (3,):
+        raise SignalError(f"frame {row}: {name} is not three numbers", file=path)
+    return point
+
+
+def _c3d(path: Path) -> Read:
+    names, rate, values, unit = read_points(path)
+    if unit not in UNITS:
+        raise SignalError(f"unit {unit!r} of its points is not known; use {', '.join(UNITS)}", file=path)
+    return np.arange(len(values)) / rate, names, values, unit
+
+
+def _text(path: Path) -> str:
+    try:
+        return read_file(path, "table").decode("utf-8-sig")
+    except FileNotFoundError:
+        raise SignalError("there is no such file", file=path) from None
+    except (OSError, ValueError) as error:
+        raise SignalError("is not a text file" if isinstance(error, UnicodeError) else unreadable(error),
+                          file=path) from None  # fmt: skip
