@@ -7,6 +7,7 @@ a letter names: `shoulder` on the trunk, `S` the same on the humerus, `E` the el
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -113,6 +114,29 @@ MUSCLES = {
          ("H", 0.0, -0.045, -0.012), ("H", 0.0, -0.095, -0.012)],
     ),
 }  # fmt: skip
+# Beside those: what turns a humerus about itself and holds it to the side, and a forearm about itself.
+SPATIAL = {
+    "SUPSP": Architecture(
+        499.2, 0.0682, 7, 1.0,
+        [("shoulder", -0.034, 0.019, -0.068), ("shoulder", 0.0025, 0.04, 0.0025), ("S", 0.0025, 0.0105, 0.026)],
+    ),
+    "INFSP": Architecture(
+        1075.8, 0.0755, 19, 1.0,
+        [("shoulder", -0.064, -0.021, -0.057), ("shoulder", -0.02, -0.035, -0.012), ("S", -0.009, 0.005, 0.0245)],
+    ),
+    "SUBSC": Architecture(
+        1306.9, 0.0873, 20, 1.0,
+        [("shoulder", -0.063, -0.005, -0.074), ("shoulder", -0.009, -0.018, -0.034), ("S", 0.014, 0.0085, -0.0135)],
+    ),
+    "PT": Architecture(
+        557.2, 0.0492, 10, 1.0,
+        [("E", -0.002, 0.0145, -0.025), ("R", 0.021, -0.105, 0.006), ("R", 0.022, -0.12, 0.01)],
+    ),
+    "SUP": Architecture(
+        379.6, 0.033, 0, 1.0, [("F", -0.016, -0.034, 0.014), ("R", 0.005, -0.0725, 0.008)],
+    ),
+}  # fmt: skip
+TURNING_TUBEROSITY: Point = ("R", 0.004, -0.048, -0.004)  # where the biceps turns the radius as well
 # Joint, forwards, up, right, radius, and the direction in which a path runs past the axis, degrees from up to forwards:
 # cylinders about the axes of flexion.
 SURFACES: dict[str, tuple[str, float, float, float, float, float]] = {
@@ -127,6 +151,9 @@ LENGTH = 0.2  # m, of the cylinders
 AXES = np.eye(3)
 
 
+Place = Callable[[Point], ViaPoint]
+
+
 def planar(parts: dict[str, Segment], shoulder: np.ndarray) -> tuple[dict[str, Muscle], dict[str, Surface]]:
     """Muscles and surfaces of the planar arm, its forearm pronated; `l_slack` is still 0.
 
@@ -139,28 +166,54 @@ def planar(parts: dict[str, Segment], shoulder: np.ndarray) -> tuple[dict[str, M
         if joint in "RWH":  # what turns with the thumb, which points to the left
             forwards, right = right, -forwards
         body = {"shoulder": "trunk", "S": "upper_arm", "E": "upper_arm", "H": "hand"}.get(joint, "forearm")
-        origin = shoulder if body == "trunk" else -np.array(parts[body].com)
-        if joint in ("E", "W"):
-            origin = origin - [0.0, parts[body].length, 0.0]
-        return ViaPoint(body, tuple(np.round(origin + np.array([-right, up, forwards]), 4).tolist()))
+        return _place(body, joint, np.array([-right, up, forwards]), shoulder, parts.get(body))
 
-    surfaces: dict[str, Surface] = {}
+    return _muscles(MUSCLES, placed), _surfaces(placed)
+
+
+def spatial(parts: dict[str, Segment], shoulder: np.ndarray) -> tuple[dict[str, Muscle], dict[str, Surface]]:
+    """The same of the arm in three dimensions, with those that turn humerus and forearm about themselves."""
+    bodies = {"shoulder": "trunk", "S": "upper_arm", "E": "upper_arm", "F": "ulna", "H": "hand"}
+
+    def placed(point: Point) -> ViaPoint:
+        joint, forwards, up, right = TURNING_TUBEROSITY if point is RADIAL_TUBEROSITY else point
+        body = bodies.get(joint, "radius")
+        part = parts.get("forearm" if body in ("ulna", "radius") else body)
+        return _place(body, joint, np.array([-right, up, forwards]), shoulder, part)
+
+    return _muscles(MUSCLES | SPATIAL, placed), _surfaces(placed)
+
+
+def _place(body: str, joint: str, offset: np.ndarray, shoulder: np.ndarray, part: Segment | None) -> ViaPoint:
+    """A point of a body, at an offset from a joint."""
+    origin = shoulder if part is None else -np.array(part.com)
+    if part is not None and joint in ("E", "W"):
+        origin = origin - [0.0, part.length, 0.0]
+    return ViaPoint(body, tuple(np.round(origin + offset, 4).tolist()))
+
+
+def _surfaces(placed: Place) -> dict[str, Surface]:
+    found: dict[str, Surface] = {}
     for name, (joint, forwards, up, right, radius, towards) in SURFACES.items():
         center = placed((joint, forwards, up, right))
-        turn = multiply(about(AXES[0], np.radians(towards)), about(AXES[1], 0.5 * np.pi))
-        vector = turn[:3] / np.linalg.norm(turn[:3]) * 2.0 * np.arctan2(np.linalg.norm(turn[:3]), turn[3])
         assert center.position is not None
-        surfaces[name] = CylinderSurface(
+        turn = multiply(about(AXES[0], np.radians(towards)), about(AXES[1], 0.5 * np.pi))
+        size = float(np.linalg.norm(turn[:3]))
+        vector = turn[:3] / size * 2.0 * np.arctan2(size, turn[3])
+        found[name] = CylinderSurface(
             center.body, center.position, radius, LENGTH, tuple(np.round(vector, 6).tolist()), "+y"
-        )
-    muscles = {}
-    for name, own in MUSCLES.items():
-        wraps = [Wrap(surface, first, last) for surface, first, last in own.wraps]
-        muscles[name] = Muscle(
-            path=[placed(point) for point in own.path], wraps=wraps, f_max=own.f_max, l_opt=own.l_opt, l_slack=0.0,
-            pennation=round(float(np.radians(own.pennation)), 4),
         )  # fmt: skip
-    return muscles, surfaces
+    return found
+
+
+def _muscles(table: dict[str, Architecture], placed: Place) -> dict[str, Muscle]:
+    return {
+        name: Muscle(
+            path=[placed(point) for point in own.path], wraps=[Wrap(*wrap) for wrap in own.wraps], f_max=own.f_max,
+            l_opt=own.l_opt, l_slack=0.0, pennation=round(float(np.radians(own.pennation)), 4),
+        )
+        for name, own in table.items()
+    }  # fmt: skip
 
 
 def with_tendons(muscles: dict[str, Muscle], lengths: dict[str, float]) -> None:
@@ -170,7 +223,7 @@ def with_tendons(muscles: dict[str, Muscle], lengths: dict[str, float]) -> None:
         lengths: of the paths in the pose that `Architecture.fibre` is meant in, m.
     """
     for name, muscle in muscles.items():
-        own = MUSCLES[name]
+        own = (MUSCLES | SPATIAL)[name]
         fibre, width = own.fibre * own.l_opt, own.l_opt * np.sin(np.radians(own.pennation))
         slack = lengths[name] - float(np.sqrt(fibre**2 - width**2))
         spare = SLACK * own.l_opt

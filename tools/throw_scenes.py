@@ -8,17 +8,21 @@ The recordings are those that `warpmuscle throw` reads: angles in degrees and ke
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 from scipy.interpolate import make_interp_spline
-from throw_muscles import planar, with_tendons
-from throw_subject import FLEXION, LUMBAR, SHOULDER, WholeBody, arm, hinges, rounded, trunk
+from throw_muscles import planar, spatial, with_tendons
+from throw_subject import FLEXION, LUMBAR, SHOULDER, SPATIAL, WholeBody, arm, hinges, rounded, spatial_arm, trunk
 
 from warpmuscle.core.pose import about, multiply
 from warpmuscle.formats.toml_layout import layout
+from warpmuscle.markers.arm import ANGLES, Choices, arm_angles
+from warpmuscle.markers.files import Markers
 from warpmuscle.scene import (
     Actuation,
+    Body,
     Character,
     Failure,
     Ground,
@@ -59,6 +63,10 @@ MUSCLES = {
     "m6": ("wrist", 93.2, 0.0622, 0.2285, -0.004),  # wrist extensors
 }
 REST = {"shoulder": 75.0, "elbow": 70.0, "wrist": 0.0}  # degrees
+SPATIAL_DAMPING = {
+    "shoulder": 0.5, "shoulder_abduction": 0.5, "shoulder_rotation": 0.3, "elbow": 0.3, "forearm_rotation": 0.05,
+    "wrist_deviation": 0.05, "wrist": 0.05,
+}  # fmt: skip
 DAMPING = {"shoulder": 0.5, "elbow": 0.3, "wrist": 0.05}  # N m s/rad
 Place = tuple[
     str, float, float
@@ -90,6 +98,11 @@ class Throws:
         place = data["keypoint_pos_m"][:, :, list(data["keypoints"]).index("R_SHOULDER")].astype(float)
         self.time = rounded(np.linspace(0.0, DURATION, KNOTS))
         self.angles = {joint: knots(angle.mean(axis=0)) for joint, angle in angles.items()}
+        time, names = data["time"] - data["time"][0], tuple(str(name) for name in data["keypoints"])
+        choices = Choices(low_pass=0.0, before=None)  # they have been filtered
+        every = [arm_angles(Markers(file, time, names, one.astype(float)), choices) for one in data["keypoint_pos_m"]]
+        mean = knots(np.mean([one.angles for one in every], axis=0))
+        self.angles |= {name: column for name, column in zip(ANGLES, mean.T, strict=True) if name not in FLEXION}
         self.pitch = knots(pitch.mean(axis=0))
         self.height = float(place[:, 0, 2].mean())  # m, of the shoulder at the start
         self.moved = knots((place - place[:, :1]).mean(axis=0)[:, [0, 2]])  # forwards and up
@@ -97,12 +110,13 @@ class Throws:
     def motion(self, joint: str) -> Motion:
         return Motion(self.time, value=rounded(self.angles[joint]))
 
-    def start(self, joint: str) -> JointState:
-        """Angle and rate at the start, from the knots."""
+    def start(self, joint: str, axis: Sequence[float] | None = None) -> JointState:
+        """Angle and rate at the start, from the knots, about an axis, by default that of the planar arm."""
         curve = make_interp_spline(self.time, self.angles[joint], k=5)
-        sign, angle = FLEXION[joint][0], float(curve(0.0))
-        turn = (sign * np.sin(0.5 * angle), 0.0, 0.0, np.cos(0.5 * angle))
-        return JointState(tuple(rounded(turn, 5)), tuple(rounded((sign * float(curve(0.0, nu=1)), 0.0, 0.0))))
+        axis = np.array(FLEXION[joint] if axis is None else axis)
+        return JointState(
+            tuple(rounded(about(axis, float(curve(0.0))), 5)), tuple(rounded(axis * float(curve(0.0, nu=1)) + 0.0))
+        )
 
     def root(self, home: tuple[float, float], shoulder: tuple[float, float]) -> Motion:
         """Motion of a body from its place forwards and up, m, as its shoulder, so far away, moved."""
@@ -155,8 +169,8 @@ def rest_lengths(character: Character) -> dict[str, float]:
     """Lengths of the paths, m, at the angles of rest."""
     rest = {}
     for joint, degrees in REST.items():
-        half = 0.5 * np.radians(degrees)
-        rest[joint] = JointState((FLEXION[joint][0] * float(np.sin(half)), 0.0, 0.0, float(np.cos(half))))
+        axis = np.array(character.joints[joint].axes[0], dtype=float)
+        rest[joint] = JointState(tuple(about(axis, np.radians(degrees)).tolist()))
     return initial_path_lengths(Scene("rest", character, initial_state=InitialState(joints=rest)))
 
 
@@ -170,6 +184,25 @@ def many_muscles(bodies: Character, parts: dict[str, Segment], shoulder: np.ndar
         ),
     )
     return Paths("shortest", surfaces, muscles)
+
+
+def spatial_character(height: float, mass: float, body: Body, shoulder: np.ndarray) -> Character:
+    """The arm in three dimensions, with its muscles, on the trunk."""
+    bodies, joints, parts = spatial_arm(height, mass, shoulder)
+    muscles, surfaces = spatial(parts, shoulder)
+    character = Character("trunk", {"trunk": body, **bodies}, joints, "planar", muscles, surfaces, wrapping="shortest")
+    with_tendons(muscles, rest_lengths(character))
+    return character
+
+
+def spatial_scene(character: Character, throws: Throws, root: Motion) -> Scene:
+    """Its throw."""
+    scene = common("throw23", TWENTY_THREE, character, throws, root)
+    for joint, (_, _, axis, _) in SPATIAL.items():
+        scene.initial_state.joints[joint] = throws.start(joint, axis)
+        scene.motion[joint] = throws.motion(joint)
+        scene.actuation[joint] = Actuation("muscle", damping=SPATIAL_DAMPING[joint])
+    return scene
 
 
 class Tables(Part):
@@ -286,6 +319,10 @@ def main() -> None:
     for name, part in tables.items():
         write(given.output / f"{name}.toml", f"# {headers[name]}\n\n{layout(part)}{ends.get(name, '')}")
     home = throws.height - shoulder[1]
+    deep = spatial_character(given.height, given.mass, body, shoulder)
+    write(given.output / "throw23_arm.toml", f"# {DEEP.format(who=who)}\n\n{layout(deep)}")
+    moved = throws.root((0.0, home), (0.0, shoulder[1]))
+    save(spatial_scene(deep, throws, moved), ["throw23_arm.toml"], given.output)
     planar = common("throw", PLANAR, character, throws, throws.root((0.0, home), (0.0, shoulder[1])))
     save(planar, ["throw_arm.toml", "throw_pulleys.toml"], given.output)
     for name, muscles, description in (("throw_via", "throw_points", VIA), ("throw18", "throw18_muscles", EIGHTEEN)):
@@ -299,6 +336,13 @@ PLANAR = (
     "A planar arm of three joints and six pulley muscles throws overhead; its trunk moves as recorded (Cruz Ruiz 2015)."
 )
 VIA = "The throwing arm with muscles through points, whose moment arms vary with the angles."
+TWENTY_THREE = "An arm of seven angles throws by 23 muscles in three dimensions; its trunk moves as recorded."
+DEEP = """\
+A right arm in three dimensions on the trunk of {who}.
+# The shoulder's three hinges are one behind the other at one place, as the angles of a ball joint: forwards, outwards,
+# about the humerus; then elbow, forearm about itself, wrist to the thumb's side and to the palm's. Small bodies lie
+# between them. Muscles: those of `throw18_muscles.toml`, with supraspinatus, infraspinatus, subscapularis, pronator
+# teres and supinator."""
 EIGHTEEN = "The throwing arm with 18 muscles of shoulder, elbow and wrist that run over the bones through points."
 MANY = """\
 Eighteen muscles of `throw_arm.toml` that run over the bones; nine of them cross two joints.

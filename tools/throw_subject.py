@@ -64,6 +64,57 @@ def hinges(parts: dict[str, Segment], parent: str, shoulder: Any) -> dict[str, J
     return joints
 
 
+SPATIAL = {  # parent, child, axis, limits: hinges one behind the other
+    "shoulder": ("trunk", "scapula", (-1.0, 0.0, 0.0), (-1.0472, 3.2289)),
+    "shoulder_abduction": ("scapula", "humeral_head", (0.0, 0.0, -1.0), (-0.8727, 2.0944)),
+    "shoulder_rotation": ("humeral_head", "upper_arm", (0.0, 1.0, 0.0), (-1.5708, 1.7453)),
+    "elbow": ("upper_arm", "ulna", (-1.0, 0.0, 0.0), (-0.1745, 2.618)),
+    "forearm_rotation": ("ulna", "radius", (0.0, 1.0, 0.0), (-1.5708, 1.7453)),
+    "wrist_deviation": ("radius", "carpus", (-1.0, 0.0, 0.0), (-0.8727, 0.8727)),
+    "wrist": ("carpus", "hand", (0.0, 0.0, 1.0), (-1.3963, 1.3963)),
+}
+BETWEEN = 0.1  # kg, of the bodies between hinges at one place, each as a ball of 3 cm
+
+
+def spatial_arm(
+    height: float, mass: float, shoulder: Any
+) -> tuple[dict[str, Body], dict[str, Joint], dict[str, Segment]]:
+    """Bodies, joints and segments of a right arm whose thumb points forwards where all angles are zero."""
+    parts = {name: segment(name, height, mass) for name in SEGMENTS.values()}
+    for name in ("forearm", "hand"):
+        x, y, z = parts[name].com
+        parts[name] = replace(parts[name], com=(z, y, -x))
+    of = {"upper_arm": "upper_arm", "ulna": "forearm", "radius": "forearm", "hand": "hand"}
+    bodies = {}
+    for _, child, _, _ in SPATIAL.values():
+        if child not in of:
+            inertia = round(0.4 * BETWEEN * 0.03**2, 7)
+            bodies[child] = Body(BETWEEN, (inertia, inertia, inertia), [Sphere((0.0, 0.0, 0.0), 0.03)])
+            continue
+        part, share = parts[of[child]], 0.5 if of[child] == "forearm" else 1.0
+        top, bottom = np.negative(part.com), np.array([0.0, -part.length, 0.0]) - part.com
+        radius = {"upper_arm": 0.045, "hand": 0.025}.get(child, 0.028)
+        lighter = BETWEEN if child == "hand" else 0.0
+        bodies[child] = Body(
+            rounded(share * part.mass - lighter), tuple(rounded(share * np.array(part.inertia), 6)),
+            [Capsule(tuple(rounded(top)), tuple(rounded(bottom)), radius)],
+        )  # fmt: skip
+    joints = {}
+    for name, (parent, child, axis, limits) in SPATIAL.items():
+        lower = name in ("elbow", "wrist_deviation")  # at the far end of its parent
+        place: Any = np.zeros(3)
+        if parent == "trunk":
+            place = shoulder
+        elif parent in of:
+            part = parts[of[parent]]
+            place = np.array([0.0, -part.length if lower else 0.0, 0.0]) - part.com
+        in_child = np.negative(parts[of[child]].com) if child in of else np.zeros(3)
+        joints[name] = Joint(
+            "hinge", parent, child, tuple(rounded(place)), tuple(rounded(in_child)), [axis], [limits], *LIMIT_SPRING
+        )
+    return bodies, joints, parts
+
+
 def trunk(height: float, mass: float) -> tuple[Body, np.ndarray]:
     """Head, torso, pelvis and left arm as one body, which only moves as prescribed, and the place of its shoulder."""
     names = ("head", "torso", "pelvis", "upper_arm", "forearm", "hand")

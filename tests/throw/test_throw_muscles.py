@@ -147,3 +147,25 @@ def test_synergies_of_many_muscles_explain_the_torque_of_every_joint_and_none_is
     needed = needed_torques(arm, motions)[0]
     missed = np.mean((made - needed) ** 2, axis=0) / needed.var(axis=0)
     assert missed.max() < 0.1, missed
+
+
+def test_muscles_in_three_dimensions_turn_the_joints_the_way_that_they_do_in_a_body():
+    """In the middle of a throw's range; and together they suffice for it."""
+    arm = Arm(load("throw23"))
+    motions = resample([motion_of(arm.scene, arm)])
+    found = moment_arms(arm, motions.angles[0][0, 40:100:20])
+    expected = {
+        "shoulder": {"DELT1": 1, "LAT": -1, "TRIlong": -1},
+        "shoulder_abduction": {"DELT2": 1, "PECM1": -1, "LAT": -1},
+        "shoulder_rotation": {"SUBSC": 1, "PECM1": 1, "INFSP": -1},
+        "elbow": {"BIClong": 1, "BRA": 1, "BRD": 1, "TRIlat": -1},
+        "forearm_rotation": {"PT": 1, "SUP": -1, "BIClong": -1},
+        "wrist_deviation": {"FCR": 1, "ECRL": 1, "FCU": -1, "ECU": -1},
+        "wrist": {"FCR": 1, "FCU": 1, "FDS": 1, "ECRL": -1, "ECRB": -1, "ECU": -1},
+    }
+    assert arm.joints == tuple(expected)
+    for column, signs in enumerate(expected.values()):
+        for name, sign in signs.items():
+            assert np.all(sign * found[name][:, column] > 0.001), (arm.joints[column], name, found[name][:, column])
+    _, solved = computed_activation(arm, motions, arm.unknowns(start_values(arm.scene)))
+    assert solved.feasible.all(), solved.explanation(arm.muscles, arm.driven, motions.time)
