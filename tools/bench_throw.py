@@ -19,22 +19,29 @@ def main() -> None:
     """Print a table of stages, seconds, and what they came to."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("files", nargs="+", type=Path, help="motions, as `warpmuscle throw` takes them")
+    parser.add_argument("--scene", default="throw", help="the arm")
+    parser.add_argument("--number", type=int, help="of synergies")
     parser.add_argument("--device", help="cpu, cuda:0, ...")
     parser.add_argument("--threads", type=int, help="CPU threads")
     parser.add_argument("--only", choices=["published", "better"], help="one of the two fits")
     given = parser.parse_args()
     begin = time.perf_counter()
-    job = Job(load("throw"), given.files, Options(device=given.device, threads=given.threads))
+    options = Options(count=given.number, device=given.device, threads=given.threads)
+    job = Job(load(given.scene), given.files, options)
     prepared = time.perf_counter()
     job.follower.load()
     loaded = time.perf_counter()
     print(f"{len(job.motions)} motions of {job.motions.time[-1]:.3g} s on {given.device or 'cpu'}")
     print(f"reading and synergies {prepared - begin:6.2f} s, kernels {loaded - prepared:6.2f} s")
-    total = 0.0
+    total, started = 0.0, time.process_time()
     if given.only != "published":
         fitted = job.fit()
         total += fitted.stages[-1].seconds
-        a = fitted.agreement
+        a, weights = fitted.agreement, job.follower.synergies.weights
+        print(
+            f"{job.count} synergies, VAF {job.follower.synergies.explained:.4f}, share of the largest muscle "
+            f"{(weights.max(axis=0) / weights.sum(axis=0)).max():.2f}, {time.process_time() - started:.0f} s of CPU"
+        )
         print(
             f"better fit            {fitted.stages[-1].seconds:6.2f} s, {sum(s.simulations for s in fitted.stages)} "
             f"simulations, all bars on {a.good().sum()} of {len(a.r2)}, held out {a.good()[job.held_out].sum()} of "

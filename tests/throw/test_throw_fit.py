@@ -28,6 +28,7 @@ from warpmuscle.throw.problem import (
     computed_excitation,
     computed_synergies,
     lacking,
+    shortcoming,
     sparsest,
 )
 from warpmuscle.throw.published import as_published
@@ -255,6 +256,24 @@ def test_a_motion_beyond_the_strength_of_the_muscles_says_which_lack_how_much():
     assert not lacking(strong, usual, computed_excitation(strong, usual)[-1])
     lack = lacking(strong, fast, computed_excitation(strong, fast)[-1])[0]
     assert "m1 lacks" in lack.explanation or "m4 lacks" in lack.explanation
+    assert lack.joint in arm.driven
+    assert abs(lack.made) < abs(lack.needed)
+
+
+def test_what_an_arm_lacks_is_told_once_in_a_sentence():
+    """Where muscles are far too weak, as for a pitch, turns that a planar arm does not have are named."""
+    arm, motion = arm_and_motion()
+    strong = Job(arm.scene, [], Options()).strong
+    fast = resample([motion, faster(motion, 4.0), faster(motion, 3.0)])
+    lacks = lacking(strong, fast, computed_excitation(strong, fast)[-1])
+    text = shortcoming(arm, lacks, 3, "muscle groups")
+    assert text.startswith("2 of 3 motions are beyond the strength of the muscle groups: the ")
+    assert "N m in fast at " in text
+    assert "turning trunk, upper arm and forearm about themselves" in text
+    assert "\n" not in text
+    assert shortcoming(arm, [], 3, "muscle groups") == ""
+    weak = [replace(lacks[0], needed=10.0, made=8.0)]
+    assert "turning" not in shortcoming(arm, weak, 1, "fitted muscles")
 
 
 def test_motions_beyond_the_limits_of_a_joint_are_refused():

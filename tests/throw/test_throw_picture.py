@@ -1,6 +1,7 @@
 """Figures of throws: whatever a ball does, its flight and its target are within the panel."""
 
 from io import BytesIO
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -8,9 +9,11 @@ import pytest
 from warpmuscle.formats import load
 from warpmuscle.plots.style import matplotlib
 from warpmuscle.throw import plot
+from warpmuscle.throw.fit import Fitted, Stage
 from warpmuscle.throw.follow import Replay
 from warpmuscle.throw.goals import Goal, fly
 from warpmuscle.throw.job import Job, Options
+from warpmuscle.throw.motion_plot import Course, draw_motion, draw_motions
 from warpmuscle.throw.synthesis import Throw
 
 
@@ -51,3 +54,17 @@ def test_far_and_steep_throws_are_within_their_panel(
         assert box.x0 >= 0.0
         assert box.x1 <= figures[0].bbox.x1
     assert 0.2 < inside.height / inside.width < 2.0
+
+
+def test_every_motion_is_drawn_with_its_torques_muscles_signals_and_flight(job: Job, tmp_path: Path):
+    """Along the recorded motion itself, which has r2 1 and a torque of muscles that the ball's weight bends."""
+    follower, motions = job.follower, job.motions
+    replay = Replay(motions.angles[0], motions.angles[1])
+    agreement, _ = follower.agreement(follower.extracted, job.start)
+    fitted = Fitted(job.start, follower.extracted, replay, [Stage("signals", agreement, 0.0, 0)])
+    course = Course.of(follower, fitted)
+    assert course.activation.shape == course.force.shape == (1, len(motions.time), 6)
+    assert np.isfinite(course.hand).all()
+    draw_motions(tmp_path / "all.png", follower, fitted)
+    draw_motion(tmp_path / "one.png", follower, fitted, course, 0)
+    assert all((tmp_path / name).stat().st_size > 20_000 for name in ("all.png", "one.png"))

@@ -50,7 +50,12 @@ def throw(
     ] = None,
     number: Annotated[
         int | None,
-        typer.Option("--number", "-n", min=1, help="How many synergies to compute; by default 5, or one a muscle."),
+        typer.Option(
+            "--number",
+            "-n",
+            min=1,
+            help="How many synergies to compute; else 5, or with many muscles two a joint and one.",
+        ),
     ] = None,
     emg: Annotated[
         Path | None, typer.Option(help="HDF5 file of `warpmuscle synergies`, in place of computed synergies.")
@@ -93,6 +98,9 @@ def throw(
     ] = None,
     output: Annotated[Path | None, typer.Option("--output", "-o", help="HDF5 file to write.")] = None,
     plot: Annotated[Path | None, typer.Option(help="Figure to draw, .png, .svg or .pdf.")] = None,
+    plot_each: Annotated[
+        Path | None, typer.Option(help="Folder for a figure of each motion, with muscles and the flight of a ball.")
+    ] = None,
     device: Device = None,
     threads: Threads = None,
     seed: Annotated[int, typer.Option(min=0, help="Of random starts.")] = 0,
@@ -121,6 +129,8 @@ def throw(
         check_picture(plot)
         if output is not None and plot.resolve() == output.resolve():
             raise Error(f"--output and --plot both name {plot}")
+    if plot_each is not None and plot_each.exists() and not plot_each.is_dir():
+        raise Error(f"--plot-each names {plot_each}, which is no folder")
     if not files and not target and speed is None and angle is None and flight_time is None:
         raise Error("nothing to do: name files with motions, or a goal such as --target 4")
     goals = _goals(target or [], height or 0.0, speed, angle, flight_time)
@@ -157,13 +167,17 @@ def throw(
         job.write(output, {"command": command_line(), "seed": seed})
         out.print(f"wrote {output}")
     if plot is not None:
-        from warpmuscle.throw.plot import draw_fit, draw_throws
+        from warpmuscle.throw.motion_plot import draw_result
 
-        if throws:
-            draw_throws(plot, job.follower, throws)
-        else:
-            draw_fit(plot, job.follower, fitted, job.published)
+        draw_result(plot, job.follower, fitted, job.published, throws)
         out.print(f"wrote {plot}")
+    if plot_each is not None:
+        from warpmuscle.throw.motion_plot import draw_each
+
+        if fitted is None:
+            raise Error("--plot-each draws fitted motions; leave out --as-published")
+        draw_each(plot_each, job.follower, fitted)
+        out.print(f"wrote {len(job.motions)} figures to {plot_each}")
     return exit_code(throws)
 
 
@@ -215,12 +229,15 @@ def _print_problem(job: Job) -> None:
     )
     for note in job.notes():
         log.print(marked("note:", "yellow", f" {note}"))
-    _print_lacks(job.lacks, "muscle groups")
+    _print_lacks(job, job.lacks, "muscle groups" if job.strong is not job.arm else "muscles")
 
 
-def _print_lacks(lacks: Sequence[Lack], whose: str) -> None:
-    for lack in lacks:
-        log.print(marked(f"{lack.motion} is beyond the strength of the {whose}:", "yellow", f" {lack.explanation}"))
+def _print_lacks(job: Job, lacks: Sequence[Lack], whose: str) -> None:
+    from warpmuscle.throw.problem import shortcoming
+
+    text = shortcoming(job.arm, lacks, len(job.motions), whose)
+    if text:
+        log.print(marked("beyond the arm:", "yellow", f" {text}"))
 
 
 def _print_published(job: Job) -> None:
@@ -254,7 +271,7 @@ def _print_fit(job: Job, fitted: Fitted) -> None:
             f"  {job.motions.names[k]}: r2 {a.r2[k].min():.4f}, velocity r2 {a.velocity_r2[k].min():.3f}, "
             f"hand {100.0 * a.hand_error[k]:.1f} cm, correlation {a.correlation[k]:.3f}"
         )
-    _print_lacks(job.final_lacks(), "fitted muscles")
+    _print_lacks(job, job.final_lacks(), "fitted muscles")
 
 
 def _print_table(title: str, headings: Sequence[str], rows: Sequence[Row]) -> None:

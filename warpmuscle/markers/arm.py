@@ -19,6 +19,7 @@ from scipy.signal import butter, sosfiltfilt
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import SignalError
+from warpmuscle.core.files import replace_file
 from warpmuscle.markers.files import Markers
 
 Side = Literal["right", "left"]
@@ -226,4 +227,4 @@ def write_angles(path: Path, found: ArmAngles) -> None:
     columns = found.columns()
     lines = [",".join(columns)]
     lines += [",".join(f"{value:.6f}" for value in row) for row in np.column_stack(list(columns.values()))]
-    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    replace_file(path, "\n".join(lines) + "\n")

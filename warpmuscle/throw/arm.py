@@ -24,8 +24,8 @@ from warpmuscle.scene.muscles.curves import OWN, SHAPED
 from warpmuscle.scene.parameters import Parameter, free_parameters, start_values, substitute
 from warpmuscle.scene.topology import Topology, topology
 from warpmuscle.studies.inverse_dynamics import body_points, inverse_dynamics
+from warpmuscle.studies.muscle_table import MuscleTable, PathGeometry
 from warpmuscle.throw.motion import Motions
-from warpmuscle.throw.muscle_table import MuscleTable, PathGeometry
 
 X_AXIS = np.array([1.0, 0.0, 0.0])
 RATIO = 2.0  # a parameter whose bounds are further apart than this, on one side of 0, changes by factors

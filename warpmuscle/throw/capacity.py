@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warpmuscle.core.array_types import Floats
+from warpmuscle.studies.muscle_table import MuscleTable
 from warpmuscle.throw.arm import Arm, needed_torques
 from warpmuscle.throw.motion import Motions
-from warpmuscle.throw.muscle_table import MuscleTable
 
 SPARE, ALL = 0.7, 0.95  # of its strength a muscle may need at most: before simulations, and in them
 HINGE = 3.0  # weight of what it needs beyond, against an error of torque

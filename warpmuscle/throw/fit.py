@@ -24,7 +24,7 @@ from warpmuscle.throw.signals import to_activation
 
 SIGNAL_STEP = 1e-3  # of difference quotients: wide enough for simulations in single precision
 PARAMETER_STEP = 1e-3
-HORIZON = 1.0  # s, by which it grows
+HORIZON, SLOWLY = 1.0, 0.25  # s, by which it grows; for motions that were lost
 DAMPED = 0.06  # of an interval: the size of a parameter's step in which damping is meant
 
 
@@ -123,13 +123,35 @@ class _Fitting:
             self._own[self._training], self._shared = both.own, both.shared
             self._stage("parameters and signals", outcome.simulations + both.simulations)
         outcome = self._signals(self._all, s.signal_steps)
-        self._stage("signals", outcome.simulations)
+        again = self._once_more(s.signal_steps)
+        self._stage("signals", outcome.simulations + again)
         return Fitted(self._shared, self._own, self._replay, self._stages)
 
-    def _signals(self, which: NDArray[np.intp], steps: int) -> Outcome:
+    def _once_more(self, steps: int) -> int:
+        """Fit signals again that lost their motion, from the extracted ones on, over a horizon that grows slowly.
+
+        Returns how many simulations that took.
+        """
+        own = self._own.copy()
+        missed = np.flatnonzero(~self._follower.agreement(own, self._shared)[0].good())
+        if not len(missed):
+            return 0
+        before = self._costs(missed)
+        self._own[missed] = self._extracted[missed]
+        outcome = self._signals(missed, steps, SLOWLY)
+        worse = missed[self._costs(missed) >= before]
+        self._own[worse] = own[worse]
+        return outcome.simulations
+
+    def _costs(self, which: NDArray[np.intp]) -> Floats:
+        """Sums of squared residuals of some motions."""
+        shared = np.tile(self._shared, (len(which), 1))
+        return np.asarray(np.sum(self._follower.residuals(which, self._own[which], shared) ** 2, axis=1))
+
+    def _signals(self, which: NDArray[np.intp], steps: int, growth: float = HORIZON) -> Outcome:
         """Fit signals of some motions over a horizon that grows: what is late in a long motion hangs on all before."""
         end, simulations = self._follower.horizon, 0
-        for horizon in [*np.arange(HORIZON, end - 0.5 * HORIZON, HORIZON).tolist(), end]:
+        for horizon in [*np.arange(growth, end - 0.5 * growth, growth).tolist(), end]:
             self._follower.horizon = horizon
             outcome = self._fit(which, steps, own=True, shared=False)
             self._own[which] = outcome.own

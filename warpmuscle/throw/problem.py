@@ -25,6 +25,7 @@ BEYOND = np.radians(1.0)  # by which a recorded angle may exceed a joint's limit
 SPIKE = 0.01  # part of the frames in which muscles may fall short without a word: noise of twice differentiated angles
 COMPUTED = "computed"
 ALONE = 2  # muscles a joint, up to which none shares its work with others
+HOPELESS = 1.5  # times what muscles make, beyond which it is not their strength alone that an arm lacks
 PURE = 0.05  # most of other muscles' weights, in parts of its own, in a synergy that is one muscle alone
 
 
@@ -35,6 +36,10 @@ class Lack:
     motion: str
     explanation: str  # of `StaticOptimization.explanation`
     frames: float  # part of the frames in which they do not suffice
+    joint: str  # where most is missing, in parts of what it needs, and when
+    time: float  # s
+    needed: float  # N m
+    made: float  # N m, at most
 
 
 def read_motions(paths: Sequence[str | Path], arm: Arm) -> list[Motion]:
@@ -244,8 +249,41 @@ def lacking(arm: Arm, motions: Motions, found: StaticOptimization) -> list[Lack]
         missing = float((~own.feasible).sum() / motions.valid[row].sum())
         if missing > SPIKE:
             text = own.explanation(arm.muscles, arm.driven, motions.time)
-            lacks.append(Lack(name, text, missing))
+            lacks.append(Lack(name, text, missing, *_worst(arm, motions, row, own.torque_error)))
     return lacks
+
+
+def _worst(arm: Arm, motions: Motions, row: int, error: Floats) -> tuple[str, float, float, float]:
+    """Joint, time, torque needed and torque made where most of a motion's need of a joint is missing."""
+    needed = needed_torques(arm, motions.rows([row]))[0][:, arm.free]
+    part = np.abs(error) / np.maximum(np.abs(needed).max(axis=0), 1e-9)
+    frame, joint = (int(k) for k in np.unravel_index(part.argmax(), part.shape))
+    at = float(needed[frame, joint])
+    return arm.driven[joint], float(motions.time[frame]), at, at + float(error[frame, joint])
+
+
+def shortcoming(arm: Arm, lacks: Sequence[Lack], count: int, whose: str) -> str:
+    """One sentence about what an arm lacks for some of `count` motions; empty if nothing.
+
+    Args:
+        whose: what the muscles are called.
+    """
+    if not lacks:
+        return ""
+    worst = max(lacks, key=lambda lack: abs(lack.needed - lack.made) / max(abs(lack.needed), 1e-9))
+    which = worst.motion if count == 1 else f"{len(lacks)} of {count} motions"
+    text = (
+        f"{which} {'is' if count == 1 or len(lacks) == 1 else 'are'} beyond the strength of the {whose}: the "
+        f"{worst.joint.replace('_', ' ')} needs {worst.needed:.3g} N m"
+        f"{f' in {worst.motion}' if count > 1 else ''} at {worst.time:.2f} s, and they make {worst.made:.3g}"
+    )
+    turning = any("rotation" in name for name in arm.joints)
+    if not turning and abs(worst.needed) > HOPELESS * max(abs(worst.made), 1e-9):
+        text += (
+            "; pitches and serves get their speed from turning trunk, upper arm and forearm about themselves, which "
+            f"an arm of {', '.join(arm.driven)} does not do"
+        )
+    return text
 
 
 def measured_synergies(arm: Arm, recorded: Sequence[Motion], path: str | Path, names: Mapping[str, str]) -> Synergies:
