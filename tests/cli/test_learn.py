@@ -27,7 +27,7 @@ def folder(tmp_path_factory):
     code, told, said = warpmuscle(folder, "learn", "reaching.toml", *words)
     assert code == 0, said
     assert "2 iterations" in told
-    assert "4 of 4 last 4 s" in told
+    assert "4 of 4 last 4 s, return" in told
     assert "wrote p.h5" in told
     return folder
 

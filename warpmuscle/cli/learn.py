@@ -136,10 +136,8 @@ class TrainingBar(Bar):
             done, state = f"{p.iterations} iterations", "trying the policy"
         else:
             done = f"{p.iterations} iterations, {p.decisions / 1e6:.2f} M decisions"
-            state = (
-                f"return {p.gain:.4g}, upright {p.upright:.2f} s, {100.0 * p.completed:.0f} % all the time, "
-                f"{p.speed:.2f} m/s, {p.rate / 1e3:.0f} k/s"
-            )
+            lasts = f"upright {p.upright:.2f} s, {100.0 * p.completed:.0f} % all the time, {p.speed:.2f} m/s, "
+            state = f"return {p.gain:.4g}, {lasts if p.speed else ''}{p.rate / 1e3:.0f} k decisions/s"
         self.show(p.fraction, done, state)
         now = time.monotonic()
         if not log.is_terminal and (now - self._line > LINES or p.compiling):

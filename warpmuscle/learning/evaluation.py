@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from warpmuscle.formats import SceneLike
-from warpmuscle.kernels.rewards import COMPLETED, DECISIONS, FORWARD
+from warpmuscle.kernels.rewards import COMPLETED, COUNT, DECISIONS, FORWARD
 from warpmuscle.learning.player import Player
 from warpmuscle.results.learned import PolicyTable
 from warpmuscle.scene.joints import root_type
@@ -26,11 +26,12 @@ class Evaluation:
     arrived: float  # share that did so with a mean speed within `NEAR` of the wanted one; as `completed` for no walkers
     speed: float  # m/s, mean over time and those that lasted it; 0 if none did
     speed_deviation: float  # m/s, standard deviation over them
+    gain: float  # rewards of an episode, mean
     goes: bool  # whether there is a speed
 
     def __str__(self) -> str:
         lasted = round(self.completed * self.instances)
-        text = f"{lasted} of {self.instances} last {self.duration:g} s"
+        text = f"{lasted} of {self.instances} last {self.duration:g} s, return {self.gain:.4g}"
         if not self.goes or not lasted:
             return text
         near = f"{100.0 * self.arrived:.1f} % within {NEAR:g} m/s of the speed wanted"
@@ -71,5 +72,5 @@ def evaluate(
     walked = speed[lasted] if goes and lasted.any() else np.zeros(1)
     return Evaluation(
         instances, batch.longest * batch.dt, float(lasted.mean()), float((lasted & near).mean()),
-        float(walked.mean()), float(walked.std()), goes,
+        float(walked.mean()), float(walked.std()), float(finished[:, :COUNT].sum(axis=1).mean()), goes,
     )  # fmt: skip
