@@ -9,6 +9,7 @@ from __future__ import annotations
 import difflib
 from collections.abc import Callable, Iterable
 from importlib import resources
+from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import NamedTuple
 
@@ -23,9 +24,14 @@ def shipped(*names: str) -> Callable[[], Files]:
 
     def make() -> Files:
         folder = resources.files("warpmuscle.examples") / "files"
-        return [(name, (folder / name).read_text("utf-8")) for name in names]
+        return [(name, _content(folder / name)) for name in names]
 
     return make
+
+
+def _content(file: Traversable) -> str | bytes:
+    """Text, or the bytes of what is no text."""
+    return file.read_bytes() if file.name.endswith(".h5") else file.read_text("utf-8")
 
 
 def _emg() -> Files:
@@ -84,6 +90,10 @@ EXAMPLES = {
     "stages": Example("a search in stages, every candidate disturbed", shipped("stages.toml")),
     "sweep": Example("a sweep over seeds, speeds and weakness", shipped("speeds.toml")),
     "learning": Example("an arm that learns to reach by its six muscles", shipped("reaching.toml")),
+    "policies": Example(
+        "policies that walk on 56 muscles: by command, and on after pushes",
+        shipped(*(f"walk56_{name}" for name in ("by_command.toml", "by_command.h5", "pushed.toml", "pushed.h5"))),
+    ),
     "gait": Example("a recorded walk over the gait cycle, and a scene that tracks it", _gait),
     "model": Example("an arm as an OpenSim model, and a scene that excites its muscles", _model),
     "simbicon": Example("the walk in the files of the original SIMBICON program", _simbicon),
