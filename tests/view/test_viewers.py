@@ -125,11 +125,15 @@ def test_live_sliders_are_found_bound_by_the_parameters_and_count(live):
     rows = section.locator(".row:visible")
     assert rows.count() == 1
     body = viewer.run.rollout.names.body_of_joint("rKnee")
-    gains = viewer.run.rollout.model.simbicon.gains
+
+    def gain() -> float:
+        with viewer.lock:
+            return float(viewer.run.rollout.model.simbicon.gains.numpy()["kp"][0, body])
+
     for typed, taken in (("444", 444.0), ("1e300", 600.0), ("300", 300.0)):
         rows.locator("input[type=number]").fill(typed)
         page.keyboard.press("Enter")
-        until(lambda taken=taken: gains.numpy()["kp"][0, body] == taken)  # the right side follows the left
+        until(lambda taken=taken: gain() == taken)  # the right side follows the left
     until(lambda: rows.locator("input[type=number]").input_value() == "300")
     assert float(rows.locator("input[type=range]").input_value()) == pytest.approx(300.0, abs=(600.0 - 150.0) / 200.0)
 
