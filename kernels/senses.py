@@ -3,9 +3,10 @@
 import warp as wp
 
 from warpmuscle.kernels.episodes import Episodes, root_orientation, root_place
+from warpmuscle.kernels.kinematics import joint_orientation, speed_vector
 from warpmuscle.kernels.random_numbers import NOISE, random_of
 from warpmuscle.kernels.spatial import heading, heading_angle
-from warpmuscle.kernels.structs import ROOT_FREE, ROOT_PLANAR, State
+from warpmuscle.kernels.structs import BALL, FIXED, ROOT_FREE, ROOT_PLANAR, UNIVERSAL, Skeleton, State, StateRef, at
 
 wp.set_module_options({"enable_backward": False})
 
@@ -14,8 +15,9 @@ GREATEST = 100.0  # of an observation, which is 0 where it is not a number
 # Kinds of features.
 (
     HEIGHT, UP, VELOCITY, ANGULAR_VELOCITY, COORDINATE, JOINT_SPEED, FOOT_FORCE, ACTIVATION, FIBRE_LENGTH,
-    FIBRE_VELOCITY, FIBRE_FORCE, COMMAND, COURSE, ACTION, PHASE, STANCE, PUSH_FORCE, VARIED,
-) = range(18)  # fmt: skip
+    FIBRE_VELOCITY, FIBRE_FORCE, COMMAND, COURSE, ACTION, PHASE, STANCE, PUSH_FORCE, VARIED, HEAD_UP,
+    HEAD_ANGULAR_VELOCITY,
+) = range(20)  # fmt: skip
 
 
 @wp.struct
@@ -34,6 +36,8 @@ class Surroundings:
     """What features need besides the state."""
 
     root: int
+    head: int  # the body that carries the organ of balance
+    skeleton: Skeleton
     body_weight: float  # N
     action: wp.array2d[float]  # (instances, actions) of the last decision
     varied: wp.array2d[float]  # (variants, numbers) how an instance differs from others
@@ -63,6 +67,41 @@ def root_angular_velocity(root: int, instance: int, state: State) -> wp.vec3:
     if root == ROOT_PLANAR:
         return wp.vec3(state.speeds[instance, 2], 0.0, 0.0)
     return wp.vec3(0.0)
+
+
+@wp.func
+def joint_rate(skeleton: Skeleton, instance: int, body: int, state: StateRef) -> wp.vec3:
+    """Angular velocity of a body relative to its parent, rad/s, its own axes; of joints that only turn."""
+    plan = skeleton.plan[body]
+    row = at(skeleton.row, instance, body)
+    first = plan.speed_start
+    if plan.joint_type == BALL:
+        return speed_vector(state, instance, first)
+    if plan.joint_type == FIXED:
+        return wp.vec3(0.0)
+    rate = row.axis_a * state.speeds[instance, first]
+    if plan.joint_type == UNIVERSAL:  # the second axis is one of the parent
+        q = joint_orientation(skeleton, state, instance, body)
+        rate += wp.quat_rotate_inv(q, row.axis_b) * state.speeds[instance, first + 1]
+    return rate
+
+
+@wp.func
+def of_head(kind: int, instance: int, state: State, around: Surroundings) -> wp.vec3:
+    """The vertical, or the angular velocity of the head, rad/s, in axes of the head."""
+    moving = state
+    value = wp.vec3(0.0)
+    body = around.head
+    turned = wp.quat(0.0, 0.0, 0.0, 1.0)  # the head in the body that the loop has come to
+    while body > 0:
+        if kind == HEAD_ANGULAR_VELOCITY:
+            value += wp.quat_rotate_inv(turned, joint_rate(around.skeleton, instance, body, moving))
+        turned = joint_orientation(around.skeleton, moving, instance, body) * turned
+        body = around.skeleton.plan[body].parent
+    q = root_orientation(around.root, instance, state) * turned
+    if kind == HEAD_UP:
+        return up_in_trunk(q)
+    return value + wp.quat_rotate_inv(q, root_angular_velocity(around.root, instance, state))
 
 
 @wp.func
@@ -106,6 +145,8 @@ def feature_value(feature: Feature, instance: int, state: State, episodes: Episo
             value = state.push[instance][k] / around.body_weight
     elif kind == VARIED:
         value = around.varied[episodes.variant[instance], k]
+    elif kind >= HEAD_UP:
+        value = of_head(kind, instance, state, around)[k]
     else:  # of the root
         q = root_orientation(around.root, instance, state)
         if kind == HEIGHT:

@@ -6,9 +6,9 @@ import pytest
 
 from muscle_arm import arm
 from warpmuscle import Rollout
-from warpmuscle.core.errors import SceneError
+from warpmuscle.core.errors import RolloutError, SceneError
 from warpmuscle.kernels.rewards import COUNT, TERMS
-from warpmuscle.learning import EpisodeBatch, Rewards, Task, Variation
+from warpmuscle.learning import EpisodeBatch, Rewards, Sense, Task, Variation
 
 NOTHING = dict.fromkeys(TERMS, 0.0)
 STILL = Variation(velocity_noise=0.0)
@@ -107,6 +107,14 @@ def test_a_wanted_coordinate_that_is_not_there_is_named():
 def test_tasks_are_checked_with_their_scene():
     with pytest.raises(SceneError, match=r"learning\.speed: 2 is greater than 1"):
         EpisodeBatch("reflex_planar", 1, "cpu", Task(speed=(2.0, 1.0)))
+    with pytest.raises(SceneError, match=r"learning\.turning_rate"):
+        EpisodeBatch("reflex_planar", 1, "cpu", Task(turning_rate=3.0))
+    with pytest.raises(SceneError, match=r"learning\.speed"):
+        EpisodeBatch("reflex_planar", 1, "cpu", Task(speed=object()))
+    with pytest.raises(RolloutError, match="task must be a Task, not"):
+        EpisodeBatch("reflex_planar", 1, "cpu", {"speed": (1.0, 1.2)})
+    with pytest.raises(SceneError, match=r"learning\.observations\.trunk\.delay: must be 1 s at most, is 3"):
+        EpisodeBatch("reflex_planar", 1, "cpu", Task(observations={"trunk": Sense(delay=3.0)}))
     with pytest.raises(SceneError, match="muscles drive no joint"):
         EpisodeBatch("fwalk", 1, "cpu", Task())
     assert msgspec.json.decode(msgspec.json.encode(Task()), type=Task) == Task()

@@ -66,7 +66,8 @@ def test_muscles_tell_what_a_recording_says_of_them():
 
 
 def test_the_trunk_is_seen_as_it_faces():
-    batch = batch_of({"trunk": Sense(), "trunk_speed": Sense(), "command": Sense()}, scene="walk56")
+    groups = ("trunk", "trunk_speed", "command", "head")
+    batch = batch_of({name: Sense() for name in groups}, scene="walk56")
     q = batch.rollout.state.coordinates.numpy()
     turn = Rotation.from_euler("YX", [0.8, 0.2])
     q[0, 3:7] = turn.as_quat()
@@ -84,6 +85,15 @@ def test_the_trunk_is_seen_as_it_faces():
         assert seen[f"trunk.up.{axis}"] == pytest.approx(up[k], abs=1e-6)
         assert seen[f"trunk_speed.velocity.{axis}"] == pytest.approx(facing[k], abs=1e-6)
         assert seen[f"trunk_speed.angular_velocity.{axis}"] == pytest.approx(turning[k], abs=1e-6)
+    spin = v[0, 3:6].astype(float)  # of the head, summed up from the root
+    for joint in ("pelvis_torso", "torso_head"):
+        first = batch.rollout.coordinate_names.index(f"{joint}.qx")
+        turn = turn * Rotation.from_quat(q[0, first : first + 4])
+        rate = batch.rollout.speed_names.index(f"{joint}.x")
+        spin += turn.apply(v[0, rate : rate + 3])
+    for k, axis in enumerate("xyz"):
+        assert seen[f"head.up.{axis}"] == pytest.approx(turn.inv().apply([0.0, 1.0, 0.0])[k], abs=1e-5)
+        assert seen[f"head.angular_velocity.{axis}"] == pytest.approx(0.2 * turn.inv().apply(spin)[k], abs=1e-5)
     wanted = batch.episodes.heading.numpy()[0]
     assert seen["command.turn.sin"] == pytest.approx(np.sin(wanted - 0.8), abs=1e-6)
     assert seen["command.turn.cos"] == pytest.approx(np.cos(wanted - 0.8), abs=1e-6)

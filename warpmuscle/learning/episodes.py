@@ -9,8 +9,9 @@ import msgspec
 import numpy as np
 import warp as wp
 
-from warpmuscle.core.arguments import as_whole
+from warpmuscle.core.arguments import as_kind, as_whole
 from warpmuscle.core.arrays import arrays_of, rows, to_device
+from warpmuscle.core.decoding import to_type
 from warpmuscle.core.errors import RolloutError
 from warpmuscle.formats import SceneLike, scene_of
 from warpmuscle.kernels import episodes as kernels
@@ -18,7 +19,7 @@ from warpmuscle.kernels import senses as sense_kernels
 from warpmuscle.kernels import structs
 from warpmuscle.learning.actions import Actions
 from warpmuscle.learning.rewards import Judge
-from warpmuscle.learning.senses import About, Senses
+from warpmuscle.learning.senses import About, Senses, head_of
 from warpmuscle.learning.starts import first_state, gait_states, make_room_to_feel, start_table
 from warpmuscle.learning.variants import Variants
 from warpmuscle.scene import Scene
@@ -77,7 +78,7 @@ class EpisodeBatch:
             RolloutError: as of `Rollout`.
         """
         scene = scene_of(scene, trust=trust)
-        self.task = task or scene.learning or Task()
+        self.task = checked_task(task) or scene.learning or Task()
         self.scene = prepared(scene, self.task)
         self.rollout = rollout = Rollout(
             self.scene,
@@ -213,6 +214,7 @@ class EpisodeBatch:
         mass = rows([body.mass for body in numeric.character.bodies.values()])[0].sum()
         around = sense_kernels.Surroundings()
         around.root = root_number(numeric)
+        around.head, around.skeleton = head_of(numeric, self.rollout.names), self._variants.model.skeleton
         around.body_weight = float(mass * rows([numeric.gravity])[0, 0]) or 1.0
         around.action = self.actions.action
         around.varied = self._variants.told
@@ -246,6 +248,15 @@ class EpisodeBatch:
 def root_number(scene: Scene) -> int:
     """The number of the type of the root in kernels."""
     return int(getattr(structs, root_type(scene.character).device))
+
+
+def checked_task(task: Task | None) -> Task | None:
+    """A task of the right types; raises RolloutError if it is none, SceneError if one of its values is not."""
+    if task is None:
+        return None
+    as_kind(Task, task, "task", error=RolloutError)
+    plain = msgspec.to_builtins(task, enc_hook=lambda value: value.item() if hasattr(value, "item") else repr(value))
+    return to_type(plain, Task, "learning")
 
 
 def prepared(scene: Scene, task: Task) -> Scene:

@@ -13,12 +13,15 @@ from warpmuscle.core.errors import SceneError
 from warpmuscle.kernels import senses as kernels
 from warpmuscle.kernels import structs
 from warpmuscle.kernels.episodes import Episodes
+from warpmuscle.scene import Scene
 from warpmuscle.scene.joints import root_type
 from warpmuscle.scene.learning import Sense, Task
+from warpmuscle.scene.topology import Topology
 from warpmuscle.scene.validation.checks import near
 from warpmuscle.simulation.rollout import Rollout
 
 SPEED_SCALE = 0.1  # of speeds of joints and fibres, so that they are about 1
+TURNING = ("ball", "universal", "hinge", "fixed")  # joints that may carry a head
 XYZ = ("x", "y", "z")
 
 
@@ -56,6 +59,26 @@ def _trunk_speed(about: About) -> list[Number]:
     moved = [Number(f"velocity.{a}", kernels.VELOCITY, k) for k, a in enumerate(XYZ)]
     turned = [Number(f"angular_velocity.{a}", kernels.ANGULAR_VELOCITY, k, 0.2) for k, a in enumerate(XYZ)]
     return moved + turned
+
+
+def head_of(scene: Scene, names: Topology) -> int:
+    """Number of the body that carries the head's organ of balance; 0 if there is none, or other joints carry it."""
+    name = scene.objective.head_body
+    head = body = names.bodies.index(name) if name in names.bodies else 0
+    while body > 0:
+        if scene.character.joints[names.joints[body - 1]].type not in TURNING:
+            return 0
+        body = names.parents[body]
+    return head
+
+
+def _head(about: About) -> list[Number]:
+    rollout = about.rollout
+    if not head_of(rollout.scene, rollout.names):
+        return []
+    up = [Number(f"up.{a}", kernels.HEAD_UP, k) for k, a in enumerate(XYZ)]
+    turned = [Number(f"angular_velocity.{a}", kernels.HEAD_ANGULAR_VELOCITY, k, 0.2) for k, a in enumerate(XYZ)]
+    return up + turned
 
 
 def _coordinates(about: About) -> list[Number]:
@@ -111,6 +134,7 @@ def _disturbance(about: About) -> list[Number]:
 GROUPS: dict[str, Callable[[About], list[Number]]] = {
     "trunk": _trunk,  # height of the root, m, and the vertical in its axes
     "trunk_speed": _trunk_speed,  # m/s, as it faces, and 5 rad/s in its axes
+    "head": _head,  # the vertical and 5 rad/s, in its axes; see `Objective.head_body`
     "coordinates": _coordinates,  # of joints, rad
     "speeds": _speeds,  # of joints, 10 rad/s
     "foot_force": _foot_force,  # on each foot, as the trunk faces, over body weight

@@ -7,6 +7,7 @@ from warpmuscle.scene.learning import Task, Variation
 from warpmuscle.scene.learning.task import Interval
 from warpmuscle.scene.validation.checks import Checks, known
 
+LONGEST_DELAY = 1.0  # s, longer than of any nerve; what was felt meanwhile is kept
 LARGEST_COUNT = 65536  # of starts and variants, which lie in the memory of the device
 
 
@@ -30,8 +31,9 @@ def check_task(check: Checks) -> None:
         _interval(f"learning.pose.{name}", interval)
     for name, sense in task.observations.items():
         check.not_negative(f"learning.observations.{name}", sense, "delay", "noise")
-        if sense.delay > check.checked.duration:
-            raise SceneError("longer than the simulation", key=f"learning.observations.{name}.delay")
+        if sense.delay > LONGEST_DELAY:
+            key = f"learning.observations.{name}.delay"
+            raise SceneError(f"must be {LONGEST_DELAY:g} s at most, is {sense.delay:g}", key=key)
     for name, parts in task.synergies.items():
         for muscle in parts:
             known(muscle, check.checked.character.muscles, "muscle", f"learning.synergies.{name}.{muscle}")
