@@ -179,7 +179,7 @@ def test_a_ball_lands_on_its_target_by_a_few_synergies_alone(job: Job, distance:
     changed = job.follower.shaped((made.own != job.fitted.own[0])[None])[0].any(axis=1)
     assert set(np.flatnonzero(changed)) <= set(made.synergies)
     free = made.flight.position[0] + made.flight.velocity[0] * made.flight.duration[0]
-    assert free[1] - 0.5 * thrower._gravity * made.flight.duration[0] ** 2 == pytest.approx(0.0, abs=1e-6)
+    assert free[1] - 0.5 * thrower.gravity * made.flight.duration[0] ** 2 == pytest.approx(0.0, abs=1e-6)
 
 
 def test_a_goal_is_met_only_if_all_that_it_names_is(job: Job):

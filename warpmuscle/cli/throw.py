@@ -25,12 +25,15 @@ from warpmuscle.simulation.cuda_warmup import start_driver
 # Exit codes where new throws miss a part of their goals; several parts are SEVERAL.
 MISSED, SEVERAL = {"distance": 1, "speed": 3, "angle": 4, "duration": 5}, 6
 
+ENOUGH = 0.95  # of the motions that are to meet all bars
+
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
+    from warpmuscle.scene import Scene
     from warpmuscle.throw.fit import Fitted
     from warpmuscle.throw.goals import Goal
-    from warpmuscle.throw.job import Job
+    from warpmuscle.throw.job import Job, Options
     from warpmuscle.throw.problem import Lack
     from warpmuscle.throw.report import Row
     from warpmuscle.throw.synthesis import Throw
@@ -55,6 +58,12 @@ def throw(
             "-n",
             min=1,
             help="How many synergies to compute; else 5, or with many muscles two a joint and one.",
+        ),
+    ] = None,
+    numbers: Annotated[
+        tuple[int, int] | None,
+        typer.Option(
+            metavar="LEAST MOST", help="Fit with each of these numbers of synergies, and take the fewest that do."
         ),
     ] = None,
     emg: Annotated[
@@ -138,8 +147,10 @@ def throw(
     _check_needed({"--height": height, "--release": release, "--adapt": adapt, "--solutions": solutions}, goals,
                   "a goal such as --target 4")  # fmt: skip
     _check_needed({"--low-pass": low_pass}, files, "files with motions")
-    if emg is not None and number is not None:
+    if emg is not None and (number is not None or numbers is not None):
         raise Error("--number is for computed synergies; --emg brings its own")
+    if numbers is not None and not 1 <= numbers[0] <= numbers[1]:
+        raise Error(f"--numbers go from one number of synergies to a greater, not from {numbers[0]} to {numbers[1]}")
     start_driver(device)
     loaded = load_scene([scene or ("throw_ball" if goals else "throw")])
     start_warp()
@@ -147,14 +158,17 @@ def throw(
         count=number, prescribed=tuple(prescribe or ()), emg=emg, channels=_pairs(channel or []), fit_all=fit_all,
         fidelity=fidelity, low_pass=low_pass, device=device, threads=threads, seed=seed,
     )  # fmt: skip
-    job = Job(loaded, files or [], options)
+    job = Job(loaded, files or [], options) if numbers is None else _fewest(loaded, files or [], options, numbers)
     if release is not None:
         job.check_release(release)
     _print_problem(job)
     if as_published:
         _print_published(job)
     fitted = None
-    if not as_published or goals or curve:
+    if job.fitted is not None:
+        fitted = job.fitted
+        _print_fit(job, fitted)
+    elif not as_published or goals or curve:
         with log.status("fitting") as shown:
             fitted = job.fit(lambda stage: shown.update(f"fitting {stage}"))
         _print_fit(job, fitted)
@@ -238,6 +252,33 @@ def _print_lacks(job: Job, lacks: Sequence[Lack], whose: str) -> None:
     text = shortcoming(job.arm, lacks, len(job.motions), whose)
     if text:
         log.print(marked("beyond the arm:", "yellow", f" {text}"))
+
+
+def _fewest(scene: Scene, files: Sequence[Path], options: Options, numbers: tuple[int, int]) -> Job:
+    """A job fitted with the fewest synergies that follow all motions but one in twenty, or with the most."""
+    from dataclasses import replace
+
+    from warpmuscle.throw.job import Job
+    from warpmuscle.throw.report import number_row
+
+    rows: list[Row] = []
+    chosen: Job | None = None
+    with log.status("fitting") as shown:
+        for count in range(numbers[0], numbers[1] + 1):
+            shown.update(f"fitting {count} synergies")
+            job = Job(scene, files, replace(options, count=count))
+            fitted = job.fit()
+            rows.append(number_row(job.follower, fitted))
+            if chosen is None and fitted.agreement.good().mean() >= ENOUGH:
+                chosen = job
+    headings = ["VAF", "largest share", *(f"{joint} r2" for joint in job.arm.driven)]
+    headings += ["least r2", "velocity r2", "hand, cm", "correlation", "all bars"]
+    _print_table("by number of synergies: medians and the worst of all motions", headings, rows)
+    if chosen is None:
+        out.print(f"no number up to {numbers[1]} meets all bars; this is the fit with {numbers[1]}")
+        return job
+    out.print(f"{chosen.count} synergies are the fewest that meet all bars")
+    return chosen
 
 
 def _print_published(job: Job) -> None:

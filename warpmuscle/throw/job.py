@@ -15,6 +15,7 @@ from warpmuscle.core.errors import Error
 from warpmuscle.formats import load
 from warpmuscle.scene import Scene
 from warpmuscle.scene.parameters import start_values
+from warpmuscle.synergy.factorization import factorize
 from warpmuscle.throw.arm import Arm
 from warpmuscle.throw.fit import Fitted, Settings, fit_motions, trade
 from warpmuscle.throw.follow import Follower
@@ -36,11 +37,13 @@ from warpmuscle.throw.problem import (
 from warpmuscle.throw.published import Published, as_published
 from warpmuscle.throw.report import write
 from warpmuscle.throw.scene_motion import motion_of
+from warpmuscle.throw.shared_synergies import SharedSynergies, share
 from warpmuscle.throw.signals import Knots
 from warpmuscle.throw.strength import what_lacks
 from warpmuscle.throw.synthesis import Throw, Thrower, check_release
 
 USUAL = 5  # synergies (Cruz Ruiz 2015)
+TIED = 2  # muscles a synergy, beyond which synergies bind muscles and must make the motions' torques
 GROUPS = "throw_groups"  # scene whose muscles, as strong as whole groups, compute activations of the same muscles
 PRICES = (1e-3, 5e-3, 1e-2, 2e-2, 3e-2, 1e-1)
 
@@ -76,7 +79,8 @@ class Job:
     Attributes:
         count: of synergies, where they are computed.
         lacks: motions that the muscles, with the strength of whole groups, are too weak for.
-        training: motions that parameters are fitted to. held_out: the others.
+        training: motions that parameters are fitted to, and W where synergies bind muscles. held_out: the others.
+        shared: synergies that bind muscles, None where these are too few for it.
     """
 
     def __init__(self, scene: Scene, files: Sequence[str | Path], options: Options) -> None:
@@ -96,13 +100,17 @@ class Job:
             self.lacks = lacking(strong, self.motions, computed_excitation(strong, self.motions)[-1])
         self._read, self._recorded, self.strong = read, recorded, strong
         knots = Knots(self.motions.time)
-        self.follower = Follower(
-            self.arm, self.motions, synergies, knots, device=options.device, threads=options.threads
-        )
         self.start = self.arm.unknowns(start_values(scene))
         count = len(self.motions)
         self.training = list(range(count)) if options.fit_all or count == 1 else list(range(0, count, 2))
         self.held_out = [k for k in range(count) if k not in self.training]
+        self.shared: SharedSynergies | None = None
+        if options.emg is None and len(self.arm.acting) > TIED * self.count:
+            self.shared = self._shared(knots)
+            synergies = self.shared.synergies(knots, synergies.source)
+        self.follower = Follower(
+            self.arm, self.motions, synergies, knots, device=options.device, threads=options.threads
+        )
         self.settings = Settings(fidelity=options.fidelity, seed=options.seed)
         self.fitted: Fitted | None = None
         self.published: Published | None = None
@@ -120,6 +128,15 @@ class Job:
             return self.arm
         character = msgspec.structs.replace(scene.character, muscles=groups)
         return Arm(msgspec.structs.replace(scene, character=character), self.options.prescribed)
+
+    def _shared(self, knots: Knots) -> SharedSynergies:
+        """Synergies that make the torques of the motions; W knows of those alone that parameters are fitted to."""
+        activation = computed_excitation(self.strong, self.motions)[0]
+        acting, inside = self.arm.acting, self.motions.valid[self.training] > 0.0
+        known = activation[self.training][inside][:, acting]
+        weights = np.zeros((len(self.arm.muscles), self.count))
+        weights[acting] = factorize(known, self.count, seed=self.options.seed).weights
+        return share(self.arm, self.motions, activation, weights, knots, self.start, self.training)
 
     def notes(self) -> list[str]:
         """What is worth knowing of the motions before they are fitted."""

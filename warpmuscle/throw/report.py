@@ -68,6 +68,17 @@ def stage_rows(stages: Sequence[Stage], held_out: Sequence[int]) -> list[Row]:
     return rows
 
 
+def number_row(follower: Follower, fitted: Fitted) -> Row:
+    """What a fit with so many synergies came to."""
+    a, synergies = fitted.agreement, follower.synergies
+    good = a.good()
+    share = float((synergies.weights.max(axis=0) / synergies.weights.sum(axis=0)).max())
+    cells = [f"{synergies.explained:.4f}", f"{share:.2f}", *(f"{middle:.4f}" for middle in np.median(a.r2, axis=0))]
+    cells += [f"{a.r2.min():.4f}", f"{a.velocity_r2.min():.3f}", f"{100.0 * a.hand_error.max():.1f}"]
+    cells += [f"{np.nanmin(a.correlation):.3f}", f"{good.sum()}/{len(good)}"]
+    return Row(f"{synergies.count} synergies", tuple(cells))
+
+
 def baseline_row(follower: Follower) -> Row | None:
     """The mean of the other motions in place of each; None of a single motion."""
     motions, free = follower.motions, follower.arm.free

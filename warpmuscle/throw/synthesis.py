@@ -98,7 +98,7 @@ class Thrower:
         values: (P,) of the scene's parameters.
         recorded: coordinates (T, C), speeds and accelerations (T, S) of the motion that the known throw follows.
         release: s, when the known throw would carry farthest, or the time that was asked for.
-        frames: at which a ball may be let go.
+        frames: at which a ball may be let go. gravity: m/s^2.
         hats: (K, c) by how much a change at each coarse knot changes a signal at the knots.
     """
 
@@ -124,7 +124,7 @@ class Thrower:
         self.recorded = tuple(part[0] for part in states(arm, motions))
         self._coordinates, self._speeds, _ = self.recorded
         plain = substitute(arm.scene, start_values(arm.scene))
-        self._gravity, self._ground = float(plain.gravity), float(plain.ground.height)  # type: ignore[arg-type]
+        self.gravity, self._ground = float(plain.gravity), float(plain.ground.height)  # type: ignore[arg-type]
         self._shoulder = joint_positions(arm, self._coordinates)[0][:, [2, 1]]
         self._below = float(self._shoulder[0, 0])
         self._step = float(motions.time[1] - motions.time[0])
@@ -172,7 +172,7 @@ class Thrower:
             ends.append(hand.reshape(count, len(frames), 2))
         position, velocity = 0.5 * (ends[0] + ends[1]), (ends[1] - ends[0]) / (2.0 * MOMENT)
         clearance = position[:, :, 1] - self._shoulder[frames, 1]
-        return fly(position - [self._below, self._ground], velocity, self._gravity, height), clearance
+        return fly(position - [self._below, self._ground], velocity, self.gravity, height), clearance
 
     def throws(
         self,
@@ -226,7 +226,7 @@ class Thrower:
         resemblance = determination(replay.angle[:, :, free], self.known.angle[:, :, free], valid)[0]
         change = float(np.sqrt(np.mean((own - self.own) ** 2)))
         return Throw(
-            goal, one, frame * self._step, self._below, self._ground, self._gravity, self.own, own, replay, chosen,
+            goal, one, frame * self._step, self._below, self._ground, self.gravity, self.own, own, replay, chosen,
             change, resemblance, float(self.effort(own[None])[0]), float(clearance[0, 0]), simulations,
         )  # fmt: skip
 
