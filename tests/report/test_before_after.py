@@ -1,6 +1,9 @@
 """Before and after a search: what was searched is walked again, the table says what was measured, the page has both."""
 
+import base64
+import json
 import re
+import zlib
 
 import numpy as np
 import pytest
@@ -55,8 +58,9 @@ def test_page_is_whole_and_has_both_walks_and_what_made_it(walks):
     assert found.open == []
     assert [link for link in found.links if link] == []
     assert "warpmuscle optimize <x>" in "".join(found.texts)
-    assert "&quot;before&quot;" in text
-    assert "&quot;after&quot;" in text
+    packed = re.search(r"id=&quot;content&quot;&gt;([^&]*)&lt;/script", text)
+    content = json.loads(zlib.decompress(base64.b64decode(packed[1])))
+    assert [track["label"] for track in content["tracks"]] == ["before", "after"]
 
 
 def test_a_search_is_walked_with_its_first_and_its_best_numbers():

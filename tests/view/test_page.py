@@ -158,7 +158,7 @@ def test_all_bipeds_are_in_the_picture_at_any_size(opened):
             without = picture_of(opened)
             for name in ("flesh", "bones", "muscles"):
                 opened.evaluate(f"warpmuscle.show('{name}', true)")
-            rows, columns = np.nonzero(np.any(np.abs(shown - without) > 30, axis=-1))
+            rows, columns = np.nonzero(np.any(np.abs(shown - without) > 60, axis=-1))
             assert 0 < columns.min() <= columns.max() < shown.shape[1] - 1, (width, view)
             assert 0 < rows.min() <= rows.max() < shown.shape[0] - 1, (width, view)
             assert max(np.ptp(columns) / shown.shape[1], np.ptp(rows) / shown.shape[0]) > 0.4, (width, view)

@@ -45,7 +45,7 @@ class Player {
     const number = (name) => (asked.has(name) && Number.isFinite(Number(asked.get(name))) ? Number(asked.get(name)) : null);
     if (number("frame") !== null || number("time") !== null) {
       this.play(false);
-      this.seek(number("time") ?? number("frame") * this.step);
+      this.seek(number("time") ?? this.begin + (number("frame") + 0.01) * this.step); // times are rounded
     }
     if (number("shot")) {
       this.element("scene").closest("main").classList.add("shot");
