@@ -28,12 +28,15 @@ def small_sweep(folder: Path, candidates: int = 20, duration: float = 0.1, scene
     return path
 
 
+LINKS = ("DIMENSION_LIST", "REFERENCE_LIST")  # places in the file, of dimension scales
+
+
 def contents(path: Path) -> dict[str, object]:
     """All datasets and attributes of an HDF5 file, by path."""
     found: dict[str, object] = {}
 
     def visit(name, item):
-        found.update({f"{name}@{key}": value for key, value in item.attrs.items()})
+        found.update({f"{name}@{key}": value for key, value in item.attrs.items() if key not in LINKS})
         if isinstance(item, h5py.Dataset):
             found[name] = item[()]
 

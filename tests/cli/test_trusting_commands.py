@@ -30,7 +30,7 @@ active_force_length = "{module}:bell"
 [objective.custom]
 "{module}:effort" = 1.0
 """
-WITHOUT_SCENES = {"example", "scenes", "schema", "synergies"}
+WITHOUT_SCENES = {"arm-angles", "cluster-synergies", "example", "scenes", "schema", "synergies"}
 RUN = (
     "fit-muscles named.toml -o out.toml",
     "apply result.h5 -o out.toml --settle 0.1",

@@ -65,6 +65,8 @@ def limited_connection() -> Any:
     from websockets.asyncio.server import ServerConnection
     from websockets.protocol import State
 
+    opened: dict[Any, None] = {}  # connections in the order in which they came
+
     class Limited(ServerConnection):
         """A connection that receives no more than so many messages a second."""
 
@@ -72,12 +74,17 @@ def limited_connection() -> Any:
 
         def connection_made(self, transport: asyncio.BaseTransport) -> None:
             super().connection_made(transport)
-            if len(self.server.handlers) > CONNECTIONS:  # the oldest that has asked for nothing yet gives way
-                waiting = [each for each in self.server.handlers if each.state is State.CONNECTING]
+            opened[self] = None
+            if len(opened) > CONNECTIONS:  # the oldest that has asked for nothing yet gives way
+                waiting = [each for each in opened if each.state is State.CONNECTING]
                 for each in waiting:
                     if not each.transport.is_closing():
                         each.transport.abort()
                         break
+
+        def connection_lost(self, exc: Exception | None) -> None:
+            opened.pop(self, None)
+            super().connection_lost(exc)
 
         async def recv(self, decode: bool | None = None) -> Any:
             message = await super().recv(decode)
