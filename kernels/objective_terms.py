@@ -58,6 +58,10 @@ _TERMS = (
         "norm_force", "s", "squared vertical force, in half-bands, between feet and human ones, over time", "whole",
         follows_cycles=True,
     ),
+    Term(
+        "step_width", "m^2 s", "squared sideways distance between the feet, less that of people's steps, over time",
+        "whole",
+    ),
     Term("passive_force", "N s", "force of stretched fibres, summed over muscles and time", "muscle"),
 )  # fmt: skip
 TERMS = {term.name: term for term in _TERMS}

@@ -12,7 +12,7 @@ import warp as wp
 from warpmuscle.kernels.contact import body_weight
 from warpmuscle.kernels.curves import active_force_length, force_velocity
 from warpmuscle.kernels.custom_curves import OwnCurves, with_curves
-from warpmuscle.kernels.failure import turn_between
+from warpmuscle.kernels.failure import feet_apart, turn_between
 from warpmuscle.kernels.gait_cycle import foot_part, part_of_step
 from warpmuscle.kernels.limits import limit_stage
 from warpmuscle.kernels.metabolics import bhargava_power, umberger_power, wang_power
@@ -22,6 +22,8 @@ from warpmuscle.kernels.shaped_curves import Shaped
 from warpmuscle.kernels.simbicon import pd_error
 from warpmuscle.kernels.spatial import heading_angle, turn_about_x
 from warpmuscle.kernels.structs import LARGEST, LEFT, RIGHT, ModelRef, ScratchRef, StateRef, at, rolled
+
+HUMAN_STEP_WIDTH = wp.constant(0.08)  # m, of people who walk (Murray et al. 1964, 1970: 0.071 to 0.081)
 
 
 @wp.struct
@@ -200,6 +202,13 @@ def ground_force(instance: int, model: ModelRef, state: StateRef, work: ScratchR
     bound = at(model.objective, instance, 0).ground_force_bound
     left = wp.max(state.foot_force[instance, 0][1] / weight - bound, 0.0)
     return left + wp.max(state.foot_force[instance, 1][1] / weight - bound, 0.0)
+
+
+@wp.func
+def step_width(instance: int, model: ModelRef, state: StateRef, work: ScratchRef) -> float:
+    """Squared difference of the sideways distance between the feet and people's step width, m^2."""
+    error = feet_apart(model, work) - HUMAN_STEP_WIDTH
+    return error * error
 
 
 @wp.func

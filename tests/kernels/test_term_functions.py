@@ -3,6 +3,7 @@
 import msgspec
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from muscle_arm import arm, constant, leg
 from small_scene import sound_scene
@@ -23,7 +24,7 @@ from warpmuscle.scene.validation.scene import check_scene
 from warpmuscle.simulation.rollout import Rollout
 
 ONES = dict.fromkeys(TERMS, 1.0) | {"tracking": 0.0}
-WALKS_ONLY = {"norms": 0.0, "norm_force": 0.0}
+WALKS_ONLY = {"norms": 0.0, "norm_force": 0.0, "step_width": 0.0}
 EVERY = Objective(**ONES | WALKS_ONLY, head_body="tip")
 ACTIVE = 0.6
 
@@ -187,6 +188,29 @@ def test_passive_force_is_that_of_fibres_stretched_beyond_their_optimum():
         total += muscles[name].f_max * np.minimum(passive, LARGEST_PASSIVE).mean()
     assert total > 100.0
     np.testing.assert_allclose(rollout.terms()["passive_force"], total * rollout.end_time()[0], rtol=0.01)
+
+
+def test_step_width_is_how_far_ankles_are_from_the_width_of_people_s_steps():
+    rollout = walked("fwalk", step_width=1.0)
+    recording, joints = rollout.recording(), rollout.numeric.character.joints
+    ankle = {}
+    for side in "lr":
+        turn = Rotation.from_quat(recording.body_orientation[:, recording.body_names.index(f"{side}Foot")])
+        ankle[side] = recording.position_of(f"{side}Foot") + turn.apply(joints[f"{side}Ankle"].position_in_child)
+    apart = Rotation.from_euler("y", -heading_of(recording)[:, None]).apply(ankle["l"] - ankle["r"])[:, 0]
+    expected = ((apart - 0.08) ** 2).mean() * rollout.end_time()[0]
+    np.testing.assert_allclose(rollout.terms()["step_width"], expected, rtol=0.02)
+
+
+def heading_of(recording) -> np.ndarray:
+    """Where the root faces at every moment, rad about the vertical from z."""
+    forward = Rotation.from_quat(recording.root_orientation).apply([0.0, 0.0, 1.0])
+    return np.arctan2(forward[:, 0], forward[:, 2])
+
+
+def test_without_feet_there_is_no_step_width():
+    with pytest.raises(SceneError, match=r"step_width.*no feet"):
+        check_scene(msgspec.structs.replace(arm("hinge", {}), objective=Objective(step_width=1.0)))
 
 
 @pytest.mark.parametrize("term", ["norms", "norm_force"])

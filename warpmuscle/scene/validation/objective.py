@@ -32,6 +32,8 @@ def check_objective(checks: Checks, key: str, objective: Objective) -> None:
     for name in ("norms", "norm_force"):
         if checks.interval(getattr(objective, name))[1] > 0.0:
             _check_legs(scene, f"{key}.{name}")
+    if scene.feet is None and checks.interval(objective.step_width)[1] > 0.0:
+        raise SceneError("there are no feet whose steps have a width", key=f"{key}.step_width")
     checks.positive(key, objective, "failure_cost")
 
 
