@@ -36,6 +36,8 @@ def main(
     each: Annotated[int, typer.Option(help="How many motions to begin with, spread over all.")] = 3,
     target: Annotated[list[float] | None, typer.Option(help="Distances, m.")] = None,
     explain: Annotated[bool, typer.Option(help="Look for the torque that lacks where a goal is missed.")] = True,
+    number: Annotated[int | None, typer.Option("--number", "-n", help="Of synergies; else the usual number.")] = None,
+    threads: Annotated[int | None, typer.Option(help="CPU threads.")] = None,
     plot: Annotated[Path | None, typer.Option(help="Figure of the throws out of the last motion.")] = None,
 ) -> None:
     """Print a line for each pair of a recorded throw and a target."""
@@ -43,7 +45,7 @@ def main(
     met = total = 0
     for file in chosen:
         begin = time.process_time()
-        job = Job(load(scene), [file], Options())
+        job = Job(load(scene), [file], Options(count=number, threads=threads))
         fitted = job.fit()
         good = "meets all bars" if fitted.agreement.good().all() else "misses a bar"
         print(f"{file.stem}: fit of {time.process_time() - begin:.1f} s of CPU {good}", flush=True)

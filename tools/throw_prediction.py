@@ -1,10 +1,11 @@
 """Whether signals of new throws can be told from their goals: a rule learned from throws that were searched for.
 
-A throw that meets a goal in the middle is searched for globally, and its time of release is kept. From there on a walk
-leads to goals of distance, height and angle of release all about, each by the least change of the signals from the
-nearest goal that was met (Gauss-Newton). A rule, regression by Gaussian processes, learns the signals from these goals;
-it is tried on others between them and beyond them, by simulation, beside a copy of the signals of the nearest goal, and
-beside the spread of the recorded throws, all of which were meant for one target.
+Many signals meet a goal, and a rule can be learned only of some that change steadily with it. So a throw that meets a
+goal in the middle is searched for globally, out of one recorded throw, and its time of release is kept; every other
+goal, of distance, height and angle of release, is met by the signals nearest to those of this one throw. They are found
+by Gauss-Newton from the signals of the nearest goal that was met. A rule, a thin-plate spline, learns the signals from
+these goals; it is tried on others between them and beyond them, by simulation, beside a copy of the signals of the
+nearest goal, and beside the spread of the recorded throws, all of which were meant for one target.
 
 Example: python tools/throw_prediction.py throws/*.csv -o prediction.npz
 """
@@ -18,6 +19,7 @@ from typing import Annotated, Any
 
 import numpy as np
 import typer
+from scipy.interpolate import RBFInterpolator
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.formats import load
@@ -31,13 +33,17 @@ LOW, HIGH = np.array([2.0, 0.0, np.radians(10.0)]), np.array([4.0, 1.0, np.radia
 MARGIN = 0.12  # of that box, by which goals beyond it are
 MIDDLE = Goal(3.0, 0.5, angle=np.radians(25.0))
 UNITS = np.array([0.02, np.radians(1.0)])  # of a landing and of an angle
-PRICE = 1e-3  # of a squared change of a signal, against a squared error in its unit
-STEPS = 6  # of Gauss-Newton from one goal to the next
+PRICE = 3.0  # of a squared change of a signal from the middle's, against a squared error in its unit
+STEPS = 12  # of Gauss-Newton from one goal to the next, at most
+STEP = 5e-3  # of a change, in difference quotients: single precision spoils those of smaller ones
+TOLD = 0.3  # m/s, that count as much as the whole extent of the goals
+SMOOTHING = 1e-3
+STEADY = 1e-3  # relative gain of a step, below which it is enough
 
 
 @dataclass
 class Walk:
-    """Throws that meet goals (G, 3): distance, height, angle; changes (G, U) of the signals."""
+    """Throws that meet goals (G, 3): distance, height, angle; changes (G, U) of the signals from the first one's."""
 
     thrower: Thrower
     goals: list[Floats]
@@ -64,17 +70,17 @@ class Walk:
         return np.array([[np.nan_to_num(float(one.distance)), float(one.angle)] for one in out])
 
     def to(self, goal: Floats) -> bool:
-        """Meet one more goal, from the nearest one on; False if that fails."""
+        """Meet one more goal with the least change from the first, found from the nearest on; False if that fails."""
         near = int(np.argmin(np.linalg.norm((np.array(self.goals) - goal) / (HIGH - LOW), axis=1)))
 
         def residuals(which: Any, x: Floats, shared: Floats) -> Floats:
             return (self.outcomes(x, np.tile(goal, (len(x), 1))) - goal[[0, 2]]) / UNITS
 
         size = len(self.changes[0])
-        price = Prior(PRICE * np.eye(size), self.changes[near][None])
-        unknowns = Unknowns(self.changes[near][None], -np.ones(size), np.ones(size), 1e-3, None, [price])
+        price = Prior(PRICE * np.eye(size), np.zeros(size))
+        unknowns = Unknowns(self.changes[near][None], -np.ones(size), np.ones(size), STEP, None, [price])
         nothing = Unknowns(np.zeros(1), np.zeros(1), np.ones(1), 1.0, free=False)
-        found = fit(residuals, unknowns, nothing, iterations=STEPS, damping=1e-3, tolerance=0.2).own[0]
+        found = fit(residuals, unknowns, nothing, iterations=STEPS, damping=1e-3, tolerance=STEADY).own[0]
         error = self.outcomes(found[None], goal[None])[0] - goal[[0, 2]]
         if abs(error[0]) > ALLOWED["distance"] or abs(error[1]) > ALLOWED["angle"]:
             return False
@@ -94,17 +100,25 @@ def goals_about(count: int, beyond: float, rng: np.random.Generator) -> Floats:
     return np.array(found)
 
 
-def learned(goals: Floats, changes: Floats) -> Any:
-    """The rule: a function of goals (B, 3) to changes (B, U)."""
-    from sklearn.decomposition import PCA
-    from sklearn.gaussian_process import GaussianProcessRegressor
-    from sklearn.gaussian_process.kernels import RBF, ConstantKernel, WhiteKernel
+def release_velocity(goals: Floats, place: Floats, gravity: float) -> Floats:
+    """Velocities (B, 2), m/s, with which balls must leave a place (2,) to meet goals (B, 3); without drag."""
+    forward, up, angle = goals[:, 0] - place[0], goals[:, 1] - place[1], goals[:, 2]
+    drop = np.maximum(forward * np.tan(angle) - up, 1e-3)
+    speed = np.abs(forward) / np.cos(angle) * np.sqrt(0.5 * gravity / drop)
+    return np.stack([speed * np.cos(angle), speed * np.sin(angle)], axis=1)
 
-    parts = PCA(0.9999).fit(changes)
-    kernel = ConstantKernel(1.0) * RBF([1.0, 1.0, 1.0], (0.1, 100.0)) + WhiteKernel(1e-4, (1e-8, 1.0))
-    rule = GaussianProcessRegressor(kernel, normalize_y=True, random_state=0)
-    rule.fit((goals - LOW) / (HIGH - LOW), parts.transform(changes))
-    return lambda asked: parts.inverse_transform(rule.predict((asked - LOW) / (HIGH - LOW)).reshape(len(asked), -1))
+
+def learned(goals: Floats, changes: Floats, place: Floats, gravity: float) -> Any:
+    """The rule: a function of goals (B, 3) to changes (B, U).
+
+    It is told the goals and with which velocity a ball would have to leave the middle throw's place of release.
+    """
+
+    def told(asked: Floats) -> Floats:
+        return np.hstack([TOLD * (asked - LOW) / (HIGH - LOW), release_velocity(asked, place, gravity)])
+
+    rule = RBFInterpolator(told(goals), changes, kernel="thin_plate_spline", smoothing=SMOOTHING)
+    return lambda asked: rule(told(asked))
 
 
 def own_spread(job: Job, release: float) -> tuple[float, float]:
@@ -136,11 +150,12 @@ def main(
     learn: Annotated[int, typer.Option(help="Goals to learn from.")] = 200,
     between: Annotated[int, typer.Option(help="Goals between these to try.")] = 30,
     beyond: Annotated[int, typer.Option(help="Goals beyond them to try.")] = 20,
+    threads: Annotated[int | None, typer.Option(help="CPU threads.")] = None,
     output: Annotated[Path | None, typer.Option("--output", "-o", help=".npz of goals, changes and errors.")] = None,
 ) -> None:
     """Print one table: median and 95th percentile of the landing errors."""
     begin = time.process_time()
-    job = Job(load(scene), files[:1], Options())
+    job = Job(load(scene), files[:1], Options(threads=threads))
     fitted = job.fit()
     first = Thrower(job.follower, fitted.own[0], fitted.unknowns).throw(MIDDLE)
     print(f"middle: {MIDDLE} {'met' if first.met else 'missed'}, released after {first.release:.2f} s", flush=True)
@@ -154,7 +169,7 @@ def main(
     goals, changes = np.array(walk.goals), np.array(walk.changes)
     print(f"{met} of {learn} goals to learn from are met, {walk.simulations} simulations, "
           f"{time.process_time() - begin:.0f} s of CPU", flush=True)  # fmt: skip
-    rule = learned(goals, changes)
+    rule = learned(goals, changes, first.flight.position[0], thrower.gravity)
     spread = own_spread(Job(load("throw"), files, Options()), first.release) if len(files) > 1 else None
     print(f"{'goals':10s} {'rule':26s} landing error, cm: median, 95 %   angle, deg: median, 95 %")
     kept: dict[str, Floats] = {"goals": goals, "changes": changes}

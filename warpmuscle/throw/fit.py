@@ -22,6 +22,8 @@ from warpmuscle.throw.least_squares import Outcome, Prior, Unknowns, fit
 from warpmuscle.throw.metrics import Agreement
 from warpmuscle.throw.signals import to_activation
 
+FIDELITY = 1e-3
+LOOSER, TIGHTER = 0.1, 5.0  # times the price of leaving the extracted signals, where motions or signals miss a bar
 SIGNAL_STEP = 1e-3  # of difference quotients: wide enough for simulations in single precision
 PARAMETER_STEP = 1e-3
 HORIZON, SLOWLY = 1.0, 0.25  # s, by which it grows; for motions that were lost
@@ -33,10 +35,12 @@ class Settings:
     """How motions are fitted.
 
     `fidelity` is the price of a signal's distance from the extracted one, knot by knot, against 1 - r2: the more, the
-    closer to it, and the less accurate the motion.
+    closer to it, and the less accurate the motion. If it may `adapt`, motions that miss a bar are fitted again at other
+    prices.
     """
 
-    fidelity: float = 1e-3
+    fidelity: float = FIDELITY
+    adapt: bool = True
     smoothness: float = 1e-4  # price of second differences of a signal's distance from the extracted one
     prior: float = 0.025  # price of a parameter's distance from its start, in parts of its interval
     parameter_steps: int = 20
@@ -128,32 +132,49 @@ class _Fitting:
         return Fitted(self._shared, self._own, self._replay, self._stages)
 
     def _once_more(self, steps: int) -> int:
-        """Fit signals again that lost their motion, from the extracted ones on, over a horizon that grows slowly.
+        """Fit signals again of motions that miss a bar; returns how many simulations that took.
 
-        Returns how many simulations that took.
+        First at another price of leaving the extracted signals, then from these on, over a horizon that grows slowly.
         """
-        own = self._own.copy()
-        missed = np.flatnonzero(~self._follower.agreement(own, self._shared)[0].good())
-        if not len(missed):
+        simulations = 0
+        for price in (LOOSER, TIGHTER) if self._settings.adapt else ():
+            a = self._agreement()
+            followed = replace(a, correlation=np.ones(len(a.r2))).good()
+            missed = np.flatnonzero(~followed if price < 1.0 else followed & ~a.good())
+            simulations += self._retry(missed, steps, price, self._own[missed])
+        missed = np.flatnonzero(~self._agreement().good())
+        return simulations + self._retry(missed, steps, 1.0, self._extracted[missed], SLOWLY)
+
+    def _retry(self, which: NDArray[np.intp], steps: int, price: float, start: Floats, growth: float = HORIZON) -> int:
+        """Fit signals of some motions from others on, kept where more bars are met, or as many at a lower cost.
+
+        Args:
+            price: factor of that of leaving the extracted signals.
+        """
+        if not len(which):
             return 0
-        before = self._costs(missed)
-        self._own[missed] = self._extracted[missed]
-        outcome = self._signals(missed, steps, SLOWLY)
-        worse = missed[self._costs(missed) >= before]
+        own, before, met = self._own.copy(), self._costs(which), self._agreement().met()[which]
+        self._own[which] = start
+        outcome = self._signals(which, steps, growth, price)
+        now = self._agreement().met()[which]
+        worse = which[(now < met) | ((now == met) & (self._costs(which) >= before))]
         self._own[worse] = own[worse]
         return outcome.simulations
+
+    def _agreement(self) -> Agreement:
+        return self._follower.agreement(self._own, self._shared)[0]
 
     def _costs(self, which: NDArray[np.intp]) -> Floats:
         """Sums of squared residuals of some motions."""
         shared = np.tile(self._shared, (len(which), 1))
         return np.asarray(np.sum(self._follower.residuals(which, self._own[which], shared) ** 2, axis=1))
 
-    def _signals(self, which: NDArray[np.intp], steps: int, growth: float = HORIZON) -> Outcome:
+    def _signals(self, which: NDArray[np.intp], steps: int, growth: float = HORIZON, price: float = 1.0) -> Outcome:
         """Fit signals of some motions over a horizon that grows: what is late in a long motion hangs on all before."""
         end, simulations = self._follower.horizon, 0
         for horizon in [*np.arange(growth, end - 0.5 * growth, growth).tolist(), end]:
             self._follower.horizon = horizon
-            outcome = self._fit(which, steps, own=True, shared=False)
+            outcome = self._fit(which, steps, own=True, shared=False, price=price)
             self._own[which] = outcome.own
             simulations += outcome.simulations
         return Outcome(outcome.own, outcome.shared, outcome.cost, outcome.history, simulations)
@@ -179,7 +200,16 @@ class _Fitting:
         self._shared = self._start = found.unknowns
         self._stage("equations", 0)
 
-    def _fit(self, which: NDArray[np.intp], steps: int, *, own: bool, shared: bool, damping: float = 1e-2) -> Outcome:
+    def _fit(
+        self,
+        which: NDArray[np.intp],
+        steps: int,
+        *,
+        own: bool,
+        shared: bool,
+        damping: float = 1e-2,
+        price: float = 1.0,
+    ) -> Outcome:
         """A stage of Levenberg-Marquardt on some motions, with their signals or the shared parameters or both free."""
         follower, s = self._follower, self._settings
         self._progress(
@@ -188,7 +218,7 @@ class _Fitting:
         size = follower.size
         signals = Unknowns(
             self._own[which], np.zeros(size), np.ones(size), SIGNAL_STEP, None,
-            [Prior(s.fidelity * np.eye(size) + self._smoothness(), self._extracted[which])], own,
+            [Prior(price * s.fidelity * np.eye(size) + self._smoothness(), self._extracted[which])], own,
         )  # fmt: skip
         count = len(self._shared)
         prior = Prior(s.prior * np.eye(count), self._start)
@@ -207,7 +237,7 @@ class _Fitting:
 
         return fit(
             residuals, signals, parameters, iterations=steps, damping=damping, tolerance=s.tolerance, rough=rough,
-            enough=None if shared else follower.followed,
+            enough=None if shared or price > 1.0 else follower.followed,
         )  # fmt: skip
 
     def _smoothness(self) -> Floats:

@@ -17,7 +17,7 @@ from warpmuscle.scene import Scene
 from warpmuscle.scene.parameters import start_values
 from warpmuscle.synergy.factorization import factorize
 from warpmuscle.throw.arm import Arm
-from warpmuscle.throw.fit import Fitted, Settings, fit_motions, trade
+from warpmuscle.throw.fit import FIDELITY, Fitted, Settings, fit_motions, trade
 from warpmuscle.throw.follow import Follower
 from warpmuscle.throw.goals import Goal
 from warpmuscle.throw.metrics import Agreement
@@ -43,7 +43,6 @@ from warpmuscle.throw.strength import what_lacks
 from warpmuscle.throw.synthesis import Throw, Thrower, check_release
 
 USUAL = 5  # synergies (Cruz Ruiz 2015)
-TIED = 2  # muscles a synergy, beyond which synergies bind muscles and must make the motions' torques
 GROUPS = "throw_groups"  # scene whose muscles, as strong as whole groups, compute activations of the same muscles
 PRICES = (1e-3, 5e-3, 1e-2, 2e-2, 3e-2, 1e-1)
 
@@ -66,7 +65,7 @@ class Options:
     emg: Path | None = None
     channels: Mapping[str, str] = field(default_factory=dict)
     fit_all: bool = False
-    fidelity: float = 1e-3
+    fidelity: float = FIDELITY
     low_pass: float | None = None  # Hz, of recorded motions
     device: str | None = None
     threads: int | None = None
@@ -80,7 +79,7 @@ class Job:
         count: of synergies, where they are computed.
         lacks: motions that the muscles, with the strength of whole groups, are too weak for.
         training: motions that parameters are fitted to, and W where synergies bind muscles. held_out: the others.
-        shared: synergies that bind muscles, None where these are too few for it.
+        shared: synergies that bind muscles, None where each joint has no more than two.
     """
 
     def __init__(self, scene: Scene, files: Sequence[str | Path], options: Options) -> None:
@@ -105,13 +104,13 @@ class Job:
         self.training = list(range(count)) if options.fit_all or count == 1 else list(range(0, count, 2))
         self.held_out = [k for k in range(count) if k not in self.training]
         self.shared: SharedSynergies | None = None
-        if options.emg is None and len(self.arm.acting) > TIED * self.count:
+        if options.emg is None and len(self.arm.acting) > max(ALONE * len(self.arm.driven), self.count):
             self.shared = self._shared(knots)
             synergies = self.shared.synergies(knots, synergies.source)
         self.follower = Follower(
             self.arm, self.motions, synergies, knots, device=options.device, threads=options.threads
         )
-        self.settings = Settings(fidelity=options.fidelity, seed=options.seed)
+        self.settings = Settings(options.fidelity, adapt=options.fidelity == FIDELITY, seed=options.seed)
         self.fitted: Fitted | None = None
         self.published: Published | None = None
         self.throws: list[Throw] = []

@@ -7,10 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from warpmuscle.core.array_types import Floats
+from warpmuscle.core.array_types import Floats, Integers
 
 # What counts as followed, all at once.
 LEAST_R2, LEAST_VELOCITY_R2, MOST_HAND_ERROR, LEAST_CORRELATION = 0.999, 0.97, 0.02, 0.9
+BARS = 4
 
 
 @dataclass(frozen=True)
@@ -25,12 +26,15 @@ class Agreement:
 
     def good(self) -> NDArray[np.bool_]:
         """Which motions meet all bars."""
-        return np.asarray(
-            (self.r2.min(axis=1) >= LEAST_R2)
-            & (self.velocity_r2.min(axis=1) >= LEAST_VELOCITY_R2)
-            & (self.hand_error <= MOST_HAND_ERROR)
-            & (self.correlation >= LEAST_CORRELATION)
-        )
+        return np.asarray(self.met() == BARS)
+
+    def met(self) -> Integers:
+        """How many bars each motion meets."""
+        bars = (
+            self.r2.min(axis=1) >= LEAST_R2, self.velocity_r2.min(axis=1) >= LEAST_VELOCITY_R2,
+            self.hand_error <= MOST_HAND_ERROR, self.correlation >= LEAST_CORRELATION,
+        )  # fmt: skip
+        return np.asarray(np.sum(bars, axis=0))
 
 
 def determination(simulated: Floats, recorded: Floats, valid: Floats) -> Floats:
