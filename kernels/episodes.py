@@ -2,6 +2,7 @@
 
 import warp as wp
 
+from warpmuscle.kernels.kinematics import coordinate_quat, coordinate_vector
 from warpmuscle.kernels.random_numbers import COMMAND, PUSH, START, VARIANT, VELOCITY, random_of
 from warpmuscle.kernels.spatial import heading_angle
 from warpmuscle.kernels.structs import ROOT_FIXED, ROOT_FREE, ROOT_PLANAR, State
@@ -22,6 +23,7 @@ class Episodes:
     start_row: wp.array[int]  # (instances,) which start it has
     variant: wp.array[int]  # (instances,) which masses, strengths and slope
     command: wp.array2d[float]  # (instances, commands) m/s, rad/s, then wanted coordinates
+    phase: wp.array[float]  # (instances,) of the imitated gait, 0 to 1 from a contact of the left foot to its next
     heading: wp.array[float]  # (instances,) rad, that is wanted now
     side: wp.array[float]  # (instances,) m, to the left of the wanted way
     place: wp.array[wp.vec3]  # (instances,) m, of the root at the last decision
@@ -41,6 +43,8 @@ class EpisodeRules:
     command_decisions: int  # after which other commands are drawn; 0: never within an episode
     command_low: wp.array[float]
     command_high: wp.array[float]
+    cycle_rate: float  # 1/s, of the imitated gait; 0: there is none
+    start_phase: wp.array[float]  # (starts,)
     velocity_noise: float  # m/s
     push: float  # N s
     push_decisions: int  # between two pushes, in the mean; 0: there are none
@@ -61,8 +65,9 @@ class RestoredArray:
 @wp.func
 def root_place(root: int, instance: int, state: State) -> wp.vec3:
     """Position of the root, m."""
+    read = state
     if root == ROOT_FREE:
-        return wp.vec3(state.coordinates[instance, 0], state.coordinates[instance, 1], state.coordinates[instance, 2])
+        return coordinate_vector(read, instance, 0)
     if root == ROOT_PLANAR:
         return wp.vec3(0.0, state.coordinates[instance, 0], state.coordinates[instance, 1])
     return wp.vec3(0.0)
@@ -71,13 +76,9 @@ def root_place(root: int, instance: int, state: State) -> wp.vec3:
 @wp.func
 def root_orientation(root: int, instance: int, state: State) -> wp.quat:
     """Orientation of the root."""
+    read = state
     if root == ROOT_FREE:
-        return wp.quat(
-            state.coordinates[instance, 3],
-            state.coordinates[instance, 4],
-            state.coordinates[instance, 5],
-            state.coordinates[instance, 6],
-        )
+        return coordinate_quat(read, instance, 3)
     if root == ROOT_PLANAR:
         return wp.quat_from_axis_angle(wp.vec3(1.0, 0.0, 0.0), state.coordinates[instance, 2])
     return wp.quat(0.0, 0.0, 0.0, 1.0)
@@ -114,6 +115,8 @@ def begin_decision(
     if rules.command_decisions > 0 and length > 0 and length % rules.command_decisions == 0:
         draw_commands(i, decision, episodes, rules)
     episodes.heading[i] = episodes.heading[i] + episodes.command[i, TURNING_RATE] * rules.decision_time
+    phase = episodes.phase[i] + rules.cycle_rate * rules.decision_time
+    episodes.phase[i] = phase - wp.floor(phase)
     if rules.push_decisions > 0 and decision >= episodes.next_push[i]:
         generator = random_of(episodes.seed[0], i, decision, PUSH)
         angle = wp.randf(generator) * wp.static(2.0 * wp.PI)
@@ -189,6 +192,7 @@ def begin_episodes(
     episodes.start_step[i] = state.step[i]
     episodes.heading[i] = heading_angle(root_orientation(rules.root, i, state))
     episodes.side[i] = 0.0
+    episodes.phase[i] = rules.start_phase[episodes.start_row[i]]
     state.push[i] = wp.vec3(0.0)
     state.push_steps[i, 0] = 0
     state.push_steps[i, 1] = 0

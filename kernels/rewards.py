@@ -6,21 +6,39 @@ from warpmuscle.kernels.episodes import FIRST_POSE, SPEED, EpisodeRules, Episode
 from warpmuscle.kernels.senses import up_in_trunk
 from warpmuscle.kernels.spatial import heading_angle
 from warpmuscle.kernels.structs import RUNNING, State
+from warpmuscle.kernels.term_functions import bin_of
 
 wp.set_module_options({"enable_backward": False})
 
 # Terms of the reward, in the order in which they are logged.
 TERMS = (
-    "speed", "alive", "upright", "pose", "effort", "action", "action_rate", "heading", "side", "objective", "failure",
+    "speed", "alive", "upright", "pose", "imitation", "effort", "action", "action_rate", "heading", "side", "objective",
+    "failure",
 )  # fmt: skip
 COUNT = len(TERMS)
-SPEED_TERM, ALIVE, UPRIGHT, POSE, EFFORT, ACTION, ACTION_RATE, HEADING, SIDE, OBJECTIVE, FAILURE = range(COUNT)
+SPEED_TERM, ALIVE, UPRIGHT, POSE, IMITATION, EFFORT, ACTION, ACTION_RATE, HEADING, SIDE, OBJECTIVE, FAILURE = range(
+    COUNT
+)
 # What is logged of an episode behind its terms.
 FORWARD, DECISIONS, COMPLETED, ENDED = range(COUNT, COUNT + 4)
 LOGGED = COUNT + 4
+QUATERNION = 4  # coordinates of a ball joint
 LEAST_DISTANCE = 1.0  # m, that the cost of transport counts for
 
 term_values = wp.types.vector(length=COUNT, dtype=float)
+
+
+@wp.struct
+class GaitTable:
+    """A gait over one cycle, which is imitated."""
+
+    coordinate: wp.array2d[float]  # (bins, coordinates)
+    up: wp.array[wp.vec3]  # (bins,) the vertical in axes of the trunk
+    first: wp.array[int]  # (joints,) coordinate of each
+    end: wp.array[int]
+    weight: wp.array[float]  # (joints,), which adds up to 1 with `up_weight`
+    up_weight: float
+    width: float  # rad
 
 
 @wp.struct
@@ -31,6 +49,7 @@ class RewardRules:
     speed_width: float  # m/s
     pose_width: float
     pose: wp.array[int]  # numbers of the wanted coordinates
+    gait: GaitTable
     longest: int  # decisions of an episode
     effort: int  # what is mean-squared: EXCITATIONS, ACTIVATIONS or ACTIONS
 
@@ -132,6 +151,34 @@ def pose_error(instance: int, reward: RewardRules, episodes: Episodes, state: St
 
 
 @wp.func
+def closeness(squared_angle: float, width: float) -> float:
+    """exp(-(angle/width)^2)."""
+    return wp.exp(-squared_angle / (width * width))
+
+
+@wp.func
+def imitation(instance: int, phase: float, up: wp.vec3, gait: GaitTable, state: State) -> float:
+    """Weighted mean of how near joints, and the vertical in the trunk, are to those of the gait, at most 1.
+
+    Of a ball joint 4 (1 - (p q)^2) stands for the squared angle between quaternions p and q, near which it is.
+    """
+    row = bin_of(phase, gait.up.shape[0])
+    away = up - gait.up[row]
+    total = gait.up_weight * closeness(wp.dot(away, away), gait.width)
+    for joint in range(gait.first.shape[0]):
+        squared = wp.float32(0.0)
+        product = wp.float32(0.0)
+        for k in range(gait.first[joint], gait.end[joint]):
+            error = state.coordinates[instance, k] - gait.coordinate[row, k]
+            squared += error * error
+            product += state.coordinates[instance, k] * gait.coordinate[row, k]
+        if gait.end[joint] - gait.first[joint] == QUATERNION:
+            squared = 4.0 * wp.max(1.0 - product * product, 0.0)
+        total += gait.weight[joint] * closeness(squared, gait.width)
+    return total
+
+
+@wp.func
 def task_terms(
     instance: int, forward: float, reward: RewardRules, rules: EpisodeRules, episodes: Episodes, gains: Gains,
     state: State,
@@ -146,6 +193,8 @@ def task_terms(
     if reward.weight[POSE] != 0.0:
         error = pose_error(instance, reward, episodes, state)
         values[POSE] = wp.exp(-error / (reward.pose_width * reward.pose_width))
+    if reward.weight[IMITATION] != 0.0:
+        values[IMITATION] = imitation(instance, episodes.phase[instance], up_in_trunk(q), reward.gait, state)
     if reward.weight[EFFORT] != 0.0:
         if reward.effort == EXCITATIONS:
             values[EFFORT] = mean_square(gains.excitation, instance)

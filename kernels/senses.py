@@ -16,8 +16,8 @@ GREATEST = 100.0  # of an observation, which is 0 where it is not a number
 (
     HEIGHT, UP, VELOCITY, ANGULAR_VELOCITY, COORDINATE, JOINT_SPEED, FOOT_FORCE, ACTIVATION, FIBRE_LENGTH,
     FIBRE_VELOCITY, FIBRE_FORCE, COMMAND, COURSE, ACTION, PHASE, STANCE, PUSH_FORCE, VARIED, HEAD_UP,
-    HEAD_ANGULAR_VELOCITY,
-) = range(20)  # fmt: skip
+    HEAD_ANGULAR_VELOCITY, CLOCK,
+) = range(21)  # fmt: skip
 
 
 @wp.struct
@@ -52,8 +52,9 @@ def up_in_trunk(q: wp.quat) -> wp.vec3:
 @wp.func
 def root_velocity(root: int, instance: int, state: State) -> wp.vec3:
     """Velocity of the root, m/s, world."""
+    read = state
     if root == ROOT_FREE:
-        return wp.vec3(state.speeds[instance, 0], state.speeds[instance, 1], state.speeds[instance, 2])
+        return speed_vector(read, instance, 0)
     if root == ROOT_PLANAR:
         return wp.vec3(0.0, state.speeds[instance, 0], state.speeds[instance, 1])
     return wp.vec3(0.0)
@@ -62,8 +63,9 @@ def root_velocity(root: int, instance: int, state: State) -> wp.vec3:
 @wp.func
 def root_angular_velocity(root: int, instance: int, state: State) -> wp.vec3:
     """Angular velocity of the root, rad/s, world."""
+    read = state
     if root == ROOT_FREE:
-        return wp.vec3(state.speeds[instance, 3], state.speeds[instance, 4], state.speeds[instance, 5])
+        return speed_vector(read, instance, 3)
     if root == ROOT_PLANAR:
         return wp.vec3(state.speeds[instance, 2], 0.0, 0.0)
     return wp.vec3(0.0)
@@ -145,6 +147,9 @@ def feature_value(feature: Feature, instance: int, state: State, episodes: Episo
             value = state.push[instance][k] / around.body_weight
     elif kind == VARIED:
         value = around.varied[episodes.variant[instance], k]
+    elif kind == CLOCK:
+        angle = wp.static(2.0 * wp.PI) * episodes.phase[instance]
+        value = wp.where(k == 0, wp.sin(angle), wp.cos(angle))
     elif kind >= HEAD_UP:
         value = of_head(kind, instance, state, around)[k]
     else:  # of the root

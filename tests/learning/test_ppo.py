@@ -68,7 +68,7 @@ def test_the_divergence_of_gaussian_policies_is_that_of_their_distributions():
     old_mean, mean = torch.randn(2, 6, 3, generator=random)
     old, new = torch.randn(2, 3, generator=random) * 0.3
     normal = torch.distributions.Normal
-    found = _divergence(old_mean, old, mean, new)
+    found = _divergence(old_mean, old, mean, new, torch.ones(6))
     wanted = torch.distributions.kl_divergence(normal(old_mean, old.exp()), normal(mean, new.exp())).sum(-1).mean()
     torch.testing.assert_close(found, wanted)
 

@@ -7,8 +7,9 @@ import pytest
 from warpmuscle.core.errors import SceneError
 from warpmuscle.formats import load
 from warpmuscle.scene import Scene
+from warpmuscle.scene.joints.symmetry import counterpart
 from warpmuscle.scene.parameters import start_values, substitute
-from warpmuscle.studies.fit_muscles import PropertyTable, fit_muscles, mirror
+from warpmuscle.studies.fit_muscles import PropertyTable, fit_muscles
 
 
 @pytest.fixture(scope="module")
@@ -29,7 +30,7 @@ def test_shipped_properties_are_those_of_the_fit(fitted: Scene):
 
 def test_both_sides_get_the_same_properties(fitted: Scene):
     muscles = fitted.character.muscles
-    pairs = {name: mirror(name, muscles) for name in muscles}
+    pairs = {name: counterpart(name, muscles) for name in muscles}
     assert sum(bool(other) for other in pairs.values()) >= 44
     for name, other in pairs.items():
         if other:
@@ -85,7 +86,7 @@ def test_mirror_finds_the_other_side_by_name(name: str, other: str):
     sided = ["lHAM", "ham_l", "ham_left", "left_ham", "LeftHam", "LHAM"]
     others = ["rHAM", "ham_r", "ham_right", "right_ham", "RightHam", "RHAM"]
     names = dict.fromkeys([*sided, *others, "neck", "rectus", "longus"])
-    assert mirror(name, names) == other
+    assert counterpart(name, names) == other
 
 
 def test_character_without_muscles_cannot_be_fitted():

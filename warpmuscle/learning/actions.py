@@ -13,6 +13,7 @@ from warpmuscle.core.arrays import rows, structs_to_device, to_device
 from warpmuscle.core.errors import SceneError
 from warpmuscle.kernels import policy_actions, structs
 from warpmuscle.kernels.control import given_effort
+from warpmuscle.learning.symmetry import BodySymmetry, Image, action_image
 from warpmuscle.model.build import Fields, start_of
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.learning import Task
@@ -40,6 +41,7 @@ class Actions:
         self.kind, self._device, n = task.actions, rollout.device, rollout.instances
         self._offset = OFFSET.get(task.actions, 0.0) if task.action_offset is None else task.action_offset
         self._scale = SCALE[task.actions] if task.action_scale is None else task.action_scale
+        self._middle = wp.zeros(0, dtype=float, device=self._device)
         muscles = rollout.structure.actuation.muscles
         self.fields: Fields = {}
         self.excitation = wp.zeros(
@@ -78,6 +80,11 @@ class Actions:
     def changing(self) -> list[wp.array]:
         """Arrays that decisions change and that later ones depend on."""
         return [self.action, self.previous]
+
+    def image(self, body: BodySymmetry) -> Image:
+        """Which actions move the body's mirror image so; raises SceneError where none do."""
+        middle = self._middle.numpy() if len(self._middle) else np.zeros(len(self.names))
+        return action_image(self.kind, self.names, middle, self._scale, body)
 
     def take(self) -> None:
         """Let what was told count from now on."""

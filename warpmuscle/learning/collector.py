@@ -10,6 +10,7 @@ from torch import Tensor
 from warpmuscle.learning.actor_critic import ActorCritic
 from warpmuscle.learning.options import PPOOptions
 from warpmuscle.learning.ppo import Experience
+from warpmuscle.learning.symmetry import Images
 
 COUNTED = ("episodes", "reward")
 LOGGED = ("time", "completed", "speed", "return")  # of the environment's log
@@ -24,6 +25,7 @@ class Environment(Protocol):
     dt: float  # s, that a decision takes
     observation_names: tuple[str, ...]
     action_names: tuple[str, ...]
+    images: Images | None  # of observations and actions in a mirror
 
     @property
     def critic_observation(self) -> Tensor:

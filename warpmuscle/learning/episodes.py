@@ -10,6 +10,7 @@ import numpy as np
 import warp as wp
 
 from warpmuscle.core.arguments import as_kind, as_whole
+from warpmuscle.core.array_types import Floats
 from warpmuscle.core.arrays import arrays_of, rows, to_device
 from warpmuscle.core.decoding import to_type
 from warpmuscle.core.errors import RolloutError
@@ -18,9 +19,11 @@ from warpmuscle.kernels import episodes as kernels
 from warpmuscle.kernels import senses as sense_kernels
 from warpmuscle.kernels import structs
 from warpmuscle.learning.actions import Actions
+from warpmuscle.learning.imitation import Gait, gait_of
 from warpmuscle.learning.rewards import Judge
 from warpmuscle.learning.senses import About, Senses, head_of
 from warpmuscle.learning.starts import first_state, gait_states, make_room_to_feel, start_table
+from warpmuscle.learning.symmetry import BodySymmetry, Images, observed_image
 from warpmuscle.learning.variants import Variants
 from warpmuscle.scene import Scene
 from warpmuscle.scene.joints import root_type
@@ -51,6 +54,7 @@ class EpisodeBatch:
         actions, senses, judge: with the arrays that they hold. episodes: where every instance is in its episode.
         final_observation: (instances, observations) of the episode that ended, where one did.
         command_names: of the columns of `episodes.command`.
+        images: of observations and actions in a mirror; None where the task is not said to be symmetric.
     """
 
     def __init__(
@@ -106,18 +110,22 @@ class EpisodeBatch:
         )
         self._stepper.load()
         self.command_names = (*MOVED, *self.task.pose)
-        self.judge = Judge(self.task, rollout, self.actions, self.dt, self.longest)
+        body = BodySymmetry(rollout) if self.task.symmetric else None
+        gait = None if self.task.imitation is None else gait_of(rollout, self.task.imitation, body)
+        self.judge = Judge(self.task, rollout, self.actions, gait, self.dt, self.longest)
         around = self._surroundings()
-        about = About(rollout, self.actions.names, self.command_names, self._variants.names)
+        about = About(rollout, self.actions.names, self.command_names, self._variants.names, gait is not None)
         self.senses = Senses(self.task, about, self.decision_steps, around)
+        self.images = None if body is None else self._images(about, body)
         self.final_observation = wp.zeros_like(self.senses.observation)
-        states = [first_state(rollout, self._stepper)]
+        states, times = [first_state(rollout, self._stepper)], [0.0]
         variation = self.task.variation
         if variation.start_states:
-            states = gait_states(rollout, variation.start_states, variation.start_after, self.decision_steps) or states
+            found = gait_states(rollout, variation.start_states, variation.start_after, self.decision_steps)
+            states, times = found or (states, times)
         self._starts = start_table(self._stepper, states)
         self.episodes = self._episodes(instances)
-        self._rules = self._episode_rules(len(states))
+        self._rules = self._episode_rules(np.array(times), gait)
         self.reset(seed)
 
     def reset(self, seed: int | None = None) -> None:
@@ -220,6 +228,13 @@ class EpisodeBatch:
         around.varied = self._variants.told
         return around
 
+    def _images(self, about: About, body: BodySymmetry) -> Images:
+        """What a body's mirror image observes, and how it acts; raises SceneError for what has no image."""
+        senses = self.senses
+        action = self.actions.image(body)
+        observed, critic = (observed_image(row, about, body, action) for row in (senses.numbers, senses.critic_numbers))
+        return Images(observed, critic, action)
+
     def _episodes(self, instances: int) -> kernels.Episodes:
         """Room for where every instance is."""
         episodes, device = kernels.Episodes(), self.device
@@ -230,11 +245,14 @@ class EpisodeBatch:
             setattr(episodes, name, wp.zeros(size, dtype=member.type.dtype, device=device))
         return episodes
 
-    def _episode_rules(self, starts: int) -> kernels.EpisodeRules:
-        """What is drawn for episodes."""
+    def _episode_rules(self, times: Floats, gait: Gait | None) -> kernels.EpisodeRules:
+        """What is drawn for episodes, whose starts are of these times, s, of the gait."""
         task, variation, rules = self.task, self.task.variation, kernels.EpisodeRules()
         intervals = np.array([task.speed, task.turning_rate, *task.pose.values()])
-        rules.root, rules.starts, rules.variants = root_number(self.scene), starts, self._variants.count
+        rules.root, rules.starts, rules.variants = root_number(self.scene), len(times), self._variants.count
+        rules.cycle_rate = 0.0 if gait is None else 1.0 / gait.cycle_time
+        phases = np.zeros(len(times)) if gait is None else gait.phases(times)
+        rules.start_phase = to_device(phases, float, self.device)
         rules.command_decisions = round(task.command_time / self.dt)
         rules.command_low = to_device(intervals[:, 0], float, self.device)
         rules.command_high = to_device(intervals[:, 1], float, self.device)

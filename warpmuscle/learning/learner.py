@@ -11,6 +11,7 @@ import torch
 
 from warpmuscle.learning.actor_critic import SMALL_VARIANCE, WIDEST, ActorCritic
 from warpmuscle.learning.collector import COUNTED, LOGGED, Collector, Environment
+from warpmuscle.learning.mirrors import mirrors_of
 from warpmuscle.learning.options import PPOOptions
 from warpmuscle.learning.ppo import PPO
 from warpmuscle.results.learned import Layer, PolicyTable, Singles
@@ -42,7 +43,8 @@ class Learner:
             env.num_observations, privileged, env.num_actions, options.hidden, options.deviation, seed
         ).to(device)
         self.collector = Collector(env, self.networks, options)
-        self.ppo = PPO(self.networks, self.collector.experience, options)
+        self.mirrors = None if env.images is None else mirrors_of(env.images, device)
+        self.ppo = PPO(self.networks, self.collector.experience, options, self.mirrors)
         self.random = torch.Generator(device).manual_seed(seed)
         self.iterations = 0
         self._captures = capture and device.type == "cuda"
@@ -76,8 +78,12 @@ class Learner:
         """Let what was observed count in what is usual."""
         seen = self.collector.experience
         with torch.no_grad():
-            self.networks.observed.see(seen.observation.flatten(0, 1))
-            self.networks.privileged.see(seen.privileged.flatten(0, 1))
+            observation, privileged = seen.observation.flatten(0, 1), seen.privileged.flatten(0, 1)
+            self.networks.observed.see(observation)
+            self.networks.privileged.see(privileged)
+            if self.mirrors is not None:
+                self.networks.observed.see(self.mirrors.observation.of(observation))
+                self.networks.privileged.see(self.mirrors.privileged.of(privileged))
 
     def _told(self) -> dict[str, float]:
         """How the iteration went, by the names of `results.learned.CURVE`; the host waits for it."""

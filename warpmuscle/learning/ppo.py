@@ -8,6 +8,7 @@ import torch
 from torch import Tensor
 
 from warpmuscle.learning.actor_critic import ActorCritic
+from warpmuscle.learning.mirrors import Mirrors
 from warpmuscle.learning.optimizer import FlatAdam
 from warpmuscle.learning.options import PPOOptions
 
@@ -66,13 +67,17 @@ class PPO:
     """Makes a policy and its critic better by what they have met with.
 
     Attributes:
-        order: (epochs, minibatches, size) numbers of the samples in each minibatch, to be drawn before `update`.
+        order: (epochs, minibatches, size) numbers of the samples in each minibatch, to be drawn before `update`; those
+            beyond the number of samples are of their mirror images, in the same order.
         told: (4,) means over the minibatches: policy loss, value loss, divergence from the old policy, share clipped.
     """
 
-    def __init__(self, networks: ActorCritic, experience: Experience, options: PPOOptions) -> None:
-        """Prepare to learn from this experience, again and again."""
+    def __init__(
+        self, networks: ActorCritic, experience: Experience, options: PPOOptions, mirrors: Mirrors | None = None
+    ) -> None:
+        """Prepare to learn from this experience, again and again; with mirrors, every other sample as its image."""
         self.networks, self.experience, self.options = networks, experience, options
+        self._mirrors = mirrors
         policy = [*networks.policy.parameters(), networks.log_deviation]
         self.adam = FlatAdam([policy, list(networks.value.parameters())], options.learning_rate, options.max_gradient)
         device = experience.reward.device
@@ -85,6 +90,9 @@ class PPO:
         _, count, size = self.order.shape
         for epoch in self.order:
             drawn = torch.randperm(self.experience.samples, generator=random, device=epoch.device)
+            if self._mirrors is not None:
+                images = torch.randint(2, drawn.shape, generator=random, device=epoch.device)
+                drawn = drawn + self.experience.samples * images
             epoch.copy_(drawn[: count * size].view(count, size))
 
     def update(self, last: Tensor) -> None:
@@ -97,20 +105,29 @@ class PPO:
             advantage = (advantage - mean) * torch.rsqrt(deviation + 1e-8)
             old = self.networks.log_deviation.detach().clone()
             self.told.zero_()
-            observed = self.networks.observed(seen.observation)
-            privileged = self.networks.privileged(seen.privileged)
-        columns = [observed, privileged, seen.action, seen.mean]
-        wide = [column.flatten(0, 1) for column in columns]
-        narrow = [column.flatten() for column in (seen.likelihood, seen.value, advantage, returns)]
+            columns = [seen.observation, seen.privileged, seen.action, seen.mean]
+            wide = [column.flatten(0, 1) for column in columns]
+            narrow = [column.flatten() for column in (seen.likelihood, seen.value, advantage, returns)]
+            own = torch.ones_like(narrow[0])
+            if self._mirrors is not None:
+                wide = [torch.cat([column, image]) for column, image in zip(wide, self._mirrors.of(*wide), strict=True)]
+                narrow = [column.repeat(2) for column in narrow]
+                own = torch.cat([own, torch.zeros_like(own)])
+            wide[:2] = self.networks.observed(wide[0]), self.networks.privileged(wide[1])
         for epoch in self.order:
             for chosen in epoch:
-                self._improve(old, *(column[chosen] for column in (*wide, *narrow)))
+                self._improve(old, *(column[chosen] for column in (*wide, *narrow, own)))
 
     def _improve(
         self, old: Tensor, observation: Tensor, privileged: Tensor, action: Tensor, old_mean: Tensor,
-        old_likelihood: Tensor, old_value: Tensor, advantage: Tensor, returns: Tensor,
+        old_likelihood: Tensor, old_value: Tensor, advantage: Tensor, returns: Tensor, own: Tensor,
     ) -> None:  # fmt: skip
-        """One step on a minibatch of normal observations; `old` is the logarithm of the deviation that acted."""
+        """One step on a minibatch of normal observations.
+
+        Args:
+            old: logarithm of the deviation that acted. own: 1 of what was met with, 0 of mirror images, whose mean
+                actions need not be the images of means, so that they say nothing of the divergence.
+        """
         options, networks = self.options, self.networks
         mean, value = networks.policy(observation), networks.value(privileged)[:, 0]
         ratio = torch.exp(networks.log_likelihood(mean, action) - old_likelihood)
@@ -122,7 +139,7 @@ class PPO:
         self.adam.forget()
         (policy_loss + options.value_weight * value_loss - options.entropy_weight * entropy).backward()
         with torch.no_grad():
-            divergence = _divergence(old_mean, old, mean, networks.log_deviation)
+            divergence = _divergence(old_mean, old, mean, networks.log_deviation, own)
             self._adapt(divergence)
             self.adam.step()
             networks.log_deviation.clamp_(min=options.min_log_deviation)
@@ -140,8 +157,13 @@ class PPO:
             rate.mul_(factor).clamp_(options.min_learning_rate, options.max_learning_rate)
 
 
-def _divergence(old_mean: Tensor, old: Tensor, mean: Tensor, new: Tensor) -> Tensor:
-    """() mean Kullback-Leibler divergence of Gaussian policies with these means and logarithms of deviations."""
+def _divergence(old_mean: Tensor, old: Tensor, mean: Tensor, new: Tensor, weight: Tensor) -> Tensor:
+    """() mean Kullback-Leibler divergence of Gaussian policies with these means and logarithms of deviations.
+
+    Args:
+        weight: (n,) of samples in the mean.
+    """
     spread = torch.exp(2.0 * (old - new))
     distance = ((old_mean - mean) * torch.exp(-new)) ** 2
-    return (new - old + 0.5 * (spread + distance - 1.0)).sum(-1).mean()
+    each = (new - old + 0.5 * (spread + distance - 1.0)).sum(-1)
+    return (each * weight).sum() / weight.sum().clamp(min=1.0)

@@ -13,15 +13,16 @@ from warpmuscle.kernels import rewards as kernels
 from warpmuscle.kernels import structs
 from warpmuscle.kernels.episodes import EpisodeRules, Episodes
 from warpmuscle.learning.actions import BY_MUSCLES, Actions
+from warpmuscle.learning.imitation import Gait, gait_table
 from warpmuscle.model.objective import counted_terms, weight_of
 from warpmuscle.scene.accounting import basal_rate
 from warpmuscle.scene.joints import root_type
-from warpmuscle.scene.learning import Task
+from warpmuscle.scene.learning import Imitation, Task
 from warpmuscle.scene.validation.checks import near
 from warpmuscle.simulation.rollout import Rollout
 
 PER_DECISION = ("objective", "failure")  # which do not count for time
-EARNED = ("speed", "alive", "upright", "pose")
+EARNED = ("speed", "alive", "upright", "pose", "imitation")
 
 
 class Judge:
@@ -31,7 +32,9 @@ class Judge:
         gains: what instances have gained, on the device.
     """
 
-    def __init__(self, task: Task, rollout: Rollout, actions: Actions, decision_time: float, longest: int) -> None:
+    def __init__(
+        self, task: Task, rollout: Rollout, actions: Actions, gait: Gait | None, decision_time: float, longest: int
+    ) -> None:
         """Make room; raises SceneError for coordinates that are not there."""
         n, self._device = rollout.instances, rollout.device
         rules = kernels.RewardRules()
@@ -40,6 +43,8 @@ class Judge:
         rules.speed_width, rules.pose_width = task.rewards.speed_width, task.rewards.pose_width
         rules.pose = to_device(pose_numbers(task, rollout.coordinate_names), int, self._device)
         rules.longest = longest
+        if gait is not None:
+            rules.gait = gait_table(gait, task.imitation or Imitation(), task.rewards.imitation_width, rollout)
         muscular = rollout.excitable and actions.kind == "joint_targets"
         by_muscles = kernels.EXCITATIONS if actions.kind in BY_MUSCLES else kernels.ACTIVATIONS
         rules.effort = by_muscles if muscular or actions.kind in BY_MUSCLES else kernels.ACTIONS
@@ -74,6 +79,8 @@ def weights(task: Task, moves: bool, decision_time: float) -> list[float]:
     given = {name: getattr(task.rewards, name) for name in kernels.TERMS}
     if not moves:  # what goes nowhere is not rewarded for going
         given |= dict.fromkeys(("speed", "heading", "side"), 0.0)
+    if task.imitation is None:
+        given["imitation"] = 0.0
     if not task.pose:
         given["pose"] = 0.0
     signed = {name: weight if name in EARNED else -weight for name, weight in given.items()}

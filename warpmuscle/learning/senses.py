@@ -41,6 +41,7 @@ class About(NamedTuple):
     actions: tuple[str, ...]
     commands: tuple[str, ...]
     varied: tuple[str, ...]
+    clock: bool = False  # whether a gait is imitated
 
 
 def _root(about: About) -> bool:
@@ -126,6 +127,10 @@ def _phase(about: About) -> list[Number]:
     return [Number("phase", kernels.PHASE), Number("stance", kernels.STANCE)]
 
 
+def _clock(about: About) -> list[Number]:
+    return [Number(name, kernels.CLOCK, k) for k, name in enumerate(("sin", "cos"))] if about.clock else []
+
+
 def _disturbance(about: About) -> list[Number]:
     pushed = [Number(f"push.{a}", kernels.PUSH_FORCE, k) for k, a in enumerate(XYZ)] if _root(about) else []
     return pushed + [Number(name, kernels.VARIED, k) for k, name in enumerate(about.varied)]
@@ -145,6 +150,7 @@ GROUPS: dict[str, Callable[[About], list[Number]]] = {
     "command": _command,  # what is wanted, and where the wanted way is
     "action": _action,  # of the last decision
     "phase": _phase,  # of the scene's controller
+    "clock": _clock,  # sine and cosine of the phase of the gait that is imitated
 }
 USUAL = ("trunk", "trunk_speed", "coordinates", "speeds", "foot_force", "activation", "command")
 
@@ -161,7 +167,8 @@ def groups_of(task: Task) -> dict[str, Sense]:
                 f"there is no group {name!r}{near(name, GROUPS)}; known: {', '.join(GROUPS)}",
                 key=f"learning.observations.{name}",
             )
-    return task.observations or {name: Sense() for name in USUAL}
+    usual = USUAL if task.imitation is None else (*USUAL, "clock")
+    return task.observations or {name: Sense() for name in usual}
 
 
 class Moment(NamedTuple):
@@ -175,7 +182,8 @@ class Senses:
     """Observations of a batch.
 
     Attributes:
-        names, critic_names: of the numbers. moments: of a decision, the last one at its end.
+        numbers, critic_numbers: that are observed. names, critic_names: of them.
+        moments: of a decision, the last one at its end.
         observation, critic: (instances, numbers) on the device.
     """
 
@@ -183,7 +191,8 @@ class Senses:
         """Make room; raises SceneError for an unknown group, or one that is empty in this scene."""
         rollout = about.rollout
         n, self._device, self._around = rollout.instances, rollout.device, around
-        rows, delays, noises, self.names = [], [], [], []
+        rows: list[Number] = []
+        delays, noises, self.names = [], [], []
         for group, sense in groups_of(task).items():
             numbers = GROUPS[group](about)
             if not numbers and group in task.observations:
@@ -200,6 +209,7 @@ class Senses:
         self.moments = _moments(rest, decision_steps, self._device)
         critic = [number for group in GROUPS if group != "action" for number in GROUPS[group](about)]
         critic += _disturbance(about)
+        self.numbers, self.critic_numbers = rows, critic
         self.critic_names = tuple(number.name for number in critic)
         self._critic_features = _table(critic, np.zeros(len(critic)), [0.0] * len(critic), self._device)
         self.observation = wp.zeros((n, len(rows)), dtype=float, device=self._device)

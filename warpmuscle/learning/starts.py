@@ -77,8 +77,10 @@ def first_state(rollout: Rollout, stepper: Stepper) -> dict[str, Rows]:
     return state | {name: felt[name] for name in FELT if name in felt}
 
 
-def gait_states(rollout: Rollout, count: int, after: float, every: int) -> list[dict[str, Rows]]:
-    """States of the gait that the scene's own controller makes, evenly over its time; none after it has failed.
+def gait_states(rollout: Rollout, count: int, after: float, every: int) -> tuple[list[dict[str, Rows]], list[float]]:
+    """States of the gait that the scene's own controller makes, evenly over its time, and when, s.
+
+    There are none after it has failed.
 
     Args:
         count: how many at most. after: s, when the first is taken. every: so many steps between two, at least.
@@ -90,13 +92,17 @@ def gait_states(rollout: Rollout, count: int, after: float, every: int) -> list[
     gap = max((donor.steps - first) // max(count, 1), every, 1)
     start = _row(stepper)
     states: list[dict[str, Rows]] = []
-    stepper.launch(max(first, 1))
+    times: list[float] = []
+    step = max(first, 1)
+    stepper.launch(step)
     while len(states) < count and not donor.status()[0]:
         state = _row(stepper)
         _put_back(state, start, donor)
         states.append({name: values for name, values in state.items() if name not in SUMS})
+        times.append(step * rollout.scene.time_step)
         stepper.launch(gap)
-    return states
+        step += gap
+    return states, times
 
 
 def make_room_to_feel(rollout: Rollout) -> None:

@@ -22,6 +22,7 @@ from warpmuscle.core.errors import SceneError
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Actuation, Muscle, Part, Scene
 from warpmuscle.scene.joints import joint_type
+from warpmuscle.scene.joints.symmetry import counterpart
 from warpmuscle.scene.number import Number
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.scene.trusted_code import without_code
@@ -30,7 +31,6 @@ from warpmuscle.simulation.rollout import Rollout
 from warpmuscle.simulation.stages import Stages
 
 LEAST_TENDON = 0.1  # of the path
-SIDES = (("l", "r"), ("left", "right"), ("L", "R"), ("Left", "Right"))
 
 
 class Properties(Part):
@@ -90,7 +90,7 @@ def fit_muscles(
     geometry = muscle_geometry(scene, torque_motion(scene, settle, device))
     fitted = {}
     for i, name in enumerate(muscles):
-        pair = [i, *(k for k, other in enumerate(muscles) if other == mirror(name, muscles))]
+        pair = [i, *(k for k, other in enumerate(muscles) if other == counterpart(name, muscles))]
         both = [list(muscles.values())[k] for k in pair]
         length, arm = float(geometry.length[pair].mean()), float(geometry.arm[pair].mean())
         fitted[name] = _fitted(muscles[name], both, length, arm, mean_length, fibre_per_arm, strength)
@@ -136,16 +136,3 @@ def muscle_geometry(scene: Scene, motion: Recording) -> Geometry:
     for k, muscle in enumerate(paths.muscle):
         arm[muscle] = max(arm[muscle], mean[k])
     return Geometry(paths.length.mean(axis=0), arm)
-
-
-def mirror(name: str, names: dict[str, Muscle]) -> str:
-    """Name of the muscle on the other side: `rHAM` for `lHAM`, `ham_r` for `ham_l`, ...; empty if there is none."""
-    for left, right in SIDES:
-        for own, other in ((left, right), (right, left)):
-            for candidate in (
-                other + name.removeprefix(own) if name.startswith(own) else "",
-                name.removesuffix(f"_{own}") + f"_{other}" if name.endswith(f"_{own}") else "",
-            ):
-                if candidate in names and candidate != name:
-                    return candidate
-    return ""

@@ -22,7 +22,9 @@ class Rewards(Part):
     """Weights of what a decision earns, and of what it costs; each counts for the time that a decision takes.
 
     Earned: `speed`, exp(-((v - wanted)/speed_width)^2) of the speed along the wanted heading; `alive`, 1; `upright`,
-    the vertical part of the trunk's long axis; `pose`, exp(-mean squared error/pose_width^2) of wanted coordinates.
+    the vertical part of the trunk's long axis; `pose`, exp(-mean squared error/pose_width^2) of wanted coordinates;
+    `imitation`, the weighted mean of exp(-(angle/imitation_width)^2) over joints, by the angle between a joint and that
+    of the imitated gait.
     Taken off: `effort`, the mean of squared excitations, of squared torques over their limit, or, where joints are
     aimed at targets, of squared activations; `action`, mean squared action, at most 4; `action_rate`, the mean squared
     change of the action; `heading`, 1 - cos of the heading's error; `side`, distance to the side of the wanted way, in
@@ -34,6 +36,7 @@ class Rewards(Part):
     alive: Annotated[float, "1/s"] = 5.0
     upright: Annotated[float, "1/s"] = 0.0
     pose: Annotated[float, "1/s"] = 10.0
+    imitation: Annotated[float, "1/s"] = 20.0
     effort: Annotated[float, "1/s"] = 3.0
     action: Annotated[float, "1/s"] = 1.0
     action_rate: Annotated[float, "1/s"] = 0.0
@@ -43,6 +46,20 @@ class Rewards(Part):
     failure: Annotated[float, "1"] = 0.0
     speed_width: Annotated[float, "m/s"] = 0.5
     pose_width: Annotated[float, "rad"] = 0.3
+    imitation_width: Annotated[float, "rad"] = 0.2
+
+
+class Imitation(Part):
+    """A gait that is imitated: that of the scene's own controller, or the angles of a norm.
+
+    A clock, which episodes start as the gait stands in their starts, runs from one contact of the left foot to the
+    next; the policy may read it in the observations `clock`.
+    """
+
+    norm: str = ""  # whose hips, knees and ankles bend, see `scene.norms.WALKING`; by default those of the gait
+    cycle_time: Annotated[float | None, "s"] = None  # by default that of the gait
+    settle: Annotated[float, "s"] = 2.0  # at the start, in which the gait does not count
+    weights: Annotated[dict[str, float], "1"] = {}  # of joints, and of how upright the `root` is; by default 1
 
 
 class Variation(Part):
@@ -90,5 +107,7 @@ class Task(Part):
     turning_rate: Annotated[Interval, "rad/s"] = (0.0, 0.0)  # of the wanted heading, positive to the left
     pose: Annotated[dict[str, Interval], "rad or m"] = {}  # wanted coordinates, by name
     command_time: Annotated[float, "s"] = 0.0  # after which other commands are drawn; 0: they last for the episode
+    imitation: Imitation | None = None  # the gait that is rewarded
+    symmetric: bool = False  # body and task are their own mirror images, so that one side learns from the other
     rewards: Rewards = msgspec.field(default_factory=Rewards)
     variation: Variation = msgspec.field(default_factory=Variation)

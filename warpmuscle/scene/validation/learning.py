@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import math
+
 from warpmuscle.core.errors import SceneError
-from warpmuscle.scene.learning import Task, Variation
+from warpmuscle.scene.learning import Imitation, Task, Variation
 from warpmuscle.scene.learning.task import Interval
+from warpmuscle.scene.norms import WALKING
 from warpmuscle.scene.validation.checks import Checks, known
 
 LONGEST_DELAY = 1.0  # s, longer than of any nerve; what was felt meanwhile is kept
@@ -37,9 +40,27 @@ def check_task(check: Checks) -> None:
     for name, parts in task.synergies.items():
         for muscle in parts:
             known(muscle, check.checked.character.muscles, "muscle", f"learning.synergies.{name}.{muscle}")
-    check.positive("learning.rewards", task.rewards, "speed_width", "pose_width")
+    check.positive("learning.rewards", task.rewards, "speed_width", "pose_width", "imitation_width")
     check.not_negative("learning.rewards", task.rewards, *_weights(task))
     _variation(check, task.variation)
+    if task.imitation is not None:
+        _imitation(check, task.imitation)
+
+
+def _imitation(check: Checks, imitation: Imitation) -> None:
+    """There is a gait, and norms and joints of these names."""
+    key, scene = "learning.imitation", check.checked
+    if scene.controller is None or scene.feet is None:
+        raise SceneError("there is no controller with feet, whose gait it would be", key=key)
+    check.not_negative(key, imitation, "settle")
+    if imitation.cycle_time is not None:
+        check.positive(key, imitation, "cycle_time")
+    if imitation.norm:
+        known(imitation.norm, [norm.source for norm in WALKING], "norm", f"{key}.norm")
+    for name, weight in imitation.weights.items():
+        known(name, ["root", *scene.character.joints], "joint", f"{key}.weights.{name}")
+        if not 0.0 <= weight < math.inf:
+            raise SceneError(f"must not be negative, is {weight:g}", key=f"{key}.weights.{name}")
 
 
 def _weights(task: Task) -> list[str]:

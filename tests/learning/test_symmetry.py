@@ -1,0 +1,106 @@
+"""Mirror images of observations and actions: twice is nothing, and a body moves as its image does."""
+
+import msgspec
+import numpy as np
+import pytest
+
+from warpmuscle.core.errors import SceneError
+from warpmuscle.formats import load
+from warpmuscle.learning import EpisodeBatch, Sense, Task, Variation
+from warpmuscle.learning.senses import GROUPS
+from warpmuscle.scene.joints.symmetry import QUATERNION, TURN, VECTOR, joint_image
+from warpmuscle.simulation.rollout import Rollout
+
+STILL = Variation(velocity_noise=0.0)
+SEEN = ("trunk", "trunk_speed", "head", "coordinates", "speeds", "foot_force", "activation", "fibre_length",
+        "fibre_velocity", "tendon_force", "command", "action", "phase")  # fmt: skip
+
+
+def put_image(rollout: Rollout) -> None:
+    """Let the second instance be the image of the first one."""
+    q, v = (array.numpy() for array in (rollout.state.coordinates, rollout.state.speeds))
+    q[1, :7] = np.concatenate([q[0, :3] * VECTOR, q[0, 3:7] * QUATERNION])
+    v[1, :6] = np.concatenate([v[0, :3] * VECTOR, v[0, 3:6] * TURN])
+    for names, values, kind in ((rollout.coordinate_names, q, "coordinates"), (rollout.speed_names, v, "speeds")):
+        for joint in rollout.names.joints:
+            image = joint_image(rollout.numeric.character, joint)
+            mine, theirs = (
+                [k for k, name in enumerate(names) if name.split(".")[0] == one] for one in (joint, image.name)
+            )
+            values[1, mine] = values[0, theirs] * getattr(image, kind)
+    rollout.state.coordinates.assign(q)
+    rollout.state.speeds.assign(v)
+
+
+def batch_of(**task: object) -> EpisodeBatch:
+    """Two bodies whose shoulders, unlike those of walk56, have the same gains."""
+    observations = {name: Sense(delay=0.005) for name in SEEN}
+    scene = load("walk56")
+    assert scene.controller is not None
+    pd = scene.controller.pd
+    even = {**pd, "rShoulder": msgspec.structs.replace(pd["rShoulder"], scale=pd["lShoulder"].scale)}
+    scene = msgspec.structs.replace(scene, controller=msgspec.structs.replace(scene.controller, pd=even))
+    wanted = Task(symmetric=True, observations=observations, variation=STILL, **task)
+    return EpisodeBatch(scene, 2, "cpu", wanted, threads=1)
+
+
+@pytest.mark.parametrize("actions", ["excitation", "joint_targets"])
+def test_the_image_of_a_body_that_acts_as_the_image_of_another_moves_as_its_image(actions: str):
+    assert set(SEEN) == set(GROUPS) - {"clock"}
+    batch = batch_of(actions=actions)
+    images, random = batch.images, np.random.default_rng(3)
+    assert images is not None
+    state = batch.rollout.state
+    v = state.speeds.numpy()
+    v[0] += random.normal(0.0, 0.3, v.shape[1])
+    state.speeds.assign(v)
+    put_image(batch.rollout)
+    heading, stance = batch.episodes.heading.numpy(), state.stance.numpy()
+    batch.episodes.command.assign(np.array([[1.1, 0.3], [1.1, -0.3]], dtype=np.float32))
+    batch.episodes.heading.assign(heading * [1.0, -1.0])
+    state.stance.assign(np.array([stance[0], 1 - stance[0]]))
+    for _ in range(4):
+        action = random.normal(0.0, 0.4, (1, len(batch.actions.names)))
+        batch.actions.told.assign(np.concatenate([action, images.action.of(action)]).astype(np.float32))
+        batch.step()
+    for row, image in ((batch.senses.observation, images.observation), (batch.senses.critic, images.critic)):
+        seen = row.numpy().astype(float)
+        assert np.abs(seen[0]).max() > 0.5
+        np.testing.assert_allclose(image.of(seen[0]), seen[1], atol=0.01)
+        assert np.abs(seen[0] - seen[1]).max() > 0.2  # it is not its own image
+    np.testing.assert_allclose(*batch.judge.gains.reward.numpy(), rtol=0.05)
+
+
+def test_an_image_of_an_image_is_what_it_was():
+    images = batch_of(actions="joint_targets").images
+    assert images is not None
+    for image in images:
+        values = np.random.default_rng(1).normal(size=(5, len(image.place)))
+        np.testing.assert_allclose(image.of(image.of(values)), values, atol=1e-6)
+
+
+def test_an_imported_model_has_images():
+    character = load("gait2392_walk").character
+    images = {name: joint_image(character, name) for name in character.joints}
+    assert images["knee_angle_r"].name == "knee_angle_l"
+    assert {image.name for image in images.values()} == set(character.joints)
+
+
+def test_who_is_not_like_his_image_is_refused():
+    scene = load("walk56")
+    muscles = scene.character.muscles
+    weak = msgspec.structs.replace(muscles["lSOL"], f_max=1000.0)
+    character = msgspec.structs.replace(scene.character, muscles={**muscles, "lSOL": weak})
+    one_sided = msgspec.structs.replace(scene, character=character)
+    with pytest.raises(SceneError, match="is not like its image 'rSOL'") as caught:
+        EpisodeBatch(one_sided, 1, "cpu", Task(symmetric=True), threads=1)
+    assert caught.value.key == "character.muscles.lSOL"
+
+
+def test_a_joint_that_moves_otherwise_than_its_counterpart_is_refused():
+    character = load("gait2392_walk").character
+    joint = character.joints["ankle_angle_l"]
+    turned = msgspec.structs.replace(joint, axes=[(1.0, 0.5, 0.0)])
+    other = msgspec.structs.replace(character, joints={**character.joints, "ankle_angle_l": turned})
+    with pytest.raises(SceneError, match="does not move as the mirror image of 'ankle_angle_r'"):
+        joint_image(other, "ankle_angle_l")

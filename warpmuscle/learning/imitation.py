@@ -1,0 +1,167 @@
+"""The gait that is imitated: of the scene's own controller over a cycle, perhaps with the angles of a norm."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.arrays import to_device
+from warpmuscle.core.errors import RolloutError, SceneError
+from warpmuscle.core.pose import about, conjugate, multiply, normalized, rotate, twist_angle
+from warpmuscle.gait.cycles import PERCENT, body_weight, over_strides
+from warpmuscle.gait.foot_contact import SIDES, touch_downs
+from warpmuscle.kernels import rewards as kernels
+from warpmuscle.learning.symmetry import BodySymmetry
+from warpmuscle.scene import Scene
+from warpmuscle.scene.anatomy import leg_joints
+from warpmuscle.scene.joints import joint_type
+from warpmuscle.scene.joints.symmetry import VECTOR
+from warpmuscle.scene.learning import Imitation
+from warpmuscle.scene.norms import FLEXION, LEG_ANGLES, WALKING
+from warpmuscle.scene.topology import Topology
+from warpmuscle.simulation.rollout import Rollout
+
+BINS = 100  # of the cycle
+ROOT = "root"  # among the weights
+
+
+@dataclass(frozen=True)
+class Gait:
+    """One cycle of a gait, from a contact of the left foot to its next.
+
+    Attributes:
+        coordinate: (BINS, coordinates) of all joints, means over the cycles. up: (BINS, 3) the vertical in the root.
+        cycle_time: s, of the clock. landings: (n,) s, when the left foot touched down in the gait.
+        right: part of the cycle after which the right foot touches down.
+    """
+
+    coordinate: Floats
+    up: Floats
+    cycle_time: float
+    landings: Floats
+    right: float
+
+    def phases(self, times: Floats) -> Floats:
+        """Parts of the cycle, 0 to 1, at times of the gait, s."""
+        mean = float(np.diff(self.landings).mean())
+        inside = np.interp(times, self.landings, np.arange(len(self.landings)))
+        before, after = np.minimum(times - self.landings[0], 0.0), np.maximum(times - self.landings[-1], 0.0)
+        return np.asarray((inside + (before + after) / mean) % 1.0)
+
+
+def gait_of(rollout: Rollout, imitation: Imitation, body: BodySymmetry | None = None) -> Gait:
+    """The gait that a task imitates, which its controller makes; both sides are alike where the body is symmetric.
+
+    Raises:
+        SceneError: it has no two whole cycles.
+    """
+    donor = Rollout(rollout.scene, 1, str(rollout.device), record=[0])
+    donor.run()
+    recording, numeric = donor.recording(), donor.numeric
+    weight = body_weight(numeric)
+    left, right = (touch_downs(recording, side, weight) for side in SIDES)
+    steady = left[left >= imitation.settle]
+    if len(steady) < 3 or len(right) < 1:
+        raise SceneError(
+            "the gait of the scene's controller has no two whole cycles to imitate", key="learning.imitation"
+        )
+    cycles = list(zip(steady[:-1].tolist(), steady[1:].tolist(), strict=True))
+    up = rotate(conjugate(recording.root_orientation.astype(float)), np.array([0.0, 1.0, 0.0]))
+    lags = [
+        (float(right[right >= begin][0]) - begin) / (end - begin) for begin, end in cycles if (right >= begin).any()
+    ]
+    cycle_time = imitation.cycle_time or float(np.diff(steady).mean())
+    gait = Gait(
+        cycle_means(recording.coordinate, quaternions(rollout.numeric, rollout.names), recording.time, cycles),
+        over_strides(recording.time, up, cycles).mean(axis=0)[:BINS], cycle_time, left, float(np.median(lags)) % 1.0,
+    )  # fmt: skip
+    gait = gait if body is None else evened(gait, body, rollout)
+    return with_norm(gait, imitation.norm, rollout) if imitation.norm else gait
+
+
+def quaternions(scene: Scene, names: Topology) -> list[slice[int, int, None]]:
+    """Coordinates of every ball joint."""
+    spans = [
+        slice(names.coordinate_start[body], names.coordinate_start[body + 1]) for body in range(1, len(names.bodies))
+    ]
+    return [
+        span
+        for span, name in zip(spans, names.joints, strict=True)
+        if joint_type(scene.character.joints[name]).quaternion
+    ]
+
+
+def cycle_means(values: Floats, balls: list[slice[int, int, None]], time: Floats, cycles: Any) -> Floats:
+    """Mean coordinates (BINS, C) over cycles, from a recording's (F, C)."""
+    aligned = values.astype(float)
+    for span in balls:
+        q = aligned[:, span]
+        aligned[:, span] = q * np.where(q @ q[0] < 0.0, -1.0, 1.0)[:, None]
+    mean: Floats = over_strides(time, aligned, cycles).mean(axis=0)[:BINS]
+    for span in balls:
+        mean[:, span] = normalized(mean[:, span])
+    return mean
+
+
+def with_norm(gait: Gait, source: str, rollout: Rollout) -> Gait:
+    """The gait, whose hips, knees and ankles bend as in a norm of that name."""
+    angles = next(norm.angles for norm in WALKING if norm.source == source)
+    scene, names = rollout.numeric, rollout.names
+    coordinate = gait.coordinate.copy()
+    for side, lag in enumerate((0.0, gait.right)):
+        percent = 100.0 * ((PERCENT[:BINS] / 100.0 - lag) % 1.0)
+        for title, sign, name in zip(LEG_ANGLES, FLEXION, leg_joints(scene, side), strict=True):
+            joint, body = scene.character.joints[name], names.body_of_joint(name)
+            span = slice(names.coordinate_start[body], names.coordinate_start[body + 1])
+            kind, q = joint_type(joint), coordinate[:, span]
+            now = twist_angle(kind.motion(joint, q, np.zeros((BINS, len(kind.speeds)))).orientation, (1.0, 0.0, 0.0))
+            more = sign * np.radians(angles[title].mean(percent)) - now
+            if kind.quaternion:
+                coordinate[:, span] = multiply(q, about(np.array([1.0, 0.0, 0.0]), more))
+            else:
+                coordinate[:, span.start] += more * np.sign(kind.frame(joint)[0][0, 0])
+    return replace(gait, coordinate=coordinate)
+
+
+def evened(gait: Gait, body: BodySymmetry, rollout: Rollout) -> Gait:
+    """The mean of a gait and of its mirror image half a cycle later."""
+    names, scene = rollout.coordinate_names, rollout.numeric
+    later, image = np.roll(gait.coordinate, -BINS // 2, axis=0), gait.coordinate.copy()
+    for k, name in enumerate(names):
+        if name in body.coordinates:
+            other, sign = body.coordinates[name]
+            image[:, k] = sign * later[:, names.index(other)]
+    balls = quaternions(scene, rollout.names)
+    for span in balls:
+        image[:, span] *= np.where(np.sum(image[:, span] * gait.coordinate[:, span], axis=1) < 0.0, -1.0, 1.0)[:, None]
+    coordinate = 0.5 * (gait.coordinate + image)
+    for span in balls:
+        coordinate[:, span] = normalized(coordinate[:, span])
+    up = normalized(gait.up + np.roll(gait.up, -BINS // 2, axis=0) * VECTOR)
+    return replace(gait, coordinate=coordinate, up=up, right=0.5)
+
+
+def gait_table(gait: Gait, imitation: Imitation, width: float, rollout: Rollout) -> kernels.GaitTable:
+    """The gait as kernels read it; raises RolloutError if nothing of it counts."""
+    names, device = rollout.names, rollout.device
+    first, end, weight = [], [], []
+    for body, name in enumerate(names.joints, start=1):
+        span = names.coordinate_start[body], names.coordinate_start[body + 1]
+        if span[1] > span[0]:
+            first.append(span[0])
+            end.append(span[1])
+            weight.append(imitation.weights.get(name, 1.0))
+    upright = imitation.weights.get(ROOT, 1.0)
+    total = sum(weight) + upright
+    if not total > 0.0:
+        raise RolloutError("no joint of the imitated gait has any weight")
+    table = kernels.GaitTable()
+    table.coordinate, table.up = to_device(gait.coordinate, float, device), to_device(gait.up, wp.vec3, device)
+    table.first, table.end = to_device(np.array(first), int, device), to_device(np.array(end), int, device)
+    table.weight = to_device(np.array(weight) / total, float, device)
+    table.up_weight, table.width = upright / total, width
+    return table

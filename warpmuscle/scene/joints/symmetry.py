@@ -1,0 +1,73 @@
+"""What is whose image in a mirror at the plane x = 0 of a body: by names of left and right, and by how joints turn."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Collection
+from typing import NamedTuple
+
+import numpy as np
+
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.errors import SceneError
+from warpmuscle.scene import Character, Joint
+from warpmuscle.scene.joints import JointType, joint_type
+
+SIDES = (("l", "r"), ("left", "right"), ("L", "R"), ("Left", "Right"))
+VECTOR = np.array([-1.0, 1.0, 1.0])  # of x, y, z of a place, a velocity, a force
+TURN = np.array([1.0, -1.0, -1.0])  # of x, y, z of a turn, an angular velocity, a torque
+QUATERNION = np.array([1.0, -1.0, -1.0, 1.0])
+ALIKE = 1e-4  # rad or m, that two sides may differ by
+
+
+def counterpart(name: str, names: Collection[str]) -> str:
+    """Name of what is on the other side: `rHAM` for `lHAM`, `ham_r` for `ham_l`, ...; empty if there is none."""
+    for left, right in SIDES:
+        for own, other in ((left, right), (right, left)):
+            for candidate in (
+                other + name.removeprefix(own) if name.startswith(own) else "",
+                name.removesuffix(f"_{own}") + f"_{other}" if name.endswith(f"_{own}") else "",
+            ):
+                if candidate in names and candidate != name:
+                    return candidate
+    return ""
+
+
+class JointImage(NamedTuple):
+    """The joint that is another one's image, and signs of its coordinates and speeds there."""
+
+    name: str
+    coordinates: Floats
+    speeds: Floats
+
+
+def joint_image(character: Character, name: str) -> JointImage:
+    """The image of a joint of a numeric character: its counterpart, or itself where it has none.
+
+    Raises:
+        SceneError: the two do not move as images of each other.
+    """
+    joints = character.joints
+    other = counterpart(name, joints) or name
+    mine, theirs = joint_type(joints[name]), joint_type(joints[other])
+    if mine is theirs:
+        if mine.quaternion:
+            return JointImage(other, QUATERNION, TURN)
+        for signs in itertools.product((1.0, -1.0), repeat=len(mine.speeds)):
+            if _alike(mine, joints[name], joints[other], np.array(signs)):
+                return JointImage(other, np.array(signs), np.array(signs))
+    raise SceneError(
+        f"does not move as the mirror image of {other!r} does" if other != name else "is not its own mirror image",
+        key=f"character.joints.{name}",
+    )
+
+
+def _alike(kind: JointType, mine: Joint, theirs: Joint, signs: Floats) -> bool:
+    """Whether the poses of one joint are images of those of another whose coordinates have these signs."""
+    random = np.random.default_rng(0)
+    q = random.uniform(-0.5, 0.5, (8, len(signs)))
+    one, other = (kind.motion(joint, values, np.zeros_like(q)) for joint, values in ((mine, q), (theirs, q * signs)))
+    turned = np.abs(np.sum(one.orientation * QUATERNION * other.orientation, axis=1))
+    angle = 2.0 * np.arccos(np.minimum(turned, 1.0))
+    away = np.abs(one.place * VECTOR - other.place)
+    return bool(angle.max() < ALIKE and away.max() < ALIKE)
