@@ -22,7 +22,9 @@ def scene() -> Scene:
     scene.objective.speed = Free(1.0, 0.0, 3.0)
     scene.failure.com_height = Free(0.9, 0.5, 1.0)
     scene.stages = [
-        SearchStage("a", {"torque": 0.0, "speed": 2.0}, {"body_contact": True, "heading": 0.5}, 3.0),
+        SearchStage(
+            "a", {"torque": 0.0, "speed": 2.0}, {"body_contact": True, "heading": 0.5}, 3.0, {"runs": 4, "slope": 0.1}
+        ),
         SearchStage("b", free=["controller.pd.*", "objective.*"]),
         SearchStage("c", {"metabolic_model": "umberger"}, free=["*.com_h?ight"]),
     ]
@@ -52,6 +54,7 @@ def test_stage_replaces_what_it_says_and_keeps_the_rest(scene):
     assert (part.objective.torque, part.objective.speed, part.duration) == (0.0, 2.0, 3.0)
     assert (part.failure.body_contact, part.failure.heading) == (True, 0.5)
     assert part.failure.com_height == scene.failure.com_height
+    assert (part.robustness.runs, part.robustness.slope, scene.robustness.runs) == (4, 0.1, 1)
     assert (scene.objective.torque, scene.duration) == (1.0, 10.0)
     assert stage_scene(scene, 2, start_values(scene)).objective.metabolic_model == "umberger"
 

@@ -302,6 +302,7 @@ class SearchStage(Part):
     objective: Annotated[dict[str, float | str], "1"] = {}  # in place of these fields of the scene's objective
     failure: Annotated[dict[str, float | bool], "1"] = {}  # in place of these of its failure limits
     duration: Annotated[float | None, "s"] = None  # of a simulation
+    robustness: Annotated[dict[str, int | float | str], "1"] = {}  # in place of these of its robustness
     free: list[str] = []  # names of the parameters that may change, or patterns such as `controller.*`; all if empty
     candidates: Annotated[float | None, "1"] = None  # at most; below 1: a part of those of the whole search
     strategy: str | None = None  # see `search.strategies`, like the next four

@@ -41,6 +41,7 @@ def stage_scene(scene: Scene, number: int, values: Floats) -> Scene:
         fixed,
         objective=msgspec.structs.replace(fixed.objective, **stage.objective),
         failure=msgspec.structs.replace(fixed.failure, **stage.failure),
+        robustness=msgspec.structs.replace(fixed.robustness, **stage.robustness),
         duration=fixed.duration if stage.duration is None else stage.duration,
         stages=[],
     )

@@ -1,4 +1,4 @@
-"""Checks of what a search is about: the objective, the limits of failure, and the stages that change them."""
+"""Checks of what a search is about: objective, limits of failure, disturbed runs, and the stages that change them."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from warpmuscle.core.decoding import to_type
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.status import Status
 from warpmuscle.kernels.objective_terms import TERMS
-from warpmuscle.scene import Failure, Objective, Scene, SearchStage
+from warpmuscle.scene import Failure, Objective, Robustness, Scene, SearchStage
 from warpmuscle.scene.anatomy import leg_joints
 from warpmuscle.scene.norms import LEG_ANGLES
 from warpmuscle.scene.parameters import free_parameters
@@ -55,6 +55,16 @@ def check_failure(checks: Checks, key: str, failure: Failure) -> None:
     checks.positive(key, failure, *(name for name in numbers if limits[name] == Status.DIVERGED))
 
 
+def check_robustness(checks: Checks, key: str, robustness: Robustness) -> None:
+    """At least one run; disturbances have sizes."""
+    if robustness.runs < 1:
+        raise SceneError(f"must be 1 at least, is {robustness.runs}", key=f"{key}.runs")
+    checks.not_negative(key, robustness, "velocity_noise", "push", "slope", "mass")
+    checks.positive(key, robustness, "push_duration")
+    if robustness.mass >= 1.0:
+        raise SceneError(f"must be less than 1, is {robustness.mass:g}", key=f"{key}.mass")
+
+
 def check_stages(checks: Checks) -> None:
     """Stages have names of their own, free something, and change what there is to something possible."""
     names: list[str] = []
@@ -72,8 +82,10 @@ def _check_stage(checks: Checks, key: str, stage: SearchStage) -> None:
     scene = checks.checked
     to_type(dict(stage.objective), Objective, f"{key}.objective")  # names and kinds of its fields
     to_type(dict(stage.failure), Failure, f"{key}.failure")
+    to_type(dict(stage.robustness), Robustness, f"{key}.robustness")
     check_objective(checks, f"{key}.objective", msgspec.structs.replace(scene.objective, **stage.objective))
     check_failure(checks, f"{key}.failure", msgspec.structs.replace(scene.failure, **stage.failure))
+    check_robustness(checks, f"{key}.robustness", msgspec.structs.replace(scene.robustness, **stage.robustness))
     for field in ("duration", "candidates", "population", "sigma", "searches", "until"):
         if getattr(stage, field) is not None:
             checks.positive(key, stage, field)

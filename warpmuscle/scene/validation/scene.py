@@ -21,7 +21,6 @@ from warpmuscle.scene import (
     Curve,
     InitialState,
     Joint,
-    Robustness,
     Scene,
     State,
 )
@@ -37,7 +36,7 @@ from warpmuscle.scene.validation.forces import check_forces
 from warpmuscle.scene.validation.learning import check_task
 from warpmuscle.scene.validation.motion import check_motion
 from warpmuscle.scene.validation.muscles import check_muscles
-from warpmuscle.scene.validation.objective import check_failure, check_objective, check_stages
+from warpmuscle.scene.validation.objective import check_failure, check_objective, check_robustness, check_stages
 from warpmuscle.scene.validation.reflexes import check_reflexes
 from warpmuscle.scene.validation.skeleton import check_skeleton
 
@@ -92,7 +91,7 @@ class _Check(Checks):
         check_failure(self, "failure", scene.failure)
         self.self_collision(scene.failure.self_collision_pairs, scene.character)
         check_objective(self, "objective", scene.objective)
-        self.robustness(scene.robustness)
+        check_robustness(self, "robustness", scene.robustness)
         self.tracking(scene)
         self.control_rate(scene)
         check_stages(self)
@@ -124,15 +123,6 @@ class _Check(Checks):
         if scene.control_rate > 0.0 and (scene.controller is None or scene.custom_controller):
             which = "a custom_controller decides in every step" if scene.custom_controller else "there is no controller"
             raise SceneError(f"{which}; leave control_rate out", key="control_rate")
-
-    def robustness(self, robustness: Robustness) -> None:
-        """At least one run; disturbances have sizes."""
-        if robustness.runs < 1:
-            raise SceneError(f"must be 1 at least, is {robustness.runs}", key="robustness.runs")
-        self.not_negative("robustness", robustness, "velocity_noise", "push", "slope", "mass")
-        self.positive("robustness", robustness, "push_duration")
-        if robustness.mass >= 1.0:
-            raise SceneError(f"must be less than 1, is {robustness.mass:g}", key="robustness.mass")
 
     def self_collision(self, pairs: Sequence[tuple[str, str]], character: Character) -> None:
         """A pair is two bodies with shapes."""
