@@ -28,6 +28,7 @@ from warpmuscle.view.sources import of_scene, page_of_sights
 
 SETTLED = 0.2  # of the time, after which memory is compared
 ROUNDS = 3
+WINDOW = {"width": 1280, "height": 800}  # px
 
 
 def main() -> None:
@@ -97,30 +98,39 @@ def count_pictures(browser: Any, given: argparse.Namespace) -> None:
         own = Path(folder) / "many.html"
         page_of_sights([sight] * given.bipeds).save(own)
         pages = [own] + ([given.against.resolve()] if given.against else [])
-        rates: dict[Path, list[float]] = {page: [] for page in pages}
+        found: dict[Path, list[tuple[float, float]]] = {page: [] for page in pages}
         for _ in range(ROUNDS):
             for path in pages:
-                rates[path].append(rate_of(browser, path, given.seconds))
-        for path, found in rates.items():
-            print(f"{path.name}: {np.median(found):.1f} pictures/s ({', '.join(f'{rate:.1f}' for rate in found)})")
+                found[path].append(rate_of(browser, path, given.seconds))
+        for path, rows in found.items():
+            rates, scripts = np.transpose(rows)
+            print(f"{path.name}: {np.median(rates):.1f} pictures/s ({', '.join(f'{rate:.1f}' for rate in rates)}), "
+                  f"{np.median(scripts):.1f} ms of JavaScript a picture")  # fmt: skip
         if given.against:
-            ratios = np.array(rates[pages[0]]) / np.array(rates[pages[1]])
-            print(f"ours over the other: {np.median(ratios):.2f}")
+            ratios = np.divide([rate for rate, _ in found[pages[0]]], [rate for rate, _ in found[pages[1]]])
+            print(f"ours over the other: {np.median(ratios):.2f} ({', '.join(f'{ratio:.2f}' for ratio in ratios)})")
 
 
-def rate_of(browser: Any, path: Path, seconds: float) -> float:
-    """Pictures a second that a page draws while it plays, once it has found its resolution."""
-    page = browser.new_page(viewport={"width": 1280, "height": 800})
+def rate_of(browser: Any, path: Path, seconds: float) -> tuple[float, float]:
+    """Pictures a second that a page draws while it plays, once it has found its resolution, and ms of JavaScript each."""
+    page = browser.new_page(viewport=WINDOW)
     page.set_default_timeout(120_000)
     page.goto(path.as_uri())
     page.evaluate("warpmuscle.ready")
     page.wait_for_timeout(1000.0 * seconds)
-    now = "[performance.now(), warpmuscle.state().pictures]"
-    begin, before = page.evaluate(now)
+    session = page.context.new_cdp_session(page)
+    session.send("Performance.enable")
+
+    def counted() -> tuple[float, float, float]:
+        now, pictures = page.evaluate("[performance.now(), warpmuscle.state().pictures]")
+        metrics = {each["name"]: each["value"] for each in session.send("Performance.getMetrics")["metrics"]}
+        return now, pictures, 1000.0 * metrics["ScriptDuration"]
+
+    before = counted()
     page.wait_for_timeout(1000.0 * seconds)
-    end, behind = page.evaluate(now)
+    passed, pictures, script = np.subtract(counted(), before)
     page.close()
-    return float(1000.0 * (behind - before) / (end - begin))
+    return float(1000.0 * pictures / passed), float(script / max(pictures, 1.0))
 
 
 if __name__ == "__main__":

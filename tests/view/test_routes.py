@@ -80,7 +80,7 @@ def test_surfaces_are_drawn_where_they_are_on_their_bodies():
     }
     character.muscles["flexor"].wraps = [Wrap("roll"), Wrap("egg"), Wrap("ring")]
     roll, egg, *ring = surface_pieces(character, ["flexor"], ["base", "tip"])
-    assert (type(roll).__name__, roll.body, type(egg).__name__, egg.body) == ("Tube", 1, "Ellipsoid", 0)
+    assert (roll.flat, roll.body, type(egg).__name__, egg.body) == (True, 1, "Ellipsoid", 0)
     assert {piece.layer for piece in (roll, egg, *ring)} == {"surface"}
     assert roll.radii == (0.05, 0.05)
     np.testing.assert_allclose(np.abs(roll.end - roll.start), [0.4, 0.0, 0.0], atol=1e-9)

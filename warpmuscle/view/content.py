@@ -18,7 +18,7 @@ from warpmuscle.scene.initial_pose import plain_number
 from warpmuscle.scene.norms import LEG_ANGLES, Band
 from warpmuscle.view.curves import Line, Panel, panels_of
 from warpmuscle.view.packing import Packer
-from warpmuscle.view.pieces import Ellipsoid, Hull, Limb, Piece, Tube
+from warpmuscle.view.pieces import Block, Ellipsoid, Hull, Limb, Piece
 from warpmuscle.view.track import Doll, Track
 
 NORM_PERCENT = np.linspace(0.0, 100.0, 51)  # of the gait cycle, where bands of norms have their samples
@@ -199,7 +199,7 @@ def piece_contents(pieces: Sequence[Piece], packer: Packer) -> list[dict[str, An
 
 
 def _form(piece: Piece, packer: Packer) -> dict[str, Any]:
-    if isinstance(piece, Limb | Tube):
+    if isinstance(piece, Limb):
         return {"start": _rounded(piece.start), "end": _rounded(piece.end), "radii": _rounded(piece.radii)}
     if isinstance(piece, Ellipsoid):
         turn = _rounded(piece.orientation)
@@ -215,4 +215,6 @@ def _rounded(numbers: Any) -> Any:
 
 
 def _kind(piece: Piece) -> str:
-    return {"Block": "box"}.get(type(piece).__name__, type(piece).__name__.lower())
+    if isinstance(piece, Limb):
+        return "tube" if piece.flat else "limb"
+    return "box" if isinstance(piece, Block) else type(piece).__name__.lower()

@@ -20,7 +20,7 @@ UNTURNED = np.array([0.0, 0.0, 0.0, 1.0])
 
 
 class Limb(NamedTuple):
-    """Two spheres and all between them; one sphere where start and end are the same."""
+    """Two spheres and all between them, one sphere where start and end are the same; or a bar whose ends are flat."""
 
     body: int
     side: Side
@@ -28,6 +28,7 @@ class Limb(NamedTuple):
     start: Floats  # (3,) m, in the body's frame
     end: Floats  # (3,) m
     radii: tuple[float, float]  # m, at start and end
+    flat: bool = False  # ends, as of a cylinder to wrap around
 
 
 class Ellipsoid(NamedTuple):
@@ -62,18 +63,7 @@ class Block(NamedTuple):
     radii: Floats  # (3,) m, half its edges
 
 
-class Tube(NamedTuple):
-    """A round bar with flat ends, as a cylinder to wrap around is."""
-
-    body: int
-    side: Side
-    layer: Layer
-    start: Floats  # (3,) m, in the body's frame
-    end: Floats  # (3,) m
-    radii: tuple[float, float]  # m, at start and end
-
-
-Piece = Limb | Tube | Ellipsoid | Block | Hull
+Piece = Limb | Ellipsoid | Block | Hull
 
 
 def exact_shape(shape: Shape, body: int, side: Side) -> Piece:
@@ -98,7 +88,7 @@ def surface_pieces(character: Character, muscles: Sequence[str], body_names: Seq
         if isinstance(surface, CylinderSurface):
             along = 0.5 * plain_number(surface.length) * rotate(turn, np.array([0.0, 0.0, 1.0]))
             radius = plain_number(surface.radius)
-            found.append(Tube(body, side, "surface", place - along, place + along, (radius, radius)))
+            found.append(Limb(body, side, "surface", place - along, place + along, (radius, radius), flat=True))
         elif isinstance(surface, TorusSurface):
             inner, outer = plain_number(surface.inner_radius), plain_number(surface.outer_radius)
             angle = np.linspace(0.0, 2.0 * np.pi, RING + 1)

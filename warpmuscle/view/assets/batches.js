@@ -38,49 +38,77 @@ class Table {
   }
 }
 
-// Instances of one mesh, each some texels of a table.
+// Instances of one shape, some vertices of four numbers each. The shape has meshes of several levels of detail, finest
+// first; a flat one has only the side that is turned to the eye. A batch is one plain draw, in which every vertex has the
+// numbers of its instance: without a graphics card, an instance of an instanced draw costs as much as a hundred triangles,
+// and a look into a texture as much as all the rest of a vertex.
 class Batch {
-  constructor(gl, { vertices, faces }, perVertex, perInstance) {
-    Object.assign(this, { gl, faces, perInstance, count: 0, drawable: 0 });
-    this.vertices = vertices.length / (4 * perVertex);
-    this.mesh = new Table(gl, vertices.length / 4);
-    this.mesh.numbers.set(vertices);
-    this.mesh.send(vertices.length / 4);
-    this.instances = new Table(gl, ROW);
-    this.indices = gl.createBuffer();
+  constructor(gl, meshes, perVertex, perInstance) {
+    Object.assign(this, { gl, perVertex, perInstance, count: 0, version: 0, numbers: new Float32Array(64 * perInstance) });
+    this.meshes = meshes.map(({ vertices, faces, flat = false }) => {
+      const state = gl.createVertexArray(), corners = gl.createBuffer(), indices = gl.createBuffer();
+      gl.bindVertexArray(state);
+      gl.bindBuffer(gl.ARRAY_BUFFER, corners);
+      for (let k = 0; k < perVertex + perInstance; k++) {
+        gl.enableVertexAttribArray(k);
+        gl.vertexAttribPointer(k, 4, gl.FLOAT, false, 16 * (perVertex + perInstance), 16 * k);
+      }
+      gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, indices);
+      gl.bindVertexArray(null);
+      return { vertices, faces, flat, state, corners, indices, room: 0, version: -1 };
+    });
   }
 
   push(...numbers) {
-    const width = 4 * this.perInstance, room = this.instances.numbers.length / width;
-    if (this.count >= room) this.instances.reserve(2 * room * this.perInstance);
-    this.instances.numbers.set(numbers, width * this.count++);
+    const width = 4 * this.perInstance;
+    if (this.numbers.length <= width * this.count) {
+      const wider = new Float32Array(2 * this.numbers.length);
+      wider.set(this.numbers);
+      this.numbers = wider;
+    }
+    this.numbers.set(numbers, width * this.count++);
+    this.version++;
   }
 
   clear() {
     this.count = 0;
+    this.version++;
   }
 
-  send() {
-    const { gl, vertices, faces } = this;
-    this.instances.send(this.count * this.perInstance);
-    if (this.count <= this.drawable) return;
-    this.drawable = Math.max(this.count, 2 * this.drawable);
-    const indices = new Uint32Array(faces.length * this.drawable);
-    for (let i = 0, at = 0; i < this.drawable; i++)
-      for (let k = 0; k < faces.length; k++) indices[at++] = faces[k] + i * vertices;
-    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, this.indices);
+  // Bind the mesh of a level of detail with all instances as they are now.
+  bind(level) {
+    const { gl, count, perVertex, perInstance } = this, mesh = this.meshes[Math.min(level, this.meshes.length - 1)];
+    gl.bindVertexArray(mesh.state);
+    if (mesh.version === this.version) return mesh;
+    const own = 4 * perVertex, width = 4 * perInstance, corners = mesh.vertices.length / own;
+    const all = new Float32Array(count * corners * (own + width));
+    for (let i = 0, at = 0; i < count; i++)
+      for (let k = 0; k < corners; k++) {
+        for (let n = 0; n < own; n++) all[at++] = mesh.vertices[own * k + n];
+        for (let n = 0; n < width; n++) all[at++] = this.numbers[width * i + n];
+      }
+    gl.bindBuffer(gl.ARRAY_BUFFER, mesh.corners);
+    gl.bufferData(gl.ARRAY_BUFFER, all, gl.DYNAMIC_DRAW);
+    mesh.version = this.version;
+    if (count > mesh.room) this.index(mesh, corners);
+    return mesh;
+  }
+
+  index(mesh, corners) {
+    const { gl } = this, { faces } = mesh;
+    mesh.room = Math.max(this.count, 2 * mesh.room);
+    const indices = new Uint32Array(faces.length * mesh.room);
+    for (let i = 0, at = 0; i < mesh.room; i++)
+      for (let k = 0; k < faces.length; k++) indices[at++] = faces[k] + i * corners;
     gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, indices, gl.STATIC_DRAW);
   }
 
-  // With the program in use whose places of uniforms are given, and tables that its vertices look into by name.
-  draw(place, tables) {
+  // With the program in use whose places of uniforms are given.
+  draw(place, level) {
     if (!this.count) return;
-    const { gl } = this;
-    this.mesh.bind(0, place.mesh);
-    this.instances.bind(1, place.instances ?? place.stretches);
-    Object.entries(tables).forEach(([name, table], k) => table.bind(2 + k, place[name]));
-    gl.uniform1i(place.vertices, this.vertices);
-    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, this.indices);
-    gl.drawElements(gl.TRIANGLES, this.count * this.faces.length, gl.UNSIGNED_INT, 0);
+    const { gl } = this, mesh = this.bind(level);
+    gl.uniform1f(place.facing_eye, Number(mesh.flat));
+    gl.drawElements(gl.TRIANGLES, this.count * mesh.faces.length, gl.UNSIGNED_INT, 0);
+    gl.bindVertexArray(null);
   }
 }

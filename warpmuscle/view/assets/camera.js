@@ -3,6 +3,7 @@
 const OPENING = 0.55; // rad, from the lower to the upper edge of the picture
 const ANGLES = { side: [-Math.PI / 2, 0.05], front: [0, 0.05], back: [Math.PI, 0.05], top: [-Math.PI / 2, 1.5], oblique: [-0.95, 0.16] };
 const ROOM = [1.15, 1.22]; // factors of what is fitted, across and up, where there are controls over the picture
+const WHEEL_CALM = 250; // ms after which the wheel is at rest
 
 class Camera {
   constructor(canvas, angles) {
@@ -15,6 +16,7 @@ class Camera {
     canvas.addEventListener("contextmenu", (event) => event.preventDefault());
     canvas.addEventListener("wheel", (event) => {
       this.zoom(Math.exp(0.001 * event.deltaY));
+      this.wheeled = performance.now();
       event.preventDefault();
     }, { passive: false });
   }
@@ -42,6 +44,11 @@ class Camera {
     } else if (event.buttons & 2 || event.shiftKey) this.move(dx, dy);
     else this.turn(-0.006 * dx, 0.006 * dy);
     this.fingers.set(event.pointerId, now);
+  }
+
+  // Whether a hand is at it, so that pictures are to come fast.
+  busy() {
+    return this.fingers.size > 0 || performance.now() - (this.wheeled ?? -WHEEL_CALM) < WHEEL_CALM;
   }
 
   // Whether a pointer has moved since it was pressed, so that its release is no click.

@@ -91,7 +91,6 @@ class Live {
     this.drawn = this.received;
     player.plots.kept_at = undefined;
     player.renderer.path.clear();
-    player.renderer.pathSent = -1;
     this.biped.addPath();
   }
 

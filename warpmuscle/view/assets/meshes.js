@@ -15,6 +15,19 @@ function limbMesh(rings, sectors) {
   return { vertices, faces: gridFaces(rows, sectors, faces) };
 }
 
+// What is seen of a limb that is small in the picture: its outline and a ridge between.
+function flatLimbMesh() {
+  const side = (x, y, z, end) => [x, y, z, end, x, 0.6 * y, z + 0.3, 0], ring = (end) => [-1, 0, 1].flatMap((x) => side(x, 0.45 * Math.sign(end), 1 - Math.abs(x), end));
+  const vertices = [...side(0, -1, 0, -0.5), ...ring(-0.5), ...ring(0.5), ...side(0, 1, 0, 0.5)];
+  return { vertices, faces: [0, 2, 1, 0, 3, 2, 1, 2, 4, 2, 5, 4, 2, 3, 5, 3, 6, 5, 4, 5, 7, 5, 6, 7], flat: true };
+}
+
+// The same of a thin one: four corners, which are so many radii beyond its ends.
+function bandMesh(beyond = 0) {
+  const corner = (x, end) => [x, 2 * beyond * end, 0, end, x, 0, 0.6, 0];
+  return { vertices: [-0.5, 0.5].flatMap((end) => [...corner(-1, end), ...corner(1, end)]), faces: [0, 1, 2, 1, 3, 2], flat: true };
+}
+
 // Round, with flat ends; a cone if the radius above is 0.
 function tubeMesh(sectors, above = 1) {
   const vertices = [], faces = [], slope = 0.4 * (1 - above);
@@ -70,7 +83,7 @@ function hullMesh(corners, normals, faces) {
   return { vertices, faces: Array.from(faces, Math.round) };
 }
 
-// Rings along a stretch of a muscle: part of the way, and cosine and sine around it. A ribbon has two sectors.
+// Rings along a stretch of a muscle: part of the way, and cosine and sine around it; flat if of two sectors.
 function stretchMesh(rings, sectors) {
   const vertices = [];
   for (let row = 0; row < rings; row++)
@@ -78,5 +91,5 @@ function stretchMesh(rings, sectors) {
       const b = (2 * Math.PI * j) / sectors;
       vertices.push(row / (rings - 1), Math.cos(b), Math.sin(b), 0);
     }
-  return { vertices, faces: gridFaces(rings, sectors, []) };
+  return { vertices, faces: gridFaces(rings, sectors, []), flat: sectors === 2 };
 }

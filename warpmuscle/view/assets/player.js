@@ -6,7 +6,7 @@ class Player {
   constructor(content, arrays) {
     const asked = new URLSearchParams(location.search);
     this.element = (id) => document.getElementById(id);
-    this.renderer = new Renderer(this.element("scene"), content.ground, content.tracks.length, !asked.has("shot"));
+    this.renderer = new Renderer(this.element("scene"), content.ground, content.tracks.length);
     const widths = content.table.map((entry) => entry.low.length);
     content.dolls.forEach((doll, k) => readHulls(doll, k, arrays));
     const told = (track) => ({ ...track, panels: content.panels[track.panels] });
@@ -268,12 +268,12 @@ class Player {
   // All that a picture depends on, so that nothing is drawn twice.
   pictureKey() {
     const { clientWidth, clientHeight } = this.renderer.canvas, { clientWidth: room, clientHeight: tall } = this.element("strip");
-    const { time, playing, shown, selected, shownGroup } = this, frames = this.live?.received;
-    return JSON.stringify([time, playing, shown, selected, shownGroup, this.camera.state(), clientWidth, clientHeight, room, tall,
-      this.renderer.chosen, frames]);
+    const { time, playing, shown, selected, shownGroup, camera } = this, frames = this.live?.received;
+    return JSON.stringify([time, playing, shown, selected, shownGroup, camera.state(), camera.busy(), clientWidth, clientHeight,
+      room, tall, this.renderer.chosen, frames]);
   }
 
-  draw(still = !this.playing) {
+  draw(still = !this.playing && !this.camera.busy()) {
     const { renderer, shown, time } = this, aspect = renderer.resize(still);
     renderer.clearMarks();
     for (const biped of this.bipeds) biped.update(time, shown);

@@ -1,6 +1,7 @@
 // A picture of all bipeds: ground, shadows, solids, muscles, and what is translucent.
 
 const FEW = 4; // bipeds up to which all is drawn finely
+const MIN_DETAIL = 0.8; // of the finest one; fewer pixels look poor and gain little, as corners are what costs
 const LAYERS = ["flesh", "bone", "surface", "shape"];
 const PLASMA = [[0.05, 0.03, 0.53], [0.49, 0.01, 0.66], [0.8, 0.28, 0.47], [0.97, 0.58, 0.25], [0.94, 0.98, 0.13]];
 const TENDON = [0.93, 0.93, 0.94];
@@ -8,11 +9,11 @@ const GHOST = [0.25, 0.62, 0.5, 0.3], SURFACE = [0.3, 0.55, 0.75, 0.35], SHAPE =
 const OWN = (alpha) => [-1, 0, 0, alpha];
 
 class Renderer {
-  constructor(canvas, ground, bipeds, hurried = true) {
+  constructor(canvas, ground, bipeds) {
     const slow = isSoftware(), options = { antialias: !slow, stencil: true, alpha: false };
     const gl = canvas.getContext("webgl2", options);
     if (!gl) throw new Error("This browser has no WebGL 2, which the viewer needs.");
-    Object.assign(this, { gl, canvas, ground, slow, hurried, light: unit([-0.45, 1.0, 0.35]) });
+    Object.assign(this, { gl, canvas, ground, slow, light: unit([-0.45, 1.0, 0.35]) });
     this.finest = Math.min(window.devicePixelRatio || 1, slow ? 1 : 2); // pixels drawn a pixel of the page
     this.still = slow ? 2 : this.finest; // where nothing moves
     this.detail = this.finest;
@@ -29,19 +30,20 @@ class Renderer {
     this.makeMeshes();
   }
 
-  // Meshes as fine as the picture shows and the machine can draw.
+  // Meshes for a picture of what stands still, and for one of many a second that a processor draws.
   makeMeshes() {
-    const { gl, fine, slow, hurried } = this, solid = (mesh) => new Batch(gl, mesh, 2, 4), level = fine ? (slow && hurried ? 1 : 0) : 2;
-    const [rings, sectors] = [[5, 18], [3, 10], [2, 5]][level], thin = [limbMesh(3, 10), limbMesh(1, 6), limbMesh(1, 4)][level];
+    const { gl, fine } = this, solid = (...meshes) => new Batch(gl, meshes, 2, 4);
+    const limbs = fine ? [limbMesh(5, 18), limbMesh(3, 10)] : [limbMesh(2, 5), flatLimbMesh()];
+    const bones = fine ? [limbMesh(3, 10), limbMesh(1, 6)] : [limbMesh(1, 4), bandMesh(0.8)];
+    const tubes = (above) => (fine ? [36, 20] : [10, 5]).map((sectors) => tubeMesh(sectors, above));
     this.layers = {};
     for (const name of LAYERS)
-      this.layers[name] = {
-        limb: solid(name === "bone" ? thin : limbMesh(rings, sectors)), tube: solid(tubeMesh(2 * sectors)), box: solid(boxMesh()),
-      };
-    this.marks = { tube: solid(tubeMesh(sectors)), cone: solid(tubeMesh(2 * sectors, 0)), limb: solid(limbMesh(rings, sectors)) };
-    this.path = solid(tubeMesh(fine ? 5 : 3));
-    const [along, around] = [[[18, 8, 3], 9], [[10, 5, 2], 5], [[5, 2, 2], 2]][level]; // of muscles of few or many stretches
-    this.stretches = along.map((count) => new Batch(gl, stretchMesh(count, around), 1, 1));
+      this.layers[name] = { limb: solid(...(name === "bone" ? bones : limbs)), tube: solid(...tubes(1)), box: solid(boxMesh()) };
+    this.marks = { tube: solid(tubeMesh(fine ? 18 : 5), bandMesh()), cone: solid(...tubes(0)), limb: solid(...limbs) };
+    this.path = solid(tubeMesh(fine ? 5 : 3), bandMesh());
+    const along = fine ? [[18, 10], [8, 5], [3, 2]] : [[5, 3], [2], [2]], around = fine ? [9, 5] : [2, 2];
+    const rings = (counts) => counts.map((count, level) => stretchMesh(count, around[level]));
+    this.stretches = along.map((counts) => new Batch(gl, rings(counts), 1, 1)); // of muscles of few or many stretches
   }
 
   // Room for the bodies, points and muscles of a biped; returns where they begin.
@@ -62,7 +64,7 @@ class Renderer {
   // Add a solid to a layer; `kind` is "limb", "tube", "box", or the name of a hull whose mesh is given.
   addSolid(layer, kind, mesh, slot, position, turn, size, color, taper) {
     const batches = this.layers[layer];
-    batches[kind] ??= new Batch(this.gl, mesh, 2, 4);
+    batches[kind] ??= new Batch(this.gl, [mesh], 2, 4);
     batches[kind].push(...position, slot, ...turn, ...size, packed(color), taper, 0, 0);
   }
 
@@ -87,7 +89,6 @@ class Renderer {
   clearFigures() {
     for (const layer of Object.values(this.layers)) for (const batch of Object.values(layer)) batch.clear();
     this.stretches.forEach((batch) => batch.clear());
-    this.sent = false;
   }
 
   clearMarks() {
@@ -107,12 +108,13 @@ class Renderer {
     this.age = (this.age || 0) + 1;
     if (this.age < 12) return;
     const factor = this.mean > 1000 / 31 ? 0.88 : this.mean < 1000 / 50 ? 1.06 : 1;
-    this.detail = Math.min(Math.max(factor * this.detail, 0.5 * this.finest), this.finest);
+    this.detail = Math.min(Math.max(factor * this.detail, MIN_DETAIL * this.finest), this.finest);
     if (factor !== 1) this.age = 0;
   }
 
   resize(still) {
     const { canvas } = this, detail = still ? this.still : this.detail;
+    this.level = Number(this.slow && !still);
     const width = Math.round(canvas.clientWidth * detail), height = Math.round(canvas.clientHeight * detail);
     if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, { width, height });
     return width / Math.max(height, 1);
@@ -123,15 +125,6 @@ class Renderer {
     this.poses.send(4 * slots);
     this.points.send(points + 1);
     this.muscles.send(muscles);
-    for (const batch of Object.values(this.marks)) batch.send();
-    if (this.path.count !== this.pathSent) {
-      this.path.send();
-      this.pathSent = this.path.count;
-    }
-    if (this.sent) return;
-    this.sent = true;
-    for (const layer of Object.values(this.layers)) for (const batch of Object.values(layer)) batch.send();
-    this.stretches.forEach((batch) => batch.send());
   }
 
   // Draw what `shown` says as it is seen through a matrix by an eye near the middle.
@@ -142,20 +135,22 @@ class Renderer {
     gl.clearColor(...BACKGROUND, 1);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT | gl.STENCIL_BUFFER_BIT);
     gl.enable(gl.DEPTH_TEST);
+    gl.disable(gl.CULL_FACE);
     gl.depthFunc(gl.LEQUAL);
     gl.blendFuncSeparate(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA, gl.ZERO, gl.ONE);
     if (this.ground.visible) this.drawGround(matrix, middle);
+    gl.enable(gl.CULL_FACE); // all else is closed, or faces the eye
     if (muscles) this.drawMuscles(matrix, eye);
-    this.begin(this.solid, matrix, eye);
+    this.begin(this.solid, matrix, eye, { poses: this.poses });
     gl.uniform4f(this.solid.place.ground, ...this.ground.normal, this.ground.height);
-    if (this.ground.visible) this.drawShadows(shown.flesh ? flesh : bone);
+    if (this.ground.visible && (shown.flesh || shown.bones)) this.drawShadows(shown.flesh ? flesh : bone);
     if (shown.bones) this.drawSolids([bone], OWN(1));
     this.drawSolids([this.marks, ...(shown.path ? [{ path: this.path }] : [])], OWN(1));
     if (shown.flesh && !muscles) this.drawSolids([flesh], OWN(1));
     gl.enable(gl.BLEND);
     if (shown.shapes) this.drawGlass([shape], SHAPE);
     if (shown.surfaces) this.drawGlass([surface], SURFACE);
-    if (shown.flesh && muscles) this.drawGlass([flesh], OWN(this.fine ? 0.3 : 0.45));
+    if (shown.flesh && muscles) this.drawGlass([flesh], OWN(this.fine ? 0.3 : 0.5));
     if (shown.desired) {
       gl.uniform1i(this.solid.place.shift, this.shift);
       this.drawGlass([flesh], GHOST);
@@ -164,9 +159,10 @@ class Renderer {
     gl.disable(gl.BLEND);
   }
 
-  begin({ program, place }, matrix, eye) {
+  begin({ program, place }, matrix, eye, tables) {
     const gl = this.gl;
     gl.useProgram(program);
+    Object.entries(tables).forEach(([name, table], k) => table.bind(k, place[name]));
     gl.uniformMatrix4fv(place.matrix, false, matrix);
     gl.uniform3fv(place.light, this.light);
     gl.uniform3fv(place.eye, eye);
@@ -178,7 +174,7 @@ class Renderer {
   drawSolids(groups, paint) {
     this.gl.uniform4f(this.solid.place.paint, ...paint);
     for (const group of groups)
-      for (const batch of Object.values(group)) batch.draw(this.solid.place, { poses: this.poses });
+      for (const batch of Object.values(group)) batch.draw(this.solid.place, this.level);
   }
 
   // Only the front of it, and its edges most.
@@ -195,13 +191,12 @@ class Renderer {
   }
 
   drawMuscles(matrix, eye) {
-    const gl = this.gl, { place } = this.muscle, { points, muscles } = this;
-    this.begin(this.muscle, matrix, eye);
+    const gl = this.gl, { place } = this.muscle;
+    this.begin(this.muscle, matrix, eye, { points: this.points, muscles: this.muscles });
     gl.uniform3fv(place.plasma, PLASMA.flat());
     gl.uniform3fv(place.tendon, TENDON);
     gl.uniform1f(place.chosen, this.chosen);
-    gl.uniform1f(place.ribbon, Number(!this.fine));
-    this.stretches.forEach((batch) => batch.draw(place, { points, muscles }));
+    this.stretches.forEach((batch) => batch.draw(place, this.level));
   }
 
   // Each pixel once, however many shapes lie above it.

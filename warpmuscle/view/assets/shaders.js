@@ -1,31 +1,37 @@
-// What runs on the graphics card. Vertices look up their mesh, their instance and the pose of its body in textures, so
-// that a batch is one plain draw: where there is no card, every instance of an instanced one costs as much as some
-// hundred triangles.
+// What runs on the graphics card. Vertices bring their mesh and their instance with them, and look up what moves in
+// textures: the pose of their body, or the points of their muscle.
 
-const ROW = 1024; // texels
+const ROW_BITS = 10, ROW = 1 << ROW_BITS; // texels
 const BACKGROUND = [0.925, 0.94, 0.957];
 
 const LOOK_UP = `#version 300 es
 precision highp float; precision highp int; precision highp sampler2D;
-vec4 texel(sampler2D table, int k) { return texelFetch(table, ivec2(k % ${ROW}, k / ${ROW}), 0); }
+vec4 texel(sampler2D table, int k) { return texelFetch(table, ivec2(k & ${ROW - 1}, k >> ${ROW_BITS}), 0); }
 vec3 turned(vec4 turn, vec3 v) { return v + 2.0 * cross(turn.xyz, cross(turn.xyz, v) + turn.w * v); }
+vec3 turnedBack(vec4 turn, vec3 v) { return turned(vec4(-turn.xyz, turn.w), v); }
 `;
 
-// An instance is four texels: place in the body and its slot among the poses; turn; radii and length; colour as a
+// An instance is four times four numbers: place in the body and its slot among the poses; turn; radii and length; colour as a
 // number, and the radius at the upper end in that of the lower one.
 const SOLID_VERTEX = `${LOOK_UP}
-uniform sampler2D mesh; uniform sampler2D instances; uniform sampler2D poses; uniform int vertices; uniform int shift;
-uniform mat4 matrix; uniform vec3 light; uniform vec4 ground; uniform float shadow; uniform vec4 paint;
+layout(location = 0) in vec4 vertex; layout(location = 1) in vec4 faced; layout(location = 2) in vec4 place;
+layout(location = 3) in vec4 turn; layout(location = 4) in vec4 size; layout(location = 5) in vec4 look;
+uniform sampler2D poses; uniform int shift; uniform mat4 matrix; uniform vec3 light; uniform vec3 eye;
+uniform vec4 ground; uniform float shadow; uniform vec4 paint; uniform float facing_eye;
 out vec3 at; out vec3 normal; out vec4 tint;
 void main() {
-  int vertex = 2 * (gl_VertexID % vertices), instance = 4 * (gl_VertexID / vertices);
-  vec4 corner = texel(mesh, vertex), outward = texel(mesh, vertex + 1), place = texel(instances, instance);
-  vec4 turn = texel(instances, instance + 1), size = texel(instances, instance + 2);
-  vec4 look = texel(instances, instance + 3);
+  vec4 corner = vertex, outward = faced;
   int slot = 2 * (int(place.w) + (place.w > 0.0 ? shift : 0));
   vec3 body = texel(poses, slot).xyz;
   vec4 facing = texel(poses, slot + 1);
   float taper = corner.w > 0.0 ? look.y : 1.0;
+  if (facing_eye > 0.5) { // about its axis towards the eye, or the light
+    vec3 to = shadow > 0.5 ? light : eye - body - turned(facing, place.xyz);
+    vec2 side = (turnedBack(turn, turnedBack(facing, to)) / max(size.xyz, vec3(1e-6))).xz;
+    side /= max(length(side), 1e-6);
+    corner.xz = vec2(corner.x * side.y + corner.z * side.x, corner.z * side.y - corner.x * side.x);
+    outward.xz = vec2(outward.x * side.y + outward.z * side.x, outward.z * side.y - outward.x * side.x);
+  }
   vec3 local = corner.xyz * size.xyz * taper + vec3(0.0, corner.w * size.w, 0.0);
   at = body + turned(facing, place.xyz + turned(turn, local));
   normal = turned(facing, turned(turn, outward.xyz / max(size.xyz, vec3(1e-6))));
@@ -52,28 +58,29 @@ void main() {
 // A stretch of a muscle between two of its points, whose fourth numbers say how far along the muscle they are. Of a
 // muscle are known: radii of belly and tendon, activation, and the part of its length that is fibre.
 const MUSCLE_VERTEX = `${LOOK_UP}
-uniform sampler2D mesh; uniform sampler2D stretches; uniform sampler2D points; uniform sampler2D muscles;
-uniform int vertices; uniform mat4 matrix; uniform vec3 plasma[5]; uniform vec3 tendon; uniform float chosen;
-uniform float ribbon; uniform vec3 eye;
+layout(location = 0) in vec4 ring; layout(location = 1) in vec4 stretch;
+uniform sampler2D points; uniform sampler2D muscles; uniform mat4 matrix; uniform vec3 plasma[5]; uniform vec3 tendon; uniform float chosen;
+uniform float facing_eye; uniform vec3 eye;
 out vec3 at; out vec3 normal; out vec4 tint;
 vec3 way(vec3 from, vec3 to) { vec3 d = to - from; float l = length(d); return l > 1e-7 ? d / l : vec3(0.0); }
 void main() {
-  vec4 ring = texel(mesh, gl_VertexID % vertices), stretch = texel(stretches, gl_VertexID / vertices);
   int first = int(stretch.x);
   vec4 a = texel(points, first), b = texel(points, first + 1), muscle = texel(muscles, int(stretch.y));
   vec3 along = way(a.xyz, b.xyz), bend = vec3(0.0);
-  if (ring.x < 0.01 && stretch.z < 0.5) bend = way(texel(points, first - 1).xyz, a.xyz);
-  if (ring.x > 0.99 && stretch.w < 0.5) bend = way(b.xyz, texel(points, first + 2).xyz);
+  if (facing_eye < 0.5) {
+    if (ring.x < 0.01 && stretch.z < 0.5) bend = way(texel(points, first - 1).xyz, a.xyz);
+    if (ring.x > 0.99 && stretch.w < 0.5) bend = way(b.xyz, texel(points, first + 2).xyz);
+  }
   vec3 axis = along + bend;
   axis = length(axis) > 1e-3 ? normalize(axis) : vec3(0.0, 1.0, 0.0);
   vec3 across = normalize(cross(axis, abs(axis.x) < 0.9 ? vec3(1.0, 0.0, 0.0) : vec3(0.0, 1.0, 0.0)));
   float part = 2.0 * (mix(a.w, b.w, ring.x) - 0.5) / muscle.w, bulge = max(1.0 - part * part, 0.0);
   float radius = mix(muscle.y, muscle.x, bulge * sqrt(bulge));
   at = mix(a.xyz, b.xyz, ring.x);
-  if (ribbon > 0.5) across = normalize(cross(axis, eye - at)); // flat, towards the eye
+  if (facing_eye > 0.5) across = normalize(cross(eye - at, axis)); // flat, towards the eye
   normal = ring.y * across + ring.z * cross(axis, across);
   at += radius * normal;
-  if (ribbon > 0.5) normal = 0.7 * normal + normalize(eye - at);
+  if (facing_eye > 0.5) normal = 0.7 * normal + normalize(eye - at);
   float place = clamp(muscle.z, 0.0, 1.0) * 4.0;
   int k = min(int(place), 3);
   vec3 color = mix(plasma[k], plasma[k + 1], place - float(k));
