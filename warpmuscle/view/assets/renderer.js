@@ -17,8 +17,10 @@ class Renderer {
     this.finest = Math.min(window.devicePixelRatio || 1, slow ? 1 : 2); // pixels drawn a pixel of the page
     this.still = slow ? 2 : this.finest; // where nothing moves
     this.detail = this.finest;
-    this.solid = makeProgram(gl, SOLID_VERTEX, SOLID_FRAGMENT);
-    this.muscle = makeProgram(gl, MUSCLE_VERTEX, SOLID_FRAGMENT);
+    const lightings = [[BY_PIXEL, PIXEL_FRAGMENT], [BY_CORNER, CORNER_FRAGMENT]];
+    const [solids, muscles] = [solidVertex, muscleVertex].map((vertex) =>
+      lightings.map(([lighting, fragment]) => makeProgram(gl, vertex(lighting), fragment)));
+    this.programs = { solids, muscles };
     this.floor = makeProgram(gl, GROUND_VERTEX, GROUND_FRAGMENT);
     this.fine = bipeds <= FEW; // many are small in the picture, and triangles are what they cost
     this.poses = new Table(gl, 2);
@@ -140,17 +142,17 @@ class Renderer {
     gl.blendFuncSeparate(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA, gl.ZERO, gl.ONE);
     if (this.ground.visible) this.drawGround(matrix, middle);
     gl.enable(gl.CULL_FACE); // all else is closed, or faces the eye
-    if (muscles) this.drawMuscles(matrix, eye);
-    this.begin(this.solid, matrix, eye, { poses: this.poses });
-    gl.uniform4f(this.solid.place.ground, ...this.ground.normal, this.ground.height);
-    if (this.ground.visible && (shown.flesh || shown.bones)) this.drawShadows(shown.flesh ? flesh : bone);
+    const { programs } = this, lighting = Number(this.level > 0 && !this.fine);
+    if (muscles) this.drawMuscles(programs.muscles[lighting], matrix, eye);
+    if (this.ground.visible && (shown.flesh || shown.bones)) this.drawShadows(shown.flesh ? flesh : bone, matrix, eye);
+    this.solid = this.begin(programs.solids[lighting], matrix, eye, { poses: this.poses });
     if (shown.bones) this.drawSolids([bone], OWN(1));
     this.drawSolids([this.marks, ...(shown.path ? [{ path: this.path }] : [])], OWN(1));
     if (shown.flesh && !muscles) this.drawSolids([flesh], OWN(1));
     gl.enable(gl.BLEND);
     if (shown.shapes) this.drawGlass([shape], SHAPE);
     if (shown.surfaces) this.drawGlass([surface], SURFACE);
-    if (shown.flesh && muscles) this.drawGlass([flesh], OWN(this.fine ? 0.3 : 0.5));
+    if (shown.flesh && muscles) this.drawGlass([flesh], OWN(this.fine ? 0.3 : 0.42));
     if (shown.desired) {
       gl.uniform1i(this.solid.place.shift, this.shift);
       this.drawGlass([flesh], GHOST);
@@ -169,6 +171,7 @@ class Renderer {
     gl.uniform1f(place.shadow, 0);
     gl.uniform1f(place.glass, 0);
     gl.uniform1i(place.shift, 0);
+    return { program, place };
   }
 
   drawSolids(groups, paint) {
@@ -190,9 +193,8 @@ class Renderer {
     gl.uniform1f(this.solid.place.glass, 0);
   }
 
-  drawMuscles(matrix, eye) {
-    const gl = this.gl, { place } = this.muscle;
-    this.begin(this.muscle, matrix, eye, { points: this.points, muscles: this.muscles });
+  drawMuscles(program, matrix, eye) {
+    const gl = this.gl, { place } = this.begin(program, matrix, eye, { points: this.points, muscles: this.muscles });
     gl.uniform3fv(place.plasma, PLASMA.flat());
     gl.uniform3fv(place.tendon, TENDON);
     gl.uniform1f(place.chosen, this.chosen);
@@ -200,9 +202,11 @@ class Renderer {
   }
 
   // Each pixel once, however many shapes lie above it.
-  drawShadows(layer) {
-    const gl = this.gl, { place } = this.solid;
-    gl.uniform1f(place.shadow, 1);
+  drawShadows(layer, matrix, eye) {
+    const gl = this.gl;
+    this.solid = this.begin(this.programs.solids[1], matrix, eye, { poses: this.poses });
+    gl.uniform4f(this.solid.place.ground, ...this.ground.normal, this.ground.height);
+    gl.uniform1f(this.solid.place.shadow, 1);
     gl.enable(gl.BLEND);
     gl.enable(gl.STENCIL_TEST);
     gl.stencilFunc(gl.EQUAL, 0, 255);
@@ -215,7 +219,6 @@ class Renderer {
     gl.disable(gl.POLYGON_OFFSET_FILL);
     gl.disable(gl.STENCIL_TEST);
     gl.disable(gl.BLEND);
-    gl.uniform1f(place.shadow, 0);
   }
 
   drawGround(matrix, middle) {

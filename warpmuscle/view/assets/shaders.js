@@ -11,14 +11,38 @@ vec3 turned(vec4 turn, vec3 v) { return v + 2.0 * cross(turn.xyz, cross(turn.xyz
 vec3 turnedBack(vec4 turn, vec3 v) { return turned(vec4(-turn.xyz, turn.w), v); }
 `;
 
+// How light falls on a point. It is computed for each pixel, or for each corner where corners are near one another.
+const LIGHT = `
+uniform vec3 light; uniform vec3 eye; uniform float glass; uniform float shadow;
+vec4 lit(vec3 at, vec3 normal, vec4 tint) {
+  vec3 n = normalize(normal), v = normalize(eye - at);
+  float day = max(dot(n, light), 0.0), sky = 0.5 + 0.5 * n.y, facing = abs(dot(n, v));
+  float shine = pow(max(dot(n, normalize(light + v)), 0.0), 30.0);
+  vec3 seen = tint.rgb * (0.36 + 0.24 * sky + 0.52 * day) + vec3(0.10 * shine);
+  float rim = 1.0 - facing; // of glass the edges are seen most
+  return vec4(seen, glass > 0.5 ? tint.a * (0.25 + 1.6 * rim * rim) : tint.a);
+}
+`;
+const BY_PIXEL = "out vec3 at; out vec3 normal; out vec4 tint; void light_up() {}";
+const BY_CORNER = `vec3 at; vec3 normal; vec4 tint; out vec4 shade;
+void light_up() { shade = shadow > 0.5 ? vec4(0.10, 0.13, 0.18, 0.20) : lit(at, normal, tint); }`;
+const PIXEL_FRAGMENT = `#version 300 es
+precision highp float;
+in vec3 at; in vec3 normal; in vec4 tint; out vec4 color;
+${LIGHT}
+void main() { color = lit(at, normal, tint); }`;
+const CORNER_FRAGMENT = `#version 300 es
+precision highp float;
+in vec4 shade; out vec4 color;
+void main() { color = shade; }`;
+
 // An instance is four times four numbers: place in the body and its slot among the poses; turn; radii and length; colour as a
 // number, and the radius at the upper end in that of the lower one.
-const SOLID_VERTEX = `${LOOK_UP}
+const solidVertex = (lighting) => `${LOOK_UP} ${LIGHT} ${lighting}
 layout(location = 0) in vec4 vertex; layout(location = 1) in vec4 faced; layout(location = 2) in vec4 place;
 layout(location = 3) in vec4 turn; layout(location = 4) in vec4 size; layout(location = 5) in vec4 look;
-uniform sampler2D poses; uniform int shift; uniform mat4 matrix; uniform vec3 light; uniform vec3 eye;
-uniform vec4 ground; uniform float shadow; uniform vec4 paint; uniform float facing_eye;
-out vec3 at; out vec3 normal; out vec4 tint;
+uniform sampler2D poses; uniform int shift; uniform mat4 matrix; uniform vec4 ground;
+uniform vec4 paint; uniform float facing_eye;
 void main() {
   vec4 corner = vertex, outward = faced;
   int slot = 2 * (int(place.w) + (place.w > 0.0 ? shift : 0));
@@ -38,30 +62,16 @@ void main() {
   vec3 own = vec3(mod(floor(look.x / 65536.0), 256.0), mod(floor(look.x / 256.0), 256.0), mod(look.x, 256.0)) / 255.0;
   tint = paint.x < 0.0 ? vec4(own, paint.w) : paint;
   if (shadow > 0.5) at -= light * (dot(at, ground.xyz) - ground.w - 0.002) / dot(light, ground.xyz);
+  light_up();
   gl_Position = matrix * vec4(at, 1.0);
-}`;
-
-const SOLID_FRAGMENT = `#version 300 es
-precision highp float;
-in vec3 at; in vec3 normal; in vec4 tint; out vec4 color;
-uniform vec3 light; uniform vec3 eye; uniform float shadow; uniform float glass;
-void main() {
-  if (shadow > 0.5) { color = vec4(0.10, 0.13, 0.18, 0.20); return; }
-  vec3 n = normalize(normal), v = normalize(eye - at);
-  float day = max(dot(n, light), 0.0), sky = 0.5 + 0.5 * n.y, facing = abs(dot(n, v));
-  float shine = pow(max(dot(n, normalize(light + v)), 0.0), 30.0);
-  vec3 lit = tint.rgb * (0.36 + 0.24 * sky + 0.52 * day) + vec3(0.10 * shine);
-  float rim = 1.0 - facing; // of glass the edges are seen most
-  color = vec4(lit, glass > 0.5 ? tint.a * (0.25 + 1.6 * rim * rim) : tint.a);
 }`;
 
 // A stretch of a muscle between two of its points, whose fourth numbers say how far along the muscle they are. Of a
 // muscle are known: radii of belly and tendon, activation, and the part of its length that is fibre.
-const MUSCLE_VERTEX = `${LOOK_UP}
+const muscleVertex = (lighting) => `${LOOK_UP} ${LIGHT} ${lighting}
 layout(location = 0) in vec4 ring; layout(location = 1) in vec4 stretch;
 uniform sampler2D points; uniform sampler2D muscles; uniform mat4 matrix; uniform vec3 plasma[5]; uniform vec3 tendon; uniform float chosen;
-uniform float facing_eye; uniform vec3 eye;
-out vec3 at; out vec3 normal; out vec4 tint;
+uniform float facing_eye;
 vec3 way(vec3 from, vec3 to) { vec3 d = to - from; float l = length(d); return l > 1e-7 ? d / l : vec3(0.0); }
 void main() {
   int first = int(stretch.x);
@@ -87,6 +97,7 @@ void main() {
   color = mix(tendon, color, smoothstep(0.02, 0.2, bulge));
   if (stretch.y == chosen) color = mix(color, vec3(1.0), 0.55);
   tint = vec4(color, 1.0);
+  light_up();
   gl_Position = matrix * vec4(at, 1.0);
 }`;
 
