@@ -28,6 +28,7 @@ from warpmuscle.view.sources import of_scene, page_of_sights
 
 SETTLED = 0.2  # of the time, after which memory is compared
 ROUNDS = 3
+SPARING = "const soon = requestAnimationFrame; requestAnimationFrame = (f) => setTimeout(() => soon(f), %f)"
 WINDOW = {"width": 1280, "height": 800}  # px
 
 
@@ -40,6 +41,7 @@ def main() -> None:
     parser.add_argument("--bipeds", type=int, default=60)
     parser.add_argument("--seconds", type=float, default=6.0, help="of each measurement of pictures")
     parser.add_argument("--against", type=Path, help="another page, to be measured in turn")
+    parser.add_argument("--drawn", type=float, help="pictures a second at most of a live page, to spare a busy machine")
     parser.add_argument("--gpu", action="store_true", help="let Chromium use a graphics card")
     given = parser.parse_args()
     flags = [] if given.gpu else ["--disable-gpu", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
@@ -49,17 +51,19 @@ def main() -> None:
             args=["--no-sandbox", "--enable-precise-memory-info", "--js-flags=--expose-gc", *flags],
         )
         if given.what == "live":
-            watch_memory(browser, given.scene, given.minutes)
+            watch_memory(browser, given.scene, given.minutes, given.drawn)
         else:
             count_pictures(browser, given)
         browser.close()
 
 
-def watch_memory(browser: Any, scene: str, minutes: float) -> None:
+def watch_memory(browser: Any, scene: str, minutes: float, drawn: float | None) -> None:
     """Print memory once in a while, and how much it grew since it had settled."""
     viewer = Live(LiveRun(load(scene)), port=0)
     viewer.start()
     page = browser.new_page(viewport={"width": 900, "height": 700})
+    if drawn is not None:
+        page.add_init_script(SPARING % (1000.0 / drawn))
     problems: list[str] = []
     page.on("pageerror", lambda error: problems.append(str(error)))
     page.on("console", lambda message: problems.append(message.text) if message.type == "error" else None)
@@ -112,7 +116,7 @@ def count_pictures(browser: Any, given: argparse.Namespace) -> None:
 
 
 def rate_of(browser: Any, path: Path, seconds: float) -> tuple[float, float]:
-    """Pictures a second that a page draws while it plays, once it has found its resolution, and ms of JavaScript each."""
+    """Pictures a second that a page draws once it has found its resolution, and ms of JavaScript each."""
     page = browser.new_page(viewport=WINDOW)
     page.set_default_timeout(120_000)
     page.goto(path.as_uri())
