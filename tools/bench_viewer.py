@@ -1,5 +1,6 @@
-"""How the viewer bears time and numbers: memory of minutes of live, and pictures a second of many bipeds.
+"""How the viewer bears time and numbers: pace and memory of live, and pictures a second of many bipeds.
 
+    .venv/bin/python tools/bench_viewer.py pace --scene walk56_commands  # simulated seconds a CPU second
     .venv/bin/python tools/bench_viewer.py live --minutes 30     # memory of server and page, which is not to grow
     .venv/bin/python tools/bench_viewer.py many --bipeds 60 --against other.html
 
@@ -19,10 +20,9 @@ from typing import Any
 
 import msgspec
 import numpy as np
-from playwright.sync_api import sync_playwright
 
 from warpmuscle.formats import load
-from warpmuscle.view.live import Live
+from warpmuscle.view.live import PICTURES, Live
 from warpmuscle.view.live_run import LiveRun
 from warpmuscle.view.sources import of_scene, page_of_sights
 
@@ -35,7 +35,7 @@ WINDOW = {"width": 1280, "height": 800}  # px
 def main() -> None:
     """Do what the command line says."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("what", choices=["live", "many"])
+    parser.add_argument("what", choices=["pace", "live", "many"])
     parser.add_argument("--scene", default="walk56")
     parser.add_argument("--minutes", type=float, default=30.0)
     parser.add_argument("--bipeds", type=int, default=60)
@@ -44,6 +44,11 @@ def main() -> None:
     parser.add_argument("--drawn", type=float, help="pictures a second at most of a live page, to spare a busy machine")
     parser.add_argument("--gpu", action="store_true", help="let Chromium use a graphics card")
     given = parser.parse_args()
+    if given.what == "pace":
+        print_pace(given.scene, given.seconds)
+        return
+    from playwright.sync_api import sync_playwright
+
     flags = [] if given.gpu else ["--disable-gpu", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
     with sync_playwright() as driver:
         browser = driver.chromium.launch(
@@ -55,6 +60,32 @@ def main() -> None:
         else:
             count_pictures(browser, given)
         browser.close()
+
+
+def print_pace(scene: str, seconds: float) -> None:
+    """Print simulated seconds for one second of one core: simulation, frames and messages to pages, without drawing.
+
+    Commands go to one end of their range and to the other in turn, two seconds each way.
+    """
+    viewer = Live(LiveRun(load(scene)), port=0)
+    run, commands = viewer.run, viewer.run.scene.commands
+    paced(viewer, 2.0)
+    print(f"{scene}: {paced(viewer, seconds):.2f} simulated seconds a CPU second")
+    if commands:
+        begin, spent = run.time, time.process_time()
+        for turn in range(max(round(seconds / 4.0), 1) * 2):
+            run.asked = {name: one.max if turn % 2 == 0 else one.min for name, one in commands.items()}
+            paced(viewer, 2.0)
+        pace = (run.time - begin) / (time.process_time() - spent)
+        print(f"{scene}, its {', '.join(commands)} changing: {pace:.2f}; it {run.status.meaning}")
+
+
+def paced(viewer: Live, seconds: float) -> float:
+    """Let a viewer go on as its thread would, without waiting; simulated seconds a CPU second."""
+    begin, spent = viewer.run.time, time.process_time()
+    for _ in range(round(seconds * PICTURES)):
+        viewer.advance(1.0 / PICTURES)
+    return (viewer.run.time - begin) / (time.process_time() - spent)
 
 
 def watch_memory(browser: Any, scene: str, minutes: float, drawn: float | None) -> None:

@@ -51,6 +51,12 @@ def test_conjugate_undoes_a_rotation():
     np.testing.assert_allclose(pose.rotate(pose.conjugate(q), pose.rotate(q, v)), v, atol=1e-14)
 
 
+@pytest.mark.parametrize("shapes", [((2, 3), (3,)), ((3,), (5, 2, 3)), ((4, 1, 3), (2, 3)), ((0, 3), (3,))])
+def test_cross_products_are_those_of_numpy_bit_for_bit(shapes):
+    a, b = (np.random.default_rng(0).normal(size=shape) for shape in shapes)
+    np.testing.assert_array_equal(pose.cross(a, b), np.cross(a, b))
+
+
 def test_twist_leaves_a_swing_about_an_axis_across():
     q, axis = units(1, 4), units(2, 3)
     swing = pose.multiply(q, pose.conjugate(pose.about(axis, pose.twist_angle(q, axis))))

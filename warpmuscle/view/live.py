@@ -182,7 +182,7 @@ class Live(Viewer):
             try:
                 with self.lock:
                     self._use_waiting()
-                    self._advance(now - last)
+                    self.advance(now - last)
             except Exception as failure:
                 self._failure = failure
                 self._stopped.set()
@@ -207,8 +207,8 @@ class Live(Viewer):
         if values:
             self._tell({"values": values})
 
-    def _advance(self, passed: float) -> None:
-        """Go on by a wall time, s, and tell pages."""
+    def advance(self, passed: float) -> None:
+        """Go on by a wall time, s, and tell pages; the viewer's own thread does so once it was started."""
         if self._changed:
             self._changed = False
             self.run.apply()
