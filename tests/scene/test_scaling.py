@@ -1,5 +1,7 @@
 """Segments of another size: lengths, masses and inertias as for the same material, free numbers included."""
 
+import warnings
+
 import msgspec
 import numpy as np
 import pytest
@@ -7,10 +9,10 @@ import pytest
 from small_scene import muscle_scene
 from warpmuscle.core.errors import SceneError
 from warpmuscle.formats import load
-from warpmuscle.scene import ContactMaterial, Scene, Sphere, ViaPoint
+from warpmuscle.scene import ContactMaterial, PolynomialPath, Scene, Sphere, ViaPoint
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.parameters import leaves, start_values, substitute
-from warpmuscle.scene.scaling import _lowest_point, multiplied, scaled_segments
+from warpmuscle.scene.scaling import _lowest_point, multiplied, path_lengths, scaled_segments
 from warpmuscle.scene.validation.scene import check_scene
 from warpmuscle.simulation.stages import Stages
 
@@ -73,6 +75,55 @@ def test_whole_character_scales_its_weight_by_the_cube():
     scaled = scaled_segments(scene, dict.fromkeys(scene.character.bodies, 1.1))
     mass = [sum(body.mass for body in one.character.bodies.values()) for one in (scene, scaled)]
     assert mass[1] == pytest.approx(1.1**3 * mass[0])
+
+
+OPENSIM = {  # models, factors of bodies; lengths of path, fibre and tendon of OpenSim 4.6's Model.scale at the start, m
+    "Rajagopal2016": ({"femur_r": 1.1, "tibia_r": 0.9, "pelvis": 1.05, "patella_r": 1.1}, {
+        "glmax1_r": (0.2041263, 0.1567298, 0.0520736), "gasmed_r": (0.4177193, 0.0466457, 0.3646746),
+        "recfem_r": (0.5538247, 0.0820910, 0.4850761), "iliacus_r": (0.2210795, 0.1134651, 0.1023109),
+    }),
+    "arm26": ({"r_humerus": 1.2, "r_ulna_radius_hand": 0.8}, {
+        "TRIlong": (0.3403129, 0.1642666, 0.1752995), "BRA": (0.1592533, 0.0927294, 0.0578208),
+    }),
+    "gait2392_thelen2003muscle": ({"femur_r": 0.9, "tibia_r": 1.1}, {
+        "vas_int_r": (0.1604533, 0.0766811, 0.1198693), "lat_gas_r": (0.4894594, 0.0700695, 0.4160378),
+    }),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("model", OPENSIM)
+def test_surfaces_points_and_muscles_scale_as_opensim_scales_them(reference_data, model):
+    factors, expected = OPENSIM[model]
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        scene = load(reference_data / "opensim_models" / f"{model}.osim")
+    scaled = scaled_segments(scene, factors, muscles=True)
+    check_scene(scaled)
+    found = path_lengths(scaled)
+    for name, (length, *fibre_and_tendon) in expected.items():
+        muscle = scaled.character.muscles[name]
+        assert (found[name], muscle.l_opt, muscle.l_slack) == pytest.approx((length, *fibre_and_tendon), abs=1e-5)
+    still = scaled_segments(scene, factors)
+    assert all(still.character.muscles[name].l_opt == scene.character.muscles[name].l_opt for name in expected)
+
+
+def test_markers_scale_with_their_body(reference_data):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        scene = load(reference_data / "opensim_models" / "arm26.osim")
+    scaled = scaled_segments(scene, {"r_humerus": 1.2})
+    before, after = (one.opensim.markers["r_humerus_epicondyle"].position for one in (scene, scaled))
+    assert after == pytest.approx([1.2 * x for x in before])
+
+
+def test_polynomial_path_is_not_scaled_in_silence():
+    scene = muscle_scene()
+    scene.character.muscles["HFL"].path = []
+    scene.character.muscles["HFL"].polynomial = PolynomialPath(
+        [next(n for n, j in scene.character.joints.items() if j.child == "lFoot")], [[0], [1]], [0.3, 0.02]
+    )
+    with pytest.raises(SceneError, match="its path is a polynomial, which cannot be scaled with the body 'lFoot'"):
+        scaled_segments(scene, {"lFoot": 1.1})
 
 
 def test_unknown_bodies_and_impossible_factors_are_errors():

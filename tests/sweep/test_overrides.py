@@ -96,6 +96,14 @@ def test_scale_changes_bodies_of_a_pattern():
     assert bodies["lToes"] == base.character.bodies["lToes"]
 
 
+def test_muscles_follow_the_scale_of_bodies_if_they_shall():
+    base = load("walk56")
+    still, longer = (changed("scale.*", value, base) for value in (1.1, {"factor": 1.1, "muscles": True}))
+    before, kept, changed_one = (scene.character.muscles["lSOL"] for scene in (base, still, longer))
+    assert kept.l_opt == before.l_opt
+    assert changed_one.l_slack.value == pytest.approx(1.1 * before.l_slack.value)
+
+
 @pytest.mark.parametrize(
     ("key", "value", "message"),
     [
@@ -116,6 +124,7 @@ def test_scale_changes_bodies_of_a_pattern():
         ("scale.pelvs", 2.0, "no body is called 'pelvs'; did you mean 'pelvis'?"),
         ("scale.pelvis", "big", "a body is scaled by a number"),
         ("scale.pelvis", 0.0, "positive factor"),
+        ("scale.pelvis", {"factor": 1.1, "muscles": 3}, "a body is scaled by a number"),
         ("muscle_model.tendon", "soft", "'soft' is none of"),
     ],
 )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import msgspec
@@ -11,13 +11,18 @@ import numpy as np
 
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.pose import normalized, rotate
-from warpmuscle.scene import Character, Scene
+from warpmuscle.scene import Character, Displacement, Joint, Scene, ViaPoint
 from warpmuscle.scene.geometry import contact_points
 from warpmuscle.scene.initial_pose import initial_pose, plain_number, plain_vector
 from warpmuscle.scene.joints import root_type
+from warpmuscle.scene.masses import massless
 from warpmuscle.scene.number import Free, Number
 from warpmuscle.scene.parameters import leaves, rebuilt, start_values, substitute
 from warpmuscle.scene.validation.checks import near
+from warpmuscle.scene.wrapping.path import path_length
+from warpmuscle.scene.wrapping.route import route_stops
+
+SURFACE_LENGTHS = ("position", "radius", "length", "radii", "inner_radius", "outer_radius")
 
 
 def multiplied(scene: Scene, factors: Mapping[str, float]) -> Scene:
@@ -55,20 +60,22 @@ def multiplied(scene: Scene, factors: Mapping[str, float]) -> Scene:
     return rebuilt(scene, replaced)
 
 
-def scaled_segments(scene: Scene, factors: Mapping[str, float]) -> Scene:
+def scaled_segments(scene: Scene, factors: Mapping[str, float], muscles: bool = False) -> Scene:
     """The scene with bodies of another size, of the same material.
 
-    Lengths within a body are multiplied by its factor s: its shapes, the positions of joints and of the muscles' via
-    points on it; its mass by s^3 and its inertia by s^5, as for constant density. The root is moved up or down, so that
-    the lowest point of all shapes is at the start where it was. Nothing else changes: not strengths, fibre lengths and
-    slack lengths of muscles (`warpmuscle fit-muscles` fits them to the new skeleton), nor gains.
+    Lengths within a body are multiplied by its factor s: its shapes, the positions of joints and how far these shift,
+    the muscles' via points on it and how far these move, the surfaces that muscles wrap around, markers; its mass by
+    s^3 and its inertia by s^5, as for constant density. The root is moved up or down, so that the lowest point of all
+    shapes is at the start where it was. Strengths and gains stay as they are.
 
     Args:
         scene: it is not changed.
         factors: by name of the body.
+        muscles: whether optimal fibre and slack lengths are multiplied as the paths become longer at the start, as by
+            OpenSim's ScaleTool. Else they stay (`warpmuscle fit-muscles` fits them to the new skeleton).
 
     Raises:
-        SceneError: there is no such body, or a factor is not positive.
+        SceneError: there is no such body, a factor is not positive, or a path is a polynomial over a joint of a body.
     """
     character = scene.character
     by_path: dict[str, float] = {}
@@ -78,7 +85,12 @@ def scaled_segments(scene: Scene, factors: Mapping[str, float]) -> Scene:
         if not 0.0 < factor < math.inf:
             raise SceneError(f"a body is scaled by a positive factor, not by {factor:g}", key=f"scale.{name}")
         by_path |= _of_body(character, name, factor)
+        for marker_name, marker in (scene.opensim.markers if scene.opensim is not None else {}).items():
+            if marker.body == name:
+                by_path |= {f"opensim.markers.{marker_name}.position.{axis}": factor for axis in range(3)}
     scaled = multiplied(scene, by_path)
+    if muscles:
+        scaled = multiplied(scaled, _muscle_lengths(scene, scaled))
     return _lifted(scaled, _lowest_point(scene) - _lowest_point(scaled))
 
 
@@ -89,16 +101,82 @@ def _of_body(character: Character, name: str, factor: float) -> dict[str, float]
     shapes = (path for path, _ in leaves(body.shapes, f"{key}.shapes") if "material" not in path.split("."))
     found |= dict.fromkeys(shapes, factor)
     for joint_name, joint in character.joints.items():
+        joint_key = f"character.joints.{joint_name}"
         for field, owner in (("position_in_parent", joint.parent), ("position_in_child", joint.child)):
             if owner == name:
-                found |= {f"character.joints.{joint_name}.{field}.{axis}": factor for axis in range(3)}
+                found |= {f"{joint_key}.{field}.{axis}": factor for axis in range(3)}
+        if _parent_with_mass(character, joint) == name:
+            for number, shift in enumerate(joint.translations):
+                found |= _of_displacement(shift, f"{joint_key}.translations.{number}", factor)
     for muscle_name, muscle in character.muscles.items():
+        if muscle.polynomial is not None and _moves(character, muscle.polynomial.joints, name):
+            message = f"its path is a polynomial, which cannot be scaled with the body {name!r}"
+            raise SceneError(message, key=f"character.muscles.{muscle_name}.polynomial")
         for number, point in enumerate(muscle.path):
-            for field in ("position", "start", "end"):
-                if point.body == name and getattr(point, field) is not None:
-                    point_key = f"character.muscles.{muscle_name}.path.{number}.{field}"
-                    found |= {f"{point_key}.{axis}": factor for axis in range(3)}
+            if point.body == name:
+                found |= _of_point(point, f"character.muscles.{muscle_name}.path.{number}", factor)
+    for surface_name, surface in character.surfaces.items():
+        if surface.body == name:
+            lengths = {field: getattr(surface, field) for field in SURFACE_LENGTHS if hasattr(surface, field)}
+            for field, value in lengths.items():
+                found |= dict.fromkeys(_numbers(value, f"character.surfaces.{surface_name}.{field}"), factor)
     return found
+
+
+def _of_point(point: ViaPoint, key: str, factor: float) -> dict[str, float]:
+    """Factors of a point of a path: of its place, and of how far it moves."""
+    given = [field for field in ("position", "start", "end") if getattr(point, field) is not None]
+    found = {f"{key}.{field}.{axis}": factor for field in given for axis in range(3)}
+    for number, motion in enumerate(point.motion):
+        found |= _of_displacement(motion, f"{key}.motion.{number}", factor)
+    return found
+
+
+def _of_displacement(shift: Displacement, key: str, factor: float) -> dict[str, float]:
+    """Factors of a displacement along an axis; one that is a coordinate itself, along it, stays as it is."""
+    if isinstance(shift.slope, int | float) and shift.slope == 1.0 and not shift.x and not shift.polynomial:
+        return {}
+    fields = {"value": shift.value, "slope": shift.slope, "y": shift.y, "polynomial": shift.polynomial}
+    return dict.fromkeys((path for name, value in fields.items() for path in _numbers(value, f"{key}.{name}")), factor)
+
+
+def _numbers(value: Any, key: str) -> list[str]:
+    """Paths of the numbers of a value: of one, or of a list."""
+    return [f"{key}.{k}" for k in range(len(value))] if isinstance(value, list | tuple) else [key]
+
+
+def _parent_with_mass(character: Character, joint: Joint) -> str:
+    """The body that a joint is on; of joints in a row, through bodies without mass, that of the first one."""
+    carrier = {one.child: one.parent for one in character.joints.values()}
+    body = joint.parent
+    while massless(character.bodies[body]) and body in carrier:
+        body = carrier[body]
+    return body
+
+
+def _moves(character: Character, joints: Sequence[str], body: str) -> bool:
+    """Whether one of these joints joins a body to another one."""
+    ends = {end for name in joints for end in (character.joints[name].parent, character.joints[name].child)}
+    return body in ends
+
+
+def _muscle_lengths(scene: Scene, scaled: Scene) -> dict[str, float]:
+    """Factors of the optimal fibre and slack lengths of muscles: those of their paths' lengths at the start."""
+    before, after = path_lengths(scene), path_lengths(scaled)
+    return {
+        f"character.muscles.{name}.{field}": after[name] / length
+        for name, length in before.items() if length > 0.0 and after[name] != length
+        for field in ("l_opt", "l_slack")
+    }  # fmt: skip
+
+
+def path_lengths(scene: Scene) -> dict[str, float]:
+    """Length of each path of points at the start, m; free parameters count with their start values."""
+    plain = substitute(scene, start_values(scene))
+    poses, angles = initial_pose(plain)
+    muscles = plain.character.muscles
+    routes = {name: muscle for name, muscle in muscles.items() if muscle.path}
+    return {name: path_length(route_stops(plain.character, muscle, poses, angles)) for name, muscle in routes.items()}
 
 
 def _lowest_point(scene: Scene) -> float:

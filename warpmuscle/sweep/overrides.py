@@ -7,7 +7,8 @@ with patterns.
 A value replaces what is there; a table is put into a table that is there, as in a scene that is based on another one,
 but replaces a number: `{ value = 0.7, min = 0.5, max = 0.9 }`. Numbers that follow a number (`same_as`) go on following
 it, also if it is no longer free. A value `{ factor = 0.5 }` multiplies the numbers with these keys and no others (see
-`scaling.multiplied`). The value of `scale.BODY` is the factor of its lengths (see `scaling.scaled_segments`).
+`scaling.multiplied`). The value of `scale.BODY` is the factor of its lengths (see `scaling.scaled_segments`); with
+`{ factor = 0.9, muscles = true }` the lengths of fibres and tendons follow, as by OpenSim's ScaleTool.
 """
 
 from __future__ import annotations
@@ -89,12 +90,12 @@ def _applied(scene: Scene, override: Override) -> tuple[Scene, Iterable[str]]:
     key, value = override.key, override.value
     names = key.split(".")
     if names[0] == SCALE and len(names) == 2:
-        factor = _number(value)
+        factor, muscles = _size(value)
         bodies = _matching(names[1:], ((body,) for body in scene.character.bodies))
         if not bodies:
             raise SceneError(f"no body is called {names[1]!r}{near(names[1], scene.character.bodies)}")
         chosen = {body: factor for (body,) in bodies}
-        return scaled_segments(scene, chosen), [f"character.bodies.{body}" for body in chosen]
+        return scaled_segments(scene, chosen, muscles), [f"character.bodies.{body}" for body in chosen]
     if not is_factor(value) and not _is_pattern(key):
         return _with(scene, [(names, value)]), [key]
     every = {tuple(path.split(".")): leaf for path, leaf in leaves(scene)}
@@ -110,12 +111,15 @@ def _applied(scene: Scene, override: Override) -> tuple[Scene, Iterable[str]]:
     return multiplied(scene, dict.fromkeys(paths, float(value["factor"]))), paths
 
 
-def _number(value: Any) -> float:
-    if is_factor(value):
-        value = value["factor"]
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise SceneError("a body is scaled by a number, the factor of its lengths")
-    return float(value)
+def _size(value: Any) -> tuple[float, bool]:
+    """The factor of a body's lengths, and whether those of its muscles follow."""
+    muscles = False
+    if isinstance(value, dict) and set(value) <= {"factor", "muscles"}:
+        value, muscles = value.get("factor"), value.get("muscles", False)
+    if isinstance(value, bool) or not isinstance(value, int | float) or not isinstance(muscles, bool):
+        message = "a body is scaled by a number, the factor of its lengths, or by { factor = 0.9, muscles = true }"
+        raise SceneError(message)
+    return float(value), muscles
 
 
 def _is_pattern(key: str) -> bool:
