@@ -10,6 +10,7 @@ from typing import Any
 
 import warp as wp
 
+from warpmuscle.kernels.soft_constraint import constraint_force
 from warpmuscle.kernels.spatial import cross_rows, symmetric, symmetric_outer, symmetric_product
 from warpmuscle.kernels.structs import ModelRef, ScratchRef, at
 
@@ -66,48 +67,63 @@ class ContactSum:
     c: symmetric  # sum of K
 
 
-@wp.func
-def body_contacts(instance: int, body: int, model: ModelRef, work: ScratchRef) -> ContactSum:
-    """The contacts of one body with the ground; zero if it is clear of it."""
-    contacts = model.contacts
-    h = model.time_step
-    total = ContactSum()
-    normal = at(contacts.normal, instance, 0)
-    height = wp.dot(normal, work.position[body]) - at(contacts.height, instance, 0)
-    if height > at(contacts.reach, instance, body):
+@cache
+def point_contacts_of(soft: bool) -> Any:
+    """The Warp function of the contacts of one body with the ground at points; zero if it is clear of it.
+
+    Args:
+        soft: whether points are soft constraints, see `soft_constraint.py`, or spring-dampers.
+    """
+
+    @wp.func
+    def point_contacts(instance: int, body: int, model: ModelRef, work: ScratchRef) -> ContactSum:
+        contacts = model.contacts
+        h = model.time_step
+        total = ContactSum()
+        normal = at(contacts.normal, instance, 0)
+        height = wp.dot(normal, work.position[body]) - at(contacts.height, instance, 0)
+        if height > at(contacts.reach, instance, body):
+            return total
+        ground = at(contacts.ground, instance, 0)
+        stiffness = ground.stiffness
+        damping = ground.damping
+        middle = work.velocity[body] - work.lag_velocity[body]  # the implicit step starts from the middle of the last
+        spin = work.angular_velocity[body] - work.lag_angular[body]
+        up = wp.transpose(work.rotation[body]) * normal
+        plan = model.skeleton.plan[body]
+        for k in range(plan.first_point, plan.end_point):
+            point = at(contacts.point, instance, k)
+            depth = point.radius - height - wp.dot(up, point.place)
+            if depth > 0.0:
+                r = work.rotation[body] * point.place - point.radius * normal
+                velocity = middle + wp.cross(spin, r)
+                speed = wp.dot(normal, velocity)
+                if wp.static(soft):
+                    constraint = at(contacts.soft, instance, 0)
+                    along = constraint_force(depth, speed, constraint, h)
+                    gives = h / constraint.softness
+                else:
+                    along = normal_force(depth, speed, stiffness, damping, h)
+                    gives = h * (damping + h * stiffness)
+                if along > 0.0:
+                    slip = velocity - normal * speed
+                    across = friction_damping(along, wp.length(slip), ground.tangential_damping, point.friction)
+                    force = normal * along - slip * across
+                    c = contact_tensor(normal, gives, h * across)
+                    b = cross_rows(r, c)
+                    total.a += minus_skew_product(b, r)
+                    total.b += b
+                    total.c += c
+                    total.force += force
+                    total.moment += wp.cross(r, force)
         return total
-    ground = at(contacts.ground, instance, 0)
-    stiffness = ground.stiffness
-    damping = ground.damping
-    middle = work.velocity[body] - work.lag_velocity[body]  # the implicit step starts from the middle of the last one
-    spin = work.angular_velocity[body] - work.lag_angular[body]
-    up = wp.transpose(work.rotation[body]) * normal
-    plan = model.skeleton.plan[body]
-    for k in range(plan.first_point, plan.end_point):
-        point = at(contacts.point, instance, k)
-        depth = point.radius - height - wp.dot(up, point.place)
-        if depth > 0.0:
-            r = work.rotation[body] * point.place - point.radius * normal
-            velocity = middle + wp.cross(spin, r)
-            speed = wp.dot(normal, velocity)
-            along = normal_force(depth, speed, stiffness, damping, h)
-            if along > 0.0:
-                slip = velocity - normal * speed
-                across = friction_damping(along, wp.length(slip), ground.tangential_damping, point.friction)
-                force = normal * along - slip * across
-                c = contact_tensor(normal, h * (damping + h * stiffness), h * across)
-                b = cross_rows(r, c)
-                total.a += minus_skew_product(b, r)
-                total.b += b
-                total.c += c
-                total.force += force
-                total.moment += wp.cross(r, force)
-    return total
+
+    return point_contacts
 
 
 @cache
 def contact_stage_of(contacts_of_body: Any, touches: float = 0.0) -> Any:
-    """The Warp function that lets the ground act on a body, by a function such as `body_contacts`.
+    """The Warp function that lets the ground act on a body, by a function such as that of `point_contacts_of`.
 
     Args:
         touches: N, the force from which on a body that is no foot has touched the ground; 0 for any.

@@ -2,9 +2,8 @@
 
 from typing import Any
 
-from warpmuscle.kernels.contact import body_contacts
+from warpmuscle.kernels.contact import point_contacts_of
 from warpmuscle.kernels.hunt_crossley import hunt_crossley_contacts_of
-from warpmuscle.kernels.soft_constraint import soft_constraint_contacts
 
 SPRING, HUNT_CROSSLEY, SMOOTH_HUNT_CROSSLEY, SOFT_CONSTRAINT = 0, 1, 2, 3
 LAWS = {
@@ -17,6 +16,6 @@ TOUCHING = (0.0, 0.0, 1.0, 0.0)  # N, by law: smooth contacts push a little befo
 
 def body_contacts_of(law: int) -> Any:
     """The Warp function of all contacts of a body by a law."""
-    if law == SOFT_CONSTRAINT:
-        return soft_constraint_contacts
-    return body_contacts if law == SPRING else hunt_crossley_contacts_of(law == SMOOTH_HUNT_CROSSLEY)
+    if law in (SPRING, SOFT_CONSTRAINT):
+        return point_contacts_of(law == SOFT_CONSTRAINT)
+    return hunt_crossley_contacts_of(law == SMOOTH_HUNT_CROSSLEY)

@@ -9,7 +9,6 @@ from warpmuscle.kernels import muscle
 from warpmuscle.kernels.custom_curves import OwnCurves, with_curves
 from warpmuscle.kernels.muscle import (
     bounded_fibre_length,
-    compliant_force,
     legacy_force,
     pennation_cosine,
     rigid_fibre_length,
@@ -37,10 +36,7 @@ class Contraction:
 @cache
 def contraction_of(curves: int, tendon: int, implicit: bool = False, own: OwnCurves | Shaped | None = None) -> Any:
     """The Warp function (instance, muscle, activation, stretch, row, model, state) -> Contraction of a kind."""
-    if isinstance(own, Shaped):
-        rigid, compliant = shaped_contractions(own, implicit)
-    else:
-        rigid, compliant = contractions(curves, tendon, implicit, own)
+    rigid, compliant = contractions(curves, tendon, implicit, own)
 
     @wp.func
     def either(
@@ -54,12 +50,26 @@ def contraction_of(curves: int, tendon: int, implicit: bool = False, own: OwnCur
 
 
 @cache
-def contractions(curves: int, tendon: int, implicit: bool, own: OwnCurves | None) -> tuple[Any, Any]:
-    """The Warp functions of `contraction_of` for rigid, or switching, and for compliant tendons."""
-    fibre_force, fibre_damping, fibre_equilibrium, compliant_step = (
+def contractions(curves: int, tendon: int, implicit: bool, own: OwnCurves | Shaped | None) -> tuple[Any, Any]:
+    """The Warp functions of `contraction_of` for rigid, or switching, and for compliant tendons.
+
+    Muscles with curves of their own have OpenSim's bounds of the fibre.
+    """
+    fibre_force, fibre_damping, fibre_equilibrium, compliant_step, compliant_force = (
         with_curves(function, own)
-        for function in (muscle.fibre_force, muscle.fibre_damping, muscle.fibre_equilibrium, muscle.compliant_step)
-    )
+        for function in (
+            muscle.fibre_force, muscle.fibre_damping, muscle.fibre_equilibrium, muscle.compliant_step,
+            muscle.compliant_force,
+        )
+    )  # fmt: skip
+    shaped = isinstance(own, Shaped)
+    switching = tendon == SWITCH and not shaped
+
+    @wp.func
+    def of_all(instance: int, m: int, model: ModelRef) -> int:
+        return curves
+
+    curves_of = shaped_curves if shaped else of_all
 
     @wp.func
     def rigid(
@@ -69,19 +79,25 @@ def contractions(curves: int, tendon: int, implicit: bool, own: OwnCurves | None
         slack = row.l_slack - stretch.fixed
         width = row.width
         c = Contraction()
-        if wp.static(tendon == SWITCH):
+        of_muscle = curves_of(instance, m, model)
+        if wp.static(switching):
             c.length = bounded_fibre_length(switched_fibre_length(stretch.moving, l_opt, slack), l_opt, 0.0)
             c.speed = switched_fibre_speed(stretch.moving, stretch.speed, l_opt, slack)
         else:
             c.length = rigid_fibre_length(stretch.moving, l_opt, slack, width)
+            if wp.static(shaped):
+                shortest = bounded_fibre_length(of_muscle.row.shortest * l_opt, l_opt, width)
+                if c.length <= shortest:  # the tendon is slack
+                    c.length = shortest
+                    return c
             c.speed = rigid_fibre_speed(stretch.speed, c.length, width)
         x = c.length / l_opt
         speed = c.speed / (row.v_max * l_opt)
-        force = fibre_force(curves, activation, x, speed, row.damping)
+        force = fibre_force(of_muscle, activation, x, speed, row.damping)
         c.force = row.f_max * force * pennation_cosine(c.length, width)
         if wp.static(implicit):
             cosine = pennation_cosine(c.length, width)
-            slope = fibre_damping(curves, activation, x, speed, row.damping) * cosine * cosine
+            slope = fibre_damping(of_muscle, activation, x, speed, row.damping) * cosine * cosine
             c.damping = slope * row.f_max / (row.v_max * l_opt)
         return c
 
@@ -92,86 +108,29 @@ def contractions(curves: int, tendon: int, implicit: bool, own: OwnCurves | None
         l_opt = row.l_opt
         l_slack = row.l_slack
         width = row.width
+        shortest = wp.float32(0.0)
+        of_muscle = curves_of(instance, m, model)
+        if wp.static(shaped):
+            shortest = bounded_fibre_length(of_muscle.row.shortest * l_opt, l_opt, width)
         path_length = stretch.fixed + stretch.moving
         if state.step[instance] == 0:
-            settled = fibre_equilibrium(curves, activation, path_length, l_opt, l_slack, width)
+            settled = fibre_equilibrium(of_muscle, activation, path_length, l_opt, l_slack, width)
+            if wp.static(shaped):
+                settled = wp.max(settled, shortest)
             state.muscles.fibre_length[instance, m] = settled
             state.muscles.previous_fibre_length[instance, m] = settled
         before = state.muscles.fibre_length[instance, m]
         c = Contraction()
         c.length = compliant_step(
-            curves, activation, path_length, before, state.muscles.previous_fibre_length[instance, m],
+            of_muscle, activation, path_length, before, state.muscles.previous_fibre_length[instance, m],
             l_opt, l_slack, width, row.v_max, row.damping, model.time_step,
         )  # fmt: skip
+        if wp.static(shaped):
+            c.length = wp.max(c.length, shortest)
         state.muscles.previous_fibre_length[instance, m] = before
         state.muscles.fibre_length[instance, m] = c.length
         c.speed = (c.length - before) / model.time_step
-        tendon_force = compliant_force(curves, path_length, c.length, l_slack, width)
-        c.force = row.f_max * tendon_force
-        return c
-
-    return rigid, compliant
-
-
-@cache
-def shaped_contractions(own: Shaped, implicit: bool) -> tuple[Any, Any]:
-    """The same for muscles with curves of their own, and with OpenSim's bounds of the fibre."""
-    fibre_force, fibre_damping, fibre_equilibrium, compliant_step, tendon_force = (
-        with_curves(function, own)
-        for function in (
-            muscle.fibre_force, muscle.fibre_damping, muscle.fibre_equilibrium, muscle.compliant_step,
-            muscle.compliant_force,
-        )
-    )  # fmt: skip
-
-    @wp.func
-    def rigid(
-        instance: int, m: int, activation: float, stretch: PathState, row: MuscleRow, model: ModelRef, state: StateRef
-    ) -> Contraction:
-        curves = shaped_curves(instance, m, model)
-        l_opt = row.l_opt
-        width = row.width
-        shortest = bounded_fibre_length(curves.row.shortest * l_opt, l_opt, width)
-        c = Contraction()
-        c.length = rigid_fibre_length(stretch.moving, l_opt, row.l_slack - stretch.fixed, width)
-        if c.length <= shortest:  # the tendon is slack
-            c.length = shortest
-            return c
-        c.speed = rigid_fibre_speed(stretch.speed, c.length, width)
-        x = c.length / l_opt
-        cosine = pennation_cosine(c.length, width)
-        speed = c.speed / (row.v_max * l_opt)
-        c.force = row.f_max * fibre_force(curves, activation, x, speed, row.damping) * cosine
-        if wp.static(implicit):
-            slope = fibre_damping(curves, activation, x, speed, row.damping) * cosine * cosine
-            c.damping = slope * row.f_max / (row.v_max * l_opt)
-        return c
-
-    @wp.func
-    def compliant(
-        instance: int, m: int, activation: float, stretch: PathState, row: MuscleRow, model: ModelRef, state: StateRef
-    ) -> Contraction:
-        curves = shaped_curves(instance, m, model)
-        l_opt = row.l_opt
-        l_slack = row.l_slack
-        width = row.width
-        shortest = bounded_fibre_length(curves.row.shortest * l_opt, l_opt, width)
-        path_length = stretch.fixed + stretch.moving
-        if state.step[instance] == 0:
-            settled = wp.max(fibre_equilibrium(curves, activation, path_length, l_opt, l_slack, width), shortest)
-            state.muscles.fibre_length[instance, m] = settled
-            state.muscles.previous_fibre_length[instance, m] = settled
-        before = state.muscles.fibre_length[instance, m]
-        c = Contraction()
-        length = compliant_step(
-            curves, activation, path_length, before, state.muscles.previous_fibre_length[instance, m],
-            l_opt, l_slack, width, row.v_max, row.damping, model.time_step,
-        )  # fmt: skip
-        c.length = wp.max(length, shortest)
-        state.muscles.previous_fibre_length[instance, m] = before
-        state.muscles.fibre_length[instance, m] = c.length
-        c.speed = (c.length - before) / model.time_step
-        c.force = row.f_max * tendon_force(curves, path_length, c.length, l_slack, width)
+        c.force = row.f_max * compliant_force(of_muscle, path_length, c.length, l_slack, width)
         return c
 
     return rigid, compliant

@@ -73,7 +73,7 @@ def friction_coefficient(slip: float, material: ContactMaterial) -> float:
 
 @cache
 def hunt_crossley_contacts_of(smooth: bool) -> Any:
-    """The Warp function of all contacts of a body, as `contact.body_contacts`."""
+    """The Warp function of all contacts of a body, as `contact.point_contacts_of`."""
 
     @wp.func
     def body_contacts(instance: int, body: int, model: ModelRef, work: ScratchRef) -> ContactSum:
@@ -84,7 +84,7 @@ def hunt_crossley_contacts_of(smooth: bool) -> Any:
         height = wp.dot(normal, work.position[body]) - at(contacts.height, instance, 0)
         if height > at(contacts.reach, instance, body):
             return total
-        middle = work.velocity[body] - work.lag_velocity[body]  # as in `contact.body_contacts`
+        middle = work.velocity[body] - work.lag_velocity[body]  # as in `contact.point_contacts_of`
         spin = work.angular_velocity[body] - work.lag_angular[body]
         up = wp.transpose(work.rotation[body]) * normal
         plan = model.skeleton.plan[body]

@@ -12,9 +12,7 @@ they bear, is decided at the start of the step; the original solves for both.
 
 import warp as wp
 
-from warpmuscle.kernels.contact import ContactSum, contact_tensor, friction_damping, minus_skew_product
-from warpmuscle.kernels.spatial import cross_rows
-from warpmuscle.kernels.structs import ModelRef, ScratchRef, at
+from warpmuscle.kernels.structs import SoftConstraint
 
 FREE_DEPTH = 0.001  # m, that is not pushed out
 FASTEST = 1.0  # m/s, at which depth is pushed out
@@ -35,38 +33,6 @@ def leaving_speed(depth: float, speed: float, penalty: float, restitution: float
 
 
 @wp.func
-def soft_constraint_contacts(instance: int, body: int, model: ModelRef, work: ScratchRef) -> ContactSum:
-    """All contacts of one body with the ground, as `contact.body_contacts`."""
-    contacts = model.contacts
-    h = model.time_step
-    total = ContactSum()
-    normal = at(contacts.normal, instance, 0)
-    height = wp.dot(normal, work.position[body]) - at(contacts.height, instance, 0)
-    if height > at(contacts.reach, instance, body):
-        return total
-    soft = at(contacts.soft, instance, 0)
-    tangential_damping = at(contacts.ground, instance, 0).tangential_damping
-    middle = work.velocity[body] - work.lag_velocity[body]  # as in `contact.body_contacts`
-    spin = work.angular_velocity[body] - work.lag_angular[body]
-    up = wp.transpose(work.rotation[body]) * normal
-    plan = model.skeleton.plan[body]
-    for k in range(plan.first_point, plan.end_point):
-        point = at(contacts.point, instance, k)
-        depth = point.radius - height - wp.dot(up, point.place)
-        if depth > 0.0:
-            r = work.rotation[body] * point.place - point.radius * normal
-            velocity = middle + wp.cross(spin, r)
-            speed = wp.dot(normal, velocity)
-            along = (leaving_speed(depth, speed, soft.penalty, soft.restitution, h) - speed) / soft.softness
-            if along > 0.0:
-                slip = velocity - normal * speed
-                across = friction_damping(along, wp.length(slip), tangential_damping, point.friction)
-                force = normal * along - slip * across
-                c = contact_tensor(normal, h / soft.softness, h * across)
-                b = cross_rows(r, c)
-                total.a += minus_skew_product(b, r)
-                total.b += b
-                total.c += c
-                total.force += force
-                total.moment += wp.cross(r, force)
-    return total
+def constraint_force(depth: float, speed: float, soft: SoftConstraint, time_step: float) -> float:
+    """Force of a contact along the normal at the start of a step, N; it pushes where it is positive."""
+    return (leaving_speed(depth, speed, soft.penalty, soft.restitution, time_step) - speed) / soft.softness
