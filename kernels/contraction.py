@@ -8,10 +8,8 @@ import warp as wp
 from warpmuscle.kernels import muscle
 from warpmuscle.kernels.custom_curves import OwnCurves, with_curves
 from warpmuscle.kernels.muscle import (
-    bounded_fibre_length,
     legacy_force,
     pennation_cosine,
-    rigid_fibre_length,
     rigid_fibre_speed,
     switched_fibre_length,
     switched_fibre_speed,
@@ -55,11 +53,11 @@ def contractions(curves: int, tendon: int, implicit: bool, own: OwnCurves | Shap
 
     Muscles with curves of their own have OpenSim's bounds of the fibre.
     """
-    fibre_force, fibre_damping, fibre_equilibrium, compliant_step, compliant_force = (
+    fibre_force, fibre_damping, fibre_equilibrium, compliant_step, compliant_force, bounded_length, rigid_length = (
         with_curves(function, own)
         for function in (
             muscle.fibre_force, muscle.fibre_damping, muscle.fibre_equilibrium, muscle.compliant_step,
-            muscle.compliant_force,
+            muscle.compliant_force, muscle.bounded_fibre_length, muscle.rigid_fibre_length,
         )
     )  # fmt: skip
     shaped = isinstance(own, Shaped)
@@ -81,12 +79,12 @@ def contractions(curves: int, tendon: int, implicit: bool, own: OwnCurves | Shap
         c = Contraction()
         of_muscle = curves_of(instance, m, model)
         if wp.static(switching):
-            c.length = bounded_fibre_length(switched_fibre_length(stretch.moving, l_opt, slack), l_opt, 0.0)
+            c.length = bounded_length(switched_fibre_length(stretch.moving, l_opt, slack), l_opt, 0.0)
             c.speed = switched_fibre_speed(stretch.moving, stretch.speed, l_opt, slack)
         else:
-            c.length = rigid_fibre_length(stretch.moving, l_opt, slack, width)
+            c.length = rigid_length(stretch.moving, l_opt, slack, width)
             if wp.static(shaped):
-                shortest = bounded_fibre_length(of_muscle.row.shortest * l_opt, l_opt, width)
+                shortest = bounded_length(of_muscle.row.shortest * l_opt, l_opt, width)
                 if c.length <= shortest:  # the tendon is slack
                     c.length = shortest
                     return c
@@ -111,7 +109,7 @@ def contractions(curves: int, tendon: int, implicit: bool, own: OwnCurves | Shap
         shortest = wp.float32(0.0)
         of_muscle = curves_of(instance, m, model)
         if wp.static(shaped):
-            shortest = bounded_fibre_length(of_muscle.row.shortest * l_opt, l_opt, width)
+            shortest = bounded_length(of_muscle.row.shortest * l_opt, l_opt, width)
         path_length = stretch.fixed + stretch.moving
         if state.step[instance] == 0:
             settled = fibre_equilibrium(of_muscle, activation, path_length, l_opt, l_slack, width)

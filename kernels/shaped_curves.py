@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import warp as wp
 
-from warpmuscle.kernels.curve_sets import DE_GROOTE, MILLARD
+from warpmuscle.kernels.curve_sets import DE_GROOTE, MILLARD, THELEN
 from warpmuscle.kernels.curves import gaussian_active, groote_velocity, hyperbolic_velocity
 from warpmuscle.kernels.millard import hermite
 from warpmuscle.kernels.millard_tables import PLACES
@@ -19,6 +19,7 @@ from warpmuscle.kernels.structs import CurveRow, ModelRef, at
 
 LARGEST_SPEED = 10.0  # of v_max, either way: OpenSim's fibres have no bound
 LARGEST_PASSIVE = 1.0e3  # of f_max: nor have their passive forces
+SHORTEST_THELEN = 1.0e-4  # of l_opt: OpenSim's Thelen fibres may shorten to nothing, but for their pennation
 TOE = (
     0.99 * math.exp(3.0) / (1.66 * math.exp(3.0) - 0.67)
 )  # strain where Thelen's tendon becomes straight, over that at f_max
@@ -169,7 +170,7 @@ def shaped_functions(shaped: Shaped) -> dict[str, Any]:
     def tendon_force_strain(model: ShapedCurves, strain: float) -> float:
         return tendon_force_slope(model, strain)[0]
 
-    return {
+    found = {
         "active_force_length": active_force_length,
         "passive_force_length": passive_force_length,
         "force_velocity_slope": force_velocity_slope,
@@ -180,3 +181,6 @@ def shaped_functions(shaped: Shaped) -> dict[str, Any]:
         "LARGEST_SPEED": LARGEST_SPEED,
         "LARGEST_PASSIVE": LARGEST_PASSIVE,
     }
+    if THELEN in shaped.families:
+        found["SHORTEST_FIBRE"] = SHORTEST_THELEN  # others have a bound of their own in their row
+    return found

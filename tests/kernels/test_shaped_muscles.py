@@ -13,17 +13,20 @@ from opensim_bench import MODELS, Bench, as_ours, bench_scene
 from warpmuscle.kernels import muscle
 from warpmuscle.kernels.curve_sets import DE_GROOTE, MILLARD, THELEN
 from warpmuscle.kernels.custom_curves import with_curves
-from warpmuscle.kernels.muscle import bounded_fibre_length, pennation_cosine, rigid_fibre_length, rigid_fibre_speed
+from warpmuscle.kernels.muscle import pennation_cosine, rigid_fibre_speed
 from warpmuscle.kernels.shaped_curves import Shaped, ShapedCurves
 from warpmuscle.kernels.structs import Muscles
 from warpmuscle.model.muscles import muscles_struct
 from warpmuscle.scene import DeGrooteCurves, MillardCurves, Muscle, ThelenCurves
 
 ALL = Shaped((THELEN, MILLARD, DE_GROOTE))
-equilibrium, tendon_force, fibre_force, equilibrium_speed = (
+equilibrium, tendon_force, fibre_force, equilibrium_speed, bounded_fibre_length, rigid_fibre_length = (
     with_curves(function, ALL)
-    for function in (muscle.fibre_equilibrium, muscle.compliant_force, muscle.fibre_force, muscle.equilibrium_speed)
-)
+    for function in (
+        muscle.fibre_equilibrium, muscle.compliant_force, muscle.fibre_force, muscle.equilibrium_speed,
+        muscle.bounded_fibre_length, muscle.rigid_fibre_length,
+    )
+)  # fmt: skip
 
 
 @wp.func
@@ -203,6 +206,16 @@ AT_REST = {  # muscle, its numbers, and activation, path length m -> fibre lengt
             f_max=798.52, l_opt=0.134, l_slack=0.143, pennation=0.20943951, tendon_strain=0.033, curve_shape=THELEN_OLD
         ),
         [(0.5, 0.2781, 0.134700075, 391.121968), (0.05, 0.3148, 0.171927881, 115.882337)],
+    ),
+    "glut_med2_r of gait2392_thelen2003muscle, whose path is hardly longer than its tendon": (
+        Muscle(f_max=573.0, l_opt=0.0845, l_slack=0.053, tendon_strain=0.033, curve_shape=THELEN_OLD),
+        [(0.5, 0.0565413215, 0.00293730964, 44.4500531), (0.1, 0.0565326589, 0.00330261194, 9.03930672)],
+    ),
+    "glut_min3_r of gait2392_thelen2003muscle, likewise": (
+        Muscle(
+            f_max=323.0, l_opt=0.038, l_slack=0.051, pennation=0.01745329, tendon_strain=0.033, curve_shape=THELEN_OLD
+        ),
+        [(0.9, 0.0513211875, 0.000668897036, 5.49828191), (0.1, 0.051495537, 0.000762487806, 2.33542544)],
     ),
     "DeGrooteFregly2016Muscle": (
         Muscle(

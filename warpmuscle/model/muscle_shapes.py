@@ -13,7 +13,7 @@ from warpmuscle.kernels import structs
 from warpmuscle.kernels.contraction import COMPLIANT, EITHER, RIGID, SWITCH
 from warpmuscle.kernels.curve_sets import CURVES
 from warpmuscle.kernels.millard_tables import SIZE, Numbers, table_of
-from warpmuscle.kernels.shaped_curves import Shaped
+from warpmuscle.kernels.shaped_curves import SHORTEST_THELEN, Shaped
 from warpmuscle.scene import CurveShape, DeGrooteCurves, MillardCurves, Muscle, MuscleModel, ThelenCurves
 from warpmuscle.scene.muscles import given
 from warpmuscle.scene.muscles.curves import LEAST_DAMPING, SHAPED, STRAINS, family
@@ -102,7 +102,7 @@ def _thelen(shape: ThelenCurves, passive: Floats) -> dict[str, Any]:
     longest, a = np.asarray(shape.lengthening_force), np.asarray(shape.velocity_shape)
     edge = longest * np.asarray(shape.straight_from)
     return {
-        "shortest": 0.01,
+        "shortest": SHORTEST_THELEN,
         "active_width": shape.active_width,
         "passive_rate": np.asarray(shape.passive_shape) / passive,
         "passive_floor": 1.0,
