@@ -98,6 +98,7 @@ def load_scene(
     keyword_rule: bool = False,
     settings: list[str] | None = None,
     ball_joints: bool = False,
+    hard_points: bool = False,
     commands: list[str] | None = None,
 ) -> Scene:
     """The scene with what `--set` and `--command` change; what its files hold that is not used, on the error stream."""
@@ -110,7 +111,9 @@ def load_scene(
         with warnings.catch_warnings():
             if settings:  # then only what they leave of the scene is in doubt
                 warnings.simplefilter("ignore", SceneWarning)
-            scene = load(*sources, ignored=ignored, keyword_rule=keyword_rule, ball_joints=ball_joints)
+            scene = load(
+                *sources, ignored=ignored, keyword_rule=keyword_rule, ball_joints=ball_joints, hard_points=hard_points
+            )
         if settings:
             scene = with_settings(scene, settings)
             for doubt in doubts_of(scene):

@@ -151,12 +151,15 @@ def convert(
     ball_joints: Annotated[
         bool, typer.Option("--ball-joints", help="Three hinges of a .osim through one point become a ball joint.")
     ] = False,
+    hard_points: Annotated[
+        bool, typer.Option("--hard-points", help="Conditional points of a .osim come in at once, as OpenSim's.")
+    ] = False,
     trust: Trust = False,
 ) -> None:
     """Write a scene as TOML, as the original program's files, or its character and ground for OpenSim or MuJoCo."""
     from warpmuscle.formats import Ignored, mjcf, save
 
-    scene = load_scene(sources, keyword_rule, ball_joints=ball_joints)
+    scene = load_scene(sources, keyword_rule, ball_joints=ball_joints, hard_points=hard_points)
     lost: list[Ignored] = []
     if output.suffix == ".xml":
         mjcf.write(scene, output)

@@ -32,6 +32,7 @@ def load(
     keyword_rule: bool = False,
     trust: bool = False,
     ball_joints: bool = False,
+    hard_points: bool = False,
 ) -> Scene:
     """A checked scene.
 
@@ -45,6 +46,8 @@ def load(
         trust: let code run that the scene names as `module:function`, once it is simulated.
         ball_joints: three hinges of a `.osim` through one point become a ball joint. A motion is the same, but has no
             gimbal lock, and a step fewer bodies; balance control of the original program's kind asks for such hips.
+        hard_points: conditional points of a `.osim` come in at once, as OpenSim's, also where a path jumps then. Else
+            they come in over a degree or two.
 
     Warns:
         SceneWarning: one for each thing that is probably a mistake, with file, line and key (see `doubts_of`).
@@ -63,6 +66,7 @@ def load(
     as_truth(keyword_rule, "keyword_rule")
     as_truth(trust, "trust")
     as_truth(ball_joints, "ball_joints")
+    as_truth(hard_points, "hard_points")
     suffixes = [path.suffix.lower() for path in paths]
     if len(paths) == 1 and suffixes[0] not in READ:
         paths, suffixes = [_shipped(str(sources[0]))], [".toml"]
@@ -78,7 +82,7 @@ def load(
             raise SceneError(f"{str(path)!r} cannot be combined with other files; only .rbs, .sbc and .rs can")
     notes = Notes()
     if suffixes == [".osim"]:
-        scene = _model(paths[0], notes, ball_joints)
+        scene = _model(paths[0], notes, ball_joints, hard_points)
     else:
         scene = _combine(paths, suffixes, keyword_rule, notes)
     _warn([notes.placed(doubt) for doubt in doubts_of(scene)])
@@ -155,11 +159,11 @@ def _available() -> str:
     return f"shipped scenes: {', '.join(scene_names())}"
 
 
-def _model(path: Path, notes: Notes, ball_joints: bool) -> Scene:
+def _model(path: Path, notes: Notes, ball_joints: bool, hard_points: bool) -> Scene:
     """The scene of an OpenSim model."""
     from warpmuscle.formats.osim.build import load_model  # with what no other scene waits for
 
-    return load_model(path, notes, ball_joints)
+    return load_model(path, notes, ball_joints, hard_points)
 
 
 def _combine(paths: Sequence[Path], suffixes: Sequence[str], keyword_rule: bool, notes: Notes) -> Scene:

@@ -129,6 +129,10 @@ def _start(states: list[JointState]) -> JointState:
 def _move_conditions(character: Character, names: tuple[str, str, str], name: str, turned_round: bool) -> None:
     """Let conditions on three coordinates depend on the angles of one ball joint."""
     for muscle in character.muscles.values():
+        if any(point.condition is not None and point.condition.joint in names for point in muscle.path):
+            for point in muscle.path:
+                if point.condition is not None:
+                    point.condition.blend = 0.0  # as all of a path are that has one over a ball joint
         for point in muscle.path:
             condition = point.condition
             if condition is not None and condition.joint in names:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,7 @@ import numpy as np
 from warpmuscle.core.errors import SceneError, shortened
 from warpmuscle.formats.lines import Ignored, Notes
 from warpmuscle.formats.osim.balls import merge_balls
+from warpmuscle.formats.osim.blends import blend_conditions
 from warpmuscle.formats.osim.build_forces import build_forces
 from warpmuscle.formats.osim.build_muscles import MuscleBuilder, build_surfaces, on_ground
 from warpmuscle.formats.osim.build_skeleton import Skeleton, build_skeleton
@@ -17,33 +19,34 @@ from warpmuscle.formats.osim.moves import Coordinates
 from warpmuscle.formats.osim.read import read
 from warpmuscle.formats.osim.records import Model
 from warpmuscle.formats.osim.tree import Branch, branches, joined, root_kind
-from warpmuscle.scene import Actuation, Failure, Marker, Motion, Scene
-from warpmuscle.scene.validation.paths import usual_drive
+from warpmuscle.scene import Actuation, Character, Failure, Marker, Motion, Scene
+from warpmuscle.scene.validation.paths import is_route, usual_drive
 from warpmuscle.scene.validation.scene import check_scene
 
 KNOTS = 201  # of a prescribed motion
 
 
-def load_model(path: Path, notes: Notes, ball_joints: bool = False) -> Scene:
+def load_model(path: Path, notes: Notes, ball_joints: bool = False, hard_points: bool = False) -> Scene:
     """A checked scene from a model file.
 
     Args:
         notes: gets what is not used, with its line and with what follows from that.
         ball_joints: three hinges through one point become a ball joint, see `balls.py`.
+        hard_points: conditional points come in at once, as OpenSim's, also where a path jumps then, see `blends.py`.
 
     Raises:
         SceneError: it cannot be read or represented; with file and line.
     """
     try:
         model = read(path, notes)
-        scene = build(model, notes, ball_joints)
+        scene = build(model, notes, ball_joints, hard_points)
         check_scene(scene)
     except SceneError as error:
         raise notes.placed(error) from None
     return scene
 
 
-def build(model: Model, notes: Notes, ball_joints: bool = False) -> Scene:
+def build(model: Model, notes: Notes, ball_joints: bool = False, hard_points: bool = False) -> Scene:
     """A scene from records.
 
     Raises:
@@ -71,8 +74,10 @@ def build(model: Model, notes: Notes, ball_joints: bool = False) -> Scene:
     _prescribe(scene, coordinates)
     build_forces(model, scene, skeleton, coordinates, notes)
     _settle_drives(scene)
+    jumps = {} if hard_points else blend_conditions(scene)
     if ball_joints:
         merge_balls(scene, coordinates.joint_of)
+    _tell_jumps(model, character, jumps, notes)
     _markers(model, skeleton, notes)
     _tell(model, skeleton, coordinates, notes)
     if character.root_joint == "fixed":
@@ -131,6 +136,18 @@ def _markers(model: Model, skeleton: Skeleton, notes: Notes) -> None:
             continue
         body, position = skeleton.placement.point(marker.frame, marker.location)
         skeleton.opensim.markers[marker.name] = Marker(body, position)
+
+
+def _tell_jumps(model: Model, character: Character, jumps: Mapping[str, float], notes: Notes) -> None:
+    """Note which paths jump where a point comes in, by so many metres, and why."""
+    records = {muscle.name: muscle for muscle in model.muscles}
+    for name, jump in jumps.items():
+        muscle, record = character.muscles[name], records[name]
+        if not is_route(muscle):
+            continue
+        why = "it wraps around a surface" if muscle.wraps else "it depends on angles of a ball joint"
+        reason = f"its path jumps by {1e3 * jump:.0f} mm where a conditional point comes in, as in OpenSim: {why}"
+        notes.ignored.append(Ignored(model.file, record.line, f"{record.kind} {name}", reason))
 
 
 def _tell(model: Model, skeleton: Skeleton, coordinates: Coordinates, notes: Notes) -> None:
