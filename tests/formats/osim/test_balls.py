@@ -54,7 +54,8 @@ def conditional(name: str, coordinate: str, location: str) -> str:
 def both(folder: Path) -> tuple[Scene, Scene]:
     """The leg with three hinges, and with a ball joint."""
     path = leg(folder)
-    return load(path, ignored=[]), load(path, ignored=[], ball_joints=True)
+    kinds = {"ignored": [], "hard_points": True}
+    return load(path, **kinds), load(path, ball_joints=True, **kinds)
 
 
 def turned(scene: Scene, angles: np.ndarray) -> np.ndarray:
