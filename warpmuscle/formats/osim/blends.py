@@ -60,11 +60,12 @@ def _jump(scene: Scene, muscle: Muscle, number: int) -> float:
 def _posed(scene: Scene, muscle: Muscle, condition: Condition, end: float) -> tuple[list[Floats], list[bool]]:
     """Places of a path's points, m, and which of them count, where a condition's coordinate is at one end."""
     joint = scene.character.joints[condition.joint]
-    turn = joint_type(joint).turned(joint, np.array([[end]]))[0]
-    there = JointState(coordinate=end) if joint_type(joint).by_coordinate else JointState(tuple(map(float, turn)))
+    x, y, z, w = map(float, joint_type(joint).turned(joint, np.array([[end]]))[0])
+    there = JointState(coordinate=end) if joint_type(joint).by_coordinate else JointState((x, y, z, w))
     joints = scene.initial_state.joints | {condition.joint: there}
     poses, angles = initial_pose(replace(scene, initial_state=replace(scene.initial_state, joints=joints)))
-    places, counted = [], []
+    places: list[Floats] = []
+    counted: list[bool] = []
     for point in muscle.path:
         position, orientation = poses[point.body]
         places.append(np.asarray(position + rotate(orientation, plain_vector(point.place()))))
