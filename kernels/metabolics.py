@@ -41,7 +41,7 @@ def bhargava_power(
 ) -> float:  # fmt: skip
     """Activation, maintenance and shortening heat, and work (Bhargava 2004, eq. 1-17).
 
-    With net work as OpenSim's probe, but for its rule that no muscle's power is negative.
+    OpenSim's probe takes the heat of shortening of the fibre's whole force, and no muscle's power as negative.
     """
     u = recruited(excitation, slow)
     heat = mass * (40.0 * u[0] + 133.0 * u[1])
@@ -72,8 +72,8 @@ def umberger_power(
 ) -> float:  # fmt: skip
     """Heat of activation, maintenance, shortening and lengthening, and work (Umberger 2003, eq. 18).
 
-    Lengthening heat is that of Umberger 2010, who counts positive work; with net work it is OpenSim's probe, but for
-    the rule that no muscle's power is negative.
+    Lengthening heat is that of Umberger 2010, who counts positive work; OpenSim's probe has that of 2003, 4 in place of
+    0.3, recruits fibres as Bhargava does, and takes no muscle's power as negative.
 
     Args:
         v_max: of fast fibres, l_opt/s; slow ones have 0.4 of it. l_opt: m. The heat is at least 1 W/kg.

@@ -6,15 +6,18 @@ import msgspec
 import numpy as np
 import pytest
 
+from metabolic_powers import bhargava, umberger, wang
 from small_result import walk_result, walk_scene, with_arrays
-from warpmuscle.gait.muscle_effort import spent, trembling
+from warpmuscle.gait.muscle_effort import muscle_power, spent, trembling
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
 from warpmuscle.scene.accounting import FORMULAS
 from warpmuscle.scene.masses import body_mass
 from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.simulation.rollout import Rollout
 
 BASAL = 1.51  # W/kg
+SHAPE, LONGEST = 0.3, 1.8  # of the hyperbolas of force and velocity, the force of a fast lengthening fibre
 
 
 @pytest.fixture(scope="module")
@@ -54,6 +57,41 @@ def test_power_at_rest_is_the_heat_of_activation_and_maintenance(scene: Scene):
     assert found.power == pytest.approx(BASAL + muscles, rel=1e-4)
     assert found.common_power == pytest.approx(BASAL + muscles * 0.6 / 0.25, rel=1e-4)
     assert found.passive_share == 0.0
+
+
+def by_hand(motion: Recording, scene: Scene, formula, net: bool) -> np.ndarray:
+    """Powers (F, M), W, in float64, with the curves of Lee 2014 (Bergmann 2017, eq. 4 and 5)."""
+    muscles = [scene.character.muscles[name] for name in motion.muscle_names]
+    f_max, l_opt = (np.array([float(getattr(m, name)) for m in muscles]) for name in ("f_max", "l_opt"))
+    activation, excitation, fibre, speed = (
+        np.asarray(motion[f"muscle_{name}"], dtype=np.float64)
+        for name in ("activation", "excitation", "fibre_length", "fibre_velocity")
+    )
+    v_max = scene.muscle_model.v_max
+    length, v = fibre / l_opt, speed / (l_opt * v_max)
+    iso = np.exp(-((length - 1.0) ** 2) / 0.5)
+    slower, longer = np.minimum(v, 0.0), (2.0 + 2.0 / SHAPE) / (LONGEST - 1.0) * np.maximum(v, 0.0)
+    moving = np.where(v <= 0.0, (1.0 + slower) / (1.0 - slower / SHAPE), (1.0 + LONGEST * longer) / (1.0 + longer))
+    force = f_max * activation * iso * moving
+    further = {"v_max": v_max, "l_opt": l_opt} if formula is umberger else {}
+    mass = f_max * l_opt * 1059.7 / 6e5
+    return formula(activation, excitation, length, speed, force, iso, np.full_like(mass, 0.5), mass, net, **further)
+
+
+@pytest.mark.parametrize(
+    ("model", "formula", "net"), [("wang", wang, False), ("umberger", umberger, True), ("bhargava", bhargava, True)]
+)
+def test_energy_of_a_walk_is_that_of_the_published_formulas_by_hand(scene: Scene, model: str, formula, net: bool):
+    batch = Rollout(msgspec.structs.replace(scene, duration=0.5), 1, "cpu", record=[0], record_rate=200.0)
+    batch.run()
+    motion = batch.recording()
+    expected = by_hand(motion, scene, formula, net)
+    np.testing.assert_allclose(
+        muscle_power(motion, counted(scene, metabolic_model=model)), expected, rtol=1e-3, atol=0.02
+    )
+    found = spent(motion, counted(scene, metabolic_model=model, basal_rate=0.0))
+    assert found.power * body_mass(scene.character) == pytest.approx(expected.sum(axis=1).mean(), rel=1e-3)
+    assert expected.std() > 1.0
 
 
 def counted(scene: Scene, **objective) -> Scene:

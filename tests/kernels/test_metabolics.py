@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from probes import evaluate
 
+from metabolic_powers import bhargava, umberger, wang
 from warpmuscle.kernels import metabolics
 
 COUNT = 400
@@ -17,60 +18,19 @@ def states(seed: int = 0) -> dict[str, np.ndarray]:
     return dict(zip(names, np.random.default_rng(seed).uniform(low, high, (COUNT, 8)).T, strict=True))
 
 
-def recruited(level: np.ndarray, slow: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    return slow * np.sin(np.pi / 2 * level), (1.0 - slow) * (1.0 - np.cos(np.pi / 2 * level))
-
-
-def maintenance(length: np.ndarray) -> np.ndarray:
-    return np.interp(length, [0.5, 1.0, 1.5], [0.5, 1.0, 0.0])
-
-
-def work(speed: np.ndarray, force: np.ndarray, net: bool) -> np.ndarray:
-    """Power of the contractile element: -F v, of which positive work has only the part of shortening fibres."""
-    return -force * speed if net else np.maximum(-force * speed, 0.0)
-
-
-def bhargava(activation, excitation, length, speed, force, iso, slow, mass, net) -> np.ndarray:
-    """Bhargava 2004, eq. 1-17, as OpenSim's probe has them: heats of activation, maintenance, shortening, and work."""
-    u_slow, u_fast = recruited(excitation, slow)
-    heat = mass * (40.0 * u_slow + 133.0 * u_fast + maintenance(length) * (74.0 * u_slow + 111.0 * u_fast))
-    return heat + np.where(speed <= 0.0, -0.25 * force * speed, 0.0) + work(speed, force, net)
-
-
-def wang(activation, excitation, length, speed, force, iso, slow, mass, net) -> np.ndarray:
-    """Wang 2012, appendix: maintenance by the activation, no heat of lengthening."""
-    u_slow, u_fast = recruited(excitation, slow)
-    a_slow, a_fast = recruited(activation, slow)
-    heat = mass * (40.0 * u_slow + 133.0 * u_fast + maintenance(length) * (74.0 * a_slow + 111.0 * a_fast))
-    return heat + np.where(speed < 0.0, -0.25 * force * speed, 0.0) + work(speed, force, net)
-
-
-def umberger(activation, excitation, length, speed, force, iso, slow, mass, net) -> np.ndarray:
-    """Umberger 2003, eq. 18, with the lengthening heat of Umberger 2010, as OpenSim's probe has them."""
-    a = np.where(excitation > activation, excitation, (excitation + activation) / 2)
-    v = speed / L_OPT
-    kept = np.where(length <= 1.0, 1.0, 0.4 + 0.6 * iso)
-    activation_maintenance = 1.5 * a**0.6 * (128.0 * (1.0 - slow) + 25.0) * kept
-    alpha_slow, alpha_fast = 100.0 / (V_MAX / 2.5), 153.0 / V_MAX
-    shortening = np.minimum(-alpha_slow * v, 100.0) * slow - alpha_fast * v * (1.0 - slow)
-    moving = np.where(v <= 0.0, 1.5 * a**2 * shortening, 1.5 * a * 0.3 * alpha_slow * v)
-    moving = np.where(length <= 1.0, moving, moving * iso)
-    return mass * np.maximum(activation_maintenance + moving, 1.0) + work(speed, force, net)
-
-
 @pytest.mark.parametrize("net", [True, False])
 @pytest.mark.parametrize(
     ("function", "reference", "further"),
     [
-        (metabolics.bhargava_power, bhargava, ()),
-        (metabolics.wang_power, wang, ()),
-        (metabolics.umberger_power, umberger, (V_MAX, L_OPT)),
+        (metabolics.bhargava_power, bhargava, {}),
+        (metabolics.wang_power, wang, {}),
+        (metabolics.umberger_power, umberger, {"v_max": V_MAX, "l_opt": L_OPT}),
     ],
 )
 def test_power_is_that_of_the_published_formulas(function, reference, further, net):
     s = states()
-    expected = reference(**s, net=net)
-    found = evaluate(function, *s.values(), float(net), *further)
+    expected = reference(**s, net=net, **further)
+    found = evaluate(function, *s.values(), float(net), *further.values())
     np.testing.assert_allclose(found, expected, rtol=2e-5, atol=2e-3)
     assert expected.std() > 100.0
 

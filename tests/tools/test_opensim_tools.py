@@ -12,7 +12,10 @@ if str(TOOLS) not in sys.path:
     sys.path.append(str(TOOLS))
 
 import opensim_agreement  # noqa: E402
+import opensim_energy  # noqa: E402
 import opensim_oracle  # noqa: E402
+
+from warpmuscle.formats import load  # noqa: E402
 
 
 def test_what_is_missing_is_said_in_a_sentence(monkeypatch, tmp_path):
@@ -50,3 +53,14 @@ def test_files_of_opensim_are_read_by_the_last_part_of_their_names(tmp_path):
     assert names == ["time", "soleus_r", "angle"]
     assert values.tolist() == [[0.0, 1.0, 2.0]]
     assert degrees
+
+
+def test_metabolic_power_of_a_walk_is_that_of_opensims_probes_but_for_its_definitions(reference_data):
+    pytest.importorskip("opensim", reason="no OpenSim: pip install opensim")
+    model = reference_data / "opensim_models" / "gait2392_millard2012muscle.osim"
+    rows = {row.formula: row for row in opensim_energy.compare(model, load("gait2392_walk"), 1.6)}
+    assert set(rows) == {"bhargava", "umberger"}
+    for row in rows.values():
+        assert abs(row.off) < 0.02
+        assert row.muscle < 0.01 * row.ours
+    assert rows["umberger"].definition > 0.03 * rows["umberger"].ours  # 4 times the heat of lengthening, for 0.3

@@ -46,10 +46,10 @@ def spent(recording: Recording, scene: Scene) -> Spent | None:
         return None
     rest = float(np.asarray(basal_rate(scene.objective)).flat[0])
     mass = body_mass(scene.character)
-    passive, power = _passive_and_power(recording, scene)
-    _, common = _passive_and_power(recording, at_common_tension(scene))
+    passive, power = (float(values.sum(axis=1).mean()) for values in _passive_and_power(recording, scene))
+    common = float(muscle_power(recording, at_common_tension(scene)).sum(axis=1).mean())
     tension = float(recording.muscle_force.sum(dtype=float))
-    share = min(passive / tension, 1.0) if tension > 0.0 else 0.0
+    share = min(passive * recording.frames / tension, 1.0) if tension > 0.0 else 0.0
     return Spent(rest + power / mass, rest + common / mass, share)
 
 
@@ -58,8 +58,13 @@ def cost_of_transport(power: float, speed: float) -> float | None:
     return power / speed if speed >= LEAST_SPEED else None
 
 
-def _passive_and_power(recording: Recording, scene: Scene) -> tuple[float, float]:
-    """Passive forces, N, summed over moments and muscles, and metabolic power of all muscles, W, in the mean."""
+def muscle_power(recording: Recording, scene: Scene) -> Floats:
+    """Metabolic power (F, M), W, of every muscle at every frame, by the model of the scene's objective."""
+    return _passive_and_power(recording, scene)[1]
+
+
+def _passive_and_power(recording: Recording, scene: Scene) -> tuple[Floats, Floats]:
+    """Passive forces, N, and metabolic power, W, (F, M) each."""
     model = muscles_model(scene, recording.muscle_names, "cpu")
     muscles = [scene.character.muscles[name] for name in recording.muscle_names]
     names = ("muscle_activation", "muscle_excitation", "muscle_fibre_length", "muscle_fibre_velocity")
@@ -72,7 +77,7 @@ def _passive_and_power(recording: Recording, scene: Scene) -> tuple[float, float
         outputs=[passive, power],
         device="cpu",
     )
-    return float(passive.numpy().sum(dtype=float)), float(power.numpy().sum(axis=1, dtype=float).mean())
+    return passive.numpy().astype(float), power.numpy().astype(float)
 
 
 def trembling(time: Floats, activation: Floats, above: float = TREMBLING) -> float | None:
