@@ -72,6 +72,10 @@ def throw(
     channel: Annotated[
         list[str] | None, typer.Option(metavar="MUSCLE=CHANNEL", help="Which channel of --emg stands for a muscle.")
     ] = None,
+    calibrate: Annotated[
+        bool,
+        typer.Option("--calibrate", help="Find gains and delays of the channels of --emg, together with the muscles."),
+    ] = False,
     low_pass: Annotated[
         float | None,
         typer.Option(help="Take what is faster, Hz, from recorded motions; 6 to 10 suits most. By default nothing."),
@@ -143,7 +147,7 @@ def throw(
     if not files and not target and speed is None and angle is None and flight_time is None:
         raise Error("nothing to do: name files with motions, or a goal such as --target 4")
     goals = _goals(target or [], height or 0.0, speed, angle, flight_time)
-    _check_needed({"--channel": channel}, emg, "--emg")
+    _check_needed({"--channel": channel, "--calibrate": calibrate}, emg, "--emg")
     _check_needed({"--height": height, "--release": release, "--adapt": adapt, "--solutions": solutions}, goals,
                   "a goal such as --target 4")  # fmt: skip
     _check_needed({"--low-pass": low_pass}, files, "files with motions")
@@ -155,7 +159,8 @@ def throw(
     loaded = load_scene([scene or ("throw_ball" if goals else "throw")])
     start_warp()
     options = Options(
-        count=number, prescribed=tuple(prescribe or ()), emg=emg, channels=_pairs(channel or []), fit_all=fit_all,
+        count=number, prescribed=tuple(prescribe or ()), emg=emg, channels=_pairs(channel or []), calibrated=calibrate,
+        fit_all=fit_all,
         fidelity=fidelity, low_pass=low_pass, device=device, threads=threads, seed=seed,
     )  # fmt: skip
     job = Job(loaded, files or [], options) if numbers is None else _fewest(loaded, files or [], options, numbers)
@@ -243,7 +248,24 @@ def _print_problem(job: Job) -> None:
     )
     for note in job.notes():
         log.print(marked("note:", "yellow", f" {note}"))
+    _print_calibration(job)
     _print_lacks(job, job.lacks, "muscle groups" if job.strong is not job.arm else "muscles")
+
+
+def _print_calibration(job: Job) -> None:
+    """What was found of the channels and the muscles, if that was asked for."""
+    from warpmuscle.throw.report import calibration_rows
+
+    if job.calibration is None:
+        return
+    found = job.calibration
+    headings = ["gain", "delay, ms", "f_max, N", "calibrated", "l_slack, mm", "calibrated"]
+    _print_table("channels and muscles, calibrated to the torques", headings, calibration_rows(job.arm, found))
+    before, after = (" ".join(f"{value:.3f}" for value in row) for row in found.torque_r2)
+    out.print(
+        f"torques of {', '.join(job.arm.driven)}: r2 {before}, calibrated {after}; mean square activation "
+        f"{found.effort[0]:.4f}, calibrated {found.effort[1]:.4f}"
+    )
 
 
 def _print_lacks(job: Job, lacks: Sequence[Lack], whose: str) -> None:

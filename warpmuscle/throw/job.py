@@ -20,16 +20,17 @@ from warpmuscle.throw.arm import Arm
 from warpmuscle.throw.fit import FIDELITY, Fitted, Settings, fit_motions, trade
 from warpmuscle.throw.follow import Follower
 from warpmuscle.throw.goals import Goal
+from warpmuscle.throw.measured import Calibration, calibrate, measured_envelopes, measured_synergies
 from warpmuscle.throw.metrics import Agreement
-from warpmuscle.throw.motion import resample
+from warpmuscle.throw.motion import Motion, resample
 from warpmuscle.throw.problem import (
     ALONE,
     Lack,
     computed_excitation,
     computed_synergies,
+    factorized,
     lacking,
     mean_motion,
-    measured_synergies,
     notes,
     read_motions,
     usable,
@@ -38,7 +39,7 @@ from warpmuscle.throw.published import Published, as_published
 from warpmuscle.throw.report import write
 from warpmuscle.throw.scene_motion import motion_of
 from warpmuscle.throw.shared_synergies import SharedSynergies, share
-from warpmuscle.throw.signals import Knots
+from warpmuscle.throw.signals import Knots, Synergies
 from warpmuscle.throw.strength import what_lacks
 from warpmuscle.throw.synthesis import Throw, Thrower, check_release
 
@@ -64,6 +65,7 @@ class Options:
     prescribed: tuple[str, ...] = ()
     emg: Path | None = None
     channels: Mapping[str, str] = field(default_factory=dict)
+    calibrated: bool = False  # whether the channels' gains and delays are, with the muscles
     fit_all: bool = False
     fidelity: float = FIDELITY
     low_pass: float | None = None  # Hz, of recorded motions
@@ -79,6 +81,7 @@ class Job:
         count: of synergies, where they are computed.
         lacks: motions that the muscles, with the strength of whole groups, are too weak for.
         training: motions that parameters are fitted to, and W where synergies bind muscles. held_out: the others.
+        calibration: of channels and muscles, where it was asked for.
         shared: synergies that bind muscles, None where each joint has no more than two.
     """
 
@@ -103,6 +106,9 @@ class Job:
         count = len(self.motions)
         self.training = list(range(count)) if options.fit_all or count == 1 else list(range(0, count, 2))
         self.held_out = [k for k in range(count) if k not in self.training]
+        self.calibration: Calibration | None = None
+        if options.emg is not None and options.calibrated:
+            synergies = self._calibrated(recorded, options.emg, synergies.count)
         self.shared: SharedSynergies | None = None
         if options.emg is None and len(self.arm.acting) > max(ALONE * len(self.arm.driven), self.count):
             self.shared = self._shared(knots)
@@ -110,7 +116,7 @@ class Job:
         self.follower = Follower(
             self.arm, self.motions, synergies, knots, device=options.device, threads=options.threads
         )
-        self.settings = Settings(options.fidelity, adapt=options.fidelity == FIDELITY, seed=options.seed)
+        self.settings = Settings(fidelity=options.fidelity, adapt=options.fidelity == FIDELITY, seed=options.seed)
         self.fitted: Fitted | None = None
         self.published: Published | None = None
         self.throws: list[Throw] = []
@@ -127,6 +133,16 @@ class Job:
             return self.arm
         character = msgspec.structs.replace(scene.character, muscles=groups)
         return Arm(msgspec.structs.replace(scene, character=character), self.options.prescribed)
+
+    def _calibrated(self, recorded: Sequence[Motion], emg: Path, count: int) -> Synergies:
+        """Synergies of envelopes whose gains and delays are calibrated; fits start from the muscles found with them."""
+        envelopes = measured_envelopes(self.arm, recorded, emg, self.options.channels)
+        found = calibrate(self.arm, self.motions, envelopes, self.start, self.training)
+        self.calibration, self.start = found, found.unknowns
+        return factorized(
+            self.arm, self.motions, found.excitation, found.start, min(count, len(self.arm.acting)),
+            f"{emg}, calibrated", self.options.seed,
+        )  # fmt: skip
 
     def _shared(self, knots: Knots) -> SharedSynergies:
         """Synergies that make the torques of the motions; W knows of those alone that parameters are fitted to."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,10 +12,9 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error, SignalError
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.synergy.factorization import factorize, reconstruct
-from warpmuscle.synergy.files import read as read_synergies
 from warpmuscle.synergy.static_optimization import StaticOptimization
 from warpmuscle.throw.arm import Arm, needed_torques
-from warpmuscle.throw.motion import PITCH, PLACE, Motion, Motions, resample
+from warpmuscle.throw.motion import PITCH, PLACE, Motion, Motions
 from warpmuscle.throw.motion_files import TO_GRAVITY, read
 from warpmuscle.throw.signals import Synergies, computed_activation, to_excitation
 from warpmuscle.throw.smoothing import NOISY, check_noise, low_passed, noise, removed
@@ -284,50 +283,3 @@ def shortcoming(arm: Arm, lacks: Sequence[Lack], count: int, whose: str) -> str:
             f"an arm of {', '.join(arm.driven)} does not do"
         )
     return text
-
-
-def measured_synergies(arm: Arm, recorded: Sequence[Motion], path: str | Path, names: Mapping[str, str]) -> Synergies:
-    """Synergies from a file of `warpmuscle synergies`, of the muscles that the arm has.
-
-    Args:
-        recorded: n motions as they were read; trial k of the file goes with the k-th.
-        names: channel of the file for a muscle of the arm; others go by their own name, letter case aside.
-
-    Raises:
-        Error: the file cannot be used, has no channel for a muscle that moves a joint, or no samples for a motion.
-    """
-    result = read_synergies(path)
-    channels = {name.lower(): k for k, name in enumerate(result.activations.muscles)}
-    unknown = [name for name in names if name not in arm.muscles]
-    if unknown:
-        raise Error(f"the arm has no muscle {unknown[0]!r}; it has {', '.join(arm.muscles)}")
-    weights = np.zeros((len(arm.muscles), result.synergies.weights.shape[1]))
-    for row in arm.acting:
-        muscle = arm.muscles[row]
-        channel = names.get(muscle, muscle)
-        if channel.lower() not in channels:
-            raise SignalError(
-                f"no channel for muscle {muscle!r}; say `--channel {muscle}=NAME` with one of "
-                f"{', '.join(result.activations.muscles)}", file=path,
-            )  # fmt: skip
-        weights[row] = result.synergies.weights[channels[channel.lower()]]
-    motions = resample(recorded)
-    signals = np.zeros((*motions.valid.shape, weights.shape[1]))
-    trials = np.unique(result.activations.trial)
-    if len(trials) != len(recorded):
-        raise SignalError(f"{len(trials)} trials do not go with {len(recorded)} motions", file=path)
-    for row, (trial, motion) in enumerate(zip(trials, recorded, strict=True)):
-        own = result.activations.trial == trial
-        time = result.activations.time[own] - motion.start
-        covered = min(time[-1], motion.time[-1]) - max(time[0], 0.0)
-        if covered < 0.9 * motion.time[-1]:
-            raise SignalError(
-                f"its samples from {time[0] + motion.start:g} to {time[-1] + motion.start:g} s do not cover motion "
-                f"{motion.name}, {motion.start:g} to {motion.start + motion.time[-1]:g} s", file=path,
-            )  # fmt: skip
-        for k in range(weights.shape[1]):
-            signals[row, :, k] = np.interp(motions.time, time, result.synergies.coefficients[k, own])
-    # Where a synergy's greatest weight is a muscle that the arm lacks, what is left of it is brought back to 1.
-    scale = np.maximum(weights.max(axis=0), 1e-12)
-    signals = np.clip(signals * scale * motions.valid[:, :, None], 0.0, 1.0)
-    return Synergies(weights / scale, signals, signals[:, 0], result.synergies.account.vaf, str(path))

@@ -25,8 +25,7 @@ from warpmuscle.throw.least_squares import Prior, Unknowns, fit
 from warpmuscle.throw.metrics import determination
 from warpmuscle.throw.motion import RATE, Motions
 from warpmuscle.throw.signals import Synergies
-from warpmuscle.throw.simulator import Simulator
-from warpmuscle.throw.stepper import Stepper
+from warpmuscle.throw.simulator import Simulator, Stepper
 
 ALGORITHM = "LD_SLSQP"
 TOLERANCE = 1e-4  # of a parameter's interval: NLopt's steps below it end its search

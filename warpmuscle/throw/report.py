@@ -12,16 +12,19 @@ import h5py
 import numpy as np
 
 from warpmuscle.core.array_types import Floats
+from warpmuscle.core.arrays import rows
 from warpmuscle.core.errors import ResultError, SceneError
 from warpmuscle.core.files import replace_file
 from warpmuscle.formats import toml
 from warpmuscle.results.layout import put
 from warpmuscle.results.records import Result, parameter_table
 from warpmuscle.results.result import THROW_FORMAT
-from warpmuscle.scene.parameters import free_parameters, with_values
+from warpmuscle.scene.parameters import free_parameters, start_values, substitute, with_values
 from warpmuscle.simulation.devices import find_device
+from warpmuscle.throw.arm import Arm
 from warpmuscle.throw.fit import Fitted, Stage
 from warpmuscle.throw.follow import Follower
+from warpmuscle.throw.measured import Calibration
 from warpmuscle.throw.metrics import leave_one_out
 from warpmuscle.throw.published import Published
 from warpmuscle.throw.replays import fitted_replays, published_replay
@@ -77,6 +80,27 @@ def number_row(follower: Follower, fitted: Fitted) -> Row:
     cells += [f"{a.r2.min():.4f}", f"{a.velocity_r2.min():.3f}", f"{100.0 * a.hand_error.max():.1f}"]
     cells += [f"{np.nanmin(a.correlation):.3f}", f"{good.sum()}/{len(good)}"]
     return Row(f"{synergies.count} synergies", tuple(cells))
+
+
+def calibration_rows(arm: Arm, found: Calibration) -> list[Row]:
+    """Each channel's gain and delay, and its muscle's strength and slack length before and after.
+
+    Of a muscle on pulleys it is the rest length of the path that stands for the slack length: one more, the other less.
+    """
+    muscles = arm.scene.character.muscles
+    plain = [substitute(arm.scene, values).character.muscles
+             for values in (start_values(arm.scene), arm.values(found.unknowns))]  # fmt: skip
+    lines = []
+    for k, name in enumerate(found.muscles):
+        f_max = [float(rows(table[name].f_max).flat[0]) for table in plain]
+        slack = [float(rows(table[name].l_slack).flat[0]) for table in plain]
+        if muscles[name].rest_length is not None:
+            rest = [float(rows(table[name].rest_length).flat[0]) for table in plain]
+            slack[1] -= rest[1] - rest[0]
+        cells = (f"{found.gain[k]:.2f}", f"{1000.0 * found.delay[k]:+.0f}", f"{f_max[0]:.0f}", f"{f_max[1]:.0f}",
+                 f"{1000.0 * slack[0]:.0f}", f"{1000.0 * slack[1]:.0f}")  # fmt: skip
+        lines.append(Row(name, cells))
+    return lines
 
 
 def baseline_row(follower: Follower) -> Row | None:
