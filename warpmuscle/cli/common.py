@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import re
 import shlex
 import sys
 import warnings
@@ -210,3 +211,31 @@ def writable(*paths: Path | None) -> None:
 
 def command_line() -> str:
     return shlex.join(["warpmuscle", *sys.argv[1:]])
+
+
+def seconds(text: str) -> float:
+    """A time such as 90, 90s, 30m or 1h30m, in seconds; raises Error."""
+    match = re.fullmatch(r"(?:([\d.]+)h)?(?:([\d.]+)m)?(?:([\d.]+)s?)?", text.replace(" ", ""))
+    try:
+        assert match is not None
+        seconds = sum(
+            float(part) * unit for part, unit in zip(match.groups(), (3600.0, 60.0, 1.0), strict=True) if part
+        )
+        assert seconds > 0.0
+    except (AssertionError, ValueError):
+        raise Error(f"{text!r} is not a time such as 90s, 30m or 2h") from None
+    return seconds
+
+
+def refuse_besides(context: typer.Context, allowed: set[str]) -> None:
+    """Raise Error for an argument or option besides --resume that its file already says."""
+    given = {name for name in context.params if _is_given(context, name)}
+    for name in sorted(given - allowed):
+        word = "scene" if name == "sources" else f"--{name.replace('_', '-')}"
+        raise Error(f"--resume takes no {word}: the file says what to go on with")
+
+
+def _is_given(context: typer.Context, name: str) -> bool:
+    """Whether an argument or option stands on the command line."""
+    source = context.get_parameter_source(name)
+    return source is not None and source.name == "COMMANDLINE" and context.params[name] not in (None, [], ())

@@ -15,12 +15,13 @@ from warpmuscle.cli.common import (
     Trust,
     command_line,
     load_scene,
+    refuse_besides,
     scene_names_like,
+    seconds,
     start_warp,
     writable,
 )
 from warpmuscle.cli.console import log, out
-from warpmuscle.cli.optimize import refuse_besides, seconds
 from warpmuscle.cli.progress_bar import Bar
 from warpmuscle.core.errors import Error
 from warpmuscle.simulation.cuda_warmup import start_driver

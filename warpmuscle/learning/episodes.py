@@ -31,7 +31,6 @@ from warpmuscle.scene.learning import Task
 from warpmuscle.simulation.rollout import Rollout
 from warpmuscle.simulation.stepper import unrecorded
 
-MOVED = ("speed", "turning_rate")  # commands that every task has, before wanted coordinates
 LARGEST_SEED = 2**31 - 1
 PARTS = ("action", "simulation", "observation", "reward", "reset")  # of a decision, as they are timed
 
@@ -109,7 +108,7 @@ class EpisodeBatch:
             self._variants.model,
         )
         self._stepper.load()
-        self.command_names = (*MOVED, *self.task.pose)
+        self.command_names = self.task.command_names
         body = BodySymmetry(rollout) if self.task.symmetric else None
         gait = None if self.task.imitation is None else gait_of(rollout, self.task.imitation, body)
         self.judge = Judge(self.task, rollout, self.actions, gait, self.dt, self.longest)

@@ -99,7 +99,7 @@ def commanded(task: Task, texts: Sequence[str]) -> Task:
     Raises:
         Error: another key, or no finite number.
     """
-    known = ("speed", "turning_rate", *task.pose)
+    known = task.command_names
     for text in texts:
         key, _, value = (part.strip() for part in text.partition("="))
         try:

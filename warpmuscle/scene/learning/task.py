@@ -9,6 +9,7 @@ import msgspec
 from warpmuscle.scene.part import Part
 
 Interval = tuple[float, float]
+MOVED = ("speed", "turning_rate")  # commands that every task has, before wanted coordinates
 
 
 class Sense(Part):
@@ -111,3 +112,8 @@ class Task(Part):
     symmetric: bool = False  # body and task are their own mirror images, so that one side learns from the other
     rewards: Rewards = msgspec.field(default_factory=Rewards)
     variation: Variation = msgspec.field(default_factory=Variation)
+
+    @property
+    def command_names(self) -> tuple[str, ...]:
+        """Of what it can be told: m/s, rad/s, then wanted coordinates."""
+        return (*MOVED, *self.pose)
