@@ -36,7 +36,7 @@ def sweep(
     status: Annotated[bool, typer.Option("--status", help="Only tell what the sweep has come to.")] = False,
     trust: Trust = False,
 ) -> None:
-    """Run many optimisations of a scene with other numbers, gathered into one file.
+    """Run many optimisations of a scene with other numbers, or trainings of policies, gathered into one file.
 
     Given again, the command goes on where it was, also after a kill. Examples: warpmuscle sweep weakness.toml;
     warpmuscle sweep weakness.toml --cluster auto; warpmuscle sweep --status weakness.toml
@@ -76,17 +76,21 @@ def sweep(
 
 def _print_status(status: SweepStatus) -> None:
     """A line a run, and what they add up to."""
-    rows = [("run", "candidates", "best cost", "state")]
+    sign = -1.0 if status.trains else 1.0
+    counted, named = ("iterations", "return") if status.trains else ("candidates", "best cost")
+    rows = [("run", counted, named, "state")]
     for run in status.runs:
-        best = f"{run.best:.6g}" if run.evaluated else "-"
-        rows.append((run.name, f"{run.evaluated}/{run.candidates}", best, status.word(run)))
+        best = f"{sign * run.best:.6g}" if run.evaluated else "-"
+        done = f"{run.evaluated}/{run.candidates}" if run.candidates or not status.trains else str(run.evaluated)
+        rows.append((run.name, done, best, status.word(run)))
     width = [max(len(row[column]) for row in rows) for column in range(3)]
     for name, candidates, best, state in rows:
         line = f"{name:{width[0]}}  {candidates:>{width[1]}}  {best:>{width[2]}}  {state}"
         out.print(line, markup=False)
     best_run = status.best
-    best = "" if best_run is None else f"; best: {best_run.name}, cost {best_run.best:.6g}"
-    total = f"{status.name}: {status.ended} of {len(status.runs)} runs done, {status.evaluated} candidates{best}"
+    word = "return" if status.trains else "cost"
+    best = "" if best_run is None else f"; best: {best_run.name}, {word} {sign * best_run.best:.6g}"
+    total = f"{status.name}: {status.ended} of {len(status.runs)} runs done, {status.evaluated} {counted}{best}"
     out.print(total, markup=False)
 
 
@@ -95,6 +99,11 @@ class _Bar(Bar):
 
     def update(self, progress: SweepProgress) -> None:
         """Show this progress."""
+        if progress.training is not None:
+            p = progress.training
+            part, done = (progress.ended + p.fraction) / progress.runs, f"{progress.ended}/{progress.runs} runs"
+            self.show(part, done, f"{progress.best_run}: {p.iterations} iterations, return {p.gain:.4g}")
+            return
         best = f"best {progress.best:.5g} of {progress.best_run}" if progress.evaluated else ""
         done = f"{progress.ended}/{progress.runs} runs, {progress.evaluated}/{progress.candidates}"
         part = progress.evaluated / max(progress.candidates, 1)

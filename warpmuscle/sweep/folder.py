@@ -54,6 +54,7 @@ class Manifest(msgspec.Struct, frozen=True):
     token: str  # by which a worker knows that it sees the same folder
     device: str  # kind that it was begun on, cpu or cuda; their results differ in the last bits
     runs: tuple[RunEntry, ...]
+    trains: bool = False  # whether runs are trainings
 
 
 @dataclass(frozen=True)
@@ -149,7 +150,7 @@ class Folder:
                     f"last bits; go on there (--device), or remove the folder to begin anew"
                 )
             return earlier
-        manifest = Manifest(plan.name, plan.text, secrets.token_hex(8), device, entries)
+        manifest = Manifest(plan.name, plan.text, secrets.token_hex(8), device, entries, plan.trains)
         try:
             replace_file(self.path / MANIFEST, msgspec.json.format(msgspec.json.encode(manifest)))
         except SceneError as error:
@@ -202,7 +203,10 @@ def has_ended(path: Path) -> bool:
 
 def digest(run: Run) -> str:
     """A digest of all that the result of a run depends on."""
-    parts = (toml.dumps(run.scene), run.seed, sorted(asdict(run.options).items(), key=lambda item: item[0]))
+    options = sorted(asdict(run.options).items(), key=lambda item: item[0])
+    parts: tuple[object, ...] = (toml.dumps(run.scene), run.seed, options)
+    if run.training is not None:
+        parts = (*parts, run.training)
     return hashlib.sha256(repr(parts).encode()).hexdigest()[:32]
 
 

@@ -63,20 +63,29 @@ def _image(folder: Folder, manifest: Manifest, entries: Sequence[RunEntry], comm
     """The bytes of the file; made in memory, so that failures of the disk are plain errors of one write."""
     memory = io.BytesIO()
     with h5py.File(memory, "w", track_order=True) as file:
-        file.attrs["format"], file.attrs["format_version"] = SWEEP_FORMAT, FORMAT_VERSION
-        file.attrs["name"], file.attrs["command"] = manifest.name, command
-        file["sweep"] = manifest.text
-        runs = file.create_group("runs", track_order=True)
-        for entry in entries:
-            path = folder.result(entry.name)
-            try:
-                with opened(path) as source:
-                    source.copy(source["/"], runs, name=entry.name)
-            except ResultError as error:
-                raise ResultError(f"{error}; remove it, and it is computed anew") from None
+        runs = put_runs(file, folder, manifest, entries, command)
         _put_table(file, entries, [runs[entry.name] for entry in entries])
         _put_all(file, [runs[entry.name] for entry in entries])
     return memory.getvalue()
+
+
+def put_runs(file: Any, folder: Folder, manifest: Manifest, entries: Sequence[RunEntry], command: str) -> Any:
+    """Put what all gathered files have, and copies of the runs' own files; the group of these.
+
+    Raises:
+        ResultError: one of them cannot be read.
+    """
+    file.attrs["format"], file.attrs["format_version"] = SWEEP_FORMAT, FORMAT_VERSION
+    file.attrs["name"], file.attrs["command"] = manifest.name, command
+    file["sweep"] = manifest.text
+    runs = file.create_group("runs", track_order=True)
+    for entry in entries:
+        try:
+            with opened(folder.result(entry.name)) as source:
+                source.copy(source["/"], runs, name=entry.name)
+        except ResultError as error:
+            raise ResultError(f"{error}; remove it, and it is computed anew") from None
+    return runs
 
 
 def _put_table(file: Any, entries: Sequence[RunEntry], runs: Sequence[Any]) -> None:
@@ -90,12 +99,17 @@ def _put_table(file: Any, entries: Sequence[RunEntry], runs: Sequence[Any]) -> N
         "ended": [str(run["searches"].attrs["ended"]) for run in runs],
     }
     for name, values in columns.items():
-        _put_column(table, name, values)
+        put_column(table, name, values)
+    put_axes(table, entries)
+
+
+def put_axes(table: Any, entries: Sequence[RunEntry]) -> None:
+    """Put what sets runs apart."""
     axes = table.create_group("axes", track_order=True)
     for name in dict.fromkeys(name for entry in entries for name in entry.axes):
         numeric = all(isinstance(entry.axes.get(name, 0.0), int | float) for entry in entries)
         values = [entry.axes.get(name, np.nan if numeric else "") for entry in entries]
-        _put_column(axes, _dataset_name(name), np.array(values, dtype=float) if numeric else list(map(str, values)))
+        put_column(axes, _dataset_name(name), np.array(values, dtype=float) if numeric else list(map(str, values)))
 
 
 def _dataset_name(axis: str) -> str:
@@ -103,7 +117,8 @@ def _dataset_name(axis: str) -> str:
     return re.sub(r"[/\0]|^\.+$", "_", axis)
 
 
-def _put_column(group: Any, name: str, values: Any) -> None:
+def put_column(group: Any, name: str, values: Any) -> None:
+    """Put a column of the table, (R,) numbers or texts."""
     array = np.asarray(values, dtype=h5py.string_dtype()) if isinstance(values, list) else values
     group.create_dataset(name, data=array).attrs["axes"] = "run"
 

@@ -1,4 +1,4 @@
-"""Sweep files: which optimisations a sweep consists of.
+"""Sweep files: which optimisations, or which trainings of policies, a sweep consists of.
 
 Example:
     scene = "walk56"             # a shipped scene, or a TOML file relative to this one
@@ -27,7 +27,8 @@ What stands in `[grid]` is an axis: a key with a list of values, or a name with 
 `values`, the same for all keys, or by `factors`. Several `[[grid]]` are swept one after the other, each by itself and
 with every entry of `[[run]]`; where a run has no value of an axis of factors, it counts as 1. Keys are those of
 `overrides.py`, and in axes and runs besides `scene`, `seed` and `search.OPTION`; what a run or an axis sets comes after
-what `[set]` does. A run is named by what sets it apart: `normal,seed=2,target_speed=0.8,weakness=0.25`.
+what `[set]` does. With `[training]` instead of `[search]`, runs are trainings, see `trainings.py`, and axes may have
+`training.OPTION`. A run is named by what sets it apart: `normal,seed=2,target_speed=0.8,weakness=0.25`.
 """
 
 from __future__ import annotations
@@ -58,6 +59,9 @@ from warpmuscle.scene.parameters import free_parameters
 from warpmuscle.scene.trusted_code import trust, trusts_everything
 from warpmuscle.scene.validation.checks import near
 from warpmuscle.sweep.overrides import Override, is_factor, overridden
+from warpmuscle.sweep.training_plan import TrainingPlan, training_plan
+
+OWN = ("seed", "scene")  # keys of a run that are none of its scene
 
 Search: Any = msgspec.defstruct(
     "Search",
@@ -85,13 +89,14 @@ class _File(msgspec.Struct, forbid_unknown_fields=True):
     seed: int = 1
     set: dict[str, Any] = {}
     search: Search = msgspec.field(default_factory=Search)
+    training: dict[str, Any] | None = None
     grid: dict[str, Any] | list[dict[str, Any]] = {}
     run: list[dict[str, Any]] = []
 
 
 @dataclass(frozen=True)
 class Run:
-    """One optimisation of a sweep."""
+    """One optimisation or training of a sweep."""
 
     name: str  # unique in its sweep, fit for a file
     scene: Scene
@@ -99,6 +104,7 @@ class Run:
     options: Options
     candidates: int  # in all its stages
     axes: Mapping[str, float | str]  # what sets it apart, by name of the axis
+    training: TrainingPlan | None = None  # of a policy, in place of a search
 
 
 @dataclass(frozen=True)
@@ -109,6 +115,11 @@ class Plan:
     name: str
     text: str  # of the file
     runs: tuple[Run, ...]
+
+    @property
+    def trains(self) -> bool:
+        """Whether its runs are trainings."""
+        return any(run.training is not None for run in self.runs)
 
     def trust(self) -> None:
         """Let code run that its scenes name."""
@@ -271,6 +282,7 @@ class _Base:
                 raise self._error("is set twice, in a run and an axis, or in two axes", override)
             changes[override.key] = override
         search = asdict(Options(**msgspec.structs.asdict(self._file.search)))
+        training = None if self._file.training is None else dict(self._file.training)
         seed: Any = self._file.seed
         scene_name: Any = self._file.scene
         for key, override in changes.items():
@@ -280,15 +292,22 @@ class _Base:
                 scene_name = override.value
             elif key.startswith("search."):
                 self._set_option(search, override)
-        in_scene = [o for key, o in changes.items() if key not in ("seed", "scene") and not key.startswith("search.")]
+            elif key.startswith("training."):
+                if training is None:
+                    raise self._error("there is no [training] in this file", override)
+                training[key.removeprefix("training.")] = override.value
+        in_scene = [o for key, o in changes.items() if not key.startswith(("search.", "training.")) and key not in OWN]
         if not isinstance(seed, int) or isinstance(seed, bool) or seed < 0:
             raise self._error(f"a seed is a whole number, not {seed!r}", changes.get("seed"), key="seed")
         scene = overridden(self._scene(scene_name, changes.get("scene")), [*self._common, *in_scene], self._path)
+        axes = {choice.axis or "run": choice.value for choice in chosen}
+        if training is not None:
+            plan = self._trained(training, list(changes.values()))
+            return Run(_name(chosen, taken), scene, seed, Options("", candidates=0), plan.iterations or 0, axes, plan)
         if not free_parameters(scene):
             message = "this scene has no free parameters: write a number as { value = .., min = .., max = .. }"
             raise self._error(message, changes.get("scene"), key="scene")
         options, candidates = self._checked(search, scene, seed, list(changes.values()))
-        axes = {choice.axis or "run": choice.value for choice in chosen}
         return Run(_name(chosen, taken), scene, seed, options, candidates, axes)
 
     def _set_option(self, search: dict[str, Any], override: Override) -> None:
@@ -312,6 +331,14 @@ class _Base:
             raise self._error(error.message, guilty, key=error.key) from None
         except Error as error:
             raise self._error(str(error), guilty, key="search") from None
+
+    def _trained(self, training: dict[str, Any], changes: list[Override]) -> TrainingPlan:
+        """What a training is told, found to be possible."""
+        try:
+            return training_plan(training)
+        except Error as error:
+            guilty = next((change for change in changes if change.key.startswith("training.")), None)
+            raise self._error(str(error), guilty, key="training") from None
 
     def _scene(self, name: Any, override: Override | None) -> Scene:
         if not isinstance(name, str) or not name:

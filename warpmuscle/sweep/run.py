@@ -9,7 +9,9 @@ from pathlib import Path
 
 import numpy as np
 
+from warpmuscle.core.errors import Error
 from warpmuscle.core.files import check_writable
+from warpmuscle.learning.progress import TrainingProgress
 from warpmuscle.optimization.progress import Progress
 from warpmuscle.results.checkpoint import remove_leftovers
 from warpmuscle.simulation.devices import devices_name, find_devices
@@ -18,6 +20,7 @@ from warpmuscle.sweep.gather import gather
 from warpmuscle.sweep.local import Task, run_here
 from warpmuscle.sweep.named_code import named_by
 from warpmuscle.sweep.plan import Plan, read
+from warpmuscle.sweep.trainings import gather_trainings, run_trainings
 
 TELL_EVERY = 0.2  # s
 
@@ -33,6 +36,7 @@ class SweepProgress:
     best: float  # least cost of all runs; infinite before there is one
     best_run: str
     alive: int  # still walking in the batch that runs now; 0 where that is not known
+    training: TrainingProgress | None = None  # of the run `best_run`, where runs are trainings
 
 
 @dataclass(frozen=True)
@@ -60,7 +64,7 @@ def sweep(
     progress: Tell | None = None,
     trust: bool = False,
 ) -> SweepResult:
-    """Run all optimisations of a sweep file, or what is left of them, and gather their results.
+    """Run all optimisations or trainings of a sweep file, or what is left of them, and gather their results.
 
     Each run is the same to the last bit as the optimisation alone, with whatever others it shares batches, here or on
     a cluster, interrupted or not, on the same kind of device and an equal machine.
@@ -90,6 +94,10 @@ def sweep(
     output = Path(output) if output is not None else Path(f"{plan.file.stem}.h5")
     check_writable(output)
     folder = Folder.of(output)
+    if plan.trains:
+        if cluster is not None:
+            raise Error("trainings run on one machine, one after the other; leave the cluster out")
+        return _train(plan, folder, output, device, threads, command, progress)
     tasks = [Task(run.name, run.scene, run.seed, run.options, command) for run in plan.runs]
     if cluster is not None:
         from warpmuscle.sweep.cluster import Cluster
@@ -107,6 +115,27 @@ def sweep(
             failed = run_here(tasks, folder.path, devices_name(device), threads, board.told)
             gathered = _finish(folder, manifest, output, command)
     board.look()
+    return SweepResult(manifest, folder, gathered, failed)
+
+
+def _train(
+    plan: Plan, folder: Folder, output: Path, device: str | None, threads: int | None, command: str, tell: Tell | None
+) -> SweepResult:
+    """Run all trainings; see `sweep`."""
+
+    def told(name: str, progress: TrainingProgress) -> None:
+        if tell is not None:
+            ended = names.index(name)
+            tell(SweepProgress(len(names), ended, 0, progress.iterations, np.inf, name, 0, progress))
+
+    names = [run.name for run in plan.runs]
+    with folder.at_work():
+        manifest = folder.begin(plan, "cpu" if find_devices(device)[0].is_cpu else "cuda")
+        try:
+            failed = run_trainings(plan, folder, device, threads, command, told)
+        finally:
+            gathered = gather_trainings(folder, manifest, output, command)
+        remove_leftovers(output)
     return SweepResult(manifest, folder, gathered, failed)
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from warpmuscle.sweep.folder import RunState, folder_of
+from warpmuscle.sweep.trainings import training_state
 
 
 @dataclass(frozen=True)
@@ -17,6 +18,7 @@ class SweepStatus:
     name: str
     busy: bool  # whether a process is at work on it
     runs: tuple[RunState, ...]
+    trains: bool = False  # whether runs are trainings
 
     @property
     def evaluated(self) -> int:
@@ -51,4 +53,8 @@ def sweep_status(file: str | Path) -> SweepStatus:
     """
     folder = folder_of(Path(file))
     manifest = folder.manifest()
-    return SweepStatus(manifest.name, folder.busy(), tuple(folder.states(manifest)))
+    if manifest.trains:
+        states = [training_state(folder.result(entry.name), entry) for entry in manifest.runs]
+    else:
+        states = folder.states(manifest)
+    return SweepStatus(manifest.name, folder.busy(), tuple(states), manifest.trains)

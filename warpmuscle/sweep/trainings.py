@@ -1,0 +1,145 @@
+"""Trainings of a sweep, one after the other: each goes on from where its files say. They need PyTorch.
+
+The file that gathers them has
+
+- attributes of `/`: `format` ("warpmuscle sweep"), `format_version`, `name`, `command`
+- `/sweep`: the sweep file, TOML text
+- `/runs/<name>/...`: each run, all that its result file has (see `warpmuscle.results.result`)
+- `/table/{run, seed, iterations, decisions, wall_time, gain, completed, speed, ended}`: (R,), a row a run, of its last
+  iteration; `/table/axes/<axis>`: (R,), what sets it apart
+"""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import h5py
+import numpy as np
+
+from warpmuscle.core.errors import Error, ResultError, SceneError
+from warpmuscle.core.files import replace_file
+from warpmuscle.learning.options import options_of
+from warpmuscle.optimization.search_loop import INTERRUPTED
+from warpmuscle.results.learned import Learned
+from warpmuscle.results.result import read
+from warpmuscle.results.training_file import training_path
+from warpmuscle.sweep.folder import Folder, Manifest, RunEntry, RunState
+from warpmuscle.sweep.gather import put_axes, put_column, put_runs
+from warpmuscle.sweep.plan import Plan, Run
+
+if TYPE_CHECKING:
+    from warpmuscle.learning.progress import TrainingProgress
+
+COLUMNS = ("decisions", "wall_time", "gain", "completed", "speed")  # of the table, from learning curves
+
+Tell = Callable[[str, "TrainingProgress"], None]  # name of the run, and how far it has come
+
+
+def run_trainings(
+    plan: Plan, folder: Folder, device: str | None, threads: int | None, command: str, tell: Tell | None
+) -> dict[str, str]:
+    """Train what has not come to its end.
+
+    Returns:
+        Why those that failed did, by name.
+
+    Raises:
+        KeyboardInterrupt: after the one that went on was interrupted and kept. Error: PyTorch is missing.
+    """
+    failed = {}
+    for run in plan.runs:
+        path = folder.result(run.name)
+        if _ended(path):
+            continue
+        try:
+            ended = _train(run, path, device, threads, command, tell)
+        except Error as error:
+            failed[run.name] = str(error)
+            continue
+        if ended == INTERRUPTED:
+            raise KeyboardInterrupt
+    return failed
+
+
+def _train(run: Run, path: Path, device: str | None, threads: int | None, command: str, tell: Tell | None) -> str:
+    """Begin a training, or go on with it; why it ended."""
+    from warpmuscle.learning.training import learn, resume, usual_instances
+
+    def told(progress: TrainingProgress) -> None:
+        if tell is not None:
+            tell(run.name, progress)
+
+    plan = run.training
+    assert plan is not None
+    ends: dict[str, Any] = {"iterations": plan.iterations, "until": plan.until, "target": plan.target}
+    if training_path(path).exists():
+        trained = resume(path, device=device, threads=threads, progress=told, **ends)
+    else:
+        options = options_of({"instances": usual_instances(device)} | dict(plan.options))
+        trained = learn(
+            run.scene, path, options=options, seed=run.seed, device=device, threads=threads, command=command,
+            progress=told, **ends,
+        )  # fmt: skip
+    assert trained.result.learned is not None
+    return trained.result.learned.ended
+
+
+def _learned(path: Path) -> Learned | None:
+    """What a run has learnt; None if it has not begun, or its file cannot be read."""
+    try:
+        return read(path).learned if path.exists() else None
+    except ResultError:
+        return None
+
+
+def _ended(path: Path) -> bool:
+    learned = _learned(path)
+    return learned is not None and learned.ended not in ("", INTERRUPTED)
+
+
+def training_state(path: Path, entry: RunEntry) -> RunState:
+    """What a training has come to: its iterations count as candidates, less its return as cost."""
+    learned = _learned(path)
+    if learned is None:
+        return RunState(entry.name, False, "", 0, entry.candidates, np.inf)
+    done = len(learned.curve["iteration"])
+    best = -float(learned.curve["gain"][-1]) if done else np.inf
+    ended = learned.ended if learned.ended != INTERRUPTED else ""
+    return RunState(entry.name, True, ended, done, entry.candidates, best)
+
+
+def gather_trainings(folder: Folder, manifest: Manifest, output: Path, command: str) -> int:
+    """Write what all runs of a sweep have learnt into one file.
+
+    Returns:
+        How many runs it has: those that have begun.
+
+    Raises:
+        ResultError: a file cannot be read or written; nothing is left behind then.
+    """
+    entries = [entry for entry in manifest.runs if _learned(folder.result(entry.name)) is not None]
+    memory = io.BytesIO()
+    with h5py.File(memory, "w", track_order=True) as file:
+        put_runs(file, folder, manifest, entries, command)
+        _put_table(file, entries, [_learned(folder.result(entry.name)) for entry in entries])
+    try:
+        replace_file(output, memory.getvalue())
+    except SceneError as error:
+        raise ResultError(f"{error}; the runs are in {folder.path}, and the same command goes on") from None
+    return len(entries)
+
+
+def _put_table(file: Any, entries: Sequence[RunEntry], learned: Sequence[Learned | None]) -> None:
+    found = [one for one in learned if one is not None]
+    table = file.create_group("table", track_order=True)
+    put_column(table, "run", [entry.name for entry in entries])
+    put_column(table, "seed", np.array([entry.seed for entry in entries], dtype=np.int64))
+    put_column(table, "iterations", np.array([len(one.curve["iteration"]) for one in found], dtype=np.int64))
+    for name in COLUMNS:
+        last = [float(one.curve[name][-1]) if len(one.curve[name]) else np.nan for one in found]
+        put_column(table, name, np.array(last))
+    put_column(table, "ended", [one.ended for one in found])
+    put_axes(table, entries)
