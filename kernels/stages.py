@@ -20,7 +20,7 @@ from warpmuscle.kernels.joint_stages import SkeletonKind, joint_stages_of
 from warpmuscle.kernels.muscle_stage import MuscleKind, muscle_stage_of
 from warpmuscle.kernels.path import joint_velocities
 from warpmuscle.kernels.scratch import coordinate_work_at
-from warpmuscle.kernels.spatial import symmetric, symmetric_times
+from warpmuscle.kernels.spatial import full, symmetric, symmetric_times
 from warpmuscle.kernels.stretch import PathKind, any_stretch_of
 from warpmuscle.kernels.structs import (
     BALL,
@@ -113,9 +113,10 @@ def controller_torques(controller: Controller = SIMBICON) -> Any:
 
 @cache
 def contact_forces_of(law: int = SPRING) -> Any:
-    """The kernel (model, state, workspace, force, moment) of contacts with the ground by a law.
+    """The kernel (model, state, workspace, force, moment, a, b, c) of contacts with the ground by a law.
 
-    Contact force on every body, N, and its moment about the body's centre of mass, N m, at the present velocity.
+    Contact force on every body, N, and its moment about the body's centre of mass, N m, at the present velocity; and
+    the tensors of `contact.ContactSum`, by which both become less as the body accelerates over a step.
     """
     contacts_of_body = body_contacts_of(law)
 
@@ -125,6 +126,7 @@ def contact_forces_of(law: int = SPRING) -> Any:
         model: Model, state: State, workspace: wp.array2d[float],
         # out
         force: wp.array2d[wp.vec3], moment: wp.array2d[wp.vec3],
+        a: wp.array2d[wp.mat33], b: wp.array2d[wp.mat33], c_tensor: wp.array2d[wp.mat33],
     ):  # fmt: skip
         i = wp.tid()
         work = work_of(i, model, workspace)
@@ -132,6 +134,9 @@ def contact_forces_of(law: int = SPRING) -> Any:
         for body in range(model.body_count):
             total = contacts_of_body(i, body, model, work)
             force[i, body] = total.force
+            a[i, body] = full(total.a)
+            b[i, body] = total.b
+            c_tensor[i, body] = full(total.c)
             c = work.rotation[body] * at(model.skeleton.row, i, body).com
             moment[i, body] = total.moment - wp.cross(c, total.force)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import warp as wp
@@ -40,6 +40,20 @@ class MusclePaths:
     moment_arm: Floats  # (n, C, 3) m, world: a tension F puts the torque F r on the joint's parent
     muscle: tuple[int, ...]  # (C,) of each crossing
     joint: tuple[int, ...]  # (C,) as in `names.joints`
+
+
+class Contacts(NamedTuple):
+    """Contacts of all B bodies with the ground in n states, at the start of a step.
+
+    Over the step the force becomes less by C a + B^T alpha and the moment about its joint by A alpha + B a, where
+    the joint accelerates by a and the body turns faster by alpha (see `kernels.contact`).
+    """
+
+    force: Floats  # (n, B, 3) N
+    moment: Floats  # (n, B, 3) N m, about the centre of mass
+    a: Floats  # (n, B, 3, 3) kg m^2
+    b: Floats  # (n, B, 3, 3) kg m
+    c: Floats  # (n, B, 3, 3) kg
 
 
 class Stages(Rollout):
@@ -168,11 +182,13 @@ class Stages(Rollout):
 
     def contact_forces(self) -> tuple[Floats, Floats]:
         """Contact force on every body (n, B, 3), N, and its moment about the body's centre of mass, N m."""
+        return self.contacts()[:2]
+
+    def contacts(self) -> Contacts:
+        """Contacts of every body with the ground, and how they give as it accelerates."""
         b = len(self.names.bodies)
-        force, moment = self._run(
-            stages.contact_forces_of(LAWS[self.scene.ground.law]), [], [((b,), wp.vec3), ((b,), wp.vec3)]
-        )
-        return force, moment
+        kernel = stages.contact_forces_of(LAWS[self.scene.ground.law])
+        return Contacts(*self._run(kernel, [], [((b,), dtype) for dtype in (wp.vec3, wp.vec3, *[wp.mat33] * 3)]))
 
     def muscle_paths(self) -> MusclePaths:
         """Paths of all muscles of the character, whether or not they drive a joint."""

@@ -17,6 +17,7 @@ from warpmuscle.scene.anatomy import foot_bodies
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.scene.trusted_code import without_code
 from warpmuscle.simulation.stages import Stages
+from warpmuscle.studies.inverse_dynamics import body_accelerations, body_points
 
 LEAST = 1.0  # N, of a force whose centre of pressure counts
 
@@ -34,8 +35,9 @@ class GroundLoad:
 def ground_loads(motion: Recording, scene: Scene) -> list[GroundLoad]:
     """Loads on all bodies that touched the ground.
 
-    Contacts are computed again from recorded coordinates and speeds. The forces on a foot and its toes add up to the
-    recorded one, of which they have parts as their contacts push.
+    Contacts are computed again from recorded coordinates and speeds. Where every step was recorded, accelerations
+    follow from the speeds, and loads are those of the simulation. Else forces on a foot and its toes add up to the
+    recorded one, of which they have parts as their contacts push, and moments miss what contacts give way over a step.
 
     Raises:
         Error: a motion of another character, or one without coordinates.
@@ -50,7 +52,13 @@ def ground_loads(motion: Recording, scene: Scene) -> list[GroundLoad]:
         raise Error("this motion has no frames, or another character's coordinates")
     stages.state.coordinates.assign(coordinates)
     stages.state.speeds.assign(speeds)
-    force, moment = (part.astype(np.float64) for part in stages.contact_forces())
+    accelerations = step_accelerations(motion, float(scene.time_step))
+    if accelerations is not None:
+        before = np.concatenate([np.zeros_like(accelerations[:1]), accelerations[:-1]])
+        stages.state.accelerations.assign(before.astype(np.float32))
+        force, moment = _given_way(scene, motion, stages, accelerations)
+    else:
+        force, moment = (part.astype(np.float64) for part in stages.contact_forces())
     normal = normalized(rows(list(scene.ground.normal)))[0]
     height = float(rows([scene.ground.height])[0, 0])
     touched = np.flatnonzero(np.abs(force).max(axis=(0, 2)) > LEAST)
@@ -58,10 +66,46 @@ def ground_loads(motion: Recording, scene: Scene) -> list[GroundLoad]:
     for body in touched:
         name = stages.names.bodies[body]
         loads[name] = _load(name, force[:, body], moment[:, body], motion.position_of(name), normal, height)
+    if accelerations is not None:
+        return list(loads.values())
     for foot, recorded in zip(scene.feet or (), (motion.foot_force_left, motion.foot_force_right), strict=False):
         own = [name for name in foot_bodies(scene.character, foot) if name in loads]
         loads |= _shared([loads[name] for name in own], np.asarray(recorded, np.float64), normal)
     return list(loads.values())
+
+
+def step_accelerations(motion: Recording, time_step: float) -> Floats | None:
+    """Accelerations (F, S) of the steps that begin with each frame, rates of the speeds; the last one as that before.
+
+    They follow from the recorded speeds, which leapfrog has put at the ends of steps (see `kernels.integration`).
+    None unless every step was recorded.
+    """
+    if motion.frames < 3 or not np.allclose(np.diff(motion.time), time_step, rtol=0.01):
+        return None
+    rates = np.diff(np.asarray(motion.speed, np.float64), axis=0) / time_step
+    found = np.zeros((motion.frames, rates.shape[1]))
+    found[0] = rates[0]
+    for k in range(1, len(rates)):
+        found[k] = (rates[k] + 0.5 * found[k - 1]) / 1.5
+    found[-1] = found[-2]
+    return found
+
+
+def _given_way(scene: Scene, motion: Recording, stages: Stages, accelerations: Floats) -> tuple[Floats, Floats]:
+    """Forces and moments about centres of mass (F, B, 3) of contacts over the steps, which accelerate so."""
+    contacts = stages.contacts()
+    force, moment, a, b, c = (part.astype(np.float64) for part in contacts)
+    state = (np.asarray(motion.coordinate, np.float64), np.asarray(motion.speed, np.float64), accelerations)
+    moving = body_accelerations(scene, *state)
+    places = body_points(scene, state[0])
+    for number, name in enumerate(stages.names.bodies):
+        linear, angular = moving[name]
+        arm = motion.position_of(name) - places[name][0]
+        less = np.einsum("nij,nj->ni", c[:, number], linear) + np.einsum("nji,nj->ni", b[:, number], angular)
+        turned = np.einsum("nij,nj->ni", a[:, number], angular) + np.einsum("nij,nj->ni", b[:, number], linear)
+        force[:, number] -= less
+        moment[:, number] -= turned - np.cross(arm, less)
+    return force, moment
 
 
 def _load(body: str, force: Floats, moment: Floats, center: Floats, normal: Floats, height: float) -> GroundLoad:

@@ -93,6 +93,24 @@ def body_points(scene: Scene, coordinates: ArrayLike) -> dict[str, tuple[Floats,
     return {name: (body.position, body.orientation) for name, body in zip(names.bodies, bodies, strict=True)}
 
 
+def body_accelerations(
+    scene: Scene, coordinates: ArrayLike, speeds: ArrayLike, accelerations: ArrayLike
+) -> dict[str, tuple[Floats, Floats]]:
+    """Acceleration (n, 3), m/s^2, of every body's joint and angular acceleration (n, 3), rad/s^2, by name of the body.
+
+    Args:
+        scene: without free parameters. coordinates, speeds, accelerations: see `inverse_dynamics`.
+
+    Raises:
+        Error: see there.
+    """
+    names = topology(scene.character)
+    bodies = _outward(scene.character, names, _checked(names, coordinates, speeds, accelerations))
+    return {
+        name: (body.acceleration, body.angular_acceleration) for name, body in zip(names.bodies, bodies, strict=True)
+    }
+
+
 def _checked(names: Topology, coordinates: ArrayLike, speeds: ArrayLike, accelerations: ArrayLike) -> Moving:
     q, v, a = (np.asarray(x, dtype=np.float64) for x in (coordinates, speeds, accelerations))
     if q.ndim != 2 or q.shape[1] != names.coordinates or v.shape != (len(q), names.speeds) or a.shape != v.shape:

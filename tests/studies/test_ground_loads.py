@@ -1,0 +1,57 @@
+"""Ground forces of a recorded motion, computed again, are those of the simulation, step by step."""
+
+import msgspec
+import numpy as np
+import pytest
+
+from warpmuscle.formats import load
+from warpmuscle.results.recording import Recording
+from warpmuscle.scene import Scene
+from warpmuscle.simulation.rollout import Rollout
+from warpmuscle.studies.ground_loads import ground_loads, step_accelerations
+from warpmuscle.studies.inverse_dynamics import inverse_dynamics
+
+SETTLED = 20  # steps after which nothing of the first one is left
+
+
+@pytest.fixture(scope="module")
+def walk() -> tuple[Recording, Scene]:
+    """Every step of a short walk."""
+    scene = msgspec.structs.replace(load("fwalk"), duration=0.4)
+    rollout = Rollout(scene, 1, "cpu", record=[0], record_rate=1.0 / float(scene.time_step))
+    rollout.run()
+    return rollout.recording(), scene
+
+
+def test_forces_are_those_that_the_feet_felt(walk: tuple[Recording, Scene]):
+    motion, scene = walk
+    loads = {load.body: load for load in ground_loads(motion, scene)}
+    for foot, felt in (("lFoot", motion.foot_force_left), ("rFoot", motion.foot_force_right)):
+        own = [one.force for name, one in loads.items() if name.startswith(foot[0])]
+        if not own:
+            assert not np.any(felt)
+            continue
+        after = np.asarray(felt, float)[1:]  # a frame has the force of the step that led to it
+        off = np.abs(sum(own)[:-1] - after)[SETTLED:]
+        assert np.quantile(off, 0.99) < 2e-3 * np.abs(after).max()
+
+
+def test_forces_and_moments_leave_nothing_to_the_root(walk: tuple[Recording, Scene]):
+    """Inverse dynamics of the whole body: what moves the root is the ground alone."""
+    motion, scene = walk
+    accelerations = step_accelerations(motion, float(scene.time_step))
+    assert accelerations is not None
+    root = inverse_dynamics(scene, motion.coordinate, motion.speed, accelerations)[:, :6]
+    center = np.asarray(motion.position_of(scene.character.root), float)
+    given = np.zeros_like(root)
+    for one in ground_loads(motion, scene):
+        given[:, :3] += one.force
+        given[:, 3:] += np.cross(one.point - center, one.force) + one.torque
+    off = np.abs(given - root)[SETTLED:-1]
+    assert np.quantile(off, 0.98, axis=0) == pytest.approx(np.zeros(6), abs=0.01 * np.abs(root[SETTLED:]).max())
+
+
+def test_accelerations_need_every_step(walk: tuple[Recording, Scene]):
+    motion, scene = walk
+    assert step_accelerations(motion.at(slice(None, None, 2)), float(scene.time_step)) is None
+    assert ground_loads(motion.at(slice(None, None, 2)), scene)
