@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -24,6 +26,8 @@ from warpmuscle.cli.results import Run
 from warpmuscle.core.errors import Error
 
 if TYPE_CHECKING:
+    from warpmuscle.scene import Scene
+    from warpmuscle.view.server import PageServer
     from warpmuscle.view.sources import Sight
     from warpmuscle.view.viewer import Viewer
 
@@ -75,18 +79,34 @@ def view(
         )
         if any(files):
             raise Error(f"--live takes a scene; `warpmuscle apply {sources[0]} -o best.toml` makes one of a result")
-        viewer = _live_viewer(sources, settings, device, host, port, policy)
+        scene = load_scene(sources, settings=settings)
+        with _at_once(scene, host, port, no_open) as server:
+            _serve(_live_viewer(scene, device, policy, server))
+        return
+    _refuse({"--policy": policy}, "what is not --live")
+    if all(files):
+        _refuse({"--duration": duration, "--set": settings or None}, "a result file")
+        sights = _sights_in(sources, candidates, replay, run, device)
     else:
-        _refuse({"--policy": policy}, "what is not --live")
-        sights = _sights(sources, all(files), candidates, replay, run, duration, settings, device)
-        if export is not None:
-            from warpmuscle.view.sources import page_of_sights
-
-            page_of_sights(sights).save(export)
-            out.print(f"wrote {export}")
+        _refuse({"--candidates": candidates, "--replay": replay, "--run": run}, "a scene")
+        scene = changed(load_scene(sources, settings=settings), duration, None, None)
+        if export is None:
+            with _at_once(scene, host, port, no_open) as server:
+                _serve(_replay_viewer(_sights_of(scene, device), server))
             return
-        viewer = _replay_viewer(sights, host, port)
-    _serve(viewer, no_open)
+        sights = _sights_of(scene, device)
+    from warpmuscle.view.sources import page_of_sights
+
+    page = page_of_sights(sights)
+    if export is not None:
+        page.save(export)
+        out.print(f"wrote {export}")
+        return
+    from warpmuscle.view.viewer import replay_viewer
+
+    viewer = replay_viewer(page.text, host, port)
+    _open(viewer.server, no_open)
+    _serve(viewer)
 
 
 def _refuse(given: dict[str, object], option: str) -> None:
@@ -95,30 +115,53 @@ def _refuse(given: dict[str, object], option: str) -> None:
             raise Error(f"{option} takes no {name}")
 
 
-def _sights(
-    sources: list[str], are_files: bool, candidates: int | None, replay: int | None, run: str | None,
-    duration: float | None, settings: list[str] | None, device: str | None,
-) -> list[Sight]:  # fmt: skip
-    """What is to be seen in files, or in a scene after it has been run."""
-    from warpmuscle.view.sources import of_results, of_scene
+def _sights_in(
+    files: list[str], candidates: int | None, replay: int | None, run: str | None, device: str | None
+) -> list[Sight]:
+    """What is to be seen in files."""
+    from warpmuscle.view.sources import of_results
 
-    if are_files:
-        _refuse({"--duration": duration, "--set": settings or None}, "a result file")
-        if candidates is not None:
-            start_warp()
-        with log.status("reading" if candidates is None else "simulating"):
-            return of_results(sources, replay, candidates, run, device)
-    _refuse({"--candidates": candidates, "--replay": replay, "--run": run}, "a scene")
-    scene = changed(load_scene(sources, settings=settings), duration, None, None)
+    if candidates is not None:
+        start_warp()
+    with log.status("reading" if candidates is None else "simulating"):
+        return of_results(files, replay, candidates, run, device)
+
+
+def _sights_of(scene: Scene, device: str | None) -> list[Sight]:
+    """What is to be seen of a scene, which is run."""
+    from warpmuscle.view.sources import of_scene
+
     start_warp()
     with log.status("simulating"):
         return of_scene(scene, device)
 
 
-def _live_viewer(
-    sources: list[str], settings: list[str] | None, device: str | None, host: str, port: int, policy: Path | None
-) -> Viewer:
-    scene = load_scene(sources, settings=settings)
+@contextmanager
+def _at_once(scene: Scene, host: str, port: int, no_open: bool) -> Iterator[PageServer]:
+    """A server whose page is open while its motion is made ready, and that is told what goes wrong."""
+    from warpmuscle.simulation.kernel_cache import tell_of_compiling
+    from warpmuscle.view.waiting import Waiting
+
+    waiting = Waiting(scene, host, port)
+
+    def compiling(what: str) -> Callable[[], None]:
+        waiting.say(f"compiling {what}, once (usually 5 to 20 s)")
+        return lambda: waiting.say("simulating")
+
+    tell_of_compiling(compiling)
+    _open(waiting.server, no_open)
+    try:
+        yield waiting.server
+    except KeyboardInterrupt:
+        raise typer.Exit(INTERRUPTED) from None
+    except Exception as failure:
+        waiting.fail(f"There is nothing to show: {failure}")
+        raise
+    finally:
+        waiting.server.stop()
+
+
+def _live_viewer(scene: Scene, device: str | None, policy: Path | None, server: PageServer) -> Viewer:
     start_warp()
     from warpmuscle.view.live import Live
     from warpmuscle.view.live_run import LiveRun
@@ -131,24 +174,28 @@ def _live_viewer(
             from warpmuscle.view.policy_run import PolicyRun
 
             run = PolicyRun(scene, learned_in(policy), device or "cpu")
-        return Live(run, host=host, port=port)
+        return Live(run, server=server)
 
 
-def _replay_viewer(sights: list[Sight], host: str, port: int) -> Viewer:
+def _replay_viewer(sights: list[Sight], server: PageServer) -> Viewer:
     from warpmuscle.view.sources import page_of_sights
     from warpmuscle.view.viewer import replay_viewer
 
-    return replay_viewer(page_of_sights(sights).text, host, port)
+    return replay_viewer(page_of_sights(sights).text, server=server)
 
 
-def _serve(viewer: Viewer, no_open: bool) -> None:
-    """Show it until Ctrl-C."""
+def _open(server: PageServer, no_open: bool) -> None:
+    """Tell its address, and open it in the browser."""
     import webbrowser
 
-    viewer.start()
-    out.print(f"{viewer.url}  (Ctrl-C ends it)")
+    out.print(f"{server.url}  (Ctrl-C ends it)")
     if not no_open:
-        webbrowser.open(viewer.url)
+        webbrowser.open(server.url)
+
+
+def _serve(viewer: Viewer) -> None:
+    """Show it until Ctrl-C."""
+    viewer.start()
     try:
         viewer.wait()
     except KeyboardInterrupt:

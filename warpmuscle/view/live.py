@@ -41,11 +41,13 @@ class Live(Viewer):
     """
 
     def __init__(
-        self, run: LiveRun, controls: Sequence[Control] = (), host: str = "127.0.0.1", port: int = 8080
-    ) -> None:
+        self, run: LiveRun, controls: Sequence[Control] = (), host: str = "127.0.0.1", port: int = 8080,
+        server: PageServer | None = None,
+    ) -> None:  # fmt: skip
         """Show a run.
 
         Args:
+            server: that shows another page so far; by default a new one at the host and the port.
             controls: of others, such as sliders of commands; their functions are called by the thread that advances
                 the run, between two steps.
 
@@ -65,8 +67,10 @@ class Live(Viewer):
         self.controls: list[Control] = [*self.bar.values(), *self.commands.values(), *controls]
         self.controls += [*self._push_controls(), *self._steering()]
         self.controls += [*self._parameter_sliders(), self._again()]
-        super().__init__(PageServer(host, port, self._page(run.track()).encode()))
-        self.server.on_open, self.server.on_message = self._opening, self._hear
+        page = self._page(run.track()).encode()
+        super().__init__(PageServer(host, port, page) if server is None else server)
+        self.server.on_message = self._hear
+        self.server.show(page, self._opening)
         self._thread = threading.Thread(target=self._loop, daemon=True)
 
     def _page(self, first: Track) -> str:

@@ -27,7 +27,7 @@ from warpmuscle.view.track import Doll, Track, track_of
 
 SCRIPTS = (
     "unpack.js", "math.js", "meshes.js", "shaders.js", "batches.js", "renderer.js", "biped.js", "camera.js",
-    "picking.js", "plots.js", "controls.js", "live.js", "player.js",
+    "picking.js", "plots.js", "controls.js", "live.js", "waiting.js", "player.js",
 )  # fmt: skip
 SHOWN = ("muscles", "flesh", "bones", "surfaces", "shapes", "desired", "forces", "path", "labels", "norms", "follow")
 RATE = 50.0  # frames a second; the page draws what lies between them
@@ -96,9 +96,14 @@ def replay_html(
 
 
 def page_of(
-    tracks: Sequence[Track], scenes: Sequence[Scene], title: str, autoplay: bool, plots: bool, live: Any = None
-) -> str:
-    """The page of tracks and of their scenes without free parameters; `live`: what `assets/live.js` is told."""
+    tracks: Sequence[Track], scenes: Sequence[Scene], title: str, autoplay: bool, plots: bool,
+    live: Any = None, waiting: Any = None,
+) -> str:  # fmt: skip
+    """The page of tracks and of their scenes without free parameters.
+
+    Args:
+        live, waiting: what `assets/live.js` and `assets/waiting.js` are told.
+    """
     packer, title = Packer(), whole(title)
     dolls = _Dolls(packer, coarse=len(tracks) > FEW)
     contents: list[dict[str, Any]] = []
@@ -119,6 +124,7 @@ def page_of(
         "dolls": dolls.contents,
         "table": packer.table(),
         "live": live,
+        "waiting": waiting,
     }
     folder = files("warpmuscle.view") / "assets"
     fields = {

@@ -125,6 +125,11 @@ class PageServer:
                  if isinstance(message, str) or one.transport.get_write_buffer_size() < BEHIND]  # fmt: skip
         broadcast(ready, message)
 
+    def show(self, page: bytes, on_open: Callable[[], Sequence[Message]] = lambda: ["{}"]) -> None:
+        """Serve another page from now on; those that show the one before are told something, and load it."""
+        self.page, self.on_open = page, on_open
+        self.tell("{}")
+
     def stop(self) -> None:
         """End it; the address answers no more."""
         if self._loop.is_closed():

@@ -36,10 +36,16 @@ class Viewer:
             raise self._failure
 
 
-def replay_viewer(page: str, host: str = "127.0.0.1", port: int = 8080) -> Viewer:
+def replay_viewer(page: str, host: str = "127.0.0.1", port: int = 8080, server: PageServer | None = None) -> Viewer:
     """A viewer of a page that needs no more than itself, as `page.replay_html` makes it.
+
+    Args:
+        server: that shows another page so far; by default a new one at a host and a port.
 
     Raises:
         Error: as `PageServer` does.
     """
-    return Viewer(PageServer(host, port, page.encode()))
+    if server is None:
+        return Viewer(PageServer(host, port, page.encode()))
+    server.show(page.encode())
+    return Viewer(server)

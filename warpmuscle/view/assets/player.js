@@ -18,6 +18,7 @@ class Player {
     this.plots.onScroll = () => (this.drawn = null);
     this.live = content.live ? new Live(this, content.live) : null;
     document.querySelector("main").classList.toggle("live", Boolean(this.live));
+    document.querySelector("main").classList.toggle("waiting", Boolean(content.waiting));
     if (!this.live) this.bipeds.forEach((biped) => biped.addPath());
     this.measure();
     this.controls = new Controls(this, content);
@@ -30,6 +31,7 @@ class Player {
     this.follow(asked);
     window.addEventListener("resize", () => !this.camera.touched && this.fit());
     requestAnimationFrame((now) => this.tick(now));
+    if (content.waiting) this.waiting = new Waiting(content.waiting);
   }
 
   // Begin and end of the motion, and the time between two frames, s.

@@ -1,0 +1,86 @@
+"""What a viewer shows until it has a motion: the scene's first pose, and words about what is being done."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+
+from warpmuscle.core.pose import multiply, normalized, rotate, turned_to_heading
+from warpmuscle.results.recording import QUANTITIES, Recording
+from warpmuscle.scene import Scene
+from warpmuscle.scene.initial_pose import initial_pose
+from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.scene.topology import topology
+from warpmuscle.view.page import page_of
+from warpmuscle.view.server import PROTOCOL, Message, PageServer
+from warpmuscle.view.track import track_of
+
+
+class Waiting:
+    """A page that is there at once, and gives way to another one at its address.
+
+    Attributes:
+        server: of the page; what comes later takes it over.
+    """
+
+    def __init__(self, scene: Scene, host: str = "127.0.0.1", port: int = 8080) -> None:
+        """Show the first pose of a scene, its free parameters at their start values.
+
+        Raises:
+            Error: as `PageServer` does.
+        """
+        self._words = "preparing"
+        self.server = PageServer(host, port, waiting_page(scene).encode())
+        self.server.on_open = self._opening
+
+    def _opening(self) -> list[Message]:
+        return [json.dumps({"words": self._words})]
+
+    def say(self, words: str) -> None:
+        """Say what is being done; the page counts its seconds."""
+        self._words = words
+        self.server.tell(json.dumps({"words": words}))
+
+    def fail(self, why: str) -> None:
+        """Say why there will be no motion, and end."""
+        self.server.tell(json.dumps({"failed": why}))
+        self.server.stop()
+
+
+def waiting_page(scene: Scene) -> str:
+    """The page of a scene's first pose, which hears from its server when there is more to see."""
+    numeric = substitute(scene, start_values(scene))
+    track = track_of(first_pose(numeric), numeric)
+    return page_of([track], [numeric], scene.name, autoplay=False, plots=False, waiting={"protocol": PROTOCOL})
+
+
+def first_pose(scene: Scene) -> Recording:
+    """The initial pose of a scene without free parameters, as a recording of one frame without muscles and forces."""
+    names, state = topology(scene.character), scene.initial_state
+    place = np.array(state.root_position, dtype=np.float64)
+    turn = normalized(np.array(state.root_orientation, dtype=np.float64))
+    if state.heading is not None:
+        turn = multiply(turned_to_heading(turn, np.asarray(state.heading, dtype=np.float64)), turn)
+    within, _ = initial_pose(scene)
+    position = np.array([place + rotate(turn, within[name][0]) for name in names.bodies])
+    orientation = np.array([multiply(turn, within[name][1]) for name in names.bodies])
+    mass = np.array([float(np.asarray(scene.character.bodies[name].mass)) for name in names.bodies])
+    counts = {"frame": 1, "joint": len(names.joints), "body": len(names.bodies)}
+    arrays = {
+        name: np.zeros([counts.get(axis, len(axis.split())) for axis in quantity.axes])
+        for name, quantity in QUANTITIES.items()
+        if not {"muscle", "coordinate", "speed", "joint_angle"} & set(quantity.axes)
+    }
+    for name, quantity in QUANTITIES.items():
+        if quantity.axes[-1] == "x y z w":
+            arrays[name][..., 3] = 1.0
+    arrays |= {name: np.zeros(1, dtype=np.int32) for name in ("stance", "state")}
+    arrays |= {
+        "root_position": place[None],
+        "root_orientation": turn[None],
+        "body_position": position[None],
+        "body_orientation": orientation[None],
+        "com": (mass @ position / max(float(mass.sum()), 1e-9))[None],
+    }
+    return Recording.of(arrays, names.joints, names.bodies)
