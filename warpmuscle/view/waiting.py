@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from warpmuscle.core.pose import multiply, normalized, rotate, turned_to_heading
 from warpmuscle.results.recording import QUANTITIES, Recording
@@ -67,7 +69,7 @@ def first_pose(scene: Scene) -> Recording:
     orientation = np.array([multiply(turn, within[name][1]) for name in names.bodies])
     mass = np.array([float(np.asarray(scene.character.bodies[name].mass)) for name in names.bodies])
     counts = {"frame": 1, "joint": len(names.joints), "body": len(names.bodies)}
-    arrays = {
+    arrays: dict[str, NDArray[Any]] = {
         name: np.zeros([counts.get(axis, len(axis.split())) for axis in quantity.axes])
         for name, quantity in QUANTITIES.items()
         if not {"muscle", "coordinate", "speed", "joint_angle"} & set(quantity.axes)
