@@ -1,7 +1,7 @@
 """Fits of recorded throws, all together by number of synergies and each alone, and which of them meet all bars.
 
 W and the muscle parameters of a group are fitted to every other throw; of the others only the signals are. Fits run in
-processes of their own, one thread each; a line of JSON is kept of each as it ends.
+processes of their own; a line of JSON is kept of each as it ends.
 
 Example: python tools/throw_table.py throws/*.csv --scene throw18 --number 4 --number 5 --alone --processes 2
 """
@@ -35,21 +35,22 @@ class Task:
     scene: str
     files: tuple[Path, ...]
     count: int | None
+    threads: int = 1
 
     @property
     def kind(self) -> str:
         return "together" if len(self.files) > 1 else "alone"
 
 
-def ready(scene: str) -> None:
+def ready(scene: str, file: Path) -> None:
     """Compile the kernels, which all processes then find in the cache."""
-    Job(load(scene), [], Options()).follower.load()
+    Job(load(scene), [file], Options()).follower.load()
 
 
 def fitted(task: Task) -> dict[str, Any]:
     """What a fit came to, by throw."""
     begin, started = time.perf_counter(), time.process_time()
-    job = Job(load(task.scene), task.files, Options(count=task.count, threads=1))
+    job = Job(load(task.scene), task.files, Options(count=task.count, threads=task.threads))
     a = job.fit().agreement
     weights = job.follower.synergies.weights
     return {
@@ -98,12 +99,13 @@ def main(
     alone: Annotated[bool, typer.Option("--alone", help="Fit each by itself as well.")] = False,
     alone_number: Annotated[int | None, typer.Option(help="Of synergies then; else the usual number.")] = None,
     processes: Annotated[int, typer.Option(min=1, help="How many fits at a time.")] = 2,
+    threads: Annotated[int, typer.Option(min=1, help="CPU threads of a fit of all together; else 1.")] = 1,
     output: Annotated[Path | None, typer.Option("--output", "-o", help="A line of JSON of each fit.")] = None,
 ) -> None:
     """Print a line for each number of synergies, and which throws miss a bar."""
-    tasks = [Task(scene, tuple(files), count) for count in number or ([] if alone else [None])]
+    tasks = [Task(scene, tuple(files), count, threads) for count in number or ([] if alone else [None])]
     tasks += [Task(scene, (file,), alone_number) for file in files] if alone else []
-    ready(scene)
+    ready(scene, files[0])
     groups: dict[tuple[int, str], list[dict[str, Any]]] = {}
     with ProcessPoolExecutor(processes, multiprocessing.get_context("spawn")) as pool:
         for done in as_completed([pool.submit(fitted, task) for task in tasks]):

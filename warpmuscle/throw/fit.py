@@ -27,6 +27,8 @@ LOOSER, TIGHTER = 0.1, 5.0  # times the price of leaving the extracted signals, 
 SIGNAL_STEP = 1e-3  # of difference quotients: wide enough for simulations in single precision
 PARAMETER_STEP = 1e-3
 HORIZON, SLOWLY = 1.0, 0.25  # s, by which it grows; for motions that were lost
+FINE = 0.2  # times the tolerance, of fits again
+ENOUGH = 0.9  # of the motions that parameters are fitted to, which must meet all bars
 DAMPED = 0.06  # of an interval: the size of a parameter's step in which damping is meant
 
 
@@ -126,10 +128,28 @@ class _Fitting:
             both = self._fit(self._training, s.common_steps, own=True, shared=True, damping=0.1)
             self._own[self._training], self._shared = both.own, both.shared
             self._stage("parameters and signals", outcome.simulations + both.simulations)
-        outcome = self._signals(self._all, s.signal_steps)
-        again = self._once_more(s.signal_steps)
-        self._stage("signals", outcome.simulations + again)
+        simulations = self._signals(self._all, s.signal_steps).simulations
+        if s.common:
+            simulations += self._together_again()
+        simulations += self._once_more(2 * s.signal_steps)
+        self._stage("signals", simulations)
         return Fitted(self._shared, self._own, self._replay, self._stages)
+
+    def _together_again(self) -> int:
+        """Fit parameters and signals again where these parameters leave too many of their own motions behind.
+
+        Kept if more motions meet all bars, or as many at a lower cost; returns how many simulations that took.
+        """
+        own, shared, good = self._own.copy(), self._shared, self._agreement().good()
+        if np.mean(good[self._training]) >= ENOUGH:
+            return 0
+        before = (-good.sum(), self._costs(self._all).sum())
+        both = self._fit(self._training, self._settings.common_steps, own=True, shared=True, damping=0.1, exact=True)
+        self._own[self._training], self._shared = both.own, both.shared
+        outcome = self._signals(self._all, self._settings.signal_steps)
+        if (-self._agreement().good().sum(), self._costs(self._all).sum()) >= before:
+            self._own, self._shared = own, shared
+        return both.simulations + outcome.simulations
 
     def _once_more(self, steps: int) -> int:
         """Fit signals again of motions that miss a bar; returns how many simulations that took.
@@ -155,7 +175,7 @@ class _Fitting:
             return 0
         own, before, met = self._own.copy(), self._costs(which), self._agreement().met()[which]
         self._own[which] = start
-        outcome = self._signals(which, steps, growth, price)
+        outcome = self._signals(which, steps, growth, price, exact=True)
         now = self._agreement().met()[which]
         worse = which[(now < met) | ((now == met) & (self._costs(which) >= before))]
         self._own[worse] = own[worse]
@@ -169,12 +189,14 @@ class _Fitting:
         shared = np.tile(self._shared, (len(which), 1))
         return np.asarray(np.sum(self._follower.residuals(which, self._own[which], shared) ** 2, axis=1))
 
-    def _signals(self, which: NDArray[np.intp], steps: int, growth: float = HORIZON, price: float = 1.0) -> Outcome:
+    def _signals(
+        self, which: NDArray[np.intp], steps: int, growth: float = HORIZON, price: float = 1.0, exact: bool = False
+    ) -> Outcome:
         """Fit signals of some motions over a horizon that grows: what is late in a long motion hangs on all before."""
         end, simulations = self._follower.horizon, 0
         for horizon in [*np.arange(growth, end - 0.5 * growth, growth).tolist(), end]:
             self._follower.horizon = horizon
-            outcome = self._fit(which, steps, own=True, shared=False, price=price)
+            outcome = self._fit(which, steps, own=True, shared=False, price=price, exact=exact)
             self._own[which] = outcome.own
             simulations += outcome.simulations
         return Outcome(outcome.own, outcome.shared, outcome.cost, outcome.history, simulations)
@@ -209,8 +231,14 @@ class _Fitting:
         shared: bool,
         damping: float = 1e-2,
         price: float = 1.0,
+        exact: bool = False,
     ) -> Outcome:
-        """A stage of Levenberg-Marquardt on some motions, with their signals or the shared parameters or both free."""
+        """A stage of Levenberg-Marquardt on some motions, with their signals or the shared parameters or both free.
+
+        Args:
+            price: factor of that of leaving the extracted signals.
+            exact: whether derivatives are of steps as long as the scene's from the beginning, to a finer end.
+        """
         follower, s = self._follower, self._settings
         self._progress(
             {(False, True): "parameters", (True, True): "parameters and signals"}.get((own, shared), "signals")
@@ -236,7 +264,8 @@ class _Fitting:
             return residuals(rows, x, z, roughly=True)
 
         return fit(
-            residuals, signals, parameters, iterations=steps, damping=damping, tolerance=s.tolerance, rough=rough,
+            residuals, signals, parameters, iterations=steps, damping=damping,
+            tolerance=FINE * s.tolerance if exact else s.tolerance, rough=None if exact else rough,
             enough=None if shared or price > 1.0 else follower.followed,
         )  # fmt: skip
 
