@@ -40,7 +40,9 @@ def structs_to_device(struct: Any, columns: Mapping[str, Any], device: Any) -> w
     table = np.zeros(np.broadcast_shapes(*shapes), dtype=dtype)
     for name, values in columns.items():
         table[name] = values
-    return wp.array(table, dtype=struct, device=device)
+    # By address: given the table itself, Warp compares types anew, which has failed while other threads did the same.
+    on_host = wp.array(ptr=table.ctypes.data, dtype=struct, shape=table.shape, device="cpu")
+    return wp.clone(on_host, device=device)
 
 
 def records_to_device(struct: Any, device: Any, **columns: Sequence[int]) -> wp.array:
