@@ -71,3 +71,13 @@ def test_who_is_to_turn_is_wanted_elsewhere_by_and_by_and_has_not_failed_by_turn
     for _ in range(10):
         batch.step()
     assert batch.episodes.heading.numpy()[0] - before == pytest.approx(0.05, rel=1e-4)
+
+
+def test_some_episodes_of_a_gait_begin_at_the_initial_state():
+    task = Task(variation=Variation(velocity_noise=0.0, start_states=16, start_after=1.0))
+    batch = EpisodeBatch("reflex_walk", 40, "cpu", task, threads=1)
+    alone = EpisodeBatch("reflex_walk", 1, "cpu", Task(variation=Variation(velocity_noise=0.0)), threads=1)
+    start = alone.rollout.state.coordinates.numpy()[0]
+    same = np.all(batch.rollout.state.coordinates.numpy() == start, axis=1)
+    np.testing.assert_array_equal(same, batch.episodes.start_row.numpy() >= 16)
+    assert 0 < same.sum() < 15

@@ -8,7 +8,8 @@ from warpmuscle.core.errors import SceneError
 from warpmuscle.formats import load
 from warpmuscle.learning import EpisodeBatch, Sense, Task, Variation
 from warpmuscle.learning.senses import GROUPS
-from warpmuscle.scene.joints.symmetry import QUATERNION, TURN, VECTOR, joint_image
+from warpmuscle.scene.joints.symmetry import QUATERNION, TURN, VECTOR, is_symmetric, joint_image
+from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.simulation.rollout import Rollout
 
 STILL = Variation(velocity_noise=0.0)
@@ -104,3 +105,9 @@ def test_a_joint_that_moves_otherwise_than_its_counterpart_is_refused():
     other = msgspec.structs.replace(character, joints={**character.joints, "ankle_angle_l": turned})
     with pytest.raises(SceneError, match="does not move as the mirror image of 'ankle_angle_r'"):
         joint_image(other, "ankle_angle_l")
+
+
+@pytest.mark.parametrize(("scene", "even"), [("walk56", True), ("gait2392_walk", True), ("throw18", False)])
+def test_a_body_is_symmetric_if_some_of_it_is_on_two_sides_that_are_alike(scene: str, even: bool):
+    loaded = load(scene)
+    assert is_symmetric(substitute(loaded, start_values(loaded)).character) is even

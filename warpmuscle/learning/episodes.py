@@ -32,6 +32,7 @@ from warpmuscle.simulation.rollout import Rollout
 from warpmuscle.simulation.stepper import unrecorded
 
 LARGEST_SEED = 2**31 - 1
+FROM_THE_FIRST = 8  # states of a gait for one start from the scene's own initial state
 PARTS = ("action", "simulation", "observation", "reward", "reset")  # of a decision, as they are timed
 
 
@@ -121,7 +122,9 @@ class EpisodeBatch:
         variation = self.task.variation
         if variation.start_states:
             found = gait_states(rollout, variation.start_states, variation.start_after, self.decision_steps)
-            states, times = found or (states, times)
+            if found[0]:
+                again = len(found[0]) // FROM_THE_FIRST
+                states, times = found[0] + states * again, found[1] + times * again
         self._starts = start_table(self._stepper, states)
         self.episodes = self._episodes(instances)
         self._rules = self._episode_rules(np.array(times), gait)

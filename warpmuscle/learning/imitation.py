@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any
 
+import msgspec
 import numpy as np
 import warp as wp
 
@@ -26,6 +27,7 @@ from warpmuscle.scene.topology import Topology
 from warpmuscle.simulation.rollout import Rollout
 
 BINS = 100  # of the cycle
+SEEN = 8.0  # s of the gait, however long the scene lasts
 ROOT = "root"  # among the weights
 
 
@@ -59,7 +61,8 @@ def gait_of(rollout: Rollout, imitation: Imitation, body: BodySymmetry | None = 
     Raises:
         SceneError: it has no two whole cycles.
     """
-    donor = Rollout(rollout.scene, 1, str(rollout.device), record=[0])
+    scene = msgspec.structs.replace(rollout.scene, duration=imitation.settle + SEEN)
+    donor = Rollout(scene, 1, str(rollout.device), record=[0])
     donor.run()
     recording, numeric = donor.recording(), donor.numeric
     weight = body_weight(numeric)

@@ -12,7 +12,7 @@ from warpmuscle.core.errors import SceneError
 from warpmuscle.kernels import senses as kernels
 from warpmuscle.learning.senses import About, Number
 from warpmuscle.scene.joints import joint_type
-from warpmuscle.scene.joints.symmetry import TURN, VECTOR, counterpart, joint_image
+from warpmuscle.scene.joints.symmetry import TURN, VECTOR, check_muscles, counterpart, joint_image
 from warpmuscle.simulation.rollout import Rollout
 
 
@@ -54,10 +54,7 @@ class BodySymmetry:
                     table[_named(name, word)] = (_named(image.name, word), float(sign))
         muscles = character.muscles
         self.muscles = {name: (counterpart(name, muscles) or name, 1.0) for name in muscles}
-        for name, (other, _) in self.muscles.items():
-            one, image_of = muscles[name], muscles[other]
-            if any(getattr(one, part) != getattr(image_of, part) for part in ("f_max", "l_opt", "l_slack")):
-                raise SceneError(f"is not like its image {other!r}", key=f"character.muscles.{name}")
+        check_muscles(character)
 
 
 def _named(joint: str, word: str) -> str:

@@ -24,8 +24,9 @@ from warpmuscle.results.records import Result, parameter_table
 from warpmuscle.results.result import write
 from warpmuscle.results.training_file import Arrays, read_training, training_path, write_training
 from warpmuscle.scene import Scene
+from warpmuscle.scene.joints.symmetry import is_symmetric
 from warpmuscle.scene.learning import Task, Variation
-from warpmuscle.scene.parameters import free_parameters
+from warpmuscle.scene.parameters import free_parameters, start_values, substitute
 from warpmuscle.simulation.devices import find_device
 
 ON_GPU, ON_CPU = 4096, 64  # instances, by default
@@ -97,7 +98,8 @@ def usual_task(scene: Scene) -> Task:
     if scene.learning is not None:
         return scene.learning
     starts = STARTS if scene.controller is not None else 0
-    return Task(variation=Variation(start_states=starts, start_after=0.0))
+    even = is_symmetric(substitute(scene, start_values(scene)).character)
+    return Task(symmetric=even, variation=Variation(start_states=starts, start_after=0.0))
 
 
 def usual_instances(device: str | None) -> int:

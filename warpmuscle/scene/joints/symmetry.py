@@ -62,6 +62,26 @@ def joint_image(character: Character, name: str) -> JointImage:
     )
 
 
+def check_muscles(character: Character) -> None:
+    """Raise SceneError unless muscles of a numeric character are as strong and as long as their counterparts."""
+    muscles = character.muscles
+    for name, one in muscles.items():
+        other = counterpart(name, muscles) or name
+        if any(getattr(one, part) != getattr(muscles[other], part) for part in ("f_max", "l_opt", "l_slack")):
+            raise SceneError(f"is not like its image {other!r}", key=f"character.muscles.{name}")
+
+
+def is_symmetric(character: Character) -> bool:
+    """Whether the joints and muscles of a numeric character are their own images, some of them on another side."""
+    joints = character.joints
+    try:
+        images = {name: joint_image(character, name).name for name in joints}
+        check_muscles(character)
+    except SceneError:
+        return False
+    return any(name != image for name, image in images.items())
+
+
 def _alike(kind: JointType, mine: Joint, theirs: Joint, signs: Floats) -> bool:
     """Whether the poses of one joint are images of those of another whose coordinates have these signs."""
     random = np.random.default_rng(0)

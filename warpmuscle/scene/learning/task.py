@@ -76,7 +76,8 @@ class Variation(Part):
     push: Annotated[float, "N s"] = 0.0  # greatest horizontal impulse on the root
     push_interval: Annotated[float, "s"] = 4.0  # between two pushes, in the mean
     push_duration: Annotated[float, "s"] = 0.1
-    start_states: int = 0  # of a gait by the scene's own controller, that episodes start from; 0: its initial state
+    start_states: int = 0  # of a gait by the scene's own controller, that episodes start from, one in nine or so from
+    # the initial state; 0: all do
     start_after: Annotated[float, "s"] = 2.0  # of that gait, when the first of these states is taken
     variants: int = 256  # of masses, strengths and slopes
 
