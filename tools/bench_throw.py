@@ -45,7 +45,7 @@ def main() -> None:
         print(
             f"better fit            {fitted.stages[-1].seconds:6.2f} s, {sum(s.simulations for s in fitted.stages)} "
             f"simulations, all bars on {a.good().sum()} of {len(a.r2)}, held out {a.good()[job.held_out].sum()} of "
-            f"{len(job.held_out)}; least r2 {a.r2.min():.5f}, velocity {a.velocity_r2.min():.4f}, hand "
+            f"{len(job.held_out)}; lowest r2 {a.r2.min():.5f}, velocity {a.velocity_r2.min():.4f}, hand "
             f"{100.0 * a.hand_error.max():.2f} cm, correlation {a.correlation.min():.3f}"
         )
     if given.only != "better":

@@ -38,7 +38,7 @@ DURATION = 15.0  # s
 
 
 def emg(data: Path = DATA) -> dict[str, Floats]:
-    """Envelopes (101,) over the gait cycle by the name of our muscle, each over its greatest value."""
+    """Envelopes (101,) over the gait cycle by the name of our muscle, each over its maximum."""
     try:
         with (data / TRIAL).open() as lines:
             names = lines.readline().strip().split(",")
@@ -127,7 +127,7 @@ def _draw(path: Path, theirs: dict[str, Floats], walks: dict[str, dict[str, Floa
     panels[1, 3].axis("off")
     panels[1, 3].legend(*panels[0, 0].get_legend_handles_labels(), loc="center")
     page.supxlabel("gait cycle (%)")
-    page.supylabel("over its greatest value")
+    page.supylabel("over its maximum")
     page.savefig(path, dpi=110)
 
 

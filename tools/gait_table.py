@@ -55,10 +55,10 @@ AIMS = {
     "deviation of the ground force": (0.0, 1.0),
     "depth of the valley": (0.05, 1.0),
     "cost of transport": (0.0, 4.5),
-    "greatest slide of the stance foot": (0.0, 2.0),
-    "greatest error of the heading": (0.0, 10.0),
+    "maximum slide of the stance foot": (0.0, 2.0),
+    "maximum error of the heading": (0.0, 10.0),
     "depth of the feet": (0.0, 5.0),
-    "knee, least": (-1.0, 90.0),
+    "knee, minimum": (-1.0, 90.0),
 }
 DOUBLE_SUPPORT = (18.0, 25.0)  # % of the cycle, of gaits that are judged as walking
 LARGEST_SPEED_ERROR = 0.05  # of the speed aimed at; m/s where that is 0
@@ -205,7 +205,7 @@ def main(
             gaits.append(gait)
             if pictures is not None and gait.measures:
                 draw_gait(pictures, name, recording, scene)
-                if "knee, least" in gait.measures:
+                if "knee, minimum" in gait.measures:
                     motions[name] = recording, scene
         if pictures is not None and motions:
             compare(pictures / "gaits.png", motions)

@@ -77,7 +77,7 @@ def line(rows: Sequence[dict[str, Any]]) -> str:
     share = max(max(row["share"]) for row in rows)
     return (
         f"{rows[0]['number']:3d} {rows[0]['kind']:8s}  all bars {sum(good):2d} of {len(good):2d}, held out "
-        f"{sum(held):2d} of {len(held):2d}; VAF {explained:.3f}, share {share:.2f}; least r2 {worst[0]:.4f}, velocity "
+        f"{sum(held):2d} of {len(held):2d}; VAF {explained:.3f}, share {share:.2f}; lowest r2 {worst[0]:.4f}, velocity "
         f"{worst[1]:.3f}, hand {hand:4.1f} cm, correlation {worst[2]:.3f}; {sum(row['cpu'] for row in rows):4.0f} s "
         "of CPU"
     )

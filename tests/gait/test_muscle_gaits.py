@@ -80,7 +80,7 @@ def test_one_scene_walks_like_a_person_at_the_speed_that_is_asked_for():
         measures = gait_measures(rollout.recording(i), numeric)
         assert measures["speed"] == pytest.approx(speed, rel=0.05)
         assert measures["deviation of the three angles"] < 1.2
-        assert measures["greatest slide of the stance foot"] < 2.0
+        assert measures["maximum slide of the stance foot"] < 2.0
 
 
 @pytest.mark.parametrize("tendon", TENDONS)

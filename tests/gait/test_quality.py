@@ -47,15 +47,15 @@ def test_a_walk_on_the_norms_has_their_key_points_and_does_not_deviate(scene: Sc
     for name in ("hip", "knee", "ankle", "three angles", "ground force"):
         assert found[f"deviation of the {name}"] == pytest.approx(0.0, abs=0.15)
     expected = {
-        "hip, least": (-8.3, 52), "hip, greatest": (33.7, 87), "knee, greatest in stance": (19.4, 12),
-        "knee, greatest in swing": (63.4, 72), "ankle, greatest in stance": (12.5, 43),
-        "ankle, least at push-off": (-19.9, 64), "first hump of the force": (1.05, 15),
+        "hip, minimum": (-8.3, 52), "hip, maximum": (33.7, 87), "knee, maximum in stance": (19.4, 12),
+        "knee, maximum in swing": (63.4, 72), "ankle, maximum in stance": (12.5, 43),
+        "ankle, minimum at push-off": (-19.9, 64), "first hump of the force": (1.05, 15),
         "valley of the force": (0.80, 31), "second hump of the force": (1.14, 49),
     }  # fmt: skip
     for name, (value, percent) in expected.items():
         assert found[name] == pytest.approx(value, abs=0.03 if "force" in name else 0.2), name
         assert found[f"{name} at"] == pytest.approx(percent, abs=1.5), name
-    assert found["knee, least"] == pytest.approx(3.8, abs=0.2)
+    assert found["knee, minimum"] == pytest.approx(3.8, abs=0.2)
     assert found["knee flexion within the norm band"] == 100.0
     assert found["stance"] == pytest.approx(STANCE, abs=0.5)
     assert found["double support"] == pytest.approx(2.0 * STANCE - 100.0, abs=1.0)
@@ -114,7 +114,7 @@ def test_a_heading_that_turns_evenly_drifts_from_the_first_cycle_to_the_last(sce
     motion = with_arrays(motion, root_orientation=about([0.0, 1.0, 0.0], np.radians(6.0) * motion.time))
     found = gait_measures(motion, scene)
     assert found["drift of the heading"] == pytest.approx(6.0 * STRIDE, abs=0.2)  # of two cycles
-    assert found["greatest error of the heading"] == pytest.approx(6.0 * 3.5, abs=0.2)
+    assert found["maximum error of the heading"] == pytest.approx(6.0 * 3.5, abs=0.2)
 
 
 def test_a_speed_counts_as_asked_for_if_the_objective_or_a_stage_says_so(scene: Scene):
@@ -144,9 +144,9 @@ def test_every_measure_has_a_unit_and_a_torque_driven_walk_has_none_of_muscles(s
 
 
 def test_what_humans_have_is_read_off_the_norms():
-    assert human("knee, greatest in swing") == ("63.4 ± 5.3", "norm curves in SCONE Studio")
-    assert human("knee, greatest in swing at")[0] == "72"
+    assert human("knee, maximum in swing") == ("63.4 ± 5.3", "norm curves in SCONE Studio")
+    assert human("knee, maximum in swing at")[0] == "72"
     assert human("depth of the valley")[0] == "0.25"
     assert human("stance")[0] == "64"
     assert human("depth of the feet") == ("", "")
-    assert (unit_of("hip, least at"), unit_of("hip, least")) == ("% of the cycle", "deg")
+    assert (unit_of("hip, minimum at"), unit_of("hip, minimum")) == ("% of the cycle", "deg")

@@ -88,7 +88,7 @@ def assert_equal(mine: Floats, theirs: Floats, tolerance: float) -> None:
 
 @pytest.mark.parametrize("muscle", ON_CYLINDER)
 def test_paths_that_miss_the_cylinder_are_those_of_opensim(arm26: Arm26, muscle: str):
-    """Within 1e-4 m and 1e-3 of the greatest moment arm; in all other poses OpenSim's path is the longer one."""
+    """Within 1e-4 m and 1e-3 of the largest moment arm; in all other poses OpenSim's path is the longer one."""
     length, arm, their_length, their_arm = compared(arm26, muscle)
     straight = arm26.misses_cylinder(muscle)
     assert straight.mean() > 0.5

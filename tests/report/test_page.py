@@ -87,11 +87,11 @@ def test_a_search_that_is_still_going_on_has_no_motion(result):
 def test_measures_of_a_walk_stand_beside_those_of_people():
     measures = gait_measures(walk_result().replays[0], substitute(walk_scene(), start_values(walk_scene())))
     assert measures["speed"] == pytest.approx(walk_result().replays[0].com_velocity[100:, 2].mean(), rel=0.1)
-    assert measures["hip, greatest"] == pytest.approx(np.degrees(0.3), abs=0.1)
+    assert measures["hip, maximum"] == pytest.approx(np.degrees(0.3), abs=0.1)
     assert measures["cadence"] == pytest.approx(120.0)
     rows = {row.name: row for row in gait_table([measures, {"speed": 1.0}])}
     assert (rows["speed"].human, rows["speed"].unit, rows["speed"].values[1]) == ("1.27 to 1.46", "m/s", 1.0)
-    assert rows["knee, greatest in swing"].human == "63.4 ± 5.3"
+    assert rows["knee, maximum in swing"].human == "63.4 ± 5.3"
     assert rows["cadence"].values[1] is None
     assert all(row.unit and bool(row.human) == bool(row.source) for row in rows.values())
 

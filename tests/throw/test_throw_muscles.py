@@ -86,7 +86,7 @@ def test_moment_arms_are_the_slopes_of_lengths(arm: Arm):
 
 
 def test_no_path_jumps_over_a_surface(arm: Arm):
-    """A length never changes by more than the greatest moment arm allows."""
+    """A length never changes by more than the largest moment arm allows."""
     sweep = np.radians(np.linspace(-55.0, 185.0, 246))
     for elbow in (0.2, 1.2, 2.0):
         length = arm.geometry.at(np.column_stack([sweep, np.full(246, elbow), np.zeros(246)]))[0]

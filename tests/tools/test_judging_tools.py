@@ -32,8 +32,8 @@ def test_a_gait_stands_beside_people_and_the_original_and_a_fall_is_told(capsys,
     assert rows["upright of 2 runs of 4 s, noise 0.02 m/s"][2:4] == ["2", "0"]
     assert rows["speed"][1:] == ["1.27 to 1.46", rows["speed"][2], "", rows["speed"][4]]
     assert 0.8 < float(rows["speed"][2]) < 1.1
-    assert rows["knee, greatest in swing"][1].endswith("at 72 %")
-    assert " at " in rows["knee, greatest in swing"][2]
+    assert rows["knee, maximum in swing"][1].endswith("at 72 %")
+    assert " at " in rows["knee, maximum in swing"][2]
     assert "cost of transport" not in rows  # no gait here has muscles
     written = json.loads((tmp_path / "gaits.json").read_text())
     gaits = {gait["name"]: gait for gait in written["gaits"]}
@@ -68,7 +68,7 @@ def test_what_misses_its_aim_is_said():
         "target speed": 1.0,
         "error of the speed": 0.1,
         "cost of transport": 5.0,
-        "knee, least": -3.0,
+        "knee, minimum": -3.0,
     }
     found = gait_table.misses(gait_table.Judged("a", "fell", False, 7.25, 17, False, measures), 20)
     assert found == [
@@ -76,7 +76,7 @@ def test_what_misses_its_aim_is_said():
         "upright in 17 of 20 runs",
         "speed 1.10 m/s for 1 m/s",
         "cost of transport 5.0 J/(kg m) (aim: 4.5)",
-        "knee, least -3.0 deg (aim: -1 or more)",
+        "knee, minimum -3.0 deg (aim: -1 or more)",
     ]
     measures = {"target speed": -0.6, "error of the speed": 0.02, "cost of transport": 4.0}
     assert gait_table.misses(gait_table.Judged("b", "", True, 60.0, 18, False, measures), 20) == []

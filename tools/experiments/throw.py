@@ -123,7 +123,7 @@ def corruption_table(job: Job, strong: Arm) -> None:
         close = a.r2.min(axis=1) >= 0.99
         print(
             f"{kind:12s} VAF {synergies.explained:.3f}  r2 >= 0.99 on {close.sum()} of {len(close)}, held out "
-            f"{close[job.held_out].sum()} of {len(job.held_out)}; least r2 {np.round(a.r2.min(axis=0), 4)}, all bars "
+            f"{close[job.held_out].sum()} of {len(job.held_out)}; lowest r2 {np.round(a.r2.min(axis=0), 4)}, all bars "
             f"{a.good().sum()}, correlation {np.median(a.correlation):.3f} ({a.correlation.min():.3f})",
             flush=True,
         )

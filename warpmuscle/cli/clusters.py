@@ -70,7 +70,7 @@ def _print(found: Clusters, people: int) -> None:
     table.add_row("people", *(f"{found.people(k)}" for k in range(found.count)), style="italic")
     table.add_row("modules", *(f"{(found.label == k).sum()}" for k in range(found.count)), style="italic")
     least = [found.cosine[found.label == k].min() for k in range(found.count)]
-    table.add_row("least cosine", *(f"{value:.3f}" for value in least), style="italic")
+    table.add_row("lowest cosine", *(f"{value:.3f}" for value in least), style="italic")
     out.print(table)
 
 

@@ -83,7 +83,7 @@ def optimize(
     ] = None,
     resume: Annotated[Path | None, typer.Option(help="Go on with the search of this HDF5 file instead.")] = None,
 ) -> None:
-    """Search for the scene's free parameters of least cost, all candidates in batched simulations.
+    """Search for the scene's free parameters of lowest cost, all candidates in batched simulations.
 
     What was evaluated is on the disk at any moment: Ctrl-C ends the search and keeps it, and after a kill or a failure
     --resume FILE goes on. Examples: warpmuscle optimize fwalk --candidates 5000;

@@ -78,7 +78,7 @@ def fit_muscles(
     output: Annotated[Path, typer.Option("--output", "-o", help="TOML file to write.")],
     strength: Annotated[float, typer.Option(min=0.01, help="Factor on f_max.")] = 1.5,
     mean_length: Annotated[float, typer.Option(min=0.1, help="Fibre length over l_opt at the mean path length.")] = 1.0,
-    fibre_per_arm: Annotated[float, typer.Option(min=0.0, help="Least l_opt over the mean moment arm.")] = 1.0,
+    fibre_per_arm: Annotated[float, typer.Option(min=0.0, help="Minimum l_opt over the mean moment arm.")] = 1.0,
     properties_only: Annotated[
         bool, typer.Option("--properties-only", help="Write f_max, l_opt and l_slack only, to add to a character.")
     ] = False,
@@ -115,7 +115,7 @@ def fit_paths(
     sources: Sources,
     output: Annotated[Path, typer.Option("--output", "-o", help="TOML file to write.")],
     rms: Annotated[float, typer.Option(min=1e-7, help="What polynomials may miss in the root mean square, m.")] = 1e-4,
-    order: Annotated[int, typer.Option(min=1, max=20, help="The greatest order that is tried.")] = 8,
+    order: Annotated[int, typer.Option(min=1, max=20, help="The highest order to try.")] = 8,
     trust: Trust = False,
 ) -> None:
     """Fit polynomials of the joints' coordinates to the paths of muscles, and write the scene with them.

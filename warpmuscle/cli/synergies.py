@@ -71,13 +71,11 @@ def synergies(
     ] = None,
     points: Annotated[int, typer.Option(help="Points of a cycle, shared out equally among its phases.")] = 200,
     subtract_minimum: Annotated[
-        bool, typer.Option("--subtract-minimum", help="Take each channel's least value from it.")
+        bool, typer.Option("--subtract-minimum", help="Take each channel's minimum from it.")
     ] = False,
     mvc: Annotated[
         Path | None,
-        typer.Option(
-            help="Recording of maximum voluntary contractions to normalise by, in place of the greatest values."
-        ),
+        typer.Option(help="Recording of maximum voluntary contractions to normalise by, instead of the maxima."),
     ] = None,
     like: Annotated[
         Path | None, typer.Option(help="HDF5 file of synergies to put these in the order of, and to compare with.")

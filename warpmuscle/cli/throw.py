@@ -294,7 +294,7 @@ def _fewest(scene: Scene, files: Sequence[Path], options: Options, numbers: tupl
             if chosen is None and fitted.agreement.good().mean() >= ENOUGH:
                 chosen = job
     headings = ["VAF", "largest share", *(f"{joint} r2" for joint in job.arm.driven)]
-    headings += ["least r2", "velocity r2", "hand, cm", "correlation", "all bars"]
+    headings += ["lowest r2", "velocity r2", "hand, cm", "correlation", "all bars"]
     _print_table("by number of synergies: medians and the worst of all motions", headings, rows)
     if chosen is None:
         out.print(f"no number up to {numbers[1]} meets all bars; this is the fit with {numbers[1]}")
@@ -322,7 +322,7 @@ def _print_fit(job: Job, fitted: Fitted) -> None:
     from warpmuscle.throw.report import baseline_row, stage_rows
 
     headings = [f"{joint} r2" for joint in job.arm.driven]
-    headings += ["least r2", "velocity r2", "least", "hand, cm (most)", "correlation (least)", "all bars"]
+    headings += ["lowest r2", "velocity r2", "least", "hand, cm (most)", "correlation (least)", "all bars"]
     if job.held_out:
         headings.append("held out")
     rows = stage_rows(fitted.stages, job.held_out)
@@ -355,7 +355,7 @@ def _print_curve(job: Job, fitted: Fitted) -> None:
 
     from warpmuscle.throw.report import Row
 
-    headings = ["correlation", *(f"{joint} r2" for joint in job.arm.driven), "least r2"]
+    headings = ["correlation", *(f"{joint} r2" for joint in job.arm.driven), "lowest r2"]
     rows = []
     with log.status("fitting at several prices"):
         for price, a in job.curve():

@@ -38,12 +38,12 @@ LEAST_NORMAL_SPEED = 0.3  # m/s forwards, below which norms do not apply
 LEAST_FLIGHT = 1.0  # % of the cycle without a foot on the ground, from which on a gait is a run
 # Key points by name: the curve, and the function and part of the cycle (%) that find it.
 _KEY_POINTS = {
-    "hip, least": ("Hip flexion", least, 20.0, 80.0),
-    "hip, greatest": ("Hip flexion", greatest, 50.0, 100.0),
-    "knee, greatest in stance": ("Knee flexion", peak, 2.0, 45.0),
-    "knee, greatest in swing": ("Knee flexion", greatest, 45.0, 100.0),
-    "ankle, greatest in stance": ("Ankle dorsiflexion", greatest, 8.0, 62.0),
-    "ankle, least at push-off": ("Ankle dorsiflexion", least, 45.0, 85.0),
+    "hip, minimum": ("Hip flexion", least, 20.0, 80.0),
+    "hip, maximum": ("Hip flexion", greatest, 50.0, 100.0),
+    "knee, maximum in stance": ("Knee flexion", peak, 2.0, 45.0),
+    "knee, maximum in swing": ("Knee flexion", greatest, 45.0, 100.0),
+    "ankle, maximum in stance": ("Ankle dorsiflexion", greatest, 8.0, 62.0),
+    "ankle, minimum at push-off": ("Ankle dorsiflexion", least, 45.0, 85.0),
 }
 
 
@@ -154,7 +154,7 @@ def _of_angles(
     for key, (name, find, low, high) in _KEY_POINTS.items():
         _put_point(found, key, [find(curve, low, high) for curve in curves[name]])
     begin = min(cycle[0][0] for cycle in cycles.values())
-    found["knee, least"] = min(float(side[time >= begin].min()) for side in angles["Knee flexion"].values())
+    found["knee, minimum"] = min(float(side[time >= begin].min()) for side in angles["Knee flexion"].values())
     for name in LEG_ANGLES:
         found[f"{name.lower()} within the norm band"] = _within(name, curves[name], normal)
     return found
@@ -165,7 +165,7 @@ def _of_force(recording: Recording, scene: Scene, cycles: dict[str, Strides], no
     humps = [force_humps(curve) for curve in curves]
     found: Measures = {
         "deviation of the ground force": _deviation(FORCE, curves, normal),
-        "greatest vertical force": float(np.mean([curve.max() for curve in curves])),
+        "maximum vertical force": float(np.mean([curve.max() for curve in curves])),
     }
     both = all(one.valley is not None for one in humps)  # else the legs have no shape in common
     _put_point(found, "first hump of the force", [one.first for one in humps])
@@ -198,7 +198,7 @@ def _of_headings(recording: Recording, scene: Scene, cycles: dict[str, Strides])
     desired = 0.0 if controller is None else float(np.degrees(np.asarray(controller.desired_heading).flat[0]))
     means = [[over_strides(recording.time, turned, [cycle]).mean() for cycle in cycles[side]] for side in SIDES]
     drift = float(np.mean([side[-1] - side[0] for side in means]))
-    return {"drift of the heading": drift, "greatest error of the heading": _greatest_error(means, desired)}
+    return {"drift of the heading": drift, "maximum error of the heading": _greatest_error(means, desired)}
 
 
 def _greatest_error(means: list[list[float]], desired: float) -> float:
@@ -211,7 +211,7 @@ def _of_feet(steady: Recording, scene: Scene) -> Measures:
     contact = foot_sliding(steady, scene)
     return {
         "slide of the stance foot": 100.0 * contact.mean_slide,
-        "greatest slide of the stance foot": 100.0 * contact.greatest_slide,
+        "maximum slide of the stance foot": 100.0 * contact.greatest_slide,
         "drag of the trailing foot": 100.0 * contact.mean_drag,
         "depth of the feet": 1000.0 * contact.depth,
     }

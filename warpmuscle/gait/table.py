@@ -19,7 +19,7 @@ _UNITS = {
     "stance": _CYCLE,
     "double support": _CYCLE,
     "flight": _CYCLE,
-    "greatest vertical force": _BODY_WEIGHTS,
+    "maximum vertical force": _BODY_WEIGHTS,
     "first hump of the force": _BODY_WEIGHTS,
     "valley of the force": _BODY_WEIGHTS,
     "second hump of the force": _BODY_WEIGHTS,
@@ -32,23 +32,23 @@ _UNITS = {
     "mean activation": "0 to 1",
     "activation above 15 Hz": "% of the spectrum",
     "slide of the stance foot": "cm a step",
-    "greatest slide of the stance foot": "cm a step",
+    "maximum slide of the stance foot": "cm a step",
     "drag of the trailing foot": "cm a step",
     "depth of the feet": "mm",
 }
 # Which point of which norm a measure is.
 _POINTS = {
-    "hip, least": ("Hip flexion", 1),
-    "hip, greatest": ("Hip flexion", 2),
-    "knee, greatest in stance": ("Knee flexion", 0),
-    "knee, greatest in swing": ("Knee flexion", 2),
-    "knee, least": ("Knee flexion", 3),
-    "ankle, greatest in stance": ("Ankle dorsiflexion", 1),
-    "ankle, least at push-off": ("Ankle dorsiflexion", 2),
+    "hip, minimum": ("Hip flexion", 1),
+    "hip, maximum": ("Hip flexion", 2),
+    "knee, maximum in stance": ("Knee flexion", 0),
+    "knee, maximum in swing": ("Knee flexion", 2),
+    "knee, minimum": ("Knee flexion", 3),
+    "ankle, maximum in stance": ("Ankle dorsiflexion", 1),
+    "ankle, minimum at push-off": ("Ankle dorsiflexion", 2),
     "first hump of the force": (FORCE, 1),
     "valley of the force": (FORCE, 2),
     "second hump of the force": (FORCE, 3),
-    "greatest vertical force": (FORCE, 3),
+    "maximum vertical force": (FORCE, 3),
 }
 
 

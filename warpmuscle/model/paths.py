@@ -139,7 +139,7 @@ def _check(key: str, path: MusclePath, character: Character) -> None:
 
 
 def _extent(number: Any) -> tuple[float, float]:
-    """Least and greatest value of a number over all instances."""
+    """Lowest and highest value of a number over all instances."""
     if isinstance(number, Free):
         return math.nan, math.nan  # only the whole scene knows them, and checking that has checked this number, too
     return float(np.min(number)), float(np.max(number))

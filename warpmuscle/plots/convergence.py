@@ -34,7 +34,7 @@ def draw(subject: Subject) -> Any:
         assert searched is not None
         _spread(panels[-1], searched.history)
     best = subject.result.best
-    note = f"{len(evaluations)} candidates" + (f", least cost {best.cost:.6g}" if best is not None else "")
+    note = f"{len(evaluations)} candidates" + (f", lowest cost {best.cost:.6g}" if best is not None else "")
     if searched is not None:
         note += "" if searched.stages else f"; {searched.options.searches} x {searched.options.strategy}"
         note += f"; ended: {searched.ended}" if searched.ended else ""

@@ -159,7 +159,7 @@ def _spread(recording: Recording, drawn: list[Piece]) -> tuple[Integers, Floats]
 def _extent(
     recording: Recording, drawn: list[Piece], frames: Any, offsets: Floats | float, view: tuple[int, int]
 ) -> Floats:
-    """Least and greatest [horizontal, vertical] coordinates (2, 2), m, of figures moved by offsets (F,) or a number."""
+    """Lowest and highest [horizontal, vertical] coordinates (2, 2), m, of figures moved by offsets (F,) or a number."""
     shifts = np.broadcast_to(offsets, recording.frames)
     points = []
     for frame in frames:

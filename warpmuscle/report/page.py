@@ -124,7 +124,7 @@ def _headline(subject: Subject) -> list[tuple[str, str]]:
     """The numbers that are read first, and what they are."""
     result, found = subject.result, []
     if result.best is not None and result.evaluations is not None:
-        found.append((f"{result.best.cost:.5g}", "least cost"))
+        found.append((f"{result.best.cost:.5g}", "lowest cost"))
         found.append((f"{len(result.evaluations)}", "candidates"))
     if result.fit is not None:
         found += [

@@ -113,7 +113,7 @@ def _descent(evaluations: Evaluations, ended: str) -> list[str]:
     cost, search = evaluations.cost, evaluations.search
     best, lines = np.minimum.accumulate(cost), []
     if len(best) > 0:
-        lines.append(f"least cost {best[0]:.6g} {curve(best)} {best[-1]:.6g}")
+        lines.append(f"lowest cost {best[0]:.6g} {curve(best)} {best[-1]:.6g}")
     if ended:
         lines.append(f"ended: {ended}")
     ranked = sorted((float(cost[search == k].min()), k) for k in np.unique(search) if k >= 0)

@@ -104,7 +104,7 @@ TABLE = (*COLUMNS, "terms")  # arrays of evaluations that have a row a candidate
 
 @dataclass(frozen=True, repr=False)
 class Best:
-    """The candidate of least cost; of those of the last stage that has any, since stages have costs of their own."""
+    """The candidate of lowest cost; of those of the last stage that has any, since stages have costs of their own."""
 
     params: Floats  # (P,)
     cost: float
@@ -265,7 +265,7 @@ def joined(parts: Sequence[Evaluations]) -> Evaluations:
 
 
 def best_of(evaluations: Evaluations, stage: int | None = None) -> Best | None:
-    """The first candidate of least cost of a stage, by default of the last one that has any, if there is any."""
+    """The first candidate of lowest cost of a stage, by default of the last one that has any, if there is any."""
     if len(evaluations) == 0:
         return None
     mine = evaluations.stage == (evaluations.stage.max() if stage is None else stage)

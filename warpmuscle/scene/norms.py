@@ -97,7 +97,7 @@ RUNNING_FORCE_BAND = 0.2  # body weights; its waves of impact are of this size
 def running_force(percent: Floats) -> Floats:
     """Vertical force on a foot of a runner at percents of the cycle, body weights: half a sine over the stance.
 
-    Its greatest value carries the body over the whole cycle (Morin et al. 2005, J. Appl. Biomech. 21:167).
+    Its maximum carries the body over the whole cycle (Morin et al. 2005, J. Appl. Biomech. 21:167).
     """
     part = percent / RUNNING_STANCE
     return np.asarray(np.where(part < 1.0, np.pi / (4.0 * 0.01 * RUNNING_STANCE) * np.sin(np.pi * part), 0.0))
@@ -105,7 +105,7 @@ def running_force(percent: Floats) -> Floats:
 
 @dataclass(frozen=True)
 class Reference:
-    """Means of a measure of human walking, from the least to the greatest of the groups measured."""
+    """Means of a measure of human walking, from the lowest to the highest of the groups measured."""
 
     low: float
     high: float

@@ -126,7 +126,7 @@ class Free(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_default
         return result
 
     def interval(self, away: Mapping[str, tuple[float, float]]) -> tuple[float, float]:
-        """Least and greatest value for all values of a search while commands are so far beyond their references.
+        """Lowest and highest value for all values of a search while commands are so far beyond their references.
 
         Raises:
             ValueError: it is no number of its own.
@@ -163,14 +163,14 @@ class Free(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_default
         return followed if np.ndim(source) else float(followed)
 
     def range_over(self, low: float, high: float) -> tuple[float, float]:
-        """Least and greatest value of this number while the one that it follows goes from low to high."""
+        """Lowest and highest value of this number while the one that it follows goes from low to high."""
         between = [at for at, _ in self.through if low < at < high]
         values = [float(self.following(source)) for source in (low, *between, high)]
         return min(values), max(values)
 
 
 def _polynomial_ends(coefficients: tuple[Any, ...], low: float, high: float) -> tuple[float, float]:
-    """Least and greatest value of a x + b x^2 from low to high."""
+    """Lowest and highest value of a x + b x^2 from low to high."""
     a, b = (*coefficients, 0.0)[:2]
     at = [low, high]
     if b != 0.0 and low < -0.5 * a / b < high:

@@ -96,7 +96,7 @@ def start_values(scene: Scene) -> Floats:
 
 
 def greatest(scene: Scene, number: Number) -> float:
-    """The greatest value that a number of a scene can take in a search."""
+    """The highest value that a number of a scene can take in a search."""
     if not isinstance(number, Free):
         return number
     away = ranges_of_commands(scene)
@@ -107,7 +107,7 @@ def greatest(scene: Scene, number: Number) -> float:
 
 
 def ranges_of_commands(scene: Scene) -> dict[str, tuple[float, float]]:
-    """How far commands may be from their references, by name: least and greatest distance."""
+    """How far commands may be from their references, by name: lowest and highest distance."""
     return {name: (one.min - one.reference, one.max - one.reference) for name, one in scene.commands.items()}
 
 

@@ -285,8 +285,8 @@ class Robustness(Part):
     velocity_noise: Annotated[float, "m/s"] = 0.0  # standard deviation of each component of the root's initial velocity
     push: Annotated[float, "N s"] = 0.0  # horizontal impulse on the root, at a random time in a random direction
     push_duration: Annotated[float, "s"] = 0.1
-    slope: Annotated[float, "rad"] = 0.0  # greatest slope of the ground, up or down
-    mass: Annotated[float, "1"] = 0.0  # greatest part by which the mass of each body is more or less
+    slope: Annotated[float, "rad"] = 0.0  # steepest slope of the ground, up or down
+    mass: Annotated[float, "1"] = 0.0  # largest part by which the mass of each body is more or less
     commands: dict[str, list[float]] = {}  # by command, of the runs in order; the list begins again where it ends
     seed: int = 1
 

@@ -37,7 +37,7 @@ LOADS = (0.18, 0.31)  # of the body weight
 
 @dataclass(frozen=True)
 class Bar:
-    """What a gait must reach, and what it should: least and greatest values, None where there is none."""
+    """What a gait must reach, and what it should: lowest and highest values, None where there is none."""
 
     name: str
     unit: str
@@ -57,7 +57,7 @@ _PUSHED = Bar("impulse that half survive", "N s", (60, None), (80, None))
 WALK = (
     Bar("angles outside the norms", "SD", (None, 0.25), (None, 0.12)),
     Bar("force at peaks and valley", "half-bands", (None, 1.0), (None, 0.6)),
-    Bar("greatest vertical force", "body weights", (None, 1.2), (None, 1.15)),
+    Bar("maximum vertical force", "body weights", (None, 1.2), (None, 1.15)),
     Bar("stance", "% of the cycle", (59, 65), (61, 63)),
     Bar("double support", "% of the cycle", (18, 25), (20, 24)),
     Bar("cost of transport, Bhargava net", "J/(kg m)", (None, 3.6), (None, 3.3)),
@@ -72,7 +72,7 @@ WALK = (
 RUN = (
     Bar("toe-off", "% of the cycle", (36, 44), (39, 41)),
     Bar("angles outside the norms", "SD", (None, 1.5), (None, 1.0)),
-    Bar("greatest vertical force", "body weights", (None, 2.9), (None, 2.6)),
+    Bar("maximum vertical force", "body weights", (None, 2.9), (None, 2.6)),
     Bar("flight", "% of the cycle", (1, None), (10, None)),
     _UPRIGHT,
     _PUSHED,

@@ -87,7 +87,7 @@ def muscle_geometry(scene: Scene, coordinates: Floats) -> tuple[Floats, Floats]:
 
 
 def useless_muscles(scene: Scene) -> list[tuple[str, str, float]]:
-    """Muscles that cross a joint but cannot act on it, with the joint and the greatest moment arm over its range, m."""
+    """Muscles that cross a joint but cannot act on it, with the joint and the largest moment arm over its range, m."""
     found: list[tuple[str, str, float]] = []
     for name, joint in scene.character.joints.items():
         greatest: dict[str, float] = {}

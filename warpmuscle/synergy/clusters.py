@@ -43,7 +43,7 @@ def cluster_modules(
 
     Args:
         weights: (M, N) of each person. muscles: names (M,) of each, in any order.
-        count: K; by default as many as have the greatest mean silhouette (Rousseeuw 1987), at least as many as the most
+        count: K; by default as many as have the highest mean silhouette (Rousseeuw 1987), at least as many as the most
             common number of modules of a person.
 
     Raises:

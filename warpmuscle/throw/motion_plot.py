@@ -141,9 +141,9 @@ def _draw_joints(grid: Any, follower: Follower, fitted: Fitted, course: Course, 
 
 
 def _title_joints(grid: Any, follower: Follower, fitted: Fitted, rows: list[int]) -> None:
-    """Name the panels of `_draw_joints`, with the least r2 of some motions."""
+    """Name the panels of `_draw_joints`, with the lowest r2 of some motions."""
     arm, motions = follower.arm, follower.motions
-    word = "r2" if len(rows) == 1 else "least r2"
+    word = "r2" if len(rows) == 1 else "lowest r2"
     for axes, name, column in zip(grid, arm.driven, arm.free, strict=True):
         pairs = ((motions.angles[0], fitted.replay.angle), (motions.angles[1], fitted.replay.speed))
         angle, rate = (

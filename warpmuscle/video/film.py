@@ -60,7 +60,7 @@ class Film:
     time: Floats  # (F,) s, of the motion
     followed: Floats  # (F, 3)
     camera: Camera
-    bounds: Floats  # (2, 3) m, least and greatest coordinates of all that is seen, from what is followed
+    bounds: Floats  # (2, 3) m, lowest and highest coordinates of all that is seen, from what is followed
     tile: float  # m
     ground: Plane
     capsules: Capsules

@@ -10,7 +10,7 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.core.number_rows import rows
 from warpmuscle.scene import Displacement
 
-Span = tuple[float, float]  # least and greatest coordinate that counts
+Span = tuple[float, float]  # lowest and highest coordinate that counts
 TURN: Span = (-math.pi, math.pi)
 _CUBIC = 4  # coefficients
 _MISS = 1.0e-9  # rad or m, by which the pieces of a polynomial may miss it

@@ -72,7 +72,7 @@ class Variation(Part):
     velocity_noise: Annotated[float, "m/s"] = 0.05  # standard deviation of each component of the root's velocity
     mass: Annotated[float, "1"] = 0.0  # 0.1: of every body up to 10 % more or less, and its inertia with it
     strength: Annotated[float, "1"] = 0.0  # 0.1: f_max of every muscle up to 10 % more or less
-    slope: Annotated[float, "rad"] = 0.0  # greatest slope of the ground, up or down
+    slope: Annotated[float, "rad"] = 0.0  # steepest slope of the ground, up or down
     push: Annotated[float, "N s"] = 0.0  # greatest horizontal impulse on the root
     push_interval: Annotated[float, "s"] = 4.0  # between two pushes, in the mean
     push_duration: Annotated[float, "s"] = 0.1

@@ -1,4 +1,4 @@
-"""What the checks of a scene are made of: least and greatest values of numbers, known names, errors with keys."""
+"""What the checks of a scene are made of: lowest and highest values of numbers, known names, errors with keys."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Checks:
         self._ranges, self._distances = ranges_of_commands(to_check), distances_of_commands(to_check)
 
     def interval(self, number: Number) -> tuple[float, float]:
-        """Least and greatest value that a number can take."""
+        """Lowest and highest value that a number can take."""
         if not isinstance(number, Free):
             return number, number
         source = self.free[number.same_as] if number.same_as else number
