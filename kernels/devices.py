@@ -2,6 +2,7 @@
 
 import warp as wp
 
+from warpmuscle.kernels.bushing import Bushing, bushing
 from warpmuscle.kernels.forces import Force, Wrench
 from warpmuscle.kernels.structs import ModelRef, ScratchRef, StateRef, at
 
@@ -123,5 +124,6 @@ FORCES = {
     "bilinear_spring": Force(effort=bilinear_spring, parameters=BilinearSpring),
     "coordinate_limit": Force(effort=coordinate_limit, parameters=CoordinateLimit),
     "coordinate_spring": Force(effort=coordinate_spring, parameters=CoordinateSpring),
+    "bushing": Force(pair=bushing, parameters=Bushing),
     "air_drag": Force(wrench=air_drag, parameters=AirDrag),
 }

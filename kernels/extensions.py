@@ -28,15 +28,26 @@ class NoExtensions:
 
 
 @cache
-def extension_type(parameters: Any = None, memory: int = 0, of_bodies: bool = False) -> Any:
+def extension_type(parameters: Any = None, memory: int = 0, of_bodies: bool = False, pairs: bool = False) -> Any:
     """The structure of the entries of one kind, whose parameters are of this structure of floats.
 
     Args:
         memory: floats of the state of an entry. of_bodies: whether entries belong to bodies, of which each has its own.
+        pairs: whether each entry of a body has another body.
     """
     if parameters is None and memory == 0 and not of_bodies:
         return NoExtensions
     struct = NoParameters if parameters is None else parameters
+    if pairs:
+
+        @wp.struct
+        class PairExtension:
+            parameters: wp.array2d[struct]  # (rows, entries)
+            start: wp.array[int]  # (bodies + 1,) first entry of each body
+            other: wp.array[int]  # (entries,) the other body
+            second: wp.array[int]  # (entries,) 1 if the body is the second of both
+
+        return PairExtension
 
     @wp.struct
     class Extension:

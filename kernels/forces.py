@@ -29,18 +29,20 @@ class Force(NamedTuple):
 
     The function takes what is in brackets if it is declared: `parameters`, a `@wp.struct` of floats whose values stand
     with each force of the scene, and `state`, so many floats of each force, zero at the start of an instance. It is
-    called once a step for each force, and may write that state.
+    called once a step for each force, and may write that state. One between two bodies is called for each of them, has
+    parameters, and no state.
     """
 
     effort: Any = None  # (instance, body, model, state, work [, parameters] [, state]) -> wp.vec3: of body's joint, N m
     wrench: Any = None  # the same, but of a body -> Wrench
+    pair: Any = None  # (instance, body, other, second, model, state, work, parameters) -> Wrench on body
     parameters: Any = None
     state: int = 0
 
     @property
     def extension(self) -> Any:
         """Structure of the parameters and states of all forces of this kind."""
-        return extension_type(self.parameters, self.state, True)
+        return extension_type(self.parameters, self.state, True, self.pair is not None)
 
 
 @cache
@@ -85,6 +87,8 @@ def wrench_of(forces: tuple[Force, ...]) -> Any:
     extensions_struct = extension_list(tuple(force.extension for force in forces))
     acts = bool(forces) and forces[0].wrench is not None
     wrench_on, others = effort_torque, effort_torque
+    pairs = bool(forces) and forces[0].pair is not None
+    of_pair = forces[0].pair if pairs else effort_torque
     if acts:
         wrench_on = of_body(forces[0].wrench, Wrench, forces[0].parameters, forces[0].extension)
     if forces:
@@ -106,6 +110,13 @@ def wrench_of(forces: tuple[Force, ...]) -> Any:
                 given = wrench_on(instance, body, entry, model, state, work, extensions.first)
                 acting.force += given.force
                 acting.moment += given.moment
+        if wp.static(pairs):
+            for entry in range(extensions.first.start[body], extensions.first.start[body + 1]):
+                p = at(extensions.first.parameters, instance, entry)
+                end = extensions.first.second[entry]
+                pushed = of_pair(instance, body, extensions.first.other[entry], end, model, state, work, p)
+                acting.force += pushed.force
+                acting.moment += pushed.moment
         if wp.static(bool(forces)):
             acting = others(instance, body, acting, model, state, work, extensions.rest)
         return acting

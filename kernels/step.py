@@ -109,7 +109,8 @@ def one_step_of(
     kinematics_stage, inertia_stage, integrate_stage = of_joints.kinematics, of_joints.inertia, of_joints.integrate
     acceleration_stage, hybrid_acceleration_stage = of_joints.acceleration, of_joints.hybrid_acceleration
     prescribe_stage = of_joints.prescribe
-    pulling, pushing = (any(getattr(force, kind) for force in forces) for kind in ("effort", "wrench"))
+    pulling = any(force.effort for force in forces)
+    pushing = any(force.wrench or force.pair for force in forces)
     joint_forces_stage, body_forces_stage = joint_forces_stage_of(forces), body_forces_stage_of(forces)
     extensions_struct = extensions_of(controller, forces)
     if muscles is not None:

@@ -22,6 +22,9 @@ def extensions_struct(structure: Structure, instances: int, device: Any) -> Any:
     part = s.rest
     for entries in structure.forces:
         part.first.start = to_device(entries.start, int, device)
+        if entries.kind.pair is not None:
+            part.first.other = to_device(entries.other, int, device)
+            part.first.second = to_device(entries.second, int, device)
         if entries.kind.state:
             shape = (instances, len(entries.names), entries.kind.state)
             part.first.memory = wp.zeros(shape, dtype=float, device=device)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import warp as wp
 
@@ -24,8 +24,10 @@ class ForceEntries:
     """All forces of one kind."""
 
     kind: Force
-    names: tuple[str, ...]  # in the scene, sorted by body
+    names: tuple[str, ...]  # in the scene, sorted by body; those between two bodies twice
     start: tuple[int, ...]  # (bodies + 1,) which of them act on each body, or on the joint that carries it
+    other: tuple[int, ...] = ()  # of each between two bodies: the other one
+    second: tuple[int, ...] = ()  # 1 if it acts on the second of both
 
 
 def force_kinds(scene: Scene, names: Topology) -> tuple[ForceEntries, ...]:
@@ -34,22 +36,38 @@ def force_kinds(scene: Scene, names: Topology) -> tuple[ForceEntries, ...]:
     Raises:
         SceneError: there is no such kind, it cannot be used, or its parameters are not those of the scene.
     """
-    found: dict[Force, list[tuple[int, str]]] = {}
+    found: dict[Force, list[_Acting]] = {}
     for name, force in scene.forces.items():
         key = f"forces.{name}"
         kind = _kind(force.type, "effort" if force.joint else "wrench", f"{key}.type")
         place = "joint" if kind.effort is not None else "body"
-        check_place(force, place, key)
+        check_place(force, place, key, kind.pair is not None)
         acts_on = getattr(force, place)
         check_values(kind.parameters, force.parameters, f"{key}.parameters")
         body = names.body_of_joint(acts_on) if place == "joint" else names.bodies.index(acts_on)
-        found.setdefault(kind, []).append((body, name))
-    return tuple(_entries(kind, sorted(acting, key=lambda one: one[0]), names) for kind, acting in found.items())
+        acting = found.setdefault(kind, [])
+        if kind.pair is None:
+            acting.append(_Acting(body, name))
+        else:
+            other = names.bodies.index(force.other_body)
+            acting += [_Acting(body, name, other, 0), _Acting(other, name, body, 1)]
+    return tuple(_entries(kind, sorted(acting, key=lambda one: one.body), names) for kind, acting in found.items())
 
 
-def _entries(kind: Force, acting: list[tuple[int, str]], names: Topology) -> ForceEntries:
-    start = [sum(body < i for body, _ in acting) for i in range(len(names.bodies) + 1)]
-    return ForceEntries(kind, tuple(name for _, name in acting), tuple(start))
+class _Acting(NamedTuple):
+    """A force on a body, and of one between two bodies, the other one and which of both this is."""
+
+    body: int
+    name: str
+    other: int = 0
+    second: int = 0
+
+
+def _entries(kind: Force, acting: list[_Acting], names: Topology) -> ForceEntries:
+    start = [sum(one.body < i for one in acting) for i in range(len(names.bodies) + 1)]
+    both = [(one.other, one.second) for one in acting] if kind.pair is not None else []
+    other, second = zip(*both, strict=True) if both else ((), ())
+    return ForceEntries(kind, tuple(one.name for one in acting), tuple(start), other, second)
 
 
 def _kind(entry: str, alone: str, key: str) -> Force:

@@ -11,11 +11,12 @@ from warpmuscle.scene.part import Part
 class Force(Part):
     """A device on a joint, or a force on a body.
 
-    `type`: `bilinear_spring` on a joint, `air_drag` on a body, see `kernels/devices.py`; or `module:name` of a
-    `kernels.forces.Force` of one's own.
+    `type`: `bilinear_spring` on a joint, `air_drag` on a body, `bushing` between two, see `kernels/devices.py`; or
+    `module:name` of a `kernels.forces.Force` of one's own.
     """
 
     type: str
     joint: str = ""  # on whose child it acts, and backwards on the parent
     body: str = ""  # or on which body
+    other_body: str = ""  # and on which other one, if it acts between two
     parameters: Annotated[dict[str, Number], "1"] = {}

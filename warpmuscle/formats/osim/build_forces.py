@@ -10,16 +10,22 @@ import numpy as np
 from warpmuscle.formats.lines import Ignored, Notes
 from warpmuscle.formats.osim import records
 from warpmuscle.formats.osim.build_skeleton import Skeleton
+from warpmuscle.formats.osim.expressions import NotStraight, straight
+from warpmuscle.formats.osim.forces import EXPRESSIONS
 from warpmuscle.formats.osim.frames import GROUND, on_body, refused, turned
 from warpmuscle.formats.osim.moves import Coordinates
-from warpmuscle.formats.osim.placement import WORLD, vector
+from warpmuscle.formats.osim.placement import WORLD, rotation_vector, vector
 from warpmuscle.formats.osim.records import Contact, Model
 from warpmuscle.scene import Actuation, ContactMaterial, Force, Ground, Scene, Sphere
+from warpmuscle.scene.number import Number
 from warpmuscle.scene.validation.paths import usual_drive
 
 DEGREE = math.pi / 180.0
 ROOT = "acts on the root, on whose coordinates forces do not act here; it is left out"
 LOCKED = "acts on a coordinate that is locked or coupled; it is left out"
+
+EFFORTS, SHIFTS = ("mx", "my", "mz", "fx", "fy", "fz"), ("tx", "ty", "tz", "x", "y", "z")  # see `kernels/bushing.py`
+PLACES = tuple(f"{end}_{part}{axis}" for end in ("first", "second") for part in ("", "turn_") for axis in "xyz")
 
 LAWS: dict[str, Literal["hunt_crossley", "smooth_hunt_crossley"]] = {
     "HuntCrossleyForce": "hunt_crossley", "SmoothSphereHalfSpaceForce": "smooth_hunt_crossley",
@@ -85,6 +91,34 @@ class ForceBuilder:
             values = {"rest": n["rest_length"], "stiffness": n["stiffness"], "damping": n["viscosity"]}
             self.add(force, Force("coordinate_spring", joint=name, parameters=dict(values)))
 
+    def bushing(self, force: records.Force) -> None:
+        """Springs and dampers between two frames."""
+        (first, place), (second, other_place) = (
+            self._skeleton.placement.point(frame, (0.0, 0.0, 0.0)) for frame in force.frames
+        )
+        if first == second:
+            self.note(force, "both of its frames are on one body; it is left out, and holds nothing")
+            return
+        stiffness = np.zeros((6, 7))
+        n = force.numbers
+        if force.kind == "BushingForce":
+            stiffness[:, 1:] = np.diag([*n["rotational_stiffness"], *n["translational_stiffness"]])
+        else:
+            for row, tag in enumerate(EXPRESSIONS):
+                try:
+                    stiffness[row] = straight(force.words[tag])
+                except NotStraight as error:
+                    self.note(force, f"{tag}: {error}; only straight ones are known; it is left out, and holds nothing")
+                    return
+        turns = [rotation_vector(self._skeleton.placement.axes(frame)) for frame in force.frames]
+        values = dict(zip(PLACES, (*place, *turns[0], *other_place, *turns[1]), strict=True))
+        values |= dict(zip(EFFORTS, stiffness[:, 0], strict=True))
+        values |= {f"{a}_{q}": stiffness[i, k] for i, a in enumerate(EFFORTS) for k, q in enumerate(SHIFTS, 1)}
+        damping = (*n["rotational_damping"], *n["translational_damping"])
+        values |= {f"damping_{q}": number for q, number in zip(SHIFTS, damping, strict=True)}
+        plain: dict[str, Number] = {name: float(value) for name, value in values.items()}
+        self.add(force, Force("bushing", body=first, other_body=second, parameters=plain))
+
     def add(self, force: records.Force, made: Force) -> None:
         """Put a force into the scene under its own name."""
         name = force.name or f"{force.kind}_{force.line}"
@@ -123,7 +157,7 @@ def build_forces(model: Model, scene: Scene, skeleton: Skeleton, coordinates: Co
                 names = [force.words["sphere"], force.words["half_space"]]
                 _contact(force, names, builder, model, scene, skeleton)
             case _:
-                builder.note(force, "bushings are not known; it is left out, and holds nothing")
+                builder.bushing(force)
 
 
 def _contact(

@@ -25,6 +25,8 @@ def check_forces(check: Checks) -> None:
                 raise SceneError(f"joint {force.joint!r} does not move", key=f"{key}.joint")
         else:
             known(force.body, character.bodies, "body", f"{key}.body")
+        if force.other_body:
+            known(force.other_body, character.bodies, "body", f"{key}.other_body")
         if ":" not in force.type:
             _check_shipped(force, key)
 
@@ -36,15 +38,21 @@ def _check_shipped(force: Force, key: str) -> None:
     if force.type not in FORCES:
         there_are = f"there are {', '.join(FORCES)}"
         raise SceneError(f"no force is called {force.type!r}{near(force.type, FORCES)}; {there_are}", key=f"{key}.type")
-    check_place(force, "joint" if FORCES[force.type].effort is not None else "body", key)
+    kind = FORCES[force.type]
+    check_place(force, "joint" if kind.effort is not None else "body", key, kind.pair is not None)
     check_values(FORCES[force.type].parameters, force.parameters, f"{key}.parameters")
 
 
-def check_place(force: Force, place: str, key: str) -> None:
-    """SceneError unless a force acts on a joint, or on a body, as its kind does."""
+def check_place(force: Force, place: str, key: str, pair: bool = False) -> None:
+    """SceneError unless a force acts on a joint, on a body, or between two bodies, as its kind does."""
     if not getattr(force, place):
         other = "body" if place == "joint" else "joint"
         raise SceneError(f"{force.type!r} acts on a {place}: name it in place of the {other}", key=f"{key}.{other}")
+    if pair != bool(force.other_body):
+        message = f"{force.type!r} acts " + ("between two bodies: name the other one" if pair else "on one thing only")
+        raise SceneError(message, key=f"{key}.other_body")
+    if pair and force.body == force.other_body:
+        raise SceneError(f"{force.type!r} acts between two bodies, not from one to itself", key=f"{key}.other_body")
 
 
 def check_values(struct: Any, given: Mapping[str, Number], key: str) -> None:
