@@ -16,11 +16,14 @@ from warpmuscle.optimization.optimize import optimize
 from warpmuscle.report import before_after
 from warpmuscle.report.before_after import Walked, before_and_after, is_to_walk, lines, page, rows, watch
 from warpmuscle.scene.parameters import start_values
+from warpmuscle.studies import judge
 
 
 @pytest.fixture(autouse=True)
 def short_runs(monkeypatch):
-    monkeypatch.setattr(before_after, "RUNS", 3)
+    monkeypatch.setattr(judge, "RUNS", 3)
+    monkeypatch.setattr(judge, "SHORT", 4.0)
+    monkeypatch.setattr(judge, "SLOPE", 0.0)  # the original walk falls on slopes
     monkeypatch.setattr(before_after, "LASTING", 4.0)
 
 
@@ -28,7 +31,9 @@ def short_runs(monkeypatch):
 def walks() -> tuple[Walked, Walked]:
     """A character that has no gains, and the original walk."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(before_after, "RUNS", 3)
+        patch.setattr(judge, "RUNS", 3)
+        patch.setattr(judge, "SHORT", 4.0)
+        patch.setattr(judge, "SLOPE", 0.0)
         patch.setattr(before_after, "LASTING", 4.0)
         return watch(limp(), device="cpu"), watch(plain_walk(), device="cpu")
 
@@ -48,8 +53,14 @@ def test_table_says_what_was_measured(walks):
     assert not any(name.startswith("cost of transport") for name in found)  # it has no muscles
     told = lines(*walks)
     assert told[0].split() == ["before", "after", "people"]
-    assert len(told) == len(found) + 1
-    assert re.search(r"falls of 3 runs with noise of 0\.1 m/s +3 +0", "\n".join(told).replace("20", "3"))
+    assert len(told) == len(found) + 2
+    assert re.search(r"falls of 3 disturbed runs +3 +0", "\n".join(told))
+    assert told[-1].startswith("disturbed: ")
+
+
+def test_falls_are_those_of_the_judge(walks):
+    for walk in walks:
+        assert walk.falls == 3 - judge.disturbed_upright(walk.scene, device="cpu")
 
 
 def test_page_is_whole_and_has_both_walks_and_what_made_it(walks):

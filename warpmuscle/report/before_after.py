@@ -20,13 +20,12 @@ from warpmuscle.scene import Scene
 from warpmuscle.scene.accounting import accounting
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.simulation.multi_device import make_rollout
-from warpmuscle.studies.robustness import upright
+from warpmuscle.studies import judge
 from warpmuscle.view.page import iframe, replay_html
 
-RUNS, NOISE, LASTING = 20, 0.1, 10.0  # disturbed runs, m/s of noise at their start, s of each
+LASTING = 10.0  # s, of the walk that is measured
 RATE = 200.0  # frames/s, for what happens when a foot lands
 WALKED = "walks on its own"
-FALLS = f"falls of {RUNS} runs with noise of {NOISE:g} m/s"
 # Decimals of the measures that are told.
 MEASURES = {
     "speed": 2,
@@ -51,12 +50,12 @@ class Walked:
     scene: Scene  # without free parameters
     motion: Recording
     status: Status
-    falls: int  # of `RUNS`
+    falls: int  # of the disturbed runs of a judgement
     measures: Measures  # none of a motion without whole gait cycles
 
 
 def watch(scene: Scene, *, device: str | None = None, threads: int | None = None) -> Walked:
-    """Let a scene without free parameters walk, once undisturbed and `RUNS` times with noise at the start."""
+    """Let a scene without free parameters walk, once undisturbed and as often disturbed as it is judged."""
     lasting = msgspec.structs.replace(scene, duration=LASTING)
     rollout = make_rollout(lasting, 1, device, record=[0], record_rate=RATE, threads=threads)
     rollout.run()
@@ -65,7 +64,7 @@ def watch(scene: Scene, *, device: str | None = None, threads: int | None = None
         measures = gait_measures(motion, scene)
     except Error:
         measures = {}
-    falls = RUNS - upright(scene, RUNS, NOISE, LASTING, device=device, threads=threads)
+    falls = judge.RUNS - judge.disturbed_upright(scene, device=device, threads=threads)
     return Walked(scene, motion, status, falls, measures)
 
 
@@ -89,7 +88,7 @@ def rows(before: Walked, after: Walked) -> list[tuple[str, str, str, str]]:
     """What the table says, a row a measure: its name, before, after, people's; empty where there is no number."""
     found = [
         (WALKED, _how_long(before), _how_long(after), ""),
-        (FALLS, str(before.falls), str(after.falls), ""),
+        (f"falls of {judge.RUNS} disturbed runs", str(before.falls), str(after.falls), ""),
     ]
     for name, decimals in MEASURES.items():
         first, last = (walk.measures.get(name) for walk in (before, after))
@@ -101,7 +100,7 @@ def rows(before: Walked, after: Walked) -> list[tuple[str, str, str, str]]:
 def lines(before: Walked, after: Walked) -> list[str]:
     """The table as plain text, and how its energy is counted."""
     table = [("", "before", "after", "people"), *rows(before, after)]
-    return [*aligned(table), *_counted(after)]
+    return [*aligned(table), *_notes(after)]
 
 
 def page(before: Walked, after: Walked, command: str = "") -> str:
@@ -112,7 +111,7 @@ def page(before: Walked, after: Walked, command: str = "") -> str:
     )
     head = "".join(f"<th>{name}</th>" for name in ("", "before", "after", "people"))
     body = "\n".join(f"<tr><td>{html.escape(name)}</td>{_cells(cells)}</tr>" for name, *cells in rows(before, after))
-    notes = "".join(f"<p>{html.escape(line)}</p>\n" for line in [*_counted(after), *([command] if command else [])])
+    notes = "".join(f"<p>{html.escape(line)}</p>\n" for line in [*_notes(after), *([command] if command else [])])
     return (
         f'<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n<title>{title}</title>\n'
         f"<style>{_STYLE}</style>\n</head>\n<body>\n<h1>{title}</h1>\n{iframe(replay, _HEIGHT)}\n"
@@ -133,7 +132,10 @@ def _cells(cells: Sequence[str]) -> str:
     return "".join(f'<td class="number">{html.escape(cell)}</td>' for cell in cells)
 
 
-def _counted(walk: Walked) -> list[str]:
-    """How metabolic energy is counted, if it is told."""
+def _notes(walk: Walked) -> list[str]:
+    """What disturbs runs, and how metabolic energy is counted, if it is told."""
+    notes = [f"disturbed: {judge.DISTURBED}"]
     words = accounting(walk.scene, walk.motion.muscle_names)
-    return [f"cost of transport by {words}"] if words and walk.measures.get("cost of transport") is not None else []
+    if words and walk.measures.get("cost of transport") is not None:
+        notes.append(f"cost of transport by {words}")
+    return notes

@@ -28,6 +28,10 @@ from warpmuscle.studies.robustness import IMPULSES, push_trials
 
 LONG, SHORT, COMMANDED = 60.0, 10.0, 30.0  # s, of the run that is measured, of disturbed ones, of those at a command
 RUNS, NOISE, MASS, SLOPE, SEED = 20, 0.1, 0.1, float(np.radians(3.0)), 3  # of disturbed runs: m/s, part, rad
+DISTURBED = (
+    f"{SHORT:g} s, {NOISE:g} m/s of noise at the start, masses of bodies +-{100.0 * MASS:g} %, "
+    f"slopes of +-{np.degrees(SLOPE):.0f} degrees"
+)
 PUSHES = 20  # of each impulse
 RATE = 200.0  # frames/s
 SPEEDS = 7  # commanded, evenly over the range
