@@ -15,7 +15,6 @@ class Term(NamedTuple):
     unit: str
     description: str
     scope: Scope  # what its function is of; batch: the host makes it from other sums, see `model.objective.term_values`
-    weight: float = 0.0  # by default
     follows_cycles: bool = False  # asks where feet are in their gait cycles
     models: tuple[str, ...] = ()  # it has a function for each of these, of which the scene chooses one
 
@@ -27,7 +26,7 @@ class Term(NamedTuple):
 
 _TERMS = (
     # Bergmann 2017, section 6
-    Term("torque", "N m s", "feedback torque, summed over joints and time", "batch", weight=1.0),
+    Term("torque", "N m s", "feedback torque, summed over joints and time", "batch"),
     Term("fall", "s", "time missed by falling or failing otherwise", "batch"),
     Term("applied_torque", "N m s", "torque that drives the joints, summed over joints and time", "body"),
     Term("effort_squared", "s", "activation squared, summed over muscles and time", "muscle"),

@@ -15,6 +15,7 @@ from warpmuscle.scene import (
     Feedback,
     Joint,
     Muscle,
+    Objective,
     Scene,
     Sphere,
     State,
@@ -38,6 +39,7 @@ def sound_scene() -> Scene:
     trajectory = Trajectory([component], strength=Curve([0.0], [1.0]))
     return Scene(
         name="small",
+        objective=Objective(torque=1.0),
         character=Character(
             root="pelvis",
             bodies={

@@ -245,9 +245,9 @@ def default(field: Any) -> str:
 
 def objective() -> str:
     """The terms of the objective."""
-    rows = [(f"`{t.name}`", t.unit, t.description, f"{t.weight:g}" if t.weight else "") for t in TERMS.values()]
+    rows = [(f"`{t.name}`", t.unit, t.description) for t in TERMS.values()]
     text = (Path(__file__).parents[1] / "docs" / "reference" / "objective.md.in").read_text()
-    return text.replace("@TERMS@", table(("term", "unit", "what it adds up", "weight by default"), rows))
+    return text.replace("@TERMS@", table(("term", "unit", "what it adds up"), rows))
 
 
 def sizes() -> str:

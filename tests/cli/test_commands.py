@@ -231,7 +231,7 @@ def test_code_that_a_scene_names_runs_only_if_trusted(tmp_path):
         "def height(instance: int, model: Model, state: State, work: Scratch) -> float:\n"
         "    return work.center[0][1]\n"
     )
-    text = toml.dumps(load("fwalk")) + '\n[objective]\ncustom = { "tricks:height" = 1.0 }\n'
+    text = toml.dumps(load("fwalk")).replace("[objective]\n", '[objective]\ncustom = { "tricks:height" = 1.0 }\n')
     (tmp_path / "mine.toml").write_text(text)
     arguments = ("simulate", "mine.toml", "--duration", 0.01, "--device", "cpu")
     refused = run(*arguments, folder=tmp_path)

@@ -6,6 +6,7 @@ import resource
 from pathlib import Path
 
 import h5py
+import msgspec
 import numpy as np
 import pytest
 
@@ -13,6 +14,7 @@ from biped import random_recording
 from same_values import assert_same
 from warpmuscle.core.errors import ResultError
 from warpmuscle.core.status import Status
+from warpmuscle.formats import load, toml
 from warpmuscle.results.journal import Journal
 from warpmuscle.results.recording import QUANTITIES
 from warpmuscle.results.records import (
@@ -27,6 +29,7 @@ from warpmuscle.results.records import (
     Staged,
 )
 from warpmuscle.results.result import read, write
+from warpmuscle.scene import Objective
 
 
 def full_result(evaluations: int = 300) -> Result:
@@ -97,7 +100,7 @@ def test_candidates_take_less_than_100_bytes_beside_their_parameters(tmp_path: P
 def test_file_tells_foreign_readers_what_it_holds(tmp_path: Path):
     write(tmp_path / "a.h5", full_result())
     with h5py.File(tmp_path / "a.h5") as file:
-        assert (file.attrs["format"], file.attrs["format_version"], file.attrs["seed"]) == ("warpmuscle", 1, 42)
+        assert (file.attrs["format"], file.attrs["format_version"], file.attrs["seed"]) == ("warpmuscle", 2, 42)
         for name in ("warpmuscle", "warp", "numpy", "h5py", "python"):
             assert file.attrs[f"{name}_version"][0].isdigit()
         assert file["scene"].asstr()[()] == 'name = "größe"\n'
@@ -225,9 +228,22 @@ def test_files_and_journals_of_before_there_were_stages_are_read(tmp_path: Path)
 def test_newer_format_is_refused(tmp_path: Path):
     write(tmp_path / "a.h5", plain_result())
     with h5py.File(tmp_path / "a.h5", "a") as file:
-        file.attrs["format_version"] = 2
-    with pytest.raises(ResultError, match="format version 2 is newer than 1"):
+        file.attrs["format_version"] = 3
+    with pytest.raises(ResultError, match="format version 3 is newer than 2"):
         read(tmp_path / "a.h5")
+
+
+@pytest.mark.parametrize(
+    ("objective", "meant"),
+    [({}, {"torque": 1.0}), ({"speed": 2.0}, {"torque": 1.0, "speed": 2.0}), ({"torque": 0.5}, {"torque": 0.5})],
+)
+def test_torque_weighs_in_files_of_the_first_version_what_it_did_then(tmp_path: Path, objective, meant):
+    scene = msgspec.structs.replace(load("fwalk"), objective=Objective(**objective))
+    write(tmp_path / "a.h5", dataclasses.replace(plain_result(), scene=toml.dumps(scene)))
+    assert toml.loads(read(tmp_path / "a.h5").scene).objective == Objective(**objective)
+    with h5py.File(tmp_path / "a.h5", "a") as file:
+        file.attrs["format_version"] = 1
+    assert toml.loads(read(tmp_path / "a.h5").scene).objective == Objective(**meant)
 
 
 def test_damaged_files_are_refused(tmp_path: Path):

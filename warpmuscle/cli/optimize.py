@@ -104,6 +104,14 @@ def optimize(
     elif sources:
         start_driver(device)
         scene = changed(load_scene(sources, settings=settings), duration, time_step, None)
+        from warpmuscle.optimization.usual_objective import weighs_nothing, with_usual_objective
+
+        if weighs_nothing(scene):
+            scene = with_usual_objective(scene)
+            log.print(
+                f"{scene.name} weighs no term: the search is for a gait at {scene.objective.target_speed:g} m/s with "
+                "little effort, see docs/reference/objective.md"
+            )
         count = candidates or (None if limit is not None and not scene.stages else USUAL * searches)
         from warpmuscle.core.names import file_name
 

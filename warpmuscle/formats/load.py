@@ -9,6 +9,8 @@ from importlib import resources
 from os import PathLike
 from pathlib import Path, PurePosixPath
 
+import msgspec
+
 from warpmuscle.core.arguments import as_kind, as_path, as_truth, in_words
 from warpmuscle.core.errors import SceneError
 from warpmuscle.formats import rbs, rs, sbc, toml
@@ -202,6 +204,8 @@ def _bodies(paths: Sequence[Path], keyword_rule: bool, notes: Notes) -> tuple[Sc
             if scene is not None:
                 raise SceneError(f"a scene has one character, but {character_file} has one, too", file=path)
             scene = Scene(name=path.stem, character=contents.character, initial_state=contents.initial)
+            # What gaits of these files are searched for in Bergmann 2017.
+            scene.objective = msgspec.structs.replace(scene.objective, torque=1.0)
             character_file = path
             if keyword_rule and contents.driven:
                 scene.actuation = {

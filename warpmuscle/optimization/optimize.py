@@ -22,6 +22,7 @@ from warpmuscle.optimization.options import (
 from warpmuscle.optimization.progress import Tracker
 from warpmuscle.optimization.run import finished, make_player, make_search_loop, run_on_disk
 from warpmuscle.optimization.stages import plan
+from warpmuscle.optimization.usual_objective import with_usual_objective
 from warpmuscle.results.checkpoint import Checkpoint
 from warpmuscle.results.records import (
     ANY_NUMBER,
@@ -55,7 +56,8 @@ def optimize(
 ) -> Result:
     """Search for the values of the scene's free parameters that have the least cost.
 
-    The first generation has the scene as it is among its candidates. A KeyboardInterrupt ends the search; what was
+    A scene that weighs no term is asked for a gait at its speed and little effort, see `usual_objective`. The first
+    generation has the scene as it is among its candidates. A KeyboardInterrupt ends the search; what was
     evaluated by then is returned. The result depends on neither threads nor the size of batches.
 
     A scene with stages is searched stage by stage, each from the best candidate of the one before. Costs of different
@@ -83,10 +85,10 @@ def optimize(
         trust: let code run that the scene names; not needed where `load` was told so.
 
     Raises:
-        Error: the scene has no free parameters, or one that nothing uses, an option is impossible, the output cannot
-            be written, or the search was interrupted before any candidate had ended.
+        Error: the scene has no free parameters, or one that nothing uses, it weighs nothing and has no feet, an option
+            is impossible, the output cannot be written, or the search was interrupted before any candidate had ended.
     """
-    scene = scene_of(scene, trust=trust)
+    scene = with_usual_objective(scene_of(scene, trust=trust))
     strategy = usual_strategy(scene) if search is None else search
     options = Options(strategy, searches, population, sigma, restarts)
     seed = as_whole(seed, "seed", 0, GREATEST_SEED)

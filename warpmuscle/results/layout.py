@@ -16,7 +16,7 @@ from warpmuscle.results.recording import INTEGER_QUANTITIES, NAMED, QUANTITIES, 
 from warpmuscle.results.records import Best, Evaluations, Options, ParameterTable, Result, Searched
 
 FORMAT = "warpmuscle"
-FORMAT_VERSION = 1
+FORMAT_VERSION = 2
 _COMPRESS_FROM = 4096  # bytes; smaller arrays are stored as they are
 HISTORY = {
     "generation": "number of the generation",

@@ -33,6 +33,7 @@ from __future__ import annotations
 
 import contextlib
 import io
+import tomllib
 from collections.abc import Iterator
 from dataclasses import fields
 from pathlib import Path
@@ -175,12 +176,20 @@ def _check_format(path: Path, file: Any) -> None:
         )
 
 
+def _scene_of(text: str, version: int) -> str:
+    """The text of a scene; before version 2 the feedback torque weighed 1 where nothing was said of it."""
+    if version >= 2 or not text or "torque" in tomllib.loads(text).get("objective", {}):
+        return text
+    head = "\n[objective]\n"
+    return text.replace(head, f"{head}torque = 1\n", 1) if head in text else f"{text}{head}torque = 1\n"
+
+
 def load(file: Any) -> Result:
     """The content of an open file; raises KeyError or ValueError where it is incomplete."""
     groups = file.get("replay", {})
     names = tuple(str(groups[str(number)].attrs.get("name", "")) for number in range(len(groups)))
     return Result(
-        scene=hdf5.text(file["scene"]),
+        scene=_scene_of(hdf5.text(file["scene"]), int(file.file.attrs.get("format_version", FORMAT_VERSION))),
         device=str(hdf5.attribute(file, "device")),
         command=str(hdf5.attribute(file, "command")),
         seed=int(hdf5.attribute(file, "seed")),

@@ -240,12 +240,13 @@ if TYPE_CHECKING:
 
 else:
     _Weights = msgspec.defstruct(
-        "_Weights", [(t.name, Annotated[Number, "1"], t.weight) for t in TERMS.values()], bases=(Part,)
+        "_Weights", [(t.name, Annotated[Number, "1"], 0.0) for t in TERMS.values()], bases=(Part,)
     )
 
 
 class Objective(_Weights):
-    """What a search minimises: the weighted sum of terms. It has a weight of the name of each term of `TERMS`.
+    """What a search minimises: the weighted sum of terms. It has a weight of the name of each term of `TERMS`, 0 if not
+    given; where a scene weighs nothing at all, see `optimization.usual_objective`.
 
     Squared errors and efforts are summed over time. The cost of an instance is at most the failure cost; one that
     fails costs that, and as much of it again as it missed of the time.
