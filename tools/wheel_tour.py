@@ -37,9 +37,11 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("words", nargs="*", help="of names of pages")
     parser.add_argument("--extras", default=EXTRAS)
+    parser.add_argument("--python", type=Path, help="of an environment that has the wheel already")
     given = parser.parse_args()
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # shells have what they start with `&` ignore it
     with tempfile.TemporaryDirectory() as folder:
-        python = installed(Path(folder), given.extras)
+        python = given.python.absolute() if given.python else installed(Path(folder), given.extras)
         failed = []
         for page in PAGES:
             name = str(page.relative_to(ROOT))

@@ -256,17 +256,17 @@ def test_picture_shows_figure_ground_and_muscles(opened, tmp_path):
 
 def test_many_bipeds_are_drawn_whole_but_coarsely(browser, walk, tmp_path):
     path = tmp_path / "many.html"
-    path.write_text(page_of_sights([walk] * 64).text)
+    path.write_text(page_of_sights([walk] * 16).text)
     page = browser.new_page(viewport={"width": 480, "height": 320}, offline=True)
     page.set_default_timeout(60_000)
     page.goto(path.as_uri())
     page.evaluate("warpmuscle.ready.then(() => { warpmuscle.play(false); warpmuscle.seek(0.3); })")
     now = drawn(page)
-    segments = len(walk.scene.character.muscles) * 64
-    assert now["bipeds"] == 64
+    segments = len(walk.scene.character.muscles) * 16
+    assert now["bipeds"] == 16
     assert now["counts"]["muscles"] >= segments
-    assert now["counts"]["flesh"] > 10 * 64
-    assert {now["counts"][layer] % 64 for layer in ("flesh", "bone", "shape", "muscles")} == {0}
+    assert now["counts"]["flesh"] > 10 * 16
+    assert {now["counts"][layer] % 16 for layer in ("flesh", "bone", "shape", "muscles")} == {0}
     shot = Image.open(io.BytesIO(page.locator("#scene").screenshot())).convert("RGB")
     page.close()
     colors = np.asarray(shot).reshape(-1, 3).astype(int)

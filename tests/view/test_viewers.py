@@ -26,7 +26,7 @@ wished: list[float] = []  # values of a control of others
 def opened(browser: Any, viewer: Viewer) -> Iterator[tuple[Any, Any]]:
     """The viewer, and a page that shows it."""
     viewer.start()
-    page = browser.new_page(viewport={"width": 800, "height": 600})
+    page = browser.new_page(viewport={"width": 640, "height": 420})
     page.set_default_timeout(1000.0 * PATIENCE)
     problems: list[str] = []
     page.on("pageerror", lambda error: problems.append(str(error)))

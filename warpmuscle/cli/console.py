@@ -93,6 +93,12 @@ def tell_of_compiling(what: str) -> Callable[[], None]:
     return lambda: working.update(before)
 
 
+def suggest(what: str) -> None:
+    """Say on a terminal what may be done next."""
+    if log.is_terminal:
+        log.print(f"next: {what}", style="dim")
+
+
 INTERRUPTED = 130  # exit code after Ctrl-C where there is nothing to keep
 
 

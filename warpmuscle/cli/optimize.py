@@ -24,7 +24,7 @@ from warpmuscle.cli.common import (
     start_warp,
     writable,
 )
-from warpmuscle.cli.console import log, out, print_gait, print_warnings
+from warpmuscle.cli.console import log, out, print_gait, print_warnings, suggest
 from warpmuscle.cli.progress_bar import ProgressBar
 from warpmuscle.core.errors import Error
 from warpmuscle.simulation.cuda_warmup import start_driver
@@ -131,6 +131,7 @@ def optimize(
     _print_result(result, bar, scene)
     out.print(f"wrote {output}")
     _show_walks(result, output, device, threads)
+    suggest(f"`warpmuscle report {output}` says what it found")
 
 
 def _print_result(result: Result, bar: ProgressBar, begun: Scene | None) -> None:

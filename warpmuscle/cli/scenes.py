@@ -20,7 +20,7 @@ from warpmuscle.cli.common import (
     start_warp,
     writable,
 )
-from warpmuscle.cli.console import log, marked, out, print_ignored
+from warpmuscle.cli.console import log, marked, out, print_ignored, suggest
 
 if TYPE_CHECKING:
     from warpmuscle.scene import Scene
@@ -169,6 +169,9 @@ def convert(
     three = (".rbs", ".sbc", ".rs")
     files = [output.with_suffix(suffix) for suffix in three] if output.suffix in three else [output]
     out.print(f"wrote {', '.join(map(str, files))}")
+    if output.suffix == ".toml":
+        idle = " with its muscles at rest; `excitation` moves them" if scene.controller is None else ""
+        suggest(f"`warpmuscle simulate {output} -o {output.stem}.h5` runs it{idle}")
 
 
 def _print_muscles(scene: Scene) -> None:

@@ -23,7 +23,7 @@ from warpmuscle.cli.common import (
     start_warp,
     writable,
 )
-from warpmuscle.cli.console import log, out, print_gait
+from warpmuscle.cli.console import log, out, print_gait, suggest
 from warpmuscle.simulation.cuda_warmup import start_driver
 
 if TYPE_CHECKING:
@@ -79,6 +79,7 @@ def simulate(
         table = parameter_table(parameters)
         write(output, Result(toml.dumps(scene), where, command_line(), 0, table, replays=(recording,)))
         out.print(f"wrote {output}")
+        suggest(f"`warpmuscle view {output}` shows it")
     if plot is not None:
         from warpmuscle.plots.stick_figures import stick_figures
 

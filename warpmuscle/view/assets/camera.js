@@ -2,7 +2,9 @@
 
 const OPENING = 0.55; // rad, from the lower to the upper edge of the picture
 const ANGLES = { side: [-Math.PI / 2, 0.05], front: [0, 0.05], back: [Math.PI, 0.05], top: [-Math.PI / 2, 1.5], oblique: [-0.95, 0.16] };
-const ROOM = [1.15, 1.22]; // factors of what is fitted, across and up, where there are controls over the picture
+// Of pictures and of narrow ones, where controls and title lie over them: factors of what is fitted, across and up, and
+// how far it is below the middle.
+const ROOM = { wide: [1.15, 1.22, 0.07], narrow: [1.15, 1.5, 0.2] }, NARROW = 500; // px
 const WHEEL_CALM = 250; // ms after which the wheel is at rest
 
 class Camera {
@@ -86,12 +88,12 @@ class Camera {
       const along = reach(axis);
       return add(sum, times(axis, (Math.min(...along) + Math.max(...along)) / 2));
     }, [0, 0, 0]);
-    const steep = Math.tan(OPENING / 2);
+    const steep = Math.tan(OPENING / 2), [across, tall, below] = this.canvas.clientWidth < NARROW ? ROOM.narrow : ROOM.wide;
     this.distance = Math.max(0.3, ...points.map((p) => {
-      const away = minus(p, center), x = ROOM[0] * Math.abs(dot(away, right)), y = ROOM[1] * Math.abs(dot(away, up));
+      const away = minus(p, center), x = across * Math.abs(dot(away, right)), y = tall * Math.abs(dot(away, up));
       return dot(away, back) + Math.max(x / (steep * aspect), y / steep);
     }));
-    center = add(center, times(up, 0.07 * this.distance * steep)); // below the title
+    center = add(center, times(up, below * this.distance * steep));
     this.pan = minus(center, middle);
     this.touched = false;
     this.target = middle;
