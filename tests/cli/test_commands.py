@@ -161,13 +161,21 @@ def test_interrupt_keeps_what_was_evaluated_and_says_how_much(tmp_path):
     with subprocess.Popen(
         command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, preexec_fn=accept_interrupts
     ) as process:
-        time.sleep(8.0)
+        wait_until_it_grows(tmp_path / "part.h5.journal", process)
         process.send_signal(signal.SIGINT)
         shown, errors = process.communicate(timeout=60)
     assert process.returncode == 0, errors
     assert "of 100000 candidates" in shown
     with h5py.File(tmp_path / "part.h5") as file:
         assert 0 < len(file["evaluations/cost"]) < 100_000
+
+
+def wait_until_it_grows(journal: Path, process: subprocess.Popen) -> None:
+    """Wait until a search has begun its journal and added a generation to it."""
+    sizes: set[int] = set()
+    while len(sizes) < 2 and process.poll() is None:
+        time.sleep(0.1)
+        sizes |= {journal.stat().st_size} if journal.exists() else set()
 
 
 def accept_interrupts() -> None:

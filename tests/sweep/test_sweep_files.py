@@ -116,10 +116,10 @@ def wait_for_generations(folder: Path, more: int, process: subprocess.Popen) -> 
 def test_kill_at_any_moment_loses_nothing_and_the_same_command_goes_on(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "whole").mkdir()
-    small_sweep(tmp_path, candidates=100, duration=0.2)
-    small_sweep(tmp_path / "whole", candidates=100, duration=0.2)
+    small_sweep(tmp_path, candidates=60, duration=0.2)
+    small_sweep(tmp_path / "whole", candidates=60, duration=0.2)
     evaluated = 0
-    for more in (300, 500):
+    for more in (180, 300):
         with started(tmp_path) as process:
             seen = wait_for_generations(tmp_path, more, process)
             status = sweep_status("small.toml")
@@ -131,11 +131,11 @@ def test_kill_at_any_moment_loses_nothing_and_the_same_command_goes_on(tmp_path,
         assert "stopped; the same command goes on" in {status.word(run) for run in status.runs}
         assert status.evaluated >= seen > evaluated
         evaluated = status.evaluated
-    assert evaluated < 100 * RUNS
+    assert evaluated < 60 * RUNS
     with started(tmp_path) as process:
         out, errors = process.communicate(timeout=300)
     assert process.returncode == 0, errors
-    assert f"small: {RUNS} of {RUNS} runs done, {100 * RUNS} candidates; best: " in out
+    assert f"small: {RUNS} of {RUNS} runs done, {60 * RUNS} candidates; best: " in out
     assert not list((tmp_path / "small.sweep").glob("*.journal")) + list((tmp_path / "small.sweep").glob(".*.h5.*"))
     with started(tmp_path / "whole") as process:
         process.communicate(timeout=300)

@@ -18,10 +18,10 @@ if str(ROOT / "tools") not in sys.path:
 from fuzzing import judge, kinds, tables, values  # noqa: E402
 from fuzzing.texts import mutated  # noqa: E402
 
-CASES, SEED = 300, 1
+CASES, SEED = 80, 1
 
 
-def test_three_hundred_mutated_inputs_of_every_kind_give_a_result_or_one_line_of_error(tmp_path: Path):
+def test_mutated_inputs_of_all_kinds_give_a_result_or_one_line_of_error(tmp_path: Path):
     command = [sys.executable, str(ROOT / "tools/fuzz.py"), "--cases", str(CASES), "--seed", str(SEED)]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, errors="replace")
     assert done.returncode == 0, done.stdout + done.stderr[-2000:]
