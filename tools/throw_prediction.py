@@ -34,12 +34,12 @@ MARGIN = 0.12  # of that box, by which goals beyond it are
 MIDDLE = Goal(3.0, 0.5, angle=np.radians(25.0))
 UNITS = np.array([0.02, np.radians(1.0)])  # of a landing and of an angle
 PRICE = 3.0  # of a squared change of a signal from the middle's, against a squared error in its unit
-STEPS = 20  # of Gauss-Newton from one goal to the next, at most
-DAMPING = 30.0  # at its start: two outcomes of many signals curve strongly
+STEPS = 12  # of Gauss-Newton from one goal to the next, at most
+DAMPING = 1.0  # at its start: two outcomes of many signals curve strongly
 STEP = 5e-3  # of a change, in difference quotients: single precision spoils those of smaller ones
 TOLD = 0.3  # m/s, that count as much as the whole extent of the goals
 SMOOTHING = 1e-3
-STEADY = 1e-3  # relative gain of a step, below which it is enough
+STEADY = 1e-2  # relative gain of a step, below which it is enough
 
 
 @dataclass

@@ -28,12 +28,12 @@ from warpmuscle.throw.problem import (
     computed_excitation,
     computed_synergies,
     lacking,
+    motion_of,
     shortcoming,
     sparsest,
 )
 from warpmuscle.throw.published import as_published
 from warpmuscle.throw.report import write
-from warpmuscle.throw.scene_motion import motion_of
 from warpmuscle.throw.signals import computed_activation, to_activation, to_excitation
 from warpmuscle.throw.strength import missing_torque
 from warpmuscle.throw.synthesis import Thrower

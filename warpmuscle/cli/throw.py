@@ -57,7 +57,7 @@ def throw(
             "--number",
             "-n",
             min=1,
-            help="How many synergies to compute; else 5, or with many muscles two a joint and one.",
+            help="How many synergies to compute; else 5, or two a joint and one beyond three joints.",
         ),
     ] = None,
     numbers: Annotated[

@@ -3,12 +3,14 @@
 Stages: equations of motion (no simulation); parameters alone; signals alone, a few steps, every motion by itself; both
 together on the motions that parameters are fitted to; and signals alone on all motions. So those that are held out
 get their signals fitted to parameters that never saw them. Activation dynamics is inside the simulation all along.
+Motions that this loses, and all of arms of many joints, have their signals fitted window by window.
 """
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -21,12 +23,14 @@ from warpmuscle.throw.follow import Follower, Replay
 from warpmuscle.throw.least_squares import Outcome, Prior, Unknowns, fit
 from warpmuscle.throw.metrics import Agreement
 from warpmuscle.throw.signals import to_activation
+from warpmuscle.throw.windows import FINE_STEP, by_windows
 
 FIDELITY = 1e-3
 LOOSER, TIGHTER = 0.1, 5.0  # times the price of leaving the extracted signals, where motions or signals miss a bar
 SIGNAL_STEP = 1e-3  # of difference quotients: wide enough for simulations in single precision
 PARAMETER_STEP = 1e-3
-HORIZON, SLOWLY = 1.0, 0.25  # s, by which it grows; for motions that were lost
+PLANAR = 3  # joints, beyond which signals are fitted by windows from the beginning
+HORIZON = 1.0  # s, by which it grows
 FINE = 0.2  # times the tolerance, of fits again
 ENOUGH = 0.9  # of the motions that parameters are fitted to, which must meet all bars
 DAMPED = 0.06  # of an interval: the size of a parameter's step in which damping is meant
@@ -107,6 +111,7 @@ class _Fitting:
         progress: Callable[[str], None],
     ) -> None:
         self._follower, self._settings, self._progress = follower, settings, progress
+        self._unstable = len(follower.arm.driven) > PLANAR
         self._training, self._all = training, np.arange(len(follower.motions))
         self._start = start
         self._extracted = follower.extracted
@@ -123,17 +128,26 @@ class _Fitting:
         outcome = self._fit(self._training, s.parameter_steps, own=False, shared=True, damping=1.0)
         self._shared = outcome.shared
         self._stage("parameters", outcome.simulations)
-        if s.common:
-            outcome = self._signals(self._training, s.early_steps)
-            both = self._fit(self._training, s.common_steps, own=True, shared=True, damping=0.1)
-            self._own[self._training], self._shared = both.own, both.shared
-            self._stage("parameters and signals", outcome.simulations + both.simulations)
-        simulations = self._signals(self._all, s.signal_steps).simulations
+        if self._unstable:
+            simulations = self._by_windows(self._training)
+            self._stage("signals of these", simulations)
+            simulations = self._by_windows(self._missed())
+        else:
+            if s.common:
+                simulations = self._signals(self._training, s.early_steps).simulations + self._both()
+                self._stage("parameters and signals", simulations)
+            simulations = self._signals(self._all, s.signal_steps).simulations + self._by_windows(self._missed())
         if s.common:
             simulations += self._together_again()
-        simulations += self._once_more(2 * s.signal_steps)
+        simulations += self._at_other_prices(2 * s.signal_steps)
         self._stage("signals", simulations)
         return Fitted(self._shared, self._own, self._replay, self._stages)
+
+    def _both(self, exact: bool = False) -> int:
+        """Fit parameters and signals together to the motions that parameters are fitted to."""
+        both = self._fit(self._training, self._settings.common_steps, own=True, shared=True, damping=0.1, exact=exact)
+        self._own[self._training], self._shared = both.own, both.shared
+        return both.simulations
 
     def _together_again(self) -> int:
         """Fit parameters and signals again where these parameters leave too many of their own motions behind.
@@ -144,57 +158,62 @@ class _Fitting:
         if np.mean(good[self._training]) >= ENOUGH:
             return 0
         before = (-good.sum(), self._costs(self._all).sum())
-        both = self._fit(self._training, self._settings.common_steps, own=True, shared=True, damping=0.1, exact=True)
-        self._own[self._training], self._shared = both.own, both.shared
-        outcome = self._signals(self._all, self._settings.signal_steps)
+        simulations = self._both(exact=True)
+        if not self._unstable:
+            simulations += self._signals(self._all, self._settings.signal_steps).simulations
+        simulations += self._by_windows(self._missed())
         if (-self._agreement().good().sum(), self._costs(self._all).sum()) >= before:
             self._own, self._shared = own, shared
-        return both.simulations + outcome.simulations
+        return simulations
 
-    def _once_more(self, steps: int) -> int:
-        """Fit signals again of motions that miss a bar; returns how many simulations that took.
+    def _missed(self) -> NDArray[np.intp]:
+        """Motions that miss a bar."""
+        return np.flatnonzero(~self._agreement().good())
 
-        First at another price of leaving the extracted signals, then from these on, over a horizon that grows slowly.
+    def _agreement(self) -> Agreement:
+        return self._follower.agreement(self._own, self._shared)[0]
+
+    def _at_other_prices(self, steps: int) -> int:
+        """Fit signals of motions that miss a bar at another price of leaving the extracted ones.
+
+        Returns how many simulations that took.
         """
         simulations = 0
         for price in (LOOSER, TIGHTER) if self._settings.adapt else ():
             a = self._agreement()
             followed = replace(a, correlation=np.ones(len(a.r2))).good()
             missed = np.flatnonzero(~followed if price < 1.0 else followed & ~a.good())
-            simulations += self._retry(missed, steps, price, self._own[missed])
-        missed = np.flatnonzero(~self._agreement().good())
-        return simulations + self._retry(missed, steps, 1.0, self._extracted[missed], SLOWLY)
+            if len(missed):
+                with self._kept_if_better(missed):
+                    simulations += self._signals(missed, steps, price, exact=True).simulations
+        return simulations
 
-    def _retry(self, which: NDArray[np.intp], steps: int, price: float, start: Floats, growth: float = HORIZON) -> int:
-        """Fit signals of some motions from others on, kept where more bars are met, or as many at a lower cost.
-
-        Args:
-            price: factor of that of leaving the extracted signals.
-        """
-        if not len(which):
-            return 0
+    @contextmanager
+    def _kept_if_better(self, which: NDArray[np.intp]) -> Iterator[None]:
+        """Keep what becomes of some motions' signals where more bars are met, or as many at a lower cost."""
         own, before, met = self._own.copy(), self._costs(which), self._agreement().met()[which]
-        self._own[which] = start
-        outcome = self._signals(which, steps, growth, price, exact=True)
+        yield
         now = self._agreement().met()[which]
         worse = which[(now < met) | ((now == met) & (self._costs(which) >= before))]
         self._own[worse] = own[worse]
-        return outcome.simulations
 
-    def _agreement(self) -> Agreement:
-        return self._follower.agreement(self._own, self._shared)[0]
+    def _by_windows(self, which: NDArray[np.intp]) -> int:
+        """Fit signals of some motions window by window, see `windows`; returns how many simulations that took."""
+        if not len(which):
+            return 0
+        with self._kept_if_better(which):
+            self._own[which], simulations = by_windows(self._follower, which, self._shared, self._distance())
+        return simulations
 
     def _costs(self, which: NDArray[np.intp]) -> Floats:
         """Sums of squared residuals of some motions."""
         shared = np.tile(self._shared, (len(which), 1))
         return np.asarray(np.sum(self._follower.residuals(which, self._own[which], shared) ** 2, axis=1))
 
-    def _signals(
-        self, which: NDArray[np.intp], steps: int, growth: float = HORIZON, price: float = 1.0, exact: bool = False
-    ) -> Outcome:
+    def _signals(self, which: NDArray[np.intp], steps: int, price: float = 1.0, exact: bool = False) -> Outcome:
         """Fit signals of some motions over a horizon that grows: what is late in a long motion hangs on all before."""
         end, simulations = self._follower.horizon, 0
-        for horizon in [*np.arange(growth, end - 0.5 * growth, growth).tolist(), end]:
+        for horizon in [*np.arange(HORIZON, end - 0.5 * HORIZON, HORIZON).tolist(), end]:
             self._follower.horizon = horizon
             outcome = self._fit(which, steps, own=True, shared=False, price=price, exact=exact)
             self._own[which] = outcome.own
@@ -204,8 +223,7 @@ class _Fitting:
     def again(self, own: Floats, shared: Floats) -> tuple[Floats, Floats]:
         """Signals (n, size) and parameters (P,) fitted from others on."""
         self._own, self._shared, self._start = own.copy(), shared, shared
-        both = self._fit(self._training, self._settings.common_steps, own=True, shared=True, damping=0.1)
-        self._own[self._training], self._shared = both.own, both.shared
+        self._both()
         return self._signals(self._all, self._settings.signal_steps).own, self._shared
 
     def _equations(self) -> None:
@@ -245,8 +263,8 @@ class _Fitting:
         )
         size = follower.size
         signals = Unknowns(
-            self._own[which], np.zeros(size), np.ones(size), SIGNAL_STEP, None,
-            [Prior(price * s.fidelity * np.eye(size) + self._smoothness(), self._extracted[which])], own,
+            self._own[which], np.zeros(size), np.ones(size), FINE_STEP if exact else SIGNAL_STEP, None,
+            [Prior(self._distance(price), self._extracted[which])], own,
         )  # fmt: skip
         count = len(self._shared)
         prior = Prior(s.prior * np.eye(count), self._start)
@@ -269,12 +287,13 @@ class _Fitting:
             enough=None if shared or price > 1.0 else follower.followed,
         )  # fmt: skip
 
-    def _smoothness(self) -> Floats:
-        """Sum of squared second differences at the knots, (size, size)."""
+    def _distance(self, price: float = 1.0) -> Floats:
+        """Price (size, size) of signals' squared distance from the extracted ones, and of second differences of it."""
         second = np.diff(np.eye(len(self._follower.knots)), 2, axis=0)
         block = self._settings.smoothness * second.T @ second
         at_knots = np.kron(np.eye(self._follower.synergies.count), block)
-        return np.asarray(np.pad(at_knots, (0, self._follower.size - len(at_knots))), dtype=np.float64)
+        smooth = np.pad(at_knots, (0, self._follower.size - len(at_knots)))
+        return np.asarray(price * self._settings.fidelity * np.eye(self._follower.size) + smooth, dtype=np.float64)
 
     def _stage(self, name: str, simulations: int) -> None:
         agreement, self._replay = self._follower.agreement(self._own, self._shared)

@@ -89,27 +89,30 @@ class Follower:
         """Activations (B, M) at t = 0 by signals (B, size)."""
         return self.synergies.excitation(own[:, -self.synergies.count :])
 
-    def replay(self, which: NDArray[np.intp], own: Floats, shared: Floats, rough: bool = False) -> Replay:
+    def replay(
+        self, which: NDArray[np.intp], own: Floats, shared: Floats, rough: bool = False, until: float | None = None
+    ) -> Replay:
         """Copies (B,) of motions under signals (B, size), with parameters (B, P) or (P,) as `Arm.unknowns`.
 
-        Rough ones take longer time steps: good enough for derivatives.
+        Rough ones take longer time steps: good enough for derivatives. What comes after `until`, s, is not there.
         """
         simulator = self.rough_simulator if rough else self.simulator
         values = self.arm.values(shared)
         if values.ndim == 2 and np.all(values == values[0]):
             values = values[0]
-        angle, speed = simulator.run(which, self.knots.time, self.excitation(own), values, self.start(own))
+        angle, speed = simulator.run(which, self.knots.time, self.excitation(own), values, self.start(own), until=until)
         return Replay(angle, speed)
 
     def residuals(self, which: NDArray[np.intp], own: Floats, shared: Floats, rough: bool = False) -> Floats:
-        """(B, R); their squares sum up to 1 - r2 of all angles, and a part of that of velocities."""
-        replay = self.replay(which, own, shared, rough)
+        """(B, R); their squares sum up to 1 - r2 of all angles, and a part of that of velocities, up to the horizon."""
+        samples = slice(1, int(np.sum(self.motions.time <= self.horizon + 1e-9)))
+        until = self.horizon if samples.stop < len(self.motions.time) else None
+        replay = self.replay(which, own, shared, rough, until)
         parts = []
         for order, simulated in ((0, replay.angle), (1, replay.speed)):
-            recorded = self.motions.angles[order][which][:, 1:, self.arm.free]
-            counted = (self.motions.time[1:] <= self.horizon + 1e-9)[:, None]
-            error = counted * np.clip(simulated[:, 1:, self.arm.free] - recorded, -FAR, FAR)
-            parts.append((error * self._weight[order][which]).reshape(len(which), -1))
+            recorded = self.motions.angles[order][which][:, samples, self.arm.free]
+            error = np.clip(simulated[:, samples, self.arm.free] - recorded, -FAR, FAR)
+            parts.append((error * self._weight[order][which][:, : samples.stop - 1]).reshape(len(which), -1))
         return np.concatenate(parts, axis=1)
 
     def followed(self, residuals: Floats) -> NDArray[np.bool_]:

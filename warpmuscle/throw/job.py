@@ -31,30 +31,30 @@ from warpmuscle.throw.problem import (
     factorized,
     lacking,
     mean_motion,
+    motion_of,
     notes,
     read_motions,
     usable,
 )
 from warpmuscle.throw.published import Published, as_published
 from warpmuscle.throw.report import write
-from warpmuscle.throw.scene_motion import motion_of
 from warpmuscle.throw.shared_synergies import SharedSynergies, share
 from warpmuscle.throw.signals import Knots, Synergies
 from warpmuscle.throw.strength import what_lacks
 from warpmuscle.throw.synthesis import Throw, Thrower, check_release
 
-USUAL = 5  # synergies (Cruz Ruiz 2015)
+USUAL, PLANAR = 5, 3  # synergies, for up to so many joints (Cruz Ruiz 2015)
 GROUPS = "throw_groups"  # scene whose muscles, as strong as whole groups, compute activations of the same muscles
 PRICES = (1e-3, 5e-3, 1e-2, 2e-2, 3e-2, 1e-1)
 
 
 def usual_count(arm: Arm) -> int:
-    """How many synergies are computed where nobody says: with many muscles, two a joint and one.
+    """How many synergies are computed where nobody says: five, or of many muscles over many joints two a joint and one.
 
-    Of 22 throws with 18 muscles over three joints, 5 synergies follow 3 with all bars met, 6 follow 21, and 7 all.
+    Of 22 throws with 18 muscles over three joints, 5 synergies follow all with all bars met, 4 follow 19.
     """
     muscles, joints = len(arm.acting), len(arm.driven)
-    return min(USUAL, muscles) if muscles <= ALONE * joints else min(2 * joints + 1, muscles)
+    return min(USUAL if joints <= PLANAR else 2 * joints + 1, muscles)
 
 
 @dataclass(frozen=True)
