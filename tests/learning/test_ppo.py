@@ -148,3 +148,12 @@ def test_options_are_checked_in_one_line():
         with pytest.raises(Error, match=message) as caught:
             options_of(parsed(texts))
         assert "\n" not in str(caught.value)
+
+
+def test_what_was_always_the_same_does_not_count_in_what_is_learnt():
+    learner = a_learner()
+    learner.networks.observed.variance.copy_(torch.tensor([2.0, 0.0]))
+    policy = learner.policy()
+    one, other = (actions_of(policy, np.array([[0.3, value]], dtype=np.float32)) for value in (0.0, 5.0))
+    np.testing.assert_allclose(one, other, atol=1e-6)
+    assert policy.deviation[0] == pytest.approx(np.sqrt(2.0), rel=1e-5)

@@ -9,7 +9,7 @@ from warpmuscle.formats import load
 from warpmuscle.learning.player import commanded, learned_in, replay, task_of
 
 
-@pytest.mark.parametrize("name", ["walk56_by_command", "walk56_pushed"])
+@pytest.mark.parametrize("name", ["walk56_by_command", "walk56_pushed", "walk56_like_people"])
 def test_a_shipped_policy_walks(name, tmp_path):
     write("policies", tmp_path)
     scene = msgspec.structs.replace(load(str(tmp_path / f"{name}.toml")), duration=2.0)
@@ -18,4 +18,4 @@ def test_a_shipped_policy_walks(name, tmp_path):
     recording, status = replay(learned.policy, scene, "cpu", msgspec.structs.replace(task, episode_time=2.0))
     assert status == Status.COMPLETED
     assert recording.com_velocity[:, 2].mean() == pytest.approx(1.2, abs=0.15)
-    assert (tmp_path / f"{name}.h5").stat().st_size < 300_000
+    assert (tmp_path / f"{name}.h5").stat().st_size < 350_000

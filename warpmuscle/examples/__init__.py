@@ -91,8 +91,10 @@ EXAMPLES = {
     "sweep": Example("a sweep over seeds, speeds and weakness", shipped("speeds.toml")),
     "learning": Example("an arm that learns to reach by its six muscles", shipped("reaching.toml")),
     "policies": Example(
-        "policies that walk on 56 muscles: by command, and on after pushes",
-        shipped(*(f"walk56_{name}" for name in ("by_command.toml", "by_command.h5", "pushed.toml", "pushed.h5"))),
+        "policies that walk on 56 muscles: by command, on after pushes, and like people",
+        shipped(
+            *(f"walk56_{name}.{end}" for name in ("by_command", "pushed", "like_people") for end in ("toml", "h5"))
+        ),
     ),
     "gait": Example("a recorded walk over the gait cycle, and a scene that tracks it", _gait),
     "model": Example("an arm as an OpenSim model, and a scene that excites its muscles", _model),

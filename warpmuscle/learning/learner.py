@@ -16,6 +16,8 @@ from warpmuscle.learning.options import PPOOptions
 from warpmuscle.learning.ppo import PPO
 from warpmuscle.results.learned import Layer, PolicyTable, Singles
 
+CONSTANT = 0.01  # of the small variance, below which an observation was the same all the time
+UNHEARD = 1e6  # deviation of what was always the same, such as the only speed: nobody learnt what else it would mean
 LEARNT = ("policy_loss", "value_loss", "divergence", "clipped", "learning_rate", "deviation")
 
 
@@ -148,7 +150,9 @@ class Learner:
         """The policy as it is now, for a result file."""
         networks = self.networks
         layers = [layer for layer in networks.policy if isinstance(layer, torch.nn.Linear)]
-        deviation = torch.sqrt(networks.observed.variance + SMALL_VARIANCE)
+        variance = networks.observed.variance
+        deviation = torch.sqrt(variance + SMALL_VARIANCE)
+        deviation[variance < CONSTANT * SMALL_VARIANCE] = UNHEARD
         return PolicyTable(
             self.env.observation_names, self.env.action_names,
             _array(networks.observed.mean), _array(deviation), WIDEST,
