@@ -15,6 +15,7 @@ from warpmuscle.gait.quality import gait_measures
 from warpmuscle.optimization.optimize import optimize
 from warpmuscle.report import before_after
 from warpmuscle.report.before_after import Walked, before_and_after, is_to_walk, lines, page, rows, watch
+from warpmuscle.scene import SearchStage
 from warpmuscle.scene.parameters import start_values
 from warpmuscle.studies import judge
 
@@ -77,10 +78,12 @@ def test_page_is_whole_and_has_both_walks_and_what_made_it(walks):
 def test_a_search_is_walked_with_its_first_and_its_best_numbers():
     scene = short_walk(0.2)
     scene.objective.norms = 1.0
+    scene.stages = [SearchStage("walk", failure={"leg_crossing": 0.1})]  # for the search alone
     result = optimize(scene, 4, device="cpu", search="random", population=4)
     before, after = before_and_after(result, device="cpu")
     gains = [[walk.scene.controller.pd[joint].kp for joint in ("lHip", "lKnee")] for walk in (before, after)]
     np.testing.assert_array_equal(gains, [start_values(scene), result.best.params])
+    assert [walk.scene.failure for walk in (before, after)] == [scene.failure] * 2
     assert is_to_walk(result)
 
 

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import msgspec
+import numpy as np
 
 from warpmuscle.core.errors import Error
 from warpmuscle.core.status import Status
@@ -77,10 +78,11 @@ def is_to_walk(result: Result) -> bool:
 
 
 def before_and_after(result: Result, *, device: str | None = None, threads: int | None = None) -> tuple[Walked, Walked]:
-    """The walk that a search began with, and its best one."""
+    """The walk that a search began with, and its best one: the scene as a whole, not as its last stage changes it."""
+    assert result.best is not None
     start = scene_in(result)
-    first = substitute(start, start_values(start))
-    before, after = (watch(scene, device=device, threads=threads) for scene in (first, recorded_scene(result)))
+    numbers = (start_values(start), np.asarray(result.best.params, dtype=np.float64))
+    before, after = (watch(substitute(start, values), device=device, threads=threads) for values in numbers)
     return before, after
 
 
