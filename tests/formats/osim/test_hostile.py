@@ -7,6 +7,7 @@ from random import Random
 import pytest
 from fuzzing.models import MODELS, mutated_model
 
+import osim_models as small
 from warpmuscle.core.errors import SceneError
 from warpmuscle.formats.lines import Notes
 from warpmuscle.formats.osim.build import load_model
@@ -19,6 +20,44 @@ def test_the_models_themselves_load(name: str, tmp_path: Path):
     notes = Notes()
     assert load_model(path, notes).character.muscles
     assert {note.text.split()[0] for note in notes.ignored} <= {"attached_geometry", "HuntCrossleyForce"}
+
+
+def polynomial(dimension: int, order: str) -> str:
+    """A muscle whose path is a polynomial of one coefficient."""
+    inner = f"<coefficients>1</coefficients><dimension>{dimension}</dimension><order>{order}</order>"
+    function = f"<MultivariatePolynomialFunction>{inner}</MultivariatePolynomialFunction>"
+    paths = " ".join(["/jointset/pin/q"] * dimension)
+    path = f"<coordinate_paths>{paths}</coordinate_paths><length_function>{function}</length_function>"
+    kind = "Millard2012EquilibriumMuscle"
+    return small.pendulum(forces=f'<{kind} name="m"><FunctionBasedPath>{path}</FunctionBasedPath></{kind}>')
+
+
+def spline(half_order: str, knots: int) -> str:
+    """A joint that turns by a spline."""
+    x, y = " ".join(map(str, range(knots))), " ".join(["0.1", "0.2"] * (knots // 2))
+    given = f'<GCVSpline name="f"><half_order>{half_order}</half_order><x>{x}</x><y>{y}</y></GCVSpline>'
+    axes = small.axes(rotation1=("q", "0 0 1", given))
+    return small.model(
+        small.body("rod"), small.joint("CustomJoint", "pin", "ground", "rod", small.coordinate("q"), axes)
+    )
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (polynomial(6, "20"), "1 coefficients for the 230230 terms"),
+        (polynomial(6, "100"), "an order of 0 to 20"),
+        (polynomial(1, "1000000000"), "an order of 0 to 20"),
+        (polynomial(1, "-5"), "an order of 0 to 20, not 1 and -5"),
+        (polynomial(3000, "0"), "1 to 10 dimensions"),
+        (spline("500", 3000), "must be from 1 to 4, is 500"),
+        (spline("-3", 4), "must be from 1 to 4, is -3"),
+    ],
+)
+def test_numbers_that_would_take_for_ever_are_refused_with_their_line(tmp_path: Path, text: str, message: str):
+    with pytest.raises(SceneError, match=message) as caught:
+        load_model(small.written(tmp_path, text), Notes())
+    assert caught.value.line > 0
 
 
 def test_500_mutated_models_load_or_are_refused_in_one_line(tmp_path: Path):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import itertools
+import math
 from collections import Counter
 from collections.abc import Iterable
 from typing import Any
@@ -202,10 +202,11 @@ class MuscleBuilder:
 
     def _polynomial(self, one: records.Muscle, path: records.PolynomialPath) -> PolynomialPath:
         """A polynomial in coordinates that are free; constant ones are put in."""
-        exponents = list(powers(path.dimension, path.order))
-        if len(exponents) != len(path.coefficients):
-            message = f"{len(path.coefficients)} coefficients for the {len(exponents)} terms of its dimension and order"
+        terms = math.comb(path.dimension + path.order, path.dimension)
+        if terms != len(path.coefficients):
+            message = f"{len(path.coefficients)} coefficients for the {terms:.6g} terms of its dimension and order"
             raise refused(self._model, path.line, f"muscle {one.name!r}: {message}")
+        exponents = list(powers(path.dimension, path.order))
         joints: list[str] = []
         values = np.ones(len(exponents))
         kept: list[int] = []
@@ -224,7 +225,12 @@ class MuscleBuilder:
 
 def powers(dimension: int, order: int) -> Iterable[tuple[int, ...]]:
     """Exponents of the terms of OpenSim's MultivariatePolynomialFunction in the order of its coefficients."""
-    return (row for row in itertools.product(range(order + 1), repeat=dimension) if sum(row) <= order)
+    if dimension == 0:
+        yield ()
+        return
+    for first in range(order + 1):
+        for rest in powers(dimension - 1, order - first):
+            yield (first, *rest)
 
 
 def _shape(one: records.Muscle, muscle: Muscle) -> None:

@@ -13,6 +13,7 @@ from warpmuscle.formats.osim.elements import Element
 from warpmuscle.scene import Displacement
 from warpmuscle.scene.joints.displacement import rates
 
+MOST_HALF_ORDER = 4  # of splines, whose degree is twice that less 1
 KNOTS = 401  # of a spline that stands for a function of a function, or for one of another degree
 
 
@@ -166,7 +167,11 @@ def _gcv(element: Element) -> Function:
         element_variance.fail("smooths, so that the spline misses its knots; only an error variance of 0 is known")
     knots = _knots(element, "natural")
     order = 3 if half is None else int(half.number())
-    if order <= 2 or len(knots.x) < 2 * order:
+    if half is not None and not 1 <= order <= MOST_HALF_ORDER:
+        half.fail(f"must be from 1 to {MOST_HALF_ORDER}, is {order}")
+    if order == 1:
+        return replace(knots, ends="linear")
+    if order == 2 or len(knots.x) < 2 * order:
         return knots
     from scipy.interpolate import make_interp_spline  # for which no model without such functions has to wait
 

@@ -40,6 +40,7 @@ SIZES: dict[str, tuple[tuple[str, int], ...]] = {  # of surfaces: elements, and 
     "WrapEllipsoid": (("dimensions", 3),),
     "WrapTorus": (("inner_radius", 1), ("outer_radius", 1)),
 }
+MOST_DIMENSIONS, MOST_POWERS = 10, 20  # of polynomials; OpenSim takes 6 dimensions
 NOT_MOVING = ("default_fiber_length", "default_normalized_tendon_force", "maximum_pennation_angle", "max_control",
     "min_control", "optimal_force", "tendon_compliance_dynamics_mode", "activation_dynamics_smoothing",
     "min_control")  # fmt: skip
@@ -154,6 +155,9 @@ def _polynomial(element: Element) -> PolynomialPath:
     if dimension is None or order is None or numbers is None:
         function.fail("needs <dimension>, <order> and <coefficients>")
     size, greatest = int(dimension.number()), int(order.number())
+    if not 0 < size <= MOST_DIMENSIONS or not 0 <= greatest <= MOST_POWERS:
+        message = f"a polynomial has 1 to {MOST_DIMENSIONS} dimensions and an order of 0 to {MOST_POWERS}"
+        function.fail(f"{message}, not {size} and {greatest}")
     if size != len(names):
         function.fail(f"has {size} dimensions for {len(names)} coordinates")
     return PolynomialPath(element.line, names, size, greatest, tuple(numbers.numbers()))
