@@ -192,9 +192,9 @@ def turns(scene: Scene, coordinate: str) -> bool:
     return coordinate in scene.character.joints and scene.character.joints[coordinate].type != "slide"
 
 
-def compare(file: Path, poses: int, seed: int, moves: int) -> dict[str, Any]:
+def compare(file: Path, poses: int, seed: int, moves: int, hard_points: bool) -> dict[str, Any]:
     """All measures of a model."""
-    scene, found = wm.load(file), numbers(file, poses, seed, moves)
+    scene, found = wm.load(file, hard_points=hard_points), numbers(file, poses, seed, moves)
     ours = Ours(scene, [str(name) for name in found.coordinates], [int(k) for k in found.independent])
     missing = sorted(set(found.muscles.tolist()) - set(ours.muscles))
     if missing:
@@ -230,6 +230,7 @@ def main(
     poses: Annotated[int, typer.Option(help="Random poses.")] = 1000,
     seed: Annotated[int, typer.Option(help="Of the poses.")] = 1,
     moves: Annotated[int, typer.Option(help="Moves of 0.1 degree.")] = 100_000,
+    hard_points: Annotated[bool, typer.Option("--hard-points", help="As of `warpmuscle convert`.")] = False,
     motion: Annotated[Path | None, typer.Option(help="Coordinates over time.")] = None,
     lengths: Annotated[Path | None, typer.Option(help="OpenSim's path lengths along it.")] = None,
     json_file: Annotated[Path | None, typer.Option("--json", help="File for all that was measured.")] = None,
@@ -242,7 +243,7 @@ def main(
             found = along(wm.load(model), motion, lengths)
             reports.append({"model": model.name, "poses": found.count, "seed": 0, "measures": [asdict(found)]})
         else:
-            reports.append(compare(model, poses, seed, moves))
+            reports.append(compare(model, poses, seed, moves, hard_points))
         show(reports[-1])
         if json_file is not None:
             json_file.write_text(json.dumps(reports, indent=1))
