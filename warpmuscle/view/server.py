@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import threading
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from http import HTTPStatus
 from importlib.metadata import version
 from typing import Any
@@ -134,7 +135,8 @@ class PageServer:
         """End it; the address answers no more."""
         if self._loop.is_closed():
             return
-        asyncio.run_coroutine_threadsafe(self._close(), self._loop).result(timeout=10.0)
+        with suppress(TimeoutError):  # its thread ends with the process anyway
+            asyncio.run_coroutine_threadsafe(self._close(), self._loop).result(timeout=10.0)
         self._end_loop()
 
     def _end_loop(self) -> None:
