@@ -1,16 +1,18 @@
 """Simulated seconds a second on one CPU core: ours, and OpenSim's forward simulation of the same model beside it.
 
-    python tools/bench_opensim.py gait2392_millard2012muscle.osim arm26.osim --seconds 0.2
+    python tools/bench_opensim.py gait2392_millard2012muscle.osim arm26.osim --seconds 0.2 --step 0.0005 --step 0.001
 
 Both start where the model says, with muscles in equilibrium and one constant excitation of all muscles; joint limits
 and ground of ours are off unless the model has them. OpenSim (`pip install opensim`) integrates with its default
-method and an accuracy of 1e-4, 1e-5 and whatever else is asked for, ours with the scene's time step, for many instances
-on one thread. Time is that of the processor, so that others who use it do not count. What both come to is compared in
-the joint that differs most.
+method and an accuracy of 1e-4, 1e-5 and whatever else is asked for, ours with the scene's time step or those given,
+for many instances on one thread. Time is that of the processor, so that others who use it do not count. What both come
+to is compared in the joint that differs most: OpenSim fits its steps to its accuracy, so choose ours by what they cost
+of it.
 """
 
 from __future__ import annotations
 
+import itertools
 import os
 import time
 from pathlib import Path
@@ -57,8 +59,8 @@ def theirs(model: Path, seconds: float, excitation: float, accuracy: float) -> t
     return spent, {coordinate.getName(): coordinate.getValue(end) for coordinate in every}
 
 
-def scene_of(model: Path, seconds: float, excitation: float) -> Scene:
-    """The scene with the same excitation of all its muscles, which nothing ends early."""
+def scene_of(model: Path, seconds: float, excitation: float, step: float) -> Scene:
+    """The scene with the same excitation of all its muscles, which nothing ends early; a step of 0 is the scene's."""
     scene = wm.load(model)
     muscles = {
         name: msgspec.structs.replace(muscle, excitation=Excitation([0.0], [excitation]))
@@ -68,7 +70,13 @@ def scene_of(model: Path, seconds: float, excitation: float) -> Scene:
     given = msgspec.structs.replace(scene.muscle_model, initial_activation=excitation)
     never = Failure(com_height=0.0, heading=0.0)
     return msgspec.structs.replace(
-        scene, character=character, duration=seconds, failure=never, muscle_model=given, actuation=scene.actuation
+        scene,
+        character=character,
+        duration=seconds,
+        failure=never,
+        muscle_model=given,
+        actuation=scene.actuation,
+        time_step=step or scene.time_step,
     )
 
 
@@ -91,14 +99,15 @@ def main(
     excitation: Annotated[float, typer.Option(help="Of all muscles.")] = 0.05,
     instances: Annotated[int, typer.Option(help="Of ours.")] = 16,
     accuracy: Annotated[list[float] | None, typer.Option(help="Of OpenSim's integrator.")] = None,
+    step: Annotated[list[float] | None, typer.Option(min=0, help="Ours, s; 0: the scene's.")] = None,
 ) -> None:
     """Measure."""
     os.environ["OMP_NUM_THREADS"] = "1"
     wp.config.log_level = wp.LOG_WARNING
     print("| model | ours, s/s | OpenSim's accuracy | OpenSim, s/s | ratio | farthest apart at the end |")
     print("|---|---|---|---|---|---|")
-    for model in models:
-        scene = scene_of(model, seconds, excitation)
+    for model, own_step in itertools.product(models, step or [0.0]):
+        scene = scene_of(model, seconds, excitation, own_step)
         spent, end, status = ours(scene, instances)
         rate = instances * seconds / spent
         for goal in accuracy or [1e-4, 1e-5]:
