@@ -83,14 +83,30 @@ def joint_projector(instance: int, body: int, weight: wp.vec3, model: ModelRef, 
     return hinge_projector(a, weight[0])
 
 
+@wp.func_native(
+    snippet="""
+auto total = wp::vec3();
+#if defined(__CUDA_ARCH__)
+#pragma unroll 8
+#endif
+for (int crossing = first; crossing < end; ++crossing)
+    total += *wp::address(arm, crossing) * *wp::address(force, *wp::address(muscle, crossing));
+return total;
+"""
+)
+def torque_of_forces(
+    first: int, end: int, arm: wp.array[wp.vec3], force: wp.array[float], muscle: wp.array[int]
+) -> wp.vec3: ...  # the sum of F r of some crossings in order, of which a GPU fetches several at once
+
+
 @wp.func
 def muscle_torque(instance: int, body: int, model: ModelRef, state: StateRef, work: ScratchRef) -> wp.vec3:
     """Torque of the muscles on a joint, world, N m: the sum of F r (Bergmann 2017, eq. 8 and 9)."""
-    total = wp.vec3(0.0)
-    for crossing in range(model.paths.crossing_start[body], model.paths.crossing_start[body + 1]):
-        muscle = model.paths.crossing_muscle[crossing]
-        total += state.muscles.moment_arm[instance, crossing] * state.muscles.force[instance, muscle]
-    return total
+    paths = model.paths
+    first = whole(paths.crossing_start[body])
+    end = paths.crossing_start[body + 1]
+    arms = state.muscles.moment_arm[whole(instance)]
+    return torque_of_forces(first, end, arms, state.muscles.force[whole(instance)], paths.crossing_muscle)
 
 
 @wp.func

@@ -10,7 +10,9 @@ from typing import Any, NamedTuple
 import warp as wp
 
 from warpmuscle.kernels.joint import hinge_rotation
-from warpmuscle.kernels.structs import FIRST_COORDINATE_JOINT, Couplings, ModelRef, at
+from warpmuscle.kernels.structs import FIRST_COORDINATE_JOINT, Couplings, CubicPiece, ModelRef, at
+
+AT_ONCE = 16  # pieces of a function whose starts are fetched without waiting for one another
 
 
 @wp.struct
@@ -64,17 +66,31 @@ def cubic_rates(c: wp.vec4, t: float) -> wp.vec3:
 
 
 @wp.func
-def displacement_rates(couplings: Couplings, instance: int, function: int, q: float) -> wp.vec3:
-    """Value, first and second derivative of one of the functions of a coupled joint."""
-    low = at(couplings.function, instance, function).first_piece
-    high = at(couplings.function, instance, function).end_piece
-    while high - low > 1:
-        middle = (low + high) / 2
-        if at(couplings.piece, instance, middle).start <= q:
+def piece_of(pieces: wp.array2d[CubicPiece], instance: int, first: int, end: int, q: float) -> int:
+    """The last of a function's pieces that starts at or before q, or the first one.
+
+    Of a few, all are asked at once: each fetch that waits for the one before takes the time of hundreds of operations.
+    """
+    low = int(first)
+    high = int(end)
+    while high - low > AT_ONCE:
+        middle = (low + high) // 2
+        if at(pieces, instance, middle).start <= q:
             low = middle
         else:
             high = middle
-    piece = at(couplings.piece, instance, low)
+    found = int(low)
+    for k in range(low + 1, high):
+        if at(pieces, instance, k).start <= q:
+            found += 1
+    return found
+
+
+@wp.func
+def displacement_rates(couplings: Couplings, instance: int, function: int, q: float) -> wp.vec3:
+    """Value, first and second derivative of one of the functions of a coupled joint."""
+    own = at(couplings.function, instance, function)
+    piece = at(couplings.piece, instance, piece_of(couplings.piece, instance, own.first_piece, own.end_piece, q))
     return cubic_rates(piece.c, q - piece.start)
 
 

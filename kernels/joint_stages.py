@@ -18,7 +18,6 @@ from warpmuscle.kernels.dynamics import (
     acceleration_stage_of,
     backward_pass_of,
     forward_pass_of,
-    inertia_stage_of,
 )
 from warpmuscle.kernels.follower import (
     backward_pass_of_clusters,
@@ -28,6 +27,7 @@ from warpmuscle.kernels.follower import (
     reduce_remaining_cluster,
 )
 from warpmuscle.kernels.hybrid import hybrid_acceleration_stage, hybrid_acceleration_stage_of
+from warpmuscle.kernels.inertia import inertia_stage_of
 from warpmuscle.kernels.integration import integrate_stage
 from warpmuscle.kernels.joint_motion import MotionOf
 from warpmuscle.kernels.kinematics import kinematics_stage, kinematics_stage_of

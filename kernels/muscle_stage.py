@@ -30,6 +30,7 @@ from warpmuscle.kernels.muscle_control import (
     within,
 )
 from warpmuscle.kernels.path import PathState, joint_velocities
+from warpmuscle.kernels.polynomial_path import monomials_stage
 from warpmuscle.kernels.scratch import synchronize
 from warpmuscle.kernels.shaped_curves import Shaped
 from warpmuscle.kernels.sharing import AT_HAND, IN_STATE, activation_of, kept, prepare_of, rescale, sharing_stage_of
@@ -39,6 +40,14 @@ from warpmuscle.kernels.structs import LARGEST, ModelRef, RecordRef, ScratchRef,
 from warpmuscle.kernels.term_functions import MuscleWork, muscle_terms_of
 
 HILL, LEGACY, IDEAL = 0, 1, 2  # laws
+
+
+@wp.func
+def in_turn(k: int, lane: int, lanes: int, count: int) -> int:
+    """Which of the muscles, by their work, a lane takes where it would take the k-th: there and back again."""
+    first = k - lane
+    turned = wp.min(first + lanes, count) - 1 - lane
+    return wp.where((first // lanes) % 2 == 1 and first + lanes <= count, turned, k)
 
 
 class MuscleKind(NamedTuple):
@@ -67,7 +76,7 @@ class MuscleKind(NamedTuple):
     @property
     def long_paths(self) -> bool:
         """Whether paths take so much that registers are scarce."""
-        return self.paths.routes is not None or self.paths.polynomials
+        return self.paths.routes is not None or self.paths.monomials > 0
 
 
 @cache
@@ -95,6 +104,7 @@ def muscle_stage_of(
     senses, extension_struct = sense is not None, controller.extension
     at_hand, straight, timed = kind.pulls_at_hand, kind.straight, kind.timed
     coordinate_joints, ordered = kind.coordinate_joints, kind.long_paths
+    polynomials = kind.paths.monomials > 0
     shared, places = kind.shared > 0, AT_HAND if at_hand else IN_STATE
     arms, share = places.arms, places.get
     sharing_stage = sharing_stage_of(places, kind.shared)
@@ -226,6 +236,8 @@ def muscle_stage_of(
         joint_velocities(lane, lanes, model, work)
         if wp.static(coordinate_joints):
             coordinate_velocities(instance, lane, lanes, model, work)
+        if wp.static(polynomials):
+            monomials_stage(instance, lane, lanes, model, state, work)
         if wp.static(senses):
             sense(instance, lane, lanes, model, state, work)
         if wp.static(shared):
@@ -234,7 +246,8 @@ def muscle_stage_of(
             sharing_stage(instance, lane, lanes, model, state, work)
         if wp.static(ordered):
             for k in range(lane, model.muscles.count, lanes):
-                one_muscle(instance, whole(model.routes.order[k]), frame, model, state, record, work, extension)
+                place = in_turn(k, lane, lanes, model.muscles.count)
+                one_muscle(instance, whole(model.routes.order[place]), frame, model, state, record, work, extension)
         else:
             for m in range(lane, model.muscles.count, lanes):
                 one_muscle(instance, m, frame, model, state, record, work, extension)

@@ -1,52 +1,46 @@
-"""Musculotendon paths whose length is a polynomial of joints' coordinates, and whose moment arms are its gradient."""
+"""Musculotendon paths whose length is a polynomial of joints' coordinates, and whose moment arms are its gradient.
+
+Muscles that cross the same joints share most powers and products of their coordinates. So all of these are computed
+once a step, each from one of lower degree; length and derivatives of a path are then sums of some of them, times
+coefficients.
+"""
 
 import warp as wp
 
 from warpmuscle.kernels.path import PathState, add_crossings, coordinate_gradient
-from warpmuscle.kernels.register_rows import rows_of
+from warpmuscle.kernels.scratch import synchronize
 from warpmuscle.kernels.structs import ModelRef, ScratchRef, StateRef, at, whole
 
-MOST_VARIABLES, EXPONENT_BITS = 6, 5  # of the exponents of a term, which share an integer
-EXPONENT = 31  # the largest, all bits set
 
-variables = wp.types.vector(length=MOST_VARIABLES, dtype=float)
-entry, with_entry = rows_of(MOST_VARIABLES).length, rows_of(MOST_VARIABLES).with_length
+@wp.func
+def monomial_value(instance: int, k: int, model: ModelRef, state: StateRef, work: ScratchRef) -> float:
+    """A product of powers of coordinates, from one of lower degree."""
+    own = model.routes.monomial[k]
+    start = model.skeleton.plan[own.joint].coordinate_start
+    return work.monomial[whole(own.before)] * state.coordinates[instance, whole(start + own.axis)]
 
 
 @wp.func
-def power(x: float, exponent: int) -> float:
-    """x to a whole power, 1 for 0."""
-    result = wp.float32(1.0)
-    for _ in range(exponent):
-        result *= x
-    return result
-
-
-@wp.struct
-class Monomial:
-    """A product of powers and its derivatives by the variables."""
-
-    value: float
-    slopes: variables
+def monomials_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
+    """All products of powers that some path needs, degree by degree. Ends with a barrier."""
+    start = model.routes.degree_start
+    if lane == 0:
+        work.monomial[0] = 1.0
+    synchronize()
+    for degree in range(1, start.shape[0] - 1):
+        for k in range(whole(start[degree] + lane), start[degree + 1], lanes):
+            work.monomial[k] = monomial_value(instance, k, model, state, work)
+        synchronize()
 
 
 @wp.func
-def monomial(exponents: int, q: variables, count: int) -> Monomial:
-    """The product of powers of q, with its derivatives, from one pass over the variables.
-
-    Args:
-        exponents: of each, in its bits. count: how many there are.
-    """
-    m = Monomial()
-    m.value = 1.0
-    for i in range(count):
-        exponent = (exponents >> (EXPONENT_BITS * i)) & EXPONENT
-        if exponent > 0:
-            x = entry(q, i)
-            below = power(x, exponent - 1)
-            m.slopes = with_entry(m.slopes * (below * x), i, m.value * below * float(exponent))
-            m.value *= below * x
-    return m
+def weighted_sum(instance: int, first: int, end: int, model: ModelRef, work: ScratchRef) -> float:
+    """The sum of some terms, in order."""
+    total = wp.float32(0.0)
+    for k in range(whole(first), end):
+        term = at(model.routes.term, instance, k)
+        total += term.coefficient * work.monomial[whole(term.monomial)]
+    return total
 
 
 @wp.func(inline=True)
@@ -56,22 +50,12 @@ def polynomial_stretch(
     """What `path.segments_stretch_of` says, of a path that is a polynomial."""
     routes = model.routes
     span = routes.polynomial[muscle]
-    count = span.end_variable - span.first_variable
-    q = variables()
-    for i in range(count):
-        own = routes.variable[span.first_variable + i]
-        now = state.coordinates[instance, model.skeleton.plan[own.joint].coordinate_start + own.axis]
-        q = with_entry(q, i, now)
     total = PathState()
-    slopes = variables()
-    for k in range(span.first_term, span.end_term):
-        m = monomial(routes.exponents[whole(k)], q, count)
-        coefficient = at(routes.coefficient, instance, k)
-        total.moving += coefficient * m.value
-        slopes += m.slopes * coefficient
-    for i in range(count):
-        own = routes.variable[span.first_variable + i]
-        r = coordinate_gradient(instance, own.joint, own.axis, model, work) * entry(slopes, i)
+    total.moving = weighted_sum(instance, span.first_term, span.end_term, model, work)
+    for i in range(span.first_variable, span.end_variable):
+        own = routes.variable[i]
+        slope = weighted_sum(instance, own.first_term, own.end_term, model, work)
+        r = coordinate_gradient(instance, own.joint, own.axis, model, work) * slope
         if own.first == 0:
             r += arm[own.crossing]
         arm[own.crossing] = r

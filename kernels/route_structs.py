@@ -89,6 +89,25 @@ class Variable:
     axis: int  # which of the joint's coordinates
     crossing: int
     first: int  # 1: no variable before belongs to the crossing
+    first_term: int  # of the derivative by it
+    end_term: int
+
+
+@wp.struct
+class Monomial:
+    """A product of powers of coordinates: one of lower degree, times a coordinate."""
+
+    before: int
+    joint: int
+    axis: int
+
+
+@wp.struct
+class PolynomialTerm:
+    """What a term of a polynomial, or of a derivative, multiplies."""
+
+    coefficient: float  # m
+    monomial: int
 
 
 @wp.struct
@@ -107,5 +126,6 @@ class Routes:
     piece: wp.array2d[CubicPiece]  # (rows, pieces)
     polynomial: wp.array[PolynomialSpan]  # (muscles,)
     variable: wp.array[Variable]  # (variables,)
-    exponents: wp.array[int]  # (terms,) of each variable in its bits, see `polynomial_path.py`
-    coefficient: wp.array2d[float]  # (rows, terms) m
+    term: wp.array2d[PolynomialTerm]  # (rows, terms)
+    monomial: wp.array[Monomial]  # (monomials,) by degree, of all polynomials; the first is 1
+    degree_start: wp.array[int]  # (degrees + 1,) of the monomials

@@ -49,7 +49,7 @@ LIVES = {
     **dict.fromkeys(("torque", "stiffness"), Life("control", "backward")),
     **dict.fromkeys(("strength", "frame"), Life("control", "control")),
     "target": Life("control", "effort"),
-    **dict.fromkeys(("joint_velocity", "pull"), Life("muscles", "muscles")),
+    **dict.fromkeys(("joint_velocity", "pull", "monomial"), Life("muscles", "muscles")),
     **dict.fromkeys(("price", "lack", "softness", "dearest", "share"), Life("muscles", "muscles")),
     **dict.fromkeys(("block_a", "block_b", "block_c", "bias_moment"), Life("inertia", "forward")),
     "bias_force": Life("inertia", "forward"),
@@ -74,28 +74,35 @@ def slots_of(capacity: int) -> int:
     return max(4, capacity // 3)
 
 
-def work_floats(capacity: int, coordinate_joints: bool = False) -> int:
+def work_floats(capacity: int, coordinate_joints: bool = False, monomials: int = 0) -> int:
     """Size of the working set of one instance in floats (4 bytes each): an odd multiple of 8.
 
     So lanes of two instances that read the same thing of the same body find it in different banks of shared memory.
+    Where joints are of one coordinate it is an odd multiple of 4, and so are those of eight instances side by side.
 
     Args:
         coordinate_joints: whether there are joints as in `coordinate_joint.py`.
+        monomials: of paths that are polynomials, which come last.
     """
-    floats = (FIRST + SECOND) * capacity + SLOT_FLOATS * slots_of(capacity) + OTHER_FLOATS
+    floats = monomials + (FIRST + SECOND) * capacity + SLOT_FLOATS * slots_of(capacity) + OTHER_FLOATS
     if coordinate_joints:
         floats += COORDINATE * capacity
+        return floats + (4 - floats) % 8
     return floats + (8 - floats) % 16
 
 
 @wp.func_native(
     snippet="""
 #if defined(__CUDA_ARCH__)
+#if WP_TILE_BLOCK_DIM > 32
+__syncthreads();
+#else
 __syncwarp();
+#endif
 #endif
 """
 )
-def synchronize(): ...
+def synchronize(): ...  # the lanes of an instance, and of those that share a block with it
 
 
 def part_of(dtype: Any, name: str) -> Any:
@@ -202,14 +209,26 @@ def coordinate_work_at(memory: wp.array[float], n: int, slots: int) -> Scratch:
     return w
 
 
+@wp.func
+def monomials_at(memory: wp.array[float], count: int) -> wp.array[float]:
+    """Where the monomials of paths are, behind all else in some memory."""
+    return floats_at(memory, memory.shape[0] - count, 1, count)
+
+
 @cache
-def work_memory(capacity: int, instances_per_block: int, coordinate_joints: bool = False) -> Any:
-    """A Warp function (place in the block, CPU buffer) -> memory of an instance's working set, for a size class."""
-    floats = work_floats(capacity, coordinate_joints)
+def work_memory(floats: int, instances_per_block: int, asked: bool = False) -> Any:
+    """A Warp function (place in the block, CPU buffer) -> memory of an instance's working set of so many floats.
+
+    Args:
+        asked: whether a GPU's block has been given the memory as it was launched, and need not declare it.
+    """
+    declared = f"__shared__ float warpmuscle_work[{instances_per_block * floats}];"
+    if asked:
+        declared = "extern __shared__ char dynamic_smem_base[]; auto warpmuscle_work = (float*)dynamic_smem_base;"
 
     snippet = f"""
 #if defined(__CUDA_ARCH__)
-__shared__ float warpmuscle_work[{instances_per_block * floats}];
+{declared}
 return wp::array_t<float>(warpmuscle_work + place * {floats}, {floats});
 #else
 return wp::array_t<float>(reinterpret_cast<float*>(buffer), {floats});

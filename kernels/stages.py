@@ -1,8 +1,8 @@
 """The stages of a step as kernels of their own over plain arrays, for pipelines of one's own and for tests.
 
 Launch each with dim = instances. `workspace` is scratch memory, (instances,
-`lanes.work_floats(lanes.capacity_of(bodies))`) floats. A kernel of one's own that calls the functions of these stages
-needs `enable_backward=False`, since they take structures by reference.
+`scratch.work_floats(scratch.capacity_of(bodies))`) floats, and more where paths are polynomials. A kernel of one's own
+that calls the functions of these stages needs `enable_backward=False`, since they take structures by reference.
 Body 0 is the root; body i hangs on joint i - 1.
 """
 
@@ -14,12 +14,14 @@ import warp as wp
 from warpmuscle.kernels.contact_laws import SPRING, body_contacts_of
 from warpmuscle.kernels.control import SIMBICON, Controller, control_stage_of
 from warpmuscle.kernels.coordinate_joint import coordinate_velocities
-from warpmuscle.kernels.dynamics import body_inertia_of, leave_for_parent
+from warpmuscle.kernels.dynamics import leave_for_parent
+from warpmuscle.kernels.inertia import body_inertia_of
 from warpmuscle.kernels.joint_motion import MotionOf, coupled_motion, has_motion, slide_motion, turning_motion
 from warpmuscle.kernels.joint_stages import SkeletonKind, joint_stages_of
 from warpmuscle.kernels.muscle_stage import MuscleKind, muscle_stage_of
 from warpmuscle.kernels.path import joint_velocities
-from warpmuscle.kernels.scratch import coordinate_work_at
+from warpmuscle.kernels.polynomial_path import monomials_stage
+from warpmuscle.kernels.scratch import coordinate_work_at, monomials_at
 from warpmuscle.kernels.spatial import full, symmetric, symmetric_times
 from warpmuscle.kernels.stretch import PathKind, any_stretch_of
 from warpmuscle.kernels.structs import (
@@ -59,7 +61,10 @@ def memory_of(a: wp.array2d[float], row: int) -> wp.array[float]: ...
 @wp.func
 def work_of(instance: int, model: ModelRef, workspace: wp.array2d[float]) -> Scratch:
     """The working set of an instance, in its row of the workspace."""
-    return coordinate_work_at(memory_of(workspace, instance), model.body_count, model.foot_slots)
+    room = memory_of(workspace, instance)
+    work = coordinate_work_at(room, model.body_count, model.foot_slots)
+    work.monomial = monomials_at(room, model.routes.monomial.shape[0])
+    return work
 
 
 @wp.kernel
@@ -154,6 +159,7 @@ def muscle_paths_of(kind: PathKind = PathKind()) -> Any:  # noqa: B008, immutabl
         kind: what there is besides segments and pulleys.
     """
     any_stretch = any_stretch_of(kind, coordinate_joints=True, followers=True)
+    polynomials = kind.monomials > 0
 
     @wp.kernel(module="unique", enable_backward=False, module_options={"max_unroll": 1})
     def kernel(
@@ -167,6 +173,8 @@ def muscle_paths_of(kind: PathKind = PathKind()) -> Any:  # noqa: B008, immutabl
         kinematics_stage(i, 0, 1, model, state, work)
         joint_velocities(0, 1, model, work)
         coordinate_velocities(i, 0, 1, model, work)
+        if wp.static(polynomials):
+            monomials_stage(i, 0, 1, model, state, work)
         for muscle in range(model.muscles.count):
             stretch = any_stretch(i, muscle, model, state, work, arm[i])
             length[i, muscle] = stretch.fixed + stretch.moving

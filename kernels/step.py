@@ -17,7 +17,7 @@ from warpmuscle.kernels.hybrid import hybrid_integrate_stage
 from warpmuscle.kernels.joint_stages import SkeletonKind, joint_stages_of
 from warpmuscle.kernels.muscle_stage import MuscleKind, muscle_stage_of
 from warpmuscle.kernels.record import RecordKind, frame_of, recorders_of
-from warpmuscle.kernels.scratch import slots_of, synchronize, work_memory
+from warpmuscle.kernels.scratch import monomials_at, slots_of, synchronize, work_floats, work_memory
 from warpmuscle.kernels.structs import (
     LEFT,
     RIGHT,
@@ -49,6 +49,10 @@ KINEMATICS, FAILURE, CONTROLLER, MUSCLES, OBJECTIVE, RECORDING, INERTIA, ACCELER
 BEGIN = -1
 
 MAX_REGISTERS = 168  # three warps of 32 lanes in each quarter of a multiprocessor
+REGISTERS = 64 * 1024  # of a multiprocessor
+SHARED_MEMORY, SHARED_BY_SYSTEM = 228 * 1024, 1024  # bytes of a multiprocessor, and what it takes of them for a block
+LEAST_REGISTERS = 80
+WARP = 32  # threads that run together
 FEWER_REGISTERS = 128  # four warps; of long paths without surfaces, which wait for memory more than they compute
 
 
@@ -88,6 +92,7 @@ def one_step_of(
     skeleton: SkeletonKind = SkeletonKind(),  # noqa: B008, immutable
     forces: tuple[Force, ...] = (),
     lap: Any = no_lap,
+    across: bool = False,
 ) -> Any:
     """The Warp function that makes one step of one instance and returns its status, the same on all lanes.
 
@@ -100,6 +105,7 @@ def one_step_of(
         controller: what controls joints and muscles. forces: the kinds of others that act.
         skeleton: of the bodies and joints that the model has.
         lap: called as each of `STAGES` ends, by its number.
+        across: whether lanes of an instance are in several warps, see `step_kernel`.
     """
     record_desired, record_stage = recorders_of(recorded)
     control_stage, advance = control_stage_of(controller), controller.advance
@@ -141,6 +147,8 @@ def one_step_of(
         lap(instance, lane, KINEMATICS, wp.uint64(0))
         status = posture_status(instance, model, state, work)
         if status != RUNNING:
+            if wp.static(across):
+                end_lane(instance, lane, status, state)
             return status
         status = collision_stage(instance, lane, lanes, step, model, work)
         if status != RUNNING:
@@ -195,6 +203,19 @@ def one_step_of(
     return one_step
 
 
+@wp.func_native(
+    snippet="""
+if (lane == 0)
+    *wp::address(state.status, instance) = status;
+#if defined(__CUDA_ARCH__)
+asm volatile("exit;");
+#endif
+"""
+)
+def end_lane(instance: int, lane: int, status: int, state: StateRef):
+    """Let an instance rest, and its lane be no more, for which those of other instances need not wait."""
+
+
 def module_options(block_dim: int) -> dict[str, Any]:
     """How the kernel is compiled: loops stay loops; on the CPU all in one function, with fused products."""
     flags = (
@@ -208,6 +229,21 @@ def registers_of(muscles: MuscleKind | None) -> int:
     """Registers that a lane may have at most, where muscles are of a kind."""
     routes = None if muscles is None else muscles.paths.routes
     return MAX_REGISTERS if routes is None or routes.wraps > 0 else FEWER_REGISTERS
+
+
+def blocks_of(threads: int, floats: int) -> int:
+    """Blocks of so many threads that a multiprocessor has shared memory for; see `block_registers`.
+
+    Args:
+        floats: numbers of the working sets of a block.
+    """
+    return int(SHARED_MEMORY // (4 * floats + SHARED_BY_SYSTEM + 4 * threads))
+
+
+def block_registers(threads: int, floats: int) -> int:
+    """Registers of a lane with which as many blocks fit a multiprocessor as `blocks_of` has room for."""
+    most = REGISTERS // (blocks_of(threads, floats) * threads) // 8 * 8
+    return int(min(max(most, LEAST_REGISTERS), 255))
 
 
 @cache
@@ -233,19 +269,23 @@ def step_kernel(
         block_dim: threads a block, a multiple of lanes.
         muscles, objective, collisions, motion, recorded, controller, skeleton, forces, lap: see `one_step_of`.
     """
-    one_step = one_step_of(muscles, objective, collisions, motion, recorded, controller, skeleton, forces, lap)
+    across = block_dim > WARP
+    one_step = one_step_of(muscles, objective, collisions, motion, recorded, controller, skeleton, forces, lap, across)
     extensions_struct = extensions_of(controller, forces)
     instances_per_block = max(block_dim // lanes, 1)
     slots = slots_of(capacity)
-    memory = work_memory(capacity, instances_per_block, bool(skeleton.joints))
+    monomials = 0 if muscles is None else muscles.paths.monomials
+    floats = work_floats(capacity, bool(skeleton.joints), monomials)
+    memory, block_floats = work_memory(floats, instances_per_block, across), instances_per_block * floats
     work_at = joint_stages_of(skeleton).work_at
     crowded = muscles is not None and muscles.long_paths  # else the compiler does well to compute places ahead
 
     @wp.kernel(
         module="unique",
         enable_backward=False,
-        cuda_max_registers=registers_of(muscles),
+        cuda_max_registers=block_registers(block_dim, block_floats) if across else registers_of(muscles),
         module_options=module_options(block_dim),
+        grid_stride=False if across else None,
     )
     def step_many(
         # in
@@ -254,6 +294,13 @@ def step_kernel(
         state: State, record: Record, buffer: wp.uint64, extensions: extensions_struct,
     ):  # fmt: skip
         i, number = wp.tid()
+        if wp.static(across):  # neighbours in a warp are the same lane of several instances
+            thread = i * lanes + number
+            i = thread // block_dim * instances_per_block + thread % instances_per_block
+            number = thread % block_dim // instances_per_block
+            wp.tile_zeros(shape=wp.static(block_floats), dtype=float, storage="shared")  # so that there is the memory
+            if i >= running.shape[0]:
+                return
         character = model
         changing = state
         own = extensions
@@ -261,7 +308,10 @@ def step_kernel(
         know_state(changing)
         lane = whole(number)
         instance = whole(running[i])
-        work = work_at(memory(i % instances_per_block, buffer), capacity, slots)
+        room = memory(i % instances_per_block, buffer)
+        work = work_at(room, capacity, slots)
+        if wp.static(monomials > 0):
+            work.monomial = monomials_at(room, monomials)
         status = int(RUNNING)
         lap(instance, lane, BEGIN, buffer)
         for _ in range(steps):

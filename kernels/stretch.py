@@ -7,7 +7,8 @@ import warp as wp
 
 from warpmuscle.kernels.path import PathState, stretch_of
 from warpmuscle.kernels.polynomial_path import polynomial_stretch
-from warpmuscle.kernels.route import RouteKind, route_stretch_of
+from warpmuscle.kernels.route import route_stretch_of
+from warpmuscle.kernels.route_bends import RouteKind
 from warpmuscle.kernels.structs import ModelRef, ScratchRef, StateRef
 
 
@@ -15,7 +16,7 @@ class PathKind(NamedTuple):
     """What is compiled in besides paths of points that are fixed or come in smoothly."""
 
     routes: RouteKind | None = None  # paths that wrap, move, or whose points come in at once
-    polynomials: bool = False
+    monomials: int = 0  # that polynomials have in common, see `polynomial_path.py`; 0: no path is a polynomial
     others: bool = True  # whether some paths are neither
 
 
@@ -30,7 +31,7 @@ def any_stretch_of(
 ) -> Any:
     """The Warp function of the length and speed of a path of any kind, see `path.stretch_of`."""
     others, some_others = stretch_of(pulleys, conditions, straight, coordinate_joints, followers), kind.others
-    routes, polynomials = kind.routes is not None, kind.polynomials
+    routes, polynomials = kind.routes is not None, kind.monomials > 0
     if not routes and not polynomials:
         return others
     route_stretch = route_stretch_of(kind.routes or RouteKind(), coordinate_joints, followers)

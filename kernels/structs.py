@@ -49,7 +49,9 @@ from warpmuscle.kernels.muscle_structs import Straight as Straight
 from warpmuscle.kernels.muscle_structs import Term as Term
 from warpmuscle.kernels.reflex_structs import Reflexes as Reflexes
 from warpmuscle.kernels.route_structs import Lever as Lever
+from warpmuscle.kernels.route_structs import Monomial as Monomial
 from warpmuscle.kernels.route_structs import PolynomialSpan as PolynomialSpan
+from warpmuscle.kernels.route_structs import PolynomialTerm as PolynomialTerm
 from warpmuscle.kernels.route_structs import RouteMotion as RouteMotion
 from warpmuscle.kernels.route_structs import RoutePoint as RoutePoint
 from warpmuscle.kernels.route_structs import Routes as Routes
@@ -301,6 +303,7 @@ class Scratch:
     softness: wp.array[float]  # (bodies,) (N m)^2/kg
     dearest: wp.array[float]  # (bodies,) greatest price; 0: muscles do not drive the joint
     share: wp.array[float]  # (muscles,) sqrt(kg)
+    monomial: wp.array[float]  # (monomials,) see `polynomial_path.py`; only kernels that have polynomials have them
     torque: wp.array[wp.vec3]  # (bodies,) N m, world
     stiffness: wp.array[symmetric]  # (bodies,) N m s^2/rad, implicit joint inertia h (d + h k), world axes
     block_a: wp.array[symmetric]  # (bodies,) articulated inertia: angular block, kg m^2

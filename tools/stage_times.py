@@ -58,9 +58,8 @@ class StageTimes:
         self.rollout, self.noise = rollout, noise
         fused = rollout._launcher.kernel()
         self.config, self.plain = fused.config, fused.kernel
-        per_block = max(self.config.block_dim // self.config.lanes, 1)
         self.floats = self.config.work_floats // 2 * 2
-        self.kernel = step_kernel(*self.config, lap=lap_of(per_block, self.floats))
+        self.kernel = step_kernel(*self.config, lap=lap_of(self.config.instances_a_block, self.floats))
         self.running = wp.array(np.arange(rollout.instances), dtype=int, device=rollout.device)
         ticks = rollout.instances * len(STAGES)
         self.buffer = wp.zeros(self.floats // 2 + ticks, dtype=wp.uint64, device=rollout.device)
@@ -83,7 +82,7 @@ class StageTimes:
         ]  # fmt: skip
         wp.synchronize()
         begin = time.perf_counter()
-        dim = (rollout.instances, config.lanes)
+        dim = (config.rows(rollout.instances), config.lanes)
         wp.launch(kernel, dim=dim, inputs=inputs, device=rollout.device, block_dim=config.block_dim)
         wp.synchronize()
         return time.perf_counter() - begin

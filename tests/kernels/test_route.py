@@ -191,7 +191,8 @@ def test_polynomials_of_several_joints_have_the_gradient_of_their_lengths():
     polynomial = PolynomialPath(
         ["hip", "hip", "knee"], [[0, 0, 0], [1, 0, 0], [0, 2, 1], [1, 1, 2]], [0.4, 0.02, -0.01, 0.005], [0, 1, 0]
     )
-    scene.character.muscles = {"fitted": Muscle(polynomial=polynomial, **GIVEN)}
+    twice = PolynomialPath(["knee", "hip", "knee"], [[1, 0, 2], [0, 3, 0]], [0.03, 0.01])
+    scene.character.muscles = {name: Muscle(polynomial=one, **GIVEN) for name, one in (("a", polynomial), ("b", twice))}
     stages = posed(scene, 300)
     a, b, c = stages.state.coordinates.numpy()[:, 7:].astype(float).T
     paths = stages.muscle_paths()
@@ -199,6 +200,9 @@ def test_polynomials_of_several_joints_have_the_gradient_of_their_lengths():
     gradient = np.stack([0.02 + 0.005 * b * c**2, -0.02 * b * c + 0.005 * a * c**2, -0.01 * b**2 + 0.01 * a * b * c])
     expected = np.sum(gradient * stages.state.speeds.numpy().astype(float).T, axis=0)
     np.testing.assert_allclose(paths.speed[:, 0], expected, atol=1e-6)
+    np.testing.assert_allclose(paths.length[:, 1], 0.03 * c**3 + 0.01 * a**3, atol=1e-7)
+    rate = stages.state.speeds.numpy().astype(float).T
+    np.testing.assert_allclose(paths.speed[:, 1], 0.09 * c**2 * rate[2] + 0.03 * a**2 * rate[0], atol=1e-6)
 
 
 @pytest.mark.parametrize("make", [wrapped_leg, moving_arm])

@@ -23,6 +23,7 @@ from warpmuscle.kernels import (
     follower,
     forces,
     hybrid,
+    inertia,
     integration,
     kinematics,
     motion,
@@ -66,7 +67,7 @@ FUNCTIONS: dict[str, tuple[Any, ...]] = {
     "objective": (term_functions.objective_stage_of(TERMS),),
     "record": (record.record_stage,),
     "motion": (motion.prescribe_stage, coordinate_joint.prescribe_any),
-    "inertia": (dynamics.inertia_stage_of(True), forces.body_forces_stage_of(FORCES)),
+    "inertia": (inertia.inertia_stage_of(True), forces.body_forces_stage_of(FORCES)),
     "backward": (
         dynamics.backward_pass_of(dynamics.reduce_body), dynamics.backward_pass_of(coordinate_joint.reduce_any),
         follower.backward_pass_of_clusters(follower.reduce_any_cluster),
@@ -99,6 +100,7 @@ def layout() -> dict[str, set[int]]:
             }
         elif isinstance(line.targets[0], ast.Name) and not isinstance(value, ast.Call):
             known[line.targets[0].id] = eval(ast.unparse(value), {}, known)
+    taken["monomial"] = {scratch.work_floats(BODIES, True) + k for k in range(8)}
     return taken
 
 
@@ -138,7 +140,7 @@ def span(life: Life) -> tuple[int, int]:
 
 def test_everything_in_the_working_set_has_a_place_and_a_life():
     assert set(LIVES) == set(layout()) == set(Scratch.vars)
-    assert max(map(max, layout().values())) < scratch.work_floats(BODIES, True)
+    assert max(map(max, layout().values())) < scratch.work_floats(BODIES, True, 8)
     assert set(FUNCTIONS) == set(PHASES)
 
 

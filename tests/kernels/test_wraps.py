@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import warp as wp
 
-from warpmuscle.kernels.route import CYLINDER, ELLIPSOID, SPHERE, TORUS
+from warpmuscle.kernels.route_bends import CYLINDER, ELLIPSOID, SPHERE, TORUS
 from warpmuscle.kernels.wrap_cylinder import AMONG_OTHERS, EXACT, IN_PLANE, cylinder_touch
 from warpmuscle.kernels.wrap_ellipsoid import ellipsoid_touch
 from warpmuscle.kernels.wrap_sphere import sphere_touch

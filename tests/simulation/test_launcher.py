@@ -9,15 +9,16 @@ import warp as wp
 from small_scene import sound_scene
 from warpmuscle.core.errors import RolloutError
 from warpmuscle.formats import load
-from warpmuscle.kernels.control import driven_from_outside
+from warpmuscle.kernels.control import HELD, driven_from_outside
 from warpmuscle.kernels.record import NOTHING, RecordKind
+from warpmuscle.kernels.step import block_registers, blocks_of
 from warpmuscle.kernels.term_functions import ObjectiveKind
 from warpmuscle.model.muscles import muscle_kind
 from warpmuscle.model.structure import structure_of
 from warpmuscle.scene import MuscleModel
 from warpmuscle.simulation import fused_kernel, launcher
 from warpmuscle.simulation.fused_kernel import WAVES, FusedKernel, KernelConfig, piece_lengths
-from warpmuscle.simulation.launcher import Launcher, kernel_config, soon_loaded, spread_config
+from warpmuscle.simulation.launcher import Launcher, in_large_blocks, kernel_config, soon_loaded, spread_config
 from warpmuscle.simulation.rollout import Rollout
 
 CONFIG = KernelConfig(15, 8, 32, None, ObjectiveKind(), False, False, NOTHING)
@@ -118,3 +119,27 @@ def test_a_gpu_gets_lanes_by_the_number_of_instances_and_code_for_what_the_scene
     assert cpu._replace(lanes=8, block_dim=32, muscles=many.muscles) == many
     with pytest.raises(RolloutError, match="lanes must be"):
         kernel_config(scene, structure, 1, gpu, 3, NOTHING)
+
+
+def test_long_paths_share_blocks_whose_lanes_next_to_one_another_are_of_eight_instances():
+    structure, gpu = structure_of(load("gait2392_walk")), SimpleNamespace(is_cpu=False, sm_count=132)
+    scene = load("gait2392_walk")
+    usual, asked = (kernel_config(scene, structure, 5120, gpu, lanes, NOTHING) for lanes in (None, 8))
+    assert (usual.lanes, usual.block_dim, asked.lanes, asked.block_dim) == (16, 128, 8, 64)
+    assert usual.instances_a_block == asked.instances_a_block == 8
+    assert usual.capacity >= len(structure.names.bodies)
+    assert [usual.rows(n) for n in (1, 8, 9)] == [8, 8, 16]
+    assert spread_config(usual, 1, 132) is None
+    assert usual.resident(132) % (132 * 8) == 0
+    assert not in_large_blocks(usual._replace(collisions=True))  # which some instances test for while others do not
+    assert not in_large_blocks(usual._replace(controller=HELD))
+    with pytest.raises(RolloutError, match="lanes must be"):
+        kernel_config(scene, structure, 1, gpu, 12, NOTHING)
+
+
+@pytest.mark.parametrize(("threads", "floats"), [(128, 8 * 1100), (64, 8 * 2300), (256, 16 * 1000)])
+def test_registers_leave_room_for_as_many_blocks_as_shared_memory_does(threads: int, floats: int):
+    blocks, registers = blocks_of(threads, floats), block_registers(threads, floats)
+    assert blocks * (4 * floats + 1024) <= 228 * 1024 < (blocks + 1) * (4 * floats + 1024 + 4 * threads)
+    assert registers % 8 == 0 or registers == 255
+    assert registers == 80 or blocks * threads * registers <= 64 * 1024

@@ -12,11 +12,11 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.core.arrays import records_to_device, rows, starts, structs_to_device, to_device
 from warpmuscle.core.pose import from_rotation_vector, normalized, rotate
 from warpmuscle.kernels import structs
-from warpmuscle.kernels.polynomial_path import EXPONENT_BITS
-from warpmuscle.kernels.route import CYLINDER, ELLIPSOID, SPHERE, TORUS, WRAP_BIT, RouteKind
+from warpmuscle.kernels.route_bends import CYLINDER, ELLIPSOID, SPHERE, TORUS, WRAP_BIT, RouteKind
 from warpmuscle.kernels.stretch import PathKind
 from warpmuscle.kernels.wrap_ellipsoid import AXIAL, HYBRID, MIDPOINT
 from warpmuscle.model.bodies import stacked
+from warpmuscle.model.polynomials import monomial_room, put_polynomials
 from warpmuscle.scene import (
     Character,
     CylinderSurface,
@@ -42,10 +42,10 @@ METHODS = {"hybrid": HYBRID, "midpoint": MIDPOINT, "axial": AXIAL}
 def path_kind(muscles: Iterable[Muscle], character: Character, levers: int) -> PathKind:
     """What a step has compiled in for the paths of some muscles, whose routes have so many levers at most."""
     muscles = list(muscles)
-    polynomials = any(muscle.polynomial is not None for muscle in muscles)
+    monomials = monomial_room(muscles)
     others = any(muscle.polynomial is None and not is_route(muscle) for muscle in muscles)
     routes = _kind_of_routes(muscles, character, levers)
-    return PathKind(routes, polynomials, others) if routes is not None or polynomials else PathKind()
+    return PathKind(routes, monomials, others) if routes is not None or monomials > 0 else PathKind()
 
 
 def _kind_of_routes(muscles: Sequence[Muscle], character: Character, levers: int) -> RouteKind | None:
@@ -126,7 +126,7 @@ def routes_struct(
     _put_points(r, paths, crossing, first_condition, names, character, device)
     counts = [len(path) for path, around in zip(points, wraps, strict=True) for _ in around]
     _put_wraps(r, [wrap for around in wraps for wrap in around], counts, names, character, device)
-    _put_polynomials(r, list(muscles.values()), crossing, names, device)
+    put_polynomials(r, list(muscles.values()), crossing, names, device)
     return r
 
 
@@ -144,34 +144,6 @@ def _order(muscles: Sequence[Any]) -> list[int]:
         return len(muscle.wraps), motions, conditions, terms, elastic, int(is_route(muscle)), len(muscle.path)
 
     return sorted(range(len(muscles)), key=work, reverse=True)
-
-
-def _put_polynomials(
-    r: structs.Routes, muscles: Sequence[Any], crossing: Mapping[tuple[int, int], int], names: Topology, device: Any
-) -> None:
-    """Polynomials of all muscles."""
-    spans: dict[str, list[int]] = {name: [] for name in structs.PolynomialSpan.vars}
-    variables: dict[str, list[int]] = {name: [] for name in structs.Variable.vars}
-    exponents: list[int] = []
-    coefficients: list[Any] = []
-    for number, muscle in enumerate(muscles):
-        given = muscle.polynomial if isinstance(muscle, Muscle) else None
-        spans["first_variable"].append(len(variables["joint"]))
-        spans["first_term"].append(len(exponents))
-        if given is not None:
-            joints = [names.driver[names.body_of_joint(joint)] for joint in given.joints]
-            variables["joint"] += joints
-            variables["axis"] += given.axes or [0] * len(joints)
-            variables["crossing"] += [crossing[number, joint] for joint in joints]
-            variables["first"] += [int(joint not in joints[:k]) for k, joint in enumerate(joints)]
-            exponents += [sum(n << EXPONENT_BITS * i for i, n in enumerate(term)) for term in given.exponents]
-            coefficients += given.coefficients
-        spans["end_variable"].append(len(variables["joint"]))
-        spans["end_term"].append(len(exponents))
-    r.polynomial = records_to_device(structs.PolynomialSpan, device, **spans)
-    r.variable = records_to_device(structs.Variable, device, **variables)
-    r.exponents = to_device(exponents or [0], int, device)
-    r.coefficient = to_device(rows(coefficients or [0.0]), float, device)
 
 
 def _origin(muscle: Muscle | None, names: Topology, character: Character) -> int:

@@ -30,15 +30,22 @@ from warpmuscle.kernels.joint_stages import SkeletonKind
 from warpmuscle.kernels.muscle_stage import MuscleKind
 from warpmuscle.kernels.record import RecordKind
 from warpmuscle.kernels.scratch import work_floats
-from warpmuscle.kernels.step import MAX_REGISTERS, registers_of, step_kernel
+from warpmuscle.kernels.step import (
+    MAX_REGISTERS,
+    REGISTERS,
+    SHARED_BY_SYSTEM,
+    SHARED_MEMORY,
+    WARP,
+    blocks_of,
+    registers_of,
+    step_kernel,
+)
 from warpmuscle.kernels.term_functions import ObjectiveKind
 from warpmuscle.simulation.kernel_cache import is_compiled, told_of_compiling
 
 SLICES_PER_THREAD = 4  # so that threads stay busy when some slices lose their instances sooner
 GPU_BLOCK = 32
-REGISTERS = 64 * 1024  # of a multiprocessor
 REGISTERS_AT_ONCE = 8 * 32  # that a warp gets or does not
-SHARED_MEMORY, SHARED_BY_SYSTEM = 228 * 1024, 1024  # bytes of a multiprocessor, and what it takes of them for a block
 STREAMS = 4
 WAVES = 24  # that the pieces of one launch make together at least, where instances do not fit at once
 
@@ -67,7 +74,27 @@ class KernelConfig(NamedTuple):
     @property
     def work_floats(self) -> int:
         """Numbers of the working set of an instance."""
-        return int(work_floats(self.capacity, bool(self.skeleton.joints)))
+        monomials = 0 if self.muscles is None else self.muscles.paths.monomials
+        return int(work_floats(self.capacity, bool(self.skeleton.joints), monomials))
+
+    @property
+    def instances_a_block(self) -> int:
+        """Instances that share a block."""
+        return max(self.block_dim // self.lanes, 1)
+
+    def rows(self, instances: int) -> int:
+        """Rows of lanes that so many instances are launched with: of whole blocks, where they span several warps."""
+        count = self.instances_a_block
+        return -(-instances // count) * count if self.block_dim > WARP else instances
+
+    def resident(self, multiprocessors: int) -> int:
+        """Instances that so many multiprocessors have room for at once."""
+        floats = self.instances_a_block * self.work_floats
+        if self.block_dim > WARP:
+            blocks = blocks_of(self.block_dim, floats)
+        else:
+            blocks = resident_blocks(floats, registers_of(self.muscles))
+        return multiprocessors * blocks * self.instances_a_block
 
 
 @contextmanager
@@ -140,7 +167,7 @@ class FusedKernel:
         def slice_(steps: int, part: wp.array, buffer: wp.array, stream: wp.Stream | None = None) -> None:
             wp.launch(
                 self.kernel,
-                dim=(len(part), self.config.lanes),
+                dim=(self.config.rows(len(part)), self.config.lanes),
                 inputs=[steps, part, model, state, record, wp.uint64(buffer.ptr), extension],
                 device=self.device,
                 stream=stream,
@@ -190,10 +217,7 @@ class FusedKernel:
 
     def _waves(self, instances: int) -> float:
         """How often over the GPU's multiprocessors would be full with so many instances."""
-        a_block = self.config.block_dim // self.config.lanes
-        blocks = resident_blocks(a_block * self.config.work_floats, registers_of(self.config.muscles))
-        resident = self.device.sm_count * blocks * a_block
-        return float(instances / resident)
+        return instances / self.config.resident(self.device.sm_count)
 
     @cached_property
     def _pool(self) -> ThreadPoolExecutor:

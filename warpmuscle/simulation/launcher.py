@@ -8,9 +8,10 @@ from typing import Any
 
 from warpmuscle.core.arguments import as_whole
 from warpmuscle.core.errors import RolloutError
-from warpmuscle.kernels.control import driven_from_outside
+from warpmuscle.kernels.control import HELD, driven_from_outside
 from warpmuscle.kernels.record import NOTHING, RecordKind
-from warpmuscle.kernels.scratch import capacity_of, work_floats
+from warpmuscle.kernels.scratch import PULLS_A_BODY, capacity_of
+from warpmuscle.kernels.step import WARP, blocks_of
 from warpmuscle.model.muscles import compiled_kind
 from warpmuscle.model.structure import Structure
 from warpmuscle.scene import Scene
@@ -18,8 +19,8 @@ from warpmuscle.simulation.fused_kernel import GPU_BLOCK, FusedKernel, KernelCon
 
 GPU_LANES = 8
 MOST_LANES = 16  # that are of use to a biped
-WARP = 32  # lanes that a multiprocessor runs together
 BUSY_WARPS = 11  # of them keep a multiprocessor about as busy as more do
+SIDE_BY_SIDE = 8  # instances of a large block
 SHARED_BYTES = 48 * 1024  # of memory that a block may declare
 
 _sought: set[tuple[Any, str]] = set()  # kernels on devices that were looked for in Warp's cache
@@ -85,16 +86,50 @@ def kernel_config(
     if lanes is not None:
         as_whole(lanes, "lanes", 1, WARP, error=RolloutError)
     capacity = capacity_of(len(structure.names.bodies))
-    count, block_dim = 1, 1
-    if not device.is_cpu:
-        count = usual_lanes(lanes, work_floats(capacity, bool(structure.skeleton.joints)), instances, device.sm_count)
-        block_dim = GPU_BLOCK
-    return KernelConfig(
-        capacity, count, block_dim,
+    config = KernelConfig(
+        capacity, 1, 1,
         compiled_kind(scene, structure.names, structure.actuation, capacity, lean=not device.is_cpu),
         structure.objective, bool(structure.collision_pairs), bool(structure.kinematic.names), recorded,
         structure.controller, structure.skeleton, structure.force_kinds,
     )  # fmt: skip
+    if device.is_cpu:
+        return config
+    if in_large_blocks(config):
+        return large_blocks(config, structure, lanes)
+    return config._replace(
+        lanes=usual_lanes(lanes, config.work_floats, instances, device.sm_count), block_dim=GPU_BLOCK
+    )
+
+
+def in_large_blocks(config: KernelConfig) -> bool:
+    """Whether instances of a kind share blocks of several warps on a GPU, neighbours taking the same muscle or body.
+
+    That is best where muscles' paths take long, in many ways. All instances of a block wait for one another, so none
+    may have something to do that the others do not wait for.
+    """
+    uniform = not config.collisions and config.controller.torques is not HELD.torques
+    return config.muscles is not None and config.muscles.long_paths and uniform
+
+
+def large_blocks(config: KernelConfig, structure: Structure, lanes: int | None) -> KernelConfig:
+    """The configuration in blocks of several warps, with as many instances each as there is shared memory for.
+
+    Raises:
+        RolloutError: an impossible number of lanes, or the character is too large for a GPU.
+    """
+    count = MOST_LANES if lanes is None else lanes
+    if count & (count - 1):
+        raise RolloutError(f"lanes must be one of 1, 2, 4, 8, 16, 32, not {lanes}")
+    bodies, crossings = len(structure.names.bodies), len(structure.actuation.table.crossings)
+    at_hand = config.muscles is not None and config.muscles.pulls_at_hand
+    config = config._replace(
+        lanes=count, capacity=max(bodies, -(-crossings // PULLS_A_BODY)) if at_hand else bodies
+    )  # no size class: each of such models has a kernel of its own
+    for together in (SIDE_BY_SIDE, SIDE_BY_SIDE // 2, 1):
+        large = config._replace(block_dim=max(count * together, 2 * WARP))
+        if blocks_of(large.block_dim, large.instances_a_block * large.work_floats) > 0:
+            return large
+    raise RolloutError("the character has more bodies than a GPU block has memory for; simulate it on the CPU")
 
 
 def usual_lanes(lanes: int | None, floats: int, instances: int, multiprocessors: int) -> int:
@@ -123,6 +158,8 @@ def spread_config(config: KernelConfig, running: int, multiprocessors: int) -> K
 
     It is the one that replays use, since nothing is recorded where nothing is asked for.
     """
+    if config.block_dim > WARP:
+        return None
     lanes = usual_lanes(None, config.work_floats, running, multiprocessors)
     if lanes <= config.lanes or config.recorded not in (NOTHING, RecordKind()):
         return None

@@ -22,6 +22,7 @@ from warpmuscle.model.build import replaced
 from warpmuscle.model.joints import joint_number
 from warpmuscle.model.muscles import muscle_kind, shared_joints
 from warpmuscle.model.paths import path_table, paths_struct, route_struct
+from warpmuscle.model.polynomials import monomial_room
 from warpmuscle.model.routes import path_kind
 from warpmuscle.results.recording import MUSCLE_QUANTITIES
 from warpmuscle.scene.joints import joint_type, root_type
@@ -73,7 +74,8 @@ class Stages(Rollout):
         for name, joint in self.scene.character.joints.items():
             if joint_type(joint).by_coordinate and joint_number(name, self.scene.character) not in known:
                 raise RolloutError(f"single stages know no {joint.type} joint; run the whole step instead")
-        floats = work_floats(capacity_of(len(self.names.bodies)), True)
+        monomials = monomial_room(self.scene.character.muscles.values())
+        floats = work_floats(capacity_of(len(self.names.bodies)), True, monomials)
         self._workspace = wp.zeros((self.instances, floats), dtype=float, device=self.device)
 
     def set_state(
