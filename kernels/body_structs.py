@@ -87,6 +87,7 @@ class CouplingFunction:
     axis: wp.vec3  # unit vector
     first_piece: int
     end_piece: int
+    body: int  # that the joint carries; 0: none
 
 
 @wp.struct

@@ -192,7 +192,7 @@ def move_any_of(joints: tuple[MotionOf, ...]) -> Any:
             q = state.coordinates[instance, whole(model.skeleton.plan[body].coordinate_start)]
             v = state.speeds[instance, speed]
             gain = half * state.accelerations[instance, speed]
-            m = joint_motion(instance, body, q, model)
+            m = joint_motion(instance, body, q, model, work)
             work.anchor[body] = work.anchor[body] + m.place
             work.turned[body] = m.orientation
             work.rate[body] = wp.vec3(0.0)

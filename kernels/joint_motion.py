@@ -10,7 +10,17 @@ from typing import Any, NamedTuple
 import warp as wp
 
 from warpmuscle.kernels.joint import hinge_rotation
-from warpmuscle.kernels.structs import FIRST_COORDINATE_JOINT, Couplings, CubicPiece, ModelRef, at
+from warpmuscle.kernels.scratch import synchronize
+from warpmuscle.kernels.structs import (
+    FIRST_COORDINATE_JOINT,
+    Couplings,
+    CubicPiece,
+    ModelRef,
+    ScratchRef,
+    StateRef,
+    at,
+    whole,
+)
 
 AT_ONCE = 16  # pieces of a function whose starts are fetched without waiting for one another
 
@@ -95,6 +105,25 @@ def displacement_rates(couplings: Couplings, instance: int, function: int, q: fl
 
 
 @wp.func
+def with_turn(m: JointMotion, own: wp.vec3, f: wp.vec3) -> JointMotion:
+    """What a joint does that turns besides about an axis of the child, by a function of value and derivatives f."""
+    axis = wp.quat_rotate(m.orientation, own)
+    m.turning_slope = m.turning_slope + axis * f[2] + wp.cross(m.turning, axis) * f[1]
+    m.turning = m.turning + axis * f[1]
+    m.orientation = m.orientation * hinge_rotation(own, f[0])
+    return m
+
+
+@wp.func
+def with_move(m: JointMotion, axis: wp.vec3, f: wp.vec3) -> JointMotion:
+    """What a joint does that moves besides along an axis of the parent."""
+    m.place = m.place + axis * f[0]
+    m.moving = m.moving + axis * f[1]
+    m.moving_slope = m.moving_slope + axis * f[2]
+    return m
+
+
+@wp.func
 def coupled_motion(instance: int, body: int, q: float, model: ModelRef) -> JointMotion:
     """Turns about three axes in order, each riding on those before, and moves along three axes of the parent.
 
@@ -105,17 +134,10 @@ def coupled_motion(instance: int, body: int, q: float, model: ModelRef) -> Joint
     first = model.couplings.joint[body].first
     for k in range(3):
         f = displacement_rates(model.couplings, instance, first + k, q)
-        own = at(model.couplings.function, instance, first + k).axis
-        axis = wp.quat_rotate(m.orientation, own)
-        m.turning_slope = m.turning_slope + axis * f[2] + wp.cross(m.turning, axis) * f[1]
-        m.turning = m.turning + axis * f[1]
-        m.orientation = m.orientation * hinge_rotation(own, f[0])
+        m = with_turn(m, at(model.couplings.function, instance, first + k).axis, f)
     for k in range(3, 6):
         f = displacement_rates(model.couplings, instance, first + k, q)
-        axis = at(model.couplings.function, instance, first + k).axis
-        m.place = m.place + axis * f[0]
-        m.moving = m.moving + axis * f[1]
-        m.moving_slope = m.moving_slope + axis * f[2]
+        m = with_move(m, at(model.couplings.function, instance, first + k).axis, f)
     return m
 
 
@@ -125,23 +147,83 @@ def has_motion(joint_type: int) -> bool:
     return joint_type >= FIRST_COORDINATE_JOINT
 
 
+@wp.func_native(
+    snippet="""
+auto& one = *wp::address(rates, body);
+for (int i = 0; i < 3; ++i)
+    one.data[row][i] = value[i];
+"""
+)
+def set_rates(rates: wp.array[wp.mat33], body: int, row: int, value: wp.vec3): ...
+
+
+@wp.func_native(
+    snippet="""
+auto& one = *wp::address(rates, body);
+return wp::vec3(one.data[row][0], one.data[row][1], one.data[row][2]);
+"""
+)
+def rates_of(rates: wp.array[wp.mat33], body: int, row: int) -> wp.vec3: ...  # fetched alone
+
+
 @wp.func
-def no_motion(instance: int, body: int, q: float, model: ModelRef) -> JointMotion:
+def displacements_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
+    """What the functions of all coupled joints are now, a function a lane. Ends with a barrier."""
+    couplings = model.couplings
+    for k in range(lane, couplings.function.shape[1], lanes):
+        body = at(couplings.function, instance, k).body
+        if body > 0:
+            q = state.coordinates[instance, whole(model.skeleton.plan[body].coordinate_start)]
+            rates = displacement_rates(couplings, instance, k, q)
+            row = k - couplings.joint[body].first
+            if row < 3:
+                set_rates(work.turn_rates, body, row, rates)
+            else:
+                set_rates(work.move_rates, body, row - 3, rates)
+    synchronize()
+
+
+@wp.func
+def displaced_motion(instance: int, body: int, model: ModelRef, work: ScratchRef) -> JointMotion:
+    """`coupled_motion` from what `displacements_stage` has left."""
+    m = JointMotion()
+    m.orientation = wp.quat(0.0, 0.0, 0.0, 1.0)
+    first = model.couplings.joint[body].first
+    for k in range(3):
+        axis = at(model.couplings.function, instance, first + k).axis
+        m = with_turn(m, axis, rates_of(work.turn_rates, body, k))
+    for k in range(3):
+        axis = at(model.couplings.function, instance, first + 3 + k).axis
+        m = with_move(m, axis, rates_of(work.move_rates, body, k))
+    return m
+
+
+@wp.func
+def no_motion(instance: int, body: int, q: float, model: ModelRef, work: ScratchRef) -> JointMotion:
     """The motion of no joint at all."""
     return JointMotion()
 
 
+def has_displacements(joints: tuple[MotionOf, ...]) -> bool:
+    """Whether some joints are coupled, so that `displacements_stage` comes before their motion."""
+    return any(joint.motion is coupled_motion for joint in joints)
+
+
 @cache
 def motion_of(joints: tuple[MotionOf, ...]) -> Any:
-    """The Warp function (instance, body, q, model) -> JointMotion of the joint that carries a body."""
+    """The Warp function (instance, body, q, model, work) -> JointMotion of the joint that carries a body."""
     if not joints:
         return no_motion
     number, motion, others = joints[0].number, joints[0].motion, motion_of(joints[1:])
+    displaced = motion is coupled_motion
 
     @wp.func
-    def joint_motion(instance: int, body: int, q: float, model: ModelRef) -> JointMotion:
+    def joint_motion(instance: int, body: int, q: float, model: ModelRef, work: ScratchRef) -> JointMotion:
         if model.skeleton.plan[body].joint_type == number:
-            return motion(instance, body, q, model)
-        return others(instance, body, q, model)
+            if wp.static(displaced):
+                return displaced_motion(instance, body, model, work)
+            else:
+                return motion(instance, body, q, model)
+        return others(instance, body, q, model, work)
 
     return joint_motion

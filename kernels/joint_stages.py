@@ -29,7 +29,7 @@ from warpmuscle.kernels.follower import (
 from warpmuscle.kernels.hybrid import hybrid_acceleration_stage, hybrid_acceleration_stage_of
 from warpmuscle.kernels.inertia import inertia_stage_of
 from warpmuscle.kernels.integration import integrate_stage
-from warpmuscle.kernels.joint_motion import MotionOf
+from warpmuscle.kernels.joint_motion import MotionOf, displacements_stage, has_displacements
 from warpmuscle.kernels.kinematics import kinematics_stage, kinematics_stage_of
 from warpmuscle.kernels.motion import prescribe_stage
 from warpmuscle.kernels.scratch import coordinate_work_at, work_at
@@ -70,6 +70,7 @@ def joint_stages_of(kind: SkeletonKind) -> JointStages:
             work_at, kinematics_stage, prescribe_stage, inertia_stage, acceleration_stage, hybrid_acceleration_stage,
             integrate_stage,
         )  # fmt: skip
+    prepare = displacements_stage if has_displacements(kind.joints) else None
     backward, forward = backward_pass_of, forward_pass_of
     reduce, reduce_rest, integrate = reduce_any, reduce_any_remaining, integrate_stage
     if kind.follows:
@@ -77,7 +78,7 @@ def joint_stages_of(kind: SkeletonKind) -> JointStages:
         reduce, reduce_rest, integrate = reduce_any_cluster, reduce_remaining_cluster, integrate_drivers_stage
     return JointStages(
         coordinate_work_at,
-        kinematics_stage_of(move_any_of(kind.joints), place_any),
+        kinematics_stage_of(move_any_of(kind.joints), place_any, prepare),
         prescribe_any,
         inertia_stage,
         acceleration_stage_of(backward(reduce), forward(accelerate_any)),

@@ -194,17 +194,21 @@ def component_sum(values: wp.array[wp.vec3], count: int, axis: int) -> float:
 
 
 @cache
-def kinematics_stage_of(move: Any, place: Any) -> Any:
+def kinematics_stage_of(move: Any, place: Any, prepare: Any = None) -> Any:
     """The Warp function of poses, velocities and centre of mass of one instance. It ends with a barrier.
 
     Args:
         move, place: `move_joint` and `place_body`, or others for more types of joints.
+        prepare: a stage that comes before, if any.
     """
+    prepared = prepare is not None
 
     @wp.func
     def kinematics_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
         skeleton = model.skeleton
         half = 0.5 * model.time_step
+        if wp.static(prepared):
+            prepare(instance, lane, lanes, model, state, work)
         if lane == 0:
             place_root(skeleton, state, instance, half, work)
         for body in range(1 + lane, model.body_count, lanes):

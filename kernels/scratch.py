@@ -59,6 +59,7 @@ LIVES = {
     "factor_c": Life("backward", "integration"),
     **dict.fromkeys(("angular_acceleration", "acceleration"), Life("forward", "integration")),
     "coordinate_turning_drift": Life("joints", "poses"),
+    **dict.fromkeys(("turn_rates", "move_rates"), Life("joints", "joints")),
     "coordinate_state": Life("joints", "muscles"),
     **dict.fromkeys(("coordinate_turning", "coordinate_moving", "coordinate_drift"), Life("joints", "forward")),
 }
@@ -72,6 +73,17 @@ def capacity_of(bodies: int) -> int:
 def slots_of(capacity: int) -> int:
     """Foot slots in a size class: both feet and their children."""
     return max(4, capacity // 3)
+
+
+def pulls_room(capacity: int, shared: bool) -> int:
+    """Crossings whose pulls a working set has room for: those of contacts are not needed yet, unless `share` is there.
+
+    Args:
+        shared: whether torques are shared out among the muscles.
+    """
+    if shared:
+        return PULLS_A_BODY * capacity
+    return ((SECOND - CONTROL) * capacity + SLOT_FLOATS * slots_of(capacity)) // 3
 
 
 def work_floats(capacity: int, coordinate_joints: bool = False, monomials: int = 0) -> int:
@@ -206,6 +218,8 @@ def coordinate_work_at(memory: wp.array[float], n: int, slots: int) -> Scratch:
     w.coordinate_turning_drift = vectors_at(memory, block + 6, COORDINATE, n)
     w.coordinate_drift = vectors_at(memory, block + 9, COORDINATE, n)
     w.coordinate_state = vectors_at(memory, block + 12, COORDINATE, n)
+    w.turn_rates = matrices_at(memory, 4, FIRST, n)
+    w.move_rates = matrices_at(memory, 13, FIRST, n)
     return w
 
 

@@ -51,7 +51,7 @@ BEGIN = -1
 MAX_REGISTERS = 168  # three warps of 32 lanes in each quarter of a multiprocessor
 REGISTERS = 64 * 1024  # of a multiprocessor
 SHARED_MEMORY, SHARED_BY_SYSTEM = 228 * 1024, 1024  # bytes of a multiprocessor, and what it takes of them for a block
-LEAST_REGISTERS = 80
+LEAST_REGISTERS = 96  # with fewer, long paths keep more on the stack than more blocks make up for
 WARP = 32  # threads that run together
 FEWER_REGISTERS = 128  # four warps; of long paths without surfaces, which wait for memory more than they compute
 
@@ -232,18 +232,18 @@ def registers_of(muscles: MuscleKind | None) -> int:
 
 
 def blocks_of(threads: int, floats: int) -> int:
-    """Blocks of so many threads that a multiprocessor has shared memory for; see `block_registers`.
+    """Blocks of so many threads that a multiprocessor has shared memory and registers for; see `block_registers`.
 
     Args:
         floats: numbers of the working sets of a block.
     """
-    return int(SHARED_MEMORY // (4 * floats + SHARED_BY_SYSTEM + 4 * threads))
+    by_memory = SHARED_MEMORY // (4 * floats + SHARED_BY_SYSTEM + 4 * threads)
+    return int(min(by_memory, REGISTERS // (LEAST_REGISTERS * threads)))
 
 
 def block_registers(threads: int, floats: int) -> int:
-    """Registers of a lane with which as many blocks fit a multiprocessor as `blocks_of` has room for."""
-    most = REGISTERS // (blocks_of(threads, floats) * threads) // 8 * 8
-    return int(min(max(most, LEAST_REGISTERS), 255))
+    """Registers of a lane with which as many blocks fit a multiprocessor as `blocks_of` says."""
+    return int(min(REGISTERS // (blocks_of(threads, floats) * threads) // 8 * 8, 255))
 
 
 @cache

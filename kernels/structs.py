@@ -327,6 +327,8 @@ class Scratch:
     coordinate_moving: wp.array[wp.vec3]  # (bodies,) and its linear half
     coordinate_turning_drift: wp.array[wp.vec3]  # (bodies,) rad/s^2, angular acceleration at a constant speed
     coordinate_drift: wp.array[wp.vec3]  # (bodies,) m/s^2, acceleration of the joint at a constant speed
+    turn_rates: wp.array[wp.mat33]  # (bodies,) of coupled joints, a row each: a function's value and its derivatives
+    move_rates: wp.array[wp.mat33]  # (bodies,) the same of the functions that are no angles
     coordinate_state: wp.array[wp.vec3]  # (bodies,) it itself, its speed, and what that gained in the last half step
 
 

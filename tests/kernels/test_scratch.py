@@ -25,6 +25,7 @@ from warpmuscle.kernels import (
     hybrid,
     inertia,
     integration,
+    joint_motion,
     kinematics,
     motion,
     record,
@@ -54,7 +55,9 @@ MUSCLES = [
 FORCES = tuple(devices.FORCES.values())
 IN_PARTS = (kinematics.move_joint, kinematics.place_root, kinematics.place_body)
 FUNCTIONS: dict[str, tuple[Any, ...]] = {
-    "joints": (kinematics.move_joint, coordinate_joint.move_any_of(stages.KNOWN_JOINTS)),
+    "joints": (kinematics.move_joint, coordinate_joint.move_any_of(stages.KNOWN_JOINTS),
+        joint_motion.displacements_stage,
+    ),
     "poses": (kinematics.place_root, kinematics.place_body, coordinate_joint.place_any),
     "sums": (kinematics.kinematics_stage,),
     "failure": (failure.begin_step, failure.posture_status),

@@ -23,14 +23,16 @@ def couplings_struct(scene: Scene, names: Topology, device: Any) -> structs.Coup
     character = scene.character
     nothing = Displacement((1.0, 0.0, 0.0))
     first, displacements, spans = [0], list[Displacement](), list[Span]()
+    bodies: list[int] = []
     for name in names.joints:
         joint = character.joints[name]
         first.append(len(displacements))
         if joint_type(joint).displaced:
+            bodies += [names.bodies.index(joint.child)] * 6
             for given in (joint.rotations, joint.translations):
                 displacements += [*given, *[nothing] * (3 - len(given))]
                 spans += [span_of(joint, character.joints[joint.follows or name])] * 3
-    displacements, spans = displacements or [nothing], spans or [TURN]
+    displacements, spans, bodies = displacements or [nothing], spans or [TURN], bodies or [0]
     starts_of, coefficients = zip(*map(pieces, displacements, spans), strict=True)
     piece_start = starts(map(len, starts_of))
     c = structs.Couplings()
@@ -39,6 +41,7 @@ def couplings_struct(scene: Scene, names: Topology, device: Any) -> structs.Coup
         "axis": stacked([normalized(rows(one.axis)) for one in displacements]),
         "first_piece": np.array([piece_start[:-1]]),
         "end_piece": np.array([piece_start[1:]]),
+        "body": np.array([bodies]),
     }
     c.function = structs_to_device(structs.CouplingFunction, columns, device)
     count = max(map(len, coefficients))

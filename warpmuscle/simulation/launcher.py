@@ -10,7 +10,7 @@ from warpmuscle.core.arguments import as_whole
 from warpmuscle.core.errors import RolloutError
 from warpmuscle.kernels.control import HELD, driven_from_outside
 from warpmuscle.kernels.record import NOTHING, RecordKind
-from warpmuscle.kernels.scratch import PULLS_A_BODY, capacity_of
+from warpmuscle.kernels.scratch import capacity_of, pulls_room
 from warpmuscle.kernels.step import WARP, blocks_of
 from warpmuscle.model.muscles import compiled_kind
 from warpmuscle.model.structure import Structure
@@ -121,10 +121,11 @@ def large_blocks(config: KernelConfig, structure: Structure, lanes: int | None) 
     if count & (count - 1):
         raise RolloutError(f"lanes must be one of 1, 2, 4, 8, 16, 32, not {lanes}")
     bodies, crossings = len(structure.names.bodies), len(structure.actuation.table.crossings)
-    at_hand = config.muscles is not None and config.muscles.pulls_at_hand
-    config = config._replace(
-        lanes=count, capacity=max(bodies, -(-crossings // PULLS_A_BODY)) if at_hand else bodies
-    )  # no size class: each of such models has a kernel of its own
+    assert config.muscles is not None
+    if config.muscles.pulls_at_hand:
+        while pulls_room(bodies, config.muscles.shared > 0) < crossings:
+            bodies += 1
+    config = config._replace(lanes=count, capacity=bodies)  # no size class: such models have kernels of their own
     for together in (SIDE_BY_SIDE, SIDE_BY_SIDE // 2, 1):
         large = config._replace(block_dim=max(count * together, 2 * WARP))
         if blocks_of(large.block_dim, large.instances_a_block * large.work_floats) > 0:
