@@ -180,9 +180,9 @@ def prescribe_any(instance: int, lane: int, lanes: int, model: ModelRef, state: 
 
 
 @cache
-def move_any_of(joints: tuple[MotionOf, ...]) -> Any:
+def move_any_of(joints: tuple[MotionOf, ...], displaced: bool = False) -> Any:
     """The Warp function `move_joint` where there may be such joints of one coordinate."""
-    joint_motion = motion_of(joints)
+    joint_motion = motion_of(joints, displaced)
 
     @wp.func
     def move_any(instance: int, body: int, half: float, model: ModelRef, state: StateRef, work: ScratchRef):

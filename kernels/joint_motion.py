@@ -105,25 +105,6 @@ def displacement_rates(couplings: Couplings, instance: int, function: int, q: fl
 
 
 @wp.func
-def with_turn(m: JointMotion, own: wp.vec3, f: wp.vec3) -> JointMotion:
-    """What a joint does that turns besides about an axis of the child, by a function of value and derivatives f."""
-    axis = wp.quat_rotate(m.orientation, own)
-    m.turning_slope = m.turning_slope + axis * f[2] + wp.cross(m.turning, axis) * f[1]
-    m.turning = m.turning + axis * f[1]
-    m.orientation = m.orientation * hinge_rotation(own, f[0])
-    return m
-
-
-@wp.func
-def with_move(m: JointMotion, axis: wp.vec3, f: wp.vec3) -> JointMotion:
-    """What a joint does that moves besides along an axis of the parent."""
-    m.place = m.place + axis * f[0]
-    m.moving = m.moving + axis * f[1]
-    m.moving_slope = m.moving_slope + axis * f[2]
-    return m
-
-
-@wp.func
 def coupled_motion(instance: int, body: int, q: float, model: ModelRef) -> JointMotion:
     """Turns about three axes in order, each riding on those before, and moves along three axes of the parent.
 
@@ -134,10 +115,17 @@ def coupled_motion(instance: int, body: int, q: float, model: ModelRef) -> Joint
     first = model.couplings.joint[body].first
     for k in range(3):
         f = displacement_rates(model.couplings, instance, first + k, q)
-        m = with_turn(m, at(model.couplings.function, instance, first + k).axis, f)
+        own = at(model.couplings.function, instance, first + k).axis
+        axis = wp.quat_rotate(m.orientation, own)
+        m.turning_slope = m.turning_slope + axis * f[2] + wp.cross(m.turning, axis) * f[1]
+        m.turning = m.turning + axis * f[1]
+        m.orientation = m.orientation * hinge_rotation(own, f[0])
     for k in range(3, 6):
         f = displacement_rates(model.couplings, instance, first + k, q)
-        m = with_move(m, at(model.couplings.function, instance, first + k).axis, f)
+        axis = at(model.couplings.function, instance, first + k).axis
+        m.place = m.place + axis * f[0]
+        m.moving = m.moving + axis * f[1]
+        m.moving_slope = m.moving_slope + axis * f[2]
     return m
 
 
@@ -190,11 +178,18 @@ def displaced_motion(instance: int, body: int, model: ModelRef, work: ScratchRef
     m.orientation = wp.quat(0.0, 0.0, 0.0, 1.0)
     first = model.couplings.joint[body].first
     for k in range(3):
-        axis = at(model.couplings.function, instance, first + k).axis
-        m = with_turn(m, axis, rates_of(work.turn_rates, body, k))
+        f = rates_of(work.turn_rates, body, k)
+        own = at(model.couplings.function, instance, first + k).axis
+        axis = wp.quat_rotate(m.orientation, own)
+        m.turning_slope = m.turning_slope + axis * f[2] + wp.cross(m.turning, axis) * f[1]
+        m.turning = m.turning + axis * f[1]
+        m.orientation = m.orientation * hinge_rotation(own, f[0])
     for k in range(3):
+        f = rates_of(work.move_rates, body, k)
         axis = at(model.couplings.function, instance, first + 3 + k).axis
-        m = with_move(m, axis, rates_of(work.move_rates, body, k))
+        m.place = m.place + axis * f[0]
+        m.moving = m.moving + axis * f[1]
+        m.moving_slope = m.moving_slope + axis * f[2]
     return m
 
 
@@ -210,17 +205,21 @@ def has_displacements(joints: tuple[MotionOf, ...]) -> bool:
 
 
 @cache
-def motion_of(joints: tuple[MotionOf, ...]) -> Any:
-    """The Warp function (instance, body, q, model, work) -> JointMotion of the joint that carries a body."""
+def motion_of(joints: tuple[MotionOf, ...], displaced: bool = False) -> Any:
+    """The Warp function (instance, body, q, model, work) -> JointMotion of the joint that carries a body.
+
+    Args:
+        displaced: whether `displacements_stage` comes before.
+    """
     if not joints:
         return no_motion
-    number, motion, others = joints[0].number, joints[0].motion, motion_of(joints[1:])
-    displaced = motion is coupled_motion
+    number, motion, others = joints[0].number, joints[0].motion, motion_of(joints[1:], displaced)
+    prepared = displaced and motion is coupled_motion
 
     @wp.func
     def joint_motion(instance: int, body: int, q: float, model: ModelRef, work: ScratchRef) -> JointMotion:
         if model.skeleton.plan[body].joint_type == number:
-            if wp.static(displaced):
+            if wp.static(prepared):
                 return displaced_motion(instance, body, model, work)
             else:
                 return motion(instance, body, q, model)

@@ -62,7 +62,7 @@ class JointStages(NamedTuple):
 
 
 @cache
-def joint_stages_of(kind: SkeletonKind) -> JointStages:
+def joint_stages_of(kind: SkeletonKind, across: bool = False) -> JointStages:
     """The stages of a model with such bodies and joints."""
     inertia_stage = inertia_stage_of(kind.turned, kind.contact)
     if not kind.joints:
@@ -70,7 +70,8 @@ def joint_stages_of(kind: SkeletonKind) -> JointStages:
             work_at, kinematics_stage, prescribe_stage, inertia_stage, acceleration_stage, hybrid_acceleration_stage,
             integrate_stage,
         )  # fmt: skip
-    prepare = displacements_stage if has_displacements(kind.joints) else None
+    displaced = across and has_displacements(kind.joints)
+    prepare = displacements_stage if displaced else None
     backward, forward = backward_pass_of, forward_pass_of
     reduce, reduce_rest, integrate = reduce_any, reduce_any_remaining, integrate_stage
     if kind.follows:
@@ -78,7 +79,7 @@ def joint_stages_of(kind: SkeletonKind) -> JointStages:
         reduce, reduce_rest, integrate = reduce_any_cluster, reduce_remaining_cluster, integrate_drivers_stage
     return JointStages(
         coordinate_work_at,
-        kinematics_stage_of(move_any_of(kind.joints), place_any, prepare),
+        kinematics_stage_of(move_any_of(kind.joints, displaced), place_any, prepare),
         prescribe_any,
         inertia_stage,
         acceleration_stage_of(backward(reduce), forward(accelerate_any)),

@@ -111,7 +111,7 @@ def one_step_of(
     control_stage, advance = control_stage_of(controller), controller.advance
     muscle_stage, muscular = control_stage, muscles is not None
     by_coordinate = bool(skeleton.joints) and controller.custom.effort is None
-    of_joints = joint_stages_of(skeleton)
+    of_joints = joint_stages_of(skeleton, across)
     kinematics_stage, inertia_stage, integrate_stage = of_joints.kinematics, of_joints.inertia, of_joints.integrate
     acceleration_stage, hybrid_acceleration_stage = of_joints.acceleration, of_joints.hybrid_acceleration
     prescribe_stage = of_joints.prescribe
