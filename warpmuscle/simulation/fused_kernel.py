@@ -94,7 +94,7 @@ class KernelConfig(NamedTuple):
             blocks = blocks_of(self.block_dim, floats)
         else:
             blocks = resident_blocks(floats, registers_of(self.muscles))
-        return multiprocessors * blocks * self.instances_a_block
+        return int(multiprocessors * blocks * self.instances_a_block)
 
 
 @contextmanager
@@ -243,7 +243,7 @@ def resident_blocks(floats: int, registers: int = MAX_REGISTERS) -> int:
         floats: numbers of the working sets of a block. registers: of a lane.
     """
     warps = REGISTERS // (-(-GPU_BLOCK * registers // REGISTERS_AT_ONCE) * REGISTERS_AT_ONCE)
-    return min(warps // 4 * 4, SHARED_MEMORY // (4 * floats + SHARED_BY_SYSTEM))
+    return int(min(warps // 4 * 4, SHARED_MEMORY // (4 * floats + SHARED_BY_SYSTEM)))
 
 
 def piece_lengths(steps: int, waves: float) -> list[int]:
