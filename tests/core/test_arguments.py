@@ -101,7 +101,9 @@ def cases(folder: Path) -> dict[str, Case]:
         "read": Case(wm.read, {"path": folder / "result.h5", "run": None}),
         "write": Case(wm.write, {"path": folder / "written.h5", "result": p.result}),
         "load": Case(
-            wm.load, {"source": "fwalk", "ignored": None, "keyword_rule": False, "trust": False, "ball_joints": False}
+            wm.load,
+            {"source": "fwalk", "ignored": None, "keyword_rule": False, "trust": False, "ball_joints": False}
+            | {"hard_points": False},
         ),
         "save": Case(wm.save, {"scene": p.scene, "path": folder / "saved.toml", "ignored": None}),
         "trust": Case(wm.trust, {"scene": p.scene, "folder": folder}),

@@ -47,6 +47,7 @@ def test_steps_four_times_as_long_make_the_same_gait_if_what_is_stiff_is_implici
     np.testing.assert_allclose(gaits[1], gaits[0], rtol=0.03)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("name", "slowest", "fastest"),
     [

@@ -343,6 +343,7 @@ def spine(kind: str, followed: bool, **more: Any) -> Scene:
     return scene
 
 
+@pytest.mark.long
 def test_a_hinge_that_is_followed_is_the_coupled_joint_that_turns_as_it_does():
     hinge, coupled = (recorded(spine(kind, True)) for kind in ("hinge", "coupled"))
     for one, other in zip(hinge, coupled, strict=True):

@@ -16,6 +16,8 @@ from warpmuscle.model.objective import objective_kind
 from warpmuscle.scene.topology import topology
 from warpmuscle.simulation.launcher import GPU_BLOCK, GPU_LANES
 
+pytestmark = pytest.mark.long  # they build for a GPU
+
 SHARED_A_BLOCK = 233_472 // 12  # bytes: twelve blocks on a multiprocessor; 1 KiB of each is for the system
 FRAME_SIZE, REGISTER_COUNT = 0x11, 0x2F  # attributes of functions in .nv.info
 

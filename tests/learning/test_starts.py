@@ -73,6 +73,7 @@ def test_who_is_to_turn_is_wanted_elsewhere_by_and_by_and_has_not_failed_by_turn
     assert batch.episodes.heading.numpy()[0] - before == pytest.approx(0.05, rel=1e-4)
 
 
+@pytest.mark.long
 def test_some_episodes_of_a_gait_begin_at_the_initial_state():
     task = Task(variation=Variation(velocity_noise=0.0, start_states=16, start_after=1.0))
     batch = EpisodeBatch("reflex_walk", 40, "cpu", task, threads=1)

@@ -213,6 +213,7 @@ def test_interrupt_between_two_stages_undoes_nothing(scene, whole, tmp_path, mon
     assert_same(resume(path), whole)
 
 
+@pytest.mark.long
 def test_kill_at_any_write_in_any_stage_loses_nothing(scene, whole, tmp_path):
     path = tmp_path / "a.h5"
     for moment in range(3, 1000, 5):

@@ -42,6 +42,7 @@ def until_found(search, function, evaluations):
     return sizes
 
 
+@pytest.mark.long
 def test_reaches_what_the_package_reaches_as_often_as_not():
     """Rounding, which differs between processors, separates the two after many generations, and luck decides then."""
     reached = []

@@ -208,6 +208,7 @@ def test_batches_are_larger_on_more_devices(two_cpus):
     assert two.term_names == one.term_names
 
 
+@pytest.mark.long
 def test_a_sweep_over_several_devices_is_that_of_one(two_cpus, tmp_path):
     files = [tmp_path / f"{name}.h5" for name in ("one", "several")]
     for device, file in zip(("cpu", "cuda:all"), files, strict=True):

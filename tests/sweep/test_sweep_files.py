@@ -113,6 +113,7 @@ def wait_for_generations(folder: Path, more: int, process: subprocess.Popen) -> 
     pytest.fail(f"the sweep ended, or took too long: {process.communicate(timeout=10)}")
 
 
+@pytest.mark.long
 def test_kill_at_any_moment_loses_nothing_and_the_same_command_goes_on(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "whole").mkdir()
@@ -142,6 +143,7 @@ def test_kill_at_any_moment_loses_nothing_and_the_same_command_goes_on(tmp_path,
     assert_same_file(tmp_path / "small.h5", tmp_path / "whole" / "small.h5")
 
 
+@pytest.mark.long
 def test_interrupt_keeps_what_was_evaluated(tmp_path, done):
     def interrupt(progress):
         if progress.evaluated > 100:
@@ -157,6 +159,7 @@ def test_interrupt_keeps_what_was_evaluated(tmp_path, done):
     assert_same_file(output, done)
 
 
+@pytest.mark.long
 def test_full_disk_is_one_line_for_each_run_and_nothing_is_lost(tmp_path, done):
     full = []
 

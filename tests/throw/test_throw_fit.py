@@ -65,6 +65,7 @@ def test_the_fit_meets_all_bars_from_literature_parameters(job: Job):
     assert job.fitted.stages[0].agreement.r2.min() < 0.0
 
 
+@pytest.mark.long
 def test_recorded_throws_meet_all_bars(reference_data: Path):
     """All 22 free throws, every other one held out of the fit of the parameters."""
     job = Job(load("throw"), sorted((reference_data / "spl_freethrow").glob("throw_T*.csv")), Options(seed=1))

@@ -148,6 +148,7 @@ def test_synergies_of_many_muscles_explain_the_torque_of_every_joint_and_none_is
     assert missed.max() < 0.1, missed
 
 
+@pytest.mark.long
 def test_muscles_in_three_dimensions_turn_the_joints_the_way_that_they_do_in_a_body():
     """In the middle of a throw's range; and together they suffice for it."""
     arm = Arm(load("throw23"))

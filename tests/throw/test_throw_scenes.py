@@ -154,6 +154,7 @@ def wrist(scene: Scene) -> np.ndarray:
     return rollout.recorded("coordinates")[0, :, -1].astype(float)
 
 
+@pytest.mark.long
 def test_strong_muscles_on_a_light_hand_are_stable_in_steps_of_a_millisecond():
     fine = replace(strongest_wrist(), time_step=0.000125)
     expected = wrist(fine)

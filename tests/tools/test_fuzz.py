@@ -21,6 +21,7 @@ from fuzzing.texts import mutated  # noqa: E402
 CASES, SEED = 80, 1
 
 
+@pytest.mark.long
 def test_mutated_inputs_of_all_kinds_give_a_result_or_one_line_of_error(tmp_path: Path):
     command = [sys.executable, str(ROOT / "tools/fuzz.py"), "--cases", str(CASES), "--seed", str(SEED)]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, errors="replace")

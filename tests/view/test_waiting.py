@@ -99,5 +99,7 @@ def test_page_gives_way_to_a_live_simulation_that_finds_it_late(waiting, scene):
 
 
 def test_page_says_what_failed(waiting):
+    waiting.waiting.say("compiling")
+    says(waiting, "compiling")  # so it hears its server
     waiting.waiting.fail("There is nothing to show: it fell apart")
     says(waiting, "it fell apart")
