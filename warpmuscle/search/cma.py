@@ -7,7 +7,6 @@ import warnings
 from collections.abc import Callable
 from typing import Any
 
-import cma  # type: ignore[import-untyped]
 import numpy as np
 from numpy.typing import ArrayLike
 from threadpoolctl import ThreadpoolController  # type: ignore[import-untyped]
@@ -17,6 +16,10 @@ from warpmuscle.core.errors import Error
 from warpmuscle.search.bounds import into_cube, out_of_cube, scattered
 from warpmuscle.search.restarts import Restarts, Run
 from warpmuscle.search.search import Progress, checked_costs, checked_population, checked_sigma, checked_start, frozen
+
+with warnings.catch_warnings():
+    warnings.simplefilter("ignore", UserWarning)  # it misses Matplotlib, which only its plots need
+    import cma  # type: ignore[import-untyped]
 
 _LIBRARIES = ThreadpoolController()
 LEAST_POPULATION = 4  # two parents, so that the covariance has something to learn from
