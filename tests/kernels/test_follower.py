@@ -351,6 +351,7 @@ def test_a_hinge_that_is_followed_is_the_coupled_joint_that_turns_as_it_does():
         np.testing.assert_allclose(one, other, atol=2e-3)
 
 
+@pytest.mark.long
 def test_a_hinge_that_nothing_heavy_follows_swings_as_one_that_is_not_followed():
     plain, scene = spine("hinge", False), spine("hinge", False)
     scene.character.bodies["charm"] = Body(1.0e-7, (1.0e-10, 1.0e-10, 1.0e-10))

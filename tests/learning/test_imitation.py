@@ -80,6 +80,7 @@ def test_hips_knees_and_ankles_bend_as_a_norm_says(walker: Rollout, norm):
     np.testing.assert_allclose(-2 * np.degrees(np.arctan2(hip, w)), norm.angles["Hip flexion"].mean(percent), atol=1e-6)
 
 
+@pytest.mark.long
 def test_what_is_earned_is_the_mean_closeness_of_joints(batch: EpisodeBatch):
     batch.reset(1)
     phases = batch.episodes.phase.numpy().copy()

@@ -123,6 +123,7 @@ class TestRuns:
         assert (own.state.muscles.force.numpy() < usual.state.muscles.force.numpy() + 1e-3).all()
         assert not np.allclose(own.state.speeds.numpy(), usual.state.speeds.numpy(), rtol=0.01)
 
+    @pytest.mark.long
     @pytest.mark.parametrize("velocity", ["lee", "lee_sloped"])
     def test_a_force_velocity_curve_may_come_with_its_slope_or_without(self, velocity: str):
         implicit = MuscleModel(implicit_damping=True)
@@ -130,6 +131,7 @@ class TestRuns:
         own, usual = run(given), run(scene(muscle_model=implicit))
         np.testing.assert_allclose(own.state.speeds.numpy(), usual.state.speeds.numpy(), rtol=2e-3, atol=2e-3)
 
+    @pytest.mark.long
     def test_metabolic_power_is_that_of_the_curves_in_use(self):
         given, plain = (scene() for _ in "ab")
         for one in (given, plain):

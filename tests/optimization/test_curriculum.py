@@ -233,6 +233,7 @@ def test_kill_at_any_write_in_any_stage_loses_nothing(scene, whole, tmp_path):
         pytest.fail("never came to its end")
 
 
+@pytest.mark.long
 def test_kill_of_the_process_loses_nothing(scene, tmp_path):
     stages = [changed(stage, candidates=None) for stage in scene.stages]
     scene = changed(scene, stages=stages)

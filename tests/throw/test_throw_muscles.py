@@ -92,6 +92,7 @@ def test_no_path_jumps_over_a_surface(arm: Arm):
         assert np.abs(np.diff(length, axis=0)).max() < 0.09 * (sweep[1] - sweep[0])
 
 
+@pytest.mark.long
 def test_fits_compute_the_forces_and_torques_of_the_step(arm: Arm):
     motion = resample([motion_of(arm.scene, arm)])
     scene = msgspec.structs.replace(arm.simulated, duration=0.02)

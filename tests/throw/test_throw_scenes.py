@@ -195,6 +195,7 @@ def test_whole_body_has_21_segments_and_32_degrees_of_freedom_of_which_muscles_d
     assert mass == pytest.approx(90.7, rel=0.005)
 
 
+@pytest.mark.long
 def test_arm_of_the_whole_body_moves_like_the_planar_one():
     """Under the same excitations; their shoulders move alike, their trunks differ."""
     angles = []
