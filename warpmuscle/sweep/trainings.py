@@ -120,11 +120,13 @@ def gather_trainings(folder: Folder, manifest: Manifest, output: Path, command: 
     Raises:
         ResultError: a file cannot be read or written; nothing is left behind then.
     """
-    entries = [entry for entry in manifest.runs if _learned(folder.result(entry.name)) is not None]
+    every = [(entry, _learned(folder.result(entry.name))) for entry in manifest.runs]
+    begun = [(entry, learned) for entry, learned in every if learned is not None]
+    entries = [entry for entry, _ in begun]
     memory = io.BytesIO()
     with h5py.File(memory, "w", track_order=True) as file:
         put_runs(file, folder, manifest, entries, command)
-        _put_table(file, entries, [_learned(folder.result(entry.name)) for entry in entries])
+        _put_table(file, entries, [learned for _, learned in begun])
     try:
         replace_file(output, memory.getvalue())
     except SceneError as error:
@@ -132,8 +134,7 @@ def gather_trainings(folder: Folder, manifest: Manifest, output: Path, command: 
     return len(entries)
 
 
-def _put_table(file: Any, entries: Sequence[RunEntry], learned: Sequence[Learned | None]) -> None:
-    found = [one for one in learned if one is not None]
+def _put_table(file: Any, entries: Sequence[RunEntry], found: Sequence[Learned]) -> None:
     table = file.create_group("table", track_order=True)
     put_column(table, "run", [entry.name for entry in entries])
     put_column(table, "seed", np.array([entry.seed for entry in entries], dtype=np.int64))
