@@ -11,7 +11,10 @@ from warpmuscle.kernels.wrap_cylinder import cylinder_touch
 from warpmuscle.kernels.wrap_touch import BESIDE, Touch, on_side
 
 ENDLESS = 1.0e4  # m, length of the cylinder
-STEPS, SHORTER = 12, 4  # of the search for the nearest place
+STEPS = 20  # of the search for the nearest place, more than it needs
+FIRST_REACH = 0.2  # of the search, times the slope at its start
+TOLERANCE = 1.0e-4  # of the square of what is to be 0, and of the distance, to their values before
+WORTHLESS = 1.0e-4  # share of the expected gain below which a step is not taken
 SMALLEST = 1.0e-12
 
 
@@ -21,12 +24,27 @@ def circle_slope(u: float, along: float, flat: float, square: float, rest: float
     away = wp.sqrt(wp.max(u * u * square + 2.0 * flat * u + rest, SMALLEST))
     inward = square * u + flat
     bend = square / away - inward * inward / (away * away * away)
-    return wp.vec2(along + u - 2.0 * ring * inward / away, 1.0 - 2.0 * ring * bend)
+    return wp.vec2(2.0 * (along + u - 2.0 * ring * inward / away), 2.0 * (1.0 - 2.0 * ring * bend))
+
+
+@wp.func
+def narrowed(reach: float, size: float, gain: float, expected: float, after: float, before: float) -> float:
+    """Reach of a search after a step that gained much less than expected."""
+    share = wp.float32(0.5)
+    if gain < 0.0:
+        share = 0.5 * expected / (expected - 0.5 * gain)
+    if 0.1 * after >= before or share < 0.1:
+        share = 0.1
+    return share * wp.min(reach, 10.0 * size)
 
 
 @wp.func
 def place_from(a: wp.vec3, b: wp.vec3, ring: float) -> wp.vec3:
-    """The place on the line from a to b that OpenSim's search for the one nearest to the circle finds, from a on."""
+    """The place on the line from a to b that OpenSim's search for the one nearest to the circle finds, from a on.
+
+    Levenberg's and Marquardt's method for one unknown with steps within a reach (MINPACK's lmdif; More 1978). Where
+    there are several places, its first steps say which one is found.
+    """
     n = wp.normalize(b - a)
     along = wp.dot(a, n)
     flat = a[0] * n[0] + a[1] * n[1]
@@ -34,15 +52,41 @@ def place_from(a: wp.vec3, b: wp.vec3, ring: float) -> wp.vec3:
     rest = a[0] * a[0] + a[1] * a[1]
     u = wp.float32(0.0)
     f = circle_slope(u, along, flat, square, rest, ring)
+    scale = wp.float32(0.0)  # the greatest slope so far
+    reach = wp.float32(FIRST_REACH)
+    moved = wp.bool(False)
     for _ in range(STEPS):
-        step = -f[0] / wp.where(f[1] == 0.0, 1.0, f[1])
+        if f[0] == 0.0 or f[1] == 0.0:
+            break
+        slope = wp.abs(f[1])
+        before = wp.abs(f[0])
+        scale = wp.max(scale, slope)
+        size = scale * before / slope
+        damping = wp.float32(0.0)
+        if size > 1.1 * reach:
+            size = reach
+            damping = wp.max(slope * before / (scale * reach) - slope * slope / (scale * scale), 0.0)
+        step = -wp.sign(f[0] * f[1]) * size / scale
+        if not moved:
+            reach = wp.min(reach, size)
         after = circle_slope(u + step, along, flat, square, rest, ring)
-        for _ in range(SHORTER):
-            if wp.abs(after[0]) > wp.abs(f[0]):
-                step *= 0.5
-                after = circle_slope(u + step, along, flat, square, rest, ring)
-        u += step
-        f = after
+        left = wp.abs(after[0]) / before
+        gain = wp.where(left < 10.0, 1.0 - left * left, -1.0)
+        straight = slope * step / before
+        held = damping * (size / before) * (size / before)
+        expected = straight * straight + 2.0 * held
+        if gain <= 0.25 * expected:
+            reach = narrowed(reach, size, gain, straight * straight + held, left, 1.0)
+        elif damping == 0.0 or gain >= 0.75 * expected:
+            reach = 2.0 * size
+        if gain >= WORTHLESS * expected:
+            moved = True
+            u += step
+            f = after
+        if wp.abs(gain) <= TOLERANCE and expected <= TOLERANCE and gain <= 2.0 * expected:
+            break
+        if reach <= TOLERANCE * scale * wp.abs(u):
+            break
     return a + n * u
 
 

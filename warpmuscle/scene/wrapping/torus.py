@@ -16,7 +16,9 @@ from warpmuscle.scene.wrapping.cylinder import cylinder_touch
 from warpmuscle.scene.wrapping.touch import BESIDE, Touch, sign, untouched
 
 ENDLESS = 1.0e4  # m
-STEPS = 40  # of the search for the nearest place
+STEPS = 100  # of the search for the nearest place, more than it needs
+FIRST_REACH = 0.2
+TOLERANCE = WORTHLESS = 1.0e-4
 
 
 def torus_touch(a: Floats, b: Floats, section: float, ring: float, axis: int, side: int, where: int) -> Touch:
@@ -46,25 +48,45 @@ def torus_touch(a: Floats, b: Floats, section: float, ring: float, axis: int, si
 
 
 def place_from(a: Floats, b: Floats, ring: float) -> Floats:
-    """The place on the line from a to b that OpenSim's search for the one nearest to the circle finds, from a on."""
+    """The place on the line from a to b that OpenSim's search for the one nearest to the circle finds, from a on.
+
+    Levenberg's and Marquardt's method for one unknown with steps within a reach (MINPACK's lmdif; More 1978).
+    """
     n = (b - a) / max(float(np.linalg.norm(b - a)), 1e-12)
     along, flat, square, rest = float(a @ n), float(a[:2] @ n[:2]), float(n[:2] @ n[:2]), float(a[:2] @ a[:2])
 
     def slope(u: float) -> tuple[float, float]:
         away = math.sqrt(max(u * u * square + 2.0 * flat * u + rest, 1e-24))
         inward = square * u + flat
-        return along + u - 2.0 * ring * inward / away, 1.0 - 2.0 * ring * (square / away - inward**2 / away**3)
+        return 2.0 * (along + u - 2.0 * ring * inward / away), 2.0 - 4.0 * ring * (square / away - inward**2 / away**3)
 
-    u = 0.0
+    u, scale, reach, moved = 0.0, 0.0, FIRST_REACH, False
     f, df = slope(u)
-    for _ in range(STEPS):  # Newton's method, with shorter steps where it would go up
-        step = -f / df if df != 0.0 else 0.0
-        for _ in range(8):
-            new = slope(u + step)
-            if abs(new[0]) < abs(f):
-                break
-            step *= 0.5
-        u, (f, df) = u + step, new
+    for _ in range(STEPS):
+        if f == 0.0 or df == 0.0:
+            break
+        scale = max(scale, abs(df))
+        size, damping = scale * abs(f / df), 0.0
+        if size > 1.1 * reach:
+            size, damping = reach, max(abs(f * df) / (scale * reach) - (df / scale) ** 2, 0.0)
+        step = -math.copysign(size / scale, f * df)
+        reach = reach if moved else min(reach, size)
+        after = slope(u + step)
+        left = abs(after[0] / f)
+        gain = 1.0 - left**2 if left < 10.0 else -1.0
+        straight, held = (df * step / f) ** 2, damping * (size / f) ** 2
+        expected = straight + 2.0 * held
+        if gain <= 0.25 * expected:
+            share = 0.5 if gain >= 0.0 else 0.5 * (straight + held) / (straight + held - 0.5 * gain)
+            reach = (0.1 if left >= 10.0 or share < 0.1 else share) * min(reach, 10.0 * size)
+        elif damping == 0.0 or gain >= 0.75 * expected:
+            reach = 2.0 * size
+        if gain >= WORTHLESS * expected:
+            moved, u, (f, df) = True, u + step, after
+        if abs(gain) <= TOLERANCE and expected <= TOLERANCE and gain <= 2.0 * expected:
+            break
+        if reach <= TOLERANCE * scale * abs(u):
+            break
     return np.asarray(a + u * n)
 
 
