@@ -10,6 +10,7 @@ from warpmuscle.kernels.structs import ROOT_FIXED, ROOT_FREE, ROOT_PLANAR, State
 wp.set_module_options({"enable_backward": False})
 
 SPEED, TURNING_RATE, FIRST_POSE = 0, 1, 2  # of the commands
+LEAST_PACE = 0.1  # of the clock's speed
 
 
 @wp.struct
@@ -43,7 +44,9 @@ class EpisodeRules:
     command_decisions: int  # after which other commands are drawn; 0: never within an episode
     command_low: wp.array[float]
     command_high: wp.array[float]
-    cycle_rate: float  # 1/s, of the imitated gait; 0: there is none
+    cycle_rate: float  # 1/s, of the imitated gait at the clock's speed; 0: there is none
+    clock_speed: float  # m/s
+    cadence_power: float
     start_phase: wp.array[float]  # (starts,)
     velocity_noise: float  # m/s
     push: float  # N s
@@ -93,6 +96,14 @@ def draw_commands(instance: int, counter: int, episodes: Episodes, rules: Episod
 
 
 @wp.func
+def clock_rate(speed: float, rules: EpisodeRules) -> float:
+    """Cycles a second of the imitated gait at a wanted speed, m/s; it never stands still."""
+    if rules.cadence_power == 0.0:
+        return rules.cycle_rate
+    return rules.cycle_rate * wp.pow(wp.max(speed / rules.clock_speed, LEAST_PACE), rules.cadence_power)
+
+
+@wp.func
 def push_wait(generator: wp.uint32, rules: EpisodeRules) -> int:
     """Decisions until the next push: half of those in the mean to three halves."""
     return wp.max(int((0.5 + wp.randf(generator)) * float(rules.push_decisions)), 1)
@@ -115,7 +126,7 @@ def begin_decision(
     if rules.command_decisions > 0 and length > 0 and length % rules.command_decisions == 0:
         draw_commands(i, decision, episodes, rules)
     episodes.heading[i] = episodes.heading[i] + episodes.command[i, TURNING_RATE] * rules.decision_time
-    phase = episodes.phase[i] + rules.cycle_rate * rules.decision_time
+    phase = episodes.phase[i] + clock_rate(episodes.command[i, SPEED], rules) * rules.decision_time
     episodes.phase[i] = phase - wp.floor(phase)
     if rules.push_decisions > 0 and decision >= episodes.next_push[i]:
         generator = random_of(episodes.seed[0], i, decision, PUSH)

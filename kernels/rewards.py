@@ -5,40 +5,47 @@ import warp as wp
 from warpmuscle.kernels.episodes import FIRST_POSE, SPEED, EpisodeRules, Episodes, root_orientation, root_place
 from warpmuscle.kernels.senses import up_in_trunk
 from warpmuscle.kernels.spatial import heading_angle
-from warpmuscle.kernels.structs import RUNNING, State
+from warpmuscle.kernels.structs import RUNNING, State, at
 from warpmuscle.kernels.term_functions import bin_of
 
 wp.set_module_options({"enable_backward": False})
 
 # Terms of the reward, in the order in which they are logged.
 TERMS = (
-    "speed", "alive", "upright", "pose", "imitation", "effort", "action", "action_rate", "heading", "side", "objective",
-    "failure",
+    "speed", "alive", "upright", "pose", "imitation", "force", "effort", "action", "action_rate", "overload", "heading",
+    "side", "objective", "failure",
 )  # fmt: skip
 COUNT = len(TERMS)
-SPEED_TERM, ALIVE, UPRIGHT, POSE, IMITATION, EFFORT, ACTION, ACTION_RATE, HEADING, SIDE, OBJECTIVE, FAILURE = range(
-    COUNT
-)
+(
+    SPEED_TERM, ALIVE, UPRIGHT, POSE, IMITATION, FORCE, EFFORT, ACTION, ACTION_RATE, OVERLOAD, HEADING, SIDE, OBJECTIVE,
+    FAILURE,
+) = range(COUNT)  # fmt: skip
 # What is logged of an episode behind its terms.
 FORWARD, DECISIONS, COMPLETED, ENDED = range(COUNT, COUNT + 4)
 LOGGED = COUNT + 4
 QUATERNION = 4  # coordinates of a ball joint
 LEAST_DISTANCE = 1.0  # m, that the cost of transport counts for
+UNKNOWN = -1.0  # smoothed force of an episode that has just begun
 
 term_values = wp.types.vector(length=COUNT, dtype=float)
 
 
 @wp.struct
 class GaitTable:
-    """A gait over one cycle, which is imitated."""
+    """A gait over one cycle, which is imitated, at some wanted speeds."""
 
-    coordinate: wp.array2d[float]  # (bins, coordinates)
+    coordinate: wp.array2d[float]  # (speeds * bins, coordinates), bins of the first speed first
     up: wp.array[wp.vec3]  # (bins,) the vertical in axes of the trunk
     first: wp.array[int]  # (joints,) coordinate of each
     end: wp.array[int]
     weight: wp.array[float]  # (joints,), which adds up to 1 with `up_weight`
     up_weight: float
     width: float  # rad
+    force: wp.array2d[float]  # (speeds, bins) people's vertical force on the left foot, body weights
+    right: float  # part of the cycle after which the right foot touches down
+    speeds: int
+    first_speed: float  # m/s
+    speed_step: float  # m/s, from one speed to the next
 
 
 @wp.struct
@@ -50,6 +57,11 @@ class RewardRules:
     pose_width: float
     pose: wp.array[int]  # numbers of the wanted coordinates
     gait: GaitTable
+    force_width: float  # body weights
+    force_limit: float  # body weights
+    force_share: float  # of the present force in the smoothed one
+    total_mass: wp.array2d[float]  # (rows, 1) kg
+    gravity: wp.array2d[float]  # (rows, 1) m/s^2
     longest: int  # decisions of an episode
     effort: int  # what is mean-squared: EXCITATIONS, ACTIVATIONS or ACTIONS
 
@@ -80,6 +92,7 @@ class Gains:
     action: wp.array2d[float]
     previous: wp.array2d[float]  # (instances, actions) the action before
     excitation: wp.array2d[float]  # (instances, muscles), where actions give it
+    foot_force: wp.array2d[float]  # (instances, feet) smoothed vertical force, body weights, or UNKNOWN
     objective: wp.array[wp.float64]  # (instances,) what the episode has added to the scene's objective
     sums: wp.array2d[float]  # (instances, LOGGED) of the episode
     finished: wp.array2d[float]  # (instances, LOGGED) of the last one that ended
@@ -157,13 +170,70 @@ def closeness(squared_angle: float, width: float) -> float:
 
 
 @wp.func
-def imitation(instance: int, phase: float, up: wp.vec3, gait: GaitTable, state: State) -> float:
+def speed_row(speed: float, gait: GaitTable) -> int:
+    """The speed of the table that is nearest to a wanted one, m/s."""
+    if gait.speeds < 2:
+        return 0
+    return wp.clamp(int(wp.round((speed - gait.first_speed) / gait.speed_step)), 0, gait.speeds - 1)
+
+
+@wp.func
+def smoothed(before: float, now: float, share: float) -> float:
+    """A low-pass of first order, which begins with the first value."""
+    if before < 0.0:
+        return now
+    return before + share * (now - before)
+
+
+@wp.func
+def wanted_force(phase: float, row: int, gait: GaitTable) -> float:
+    """People's vertical force at a part of the cycle, body weights."""
+    return gait.force[row, bin_of(phase, gait.force.shape[1])]
+
+
+@wp.func
+def foot_load(instance: int, foot: int, reward: RewardRules, state: State) -> float:
+    """Vertical force on a foot, in weights of the body as it is, not less than 0."""
+    weight = at(reward.total_mass, instance, 0) * at(reward.gravity, instance, 0)
+    return wp.max(state.foot_force[instance, foot][1] / weight, 0.0)
+
+
+@wp.func
+def overload(instance: int, reward: RewardRules, state: State) -> float:
+    """Weights of the body above the limit, summed over the feet."""
+    total = wp.float32(0.0)
+    for foot in range(state.foot_force.shape[1]):
+        total += wp.max(foot_load(instance, foot, reward, state) - reward.force_limit, 0.0)
+    return total
+
+
+@wp.func
+def force_closeness(
+    instance: int, phase: float, row: int, reward: RewardRules, gains: Gains, state: State,
+) -> float:  # fmt: skip
+    """Mean over the feet of how near the smoothed force is to people's, at most 1; the smoothed force goes on."""
+    total = wp.float32(0.0)
+    feet = gains.foot_force.shape[1]
+    for foot in range(feet):
+        load = foot_load(instance, foot, reward, state)
+        now = smoothed(gains.foot_force[instance, foot], load, reward.force_share)
+        gains.foot_force[instance, foot] = now
+        lag = wp.where(foot == 0, 0.0, reward.gait.right)
+        away = now - wanted_force(phase - lag - wp.floor(phase - lag), row, reward.gait)
+        total += closeness(away * away, reward.force_width)
+    return total / float(wp.max(feet, 1))
+
+
+@wp.func
+def imitation(instance: int, phase: float, speed: int, up: wp.vec3, gait: GaitTable, state: State) -> float:
     """Weighted mean of how near joints, and the vertical in the trunk, are to those of the gait, at most 1.
 
     Of a ball joint 4 (1 - (p q)^2) stands for the squared angle between quaternions p and q, near which it is.
     """
-    row = bin_of(phase, gait.up.shape[0])
-    away = up - gait.up[row]
+    bins = gait.up.shape[0]
+    bin = bin_of(phase, bins)
+    row = speed * bins + bin
+    away = up - gait.up[bin]
     total = gait.up_weight * closeness(wp.dot(away, away), gait.width)
     for joint in range(gait.first.shape[0]):
         squared = wp.float32(0.0)
@@ -194,7 +264,13 @@ def task_terms(
         error = pose_error(instance, reward, episodes, state)
         values[POSE] = wp.exp(-error / (reward.pose_width * reward.pose_width))
     if reward.weight[IMITATION] != 0.0:
-        values[IMITATION] = imitation(instance, episodes.phase[instance], up_in_trunk(q), reward.gait, state)
+        row = speed_row(episodes.command[instance, SPEED], reward.gait)
+        values[IMITATION] = imitation(instance, episodes.phase[instance], row, up_in_trunk(q), reward.gait, state)
+    if reward.weight[FORCE] != 0.0:
+        row = speed_row(episodes.command[instance, SPEED], reward.gait)
+        values[FORCE] = force_closeness(instance, episodes.phase[instance], row, reward, gains, state)
+    if reward.weight[OVERLOAD] != 0.0:
+        values[OVERLOAD] = overload(instance, reward, state)
     if reward.weight[EFFORT] != 0.0:
         if reward.effort == EXCITATIONS:
             values[EFFORT] = mean_square(gains.excitation, instance)
@@ -278,3 +354,5 @@ def forget(
         gains.sums[i, k] = 0.0
     for k in range(gains.action.shape[1]):
         gains.action[i, k] = 0.0
+    for foot in range(gains.foot_force.shape[1]):
+        gains.foot_force[i, foot] = UNKNOWN

@@ -5,13 +5,24 @@ import numpy as np
 import pytest
 
 from warpmuscle.core.errors import SceneError
+from warpmuscle.core.pose import rotate
 from warpmuscle.formats import load
 from warpmuscle.gait.foot_contact import touch_downs
-from warpmuscle.kernels.rewards import IMITATION, TERMS
+from warpmuscle.gait.likeness import dimensionless_speed, leg_length, trend
+from warpmuscle.kernels.rewards import FORCE, IMITATION, TERMS
 from warpmuscle.learning import EpisodeBatch, Imitation, Rewards, Sense, Task, Variation
-from warpmuscle.learning.imitation import BINS, Gait, gait_of
+from warpmuscle.learning.imitation import (
+    BINS,
+    CARRYING,
+    SPEEDS,
+    Gait,
+    gait_of,
+    smoothed_over_cycle,
+    with_norm,
+    with_step_width,
+)  # fmt: skip
 from warpmuscle.learning.symmetry import BodySymmetry
-from warpmuscle.scene.norms import PERCENT_OF_BIN, WALKING
+from warpmuscle.scene.norms import PERCENT_OF_BIN, WALKING, walking_force
 from warpmuscle.simulation.rollout import Rollout
 
 SCENE = "walk56_person"
@@ -115,6 +126,92 @@ def test_the_clock_is_sine_and_cosine_of_the_phase(batch: EpisodeBatch):
     np.testing.assert_allclose(seen["clock.cos"], np.cos(angle), atol=1e-5)
 
 
+@pytest.fixture(scope="module")
+def by_speed() -> EpisodeBatch:
+    """Bodies that are told to walk at several speeds, rewarded by the force on their feet alone."""
+    rewards = Rewards(**(NOTHING | {"force": 1.0}), force_width=0.2, force_smoothing=0.03)
+    task = Task(
+        speed=(0.7, 1.8), observations={"clock": Sense()}, rewards=rewards, symmetric=True,
+        imitation=Imitation(norm="key points", moving=True, cycle_time=1.03, cadence_power=0.58),
+        variation=Variation(start_states=12, start_after=0.0, velocity_noise=0.0),
+    )  # fmt: skip
+    return EpisodeBatch(SCENE, 12, "cpu", task, threads=1)
+
+
+def test_the_clock_runs_as_people_step_at_the_wanted_speed(by_speed: EpisodeBatch):
+    by_speed.reset(1)
+    speed, before = by_speed.episodes.command.numpy()[:, 0].astype(float), by_speed.episodes.phase.numpy().copy()
+    by_speed.step()
+    gone = (by_speed.episodes.phase.numpy() - before) % 1.0
+    assert np.ptp(speed) > 0.5
+    np.testing.assert_allclose(gone, by_speed.dt / 1.03 * (speed / 1.25) ** 0.58, atol=1e-6)
+
+
+def test_what_the_force_earns_is_the_closeness_of_smoothed_forces_to_peoples(by_speed: EpisodeBatch):
+    by_speed.reset(1)
+    speed = by_speed.episodes.command.numpy()[:, 0].astype(float)
+    rows = np.rint((speed - 0.7) / (1.1 / (SPEEDS - 1))).astype(int)
+    numeric = by_speed.rollout.numeric
+    weight = numeric.gravity * sum(body.mass for body in numeric.character.bodies.values())
+    share, smoothed, earned = 1.0 - np.exp(-by_speed.dt / 0.03), None, 0.0
+    for _ in range(6):
+        by_speed.step()
+        load = np.maximum(by_speed.rollout.state.foot_force.numpy()[:, :, 1].astype(float) / weight, 0.0)
+        smoothed = load if smoothed is None else smoothed + share * (load - smoothed)
+        phase = by_speed.episodes.phase.numpy().astype(float)
+        each = np.linspace(0.7, 1.8, SPEEDS)[rows]
+        cycles = 1.03 * (each / 1.25) ** -0.58
+        curves = np.stack([
+            smoothed_over_cycle(walking_force(PERCENT_OF_BIN, v), cycle, 0.03)
+            for v, cycle in zip(each, cycles, strict=True)
+        ])  # fmt: skip
+        bins = [((phase - lag) % 1.0 * BINS).astype(int) for lag in (0.0, 0.5)]
+        wanted = np.stack([curves[np.arange(12), one] for one in bins], axis=1)
+        earned += np.exp(-(((smoothed - wanted) / 0.2) ** 2)).mean(axis=1)
+    found = by_speed.judge.gains.sums.numpy()[:, FORCE] / by_speed.dt
+    lasted = by_speed.episodes.length.numpy() == 6
+    assert lasted.sum() > 8
+    assert np.ptp(load[lasted]) > 0.5
+    np.testing.assert_allclose(found[lasted], earned[lasted], rtol=2e-4)
+
+
+def test_a_smoothed_curve_is_what_a_low_pass_makes_of_many_cycles():
+    curve = walking_force(PERCENT_OF_BIN, 1.25)
+    value, cycles = 0.0, np.tile(curve, 20)
+    for now in cycles[:-1]:
+        value += (1.0 - np.exp(-1.0 / BINS / 0.05)) * (now - value)
+    last = value + (1.0 - np.exp(-1.0 / BINS / 0.05)) * (cycles[-1] - value)
+    found = smoothed_over_cycle(curve, 1.0, 0.05)
+    assert found[-1] == pytest.approx(last, rel=1e-6)
+    assert found.mean() == pytest.approx(curve.mean(), rel=1e-6)
+    np.testing.assert_allclose(smoothed_over_cycle(curve, 1.0, 0.0), curve, rtol=1e-12)
+
+
+def test_a_norm_moves_with_the_speed_as_its_judge_has_it(walker: Rollout, gait: Gait):
+    fast, percent = with_norm(gait, "key points", walker, 1.7), PERCENT_OF_BIN - 0.5
+    more = trend("Knee flexion", dimensionless_speed(1.7, leg_length(walker.numeric)))
+    knee = np.degrees(fast.coordinate[:, walker.coordinate_names.index("lKnee")])
+    np.testing.assert_allclose(knee, WALKING[0].angles["Knee flexion"].mean(percent) + more[:BINS], atol=1e-6)
+    assert more.max() > 1.0
+
+
+def test_ankles_that_carry_are_as_far_apart_as_is_asked(walker: Rollout):
+    even = gait_of(walker, Imitation(settle=1.0), BodySymmetry(walker))
+    narrow = with_step_width(even, 0.08, walker).coordinate.copy()
+    narrow[:, :7] = [0.0, 5.0, 0.0, 0.0, 0.0, 0.0, 1.0]  # upright, in the air
+    shown = Rollout(SCENE, BINS, "cpu", record=range(BINS), threads=1)
+    shown.set_initial(coordinates=narrow)
+    shown.step(1)
+    shank = shown.names.bodies.index("lLowerleg")
+    ankle = np.array(shown.numeric.character.joints["lAnkle"].position_in_parent, dtype=float)
+    place = []
+    for number in range(CARRYING):
+        recording = shown.recording(number)
+        q, at = recording.body_orientation[0, shank].astype(float), recording.body_position[0, shank].astype(float)
+        place.append((at + rotate(q[None], ankle[None])[0])[0])
+    assert np.mean(place) == pytest.approx(0.04, abs=0.003)
+
+
 @pytest.mark.parametrize(
     ("imitation", "key", "message"),
     [
@@ -122,6 +219,9 @@ def test_the_clock_is_sine_and_cosine_of_the_phase(batch: EpisodeBatch):
         (Imitation(weights={"lElbo": 1.0}), "learning.imitation.weights.lElbo", "did you mean 'lElbow'"),
         (Imitation(weights={"lElbow": -1.0}), "learning.imitation.weights.lElbow", "must not be negative"),
         (Imitation(cycle_time=0.0), "learning.imitation.cycle_time", "greater than 0"),
+        (Imitation(moving=True), "learning.imitation.moving", "name one in `norm`"),
+        (Imitation(clock_speed=0.0), "learning.imitation.clock_speed", "greater than 0"),
+        (Imitation(step_width=-0.1), "learning.imitation.step_width", "must not be negative"),
     ],
 )
 def test_impossible_gaits_are_refused(imitation: Imitation, key: str, message: str):

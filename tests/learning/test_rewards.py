@@ -38,7 +38,9 @@ def test_what_decisions_add_to_the_objective_is_the_cost_of_the_scene():
 
 
 def test_terms_of_the_task_are_what_their_formulas_say():
-    batch = batch_of(dict.fromkeys(TERMS, 1.0) | {"objective": 0.0}, speed=(0.9, 0.9))
+    batch = batch_of(dict.fromkeys(TERMS, 1.0) | {"objective": 0.0, "force_limit": 0.3}, speed=(0.9, 0.9))
+    numeric = batch.rollout.numeric
+    weight = numeric.gravity * sum(body.mass for body in numeric.character.bodies.values())
     h, place, before = batch.dt, 1, np.zeros((2, 14))
     for action in actions(5, 14):
         start = batch.rollout.state.coordinates.numpy().astype(float)
@@ -48,15 +50,18 @@ def test_terms_of_the_task_are_what_their_formulas_say():
         values = (batch.judge.gains.sums.numpy() - sums)[:, :COUNT] / h
         q = batch.rollout.state.coordinates.numpy().astype(float)
         speed = (q[:, place] - start[:, place]) / h
+        load = batch.rollout.state.foot_force.numpy()[:, :, 1] / weight
         expected = {
             "speed": np.exp(-(((speed - 0.9) / 0.5) ** 2)),
             "alive": np.ones(2),
             "upright": np.cos(q[:, 2]),
             "pose": np.zeros(2),
             "imitation": np.zeros(2),
+            "force": np.zeros(2),
             "effort": -np.square(np.clip(0.1 + 0.4 * action, 0.0, 1.0)).mean(axis=1),
             "action": -np.square(action).mean(axis=1),
             "action_rate": -np.square(action - before).mean(axis=1),
+            "overload": -np.maximum(load - 0.3, 0.0).sum(axis=1),
             "heading": np.zeros(2),
             "side": np.zeros(2),
             "objective": np.zeros(2),

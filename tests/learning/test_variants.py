@@ -4,9 +4,12 @@ import msgspec
 import numpy as np
 import pytest
 
+from warpmuscle.core.errors import SceneError
 from warpmuscle.formats import load
 from warpmuscle.learning import EpisodeBatch, Task, Variation
-from warpmuscle.learning.variants import drawn, with_strengths
+from warpmuscle.learning.variants import drawn, drawn_commands, with_strengths
+from warpmuscle.scene import Command
+from warpmuscle.scene.number import Free
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.simulation.perturbations import with_masses
 
@@ -61,6 +64,28 @@ def test_another_episode_has_another_variant_and_its_numbers(batch: EpisodeBatch
         mass, _, _ = drawn(VARIED, batch.rollout, 5)
         bodies = [body.mass for body in batch.rollout.numeric.character.bodies.values()]
         np.testing.assert_allclose(values[:6], (mass * bodies).sum(axis=1)[variant], rtol=1e-6)
+
+
+def test_commands_of_the_scene_are_drawn_in_half_of_the_variants():
+    scene = load("reflex_planar")
+    name, body = next(iter(scene.character.bodies.items()))
+    loaded = msgspec.structs.replace(body, mass=Free(float(body.mass), per={"load": 1.0}))
+    character = msgspec.structs.replace(scene.character, bodies={**scene.character.bodies, name: loaded})
+    load_of = Command(0.0, 0.0, 20.0, unit="kg")
+    scene = msgspec.structs.replace(scene, character=character, commands={"load": load_of})
+    task = Task(variation=Variation(velocity_noise=0.0, commands=["load"], variants=40), episode_time=0.05)
+    batch = EpisodeBatch(scene, 16, "cpu", task, threads=1)
+    drawn = drawn_commands(task.variation, scene, 40)["load"]
+    assert 12 <= (drawn == 0.0).sum() <= 28
+    assert drawn.max() > 15.0
+    variant = batch.episodes.variant.numpy()
+    mass = batch._stepper.model.skeleton.total_mass.numpy()[:16, 0]
+    plain = sum(one.mass for one in load("reflex_planar").character.bodies.values())
+    np.testing.assert_allclose(mass, plain + drawn[variant], rtol=1e-6)
+    np.testing.assert_allclose(batch._variants.told.numpy()[:, 3], drawn / 20.0, rtol=1e-6)
+    unknown = Task(variation=Variation(commands=["lode"]))
+    with pytest.raises(SceneError, match="did you mean 'load'"):
+        EpisodeBatch(scene, 1, "cpu", unknown, threads=1)
 
 
 def test_pushes_come_about_as_often_as_asked_and_move_the_body():

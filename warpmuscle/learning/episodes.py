@@ -27,7 +27,7 @@ from warpmuscle.learning.symmetry import BodySymmetry, Images, observed_image
 from warpmuscle.learning.variants import Variants
 from warpmuscle.scene import Scene
 from warpmuscle.scene.joints import root_type
-from warpmuscle.scene.learning import Task
+from warpmuscle.scene.learning import Imitation, Task
 from warpmuscle.simulation.rollout import Rollout
 from warpmuscle.simulation.stepper import unrecorded
 
@@ -112,7 +112,7 @@ class EpisodeBatch:
         self.command_names = self.task.command_names
         body = BodySymmetry(rollout) if self.task.symmetric else None
         gait = None if self.task.imitation is None else gait_of(rollout, self.task.imitation, body)
-        self.judge = Judge(self.task, rollout, self.actions, gait, self.dt, self.longest)
+        self.judge = Judge(self.task, rollout, self.actions, gait, self._variants.model, self.dt, self.longest)
         around = self._surroundings()
         about = About(rollout, self.actions.names, self.command_names, self._variants.names, gait is not None)
         self.senses = Senses(self.task, about, self.decision_steps, around)
@@ -253,6 +253,8 @@ class EpisodeBatch:
         intervals = np.array([task.speed, task.turning_rate, *task.pose.values()])
         rules.root, rules.starts, rules.variants = root_number(self.scene), len(times), self._variants.count
         rules.cycle_rate = 0.0 if gait is None else 1.0 / gait.cycle_time
+        imitation = task.imitation or Imitation()
+        rules.clock_speed, rules.cadence_power = imitation.clock_speed, imitation.cadence_power
         phases = np.zeros(len(times)) if gait is None else gait.phases(times)
         rules.start_phase = to_device(phases, float, self.device)
         rules.command_decisions = round(task.command_time / self.dt)

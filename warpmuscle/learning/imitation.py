@@ -1,8 +1,12 @@
-"""The gait that is imitated: of the scene's own controller over a cycle, perhaps with the angles of a norm."""
+"""The gait that is imitated: of the scene's own controller over a cycle, perhaps with the angles of a norm.
+
+Angles of a norm may change with the wanted speed, and so does the vertical force that people's feet carry.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Any
 
 import msgspec
@@ -15,20 +19,24 @@ from warpmuscle.core.errors import RolloutError, SceneError
 from warpmuscle.core.pose import about, conjugate, multiply, normalized, rotate, twist_angle
 from warpmuscle.gait.cycles import PERCENT, body_weight, over_strides
 from warpmuscle.gait.foot_contact import SIDES, touch_downs
+from warpmuscle.gait.likeness import dimensionless_speed, leg_length, trend
 from warpmuscle.kernels import rewards as kernels
 from warpmuscle.learning.symmetry import BodySymmetry
 from warpmuscle.scene import Scene
-from warpmuscle.scene.anatomy import leg_joints
+from warpmuscle.scene.anatomy import joint_place, leg_joints
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.joints.symmetry import VECTOR
-from warpmuscle.scene.learning import Imitation
-from warpmuscle.scene.norms import FLEXION, LEG_ANGLES, WALKING
+from warpmuscle.scene.learning import Imitation, Task
+from warpmuscle.scene.norms import FLEXION, LEG_ANGLES, PERCENT_OF_BIN, WALKING, walking_force
 from warpmuscle.scene.topology import Topology
 from warpmuscle.simulation.rollout import Rollout
 
 BINS = 100  # of the cycle
 SEEN = 8.0  # s of the gait, however long the scene lasts
 ROOT = "root"  # among the weights
+FORWARD = np.array([0.0, 0.0, 1.0])
+SPEEDS = 12  # evenly over the wanted ones, for which there are tables
+CARRYING = BINS * 6 // 10  # bins in which the left foot carries
 
 
 @dataclass(frozen=True)
@@ -83,6 +91,8 @@ def gait_of(rollout: Rollout, imitation: Imitation, body: BodySymmetry | None = 
         over_strides(recording.time, up, cycles).mean(axis=0)[:BINS], cycle_time, left, float(np.median(lags)) % 1.0,
     )  # fmt: skip
     gait = gait if body is None else evened(gait, body, rollout)
+    if imitation.step_width is not None:
+        gait = with_step_width(gait, imitation.step_width, rollout)
     return with_norm(gait, imitation.norm, rollout) if imitation.norm else gait
 
 
@@ -110,10 +120,11 @@ def cycle_means(values: Floats, balls: list[slice[int, int, None]], time: Floats
     return mean
 
 
-def with_norm(gait: Gait, source: str, rollout: Rollout) -> Gait:
-    """The gait, whose hips, knees and ankles bend as in a norm of that name."""
+def with_norm(gait: Gait, source: str, rollout: Rollout, speed: float | None = None) -> Gait:
+    """The gait, whose hips, knees and ankles bend as in a norm of that name, moved to a speed, m/s, if one is given."""
     angles = next(norm.angles for norm in WALKING if norm.source == source)
     scene, names = rollout.numeric, rollout.names
+    relative = None if speed is None else dimensionless_speed(speed, leg_length(scene))
     coordinate = gait.coordinate.copy()
     for side, lag in enumerate((0.0, gait.right)):
         percent = 100.0 * ((PERCENT[:BINS] / 100.0 - lag) % 1.0)
@@ -122,7 +133,10 @@ def with_norm(gait: Gait, source: str, rollout: Rollout) -> Gait:
             span = slice(names.coordinate_start[body], names.coordinate_start[body + 1])
             kind, q = joint_type(joint), coordinate[:, span]
             now = twist_angle(kind.motion(joint, q, np.zeros((BINS, len(kind.speeds)))).orientation, (1.0, 0.0, 0.0))
-            more = sign * np.radians(angles[title].mean(percent)) - now
+            wanted = angles[title].mean(percent)
+            if relative is not None:
+                wanted = wanted + np.interp(percent, PERCENT, trend(title, relative))
+            more = sign * np.radians(wanted) - now
             if kind.quaternion:
                 coordinate[:, span] = multiply(q, about(np.array([1.0, 0.0, 0.0]), more))
             else:
@@ -148,9 +162,77 @@ def evened(gait: Gait, body: BodySymmetry, rollout: Rollout) -> Gait:
     return replace(gait, coordinate=coordinate, up=up, right=0.5)
 
 
-def gait_table(gait: Gait, imitation: Imitation, width: float, rollout: Rollout) -> kernels.GaitTable:
+def with_step_width(gait: Gait, width: float, rollout: Rollout) -> Gait:
+    """The gait, whose hips turn sideways, and ankles back, until ankles that carry are so far apart, m.
+
+    It is measured in axes of the pelvis: a pelvis that sways over the feet sets them farther apart on the ground.
+    """
+    coordinate = gait.coordinate.copy()
+    for side, outwards in enumerate((1.0, -1.0)):
+        joints = leg_joints(rollout.numeric, side)
+        ankle = _ankle_below_hip(joints, coordinate, rollout)
+        carrying = np.roll(ankle, -round(side * gait.right * BINS), axis=0)[:CARRYING]
+        hip = joint_place(rollout.numeric.character.joints[joints[0]])
+        place = outwards * (hip[0] + carrying[:, 0].mean())
+        turn = outwards * float(np.arctan2(0.5 * width - place, -carrying[:, 1].mean()))
+        _turn_sideways(joints[0], turn, coordinate, rollout)
+        _turn_sideways(joints[-1], -turn, coordinate, rollout)
+    return replace(gait, coordinate=coordinate)
+
+
+def _ankle_below_hip(joints: list[str], coordinate: Floats, rollout: Rollout) -> Floats:
+    """From hip to ankle of a leg of these joints, m, in axes of the pelvis: (BINS, 3)."""
+    legs = [rollout.numeric.character.joints[name] for name in joints]
+    ends = [
+        joint_place(below) - np.array([float(np.asarray(x).flat[0]) for x in above.position_in_child])
+        for above, below in pairwise(legs)
+    ]
+    place: Floats = np.zeros((BINS, 3))
+    for name, joint, end in reversed(list(zip(joints, legs, ends, strict=False))):
+        kind = joint_type(joint)
+        motion = kind.motion(joint, coordinate[:, _span(name, rollout.names)], np.zeros((BINS, len(kind.speeds))))
+        place = rotate(motion.orientation, place + end)
+    return place
+
+
+def _turn_sideways(name: str, angle: float, coordinate: Floats, rollout: Rollout) -> None:
+    """Turn a joint about the axis that points forwards, rad, where it can turn so."""
+    joint, span = rollout.numeric.character.joints[name], _span(name, rollout.names)
+    kind = joint_type(joint)
+    if kind.quaternion:
+        coordinate[:, span] = multiply(about(FORWARD, np.full(BINS, angle)), coordinate[:, span])
+    elif len(kind.coordinates) == 2:
+        coordinate[:, span.start + 1] += angle * np.sign(kind.frame(joint)[1][0, 2])
+
+
+def _span(joint: str, names: Topology) -> slice[int, int, None]:
+    """Coordinates of a joint."""
+    body = names.body_of_joint(joint)
+    return slice(names.coordinate_start[body], names.coordinate_start[body + 1])
+
+
+def table_speeds(task: Task) -> Floats:
+    """Wanted speeds, m/s, for which tables are made: one if nothing changes with the speed."""
+    low, high = task.speed
+    imitation = task.imitation or Imitation()
+    changing = low < high and (imitation.moving or task.rewards.force > 0.0)
+    return np.linspace(low, high, SPEEDS) if changing else np.array([0.5 * (low + high)])
+
+
+def smoothed_over_cycle(curve: Floats, cycle_time: float, time_constant: float) -> Floats:
+    """A curve (BINS,) over a cycle after a low-pass of first order, once it goes round and round."""
+    share = 1.0 - np.exp(-cycle_time / BINS / time_constant) if time_constant > 0.0 else 1.0
+    value, found = float(curve.mean()), np.empty(BINS)
+    for _ in range(3):  # rounds, of which the last is kept
+        for k, now in enumerate(curve):
+            value += share * (now - value)
+            found[k] = value
+    return found
+
+
+def gait_table(gait: Gait, task: Task, rollout: Rollout) -> kernels.GaitTable:
     """The gait as kernels read it; raises RolloutError if nothing of it counts."""
-    names, device = rollout.names, rollout.device
+    names, device, imitation = rollout.names, rollout.device, task.imitation or Imitation()
     first, end, weight = [], [], []
     for body, name in enumerate(names.joints, start=1):
         span = names.coordinate_start[body], names.coordinate_start[body + 1]
@@ -163,8 +245,21 @@ def gait_table(gait: Gait, imitation: Imitation, width: float, rollout: Rollout)
     if not total > 0.0:
         raise RolloutError("no joint of the imitated gait has any weight")
     table = kernels.GaitTable()
-    table.coordinate, table.up = to_device(gait.coordinate, float, device), to_device(gait.up, wp.vec3, device)
+    speeds = table_speeds(task)
+    gaits = [with_norm(gait, imitation.norm, rollout, v) if imitation.moving else gait for v in speeds.tolist()]
+    table.coordinate = to_device(np.concatenate([one.coordinate for one in gaits]), float, device)
+    table.up = to_device(gait.up, wp.vec3, device)
+    table.force = to_device(np.stack([wanted_forces(gait, task, v) for v in speeds.tolist()]), float, device)
+    table.right, table.speeds, table.first_speed = gait.right, len(speeds), float(speeds[0])
+    table.speed_step = float(speeds[1] - speeds[0]) if len(speeds) > 1 else 1.0
     table.first, table.end = to_device(np.array(first), int, device), to_device(np.array(end), int, device)
     table.weight = to_device(np.array(weight) / total, float, device)
-    table.up_weight, table.width = upright / total, width
+    table.up_weight, table.width = upright / total, task.rewards.imitation_width
     return table
+
+
+def wanted_forces(gait: Gait, task: Task, speed: float) -> Floats:
+    """People's vertical force on the left foot at a speed, m/s, over the cycle (BINS,), smoothed as the body's is."""
+    imitation = task.imitation or Imitation()
+    cycle = gait.cycle_time * (max(speed, 0.1) / imitation.clock_speed) ** -imitation.cadence_power
+    return smoothed_over_cycle(walking_force(PERCENT_OF_BIN, speed), cycle, task.rewards.force_smoothing)

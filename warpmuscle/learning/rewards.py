@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -17,12 +18,12 @@ from warpmuscle.learning.imitation import Gait, gait_table
 from warpmuscle.model.objective import counted_terms, weight_of
 from warpmuscle.scene.accounting import basal_rate
 from warpmuscle.scene.joints import root_type
-from warpmuscle.scene.learning import Imitation, Task
+from warpmuscle.scene.learning import Task
 from warpmuscle.scene.validation.checks import near
 from warpmuscle.simulation.rollout import Rollout
 
 PER_DECISION = ("objective", "failure")  # which do not count for time
-EARNED = ("speed", "alive", "upright", "pose", "imitation")
+EARNED = ("speed", "alive", "upright", "pose", "imitation", "force")
 
 
 class Judge:
@@ -33,7 +34,14 @@ class Judge:
     """
 
     def __init__(
-        self, task: Task, rollout: Rollout, actions: Actions, gait: Gait | None, decision_time: float, longest: int
+        self,
+        task: Task,
+        rollout: Rollout,
+        actions: Actions,
+        gait: Gait | None,
+        model: structs.Model,
+        decision_time: float,
+        longest: int,
     ) -> None:
         """Make room; raises SceneError for coordinates that are not there."""
         n, self._device = rollout.instances, rollout.device
@@ -44,13 +52,18 @@ class Judge:
         rules.pose = to_device(pose_numbers(task, rollout.coordinate_names), int, self._device)
         rules.longest = longest
         if gait is not None:
-            rules.gait = gait_table(gait, task.imitation or Imitation(), task.rewards.imitation_width, rollout)
+            rules.gait = gait_table(gait, task, rollout)
+        rules.force_width, rules.force_limit = task.rewards.force_width, task.rewards.force_limit
+        smoothing = task.rewards.force_smoothing
+        rules.force_share = 1.0 - math.exp(-decision_time / smoothing) if smoothing > 0.0 else 1.0
+        rules.total_mass, rules.gravity = model.skeleton.total_mass, model.gravity
         muscular = rollout.excitable and actions.kind == "joint_targets"
         by_muscles = kernels.EXCITATIONS if actions.kind in BY_MUSCLES else kernels.ACTIVATIONS
         rules.effort = by_muscles if muscular or actions.kind in BY_MUSCLES else kernels.ACTIONS
         self._rules, self._weights = rules, objective_weights(rollout)
         gains = kernels.Gains()
         gains.action, gains.previous, gains.excitation = actions.action, actions.previous, actions.excitation
+        gains.foot_force = wp.full((n, 2), kernels.UNKNOWN, dtype=float, device=self._device)
         gains.objective = wp.zeros(n, dtype=wp.float64, device=self._device)
         gains.sums = wp.zeros((n, kernels.LOGGED), dtype=float, device=self._device)
         gains.finished = wp.zeros((n, kernels.LOGGED), dtype=float, device=self._device)
@@ -62,7 +75,7 @@ class Judge:
     @property
     def changing(self) -> list[wp.array]:
         """Arrays that decisions change and that later ones depend on."""
-        return [self.gains.objective, self.gains.sums, self.gains.finished]
+        return [self.gains.objective, self.gains.sums, self.gains.finished, self.gains.foot_force]
 
     def judge(self, rules: EpisodeRules, episodes: Episodes, state: structs.State) -> None:
         """Reward the decision that has been made, and see which episodes end."""
@@ -80,7 +93,7 @@ def weights(task: Task, moves: bool, decision_time: float) -> list[float]:
     if not moves:  # what goes nowhere is not rewarded for going
         given |= dict.fromkeys(("speed", "heading", "side"), 0.0)
     if task.imitation is None:
-        given["imitation"] = 0.0
+        given |= dict.fromkeys(("imitation", "force"), 0.0)
     if not task.pose:
         given["pose"] = 0.0
     signed = {name: weight if name in EARNED else -weight for name, weight in given.items()}

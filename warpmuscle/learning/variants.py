@@ -1,4 +1,4 @@
-"""Bodies that differ: masses, strengths and slopes, drawn once, of which every episode has one."""
+"""Bodies that differ: masses, strengths, slopes and commands of the scene, drawn once; every episode has one."""
 
 from __future__ import annotations
 
@@ -13,8 +13,9 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.core.arrays import to_device
 from warpmuscle.kernels import structs
 from warpmuscle.learning.starts import RowTable
-from warpmuscle.scene import Scene
+from warpmuscle.scene import Command, Scene
 from warpmuscle.scene.learning import Variation
+from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.simulation.extensions import words
 from warpmuscle.simulation.perturbations import with_masses
 from warpmuscle.simulation.rollout import Rollout
@@ -34,8 +35,8 @@ class Variants:
 
     def __init__(self, variation: Variation, rollout: Rollout) -> None:
         """Draw them and make room."""
-        differ = bool(variation.mass or variation.strength or variation.slope)
-        self.count, self.names = 1, NAMES if differ else ()
+        differ = bool(variation.mass or variation.strength or variation.slope or variation.commands)
+        self.count, self.names = 1, (*NAMES, *variation.commands) if differ else ()
         self.model = rollout.model
         self.told = wp.zeros((1, 1), dtype=float, device=rollout.device)
         self._table: RowTable | None = None
@@ -43,9 +44,12 @@ class Variants:
             return
         self.count = max(variation.variants, 2)  # so that they have rows
         mass, strength, slope = drawn(variation, rollout, self.count)
-        told = np.stack([SLOPE_SCALE * slope, mass.mean(axis=1) - 1.0, strength.mean(axis=1) - 1.0], axis=1)
-        self.told = to_device(told, float, rollout.device)
-        numeric = with_strengths(with_masses(rollout.numeric, mass), strength)
+        commands = drawn_commands(variation, rollout.scene, self.count)
+        told = [SLOPE_SCALE * slope, mass.mean(axis=1) - 1.0, strength.mean(axis=1) - 1.0]
+        told += [_relative(values, rollout.scene.commands[name]) for name, values in commands.items()]
+        self.told = to_device(np.stack(told, axis=1), float, rollout.device)
+        numeric = substitute(rollout.scene, start_values(rollout.scene), commands) if commands else rollout.numeric
+        numeric = with_strengths(with_masses(numeric, mass), strength)
         self._every = every = rollout.varied_model(numeric, slope)  # kept, since tables know addresses alone
         self.model = structs.Model()
         self.model.assign(every)
@@ -71,6 +75,22 @@ def drawn(variation: Variation, rollout: Rollout, count: int) -> tuple[Floats, F
     mass = 1.0 + variation.mass * generator.uniform(-1.0, 1.0, (count, bodies))
     strength = 1.0 + variation.strength * generator.uniform(-1.0, 1.0, (count, muscles))
     return mass, strength, variation.slope * generator.uniform(-1.0, 1.0, count)
+
+
+def drawn_commands(variation: Variation, scene: Scene, count: int) -> dict[str, Floats]:
+    """Commands of the scene (count,) by name: of half of the variants drawn, of the others as the scene has them."""
+    generator = np.random.default_rng(SEED + 1)
+    found = {}
+    for name in variation.commands:
+        command = scene.commands[name]
+        values, changed = generator.uniform(command.min, command.max, count), generator.uniform(size=count) < 0.5
+        found[name] = np.where(changed, values, command.asked)
+    return found
+
+
+def _relative(values: Floats, command: Command) -> Floats:
+    """How far values of a command are from its reference, of its range."""
+    return np.asarray((values - command.reference) / max(command.max - command.min, 1e-9))
 
 
 def with_strengths(numeric: Scene, factors: Floats) -> Scene:

@@ -103,6 +103,23 @@ def running_force(percent: Floats) -> Floats:
     return np.asarray(np.where(part < 1.0, np.pi / (4.0 * 0.01 * RUNNING_STANCE) * np.sin(np.pi * part), 0.0))
 
 
+COMFORTABLE = 1.25  # m/s, of the key points of walking
+GREATEST_SWING = 2.2  # of the force about the weight, at high speeds
+
+
+def walking_force(percent: Floats, speed: float) -> Floats:
+    """Vertical force on a foot of a walker at percents of the cycle, body weights: key points, moved with the speed.
+
+    Peaks and valley are as far from the body's weight as the speed squared says, as is the force that leads a body on
+    an arc about the foot that carries it. Measured forces grow about so (Nilsson, Thorstensson 1989, Acta Physiol.
+    Scand. 136:217).
+    """
+    norm = NORMS[FORCE]
+    swing = min((speed / COMFORTABLE) ** 2, GREATEST_SWING)
+    points = tuple((at, 1.0 + swing * (value - 1.0) if value > 0.0 else 0.0) for at, value in norm.points)
+    return Norm(points, norm.half_band, norm.unit, periodic=False).mean(percent)
+
+
 @dataclass(frozen=True)
 class Reference:
     """Means of a measure of human walking, from the lowest to the highest of the groups measured."""

@@ -25,12 +25,16 @@ class Rewards(Part):
     Earned: `speed`, exp(-((v - wanted)/speed_width)^2) of the speed along the wanted heading; `alive`, 1; `upright`,
     the vertical part of the trunk's long axis; `pose`, exp(-mean squared error/pose_width^2) of wanted coordinates;
     `imitation`, the weighted mean of exp(-(angle/imitation_width)^2) over joints, by the angle between a joint and that
-    of the imitated gait.
+    of the imitated gait; `force`, the mean of exp(-((F - norm)/force_width)^2) over feet, by the vertical force F in
+    weights of the body as it is, smoothed over `force_smoothing`, and people's at this part of the cycle and this
+    speed, smoothed alike, see `scene.norms.walking_force`.
     Taken off: `effort`, the mean of squared excitations, of squared torques over their limit, or, where joints are
     aimed at targets, of squared activations; `action`, mean squared action, at most 4; `action_rate`, the mean squared
-    change of the action; `heading`, 1 - cos of the heading's error; `side`, distance to the side of the wanted way, in
-    m, at most 1. `objective` weighs what the decision adds to the scene's weighted objective, and `failure` is taken
-    off once where an episode ends by failing: these two do not count for time.
+    change of the action; `overload`, by how many weights of the body the vertical force on each foot, as it is at the
+    end of the decision, is greater than `force_limit`, their sum; `heading`, 1 - cos of the heading's error; `side`,
+    distance to the side of the wanted way, in m, at most 1. `objective` weighs what the decision adds to the scene's
+    weighted objective, and `failure` is taken off once where an episode ends by failing: these two do not count for
+    time.
     """
 
     speed: Annotated[float, "1/s"] = 10.0
@@ -38,9 +42,11 @@ class Rewards(Part):
     upright: Annotated[float, "1/s"] = 0.0
     pose: Annotated[float, "1/s"] = 10.0
     imitation: Annotated[float, "1/s"] = 20.0
+    force: Annotated[float, "1/s"] = 0.0
     effort: Annotated[float, "1/s"] = 3.0
     action: Annotated[float, "1/s"] = 1.0
     action_rate: Annotated[float, "1/s"] = 0.0
+    overload: Annotated[float, "1/s"] = 0.0
     heading: Annotated[float, "1/s"] = 3.0
     side: Annotated[float, "1/(m s)"] = 3.0
     objective: Annotated[float, "1"] = 0.0
@@ -48,17 +54,25 @@ class Rewards(Part):
     speed_width: Annotated[float, "m/s"] = 0.5
     pose_width: Annotated[float, "rad"] = 0.3
     imitation_width: Annotated[float, "rad"] = 0.2
+    force_width: Annotated[float, "1"] = 0.25  # body weights
+    force_smoothing: Annotated[float, "s"] = 0.02  # time constant of a low-pass of first order
+    force_limit: Annotated[float, "1"] = 1.15  # body weights
 
 
 class Imitation(Part):
     """A gait that is imitated: that of the scene's own controller, or the angles of a norm.
 
     A clock, which episodes start as the gait stands in their starts, runs from one contact of the left foot to the
-    next; the policy may read it in the observations `clock`.
+    next; the policy may read it in the observations `clock`. It runs faster the faster the body is to walk, as
+    (wanted speed/clock_speed)^cadence_power; people's step rate does so with 0.58 (Kuo 2001, J. Biomech. Eng. 123:264).
     """
 
     norm: str = ""  # whose hips, knees and ankles bend, see `scene.norms.WALKING`; by default those of the gait
     cycle_time: Annotated[float | None, "s"] = None  # by default that of the gait
+    clock_speed: Annotated[float, "m/s"] = 1.25  # at which a cycle takes that time
+    cadence_power: Annotated[float, "1"] = 0.0
+    moving: bool = False  # the norm's angles change with the wanted speed, see `gait.likeness`
+    step_width: Annotated[float | None, "m"] = None  # hips and ankles turn sideways so; by default as in the gait
     settle: Annotated[float, "s"] = 2.0  # at the start, in which the gait does not count
     weights: Annotated[dict[str, float], "1"] = {}  # of joints, and of how upright the `root` is; by default 1
 
@@ -66,13 +80,16 @@ class Imitation(Part):
 class Variation(Part):
     """How instances differ from each other; drawn anew for every episode.
 
-    Masses and strengths come from so many `variants`, which are drawn once; an episode draws one of them.
+    Masses, strengths, slopes and the scene's commands come from so many `variants`, which are drawn once; an episode
+    draws one of them.
     """
 
     velocity_noise: Annotated[float, "m/s"] = 0.05  # standard deviation of each component of the root's velocity
     mass: Annotated[float, "1"] = 0.0  # 0.1: of every body up to 10 % more or less, and its inertia with it
     strength: Annotated[float, "1"] = 0.0  # 0.1: f_max of every muscle up to 10 % more or less
     slope: Annotated[float, "rad"] = 0.0  # steepest slope of the ground, up or down
+    commands: list[str] = []  # of the scene, such as a load, each drawn evenly over its range in half of the variants,
+    # and as the scene has it in the others
     push: Annotated[float, "N s"] = 0.0  # greatest horizontal impulse on the root
     push_interval: Annotated[float, "s"] = 4.0  # between two pushes, in the mean
     push_duration: Annotated[float, "s"] = 0.1

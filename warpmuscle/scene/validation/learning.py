@@ -40,8 +40,9 @@ def check_task(check: Checks) -> None:
     for name, parts in task.synergies.items():
         for muscle in parts:
             known(muscle, check.checked.character.muscles, "muscle", f"learning.synergies.{name}.{muscle}")
-    check.positive("learning.rewards", task.rewards, "speed_width", "pose_width", "imitation_width")
-    check.not_negative("learning.rewards", task.rewards, *_weights(task))
+    rewards = task.rewards
+    check.positive("learning.rewards", rewards, "speed_width", "pose_width", "imitation_width", "force_width")
+    check.not_negative("learning.rewards", rewards, "force_smoothing", "force_limit", *_weights(task))
     _variation(check, task.variation)
     if task.imitation is not None:
         _imitation(check, task.imitation)
@@ -53,6 +54,12 @@ def _imitation(check: Checks, imitation: Imitation) -> None:
     if scene.controller is None or scene.feet is None:
         raise SceneError("there is no controller with feet, whose gait it would be", key=key)
     check.not_negative(key, imitation, "settle")
+    check.not_negative(key, imitation, "cadence_power")
+    check.positive(key, imitation, "clock_speed")
+    if imitation.step_width is not None:
+        check.not_negative(key, imitation, "step_width")
+    if imitation.moving and not imitation.norm:
+        raise SceneError("only the angles of a norm change with the speed; name one in `norm`", key=f"{key}.moving")
     if imitation.cycle_time is not None:
         check.positive(key, imitation, "cycle_time")
     if imitation.norm:
@@ -64,7 +71,7 @@ def _imitation(check: Checks, imitation: Imitation) -> None:
 
 
 def _weights(task: Task) -> list[str]:
-    return [name for name in task.rewards.__struct_fields__ if not name.endswith("_width")]
+    return [name for name in task.rewards.__struct_fields__ if not name.endswith(("_width", "_smoothing", "_limit"))]
 
 
 def _variation(check: Checks, variation: Variation) -> None:
@@ -75,6 +82,8 @@ def _variation(check: Checks, variation: Variation) -> None:
     for name in ("mass", "strength"):
         if getattr(variation, name) >= 1.0:
             raise SceneError(f"must be less than 1, is {getattr(variation, name):g}", key=f"{key}.{name}")
+    for name in variation.commands:
+        known(name, check.checked.commands, "command", f"{key}.commands")
     for name, least in (("start_states", 0), ("variants", 1)):
         if not least <= getattr(variation, name) <= LARGEST_COUNT:
             raise SceneError(f"must be {least} to {LARGEST_COUNT}, is {getattr(variation, name)}", key=f"{key}.{name}")
