@@ -11,6 +11,20 @@ def elu(x: float) -> float:
     return wp.where(x > 0.0, x, wp.exp(wp.min(x, 0.0)) - 1.0)
 
 
+@wp.func
+def mean_above(z: float) -> float:
+    """Mean of max(z + x, 0) over x of the standard normal distribution: z Phi(z) + phi(z)."""
+    root_half = wp.static(0.5**0.5)
+    density = wp.static((2.0 * wp.PI) ** -0.5) * wp.exp(-0.5 * z * z)
+    return 0.5 * z * wp.erfc(-root_half * z) + density
+
+
+@wp.func
+def clipped_mean(mean: float, noise: float, low: float, high: float) -> float:
+    """Mean of clip(x, low, high) over x of a normal distribution, whose standard deviation is the noise."""
+    return mean + noise * (mean_above((low - mean) / noise) - mean_above((mean - high) / noise))
+
+
 @wp.kernel
 def normalize(
     # in
@@ -38,3 +52,15 @@ def linear(
     if hidden:
         total = elu(total)
     outputs[i, j] = total
+
+
+@wp.kernel
+def clip_noise(
+    # in
+    noise: wp.array[float], low: float, high: float,
+    # in and out
+    action: wp.array2d[float],
+):  # fmt: skip
+    """What actions with noise come to in the mean, where they are clipped. Launch with dim = (instances, actions)."""
+    i, k = wp.tid()
+    action[i, k] = clipped_mean(action[i, k], noise[k], low, high)

@@ -7,7 +7,7 @@ import numpy as np
 from warpmuscle.results.learned import CURVE, Layer, PolicyTable
 
 
-def small_policy(observations=9, hidden=(17, 6), actions=4, seed=3) -> PolicyTable:
+def small_policy(observations=9, hidden=(17, 6), actions=4, seed=3, noise=None) -> PolicyTable:
     random = np.random.default_rng(seed)
     sizes = [observations, *hidden, actions]
     layers = [
@@ -16,7 +16,7 @@ def small_policy(observations=9, hidden=(17, 6), actions=4, seed=3) -> PolicyTab
     ]
     names = tuple(f"o{k}" for k in range(observations)), tuple(f"a{k}" for k in range(actions))
     mean, deviation = random.normal(size=observations), random.uniform(0.1, 2.0, observations)
-    return PolicyTable(*names, mean.astype(np.float32), deviation.astype(np.float32), 5.0, tuple(layers))
+    return PolicyTable(*names, mean.astype(np.float32), deviation.astype(np.float32), 5.0, tuple(layers), noise)
 
 
 def learning_curve(rows: int) -> dict:

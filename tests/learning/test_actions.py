@@ -32,6 +32,15 @@ def test_synergies_of_one_muscle_each_are_excitations():
     assert np.array_equal(plain.rollout.state.coordinates.numpy(), single.rollout.state.coordinates.numpy())
 
 
+def test_beyond_the_range_of_actions_muscles_are_excited_no_more_and_no_less():
+    batch = batch_of("reflex_planar", action_offset=0.05, action_scale=0.5)
+    assert batch.actions.range == pytest.approx((-0.1, 1.9))
+    for action, excitation in ((-0.1, 0.0), (-5.0, 0.0), (1.9, 1.0), (5.0, 1.0), (0.9, 0.5)):
+        batch.actions.told.fill_(action)
+        batch.step()
+        np.testing.assert_allclose(batch.actions.excitation.numpy(), excitation, atol=1e-6)
+
+
 def test_weights_of_synergies_add_up():
     weights = {"push": {"lSOL": 0.5, "lGAS": 1.0}, "pull": {"lGAS": 0.2, "lTA": 2.0}}
     batch = batch_of("reflex_planar", actions="synergies", synergies=weights, action_offset=0.0, action_scale=1.0)

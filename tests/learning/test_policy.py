@@ -3,11 +3,13 @@
 import numpy as np
 import pytest
 import warp as wp
+from scipy.integrate import quad
+from scipy.stats import norm
 
 from small_policy import small_policy
 from warpmuscle.core.errors import RolloutError
 from warpmuscle.learning.policy import DevicePolicy, actions_of
-from warpmuscle.results.learned import PolicyTable
+from warpmuscle.results.learned import ClippedNoise, PolicyTable
 
 
 def exact(policy: PolicyTable, observation):
@@ -47,6 +49,33 @@ def test_an_observation_gives_the_same_bits_in_every_slot_of_every_batch():
     np.testing.assert_array_equal(on_device(policy, observation), alone)
     np.testing.assert_array_equal(on_device(policy, observation[::-1]), alone[::-1])
     np.testing.assert_array_equal(on_device(policy, observation[3:30]), alone[3:30])
+
+
+def test_actions_with_noise_are_the_mean_of_what_is_left_of_them_where_they_are_clipped():
+    noise = ClippedNoise(np.array([0.05, 0.25, 1.0, 4.0], np.float32), -0.25, 2.25)
+    plain, observation = small_policy(), np.random.default_rng(4).normal(size=(12, 9)) * 2.0
+    policy = small_policy(noise=noise)
+    wanted = exact(plain, observation)
+    for k, width in enumerate(noise.deviation.astype(float)):
+        for row in wanted:
+            bell = norm(row[k], width)
+            inside = quad(
+                lambda x, bell=bell: x * bell.pdf(x), noise.low, noise.high, points=[np.clip(row[k], -0.25, 2.25)]
+            )
+            row[k] = noise.low * bell.cdf(noise.low) + noise.high * bell.sf(noise.high) + inside[0]
+    assert wanted.min() >= -0.25
+    assert wanted.max() <= 2.25
+    np.testing.assert_allclose(actions_of(policy, observation), wanted, atol=2e-5)
+    np.testing.assert_allclose(on_device(policy, observation), wanted, atol=2e-5)
+    alone = np.concatenate([on_device(policy, row[None]) for row in observation])
+    np.testing.assert_array_equal(on_device(policy, observation), alone)
+
+
+def test_without_ends_noise_changes_no_action_in_the_mean():
+    policy, observation = small_policy(), np.random.default_rng(5).normal(size=(12, 9))
+    wide = small_policy(noise=ClippedNoise(np.full(4, 0.3, np.float32), -1e6, 1e6))
+    np.testing.assert_allclose(on_device(wide, observation), on_device(policy, observation), atol=1e-6)
+    np.testing.assert_allclose(actions_of(wide, observation), actions_of(policy, observation), atol=1e-6)
 
 
 def test_observations_of_another_shape_are_refused():

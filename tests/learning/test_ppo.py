@@ -157,3 +157,18 @@ def test_what_was_always_the_same_does_not_count_in_what_is_learnt():
     one, other = (actions_of(policy, np.array([[0.3, value]], dtype=np.float32)) for value in (0.0, 5.0))
     np.testing.assert_allclose(one, other, atol=1e-6)
     assert policy.deviation[0] == pytest.approx(np.sqrt(2.0), rel=1e-5)
+
+
+def test_a_policy_may_play_what_its_noise_comes_to_where_actions_are_clipped():
+    options = PPOOptions(instances=8, steps=8, minibatches=2, hidden=(8,), expected_action=True)
+    learner = Learner(PointMasses(8), options, 1)
+    learner.iterate()
+    noise = learner.policy().noise
+    assert noise is not None
+    assert (noise.low, noise.high) == (-3.0, 3.0)
+    np.testing.assert_allclose(noise.deviation, np.exp(learner.networks.log_deviation.detach().numpy()), rtol=1e-6)
+    seen = np.random.default_rng(1).normal(size=(20, 2)).astype(np.float32)
+    means = learner.networks.act(torch.tensor(seen)).detach().numpy()
+    drawn = means + noise.deviation * np.random.default_rng(2).normal(size=(100_000, 1, 1))
+    np.testing.assert_allclose(actions_of(learner.policy(), seen), drawn.clip(-3.0, 3.0).mean(0), atol=0.01)
+    assert Learner(PointMasses(8), options_of({"hidden": (8,)}), 1).policy().noise is None

@@ -8,7 +8,7 @@ import pytest
 
 from small_policy import learning_curve, small_policy
 from warpmuscle.core.errors import ResultError
-from warpmuscle.results.learned import CURVE, Learned
+from warpmuscle.results.learned import CURVE, ClippedNoise, Learned
 from warpmuscle.results.records import Result, parameter_table
 from warpmuscle.results.result import read, write
 
@@ -44,15 +44,33 @@ def test_all_of_it_comes_back(file):
     assert "9-17-6-4" in repr(read(file))
 
 
+def test_the_noise_of_a_policy_comes_back(tmp_path):
+    noise = ClippedNoise(np.linspace(0.1, 0.4, 4, dtype=np.float32), -0.25, 2.25)
+    result = a_result()
+    write(tmp_path / "noisy.h5", replace(result, learned=replace(result.learned, policy=small_policy(noise=noise))))
+    found = read(tmp_path / "noisy.h5").learned.policy.noise
+    np.testing.assert_array_equal(found.deviation, noise.deviation)
+    assert (found.low, found.high) == (noise.low, noise.high)
+
+
 def test_the_same_policy_gives_the_same_bytes(file, tmp_path):
     write(tmp_path / "again.h5", read(file))
     assert (tmp_path / "again.h5").read_bytes() == file.read_bytes()
 
 
-def changed(name, value):
+def changed(name, value, new=False):
     def change(file):
-        del file[name]
+        if not new:
+            del file[name]
         file[name] = value
+
+    return change
+
+
+def noisy(deviation, low, high):
+    def change(file):
+        file["policy/noise"] = deviation
+        file["policy"].attrs["action_min"], file["policy"].attrs["action_max"] = low, high
 
     return change
 
@@ -86,6 +104,11 @@ DAMAGES = {
     "names as numbers": (changed("policy/action", np.arange(4)), "damaged"),
     "curve of unequal columns": (changed("curve/gain", np.zeros(3)), "curve/gain has shape"),
     "curve of tables": (changed("curve/iteration", np.zeros((5, 2))), "curve/iteration has shape"),
+    "noise of another size": (noisy(np.ones(3, np.float32), -1.0, 1.0), "policy/noise has shape"),
+    "noise of no width": (noisy(np.zeros(4, np.float32), -1.0, 1.0), "policy/noise"),
+    "noise between no ends": (noisy(np.ones(4, np.float32), 1.0, -1.0), "action_min = 1 and action_max = -1"),
+    "noise up to no number": (noisy(np.ones(4, np.float32), 1.0, np.nan), "action_max = nan"),
+    "noise without ends": (changed("policy/noise", np.ones(4, np.float32), new=True), "action_min"),
     "a link elsewhere": (linked, "link"),
     "no widest": (lambda file: file["policy"].attrs.__delitem__("widest"), "widest"),
     "widest a text": (lambda file: file["policy"].attrs.__setitem__("widest", "wide"), "damaged"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -24,6 +25,7 @@ from warpmuscle.simulation.stepper import excited, moved, sensing
 
 OFFSET = {"excitation": 0.1, "synergies": 0.1}
 SCALE = {"excitation": 0.4, "synergies": 0.4, "joint_targets": 0.5, "torques": 100.0}
+HUGE_ACTION = 1e6  # which counts as nothing, see `policy_actions.finite`
 BY_MUSCLES = ("excitation", "synergies")
 
 
@@ -75,6 +77,17 @@ class Actions:
             return moved(config, given_effort if kind == "torques" else policy_actions.target_effort)
 
         return changed
+
+    @property
+    def range(self) -> tuple[float, float] | None:
+        """Actions beyond which the nearer of these two does the same; None if there are none."""
+        if self.kind not in BY_MUSCLES or not self._scale:
+            return None
+        none, full = -self._offset / self._scale, (1.0 - self._offset) / self._scale
+        if self.kind == "synergies":  # several of which excite a muscle
+            full = math.copysign(HUGE_ACTION, self._scale)
+        low, high = np.clip([min(none, full), max(none, full)], -HUGE_ACTION, HUGE_ACTION).tolist()
+        return (low, high) if low < high else None
 
     @property
     def changing(self) -> list[wp.array]:

@@ -14,7 +14,7 @@ from warpmuscle.learning.collector import COUNTED, LOGGED, Collector, Environmen
 from warpmuscle.learning.mirrors import mirrors_of
 from warpmuscle.learning.options import PPOOptions
 from warpmuscle.learning.ppo import PPO
-from warpmuscle.results.learned import Layer, PolicyTable, Singles
+from warpmuscle.results.learned import ClippedNoise, Layer, PolicyTable, Singles
 
 CONSTANT = 0.01  # of the small variance, below which an observation was the same all the time
 UNHEARD = 1e6  # deviation of what was always the same, such as the only speed: nobody learnt what else it would mean
@@ -156,8 +156,15 @@ class Learner:
         return PolicyTable(
             self.env.observation_names, self.env.action_names,
             _array(networks.observed.mean), _array(deviation), WIDEST,
-            tuple(Layer(_array(layer.weight), _array(layer.bias)) for layer in layers),
+            tuple(Layer(_array(layer.weight), _array(layer.bias)) for layer in layers), self._noise(),
         )  # fmt: skip
+
+    def _noise(self) -> ClippedNoise | None:
+        """The noise that the policy has learnt with, if its actions are to be the mean over it."""
+        ends = self.env.action_range
+        if ends is None or not self.options.expected_action:
+            return None
+        return ClippedNoise(_array(torch.exp(self.networks.log_deviation)), *ends)
 
 
 def _array(tensor: torch.Tensor) -> Singles:

@@ -30,6 +30,7 @@ class PPOOptions(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     hidden: Annotated[tuple[Size, ...], Meta(min_length=1, max_length=8)] = (128, 128, 64)  # sizes of hidden layers
     deviation: Positive = 0.5  # of actions at first
     min_deviation: Positive = 0.05
+    expected_action: bool = False  # play what actions with noise come to in the mean, clipped, not the mean of actions
     discount: Share = 0.99  # a decision; gamma
     trace: Share = 0.95  # lambda of generalised advantage estimation
     clip: Positive = 0.2  # of the ratio of likelihoods, and of values

@@ -6,11 +6,12 @@ from typing import Any
 
 import numpy as np
 import warp as wp
+from scipy.special import ndtr
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import RolloutError
-from warpmuscle.kernels.policy import linear, normalize
-from warpmuscle.results.learned import PolicyTable, check_policy
+from warpmuscle.kernels.policy import clip_noise, linear, normalize
+from warpmuscle.results.learned import ClippedNoise, PolicyTable, check_policy
 
 
 def actions_of(policy: PolicyTable, observation: Floats) -> Floats:
@@ -27,7 +28,19 @@ def actions_of(policy: PolicyTable, observation: Floats) -> Floats:
         values = np.asarray(values @ layer.weight.T + layer.bias)
         if number < len(policy.layers) - 1:
             values = np.where(values > 0.0, values, np.expm1(np.minimum(values, 0.0)))
+    if policy.noise is not None:
+        values = clipped_mean(values, policy.noise)
     return np.asarray(values, dtype=np.float32)
+
+
+def clipped_mean(mean: Floats, noise: ClippedNoise) -> Floats:
+    """Means (n, A) of clip(x, low, high) over x of normal distributions with these means."""
+
+    def mean_above(z: Floats) -> Floats:  # of max(z + x, 0)
+        return np.asarray(z * ndtr(z) + np.exp(-0.5 * z * z) / np.sqrt(2.0 * np.pi))
+
+    width = noise.deviation
+    return np.asarray(mean + width * (mean_above((noise.low - mean) / width) - mean_above((mean - noise.high) / width)))
 
 
 class DevicePolicy:
@@ -54,6 +67,8 @@ class DevicePolicy:
 
         self._mean, self._deviation = on_device(policy.mean), on_device(policy.deviation)
         self._layers = [(on_device(layer.weight.T), on_device(layer.bias)) for layer in policy.layers]
+        self._noise = policy.noise
+        self._spread = None if policy.noise is None else on_device(policy.noise.deviation)
         sizes = [len(policy.observation), *(len(layer.bias) for layer in policy.layers)]
         self._values = [wp.zeros((instances, size), dtype=float, device=self._device) for size in sizes]
         if action is not None:
@@ -69,4 +84,7 @@ class DevicePolicy:
             hidden = number < len(self._layers) - 1
             inputs = [values[number], weight, bias, hidden]
             wp.launch(linear, values[number + 1].shape, inputs, [values[number + 1]], device=self._device)
+        if self._noise is not None:
+            inputs = [self._spread, float(self._noise.low), float(self._noise.high)]
+            wp.launch(clip_noise, self.action.shape, inputs, [self.action], device=self._device)
         return self.action

@@ -164,6 +164,9 @@ def _put_learned(file: Any, learned: Learned) -> None:
         inner = group.create_group(f"layers/{number}", track_order=True)
         _put(inner, "weight", layer.weight, axes="output, input", description="of a linear layer")
         _put(inner, "bias", layer.bias, axes="output", description="of a linear layer")
+    if policy.noise is not None:
+        group.attrs["action_min"], group.attrs["action_max"] = policy.noise.low, policy.noise.high
+        _put(group, "noise", policy.noise.deviation, axes="action", description="of which clipped actions are the mean")
     count = len(learned.curve["iteration"])
     group = file.create_group("curve", track_order=True)
     for name, column in CURVE.items():

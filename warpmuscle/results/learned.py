@@ -53,8 +53,20 @@ class Layer:
 
 
 @dataclass(frozen=True, repr=False)
+class ClippedNoise:
+    """Noise that a policy learnt with, of which its actions are the mean where they are clipped."""
+
+    deviation: Singles  # (A,) standard deviation
+    low: float  # below and above which an action does what the end does
+    high: float
+
+
+@dataclass(frozen=True, repr=False)
 class PolicyTable:
-    """A network from O observations to A actions: normalised, then linear layers with ELU between them."""
+    """A network from O observations to A actions: normalised, then linear layers with ELU between them.
+
+    With noise, an action is the mean of clip(x, low, high) over x of a normal distribution around what it says.
+    """
 
     observation: tuple[str, ...]  # O names
     action: tuple[str, ...]  # A names
@@ -62,6 +74,7 @@ class PolicyTable:
     deviation: Singles  # (O,), by which what is left is divided
     widest: float  # at which that is cut off on either side
     layers: tuple[Layer, ...]
+    noise: ClippedNoise | None = None
 
     def __repr__(self) -> str:
         sizes = [len(self.observation), *(len(layer.bias) for layer in self.layers)]
@@ -100,11 +113,20 @@ def load_learned(file: Any) -> Learned:
             Layer(hdf5.array(inner, "weight"), hdf5.array(inner, "bias"))
             for inner in (hdf5.member(layers, str(number)) for number in range(len(layers)))
         ),
+        noise=_load_noise(group),
     )
     task = hdf5.text(hdf5.member(group, "task"))
     curve = {name: hdf5.array(file["curve"], name) for name in CURVE}
     options = {name: _plain(attributes[name]) for name in attributes if name != "ended"}
     return Learned(table, task, curve, options, str(hdf5.attribute(file["training"], "ended")))
+
+
+def _load_noise(group: Any) -> ClippedNoise | None:
+    """The noise that a policy of an open file learnt with, where its actions are the mean over it."""
+    if "noise" not in group:
+        return None
+    low, high = (float(hdf5.attribute(group, name)) for name in ("action_min", "action_max"))
+    return ClippedNoise(hdf5.array(group, "noise"), low, high)
 
 
 def _plain(value: Any) -> Any:
@@ -142,3 +164,8 @@ def check_policy(policy: PolicyTable) -> None:
             place = f"policy/layers/{number}/{name}"
             check_numbers(place, array, shape, -HUGE_WEIGHT, HUGE_WEIGHT, kinds="f")
         inputs = outputs
+    if policy.noise is not None:
+        low, high = policy.noise.low, policy.noise.high
+        check_numbers("policy/noise", policy.noise.deviation, (len(policy.action),), 1e-6, HUGE_WEIGHT, kinds="f")
+        if not -HUGE_WEIGHT <= low < high <= HUGE_WEIGHT:
+            raise ValueError(f"policy has action_min = {low:g} and action_max = {high:g}, and should have a range")
