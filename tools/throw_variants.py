@@ -60,15 +60,17 @@ def scaled(factor: float) -> Callable[[Floats, Floats], Curves]:
     return lambda time, values: (time, values.mean(axis=0) + factor * (values - values.mean(axis=0)))
 
 
-def noisy(time: Floats, values: Floats) -> Curves:
-    """With white noise of 0.02 degrees."""
-    return time, values + np.radians(0.02) * np.random.default_rng(1).standard_normal(values.shape)
+def noisy(size: float) -> Callable[[Floats, Floats], Curves]:
+    """With white noise of so many degrees."""
+    return lambda time, values: (
+        time, values + np.radians(size) * np.random.default_rng(1).standard_normal(values.shape)
+    )  # fmt: skip
 
 
 VARIANTS: dict[str, Callable[[Floats, Floats], Curves]] = {
     "as recorded": lambda time, values: (time, values), "cut": cut, "cut, then filtered": cut_and_filtered,
     "half as fast": slowed, "reversed": reversed_in_time, "bent in time": bent, "half as large": scaled(0.5),
-    "half as large again": scaled(1.5), "0.02 degrees of noise": noisy,
+    "half as large again": scaled(1.5), "0.02 degrees of noise": noisy(0.02), "0.1 degrees of noise": noisy(0.1),
 }  # fmt: skip
 
 
@@ -82,6 +84,8 @@ def write(path: Path, motion: Motion, variant: Callable[[Floats, Floats], Curves
 def main(
     files: Annotated[list[Path], typer.Argument(help="Motions, as `warpmuscle throw` takes them.")],
     each: Annotated[int, typer.Option(help="How many of them are varied, spread over all.")] = 3,
+    only: Annotated[list[str] | None, typer.Option(help="Variants to try; else all.")] = None,
+    threads: Annotated[int | None, typer.Option(help="CPU threads.")] = None,
 ) -> None:
     """Print a line for each variant: how many meet all bars, and the worst of every measure."""
     motions = [motion for file in files for motion in read(file, JOINTS)]
@@ -89,13 +93,13 @@ def main(
     met = fitted = 0
     print(f"{'variant':22s} bars met  r2      velocity  hand, cm  correlation   (the worst of each)")
     with tempfile.TemporaryDirectory() as folder:
-        for name, variant in VARIANTS.items():
+        for name in only or VARIANTS:
             found = []
             for number, motion in enumerate(chosen):
                 path = Path(folder) / f"{number}.csv"
-                write(path, motion, variant)
+                write(path, motion, VARIANTS[name])
                 try:
-                    found.append(Job(load("throw"), [path], Options()).fit().agreement)
+                    found.append(Job(load("throw"), [path], Options(threads=threads)).fit().agreement)
                 except Error as error:
                     print(f"{name:22s} {motion.name}: {error}")
             good = sum(int(a.good().sum()) for a in found)

@@ -7,7 +7,16 @@ import pytest
 
 from warpmuscle.core.errors import SignalError
 from warpmuscle.throw.motion import Motion
-from warpmuscle.throw.smoothing import NOISY, check_noise, low_passed, noise, removed
+from warpmuscle.throw.smoothing import (
+    NOISY,
+    check_noise,
+    check_passed,
+    low_passed,
+    noise,
+    noise_and_cutoff,
+    removed,
+    suitable,
+)
 
 TIME = np.arange(0.0, 1.501, 0.01)
 JOINTS = ("shoulder", "elbow")
@@ -57,3 +66,43 @@ def test_frequencies_that_make_no_filter_are_refused(frequency: float, message: 
 def test_a_motion_that_is_shorter_than_a_period_is_refused():
     with pytest.raises(SignalError, match=r"0\.2 s are too short for a low-pass of 4 Hz"):
         low_passed(replace(motion(), time=TIME[:21], angles=motion().angles[:21]), 4.0)
+
+
+@pytest.mark.parametrize("size", [0.02, 0.5, 2.0])
+def test_residual_analysis_finds_how_great_noise_is(size: float):
+    found, cutoffs = noise_and_cutoff(np.degrees(motion(size).angles), 100.0)
+    np.testing.assert_allclose(found, size, rtol=0.15)
+    assert np.all((cutoffs > 2.0) & (cutoffs < 20.0))
+
+
+def test_clean_motions_need_no_filter_and_noisier_ones_a_lower_one():
+    assert suitable([motion()]) is None
+    little, much = (suitable([motion(), motion(size)]) for size in (0.05, 0.5))
+    assert little is not None
+    assert much is not None
+    assert 2.0 < much < little < 12.0
+
+
+def test_the_chosen_filter_is_nearly_the_best_for_accelerations():
+    """Beside all other cut-offs, against the accelerations that are known."""
+    true = np.stack([-18.0 * np.sin(6.0 * TIME), -24.5 * np.cos(7.0 * TIME)], axis=1)[10:-10]
+    noisy = motion(0.1)
+
+    def error(frequency: float) -> float:
+        angles = low_passed(noisy, frequency).angles
+        return float(
+            np.sqrt(np.mean((np.gradient(np.gradient(angles, 0.01, axis=0), 0.01, axis=0)[10:-10] - true) ** 2))
+        )
+
+    chosen = suitable([noisy])
+    assert chosen is not None
+    assert error(chosen) < 2.0 * min(error(frequency) for frequency in np.arange(2.0, 20.0, 0.5))
+
+
+def test_noise_that_passes_the_filter_is_refused_where_it_hides_accelerations():
+    noisy = motion(4.0)
+    frequency = suitable([noisy])
+    assert frequency is not None
+    with pytest.raises(SignalError, match=r"shoulder has noise of about [34]\S* deg.*lost even below.*--low-pass"):
+        check_passed(noisy, low_passed(noisy, frequency), frequency, JOINTS)
+    check_passed(motion(0.1), low_passed(motion(0.1), frequency), frequency, JOINTS)

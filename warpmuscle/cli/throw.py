@@ -78,7 +78,11 @@ def throw(
     ] = False,
     low_pass: Annotated[
         float | None,
-        typer.Option(help="Take what is faster, Hz, from recorded motions; 6 to 10 suits most. By default nothing."),
+        typer.Option(
+            min=0.0,
+            help="Low-pass recorded motions at so many Hz; 0 for none. By default only where they are noisy, at a "
+            "cut-off found by residual analysis, and never with --as-published.",
+        ),
     ] = None,
     prescribe: Annotated[
         list[str] | None, typer.Option(metavar="JOINT", help="A joint that moves as recorded, without muscles.")
@@ -158,6 +162,8 @@ def throw(
     start_driver(device)
     loaded = load_scene([scene or ("throw_ball" if goals else "throw")])
     start_warp()
+    if as_published and low_pass is None:
+        low_pass = 0.0
     options = Options(
         count=number, prescribed=tuple(prescribe or ()), emg=emg, channels=_pairs(channel or []), calibrated=calibrate,
         fit_all=fit_all,
@@ -249,7 +255,8 @@ def _print_problem(job: Job) -> None:
     for note in job.notes():
         log.print(marked("note:", "yellow", f" {note}"))
     _print_calibration(job)
-    _print_lacks(job, job.lacks, "muscle groups" if job.strong is not job.arm else "muscles")
+    whose = "the muscle groups" if job.strong is not job.arm else "the muscles as they are before the fit"
+    _print_lacks(job, job.lacks, whose)
 
 
 def _print_calibration(job: Job) -> None:
@@ -334,7 +341,7 @@ def _print_fit(job: Job, fitted: Fitted) -> None:
             f"  {job.motions.names[k]}: r2 {a.r2[k].min():.4f}, velocity r2 {a.velocity_r2[k].min():.3f}, "
             f"hand {100.0 * a.hand_error[k]:.1f} cm, correlation {a.correlation[k]:.3f}"
         )
-    _print_lacks(job, job.final_lacks(), "fitted muscles")
+    _print_lacks(job, job.final_lacks(), "the fitted muscles")
 
 
 def _print_table(title: str, headings: Sequence[str], rows: Sequence[Row]) -> None:

@@ -40,6 +40,7 @@ from warpmuscle.throw.published import Published, as_published
 from warpmuscle.throw.report import write
 from warpmuscle.throw.shared_synergies import SharedSynergies, share
 from warpmuscle.throw.signals import Knots, Synergies
+from warpmuscle.throw.smoothing import suitable
 from warpmuscle.throw.strength import what_lacks
 from warpmuscle.throw.synthesis import Throw, Thrower, check_release
 
@@ -68,7 +69,7 @@ class Options:
     calibrated: bool = False  # whether the channels' gains and delays are, with the muscles
     fit_all: bool = False
     fidelity: float = FIDELITY
-    low_pass: float | None = None  # Hz, of recorded motions
+    low_pass: float | None = None  # Hz, of recorded motions; 0 is none, None one that suits them where they are noisy
     device: str | None = None
     threads: int | None = None
     seed: int = 0
@@ -79,6 +80,7 @@ class Job:
 
     Attributes:
         count: of synergies, where they are computed.
+        low_pass: Hz, of the filter that recorded motions have passed; None if none.
         lacks: motions that the muscles, with the strength of whole groups, are too weak for.
         training: motions that parameters are fitted to, and W where synergies bind muscles. held_out: the others.
         calibration: of channels and muscles, where it was asked for.
@@ -92,14 +94,17 @@ class Job:
         self.options, self.arm = options, Arm(scene, options.prescribed)
         self.count = usual_count(self.arm) if options.count is None else options.count
         read = read_motions(files, self.arm) if files else [motion_of(scene, self.arm)]
-        recorded = usable(read, self.arm, options.low_pass)
+        self._chosen = options.low_pass is None
+        self.low_pass = suitable(read) if options.low_pass is None else options.low_pass or None
+        recorded = usable(read, self.arm, self.low_pass, self._chosen)
         self.motions = resample(recorded)
         strong = self._strengthened(scene)
         if options.emg is None:
             synergies, self.lacks = computed_synergies(self.arm, self.motions, strong, self.count, options.seed)
         else:
             synergies = measured_synergies(self.arm, recorded, options.emg, options.channels)
-            self.lacks = lacking(strong, self.motions, computed_excitation(strong, self.motions)[-1])
+            plain = strong.unknowns(start_values(strong.scene))
+            self.lacks = lacking(strong, self.motions, computed_excitation(strong, self.motions)[-1], plain)
         self._read, self._recorded, self.strong = read, recorded, strong
         knots = Knots(self.motions.time)
         self.start = self.arm.unknowns(start_values(scene))
@@ -155,7 +160,7 @@ class Job:
 
     def notes(self) -> list[str]:
         """What is worth knowing of the motions before they are fitted."""
-        return notes(self._read, self._recorded, self.arm, self.options.low_pass)
+        return notes(self._read, self._recorded, self.arm, self.low_pass, self._chosen)
 
     def check_release(self, release: float) -> None:
         """Error unless a time of release, s, is within the first motion."""
@@ -188,7 +193,8 @@ class Job:
         assert self.fitted is not None
         from warpmuscle.throw.signals import computed_activation
 
-        return lacking(self.arm, self.motions, computed_activation(self.arm, self.motions, self.fitted.unknowns)[1])
+        unknowns = self.fitted.unknowns
+        return lacking(self.arm, self.motions, computed_activation(self.arm, self.motions, unknowns)[1], unknowns)
 
     def curve(self) -> list[tuple[float, Agreement]]:
         """Accuracy against fidelity."""

@@ -22,7 +22,7 @@ from warpmuscle.throw.arm import X_AXIS, Arm, joint_positions, needed_torques
 from warpmuscle.throw.motion import PITCH, PLACE, RATE, Motion, Motions
 from warpmuscle.throw.motion_files import TO_GRAVITY, read
 from warpmuscle.throw.signals import Synergies, computed_activation, to_excitation
-from warpmuscle.throw.smoothing import NOISY, check_noise, low_passed, noise, removed
+from warpmuscle.throw.smoothing import NOISY, check_noise, check_passed, low_passed, noise, removed
 
 LEAST_RANGE = np.radians(3.0)  # of the angle of a joint that muscles move
 BEYOND = np.radians(1.0)  # by which a recorded angle may exceed a joint's limits
@@ -43,7 +43,32 @@ class Lack:
     joint: str  # where most is missing, in parts of what it needs, and when
     time: float  # s
     needed: float  # N m
-    made: float  # N m, at most
+    missing: float  # N m
+    least: float  # N m that the muscles make there at least, by passive forces too, and at most
+    most: float
+    others: tuple[str, ...] = ()  # joints that need torque at the same time, where this one's could be had alone
+
+    @property
+    def bound(self) -> float:
+        """N m, of those that the muscles make the nearest to what is needed."""
+        return float(np.clip(self.needed, self.least, self.most))
+
+    @property
+    def weak(self) -> bool:
+        """Whether the muscles pull the right way, but not enough; else their passive forces pull too much."""
+        return not self.others and self.needed * self.bound >= 0.0 and abs(self.needed) > abs(self.bound)
+
+    @property
+    def made(self) -> str:
+        """What the muscles make there."""
+        if self.others:
+            others = " and ".join(name.replace("_", " ") for name in self.others)
+            return f"which they do not make together with the torques of {others}"
+        if self.weak:
+            return f"and they make at most {self.bound:.3g}"
+        if self.needed * self.bound >= 0.0:
+            return f"and stretched as they are they make at least {self.bound:.3g}"
+        return f"and stretched as they are they make {self.bound:.3g} or more the other way"
 
 
 def read_motions(paths: Sequence[str | Path], arm: Arm) -> list[Motion]:
@@ -91,32 +116,41 @@ def _whole(scene: Scene, name: str) -> bool:
     return count == 1 or not value or len(value) == count
 
 
-def usable(motions: Sequence[Motion], arm: Arm, low_pass: float | None) -> list[Motion]:
+def usable(motions: Sequence[Motion], arm: Arm, low_pass: float | None, chosen: bool = False) -> list[Motion]:
     """Motions that have passed a filter, if there is one, and hold no more noise than a fit can bear.
 
     Args:
         low_pass: Hz, see `smoothing.low_passed`.
+        chosen: whether the filter is `smoothing.suitable` rather than what somebody asked for.
 
     Raises:
         SignalError: the filter does not suit a motion, or accelerations are lost in noise.
     """
     passed = [motion if low_pass is None else low_passed(motion, low_pass) for motion in motions]
-    for motion in passed:
-        check_noise(motion, arm.joints)
+    for before, after in zip(motions, passed, strict=True):
+        check_noise(after, arm.joints)
+        if low_pass is not None and chosen:
+            check_passed(before, after, low_pass, arm.joints)
     return passed
 
 
-def notes(read: Sequence[Motion], passed: Sequence[Motion], arm: Arm, low_pass: float | None) -> list[str]:
+def notes(
+    read: Sequence[Motion], passed: Sequence[Motion], arm: Arm, low_pass: float | None, chosen: bool = False
+) -> list[str]:
     """What is worth knowing of motions: what a filter took from them, noise, and what their files do not say.
 
     Args:
-        read: before, passed: after the filter.
+        read: before, passed: after the filter, see `usable`.
     """
     found = []
     if low_pass is not None:
         parts = np.degrees([removed(before, after) for before, after in zip(read, passed, strict=True)])
         taken = ", ".join(f"{value:.2g} deg of {name}" for name, value in zip(arm.joints, _rms(parts), strict=True))
-        found.append(f"low-pass at {low_pass:g} Hz, second order, forwards and backwards, took {taken} (rms)")
+        why = " (chosen by residual analysis, as accelerations are lost in noise; --low-pass 0 for none)"
+        found.append(
+            f"low-pass at {low_pass:.3g} Hz{why if chosen else ''}, second order, forwards and backwards, took {taken} "
+            "(rms)"
+        )
     noisy = [motion.name for motion in passed if max(noise(motion), default=0.0) > NOISY]
     if noisy:
         found.append(
@@ -204,7 +238,7 @@ def computed_synergies(
         count: N.
     """
     activation, excitation, found = computed_excitation(strong, motions)
-    lacks = lacking(strong, motions, found)
+    lacks = lacking(strong, motions, found, strong.unknowns(start_values(strong.scene)))
     acting = arm.acting
     if count > len(acting):
         raise Error(f"{count} synergies are more than the {len(acting)} muscles that move {', '.join(arm.driven)}")
@@ -269,11 +303,15 @@ def sparsest(weights: Floats) -> Floats:
     return weights
 
 
-def lacking(arm: Arm, motions: Motions, found: StaticOptimization) -> list[Lack]:
-    """Motions for which the muscles do not suffice in more than a spike."""
+def lacking(arm: Arm, motions: Motions, found: StaticOptimization, unknowns: Floats) -> list[Lack]:
+    """Motions for which the muscles do not suffice in more than a spike.
+
+    Args:
+        found: what `computed_activation` found with the parameters `unknowns` (P,).
+    """
     samples = len(motions.time)
     lacks = []
-    for row, name in enumerate(motions.names):
+    for row in range(len(motions)):
         part = slice(row * samples, (row + 1) * samples)
         own = StaticOptimization(
             found.activation[part], found.needed[part], found.torque_error[part], found.unreachable[part],
@@ -282,17 +320,25 @@ def lacking(arm: Arm, motions: Motions, found: StaticOptimization) -> list[Lack]
         missing = float((~own.feasible).sum() / motions.valid[row].sum())
         if missing > SPIKE:
             text = own.explanation(arm.muscles, arm.driven, motions.time)
-            lacks.append(Lack(name, text, missing, *_worst(arm, motions, row, own.torque_error)))
+            lacks.append(_worst(arm, motions, row, own.torque_error, unknowns, text, missing))
     return lacks
 
 
-def _worst(arm: Arm, motions: Motions, row: int, error: Floats) -> tuple[str, float, float, float]:
-    """Joint, time, torque needed and torque made where most of a motion's need of a joint is missing."""
+def _worst(arm: Arm, motions: Motions, row: int, error: Floats, unknowns: Floats, text: str, frames: float) -> Lack:
+    """The joint and the time where most of what a motion needs of a joint is missing."""
     needed = needed_torques(arm, motions.rows([row]))[0][:, arm.free]
     part = np.abs(error) / np.maximum(np.abs(needed).max(axis=0), 1e-9)
     frame, joint = (int(k) for k in np.unravel_index(part.argmax(), part.shape))
-    at = float(needed[frame, joint])
-    return arm.driven[joint], float(motions.time[frame]), at, at + float(error[frame, joint])
+    table = arm.muscle_table(unknowns[None])
+    angle, speed = (motions.angles[order][row, frame : frame + 1] for order in (0, 1))
+    passive, full = (table.torques(level, angle, speed)[0, 0][:, arm.free] for level in (0.0, 1.0))
+    least, most = (passive + bound(full - passive, 0.0) for bound in (np.minimum, np.maximum))
+    low, high, at = float(least.sum(axis=0)[joint]), float(most.sum(axis=0)[joint]), float(needed[frame, joint])
+    others = tuple(name for k, name in enumerate(arm.driven) if k != joint) if low <= at <= high else ()
+    return Lack(
+        motions.names[row], text, frames, arm.driven[joint], float(motions.time[frame]), at,
+        float(abs(error[frame, joint])), low, high, others,
+    )  # fmt: skip
 
 
 def shortcoming(arm: Arm, lacks: Sequence[Lack], count: int, whose: str) -> str:
@@ -303,15 +349,14 @@ def shortcoming(arm: Arm, lacks: Sequence[Lack], count: int, whose: str) -> str:
     """
     if not lacks:
         return ""
-    worst = max(lacks, key=lambda lack: abs(lack.needed - lack.made) / max(abs(lack.needed), 1e-9))
+    worst = max(lacks, key=lambda lack: lack.missing / max(abs(lack.needed), 1e-9))
     which = worst.motion if count == 1 else f"{len(lacks)} of {count} motions"
     text = (
-        f"{which} {'is' if count == 1 or len(lacks) == 1 else 'are'} beyond the strength of the {whose}: the "
-        f"{worst.joint.replace('_', ' ')} needs {worst.needed:.3g} N m"
-        f"{f' in {worst.motion}' if count > 1 else ''} at {worst.time:.2f} s, and they make {worst.made:.3g}"
+        f"{whose} cannot make {which}: the {worst.joint.replace('_', ' ')} needs {worst.needed:.3g} N m"
+        f"{f' in {worst.motion}' if count > 1 else ''} at {worst.time:.2f} s, {worst.made}"
     )
     turning = any("rotation" in name for name in arm.joints)
-    if not turning and abs(worst.needed) > HOPELESS * max(abs(worst.made), 1e-9):
+    if not turning and worst.weak and abs(worst.needed) > HOPELESS * max(abs(worst.bound), 1e-9):
         text += (
             "; pitches and serves get their speed from turning trunk, upper arm and forearm about themselves, which "
             f"an arm of {', '.join(arm.driven)} does not do"
