@@ -34,9 +34,9 @@ from warpmuscle.core.errors import SceneError
 from warpmuscle.core.files import replace_file
 from warpmuscle.core.pose import conjugate, multiply, normalized, rotate, turned_to_heading
 from warpmuscle.formats.mjcf_looks import BONE, SHORTEST_BONE, add_camera, add_defaults, add_looks, look_of
-from warpmuscle.formats.mjcf_wraps import add_geom, wrap_geoms
+from warpmuscle.formats.mjcf_muscles import add_muscles
+from warpmuscle.formats.mjcf_text import numbers, text, texts
 from warpmuscle.model.build import start_of
-from warpmuscle.model.muscles import driven
 from warpmuscle.scene import (
     Body,
     Capsule,
@@ -44,23 +44,19 @@ from warpmuscle.scene import (
     Ground,
     InitialState,
     Joint,
-    Muscle,
-    MuscleModel,
     Scene,
     Shape,
     Sphere,
 )
 from warpmuscle.scene.anatomy import bone_lines
+from warpmuscle.scene.initial_pose import plain_number
 from warpmuscle.scene.joints import joint_type, root_type
 from warpmuscle.scene.masses import massless
-from warpmuscle.scene.muscles import given
-from warpmuscle.scene.number import Free, Number
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.scene.topology import topology
 
 Up = Literal["y", "z"]
 _ROLLING = (0.005, 0.0001)  # MuJoCo's defaults of torsional and rolling friction, not used by condim 3
-_OPERATING = (0.5, 1.5)  # fibre lengths over the optimal one that MuJoCo's lengthrange stands for; any two would do
 
 
 def write(scene: Scene, path: str | Path, limits: bool = False, up: Up = "z") -> None:
@@ -87,24 +83,24 @@ def dumps(scene: Scene, limits: bool = False, up: Up = "z") -> str:
     model = Element("mujoco", model=scene.name)
     SubElement(model, "compiler", angle="radian", autolimits="true")
     world_of = _WORLDS[up]
-    gravity = world_of.place((0.0, -_number(scene.gravity), 0.0))
-    SubElement(model, "option", timestep=_text(scene.time_step), integrator="implicitfast", gravity=_texts(gravity))
+    gravity = world_of.place((0.0, -plain_number(scene.gravity), 0.0))
+    SubElement(model, "option", timestep=text(scene.time_step), integrator="implicitfast", gravity=texts(gravity))
     defaults = SubElement(model, "default")
     SubElement(defaults, "geom", contype="1", conaffinity="2", condim="3", priority="1")
     add_defaults(defaults)
     add_looks(model, scene, up)
     world = SubElement(model, "worldbody")
     light, down = world_of.place((0.0, 4.0, 2.0)), world_of.place((0.0, -1.0, -0.5))
-    SubElement(world, "light", directional="true", pos=_texts(light), dir=_texts(down))
+    SubElement(world, "light", directional="true", pos=texts(light), dir=texts(down))
     _add_ground(world, scene.ground, world_of)
     root = _add_body(world, scene, scene.character.root, limits)
     _place_root(root, scene.character, scene.initial_state, world_of)
     add_camera(root, conjugate(_root_orientation(scene.initial_state)))
-    muscles = _add_muscles(model, scene)
+    muscles = add_muscles(model, scene)
     qpos, qvel = _start(scene, world_of)
-    key = SubElement(SubElement(model, "keyframe"), "key", name="start", qpos=_texts(qpos), qvel=_texts(qvel))
+    key = SubElement(SubElement(model, "keyframe"), "key", name="start", qpos=texts(qpos), qvel=texts(qvel))
     if muscles:
-        key.set("act", _texts([_number(scene.muscle_model.initial_activation)] * muscles))
+        key.set("act", texts([plain_number(scene.muscle_model.initial_activation)] * muscles))
     ElementTree.indent(model)
     return ElementTree.tostring(model, encoding="unicode") + "\n"
 
@@ -116,8 +112,8 @@ class _World(NamedTuple):
     turn: tuple[float, float, float, float]  # quaternion xyzw
 
     def place(self, vector: Iterable[float]) -> tuple[float, ...]:
-        numbers = tuple(vector)
-        return tuple(numbers[axis] for axis in self.axes)
+        components = tuple(vector)
+        return tuple(components[axis] for axis in self.axes)
 
     def orientation(self, quaternion: Iterable[float]) -> tuple[float, ...]:
         return tuple(multiply(self.turn, tuple(quaternion)).tolist())
@@ -128,12 +124,12 @@ _WORLDS = {"y": _World((0, 1, 2), (0.0, 0.0, 0.0, 1.0)), "z": _World((2, 0, 1), 
 
 def _add_ground(world: Element, ground: Ground, world_of: _World) -> None:
     """A plane whose z axis is the ground's normal. The friction of a contact is written with the body's geom."""
-    normal = world_of.place(_numbers(ground.normal))
-    height = _number(ground.height) / math.hypot(*normal)
+    normal = world_of.place(numbers(ground.normal))
+    height = plain_number(ground.height) / math.hypot(*normal)
     attributes = {"contype": "2", "conaffinity": "1", "priority": "0"}
-    position = _texts(height * component for component in normal)
+    position = texts(height * component for component in normal)
     plane = {"type": "plane", "size": "0 0 1", "material": "ground"}
-    SubElement(world, "geom", attributes | plane, name="ground", pos=position, zaxis=_texts(normal))
+    SubElement(world, "geom", attributes | plane, name="ground", pos=position, zaxis=texts(normal))
 
 
 def _add_body(parent: Element, scene: Scene, name: str, limits: bool) -> Element:
@@ -141,18 +137,18 @@ def _add_body(parent: Element, scene: Scene, name: str, limits: bool) -> Element
     body = scene.character.bodies[name]
     element = SubElement(parent, "body", name=name)
     if not massless(body):
-        inertia, (x, y, z, w) = _texts(_numbers(body.inertia)), _numbers(body.inertia_axes)
-        inertial = SubElement(element, "inertial", pos="0 0 0", mass=_text(_number(body.mass)), diaginertia=inertia)
+        inertia, (x, y, z, w) = texts(numbers(body.inertia)), numbers(body.inertia_axes)
+        inertial = SubElement(element, "inertial", pos="0 0 0", mass=text(plain_number(body.mass)), diaginertia=inertia)
         if (x, y, z) != (0.0, 0.0, 0.0):
-            inertial.set("quat", _texts((w, x, y, z)))
+            inertial.set("quat", texts((w, x, y, z)))
     look = look_of(scene, name)
     for shape in body.shapes:
-        geom = SubElement(element, "geom", _shape(shape), friction=_texts(_friction(body, scene.ground)), rgba=look)
+        geom = SubElement(element, "geom", _shape(shape), friction=texts(_friction(body, scene.ground)), rgba=look)
         if massless(body):
             geom.set("mass", "0")
     for line in bone_lines(scene.character, name):
         if np.linalg.norm(line[1] - line[0]) > SHORTEST_BONE:
-            SubElement(element, "geom", {"class": BONE}, fromto=_texts(line.ravel().tolist()))
+            SubElement(element, "geom", {"class": BONE}, fromto=texts(line.ravel().tolist()))
     for joint_name, joint in scene.character.joints.items():
         if joint.parent == name:
             chain = _chain(joint_name, scene.character)
@@ -183,26 +179,26 @@ def _chain(joint: str, character: Character) -> list[str]:
 
 def _place_root(element: Element, character: Character, initial: InitialState, world_of: _World) -> None:
     """Give the root its initial pose and the joints between it and the world."""
-    position = _numbers(initial.root_position)
-    element.set("pos", _texts(world_of.place(position)))
+    position = numbers(initial.root_position)
+    element.set("pos", texts(world_of.place(position)))
     root = root_type(character)
-    for number, (suffix, kind, axis) in enumerate(root.mujoco):
+    for place, (suffix, kind, axis) in enumerate(root.mujoco):
         joint = Element("freejoint" if kind == "free" else "joint", name=character.root + suffix)
         if kind != "free":
             joint.set("type", kind)
             joint.set("axis", " ".join("1" if k == axis else "0" for k in range(3)))
-            joint.set("ref", _text(position[axis] if kind == "slide" else 0.0))
-        element.insert(number, joint)
+            joint.set("ref", text(position[axis] if kind == "slide" else 0.0))
+        element.insert(place, joint)
     if root.placed or world_of.axes != (0, 1, 2):
         qx, qy, qz, qw = world_of.orientation(_root_orientation(initial) if root.placed else (0.0, 0.0, 0.0, 1.0))
-        element.set("quat", _texts((qw, qx, qy, qz)))
+        element.set("quat", texts((qw, qx, qy, qz)))
 
 
 def _root_orientation(initial: InitialState) -> tuple[float, ...]:
     """Initial orientation xyzw of the root, turned about the vertical to the initial heading if there is one."""
-    orientation = normalized(_numbers(initial.root_orientation))
+    orientation = normalized(numbers(initial.root_orientation))
     if initial.heading is not None:
-        orientation = multiply(turned_to_heading(orientation, _number(initial.heading)), orientation)
+        orientation = multiply(turned_to_heading(orientation, plain_number(initial.heading)), orientation)
     return tuple(orientation.tolist())
 
 
@@ -242,12 +238,12 @@ def _place_child(element: Element, chain: dict[str, Joint], limits: bool) -> Non
     motions: list[Element] = []
     place: tuple[float, ...] = (0.0, 0.0, 0.0)
     for name, joint in reversed(chain.items()):
-        place = tuple(a + b for a, b in zip(place, _numbers(joint.position_in_child), strict=True))
+        place = tuple(a + b for a, b in zip(place, numbers(joint.position_in_child), strict=True))
         motions = [*_motions(name, joint, place, limits), *motions]
-        place = tuple(a - b for a, b in zip(place, _numbers(joint.position_in_parent), strict=True))
-    element.set("pos", _texts(0.0 - coordinate for coordinate in place))
-    for number, motion in enumerate(motions):
-        element.insert(number, motion)
+        place = tuple(a - b for a, b in zip(place, numbers(joint.position_in_parent), strict=True))
+    element.set("pos", texts(0.0 - coordinate for coordinate in place))
+    for index, motion in enumerate(motions):
+        element.insert(index, motion)
 
 
 def _motions(name: str, joint: Joint, place: tuple[float, ...], limits: bool) -> Iterator[Element]:
@@ -258,118 +254,33 @@ def _motions(name: str, joint: Joint, place: tuple[float, ...], limits: bool) ->
         raise SceneError(message, key=f"character.joints.{name}.type")
     for suffix, kind, index in entry.mujoco:
         motion = Element("joint", name=name + suffix, type=kind)
-        motion.set("pos", _texts(place))
+        motion.set("pos", texts(place))
         if kind != "ball":
-            motion.set("axis", _texts(_numbers(joint.axes[index])))
+            motion.set("axis", texts(numbers(joint.axes[index])))
         if limits and joint.limits:
-            motion.set("range", _texts(_range(joint, kind, index)))
+            motion.set("range", texts(_range(joint, kind, index)))
         yield motion
 
 
 def _range(joint: Joint, kind: str, index: int) -> tuple[float, ...]:
     """Limits of MuJoCo's hinge, or the cone of its ball joint, rad."""
     if kind == "ball":
-        return 0.0, max(abs(angle) for pair in joint.limits for angle in _numbers(pair))
-    return _numbers(joint.limits[index])
+        return 0.0, max(abs(angle) for pair in joint.limits for angle in numbers(pair))
+    return numbers(joint.limits[index])
 
 
 def _shape(shape: Shape) -> dict[str, str]:
     """Attributes of the geom for a collision shape."""
     if isinstance(shape, Sphere):
-        return {"type": "sphere", "pos": _texts(_numbers(shape.center)), "size": _text(_number(shape.radius))}
+        return {"type": "sphere", "pos": texts(numbers(shape.center)), "size": text(plain_number(shape.radius))}
     if isinstance(shape, Capsule):
-        ends = (*_numbers(shape.start), *_numbers(shape.end))
-        return {"type": "capsule", "fromto": _texts(ends), "size": _text(_number(shape.radius))}
-    corners = list(zip(_numbers(shape.low), _numbers(shape.high), strict=True))
+        ends = (*numbers(shape.start), *numbers(shape.end))
+        return {"type": "capsule", "fromto": texts(ends), "size": text(plain_number(shape.radius))}
+    corners = list(zip(numbers(shape.low), numbers(shape.high), strict=True))
     center, half = ((low + high) / 2.0 for low, high in corners), ((high - low) / 2.0 for low, high in corners)
-    return {"type": "box", "pos": _texts(center), "size": _texts(half)}
+    return {"type": "box", "pos": texts(center), "size": texts(half)}
 
 
 def _friction(body: Body, ground: Ground) -> tuple[float, ...]:
     """Friction of a geom: the smaller one of body and ground decides, and the geom's priority over the ground's."""
-    return (min(_number(body.friction), _number(ground.friction)), *_ROLLING)
-
-
-def _add_muscles(model: Element, scene: Scene) -> int:
-    """Append sites, tendons and actuators of the muscles; the number of actuators."""
-    muscles = scene.character.muscles
-    if not muscles:
-        return 0
-    bodies = {element.get("name"): element for element in model.iter("body")}
-    tendons, actuators = SubElement(model, "tendon"), SubElement(model, "actuator")
-    for name, muscle in muscles.items():
-        if muscle.pulleys:
-            _add_pulleys(SubElement(tendons, "fixed", name=name), muscle, scene.character)
-            continue
-        if muscle.polynomial is not None:
-            message = "MuJoCo has no path that is a polynomial; leave the muscle out, or give it points"
-            raise SceneError(message, key=f"character.muscles.{name}.polynomial")
-        around = wrap_geoms(tendons, name, muscle, scene.character)
-        surfaces = {id(surface): key for key, surface in scene.character.surfaces.items()}
-        tendon = SubElement(tendons, "spatial", name=name)
-        for index, point in enumerate(muscle.path):
-            if point.condition is None:
-                if point.body not in bodies:
-                    message = f"{point.body!r} has no mass, so that MuJoCo knows no such body; put the point elsewhere"
-                    raise SceneError(message, key=f"character.muscles.{name}.path.{index}.body")
-                site = f"{name}_{index}"
-                SubElement(bodies[point.body], "site", name=site, pos=_texts(_numbers(point.place())), size="0.005")
-                SubElement(tendon, "site", site=site)
-                if index in around:
-                    add_geom(tendon, around[index], surfaces[id(around[index])], bodies)
-    acting = driven(scene, topology(scene.character)).muscles
-    for name in acting:
-        SubElement(actuators, "muscle", _actuator(muscles[name], scene.muscle_model), name=name, tendon=name)
-    return len(acting)
-
-
-def _add_pulleys(tendon: Element, muscle: Muscle, character: Character) -> None:
-    """The joint angles that a muscle runs over at constant radii; MuJoCo counts its length from the reference pose."""
-    for pulley in muscle.pulleys:
-        stands_for = joint_type(character.joints[pulley.joint]).mujoco
-        suffix = next(part.suffix for part in stands_for if part.axis == pulley.axis)
-        SubElement(tendon, "joint", joint=pulley.joint + suffix, coef=_text(-_number(pulley.moment_arm)))
-
-
-def _length_in_reference_pose(muscle: Muscle) -> float:
-    """Of a muscle on pulleys, m; 0 of others, whose lengths MuJoCo computes itself."""
-    if muscle.rest_length is None:
-        return 0.0
-    return _number(muscle.rest_length) + sum(_number(p.moment_arm) * _number(p.rest_angle) for p in muscle.pulleys)
-
-
-def _actuator(muscle: Muscle, model: MuscleModel) -> dict[str, str]:
-    """Attributes of MuJoCo's muscle actuator.
-
-    It knows a muscle's lengths by the path lengths, m, at which its fibre has the lengths `range`. With pennation the
-    fibre counts as it acts along the tendon about its optimal length.
-    """
-    cosine = math.cos(_number(muscle.pennation))
-    optimal = _number(muscle.l_slack) + _number(muscle.l_opt) * cosine - _length_in_reference_pose(muscle)
-    lengths = (optimal + (relative - 1.0) * _number(muscle.l_opt) / cosine for relative in _OPERATING)
-    return {
-        "ctrlrange": "0 1",
-        "force": _text(_number(muscle.f_max) * cosine),
-        "range": _texts(_OPERATING),
-        "lengthrange": _texts(lengths),
-        "vmax": _text(_number(given(muscle, model, "v_max"))),
-        "timeconst": _texts(_number(given(muscle, model, field)) for field in ("rise_time", "fall_time")),
-    }
-
-
-def _number(number: Number) -> float:
-    assert not isinstance(number, Free), "free parameters have been substituted"
-    return float(number)
-
-
-def _numbers(numbers: Iterable[Number]) -> tuple[float, ...]:
-    return tuple(_number(number) for number in numbers)
-
-
-def _text(number: float) -> str:
-    """Shortest text that reads back as the same number."""
-    return repr(float(number))
-
-
-def _texts(numbers: Iterable[float]) -> str:
-    return " ".join(_text(number) for number in numbers)
+    return (min(plain_number(body.friction), plain_number(ground.friction)), *_ROLLING)

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from xml.etree.ElementTree import Element, SubElement
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.pose import rotate
+from warpmuscle.formats.mjcf_text import texts
 from warpmuscle.scene import Scene
 from warpmuscle.scene.anatomy import BONE_RADIUS, foot_bodies, sides_of
 
@@ -38,7 +38,7 @@ def add_looks(model: Element, scene: Scene, up: str) -> None:
     SubElement(visual, "headlight", ambient="0.35 0.35 0.35", diffuse="0.5 0.5 0.5", specular="0 0 0")
     x, _, z = (float(number) for number in scene.initial_state.root_position)  # type: ignore[arg-type]
     center = (z, x, _HEIGHT) if up == "z" else (x, _HEIGHT, z)
-    SubElement(model, "statistic", center=_texts(center), extent=str(_EXTENT))
+    SubElement(model, "statistic", center=texts(center), extent=str(_EXTENT))
     assets = SubElement(model, "asset")
     SubElement(assets, "texture", type="skybox", builtin="gradient", rgb1="0.9 0.93 0.96", rgb2="0.6 0.68 0.76",
                width="64", height="384")  # fmt: skip
@@ -50,14 +50,10 @@ def add_looks(model: Element, scene: Scene, up: str) -> None:
 def add_camera(root: Element, turned_back: Floats) -> None:
     """A camera on the right that goes along; `turned_back`: from our world to the root's axes, (4,)."""
     place, right, upwards = (rotate(turned_back, axis).tolist() for axis in (_BESIDE, (0.0, 0.0, 1.0), (0.0, 1.0, 0.0)))
-    SubElement(root, "camera", name="side", mode="trackcom", pos=_texts(place), xyaxes=_texts([*right, *upwards]))
+    SubElement(root, "camera", name="side", mode="trackcom", pos=texts(place), xyaxes=texts([*right, *upwards]))
 
 
 def look_of(scene: Scene, body: str) -> str:
     """Colour of the shapes of a body: by its side, and of feet."""
     feet = [name for foot in scene.feet or () for name in foot_bodies(scene.character, foot)]
     return _COLORS["foot" if body in feet else sides_of(scene.character)[body]]
-
-
-def _texts(numbers: Iterable[float]) -> str:
-    return " ".join(repr(float(number)) for number in numbers)

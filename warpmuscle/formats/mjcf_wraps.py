@@ -15,6 +15,7 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.pose import from_rotation_vector, rotate
+from warpmuscle.formats.mjcf_text import texts
 from warpmuscle.scene import Character, CylinderSurface, Muscle, SphereSurface, Surface
 from warpmuscle.scene.initial_pose import plain_number, plain_vector
 from warpmuscle.scene.topology import topology
@@ -59,12 +60,12 @@ def add_geom(tendon: Element, surface: Surface, name: str, bodies: Mapping[str |
         attributes = {"contype": "0", "conaffinity": "0", "group": "3", "mass": "0", "rgba": "0.5 0.6 0.8 0.3"}
         SubElement(
             body, "geom", attributes, name=name, type="cylinder" if length else "sphere",
-            pos=_texts(place), quat=_texts(np.roll(turn, 1)), size=_texts([radius, *length]),
+            pos=texts(place), quat=texts(np.roll(turn, 1)), size=texts([radius, *length]),
         )  # fmt: skip
         if side:
             axis, sign = half_of(surface)
             beside = place + rotate(turn, BESIDE * radius * sign * np.eye(3)[axis])
-            SubElement(body, "site", name=side, pos=_texts(beside), size="0.005")
+            SubElement(body, "site", name=side, pos=texts(beside), size="0.005")
     around = SubElement(tendon, "geom", geom=name)
     if side:
         around.set("sidesite", side)
@@ -86,7 +87,3 @@ def _distance(point: Floats, start: Floats, end: Floats) -> float:
     along = end - start
     part = np.clip(float((point - start) @ along) / max(float(along @ along), 1e-12), 0.0, 1.0)
     return float(np.linalg.norm(start + part * along - point))
-
-
-def _texts(numbers: Floats | list[float]) -> str:
-    return " ".join(repr(float(number)) for number in numbers)

@@ -37,7 +37,7 @@ import itertools
 import math
 import re
 import typing
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from typing import Any
@@ -46,7 +46,6 @@ import msgspec
 
 from warpmuscle.core.decoding import to_type
 from warpmuscle.core.errors import Error, SceneError
-from warpmuscle.core.files import shown
 from warpmuscle.core.limits import check_size
 from warpmuscle.core.names import file_name
 from warpmuscle.formats import load
@@ -58,7 +57,8 @@ from warpmuscle.scene import Scene
 from warpmuscle.scene.parameters import free_parameters
 from warpmuscle.scene.trusted_code import trust, trusts_everything
 from warpmuscle.scene.validation.checks import near
-from warpmuscle.sweep.overrides import Override, is_factor, overridden
+from warpmuscle.sweep.axes import Choice, axes_of, entry_of
+from warpmuscle.sweep.overrides import Override, overridden
 from warpmuscle.sweep.training_plan import TrainingPlan, training_plan
 
 OWN = ("seed", "scene")  # keys of a run that are none of its scene
@@ -71,14 +71,6 @@ Search: Any = msgspec.defstruct(
     ],
     forbid_unknown_fields=True,
 )
-
-
-class _Axis(msgspec.Struct, forbid_unknown_fields=True):
-    """Keys that change together."""
-
-    keys: list[str]
-    values: list[Any] = []
-    factors: list[float] = []
 
 
 class _File(msgspec.Struct, forbid_unknown_fields=True):
@@ -127,21 +119,6 @@ class Plan:
             trust(run.scene, self.file.absolute().parent)
 
 
-@dataclass(frozen=True)
-class _Choice:
-    """One value of an axis, or one entry of the list of runs: changes with a label."""
-
-    axis: str
-    value: float | str
-    overrides: tuple[Override, ...]
-    factor: bool = False  # of an axis of factors
-
-    @property
-    def label(self) -> str:
-        value = self.value if isinstance(self.value, str) else shown(self.value)
-        return f"{self.axis}={value}" if self.axis else value
-
-
 def read(path: str | Path, trusted: bool = False) -> Plan:
     """The plan of a sweep file.
 
@@ -164,10 +141,10 @@ def read(path: str | Path, trusted: bool = False) -> Plan:
 
 def _plan(path: Path, source: Source, file: _File, trusted: bool) -> Plan:
     tables = {"grid": file.grid} if isinstance(file.grid, dict) else _numbered("grid", file.grid)
-    grids = [_axes(source, place, table) for place, table in tables.items()] or [[]]
+    grids = [axes_of(source, place, table) for place, table in tables.items()] or [[]]
     count = max(len(file.run), 1) * sum(math.prod(map(len, axes)) for axes in grids)
     check_size("sweep", count, lambda text: SceneError(text, key="grid" if file.grid else "run"))
-    entries: list[tuple[_Choice, ...]] = [(_entry(source, index, entry),) for index, entry in enumerate(file.run)]
+    entries: list[tuple[Choice, ...]] = [(entry_of(source, index, entry),) for index, entry in enumerate(file.run)]
     base = _Base(
         path, file, [Override(key, value, source.line(f"set.{key}")) for key, value in file.set.items()], trusted
     )
@@ -188,85 +165,6 @@ def _numbered(key: str, tables: Sequence[Mapping[str, Any]]) -> dict[str, Mappin
     return {f"{key}.{index}": table for index, table in enumerate(tables)}
 
 
-def _axes(source: Source, place: str, table: Mapping[str, Any]) -> list[list[_Choice]]:
-    """The axes of a grid that stands at a place."""
-    axes = [_choices(source, f"{place}.{key}", key, value) for key, value in _flat(table)]
-    names = [axis[0].axis for axis in axes]
-    if twice := [name for name in names if names.count(name) > 1]:
-        raise SceneError(f"two axes would be called {twice[0]!r}: name one as NAME = {{ keys = [..], .. }}", key=place)
-    return axes
-
-
-def _flat(table: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, Any]]:
-    """The axes of a grid: keys that are written without quotes, `objective.speed = [..]`, come as nested tables."""
-    for name, value in table.items():
-        key = f"{above}.{name}" if above else name
-        if isinstance(value, dict) and "keys" not in value:
-            yield from _flat(value, key)
-        else:
-            yield key, value
-
-
-def _choices(source: Source, place: str, key: str, value: Any) -> list[_Choice]:
-    """The values of an axis that stands at a place."""
-    if isinstance(value, dict):
-        axis = to_type(value, _Axis, key=place)
-        if bool(axis.values) == bool(axis.factors) or not axis.keys:
-            raise SceneError("an axis has keys, and either values or factors", key=place)
-        name, keys = key, axis.keys
-        values: list[Any] = axis.values or [{"factor": factor} for factor in axis.factors]
-        part = "values" if axis.values else "factors"
-    elif isinstance(value, list) and value:
-        name, keys, values, part = _short(key), [key], value, ""
-    else:
-        raise SceneError("an axis is a list of values, or { keys = [..], factors = [..] }", key=place)
-    choices = []
-    for index, one in enumerate(values):
-        line = source.line(f"{place}.{part}.{index}" if part else f"{place}.{index}")
-        overrides = tuple(Override(each, one, line) for each in keys)
-        choices.append(_Choice(name, _shown_value(one, index), overrides, part == "factors"))
-    return choices
-
-
-def _entry(source: Source, index: int, entry: Mapping[str, Any]) -> _Choice:
-    """One of the list of runs."""
-    flat: dict[str, Any] = {}
-    for key, value in entry.items():
-        if key in ("scale", "search") and isinstance(value, dict):  # written without quotes
-            flat |= {f"{key}.{name}": one for name, one in value.items()}
-        elif key != "name":
-            flat[key] = value
-    changes = [Override(key, value, source.line(f"run.{index}.{key}")) for key, value in flat.items()]
-    label = entry.get("name", "")
-    if not isinstance(label, str):
-        raise SceneError("the name of a run is text", key=f"run.{index}.name")
-    words = [f"{_short(change.key)}={_label(_shown_value(change.value, index))}" for change in changes]
-    return _Choice("", label or ",".join(words) or f"run{index}", tuple(changes))
-
-
-def _short(key: str) -> str:
-    """The end of a key that says something: `pelvis.mass` of `character.bodies.pelvis.mass`."""
-    names = key.split(".")
-    if len(names) < 4:
-        return names[-1] if names[0] != "scale" else key
-    return ".".join(names[-2:])
-
-
-def _shown_value(value: Any, index: int) -> float | str:
-    """What stands for a value of an axis in names and tables."""
-    if is_factor(value):
-        value = value["factor"]
-    if isinstance(value, bool):
-        return str(value).lower()
-    if isinstance(value, int | float):
-        return float(value)
-    return value if isinstance(value, str) else f"#{index}"
-
-
-def _label(value: float | str) -> str:
-    return value if isinstance(value, str) else shown(value)
-
-
 class _Base:
     """What all runs of a sweep have in common."""
 
@@ -274,7 +172,7 @@ class _Base:
         self._path, self._file, self._common, self._trusted = path, file, common, trusted
         self._scenes: dict[str, Scene] = {}
 
-    def run(self, chosen: Sequence[_Choice], taken: set[str]) -> Run:
+    def run(self, chosen: Sequence[Choice], taken: set[str]) -> Run:
         """The run with these choices; its name differs from those that are taken."""
         changes: dict[str, Override] = {}
         for override in itertools.chain.from_iterable(choice.overrides for choice in chosen):
@@ -360,7 +258,7 @@ class _Base:
         return SceneError(message, override.key, self._path, override.line)
 
 
-def _name(chosen: Sequence[_Choice], taken: set[str]) -> str:
+def _name(chosen: Sequence[Choice], taken: set[str]) -> str:
     """A name that a file and a group of HDF5 can have, and no other run has."""
     name = ",".join(choice.label for choice in chosen) or "run"
     name = file_name(name, "run")

@@ -1,0 +1,87 @@
+"""Muscles as MuJoCo's tendons, with sites at their via points, and its muscle actuators; see `mjcf.py`."""
+
+from __future__ import annotations
+
+import math
+from xml.etree.ElementTree import Element, SubElement
+
+from warpmuscle.core.errors import SceneError
+from warpmuscle.formats.mjcf_text import numbers, text, texts
+from warpmuscle.formats.mjcf_wraps import add_geom, wrap_geoms
+from warpmuscle.model.muscles import driven
+from warpmuscle.scene import Character, Muscle, MuscleModel, Scene
+from warpmuscle.scene.initial_pose import plain_number
+from warpmuscle.scene.joints import joint_type
+from warpmuscle.scene.muscles import given
+from warpmuscle.scene.topology import topology
+
+_OPERATING = (0.5, 1.5)  # fibre lengths over the optimal one that MuJoCo's lengthrange stands for; any two would do
+
+
+def add_muscles(model: Element, scene: Scene) -> int:
+    """Append sites, tendons and actuators of the muscles; the number of actuators."""
+    muscles = scene.character.muscles
+    if not muscles:
+        return 0
+    bodies = {element.get("name"): element for element in model.iter("body")}
+    tendons, actuators = SubElement(model, "tendon"), SubElement(model, "actuator")
+    for name, muscle in muscles.items():
+        if muscle.pulleys:
+            _add_pulleys(SubElement(tendons, "fixed", name=name), muscle, scene.character)
+            continue
+        if muscle.polynomial is not None:
+            message = "MuJoCo has no path that is a polynomial; leave the muscle out, or give it points"
+            raise SceneError(message, key=f"character.muscles.{name}.polynomial")
+        around = wrap_geoms(tendons, name, muscle, scene.character)
+        surfaces = {id(surface): key for key, surface in scene.character.surfaces.items()}
+        tendon = SubElement(tendons, "spatial", name=name)
+        for index, point in enumerate(muscle.path):
+            if point.condition is None:
+                if point.body not in bodies:
+                    message = f"{point.body!r} has no mass, so that MuJoCo knows no such body; put the point elsewhere"
+                    raise SceneError(message, key=f"character.muscles.{name}.path.{index}.body")
+                site = f"{name}_{index}"
+                SubElement(bodies[point.body], "site", name=site, pos=texts(numbers(point.place())), size="0.005")
+                SubElement(tendon, "site", site=site)
+                if index in around:
+                    add_geom(tendon, around[index], surfaces[id(around[index])], bodies)
+    acting = driven(scene, topology(scene.character)).muscles
+    for name in acting:
+        SubElement(actuators, "muscle", _actuator(muscles[name], scene.muscle_model), name=name, tendon=name)
+    return len(acting)
+
+
+def _add_pulleys(tendon: Element, muscle: Muscle, character: Character) -> None:
+    """The joint angles that a muscle runs over at constant radii; MuJoCo counts its length from the reference pose."""
+    for pulley in muscle.pulleys:
+        stands_for = joint_type(character.joints[pulley.joint]).mujoco
+        suffix = next(part.suffix for part in stands_for if part.axis == pulley.axis)
+        SubElement(tendon, "joint", joint=pulley.joint + suffix, coef=text(-plain_number(pulley.moment_arm)))
+
+
+def _length_in_reference_pose(muscle: Muscle) -> float:
+    """Of a muscle on pulleys, m; 0 of others, whose lengths MuJoCo computes itself."""
+    if muscle.rest_length is None:
+        return 0.0
+    return plain_number(muscle.rest_length) + sum(
+        plain_number(p.moment_arm) * plain_number(p.rest_angle) for p in muscle.pulleys
+    )
+
+
+def _actuator(muscle: Muscle, model: MuscleModel) -> dict[str, str]:
+    """Attributes of MuJoCo's muscle actuator.
+
+    It knows a muscle's lengths by the path lengths, m, at which its fibre has the lengths `range`. With pennation the
+    fibre counts as it acts along the tendon about its optimal length.
+    """
+    cosine = math.cos(plain_number(muscle.pennation))
+    optimal = plain_number(muscle.l_slack) + plain_number(muscle.l_opt) * cosine - _length_in_reference_pose(muscle)
+    lengths = (optimal + (relative - 1.0) * plain_number(muscle.l_opt) / cosine for relative in _OPERATING)
+    return {
+        "ctrlrange": "0 1",
+        "force": text(plain_number(muscle.f_max) * cosine),
+        "range": texts(_OPERATING),
+        "lengthrange": texts(lengths),
+        "vmax": text(plain_number(given(muscle, model, "v_max"))),
+        "timeconst": texts(plain_number(given(muscle, model, field)) for field in ("rise_time", "fall_time")),
+    }
