@@ -18,6 +18,7 @@ from warpmuscle.report.before_after import Walked, before_and_after, is_to_walk,
 from warpmuscle.scene import SearchStage
 from warpmuscle.scene.parameters import start_values
 from warpmuscle.studies import judge
+from warpmuscle.studies.walkers import SceneWalker
 
 
 @pytest.fixture(autouse=True)
@@ -61,7 +62,7 @@ def test_table_says_what_was_measured(walks):
 
 def test_falls_are_those_of_the_judge(walks):
     for walk in walks:
-        assert walk.falls == 3 - judge.disturbed_upright(walk.scene, device="cpu")
+        assert walk.falls == 3 - judge.disturbed_upright(SceneWalker(walk.scene, "cpu"))
 
 
 def test_page_is_whole_and_has_both_walks_and_what_made_it(walks):

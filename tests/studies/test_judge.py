@@ -2,6 +2,7 @@
 
 import json
 
+import msgspec
 import numpy as np
 import pytest
 from typer.testing import CliRunner
@@ -13,7 +14,9 @@ from warpmuscle.formats import load
 from warpmuscle.scene import Command
 from warpmuscle.scene.number import Free
 from warpmuscle.studies import judge as judging
-from warpmuscle.studies.judge import RUN, WALK, Bar, Verdict
+from warpmuscle.studies.judge import POWER
+from warpmuscle.studies.verdicts import COST, ECONOMICAL, LOADED, RUN, UPHILL, WALK, Bar, Verdict
+from warpmuscle.studies.walkers import SceneWalker
 
 
 @pytest.fixture(autouse=True)
@@ -51,7 +54,7 @@ def test_whoever_reaches_a_goal_reaches_what_must_be():
 
 
 def test_a_walk_on_torques_is_measured_but_for_its_energy():
-    judgement = judging.judge(load("fwalk"), pushes=1, threads=1)
+    judgement = judging.judge(SceneWalker(load("fwalk"), "cpu", 1), pushes=1)
     found = {one.bar.name: one for one in judgement.verdicts}
     assert not judgement.running
     assert found["double support"].value == pytest.approx(judgement.measures["double support"])
@@ -63,7 +66,7 @@ def test_a_walk_on_torques_is_measured_but_for_its_energy():
 
 def test_gaits_are_measured_at_every_command_and_falls_are_told():
     told = []
-    found = judging.at_commands(commanded_walk(), threads=1, tell=told.append)
+    found = judging.at_conditions(SceneWalker(commanded_walk(), "cpu", 1), tell=told.append)
     asked = [one for one, _ in found]
     assert asked[0] == {}
     assert [one["speed"] for one in asked[1:4]] == pytest.approx([0.9, 1.0, 1.1])
@@ -71,7 +74,19 @@ def test_gaits_are_measured_at_every_command_and_falls_are_told():
     assert [one["load"] for one in asked[6:]] == pytest.approx([0.18 * 70.4, 0.31 * 70.4], rel=0.01)
     assert found[3][1]["cadence"] > found[1][1]["cadence"]
     assert found[4][1] == {}  # it falls on 5 degrees
-    assert told == ["8 walks of 4 s at other commands"]
+    assert told == ["8 walks of 4 s at other speeds, on slopes, with loads"]
+
+
+def test_slopes_and_loads_that_a_gait_is_not_told_of_are_there_all_the_same():
+    plain = load("fwalk")
+    asked = judging.asked_of(SceneWalker(plain))
+    assert [one.numbers for one in asked[:3]] == [{}, {"slope": 5.0}, {"slope": -5.0}]
+    assert [one.load for one in asked[3:]] == pytest.approx([0.18 * 70.4, 0.31 * 70.4], rel=0.01)
+    found = judging.at_conditions(SceneWalker(plain, "cpu", 1))
+    assert [one for one, _ in found] == [one.numbers for one in asked]
+    assert found[0][1]["speed"] == pytest.approx(0.95, abs=0.05)
+    assert found[1][1] == {}  # it falls on 5 degrees
+    assert found[3][1]["speed"] != found[0][1]["speed"]
 
 
 def test_the_most_economical_speed_is_the_minimum_of_a_parabola_or_an_end():
@@ -82,16 +97,38 @@ def test_the_most_economical_speed_is_the_minimum_of_a_parabola_or_an_end():
 
 
 def test_loads_count_as_far_as_power_is_not_proportional_to_mass():
-    cost = "cost of transport, Bhargava net"
-    level = {cost: 3.0, "walking power": 2.0}
-    found, notes = judging._over_commands(
-        [({}, level), ({"slope": 5.0}, {cost: 6.2}), ({"load": 12.7}, {"walking power": 2.1}),
-         ({"load": 21.8}, {"walking power": 1.7})],
-        load("fwalk"),
-    )  # fmt: skip
-    assert found["5 degrees up against level"] == pytest.approx(3.2)
-    assert found["loads, farthest from proportional"] == pytest.approx(-15.0)
-    assert notes["loads, farthest from proportional"] == "18 % +5.0 %, 31 % -15.0 %"
+    level = {COST: 3.0, POWER: 2.0}
+    walks = [
+        ({}, level), ({"slope": 5.0}, {COST: 6.2}), ({"load": 12.7}, {POWER: 2.1}), ({"load": 21.8}, {POWER: 1.7}),
+    ]  # fmt: skip
+    found = judging._over_conditions(walks, load("fwalk"))
+    assert found[UPHILL].value == pytest.approx(3.2)
+    assert found[UPHILL].note == "6.20 against 3.00"
+    assert found[LOADED].value == pytest.approx(-15.0)
+    assert found[LOADED].note == "18 % +5.0 %, 31 % -15.0 %"
+    assert found[ECONOMICAL] == (None, "takes no speed", False)
+
+
+def test_falls_are_misses_and_what_cannot_be_asked_for_is_not_measured():
+    walks = [({}, {COST: 3.0, POWER: 2.0}), ({"speed": 0.8}, {}), ({"speed": 1.2}, {COST: 3.1}), ({"load": 12.7}, {})]
+    found = judging._over_conditions(walks, load("fwalk"))
+    assert found[ECONOMICAL] == (None, "0.8 m/s falls, 1.2 m/s 3.10", True)
+    assert found[LOADED] == (None, "18 % falls", True)
+    assert found[UPHILL] == (None, "takes no such slope", False)
+    assert Verdict(WALK[-1], *found[LOADED]).reached == "missed"
+    assert Verdict(WALK[-1], *found[UPHILL]).reached == "not measured"
+
+
+def test_a_walker_that_falls_at_once_is_judged_and_misses():
+    scene = load("fwalk")
+    falling = msgspec.structs.replace(scene, failure=msgspec.structs.replace(scene.failure, com_height=0.999))
+    judgement = judging.judge(SceneWalker(falling, "cpu", 1), pushes=0)
+    found = {one.bar.name: one for one in judgement.verdicts}
+    assert list(found) == [bar.name for bar in WALK]
+    assert found["stance"].reached == "missed"
+    assert "cycle" in found["stance"].note
+    assert found["upright, disturbed"].reached == "missed"
+    assert judgement.commanded == []
 
 
 def test_the_command_prints_a_line_a_measure_and_writes_all_numbers(tmp_path):

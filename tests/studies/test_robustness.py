@@ -9,6 +9,7 @@ from warpmuscle.formats import load
 from warpmuscle.scene import Scene
 from warpmuscle.studies import robustness
 from warpmuscle.studies.robustness import PushTrials, half_impulse, push_trials, slope_trials, upright
+from warpmuscle.studies.walkers import SceneWalker
 
 LEVELS = np.array([0.0, 10.0, 20.0, 30.0])
 
@@ -50,17 +51,17 @@ def test_pushes_are_the_same_at_each_impulse_and_greater_ones_let_fall(scene: Sc
     monkeypatch.setattr(robustness, "PUSHED_FROM", 0.2)
     monkeypatch.setattr(robustness, "PUSHED_UNTIL", 0.4)
     monkeypatch.setattr(robustness, "AFTERWARDS", 1.0)
-    trials = push_trials(scene, [200.0], 4, device="cpu", threads=1)
+    trials = push_trials(SceneWalker(scene, "cpu", 1), [200.0], 4)
     assert trials.survived.tolist() == [[True] * 4, [False] * 4]
     assert trials.impulses.tolist() == [0.0, 200.0]
     assert np.all((trials.start >= 0.2) & (trials.start <= 0.4))
     assert trials.half == 100.0
-    again = push_trials(scene, [200.0], 4, device="cpu", threads=1)
+    again = push_trials(SceneWalker(scene, "cpu", 1), [200.0], 4)
     assert np.array_equal(again.direction, trials.direction)
 
 
 def test_a_steep_slope_lets_fall_and_a_level_one_does_not(scene: Scene):
-    level, steep = slope_trials(scene, [0.0, 0.3], 1.0, device="cpu", threads=1)
+    level, steep = slope_trials(SceneWalker(scene, "cpu", 1), [0.0, 0.3], 1.0)
     assert (level.survived, level.end_time) == (True, pytest.approx(1.0))
     assert 0.3 < level.speed < 1.5
     assert not steep.survived
@@ -76,4 +77,4 @@ def test_runs_that_start_at_other_speeds_are_counted_if_they_stay_upright(scene:
 @pytest.mark.parametrize("impulses", [[], [-1.0], [np.inf]])
 def test_impossible_impulses_are_an_error(scene: Scene, impulses: list[float]):
     with pytest.raises(Error, match="positive numbers"):
-        push_trials(scene, impulses, 2)
+        push_trials(SceneWalker(scene, "cpu"), impulses, 2)

@@ -9,10 +9,10 @@ import pytest
 from small_policy import learning_curve, small_policy
 from warpmuscle.formats import load
 from warpmuscle.learning.episodes import EpisodeBatch
-from warpmuscle.learning.player import Player, text_of, undisturbed
+from warpmuscle.learning.player import Player, commands_of, text_of, undisturbed
 from warpmuscle.results.learned import Learned
 from warpmuscle.scene.learning import Task
-from warpmuscle.view.policy_run import PolicyRun, commands_of
+from warpmuscle.view.policy_run import PolicyRun
 
 TASK = Task(speed=(0.8, 1.6))
 

@@ -20,6 +20,7 @@ from warpmuscle.cli.common import (
 )
 from warpmuscle.cli.console import log, out
 from warpmuscle.cli.results import Run
+from warpmuscle.cli.walkers import walker_of
 from warpmuscle.core.errors import Error
 
 if TYPE_CHECKING:
@@ -91,19 +92,15 @@ def robustness(
     """
     from warpmuscle.report import robustness as report
     from warpmuscle.report.tables import aligned, check_output, write
-    from warpmuscle.scene.parameters import start_values, substitute
     from warpmuscle.studies.robustness import IMPULSES
 
     check_output(output)
     start_warp()
     trials = []
     for name, source in zip(_names(scenes), scenes, strict=True):
-        scene = load_scene([source], settings=settings)
-        plain = substitute(scene, start_values(scene))
+        _, walker = walker_of([source], settings=settings, device=device, threads=threads)
         with log.status(f"pushing {name}, and letting it walk on slopes"):
-            trials.append(
-                report.tried(name, plain, impulse or IMPULSES, pushes, seed, slope, duration, device, threads)
-            )
+            trials.append(report.tried(name, walker, impulse or IMPULSES, pushes, seed, slope, duration))
     rows = report.table(trials, slope, duration)
     for line in aligned(rows):
         out.print(line, markup=False)

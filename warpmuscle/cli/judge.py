@@ -9,17 +9,20 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.text import Text
 
-from warpmuscle.cli.common import Commands, Device, Settings, Sources, Threads, Trust, load_scene, start_warp, writable
+from warpmuscle.cli.common import Commands, Device, Policy, Settings, Threads, Trust, start_warp, writable
 from warpmuscle.cli.console import log, out
+from warpmuscle.cli.walkers import Walkers, walker_of
 
 if TYPE_CHECKING:
-    from warpmuscle.studies.judge import Bar, Judgement, Verdict
+    from warpmuscle.studies.judge import Judgement
+    from warpmuscle.studies.verdicts import Bar, Verdict
 
 STYLES = {"goal": "green", "must": "green", "missed": "red", "not measured": "yellow"}
 
 
 def judge(
-    sources: Sources,
+    sources: Walkers,
+    policy: Policy = None,
     settings: Settings = None,
     commands: Commands = None,
     pushes: Annotated[int, typer.Option(min=0, help="Pushes of each of ten impulses; 0 leaves them out.")] = 20,
@@ -31,21 +34,27 @@ def judge(
     """Judge a gait: how like a person's it is, what it costs and what it bears, beside what it must and what it should.
 
     It walks 60 s, then 20 runs of 10 s with noise of 0.1 m/s, each body's mass 10 % more or less, on slopes within 3
-    degrees, is pushed, and walks at other speeds and slopes and with loads where the scene has commands of these
-    names. Examples: warpmuscle judge walk56_person; warpmuscle judge walk56_commands --command speed=1.5
+    degrees, is pushed, and walks on slopes of 5 degrees, with loads, and at other speeds where it takes a speed. A
+    policy acts without noise, from the scene's own start, at 1.25 m/s where it has learnt that. Examples:
+    warpmuscle judge walk56_person; warpmuscle judge walk56_commands --command speed=1.5; warpmuscle judge policy.h5;
+    warpmuscle judge walk56 --policy policy.h5
     """
     writable(output)
-    scene = load_scene(sources, settings=settings, commands=commands)
     start_warp()
     from warpmuscle.core.files import replace_file
     from warpmuscle.studies.judge import judge as judged
 
+    name, walker = walker_of(
+        sources, policy=policy, settings=settings, commands=commands, device=device, threads=threads
+    )
     with log.status("compiling, which may take some seconds") as shown:
-        judgement = judged(scene, pushes=pushes, device=device, threads=threads, tell=shown.update)
-    out.print(f"{scene.name}, judged as a {'run' if judgement.running else 'walk'}: {judgement.end}", markup=False)
+        judgement = judged(walker, pushes=pushes, tell=shown.update)
+    speed = judgement.measures.get("speed")
+    at = "" if speed is None else f" at {speed:.2f} m/s"
+    out.print(f"{name}, judged as a {'run' if judgement.running else 'walk'}{at}: {judgement.end}", markup=False)
     _print_table(judgement.verdicts)
     if output is not None:
-        replace_file(output, json.dumps(_numbers(scene.name, judgement), indent=1).encode() + b"\n")
+        replace_file(output, json.dumps(_numbers(name, judgement), indent=1).encode() + b"\n")
         out.print(f"wrote {output}", markup=False)
 
 

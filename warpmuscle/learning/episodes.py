@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 import msgspec
 import numpy as np
 import warp as wp
+from numpy.typing import ArrayLike
 
 from warpmuscle.core.arguments import as_kind, as_whole
 from warpmuscle.core.array_types import Floats
@@ -22,14 +23,16 @@ from warpmuscle.learning.actions import Actions
 from warpmuscle.learning.imitation import Gait, gait_of
 from warpmuscle.learning.rewards import Judge
 from warpmuscle.learning.senses import About, Senses, head_of
-from warpmuscle.learning.starts import first_state, gait_states, make_room_to_feel, start_table
+from warpmuscle.learning.starts import RowTable, first_states, gait_states, make_room_to_feel, start_table
 from warpmuscle.learning.symmetry import BodySymmetry, Images, observed_image
 from warpmuscle.learning.variants import Variants
 from warpmuscle.scene import Scene
 from warpmuscle.scene.joints import root_type
 from warpmuscle.scene.learning import Imitation, Task
+from warpmuscle.simulation.extensions import words
+from warpmuscle.simulation.perturbations import Perturbations
 from warpmuscle.simulation.rollout import Rollout
-from warpmuscle.simulation.stepper import unrecorded
+from warpmuscle.simulation.stepper import Stepper, unrecorded
 
 LARGEST_SEED = 2**31 - 1
 FROM_THE_FIRST = 8  # states of a gait for one start from the scene's own initial state
@@ -101,13 +104,9 @@ class EpisodeBatch:
         self.longest = max(round(episode_time / self.dt), 1)
         make_room_to_feel(rollout)
         self.actions = Actions(self.task, rollout)
-        change = self.actions.change
+        self._records = bool(record)
         self._variants = Variants(self.task.variation, rollout)
-        self._stepper = rollout.stepper(
-            change if record or self.device.is_cpu else lambda config: change(unrecorded(config)),
-            self.actions.fields,
-            self._variants.model,
-        )
+        self._stepper = self._stepper_of(self._variants.model)
         self._stepper.load()
         self.command_names = self.task.command_names
         body = BodySymmetry(rollout) if self.task.symmetric else None
@@ -118,7 +117,7 @@ class EpisodeBatch:
         self.senses = Senses(self.task, about, self.decision_steps, around)
         self.images = None if body is None else self._images(about, body)
         self.final_observation = wp.zeros_like(self.senses.observation)
-        states, times = [first_state(rollout, self._stepper)], [0.0]
+        states, times = first_states(rollout, self._stepper), [0.0]
         variation = self.task.variation
         if variation.start_states:
             found = gait_states(rollout, variation.start_states, variation.start_after, self.decision_steps)
@@ -128,6 +127,8 @@ class EpisodeBatch:
         self._starts = start_table(self._stepper, states)
         self.episodes = self._episodes(instances)
         self._rules = self._episode_rules(np.array(times), gait)
+        self._start_row = self.episodes.start_row
+        self._conditions = RowTable([], [], self.device)
         self.reset(seed)
 
     def reset(self, seed: int | None = None) -> None:
@@ -148,11 +149,39 @@ class EpisodeBatch:
         self._begin()
         self._observe(self.senses.observation)
 
+    def begin_under(self, disturbances: Perturbations, commands: Mapping[str, ArrayLike]) -> None:
+        """Begin all episodes anew from the scene's initial state, each disturbed and told what to do in its own way.
+
+        So do all later ones. The task should draw nothing: no starts, noise, variants or pushes.
+
+        Args:
+            disturbances: of the instances. commands: one value each, or (instances,), by name, m/s, rad/s or a
+                coordinate; what is not named stays as it was drawn.
+
+        Raises:
+            RolloutError: another number of instances, or the task draws variants.
+        """
+        if self._variants.count > 1:
+            raise RolloutError("instances that are variants of a body cannot be disturbed besides")
+        rollout, state, n = self.rollout, self._stepper.state, len(self._stepper.state.step)
+        rollout.disturb(disturbances)
+        self._stepper = self._stepper_of(rollout.model)
+        self._starts = start_table(self._stepper, first_states(rollout, self._stepper, n))
+        told = self.episodes.command.numpy().copy()
+        for name, values in commands.items():
+            told[:, self.command_names.index(name)] = values
+        self.episodes.command.assign(told)
+        targets = [words(array) for array in (state.push, state.push_steps, self.episodes.command)]
+        self._conditions = RowTable(targets, [wp.clone(target) for target in targets], self.device)
+        self._start_row = wp.array(np.arange(n, dtype=np.int32), dtype=int, device=self.device)
+        self.reset(int(self.episodes.seed.numpy()[0]))
+
     def step(self, restart: bool = True, lap: Callable[[str], None] = no_lap) -> None:
         """Make a decision: act as `actions.told` says; see `senses`, `judge.gains` and `final_observation`.
 
         Args:
-            restart: let the next episode begin where one ends; without it, no decision must follow one that failed.
+            restart: let the next episode begin where one ends; without it, what follows a failure means
+                nothing.
             lap: called with the name of a part as it ends, see `PARTS`.
         """
         state, episodes = self._stepper.state, self.episodes
@@ -208,15 +237,24 @@ class EpisodeBatch:
         """Begin an episode where the mask says so."""
         state, episodes, n = self._stepper.state, self.episodes, len(self._stepper.state.step)
         wp.launch(kernels.draw_starts, n, [self._rules, episodes], device=self.device)
-        self._starts.restore(episodes.mask, episodes.start_row)
+        self._starts.restore(episodes.mask, self._start_row)
         self._variants.restore(episodes.mask, episodes.variant)
         wp.launch(kernels.begin_episodes, n, [self._rules, episodes, state], device=self.device)
+        self._conditions.restore(episodes.mask, self._start_row)
         self.judge.forget(episodes)
         self.senses.sample_first(state, episodes)
 
     def _observe(self, into: wp.array) -> None:
         self.senses.observe(self.episodes, into)
         self.senses.observe_critic(self._stepper.state, self.episodes)
+
+    def _stepper_of(self, model: structs.Model) -> Stepper:
+        """Steps of instances that have this model and take the actions."""
+        change = self.actions.change
+        plain = self._records or self.device.is_cpu
+        return self.rollout.stepper(
+            change if plain else lambda config: change(unrecorded(config)), self.actions.fields, model
+        )
 
     def _surroundings(self) -> sense_kernels.Surroundings:
         """What features need besides the state."""

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import msgspec
+import numpy as np
+from numpy.typing import ArrayLike
 
+from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.errors import Error, ResultError, RolloutError
 from warpmuscle.core.status import Status
 from warpmuscle.formats import SceneLike
@@ -16,7 +19,11 @@ from warpmuscle.learning.policy import DevicePolicy
 from warpmuscle.results.learned import Learned, PolicyTable
 from warpmuscle.results.recording import Recording
 from warpmuscle.results.result import read
+from warpmuscle.scene.controller import Command
 from warpmuscle.scene.learning import Task, Variation
+from warpmuscle.simulation.perturbations import Perturbations
+
+UNITS = {"speed": "m/s", "turning_rate": "rad/s"}  # of commands
 
 
 class Player:
@@ -56,6 +63,27 @@ class Player:
         _check_names("observes", policy.observation, tuple(self.batch.senses.names))
         _check_names("moves", policy.action, self.batch.actions.names)
         self._policy = DevicePolicy(policy, instances, self.batch.device, self.batch.actions.told)
+
+    def walk(self, disturbances: Perturbations, commands: Mapping[str, ArrayLike]) -> tuple[Integers, Floats]:
+        """Act in one episode of each instance, from the scene's initial state.
+
+        Args:
+            disturbances, commands: as of `EpisodeBatch.begin_under`.
+
+        Returns:
+            How they ended, (instances,), see `Status`, and when, s.
+        """
+        batch, state = self.batch, self.batch.rollout.state
+        batch.begin_under(disturbances, commands)
+        status = state.status.numpy().copy()
+        ended = np.zeros(len(status), dtype=np.int32)
+        for _ in range(min(batch.longest, batch.rollout.steps // batch.decision_steps)):
+            self.decide(restart=False)
+            running = status == Status.RUNNING  # a body that has failed may be moved on, but stays a failure
+            status[running], ended[running] = state.status.numpy()[running], state.step.numpy()[running]
+            if not (status == Status.RUNNING).any():
+                break
+        return np.where(status == Status.RUNNING, Status.COMPLETED, status), ended * batch.scene.time_step
 
     def decide(self, restart: bool = True) -> None:
         """Make a decision in every instance; where an episode ends, the next one begins, unless it is not to."""
@@ -99,7 +127,17 @@ def commanded(task: Task, texts: Sequence[str]) -> Task:
     Raises:
         Error: another key, or no finite number.
     """
-    known = task.command_names
+    for key, number in told(task, texts).items():
+        if key in task.pose:
+            task = msgspec.structs.replace(task, pose={**task.pose, key: (number, number)})
+        else:
+            task = msgspec.structs.replace(task, **{key: (number, number)})
+    return msgspec.structs.replace(task, command_time=0.0) if texts else task
+
+
+def told(task: Task, texts: Sequence[str]) -> dict[str, float]:
+    """Commands of a task, each given as KEY=VALUE; raises Error as `commanded`."""
+    known, found = task.command_names, {}
     for text in texts:
         key, _, value = (part.strip() for part in text.partition("="))
         try:
@@ -108,11 +146,17 @@ def commanded(task: Task, texts: Sequence[str]) -> Task:
             number = math.nan
         if key not in known or not math.isfinite(number):
             raise Error(f"{text!r}: write KEY=NUMBER; of this policy KEY is {', '.join(known)}")
-        if key in task.pose:
-            task = msgspec.structs.replace(task, pose={**task.pose, key: (number, number)})
-        else:
-            task = msgspec.structs.replace(task, **{key: (number, number)})
-    return msgspec.structs.replace(task, command_time=0.0) if texts else task
+        found[key] = number
+    return found
+
+
+def commands_of(task: Task) -> dict[str, Command]:
+    """What a policy can be told, in the order of its task's commands; by default the middle of what it has learnt."""
+    intervals = {"speed": task.speed, "turning_rate": task.turning_rate, **task.pose}
+    return {
+        name: Command(0.5 * (low + high), low, high, unit=UNITS.get(name, "rad or m"))
+        for name, (low, high) in intervals.items()
+    }
 
 
 def undisturbed(task: Task) -> Task:

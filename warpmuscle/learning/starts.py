@@ -57,7 +57,7 @@ class RowTable:
 
 
 def start_table(stepper: Stepper, states: list[dict[str, Rows]]) -> RowTable:
-    """The starts of a batch: what `first_state` and `gait_states` give."""
+    """The starts of a batch: what `first_states` and `gait_states` give."""
     arrays, device = dict(state_arrays(stepper)), stepper.state.step.device
     sources = []
     for name, array in arrays.items():
@@ -67,14 +67,16 @@ def start_table(stepper: Stepper, states: list[dict[str, Rows]]) -> RowTable:
     return RowTable(list(arrays.values()), sources, device)
 
 
-def first_state(rollout: Rollout, stepper: Stepper) -> dict[str, Rows]:
-    """The scene's initial state, words of every array, with what muscles feel there."""
+def first_states(rollout: Rollout, stepper: Stepper, count: int = 1) -> list[dict[str, Rows]]:
+    """The initial states of the first instances, words of every array, with what muscles feel there."""
     rollout.reset()
-    state = _row(stepper)
+    states = _rows(stepper, count)
     stepper.launch(1)
-    felt = _row(stepper)
+    felt = _rows(stepper, count)
     rollout.reset()
-    return state | {name: felt[name] for name in FELT if name in felt}
+    return [
+        state | {name: later[name] for name in FELT if name in later} for state, later in zip(states, felt, strict=True)
+    ]
 
 
 def gait_states(rollout: Rollout, count: int, after: float, every: int) -> tuple[list[dict[str, Rows]], list[float]]:
@@ -90,13 +92,13 @@ def gait_states(rollout: Rollout, count: int, after: float, every: int) -> tuple
     stepper = donor.stepper(lambda config: sensing(unrecorded(config)), {})
     first = round(after / rollout.scene.time_step)
     gap = max((donor.steps - first) // max(count, 1), every, 1)
-    start = _row(stepper)
+    start = _rows(stepper)[0]
     states: list[dict[str, Rows]] = []
     times: list[float] = []
     step = max(first, 1)
     stepper.launch(step)
     while len(states) < count and not donor.status()[0]:
-        state = _row(stepper)
+        state = _rows(stepper)[0]
         _put_back(state, start, donor)
         states.append({name: values for name, values in state.items() if name not in SUMS})
         times.append(step * rollout.scene.time_step)
@@ -118,6 +120,7 @@ def _put_back(state: dict[str, Rows], start: dict[str, Rows], rollout: Rollout) 
         state["coordinates"][k] = start["coordinates"][k]
 
 
-def _row(stepper: Stepper) -> dict[str, Rows]:
-    """The first instance's words of every array."""
-    return {name: words(array).numpy()[0].copy() for name, array in state_arrays(stepper)}
+def _rows(stepper: Stepper, count: int = 1) -> list[dict[str, Rows]]:
+    """The first instances' words of every array."""
+    arrays = {name: words(array)[:count].numpy() for name, array in state_arrays(stepper)}
+    return [{name: array[row].copy() for name, array in arrays.items()} for row in range(count)]

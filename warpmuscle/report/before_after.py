@@ -22,6 +22,7 @@ from warpmuscle.scene.accounting import accounting
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.simulation.multi_device import make_rollout
 from warpmuscle.studies import judge
+from warpmuscle.studies.walkers import SceneWalker
 from warpmuscle.view.page import iframe, replay_html
 
 LASTING = 10.0  # s, of the walk that is measured
@@ -65,7 +66,7 @@ def watch(scene: Scene, *, device: str | None = None, threads: int | None = None
         measures = gait_measures(motion, scene)
     except Error:
         measures = {}
-    falls = judge.RUNS - judge.disturbed_upright(scene, device=device, threads=threads)
+    falls = judge.RUNS - judge.disturbed_upright(SceneWalker(scene, device, threads))
     return Walked(scene, motion, status, falls, measures)
 
 

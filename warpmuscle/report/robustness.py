@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from warpmuscle.results.records import installed_versions
-from warpmuscle.scene import Scene
 from warpmuscle.studies.robustness import PushTrials, SlopeTrial, push_trials, slope_trials
+from warpmuscle.studies.walkers import Walker
 
 
 @dataclass(frozen=True)
@@ -23,8 +23,7 @@ class Trials:
 
 
 def tried(
-    name: str, scene: Scene, impulses: Sequence[float], pushes: int, seed: int, slope: float, duration: float,
-    device: str | None, threads: int | None,
+    name: str, walker: Walker, impulses: Sequence[float], pushes: int, seed: int, slope: float, duration: float
 ) -> Trials:  # fmt: skip
     """Push a gait, and let it walk up and down.
 
@@ -34,9 +33,9 @@ def tried(
     Raises:
         Error: no pushes, or an impulse that is not a positive number.
     """
-    pushed = push_trials(scene, impulses, pushes, seed=seed, device=device, threads=threads)
+    pushed = push_trials(walker, impulses, pushes, seed=seed)
     inclines = np.radians([-slope, slope]).tolist()
-    return Trials(name, pushed, slope_trials(scene, inclines, duration, device=device, threads=threads))
+    return Trials(name, pushed, slope_trials(walker, inclines, duration))
 
 
 def table(trials: Sequence[Trials], slope: float, duration: float) -> list[tuple[str, ...]]:

@@ -1,7 +1,7 @@
 """A gait judged: how like a person's it is, what it costs and what it bears, beside what it must and what it should.
 
-One run of 60 s, twenty disturbed ones of 10 s, pushes, and, where a scene has commands of these names, walks at several
-speeds (m/s), up a slope (deg) and with loads (kg).
+One run of 60 s, twenty disturbed ones of 10 s, pushes, walks up a slope (deg) and with loads (kg), and at several
+speeds (m/s) where it takes a speed. The same is asked of a scene's own controller and of a policy, see `walkers`.
 """
 
 from __future__ import annotations
@@ -14,87 +14,58 @@ import numpy as np
 
 from warpmuscle.core.errors import Error
 from warpmuscle.core.status import Status
+from warpmuscle.gait.cycles import feet_of
 from warpmuscle.gait.muscle_effort import LEAST_SPEED, spent
 from warpmuscle.gait.quality import Measures, gait_measures
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Robustness, Scene
 from warpmuscle.scene.accounting import FORMULAS
+from warpmuscle.scene.controller import Command
 from warpmuscle.scene.masses import body_mass, total_mass
 from warpmuscle.scene.norms import FORCE, NORMS
-from warpmuscle.scene.parameters import start_values, substitute
-from warpmuscle.simulation.multi_device import make_rollout
-from warpmuscle.simulation.perturbations import drawn
+from warpmuscle.simulation.perturbations import drawn, none
 from warpmuscle.studies.robustness import IMPULSES, push_trials
+from warpmuscle.studies.verdicts import (
+    COST,
+    COST_WANG,
+    ECONOMICAL,
+    LOADED,
+    PUSHED,
+    RUN,
+    UPHILL,
+    UPRIGHT,
+    WALK,
+    Finding,
+    Verdict,
+)  # fmt: skip
+from warpmuscle.studies.verdicts import RUNS as RUNS
+from warpmuscle.studies.walkers import Walker, loaded, under
 
 LONG, SHORT, COMMANDED = 60.0, 10.0, 30.0  # s, of the run that is measured, of disturbed ones, of those at a command
-RUNS, NOISE, MASS, SLOPE, SEED = 20, 0.1, 0.1, float(np.radians(3.0)), 3  # of disturbed runs: m/s, part, rad
+NOISE, MASS, SLOPE, SEED = 0.1, 0.1, float(np.radians(3.0)), 3  # of disturbed runs: m/s, part, rad
 DISTURBED = (
     f"{SHORT:g} s, {NOISE:g} m/s of noise at the start, masses of bodies +-{100.0 * MASS:g} %, "
     f"slopes of +-{np.degrees(SLOPE):.0f} degrees"
 )
 PUSHES = 20  # of each impulse
-RATE = 200.0  # frames/s
 SPEEDS = 7  # commanded, evenly over the range
 UP = 5.0  # deg
 LOADS = (0.18, 0.31)  # of the body weight
+POWER = "walking power"  # W/kg, above that at rest
 
 
 @dataclass(frozen=True)
-class Bar:
-    """What a gait must reach, and what it should: lowest and highest values, None where there is none."""
+class Asked:
+    """A walk that a judgement asks for: commands of these names, or what a slope and a load are without such."""
 
-    name: str
-    unit: str
-    must: tuple[float | None, float | None]
-    goal: tuple[float | None, float | None]
-
-    def reached(self, value: float) -> str:
-        """Which of the two a value reaches: goal, must or neither."""
-        if _within(value, self.goal):
-            return "goal"
-        return "must" if _within(value, self.must) else "missed"
-
-
-# People have the goals, or come near them: sources stand in docs/explanation/gaits.md.
-_UPRIGHT = Bar("upright, disturbed", f"of {RUNS}", (19, None), (20, None))
-_PUSHED = Bar("impulse that half survive", "N s", (60, None), (80, None))
-WALK = (
-    Bar("angles outside the norms", "SD", (None, 0.25), (None, 0.12)),
-    Bar("force at peaks and valley", "half-bands", (None, 1.0), (None, 0.6)),
-    Bar("maximum vertical force", "body weights", (None, 1.2), (None, 1.15)),
-    Bar("stance", "% of the cycle", (59, 65), (61, 63)),
-    Bar("double support", "% of the cycle", (18, 25), (20, 24)),
-    Bar("cost of transport, Bhargava net", "J/(kg m)", (None, 3.6), (None, 3.3)),
-    Bar("cost of transport, Wang", "J/(kg m)", (None, 5.0), (None, 4.5)),
-    Bar("muscle mass", "% of the body", (None, 40), (None, 40)),
-    _UPRIGHT,
-    _PUSHED,
-    Bar("most economical speed", "m/s", (1.1, 1.5), (1.2, 1.4)),
-    Bar("5 degrees up against level", "J/(kg m)", (2.4, 4.0), (2.8, 3.6)),
-    Bar("loads, farthest from proportional", "%", (-10, 10), (-5, 5)),
-)
-RUN = (
-    Bar("toe-off", "% of the cycle", (36, 44), (39, 41)),
-    Bar("angles outside the norms", "SD", (None, 1.5), (None, 1.0)),
-    Bar("maximum vertical force", "body weights", (None, 2.9), (None, 2.6)),
-    Bar("flight", "% of the cycle", (1, None), (10, None)),
-    _UPRIGHT,
-    _PUSHED,
-)
-
-
-@dataclass(frozen=True)
-class Verdict:
-    """A measure of a gait beside its bar; no value where it could not be measured, and why not."""
-
-    bar: Bar
-    value: float | None
-    note: str = ""
+    speed: float | None = None  # m/s
+    slope: float | None = None  # deg
+    load: float | None = None  # kg
 
     @property
-    def reached(self) -> str:
-        """Goal, must, missed, or not measured."""
-        return "not measured" if self.value is None else self.bar.reached(self.value)
+    def numbers(self) -> dict[str, float]:
+        """What is asked for, by name."""
+        return {name: value for name, value in vars(self).items() if value is not None}
 
 
 @dataclass(frozen=True)
@@ -102,8 +73,9 @@ class Judgement:
     """All verdicts on a gait.
 
     Attributes:
-        running: whether it is judged as a run. end: how the long run ended. measures: all of it.
-        commanded: measures at each command, beside the command.
+        running: whether it is judged as a run. end: how the long run ended. measures: all of it; none if it has no
+            whole gait cycle.
+        commanded: measures of the walks at other speeds, on slopes and with loads, beside what was asked for.
     """
 
     verdicts: list[Verdict]
@@ -114,59 +86,59 @@ class Judgement:
 
 
 def judge(
-    scene: Scene,
+    walker: Walker,
     *,
     pushes: int = PUSHES,
-    device: str | None = None,
-    threads: int | None = None,
     tell: Callable[[str], None] = lambda _: None,
 ) -> Judgement:
-    """Judge the gait of a scene as it is commanded, its free parameters at their start values.
+    """Judge the gait of a walker as it is commanded.
 
     Args:
         pushes: of each impulse; 0 leaves them out. tell: is called with what is done next.
 
     Raises:
-        Error: it has no feet, or no whole gait cycle.
+        Error: it has no feet.
     """
-    plain = substitute(scene, start_values(scene))
+    scene = walker.scene()
+    feet_of(scene)
     tell(f"walking {LONG:g} s")
-    (recording,), (status,), _ = _recorded(scene, LONG, [{}], device, threads)
-    measures = gait_measures(recording, plain)
+    walks = walker.walk(LONG, none(1), record=True)
+    end = Status(walks.status[0])
+    measures, why = _measured(walks.recordings[0], scene)
     running = scene.objective.gait == "run" or (not scene.objective.gait and (measures.get("flight") or 0.0) > 1.0)
-    values: dict[str, float | None] = dict(measures) | _of_force(measures) | energies(recording, plain)
-    values["toe-off"] = measures.get("stance")
-    notes: dict[str, str] = {}
+    found: dict[str, Finding] = {}
+    if measures:
+        found = {name: Finding(value) for name, value in (measures | _of_force(measures)).items()}
+        found["toe-off"] = Finding(measures.get("stance"))
     tell(f"{RUNS} disturbed runs of {SHORT:g} s")
-    values[_UPRIGHT.name] = float(disturbed_upright(scene, device=device, threads=threads))
-    if pushes > 0:
-        tell(f"{pushes} pushes of each of {len(IMPULSES)} impulses")
-        trials = push_trials(plain, IMPULSES, pushes, device=device, threads=threads)
-        values[_PUSHED.name] = float(min(trials.half, trials.impulses[-1]))
-        low, high = (min(end, trials.impulses[-1]) for end in trials.range)
-        notes[_PUSHED.name] = f"{low:.0f} to {high:.0f}" + (" or more" if np.isinf(trials.half) else "")
-    else:
-        values[_PUSHED.name], notes[_PUSHED.name] = None, "not asked for"
+    found[UPRIGHT.name] = Finding(float(disturbed_upright(walker)))
+    found[PUSHED.name] = _pushed(walker, pushes, tell)
     commanded: list[tuple[dict[str, float], Measures]] = []
-    if not running and scene.commands:
-        commanded = at_commands(scene, device=device, threads=threads, tell=tell)
-        found, why = _over_commands(commanded, plain)
-        values, notes = values | found, notes | why
-    bars = RUN if running else WALK
-    shown = [bar for bar in bars if bar.name in values]
-    verdicts = [Verdict(bar, values[bar.name], notes.get(bar.name, "")) for bar in shown]
-    return Judgement(verdicts, running, status.meaning, measures, commanded)
+    if not running and COST in measures:
+        commanded = at_conditions(walker, tell=tell)
+        found |= _over_conditions(commanded, scene)
+    without = Finding(None, why, fell=end != Status.COMPLETED)
+    bars = [bar for bar in (RUN if running else WALK) if bar.name in found or not measures]
+    verdicts = [Verdict(bar, *found.get(bar.name, without)) for bar in bars]
+    return Judgement(verdicts, running, end.meaning, measures, commanded)
 
 
-def disturbed_upright(scene: Scene, *, device: str | None = None, threads: int | None = None) -> int:
+def disturbed_upright(walker: Walker) -> int:
     """How many of 20 runs of 10 s survive noise of 0.1 m/s, masses of each body +-10 %, slopes within +-3 degrees."""
-    lasting = msgspec.structs.replace(scene, duration=SHORT)
     robustness = Robustness(runs=RUNS + 1, velocity_noise=NOISE, mass=MASS, slope=SLOPE, seed=SEED)
-    runs = drawn(robustness, SHORT, len(scene.character.bodies)).part(slice(1, None))  # the first is not disturbed
-    batch = make_rollout(lasting, RUNS, device, threads=threads)
-    batch.disturb(replace(runs, push=np.zeros((RUNS, 3))))
-    batch.run()
-    return int((batch.status() == Status.COMPLETED).sum())
+    runs = drawn(robustness, SHORT, len(walker.scene().character.bodies)).part(slice(1, None))  # one is not disturbed
+    return int(walker.walk(SHORT, replace(runs, push=np.zeros((RUNS, 3)))).upright.sum())
+
+
+def _pushed(walker: Walker, pushes: int, tell: Callable[[str], None]) -> Finding:
+    """Impulse that half of the pushes survive, at most the greatest one, N s, and its range."""
+    if pushes == 0:
+        return Finding(None, "not asked for")
+    tell(f"{pushes} pushes of each of {len(IMPULSES)} impulses")
+    trials = push_trials(walker, IMPULSES, pushes)
+    low, high = (min(end, trials.impulses[-1]) for end in trials.range)
+    more = " or more" if np.isinf(trials.half) else ""
+    return Finding(float(min(trials.half, trials.impulses[-1])), f"{low:.0f} to {high:.0f}{more}")
 
 
 def energies(recording: Recording, plain: Scene) -> dict[str, float | None]:
@@ -175,7 +147,7 @@ def energies(recording: Recording, plain: Scene) -> dict[str, float | None]:
     muscles = [plain.character.muscles[name] for name in recording.muscle_names]
     gone = recording.window(min(5.0, 0.25 * float(recording.time[-1])))
     speed = float(np.hypot(*gone.com_velocity[:, [0, 2]].mean(axis=0)))
-    for model, name in (("bhargava", "cost of transport, Bhargava net"), ("wang", "cost of transport, Wang")):
+    for model, name in (("bhargava", COST), ("wang", COST_WANG)):
         objective = msgspec.structs.replace(
             plain.objective, metabolic_model=model, metabolic_work=None, basal_rate=None
         )  # fmt: skip
@@ -184,63 +156,64 @@ def energies(recording: Recording, plain: Scene) -> dict[str, float | None]:
             return {}
         found[name] = effort.power / speed if speed >= LEAST_SPEED else None
         if model == "bhargava":
-            found["walking power"] = effort.power - FORMULAS[model].basal_rate
+            found[POWER] = effort.power - FORMULAS[model].basal_rate
     found["muscle mass"] = 100.0 * total_mass(muscles, plain.muscle_model) / body_mass(plain.character)
     return found
 
 
-def at_commands(
-    scene: Scene,
-    *,
-    device: str | None = None,
-    threads: int | None = None,
-    tell: Callable[[str], None] = lambda _: None,
+def at_conditions(
+    walker: Walker, *, tell: Callable[[str], None] = lambda _: None
 ) -> list[tuple[dict[str, float], Measures]]:
-    """Measures of the gait at speeds over the range, up and down 5 degrees, and with loads, of commands that it has.
+    """Measures of the gait at speeds over the range that it takes, up and down 5 degrees, and with loads.
 
-    Measures are empty where it falls. The first one is of the scene as commanded.
+    A slope or a load that it has no command for is there without its being told. Measures are empty where it falls. The
+    first one is of the gait as commanded.
     """
-    commands, mass = scene.commands, body_mass(substitute(scene, start_values(scene)).character)
-    asked: list[dict[str, float]] = [{}]
+    every = asked_of(walker)
+    tell(f"{len(every)} walks of {COMMANDED:g} s at other speeds, on slopes, with loads")
+    commands = {
+        name: np.array([one.numbers.get(name, command.asked) for one in every])
+        for name, command in walker.commands.items()
+    }
+    conditions, level = none(len(every)), walker.scene()
+    if "slope" not in walker.commands:
+        conditions = replace(conditions, slope=np.radians([one.slope or 0.0 for one in every]))
+    if "load" not in walker.commands:
+        conditions = loaded(level, conditions, np.array([one.load or 0.0 for one in every]))
+    walks = walker.walk(COMMANDED, conditions, commands, record=True)
+    found: list[tuple[dict[str, float], Measures]] = []
+    for number, (one, recording, lasted) in enumerate(zip(every, walks.recordings, walks.upright, strict=True)):
+        told = {name: value for name, value in one.numbers.items() if name in walker.commands}
+        scene = under(walker.scene(told), conditions, number)
+        found.append((one.numbers, _measured(recording, scene)[0] if lasted else {}))
+    return found
+
+
+def asked_of(walker: Walker) -> list[Asked]:
+    """The walks that a walker is asked for, within the ranges of its commands; the first is as it is commanded."""
+    commands, mass = walker.commands, body_mass(walker.scene().character)
+    asked = [Asked()]
     if "speed" in commands:
-        asked += [{"speed": float(v)} for v in np.linspace(commands["speed"].min, commands["speed"].max, SPEEDS)]
-    if "slope" in commands:
-        asked += [{"slope": v} for v in (UP, -UP) if commands["slope"].min <= v <= commands["slope"].max]
-    if "load" in commands:
-        asked += [{"load": part * mass} for part in LOADS if part * mass <= commands["load"].max]
-    tell(f"{len(asked)} walks of {COMMANDED:g} s at other commands")
-    recordings, statuses, numerics = _recorded(scene, COMMANDED, asked, device, threads)
-    return [
-        (one, _measures_of(recording, numeric) if status == Status.COMPLETED else {})
-        for one, recording, status, numeric in zip(asked, recordings, statuses, numerics, strict=True)
-    ]
+        asked += [Asked(speed=float(v)) for v in np.linspace(commands["speed"].min, commands["speed"].max, SPEEDS)]
+    asked += [Asked(slope=slope) for slope in (UP, -UP) if _takes(commands.get("slope"), slope)]
+    return asked + [Asked(load=part * mass) for part in LOADS if _takes(commands.get("load"), part * mass)]
 
 
-def _recorded(
-    scene: Scene, duration: float, asked: Sequence[dict[str, float]], device: str | None, threads: int | None
-) -> tuple[list[Recording], list[Status], list[Scene]]:
-    """Motions at some commands, how they ended, and the scenes in numbers."""
-    lasting = msgspec.structs.replace(scene, duration=duration)
-    count = len(asked)
-    batch = make_rollout(lasting, count, device, record=range(count), record_rate=RATE, threads=threads)
-    if scene.commands:
-        batch.set_commands(
-            {name: [one.get(name, command.asked) for one in asked] for name, command in scene.commands.items()}
-        )
-    batch.run()
-    numerics = [substitute(scene, start_values(scene), one) for one in asked]
-    return [batch.recording(i) for i in range(count)], [Status(s) for s in batch.status()], numerics
+def _takes(command: Command | None, value: float) -> bool:
+    """Whether a value is in the range of a command, if there is one."""
+    return command is None or command.min <= value <= command.max
 
 
-def _measures_of(recording: Recording, plain: Scene) -> Measures:
+def _measured(recording: Recording, plain: Scene) -> tuple[Measures, str]:
+    """All measures of a motion, its energy among them; or none, and why."""
     try:
-        return gait_measures(recording, plain) | energies(recording, plain)
-    except Error:
-        return {}
+        return gait_measures(recording, plain) | energies(recording, plain), ""
+    except Error as error:
+        return {}, str(error)
 
 
 def _of_force(measures: Mapping[str, float | None]) -> dict[str, float | None]:
-    """How far both peaks and the valley of the vertical force are from people's, in half-bands;."""
+    """How far both peaks and the valley of the vertical force are from people's, in half-bands."""
     norm = NORMS[FORCE]
     found: dict[str, float | None] = {}
     names = ("first hump of the force", "valley of the force", "second hump of the force")
@@ -253,35 +226,56 @@ def _of_force(measures: Mapping[str, float | None]) -> dict[str, float | None]:
     return found
 
 
-def _over_commands(
-    commanded: Sequence[tuple[dict[str, float], Measures]], plain: Scene
-) -> tuple[dict[str, float | None], dict[str, str]]:
-    """The most economical speed, what a slope costs, how loads are borne; and why, where it cannot be told."""
-    cost = "cost of transport, Bhargava net"
+def _over_conditions(commanded: Sequence[tuple[dict[str, float], Measures]], plain: Scene) -> dict[str, Finding]:
+    """The most economical speed, what a slope costs, how loads are borne; or why it cannot be told."""
     level, mass = commanded[0][1], body_mass(plain.character)
-    values: dict[str, float | None] = {}
-    notes: dict[str, str] = {}
-    speeds = [(one["speed"], found.get(cost)) for one, found in commanded if "speed" in one]
-    if speeds:
-        known = [(speed, value) for speed, value in speeds if value is not None]
-        values["most economical speed"] = _economical(known)
-        notes["most economical speed"] = ", ".join(
-            f"{speed:.2g} m/s {'falls' if value is None else f'{value:.2f}'}" for speed, value in speeds
-        )
-    up = [found.get(cost) for one, found in commanded if one.get("slope") == UP]
-    if up and (flat := level.get(cost)) is not None:
-        values["5 degrees up against level"] = None if up[0] is None else up[0] - flat
-        notes["5 degrees up against level"] = "falls" if up[0] is None else f"{up[0]:.2f} against {flat:.2f}"
-    loads = [(one["load"], found.get("walking power")) for one, found in commanded if "load" in one]
-    if loads and (unloaded := level.get("walking power")) is not None:
-        off = [None if power is None else 100.0 * (power / unloaded - 1.0) for _, power in loads]
-        borne = [part for part in off if part is not None]
-        values["loads, farthest from proportional"] = max(borne, key=abs) if len(borne) == len(off) else None
-        notes["loads, farthest from proportional"] = ", ".join(
-            f"{100.0 * load / mass:.0f} % {'falls' if part is None else f'{part:+.1f} %'}"
-            for (load, _), part in zip(loads, off, strict=True)
-        )
-    return values, notes
+    by_name = {name: [(one[name], found) for one, found in commanded if name in one] for name in vars(Asked())}
+    uphill = [(slope, found) for slope, found in by_name["slope"] if slope == UP]
+    return {
+        ECONOMICAL: _over_speeds(by_name["speed"]),
+        UPHILL: _up_against(level, uphill[0][1]) if uphill else Finding(None, "takes no such slope"),
+        LOADED: _under_loads(level, by_name["load"], mass),
+    }
+
+
+def _over_speeds(speeds: Sequence[tuple[float, Measures]]) -> Finding:
+    """The speed, m/s, at which walking costs least."""
+    if not speeds:
+        return Finding(None, "takes no speed")
+    known = [(speed, cost) for speed, found in speeds if (cost := found.get(COST)) is not None]
+    note = ", ".join(f"{speed:.2g} m/s {_cost_of(found)}" for speed, found in speeds)
+    return Finding(_economical(known), note, fell=any(not found for _, found in speeds))
+
+
+def _up_against(level: Measures, up: Measures) -> Finding:
+    """What walking up costs more than walking on the level, J/(kg m)."""
+    one, other = up.get(COST), level.get(COST)
+    note = f"{_cost_of(up)} against {_cost_of(level)}"
+    return Finding(None if one is None or other is None else one - other, note, fell=not up or not level)
+
+
+def _under_loads(level: Measures, loads: Sequence[tuple[float, Measures]], mass: float) -> Finding:
+    """How far the walking part of the power is from being proportional to the mass, at worst, %."""
+    if not loads:
+        return Finding(None, "takes no such load")
+    unloaded, off, words = level.get(POWER), [], []
+    for load, found in loads:
+        power = found.get(POWER)
+        text = "falls" if not found else "no power"
+        if power is not None and unloaded is not None:
+            off.append(100.0 * (power / unloaded - 1.0))
+            text = f"{off[-1]:+.1f} %"
+        words.append(f"{100.0 * load / mass:.0f} % {text}")
+    worst = max(off, key=abs) if len(off) == len(loads) else None
+    return Finding(worst, ", ".join(words), fell=not all(found for _, found in loads))
+
+
+def _cost_of(measures: Measures) -> str:
+    """The cost of transport as a text."""
+    if not measures:
+        return "falls"
+    cost = measures.get(COST)
+    return "stands" if cost is None else f"{cost:.2f}"
 
 
 def _economical(known: Sequence[tuple[float, float]]) -> float | None:
@@ -294,8 +288,3 @@ def _economical(known: Sequence[tuple[float, float]]) -> float | None:
     near = np.array(known[at - 1 : at + 2])
     a, b, _ = np.polyfit(near[:, 0], near[:, 1], 2)
     return float(-0.5 * b / a)
-
-
-def _within(value: float, ends: tuple[float | None, float | None]) -> bool:
-    low, high = ends
-    return (low is None or value >= low) and (high is None or value <= high)

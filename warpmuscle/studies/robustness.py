@@ -21,6 +21,7 @@ from warpmuscle.gait.measures import measure
 from warpmuscle.scene import Scene
 from warpmuscle.simulation.multi_device import make_rollout
 from warpmuscle.simulation.perturbations import none
+from warpmuscle.studies.walkers import Walker
 
 IMPULSES = (5.0, 10.0, 15.0, 20.0, 25.0, 30.0, 40.0, 50.0, 60.0, 80.0)  # N s
 PUSHED_FROM, PUSHED_UNTIL, AFTERWARDS = 2.0, 6.0, 4.0  # s, when pushes come, and how long a run goes on after these
@@ -67,20 +68,17 @@ class SlopeTrial:
 
 
 def push_trials(
-    scene: Scene,
+    walker: Walker,
     impulses: Sequence[float] = IMPULSES,
     pushes: int = 20,
     *,
     push_duration: float = 0.1,
     seed: int = 1,
-    device: str | None = None,
-    threads: int | None = None,
 ) -> PushTrials:
     """Push the root of a gait at random times from random horizontal directions, at all impulses in one batch.
 
     Args:
         impulses: N s. pushes: at each of them, the same times and directions. push_duration: s.
-        device, threads: see `make_rollout`.
 
     Raises:
         Error: no pushes, or an impulse that is not a positive number.
@@ -97,11 +95,8 @@ def push_trials(
     disturbances = replace(
         none(count), push=push, push_start=np.tile(start, len(levels)), push_duration=push_duration
     )  # fmt: skip
-    batch = make_rollout(_lasting(scene, PUSHED_UNTIL + AFTERWARDS), count, device, threads=threads)
-    batch.disturb(disturbances)
-    batch.run()
-    survived = (batch.status() == Status.COMPLETED).reshape(len(levels), pushes)
-    return PushTrials(levels, survived, direction, start)
+    survived = walker.walk(PUSHED_UNTIL + AFTERWARDS, disturbances).upright
+    return PushTrials(levels, survived.reshape(len(levels), pushes), direction, start)
 
 
 def half_impulse(impulses: Floats, survival: Floats) -> float:
@@ -127,25 +122,13 @@ def half_impulse(impulses: Floats, survival: Floats) -> float:
     return float(impulses[k - 1] + part * (impulses[k] - impulses[k - 1]))
 
 
-def slope_trials(
-    scene: Scene,
-    slopes: Sequence[float],
-    duration: float = 20.0,
-    *,
-    device: str | None = None,
-    threads: int | None = None,
-) -> list[SlopeTrial]:
+def slope_trials(walker: Walker, slopes: Sequence[float], duration: float = 20.0) -> list[SlopeTrial]:
     """Let a gait go on slopes, rad, upwards if positive, in one batch."""
-    count = len(slopes)
-    batch = make_rollout(_lasting(scene, duration), count, device, threads=threads, record=range(count))
-    batch.disturb(replace(none(count), slope=np.array(slopes, dtype=float)))
-    batch.run()
-    survived, ended = batch.status() == Status.COMPLETED, batch.end_time()
-    motions = [batch.recording(i) for i in range(count)]
-    speeds = [measure(motion, *feet_of(scene)).speed_forward if motion.frames else 0.0 for motion in motions]
-    return [
-        SlopeTrial(*row) for row in zip(map(float, slopes), map(bool, survived), map(float, ended), speeds, strict=True)
-    ]
+    walks = walker.walk(duration, replace(none(len(slopes)), slope=np.array(slopes, dtype=float)), record=True)
+    feet = feet_of(walker.scene())
+    speeds = [measure(motion, *feet).speed_forward if motion.frames else 0.0 for motion in walks.recordings]
+    rows = zip(slopes, walks.upright.tolist(), walks.end_time.tolist(), speeds, strict=True)
+    return [SlopeTrial(float(slope), *row) for slope, *row in rows]
 
 
 def upright(

@@ -6,16 +6,12 @@ import msgspec
 import numpy as np
 
 from warpmuscle.core.status import Status
-from warpmuscle.learning.player import Player, task_of, undisturbed
+from warpmuscle.learning.player import Player, commands_of, task_of, undisturbed
 from warpmuscle.results.learned import Learned
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
-from warpmuscle.scene.controller import Command
-from warpmuscle.scene.learning import Task
 from warpmuscle.view.live_run import EPISODE, LONGEST, RATE, LiveRun
 from warpmuscle.view.track import doll_of
-
-UNITS = {"speed": "m/s", "turning_rate": "rad/s"}
 
 
 class PolicyRun(LiveRun):
@@ -79,12 +75,3 @@ class PolicyRun(LiveRun):
         self.player.batch.episodes.command.assign(told)  # a reset has drawn others
         self.player.decide(restart=False)
         self._steps += self.player.batch.decision_steps
-
-
-def commands_of(task: Task) -> dict[str, Command]:
-    """What a policy can be told, in the order of its task's commands."""
-    intervals = {"speed": task.speed, "turning_rate": task.turning_rate, **task.pose}
-    return {
-        name: Command(0.5 * (low + high), low, high, unit=UNITS.get(name, "rad or m"))
-        for name, (low, high) in intervals.items()
-    }

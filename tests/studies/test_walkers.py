@@ -1,0 +1,131 @@
+"""Walks of scenes and of policies under the same conditions: each instance as if alone, and as a rollout has it."""
+
+from dataclasses import replace
+
+import msgspec
+import numpy as np
+import pytest
+
+from small_policy import learning_curve, small_policy
+from warpmuscle.core.errors import RolloutError
+from warpmuscle.core.status import Status
+from warpmuscle.formats import load
+from warpmuscle.learning.episodes import EpisodeBatch
+from warpmuscle.learning.player import Player, text_of, undisturbed
+from warpmuscle.results.learned import Layer, Learned
+from warpmuscle.scene.learning import Task, Variation
+from warpmuscle.scene.masses import body_mass
+from warpmuscle.simulation.perturbations import none
+from warpmuscle.simulation.rollout import Rollout
+from warpmuscle.studies.walkers import PolicyWalker, SceneWalker, loaded, under
+
+TASK = Task(speed=(0.8, 1.6))
+SHORT = 0.3  # s
+
+
+@pytest.fixture(scope="module")
+def scene():
+    """A planar walker that falls after some tenths of a second without its reflexes."""
+    return load("reflex_planar")
+
+
+@pytest.fixture(scope="module")
+def learned(scene):
+    """A policy of random weights."""
+    batch = EpisodeBatch(scene, 1, "cpu", TASK)
+    observed, actions = tuple(batch.senses.names), batch.actions.names
+    policy = replace(small_policy(len(observed), (8,), len(actions)), observation=observed, action=actions)
+    return Learned(policy, text_of(TASK), learning_curve(1), {})
+
+
+@pytest.fixture(scope="module")
+def conditions(scene):
+    """An undisturbed instance, and others that are disturbed in one way each."""
+    push = np.zeros((5, 3))
+    push[1, 2] = 20.0
+    velocity = np.zeros((5, 3))
+    velocity[2, 2] = 0.2
+    mass = np.ones((5, len(scene.character.bodies)))
+    mass[4] = 1.1
+    return replace(
+        none(5), push=push, push_start=np.full(5, 0.1), velocity=velocity, slope=np.array([0, 0, 0, 0.05, 0]), mass=mass
+    )
+
+
+def test_an_undisturbed_policy_moves_as_in_any_episode(scene, learned):
+    walks = PolicyWalker(learned, scene, "cpu", 1, {"speed": 1.1}).walk(SHORT, none(1), record=True)
+    task = msgspec.structs.replace(undisturbed(TASK), speed=(1.1, 1.1))
+    player = Player(
+        learned.policy, msgspec.structs.replace(scene, duration=SHORT), 1, "cpu", task, record=[0], record_rate=200
+    )
+    while (
+        player.batch.rollout.state.status.numpy()[0] == Status.RUNNING and player.batch.episodes.length.numpy()[0] < 30
+    ):
+        player.decide(restart=False)
+    np.testing.assert_array_equal(walks.recordings[0].com, player.batch.rollout.recording().com)
+
+
+def test_a_policy_meets_every_condition_as_if_it_were_alone(scene, learned, conditions):
+    walker = PolicyWalker(learned, scene, "cpu", 1)
+    speeds = np.array([1.0, 1.0, 1.0, 1.0, 1.0])
+    together = walker.walk(SHORT, conditions, {"speed": speeds}, record=True)
+    for one in range(1, 5):
+        alone = walker.walk(SHORT, conditions.part(slice(one, one + 1)), {"speed": speeds[:1]}, record=True)
+        np.testing.assert_array_equal(alone.recordings[0].com, together.recordings[one].com)
+        assert not np.array_equal(together.recordings[0].com[-1], together.recordings[one].com[-1])
+    first, pushed = together.recordings[:2]
+    before = first.time <= 0.1
+    np.testing.assert_array_equal(first.com[before], pushed.com[before])
+    faster = together.recordings[2].com_velocity[0] - first.com_velocity[0]
+    np.testing.assert_allclose(faster, [0.0, 0.0, 0.2], atol=1e-5)
+
+
+def test_a_policy_that_always_says_the_same_moves_as_a_rollout_with_these_excitations(scene, learned, conditions):
+    layers = tuple(Layer(0.0 * layer.weight, 0.0 * layer.bias) for layer in learned.policy.layers)
+    still = replace(learned, policy=replace(learned.policy, layers=layers))
+    found = PolicyWalker(still, scene, "cpu", 1).walk(SHORT, conditions, record=True)
+    rollout = Rollout(
+        msgspec.structs.replace(scene, duration=SHORT), 5, "cpu", record=range(5), record_rate=200, threads=1
+    )
+    rollout.disturb(conditions)
+    rollout.set_excitations([0.0], np.full((1, len(rollout.muscle_names), 1), 0.1))
+    rollout.run()
+    for one in range(5):
+        mine, theirs = found.recordings[one], rollout.recording(one)
+        frames = min(mine.frames, theirs.frames)
+        assert frames > 30
+        np.testing.assert_allclose(mine.com[:frames], theirs.com[:frames], atol=2e-4)
+    np.testing.assert_array_equal(found.status, rollout.status())
+
+
+def test_what_is_not_asked_for_is_the_walking_speed_where_that_was_learnt(scene, learned):
+    assert PolicyWalker(learned, scene, "cpu").commands["speed"].asked == 1.25
+    assert list(PolicyWalker(learned, scene, "cpu").commands) == ["speed"]
+    assert PolicyWalker(learned, scene, "cpu", told={"speed": 0.9}).commands["speed"].asked == 0.9
+    slow = replace(learned, task=text_of(Task(speed=(0.5, 0.9))))
+    assert PolicyWalker(slow, scene, "cpu").commands["speed"].asked == pytest.approx(0.7)
+    assert not PolicyWalker(replace(learned, task=text_of(Task())), scene, "cpu").commands
+
+
+def test_variants_of_a_body_are_not_disturbed_besides(scene):
+    batch = EpisodeBatch(scene, 2, "cpu", Task(variation=Variation(mass=0.1)))
+    with pytest.raises(RolloutError, match="variants"):
+        batch.begin_under(none(2), {})
+
+
+def test_a_scene_walks_as_its_rollout(scene):
+    walks = SceneWalker(scene, "cpu", 1).walk(SHORT, none(2))
+    assert walks.recordings == []
+    assert walks.upright.tolist() == [True, True]
+    assert walks.end_time == pytest.approx(SHORT)
+
+
+def test_a_load_is_carried_by_the_heaviest_body_and_a_slope_is_the_ground(scene):
+    plain = SceneWalker(scene, "cpu").scene()
+    carrying = loaded(plain, none(2), np.array([0.0, 10.0]))
+    assert body_mass(under(plain, carrying, 0).character) == pytest.approx(body_mass(plain.character))
+    heavy = under(plain, carrying, 1).character.bodies
+    assert body_mass(under(plain, carrying, 1).character) == pytest.approx(body_mass(plain.character) + 10.0)
+    assert sum(heavy[name].mass != body.mass for name, body in plain.character.bodies.items()) == 1
+    steep = under(plain, replace(none(1), slope=np.array([0.1])), 0).ground.normal
+    np.testing.assert_allclose(steep, [0.0, np.cos(0.1), -np.sin(0.1)], atol=1e-7)

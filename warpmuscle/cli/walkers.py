@@ -1,0 +1,75 @@
+"""What commands that judge are given: scenes with their own controllers, results of searches, and policies."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from warpmuscle.cli.common import load_scene, scene_names_like, with_commands
+from warpmuscle.core.errors import Error
+
+if TYPE_CHECKING:
+    from warpmuscle.results.learned import Learned
+    from warpmuscle.scene import Scene
+    from warpmuscle.studies.walkers import Walker
+
+Walkers = Annotated[
+    list[str],
+    typer.Argument(
+        metavar="SCENE...|FILE",
+        help="Scene name, TOML file, .rbs .sbc [.rs], or .osim; or a result file, of a search or of `learn`.",
+        autocompletion=scene_names_like,
+    ),
+]
+
+
+def walker_of(
+    sources: list[str],
+    *,
+    policy: Path | None = None,
+    settings: list[str] | None = None,
+    commands: list[str] | None = None,
+    device: str | None = None,
+    threads: int | None = None,
+) -> tuple[str, Walker]:
+    """What walks, and the name of its scene: a scene, the best of a result file, or a policy in its scene or another.
+
+    Raises:
+        Error: what was given does not go together, or cannot be read.
+    """
+    from warpmuscle.learning.player import learned_in
+    from warpmuscle.studies.walkers import SceneWalker
+    from warpmuscle.view.sources import is_result
+
+    if len(sources) == 1 and is_result(sources[0]):
+        if policy is not None or settings:
+            raise Error(f"{sources[0]}: a result file takes no {'--policy' if policy is not None else '--set'}")
+        return _of_result(sources[0], commands, device, threads)
+    scene = load_scene(sources, settings=settings, commands=commands if policy is None else None)
+    if policy is None:
+        return scene.name, SceneWalker(scene, device, threads)
+    return scene.name, _of_policy(learned_in(policy), scene, commands, device, threads)
+
+
+def _of_result(path: str, commands: list[str] | None, device: str | None, threads: int | None) -> tuple[str, Walker]:
+    from warpmuscle.optimization.best_scene import recorded_scene, scene_in
+    from warpmuscle.results.result import read
+    from warpmuscle.studies.walkers import SceneWalker
+
+    result = read(path)
+    if result.learned is not None:
+        scene = scene_in(result)
+        return scene.name, _of_policy(result.learned, scene, commands, device, threads)
+    scene = recorded_scene(result)
+    return scene.name, SceneWalker(with_commands(scene, commands) if commands else scene, device, threads)
+
+
+def _of_policy(
+    learned: Learned, scene: Scene, commands: list[str] | None, device: str | None, threads: int | None
+) -> Walker:
+    from warpmuscle.learning.player import task_of, told
+    from warpmuscle.studies.walkers import PolicyWalker
+
+    return PolicyWalker(learned, scene, device, threads, told(task_of(learned), commands or []))

@@ -1,0 +1,84 @@
+"""What a gait must reach and what it should, and how a measure of one compares with that."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+RUNS = 20  # disturbed ones
+COST, COST_WANG = "cost of transport, Bhargava net", "cost of transport, Wang"
+ECONOMICAL, UPHILL, LOADED = "most economical speed", "5 degrees up against level", "loads, farthest from proportional"
+
+
+@dataclass(frozen=True)
+class Bar:
+    """What a gait must reach, and what it should: lowest and highest values, None where there is none."""
+
+    name: str
+    unit: str
+    must: tuple[float | None, float | None]
+    goal: tuple[float | None, float | None]
+
+    def reached(self, value: float) -> str:
+        """Which of the two a value reaches: goal, must or neither."""
+        if _within(value, self.goal):
+            return "goal"
+        return "must" if _within(value, self.must) else "missed"
+
+
+# People have the goals, or come near them: sources stand in docs/explanation/gaits.md.
+UPRIGHT = Bar("upright, disturbed", f"of {RUNS}", (19, None), (20, None))
+PUSHED = Bar("impulse that half survive", "N s", (60, None), (80, None))
+WALK = (
+    Bar("angles outside the norms", "SD", (None, 0.25), (None, 0.12)),
+    Bar("force at peaks and valley", "half-bands", (None, 1.0), (None, 0.6)),
+    Bar("maximum vertical force", "body weights", (None, 1.2), (None, 1.15)),
+    Bar("stance", "% of the cycle", (59, 65), (61, 63)),
+    Bar("double support", "% of the cycle", (18, 25), (20, 24)),
+    Bar(COST, "J/(kg m)", (None, 3.6), (None, 3.3)),
+    Bar(COST_WANG, "J/(kg m)", (None, 5.0), (None, 4.5)),
+    Bar("muscle mass", "% of the body", (None, 40), (None, 40)),
+    UPRIGHT,
+    PUSHED,
+    Bar(ECONOMICAL, "m/s", (1.1, 1.5), (1.2, 1.4)),
+    Bar(UPHILL, "J/(kg m)", (2.4, 4.0), (2.8, 3.6)),
+    Bar(LOADED, "%", (-10, 10), (-5, 5)),
+)
+RUN = (
+    Bar("toe-off", "% of the cycle", (36, 44), (39, 41)),
+    Bar("angles outside the norms", "SD", (None, 1.5), (None, 1.0)),
+    Bar("maximum vertical force", "body weights", (None, 2.9), (None, 2.6)),
+    Bar("flight", "% of the cycle", (1, None), (10, None)),
+    UPRIGHT,
+    PUSHED,
+)
+
+
+class Finding(NamedTuple):
+    """A value, or None; a note on it, and whether there is none because the walker fell."""
+
+    value: float | None
+    note: str = ""
+    fell: bool = False
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """A measure of a gait beside its bar; no value where it could not be measured, and why not."""
+
+    bar: Bar
+    value: float | None
+    note: str = ""
+    fell: bool = False  # which is why there is no value
+
+    @property
+    def reached(self) -> str:
+        """Goal, must, missed, or not measured."""
+        if self.value is None:
+            return "missed" if self.fell else "not measured"
+        return self.bar.reached(self.value)
+
+
+def _within(value: float, ends: tuple[float | None, float | None]) -> bool:
+    low, high = ends
+    return (low is None or value >= low) and (high is None or value <= high)

@@ -1,0 +1,181 @@
+"""What is judged: a scene with its own controller, or one that a policy moves, in batches under the same conditions."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Protocol
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from warpmuscle.core.array_types import Floats, Integers
+from warpmuscle.core.status import Status
+from warpmuscle.learning.player import Player, commands_of, task_of, undisturbed
+from warpmuscle.model.bodies import ground_normal
+from warpmuscle.results.learned import Learned
+from warpmuscle.results.recording import Recording
+from warpmuscle.scene import Scene
+from warpmuscle.scene.controller import Command
+from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.simulation.devices import find_devices
+from warpmuscle.simulation.multi_device import make_rollout
+from warpmuscle.simulation.perturbations import Perturbations, with_masses
+
+RATE = 200.0  # frames/s, for what happens at a touch-down
+WALKING_SPEED = 1.25  # m/s, that a policy of several speeds is told unless asked otherwise
+
+
+@dataclass(frozen=True)
+class Walks:
+    """How n walks went.
+
+    Attributes:
+        status: (n,) see `Status`. end_time: (n,) s. recordings: of all of them, if they were to be recorded.
+    """
+
+    status: Integers
+    end_time: Floats
+    recordings: list[Recording]
+
+    @property
+    def upright(self) -> NDArray[np.bool_]:
+        """(n,) of bool, which of them lasted the whole time."""
+        return np.asarray(self.status == Status.COMPLETED)
+
+
+class Walker(Protocol):
+    """Something that walks under conditions that differ between instances of a batch.
+
+    Attributes:
+        commands: what it can be told at all, and what it is told unless asked otherwise.
+    """
+
+    commands: Mapping[str, Command]
+
+    def scene(self, commands: Mapping[str, float] | None = None) -> Scene:
+        """The scene without free parameters, as it is under some commands."""
+
+    def walk(
+        self,
+        duration: float,
+        disturbances: Perturbations,
+        commands: Mapping[str, Floats] | None = None,
+        *,
+        record: bool = False,
+    ) -> Walks:
+        """Walk once for each of n disturbances, all from the scene's own initial state.
+
+        Args:
+            duration: s. commands: (n,) by name, within the ranges of its `commands`. record: keep the motions.
+        """
+
+
+class SceneWalker:
+    """A scene that its own controller moves, its free parameters at their start values."""
+
+    def __init__(self, scene: Scene, device: str | None = None, threads: int | None = None) -> None:
+        """Prepare; device and threads as of `make_rollout`."""
+        self._scene, self._device, self._threads = scene, device, threads
+        self.commands: Mapping[str, Command] = scene.commands
+
+    def scene(self, commands: Mapping[str, float] | None = None) -> Scene:
+        return substitute(self._scene, start_values(self._scene), commands)
+
+    def walk(
+        self,
+        duration: float,
+        disturbances: Perturbations,
+        commands: Mapping[str, Floats] | None = None,
+        *,
+        record: bool = False,
+    ) -> Walks:
+        n = len(disturbances)
+        lasting = msgspec.structs.replace(self._scene, duration=duration)
+        recorded = range(n) if record else ()
+        batch = make_rollout(lasting, n, self._device, record=recorded, record_rate=RATE, threads=self._threads)
+        if commands:
+            batch.set_commands(commands)
+        if disturbances.any:
+            batch.disturb(disturbances)
+        batch.run()
+        return Walks(batch.status(), batch.end_time(), [batch.recording(i) for i in recorded])
+
+
+class PolicyWalker:
+    """A scene that a learnt policy moves by the means of its actions; what its task draws is left out."""
+
+    def __init__(
+        self,
+        learned: Learned,
+        scene: Scene,
+        device: str | None = None,
+        threads: int | None = None,
+        told: Mapping[str, float] | None = None,
+    ) -> None:
+        """Prepare.
+
+        Args:
+            learned: of a result file. scene: that the policy was learnt in. device: the first one of several counts.
+            told: what it is told unless asked otherwise, by name; by default 1.25 m/s, where it has learnt that, and
+                the middle of everything else.
+
+        Raises:
+            ResultError: the file's task is damaged.
+        """
+        self._learned, self._threads, self._device = learned, threads, device
+        task = undisturbed(task_of(learned))
+        self._task = msgspec.structs.replace(task, command_time=0.0, episode_time=None)
+        plain = substitute(scene, start_values(scene))
+        self._scene = msgspec.structs.replace(plain, commands={}, learning=None)
+        learnt = commands_of(self._task)
+        self._told = {name: one.asked for name, one in learnt.items()}
+        if learnt["speed"].min <= WALKING_SPEED <= learnt["speed"].max:
+            self._told["speed"] = WALKING_SPEED
+        self._told |= dict(told or {})
+        self.commands: Mapping[str, Command] = {
+            name: msgspec.structs.replace(one, value=self._told[name])
+            for name, one in learnt.items()
+            if one.min < one.max
+        }
+
+    def scene(self, commands: Mapping[str, float] | None = None) -> Scene:
+        return self._scene
+
+    def walk(
+        self,
+        duration: float,
+        disturbances: Perturbations,
+        commands: Mapping[str, Floats] | None = None,
+        *,
+        record: bool = False,
+    ) -> Walks:
+        n = len(disturbances)
+        lasting = msgspec.structs.replace(self._scene, duration=duration)
+        recorded = range(n) if record else ()
+        player = Player(
+            self._learned.policy, lasting, n, str(find_devices(self._device)[0]), self._task,
+            record=recorded, record_rate=RATE, threads=self._threads,
+        )  # fmt: skip
+        status, end_time = player.walk(disturbances, {**self._told, **(commands or {})})
+        return Walks(status, end_time, [player.batch.rollout.recording(i) for i in recorded])
+
+
+def under(scene: Scene, disturbances: Perturbations, instance: int) -> Scene:
+    """A scene without free parameters as an instance meets it: its slope, and its masses."""
+    ground = scene.ground
+    if slope := float(disturbances.slope[instance]):
+        normal = tuple(ground_normal(ground, np.array([slope]))[0, 0].tolist())
+        scene = msgspec.structs.replace(scene, ground=msgspec.structs.replace(ground, normal=normal))
+    if disturbances.mass is None:
+        return scene
+    return with_masses(scene, disturbances.mass[instance : instance + 1])
+
+
+def loaded(scene: Scene, disturbances: Perturbations, loads: Floats) -> Perturbations:
+    """The same disturbances, and instances carry loads (n,), kg, at the centre of mass of the heaviest body."""
+    masses = np.array([float(np.asarray(body.mass).flat[0]) for body in scene.character.bodies.values()])
+    factors = np.ones((len(loads), len(masses))) if disturbances.mass is None else disturbances.mass.copy()
+    factors[:, masses.argmax()] += loads / masses.max()
+    return replace(disturbances, mass=factors)
