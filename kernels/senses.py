@@ -38,6 +38,8 @@ class Surroundings:
     root: int
     head: int  # the body that carries the organ of balance
     skeleton: Skeleton
+    normal: wp.array2d[wp.vec3]  # (1 or instances, 1) of the ground
+    ground: wp.array2d[float]  # (1 or instances, 1) m, from the origin along the normal
     body_weight: float  # N
     action: wp.array2d[float]  # (instances, actions) of the last decision
     varied: wp.array2d[float]  # (variants, numbers) how an instance differs from others
@@ -155,7 +157,8 @@ def feature_value(feature: Feature, instance: int, state: State, episodes: Episo
     else:  # of the root
         q = root_orientation(around.root, instance, state)
         if kind == HEIGHT:
-            value = root_place(around.root, instance, state)[1]
+            place = root_place(around.root, instance, state)
+            value = wp.dot(at(around.normal, instance, 0), place) - at(around.ground, instance, 0)
         elif kind == UP:
             value = up_in_trunk(q)[k]
         elif kind == VELOCITY:

@@ -9,6 +9,7 @@ from warpmuscle import Rollout
 from warpmuscle.core.errors import SceneError
 from warpmuscle.formats import SceneLike
 from warpmuscle.learning import EpisodeBatch, Sense, Task, Variation
+from warpmuscle.learning.variants import drawn
 
 STILL = Variation(velocity_noise=0.0)
 FELT = ("fibre_length", "fibre_velocity", "tendon_force")
@@ -125,3 +126,19 @@ def test_groups_that_are_not_there_are_named():
         batch_of({"fibre_lengt": Sense()})
     with pytest.raises(SceneError, match=r"learning\.observations\.foot_force: there is nothing of it in this scene"):
         batch_of({"foot_force": Sense()}, scene=arm())
+
+
+def test_the_height_is_that_above_the_ground_on_any_slope():
+    sloping = Variation(velocity_noise=0.0, slope=0.1, variants=4)
+    task = Task(observations={"trunk": Sense()}, variation=sloping)
+    batch = EpisodeBatch("reflex_planar", 4, "cpu", task, threads=1)
+    q = batch.rollout.state.coordinates.numpy()
+    q[:, 0], q[:, 1] = 0.9, 3.0  # y, z
+    batch.rollout.state.coordinates.assign(q)
+    batch.senses.sample_first(batch.rollout.state, batch.episodes)
+    batch.observe_again()
+    _, _, slopes = drawn(batch.task.variation, batch.rollout, 4)
+    slope = slopes[batch.episodes.variant.numpy()]
+    assert np.ptp(slope) > 0.01
+    height = batch.senses.observation.numpy()[:, batch.senses.names.index("trunk.height")]
+    np.testing.assert_allclose(height, 0.9 * np.cos(slope) - 3.0 * np.sin(slope), atol=1e-6)

@@ -115,6 +115,7 @@ class EpisodeBatch:
         around = self._surroundings()
         about = About(rollout, self.actions.names, self.command_names, self._variants.names, gait is not None)
         self.senses = Senses(self.task, about, self.decision_steps, around)
+        self.senses.surround(self._variants.model)
         self.images = None if body is None else self._images(about, body)
         self.final_observation = wp.zeros_like(self.senses.observation)
         states, times = first_states(rollout, self._stepper), [0.0]
@@ -166,6 +167,7 @@ class EpisodeBatch:
         rollout, state, n = self.rollout, self._stepper.state, len(self._stepper.state.step)
         rollout.disturb(disturbances)
         self._stepper = self._stepper_of(rollout.model)
+        self.senses.surround(rollout.model)
         self._starts = start_table(self._stepper, first_states(rollout, self._stepper, n))
         told = self.episodes.command.numpy().copy()
         for name, values in commands.items():
@@ -262,7 +264,7 @@ class EpisodeBatch:
         mass = rows([body.mass for body in numeric.character.bodies.values()])[0].sum()
         around = sense_kernels.Surroundings()
         around.root = root_number(numeric)
-        around.head, around.skeleton = head_of(numeric, self.rollout.names), self._variants.model.skeleton
+        around.head = head_of(numeric, self.rollout.names)
         around.body_weight = float(mass * rows([numeric.gravity])[0, 0]) or 1.0
         around.action = self.actions.action
         around.varied = self._variants.told

@@ -137,7 +137,7 @@ def _disturbance(about: About) -> list[Number]:
 
 
 GROUPS: dict[str, Callable[[About], list[Number]]] = {
-    "trunk": _trunk,  # height of the root, m, and the vertical in its axes
+    "trunk": _trunk,  # height of the root above the ground, m, and the vertical in its axes
     "trunk_speed": _trunk_speed,  # m/s, as it faces, and 5 rad/s in its axes
     "head": _head,  # the vertical and 5 rad/s, in its axes; see `Objective.head_body`
     "coordinates": _coordinates,  # of joints, rad
@@ -231,6 +231,12 @@ class Senses:
         """Keep how the features are in episodes that begin, as if they had ever been so."""
         inputs = [self._features, state, episodes, self._around, self._ring]
         wp.launch(kernels.sample_first, self.observation.shape, inputs, device=self._device)
+
+    def surround(self, model: structs.Model) -> None:
+        """Let features be of instances that have this model."""
+        around = self._around
+        around.skeleton = model.skeleton
+        around.normal, around.ground = model.contacts.normal, model.contacts.height
 
     def observe(self, episodes: Episodes, into: wp.array) -> None:
         """What policies are told, (instances, numbers)."""
