@@ -15,4 +15,5 @@ from typing import Literal, get_args
 
 CurveSet = Literal["lee", "thelen", "millard", "de_groote", "thelen_explicit", "sarshari"]
 CURVES: dict[str, int] = {name: number for number, name in enumerate(get_args(CurveSet))}  # as kernels number them
+PATH_ACTUATOR, LIGAMENT = len(CURVES), len(CURVES) + 1  # in the place of curves, see `cables.py`
 LEE, THELEN, MILLARD, DE_GROOTE, THELEN_EXPLICIT, SARSHARI = CURVES.values()

@@ -11,6 +11,7 @@ import warp as wp
 from warpmuscle.kernels import recorded as recorded_as
 from warpmuscle.kernels.activation import activation_step
 from warpmuscle.kernels.actuation import actuation_stage_of, implicit_damping_stage_of, muscle_torque, pulled_torque
+from warpmuscle.kernels.cables import cable_signals, terms_of_muscles, with_cables
 from warpmuscle.kernels.contraction import COMPLIANT as COMPLIANT
 from warpmuscle.kernels.contraction import EITHER as EITHER
 from warpmuscle.kernels.contraction import RIGID as RIGID
@@ -91,6 +92,9 @@ def muscle_stage_of(
     """
     add_terms = muscle_terms_of(terms)
     contraction = contraction_of(kind.curves, kind.tendon, kind.implicit, kind.own)
+    cables = isinstance(kind.own, Shaped) and kind.own.cables
+    if cables:
+        contraction, add_terms = with_cables(contraction), terms_of_muscles(add_terms)
     torque = pulled_torque if kind.pulls_at_hand else muscle_torque
     springs = ANY_SPRINGS if kind.coordinate_joints else SPRINGS
     actuation_stage = actuation_stage_of(torque, springs, kind.mixed)
@@ -184,6 +188,10 @@ def muscle_stage_of(
                     a = activated(a, excitation, model.time_step, row, muscles.scaled_rates)
                 if wp.static(floored):  # as OpenSim does it: only the activation is held up, not the excitation
                     a = wp.max(a, at(muscles.shape, instance, m).minimum_activation)
+                if wp.static(cables):
+                    signals = cable_signals(instance, m, a, excitation, model)
+                    a = signals[0]
+                    excitation = signals[1]
                 c = contraction(instance, m, a, stretch, row, model, state)
         if wp.static(shared):
             rescale(instance, m, wp.where(at_hand, c.force, 1.0) / own_share.scale, model, arms(instance, state, work))

@@ -30,6 +30,7 @@ class Shaped(NamedTuple):
     """What is compiled into a step of muscles with curves of their own."""
 
     families: tuple[int, ...]  # MILLARD, THELEN, DE_GROOTE: those that the muscles of a scene have
+    cables: bool = False  # whether some are actuators or ligaments, see `cables.py`
 
 
 @wp.struct

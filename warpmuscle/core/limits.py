@@ -30,6 +30,7 @@ LIMITS: dict[str, Limit] = {
     "values": Limit(500_000, "values", "of a scene, its curves and paths included: seconds to check"),
     "bodies": Limit(500, "bodies", "of a character: each adds to the working set of a step"),
     "muscles": Limit(5_000, "muscles", "of a character"),
+    "knots": Limit(1_000, "knots", "of a ligament's function, which are asked one after the other"),
     "parameters": Limit(2_000, "free parameters", "of a search: CMA-ES takes their cube in time"),
     "steps": Limit(10**7, "steps", "of a simulation, duration / time_step: minutes even if it is alone"),
     "delay": Limit(2**16, "steps", "of a muscle's delay, which are kept for each instance"),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Hashable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -10,12 +10,23 @@ import numpy as np
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.arrays import rows
 from warpmuscle.kernels import structs
+from warpmuscle.kernels.cables import PIECE
 from warpmuscle.kernels.contraction import COMPLIANT, EITHER, RIGID, SWITCH
-from warpmuscle.kernels.curve_sets import CURVES
-from warpmuscle.kernels.millard_tables import SIZE, Numbers, table_of
+from warpmuscle.kernels.curve_sets import CURVES, LIGAMENT, PATH_ACTUATOR
+from warpmuscle.kernels.millard_tables import Numbers, table_of
 from warpmuscle.kernels.shaped_curves import SHORTEST_THELEN, Shaped
-from warpmuscle.scene import CurveShape, DeGrooteCurves, MillardCurves, Muscle, MuscleModel, ThelenCurves
-from warpmuscle.scene.muscles import given
+from warpmuscle.scene import (
+    CurveShape,
+    DeGrooteCurves,
+    Displacement,
+    Ligament,
+    MillardCurves,
+    Muscle,
+    MuscleModel,
+    ThelenCurves,
+)
+from warpmuscle.scene.joints.displacement import pieces
+from warpmuscle.scene.muscles import given, is_cable
 from warpmuscle.scene.muscles.curves import LEAST_DAMPING, SHAPED, STRAINS, family
 
 TENDON = {"rigid": RIGID, "switch": SWITCH, "compliant": COMPLIANT}
@@ -40,7 +51,8 @@ def shaped_kind(muscles: Sequence[Muscle], model: MuscleModel) -> Shaped | None:
     """The families of curves of some muscles, if any has a shape that is not the default one."""
     if not any(given(muscle, model, field) is not None for muscle in muscles for field in SHAPED):
         return None
-    return Shaped(tuple(sorted({CURVES[family(_shape(muscle, model))] for muscle in muscles})))
+    families = {CURVES[family(_shape(muscle, model))] for muscle in muscles if not is_cable(muscle)}
+    return Shaped(tuple(sorted(families or {CURVES[model.curves]})), any(map(is_cable, muscles)))
 
 
 def has_floor(muscles: Sequence[Muscle], model: MuscleModel) -> bool:
@@ -54,11 +66,29 @@ def muscle_shapes(muscles: Sequence[Muscle], model: MuscleModel) -> Shapes | Non
     shaped = shaped_kind(muscles, model)
     if shaped is None and tendon_kind(muscles, model) != EITHER and not has_floor(muscles, model):
         return None
-    tables: dict[Numbers, int] = {}
+    tables = _Tables()
     entries = [_entry(muscle, model, shaped is not None, tables) for muscle in muscles]
     columns = {field: rows([_number(entry.get(field, 0.0)) for entry in entries]) for field in structs.CurveRow.vars}
-    made = [table_of(numbers) for numbers in tables]
-    return Shapes(columns, np.concatenate(made) if made else np.zeros((1, 2)))
+    return Shapes(columns, tables.joined())
+
+
+class _Tables:
+    """Tables one behind the other, each once."""
+
+    def __init__(self) -> None:
+        self._starts: dict[Hashable, int] = {}
+        self._made: list[Floats] = []
+
+    def start(self, key: Hashable, make: Callable[[], Floats]) -> int:
+        """The first row of a table, which is made if there is none of this key."""
+        if key not in self._starts:
+            self._starts[key] = sum(map(len, self._made))
+            self._made.append(make())
+        return self._starts[key]
+
+    def joined(self) -> Floats:
+        """All of them, (knots, 2)."""
+        return np.concatenate(self._made) if self._made else np.zeros((1, 2))
 
 
 def _number(value: Any) -> Any:
@@ -70,8 +100,10 @@ def _shape(muscle: Muscle, model: MuscleModel) -> CurveShape:
     return given(muscle, model, "curve_shape") or DEFAULTS[model.curves]
 
 
-def _entry(muscle: Muscle, model: MuscleModel, shaped: bool, tables: dict[Numbers, int]) -> dict[str, Any]:
+def _entry(muscle: Muscle, model: MuscleModel, shaped: bool, tables: _Tables) -> dict[str, Any]:
     """The fields of a muscle's row that are not zero; `tables` gets what tables there are to be."""
+    if is_cable(muscle):
+        return _cable(muscle, tables)
     entry = {"tendon": TENDON[muscle.tendon or model.tendon], "minimum_activation": _floor(muscle, model)}
     if not shaped:
         return entry
@@ -84,9 +116,10 @@ def _entry(muscle: Muscle, model: MuscleModel, shaped: bool, tables: dict[Number
     entry |= {"curves": CURVES[name], "tendon_rate": 1.0 / tendon}
     if isinstance(shape, MillardCurves):
         numbers = millard_numbers(shape, float(tendon.flat[0]), float(passive.flat[0]), _undamped(muscle, model))
-        return entry | {"table": SIZE * tables.setdefault(numbers, len(tables)), "shortest": shape.active_from}
+        return entry | {"table": tables.start(numbers, lambda: table_of(numbers)), "shortest": shape.active_from}
     if isinstance(shape, ThelenCurves):
         return entry | _thelen(shape, passive)
+    assert isinstance(shape, DeGrooteCurves)
     floor = np.exp(4.0 * (0.2 - 1.0) / passive)
     return entry | {
         "shortest": 0.2,
@@ -95,6 +128,26 @@ def _entry(muscle: Muscle, model: MuscleModel, shaped: bool, tables: dict[Number
         "passive_floor": floor,
         "passive_scale": float(shape.passive) / (np.exp(4.0) - floor),
     }
+
+
+def _cable(muscle: Muscle, tables: _Tables) -> dict[str, Any]:
+    """What a row has of an actuator or a ligament."""
+    shape = muscle.curve_shape
+    if not isinstance(shape, Ligament):
+        return {"curves": PATH_ACTUATOR}
+    key = (*shape.x, *shape.y, shape.ends, shape.dissipation)
+    return {"curves": LIGAMENT, "table": tables.start(key, lambda: ligament_table(shape))}
+
+
+def ligament_table(ligament: Ligament) -> Floats:
+    """The function of a ligament as `kernels.cables.piecewise` reads it, (1 + PIECE pieces, 2)."""
+    function = Displacement((1.0, 0.0, 0.0), x=ligament.x, y=[*ligament.y], ends=ligament.ends)
+    start, coefficients = pieces(function)
+    c = coefficients[0]
+    table = np.zeros((len(start), PIECE, 2))
+    table[:, 0, 0], table[:, 0, 1] = start, c[:, 0]
+    table[:, 1], table[:, 2, 0] = c[:, 1:3], c[:, 3]
+    return np.concatenate([[[len(start), ligament.dissipation]], table.reshape(-1, 2)])
 
 
 def _thelen(shape: ThelenCurves, passive: Floats) -> dict[str, Any]:

@@ -10,6 +10,7 @@ from msgspec.structs import replace
 
 from warpmuscle.core.errors import SceneError
 from warpmuscle.scene import Body, Character, Muscle, MuscleModel, Scene
+from warpmuscle.scene.muscles import is_cable
 from warpmuscle.scene.parameters import start_values, substitute
 
 DENSITY = 1059.7  # kg/m^3 (Mendez 1960)
@@ -20,8 +21,10 @@ LARGEST_SHARE = 0.45  # of the body; in women 0.31 of it is skeletal muscle, in 
 def muscle_mass(muscle: Muscle, tension: Any) -> Any:
     """Mass of a numeric muscle, kg, from its specific tension, Pa; an array (n,) if any of its numbers is one.
 
-    Mass = density f_max l_opt / specific tension (Umberger 2003; Wang 2012).
+    Mass = density f_max l_opt / specific tension (Umberger 2003; Wang 2012). None of an actuator or a ligament.
     """
+    if is_cable(muscle):
+        return 0.0
     return DENSITY * np.asarray(muscle.f_max) * np.asarray(muscle.l_opt) / np.asarray(tension)
 
 

@@ -33,6 +33,7 @@ from warpmuscle.scene.muscles import (
     ViaPoint,
     Wrap,
 )
+from warpmuscle.scene.muscles.cables import Ligament, PathActuator
 from warpmuscle.scene.muscles.curves import CurveShape, DeGrooteCurves, MillardCurves, ThelenCurves
 from warpmuscle.scene.number import Number, Vector
 from warpmuscle.scene.part import Part, Side
@@ -49,10 +50,10 @@ __all__ = [
     "PD", "Actuation", "Balance", "BallCoordinates", "Body", "Box", "Capsule", "Character", "Command", "Component",
     "Condition", "ContactMaterial", "Controller", "Coupling", "Curve", "CurveShape", "CylinderSurface",
     "DeGrooteCurves", "Displacement", "Drive", "EllipsoidSurface", "Excitation", "Failure", "Feedback", "Force",
-    "Ground", "InitialState", "Joint", "JointState", "Marker", "MillardCurves", "Motion", "Muscle", "MuscleModel",
-    "Objective", "OpenSim", "Part", "PointMotion", "PolynomialPath", "Pulley", "Reflex", "Reflexes", "Robustness",
-    "Scene", "SearchStage", "Shape", "Side", "Sphere", "SphereSurface", "State", "Surface", "ThelenCurves",
-    "TorusSurface", "Tracking", "Trajectory", "ViaPoint", "Wrap",
+    "Ground", "InitialState", "Joint", "JointState", "Ligament", "Marker", "MillardCurves", "Motion", "Muscle",
+    "MuscleModel", "Objective", "OpenSim", "Part", "PathActuator", "PointMotion", "PolynomialPath", "Pulley", "Reflex",
+    "Reflexes", "Robustness", "Scene", "SearchStage", "Shape", "Side", "Sphere", "SphereSurface", "State", "Surface",
+    "ThelenCurves", "TorusSurface", "Tracking", "Trajectory", "ViaPoint", "Wrap",
 ]  # fmt: skip
 
 

@@ -10,7 +10,16 @@ import pytest
 from muscle_arm import arm
 from warpmuscle.core.errors import SceneError
 from warpmuscle.formats.toml import dumps, loads
-from warpmuscle.scene import DeGrooteCurves, MillardCurves, MuscleModel, Scene, ThelenCurves
+from warpmuscle.scene import (
+    DeGrooteCurves,
+    Excitation,
+    Ligament,
+    MillardCurves,
+    MuscleModel,
+    PathActuator,
+    Scene,
+    ThelenCurves,
+)
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.validation.scene import check_scene
 
@@ -59,6 +68,20 @@ def test_all_own_values_are_taken_and_come_back_from_toml() -> None:
         ({"curve_shape": MillardCurves(passive_slack=0.8)}, {}, "passive_slack", "passive_strain 0.7"),
         ({"curve_shape": MillardCurves(tendon_curviness=2.0)}, {}, "tendon_curviness", "between 0 and 1"),
         ({}, {"curve_shape": ThelenCurves()}, "muscle_model.curve_shape.type", "'millard'"),
+        ({"curve_shape": PathActuator(), "v_max": 9.0}, {}, "flexor.v_max", "path actuator has no"),
+        ({"curve_shape": PathActuator()}, {"curves": "lee"}, "curve_shape.type", "beside muscles with curves of"),
+        ({"curve_shape": PathActuator()}, {"sharing": "least_effort"}, "curve_shape.type", "share no torques"),
+        ({"curve_shape": Ligament([1.0], [0.0])}, {}, "curve_shape.x", "two knots"),
+        ({"curve_shape": Ligament([1.0, 2.0], [0.0])}, {}, "curve_shape.y", "1 tensions for 2"),
+        ({"curve_shape": Ligament([1.0, 1.0], [0.0, 1.0])}, {}, "curve_shape.x.1", "increase"),
+        ({"curve_shape": Ligament([1.0, 2.0], [0.0, 1.0], dissipation=-1.0)}, {}, "dissipation", "not be negative"),
+        (
+            {"curve_shape": Ligament([1.0, 2.0], [0.0, 1.0]), "excitation": Excitation([0.0], [0.5])},
+            {},
+            "excitation",
+            "ligament has no",
+        ),
+        ({"curve_shape": Ligament([1.0, 2.0], [0.0, 1.0]), "l_slack": 0.0}, {}, "flexor.l_slack", "greater than 0"),
         ({}, {"curve_shape": MillardCurves(), "force_velocity": "a:b"}, "muscle_model.curve_shape", "no shape"),
     ],
 )

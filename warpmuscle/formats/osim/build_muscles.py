@@ -11,6 +11,7 @@ import numpy as np
 
 from warpmuscle.formats.lines import Ignored, Notes
 from warpmuscle.formats.osim import records
+from warpmuscle.formats.osim.cables import made_cable
 from warpmuscle.formats.osim.chain import set_function
 from warpmuscle.formats.osim.frames import on_body, refused, turned
 from warpmuscle.formats.osim.functions import Function
@@ -35,6 +36,7 @@ from warpmuscle.scene import (
     ViaPoint,
     Wrap,
 )
+from warpmuscle.scene.muscles import is_cable
 from warpmuscle.scene.number import Number
 
 SIDES = {"all": "", "unassigned": "", "": "", **{f"{s}{a}": f"{s or '+'}{a}" for s in ("", "+", "-") for a in "xyz"}}
@@ -74,7 +76,6 @@ STRAINS = {  # of tendon and passive fibre at f_max
 }  # fmt: skip
 COMMON = ("v_max", "damping", "rise_time", "fall_time", "minimum_activation", "tendon_strain", "passive_strain",
     "tendon", "curve_shape")  # fmt: skip
-NOT_HERE = "it is left out, and pulls on nothing; actuators along a path that are no muscles are not known"
 
 
 def build_surfaces(model: Model, placement: Placement) -> dict[str, Surface]:
@@ -112,22 +113,28 @@ class MuscleBuilder:
         activations: Counter[float] = Counter()
         kinds: Counter[str] = Counter()
         for one in self._model.muscles:
+            cable = None
             if one.kind not in FAMILIES:
-                self._note(one, NOT_HERE)
-                continue
-            found[one.name] = self._muscle(one)
+                cable, reason = made_cable(one)
+                if reason:
+                    self._note(one, reason)
+                if cable is None:
+                    continue
+            found[one.name] = self._routed(one, cable or self._muscle(one))
             self._notes.places[f"character.muscles.{one.name}"] = (self._model.file, one.line)
+            if cable is not None:
+                continue
             activations[one.numbers["default_activation"]] += 1
             kinds[FAMILIES[one.kind]] += 1
-        if not found:
-            return MuscleModel(), found
+        if not kinds:
+            return MuscleModel(curves="millard" if found else "lee"), found
         common = MuscleModel(curves=kinds.most_common(1)[0][0], activation="scaled")
         common.initial_activation = activations.most_common(1)[0][0]
         if len(activations) > 1:
             others = sum(activations.values()) - activations[common.initial_activation]
-            first = next(m for m in self._model.muscles if m.name in found)
+            first = next(m for m in self._model.muscles if m.kind in FAMILIES)
             self._note(first, f"{others} muscles start from another default_activation; all start from that of most")
-        _settle(common, found.values())
+        _settle(common, [muscle for muscle in found.values() if not is_cable(muscle)])
         return common, found
 
     def _note(self, one: records.Muscle, reason: str) -> None:
@@ -146,6 +153,10 @@ class MuscleBuilder:
         if one.truths["ignore_activation_dynamics"]:
             self._note(one, "ignore_activation_dynamics is not known; its activation follows with its time constants")
         _shape(one, muscle)
+        return muscle
+
+    def _routed(self, one: records.Muscle, muscle: Muscle) -> Muscle:
+        """A muscle with its path."""
         if one.polynomial is not None:
             muscle.polynomial = self._polynomial(one, one.polynomial)
             return muscle

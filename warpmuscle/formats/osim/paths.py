@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from warpmuscle.formats.osim.elements import Element
 from warpmuscle.formats.osim.frames import Frames
-from warpmuscle.formats.osim.functions import Function, owned_function
+from warpmuscle.formats.osim.functions import Function, owned_function, read_function
 from warpmuscle.formats.osim.properties import Properties, last_name
 from warpmuscle.formats.osim.records import Model, Muscle, PathWrap, Point, PolynomialPath, Surface
 
@@ -30,7 +30,13 @@ CLASSES: dict[str, dict[str, float]] = {
         "activation_time_constant": 0.015, "deactivation_time_constant": 0.06, "min_control": 0.0,
     },
     "PathActuator": {"optimal_force": 1.0, "min_control": float("-inf"), "max_control": float("inf")},
+    "Ligament": {"resting_length": 0.0, "pcsa_force": 0.0},
+    "PathSpring": {"resting_length": 0.0, "stiffness": 0.0, "dissipation": 0.0},
 }  # fmt: skip
+LIGAMENT_CURVE = Function(  # of OpenSim's Ligament that has none of its own
+    x=(-5.0, 0.998, 0.999, 1.0, 1.1, 1.2, 1.3, 1.4, 1.5, 1.6, 1.601, 1.602, 5.0),
+    y=(0.0, 0.0, 0.0, 0.0, 0.035, 0.12, 0.26, 0.55, 1.17, 2.0, 2.0, 2.0, 2.0),
+)
 TRUTHS = ("ignore_tendon_compliance", "ignore_activation_dynamics", "ignore_passive_fiber_force")
 CURVES = ("ActiveForceLengthCurve", "ForceVelocityCurve", "FiberForceLengthCurve", "TendonForceLengthCurve")
 POINTS = ("PathPoint", "ConditionalPathPoint", "MovingPathPoint")
@@ -80,9 +86,11 @@ def read_muscle(element: Element, frames: Frames, own: Properties) -> Muscle:
     for tag in NOT_MOVING:
         element.child(tag)
     path = f"/forceset/{element.name}"
+    tension = _tension(element, own)
     function = own.find(element, "FunctionBasedPath")
     if function is not None:
-        return Muscle(element.tag, element.name, element.line, numbers, truths, curves, (), (), _polynomial(function))
+        polynomial = _polynomial(function)
+        return Muscle(element.tag, element.name, element.line, numbers, truths, curves, (), (), polynomial, tension)
     geometry = own.find(element, "GeometryPath")
     if geometry is None:
         element.fail("has no <GeometryPath>, and paths of another class are not known, but FunctionBasedPath")
@@ -90,8 +98,19 @@ def read_muscle(element: Element, frames: Frames, own: Properties) -> Muscle:
     return Muscle(
         element.tag, element.name, element.line, numbers, truths, curves,
         tuple(_point(one, path, frames, own) for one in (points.objects() if points is not None else ())),
-        tuple(_wrap(one, own) for one in (wraps.objects() if wraps is not None else ())),
+        tuple(_wrap(one, own) for one in (wraps.objects() if wraps is not None else ())), tension=tension,
     )  # fmt: skip
+
+
+def _tension(element: Element, own: Properties) -> Function | None:
+    """The function of a ligament, of its length over that at rest."""
+    if element.tag != "Ligament":
+        return None
+    holder = own.find(element, "force_length_curve")
+    if holder is None:
+        named = [child for child in element.children if child.name == "force_length_curve"]
+        return read_function(named[-1]) if named else LIGAMENT_CURVE
+    return owned_function(holder) or LIGAMENT_CURVE
 
 
 def _point(element: Element, path: str, frames: Frames, own: Properties) -> Point:

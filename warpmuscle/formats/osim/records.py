@@ -142,7 +142,7 @@ class Surface:
 
 @dataclass(frozen=True, slots=True)
 class Muscle:
-    """A muscle, or another actuator along a path, with the numbers that its class knows."""
+    """A muscle, or what else pulls along a path, with the numbers that its class knows."""
 
     kind: str
     name: str
@@ -153,6 +153,7 @@ class Muscle:
     points: tuple[Point, ...]
     wraps: tuple[PathWrap, ...]
     polynomial: PolynomialPath | None = None
+    tension: Function | None = None  # of a ligament, over pcsa_force, of its length over resting_length
 
 
 @dataclass(frozen=True, slots=True)

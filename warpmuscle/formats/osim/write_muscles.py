@@ -11,12 +11,14 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.core.pose import normalized
 from warpmuscle.formats.lines import Ignored
 from warpmuscle.formats.osim.build_muscles import FAMILIES, SHAPES, STRAINS, TWICE, powers
+from warpmuscle.formats.osim.cables import cable_xml
 from warpmuscle.formats.osim.placement import WORLD, direction, vector
 from warpmuscle.formats.osim.xml_text import element, function_xml, name_of, numbers, objects
 from warpmuscle.scene import Displacement, Muscle, PolynomialPath, Scene, ViaPoint
 from warpmuscle.scene.initial_pose import plain_number, plain_vector
 from warpmuscle.scene.joints import joint_type, root_type
 from warpmuscle.scene.masses import massless
+from warpmuscle.scene.muscles import is_cable
 from warpmuscle.scene.muscles.curves import STRAINS as USUAL_STRAINS
 from warpmuscle.scene.muscles.curves import family
 
@@ -53,6 +55,9 @@ def muscle_xml(scene: Scene, name: str, path: Path, lost: list[Ignored]) -> str:
         own = getattr(muscle, field)
         return getattr(model, field) if own is None else own
 
+    if is_cable(muscle):
+        inner = _path(scene, name, path, lost)
+        return cable_xml(muscle, inner, name_of(name), lambda what: lost.append(Ignored(path, 0, key, what)))
     shape = muscle.curve_shape or model.curve_shape
     curves = family(shape) if shape is not None else model.curves
     if curves not in USUAL_STRAINS:

@@ -1,4 +1,5 @@
-"""Muscles as a scene describes them: `muscle`, where they run and what they are; `curves`, shapes of their curves.
+"""Muscles as a scene describes them: `muscle`, where they run and what they are; `curves`, shapes of their curves;
+`cables`, what else pulls along a path.
 
 May import: kernels, scene.
 To add: a number of a muscle to `Muscle`, and to `MuscleModel` if all muscles may share it; its check into
@@ -17,3 +18,4 @@ from warpmuscle.scene.muscles.muscle import Pulley as Pulley
 from warpmuscle.scene.muscles.muscle import ViaPoint as ViaPoint
 from warpmuscle.scene.muscles.muscle import Wrap as Wrap
 from warpmuscle.scene.muscles.muscle import given as given
+from warpmuscle.scene.muscles.muscle import is_cable as is_cable

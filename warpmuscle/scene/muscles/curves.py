@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from typing import Annotated
 
+from warpmuscle.scene.muscles.cables import Ligament, PathActuator
 from warpmuscle.scene.number import Number
 from warpmuscle.scene.part import Part
 
@@ -67,7 +68,7 @@ class DeGrooteCurves(Part, tag_field="type", tag="de_groote"):
     passive: bool = True  # not ignore_passive_fiber_force
 
 
-CurveShape = MillardCurves | ThelenCurves | DeGrooteCurves
+CurveShape = MillardCurves | ThelenCurves | DeGrooteCurves | PathActuator | Ligament
 
 
 def family(shape: CurveShape) -> str:

@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal, cast
 
 from warpmuscle.kernels.curve_sets import CurveSet
 from warpmuscle.scene.displacement import Displacement
+from warpmuscle.scene.muscles.cables import CABLES
 from warpmuscle.scene.muscles.curves import CurveShape
 from warpmuscle.scene.number import Number, Vector
 from warpmuscle.scene.part import Part
@@ -109,6 +110,7 @@ class Muscle(Part, kw_only=True):
     It has a path of points from origin to insertion, which may wrap around surfaces; or pulleys: then its length is
     rest_length less the sum of moment_arm (angle - rest_angle) over them; or a polynomial.
     From `tendon` on, what it has in place of the same of `MuscleModel`, whose it is where nothing is given.
+    With a `curve_shape` of the type `path_actuator` or `ligament` it is none, but pulls along its path as these say.
     """
 
     path: list[ViaPoint] = []
@@ -187,6 +189,11 @@ def given(muscle: Muscle, model: MuscleModel, field: str) -> Any:
     """What a muscle has of a field of both: its own, or that of its model."""
     own = getattr(muscle, field)
     return getattr(model, field) if own is None else own
+
+
+def is_cable(muscle: Muscle) -> bool:
+    """Whether it is an actuator or a ligament."""
+    return isinstance(muscle.curve_shape, CABLES)
 
 
 Drive = Literal["torque", "muscle", "assisted", "passive", "kinematic", "none"]  # none: not even the spring-damper

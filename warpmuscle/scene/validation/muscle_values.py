@@ -5,8 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 from warpmuscle.core.errors import SceneError
-from warpmuscle.scene import CurveShape, DeGrooteCurves, MillardCurves, Muscle, MuscleModel, ThelenCurves
-from warpmuscle.scene.muscles.curves import SHAPED, STRAINS, family
+from warpmuscle.core.limits import check_size
+from warpmuscle.scene import CurveShape, DeGrooteCurves, Ligament, MillardCurves, Muscle, MuscleModel, ThelenCurves
+from warpmuscle.scene.muscles import is_cable
+from warpmuscle.scene.muscles.curves import OWN, SHAPED, STRAINS, family
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.trusted_code import CURVE_FIELDS
 from warpmuscle.scene.validation.checks import Checks
@@ -34,6 +36,9 @@ def check_own_values(checks: Checks, key: str, muscle: Muscle) -> None:
         SceneError: a number out of its range, or one that the muscle's curves or law do not have.
     """
     model = checks.checked.muscle_model
+    if is_cable(muscle):
+        _cable(checks, key, muscle, model)
+        return
     given = [field for field in ("v_max", "rise_time", "fall_time") if getattr(muscle, field) is not None]
     checks.positive(key, muscle, *given)
     if muscle.minimum_activation is not None:
@@ -90,6 +95,38 @@ def _shape(checks: Checks, key: str, part: Muscle | MuscleModel, model: MuscleMo
         _curves(checks, place, shape, checks.start(tendon), checks.start(passive))
 
 
+def _cable(checks: Checks, key: str, muscle: Muscle, model: MuscleModel) -> None:
+    """An actuator or a ligament has nothing of a muscle's own, and stands beside muscles with curves of OpenSim's."""
+    assert muscle.curve_shape is not None
+    what = family(muscle.curve_shape).replace("_", " ")
+    fibre = [field for field in OWN if field != "curve_shape" and getattr(muscle, field) is not None]
+    fibre += ["pennation"] if muscle.pennation != 0.0 else []
+    if isinstance(muscle.curve_shape, Ligament):
+        fibre += [field for field in ("excitation",) if muscle.excitation is not None]
+    for field in fibre:
+        raise SceneError(f"a {what} has no `{field}`; leave it out", key=f"{key}.{field}")
+    place = f"{key}.curve_shape.type"
+    if model.legacy or model.ideal or model.sharing != "each" or any(getattr(model, field) for field in CURVE_FIELDS):
+        message = "stands beside muscles that are neither legacy nor ideal, share no torques and have curves of OpenSim"
+        raise SceneError(f"a {what} {message}", key=place)
+    if model.curves not in STRAINS:
+        raise SceneError(f"a {what} stands beside muscles with curves of {', '.join(STRAINS)}", key=place)
+    checks.positive(key, muscle, "l_slack")
+    if isinstance(muscle.curve_shape, Ligament):
+        _ligament(checks, f"{key}.curve_shape", muscle.curve_shape)
+
+
+def _ligament(checks: Checks, key: str, ligament: Ligament) -> None:
+    """Knots in order, a tension for each."""
+    if len(ligament.x) < 2:
+        raise SceneError(f"a ligament needs at least two knots, got {len(ligament.x)}", key=f"{key}.x")
+    if len(ligament.x) != len(ligament.y):
+        raise SceneError(f"{len(ligament.y)} tensions for {len(ligament.x)} lengths", key=f"{key}.y")
+    check_size("knots", len(ligament.x), lambda message: SceneError(message, key=f"{key}.x"))
+    checks.increasing(f"{key}.x", ligament.x, "lengths")
+    checks.not_negative(key, ligament, "dissipation")
+
+
 def _strain(part: Muscle | MuscleModel, model: MuscleModel, field: str, curves: str) -> Any:
     """A strain at f_max: a muscle's own, that of its model, or that of its curves."""
     for one in (part, model):
@@ -104,7 +141,7 @@ def _curves(checks: Checks, key: str, shape: CurveShape, tendon_strain: float, p
         _millard(key, shape, tendon_strain, passive_strain)
     elif isinstance(shape, DeGrooteCurves):
         checks.positive(key, shape, "active_width")
-    else:
+    elif isinstance(shape, ThelenCurves):
         _thelen(checks, key, shape)
 
 

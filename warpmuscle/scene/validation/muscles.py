@@ -13,6 +13,7 @@ from warpmuscle.scene import Actuation, Excitation, Muscle, PolynomialPath, Scen
 from warpmuscle.scene.initial_pose import initial_pose, plain_number
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.masses import mass_warnings
+from warpmuscle.scene.muscles import is_cable
 from warpmuscle.scene.number import Number
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.scene.trusted_code import CURVE_FIELDS
@@ -154,7 +155,7 @@ def slack_warnings(scene: Scene) -> list[SceneError]:
     return [
         SceneError(_no_fibre(muscle, lengths[name]), key=f"character.muscles.{name}.l_slack")
         for name, muscle in plain.character.muscles.items()
-        if lengths[name] <= plain_number(muscle.l_slack)
+        if lengths[name] <= plain_number(muscle.l_slack) and not is_cable(muscle)
     ]
 
 
