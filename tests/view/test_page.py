@@ -123,6 +123,20 @@ def test_page_shows_and_hides_muscles_forces_and_desired_pose(opened):
     assert drawn(opened)["target"] != place
 
 
+def test_all_of_a_motion_is_in_the_picture_whenever_it_is_looked_at(opened):
+    """The place of the camera hangs on the whole motion, not on the pose at the time."""
+    opened.evaluate("warpmuscle.play(false)")
+    cameras = []
+    for time in (0.0, 0.2, 0.4):
+        opened.evaluate(f"warpmuscle.seek({time}); warpmuscle.fit()")
+        cameras.append(state(opened)["camera"])
+    for camera in cameras[1:]:
+        assert camera["distance"] == pytest.approx(cameras[0]["distance"], abs=1e-3)
+        assert camera["target"][1] + camera["pan"][1] == pytest.approx(
+            cameras[0]["target"][1] + cameras[0]["pan"][1], abs=1e-3
+        )
+
+
 def picture_of(page: Any) -> Any:
     """The scene's pixels (H, W, 3), without what lies over it."""
     drawn(page)

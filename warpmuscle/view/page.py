@@ -114,11 +114,12 @@ def page_of(
             panels.append(content["panels"])
         known = {"doll": dolls.number(track.doll, scene), "panels": panels.index(content["panels"])}
         contents.append({**content, **known, "offset": offset.tolist()})
+    ground = ground_content(scenes[0].ground)
     content = {
         "title": title,
         "autoplay": autoplay,
-        "shown": _shown(tracks, panels, plots),
-        "ground": ground_content(scenes[0].ground),
+        "shown": _shown(tracks, panels, plots, ground["visible"]),
+        "ground": ground,
         "tracks": contents,
         "panels": panels,
         "dolls": dolls.contents,
@@ -145,8 +146,12 @@ def ground_content(ground: Ground) -> dict[str, Any]:
     return {"normal": normal.tolist(), "height": float(height), "visible": bool(np.asarray(ground.stiffness) > 0.0)}
 
 
-def _shown(tracks: Sequence[Track], panels: Sequence[Any], plots: bool) -> dict[str, bool]:
-    """What can be shown of these tracks, and whether it is at first."""
+def _shown(tracks: Sequence[Track], panels: Sequence[Any], plots: bool, standing: bool) -> dict[str, bool]:
+    """What can be shown of these tracks, and whether it is at first.
+
+    Args:
+        standing: whether there is a ground; the centre of mass of a lone arm is of little use.
+    """
     there = {
         "muscles": any(track.doll.muscles.names for track in tracks),
         "desired": any(track.desired is not None for track in tracks),
@@ -154,7 +159,7 @@ def _shown(tracks: Sequence[Track], panels: Sequence[Any], plots: bool) -> dict[
         "labels": len(tracks) > 1,
         "norms": any("norm" in panel for listed in panels for panel in listed),
     }
-    off = {"surfaces": False, "shapes": False, "desired": False}
+    off = {"surfaces": False, "shapes": False, "desired": False, "path": standing}
     return {name: off.get(name, True) for name in SHOWN if there.get(name, True)} | {"plots": plots}
 
 

@@ -1,5 +1,6 @@
 // The page: time, what is shown and chosen, and `window.warpmuscle` for scripts.
 
+const FITTED = 4, FITTED_TIMES = 9; // motions, and times of them, of which all is to be seen
 const PLOT_PAUSE = [0, 80]; // ms between two places of the cursor with a graphics card, and without
 
 class Player {
@@ -172,9 +173,9 @@ class Player {
     }));
   }
 
-  // The mean of all centres of mass.
-  middle() {
-    const places = this.bipeds.map((biped) => biped.com(biped.moment(this.time)));
+  // The mean of all centres of mass, now or at another time.
+  middle(time = this.time) {
+    const places = this.bipeds.map((biped) => biped.com(biped.moment(time)));
     return times(places.reduce(add), 1 / places.length);
   }
 
@@ -184,13 +185,19 @@ class Player {
     this.fit();
   }
 
+  // Go where all is seen now and, of few recorded motions, at all times, as the camera goes with what moves over the ground.
   fit() {
-    const points = [], { canvas } = this.renderer;
-    for (const biped of this.bipeds) {
-      biped.pose("orientation", biped.moment(this.time), biped.first.slots);
-      points.push(...biped.outline());
+    const points = [], { canvas } = this.renderer, now = this.middle();
+    const moments = this.live || this.bipeds.length > FITTED ? 0 : FITTED_TIMES;
+    const all = Array.from({ length: moments }, (_, k) => this.begin + (k / (moments - 1)) * (this.end - this.begin));
+    for (const time of [...all, this.time]) {
+      const [x, , z] = minus(now, this.middle(time));
+      for (const biped of this.bipeds) {
+        biped.pose("orientation", biped.moment(time), biped.first.slots);
+        for (const point of biped.outline()) points.push(add(point, [x, 0, z]));
+      }
     }
-    this.camera.fit(points, this.middle(), canvas.clientWidth / Math.max(canvas.clientHeight, 1));
+    this.camera.fit(points, now, canvas.clientWidth / Math.max(canvas.clientHeight, 1));
   }
 
   zoom(factor) {
