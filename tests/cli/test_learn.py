@@ -6,6 +6,9 @@ from pathlib import Path
 
 import pytest
 
+from warpmuscle.formats import toml
+from warpmuscle.results.result import read
+
 FILES = Path(__file__).parents[2] / "warpmuscle" / "examples" / "files"
 
 
@@ -22,7 +25,9 @@ def folder(tmp_path_factory):
     """A folder with a scene and the policy that was learnt in it."""
     pytest.importorskip("torch", reason="learning needs PyTorch")
     folder = tmp_path_factory.mktemp("learn")
-    (folder / "reaching.toml").write_text((FILES / "reaching.toml").read_text())
+    followed = "gravity = { value = 9.81, per = { heavier = 1.0 } }\n"
+    command = "\n[commands]\nheavier = { reference = 0, min = 0, max = 5, unit = \"m/s^2\" }\n"
+    (folder / "reaching.toml").write_text(followed + (FILES / "reaching.toml").read_text() + command)
     words = ["--iterations", 2, "--instances", 4, "--option", "hidden=[16]", "--device", "cpu", "-o", "p.h5"]
     code, told, said = warpmuscle(folder, "learn", "reaching.toml", *words)
     assert code == 0, said
@@ -33,11 +38,11 @@ def folder(tmp_path_factory):
 
 
 def test_a_policy_moves_the_scene_and_is_reported(folder):
-    code, told, said = warpmuscle(
-        folder, "simulate", "reaching.toml", "--policy", "p.h5", "-c", "shoulder=1", "-o", "s.h5", "--device", "cpu"
-    )
+    asked = ["simulate", "reaching.toml", "--policy", "p.h5", "-c", "shoulder=1", "-c", "heavier=4", "-o", "s.h5"]
+    code, told, said = warpmuscle(folder, *asked, "--device", "cpu")
     assert code == 0, said
     assert "wrote s.h5" in told
+    assert toml.loads(read(folder / "s.h5").scene).commands["heavier"].value == 4.0
     code, told, said = warpmuscle(folder, "report", "p.h5")
     assert code == 0, said
     assert "observations, layers of 16-6, 6 actions" in told
@@ -56,6 +61,7 @@ MISTAKES = {
     "no policy": (["simulate", "reaching.toml", "--policy", "reaching.toml"], "not an HDF5 file"),
     "of another scene": (["simulate", "fwalk", "--policy", "p.h5", "--device", "cpu"], "muscles drive no joint"),
     "not live": (["view", "reaching.toml", "--policy", "p.h5"], "takes no --policy"),
+    "too much": (["simulate", "reaching.toml", "--policy", "p.h5", "-c", "heavier=9"], "heavier is 0 to 5 m/s^2"),
     "unknown command": (["simulate", "reaching.toml", "--policy", "p.h5", "-c", "hip=1"], "KEY is speed, turning_rate"),
 }
 

@@ -21,6 +21,7 @@ from warpmuscle.cli.common import (
     command_line,
     load_scene,
     start_warp,
+    with_commands,
     writable,
 )
 from warpmuscle.cli.console import log, out, print_gait, suggest
@@ -58,7 +59,7 @@ def simulate(
     """
     writable(output, plot)
     start_driver(device)
-    of_scene = commands if policy is None else None  # else the policy is told
+    of_scene = commands if policy is None else None  # else some are the policy's
     scene = changed(load_scene(sources, settings=settings, commands=of_scene), duration, time_step, implicit_pd)
     if legacy:
         scene = _as_legacy(scene)
@@ -69,7 +70,7 @@ def simulate(
     if policy is None:
         recording, parameters = _run(scene, where, rate)
     else:
-        recording, parameters = _act(scene, policy, commands or [], where, rate)
+        scene, recording, parameters = _act(scene, policy, commands or [], where, rate)
     gait = print_gait(scene, recording)
     if output is not None:
         from warpmuscle.formats import toml
@@ -89,19 +90,30 @@ def simulate(
 
 def _act(
     scene: Scene, policy: Path, commands: list[str], device: str, rate: float
-) -> tuple[Recording, list[Parameter]]:
-    """The motion of a scene that a policy moves, after it has been printed how it went, and its free parameters."""
+) -> tuple[Scene, Recording, list[Parameter]]:
+    """A scene as commanded, its motion by a policy, after it has been printed how it went, and its free parameters.
+
+    Commands of the policy are told to it; others are those of the scene, such as a slope that the policy must feel.
+    """
     from warpmuscle.learning.player import commanded, learned_in, replay, task_of
     from warpmuscle.scene.parameters import free_parameters
 
     learned = learned_in(policy)
-    task = commanded(task_of(learned), commands)
+    task = task_of(learned)
+    of_scene = [text for text in commands if _key(text) in scene.commands and _key(text) not in task.command_names]
+    scene = with_commands(scene, of_scene)
+    task = commanded(task, [text for text in commands if text not in of_scene])
     with log.status("simulating; the first run compiles for some seconds"):
         recording, status = replay(learned.policy, scene, device, task, rate=rate)
     out.print(
         f"{scene.name}: {status.meaning}; {recording.time[-1]:.4g} s moved by the policy of {policy}", markup=False
     )
-    return recording, free_parameters(scene)
+    return scene, recording, free_parameters(scene)
+
+
+def _key(command: str) -> str:
+    """The name in KEY=VALUE."""
+    return command.partition("=")[0].strip()
 
 
 def _run(scene: Scene, device: str, rate: float) -> tuple[Recording, list[Parameter]]:
