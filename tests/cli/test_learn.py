@@ -26,7 +26,7 @@ def folder(tmp_path_factory):
     pytest.importorskip("torch", reason="learning needs PyTorch")
     folder = tmp_path_factory.mktemp("learn")
     followed = "gravity = { value = 9.81, per = { heavier = 1.0 } }\n"
-    command = "\n[commands]\nheavier = { reference = 0, min = 0, max = 5, unit = \"m/s^2\" }\n"
+    command = '\n[commands]\nheavier = { reference = 0, min = 0, max = 5, unit = "m/s^2" }\n'
     (folder / "reaching.toml").write_text(followed + (FILES / "reaching.toml").read_text() + command)
     words = ["--iterations", 2, "--instances", 4, "--option", "hidden=[16]", "--device", "cpu", "-o", "p.h5"]
     code, told, said = warpmuscle(folder, "learn", "reaching.toml", *words)

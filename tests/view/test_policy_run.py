@@ -11,7 +11,9 @@ from warpmuscle.formats import load
 from warpmuscle.learning.episodes import EpisodeBatch
 from warpmuscle.learning.player import Player, commands_of, text_of, undisturbed
 from warpmuscle.results.learned import Learned
+from warpmuscle.scene import Command
 from warpmuscle.scene.learning import Task
+from warpmuscle.scene.number import Free
 from warpmuscle.view.policy_run import PolicyRun
 
 TASK = Task(speed=(0.8, 1.6))
@@ -77,3 +79,28 @@ def test_what_it_can_be_told_is_what_it_has_learnt(run):
     run.asked["speed"] = 99.0
     run.advance(0.02)
     assert run.player.batch.episodes.command.numpy()[0, 0] == pytest.approx(1.6)
+
+
+def test_the_ground_inclines_below_the_body_as_the_scene_is_commanded(learned):
+    ground = load("reflex_planar").ground
+    inclined = (0.0, 1.0, Free(0.0, per={"slope": -0.0175}))
+    scene = msgspec.structs.replace(
+        load("reflex_planar"), ground=msgspec.structs.replace(ground, normal=inclined),
+        commands={"slope": Command(0.0, -5.0, 5.0, unit="deg"), "speed": Command(1.0, 0.0, 2.0)},
+    )  # fmt: skip
+    run = PolicyRun(scene, learned)
+    level = PolicyRun(load("reflex_planar"), learned)
+    assert list(run.asked) == ["speed", "turning_rate", "slope"]
+    np.testing.assert_array_equal(state(run), state(level))
+    run.asked["slope"] = 4.0
+    for one in (run, level):
+        for _ in range(10):
+            one.advance(0.02)
+    normal = run.rollout.model.contacts.normal.numpy().reshape(3)
+    degrees = 1.0 * (run.time - run.player.batch.dt)  # a tenth of 10 degrees a second, since the first frame
+    assert -normal[2] / normal[1] == pytest.approx(0.0175 * degrees, rel=1e-3)
+    assert not np.array_equal(state(run), state(level))
+    run.asked["slope"] = 0.0
+    run.restart()
+    level.restart()
+    np.testing.assert_array_equal(state(run), state(level))

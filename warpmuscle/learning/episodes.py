@@ -178,6 +178,12 @@ class EpisodeBatch:
         self._start_row = wp.array(np.arange(n, dtype=np.int32), dtype=int, device=self.device)
         self.reset(int(self.episodes.seed.numpy()[0]))
 
+    def change_parts(self, numeric: Scene, parts: Sequence[str]) -> None:
+        """Go on with other numbers of these parts of the model, see `Rollout.change_parts`; instances are all alike."""
+        self.rollout.change_parts(numeric, parts)
+        self._stepper = self._stepper_of(self.rollout.model)
+        self.senses.surround(self.rollout.model)
+
     def step(self, restart: bool = True, lap: Callable[[str], None] = no_lap) -> None:
         """Make a decision: act as `actions.told` says; see `senses`, `judge.gains` and `final_observation`.
 

@@ -10,7 +10,9 @@ from warpmuscle.learning.player import Player, commands_of, task_of, undisturbed
 from warpmuscle.results.learned import Learned
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
-from warpmuscle.view.live_run import EPISODE, LONGEST, RATE, LiveRun
+from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.simulation.commands import place_of_root, turned_below
+from warpmuscle.view.live_run import COMMAND_RATE, EPISODE, LONGEST, RATE, LiveRun, parts_that_follow
 from warpmuscle.view.track import doll_of
 
 
@@ -18,7 +20,8 @@ class PolicyRun(LiveRun):
     """One instance of a scene that a policy moves, recorded as it goes; its free parameters stay as they are.
 
     Attributes:
-        asked: what the policy is told, by name, within what it has learnt; it counts from the next decision.
+        asked: what the policy is told, by name, within what it has learnt, which counts from the next decision; and
+            what the scene's other commands are to be, such as a slope, which get there as ramps.
     """
 
     def __init__(self, scene: Scene, learned: Learned, device: str | None = "cpu") -> None:
@@ -29,11 +32,15 @@ class PolicyRun(LiveRun):
             Error: the scene fails in its first step, so that there is nothing to see.
         """
         task = msgspec.structs.replace(undisturbed(task_of(learned)), episode_time=EPISODE, command_time=0.0)
-        plain = msgspec.structs.replace(scene, duration=EPISODE, commands={}, learning=None)
-        self.player = Player(learned.policy, plain, 1, device, task, record=[0], record_rate=RATE)
+        self._plain = msgspec.structs.replace(scene, duration=EPISODE, learning=None)
+        self._start = start_values(self._plain)
+        self._following = parts_that_follow(scene)
+        others = scene.commands if self._following is not None else {}
+        self._own = {name: one for name, one in others.items() if name not in task.command_names}
+        self.player = Player(learned.policy, self._plain, 1, device, task, record=[0], record_rate=RATE)
         batch = self.player.batch
         self.rollout, self.numeric = batch.rollout, batch.rollout.numeric
-        self.scene = msgspec.structs.replace(batch.scene, commands=commands_of(task), controller=None)
+        self.scene = msgspec.structs.replace(batch.scene, commands=commands_of(task) | self._own, controller=None)
         self.parameters, self.values = [], np.zeros(0)
         self.asked = {name: one.asked for name, one in self.scene.commands.items()}
         self.faster = self.turned = 0.0
@@ -46,7 +53,11 @@ class PolicyRun(LiveRun):
         self.window(0.0)
 
     def restart(self) -> None:
-        """Back to the start."""
+        """Back to the start, with the commands as they are now."""
+        self._commanded = self._asked()
+        if self._own:
+            self.numeric = self._as_commanded()
+            self.player.batch.change_parts(self.numeric, self._following or ())
         self.player.batch.reset(seed=0)
         self._clock, self._steps = 0.0, 0
         self._decide()  # the first frame
@@ -69,9 +80,22 @@ class PolicyRun(LiveRun):
     def _step_now(self) -> int:
         return self._steps
 
+    def _as_commanded(self) -> Scene:
+        """The scene in numbers, as its own commands are now."""
+        return substitute(self._plain, self._start, {name: self._commanded[name] for name in self._own})
+
     def _decide(self) -> None:
-        self._commanded = self._asked()
-        told = np.array([list(self._commanded.values())], dtype=np.float32)
+        before, self._commanded = self._commanded, self._asked()
+        for name, one in self._own.items():
+            most = COMMAND_RATE * (one.max - one.min) * self.player.batch.dt
+            self._commanded[name] = before[name] + float(np.clip(self._commanded[name] - before[name], -most, most))
+        if any(self._commanded[name] != before[name] for name in self._own):
+            chosen = self._as_commanded()
+            place = place_of_root(self.rollout.coordinate_names, self.rollout.state.coordinates.numpy())
+            ground = turned_below(self.numeric.ground, chosen.ground, place)
+            self.numeric = msgspec.structs.replace(chosen, ground=ground)
+            self.player.batch.change_parts(self.numeric, self._following or ())
+        told = np.array([[self._commanded[name] for name in self.player.batch.command_names]], dtype=np.float32)
         self.player.batch.episodes.command.assign(told)  # a reset has drawn others
         self.player.decide(restart=False)
         self._steps += self.player.batch.decision_steps
