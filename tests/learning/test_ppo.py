@@ -159,8 +159,8 @@ def test_what_was_always_the_same_does_not_count_in_what_is_learnt():
     assert policy.deviation[0] == pytest.approx(np.sqrt(2.0), rel=1e-5)
 
 
-def test_a_policy_may_play_what_its_noise_comes_to_where_actions_are_clipped():
-    options = PPOOptions(instances=8, steps=8, minibatches=2, hidden=(8,), expected_action=True)
+def test_a_policy_plays_what_its_noise_comes_to_where_actions_are_clipped():
+    options = PPOOptions(instances=8, steps=8, minibatches=2, hidden=(8,))
     learner = Learner(PointMasses(8), options, 1)
     learner.iterate()
     noise = learner.policy().noise
@@ -171,4 +171,22 @@ def test_a_policy_may_play_what_its_noise_comes_to_where_actions_are_clipped():
     means = learner.networks.act(torch.tensor(seen)).detach().numpy()
     drawn = means + noise.deviation * np.random.default_rng(2).normal(size=(100_000, 1, 1))
     np.testing.assert_allclose(actions_of(learner.policy(), seen), drawn.clip(-3.0, 3.0).mean(0), atol=0.01)
-    assert Learner(PointMasses(8), options_of({"hidden": (8,)}), 1).policy().noise is None
+    assert Learner(PointMasses(8), options_of({"expected_action": False}), 1).policy().noise is None
+
+
+def test_noise_falls_evenly_to_its_end_and_goes_on_falling_after_a_kill():
+    options = options_of(
+        {"instances": 8, "steps": 8, "minibatches": 2, "hidden": (8,), "end_deviation": 0.1, "end_decisions": 6 * 64}
+    )
+    whole, told = Learner(PointMasses(8), options, 1), []
+    for _ in range(3):
+        told.append(whole.iterate()["deviation"])
+    again = Learner(PointMasses(8), options, 1)
+    again.restore(whole.state())
+    for _ in range(5):
+        told.append(whole.iterate()["deviation"])
+    np.testing.assert_allclose(told, 0.5 * 0.2 ** np.minimum(np.arange(1, 9) / 6.0, 1.0), rtol=0.02)
+    np.testing.assert_array_equal([again.iterate()["deviation"] for _ in range(5)], told[3:])
+    for wrong in (0.6, 0.01):
+        with pytest.raises(Error, match="end_deviation must lie between"):
+            options_of({"end_deviation": wrong})

@@ -64,6 +64,7 @@ class Learner:
         """Collect experience and learn from it."""
         self.collector.noise.normal_(generator=self.random)
         self.ppo.shuffle(self.random)
+        self.ppo.max_log_deviation.fill_(self.options.max_log_deviation(self.iterations + 1))
         if self._captures and self.iterations == 1:
             self._run = captured(self._work)
         self._run()

@@ -30,7 +30,9 @@ class PPOOptions(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     hidden: Annotated[tuple[Size, ...], Meta(min_length=1, max_length=8)] = (128, 128, 64)  # sizes of hidden layers
     deviation: Positive = 0.5  # of actions at first
     min_deviation: Positive = 0.05
-    expected_action: bool = False  # play what actions with noise come to in the mean, clipped, not the mean of actions
+    end_deviation: Weight = 0.0  # that none exceeds after `end_decisions`, the bound falling till then; 0: no bound
+    end_decisions: Annotated[int, Meta(ge=1, le=10**12)] = 50_000_000
+    expected_action: bool = True  # play what actions with noise come to in the mean, clipped, not the mean of actions
     discount: Share = 0.99  # a decision; gamma
     trace: Share = 0.95  # lambda of generalised advantage estimation
     clip: Positive = 0.2  # of the ratio of likelihoods, and of values
@@ -49,6 +51,13 @@ class PPOOptions(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
         """Logarithm of the least deviation."""
         return math.log(self.min_deviation)
 
+    def max_log_deviation(self, iterations: int) -> float:
+        """Logarithm of the greatest deviation after so many iterations, falling evenly; infinite without a bound."""
+        if not self.end_deviation:
+            return math.inf
+        part = min(iterations * self.instances * self.steps / self.end_decisions, 1.0)
+        return (1.0 - part) * math.log(self.deviation) + part * math.log(self.end_deviation)
+
 
 def options_of(values: Mapping[str, Any]) -> PPOOptions:
     """Options with other values of some; raises Error for one that is unknown or impossible."""
@@ -66,6 +75,8 @@ def options_of(values: Mapping[str, Any]) -> PPOOptions:
         raise Error("learning_rate must lie between min_learning_rate and max_learning_rate")
     if options.min_deviation > options.deviation:
         raise Error("deviation must not be less than min_deviation")
+    if options.end_deviation and not options.min_deviation <= options.end_deviation <= options.deviation:
+        raise Error("end_deviation must lie between min_deviation and deviation")
     return options
 
 

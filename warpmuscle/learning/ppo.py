@@ -69,6 +69,7 @@ class PPO:
     Attributes:
         order: (epochs, minibatches, size) numbers of the samples in each minibatch, to be drawn before `update`; those
             beyond the number of samples are of their mirror images, in the same order.
+        max_log_deviation: () to be set before `update`; of use where options bound it.
         told: (4,) means over the minibatches: policy loss, value loss, divergence from the old policy, share clipped.
     """
 
@@ -83,6 +84,7 @@ class PPO:
         device = experience.reward.device
         size = experience.samples // options.minibatches
         self.order = torch.zeros((options.epochs, options.minibatches, size), dtype=torch.int64, device=device)
+        self.max_log_deviation = torch.zeros((), device=device)
         self.told = torch.zeros(4, device=device)
 
     def shuffle(self, random: torch.Generator) -> None:
@@ -143,6 +145,8 @@ class PPO:
             self._adapt(divergence)
             self.adam.step()
             networks.log_deviation.clamp_(min=options.min_log_deviation)
+            if options.end_deviation:
+                networks.log_deviation.copy_(torch.minimum(networks.log_deviation, self.max_log_deviation))
             outside = ((ratio - 1.0).abs() > options.clip).float().mean()
             told = torch.stack([policy_loss.detach(), value_loss.detach(), divergence, outside])
             self.told.add_(told / self.order[:, :, 0].numel())
