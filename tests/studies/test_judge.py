@@ -9,7 +9,9 @@ from typer.testing import CliRunner
 
 from warpmuscle.cli import app
 from warpmuscle.cli.common import with_commands
+from warpmuscle.cli.walkers import walker_of
 from warpmuscle.core.errors import Error
+from warpmuscle.examples import write
 from warpmuscle.formats import load
 from warpmuscle.scene import Command
 from warpmuscle.scene.number import Free
@@ -141,6 +143,39 @@ def test_the_command_prints_a_line_a_measure_and_writes_all_numbers(tmp_path):
     numbers = json.loads(path.read_text())
     assert {one["name"] for one in numbers["verdicts"]} >= {"stance", "impulse that half survive"}
     assert numbers["measures"]["speed"] == pytest.approx(0.94, abs=0.05)
+
+
+def test_only_who_is_fast_runs_unless_the_scene_says_so(monkeypatch):
+    scene = load("fwalk")
+    for flight, speed, gait in ((5.0, 1.2, "walk"), (5.0, 2.5, "run"), (0.0, 2.5, "walk")):
+        monkeypatch.setattr(
+            judging, "_measured", lambda *_, found=(flight, speed): ({"flight": found[0], "speed": found[1]}, "")
+        )
+        assert judging._gait_of(None, scene) == gait
+    scene.objective.gait = "run"
+    assert judging._gait_of(None, scene) == "run"
+
+
+def test_a_policy_is_judged_as_it_acts_in_its_scene(tmp_path):
+    write("policies", tmp_path)
+    path, scene, saved = tmp_path / "walk56_like_people.h5", tmp_path / "walk56_like_people.toml", tmp_path / "j.json"
+    options = ["--device", "cpu", "--threads", "1", "--pushes", "0", "--json", str(saved)]
+    done = CliRunner().invoke(app, ["judge", str(path), *options])
+    assert done.exit_code == 0, done.output
+    assert "walk56_like_people, judged as a walk at 1.2" in done.stdout
+    numbers = json.loads(saved.read_text())
+    name, walker = walker_of([str(scene)], policy=path)
+    assert name == numbers["scene"]
+    assert walker.scene() == walker_of([str(path)])[1].scene()
+    found = {one["name"]: one for one in numbers["verdicts"]}
+    assert list(found) == [bar.name for bar in WALK]
+    assert found["most economical speed"]["note"] == "takes no speed"
+    assert found["cost of transport, Bhargava net"]["value"] < 3.6
+    assert found["upright, disturbed"]["value"] >= 15
+    for more in (["--policy", str(path)], ["--set", "duration=3"]):
+        done = CliRunner().invoke(app, ["judge", str(path), *more])
+        assert done.exit_code != 0
+        assert f"takes no {more[0]}" in done.stderr + str(done.exception)
 
 
 def test_commands_of_the_command_line_are_those_of_the_scene():

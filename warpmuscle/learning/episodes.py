@@ -56,7 +56,7 @@ class EpisodeBatch:
         decision_steps: of the simulation. dt: s, that a decision lasts. longest: decisions of an episode.
         actions, senses, judge: with the arrays that they hold. episodes: where every instance is in its episode.
         final_observation: (instances, observations) of the episode that ended, where one did.
-        command_names: of the columns of `episodes.command`.
+        command_names: of the columns of `episodes.command`. gait: that is imitated, if there is one.
         images: of observations and actions in a mirror; None where the task is not said to be symmetric.
     """
 
@@ -72,6 +72,7 @@ class EpisodeBatch:
         record_rate: float = 100.0,
         threads: int | None = None,
         trust: bool = False,
+        gait: Gait | None = None,
     ) -> None:
         """Prepare and begin all episodes; the first call compiles kernels.
 
@@ -79,6 +80,7 @@ class EpisodeBatch:
             scene, instances, device, record, record_rate, threads, trust: as of `Rollout`.
             task: what is learned; by default what the scene says, or a walk at 1.2 m/s.
             seed: of everything that is drawn.
+            gait: that is imitated, of another batch of this scene and task, so that its controller need not make it.
 
         Raises:
             SceneError: the scene is inconsistent, or has not what the task wants.
@@ -110,7 +112,9 @@ class EpisodeBatch:
         self._stepper.load()
         self.command_names = self.task.command_names
         body = BodySymmetry(rollout) if self.task.symmetric else None
-        gait = None if self.task.imitation is None else gait_of(rollout, self.task.imitation, body)
+        if gait is None and self.task.imitation is not None:
+            gait = gait_of(rollout, self.task.imitation, body)
+        self.gait = gait
         self.judge = Judge(self.task, rollout, self.actions, gait, self._variants.model, self.dt, self.longest)
         around = self._surroundings()
         about = About(rollout, self.actions.names, self.command_names, self._variants.names, gait is not None)

@@ -15,6 +15,7 @@ from warpmuscle.core.errors import Error, ResultError, RolloutError
 from warpmuscle.core.status import Status
 from warpmuscle.formats import SceneLike
 from warpmuscle.learning.episodes import EpisodeBatch
+from warpmuscle.learning.imitation import Gait
 from warpmuscle.learning.policy import DevicePolicy
 from warpmuscle.results.learned import Learned, PolicyTable
 from warpmuscle.results.recording import Recording
@@ -48,6 +49,7 @@ class Player:
         record: Sequence[int] = (),
         record_rate: float = 100.0,
         threads: int | None = None,
+        gait: Gait | None = None,
     ) -> None:
         """Prepare and begin all episodes.
 
@@ -58,7 +60,7 @@ class Player:
             SceneError, RolloutError: as of `EpisodeBatch`, or the policy is for another scene or task.
         """
         self.batch = EpisodeBatch(
-            scene, instances, device, task, seed, record=record, record_rate=record_rate, threads=threads
+            scene, instances, device, task, seed, record=record, record_rate=record_rate, threads=threads, gait=gait
         )
         _check_names("observes", policy.observation, tuple(self.batch.senses.names))
         _check_names("moves", policy.action, self.batch.actions.names)

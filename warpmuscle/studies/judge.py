@@ -16,7 +16,7 @@ from warpmuscle.core.errors import Error
 from warpmuscle.core.status import Status
 from warpmuscle.gait.cycles import feet_of
 from warpmuscle.gait.muscle_effort import LEAST_SPEED, spent
-from warpmuscle.gait.quality import Measures, gait_measures
+from warpmuscle.gait.quality import LEAST_FLIGHT, Measures, gait_measures
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Robustness, Scene
 from warpmuscle.scene.accounting import FORMULAS
@@ -51,6 +51,7 @@ PUSHES = 20  # of each impulse
 SPEEDS = 7  # commanded, evenly over the range
 UP = 5.0  # deg
 LOADS = (0.18, 0.31)  # of the body weight
+FAST = 2.0  # m/s: where people begin to run (Hreljac 1993: 2.07)
 POWER = "walking power"  # W/kg, above that at rest
 
 
@@ -104,8 +105,9 @@ def judge(
     tell(f"walking {LONG:g} s")
     walks = walker.walk(LONG, none(1), record=True)
     end = Status(walks.status[0])
-    measures, why = _measured(walks.recordings[0], scene)
-    running = scene.objective.gait == "run" or (not scene.objective.gait and (measures.get("flight") or 0.0) > 1.0)
+    gait = _gait_of(walks.recordings[0], scene)
+    running = gait == "run"
+    measures, why = _measured(walks.recordings[0], scene, gait)
     found: dict[str, Finding] = {}
     if measures:
         found = {name: Finding(value) for name, value in (measures | _of_force(measures)).items()}
@@ -121,6 +123,13 @@ def judge(
     bars = [bar for bar in (RUN if running else WALK) if bar.name in found or not measures]
     verdicts = [Verdict(bar, *found.get(bar.name, without)) for bar in bars]
     return Judgement(verdicts, running, end.meaning, measures, commanded)
+
+
+def _gait_of(recording: Recording, plain: Scene) -> str:
+    """Walk or run, by which a motion is judged: as the scene says, else a run is fast, and has a flight."""
+    measures, _ = _measured(recording, plain, plain.objective.gait)
+    flies, fast = ((measures.get(name) or 0.0) > least for name, least in (("flight", LEAST_FLIGHT), ("speed", FAST)))
+    return plain.objective.gait or ("run" if flies and fast else "walk")
 
 
 def disturbed_upright(walker: Walker) -> int:
@@ -185,7 +194,7 @@ def at_conditions(
     for number, (one, recording, lasted) in enumerate(zip(every, walks.recordings, walks.upright, strict=True)):
         told = {name: value for name, value in one.numbers.items() if name in walker.commands}
         scene = under(walker.scene(told), conditions, number)
-        found.append((one.numbers, _measured(recording, scene)[0] if lasted else {}))
+        found.append((one.numbers, _measured(recording, scene, "walk")[0] if lasted else {}))
     return found
 
 
@@ -204,8 +213,9 @@ def _takes(command: Command | None, value: float) -> bool:
     return command is None or command.min <= value <= command.max
 
 
-def _measured(recording: Recording, plain: Scene) -> tuple[Measures, str]:
-    """All measures of a motion, its energy among them; or none, and why."""
+def _measured(recording: Recording, plain: Scene, gait: str) -> tuple[Measures, str]:
+    """All measures of a motion as of a walk or a run, its energy among them; or none, and why."""
+    plain = msgspec.structs.replace(plain, objective=msgspec.structs.replace(plain.objective, gait=gait))
     try:
         return gait_measures(recording, plain) | energies(recording, plain), ""
     except Error as error:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.status import Status
+from warpmuscle.learning.imitation import Gait
 from warpmuscle.learning.player import Player, commands_of, task_of, undisturbed
 from warpmuscle.model.bodies import ground_normal
 from warpmuscle.results.learned import Learned
@@ -125,6 +126,7 @@ class PolicyWalker:
             ResultError: the file's task is damaged.
         """
         self._learned, self._threads, self._device = learned, threads, device
+        self._gait: Gait | None = None
         task = undisturbed(task_of(learned))
         self._task = msgspec.structs.replace(task, command_time=0.0, episode_time=None)
         plain = substitute(scene, start_values(scene))
@@ -156,8 +158,9 @@ class PolicyWalker:
         recorded = range(n) if record else ()
         player = Player(
             self._learned.policy, lasting, n, str(find_devices(self._device)[0]), self._task,
-            record=recorded, record_rate=RATE, threads=self._threads,
+            record=recorded, record_rate=RATE, threads=self._threads, gait=self._gait,
         )  # fmt: skip
+        self._gait = player.batch.gait  # which takes seconds to make
         status, end_time = player.walk(disturbances, {**self._told, **(commands or {})})
         return Walks(status, end_time, [player.batch.rollout.recording(i) for i in recorded])
 
