@@ -21,10 +21,10 @@ from warpmuscle.cli.common import (
     command_line,
     load_scene,
     start_warp,
-    with_commands,
     writable,
 )
 from warpmuscle.cli.console import log, out, print_gait, suggest
+from warpmuscle.cli.walkers import shared_out
 from warpmuscle.simulation.cuda_warmup import start_driver
 
 if TYPE_CHECKING:
@@ -100,20 +100,14 @@ def _act(
 
     learned = learned_in(policy)
     task = task_of(learned)
-    of_scene = [text for text in commands if _key(text) in scene.commands and _key(text) not in task.command_names]
-    scene = with_commands(scene, of_scene)
-    task = commanded(task, [text for text in commands if text not in of_scene])
+    scene, to_policy = shared_out(scene, task, commands)
+    task = commanded(task, to_policy)
     with log.status("simulating; the first run compiles for some seconds"):
         recording, status = replay(learned.policy, scene, device, task, rate=rate)
     out.print(
         f"{scene.name}: {status.meaning}; {recording.time[-1]:.4g} s moved by the policy of {policy}", markup=False
     )
     return scene, recording, free_parameters(scene)
-
-
-def _key(command: str) -> str:
-    """The name in KEY=VALUE."""
-    return command.partition("=")[0].strip()
 
 
 def _run(scene: Scene, device: str, rate: float) -> tuple[Recording, list[Parameter]]:

@@ -13,6 +13,7 @@ from warpmuscle.core.errors import Error
 if TYPE_CHECKING:
     from warpmuscle.results.learned import Learned
     from warpmuscle.scene import Scene
+    from warpmuscle.scene.learning import Task
     from warpmuscle.studies.walkers import Walker
 
 Walkers = Annotated[
@@ -72,4 +73,17 @@ def _of_policy(
     from warpmuscle.learning.player import task_of, told
     from warpmuscle.studies.walkers import PolicyWalker
 
-    return PolicyWalker(learned, scene, device, threads, told(task_of(learned), commands or []))
+    task = task_of(learned)
+    scene, to_policy = shared_out(scene, task, commands or [])
+    return PolicyWalker(learned, scene, device, threads, told(task, to_policy))
+
+
+def shared_out(scene: Scene, task: Task, commands: list[str]) -> tuple[Scene, list[str]]:
+    """The scene with the commands that are its own, such as a slope that a policy must feel, and the policy's."""
+
+    def is_own(text: str) -> bool:
+        name = text.partition("=")[0].strip()
+        return name in scene.commands and name not in task.command_names
+
+    own = [text for text in commands if is_own(text)]
+    return with_commands(scene, own) if own else scene, [text for text in commands if not is_own(text)]

@@ -29,6 +29,7 @@ from warpmuscle.studies.verdicts import (
     COST,
     COST_WANG,
     ECONOMICAL,
+    HUMPS,
     LOADED,
     PUSHED,
     RUN,
@@ -112,6 +113,8 @@ def judge(
     if measures:
         found = {name: Finding(value) for name, value in (measures | _of_force(measures)).items()}
         found["toe-off"] = Finding(measures.get("stance"))
+        if found[HUMPS].value is None:
+            found[HUMPS] = Finding(None, "no valley between two peaks", failed=True)
     tell(f"{RUNS} disturbed runs of {SHORT:g} s")
     found[UPRIGHT.name] = Finding(float(disturbed_upright(walker)))
     found[PUSHED.name] = _pushed(walker, pushes, tell)
@@ -119,7 +122,7 @@ def judge(
     if not running and COST in measures:
         commanded = at_conditions(walker, tell=tell)
         found |= _over_conditions(commanded, scene)
-    without = Finding(None, why, fell=end != Status.COMPLETED)
+    without = Finding(None, why, failed=end != Status.COMPLETED)
     bars = [bar for bar in (RUN if running else WALK) if bar.name in found or not measures]
     verdicts = [Verdict(bar, *found.get(bar.name, without)) for bar in bars]
     return Judgement(verdicts, running, end.meaning, measures, commanded)
@@ -232,7 +235,7 @@ def _of_force(measures: Mapping[str, float | None]) -> dict[str, float | None]:
         for index, name in enumerate(names, 1)
         if (value := measures.get(name)) is not None
     ]
-    found["force at peaks and valley"] = float(np.mean(off)) if len(off) == len(names) else None
+    found[HUMPS] = float(np.mean(off)) if len(off) == len(names) else None
     return found
 
 
@@ -254,14 +257,14 @@ def _over_speeds(speeds: Sequence[tuple[float, Measures]]) -> Finding:
         return Finding(None, "takes no speed")
     known = [(speed, cost) for speed, found in speeds if (cost := found.get(COST)) is not None]
     note = ", ".join(f"{speed:.2g} m/s {_cost_of(found)}" for speed, found in speeds)
-    return Finding(_economical(known), note, fell=any(not found for _, found in speeds))
+    return Finding(_economical(known), note, failed=any(not found for _, found in speeds))
 
 
 def _up_against(level: Measures, up: Measures) -> Finding:
     """What walking up costs more than walking on the level, J/(kg m)."""
     one, other = up.get(COST), level.get(COST)
     note = f"{_cost_of(up)} against {_cost_of(level)}"
-    return Finding(None if one is None or other is None else one - other, note, fell=not up or not level)
+    return Finding(None if one is None or other is None else one - other, note, failed=not up or not level)
 
 
 def _under_loads(level: Measures, loads: Sequence[tuple[float, Measures]], mass: float) -> Finding:
@@ -277,7 +280,7 @@ def _under_loads(level: Measures, loads: Sequence[tuple[float, Measures]], mass:
             text = f"{off[-1]:+.1f} %"
         words.append(f"{100.0 * load / mass:.0f} % {text}")
     worst = max(off, key=abs) if len(off) == len(loads) else None
-    return Finding(worst, ", ".join(words), fell=not all(found for _, found in loads))
+    return Finding(worst, ", ".join(words), failed=not all(found for _, found in loads))
 
 
 def _cost_of(measures: Measures) -> str:

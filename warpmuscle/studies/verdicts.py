@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 RUNS = 20  # disturbed ones
+HUMPS = "force at peaks and valley"
 COST, COST_WANG = "cost of transport, Bhargava net", "cost of transport, Wang"
 ECONOMICAL, UPHILL, LOADED = "most economical speed", "5 degrees up against level", "loads, farthest from proportional"
 
@@ -31,7 +32,7 @@ UPRIGHT = Bar("upright, disturbed", f"of {RUNS}", (19, None), (20, None))
 PUSHED = Bar("impulse that half survive", "N s", (60, None), (80, None))
 WALK = (
     Bar("angles outside the norms", "SD", (None, 0.25), (None, 0.12)),
-    Bar("force at peaks and valley", "half-bands", (None, 1.0), (None, 0.6)),
+    Bar(HUMPS, "half-bands", (None, 1.0), (None, 0.6)),
     Bar("maximum vertical force", "body weights", (None, 1.2), (None, 1.15)),
     Bar("stance", "% of the cycle", (59, 65), (61, 63)),
     Bar("double support", "% of the cycle", (18, 25), (20, 24)),
@@ -55,11 +56,11 @@ RUN = (
 
 
 class Finding(NamedTuple):
-    """A value, or None; a note on it, and whether there is none because the walker fell."""
+    """A value, or None; a note on it, and whether the gait is too bad to have one, as after a fall."""
 
     value: float | None
     note: str = ""
-    fell: bool = False
+    failed: bool = False
 
 
 @dataclass(frozen=True)
@@ -69,13 +70,13 @@ class Verdict:
     bar: Bar
     value: float | None
     note: str = ""
-    fell: bool = False  # which is why there is no value
+    failed: bool = False  # the gait is too bad to have a value, as after a fall
 
     @property
     def reached(self) -> str:
         """Goal, must, missed, or not measured."""
         if self.value is None:
-            return "missed" if self.fell else "not measured"
+            return "missed" if self.failed else "not measured"
         return self.bar.reached(self.value)
 
 
