@@ -17,6 +17,7 @@ from warpmuscle.learning.imitation import (
     SPEEDS,
     Gait,
     gait_of,
+    seen_time,
     smoothed_over_cycle,
     with_norm,
     with_step_width,
@@ -46,9 +47,13 @@ def walker() -> Rollout:
     return rollout
 
 
+def gait_in(walker: Rollout, imitation: Imitation, body: BodySymmetry | None = None) -> Gait:
+    return gait_of(walker.recording().window(0.0, seen_time(imitation)), walker, imitation, body)
+
+
 @pytest.fixture(scope="module")
 def gait(walker: Rollout) -> Gait:
-    return gait_of(walker, Imitation(settle=1.0))
+    return gait_in(walker, Imitation(settle=1.0))
 
 
 def test_the_clock_says_when_feet_touch_down(walker: Rollout, gait: Gait):
@@ -70,7 +75,7 @@ def test_the_gait_is_where_its_recording_is(walker: Rollout, gait: Gait):
 
 def test_both_sides_of_an_even_gait_are_each_others_images(walker: Rollout):
     body = BodySymmetry(walker)
-    even = gait_of(walker, Imitation(settle=1.0), body)
+    even = gait_in(walker, Imitation(settle=1.0), body)
     later = np.roll(even.coordinate, BINS // 2, axis=0)
     names = walker.coordinate_names
     for name, (other, sign) in body.coordinates.items():
@@ -81,7 +86,7 @@ def test_both_sides_of_an_even_gait_are_each_others_images(walker: Rollout):
 
 @pytest.mark.parametrize("norm", WALKING)
 def test_hips_knees_and_ankles_bend_as_a_norm_says(walker: Rollout, norm):
-    gait = gait_of(walker, Imitation(norm=norm.source, settle=1.0))
+    gait = gait_in(walker, Imitation(norm=norm.source, settle=1.0))
     percent = PERCENT_OF_BIN - 0.5
     names = walker.coordinate_names
     knee, ankle, hip = (gait.coordinate[:, names.index(name)] for name in ("lKnee", "lAnkle.0", "lHip.qx"))
@@ -196,7 +201,7 @@ def test_a_norm_moves_with_the_speed_as_its_judge_has_it(walker: Rollout, gait: 
 
 
 def test_ankles_that_carry_are_as_far_apart_as_is_asked(walker: Rollout):
-    even = gait_of(walker, Imitation(settle=1.0), BodySymmetry(walker))
+    even = gait_in(walker, Imitation(settle=1.0), BodySymmetry(walker))
     narrow = with_step_width(even, 0.08, walker).coordinate.copy()
     narrow[:, :7] = [0.0, 5.0, 0.0, 0.0, 0.0, 0.0, 1.0]  # upright, in the air
     shown = Rollout(SCENE, BINS, "cpu", record=range(BINS), threads=1)

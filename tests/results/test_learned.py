@@ -10,7 +10,7 @@ from small_policy import learning_curve, small_policy
 from warpmuscle.core.errors import ResultError
 from warpmuscle.results.learned import CURVE, ClippedNoise, Learned
 from warpmuscle.results.records import Result, parameter_table
-from warpmuscle.results.result import read, write
+from warpmuscle.results.result import read, read_learned, write
 
 
 def a_result() -> Result:
@@ -121,10 +121,23 @@ def test_a_damaged_policy_is_refused_in_one_line(name, file):
     damage, message = DAMAGES[name]
     with h5py.File(file, "r+") as content:
         damage(content)
+    with pytest.raises(ResultError, match=message):
+        read_learned(file)
     with pytest.raises(ResultError, match=message) as caught:
         read(file)
     assert "\n" not in str(caught.value)
     assert str(file) in str(caught.value)
+
+
+def test_what_was_learnt_is_read_without_the_motions_beside_it(file, tmp_path):
+    with h5py.File(file, "r+") as content:
+        content["replay/0/time"] = b"no numbers"
+    found = read_learned(file)
+    np.testing.assert_array_equal(found.policy.mean, a_result().learned.policy.mean)
+    with pytest.raises(ResultError, match="damaged"):
+        read(file)
+    write(tmp_path / "none.h5", replace(a_result(), learned=None))
+    assert read_learned(tmp_path / "none.h5") is None
 
 
 def test_what_is_not_finite_is_not_written(tmp_path):

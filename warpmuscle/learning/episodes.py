@@ -20,10 +20,10 @@ from warpmuscle.kernels import episodes as kernels
 from warpmuscle.kernels import senses as sense_kernels
 from warpmuscle.kernels import structs
 from warpmuscle.learning.actions import Actions
-from warpmuscle.learning.imitation import Gait, gait_of
+from warpmuscle.learning.imitation import Gait, gait_of, seen_time
 from warpmuscle.learning.rewards import Judge
 from warpmuscle.learning.senses import About, Senses, head_of
-from warpmuscle.learning.starts import RowTable, first_states, gait_states, make_room_to_feel, start_table
+from warpmuscle.learning.starts import OwnGait, RowTable, first_states, make_room_to_feel, own_gait, start_table
 from warpmuscle.learning.symmetry import BodySymmetry, Images, observed_image
 from warpmuscle.learning.variants import Variants
 from warpmuscle.scene import Scene
@@ -112,8 +112,9 @@ class EpisodeBatch:
         self._stepper.load()
         self.command_names = self.task.command_names
         body = BodySymmetry(rollout) if self.task.symmetric else None
-        if gait is None and self.task.imitation is not None:
-            gait = gait_of(rollout, self.task.imitation, body)
+        own = self._own_gait(gait is None)
+        if gait is None and self.task.imitation is not None and own.recording is not None:
+            gait = gait_of(own.recording, rollout, self.task.imitation, body)
         self.gait = gait
         self.judge = Judge(self.task, rollout, self.actions, gait, self._variants.model, self.dt, self.longest)
         around = self._surroundings()
@@ -123,12 +124,9 @@ class EpisodeBatch:
         self.images = None if body is None else self._images(about, body)
         self.final_observation = wp.zeros_like(self.senses.observation)
         states, times = first_states(rollout, self._stepper), [0.0]
-        variation = self.task.variation
-        if variation.start_states:
-            found = gait_states(rollout, variation.start_states, variation.start_after, self.decision_steps)
-            if found[0]:
-                again = len(found[0]) // FROM_THE_FIRST
-                states, times = found[0] + states * again, found[1] + times * again
+        if own.states:
+            again = len(own.states) // FROM_THE_FIRST
+            states, times = own.states + states * again, own.times + times * again
         self._starts = start_table(self._stepper, states)
         self.episodes = self._episodes(instances)
         self._rules = self._episode_rules(np.array(times), gait)
@@ -244,6 +242,13 @@ class EpisodeBatch:
     def observe_again(self) -> None:
         """Show what is observed, after arrays of the state were changed from outside."""
         self._observe(self.senses.observation)
+
+    def _own_gait(self, recorded: bool) -> OwnGait:
+        """The gait of the scene's own controller, as far as the task needs it, recorded to be imitated if asked for."""
+        variation, seen = self.task.variation, seen_time(self.task.imitation) if recorded else 0.0
+        if not (variation.start_states or seen):
+            return OwnGait([], [], None)
+        return own_gait(self.rollout, variation.start_states, variation.start_after, self.decision_steps, seen)
 
     def _begin(self) -> None:
         """Begin an episode where the mask says so."""

@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
 
-import msgspec
 import numpy as np
 import warp as wp
 
@@ -22,6 +21,7 @@ from warpmuscle.gait.foot_contact import SIDES, touch_downs
 from warpmuscle.gait.likeness import dimensionless_speed, leg_length, trend
 from warpmuscle.kernels import rewards as kernels
 from warpmuscle.learning.symmetry import BodySymmetry
+from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
 from warpmuscle.scene.anatomy import joint_place, leg_joints
 from warpmuscle.scene.joints import joint_type
@@ -63,17 +63,21 @@ class Gait:
         return np.asarray((inside + (before + after) / mean) % 1.0)
 
 
-def gait_of(rollout: Rollout, imitation: Imitation, body: BodySymmetry | None = None) -> Gait:
-    """The gait that a task imitates, which its controller makes; both sides are alike where the body is symmetric.
+def seen_time(imitation: Imitation | None) -> float:
+    """How much of the gait of the scene's controller a task that imitates it looks at, s; 0 if it does not."""
+    return 0.0 if imitation is None else imitation.settle + SEEN
+
+
+def gait_of(recording: Recording, rollout: Rollout, imitation: Imitation, body: BodySymmetry | None = None) -> Gait:
+    """The gait that a task imitates; both sides are alike where the body is symmetric.
+
+    Args:
+        recording: of the gait that the scene's own controller makes, see `starts.own_gait`.
 
     Raises:
         SceneError: it has no two whole cycles.
     """
-    scene = msgspec.structs.replace(rollout.scene, duration=imitation.settle + SEEN)
-    donor = Rollout(scene, 1, str(rollout.device), record=[0])
-    donor.run()
-    recording, numeric = donor.recording(), donor.numeric
-    weight = body_weight(numeric)
+    weight = body_weight(rollout.numeric)
     left, right = (touch_downs(recording, side, weight) for side in SIDES)
     steady = left[left >= imitation.settle]
     if len(steady) < 3 or len(right) < 1:

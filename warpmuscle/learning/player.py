@@ -19,7 +19,7 @@ from warpmuscle.learning.imitation import Gait
 from warpmuscle.learning.policy import DevicePolicy
 from warpmuscle.results.learned import Learned, PolicyTable
 from warpmuscle.results.recording import Recording
-from warpmuscle.results.result import read
+from warpmuscle.results.result import read_learned
 from warpmuscle.scene.controller import Command
 from warpmuscle.scene.learning import Task, Variation
 from warpmuscle.simulation.perturbations import Perturbations
@@ -117,7 +117,7 @@ def task_of(learned: Learned) -> Task:
 
 def learned_in(path: str | Path) -> Learned:
     """The policy of a result file; raises ResultError if it cannot be read, or holds none."""
-    learned = read(path).learned
+    learned = read_learned(path)
     if learned is None:
         raise ResultError(f"{path}: holds no policy; `warpmuscle learn` makes one")
     return learned

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, NamedTuple
 
+import msgspec
 import numpy as np
 import warp as wp
 from numpy.typing import NDArray
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 from warpmuscle.core.arrays import arrays_of
 from warpmuscle.kernels import structs
 from warpmuscle.kernels.episodes import RestoredArray, restore_rows
+from warpmuscle.results.recording import Recording
 from warpmuscle.scene.joints import root_type
 from warpmuscle.simulation.extensions import words
 from warpmuscle.simulation.rollout import Rollout
@@ -57,7 +59,7 @@ class RowTable:
 
 
 def start_table(stepper: Stepper, states: list[dict[str, Rows]]) -> RowTable:
-    """The starts of a batch: what `first_states` and `gait_states` give."""
+    """The starts of a batch: what `first_states` and `own_gait` give."""
     arrays, device = dict(state_arrays(stepper)), stepper.state.step.device
     sources = []
     for name, array in arrays.items():
@@ -79,32 +81,45 @@ def first_states(rollout: Rollout, stepper: Stepper, count: int = 1) -> list[dic
     ]
 
 
-def gait_states(rollout: Rollout, count: int, after: float, every: int) -> tuple[list[dict[str, Rows]], list[float]]:
-    """States of the gait that the scene's own controller makes, evenly over its time, and when, s.
+class OwnGait(NamedTuple):
+    """The gait that a scene's own controller makes."""
 
-    There are none after it has failed.
+    states: list[dict[str, Rows]]  # words of every array, none after it has failed
+    times: list[float]  # s, of the states
+    recording: Recording | None  # None where nothing was recorded
+
+
+def own_gait(rollout: Rollout, count: int, after: float, every: int, recorded: float = 0.0) -> OwnGait:
+    """Run the scene's own controller once, for states evenly over the scene's time, and for a motion.
 
     Args:
-        count: how many at most. after: s, when the first is taken. every: so many steps between two, at least.
+        count: how many states at most. after: s, when the first is taken. every: so many steps between two, at least.
+        recorded: s, of the motion.
     """
-    donor = Rollout(rollout.scene, 1, str(rollout.device))
+    scene = rollout.scene
+    lasting = msgspec.structs.replace(scene, duration=max(recorded, scene.duration if count else 0.0))
+    donor = Rollout(lasting, 1, str(rollout.device), record=[0] if recorded else ())
     make_room_to_feel(donor)
-    stepper = donor.stepper(lambda config: sensing(unrecorded(config)), {})
-    first = round(after / rollout.scene.time_step)
-    gap = max((donor.steps - first) // max(count, 1), every, 1)
+    stepper = donor.stepper(sensing if recorded else lambda config: sensing(unrecorded(config)), {})
+    first = round(after / scene.time_step)
+    gap = max((rollout.steps - first) // max(count, 1), every, 1)
     start = _rows(stepper)[0]
     states: list[dict[str, Rows]] = []
     times: list[float] = []
     step = max(first, 1)
     stepper.launch(step)
-    while len(states) < count and not donor.status()[0]:
+    while len(states) < count and step <= rollout.steps and not donor.status()[0]:
         state = _rows(stepper)[0]
         _put_back(state, start, donor)
         states.append({name: values for name, values in state.items() if name not in SUMS})
-        times.append(step * rollout.scene.time_step)
+        times.append(step * scene.time_step)
         stepper.launch(gap)
         step += gap
-    return states, times
+    if not recorded:
+        return OwnGait(states, times, None)
+    if step < donor.steps and not donor.status()[0]:
+        stepper.launch(donor.steps - step)
+    return OwnGait(states, times, donor.recording().window(0.0, recorded))
 
 
 def make_room_to_feel(rollout: Rollout) -> None:

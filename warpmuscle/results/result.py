@@ -50,7 +50,7 @@ from warpmuscle.core.files import replace_file
 from warpmuscle.core.machine import MACHINE
 from warpmuscle.results.checks import check_column, check_result
 from warpmuscle.results.layout import FORMAT, FORMAT_VERSION, HISTORY, put
-from warpmuscle.results.learned import load_learned
+from warpmuscle.results.learned import Learned, check_learned, load_learned
 from warpmuscle.results.recording import NAMED, QUANTITIES, Recording
 from warpmuscle.results.records import (
     COLUMNS,
@@ -116,6 +116,20 @@ def glance(path: str | Path) -> tuple[str, Floats, Integers, Integers]:
         for name, column in zip(("cost", "generation", "stage"), columns, strict=True):
             check_column(name, column, count)
         return str(hdf5.attribute(file["searches"], "ended")), columns[0], columns[1], columns[2]
+
+
+def read_learned(path: str | Path) -> Learned | None:
+    """The policy of a result file and how it was learnt, None if it holds none; no motion is read.
+
+    Raises:
+        ResultError: as `read`.
+    """
+    with opened(as_path(path, "path", error=ResultError)) as file:
+        if "policy" not in file:
+            return None
+        learned = load_learned(file)
+        check_learned(learned)
+        return learned
 
 
 def _image(result: Result) -> bytes:

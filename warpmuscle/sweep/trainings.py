@@ -24,7 +24,7 @@ from warpmuscle.core.files import replace_file
 from warpmuscle.learning.options import options_of
 from warpmuscle.optimization.search_loop import INTERRUPTED
 from warpmuscle.results.learned import Learned
-from warpmuscle.results.result import read
+from warpmuscle.results.result import read_learned
 from warpmuscle.results.training_file import training_path
 from warpmuscle.sweep.folder import Folder, Manifest, RunEntry, RunState
 from warpmuscle.sweep.gather import put_axes, put_column, put_runs
@@ -90,7 +90,7 @@ def _train(run: Run, path: Path, device: str | None, threads: int | None, comman
 def _learned(path: Path) -> Learned | None:
     """What a run has learnt; None if it has not begun, or its file cannot be read."""
     try:
-        return read(path).learned if path.exists() else None
+        return read_learned(path) if path.exists() else None
     except ResultError:
         return None
 
