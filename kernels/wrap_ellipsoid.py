@@ -17,6 +17,7 @@ FAN_COSINE, AXIAL_COSINE = 0.7073, 0.9  # of the greatest angle to an axis, betw
 FADED = 0.3  # share of the chord near its ends where the axial method counts less
 FAN_SAMPLES = 24
 NEWTON_STEPS = 10
+SETTLED = 1.0e-6  # share of the unit sphere's squared radius by which a place may miss it
 TOUCHING = 1.0e-4  # squared distance from the middle of the unit sphere that still counts as outside it
 SMALLEST = 1.0e-12
 NEARLY_ROUND = 6.0  # rad; an arc as long as that is one that has just begun the other way round
@@ -48,7 +49,9 @@ def nearest_on_ellipsoid(p: wp.vec3, r: wp.vec3, across: int) -> wp.vec3:
                 x = size[k] * place[k] * away
                 value += x * x
                 slope += 2.0 * x * x * away
-        t += wp.max(value, 0.0) / wp.max(slope, SMALLEST)
+        if value <= SETTLED:
+            break
+        t += value / wp.max(slope, SMALLEST)
     found = wp.vec3(0.0)
     for k in range(3):
         if k != across:
