@@ -122,7 +122,7 @@ def air_drag(instance: int, body: int, model: ModelRef, state: StateRef, work: S
 
 FORCES = {
     "bilinear_spring": Force(effort=bilinear_spring, parameters=BilinearSpring),
-    "coordinate_limit": Force(effort=coordinate_limit, parameters=CoordinateLimit),
+    "coordinate_limit": Force(effort=coordinate_limit, parameters=CoordinateLimit, positive=("transition",)),
     "coordinate_spring": Force(effort=coordinate_spring, parameters=CoordinateSpring),
     "bushing": Force(pair=bushing, parameters=Bushing),
     "air_drag": Force(wrench=air_drag, parameters=AirDrag),

@@ -38,6 +38,7 @@ class Force(NamedTuple):
     pair: Any = None  # (instance, body, other, second, model, state, work, parameters) -> Wrench on body
     parameters: Any = None
     state: int = 0
+    positive: tuple[str, ...] = ()  # parameters that are divided by
 
     @property
     def extension(self) -> Any:

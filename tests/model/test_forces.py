@@ -53,6 +53,7 @@ def lift(instance: int, body: int, model: ModelRef, state: StateRef, work: Scrat
 both = Force(effort=clutched, wrench=lift)
 '''
 STEP, STEPS, GRAVITY = 0.0005, 1000, 9.8
+NO_LIMIT = dict.fromkeys(devices.CoordinateLimit.vars, 0.0)
 ANKLE = {"rest_angle": 0.3, "stiffness_above": 40.0, "stiffness_below": 0.0, "damping": 0.0}
 
 
@@ -228,6 +229,10 @@ def test_an_exoskeleton_adds_to_what_muscles_do_at_its_joint():
         (Force("bilinear_spring", joint="elbow"), "parameters: there is no value of 'rest_angle', 'stiffness_above'"),
         (Force("bilinear_spring", body="tip", parameters=ANKLE), "force.body: 'bilinear_spring' acts on a joint"),
         (Force("air_drag", joint="elbow"), "forces.force.joint: 'air_drag' acts on a body: name it"),
+        (
+            Force("coordinate_limit", joint="elbow", parameters=dict.fromkeys(devices.CoordinateLimit.vars, 0.0)),
+            "transition: must be greater",
+        ),
         (Force("air_drag"), "name either a joint or a body"),
         (Force("air_drag", body="tap"), "forces.force.body: no body is called 'tap'; did you mean 'tip'"),
         (Force("bilinear_spring", joint="elbo"), "forces.force.joint: no joint is called 'elbo'"),

@@ -10,7 +10,7 @@ import pytest
 import osim_models as small
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.pose import about, rotate
-from warpmuscle.formats import load, save
+from warpmuscle.formats import Ignored, load, save
 from warpmuscle.formats.osim.frames import turned
 from warpmuscle.formats.osim.placement import WORLD
 from warpmuscle.scene import JointState, Scene
@@ -230,6 +230,14 @@ def test_inertia_keeps_its_axes(tmp_path: Path):
                 rotation1=("q", "0 0 1", small.LINE), rotation2=("r", "0 1 0", small.LINE),
                 rotation3=("q", "1 0 0", small.LINE))), "coordinate 'q' moves it before and after another one does",
         ),
+        (
+            small.joint("CustomJoint", "p", "ground", "a", small.coordinate("q"),
+                small.axes(rotation1=("bend", "0 0 1", small.LINE))), "'bend' is none of the joint's: q",
+        ),
+        (
+            small.joint("PlanarJoint", "p", "ground", "a", small.coordinate("q")),
+            "has 1 coordinates, a joint of its class 3; name all of them, or none",
+        ),
     ],
 )  # fmt: skip
 def test_a_skeleton_that_cannot_be_represented_is_refused_with_its_line(tmp_path: Path, joints: str, message: str):
@@ -239,6 +247,23 @@ def test_a_skeleton_that_cannot_be_represented_is_refused_with_its_line(tmp_path
     assert message in caught.value.message
     assert caught.value.file == path
     assert caught.value.line > 6
+
+
+@pytest.mark.parametrize(
+    ("coordinate", "function", "reason"),
+    [
+        (small.coordinate("q"), small.spline("SimmSpline", "0.1", "0.2"), "no axis turns or moves with it"),
+        (small.coordinate("q").replace("-2 2", "2 -2"), small.LINE, "range runs down from 2 to -2"),
+        (small.coordinate("q", "<default_value>7</default_value>"), small.LINE, "starts at 7, outside of its range"),
+    ],
+)
+def test_odd_coordinates_are_told_with_their_line(tmp_path: Path, coordinate: str, function: str, reason: str):
+    joint = small.joint("CustomJoint", "j", "ground", "rod", coordinate, small.axes(rotation1=("q", "0 0 1", function)))
+    ignored: list[Ignored] = []
+    load(small.written(tmp_path, small.model(small.body("rod"), joint)), ignored=ignored)
+    (note,) = [note for note in ignored if note.text == "Coordinate q"]
+    assert reason in note.reason
+    assert note.line == 9
 
 
 def test_joints_may_lead_from_the_child_to_the_parent(tmp_path: Path):

@@ -149,6 +149,7 @@ def test_actuators_limits_springs_and_contact_go_where_they_belong(leg: Scene):
         ("<quadrant>+x", "<quadrant>+w", "surface 'roll': there is no quadrant '+w'"),
         ("floor heel", "floor toe", "HuntCrossleyForce 'sole': there is no shape 'toe'"),
         ("0 -9.80665 0", "0 0 -9.8", "gravity must point along -y"),
+        ("<transition>5", "<transition>0", "CoordinateLimitForce 'stop': <transition> must be greater than 0"),
     ],
 )  # fmt: skip
 def test_names_that_lead_nowhere_are_refused_with_their_line(tmp_path: Path, old: str, new: str, message: str):

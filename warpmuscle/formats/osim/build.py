@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -17,13 +17,14 @@ from warpmuscle.formats.osim.build_skeleton import Skeleton, build_skeleton
 from warpmuscle.formats.osim.frames import GROUND, on_body, refused
 from warpmuscle.formats.osim.moves import Coordinates
 from warpmuscle.formats.osim.read import read
-from warpmuscle.formats.osim.records import Model
+from warpmuscle.formats.osim.records import Coordinate, Model
 from warpmuscle.formats.osim.tree import Branch, branches, joined, root_kind
 from warpmuscle.scene import Actuation, Character, Failure, Marker, Motion, Scene
 from warpmuscle.scene.validation.paths import is_route, usual_drive
 from warpmuscle.scene.validation.scene import check_scene
 
 KNOTS = 201  # of a prescribed motion
+OUTSIDE = 1.0e-3  # rad or m, by which a coordinate may start outside of its range without a word
 
 
 def load_model(path: Path, notes: Notes, ball_joints: bool = False, hard_points: bool = False) -> Scene:
@@ -101,7 +102,8 @@ def _root(model: Model, tree: list[Branch], coordinates: Coordinates) -> str:
 def _gravity(model: Model, scene: Scene) -> None:
     x, y, z = model.gravity
     if x != 0.0 or z != 0.0 or y > 0.0:
-        raise refused(model, model.line, f"gravity must point along -y, not along {x:g} {y:g} {z:g}")
+        message = f"gravity must point along -y, not along {x:g} {y:g} {z:g}; turn the model so that y is up"
+        raise refused(model, model.gravity_line, message)
     scene.gravity = -y
 
 
@@ -124,6 +126,17 @@ def _settle_drives(scene: Scene) -> None:
             continue
         if usual_drive(name, scene.character) == "torque":
             scene.actuation[name] = Actuation("passive")
+
+
+def _odd(coordinate: Coordinate, free: bool, moves: bool) -> Iterator[str]:
+    """What is to be said of a coordinate that moves nothing, has no range, or starts outside of it."""
+    low, high = coordinate.range
+    if free and not moves:
+        yield "no axis turns or moves with it; it is left out"
+    elif low > high:
+        yield f"its range runs down from {low:g} to {high:g}; it has no limits"
+    elif free and coordinate.prescribed is None and not low - OUTSIDE <= coordinate.value <= high + OUTSIDE:
+        yield f"starts at {coordinate.value:g}, outside of its range from {low:g} to {high:g}"
 
 
 def _markers(model: Model, skeleton: Skeleton, notes: Notes) -> None:
@@ -160,6 +173,10 @@ def _tell(model: Model, skeleton: Skeleton, coordinates: Coordinates, notes: Not
         if joint.kind == "BallJoint" and joint.coordinates[0].name in skeleton.character.joints:
             reason = "its coordinates are angles about x, the new y and the new z axis, as in OpenSim's files"
             notes.ignored.append(Ignored(model.file, joint.line, f"BallJoint {joint.name}", reason))
+    moving = {*character.joints, *skeleton.opensim.root_coordinates}
+    for coordinate in coordinates.by_name.values():
+        for reason in _odd(coordinate, coordinates.free(coordinate.name), coordinate.name in moving):
+            notes.ignored.append(Ignored(model.file, coordinate.line, f"Coordinate {coordinate.name}", reason))
     for name, error in coordinates.inexact.items():
         reason = f"a function of a function, taken at 401 places; it is off by {error:.1g} at most"
         notes.ignored.append(Ignored(model.file, coordinates.by_name[name].line, f"Coordinate {name}", reason))

@@ -49,6 +49,10 @@ class ForceBuilder:
         """Note a force, its line and what follows."""
         self._notes.ignored.append(Ignored(self._model.file, force.line, f"{force.kind} {force.name}", reason))
 
+    def place(self, key: str, line: int) -> None:
+        """Remember that a key of the scene was read from a line."""
+        self._notes.places[key] = (self._model.file, line)
+
     def joint(self, force: records.Force) -> str:
         """The joint whose coordinate a force acts on; empty, with a note, if it cannot act on it."""
         name = force.words["coordinate"]
@@ -76,6 +80,9 @@ class ForceBuilder:
             return
         unit = DEGREE if self.turns(name) else 1.0
         n = {key: value[0] for key, value in force.numbers.items()}
+        if not n["transition"] > 0.0:
+            message = f"<transition> must be greater than 0, is {n['transition']:g}"
+            raise refused(self._model, force.line, f"{force.kind} {force.name!r}: {message}")
         values = {
             "low": n["lower_limit"] * unit, "high": n["upper_limit"] * unit,
             "stiffness_below": n["lower_stiffness"] / unit, "stiffness_above": n["upper_stiffness"] / unit,
@@ -191,6 +198,7 @@ def _contact(
         body = scene.character.bodies[name]
         sphere = Sphere(center, shape.radius, material)
         if sphere not in body.shapes:
+            builder.place(f"character.bodies.{name}.shapes.{len(body.shapes)}", shape.line)
             body.shapes = [*body.shapes, sphere]
 
 

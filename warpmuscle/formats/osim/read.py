@@ -33,6 +33,10 @@ REASONS = {
 }
 UNKNOWN = "not known here, and not used"
 NO_FORCE = "forces of this class are not known; it is left out, and pulls on nothing"
+NO_MUSCLE = (
+    "muscles of this class are not known; make it a Millard2012EquilibriumMuscle or a Thelen2003Muscle; "
+    "it is left out, and pulls on nothing"
+)
 SWITCHED_OFF = "switched off in the model, and left out"
 
 
@@ -60,6 +64,7 @@ def read(path: Path, notes: Notes) -> Model:
         element.used = True  # by those that have nothing else to say
     _check_units(top)
     found.gravity = own.vector(top, "gravity", found.gravity)
+    found.gravity_line = gravity.line if (gravity := own.find(top, "gravity")) is not None else top.line
     frames = Frames(found)
     _skeleton(top, found, frames, own)
     _forces(top, found, frames, own, notes)
@@ -143,7 +148,7 @@ def _forces(top: Element, found: Model, frames: Frames, own: Properties, notes: 
         elif element.tag in NUMBERS:
             found.forces += read_force(element, frames, own)
         else:
-            _note(notes, element, NO_FORCE)
+            _note(notes, element, NO_MUSCLE if "Muscle" in element.tag else NO_FORCE)
 
 
 def _note(notes: Notes, element: Element, reason: str) -> None:

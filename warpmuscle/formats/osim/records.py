@@ -201,6 +201,7 @@ class Model:
     version: int
     credits: str = ""
     gravity: Vec3 = (0.0, -9.80665, 0.0)
+    gravity_line: int = 0
     frames: dict[str, Frame] = field(default_factory=dict)  # by path; all parents stand in it, without a circle
     bodies: list[Body] = field(default_factory=list)
     joints: list[Joint] = field(default_factory=list)

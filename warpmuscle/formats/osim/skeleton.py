@@ -73,14 +73,20 @@ def read_joint(element: Element, model: Model, frames: Frames, own: Properties) 
     if element.tag == "CustomJoint":
         rotations, translations = _custom_axes(element, own)
         known = {coordinate.name for coordinate in coordinates}
+        given = ", ".join(known)
         for axis in (*rotations, *translations):
             for name in axis.coordinates:
+                if name not in known and given:
+                    message = f"axis in line {axis.line}: its coordinate {name!r} is none of the joint's: {given}"
+                    element.fail(message)
                 if name not in known:
                     coordinates.append(_made_coordinate(path, name, axis.line))
                     known.add(name)
     else:
         turns, shifts = MOTIONS[element.tag]
         count = len(turns) + len(shifts)
+        if 0 < len(coordinates) < count:
+            element.fail(f"has {len(coordinates)} coordinates, a joint of its class {count}; name all of them, or none")
         for index in range(len(coordinates), count):
             coordinates.append(_made_coordinate(path, f"{element.name}_coord_{index}", element.line))
         if len(coordinates) > count:

@@ -28,10 +28,10 @@ def check_forces(check: Checks) -> None:
         if force.other_body:
             known(force.other_body, character.bodies, "body", f"{key}.other_body")
         if ":" not in force.type:
-            _check_shipped(force, key)
+            _check_shipped(check, force, key)
 
 
-def _check_shipped(force: Force, key: str) -> None:
+def _check_shipped(check: Checks, force: Force, key: str) -> None:
     """There is such a kind of force, it acts on what is named, and it gets its parameters."""
     from warpmuscle.kernels.devices import FORCES  # with Warp, for which no scene without forces has to wait
 
@@ -41,6 +41,10 @@ def _check_shipped(force: Force, key: str) -> None:
     kind = FORCES[force.type]
     check_place(force, "joint" if kind.effort is not None else "body", key, kind.pair is not None)
     check_values(FORCES[force.type].parameters, force.parameters, f"{key}.parameters")
+    for name in kind.positive:
+        least = check.interval(force.parameters[name])[0]
+        if not least > 0.0:
+            raise SceneError(f"must be greater than 0, is {least:g}", key=f"{key}.parameters.{name}")
 
 
 def check_place(force: Force, place: str, key: str, pair: bool = False) -> None:

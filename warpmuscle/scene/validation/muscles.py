@@ -24,6 +24,7 @@ from warpmuscle.scene.wrapping.path import path_length
 from warpmuscle.scene.wrapping.route import route_stops
 
 TENSIONS = (1.0e3, 1.0e8)  # Pa, far beyond those of any muscle: outside, another unit is meant
+LONGEST_PATH = 10.0  # m, far beyond those of any body: above, another unit is meant
 GREATEST_PENNATION = 1.4  # rad; near a right angle a fibre pulls on nothing
 MUSCULAR = {"muscle", "assisted"}
 
@@ -138,7 +139,9 @@ def muscle_warnings(scene: Scene) -> list[SceneError]:
 
 
 def slack_warnings(scene: Scene) -> list[SceneError]:
-    """Muscles whose tendon alone is as long as their path in the initial pose, free parameters at their start values.
+    """Muscles whose tendon alone is as long as their path in the initial pose, or whose path is too long for any body.
+
+    Free parameters are at their start values.
 
     Legacy and ideal muscles have no such bound.
 
@@ -152,11 +155,15 @@ def slack_warnings(scene: Scene) -> list[SceneError]:
         return []
     plain = substitute(scene, start_values(scene))
     lengths = initial_path_lengths(plain)
-    return [
-        SceneError(_no_fibre(muscle, lengths[name]), key=f"character.muscles.{name}.l_slack")
-        for name, muscle in plain.character.muscles.items()
-        if lengths[name] <= plain_number(muscle.l_slack) and not is_cable(muscle)
-    ]
+    found = []
+    for name, muscle in plain.character.muscles.items():
+        key = f"character.muscles.{name}"
+        if lengths[name] > LONGEST_PATH:
+            message = f"its path is {lengths[name]:.3g} m long in the initial pose: are its points in metres?"
+            found.append(SceneError(message, key=key))
+        elif lengths[name] <= plain_number(muscle.l_slack) and not is_cable(muscle):
+            found.append(SceneError(_no_fibre(muscle, lengths[name]), key=f"{key}.l_slack"))
+    return found
 
 
 def initial_path_lengths(scene: Scene) -> dict[str, float]:
