@@ -1,7 +1,7 @@
 """How fast batches of any models step on a device: OpenSim models, scenes, or files, all of it but recording.
 
     python tools/bench_models.py Rajagopal2016.osim gait2392.osim walk56
-    python tools/bench_models.py Rajagopal2016.osim --ball-joints --device cpu --instances 8
+    python tools/bench_models.py Rajagopal2016.osim --ball-joints --merge-welds --device cpu --instances 8
 
 Instances start with different velocities and half-excited muscles, so that they do not all take the same branches; the
 fastest of several runs counts, after one that compiles.
@@ -20,9 +20,9 @@ from warpmuscle.scene import Excitation, Failure, Scene
 from warpmuscle.simulation.rollout import Rollout, find_device
 
 
-def prepared(source: str, seconds: float, step: float, ball_joints: bool) -> Scene:
+def prepared(source: str, seconds: float, step: float, ball_joints: bool, merge_welds: bool = False) -> Scene:
     """The scene, with excitations of its own if nothing controls its muscles, and nothing that ends it early."""
-    options = {"ball_joints": True} if ball_joints and source.endswith(".osim") else {}
+    options = {"ball_joints": ball_joints, "merge_welds": merge_welds} if source.endswith(".osim") else {}
     scene = load(source, ignored=[], **options)
     scene.duration, scene.time_step = seconds, step
     scene.failure = Failure(com_height=0.0, heading=0.0)
@@ -41,12 +41,13 @@ def main(
     step: Annotated[float, typer.Option(help="Time step, s.")] = 0.0005,
     repeats: Annotated[int, typer.Option(help="Runs, of which the fastest counts.")] = 3,
     ball_joints: Annotated[bool, typer.Option("--ball-joints", help="As of `warpmuscle convert`.")] = False,
+    merge_welds: Annotated[bool, typer.Option("--merge-welds", help="The same.")] = False,
 ) -> None:
     """Print million steps a second."""
     warnings.simplefilter("ignore")
     place = find_device(device)
     for source in sources:
-        scene = prepared(source, seconds, step, ball_joints)
+        scene = prepared(source, seconds, step, ball_joints, merge_welds)
         for count in map(int, instances.split(",")):
             for shared in [int(word) for word in lanes.split(",") if word] or [None]:
                 rollout = Rollout(scene, count, place, lanes=shared)

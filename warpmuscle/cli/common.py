@@ -101,6 +101,7 @@ def load_scene(
     ball_joints: bool = False,
     hard_points: bool = False,
     commands: list[str] | None = None,
+    merge_welds: bool = False,
 ) -> Scene:
     """The scene with what `--set` and `--command` change; what its files hold that is not used, on the error stream."""
     from warpmuscle.formats import Ignored, load
@@ -113,8 +114,9 @@ def load_scene(
             if settings:  # then only what they leave of the scene is in doubt
                 warnings.simplefilter("ignore", SceneWarning)
             scene = load(
-                *sources, ignored=ignored, keyword_rule=keyword_rule, ball_joints=ball_joints, hard_points=hard_points
-            )
+                *sources, ignored=ignored, keyword_rule=keyword_rule, ball_joints=ball_joints, hard_points=hard_points,
+                merge_welds=merge_welds,
+            )  # fmt: skip
         if settings:
             scene = with_settings(scene, settings)
             for doubt in doubts_of(scene):

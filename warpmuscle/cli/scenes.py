@@ -154,12 +154,15 @@ def convert(
     hard_points: Annotated[
         bool, typer.Option("--hard-points", help="Conditional points of a .osim come in at once, as OpenSim's.")
     ] = False,
+    merge_welds: Annotated[
+        bool, typer.Option("--merge-welds", help="Bodies of a .osim that are welded to others, or locked, join these.")
+    ] = False,
     trust: Trust = False,
 ) -> None:
     """Write a scene as TOML, as the original program's files, or its character and ground for OpenSim or MuJoCo."""
     from warpmuscle.formats import Ignored, mjcf, save
 
-    scene = load_scene(sources, keyword_rule, ball_joints=ball_joints, hard_points=hard_points)
+    scene = load_scene(sources, keyword_rule, ball_joints=ball_joints, hard_points=hard_points, merge_welds=merge_welds)
     lost: list[Ignored] = []
     if output.suffix == ".xml":
         mjcf.write(scene, output)

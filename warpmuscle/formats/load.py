@@ -35,6 +35,7 @@ def load(
     trust: bool = False,
     ball_joints: bool = False,
     hard_points: bool = False,
+    merge_welds: bool = False,
 ) -> Scene:
     """A checked scene.
 
@@ -50,6 +51,8 @@ def load(
             gimbal lock, and a step fewer bodies; balance control of the original program's kind asks for such hips.
         hard_points: conditional points of a `.osim` come in at once, as OpenSim's, also where a path jumps then. Else
             they come in over a degree or two.
+        merge_welds: bodies of a `.osim` that are welded to others, or whose joints are locked, become part of these. A
+            motion is the same, and a step has fewer bodies; recordings do not name them.
 
     Warns:
         SceneWarning: one for each thing that is probably a mistake, with file, line and key (see `doubts_of`).
@@ -69,6 +72,7 @@ def load(
     as_truth(trust, "trust")
     as_truth(ball_joints, "ball_joints")
     as_truth(hard_points, "hard_points")
+    as_truth(merge_welds, "merge_welds")
     suffixes = [path.suffix.lower() for path in paths]
     if len(paths) == 1 and suffixes[0] not in READ:
         paths, suffixes = [_shipped(str(sources[0]))], [".toml"]
@@ -84,7 +88,7 @@ def load(
             raise SceneError(f"{str(path)!r} cannot be combined with other files; only .rbs, .sbc and .rs can")
     notes = Notes()
     if suffixes == [".osim"]:
-        scene = _model(paths[0], notes, ball_joints, hard_points)
+        scene = _model(paths[0], notes, ball_joints, hard_points, merge_welds)
     else:
         scene = _combine(paths, suffixes, keyword_rule, notes)
     _warn([notes.placed(doubt) for doubt in doubts_of(scene)])
@@ -161,11 +165,11 @@ def _available() -> str:
     return f"shipped scenes: {', '.join(scene_names())}"
 
 
-def _model(path: Path, notes: Notes, ball_joints: bool, hard_points: bool) -> Scene:
+def _model(path: Path, notes: Notes, ball_joints: bool, hard_points: bool, merge_welds: bool) -> Scene:
     """The scene of an OpenSim model."""
     from warpmuscle.formats.osim.build import load_model  # with what no other scene waits for
 
-    return load_model(path, notes, ball_joints, hard_points)
+    return load_model(path, notes, ball_joints, hard_points, merge_welds)
 
 
 def _combine(paths: Sequence[Path], suffixes: Sequence[str], keyword_rule: bool, notes: Notes) -> Scene:

@@ -18,7 +18,7 @@ from warpmuscle.formats.osim.frames import GROUND, on_body, refused
 from warpmuscle.formats.osim.moves import Coordinates
 from warpmuscle.formats.osim.read import read
 from warpmuscle.formats.osim.records import Coordinate, Model
-from warpmuscle.formats.osim.tree import Branch, branches, joined, root_kind
+from warpmuscle.formats.osim.tree import Branch, branches, joined, merge_welds, root_kind
 from warpmuscle.scene import Actuation, Character, Failure, Marker, Motion, Scene
 from warpmuscle.scene.validation.paths import is_route, usual_drive
 from warpmuscle.scene.validation.scene import check_scene
@@ -27,27 +27,32 @@ KNOTS = 201  # of a prescribed motion
 OUTSIDE = 1.0e-3  # rad or m, by which a coordinate may start outside of its range without a word
 
 
-def load_model(path: Path, notes: Notes, ball_joints: bool = False, hard_points: bool = False) -> Scene:
+def load_model(
+    path: Path, notes: Notes, ball_joints: bool = False, hard_points: bool = False, welds_merged: bool = False
+) -> Scene:
     """A checked scene from a model file.
 
     Args:
         notes: gets what is not used, with its line and with what follows from that.
         ball_joints: three hinges through one point become a ball joint, see `balls.py`.
         hard_points: conditional points come in at once, as OpenSim's, also where a path jumps then, see `blends.py`.
+        welds_merged: bodies that are welded to others, or locked, become part of them, see `tree.py`.
 
     Raises:
         SceneError: it cannot be read or represented; with file and line.
     """
     try:
         model = read(path, notes)
-        scene = build(model, notes, ball_joints, hard_points)
+        scene = build(model, notes, ball_joints, hard_points, welds_merged)
         check_scene(scene)
     except SceneError as error:
         raise notes.placed(error) from None
     return scene
 
 
-def build(model: Model, notes: Notes, ball_joints: bool = False, hard_points: bool = False) -> Scene:
+def build(
+    model: Model, notes: Notes, ball_joints: bool = False, hard_points: bool = False, welds_merged: bool = False
+) -> Scene:
     """A scene from records.
 
     Raises:
@@ -60,6 +65,8 @@ def build(model: Model, notes: Notes, ball_joints: bool = False, hard_points: bo
         raise refused(model, model.line, "the model has no bodies")
     coordinates = Coordinates(model)
     tree = branches(model, coordinates)
+    if welds_merged:
+        tree = merge_welds(model, tree)
     skeleton = build_skeleton(model, tree, _root(model, tree, coordinates), coordinates, notes)
     character = skeleton.character
     character.surfaces = build_surfaces(model, skeleton.placement)

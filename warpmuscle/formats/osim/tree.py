@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from warpmuscle.core.array_types import Floats
+from warpmuscle.formats.osim.chain import matrix
 from warpmuscle.formats.osim.frames import GROUND, on_body, refused
 from warpmuscle.formats.osim.functions import IDENTITY
 from warpmuscle.formats.osim.moves import Coordinates, Move, reversed_moves
 from warpmuscle.formats.osim.placement import WORLD
-from warpmuscle.formats.osim.records import Axis, Body, Coordinate, Joint, Model
+from warpmuscle.formats.osim.records import Axis, Body, Coordinate, Frame, Joint, Model
 from warpmuscle.formats.osim.skeleton import MOTIONS
 
 PERPENDICULAR = 1.0e-6
@@ -113,3 +115,49 @@ def root_kind(model: Model, tree: list[Branch], coordinates: Coordinates, needed
         flat = flat and all(abs(abs(axis[0]) - 1.0) < PERPENDICULAR for axis in aside)
         return "planar" if flat and np.linalg.matrix_rank(shifts, PERPENDICULAR) == 2 else "fixed"
     return "fixed"
+
+
+def merge_welds(model: Model, tree: list[Branch]) -> list[Branch]:
+    """The tree without bodies that are welded to others, or locked: the motion is the same, a step has fewer bodies.
+
+    The model gives their frames and masses to the bodies that carry them, and so what points, surfaces, contacts and
+    markers there are on them. What hangs on the ground stays as it is.
+    """
+    kept: dict[str, Branch] = {}  # by the path of their body
+    for branch in tree:
+        near, rotation, place = on_body(model, branch.near)
+        if near == GROUND or any(move.argument for move in branch.moves):
+            kept[branch.body.path] = branch
+            continue
+        for move in branch.moves:
+            if move.turns:
+                rotation = rotation @ matrix(move.axis, move.value)
+            else:
+                place = place + rotation @ np.array(move.axis) * move.value
+        _, turn, point = on_body(model, branch.far)
+        axes = rotation @ turn.T
+        own = model.frames[branch.body.path]
+        model.frames[own.path] = Frame(own.path, own.line, near, axes, place - axes @ point)
+        carrier = kept[near]
+        kept[near] = replace(carrier, body=joined_body(carrier.body, branch.body, axes, place - axes @ point))
+    left = list(kept.values())
+    model.bodies[:] = [branch.body for branch in left]
+    return left
+
+
+def joined_body(body: Body, other: Body, axes: Floats, place: Floats) -> Body:
+    """A body with another one fixed to it, whose axes (3, 3) and origin (3,) are given in the body's."""
+    mass = body.mass + other.mass
+    center = place + axes @ other.center
+    if mass == 0.0:
+        return body
+    middle = (body.mass * body.center + other.mass * center) / mass
+    inertia = body.inertia + axes @ other.inertia @ axes.T
+    for part, at in ((body.mass, body.center), (other.mass, center)):
+        inertia = inertia + part * _about(at - middle)
+    return replace(body, mass=mass, center=middle, inertia=inertia)
+
+
+def _about(r: Floats) -> Floats:
+    """Moments of inertia of a unit mass at r about the origin."""
+    return np.asarray(r @ r * np.eye(3) - np.outer(r, r))
