@@ -11,20 +11,29 @@ import warp as wp
 
 
 @cache
-def known_rows_of(struct: Any, others: tuple[str, ...] = ()) -> Any:
+def known_rows_of(struct: Any, others: tuple[str, ...] = (), pairs: tuple[str, ...] = ()) -> Any:
     """A Warp function (structure) that makes the strides of its arrays known to the compiler.
 
     Args:
         struct: the type of the structure, all of whose arrays have contiguous rows.
         others: but for these, by name, such as "actuation.effort".
+        pairs: arrays of two numbers each, both of which a GPU then fetches at once.
     """
     whole = "auto whole = [](int i) { __builtin_assume(i >= 0); return i; };"
-    snippet = "\n".join([whole, *_lines(struct, "s", {f"s.{name}" for name in others})])
+    lines = [whole, *_lines(struct, "s", {f"s.{name}" for name in others})]
+    if pairs:
+        lines += ["#if defined(__CUDA_ARCH__)", *map(_aligned, pairs), "#endif", ""]
+    snippet = "\n".join(lines)
 
     @wp.func_native(snippet=snippet)
     def know_rows(s: wp.ref[struct]): ...
 
     return know_rows
+
+
+def _aligned(name: str) -> str:
+    """What says that all elements of an array lie at multiples of 8 bytes."""
+    return f"s.{name}.data = (decltype(s.{name}.data))__builtin_assume_aligned(s.{name}.data, 8);"
 
 
 def _lines(struct: Any, path: str, others: set[str]) -> list[str]:

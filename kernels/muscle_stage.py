@@ -72,7 +72,13 @@ class MuscleKind(NamedTuple):
     coordinate_joints: bool = False  # some joints are as in `coordinate_joint.py`
     followers: bool = False  # and some follow others
     paths: PathKind = PathKind()
+    delayed: bool = True  # some muscles hear their excitation late
     shared: int = 0  # torques are shared out, see `sharing.py`: driven joints that a muscle crosses at most
+
+    @property
+    def may_be_at_hand(self) -> bool:
+        """Whether nothing wants to know moment arms later: legacy muscles do, of the step before, and damping."""
+        return self.law != LEGACY and not self.implicit
 
     @property
     def long_paths(self) -> bool:
@@ -109,6 +115,7 @@ def muscle_stage_of(
     at_hand, straight, timed = kind.pulls_at_hand, kind.straight, kind.timed
     coordinate_joints, ordered = kind.coordinate_joints, kind.long_paths
     polynomials = kind.paths.monomials > 0
+    late = kind.delayed
     shared, places = kind.shared > 0, AT_HAND if at_hand else IN_STATE
     arms, share = places.arms, places.get
     sharing_stage = sharing_stage_of(places, kind.shared)
@@ -134,7 +141,9 @@ def muscle_stage_of(
         step = state.step[instance]
         row = at(muscles.row, instance, m)
         a = state.muscles.activation[instance, m]
-        before = heard_before(instance, m, step, row.delay_steps, state.muscles)
+        before = wp.float32(0.0)
+        if wp.static(late):
+            before = heard_before(instance, m, step, row.delay_steps, state.muscles)
         desired = wp.float32(0.0)
         if wp.static(shared):
             own_share = kept(instance, m, model, state)
@@ -172,7 +181,8 @@ def muscle_stage_of(
             c.speed = stretch.speed
             c.force = desired
         else:
-            excitation = delayed(instance, m, step, row.delay_steps, excitation, before, state.muscles)
+            if wp.static(late):
+                excitation = delayed(instance, m, step, row.delay_steps, excitation, before, state.muscles)
             if wp.static(floored):
                 a = wp.max(a, at(muscles.shape, instance, m).minimum_activation)
             if wp.static(law == LEGACY):

@@ -9,7 +9,7 @@ import warp as wp
 
 from warpmuscle.kernels.path import PathState, add_crossings, coordinate_gradient
 from warpmuscle.kernels.scratch import synchronize
-from warpmuscle.kernels.structs import ModelRef, ScratchRef, StateRef, at, whole
+from warpmuscle.kernels.structs import ModelRef, PolynomialTerm, ScratchRef, StateRef, whole
 
 
 @wp.func
@@ -33,14 +33,29 @@ def monomials_stage(instance: int, lane: int, lanes: int, model: ModelRef, state
         synchronize()
 
 
-@wp.func
-def weighted_sum(instance: int, first: int, end: int, model: ModelRef, work: ScratchRef) -> float:
-    """The sum of some terms, in order."""
-    total = wp.float32(0.0)
-    for k in range(whole(first), end):
-        term = at(model.routes.term, instance, k)
-        total += term.coefficient * work.monomial[whole(term.monomial)]
-    return total
+@wp.func_native(
+    snippet="""
+const wp::int32 row = wp::min(instance, terms.shape[0] - 1);
+float total = 0.0f;
+#if defined(__CUDA_ARCH__)
+const float2* own = reinterpret_cast<const float2*>(wp::address(terms, row, 0));
+#pragma unroll 8
+for (int k = first; k < end; ++k) {
+    const float2 term = own[k];
+    total += term.x * monomials.data[__float_as_int(term.y)];
+}
+#else
+for (int k = first; k < end; ++k) {
+    const auto& term = *wp::address(terms, row, k);
+    total += term.coefficient * monomials.data[term.monomial];
+}
+#endif
+return total;
+"""
+)
+def weighted_sum(
+    instance: int, first: int, end: int, terms: wp.array2d[PolynomialTerm], monomials: wp.array[float]
+) -> float: ...  # the sum of some terms, in order, of which a GPU fetches several at once, each whole
 
 
 @wp.func(inline=True)
@@ -51,10 +66,10 @@ def polynomial_stretch(
     routes = model.routes
     span = routes.polynomial[muscle]
     total = PathState()
-    total.moving = weighted_sum(instance, span.first_term, span.end_term, model, work)
+    total.moving = weighted_sum(instance, span.first_term, span.end_term, routes.term, work.monomial)
     for i in range(span.first_variable, span.end_variable):
         own = routes.variable[i]
-        slope = weighted_sum(instance, own.first_term, own.end_term, model, work)
+        slope = weighted_sum(instance, own.first_term, own.end_term, routes.term, work.monomial)
         r = coordinate_gradient(instance, own.joint, own.axis, model, work) * slope
         if own.first == 0:
             r += arm[own.crossing]

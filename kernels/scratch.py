@@ -16,7 +16,7 @@ from warpmuscle.kernels.structs import Scratch
 CAPACITY_STEP = 5  # bodies; the 15 bodies of the SIMBICON biped fill a class exactly
 FIRST, SECOND, CONTROL = 44, 24, 12  # floats a body in the two blocks of `work_at`; of the controller in the second
 SLOT_FLOATS = 18
-COORDINATE = 16  # floats a body, of joints of one coordinate where there are some
+COORDINATE = 9  # floats a body, of joints of one coordinate where there are some
 OTHER_FLOATS = 8
 SHAPES_A_BODY = 4  # that may collide, on average
 PULLS_A_BODY = 4  # crossings of muscles, on average; those of more are kept in the state
@@ -75,18 +75,12 @@ def slots_of(capacity: int) -> int:
     return max(4, capacity // 3)
 
 
-def pulls_room(capacity: int, shared: bool) -> int:
-    """Crossings whose pulls a working set has room for: those of contacts are not needed yet, unless `share` is there.
-
-    Args:
-        shared: whether torques are shared out among the muscles.
-    """
-    if shared:
-        return PULLS_A_BODY * capacity
-    return ((SECOND - CONTROL) * capacity + SLOT_FLOATS * slots_of(capacity)) // 3
+def slots_for(capacity: int, floats: int, least: int) -> int:
+    """Foot slots, at least so many, that make room for so many numbers of muscles: contacts are not needed yet."""
+    return max(least, -(-(floats - (SECOND - CONTROL) * capacity) // SLOT_FLOATS))
 
 
-def work_floats(capacity: int, coordinate_joints: bool = False, monomials: int = 0) -> int:
+def work_floats(capacity: int, coordinate_joints: bool = False, monomials: int = 0, slots: int = 0) -> int:
     """Size of the working set of one instance in floats (4 bytes each): an odd multiple of 8.
 
     So lanes of two instances that read the same thing of the same body find it in different banks of shared memory.
@@ -94,9 +88,11 @@ def work_floats(capacity: int, coordinate_joints: bool = False, monomials: int =
 
     Args:
         coordinate_joints: whether there are joints as in `coordinate_joint.py`.
-        monomials: of paths that are polynomials, which come last.
+        monomials: of paths that are polynomials. slots: of feet, see `slots_for`; 0 for those of the size class, in
+            which there need not be room for monomials, so that they come last.
     """
-    floats = monomials + (FIRST + SECOND) * capacity + SLOT_FLOATS * slots_of(capacity) + OTHER_FLOATS
+    floats = (FIRST + SECOND) * capacity + SLOT_FLOATS * (slots or slots_of(capacity)) + OTHER_FLOATS
+    floats += 0 if slots else monomials
     if coordinate_joints:
         floats += COORDINATE * capacity
         return floats + (4 - floats) % 8
@@ -215,9 +211,9 @@ def coordinate_work_at(memory: wp.array[float], n: int, slots: int) -> Scratch:
     block = (FIRST + SECOND) * n + SLOT_FLOATS * slots + OTHER_FLOATS
     w.coordinate_turning = vectors_at(memory, block, COORDINATE, n)
     w.coordinate_moving = vectors_at(memory, block + 3, COORDINATE, n)
-    w.coordinate_turning_drift = vectors_at(memory, block + 6, COORDINATE, n)
-    w.coordinate_drift = vectors_at(memory, block + 9, COORDINATE, n)
-    w.coordinate_state = vectors_at(memory, block + 12, COORDINATE, n)
+    w.coordinate_drift = vectors_at(memory, block + 6, COORDINATE, n)
+    w.coordinate_turning_drift = vectors_at(memory, 22, FIRST, n)
+    w.coordinate_state = vectors_at(memory, 40, FIRST, n)
     w.turn_rates = matrices_at(memory, 4, FIRST, n)
     w.move_rates = matrices_at(memory, 13, FIRST, n)
     return w
@@ -227,6 +223,12 @@ def coordinate_work_at(memory: wp.array[float], n: int, slots: int) -> Scratch:
 def monomials_at(memory: wp.array[float], count: int) -> wp.array[float]:
     """Where the monomials of paths are, behind all else in some memory."""
     return floats_at(memory, memory.shape[0] - count, 1, count)
+
+
+@wp.func
+def monomials_before_contacts(memory: wp.array[float], n: int, slots: int, count: int) -> wp.array[float]:
+    """The same where feet have as many slots as `slots_for` says: the last in the places of contacts."""
+    return floats_at(memory, (FIRST + SECOND) * n + SLOT_FLOATS * slots - count, 1, count)
 
 
 @cache

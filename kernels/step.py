@@ -17,7 +17,14 @@ from warpmuscle.kernels.hybrid import hybrid_integrate_stage
 from warpmuscle.kernels.joint_stages import SkeletonKind, joint_stages_of
 from warpmuscle.kernels.muscle_stage import MuscleKind, muscle_stage_of
 from warpmuscle.kernels.record import RecordKind, frame_of, recorders_of
-from warpmuscle.kernels.scratch import monomials_at, slots_of, synchronize, work_floats, work_memory
+from warpmuscle.kernels.scratch import (
+    monomials_at,
+    monomials_before_contacts,
+    slots_of,
+    synchronize,
+    work_floats,
+    work_memory,
+)
 from warpmuscle.kernels.structs import (
     LEFT,
     RIGHT,
@@ -38,7 +45,8 @@ from warpmuscle.kernels.structs import (
 from warpmuscle.kernels.term_functions import ObjectiveKind, effort_stage, muscle_functions, objective_stage_of
 
 know_state = known_rows_of(State)
-know_model = known_rows_of(Model, ("actuation.effort", "muscles.knot_value"))  # others give these with any strides
+OTHERS = "actuation.effort", "muscles.knot_value"  # which others give with any strides
+know_model = known_rows_of(Model, OTHERS, pairs=("muscles.curve_table",))
 
 # The stages of a step, in order, as they are timed.
 STAGES = (
@@ -259,6 +267,7 @@ def step_kernel(
     controller: Controller = SIMBICON,
     skeleton: SkeletonKind = SkeletonKind(),  # noqa: B008, immutable
     forces: tuple[Force, ...] = (),
+    slots: int = 0,
     lap: Any = no_lap,
 ) -> Any:
     """The fused kernel of a size class: launch with dim=(running instances, lanes) and this block_dim.
@@ -268,14 +277,15 @@ def step_kernel(
         lanes: threads that share an instance; 1 on the CPU.
         block_dim: threads a block, a multiple of lanes.
         muscles, objective, collisions, motion, recorded, controller, skeleton, forces, lap: see `one_step_of`.
+        slots: of feet that it has room for, see `scratch.slots_for`; 0 for those of the size class.
     """
     across = block_dim > WARP
     one_step = one_step_of(muscles, objective, collisions, motion, recorded, controller, skeleton, forces, lap, across)
     extensions_struct = extensions_of(controller, forces)
     instances_per_block = max(block_dim // lanes, 1)
-    slots = slots_of(capacity)
     monomials = 0 if muscles is None else muscles.paths.monomials
-    floats = work_floats(capacity, bool(skeleton.joints), monomials)
+    floats = work_floats(capacity, bool(skeleton.joints), monomials, slots)
+    roomy, slots = slots > 0, slots or slots_of(capacity)
     memory, block_floats = work_memory(floats, instances_per_block, across), instances_per_block * floats
     work_at = joint_stages_of(skeleton).work_at
     crowded = muscles is not None and muscles.long_paths  # else the compiler does well to compute places ahead
@@ -310,7 +320,9 @@ def step_kernel(
         instance = whole(running[i])
         room = memory(i % instances_per_block, buffer)
         work = work_at(room, capacity, slots)
-        if wp.static(monomials > 0):
+        if wp.static(monomials > 0 and roomy):
+            work.monomial = monomials_before_contacts(room, capacity, slots, monomials)
+        elif wp.static(monomials > 0):
             work.monomial = monomials_at(room, monomials)
         status = int(RUNNING)
         lap(instance, lane, BEGIN, buffer)

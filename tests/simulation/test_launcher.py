@@ -11,6 +11,7 @@ from warpmuscle.core.errors import RolloutError
 from warpmuscle.formats import load
 from warpmuscle.kernels.control import HELD, driven_from_outside
 from warpmuscle.kernels.record import NOTHING, RecordKind
+from warpmuscle.kernels.scratch import CONTROL, SECOND, SLOT_FLOATS
 from warpmuscle.kernels.step import block_registers, blocks_of
 from warpmuscle.kernels.term_functions import ObjectiveKind
 from warpmuscle.model.muscles import muscle_kind
@@ -131,6 +132,10 @@ def test_long_paths_share_blocks_whose_lanes_next_to_one_another_are_of_eight_in
     assert [usual.rows(n) for n in (1, 8, 9)] == [8, 8, 16]
     assert spread_config(usual, 1, 132) is None
     assert usual.resident(132) % (132 * 8) == 0
+    crossings = len(structure.actuation.table.crossings)
+    assert usual.muscles.pulls_at_hand  # which small size classes have no room for
+    assert 3 * crossings <= (SECOND - CONTROL) * usual.capacity + SLOT_FLOATS * usual.slots
+    assert not usual.muscles.delayed
     assert not in_large_blocks(usual._replace(collisions=True))  # which some instances test for while others do not
     assert not in_large_blocks(usual._replace(controller=HELD))
     with pytest.raises(RolloutError, match="lanes must be"):

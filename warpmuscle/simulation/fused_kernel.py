@@ -70,12 +70,13 @@ class KernelConfig(NamedTuple):
     controller: Controller = SIMBICON
     skeleton: SkeletonKind = SkeletonKind()
     forces: tuple[Force, ...] = ()
+    slots: int = 0  # of feet; 0 for those of the size class
 
     @property
     def work_floats(self) -> int:
         """Numbers of the working set of an instance."""
         monomials = 0 if self.muscles is None else self.muscles.paths.monomials
-        return int(work_floats(self.capacity, bool(self.skeleton.joints), monomials))
+        return int(work_floats(self.capacity, bool(self.skeleton.joints), monomials, self.slots))
 
     @property
     def instances_a_block(self) -> int:

@@ -10,8 +10,9 @@ from warpmuscle.core.arguments import as_whole
 from warpmuscle.core.errors import RolloutError
 from warpmuscle.kernels.control import HELD, driven_from_outside
 from warpmuscle.kernels.record import NOTHING, RecordKind
-from warpmuscle.kernels.scratch import capacity_of, pulls_room
+from warpmuscle.kernels.scratch import PULLS_A_BODY, SLOT_FLOATS, capacity_of, slots_for
 from warpmuscle.kernels.step import WARP, blocks_of
+from warpmuscle.model.bodies import foot_slots
 from warpmuscle.model.muscles import compiled_kind
 from warpmuscle.model.structure import Structure
 from warpmuscle.scene import Scene
@@ -95,7 +96,7 @@ def kernel_config(
     if device.is_cpu:
         return config
     if in_large_blocks(config):
-        return large_blocks(config, structure, lanes)
+        return large_blocks(config, structure, lanes, len(foot_slots(scene, structure.names)[1]))
     return config._replace(
         lanes=usual_lanes(lanes, config.work_floats, instances, device.sm_count), block_dim=GPU_BLOCK
     )
@@ -111,8 +112,13 @@ def in_large_blocks(config: KernelConfig) -> bool:
     return config.muscles is not None and config.muscles.long_paths and uniform
 
 
-def large_blocks(config: KernelConfig, structure: Structure, lanes: int | None) -> KernelConfig:
+def large_blocks(config: KernelConfig, structure: Structure, lanes: int | None, slots: int) -> KernelConfig:
     """The configuration in blocks of several warps, with as many instances each as there is shared memory for.
+
+    Pulls of muscles are kept in the working set if as many blocks fit a multiprocessor with them.
+
+    Args:
+        slots: of the character's feet.
 
     Raises:
         RolloutError: an impossible number of lanes, or the character is too large for a GPU.
@@ -120,17 +126,40 @@ def large_blocks(config: KernelConfig, structure: Structure, lanes: int | None) 
     count = MOST_LANES if lanes is None else lanes
     if count & (count - 1):
         raise RolloutError(f"lanes must be one of 1, 2, 4, 8, 16, 32, not {lanes}")
-    bodies, crossings = len(structure.names.bodies), len(structure.actuation.table.crossings)
     assert config.muscles is not None
-    if config.muscles.pulls_at_hand:
-        while pulls_room(bodies, config.muscles.shared > 0) < crossings:
-            bodies += 1
-    config = config._replace(lanes=count, capacity=bodies)  # no size class: such models have kernels of their own
+    may_be_near = config.muscles.may_be_at_hand
+    config = config._replace(lanes=count, capacity=len(structure.names.bodies))  # no size class: each its own kernel
     for together in (SIDE_BY_SIDE, SIDE_BY_SIDE // 2, 1):
         large = config._replace(block_dim=max(count * together, 2 * WARP))
-        if blocks_of(large.block_dim, large.instances_a_block * large.work_floats) > 0:
-            return large
+        far = with_room(large, structure, slots, at_hand=False)
+        near = with_room(large, structure, slots, at_hand=may_be_near)
+        if blocks(near) == blocks(far) > 0:
+            return near
+        if blocks(far) > 0:
+            return far
     raise RolloutError("the character has more bodies than a GPU block has memory for; simulate it on the CPU")
+
+
+def blocks(config: KernelConfig) -> int:
+    """Large blocks of a configuration that fit a multiprocessor."""
+    return int(blocks_of(config.block_dim, config.instances_a_block * config.work_floats))
+
+
+def with_room(config: KernelConfig, structure: Structure, slots: int, at_hand: bool) -> KernelConfig:
+    """The configuration with room for the muscles' pulls in its working set, or without.
+
+    Args:
+        slots: of the character's feet. at_hand: whether pulls are to be in the working set.
+    """
+    muscles, capacity, crossings = config.muscles, config.capacity, len(structure.actuation.table.crossings)
+    assert muscles is not None
+    pulls, monomials = 3 * crossings if at_hand else 0, muscles.paths.monomials
+    if muscles.shared > 0:  # shares come where pulls could go on
+        slots = max(slots, -(-(len(structure.actuation.muscles) + monomials) // SLOT_FLOATS))
+        capacity = max(capacity, -(-pulls // (3 * PULLS_A_BODY)))
+    else:
+        slots = slots_for(capacity, pulls + monomials, slots)
+    return config._replace(capacity=capacity, slots=max(slots, 1), muscles=muscles._replace(pulls_at_hand=at_hand))
 
 
 def usual_lanes(lanes: int | None, floats: int, instances: int, multiprocessors: int) -> int:
