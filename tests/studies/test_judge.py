@@ -16,7 +16,7 @@ from warpmuscle.formats import load
 from warpmuscle.scene import Command
 from warpmuscle.scene.number import Free
 from warpmuscle.studies import judge as judging
-from warpmuscle.studies.judge import POWER
+from warpmuscle.studies.judge import POWER, Walked
 from warpmuscle.studies.verdicts import COST, ECONOMICAL, LOADED, RUN, UPHILL, WALK, Bar, Verdict
 from warpmuscle.studies.walkers import SceneWalker
 
@@ -69,13 +69,13 @@ def test_a_walk_on_torques_is_measured_but_for_its_energy():
 def test_gaits_are_measured_at_every_command_and_falls_are_told():
     told = []
     found = judging.at_conditions(SceneWalker(commanded_walk(), "cpu", 1), tell=told.append)
-    asked = [one for one, _ in found]
+    asked = [one.asked for one in found]
     assert asked[0] == {}
     assert [one["speed"] for one in asked[1:4]] == pytest.approx([0.9, 1.0, 1.1])
     assert [one["slope"] for one in asked[4:6]] == [5.0, -5.0]
     assert [one["load"] for one in asked[6:]] == pytest.approx([0.18 * 70.4, 0.31 * 70.4], rel=0.01)
     assert found[3][1]["cadence"] > found[1][1]["cadence"]
-    assert found[4][1] == {}  # it falls on 5 degrees
+    assert (found[4].measures, found[4].why) == ({}, "falls")
     assert told == ["8 walks of 4 s at other speeds, on slopes, with loads"]
 
 
@@ -85,9 +85,9 @@ def test_slopes_and_loads_that_a_gait_is_not_told_of_are_there_all_the_same():
     assert [one.numbers for one in asked[:3]] == [{}, {"slope": 5.0}, {"slope": -5.0}]
     assert [one.load for one in asked[3:]] == pytest.approx([0.18 * 70.4, 0.31 * 70.4], rel=0.01)
     found = judging.at_conditions(SceneWalker(plain, "cpu", 1))
-    assert [one for one, _ in found] == [one.numbers for one in asked]
+    assert [one.asked for one in found] == [one.numbers for one in asked]
     assert found[0][1]["speed"] == pytest.approx(0.95, abs=0.05)
-    assert found[1][1] == {}  # it falls on 5 degrees
+    assert (found[1].measures, found[1].why) == ({}, "falls")
     assert found[3][1]["speed"] != found[0][1]["speed"]
 
 
@@ -101,7 +101,8 @@ def test_the_most_economical_speed_is_the_minimum_of_a_parabola_or_an_end():
 def test_loads_count_as_far_as_power_is_not_proportional_to_mass():
     level = {COST: 3.0, POWER: 2.0}
     walks = [
-        ({}, level), ({"slope": 5.0}, {COST: 6.2}), ({"load": 12.7}, {POWER: 2.1}), ({"load": 21.8}, {POWER: 1.7}),
+        Walked({}, level), Walked({"slope": 5.0}, {COST: 6.2}), Walked({"load": 12.7}, {POWER: 2.1}),
+        Walked({"load": 21.8}, {POWER: 1.7}),
     ]  # fmt: skip
     found = judging._over_conditions(walks, load("fwalk"))
     assert found[UPHILL].value == pytest.approx(3.2)
@@ -112,9 +113,12 @@ def test_loads_count_as_far_as_power_is_not_proportional_to_mass():
 
 
 def test_falls_are_misses_and_what_cannot_be_asked_for_is_not_measured():
-    walks = [({}, {COST: 3.0, POWER: 2.0}), ({"speed": 0.8}, {}), ({"speed": 1.2}, {COST: 3.1}), ({"load": 12.7}, {})]
+    walks = [
+        Walked({}, {COST: 3.0, POWER: 2.0}), Walked({"speed": 0.8}, {}, "has no whole gait cycle"),
+        Walked({"speed": 1.2}, {COST: 3.1}), Walked({"load": 12.7}, {}, "falls"),
+    ]  # fmt: skip
     found = judging._over_conditions(walks, load("fwalk"))
-    assert found[ECONOMICAL] == (None, "0.8 m/s falls, 1.2 m/s 3.10", True)
+    assert found[ECONOMICAL] == (None, "0.8 m/s has no whole gait cycle, 1.2 m/s 3.10", True)
     assert found[LOADED] == (None, "18 % falls", True)
     assert found[UPHILL] == (None, "takes no such slope", False)
     assert Verdict(WALK[-1], *found[LOADED]).reached == "missed"

@@ -93,7 +93,7 @@ def _numbers(name: str, judgement: Judgement) -> dict[str, Any]:
     verdicts = [
         of_bar(one.bar) | {"value": one.value, "reached": one.reached, "note": one.note} for one in judgement.verdicts
     ]
-    commanded = [{"command": command, "measures": measures} for command, measures in judgement.commanded]
+    commanded = [{"command": one.asked, "measures": one.measures, "why": one.why} for one in judgement.commanded]
     return {
         "scene": name, "running": judgement.running, "end": judgement.end, "verdicts": verdicts,
         "measures": judgement.measures, "commanded": commanded,

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import msgspec
 import numpy as np
@@ -70,6 +71,14 @@ class Asked:
         return {name: value for name, value in vars(self).items() if value is not None}
 
 
+class Walked(NamedTuple):
+    """A walk that was asked for: its measures, or why it has none, as that it falls."""
+
+    asked: dict[str, float]
+    measures: Measures
+    why: str = ""
+
+
 @dataclass(frozen=True)
 class Judgement:
     """All verdicts on a gait.
@@ -77,14 +86,14 @@ class Judgement:
     Attributes:
         running: whether it is judged as a run. end: how the long run ended. measures: all of it; none if it has no
             whole gait cycle.
-        commanded: measures of the walks at other speeds, on slopes and with loads, beside what was asked for.
+        commanded: the walks at other speeds, on slopes and with loads.
     """
 
     verdicts: list[Verdict]
     running: bool
     end: str
     measures: Measures
-    commanded: list[tuple[dict[str, float], Measures]]
+    commanded: list[Walked]
 
 
 def judge(
@@ -118,7 +127,7 @@ def judge(
     tell(f"{RUNS} disturbed runs of {SHORT:g} s")
     found[UPRIGHT.name] = Finding(float(disturbed_upright(walker)))
     found[PUSHED.name] = _pushed(walker, pushes, tell)
-    commanded: list[tuple[dict[str, float], Measures]] = []
+    commanded: list[Walked] = []
     if not running and COST in measures:
         commanded = at_conditions(walker, tell=tell)
         found |= _over_conditions(commanded, scene)
@@ -173,13 +182,10 @@ def energies(recording: Recording, plain: Scene) -> dict[str, float | None]:
     return found
 
 
-def at_conditions(
-    walker: Walker, *, tell: Callable[[str], None] = lambda _: None
-) -> list[tuple[dict[str, float], Measures]]:
-    """Measures of the gait at speeds over the range that it takes, up and down 5 degrees, and with loads.
+def at_conditions(walker: Walker, *, tell: Callable[[str], None] = lambda _: None) -> list[Walked]:
+    """Walks at speeds over the range that a walker takes, up and down 5 degrees, and with loads.
 
-    A slope or a load that it has no command for is there without its being told. Measures are empty where it falls. The
-    first one is of the gait as commanded.
+    A slope or a load that it has no command for is there without its being told. The first one is as it is commanded.
     """
     every = asked_of(walker)
     tell(f"{len(every)} walks of {COMMANDED:g} s at other speeds, on slopes, with loads")
@@ -193,11 +199,13 @@ def at_conditions(
     if "load" not in walker.commands:
         conditions = loaded(level, conditions, np.array([one.load or 0.0 for one in every]))
     walks = walker.walk(COMMANDED, conditions, commands, record=True)
-    found: list[tuple[dict[str, float], Measures]] = []
+    found = []
     for number, (one, recording, lasted) in enumerate(zip(every, walks.recordings, walks.upright, strict=True)):
         told = {name: value for name, value in one.numbers.items() if name in walker.commands}
         scene = under(walker.scene(told), conditions, number)
-        found.append((one.numbers, _measured(recording, scene, "walk")[0] if lasted else {}))
+        measures = _measured(recording, scene, "walk")[0] if lasted else {}
+        why = "" if measures else "has no gait cycle" if lasted else "falls"
+        found.append(Walked(one.numbers, measures, why))
     return found
 
 
@@ -239,56 +247,52 @@ def _of_force(measures: Mapping[str, float | None]) -> dict[str, float | None]:
     return found
 
 
-def _over_conditions(commanded: Sequence[tuple[dict[str, float], Measures]], plain: Scene) -> dict[str, Finding]:
+def _over_conditions(walks: Sequence[Walked], plain: Scene) -> dict[str, Finding]:
     """The most economical speed, what a slope costs, how loads are borne; or why it cannot be told."""
-    level, mass = commanded[0][1], body_mass(plain.character)
-    by_name = {name: [(one[name], found) for one, found in commanded if name in one] for name in vars(Asked())}
-    uphill = [(slope, found) for slope, found in by_name["slope"] if slope == UP]
+    speeds, slopes, loads = ([one for one in walks if name in one.asked] for name in ("speed", "slope", "load"))
+    up = [one for one in slopes if one.asked["slope"] == UP]
     return {
-        ECONOMICAL: _over_speeds(by_name["speed"]),
-        UPHILL: _up_against(level, uphill[0][1]) if uphill else Finding(None, "takes no such slope"),
-        LOADED: _under_loads(level, by_name["load"], mass),
+        ECONOMICAL: _over_speeds(speeds),
+        UPHILL: _up_against(walks[0], up[0]) if up else Finding(None, "takes no such slope"),
+        LOADED: _under_loads(walks[0], loads, body_mass(plain.character)),
     }
 
 
-def _over_speeds(speeds: Sequence[tuple[float, Measures]]) -> Finding:
+def _over_speeds(walks: Sequence[Walked]) -> Finding:
     """The speed, m/s, at which walking costs least."""
-    if not speeds:
+    if not walks:
         return Finding(None, "takes no speed")
-    known = [(speed, cost) for speed, found in speeds if (cost := found.get(COST)) is not None]
-    note = ", ".join(f"{speed:.2g} m/s {_cost_of(found)}" for speed, found in speeds)
-    return Finding(_economical(known), note, failed=any(not found for _, found in speeds))
+    known = [(one.asked["speed"], cost) for one in walks if (cost := one.measures.get(COST)) is not None]
+    note = ", ".join(f"{one.asked['speed']:.2g} m/s {_cost_of(one)}" for one in walks)
+    return Finding(_economical(known), note, failed=any(one.why for one in walks))
 
 
-def _up_against(level: Measures, up: Measures) -> Finding:
+def _up_against(level: Walked, up: Walked) -> Finding:
     """What walking up costs more than walking on the level, J/(kg m)."""
-    one, other = up.get(COST), level.get(COST)
+    one, other = up.measures.get(COST), level.measures.get(COST)
     note = f"{_cost_of(up)} against {_cost_of(level)}"
-    return Finding(None if one is None or other is None else one - other, note, failed=not up or not level)
+    return Finding(None if one is None or other is None else one - other, note, failed=bool(up.why or level.why))
 
 
-def _under_loads(level: Measures, loads: Sequence[tuple[float, Measures]], mass: float) -> Finding:
+def _under_loads(level: Walked, walks: Sequence[Walked], mass: float) -> Finding:
     """How far the walking part of the power is from being proportional to the mass, at worst, %."""
-    if not loads:
+    if not walks:
         return Finding(None, "takes no such load")
-    unloaded, off, words = level.get(POWER), [], []
-    for load, found in loads:
-        power = found.get(POWER)
-        text = "falls" if not found else "no power"
+    unloaded, off, words = level.measures.get(POWER), [], []
+    for one in walks:
+        power, text = one.measures.get(POWER), one.why or "no power"
         if power is not None and unloaded is not None:
             off.append(100.0 * (power / unloaded - 1.0))
             text = f"{off[-1]:+.1f} %"
-        words.append(f"{100.0 * load / mass:.0f} % {text}")
-    worst = max(off, key=abs) if len(off) == len(loads) else None
-    return Finding(worst, ", ".join(words), failed=not all(found for _, found in loads))
+        words.append(f"{100.0 * one.asked['load'] / mass:.0f} % {text}")
+    worst = max(off, key=abs) if len(off) == len(walks) else None
+    return Finding(worst, ", ".join(words), failed=any(one.why for one in walks))
 
 
-def _cost_of(measures: Measures) -> str:
+def _cost_of(walk: Walked) -> str:
     """The cost of transport as a text."""
-    if not measures:
-        return "falls"
-    cost = measures.get(COST)
-    return "stands" if cost is None else f"{cost:.2f}"
+    cost = walk.measures.get(COST)
+    return walk.why or ("stands" if cost is None else f"{cost:.2f}")
 
 
 def _economical(known: Sequence[tuple[float, float]]) -> float | None:
