@@ -14,6 +14,7 @@ from warpmuscle.results.learned import Learned
 from warpmuscle.scene import Command
 from warpmuscle.scene.learning import Task
 from warpmuscle.scene.number import Free
+from warpmuscle.view.live_run import STEERING_INTERVAL
 from warpmuscle.view.policy_run import PolicyRun
 
 TASK = Task(speed=(0.8, 1.6))
@@ -97,7 +98,9 @@ def test_the_ground_inclines_below_the_body_as_the_scene_is_commanded(learned):
         for _ in range(10):
             one.advance(0.02)
     normal = run.rollout.model.contacts.normal.numpy().reshape(3)
-    degrees = 1.0 * (run.time - run.player.batch.dt)  # a tenth of 10 degrees a second, since the first frame
+    steps = int((run.time - run.player.batch.dt) / STEERING_INTERVAL + 1e-6)
+    degrees = 1.0 * steps * STEERING_INTERVAL  # a tenth of 10 degrees a second
+    assert steps >= 1
     assert -normal[2] / normal[1] == pytest.approx(0.0175 * degrees, rel=1e-3)
     assert not np.array_equal(state(run), state(level))
     run.asked["slope"] = 0.0

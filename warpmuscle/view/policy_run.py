@@ -12,7 +12,7 @@ from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.simulation.commands import place_of_root, turned_below
-from warpmuscle.view.live_run import COMMAND_RATE, EPISODE, LONGEST, RATE, LiveRun, parts_that_follow
+from warpmuscle.view.live_run import COMMAND_RATE, EPISODE, LONGEST, RATE, STEERING_INTERVAL, LiveRun, parts_that_follow
 from warpmuscle.view.track import doll_of
 
 
@@ -59,7 +59,7 @@ class PolicyRun(LiveRun):
             self.numeric = self._as_commanded()
             self.player.batch.change_parts(self.numeric, self._following or ())
         self.player.batch.reset(seed=0)
-        self._clock, self._steps = 0.0, 0
+        self._clock, self._steps, self._changed_at = 0.0, 0, 0.0
         self._decide()  # the first frame
 
     @property
@@ -84,17 +84,26 @@ class PolicyRun(LiveRun):
         """The scene in numbers, as its own commands are now."""
         return substitute(self._plain, self._start, {name: self._commanded[name] for name in self._own})
 
-    def _decide(self) -> None:
-        before, self._commanded = self._commanded, self._asked()
+    def _change_scene(self, asked: dict[str, float]) -> None:
+        """Bring the scene's own commands nearer to what is asked for, by as much as is due."""
+        before, most = dict(self._commanded), COMMAND_RATE * (self.time - self._changed_at)
+        self._changed_at = self.time
         for name, one in self._own.items():
-            most = COMMAND_RATE * (one.max - one.min) * self.player.batch.dt
-            self._commanded[name] = before[name] + float(np.clip(self._commanded[name] - before[name], -most, most))
-        if any(self._commanded[name] != before[name] for name in self._own):
-            chosen = self._as_commanded()
-            place = place_of_root(self.rollout.coordinate_names, self.rollout.state.coordinates.numpy())
-            ground = turned_below(self.numeric.ground, chosen.ground, place)
-            self.numeric = msgspec.structs.replace(chosen, ground=ground)
-            self.player.batch.change_parts(self.numeric, self._following or ())
+            step = float(np.clip(asked[name] - before[name], -most * (one.max - one.min), most * (one.max - one.min)))
+            self._commanded[name] = before[name] + step
+        if self._commanded == before:
+            return
+        chosen = self._as_commanded()
+        place = place_of_root(self.rollout.coordinate_names, self.rollout.state.coordinates.numpy())
+        ground = turned_below(self.numeric.ground, chosen.ground, place)
+        self.numeric = msgspec.structs.replace(chosen, ground=ground)
+        self.player.batch.change_parts(self.numeric, self._following or ())
+
+    def _decide(self) -> None:
+        asked = self._asked()
+        self._commanded |= {name: value for name, value in asked.items() if name not in self._own}
+        if self.time - self._changed_at > STEERING_INTERVAL - 1e-9:
+            self._change_scene(asked)
         told = np.array([[self._commanded[name] for name in self.player.batch.command_names]], dtype=np.float32)
         self.player.batch.episodes.command.assign(told)  # a reset has drawn others
         self.player.decide(restart=False)
