@@ -92,7 +92,7 @@ def draw_motions(path: str | Path, follower: Follower, fitted: Fitted) -> None:
             _draw_joints(grid, follower, fitted, course, row, 0.6)
             _draw_signals(panels, follower, fitted, row, 0.6)
         _title_joints(grid, follower, fitted, list(range(len(motions))))
-        _draw_weights(left, follower)
+        _draw_weights(left.subplots(count, 1, sharex=True, sharey=True, squeeze=False)[:, 0], follower)
         good = int(fitted.agreement.good().sum())
         figure.suptitle(f"{len(motions)} motions, {good} with all bars met (grey: recorded, needed, or extracted)")
         save(figure, path)
@@ -113,12 +113,13 @@ def draw_motion(path: str | Path, follower: Follower, fitted: Fitted, course: Co
         grid = upper.subplots(len(arm.driven), 3, sharex=True, squeeze=False)
         _draw_joints(grid, follower, fitted, course, row, 1.3)
         _title_joints(grid, follower, fitted, [row])
-        first, second, third = lower.subfigures(1, 3, width_ratios=[1.5, 1.0, 1.0])
+        first, second, third = lower.subfigures(1, 3, width_ratios=[1.3, 1.3, 0.9])
         values = {"activation (1)": course.activation[row][inside], "force (kN)": course.force[row][inside] / 1000.0}
         for axes, (title, one) in zip(first.subplots(1, 2, sharey=True), values.items(), strict=True):
             _draw_muscles(axes, follower, motions.time[inside], one, title)
-        panels = second.subplots(count, 1, sharex=True, sharey=True, squeeze=False)[:, 0]
-        _draw_signals(panels, follower, fitted, row, 1.2)
+        panels = second.subplots(count, 2, sharex="col", sharey=True, squeeze=False)
+        _draw_weights(panels[:, 0], follower)
+        _draw_signals(panels[:, 1], follower, fitted, row, 1.2)
         _draw_flight(third.subplots(), follower, course.hand[row][inside])
         figure.suptitle(f"{motions.names[row]} (grey: recorded, needed, or extracted)", fontweight="bold")
         save(figure, path)
@@ -167,10 +168,9 @@ def _draw_muscles(axes: Any, follower: Follower, time: Floats, values: Floats, t
     axes.figure.colorbar(image, ax=axes, location="bottom", shrink=0.8)
 
 
-def _draw_weights(figure: Any, follower: Follower) -> None:
-    """Weights of synergies as bars, one panel each."""
+def _draw_weights(panels: Any, follower: Follower) -> None:
+    """Weights of synergies as bars, in one panel each."""
     weights, names = follower.synergies.weights, follower.arm.muscles
-    panels = figure.subplots(weights.shape[1], 1, sharex=True, sharey=True, squeeze=False)[:, 0]
     for k, axes in enumerate(panels):
         axes.bar(range(len(names)), weights[:, k], color=SIMULATED, width=0.7)
         axes.set_title(f"W{k + 1}")
@@ -203,7 +203,7 @@ def _draw_flight(axes: Any, follower: Follower, hand: Floats) -> None:
     axes.plot(hand[:, 0], hand[:, 1], color=RECORDED, linewidth=1.2)
     axes.plot(flight[:, 0], flight[:, 1], color=SIMULATED, linestyle="--", linewidth=1.2)
     axes.plot(*hand[at], marker="o", color=SIMULATED)
-    axes.set_aspect("equal", adjustable="datalim")
+    axes.set_aspect("equal", adjustable="box", anchor="N")
     angle = np.degrees(np.arctan2(velocity[at, 1], velocity[at, 0]))
     axes.set_title(f"let go after {at / RATE:.2f} s at {speed[at]:.1f} m/s, {angle:.0f} deg")
     axes.set_xlabel("forwards (m)")
