@@ -13,7 +13,7 @@ import numpy as np
 
 from warpmuscle.core.errors import Error
 from warpmuscle.formats import load
-from warpmuscle.scene import Scene
+from warpmuscle.scene import Muscle, Scene
 from warpmuscle.scene.parameters import start_values
 from warpmuscle.synergy.factorization import factorize
 from warpmuscle.throw.arm import Arm
@@ -56,6 +56,12 @@ def usual_count(arm: Arm) -> int:
     """
     muscles, joints = len(arm.acting), len(arm.driven)
     return min(USUAL if joints <= PLANAR else 2 * joints + 1, muscles)
+
+
+def _about(muscle: Muscle, other: Muscle) -> Muscle:
+    """A muscle about those angles of its joints that another one moves."""
+    pulleys = [msgspec.structs.replace(p, axis=q.axis) for p, q in zip(muscle.pulleys, other.pulleys, strict=True)]
+    return msgspec.structs.replace(muscle, pulleys=pulleys)
 
 
 @dataclass(frozen=True)
@@ -128,15 +134,14 @@ class Job:
 
     def _strengthened(self, scene: Scene) -> Arm:
         """The arm with the muscles that compute activations, if they are of the same names over the same joints."""
-        groups = load(GROUPS).character.muscles
-        own = scene.character.muscles
+        groups, own = load(GROUPS).character.muscles, scene.character.muscles
         same = own.keys() == groups.keys() and all(
-            [(p.joint, p.axis) for p in own[name].pulleys] == [(p.joint, 0) for p in groups[name].pulleys]
-            for name in own
+            [p.joint for p in own[name].pulleys] == [p.joint for p in groups[name].pulleys] for name in own
         )
         if not same:
             return self.arm
-        character = msgspec.structs.replace(scene.character, muscles=groups)
+        muscles = {name: _about(groups[name], own[name]) for name in own}
+        character = msgspec.structs.replace(scene.character, muscles=muscles)
         return Arm(msgspec.structs.replace(scene, character=character), self.options.prescribed)
 
     def _calibrated(self, recorded: Sequence[Motion], emg: Path, count: int) -> Synergies:
