@@ -1,8 +1,9 @@
 """The muscles of the throwing arm through points, over bones as long as the subject's.
 
 Points are (forwards, up, to the right), m, of a right arm that hangs down with its thumb forwards, from the joint that
-a letter names: `shoulder` on the trunk, `S` the same on the humerus, `E` the elbow on the humerus, `F` on the ulna,
-`R` on the radius from the elbow, `W` on the radius from the wrist, `H` on the hand from the wrist.
+a letter names: `shoulder` on the trunk, `S` the same on the humerus, `G` on what is raised with the humerus but does
+not turn with it about itself, `E` the elbow on the humerus, `F` on the ulna, `R` on the radius from the elbow, `W` on
+the radius from the wrist, `H` on the hand from the wrist.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from warpmuscle.scene.anthropometry import Segment
 from warpmuscle.scene.number import Free
 
 Point = tuple[str, float, float, float]
+HEAD = "humeral_head"  # its centre of mass is at the joint
 STRENGTH = (0.3, 3.0)  # of f_max: factors within which a fit may change it
 SLACK = 0.2  # of l_opt, by which a fit may change l_slack
 
@@ -114,7 +116,8 @@ MUSCLES = {
          ("H", 0.0, -0.045, -0.012), ("H", 0.0, -0.095, -0.012)],
     ),
 }  # fmt: skip
-# Beside those: what turns a humerus about itself and holds it to the side, and a forearm about itself.
+# Beside those: what turns a humerus about itself and holds it to the side, and a forearm about itself. In a body the
+# scapula follows a raised arm, so that infraspinatus keeps its moment arm of rotation; here a point of it does so.
 SPATIAL = {
     "SUPSP": Architecture(
         499.2, 0.0682, 7, 1.0,
@@ -122,7 +125,7 @@ SPATIAL = {
     ),
     "INFSP": Architecture(
         1075.8, 0.0755, 19, 1.0,
-        [("shoulder", -0.064, -0.021, -0.057), ("shoulder", -0.02, -0.035, -0.012), ("S", -0.009, 0.005, 0.0245)],
+        [("shoulder", -0.064, -0.021, -0.057), ("G", -0.022, 0.0, 0.0), ("S", -0.009, 0.005, 0.0245)],
     ),
     "SUBSC": Architecture(
         1306.9, 0.0873, 20, 1.0,
@@ -173,7 +176,7 @@ def planar(parts: dict[str, Segment], shoulder: np.ndarray) -> tuple[dict[str, M
 
 def spatial(parts: dict[str, Segment], shoulder: np.ndarray) -> tuple[dict[str, Muscle], dict[str, Surface]]:
     """The same of the arm in three dimensions, with those that turn humerus and forearm about themselves."""
-    bodies = {"shoulder": "trunk", "S": "upper_arm", "E": "upper_arm", "F": "ulna", "H": "hand"}
+    bodies = {"shoulder": "trunk", "G": HEAD, "S": "upper_arm", "E": "upper_arm", "F": "ulna", "H": "hand"}
 
     def placed(point: Point) -> ViaPoint:
         joint, forwards, up, right = TURNING_TUBEROSITY if point is RADIAL_TUBEROSITY else point
@@ -186,7 +189,7 @@ def spatial(parts: dict[str, Segment], shoulder: np.ndarray) -> tuple[dict[str, 
 
 def _place(body: str, joint: str, offset: np.ndarray, shoulder: np.ndarray, part: Segment | None) -> ViaPoint:
     """A point of a body, at an offset from a joint."""
-    origin = shoulder if part is None else -np.array(part.com)
+    origin = np.zeros(3) if body == HEAD else shoulder if part is None else -np.array(part.com)
     if part is not None and joint in ("E", "W"):
         origin = origin - [0.0, part.length, 0.0]
     return ViaPoint(body, tuple(np.round(origin + offset, 4).tolist()))
