@@ -105,6 +105,8 @@ def running_force(percent: Floats) -> Floats:
 
 COMFORTABLE = 1.25  # m/s, of the key points of walking
 GREATEST_SWING = 2.2  # of the force about the weight, at high speeds
+STANCE = 62.0  # % of the cycle, of people who walk (Perry, Burnfield 2010)
+STEEPNESS = 0.58  # of rise and fall: 0 are smooth steps, 1 quarters of a sine; so that two feet carry the body's weight
 
 
 def walking_force(percent: Floats, speed: float) -> Floats:
@@ -112,12 +114,21 @@ def walking_force(percent: Floats, speed: float) -> Floats:
 
     Peaks and valley are as far from the body's weight as the speed squared says, as is the force that leads a body on
     an arc about the foot that carries it. Measured forces grow about so (Nilsson, Thorstensson 1989, Acta Physiol.
-    Scand. 136:217).
+    Scand. 136:217). Before the first peak and after the second the force is steep where the foot touches, as measured
+    forces are.
     """
     norm = NORMS[FORCE]
     swing = min((speed / COMFORTABLE) ** 2, GREATEST_SWING)
-    points = tuple((at, 1.0 + swing * (value - 1.0) if value > 0.0 else 0.0) for at, value in norm.points)
-    return Norm(points, norm.half_band, norm.unit, periodic=False).mean(percent)
+    (first, rise), valley, (last, fall) = ((at, 1.0 + swing * (value - 1.0)) for at, value in norm.points[1:-1])
+    between = Norm(((first, rise), valley, (last, fall)), norm.half_band, norm.unit, periodic=False).mean(percent)
+    loading, unloading = percent / first, (STANCE - percent) / (STANCE - last)
+    return np.where(percent < first, rise * _edge(loading), np.where(percent > last, fall * _edge(unloading), between))
+
+
+def _edge(part: Floats) -> Floats:
+    """From 0 at 0 to 1, level, at 1; 0 before."""
+    x = np.clip(part, 0.0, 1.0)
+    return np.asarray(STEEPNESS * np.sin(0.5 * np.pi * x) + (1.0 - STEEPNESS) * x * x * (3.0 - 2.0 * x))
 
 
 @dataclass(frozen=True)
