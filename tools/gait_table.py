@@ -112,17 +112,16 @@ def judge(
     except Error as error:
         why = str(error)
     count = upright(scene, runs, noise, min(SECONDS_OF_RUNS, duration), device=device, threads=threads)
-    completed, helped = status == Status.COMPLETED, torques_help(scene)
+    completed, helped = status == Status.COMPLETED, _torques_help(scene)
     end = float(rollout.end_time()[0])
     counted = accounting(scene, recording.muscle_names)
     return Judged(name, status.meaning, completed, end, count, helped, measures, why, counted), recording
 
 
-def torques_help(scene: Scene) -> bool:
+def _torques_help(scene: Scene) -> bool:
     """Whether torques drive a part of a character that has muscles."""
     found = driven(scene, topology(scene.character))
-    drives = {word for drive in found.drives.values() for word in drive}
-    return bool(found.muscles) and bool({"torque", "assisted"} & drives)
+    return bool(found.muscles) and found.torques_help
 
 
 def markdown(gaits: list[Judged], runs: int, noise: float, seconds: float) -> list[str]:

@@ -45,7 +45,10 @@ def test_muscle_over_two_joints_is_kept_if_it_drives_one_of_them(hip, knee, musc
 def test_joint_that_is_not_named_is_driven_by_its_muscles_or_else_by_torque():
     scene = leg()
     del scene.character.muscles["hip"], scene.character.muscles["both"]
-    assert driven(scene, topology(scene.character)).drives == {"hip": ["torque"] * 3, "knee": ["muscle"]}
+    found = driven(scene, topology(scene.character))
+    assert found.drives == {"hip": ["torque"] * 3, "knee": ["muscle"]}
+    assert found.torques_help
+    assert not driven(leg(), topology(leg().character)).torques_help
 
 
 @pytest.mark.parametrize(

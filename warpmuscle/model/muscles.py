@@ -52,6 +52,11 @@ class ActuationMap:
         """Whether the controller's torques act as they are on all joints that are free to move."""
         return all(set(drive) <= {"torque", "kinematic"} for drive in self.drives.values())
 
+    @property
+    def torques_help(self) -> bool:
+        """Whether torques of a motor act on any joint."""
+        return any({"torque", "assisted"} & set(drive) for drive in self.drives.values())
+
 
 def muscle_kind(model: MuscleModel, muscles: Iterable[Muscle] = ()) -> MuscleKind:
     """What a step has compiled in for some muscles of a scene, the moment arms being in the state."""

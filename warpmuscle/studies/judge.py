@@ -18,12 +18,14 @@ from warpmuscle.core.status import Status
 from warpmuscle.gait.cycles import feet_of
 from warpmuscle.gait.muscle_effort import LEAST_SPEED, spent
 from warpmuscle.gait.quality import LEAST_FLIGHT, Measures, gait_measures
+from warpmuscle.model.muscles import driven
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Robustness, Scene
 from warpmuscle.scene.accounting import FORMULAS
 from warpmuscle.scene.controller import Command
 from warpmuscle.scene.masses import body_mass, total_mass
 from warpmuscle.scene.norms import FORCE, NORMS
+from warpmuscle.scene.topology import topology
 from warpmuscle.simulation.perturbations import drawn, none
 from warpmuscle.studies.robustness import IMPULSES, push_trials
 from warpmuscle.studies.verdicts import (
@@ -32,6 +34,7 @@ from warpmuscle.studies.verdicts import (
     ECONOMICAL,
     HUMPS,
     LOADED,
+    OF_ENERGY,
     PUSHED,
     RUN,
     UPHILL,
@@ -128,11 +131,14 @@ def judge(
     found[UPRIGHT.name] = Finding(float(disturbed_upright(walker)))
     found[PUSHED.name] = _pushed(walker, pushes, tell)
     commanded: list[Walked] = []
-    if not running and COST in measures:
+    drives = driven(scene, topology(scene.character))
+    if drives.muscles and drives.torques_help:
+        found |= dict.fromkeys(OF_ENERGY, Finding(None, "torques help to drive it"))
+    elif drives.muscles and measures and not running:
         commanded = at_conditions(walker, tell=tell)
         found |= _over_conditions(commanded, scene)
     without = Finding(None, why, failed=end != Status.COMPLETED)
-    bars = [bar for bar in (RUN if running else WALK) if bar.name in found or not measures]
+    bars = [bar for bar in (RUN if running else WALK) if drives.muscles or bar.name not in OF_ENERGY]
     verdicts = [Verdict(bar, *found.get(bar.name, without)) for bar in bars]
     return Judgement(verdicts, running, end.meaning, measures, commanded)
 

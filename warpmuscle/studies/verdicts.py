@@ -9,6 +9,7 @@ RUNS = 20  # disturbed ones
 HUMPS = "force at peaks and valley"
 COST, COST_WANG = "cost of transport, Bhargava net", "cost of transport, Wang"
 ECONOMICAL, UPHILL, LOADED = "most economical speed", "5 degrees up against level", "loads, farthest from proportional"
+OF_ENERGY = (COST, COST_WANG, "muscle mass", ECONOMICAL, UPHILL, LOADED)  # which only muscles have
 
 
 @dataclass(frozen=True)
