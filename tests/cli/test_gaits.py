@@ -29,7 +29,10 @@ def cells(text: str) -> dict[str, list[str]]:
 
 def test_a_walk_in_a_file_stands_beside_people(tmp_path: Path):
     write(tmp_path / "walk.h5", walk_result())
-    rows = cells(told("gait", tmp_path / "walk.h5"))
+    printed = told("gait", tmp_path / "walk.h5")
+    rate = round(1.0 / walk_result().replays[0].time[1])
+    assert (f"walk has {rate} frames/s" in " ".join(printed.split())) == (rate < 200)
+    rows = cells(printed)
     assert rows["unit"] == ["people", "walk"]
     assert rows["stance"][:2] == ["% of the cycle", "64"]
     assert rows["speed"][0] == "m/s"
@@ -42,6 +45,8 @@ def test_scenes_are_run_and_all_numbers_written(tmp_path: Path):
     numbers = json.loads((tmp_path / "gait.json").read_text())
     walk = numbers["walks"][0]
     assert (walk["name"], numbers["units"]["speed"]) == ("fwalk", "m/s")
+    assert walk["frames_per_second"] == pytest.approx(200.0)
+    assert "frames/s" not in printed
     assert numbers["people"]["stance"]["value"] == "64"
     assert float(cells(printed)["speed"][-1]) == pytest.approx(walk["measures"]["speed"], abs=0.006)
     assert 0.8 < walk["measures"]["speed"] < 1.1

@@ -60,7 +60,7 @@ def gait(
         motion, scene = _walk(source, duration, replay, run, settings, device)
         walks.append(report.measured(name, motion, scene))
     rows = report.table(walks)
-    for line in [*aligned(rows, texts=2), *report.energies(walks)]:
+    for line in [*aligned(rows, texts=2), *report.energies(walks), *report.coarse(walks)]:
         out.print(line, markup=False)
     if output is not None:
         write(output, rows, report.numbers(walks))

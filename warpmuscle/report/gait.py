@@ -24,6 +24,10 @@ class MeasuredWalk:
     measures: Measures
     running: bool
     energy: str  # how its cost is counted; empty where there is none
+    rate: float  # frames/s
+
+
+FINE = 200.0  # frames/s, between which a peak of the force hardly hides
 
 
 def measured(name: str, motion: Recording, scene: Scene) -> MeasuredWalk:
@@ -40,7 +44,8 @@ def measured(name: str, motion: Recording, scene: Scene) -> MeasuredWalk:
     running = gait == "run" if gait else flight > LEAST_FLIGHT
     has_cost = measures.get("cost of transport") is not None
     energy = accounting(scene, motion.muscle_names) if has_cost else ""
-    return MeasuredWalk(name, float(motion.time[-1]), measures, running, energy)
+    rate = 1.0 / float(motion.time[1] - motion.time[0])
+    return MeasuredWalk(name, float(motion.time[-1]), measures, running, energy, rate)
 
 
 def table(walks: Sequence[MeasuredWalk]) -> list[tuple[str, ...]]:
@@ -61,6 +66,16 @@ def energies(walks: Sequence[MeasuredWalk]) -> list[str]:
     ]
 
 
+def coarse(walks: Sequence[MeasuredWalk]) -> list[str]:
+    """What the frames of walks may miss, a line for each that has few of them."""
+    return [
+        f"{walk.name} has {walk.rate:.0f} frames/s: its greatest force may lie between them, and times of contact are "
+        f"{500.0 / walk.rate:.0f} ms off; `warpmuscle judge` takes {FINE:.0f}"
+        for walk in walks
+        if walk.rate < 0.99 * FINE
+    ]
+
+
 def numbers(walks: Sequence[MeasuredWalk]) -> dict[str, Any]:
     """All numbers, with units and where those of people are from."""
     names = dict.fromkeys(name for walk in walks for name in walk.measures)
@@ -70,7 +85,13 @@ def numbers(walks: Sequence[MeasuredWalk]) -> dict[str, Any]:
         "units": {name: unit_of(name) for name in names},
         "people": people,
         "walks": [
-            {"name": walk.name, "duration": walk.duration, "measures": walk.measures, "energy": walk.energy}
+            {
+                "name": walk.name,
+                "duration": walk.duration,
+                "frames_per_second": walk.rate,
+                "measures": walk.measures,
+                "energy": walk.energy,
+            }
             for walk in walks
         ],
     }
