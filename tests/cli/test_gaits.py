@@ -10,7 +10,9 @@ from typer.testing import CliRunner
 from small_result import walk_result
 from warpmuscle.cli import app
 from warpmuscle.core.errors import Error
+from warpmuscle.examples import write as examples
 from warpmuscle.results.result import write
+from warpmuscle.studies import robustness
 
 FALLS = ("--set", "failure.com_height=1.2")  # at once
 
@@ -81,6 +83,16 @@ def test_robustness_tells_pushes_and_slopes(tmp_path: Path):
     told("robustness", "fwalk", *FALLS, *words, "-o", tmp_path / "a.md")
     lines = (tmp_path / "a.md").read_text().splitlines()
     assert lines[2].startswith("| fwalk | falls without a push |  |")
+
+
+def test_a_policy_is_pushed_as_a_scene_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    for name, value in {"PUSHED_FROM": 0.5, "PUSHED_UNTIL": 1.0, "AFTERWARDS": 1.0}.items():
+        monkeypatch.setattr(robustness, name, value)
+    examples("policies", tmp_path)
+    words = ("--pushes", 2, "--impulse", 5, "--impulse", 300, "--slope", 0.5, "--duration", 1)
+    rows = cells(told("robustness", tmp_path / "walk56_like_people.h5", *words))
+    assert rows["walk56_like_people"][2] == "100 0"
+    assert rows["walk56_like_people"][3].endswith("m/s")
 
 
 def test_an_impulse_of_nothing_is_refused():

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from warpmuscle.cli.common import (
+    Commands,
     Device,
     Duration,
     Settings,
@@ -70,7 +71,11 @@ def gait(
 def robustness(
     scenes: Annotated[
         list[str],
-        typer.Argument(metavar="SCENE...", help="Scene names or TOML files.", autocompletion=scene_names_like),
+        typer.Argument(
+            metavar="SCENE...|FILE...",
+            help="Scene names, TOML files, or result files, of searches or of `learn`.",
+            autocompletion=scene_names_like,
+        ),
     ],
     pushes: Annotated[int, typer.Option(min=1, help="Pushes at each impulse.")] = 20,
     impulse: Annotated[
@@ -80,6 +85,7 @@ def robustness(
     slope: Annotated[float, typer.Option(min=-45.0, max=45.0, help="Slope, degrees, up and down.")] = 5.0,
     duration: Annotated[float, typer.Option(min=1.0, help="On a slope, s.")] = 20.0,
     settings: Settings = None,
+    commands: Commands = None,
     device: Device = None,
     threads: Threads = None,
     trust: Trust = False,
@@ -88,7 +94,7 @@ def robustness(
     """Find out what gaits withstand: pushes of 0.1 s from all sides at random times, and slopes up and down.
 
     All pushes of a gait are one batch. Examples: warpmuscle robustness walk56 --pushes 10 --impulse 20 --impulse 40;
-    warpmuscle robustness before.toml after.toml -o robustness.csv
+    warpmuscle robustness before.toml after.toml -o robustness.csv; warpmuscle robustness policy.h5 -c speed=1.4
     """
     from warpmuscle.report import robustness as report
     from warpmuscle.report.tables import aligned, check_output, write
@@ -98,7 +104,7 @@ def robustness(
     start_warp()
     trials = []
     for name, source in zip(_names(scenes), scenes, strict=True):
-        _, walker = walker_of([source], settings=settings, device=device, threads=threads)
+        _, walker = walker_of([source], settings=settings, commands=commands, device=device, threads=threads)
         with log.status(f"pushing {name}, and letting it walk on slopes"):
             trials.append(report.tried(name, walker, impulse or IMPULSES, pushes, seed, slope, duration))
     rows = report.table(trials, slope, duration)
