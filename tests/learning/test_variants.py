@@ -7,11 +7,13 @@ import pytest
 from warpmuscle.core.errors import SceneError
 from warpmuscle.formats import load
 from warpmuscle.learning import EpisodeBatch, Task, Variation
+from warpmuscle.learning.starts import own_gait
 from warpmuscle.learning.variants import drawn, drawn_commands, with_strengths
-from warpmuscle.scene import Command
+from warpmuscle.scene import Command, Scene
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.simulation.perturbations import with_masses
+from warpmuscle.simulation.rollout import Rollout
 
 VARIED = Variation(velocity_noise=0.0, mass=0.2, strength=0.3, slope=0.1, variants=5)
 TASK = Task(variation=VARIED, episode_time=0.05)
@@ -66,13 +68,25 @@ def test_another_episode_has_another_variant_and_its_numbers(batch: EpisodeBatch
         np.testing.assert_allclose(values[:6], (mass * bodies).sum(axis=1)[variant], rtol=1e-6)
 
 
-def test_commands_of_the_scene_are_drawn_in_half_of_the_variants():
+def with_load(asked: float | None = None) -> Scene:
+    """A walker whose first body is heavier by a commanded load, kg."""
     scene = load("reflex_planar")
     name, body = next(iter(scene.character.bodies.items()))
     loaded = msgspec.structs.replace(body, mass=Free(float(body.mass), per={"load": 1.0}))
     character = msgspec.structs.replace(scene.character, bodies={**scene.character.bodies, name: loaded})
-    load_of = Command(0.0, 0.0, 20.0, unit="kg")
-    scene = msgspec.structs.replace(scene, character=character, commands={"load": load_of})
+    command = Command(0.0, 0.0, 20.0, asked, unit="kg")
+    return msgspec.structs.replace(scene, character=character, commands={"load": command})
+
+
+def test_episodes_start_in_the_gait_of_the_scene_whatever_it_is_commanded():
+    plain, loaded = (own_gait(Rollout(with_load(asked), 1, "cpu"), 2, 0.05, 1) for asked in (None, 20.0))
+    assert len(plain.states) == 2
+    for one, other in zip(plain.states, loaded.states, strict=True):
+        np.testing.assert_array_equal(one["coordinates"], other["coordinates"])
+
+
+def test_commands_of_the_scene_are_drawn_in_half_of_the_variants():
+    scene = with_load()
     task = Task(variation=Variation(velocity_noise=0.0, commands=["load"], variants=40), episode_time=0.05)
     batch = EpisodeBatch(scene, 16, "cpu", task, threads=1)
     drawn = drawn_commands(task.variation, scene, 40)["load"]

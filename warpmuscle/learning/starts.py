@@ -92,12 +92,16 @@ class OwnGait(NamedTuple):
 def own_gait(rollout: Rollout, count: int, after: float, every: int, recorded: float = 0.0) -> OwnGait:
     """Run the scene's own controller once, for states evenly over the scene's time, and for a motion.
 
+    Commands of the scene are at their references: a policy may be asked for what the controller cannot do.
+
     Args:
         count: how many states at most. after: s, when the first is taken. every: so many steps between two, at least.
         recorded: s, of the motion.
     """
     scene = rollout.scene
-    lasting = msgspec.structs.replace(scene, duration=max(recorded, scene.duration if count else 0.0))
+    level = {name: msgspec.structs.replace(command, value=None) for name, command in scene.commands.items()}
+    duration = max(recorded, scene.duration if count else 0.0)
+    lasting = msgspec.structs.replace(scene, duration=duration, commands=level)
     donor = Rollout(lasting, 1, str(rollout.device), record=[0] if recorded else ())
     make_room_to_feel(donor)
     stepper = donor.stepper(sensing if recorded else lambda config: sensing(unrecorded(config)), {})
