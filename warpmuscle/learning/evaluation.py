@@ -18,7 +18,7 @@ NEAR = 0.1  # m/s, from the speed that is wanted
 
 @dataclass(frozen=True)
 class Evaluation:
-    """How the first episodes of n instances went, whose actions were the policy's means."""
+    """How the first episodes of n instances went, whose actions were the policy's, without noise."""
 
     instances: int
     duration: float  # s, of a whole episode

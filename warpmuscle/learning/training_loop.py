@@ -15,7 +15,7 @@ from warpmuscle.learning.progress import TrainingProgress
 from warpmuscle.results.learned import CURVE, Learned
 
 SHARE, TRYING = 0.05, 0.25  # of the wall time, that may go into checkpoints, and into trying if the target is met
-HOPE = 0.05  # that a policy does better by the means of its actions
+HOPE = 0.05  # that a policy does better without the noise of its actions
 RECENT = 20  # iterations, whose rate is told
 
 Tell = Callable[[TrainingProgress], None]

@@ -105,7 +105,7 @@ class SceneWalker:
 
 
 class PolicyWalker:
-    """A scene that a learnt policy moves by the means of its actions; what its task draws is left out."""
+    """A scene that a learnt policy moves, without noise; what its task draws is left out."""
 
     def __init__(
         self,
