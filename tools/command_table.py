@@ -4,7 +4,7 @@
 
 A command is met if 95 % of the bodies that get it last their whole time, with a mean speed within 0.1 m/s of the wanted
 one, and face within 15 degrees of the wanted heading at the end. They start from the scene's own initial state, with
-the task's noise.
+the task's noise, and are not pushed unless asked for.
 """
 
 from __future__ import annotations
@@ -21,8 +21,10 @@ SHARE, NEAR, FACING = 0.95, 0.1, 15.0  # of the bodies; m/s; degrees
 SEED = 5
 
 
-def told(policy: Path, scene: str, commands: np.ndarray, each: int, device: str | None) -> list[dict[str, float]]:
-    """How so many bodies of each command (n, 2), m/s and rad/s, do."""
+def told(
+    policy: Path, scene: str, commands: np.ndarray, each: int, push: float, device: str | None
+) -> list[dict[str, float]]:
+    """How so many bodies of each command (n, 2), m/s and rad/s, do, with pushes of up to `push`, N s."""
     from warpmuscle.core.pose import twist_angle
     from warpmuscle.formats import load
     from warpmuscle.kernels.rewards import COMPLETED, DECISIONS, FORWARD
@@ -30,7 +32,7 @@ def told(policy: Path, scene: str, commands: np.ndarray, each: int, device: str 
 
     learned = learned_in(policy)
     task = task_of(learned)
-    variation = msgspec.structs.replace(task.variation, start_states=0)
+    variation = msgspec.structs.replace(task.variation, start_states=0, push=push)
     task = msgspec.structs.replace(task, command_time=0.0, variation=variation)
     player = Player(learned.policy, load(scene), each * len(commands), device, task, SEED)
     batch = player.batch
@@ -64,6 +66,7 @@ def main() -> None:
     parser.add_argument("--speed", type=float, nargs=2, default=(0.8, 1.6))
     parser.add_argument("--rate", type=float, nargs=2, default=(-0.3, 0.3))
     parser.add_argument("--each", type=int, default=64, help="bodies of each command")
+    parser.add_argument("--push", type=float, default=0.0, help="greatest impulse, N s, as often as the task says")
     parser.add_argument("--others", type=int, default=20, help="commands drawn at random")
     parser.add_argument("--device", default=None)
     parser.add_argument("--json", type=Path, default=None)
@@ -71,7 +74,9 @@ def main() -> None:
     grid = [(v, w) for w in np.linspace(*given.rate, RATES) for v in np.linspace(*given.speed, SPEEDS)]
     low, high = zip(given.speed, given.rate, strict=True)
     drawn = np.random.default_rng(SEED).uniform(low, high, (given.others, 2))
-    rows = told(given.policy, given.scene, np.concatenate([np.array(grid), drawn]), given.each, given.device)
+    rows = told(
+        given.policy, given.scene, np.concatenate([np.array(grid), drawn]), given.each, given.push, given.device
+    )
     for title, part in (("grid", rows[: len(grid)]), ("drawn", rows[len(grid) :])):
         for r in part:
             print(f"speed {r['speed']:.2f} m/s, turning {r['rate']:+.2f} rad/s: {100 * r['lasts']:5.1f} % last, at "

@@ -8,8 +8,10 @@ from warpmuscle.examples import write
 from warpmuscle.formats import load
 from warpmuscle.learning.player import commanded, learned_in, replay, task_of
 
+NAMES = ["walk56_by_command", "walk56_like_people", pytest.param("gait2392_by_policy", marks=pytest.mark.long)]
 
-@pytest.mark.parametrize("name", ["walk56_by_command", "walk56_pushed", "walk56_like_people"])
+
+@pytest.mark.parametrize("name", NAMES)
 def test_a_shipped_policy_walks(name, tmp_path):
     write("policies", tmp_path)
     scene = msgspec.structs.replace(load(str(tmp_path / f"{name}.toml")), duration=2.0)

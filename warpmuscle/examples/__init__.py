@@ -91,9 +91,11 @@ EXAMPLES = {
     "sweep": Example("a sweep over seeds, speeds and weakness", shipped("speeds.toml")),
     "learning": Example("an arm that learns to reach by its six muscles", shipped("reaching.toml")),
     "policies": Example(
-        "policies that walk on 56 muscles: by command, on after pushes, and like people",
+        "policies that walk: by command and on after pushes, like people, and on the muscles of OpenSim's gait2392",
         shipped(
-            *(f"walk56_{name}.{end}" for name in ("by_command", "pushed", "like_people") for end in ("toml", "h5"))
+            "gait2392_by_policy.toml",
+            "gait2392_by_policy.h5",
+            *(f"walk56_{name}.{end}" for name in ("by_command", "like_people") for end in ("toml", "h5")),
         ),
     ),
     "gait": Example("a recorded walk over the gait cycle, and a scene that tracks it", _gait),
