@@ -9,9 +9,9 @@ from warpmuscle.kernels.path import offset_between
 from warpmuscle.kernels.register_rows import rows_of
 from warpmuscle.kernels.route_points import always, place_of, slopes_of, sometimes
 from warpmuscle.kernels.structs import ModelRef, RouteSpan, RouteWrap, ScratchRef, StateRef, at, whole
-from warpmuscle.kernels.wrap_cylinder import AMONG_OTHERS, EXACT, IN_PLANE, cylinder_touch
-from warpmuscle.kernels.wrap_ellipsoid import ellipsoid_touch
-from warpmuscle.kernels.wrap_sphere import sphere_touch
+from warpmuscle.kernels.wrap_cylinder import AMONG_OTHERS, EXACT, IN_PLANE, cylinder_touch_of
+from warpmuscle.kernels.wrap_ellipsoid import ellipsoid_touch_of
+from warpmuscle.kernels.wrap_sphere import smooth_sphere_touch, sphere_touch
 from warpmuscle.kernels.wrap_torus import torus_touch
 from warpmuscle.kernels.wrap_touch import BESIDE, FREE, THROUGH, Touch
 
@@ -29,6 +29,7 @@ class RouteKind(NamedTuple):
     motions: int = 0  # the most that a point has
     conditions: bool = True  # whether some count only at times
     exact: bool = False  # whether routes around cylinders are the shortest ones, see `wrap_cylinder.py`
+    smooth: bool = False  # whether no route jumps off cylinders, spheres and ellipsoids
 
 
 @cache
@@ -49,12 +50,14 @@ def bends_of(count: int) -> Any:
 
 
 @cache
-def touch_of(surfaces: tuple[int, ...]) -> Any:
+def touch_of(surfaces: tuple[int, ...], smooth: bool = False) -> Any:
     """The Warp function of how a segment from a to b, in a surface's axes, goes round it.
 
     Args:
-        surfaces: the kinds that there are.
+        surfaces: the kinds that there are. smooth: see `RouteKind`.
     """
+    cylinder_touch, ellipsoid_touch = cylinder_touch_of(smooth), ellipsoid_touch_of(smooth)
+    round_sphere = smooth_sphere_touch if smooth else sphere_touch
     cylinders, spheres, ellipsoids, tori = (kind in surfaces for kind in (CYLINDER, SPHERE, ELLIPSOID, TORUS))
 
     @wp.func
@@ -63,7 +66,7 @@ def touch_of(surfaces: tuple[int, ...]) -> Any:
         if wp.static(cylinders) and wrap.kind == CYLINDER:
             result = cylinder_touch(a, b, size[0], size[1], wrap.axis, wrap.side, where)
         if wp.static(spheres) and wrap.kind == SPHERE:
-            result = sphere_touch(a, b, size[0], wrap.axis, wrap.side)
+            result = round_sphere(a, b, size[0], wrap.axis, wrap.side)
         if wp.static(ellipsoids) and wrap.kind == ELLIPSOID:
             result = ellipsoid_touch(a, b, size, wrap.axis, wrap.side, wrap.method)
         if wp.static(tori) and wrap.kind == TORUS:
@@ -99,7 +102,8 @@ def bend_of(kind: RouteKind) -> Any:
     count = max(kind.wraps, 1)
     bends_struct, bend_after = bends_of(count), bend_after_of(count)
     counts, slopes_struct = sometimes if kind.conditions else always, slopes_of(max(kind.motions, 1))
-    place, touch_at, exact, rows = place_of(kind.motions), touch_of(kind.surfaces), kind.exact, rows_of(count)
+    place, touch_at = place_of(kind.motions), touch_of(kind.surfaces, kind.smooth)
+    exact, rows = kind.exact, rows_of(count)
     row, with_row, with_number, with_length = rows.row, rows.with_row, rows.with_number, rows.with_length
 
     @wp.func(inline=True)

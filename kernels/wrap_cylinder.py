@@ -6,13 +6,17 @@ the plane through both ends and the bisector of their directions from the axis (
 unless it is short, and here if it shall be EXACT, it is the shortest one, straight on the unrolled cylinder.
 """
 
+from functools import cache
+from typing import Any
+
 import warp as wp
 
-from warpmuscle.kernels.wrap_touch import FREE, INSIDE, THROUGH, Touch, allowed, larger, on_side
+from warpmuscle.kernels.wrap_touch import FREE, INSIDE, THROUGH, Touch, allowed, kept_size, larger, on_side
 
 LEVEL = 5.0e-7  # share of a plane's normal along z below which the plane counts as upright
 SMALLEST = 1.0e-12  # m^2
 IN_PLANE, AMONG_OTHERS, EXACT = 0, 1, 2
+LEAST_SHARE = 1.0e-4  # of a radius that something goes round
 SHORT = 0.004  # m, of an arc that OpenSim does not bend so that it is tangent to both legs
 
 
@@ -66,72 +70,92 @@ def heights_unrolled(a: wp.vec3, b: wp.vec3, first: wp.vec2, second: wp.vec2, ar
     return wp.vec2(a[2] + before * slope, b[2] - after * slope)
 
 
-@wp.func
-def cylinder_touch(a: wp.vec3, b: wp.vec3, radius: float, length: float, axis: int, side: int, where: int) -> Touch:
-    """How a segment from a to b, m, goes round a cylinder.
+@cache
+def cylinder_touch_of(smooth: bool) -> Any:
+    """The Warp function `cylinder_touch`, of OpenSim's cylinder, or of one off which no path jumps."""
 
-    Args:
-        length: between the ends. axis, side: the half that a path must stay on: the axis, and 1 or -1; side 0: both.
-        where: IN_PLANE, AMONG_OTHERS or EXACT, see above.
-    """
-    touch = Touch()
-    pa = wp.vec2(a[0], a[1])
-    pb = wp.vec2(b[0], b[1])
-    square = radius * radius
-    if wp.dot(pa, pa) < square or wp.dot(pb, pb) < square:
-        touch.kind = INSIDE
-        return touch
-    d = pb - pa
-    span = wp.dot(d, d)
-    t = -wp.dot(pa, d) / wp.max(span, SMALLEST)
-    near = pa + d * t
-    through = wp.dot(near, near) < square and t > 0.0 and t < 1.0
-    kind = wp.where(through, THROUGH, FREE)
-    if side != 0:
-        kind = allowed(
-            across(pa, a[2], axis), across(pb, b[2], axis), across(near, a[2] + t * (b[2] - a[2]), axis), side, through
-        )
-    if kind == FREE:
-        return touch
-    a_on = tangent(pa, radius, 1.0)
-    a_back = tangent(pa, radius, -1.0)
-    b_on = tangent(pb, radius, 1.0)
-    b_back = tangent(pb, radius, -1.0)
-    on_back = wp.dot(a_on, b_back)  # cosines of the angles between them, times the square of the radius
-    back_on = wp.dot(a_back, b_on)
-    first = a_on
-    second = b_back
-    around = wp.bool(False)
-    if side == 0:
-        pair = larger(wp.dot(a_on, b_on), on_back, back_on, wp.dot(a_back, b_back))
-        first = wp.where(pair < 2, a_on, a_back)
-        second = wp.where(pair == 0 or pair == 2, b_on, b_back)
-    else:
-        on_a = on_side(across(a_on, a[2], axis), side)
-        back_a = on_side(across(a_back, a[2], axis), side)
-        on_b = on_side(across(b_on, b[2], axis), side)
-        back_b = on_side(across(b_back, b[2], axis), side)
-        none = not on_a and not back_a and not on_b and not back_b
-        forward = wp.where(on_a != back_a, on_a, not on_b)
-        if none:
-            forward = on_back < back_on
-        if not forward:
-            first = a_back
-            second = b_on
-        around = wp.dot(first + second, first - pa + second - pb) < 0.0
-    angle = wp.atan2(wp.abs(first[0] * second[1] - first[1] * second[0]), wp.dot(first, second))
-    if around:
-        angle = 2.0 * wp.pi - angle
-    arc = radius * angle
-    heights = heights_in_plane(a, b, first, second)
-    rise = heights[1] - heights[0]
-    if where == EXACT or (where == AMONG_OTHERS and arc * arc + rise * rise >= SHORT * SHORT):
-        heights = heights_unrolled(a, b, first, second, arc)
+    @wp.func
+    def cylinder_touch(a: wp.vec3, b: wp.vec3, full: float, length: float, axis: int, side: int, where: int) -> Touch:
+        """How a segment from a to b, m, goes round a cylinder.
+
+        Args:
+            full: radius, m. length: between the ends. axis, side: the half that a path must stay on: the axis, and
+                1 or -1; side 0: both.
+            where: IN_PLANE, AMONG_OTHERS or EXACT, see above.
+        """
+        touch = Touch()
+        pa = wp.vec2(a[0], a[1])
+        pb = wp.vec2(b[0], b[1])
+        radius = full
+        if wp.static(smooth):
+            radius = full * kept_size(wp.sqrt(wp.min(wp.dot(pa, pa), wp.dot(pb, pb))) / full)
+            if radius < LEAST_SHARE * full:
+                touch.kind = INSIDE
+                return touch
+        square = radius * radius
+        if wp.dot(pa, pa) < square or wp.dot(pb, pb) < square:
+            touch.kind = INSIDE
+            return touch
+        d = pb - pa
+        span = wp.dot(d, d)
+        t = -wp.dot(pa, d) / wp.max(span, SMALLEST)
+        near = pa + d * t
+        through = wp.dot(near, near) < square and t > 0.0 and t < 1.0
+        kind = wp.where(through, THROUGH, FREE)
+        if side != 0:
+            za = across(pa, a[2], axis)
+            zb = across(pb, b[2], axis)
+            kind = allowed(za, zb, across(near, a[2] + t * (b[2] - a[2]), axis), side, through)
+            if wp.static(smooth) and radius < full and not on_side(za, side) and not on_side(zb, side):
+                kind = FREE  # an end inside does not take what is on the wrong side round
+        if kind == FREE:
+            return touch
+        a_on = tangent(pa, radius, 1.0)
+        a_back = tangent(pa, radius, -1.0)
+        b_on = tangent(pb, radius, 1.0)
+        b_back = tangent(pb, radius, -1.0)
+        on_back = wp.dot(a_on, b_back)  # cosines of the angles between them, times the square of the radius
+        back_on = wp.dot(a_back, b_on)
+        first = a_on
+        second = b_back
+        around = wp.bool(False)
+        if side == 0:
+            pair = larger(wp.dot(a_on, b_on), on_back, back_on, wp.dot(a_back, b_back))
+            first = wp.where(pair < 2, a_on, a_back)
+            second = wp.where(pair == 0 or pair == 2, b_on, b_back)
+        else:
+            on_a = on_side(across(a_on, a[2], axis), side)
+            back_a = on_side(across(a_back, a[2], axis), side)
+            on_b = on_side(across(b_on, b[2], axis), side)
+            back_b = on_side(across(b_back, b[2], axis), side)
+            none = not on_a and not back_a and not on_b and not back_b
+            forward = wp.where(on_a != back_a, on_a, not on_b)
+            if none:
+                forward = on_back < back_on
+            if wp.static(smooth) and on_a and back_a and on_b and back_b:
+                forward = on_back > back_on  # the short way, where OpenSim may go the long one
+            if not forward:
+                first = a_back
+                second = b_on
+            around = wp.dot(first + second, first - pa + second - pb) < 0.0
+        angle = wp.atan2(wp.abs(first[0] * second[1] - first[1] * second[0]), wp.dot(first, second))
+        if around:
+            angle = 2.0 * wp.pi - angle
+        arc = radius * angle
+        heights = heights_in_plane(a, b, first, second)
         rise = heights[1] - heights[0]
-    if wp.abs(heights[0]) > 0.5 * length and wp.abs(heights[1]) > 0.5 * length:
+        if where == EXACT or (where == AMONG_OTHERS and arc * arc + rise * rise >= SHORT * SHORT):
+            heights = heights_unrolled(a, b, first, second, arc)
+            rise = heights[1] - heights[0]
+        if wp.abs(heights[0]) > 0.5 * length and wp.abs(heights[1]) > 0.5 * length:
+            return touch
+        touch.kind = kind
+        touch.first = wp.vec3(first[0], first[1], heights[0])
+        touch.second = wp.vec3(second[0], second[1], heights[1])
+        touch.arc = wp.sqrt(arc * arc + rise * rise)
         return touch
-    touch.kind = kind
-    touch.first = wp.vec3(first[0], first[1], heights[0])
-    touch.second = wp.vec3(second[0], second[1], heights[1])
-    touch.arc = wp.sqrt(arc * arc + rise * rise)
-    return touch
+
+    return cylinder_touch
+
+
+cylinder_touch = cylinder_touch_of(False)

@@ -8,9 +8,12 @@ tangents and adds up the arc in pieces, we have both in closed form where the el
 a circle, the arc but for an integral by Gauss's rule.
 """
 
+from functools import cache
+from typing import Any
+
 import warp as wp
 
-from warpmuscle.kernels.wrap_touch import INSIDE, THROUGH, Touch, on_side
+from warpmuscle.kernels.wrap_touch import INSIDE, THROUGH, Touch, kept_size, on_side
 
 HYBRID, MIDPOINT, AXIAL = 0, 1, 2
 FAN_COSINE, AXIAL_COSINE = 0.7073, 0.9  # of the greatest angle to an axis, between which the methods blend
@@ -20,6 +23,8 @@ NEWTON_STEPS = 10
 SETTLED = 1.0e-6  # share of the unit sphere's squared radius by which a place may miss it
 TOUCHING = 1.0e-4  # squared distance from the middle of the unit sphere that still counts as outside it
 SMALLEST = 1.0e-12
+LEAST_SHARE = 1.0e-3  # of radii that something goes round
+ENTERED = 0.18  # depth in the unit sphere, 1 less a squared distance, at which a smooth path is all on its side
 NEARLY_ROUND = 6.0  # rad; an arc as long as that is one that has just begun the other way round
 
 
@@ -138,68 +143,91 @@ def arc_on_ellipsoid(u: wp.vec3, v: wp.vec3, angle: float, r: wp.vec3) -> float:
     return 0.5 * angle * total
 
 
-@wp.func
-def ellipsoid_touch(a: wp.vec3, b: wp.vec3, radii: wp.vec3, axis: int, side: int, method: int) -> Touch:
-    """How a segment from a to b, m, goes round an ellipsoid, which it only does where it would run through it.
+@cache
+def ellipsoid_touch_of(smooth: bool) -> Any:
+    """The Warp function `ellipsoid_touch`, of OpenSim's ellipsoid, or of one off which no path jumps."""
 
-    Args:
-        axis, side: the half that a path must stay on: the axis, and 1 or -1; side 0: both. method: HYBRID ...
-    """
-    touch = Touch()
-    scale = 3.0 / (radii[0] + radii[1] + radii[2])
-    r = radii * scale
-    p = wp.cw_div(a, radii)  # in the axes where the ellipsoid is a unit sphere
-    q = wp.cw_div(b, radii)
-    if wp.min(wp.dot(p, p), wp.dot(q, q)) < 1.0 - TOUCHING:
-        touch.kind = INSIDE
+    @wp.func
+    def ellipsoid_touch(a: wp.vec3, b: wp.vec3, full: wp.vec3, axis: int, side: int, method: int) -> Touch:
+        """How a segment from a to b, m, goes round an ellipsoid, which it only does where it would run through it.
+
+        Args:
+            full: radii, m. axis, side: the half that a path must stay on: the axis, and 1 or -1; side 0: both.
+            method: HYBRID ...
+        """
+        touch = Touch()
+        radii = full
+        if wp.static(smooth):
+            u = wp.cw_div(a, full)
+            v = wp.cw_div(b, full)
+            share = kept_size(wp.sqrt(wp.min(wp.dot(u, u), wp.dot(v, v))))
+            if share < LEAST_SHARE:
+                touch.kind = INSIDE
+                return touch
+            radii = full * share
+        scale = 3.0 / (radii[0] + radii[1] + radii[2])
+        r = radii * scale
+        p = wp.cw_div(a, radii)  # in the axes where the ellipsoid is a unit sphere
+        q = wp.cw_div(b, radii)
+        if wp.min(wp.dot(p, p), wp.dot(q, q)) < 1.0 - TOUCHING:
+            touch.kind = INSIDE
+            return touch
+        if wp.abs(wp.dot(a, b) / (wp.length(a) * wp.length(b)) - 1.0) < TOUCHING:
+            return touch
+        d = q - p
+        square = wp.max(wp.dot(d, d), SMALLEST)
+        half = wp.dot(p, d)
+        near = p - d * (half / square)
+        depth = 1.0 - wp.dot(near, near)
+        if depth < 0.0:
+            return touch
+        reach = wp.sqrt(depth / square)
+        into = -half / square - reach
+        out = -half / square + reach
+        if into <= 0.0 or out >= 1.0:
+            return touch
+        guide = guide_of(wp.cw_mul(r, p + d * into), wp.cw_mul(r, d * (out - into)), r, method)
+        c = guide.point
+        start = guide.point
+        if side != 0 and not on_side(c[axis], side):
+            start[axis] = -start[axis]
+            c = start
+            if guide.fan > 0.0:
+                c[axis] = c[axis] * (1.0 - guide.fan)
+                c = nearest_on_ellipsoid(c, r, -1)
+            if wp.static(smooth):  # it comes over to its side as the segment goes in
+                over = wp.clamp(depth / ENTERED, 0.0, 1.0)
+                c = nearest_on_ellipsoid(wp.lerp(guide.point, c, over * over * (3.0 - 2.0 * over)), r, -1)
+                start = c
+        c = wp.cw_div(c, r)
+        start = wp.cw_div(start, r)
+        normal = wp.normalize(wp.cross(d, c - p))
+        outward = wp.cross(normal, d)
+        if wp.dot(outward, start - p) < 0.0:
+            outward = -outward
+        middle = normal * wp.dot(normal, c)
+        circle = wp.max(1.0 - wp.dot(middle, middle), 0.0)
+        first = circle_tangent(p, middle, normal, circle, outward)
+        second = circle_tangent(q, middle, normal, circle, outward)
+        u = first - middle
+        w = second - middle
+        # On from the first leg: the way that it reaches the circle.
+        turn = wp.where(wp.dot(wp.cross(u, first - p), normal) < 0.0, -1.0, 1.0)
+        v = wp.cross(normal, u) * turn
+        angle = wp.atan2(wp.dot(w, v), wp.dot(w, u))
+        if angle < 0.0:
+            angle += 2.0 * wp.pi
+        if angle > wp.where(side == 0, wp.pi, NEARLY_ROUND):
+            angle -= 2.0 * wp.pi
+        touch.kind = THROUGH
+        touch.first = wp.cw_mul(first, radii)
+        touch.second = wp.cw_mul(second, radii)
+        touch.arc = arc_on_ellipsoid(u, v, wp.abs(angle), radii)
+        if angle < 0.0:
+            touch.arc = arc_on_ellipsoid(u, -v, -angle, radii)
         return touch
-    if wp.abs(wp.dot(a, b) / (wp.length(a) * wp.length(b)) - 1.0) < TOUCHING:
-        return touch
-    d = q - p
-    square = wp.max(wp.dot(d, d), SMALLEST)
-    half = wp.dot(p, d)
-    near = p - d * (half / square)
-    depth = 1.0 - wp.dot(near, near)
-    if depth < 0.0:
-        return touch
-    reach = wp.sqrt(depth / square)
-    into = -half / square - reach
-    out = -half / square + reach
-    if into <= 0.0 or out >= 1.0:
-        return touch
-    guide = guide_of(wp.cw_mul(r, p + d * into), wp.cw_mul(r, d * (out - into)), r, method)
-    c = guide.point
-    start = guide.point
-    if side != 0 and not on_side(c[axis], side):
-        start[axis] = -start[axis]
-        c = start
-        if guide.fan > 0.0:
-            c[axis] = c[axis] * (1.0 - guide.fan)
-            c = nearest_on_ellipsoid(c, r, -1)
-    c = wp.cw_div(c, r)
-    start = wp.cw_div(start, r)
-    normal = wp.normalize(wp.cross(d, c - p))
-    outward = wp.cross(normal, d)
-    if wp.dot(outward, start - p) < 0.0:
-        outward = -outward
-    middle = normal * wp.dot(normal, c)
-    circle = wp.max(1.0 - wp.dot(middle, middle), 0.0)
-    first = circle_tangent(p, middle, normal, circle, outward)
-    second = circle_tangent(q, middle, normal, circle, outward)
-    u = first - middle
-    w = second - middle
-    # On from the first leg: the way that it reaches the circle.
-    turn = wp.where(wp.dot(wp.cross(u, first - p), normal) < 0.0, -1.0, 1.0)
-    v = wp.cross(normal, u) * turn
-    angle = wp.atan2(wp.dot(w, v), wp.dot(w, u))
-    if angle < 0.0:
-        angle += 2.0 * wp.pi
-    if angle > wp.where(side == 0, wp.pi, NEARLY_ROUND):
-        angle -= 2.0 * wp.pi
-    touch.kind = THROUGH
-    touch.first = wp.cw_mul(first, radii)
-    touch.second = wp.cw_mul(second, radii)
-    touch.arc = arc_on_ellipsoid(u, v, wp.abs(angle), radii)
-    if angle < 0.0:
-        touch.arc = arc_on_ellipsoid(u, -v, -angle, radii)
-    return touch
+
+    return ellipsoid_touch
+
+
+ellipsoid_touch = ellipsoid_touch_of(False)

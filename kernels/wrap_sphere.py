@@ -2,7 +2,7 @@
 
 import warp as wp
 
-from warpmuscle.kernels.wrap_touch import BESIDE, FREE, INSIDE, Touch, allowed, larger, on_side
+from warpmuscle.kernels.wrap_touch import BESIDE, FREE, INSIDE, Touch, allowed, kept_size, larger, on_side
 
 STRAIGHT = 1.0e-5  # sine of the angle below which both ends lie opposite each other
 REACH = 1.0  # m, from the first end to the middle of the sphere; OpenSim takes no segment beyond it as running through
@@ -84,3 +84,10 @@ def sphere_touch(a: wp.vec3, b: wp.vec3, radius: float, axis: int, side: int) ->
     angle = wp.atan2(wp.length(wp.cross(touch.first, touch.second)), wp.dot(touch.first, touch.second))
     touch.arc = radius * wp.where(far, 2.0 * wp.pi - angle, angle)
     return touch
+
+
+@wp.func
+def smooth_sphere_touch(a: wp.vec3, b: wp.vec3, radius: float, axis: int, side: int) -> Touch:
+    """`sphere_touch`, of a sphere off which no path jumps as one of its ends goes inside."""
+    near = wp.sqrt(wp.min(wp.dot(a, a), wp.dot(b, b))) / radius
+    return sphere_touch(a, b, radius * kept_size(near), axis, side)

@@ -19,6 +19,18 @@ class Touch:
     arc: float  # m, on the surface between them
 
 
+GIVES = 4.0  # how much faster a smooth surface shrinks than an end of a segment goes into it
+
+
+@wp.func
+def kept_size(near: float) -> float:
+    """Share of its size that a smooth surface keeps, 0..1, with the end of a segment at so much of it from its middle.
+
+    All of it if the end is outside. One inside by 1/GIVES of the size runs free, as all that are inside do in OpenSim.
+    """
+    return wp.clamp(1.0 - GIVES * (1.0 - near), 0.0, 1.0)
+
+
 @wp.func
 def on_side(x: float, side: int) -> bool:
     """Whether a coordinate is on the side 1 or -1; 0 is on the side 1."""

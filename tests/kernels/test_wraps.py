@@ -1,16 +1,15 @@
 """Segments round surfaces on the device against the same in float64, and against what is known in closed form."""
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 import pytest
 import warp as wp
 
-from warpmuscle.kernels.route_bends import CYLINDER, ELLIPSOID, SPHERE, TORUS
-from warpmuscle.kernels.wrap_cylinder import AMONG_OTHERS, EXACT, IN_PLANE, cylinder_touch
-from warpmuscle.kernels.wrap_ellipsoid import ellipsoid_touch
-from warpmuscle.kernels.wrap_sphere import sphere_touch
-from warpmuscle.kernels.wrap_torus import torus_touch
+from warpmuscle.kernels.route_bends import CYLINDER, ELLIPSOID, SPHERE, TORUS, touch_of
+from warpmuscle.kernels.structs import RouteWrap
+from warpmuscle.kernels.wrap_cylinder import AMONG_OTHERS, EXACT, IN_PLANE
 from warpmuscle.kernels.wrap_touch import BESIDE, FREE, INSIDE, Touch
 from warpmuscle.model.routes import KINDS, METHODS, size_of
 from warpmuscle.scene import CylinderSurface, EllipsoidSurface, SphereSurface, Surface, TorusSurface
@@ -20,20 +19,20 @@ SIDES = ["", "+x", "-x", "+y", "-y", "+z", "-z"]
 ZERO = (0.0, 0.0, 0.0)
 
 
+EVERY = (CYLINDER, SPHERE, ELLIPSOID, TORUS)
+hard_touch, smooth_touch = touch_of(EVERY), touch_of(EVERY, smooth=True)
+
+
 @wp.kernel
 def touches(
-    a: wp.array[wp.vec3], b: wp.array[wp.vec3], kind: int, size: wp.vec3, axis: int, side: int, method: int,
-    where: int, result: wp.array[Touch],
+    a: wp.array[wp.vec3], b: wp.array[wp.vec3], wrap: RouteWrap, size: wp.vec3, where: int, smooth: bool,
+    result: wp.array[Touch],
 ):  # fmt: skip
     i = wp.tid()
-    if kind == CYLINDER:
-        result[i] = cylinder_touch(a[i], b[i], size[0], size[1], axis, side, where)
-    if kind == SPHERE:
-        result[i] = sphere_touch(a[i], b[i], size[0], axis, side)
-    if kind == ELLIPSOID:
-        result[i] = ellipsoid_touch(a[i], b[i], size, axis, side, method)
-    if kind == TORUS:
-        result[i] = torus_touch(a[i], b[i], size[0], size[1], axis, side, where)
+    if smooth:
+        result[i] = smooth_touch(a[i], b[i], wrap, size, where)
+    else:
+        result[i] = hard_touch(a[i], b[i], wrap, size, where)
 
 
 def ends(count: int, seed: int = 0) -> np.ndarray:
@@ -41,12 +40,16 @@ def ends(count: int, seed: int = 0) -> np.ndarray:
     return np.random.default_rng(seed).normal(size=(2, count, 3), scale=0.05).astype(np.float32).astype(float)
 
 
-def on_device(surface: Surface, a: np.ndarray, b: np.ndarray, where: int, method: str = "hybrid") -> np.ndarray:
+def on_device(
+    surface: Surface, a: np.ndarray, b: np.ndarray, where: int, method: str = "hybrid", smooth: bool = False
+) -> np.ndarray:
     result = wp.zeros(len(a), dtype=Touch, device="cpu")
     given = [wp.array(v.astype(np.float32), dtype=wp.vec3, device="cpu") for v in (a, b)]
     size = wp.vec3(*size_of(surface)[0].tolist())
-    inputs = [*given, KINDS[type(surface)], size, *half_of(surface), METHODS[method], where]
-    wp.launch(touches, len(a), inputs, [result], device="cpu")
+    wrap = RouteWrap()
+    wrap.kind, wrap.method = KINDS[type(surface)], METHODS[method]
+    wrap.axis, wrap.side = half_of(surface)
+    wp.launch(touches, len(a), [*given, wrap, size, where, smooth], [result], device="cpu")
     return result.numpy()
 
 
@@ -107,6 +110,56 @@ def test_segments_go_round_ellipsoids_and_tori_nearly_as_in_float64(make, method
     ]
     off = np.abs(length_of(got, a, b)[touching] - lengths)
     assert np.quantile(off, 0.95) < (1.5e-3 if side else within)
+
+
+ROUND: dict[str, Callable[[str], Surface]] = {
+    "cylinder": lambda side: CylinderSurface("b", ZERO, 0.03, 0.2, side=side),
+    "sphere": lambda side: SphereSurface("b", ZERO, 0.03, side=side),
+    "ellipsoid": lambda side: EllipsoidSurface("b", ZERO, (0.035, 0.02, 0.025), side=side),
+}
+
+
+def lengths_of(surface: Surface, a: np.ndarray, b: np.ndarray, smooth: bool) -> np.ndarray:
+    """Lengths of paths from a to b, (n, 3), on the device."""
+    got = on_device(surface, a, b, IN_PLANE, smooth=smooth)
+    return np.where(got["kind"] >= BESIDE, length_of(got, a, b), np.linalg.norm(b - a, axis=1))
+
+
+@pytest.mark.parametrize("side", ["", "+x"])
+@pytest.mark.parametrize("kind", ROUND)
+def test_smooth_surfaces_are_as_in_float64_and_as_opensims_outside(kind: str, side: str):
+    surface, (a, b) = ROUND[kind](side), ends(1500)
+    got = lengths_of(surface, a, b, smooth=True)
+    expected = []
+    for p, q in zip(a, b, strict=True):
+        t = touch(surface, "hybrid", IN_PLANE, p, q, smooth=True)
+        round_it = float(np.linalg.norm(t.first - p) + np.linalg.norm(t.second - q)) + t.length
+        expected.append(round_it if t.kind >= BESIDE else float(np.linalg.norm(q - p)))
+    off = np.abs(got - expected)
+    assert np.quantile(off, 0.9) < (1.5e-3 if kind == "ellipsoid" else 2e-6)
+    same = np.abs(got - lengths_of(surface, a, b, smooth=False)) < 1e-6
+    assert 0.6 < np.mean(same) < 1.0
+
+
+@pytest.mark.parametrize("kind", ROUND)
+def test_no_path_jumps_as_an_end_goes_inside_a_smooth_surface(kind: str):
+    surface, steps = ROUND[kind](""), 800
+    a, way = np.array([0.06, 0.01, 0.01]), np.linspace(0.06, 0.0, steps)[:, None]
+    b = np.array([[-0.8, 0.6, 0.1]]) * way  # towards the middle: 0.08 mm a step
+    paths = [lengths_of(surface, np.repeat(a[None], steps, axis=0), b, smooth) for smooth in (False, True)]
+    hard, smooth = (np.abs(np.diff(path)).max() for path in paths)
+    assert hard > 1e-3
+    assert smooth < 6e-4
+
+
+def test_a_segment_that_begins_to_touch_goes_the_short_way_round_a_smooth_cylinder():
+    """A place of gluteus maximus in Rajagopal2016, where OpenSim's path goes 194 mm round, behind."""
+    surface = CylinderSurface("b", ZERO, 0.04, 0.15, side="-x")
+    a, b = np.array([[-0.0393, 0.0085, 0.0100]]), np.array([[-0.0426, -0.0235, 0.0201]])
+    hard, smooth = (lengths_of(surface, a, b, smooth)[0] for smooth in (False, True))
+    straight = float(np.linalg.norm(b - a))
+    assert hard > straight + 0.15
+    assert straight <= smooth < straight + 1e-3
 
 
 def test_arcs_of_a_round_ellipsoid_are_those_of_a_sphere():

@@ -152,7 +152,7 @@ def convert(
         bool, typer.Option("--ball-joints", help="Three hinges of a .osim through one point become a ball joint.")
     ] = False,
     hard_points: Annotated[
-        bool, typer.Option("--hard-points", help="Conditional points of a .osim come in at once, as OpenSim's.")
+        bool, typer.Option("--hard-points", help="Paths of a .osim jump where OpenSim's do.")
     ] = False,
     merge_welds: Annotated[
         bool, typer.Option("--merge-welds", help="Bodies of a .osim that are welded to others, or locked, join these.")

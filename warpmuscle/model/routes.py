@@ -61,6 +61,7 @@ def _kind_of_routes(muscles: Sequence[Muscle], character: Character, levers: int
         max(len(point.motion) for muscle in routes for point in muscle.path),
         any(point.condition is not None for muscle in routes for point in muscle.path),
         character.wrapping == "shortest",
+        character.wrapping == "smooth",
     )
 
 

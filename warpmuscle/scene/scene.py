@@ -144,7 +144,11 @@ class Character(Part):
 
     `wrapping`: round a cylinder, OpenSim's paths are not quite the shortest ones, and those round several surfaces stop
     half-way; so their moment arms, taken at the places of touch, miss the derivatives of their lengths by up to some
-    tenths of a millimetre. `opensim` does the same, `shortest` has neither fault.
+    tenths of a millimetre. `opensim` does the same, `shortest` has neither fault. OpenSim's paths also jump: round a
+    surface to straight, where an end of a segment goes inside; the long way round, where they begin to touch near an
+    end; and on to an ellipsoid from the side that they may not be on. `smooth` is `opensim` without these: a surface
+    shrinks to nothing as an end goes inside by a quarter of its radius, a cylinder takes the shorter of two ways on its
+    side, and a path comes over an ellipsoid to its side as it goes in.
     """
 
     root: str
@@ -153,7 +157,7 @@ class Character(Part):
     root_joint: Literal["free", "planar", "fixed"] = "free"  # planar: moves in y and z, turns about x; fixed: welded
     muscles: dict[str, Muscle] = {}
     surfaces: dict[str, Surface] = {}  # that muscles wrap around
-    wrapping: Literal["opensim", "shortest"] = "opensim"  # how paths run round cylinders, see above
+    wrapping: Literal["opensim", "shortest", "smooth"] = "opensim"  # how paths run round surfaces, see above
     feet: tuple[str, str] | None = None  # bodies, left and right; by default those of the controller, if there is one
 
 

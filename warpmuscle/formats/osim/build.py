@@ -35,7 +35,7 @@ def load_model(
     Args:
         notes: gets what is not used, with its line and with what follows from that.
         ball_joints: three hinges through one point become a ball joint, see `balls.py`.
-        hard_points: conditional points come in at once, as OpenSim's, also where a path jumps then, see `blends.py`.
+        hard_points: paths jump as OpenSim's, where conditional points come in (else see `blends.py`) and off surfaces.
         welds_merged: bodies that are welded to others, or locked, become part of them, see `tree.py`.
 
     Raises:
@@ -83,6 +83,8 @@ def build(
     build_forces(model, scene, skeleton, coordinates, notes)
     _settle_drives(scene)
     jumps = {} if hard_points else blend_conditions(scene)
+    if character.surfaces and not hard_points:
+        character.wrapping = "smooth"
     if ball_joints:
         merge_balls(scene, coordinates.joint_of)
     _tell_jumps(model, character, jumps, notes)

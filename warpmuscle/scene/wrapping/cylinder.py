@@ -7,23 +7,32 @@ import math
 import numpy as np
 
 from warpmuscle.core.array_types import Floats
-from warpmuscle.scene.wrapping.touch import BESIDE, FREE, INSIDE, THROUGH, Touch, sign, untouched
+from warpmuscle.scene.wrapping.touch import BESIDE, FREE, INSIDE, THROUGH, Touch, kept_size, sign, untouched
 
 IN_PLANE, AMONG_OTHERS, EXACT = 0, 1, 2  # where the tangent points are along the axis
+LEAST_SHARE = 1.0e-4  # of a radius that something goes round
 SHORT = 0.004  # m, of an arc that OpenSim does not bend so that it is tangent to both legs
 
 
-def cylinder_touch(a: Floats, b: Floats, radius: float, length: float, axis: int, side: int, where: int) -> Touch:
+def cylinder_touch(
+    a: Floats, b: Floats, full: float, length: float, axis: int, side: int, where: int, smooth: bool = False
+) -> Touch:
     """How a segment from a to b goes round a cylinder.
 
     Args:
-        a, b: (3,) m. length: between the ends, beyond both of which nothing touches.
+        a, b: (3,) m. full: radius. length: between the ends, beyond both of which nothing touches.
         axis, side: the half of the cylinder that a path must stay on: the axis, and 1 or -1; 0: both halves.
         where: `EXACT`: the path is the shortest one. `IN_PLANE`: it lies in OpenSim's plane, as those round one surface
             do. `AMONG_OTHERS`: as those round several do there, in that plane if the arc is short, else the shortest.
+        smooth: the cylinder shrinks as an end of the segment goes inside, and of two ways on the side the path takes
+            the short one.
     """
     da, db = math.hypot(a[0], a[1]), math.hypot(b[0], b[1])
-    if da < radius or db < radius:
+    share = kept_size(min(da, db) / full) if smooth else 1.0
+    radius = share * full
+    if share < LEAST_SHARE or da < radius or db < radius:
+        return untouched(INSIDE)
+    if share < 1.0 and side != 0 and side not in (sign(a[axis]), sign(b[axis])):
         return untouched(INSIDE)
     through, near = _nearest(a, b, radius)
     kind = THROUGH
@@ -40,7 +49,7 @@ def cylinder_touch(a: Floats, b: Floats, radius: float, length: float, axis: int
             kind = BESIDE
         elif side not in (sign(a[axis]), sign(b[axis])):
             kind = BESIDE
-        first, second = _on_side(ways, a, b, axis, side)
+        first, second = _on_side(ways, a, b, axis, side, smooth)
         out = (first - a[:2]) + (second - b[:2])
         round_behind = float((first + second) @ out) < 0.0
     angle = math.acos(min(max(float(first @ second) / radius**2, -1.0), 1.0))
@@ -74,7 +83,7 @@ def _tangents(p: Floats, distance: float, radius: float) -> tuple[Floats, Floats
 
 
 def _on_side(
-    ways: tuple[tuple[Floats, Floats], tuple[Floats, Floats]], a: Floats, b: Floats, axis: int, side: int
+    ways: tuple[tuple[Floats, Floats], tuple[Floats, Floats]], a: Floats, b: Floats, axis: int, side: int, smooth: bool
 ) -> tuple[Floats, Floats]:
     """The pair of tangent points on the side."""
     (a_on, a_back), (b_on, b_back) = ways
@@ -84,7 +93,9 @@ def _on_side(
         return sign(z if axis == 2 else p[axis]) == side
 
     a_sides = on(a_on, a[2]), on(a_back, a[2])
-    if a_sides[0] != a_sides[1]:
+    if smooth and all(a_sides) and on(b_on, b[2]) and on(b_back, b[2]):
+        forward = not wider
+    elif a_sides[0] != a_sides[1]:
         forward = a_sides[0]
     elif on(b_on, b[2]):
         forward = False

@@ -14,11 +14,13 @@ from typing import NamedTuple
 import numpy as np
 
 from warpmuscle.core.array_types import Floats
-from warpmuscle.scene.wrapping.touch import INSIDE, THROUGH, Touch, sign, untouched
+from warpmuscle.scene.wrapping.touch import INSIDE, THROUGH, Touch, kept_size, sign, untouched
 
 FAN, AXIAL = 0.7073, 0.9  # cosines of the greatest angle to an axis, between which the methods blend
 FADED = 0.3  # share of the chord near its ends where the axial method counts less
 SAMPLES = 300  # of the chord
+LEAST_SHARE = 1.0e-3  # of radii that something goes round
+ENTERED = 0.18  # see `kernels/wrap_ellipsoid.py`
 PIECE = 0.001  # m, of the arc
 NEARLY_ROUND = 6.0  # rad; an arc as long as that is one that has just begun the other way round
 
@@ -31,12 +33,20 @@ class Guide(NamedTuple):
     toward: float  # the cosine to the nearest axis that counts
 
 
-def ellipsoid_touch(a: Floats, b: Floats, radii: Floats, axis: int, side: int, method: str) -> Touch:
+def ellipsoid_touch(
+    a: Floats, b: Floats, full: Floats, axis: int, side: int, method: str, smooth: bool = False
+) -> Touch:
     """How a segment from a to b, (3,) m, goes round an ellipsoid, which it only does where it would run through it.
 
     Args:
+        full: radii. smooth: the ellipsoid shrinks as an end of the segment goes inside, and a path comes over to its
+            side as the segment goes in.
         axis, side: the half of the ellipsoid that a path must stay on: the axis, and 1 or -1; 0: both halves.
     """
+    share = kept_size(float(min(np.linalg.norm(a / full), np.linalg.norm(b / full)))) if smooth else 1.0
+    if share < LEAST_SHARE:
+        return untouched(INSIDE)
+    radii = full * share
     scale = 3.0 / float(np.sum(radii))
     p, q, r = a * scale, b * scale, radii * scale
     if min(float(np.sum((p / r) ** 2)), float(np.sum((q / r) ** 2))) < 1.0 - 1e-4:
@@ -54,6 +64,9 @@ def ellipsoid_touch(a: Floats, b: Floats, radii: Floats, axis: int, side: int, m
         fan = 1.0 - (guide.toward - FAN) / (AXIAL - FAN) if math.isnan(guide.fan) else guide.fan
         if fan > 0.0:
             c = nearest(np.where(np.arange(3) == axis, c * (1.0 - min(fan, 1.0)), c), r)
+        if smooth:
+            over = min(_depth(p / r, q / r) / ENTERED, 1.0)
+            c = start = nearest(guide.point + (c - guide.point) * (over**2 * (3.0 - 2.0 * over)), r)
     first, second = _tangents(p / r, q / r, c / r, start / r)
     first, second = first * r, second * r
     normal = np.cross(p - q, p - c)
@@ -98,6 +111,13 @@ def _chord(p: Floats, q: Floats) -> tuple[float, float] | None:
         return None
     t = (-half - math.sqrt(under)) / square, (-half + math.sqrt(under)) / square
     return t if 0.0 < t[0] < 1.0 and 0.0 < t[1] < 1.0 else None
+
+
+def _depth(p: Floats, q: Floats) -> float:
+    """How deep the way from p to q goes into the unit sphere: 1 less the square of its least distance."""
+    d = q - p
+    near = p - d * (float(p @ d) / float(d @ d))
+    return 1.0 - float(near @ near)
 
 
 def _guide(start: Floats, chord: Floats, r: Floats, method: str) -> Guide:

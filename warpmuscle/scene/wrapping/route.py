@@ -54,15 +54,15 @@ def half_of(surface: Surface) -> tuple[int, int]:
     return ("xyz".index(surface.side[1]), int(f"{surface.side[0]}1")) if surface.side else (0, 0)
 
 
-def touch(surface: Surface, method: str, where: int, a: Floats, b: Floats) -> Touch:
+def touch(surface: Surface, method: str, where: int, a: Floats, b: Floats, smooth: bool = False) -> Touch:
     """How a segment from a to b, in the axes of a surface, goes round it; see `Wrap.method` and `cylinder.py`."""
     if isinstance(surface, CylinderSurface):
         sizes = plain_number(surface.radius), plain_number(surface.length)
-        return cylinder_touch(a, b, *sizes, *half_of(surface), where)
+        return cylinder_touch(a, b, *sizes, *half_of(surface), where, smooth)
     if isinstance(surface, SphereSurface):
-        return sphere_touch(a, b, plain_number(surface.radius), *half_of(surface))
+        return sphere_touch(a, b, plain_number(surface.radius), *half_of(surface), smooth)
     if isinstance(surface, EllipsoidSurface):
-        return ellipsoid_touch(a, b, plain_vector(surface.radii), *half_of(surface), method)
+        return ellipsoid_touch(a, b, plain_vector(surface.radii), *half_of(surface), method, smooth)
     radii = plain_number(surface.inner_radius), plain_number(surface.outer_radius)
     return torus_touch(a, b, *radii, *half_of(surface), where)
 
@@ -89,7 +89,7 @@ def _placed(character: Character, muscle: Muscle, wrap: Wrap, poses: Poses, wher
     position, turn = poses[surface.body]
     axes = rotate(turn, rotate(from_rotation_vector(plain_vector(surface.orientation)), np.eye(3)))
     return Placed(
-        partial(touch, surface, wrap.method, where),
+        partial(touch, surface, wrap.method, where, smooth=character.wrapping == "smooth"),
         axes.T,
         position + rotate(turn, plain_vector(surface.position)),
         wrap.surface,

@@ -7,21 +7,23 @@ import math
 import numpy as np
 
 from warpmuscle.core.array_types import Floats
-from warpmuscle.scene.wrapping.touch import BESIDE, INSIDE, THROUGH, Touch, sign, untouched
+from warpmuscle.scene.wrapping.touch import BESIDE, INSIDE, THROUGH, Touch, kept_size, sign, untouched
 
 STRAIGHT = 1e-5  # sine of the angle below which both ends lie opposite each other
 REACH = 1.0  # m, from the first end to the middle of the sphere; OpenSim takes no segment beyond it as running through
 
 
-def sphere_touch(a: Floats, b: Floats, radius: float, axis: int, side: int) -> Touch:
+def sphere_touch(a: Floats, b: Floats, full: float, axis: int, side: int, smooth: bool = False) -> Touch:
     """How a segment from a to b, (3,) m, goes round a sphere.
 
     Args:
-        axis, side: the half of the sphere that a path must stay on: the axis, and 1 or -1; 0: both halves. Only where
-            the straight segment would run through the sphere does the path touch it.
+        full: radius. axis, side: the half of the sphere that a path must stay on: the axis, and 1 or -1; 0: both
+            halves. Only where the straight segment would run through the sphere does the path touch it.
+        smooth: the sphere shrinks as an end of the segment goes inside.
     """
     da, db, d = np.linalg.norm(a), np.linalg.norm(b), b - a
-    if da < radius or db < radius:
+    radius = full * kept_size(float(min(da, db)) / full) if smooth else full
+    if radius == 0.0 or da < radius or db < radius:
         return untouched(INSIDE)
     square = float(d @ d)
     t = -float(a @ d) / square if square > 0.0 else 0.0

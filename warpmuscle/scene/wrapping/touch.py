@@ -32,3 +32,11 @@ def untouched(kind: int = FREE) -> Touch:
 def sign(x: float) -> int:
     """1 or -1; that of 0 is 1."""
     return 1 if x >= 0.0 else -1
+
+
+GIVES = 4.0  # see `kernels/wrap_touch.py`
+
+
+def kept_size(near: float) -> float:
+    """Share of its size that a smooth surface keeps with the end of a segment at so much of it from its middle."""
+    return min(max(1.0 - GIVES * (1.0 - near), 0.0), 1.0)
