@@ -80,7 +80,7 @@ def slots_for(capacity: int, floats: int, least: int) -> int:
     return max(least, -(-(floats - (SECOND - CONTROL) * capacity) // SLOT_FLOATS))
 
 
-def work_floats(capacity: int, coordinate_joints: bool = False, monomials: int = 0, slots: int = 0) -> int:
+def work_floats(capacity: int, coordinate_joints: bool = False, monomials: int = 0, slots: int | None = None) -> int:
     """Size of the working set of one instance in floats (4 bytes each): an odd multiple of 8.
 
     So lanes of two instances that read the same thing of the same body find it in different banks of shared memory.
@@ -88,11 +88,11 @@ def work_floats(capacity: int, coordinate_joints: bool = False, monomials: int =
 
     Args:
         coordinate_joints: whether there are joints as in `coordinate_joint.py`.
-        monomials: of paths that are polynomials. slots: of feet, see `slots_for`; 0 for those of the size class, in
+        monomials: of paths that are polynomials. slots: of feet, see `slots_for`; None for those of the size class, in
             which there need not be room for monomials, so that they come last.
     """
-    floats = (FIRST + SECOND) * capacity + SLOT_FLOATS * (slots or slots_of(capacity)) + OTHER_FLOATS
-    floats += 0 if slots else monomials
+    floats = (FIRST + SECOND) * capacity + OTHER_FLOATS
+    floats += SLOT_FLOATS * slots_of(capacity) + monomials if slots is None else SLOT_FLOATS * slots
     if coordinate_joints:
         floats += COORDINATE * capacity
         return floats + (4 - floats) % 8

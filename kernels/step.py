@@ -59,7 +59,8 @@ BEGIN = -1
 MAX_REGISTERS = 168  # three warps of 32 lanes in each quarter of a multiprocessor
 REGISTERS = 64 * 1024  # of a multiprocessor
 SHARED_MEMORY, SHARED_BY_SYSTEM = 228 * 1024, 1024  # bytes of a multiprocessor, and what it takes of them for a block
-LEAST_REGISTERS = 96  # with fewer, long paths keep more on the stack than more blocks make up for
+LEAST_REGISTERS = 96  # with fewer, long paths keep more on the stack than more blocks make up for ...
+LEAST_OF_WRAPS = 168  # ... and paths around surfaces
 WARP = 32  # threads that run together
 FEWER_REGISTERS = 128  # four warps; of long paths without surfaces, which wait for memory more than they compute
 
@@ -235,23 +236,24 @@ def module_options(block_dim: int) -> dict[str, Any]:
 
 def registers_of(muscles: MuscleKind | None) -> int:
     """Registers that a lane may have at most, where muscles are of a kind."""
-    routes = None if muscles is None else muscles.paths.routes
-    return MAX_REGISTERS if routes is None or routes.wraps > 0 else FEWER_REGISTERS
+    if muscles is None or muscles.paths.routes is None or muscles.paths.wraps:
+        return MAX_REGISTERS
+    return FEWER_REGISTERS
 
 
-def blocks_of(threads: int, floats: int) -> int:
+def blocks_of(threads: int, floats: int, wraps: bool = False) -> int:
     """Blocks of so many threads that a multiprocessor has shared memory and registers for; see `block_registers`.
 
     Args:
-        floats: numbers of the working sets of a block.
+        floats: numbers of the working sets of a block. wraps: whether paths wrap around surfaces.
     """
     by_memory = SHARED_MEMORY // (4 * floats + SHARED_BY_SYSTEM + 4 * threads)
-    return int(min(by_memory, REGISTERS // (LEAST_REGISTERS * threads)))
+    return int(min(by_memory, REGISTERS // ((LEAST_OF_WRAPS if wraps else LEAST_REGISTERS) * threads)))
 
 
-def block_registers(threads: int, floats: int) -> int:
+def block_registers(threads: int, floats: int, wraps: bool = False) -> int:
     """Registers of a lane with which as many blocks fit a multiprocessor as `blocks_of` says."""
-    return int(min(REGISTERS // (blocks_of(threads, floats) * threads) // 8 * 8, 255))
+    return int(min(REGISTERS // (blocks_of(threads, floats, wraps) * threads) // 8 * 8, 255))
 
 
 @cache
@@ -267,7 +269,7 @@ def step_kernel(
     controller: Controller = SIMBICON,
     skeleton: SkeletonKind = SkeletonKind(),  # noqa: B008, immutable
     forces: tuple[Force, ...] = (),
-    slots: int = 0,
+    slots: int | None = None,
     lap: Any = no_lap,
 ) -> Any:
     """The fused kernel of a size class: launch with dim=(running instances, lanes) and this block_dim.
@@ -277,23 +279,24 @@ def step_kernel(
         lanes: threads that share an instance; 1 on the CPU.
         block_dim: threads a block, a multiple of lanes.
         muscles, objective, collisions, motion, recorded, controller, skeleton, forces, lap: see `one_step_of`.
-        slots: of feet that it has room for, see `scratch.slots_for`; 0 for those of the size class.
+        slots: of feet that it has room for, see `scratch.slots_for`; None for those of the size class.
     """
     across = block_dim > WARP
+    instances_per_block = max(block_dim // lanes, 1)
     one_step = one_step_of(muscles, objective, collisions, motion, recorded, controller, skeleton, forces, lap, across)
     extensions_struct = extensions_of(controller, forces)
-    instances_per_block = max(block_dim // lanes, 1)
     monomials = 0 if muscles is None else muscles.paths.monomials
     floats = work_floats(capacity, bool(skeleton.joints), monomials, slots)
-    roomy, slots = slots > 0, slots or slots_of(capacity)
+    roomy, slots = slots is not None, slots_of(capacity) if slots is None else slots
     memory, block_floats = work_memory(floats, instances_per_block, across), instances_per_block * floats
     work_at = joint_stages_of(skeleton).work_at
+    wraps = muscles is not None and muscles.paths.wraps
     crowded = muscles is not None and muscles.long_paths  # else the compiler does well to compute places ahead
 
     @wp.kernel(
         module="unique",
         enable_backward=False,
-        cuda_max_registers=block_registers(block_dim, block_floats) if across else registers_of(muscles),
+        cuda_max_registers=block_registers(block_dim, block_floats, wraps) if across else registers_of(muscles),
         module_options=module_options(block_dim),
         grid_stride=False if across else None,
     )

@@ -19,6 +19,11 @@ class PathKind(NamedTuple):
     monomials: int = 0  # that polynomials have in common, see `polynomial_path.py`; 0: no path is a polynomial
     others: bool = True  # whether some paths are neither
 
+    @property
+    def wraps(self) -> bool:
+        """Whether some paths wrap around surfaces."""
+        return self.routes is not None and self.routes.wraps > 0
+
 
 @cache
 def any_stretch_of(

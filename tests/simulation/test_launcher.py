@@ -13,13 +13,21 @@ from warpmuscle.kernels.control import HELD, driven_from_outside
 from warpmuscle.kernels.record import NOTHING, RecordKind
 from warpmuscle.kernels.scratch import CONTROL, SECOND, SLOT_FLOATS
 from warpmuscle.kernels.step import block_registers, blocks_of
+from warpmuscle.kernels.stretch import PathKind
 from warpmuscle.kernels.term_functions import ObjectiveKind
 from warpmuscle.model.muscles import muscle_kind
 from warpmuscle.model.structure import structure_of
 from warpmuscle.scene import MuscleModel
 from warpmuscle.simulation import fused_kernel, launcher
 from warpmuscle.simulation.fused_kernel import WAVES, FusedKernel, KernelConfig, piece_lengths
-from warpmuscle.simulation.launcher import Launcher, in_large_blocks, kernel_config, soon_loaded, spread_config
+from warpmuscle.simulation.launcher import (
+    Launcher,
+    in_large_blocks,
+    kernel_config,
+    large_blocks,
+    soon_loaded,
+    spread_config,
+)
 from warpmuscle.simulation.rollout import Rollout
 
 CONFIG = KernelConfig(15, 8, 32, None, ObjectiveKind(), False, False, NOTHING)
@@ -136,6 +144,12 @@ def test_long_paths_share_blocks_whose_lanes_next_to_one_another_are_of_eight_in
     assert usual.muscles.pulls_at_hand  # which small size classes have no room for
     assert 3 * crossings <= (SECOND - CONTROL) * usual.capacity + SLOT_FLOATS * usual.slots
     assert not usual.muscles.delayed
+    wide = kernel_config(scene, structure, 5120, gpu, 32, NOTHING)
+    assert usual.large_blocks * usual.block_dim >= wide.large_blocks * wide.block_dim
+    # Working sets that leave room for few blocks, which then are larger ones:
+    polynomials = usual._replace(muscles=usual.muscles._replace(paths=PathKind(monomials=1300)))
+    many = large_blocks(polynomials, structure, None, 4)
+    assert (many.lanes, many.large_blocks * many.block_dim) == (32, 512)
     assert not in_large_blocks(usual._replace(collisions=True))  # which some instances test for while others do not
     assert not in_large_blocks(usual._replace(controller=HELD))
     with pytest.raises(RolloutError, match="lanes must be"):
@@ -148,5 +162,7 @@ def test_registers_leave_room_for_as_many_blocks_as_shared_memory_does(threads: 
     assert blocks * (4 * floats + 1024) <= 228 * 1024
     assert 96 <= registers <= 255
     assert blocks * threads * registers <= 64 * 1024
+    assert block_registers(threads, floats, wraps=True) >= max(168, registers)  # with fewer, wraps would spill
+    assert blocks_of(threads, floats, wraps=True) <= blocks
     more = blocks + 1
     assert more * (4 * floats + 1024 + 4 * threads) > 228 * 1024 or more * threads * 96 > 64 * 1024

@@ -365,6 +365,6 @@ def test_few_instances_have_more_lanes_so_that_no_multiprocessor_is_idle():
 
 
 def test_large_working_sets_have_more_lanes_so_that_a_multiprocessor_stays_full():
-    """With 8 lanes, ten warps with four working sets of 1368 numbers fit its memory, with 16 there are twelve."""
+    """With 8 lanes, eight warps with four working sets of 1660 numbers fit its memory, with 16 there are sixteen."""
     with_coordinate_joints = [work_floats(bodies, True) for bodies in (15, 20, 25, 35)]
-    assert [usual_lanes(None, floats, 65536, 132) for floats in with_coordinate_joints] == [16] * 4
+    assert [usual_lanes(None, floats, 65536, 132) for floats in with_coordinate_joints] == [8, 16, 16, 16]

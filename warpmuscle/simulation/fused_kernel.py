@@ -70,7 +70,7 @@ class KernelConfig(NamedTuple):
     controller: Controller = SIMBICON
     skeleton: SkeletonKind = SkeletonKind()
     forces: tuple[Force, ...] = ()
-    slots: int = 0  # of feet; 0 for those of the size class
+    slots: int | None = None  # of feet; None for those of the size class
 
     @property
     def work_floats(self) -> int:
@@ -88,13 +88,17 @@ class KernelConfig(NamedTuple):
         count = self.instances_a_block
         return -(-instances // count) * count if self.block_dim > WARP else instances
 
+    @property
+    def large_blocks(self) -> int:
+        """Blocks of several warps that fit a multiprocessor."""
+        wraps = self.muscles is not None and self.muscles.paths.wraps
+        return int(blocks_of(self.block_dim, self.instances_a_block * self.work_floats, wraps))
+
     def resident(self, multiprocessors: int) -> int:
         """Instances that so many multiprocessors have room for at once."""
-        floats = self.instances_a_block * self.work_floats
         if self.block_dim > WARP:
-            blocks = blocks_of(self.block_dim, floats)
-        else:
-            blocks = resident_blocks(floats, registers_of(self.muscles))
+            return multiprocessors * self.large_blocks * self.instances_a_block
+        blocks = resident_blocks(self.instances_a_block * self.work_floats, registers_of(self.muscles))
         return int(multiprocessors * blocks * self.instances_a_block)
 
 

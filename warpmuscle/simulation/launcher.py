@@ -11,7 +11,7 @@ from warpmuscle.core.errors import RolloutError
 from warpmuscle.kernels.control import HELD, driven_from_outside
 from warpmuscle.kernels.record import NOTHING, RecordKind
 from warpmuscle.kernels.scratch import PULLS_A_BODY, SLOT_FLOATS, capacity_of, slots_for
-from warpmuscle.kernels.step import WARP, blocks_of
+from warpmuscle.kernels.step import WARP
 from warpmuscle.model.bodies import foot_slots
 from warpmuscle.model.muscles import compiled_kind
 from warpmuscle.model.structure import Structure
@@ -115,7 +115,8 @@ def in_large_blocks(config: KernelConfig) -> bool:
 def large_blocks(config: KernelConfig, structure: Structure, lanes: int | None, slots: int) -> KernelConfig:
     """The configuration in blocks of several warps, with as many instances each as there is shared memory for.
 
-    Pulls of muscles are kept in the working set if as many blocks fit a multiprocessor with them.
+    Of the usual lanes there are those of which most fit a multiprocessor. Pulls of muscles are kept in the working set
+    if as many blocks fit with them.
 
     Args:
         slots: of the character's feet.
@@ -123,26 +124,21 @@ def large_blocks(config: KernelConfig, structure: Structure, lanes: int | None, 
     Raises:
         RolloutError: an impossible number of lanes, or the character is too large for a GPU.
     """
-    count = MOST_LANES if lanes is None else lanes
-    if count & (count - 1):
+    if lanes is not None and lanes & (lanes - 1):
         raise RolloutError(f"lanes must be one of 1, 2, 4, 8, 16, 32, not {lanes}")
     assert config.muscles is not None
     may_be_near = config.muscles.may_be_at_hand
-    config = config._replace(lanes=count, capacity=len(structure.names.bodies))  # no size class: each its own kernel
+    config = config._replace(capacity=len(structure.names.bodies))  # no size class: each its own kernel
     for together in (SIDE_BY_SIDE, SIDE_BY_SIDE // 2, 1):
-        large = config._replace(block_dim=max(count * together, 2 * WARP))
-        far = with_room(large, structure, slots, at_hand=False)
-        near = with_room(large, structure, slots, at_hand=may_be_near)
-        if blocks(near) == blocks(far) > 0:
-            return near
-        if blocks(far) > 0:
-            return far
+        found = []
+        for count in (MOST_LANES, 2 * MOST_LANES) if lanes is None else (lanes,):
+            large = config._replace(lanes=count, block_dim=max(count * together, 2 * WARP))
+            far, near = (with_room(large, structure, slots, at_hand) for at_hand in (False, may_be_near))
+            found.append(near if near.large_blocks == far.large_blocks else far)
+        most = max(found, key=lambda large: large.large_blocks * large.block_dim)
+        if most.large_blocks > 0:
+            return most
     raise RolloutError("the character has more bodies than a GPU block has memory for; simulate it on the CPU")
-
-
-def blocks(config: KernelConfig) -> int:
-    """Large blocks of a configuration that fit a multiprocessor."""
-    return int(blocks_of(config.block_dim, config.instances_a_block * config.work_floats))
 
 
 def with_room(config: KernelConfig, structure: Structure, slots: int, at_hand: bool) -> KernelConfig:
@@ -159,7 +155,7 @@ def with_room(config: KernelConfig, structure: Structure, slots: int, at_hand: b
         capacity = max(capacity, -(-pulls // (3 * PULLS_A_BODY)))
     else:
         slots = slots_for(capacity, pulls + monomials, slots)
-    return config._replace(capacity=capacity, slots=max(slots, 1), muscles=muscles._replace(pulls_at_hand=at_hand))
+    return config._replace(capacity=capacity, slots=slots, muscles=muscles._replace(pulls_at_hand=at_hand))
 
 
 def usual_lanes(lanes: int | None, floats: int, instances: int, multiprocessors: int) -> int:
