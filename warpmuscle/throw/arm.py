@@ -14,12 +14,12 @@ from numpy.typing import ArrayLike
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.arrays import rows
 from warpmuscle.core.errors import Error, SceneError
-from warpmuscle.core.pose import about, from_rotation_vector, rotate
+from warpmuscle.core.pose import about, conjugate, from_rotation_vector, multiply, rotate
 from warpmuscle.model.build import start_of
 from warpmuscle.model.paths import joints_of_muscles
 from warpmuscle.scene import Actuation, Drive, Motion, Scene
 from warpmuscle.scene.joints import joint_type, root_type
-from warpmuscle.scene.joints.turning import HINGE, UNIVERSAL
+from warpmuscle.scene.joints.turning import BALL, HINGE, UNIVERSAL
 from warpmuscle.scene.muscles.curves import OWN, SHAPED
 from warpmuscle.scene.parameters import Parameter, free_parameters, start_values, substitute
 from warpmuscle.scene.topology import Topology, topology
@@ -112,6 +112,15 @@ class Arm:
     def free(self) -> list[int]:
         """Places of the driven joints among all."""
         return [self.joints.index(name) for name in self.driven]
+
+    @cached_property
+    def hips(self) -> tuple[str, ...]:
+        """Balls from which bodies hang down from the root: legs, which stay upright where the trunk leans."""
+        points, root = body_points(self.scene, start_coordinates(self)[None]), self.scene.character.root
+        height = {name: float(place[0, 1]) for name, (place, _) in points.items()}
+        joints = self.scene.character.joints.items()
+        balls = [(name, joint.child) for name, joint in joints if joint.parent == root and joint_type(joint) is BALL]
+        return tuple(name for name, child in balls if height[child] < height[root])
 
     @cached_property
     def muscles(self) -> tuple[str, ...]:
@@ -225,6 +234,13 @@ def states(arm: Arm, motions: Motions) -> tuple[Floats, Floats, Floats]:
         coordinates, speeds = root.coordinates_of(place, from_rotation_vector(turned), velocity, angular)
         target[:, :, : speeds.shape[1]] = speeds.reshape(count, samples, -1)
     q[:, :, : coordinates.shape[1]] = coordinates.reshape(count, samples, -1)
+    upright = about(X_AXIS, -motions.pitch[0])
+    for body in (arm.names.body_of_joint(name) for name in arm.hips):
+        at, rate = arm.names.coordinate_start[body], arm.names.speed_start[body]
+        start = q[0, 0, at : at + 4].copy()
+        q[:, :, at : at + 4] = multiply(upright, np.broadcast_to(start, upright.shape))
+        axis = rotate(conjugate(start), X_AXIS)  # along the child's axes, as speeds are
+        v[:, :, rate : rate + 3], a[:, :, rate : rate + 3] = (-part[:, :, None] * axis for part in motions.pitch[1:])
     return q, v, a
 
 
