@@ -13,8 +13,10 @@ from warpmuscle.formats import load
 from warpmuscle.learning.episodes import EpisodeBatch
 from warpmuscle.learning.player import Player, text_of, undisturbed
 from warpmuscle.results.learned import Layer, Learned
+from warpmuscle.scene.controller import Command
 from warpmuscle.scene.learning import Task, Variation
 from warpmuscle.scene.masses import body_mass
+from warpmuscle.scene.number import Free
 from warpmuscle.simulation.perturbations import none
 from warpmuscle.simulation.rollout import Rollout
 from warpmuscle.studies.walkers import PolicyWalker, SceneWalker, loaded, under
@@ -105,6 +107,23 @@ def test_what_is_not_asked_for_is_the_walking_speed_where_that_was_learnt(scene,
     slow = replace(learned, task=text_of(Task(speed=(0.5, 0.9))))
     assert PolicyWalker(slow, scene, "cpu").commands["speed"].asked == pytest.approx(0.7)
     assert not PolicyWalker(replace(learned, task=text_of(Task())), scene, "cpu").commands
+
+
+def test_commands_of_the_scene_act_on_a_policy_that_is_not_told_of_them(scene, learned):
+    sloping = msgspec.structs.replace(
+        scene, commands={"slope": Command(0.0, -5.0, 5.0), "speed": Command(1.0, 0.5, 2.0)},
+        ground=msgspec.structs.replace(scene.ground, normal=(0.0, 1.0, Free(0.0, per={"slope": -0.0175}))),
+    )  # fmt: skip
+    walker, plain = PolicyWalker(learned, sloping, "cpu", 1), PolicyWalker(learned, scene, "cpu", 1)
+    assert list(walker.commands) == ["speed", "slope"]
+    assert walker.commands["speed"].max == 1.6
+    assert walker.scene({"slope": 2.0, "speed": 1.1}).ground.normal[2] == pytest.approx(-0.035)
+    found = walker.walk(SHORT, none(2), {"slope": np.array([0.0, 4.0])}, record=True)
+    steep = replace(none(2), slope=np.array([0.0, np.arctan(0.07)]))
+    expected = plain.walk(SHORT, steep, record=True)
+    np.testing.assert_array_equal(found.recordings[0].com, expected.recordings[0].com)
+    np.testing.assert_allclose(found.recordings[1].com, expected.recordings[1].com, atol=1e-4)
+    assert not np.allclose(found.recordings[1].com[-1], found.recordings[0].com[-1], atol=1e-3)
 
 
 def test_variants_of_a_body_are_not_disturbed_besides(scene):

@@ -158,22 +158,26 @@ class EpisodeBatch:
         So do all later ones. The task should draw nothing: no starts, noise, variants or pushes.
 
         Args:
-            disturbances: of the instances. commands: one value each, or (instances,), by name, m/s, rad/s or a
-                coordinate; what is not named stays as it was drawn.
+            disturbances: of the instances.
+            commands: one value each, or (instances,), by name: those of the task, m/s, rad/s or a coordinate, which
+                stay as they were drawn if they are not named; and others, which are the scene's.
 
         Raises:
-            RolloutError: another number of instances, or the task draws variants.
+            RolloutError: another number of instances, the task draws variants, or the scene takes no such command.
         """
         if self._variants.count > 1:
             raise RolloutError("instances that are variants of a body cannot be disturbed besides")
         rollout, state, n = self.rollout, self._stepper.state, len(self._stepper.state.step)
+        of_scene = {name: values for name, values in commands.items() if name not in self.command_names}
+        if of_scene:
+            rollout.set_commands(of_scene)
         rollout.disturb(disturbances)
         self._stepper = self._stepper_of(rollout.model)
         self.senses.surround(rollout.model)
         self._starts = start_table(self._stepper, first_states(rollout, self._stepper, n))
         told = self.episodes.command.numpy().copy()
-        for name, values in commands.items():
-            told[:, self.command_names.index(name)] = values
+        for column, name in enumerate(self.command_names):
+            told[:, column] = commands.get(name, told[:, column])
         self.episodes.command.assign(told)
         targets = [words(array) for array in (state.push, state.push_steps, self.episodes.command)]
         self._conditions = RowTable(targets, [wp.clone(target) for target in targets], self.device)

@@ -129,21 +129,23 @@ class PolicyWalker:
         self._gait: Gait | None = None
         task = undisturbed(task_of(learned))
         self._task = msgspec.structs.replace(task, command_time=0.0, episode_time=None)
-        plain = substitute(scene, start_values(scene))
-        self._scene = msgspec.structs.replace(plain, commands={}, learning=None)
+        self._scene = msgspec.structs.replace(scene, learning=None)
         learnt = commands_of(self._task)
         self._told = {name: one.asked for name, one in learnt.items()}
         if learnt["speed"].min <= WALKING_SPEED <= learnt["speed"].max:
             self._told["speed"] = WALKING_SPEED
         self._told |= dict(told or {})
-        self.commands: Mapping[str, Command] = {
+        known = {
             name: msgspec.structs.replace(one, value=self._told[name])
             for name, one in learnt.items()
             if one.min < one.max
         }
+        self._own = {name: one for name, one in scene.commands.items() if name not in learnt}
+        self.commands: Mapping[str, Command] = known | self._own
 
     def scene(self, commands: Mapping[str, float] | None = None) -> Scene:
-        return self._scene
+        own = {name: value for name, value in (commands or {}).items() if name in self._own}
+        return substitute(self._scene, start_values(self._scene), own)
 
     def walk(
         self,
