@@ -10,10 +10,10 @@ pose.
 
 A muscle becomes a spatial tendon of its name through the sites `<muscle>_0`, `<muscle>_1`, ... at its via points;
 conditional ones, which MuJoCo does not know, are left out. Cylinders and spheres that it wraps around become geoms (see
-`mjcf_wraps.py`). A muscle that acts on the character also becomes a muscle
-actuator, whose control is its excitation: MuJoCo's own law with our maximum force and speed, time constants, and fibre
-and tendon lengths. MuJoCo's curves differ from ours, its tendon is rigid and its fibre has no pennation. Delays and
-excitations of their own are not written.
+`mjcf_wraps.py`). A path actuator becomes a motor on its tendon, and a straight ligament the tendon's spring. A muscle
+that acts on the character also becomes a muscle actuator, whose control is its excitation: MuJoCo's own law with our
+maximum force and speed, time constants, and fibre and tendon lengths. MuJoCo's curves differ from ours, its tendon is
+rigid and its fibre has no pennation. Delays and excitations of their own are not written.
 
 Shapes and bones have the colours of the viewer; bones are capsules that touch nothing. The default camera looks from
 the right, and `side` goes along.

@@ -9,17 +9,18 @@ from warpmuscle.core.errors import SceneError
 from warpmuscle.formats.mjcf_text import numbers, text, texts
 from warpmuscle.formats.mjcf_wraps import add_geom, wrap_geoms
 from warpmuscle.model.muscles import driven
-from warpmuscle.scene import Character, Muscle, MuscleModel, Scene
+from warpmuscle.scene import Character, Ligament, Muscle, MuscleModel, Scene
 from warpmuscle.scene.initial_pose import plain_number
 from warpmuscle.scene.joints import joint_type
-from warpmuscle.scene.muscles import given
+from warpmuscle.scene.muscles import given, is_cable
+from warpmuscle.scene.muscles.cables import is_straight
 from warpmuscle.scene.topology import topology
 
 _OPERATING = (0.5, 1.5)  # fibre lengths over the optimal one that MuJoCo's lengthrange stands for; any two would do
 
 
 def add_muscles(model: Element, scene: Scene) -> int:
-    """Append sites, tendons and actuators of the muscles; the number of actuators."""
+    """Append sites, tendons and actuators of the muscles; the number of actuators that have an activation."""
     muscles = scene.character.muscles
     if not muscles:
         return 0
@@ -34,7 +35,7 @@ def add_muscles(model: Element, scene: Scene) -> int:
             raise SceneError(message, key=f"character.muscles.{name}.polynomial")
         around = wrap_geoms(tendons, name, muscle, scene.character)
         surfaces = {id(surface): key for key, surface in scene.character.surfaces.items()}
-        tendon = SubElement(tendons, "spatial", name=name)
+        tendon = SubElement(tendons, "spatial", _spring(name, muscle), name=name)
         for index, point in enumerate(muscle.path):
             if point.condition is None:
                 if point.body not in bodies:
@@ -47,8 +48,29 @@ def add_muscles(model: Element, scene: Scene) -> int:
                     add_geom(tendon, around[index], surfaces[id(around[index])], bodies)
     acting = driven(scene, topology(scene.character)).muscles
     for name in acting:
-        SubElement(actuators, "muscle", _actuator(muscles[name], scene.muscle_model), name=name, tendon=name)
-    return len(acting)
+        muscle = muscles[name]
+        if not is_cable(muscle):
+            SubElement(actuators, "muscle", _actuator(muscle, scene.muscle_model), name=name, tendon=name)
+        elif not isinstance(muscle.curve_shape, Ligament):
+            pull = {"gear": text(-plain_number(muscle.f_max)), "ctrlrange": "0 1"}
+            SubElement(actuators, "motor", pull, name=name, tendon=name)
+    return sum(not is_cable(muscles[name]) for name in acting)
+
+
+def _spring(name: str, muscle: Muscle) -> dict[str, str]:
+    """Attributes of a tendon that is a ligament, slack up to its length at rest.
+
+    Raises:
+        SceneError: its tension is not straight over its length.
+    """
+    shape = muscle.curve_shape
+    if not isinstance(shape, Ligament):
+        return {}
+    if not is_straight(shape):
+        message = "MuJoCo's tendons are springs without damping; leave the ligament out, or make its curve straight"
+        raise SceneError(message, key=f"character.muscles.{name}.curve_shape")
+    rest = plain_number(muscle.l_slack)
+    return {"stiffness": text(plain_number(muscle.f_max) / rest), "springlength": texts([0.0, rest])}
 
 
 def _add_pulleys(tendon: Element, muscle: Muscle, character: Character) -> None:

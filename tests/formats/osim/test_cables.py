@@ -3,11 +3,14 @@
 from pathlib import Path
 
 import msgspec
+import mujoco
 import numpy as np
 import pytest
 
 import osim_models as small
+from warpmuscle.core.errors import SceneError
 from warpmuscle.formats import Ignored, load, save
+from warpmuscle.formats.mjcf import dumps as mjcf_text
 from warpmuscle.formats.toml import dumps, loads
 from warpmuscle.scene import Excitation, Ligament, PathActuator, Scene
 from warpmuscle.simulation.rollout import Rollout
@@ -88,6 +91,27 @@ def test_what_pulls_with_nothing_is_left_out_and_told(tmp_path: Path, kind: str,
     assert not scene.character.muscles
     (note,) = [note for note in ignored if note.text == f"{kind} one"]
     assert message in note.reason
+
+
+def test_mujoco_pulls_as_much(tmp_path: Path):
+    rest = f"{REST}<stiffness>300</stiffness>"
+    cables = cable("PathSpring", "spring", rest, "rod") + cable("PathActuator", "cable", OPENSIM["cable"][1], "rod")
+    scene, _ = scene_of(tmp_path, cables)
+    model = mujoco.MjModel.from_xml_string(mjcf_text(scene))
+    data = mujoco.MjData(model)
+    data.qpos[0] = data.qpos[0] - 1.0
+    data.ctrl[0] = CONTROL
+    mujoco.mj_forward(model, data)
+    assert data.ten_length[0] > 0.25
+    arm = data.ten_J[0] if np.ndim(data.ten_J) == 1 else data.ten_J[0, 0]
+    assert float(data.qfrc_spring[0]) == pytest.approx(float(-300.0 * (data.ten_length[0] - 0.25) * np.ravel(arm)[0]))
+    assert float(data.qfrc_actuator[0]) == pytest.approx(float(-30.0 * CONTROL * np.ravel(arm)[0]))
+
+
+def test_mujoco_has_no_curved_ligaments(tmp_path: Path):
+    scene, _ = one(tmp_path, "Ligament", OPENSIM["plain"][1])
+    with pytest.raises(SceneError, match="springs without damping"):
+        mjcf_text(scene)
 
 
 def test_other_functions_of_a_ligament_become_splines_or_lines(tmp_path: Path):

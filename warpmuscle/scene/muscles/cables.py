@@ -29,3 +29,9 @@ class Ligament(Part, tag_field="type", tag="ligament"):
 
 
 CABLES = PathActuator | Ligament
+
+
+def is_straight(ligament: Ligament) -> bool:
+    """Whether its tension is a spring's without damping: 0 at its length at rest, and f_max at twice that."""
+    line = ligament.ends == "linear" and (ligament.x, ligament.y) == ([1.0, 2.0], [0.0, 1.0])
+    return line and ligament.dissipation == 0.0
