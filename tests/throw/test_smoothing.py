@@ -106,3 +106,13 @@ def test_noise_that_passes_the_filter_is_refused_where_it_hides_accelerations():
     with pytest.raises(SignalError, match=r"shoulder has noise of about [34]\S* deg.*lost even below.*--low-pass"):
         check_passed(noisy, low_passed(noisy, frequency), frequency, JOINTS)
     check_passed(motion(0.1), low_passed(motion(0.1), frequency), frequency, JOINTS)
+
+
+def test_short_motions_and_slow_recordings_pass_the_filter_that_is_chosen():
+    short = replace(motion(0.05), time=TIME[:15], angles=motion(0.05).angles[:15], pitch=0.1 * TIME[:15],
+                    place=np.zeros((15, 2)))  # fmt: skip
+    slow = motion(0.05, TIME[::5])
+    for others in ([short], [motion(0.05), slow]):
+        frequency = suitable(others)
+        assert frequency is not None
+        assert all(np.isfinite(low_passed(one, frequency).angles).all() for one in others)

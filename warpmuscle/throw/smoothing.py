@@ -27,6 +27,7 @@ TOO_NOISY, NOISY = 4.0, 0.25  # times as much acceleration beyond FASTEST as bel
 TRIED = 40  # cut-offs that residual analysis tries
 SLOWEST, NOISE_ONLY, LAST_TRIED = 2.0, 0.2, 0.45  # Hz; parts of the sampling rate, between which all is noise
 FOR_ACCELERATIONS = 0.6  # of the cut-off for angles
+PERIODS = 1.001  # of the chosen filter, which the shortest motion takes at least
 LOST = 0.25  # of the acceleration that passes a filter, at most, may be noise (root mean squares)
 
 
@@ -61,11 +62,14 @@ def low_passed(motion: Motion, frequency: float) -> Motion:
 def suitable(motions: Sequence[Motion]) -> float | None:
     """A cut-off, Hz, for motions of which some are noisy, see `low_passed`; None if none is.
 
-    It is the median of those that suit the noisy ones, each the highest of its angles.
+    It is the median of those that suit the noisy ones, each the highest of its angles, and one that all can pass.
     """
     noisy = [motion for motion in motions if max(noise(motion), default=0.0) > NOISY]
     found = [float(noise_and_cutoff(_even(motion), _rate(motion))[1].max()) for motion in noisy]
-    return FOR_ACCELERATIONS * float(np.median(found)) if found else None
+    if not found:
+        return None
+    lowest, highest = PERIODS / min(m.time[-1] for m in motions), LAST_TRIED * min(_rate(m) for m in motions)
+    return float(np.clip(FOR_ACCELERATIONS * np.median(found), lowest, highest))
 
 
 def noise_and_cutoff(angles: Floats, rate: float) -> tuple[Floats, Floats]:
