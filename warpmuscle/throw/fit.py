@@ -255,7 +255,8 @@ class _Fitting:
 
         Args:
             price: factor of that of leaving the extracted signals.
-            exact: whether derivatives are of steps as long as the scene's from the beginning, to a finer end.
+            exact: whether derivatives are of steps as long as the scene's from the beginning, to a finer end, even
+                where angles are followed well, as the hand may still be off.
         """
         follower, s = self._follower, self._settings
         self._progress(
@@ -284,7 +285,7 @@ class _Fitting:
         return fit(
             residuals, signals, parameters, iterations=steps, damping=damping,
             tolerance=FINE * s.tolerance if exact else s.tolerance, rough=None if exact else rough,
-            enough=None if shared or price > 1.0 else follower.followed,
+            enough=None if shared or exact or price > 1.0 else follower.followed,
         )  # fmt: skip
 
     def _distance(self, price: float = 1.0) -> Floats:
