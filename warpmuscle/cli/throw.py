@@ -255,8 +255,8 @@ def _print_problem(job: Job) -> None:
     for note in job.notes():
         log.print(marked("note:", "yellow", f" {note}"))
     _print_calibration(job)
-    whose = "the muscle groups" if job.strong is not job.arm else "the muscles as they are before the fit"
-    _print_lacks(job, job.lacks, whose)
+    whose = "the muscle groups that compute activations" if job.strong is not job.arm else "the muscles"
+    _print_lacks("before the fit:", job, job.lacks, whose)
 
 
 def _print_calibration(job: Job) -> None:
@@ -275,12 +275,12 @@ def _print_calibration(job: Job) -> None:
     )
 
 
-def _print_lacks(job: Job, lacks: Sequence[Lack], whose: str) -> None:
+def _print_lacks(when: str, job: Job, lacks: Sequence[Lack], whose: str) -> None:
     from warpmuscle.throw.problem import shortcoming
 
     text = shortcoming(job.arm, lacks, len(job.motions), whose)
     if text:
-        log.print(marked("beyond the arm:", "yellow", f" {text}"))
+        log.print(marked(when, "yellow", f" {text}"))
 
 
 def _fewest(scene: Scene, files: Sequence[Path], options: Options, numbers: tuple[int, int]) -> Job:
@@ -341,7 +341,7 @@ def _print_fit(job: Job, fitted: Fitted) -> None:
             f"  {job.motions.names[k]}: r2 {a.r2[k].min():.4f}, velocity r2 {a.velocity_r2[k].min():.3f}, "
             f"hand {100.0 * a.hand_error[k]:.1f} cm, correlation {a.correlation[k]:.3f}"
         )
-    _print_lacks(job, job.final_lacks(), "the fitted muscles")
+    _print_lacks("beyond the arm:", job, job.final_lacks(), "the fitted muscles")
 
 
 def _print_table(title: str, headings: Sequence[str], rows: Sequence[Row]) -> None:
