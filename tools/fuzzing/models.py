@@ -96,6 +96,18 @@ LEG = """<?xml version="1.0" encoding="UTF-8"?>
 <PathPoint name="2"><socket_parent_frame>/bodyset/foot</socket_parent_frame><location>-0.05 0 0</location></PathPoint>
 </objects></PathPointSet><PathWrapSet><objects><PathWrap><wrap_object>egg</wrap_object></PathWrap></objects>
 </PathWrapSet></GeometryPath><tendon_slack_length>0.35</tendon_slack_length></Thelen2003Muscle>
+<Ligament name="cruciate"><GeometryPath name="path"><PathPointSet><objects>
+<PathPoint name="1"><socket_parent_frame>/bodyset/thigh</socket_parent_frame><location>0 -0.38 0</location></PathPoint>
+<PathPoint name="2"><socket_parent_frame>/bodyset/shank</socket_parent_frame>
+<location>0.01 -0.02 0</location></PathPoint></objects></PathPointSet></GeometryPath>
+<resting_length>0.03</resting_length><pcsa_force>200</pcsa_force>
+<SimmSpline name="force_length_curve"><x>0.9 1 1.2 2</x>
+<y>0 0 0.3 3</y></SimmSpline></Ligament>
+<PathActuator name="rope"><GeometryPath name="path"><PathPointSet><objects>
+<PathPoint name="1"><socket_parent_frame>/bodyset/pelvis</socket_parent_frame><location>0.1 0 0.1</location></PathPoint>
+<PathPoint name="2"><socket_parent_frame>/bodyset/shank</socket_parent_frame>
+<location>0.08 -0.1 0</location></PathPoint>
+</objects></PathPointSet></GeometryPath><optimal_force>150</optimal_force><min_control>0</min_control><max_control>1</max_control></PathActuator>
 <CoordinateActuator name="motor"><coordinate>adduction</coordinate></CoordinateActuator>
 <CoordinateLimitForce name="stop"><coordinate>bend</coordinate><upper_limit>0</upper_limit>
 <lower_limit>-120</lower_limit><transition>5</transition></CoordinateLimitForce>
