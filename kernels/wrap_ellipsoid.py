@@ -24,7 +24,7 @@ SETTLED = 1.0e-6  # share of the unit sphere's squared radius by which a place m
 TOUCHING = 1.0e-4  # squared distance from the middle of the unit sphere that still counts as outside it
 SMALLEST = 1.0e-12
 LEAST_SHARE = 1.0e-3  # of radii that something goes round
-ENTERED = 0.18  # depth in the unit sphere, 1 less a squared distance, at which a smooth path is all on its side
+ENTERED = 0.12  # depth in the unit sphere, 1 less a squared distance, at which a smooth path is all on its side
 NEARLY_ROUND = 6.0  # rad; an arc as long as that is one that has just begun the other way round
 
 
@@ -197,7 +197,7 @@ def ellipsoid_touch_of(smooth: bool) -> Any:
                 c = nearest_on_ellipsoid(c, r, -1)
             if wp.static(smooth):  # it comes over to its side as the segment goes in
                 over = wp.clamp(depth / ENTERED, 0.0, 1.0)
-                c = nearest_on_ellipsoid(wp.lerp(guide.point, c, over * over * (3.0 - 2.0 * over)), r, -1)
+                c = nearest_on_ellipsoid(wp.lerp(guide.point, c, over), r, -1)
                 start = c
         c = wp.cw_div(c, r)
         start = wp.cw_div(start, r)
