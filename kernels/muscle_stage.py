@@ -39,16 +39,9 @@ from warpmuscle.kernels.springs import ANY_SPRINGS, SPRINGS
 from warpmuscle.kernels.stretch import PathKind, any_stretch_of
 from warpmuscle.kernels.structs import LARGEST, ModelRef, RecordRef, ScratchRef, StateRef, afresh, at, rolled, whole
 from warpmuscle.kernels.term_functions import MuscleWork, muscle_terms_of
+from warpmuscle.kernels.turns import in_turn, next_turn
 
 HILL, LEGACY, IDEAL = 0, 1, 2  # laws
-
-
-@wp.func
-def in_turn(k: int, lane: int, lanes: int, count: int) -> int:
-    """Which of the muscles, by their work, a lane takes where it would take the k-th: there and back again."""
-    first = k - lane
-    turned = wp.min(first + lanes, count) - 1 - lane
-    return wp.where((first // lanes) % 2 == 1 and first + lanes <= count, turned, k)
 
 
 class MuscleKind(NamedTuple):
@@ -88,13 +81,18 @@ class MuscleKind(NamedTuple):
 
 @cache
 def muscle_stage_of(
-    kind: MuscleKind, terms: tuple[Any, ...] = (), recorded: bool = True, controller: Controller = SIMBICON
+    kind: MuscleKind,
+    terms: tuple[Any, ...] = (),
+    recorded: bool = True,
+    controller: Controller = SIMBICON,
+    together: int = 0,
 ) -> Any:
     """The Warp function that lets the muscles of a kind drive the joints, see `actuation`. It ends with a barrier.
 
     Args:
         kind: what is compiled in. terms: of the objective, see `term_functions.muscle_functions`.
         recorded: whether frames hold what the muscles do. controller: what excites them.
+        together: lanes of each instance in a warp, where warps share instances; 0: they do not.
     """
     add_terms = muscle_terms_of(terms)
     contraction = contraction_of(kind.curves, kind.tendon, kind.implicit, kind.own)
@@ -114,7 +112,7 @@ def muscle_stage_of(
     senses, extension_struct = sense is not None, controller.extension
     at_hand, straight, timed = kind.pulls_at_hand, kind.straight, kind.timed
     coordinate_joints, ordered = kind.coordinate_joints, kind.long_paths
-    polynomials = kind.paths.monomials > 0
+    polynomials, queued = kind.paths.monomials > 0, kind.long_paths and together > 0
     late = kind.delayed
     shared, places = kind.shared > 0, AT_HAND if at_hand else IN_STATE
     arms, share = places.arms, places.get
@@ -251,6 +249,8 @@ def muscle_stage_of(
         work: ScratchRef,
         extension: wp.ref[extension_struct],
     ):
+        if wp.static(queued):
+            next_turn(1)
         joint_velocities(lane, lanes, model, work)
         if wp.static(coordinate_joints):
             coordinate_velocities(instance, lane, lanes, model, work)
@@ -262,7 +262,14 @@ def muscle_stage_of(
             for m in range(lane, model.muscles.count, lanes):
                 prepare(instance, m, model, state, work)
             sharing_stage(instance, lane, lanes, model, state, work)
-        if wp.static(ordered):
+        if wp.static(queued):
+            first = next_turn(0) * wp.static(together)
+            while first < model.muscles.count:
+                place = first + lane % wp.static(together)
+                if place < model.muscles.count:
+                    one_muscle(instance, whole(model.routes.order[place]), frame, model, state, record, work, extension)
+                first = next_turn(0) * wp.static(together)
+        elif wp.static(ordered):
             for k in range(lane, model.muscles.count, lanes):
                 place = in_turn(k, lane, lanes, model.muscles.count)
                 one_muscle(instance, whole(model.routes.order[place]), frame, model, state, record, work, extension)

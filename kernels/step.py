@@ -59,6 +59,7 @@ BEGIN = -1
 MAX_REGISTERS = 168  # three warps of 32 lanes in each quarter of a multiprocessor
 REGISTERS = 64 * 1024  # of a multiprocessor
 SHARED_MEMORY, SHARED_BY_SYSTEM = 228 * 1024, 1024  # bytes of a multiprocessor, and what it takes of them for a block
+SHARED_BESIDE_CACHE = 196 * 1024  # that leave the first cache room for moment arms, where working sets have none
 LEAST_REGISTERS = 96  # with fewer, long paths keep more on the stack than more blocks make up for ...
 LEAST_OF_WRAPS = 168  # ... and paths around surfaces
 WARP = 32  # threads that run together
@@ -102,6 +103,7 @@ def one_step_of(
     forces: tuple[Force, ...] = (),
     lap: Any = no_lap,
     across: bool = False,
+    together: int = 0,
 ) -> Any:
     """The Warp function that makes one step of one instance and returns its status, the same on all lanes.
 
@@ -115,6 +117,7 @@ def one_step_of(
         skeleton: of the bodies and joints that the model has.
         lap: called as each of `STAGES` ends, by its number.
         across: whether lanes of an instance are in several warps, see `step_kernel`.
+        together: of them in each warp, where a warp has some of all instances of its block; else 0.
     """
     record_desired, record_stage = recorders_of(recorded)
     control_stage, advance = control_stage_of(controller), controller.advance
@@ -130,7 +133,7 @@ def one_step_of(
     extensions_struct = extensions_of(controller, forces)
     if muscles is not None:
         functions = muscle_functions(objective, muscles.own)
-        muscle_stage = muscle_stage_of(muscles, functions, recorded.muscles, controller)
+        muscle_stage = muscle_stage_of(muscles, functions, recorded.muscles, controller, together)
     objective_stage = objective_stage_of(objective)
     collision_stage = collision_stage_of(collisions)
 
@@ -241,19 +244,21 @@ def registers_of(muscles: MuscleKind | None) -> int:
     return FEWER_REGISTERS
 
 
-def blocks_of(threads: int, floats: int, wraps: bool = False) -> int:
+def blocks_of(threads: int, floats: int, muscles: MuscleKind | None = None) -> int:
     """Blocks of so many threads that a multiprocessor has shared memory and registers for; see `block_registers`.
 
     Args:
-        floats: numbers of the working sets of a block. wraps: whether paths wrap around surfaces.
+        floats: numbers of the working sets of a block. muscles: their kind.
     """
-    by_memory = SHARED_MEMORY // (4 * floats + SHARED_BY_SYSTEM + 4 * threads)
-    return int(min(by_memory, REGISTERS // ((LEAST_OF_WRAPS if wraps else LEAST_REGISTERS) * threads)))
+    block = 4 * floats + SHARED_BY_SYSTEM + 4 * threads
+    wraps, at_hand = muscles is not None and muscles.paths.wraps, muscles is None or muscles.pulls_at_hand
+    memory = SHARED_MEMORY if at_hand or block > SHARED_BESIDE_CACHE else SHARED_BESIDE_CACHE
+    return int(min(memory // block, REGISTERS // ((LEAST_OF_WRAPS if wraps else LEAST_REGISTERS) * threads)))
 
 
-def block_registers(threads: int, floats: int, wraps: bool = False) -> int:
+def block_registers(threads: int, floats: int, muscles: MuscleKind | None = None) -> int:
     """Registers of a lane with which as many blocks fit a multiprocessor as `blocks_of` says."""
-    return int(min(REGISTERS // (blocks_of(threads, floats, wraps) * threads) // 8 * 8, 255))
+    return int(min(REGISTERS // (blocks_of(threads, floats, muscles) * threads) // 8 * 8, 255))
 
 
 @cache
@@ -283,20 +288,22 @@ def step_kernel(
     """
     across = block_dim > WARP
     instances_per_block = max(block_dim // lanes, 1)
-    one_step = one_step_of(muscles, objective, collisions, motion, recorded, controller, skeleton, forces, lap, across)
+    one_step = one_step_of(
+        muscles, objective, collisions, motion, recorded, controller, skeleton, forces, lap, across,
+        together=WARP // instances_per_block if across else 0,
+    )  # fmt: skip
     extensions_struct = extensions_of(controller, forces)
     monomials = 0 if muscles is None else muscles.paths.monomials
     floats = work_floats(capacity, bool(skeleton.joints), monomials, slots)
     roomy, slots = slots is not None, slots_of(capacity) if slots is None else slots
     memory, block_floats = work_memory(floats, instances_per_block, across), instances_per_block * floats
     work_at = joint_stages_of(skeleton).work_at
-    wraps = muscles is not None and muscles.paths.wraps
     crowded = muscles is not None and muscles.long_paths  # else the compiler does well to compute places ahead
 
     @wp.kernel(
         module="unique",
         enable_backward=False,
-        cuda_max_registers=block_registers(block_dim, block_floats, wraps) if across else registers_of(muscles),
+        cuda_max_registers=block_registers(block_dim, block_floats, muscles) if across else registers_of(muscles),
         module_options=module_options(block_dim),
         grid_stride=False if across else None,
     )

@@ -11,6 +11,7 @@ from warpmuscle.core.errors import RolloutError
 from warpmuscle.formats import load
 from warpmuscle.kernels.control import HELD, driven_from_outside
 from warpmuscle.kernels.record import NOTHING, RecordKind
+from warpmuscle.kernels.route_bends import RouteKind
 from warpmuscle.kernels.scratch import CONTROL, SECOND, SLOT_FLOATS
 from warpmuscle.kernels.step import block_registers, blocks_of
 from warpmuscle.kernels.stretch import PathKind
@@ -148,8 +149,11 @@ def test_long_paths_share_blocks_whose_lanes_next_to_one_another_are_of_eight_in
     assert usual.large_blocks * usual.block_dim >= wide.large_blocks * wide.block_dim
     # Working sets that leave room for few blocks, which then are larger ones:
     polynomials = usual._replace(muscles=usual.muscles._replace(paths=PathKind(monomials=1300)))
-    many = large_blocks(polynomials, structure, None, 4)
+    many = large_blocks(polynomials, structure, None, 4, 65536, 132)
     assert (many.lanes, many.large_blocks * many.block_dim) == (32, 512)
+    few = kernel_config(scene, structure, 1024, gpu, None, NOTHING)
+    assert (few.lanes, few.resident(132) >= 1024) == (32, True)  # which all fit at once with most lanes
+    assert {config.muscles for config in (few, asked, wide)} == {usual.muscles}  # so that results are the same
     assert not in_large_blocks(usual._replace(collisions=True))  # which some instances test for while others do not
     assert not in_large_blocks(usual._replace(controller=HELD))
     with pytest.raises(RolloutError, match="lanes must be"):
@@ -162,7 +166,10 @@ def test_registers_leave_room_for_as_many_blocks_as_shared_memory_does(threads: 
     assert blocks * (4 * floats + 1024) <= 228 * 1024
     assert 96 <= registers <= 255
     assert blocks * threads * registers <= 64 * 1024
-    assert block_registers(threads, floats, wraps=True) >= max(168, registers)  # with fewer, wraps would spill
-    assert blocks_of(threads, floats, wraps=True) <= blocks
+    plain = muscle_kind(MuscleModel())
+    wraps = plain._replace(paths=PathKind(RouteKind(wraps=2)), pulls_at_hand=True)
+    assert block_registers(threads, floats, wraps) >= max(168, registers)  # with fewer, wraps would spill
+    assert blocks_of(threads, floats, wraps) <= blocks
+    assert blocks_of(threads, floats, plain) * (4 * floats + 1024 + 4 * threads) <= 196 * 1024  # arms want the cache
     more = blocks + 1
     assert more * (4 * floats + 1024 + 4 * threads) > 228 * 1024 or more * threads * 96 > 64 * 1024

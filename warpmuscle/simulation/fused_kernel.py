@@ -91,8 +91,7 @@ class KernelConfig(NamedTuple):
     @property
     def large_blocks(self) -> int:
         """Blocks of several warps that fit a multiprocessor."""
-        wraps = self.muscles is not None and self.muscles.paths.wraps
-        return int(blocks_of(self.block_dim, self.instances_a_block * self.work_floats, wraps))
+        return int(blocks_of(self.block_dim, self.instances_a_block * self.work_floats, self.muscles))
 
     def resident(self, multiprocessors: int) -> int:
         """Instances that so many multiprocessors have room for at once."""

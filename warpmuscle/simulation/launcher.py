@@ -96,7 +96,8 @@ def kernel_config(
     if device.is_cpu:
         return config
     if in_large_blocks(config):
-        return large_blocks(config, structure, lanes, len(foot_slots(scene, structure.names)[1]))
+        slots = len(foot_slots(scene, structure.names)[1])
+        return large_blocks(config, structure, lanes, slots, instances, device.sm_count)
     return config._replace(
         lanes=usual_lanes(lanes, config.work_floats, instances, device.sm_count), block_dim=GPU_BLOCK
     )
@@ -112,11 +113,14 @@ def in_large_blocks(config: KernelConfig) -> bool:
     return config.muscles is not None and config.muscles.long_paths and uniform
 
 
-def large_blocks(config: KernelConfig, structure: Structure, lanes: int | None, slots: int) -> KernelConfig:
+def large_blocks(
+    config: KernelConfig, structure: Structure, lanes: int | None, slots: int, instances: int, multiprocessors: int
+) -> KernelConfig:
     """The configuration in blocks of several warps, with as many instances each as there is shared memory for.
 
-    Of the usual lanes there are those of which most fit a multiprocessor. Pulls of muscles are kept in the working set
-    if as many blocks fit with them.
+    Of the usual lanes there are those of which most fit a multiprocessor, or the most if all instances fit at once with
+    them. Pulls of muscles are kept in the working set if as many blocks fit with them, whatever lanes are asked for:
+    results do not depend on these.
 
     Args:
         slots: of the character's feet.
@@ -129,15 +133,34 @@ def large_blocks(config: KernelConfig, structure: Structure, lanes: int | None, 
     assert config.muscles is not None
     may_be_near = config.muscles.may_be_at_hand
     config = config._replace(capacity=len(structure.names.bodies))  # no size class: each its own kernel
+    usual = []
+    for count in (MOST_LANES, WARP):
+        far = in_blocks(config, structure, slots, count, at_hand=False)
+        near = in_blocks(config, structure, slots, count, at_hand=may_be_near)
+        same = near.instances_a_block == far.instances_a_block and near.large_blocks >= far.large_blocks
+        usual.append(near if same else far)
+    most = max(usual, key=lambda large: large.large_blocks * large.block_dim)
+    assert most.muscles is not None
+    wide = in_blocks(config, structure, slots, lanes or WARP, most.muscles.pulls_at_hand)
+    if lanes is not None and wide.muscles != most.muscles:
+        raise RolloutError(f"lanes must be more than {lanes} for this character")
+    fits = instances <= wide.resident(multiprocessors) and wide.muscles == most.muscles
+    return wide if lanes is not None or fits else most
+
+
+def in_blocks(config: KernelConfig, structure: Structure, slots: int, lanes: int, at_hand: bool) -> KernelConfig:
+    """The configuration in large blocks with so many lanes; slots, at_hand: see `with_room`.
+
+    Raises:
+        RolloutError: the character is too large for a GPU.
+    """
     for together in (SIDE_BY_SIDE, SIDE_BY_SIDE // 2, 1):
-        found = []
-        for count in (MOST_LANES, 2 * MOST_LANES) if lanes is None else (lanes,):
-            large = config._replace(lanes=count, block_dim=max(count * together, 2 * WARP))
-            far, near = (with_room(large, structure, slots, at_hand) for at_hand in (False, may_be_near))
-            found.append(near if near.large_blocks == far.large_blocks else far)
-        most = max(found, key=lambda large: large.large_blocks * large.block_dim)
-        if most.large_blocks > 0:
-            return most
+        large = config._replace(lanes=lanes, block_dim=max(lanes * together, 2 * WARP))
+        large = with_room(large, structure, slots, at_hand)
+        if large.large_blocks > 0:
+            return large
+    if at_hand:
+        return in_blocks(config, structure, slots, lanes, at_hand=False)
     raise RolloutError("the character has more bodies than a GPU block has memory for; simulate it on the CPU")
 
 
