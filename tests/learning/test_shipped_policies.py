@@ -8,7 +8,12 @@ from warpmuscle.examples import write
 from warpmuscle.formats import load
 from warpmuscle.learning.player import commanded, learned_in, replay, task_of
 
-NAMES = ["walk56_by_command", "walk56_like_people", pytest.param("gait2392_by_policy", marks=pytest.mark.long)]
+NAMES = [
+    "walk56_by_command",
+    "walk56_like_people",
+    "walk56_tasks",
+    pytest.param("gait2392_by_policy", marks=pytest.mark.long),
+]
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -20,4 +25,4 @@ def test_a_shipped_policy_walks(name, tmp_path):
     recording, status = replay(learned.policy, scene, "cpu", msgspec.structs.replace(task, episode_time=2.0))
     assert status == Status.COMPLETED
     assert recording.com_velocity[:, 2].mean() == pytest.approx(1.2, abs=0.15)
-    assert (tmp_path / f"{name}.h5").stat().st_size < 350_000
+    assert (tmp_path / f"{name}.h5").stat().st_size < 600_000

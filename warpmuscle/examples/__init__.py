@@ -91,11 +91,11 @@ EXAMPLES = {
     "sweep": Example("a sweep over seeds, speeds and weakness", shipped("speeds.toml")),
     "learning": Example("an arm that learns to reach by its six muscles", shipped("reaching.toml")),
     "policies": Example(
-        "policies that walk: by command and on after pushes, like people, and on the muscles of OpenSim's gait2392",
+        "policies that walk: by command, like people, at many tasks, and on the muscles of OpenSim's gait2392",
         shipped(
             "gait2392_by_policy.toml",
             "gait2392_by_policy.h5",
-            *(f"walk56_{name}.{end}" for name in ("by_command", "like_people") for end in ("toml", "h5")),
+            *(f"walk56_{name}.{end}" for name in ("by_command", "like_people", "tasks") for end in ("toml", "h5")),
         ),
     ),
     "gait": Example("a recorded walk over the gait cycle, and a scene that tracks it", _gait),
