@@ -37,8 +37,8 @@ WALK = (
     Bar("maximum vertical force", "body weights", (None, 1.2), (None, 1.15)),
     Bar("stance", "% of the cycle", (59, 65), (61, 63)),
     Bar("double support", "% of the cycle", (18, 25), (20, 24)),
-    Bar(COST, "J/(kg m)", (None, 3.6), (None, 3.3)),
-    Bar(COST_WANG, "J/(kg m)", (None, 5.0), (None, 4.5)),
+    Bar(COST, "J/(kg m)", (0.0, 3.6), (0.0, 3.3)),  # muscles that are pulled can take up more than they spend
+    Bar(COST_WANG, "J/(kg m)", (0.0, 5.0), (0.0, 4.5)),
     Bar("muscle mass", "% of the body", (None, 40), (None, 40)),
     UPRIGHT,
     PUSHED,
