@@ -199,6 +199,7 @@ def test_info_shows_muscles_and_points_out_those_that_cannot_act(tmp_path):
     assert "leaves no fibre" in shown.stderr
 
 
+@pytest.mark.long
 def test_muscle_mass_is_shown_and_too_much_of_it_warned_of(tmp_path):
     heavy = ("--set", "muscle_model.specific_tension=0.25e6")
     shown = run("info", "walk56", folder=tmp_path)

@@ -81,7 +81,9 @@ def files(folder: Path) -> dict[str, bytes]:
     return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 
-@pytest.mark.parametrize("name", COMMANDS)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=pytest.mark.long if name == "report" else ()) for name in COMMANDS]
+)
 def test_full_disk_leaves_the_older_file_and_nothing_else(name, run, tmp_path):
     command = COMMANDS[name]
     if name in COMPILING:

@@ -46,6 +46,7 @@ def run(folder, monkeypatch, capsys):
     return call
 
 
+@pytest.mark.long
 def test_plot_draws_all_that_a_file_has_and_says_what_it_has_not(folder, run):
     assert run("plot", "best.h5", "-o", "every.png")[0] == 0
     assert {file.name for file in folder.glob("every_*.png")} == {f"every_{kind}.png" for kind in KINDS}

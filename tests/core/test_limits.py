@@ -18,7 +18,7 @@ from warpmuscle.core.files import read_file
 from warpmuscle.core.limits import LIMITS, check_size
 from warpmuscle.formats import load, toml
 from warpmuscle.optimization.optimize import optimize
-from warpmuscle.scene import Body, Muscle, Scene, ViaPoint
+from warpmuscle.scene import Body, Ligament, Muscle, MuscleModel, Scene, ViaPoint
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.validation.scene import check_scene
 from warpmuscle.simulation.rollout import Rollout
@@ -84,6 +84,12 @@ def many_muscles(scene: Scene) -> None:
     scene.character.muscles |= {f"m{k}": Muscle(path=path, f_max=1.0, l_opt=0.1, l_slack=0.1) for k in range(6000)}
 
 
+def long_ligament(scene: Scene) -> None:
+    knots = np.arange(2000.0).tolist()
+    scene.muscle_model = MuscleModel(curves="millard")
+    scene.character.muscles["HFL"].curve_shape = Ligament(knots, knots)
+
+
 def long_curve(scene: Scene) -> None:
     component = scene.controller.states[0].trajectories["SWING_Hip"].components[0]
     component.phase = component.angle = np.arange(300_000.0).tolist()
@@ -145,6 +151,7 @@ TOO_LARGE: dict[str, tuple[str, Callable[[Path], object]]] = {
     "values": ("", changed(long_curve)),
     "bodies": ("character.bodies", changed(chain)),
     "muscles": ("character.muscles", changed(many_muscles)),
+    "knots": ("character.muscles.HFL.curve_shape.x", changed(long_ligament)),
     "parameters": ("", changed(many_parameters)),
     "steps": ("duration", changed(lambda scene: setattr(scene, "duration", 1e9))),
     "steps, tiny": ("duration", changed(lambda scene: setattr(scene, "time_step", 1e-11))),

@@ -21,7 +21,10 @@ ROUNDING = 1.0e-4  # rad or m that rounding may come to in so short a time, besi
 
 def cases() -> list[object]:
     """All kinds on the GPU, and small ones on the CPU."""
-    on_cpu = [pytest.param(("cpu", kind), id=f"cpu-{kind}") for kind in SMALL]
+    on_cpu = [
+        pytest.param(("cpu", kind), id=f"cpu-{kind}", marks=pytest.mark.long if number else ())
+        for number, kind in enumerate(SMALL)
+    ]
     return [pytest.param((GPU, kind), id=f"gpu-{kind}", marks=pytest.mark.gpu) for kind in KINDS] + on_cpu
 
 

@@ -360,6 +360,7 @@ def test_a_hinge_that_nothing_heavy_follows_swings_as_one_that_is_not_followed()
         np.testing.assert_allclose(one, other, atol=2e-3)
 
 
+@pytest.mark.long
 def test_a_prescribed_hinge_moves_its_followers():
     time = np.linspace(0.0, 0.5, 11)
     motion = {"l5": Motion(time=time.tolist(), value=(0.3 * np.sin(6.0 * time)).tolist())}

@@ -170,6 +170,7 @@ def test_strain_of_a_tendon_may_be_free() -> None:
     assert np.abs(rollout.recording(0).muscle_force - rollout.recording(2).muscle_force)[:, 0].max() > 20.0
 
 
+@pytest.mark.long
 def test_metabolic_power_is_that_of_the_shaped_curves() -> None:
     """What the terms of a step add up is what the recorded motion gives; other than with the default curves."""
     from warpmuscle.gait.muscle_effort import spent

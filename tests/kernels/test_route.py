@@ -205,7 +205,7 @@ def test_polynomials_of_several_joints_have_the_gradient_of_their_lengths():
     np.testing.assert_allclose(paths.speed[:, 1], 0.09 * c**2 * rate[2] + 0.03 * a**2 * rate[0], atol=1e-6)
 
 
-@pytest.mark.parametrize("make", [wrapped_leg, moving_arm])
+@pytest.mark.parametrize("make", [wrapped_leg, pytest.param(moving_arm, marks=pytest.mark.long)])
 def test_the_whole_step_has_the_same_lengths(make):
     scene = make()
     scene.duration, scene.muscle_model.initial_activation = 0.1, 0.2

@@ -62,6 +62,7 @@ def test_only_terms_with_a_weight_are_summed_and_torque_always():
     assert counted_terms(Objective(effort_cubed=Free(0.0, 0.0, 1.0))) == ("torque", "effort_cubed")
 
 
+@pytest.mark.long
 def test_efforts_of_two_muscles_at_constant_activation():
     terms = values(held())
     np.testing.assert_allclose(terms["effort_squared"], 2.0 * ACTIVE**2, rtol=1e-5)

@@ -210,6 +210,7 @@ def test_free_parameters_differ_between_instances_to_the_bit_as_alone_and_over_l
         np.testing.assert_array_equal(alone.state.speeds.numpy()[0], speeds)
 
 
+@pytest.mark.long
 def test_an_exoskeleton_adds_to_what_muscles_do_at_its_joint():
     torque = []
     for forces in ({}, {"exo": Force("bilinear_spring", joint="elbow", parameters=ANKLE | {"rest_angle": -1.0})}):

@@ -96,6 +96,7 @@ def test_reflexes_are_compiled_and_kept_only_where_there_are_some(name: str, ref
     assert len(state.muscles.reflex) == len(state.muscles.landed) == (3 if reflexes else 0)
 
 
+@pytest.mark.long
 def test_an_instance_that_starts_again_repeats_its_walk():
     rollout = Rollout(load("reflex_walk"), 2, "cpu", threads=1)
     rollout.run(0.8)

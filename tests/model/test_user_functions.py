@@ -106,6 +106,7 @@ def run(given: Scene) -> Rollout:
 class TestRuns:
     """What runs inside the step."""
 
+    @pytest.mark.long
     def test_five_lines_of_a_module_add_a_term_and_a_curve_that_do_what_those_of_the_package_do(self):
         given = scene({f"{NAME}:effort": 3.0})
         given.muscle_model = MuscleModel(active_force_length=f"{NAME}:bell")
@@ -115,7 +116,7 @@ class TestRuns:
         np.testing.assert_array_equal(terms[f"{NAME}:effort"], terms["effort_squared"])
         np.testing.assert_allclose(own.cost() - plain.cost(), 3.0 * terms[f"{NAME}:effort"])
 
-    @pytest.mark.parametrize("tendon", ["rigid", "compliant"])
+    @pytest.mark.parametrize("tendon", ["rigid", pytest.param("compliant", marks=pytest.mark.long)])
     def test_another_curve_is_another_motion(self, tendon: str):
         given, plain = (scene(muscle_model=MuscleModel(tendon=tendon)) for _ in "ab")
         given.muscle_model.active_force_length = f"{NAME}:weak"

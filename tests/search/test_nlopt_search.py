@@ -80,7 +80,14 @@ def test_every_algorithm_is_deterministic_also_interleaved(algorithm):
             second.tell(sphere(second.ask()))
 
 
-@pytest.mark.parametrize("algorithm", [name for name in algorithms() if name != UNAVAILABLE])
+@pytest.mark.parametrize(
+    "algorithm",
+    [
+        pytest.param(name, marks=pytest.mark.long if number % 5 else ())
+        for number, name in enumerate(algorithms())
+        if name != UNAVAILABLE
+    ],
+)
 def test_threads_end_when_searches_are_dropped(algorithm):
     gc.collect()
     before = threading.active_count()

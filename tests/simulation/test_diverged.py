@@ -65,7 +65,9 @@ def tried(scene: Scene, seed: int, largest: float = 1e37) -> Rollout:
 
 @pytest.mark.filterwarnings("error::RuntimeWarning")
 @pytest.mark.parametrize("largest", [1e4, 1e37, 1e300])
-@pytest.mark.parametrize("name", ["fwalk", "walk56", "reflex_walk", "walk56 everywhere"])
+@pytest.mark.parametrize(
+    "name", ["fwalk", "walk56", "reflex_walk", pytest.param("walk56 everywhere", marks=pytest.mark.long)]
+)
 def test_all_that_is_left_of_extreme_parameters_is_finite(name: str, largest: float):
     scene = load(name.split()[0])
     if "everywhere" in name:

@@ -44,6 +44,7 @@ def test_a_scene_that_tracks_a_scene_may_be_tracked_even_by_itself(tmp_path):
     assert error_of(tracked("fwalk", source, 2.0)) < 0.1
 
 
+@pytest.mark.long
 def test_a_walk_on_muscles_is_near_to_that_on_torques_by_a_root_mean_square_of_some_degrees():
     error = error_of(tracked("walk56", Tracking(scene="fwalk", joints=["lHip", "rHip", "lKnee", "rKnee"])))
     assert 1.0 < np.degrees(np.sqrt(error / 4.0 / 4.0)) < 8.0

@@ -54,6 +54,7 @@ def test_options_reach_the_chain_and_synergies_follow_another_file(folder):
         assert file["similarity"][()].min() > 0.95
 
 
+@pytest.mark.long
 def test_modules_of_several_files_are_sorted_by_likeness(folder):
     for name, seed in (("a", 0), ("b", 1)):
         assert run(f"{name}.csv", "-n", 3, "-o", f"p{seed}.h5", "--restarts", 2, folder=folder).returncode == 0

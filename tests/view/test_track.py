@@ -42,6 +42,7 @@ def test_positions_follow_from_orientations():
     np.testing.assert_allclose(positions, recording.body_position, atol=1e-12)
 
 
+@pytest.mark.long
 def test_positions_follow_where_joint_points_move():
     body = Body(1.0, (0.1, 0.1, 0.1))
     cart = Joint("slide", "rail", "cart", (0.1, 0.2, 0.0), (0.0, 0.05, 0.0), [(0.0, 0.6, 0.8)])
