@@ -96,7 +96,7 @@ def test_surfaces_points_and_muscles_scale_as_opensim_scales_them(reference_data
     factors, expected = OPENSIM[model]
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        scene = load(reference_data / "opensim_models" / f"{model}.osim")
+        scene = load(reference_data / "opensim_models" / f"{model}.osim", hard_points=True)  # whose paths are OpenSim's
     scaled = scaled_segments(scene, factors, muscles=True)
     check_scene(scaled)
     found = path_lengths(scaled)
