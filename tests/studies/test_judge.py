@@ -173,9 +173,8 @@ def test_the_command_prints_a_line_a_measure_and_writes_all_numbers(tmp_path):
 def test_only_who_is_fast_runs_unless_the_scene_says_so(monkeypatch):
     scene = load("fwalk")
     for flight, speed, gait in ((5.0, 1.2, "walk"), (5.0, 2.5, "run"), (0.0, 2.5, "walk")):
-        monkeypatch.setattr(
-            judging, "_measured", lambda *_, found=(flight, speed): ({"flight": found[0], "speed": found[1]}, "")
-        )
+        found = {"flight": flight, "speed": speed}
+        monkeypatch.setattr(judging, "gait_measures", lambda *_, found=found: found)
         assert judging._gait_of(None, scene) == gait
     scene.objective.gait = "run"
     assert judging._gait_of(None, scene) == "run"

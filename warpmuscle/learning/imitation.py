@@ -133,8 +133,7 @@ def with_norm(gait: Gait, source: str, rollout: Rollout, speed: float | None = N
     for side, lag in enumerate((0.0, gait.right)):
         percent = 100.0 * ((PERCENT[:BINS] / 100.0 - lag) % 1.0)
         for title, sign, name in zip(LEG_ANGLES, FLEXION, leg_joints(scene, side), strict=True):
-            joint, body = scene.character.joints[name], names.body_of_joint(name)
-            span = slice(names.coordinate_start[body], names.coordinate_start[body + 1])
+            joint, span = scene.character.joints[name], _span(name, names)
             kind, q = joint_type(joint), coordinate[:, span]
             now = twist_angle(kind.motion(joint, q, np.zeros((BINS, len(kind.speeds)))).orientation, (1.0, 0.0, 0.0))
             wanted = angles[title].mean(percent)

@@ -145,9 +145,14 @@ def judge(
 
 def _gait_of(recording: Recording, plain: Scene) -> str:
     """Walk or run, by which a motion is judged: as the scene says, else a run is fast, and has a flight."""
-    measures, _ = _measured(recording, plain, plain.objective.gait)
+    if plain.objective.gait:
+        return plain.objective.gait
+    try:
+        measures = gait_measures(recording, plain)
+    except Error:
+        return "walk"
     flies, fast = ((measures.get(name) or 0.0) > least for name, least in (("flight", LEAST_FLIGHT), ("speed", FAST)))
-    return plain.objective.gait or ("run" if flies and fast else "walk")
+    return "run" if flies and fast else "walk"
 
 
 def disturbed_upright(walker: Walker) -> int:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Protocol
 
 import msgspec
 import numpy as np
@@ -19,6 +19,7 @@ from warpmuscle.results.learned import Learned
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
 from warpmuscle.scene.controller import Command
+from warpmuscle.scene.initial_pose import plain_number
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.simulation.devices import find_devices
 from warpmuscle.simulation.multi_device import make_rollout
@@ -46,7 +47,7 @@ class Walks:
         return np.asarray(self.status == Status.COMPLETED)
 
 
-class Walker(Protocol):
+class Walker(ABC):
     """Something that walks under conditions that differ between instances of a batch.
 
     Attributes:
@@ -54,7 +55,9 @@ class Walker(Protocol):
     """
 
     commands: Mapping[str, Command]
+    _scene: Scene
 
+    @abstractmethod
     def scene(self, commands: Mapping[str, float] | None = None) -> Scene:
         """The scene without free parameters, as it is under some commands."""
 
@@ -71,31 +74,32 @@ class Walker(Protocol):
         Args:
             duration: s. commands: (n,) by name, within the ranges of its `commands`. record: keep the motions.
         """
+        lasting = msgspec.structs.replace(self._scene, duration=duration)
+        return self._walked(lasting, disturbances, commands or {}, range(len(disturbances)) if record else ())
+
+    @abstractmethod
+    def _walked(
+        self, scene: Scene, disturbances: Perturbations, commands: Mapping[str, Floats], recorded: Sequence[int]
+    ) -> Walks:
+        """Walk in the scene for as long as that lasts, and keep the motions of these instances."""
 
 
-class SceneWalker:
+class SceneWalker(Walker):
     """A scene that its own controller moves, its free parameters at their start values."""
 
     def __init__(self, scene: Scene, device: str | None = None, threads: int | None = None) -> None:
         """Prepare; device and threads as of `make_rollout`."""
         self._scene, self._device, self._threads = scene, device, threads
-        self.commands: Mapping[str, Command] = scene.commands
+        self.commands = scene.commands
 
     def scene(self, commands: Mapping[str, float] | None = None) -> Scene:
         return substitute(self._scene, start_values(self._scene), commands)
 
-    def walk(
-        self,
-        duration: float,
-        disturbances: Perturbations,
-        commands: Mapping[str, Floats] | None = None,
-        *,
-        record: bool = False,
+    def _walked(
+        self, scene: Scene, disturbances: Perturbations, commands: Mapping[str, Floats], recorded: Sequence[int]
     ) -> Walks:
         n = len(disturbances)
-        lasting = msgspec.structs.replace(self._scene, duration=duration)
-        recorded = range(n) if record else ()
-        batch = make_rollout(lasting, n, self._device, record=recorded, record_rate=RATE, threads=self._threads)
+        batch = make_rollout(scene, n, self._device, record=recorded, record_rate=RATE, threads=self._threads)
         if commands:
             batch.set_commands(commands)
         if disturbances.any:
@@ -104,7 +108,7 @@ class SceneWalker:
         return Walks(batch.status(), batch.end_time(), [batch.recording(i) for i in recorded])
 
 
-class PolicyWalker:
+class PolicyWalker(Walker):
     """A scene that a learnt policy moves, without noise; what its task draws is left out."""
 
     def __init__(
@@ -141,29 +145,22 @@ class PolicyWalker:
             if one.min < one.max
         }
         self._own = {name: one for name, one in scene.commands.items() if name not in learnt}
-        self.commands: Mapping[str, Command] = known | self._own
+        self.commands = known | self._own
 
     def scene(self, commands: Mapping[str, float] | None = None) -> Scene:
         own = {name: value for name, value in (commands or {}).items() if name in self._own}
         return substitute(self._scene, start_values(self._scene), own)
 
-    def walk(
-        self,
-        duration: float,
-        disturbances: Perturbations,
-        commands: Mapping[str, Floats] | None = None,
-        *,
-        record: bool = False,
+    def _walked(
+        self, scene: Scene, disturbances: Perturbations, commands: Mapping[str, Floats], recorded: Sequence[int]
     ) -> Walks:
         n = len(disturbances)
-        lasting = msgspec.structs.replace(self._scene, duration=duration)
-        recorded = range(n) if record else ()
         player = Player(
-            self._learned.policy, lasting, n, str(find_devices(self._device)[0]), self._task,
+            self._learned.policy, scene, n, str(find_devices(self._device)[0]), self._task,
             record=recorded, record_rate=RATE, threads=self._threads, gait=self._gait,
         )  # fmt: skip
         self._gait = player.batch.gait  # which takes seconds to make
-        status, end_time = player.walk(disturbances, {**self._told, **(commands or {})})
+        status, end_time = player.walk(disturbances, {**self._told, **commands})
         return Walks(status, end_time, [player.batch.rollout.recording(i) for i in recorded])
 
 
@@ -180,7 +177,7 @@ def under(scene: Scene, disturbances: Perturbations, instance: int) -> Scene:
 
 def loaded(scene: Scene, disturbances: Perturbations, loads: Floats) -> Perturbations:
     """The same disturbances, and instances carry loads (n,), kg, at the centre of mass of the heaviest body."""
-    masses = np.array([float(np.asarray(body.mass).flat[0]) for body in scene.character.bodies.values()])
+    masses = np.array([plain_number(body.mass) for body in scene.character.bodies.values()])
     factors = np.ones((len(loads), len(masses))) if disturbances.mass is None else disturbances.mass.copy()
     factors[:, masses.argmax()] += loads / masses.max()
     return replace(disturbances, mass=factors)
