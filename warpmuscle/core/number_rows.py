@@ -23,6 +23,16 @@ def rows(nested: Any) -> Floats:
     return table.reshape(count, *shape)
 
 
+def first_row(nested: Any) -> Floats:
+    """The same of the first instance alone: nested lists of numbers, or of (n,) arrays, as an array of their shape."""
+    return np.asarray(rows(nested)[0])
+
+
+def first_number(number: Any) -> float:
+    """A number of the first instance: a float, or the first of an array."""
+    return float(np.asarray(number).flat[0])
+
+
 def _shape(nested: Any, leaves: list[Any]) -> tuple[int, ...]:
     if not isinstance(nested, (list, tuple)):
         leaves.append(nested)

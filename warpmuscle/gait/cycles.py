@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error
+from warpmuscle.core.number_rows import first_number
 from warpmuscle.core.pose import twist_angle
 from warpmuscle.gait.foot_contact import SIDES, touch_downs
 from warpmuscle.gait.measures import measure
@@ -108,7 +109,7 @@ def flexion_signs(scene: Scene) -> dict[str, float]:
         for name, sign in zip(joints, FLEXION, strict=True) if len(joints) == 3 else ():
             joint = scene.character.joints[name]
             any_way = joint_type(joint).quaternion or not joint.axes
-            along = 1.0 if any_way else float(np.asarray(joint.axes[0][0]).flat[0])
+            along = 1.0 if any_way else first_number(joint.axes[0][0])
             if abs(along) > ALONG_X:
                 signs[name] = sign * float(np.sign(along))
     return signs
@@ -128,4 +129,4 @@ def sagittal_angle(recording: Recording, joint: str) -> Floats:
 
 def body_weight(scene: Scene) -> float:
     """Weight of a numeric scene's character, N; at least a tiny one, so that it can be divided by."""
-    return max(body_mass(scene.character) * abs(float(np.asarray(scene.gravity).flat[0])), 1e-9)
+    return max(body_mass(scene.character) * abs(first_number(scene.gravity)), 1e-9)

@@ -20,6 +20,7 @@ from itertools import pairwise
 import numpy as np
 
 from warpmuscle.core.array_types import Floats
+from warpmuscle.core.number_rows import first_number, first_row
 from warpmuscle.gait.cycles import PERCENT, feet_of
 from warpmuscle.scene import Character, Scene
 from warpmuscle.scene.anatomy import joint_place, leg_joints
@@ -55,12 +56,8 @@ def leg_length(scene: Scene) -> float:
     """
     character, foot = scene.character, feet_of(scene)[0]
     joints = [character.joints[name] for name in leg_joints(scene, 0)]
-    length = sum(math.dist(_point(above.position_in_child), joint_place(below)) for above, below in pairwise(joints))
-    return length + _height_over_sole(character, foot, _point(joints[-1].position_in_child)[1])
-
-
-def _point(numbers: Sequence[object]) -> tuple[float, ...]:
-    return tuple(float(np.asarray(number).flat[0]) for number in numbers)
+    length = sum(math.dist(first_row(above.position_in_child), joint_place(below)) for above, below in pairwise(joints))
+    return length + _height_over_sole(character, foot, first_number(joints[-1].position_in_child[1]))
 
 
 def _height_over_sole(character: Character, foot: str, ankle: float) -> float:

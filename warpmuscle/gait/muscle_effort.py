@@ -8,6 +8,7 @@ import numpy as np
 import warp as wp
 
 from warpmuscle.core.array_types import Floats
+from warpmuscle.core.number_rows import first_number
 from warpmuscle.kernels import effort
 from warpmuscle.model.build import muscles_model
 from warpmuscle.model.muscle_shapes import shaped_kind
@@ -44,7 +45,7 @@ def spent(recording: Recording, scene: Scene) -> Spent | None:
     custom_curves = kind.active_force_length or kind.passive_force_length or kind.force_velocity
     if not recording.muscle_names or not recording.frames or kind.ideal or kind.legacy or custom_curves:
         return None
-    rest = float(np.asarray(basal_rate(scene.objective)).flat[0])
+    rest = first_number(basal_rate(scene.objective))
     mass = body_mass(scene.character)
     passive, power = (float(values.sum(axis=1).mean()) for values in _passive_and_power(recording, scene))
     common = float(muscle_power(recording, at_common_tension(scene)).sum(axis=1).mean())

@@ -11,6 +11,7 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error
+from warpmuscle.core.number_rows import first_number
 from warpmuscle.gait.cycles import (
     PERCENT,
     Strides,
@@ -90,8 +91,8 @@ def gait_measures(recording: Recording, scene: Scene) -> Measures:
 def aimed_speed(scene: Scene) -> float | None:
     """Forward speed that a numeric scene aims at, m/s: the objective's target, if the objective asks for one."""
     objective = scene.objective
-    asked = float(np.asarray(objective.speed).flat[0]) != 0.0 or any("speed" in s.objective for s in scene.stages)
-    target = float(np.asarray(objective.target_speed).flat[0])
+    asked = first_number(objective.speed) != 0.0 or any("speed" in s.objective for s in scene.stages)
+    target = first_number(objective.target_speed)
     return target if asked or target != type(objective)().target_speed else None
 
 
@@ -195,7 +196,7 @@ def _of_muscles(steady: Recording, scene: Scene, speed: float) -> Measures:
 def _of_headings(recording: Recording, scene: Scene, cycles: dict[str, Strides]) -> Measures:
     """Headings in the mean of a gait cycle, in which the pelvis turns to and fro."""
     turned, controller = np.degrees(heading(recording)), scene.controller
-    desired = 0.0 if controller is None else float(np.degrees(np.asarray(controller.desired_heading).flat[0]))
+    desired = 0.0 if controller is None else float(np.degrees(first_number(controller.desired_heading)))
     means = [[over_strides(recording.time, turned, [cycle]).mean() for cycle in cycles[side]] for side in SIDES]
     drift = float(np.mean([side[-1] - side[0] for side in means]))
     return {"drift of the heading": drift, "maximum error of the heading": _greatest_error(means, desired)}

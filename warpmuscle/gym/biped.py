@@ -38,6 +38,7 @@ from numpy.typing import NDArray
 
 from warpmuscle.core.arrays import rows
 from warpmuscle.core.errors import Error
+from warpmuscle.core.number_rows import first_number
 from warpmuscle.core.status import Status
 from warpmuscle.formats import load
 from warpmuscle.gym.pictures import Pictures
@@ -100,7 +101,7 @@ class Bipeds:
         self.dt = settings.frame_skip * scene.time_step
         self._pictures: Pictures | None = None
         mass = rows([body.mass for body in rollout.numeric.character.bodies.values()]).sum()
-        self._weight = float(mass * rows([rollout.numeric.gravity])[0, 0]) or 1.0
+        self._weight = float(mass * first_number(rollout.numeric.gravity)) or 1.0
         self._forward = root.forward
         self._seen = [i for i in range(len(rollout.coordinate_names)) if i not in root.on_ground]
         names = rollout.muscle_names if rollout.excitable else rollout.torque_names

@@ -10,8 +10,9 @@ import numpy as np
 import warp as wp
 from scipy.spatial.transform import Rotation
 
-from warpmuscle.core.arrays import rows, structs_to_device, to_device
+from warpmuscle.core.arrays import structs_to_device, to_device
 from warpmuscle.core.errors import SceneError
+from warpmuscle.core.number_rows import first_number, first_row
 from warpmuscle.kernels import policy_actions, structs
 from warpmuscle.kernels.control import given_effort
 from warpmuscle.learning.symmetry import BodySymmetry, Image, action_image
@@ -169,10 +170,10 @@ def gains(task: Task, rollout: Rollout) -> tuple[Any, Any]:
         joint = rollout.scene.character.joints[name]
         count = len(joint_type(joint).speeds)
         pd = None if controller is None else controller.pd.get(name)
-        scale = np.ones(3) if pd is None else rows(pd.scale)[0]
-        kp, kd = (task.stiffness, task.damping) if pd is None else (rows([pd.kp])[0, 0], rows([pd.kd])[0, 0])
+        scale = np.ones(3) if pd is None else first_row(pd.scale)
+        kp, kd = (task.stiffness, task.damping) if pd is None else (first_number(pd.kp), first_number(pd.kd))
         if count < 3:  # along the joint's axes
-            scale = np.square(rows(list(joint.axes))[0][:count]) @ scale if joint.axes else scale[:count]
+            scale = np.square(first_row(list(joint.axes))[:count]) @ scale if joint.axes else scale[:count]
         stiffness += list(kp * scale)
         damping += list(kd * scale)
     return np.array(stiffness), np.array(damping)

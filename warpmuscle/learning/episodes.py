@@ -15,6 +15,7 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.core.arrays import arrays_of, rows, to_device
 from warpmuscle.core.decoding import to_type
 from warpmuscle.core.errors import RolloutError
+from warpmuscle.core.number_rows import first_number
 from warpmuscle.formats import SceneLike, scene_of
 from warpmuscle.kernels import episodes as kernels
 from warpmuscle.kernels import senses as sense_kernels
@@ -284,7 +285,7 @@ class EpisodeBatch:
         around = sense_kernels.Surroundings()
         around.root = root_number(numeric)
         around.head = head_of(numeric, self.rollout.names)
-        around.body_weight = float(mass * rows([numeric.gravity])[0, 0]) or 1.0
+        around.body_weight = float(mass * first_number(numeric.gravity)) or 1.0
         around.action = self.actions.action
         around.varied = self._variants.told
         return around

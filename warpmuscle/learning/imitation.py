@@ -15,6 +15,7 @@ import warp as wp
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.arrays import to_device
 from warpmuscle.core.errors import RolloutError, SceneError
+from warpmuscle.core.number_rows import first_row
 from warpmuscle.core.pose import about, conjugate, multiply, normalized, rotate, twist_angle
 from warpmuscle.gait.cycles import PERCENT, body_weight, over_strides
 from warpmuscle.gait.foot_contact import SIDES, touch_downs
@@ -186,10 +187,7 @@ def with_step_width(gait: Gait, width: float, rollout: Rollout) -> Gait:
 def _ankle_below_hip(joints: list[str], coordinate: Floats, rollout: Rollout) -> Floats:
     """From hip to ankle of a leg of these joints, m, in axes of the pelvis: (BINS, 3)."""
     legs = [rollout.numeric.character.joints[name] for name in joints]
-    ends = [
-        joint_place(below) - np.array([float(np.asarray(x).flat[0]) for x in above.position_in_child])
-        for above, below in pairwise(legs)
-    ]
+    ends = [joint_place(below) - first_row(above.position_in_child) for above, below in pairwise(legs)]
     place: Floats = np.zeros((BINS, 3))
     for name, joint, end in reversed(list(zip(joints, legs, ends, strict=False))):
         kind = joint_type(joint)

@@ -10,6 +10,7 @@ import warp as wp
 
 from warpmuscle.core.arrays import rows, to_device
 from warpmuscle.core.errors import SceneError
+from warpmuscle.core.number_rows import first_number
 from warpmuscle.kernels import rewards as kernels
 from warpmuscle.kernels import structs
 from warpmuscle.kernels.episodes import EpisodeRules, Episodes
@@ -115,10 +116,10 @@ def objective_weights(rollout: Rollout) -> kernels.ObjectiveWeights:
     """
     scene, kind, device = rollout.numeric, rollout.structure.objective, rollout.device
     h = scene.time_step
-    weigh = {name: float(rows([weight_of(scene.objective, name)])[0, 0]) for name in counted_terms(scene.objective)}
+    weigh = {name: first_number(weight_of(scene.objective, name)) for name in counted_terms(scene.objective)}
     energy = f"metabolic_{scene.objective.metabolic_model}"
     mass = float(rows([body.mass for body in scene.character.bodies.values()]).sum(axis=1)[0])
-    basal = float(rows([basal_rate(scene.objective)])[0, 0]) * mass
+    basal = first_number(basal_rate(scene.objective)) * mass
     w = kernels.ObjectiveWeights()
     w.torque = h * weigh.get("torque", 0.0)
     for part in ("muscle", "body", "whole"):

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any, NamedTuple
 
-import numpy as np
-
+from warpmuscle.core.number_rows import first_number
 from warpmuscle.scene import Objective, Scene
 from warpmuscle.scene.masses import muscle_mass_text
 
@@ -56,6 +55,6 @@ def accounting(scene: Scene, muscles: Iterable[str]) -> str:
     if not counted:
         return ""
     objective = scene.objective
-    rate = float(np.asarray(basal_rate(objective)).flat[0])
+    rate = first_number(basal_rate(objective))
     formula = f"{FORMULAS[objective.metabolic_model].source} with {fibre_work(objective)} work"
     return f"{formula}, {rate:g} W/kg at rest, {muscle_mass_text(counted, scene.muscle_model)}"

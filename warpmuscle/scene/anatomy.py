@@ -9,10 +9,10 @@ from typing import Literal
 import numpy as np
 
 from warpmuscle.core.array_types import Floats
+from warpmuscle.core.number_rows import first_number, first_row
 from warpmuscle.scene import Box, Capsule, Character, Joint, Scene, Shape
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.masses import massless
-from warpmuscle.scene.number import Number
 
 Side = Literal["left", "right", "middle"]
 BONE_RADIUS = 0.017  # m
@@ -54,9 +54,9 @@ def solids(character: Character) -> list[Solid]:
 def _extent(shape: Shape) -> tuple[Floats, float | None]:
     """Ends and radius of a shape, see `Solid`."""
     if isinstance(shape, Box):
-        return np.array([_point(shape.low), _point(shape.high)]), None
+        return np.array([first_row(shape.low), first_row(shape.high)]), None
     ends = (shape.start, shape.end) if isinstance(shape, Capsule) else (shape.center, shape.center)
-    return np.array([_point(end) for end in ends]), float(_point([shape.radius])[0])
+    return np.array([first_row(end) for end in ends]), first_number(shape.radius)
 
 
 def bone_lines(character: Character, name: str) -> list[Floats]:
@@ -68,7 +68,7 @@ def bone_lines(character: Character, name: str) -> list[Floats]:
     if not body.shapes and massless(body):
         return []
     joints = character.joints.values()
-    start = next((_point(joint.position_in_child) for joint in joints if joint.child == name), np.zeros(3))
+    start = next((first_row(joint.position_in_child) for joint in joints if joint.child == name), np.zeros(3))
     ends = [joint_place(joint) for joint in joints if joint.parent == name]
     return bones(start, ends or [far_end(shape, start) for shape in body.shapes])
 
@@ -81,7 +81,7 @@ def pieces(character: Character, feet: Sequence[str]) -> list[Piece]:
         if any(foot in _ancestors(character, name) for foot in feet):
             ends = [tuple(joint_place(joint)) for joint in character.joints.values() if joint.parent == name]
             starts = [joint.position_in_child for joint in character.joints.values() if joint.child == name]
-            reach = [_point(place) for place in (*(starts or [(0.0, 0.0, 0.0)]), *ends)]  # so that leg and toes meet
+            reach = [first_row(place) for place in (*(starts or [(0.0, 0.0, 0.0)]), *ends)]  # so that leg and toes meet
             found += [_outline(name, sides[name], shape, reach) for shape in body.shapes]
             continue
         found += [Piece(name, sides[name], line) for line in bone_lines(character, name)]
@@ -122,7 +122,7 @@ def leg_joints(scene: Scene, side: int) -> list[str]:
 def joint_place(joint: Joint) -> Floats:
     """Where a joint of a numeric scene is in its parent in the reference pose, m: (3,)."""
     kind = joint_type(joint)
-    place = _point(joint.position_in_parent)
+    place = first_row(joint.position_in_parent)
     if kind.by_coordinate:
         still = np.zeros((1, 1))
         place = place + kind.motion(joint, still, still).place[0]
@@ -163,7 +163,7 @@ def sides_of(character: Character) -> dict[str, Side]:
     sides: dict[str, Side] = {}
     for body in character.bodies:
         joints = [character.joints[name] for name in leg(character, body)]
-        x = sum(_point(joint.position_in_parent)[0] - _point(joint.position_in_child)[0] for joint in joints)
+        x = sum(first_row(joint.position_in_parent)[0] - first_row(joint.position_in_child)[0] for joint in joints)
         sides[body] = "left" if x > _MIDDLE else "right" if x < -_MIDDLE else "middle"
     return sides
 
@@ -172,20 +172,19 @@ def _outline(body: str, side: Side, shape: Shape, reach: Sequence[Floats]) -> Pi
     """Outline of a shape, stretched so as to hold the points of `reach`."""
     radius = 0.0
     if isinstance(shape, Box):
-        corners = np.array([_point(shape.low), _point(shape.high)])
+        corners = np.array([first_row(shape.low), first_row(shape.high)])
         points = np.stack(np.meshgrid(*corners.T, indexing="ij"), axis=-1).reshape(-1, 3)
     else:
-        radius = float(_point([shape.radius])[0])
-        points = np.array([_point(shape.start), _point(shape.end)] if isinstance(shape, Capsule) else [shape.center])
+        radius = first_number(shape.radius)
+        ends = (shape.start, shape.end) if isinstance(shape, Capsule) else (shape.center,)
+        points = np.array([first_row(end) for end in ends])
     return Piece(body, side, np.array([*points, *reach], dtype=float), outline=True, radius=radius)
 
 
 def far_end(shape: Shape, start: Floats) -> Floats:
     """Where a bone that begins at `start` ends: the far end of a capsule, the middle of another shape."""
     if isinstance(shape, Capsule):
-        return max(_point(shape.start), _point(shape.end), key=lambda end: float(np.linalg.norm(end - start)))
-    return _point(shape.low) / 2.0 + _point(shape.high) / 2.0 if isinstance(shape, Box) else _point(shape.center)
-
-
-def _point(numbers: Sequence[Number]) -> Floats:
-    return np.array(numbers, dtype=np.float64)
+        return max(first_row(shape.start), first_row(shape.end), key=lambda end: float(np.linalg.norm(end - start)))
+    if isinstance(shape, Box):
+        return first_row(shape.low) / 2.0 + first_row(shape.high) / 2.0
+    return first_row(shape.center)

@@ -9,6 +9,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from warpmuscle.core.errors import SceneError
+from warpmuscle.core.number_rows import first_number
 from warpmuscle.scene import Body, Character, Muscle, MuscleModel, Scene
 from warpmuscle.scene.muscles import is_cable
 from warpmuscle.scene.parameters import start_values, substitute
@@ -35,12 +36,12 @@ def specific_tension(muscle: Muscle, model: MuscleModel) -> Any:
 
 def total_mass(muscles: Sequence[Muscle], model: MuscleModel) -> float:
     """Mass of numeric muscles together, kg."""
-    return sum(_first(muscle_mass(muscle, specific_tension(muscle, model))) for muscle in muscles)
+    return sum(first_number(muscle_mass(muscle, specific_tension(muscle, model))) for muscle in muscles)
 
 
 def common_mass(muscles: Sequence[Muscle]) -> float:
     """Mass of numeric muscles together, kg, if all had the specific tension that other programs take."""
-    return sum(_first(muscle_mass(muscle, COMMON_TENSION)) for muscle in muscles)
+    return sum(first_number(muscle_mass(muscle, COMMON_TENSION)) for muscle in muscles)
 
 
 def at_common_tension(scene: Scene) -> Scene:
@@ -64,7 +65,7 @@ def is_zero(number: Any) -> bool:
 
 def body_mass(character: Character) -> float:
     """Mass of a numeric character, kg."""
-    return float(sum(_first(body.mass) for body in character.bodies.values()))
+    return float(sum(first_number(body.mass) for body in character.bodies.values()))
 
 
 def muscle_mass_text(muscles: Sequence[Muscle], model: MuscleModel) -> str:
@@ -73,7 +74,7 @@ def muscle_mass_text(muscles: Sequence[Muscle], model: MuscleModel) -> str:
     An example: 27.5 kg of muscle at 0.6 MPa (66 kg at 0.25 MPa).
     """
     mass, common = total_mass(muscles, model), common_mass(muscles)
-    tensions = [_first(specific_tension(muscle, model)) for muscle in muscles]
+    tensions = [first_number(specific_tension(muscle, model)) for muscle in muscles]
     low, high = min(tensions), max(tensions)
     text = f"{mass:.3g} kg of muscle at {low / 1e6:.3g} MPa"
     if low < high:
@@ -103,8 +104,3 @@ def mass_warnings(scene: Scene) -> list[SceneError]:
         "38 %, so that metabolic energy comes out too high; check specific_tension (Pa), f_max (N) and l_opt (m)"
     )
     return [SceneError(message, key="muscle_model.specific_tension")]
-
-
-def _first(number: Any) -> float:
-    """A number of a numeric scene, be it a float or an array of one."""
-    return float(np.asarray(number).flat[0])

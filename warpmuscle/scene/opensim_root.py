@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from warpmuscle.core.array_types import Floats
-from warpmuscle.core.number_rows import rows
+from warpmuscle.core.number_rows import first_number, rows
 from warpmuscle.core.pose import about, euler_xyz, multiply, normalized, rotate, twist_angle
 from warpmuscle.scene.displacement import Displacement
 from warpmuscle.scene.joints import root_type
@@ -105,5 +105,5 @@ def _angles(joint: Joint, orientation: Floats) -> list[Floats]:
 
 def _line(displacement: Displacement) -> tuple[Floats, float, float]:
     """Axis (3,), slope and value at 0 of a displacement of the root."""
-    slope, value = (float(rows([number])[0, 0]) for number in (displacement.slope, displacement.value))
+    slope, value = first_number(displacement.slope), first_number(displacement.value)
     return np.asarray(normalized(rows(displacement.axis))[0]), slope, value

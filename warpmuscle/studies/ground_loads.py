@@ -8,7 +8,7 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error
-from warpmuscle.core.number_rows import rows
+from warpmuscle.core.number_rows import first_number, rows
 from warpmuscle.core.pose import normalized
 from warpmuscle.results.motion_of_scene import check_motion_of
 from warpmuscle.results.recording import Recording
@@ -60,7 +60,7 @@ def ground_loads(motion: Recording, scene: Scene) -> list[GroundLoad]:
     else:
         force, moment = (part.astype(np.float64) for part in stages.contact_forces())
     normal = normalized(rows(list(scene.ground.normal)))[0]
-    height = float(rows([scene.ground.height])[0, 0])
+    height = first_number(scene.ground.height)
     touched = np.flatnonzero(np.abs(force).max(axis=(0, 2)) > LEAST)
     loads = {}
     for body in touched:

@@ -10,8 +10,8 @@ import numpy as np
 import warp as wp
 
 from warpmuscle.core.array_types import Floats
-from warpmuscle.core.arrays import rows
 from warpmuscle.core.errors import SceneError
+from warpmuscle.core.number_rows import first_number
 from warpmuscle.core.warp_start import start_warp
 from warpmuscle.kernels.curve_sets import CURVES
 from warpmuscle.kernels.muscle import rigid_force
@@ -82,7 +82,7 @@ class MuscleTable:
         return MuscleTable(
             CURVES[model.curves], column(lambda m: m.f_max), l_opt, column(lambda m: m.l_slack),
             l_opt * np.sin(column(lambda m: m.pennation)), column(_rest_length), pulleys("moment_arm"),
-            pulleys("rest_angle"), float(rows(model.v_max).flat[0]), float(rows(model.damping).flat[0]), geometry,
+            pulleys("rest_angle"), first_number(model.v_max), first_number(model.damping), geometry,
             tuple(i for i, muscle in enumerate(table) if not muscle.pulleys),
         )  # fmt: skip
 

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.arrays import rows
 from warpmuscle.core.errors import Error, SceneError
+from warpmuscle.core.number_rows import first_number
 from warpmuscle.core.pose import about, conjugate, from_rotation_vector, multiply, rotate
 from warpmuscle.model.build import start_of
 from warpmuscle.model.paths import joints_of_muscles
@@ -146,9 +147,7 @@ class Arm:
     def damping(self) -> Floats:
         """Of the joints, (J,) N m s/rad."""
         plain = substitute(self.scene, start_values(self.scene))
-        return np.array(
-            [float(rows(plain.actuation.get(name, Actuation("muscle")).damping).flat[0]) for name in self.joints]
-        )
+        return np.array([first_number(plain.actuation.get(name, Actuation("muscle")).damping) for name in self.joints])
 
     @cached_property
     def parameters(self) -> list[Parameter]:

@@ -12,9 +12,9 @@ import h5py
 import numpy as np
 
 from warpmuscle.core.array_types import Floats
-from warpmuscle.core.arrays import rows
 from warpmuscle.core.errors import ResultError, SceneError
 from warpmuscle.core.files import replace_file
+from warpmuscle.core.number_rows import first_number
 from warpmuscle.formats import toml
 from warpmuscle.results.layout import put
 from warpmuscle.results.records import Result, parameter_table
@@ -92,10 +92,10 @@ def calibration_rows(arm: Arm, found: Calibration) -> list[Row]:
              for values in (start_values(arm.scene), arm.values(found.unknowns))]  # fmt: skip
     lines = []
     for k, name in enumerate(found.muscles):
-        f_max = [float(rows(table[name].f_max).flat[0]) for table in plain]
-        slack = [float(rows(table[name].l_slack).flat[0]) for table in plain]
+        f_max = [first_number(table[name].f_max) for table in plain]
+        slack = [first_number(table[name].l_slack) for table in plain]
         if muscles[name].rest_length is not None:
-            rest = [float(rows(table[name].rest_length).flat[0]) for table in plain]
+            rest = [first_number(table[name].rest_length) for table in plain]
             slack[1] -= rest[1] - rest[0]
         cells = (f"{found.gain[k]:.2f}", f"{1000.0 * found.delay[k]:+.0f}", f"{f_max[0]:.0f}", f"{f_max[1]:.0f}",
                  f"{1000.0 * slack[0]:.0f}", f"{1000.0 * slack[1]:.0f}")  # fmt: skip

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from warpmuscle.core.array_types import Floats
-from warpmuscle.core.arrays import rows
+from warpmuscle.core.number_rows import first_number
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.synergy.static_optimization import StaticOptimization, static_optimization
 from warpmuscle.throw.arm import Arm, needed_torques
@@ -87,7 +87,7 @@ def computed_activation(arm: Arm, motions: Motions, unknowns: Floats) -> tuple[F
 def time_constants(arm: Arm) -> tuple[float, float]:
     """Of activation and deactivation, s."""
     model = substitute(arm.scene, start_values(arm.scene)).muscle_model
-    return float(rows([model.rise_time])[0, 0]), float(rows([model.fall_time])[0, 0])
+    return first_number(model.rise_time), first_number(model.fall_time)
 
 
 def to_excitation(arm: Arm, activation: Floats) -> Floats:

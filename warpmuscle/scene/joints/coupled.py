@@ -8,7 +8,7 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import SceneError
-from warpmuscle.core.number_rows import rows
+from warpmuscle.core.number_rows import first_number, rows
 from warpmuscle.core.pose import about, conjugate, multiply, normalized, rotate
 from warpmuscle.scene import Displacement, Joint, JointState
 from warpmuscle.scene.joints.coordinate import Coordinate
@@ -105,7 +105,7 @@ def span_of(joint: Joint, driver: Joint) -> Span:
         driver: the joint whose coordinate and limits these are, itself or the one that it follows.
     """
     knots = list(itertools.chain.from_iterable(d.x for d in (*joint.rotations, *joint.translations)))
-    limits = [float(rows(number).flat[0]) for pair in driver.limits for number in pair]
+    limits = [first_number(number) for pair in driver.limits for number in pair]
     ends = limits or knots or TURN
     beyond = 0.2 * (max(ends) - min(ends))
     return min(ends) - beyond, max(ends) + beyond

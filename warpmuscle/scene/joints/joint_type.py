@@ -9,7 +9,7 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import SceneError
-from warpmuscle.core.number_rows import rows
+from warpmuscle.core.number_rows import first_number, rows
 from warpmuscle.core.pose import normalized
 from warpmuscle.scene import Joint, JointState
 from warpmuscle.scene.validation.checks import Checks
@@ -168,5 +168,5 @@ class JointType:
         """Limits of a degree of freedom, if it has any."""
         if not joint.limits:
             return None
-        low, high = (float(rows(number)[0]) for number in joint.limits[axis])
+        low, high = (first_number(number) for number in joint.limits[axis])
         return low, high
