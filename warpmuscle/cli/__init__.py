@@ -6,8 +6,9 @@ To add: a command in a module of its own, its name in `COMMANDS`.
 
 from __future__ import annotations
 
+import errno
 import gc
-import io
+import signal
 import sys
 from typing import Annotated, NoReturn
 
@@ -23,17 +24,20 @@ from warpmuscle.cli.optimize import optimize
 from warpmuscle.cli.plot import plot
 from warpmuscle.cli.results import apply, export, report
 from warpmuscle.cli.scenes import convert, fit_muscles, fit_paths, info, scenes
-from warpmuscle.cli.shortage import output_refused, shortage
+from warpmuscle.cli.shortage import shortage, unwritable_output
 from warpmuscle.cli.simulate import simulate
 from warpmuscle.cli.start import example, schema
+from warpmuscle.cli.streams import output_refused, steady_streams
 from warpmuscle.cli.sweep import sweep
 from warpmuscle.cli.synergies import synergies
 from warpmuscle.cli.throw import throw
 from warpmuscle.cli.video import video
 from warpmuscle.cli.view import view
 from warpmuscle.core.errors import Error, shortened
+from warpmuscle.core.interruption import end_as_by_ctrl_c, received
 from warpmuscle.core.plain_text import printable
 
+READER_GONE = 141  # exit code of whoever prints to `head` after it has ended: 128 and SIGPIPE
 GARBAGE = 50_000  # objects, at which Python looks for what it can free: starting makes many, all of which stay
 
 app = typer.Typer(
@@ -93,25 +97,30 @@ def common(
 def _refuse(why: str) -> NoReturn:
     """End with one line and the exit code of errors that a user can mend."""
     log.print(marked("error:", "bold red", f" {why}"))
-    sys.exit(2)
+    _end(2)
+
+
+def _end(code: int) -> NoReturn:
+    """End with this code, or with that of the signal that has ended the work."""
+    if ended_by := received():
+        log.print(f"ended by {signal.Signals(ended_by).name}, as by Ctrl-C")
+        code = 128 + ended_by
+    sys.exit(code)
 
 
 def main() -> None:
     """Run the command line; an error that a user can mend is one line and exit code 2."""
     gc.set_threshold(GARBAGE)
-    for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors="backslashreplace")  # names may have letters that a terminal has not
+    steady_streams()
+    end_as_by_ctrl_c()
     try:
-        code = app(prog_name="warpmuscle", standalone_mode=False)
-        if refused := output_refused():
-            _refuse(refused)
+        code = app(prog_name="warpmuscle", standalone_mode=False) or 0
     except Error as error:
         _refuse(shortened(str(error)))
     except Exception as error:
         usage = getattr(error, "show", None)  # an error in the command's own arguments
         if usage is None:
-            why = output_refused() or shortage(error)
+            why = shortage(error)
             if not why:
                 raise
             _refuse(shortened(why))
@@ -121,6 +130,11 @@ def main() -> None:
         sys.exit(2)
     finally:
         gc.freeze()  # what is left goes with the process; to look for garbage in it takes 0.15 s
-    if code == INTERRUPTED:
+    if code == INTERRUPTED and not received():
         log.print("interrupted")
-    sys.exit(code)
+    refused = output_refused()
+    if refused is not None and not received():
+        if refused.errno != errno.EPIPE:
+            _refuse(unwritable_output(refused))
+        code = code or READER_GONE
+    _end(code)

@@ -19,6 +19,9 @@ if TYPE_CHECKING:
     from warpmuscle.scene import Scene
 
 
+LINES = 10.0  # s between two lines of progress where there is no terminal to draw it in
+
+
 class _Timed:
     """A text that tells how long what it says has gone on, from the second second."""
 
@@ -34,11 +37,14 @@ class _Status(Status):
     """Of a work, with plain text beside the spinner, and the time that it has taken so far."""
 
     def __init__(self, status: str, console: PlainConsole, **options: Any) -> None:
-        self.text, self._console = status, console
+        self.text, self._console, self._line = status, console, time.monotonic()
         super().__init__(_Timed(status), console=console, **options)
 
     def update(self, status: Any = None, **options: Any) -> None:
         if isinstance(status, str):
+            if not self._console.is_terminal and time.monotonic() - self._line > LINES:
+                self._line = time.monotonic()
+                self._console.print(status)
             self.text, status = status, _Timed(status)
         super().update(status, **options)
 

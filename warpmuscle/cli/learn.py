@@ -31,7 +31,6 @@ if TYPE_CHECKING:
     from warpmuscle.learning.training import Trained
 
 USUAL = 300.0  # s of a training that nothing else ends
-LINES = 10.0  # s between two lines where there is no terminal to draw a bar in
 
 
 def learn(
@@ -124,10 +123,6 @@ def _start() -> None:
 class TrainingBar(Bar):
     """Progress of a training: iterations, how long and how fast bodies go, rewards, decisions a second."""
 
-    def __init__(self) -> None:
-        super().__init__()
-        self._line = 0.0
-
     def update(self, progress: TrainingProgress) -> None:
         """Show this progress."""
         p = progress
@@ -139,11 +134,7 @@ class TrainingBar(Bar):
             done = f"{p.iterations} iterations, {p.decisions / 1e6:.2f} M decisions"
             lasts = f"upright {p.upright:.2f} s, {100.0 * p.completed:.0f} % all the time, {p.speed:.2f} m/s, "
             state = f"return {p.gain:.4g}, {lasts if p.speed else ''}{p.rate / 1e3:.0f} k decisions/s"
-        self.show(p.fraction, done, state)
-        now = time.monotonic()
-        if not log.is_terminal and (now - self._line > LINES or p.compiling):
-            self._line = now
-            log.print(f"{done}: {state}", markup=False)
+        self.show(p.fraction, done, state, at_once=p.compiling)
 
 
 def _print_trained(trained: Trained, passed: float) -> None:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import shlex
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -27,6 +30,7 @@ from warpmuscle.cli.common import (
 from warpmuscle.cli.console import log, out, print_gait, print_warnings, suggest
 from warpmuscle.cli.progress_bar import ProgressBar
 from warpmuscle.core.errors import Error
+from warpmuscle.core.interruption import received
 from warpmuscle.simulation.cuda_warmup import start_driver
 
 if TYPE_CHECKING:
@@ -96,7 +100,7 @@ def optimize(
         start_warp()
         from warpmuscle.optimization.resume import resume as go_on
 
-        with machines_told(), ProgressBar() as bar:
+        with machines_told(), _kept(output), ProgressBar() as bar:
             result = go_on(
                 resume, candidates, device, until=limit, target=target, threads=threads, command=command_line(),
                 progress=bar.update,
@@ -120,7 +124,7 @@ def optimize(
         start_warp()
         from warpmuscle.optimization.optimize import optimize as begin
 
-        with ProgressBar() as bar:
+        with _kept(output), ProgressBar() as bar:
             result = begin(
                 scene, count, seed, device, search=search, searches=searches, population=population, sigma=sigma,
                 restarts=restarts, until=limit, target=target, output=output, threads=threads, command=command_line(),
@@ -130,8 +134,23 @@ def optimize(
         raise Error("optimize takes a scene, or --resume and a file")
     _print_result(result, bar, scene)
     out.print(f"wrote {output}")
-    _show_walks(result, output, device, threads)
+    if not received():  # else there may be little time left
+        _show_walks(result, output, device, threads)
     suggest(f"`warpmuscle report {output}` says what it found")
+
+
+@contextmanager
+def _kept(output: Path) -> Iterator[None]:
+    """Say how to go on with a search that was interrupted before it could write its result."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        from warpmuscle.results.journal import journal_path
+
+        if journal_path(output).exists():
+            again = shlex.join(["warpmuscle", "optimize", "--resume", str(output)])
+            log.print(f"what was evaluated is kept: `{again}` goes on")
+        raise
 
 
 def _print_result(result: Result, bar: ProgressBar, begun: Scene | None) -> None:

@@ -7,27 +7,46 @@ import time
 from typing import TYPE_CHECKING, Self
 
 from rich.console import Console
-from rich.progress import BarColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.progress import BarColumn, Task, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.progress import Progress as Bars
+from rich.table import Column
+from rich.text import Text
 
-from warpmuscle.cli.console import log
+from warpmuscle.cli.console import LINES, log
 from warpmuscle.core.plain_text import printable
 
 if TYPE_CHECKING:
     from warpmuscle.optimization.progress import Progress
 
 
+BAR = 10  # columns of a terminal
+
+
+class _Yielding(TextColumn):
+    """The text that is cut where a terminal is narrow, in favour of all others."""
+
+    def render(self, task: Task) -> Text:
+        """See `TextColumn.render`."""
+        text = super().render(task)
+        text.no_wrap, text.overflow = True, "ellipsis"
+        return text
+
+
 class Bar:
-    """A bar between what is done and how it goes, with the time that it takes and has left; gone at the end."""
+    """A bar between what is done and how it goes, with the time that it takes and has left; gone at the end.
+
+    Where there is no terminal it is a line now and then.
+    """
 
     def __init__(self, console: Console = log) -> None:
+        self._console, self._line = console, time.monotonic()
         self._bars = Bars(
             TextColumn("{task.fields[done]}", markup=False),
-            BarColumn(),
-            TextColumn("{task.fields[state]}", markup=False),
-            TimeElapsedColumn(),
+            BarColumn(bar_width=BAR, table_column=Column(no_wrap=True)),
+            _Yielding("{task.fields[state]}", markup=False, table_column=Column()),
+            TimeElapsedColumn(table_column=Column(no_wrap=True)),
             TextColumn("left"),
-            TimeRemainingColumn(),
+            TimeRemainingColumn(table_column=Column(no_wrap=True)),
             console=console,
             transient=True,
         )
@@ -40,8 +59,17 @@ class Bar:
         if self._bars.live.is_started:
             self._bars.stop()
 
-    def show(self, part: float, done: str, state: str) -> None:
-        """Show what is done, 0..1 and in words, and how it goes; the first call shows the bar."""
+    def show(self, part: float, done: str, state: str, at_once: bool = False) -> None:
+        """Show what is done, 0..1 and in words, and how it goes; the first call shows the bar.
+
+        Args:
+            at_once: where there is no terminal, do not wait until it is time for another line.
+        """
+        if not self._console.is_terminal:
+            if at_once or time.monotonic() - self._line > LINES:
+                self._line = time.monotonic()
+                self._console.print(f"{done}: {state}" if state else done)
+            return
         self._bars.start()
         self._bars.update(self._task, completed=part, done=printable(done), state=printable(state))
 
@@ -72,6 +100,6 @@ class ProgressBar(Bar):
         stage = f"stage {progress.stage + 1}/{progress.stages}, {progress.stage_name}, " if progress.stages else ""
         best = f"{progress.best:.5g}" if math.isfinite(progress.best) else "-"
         median = f", median {progress.median:.5g}" if progress.generation > 0 else ""
-        costs = f"{stage}generation {progress.generation}, best {best}{median}"
         rate = f"{progress.simulated / self.elapsed:.0f} s/s"
-        self.show(progress.fraction, f"{progress.done}{of}", f"{alive} alive, {costs}, {rate}")
+        state = f"best {best}, {stage}generation {progress.generation}, {alive} alive{median}, {rate}"
+        self.show(progress.fraction, f"{progress.done}{of}", state)

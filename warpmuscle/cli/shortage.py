@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import errno
-import os
-import sys
 
 # Of the loader of libraries and of Python's threads, which say so in words only.
 _NO_ROOM = (errno.ENOSPC, errno.EFBIG, errno.EDQUOT)  # where files are written, their names are in other errors
@@ -20,7 +18,7 @@ def shortage(error: BaseException) -> str | None:
             return f"there is not enough memory{f': {text}' if text else ''}"
         if isinstance(found, OSError) and found.strerror:
             if not found.filename and found.errno in _NO_ROOM:
-                return _unwritable_output(found)
+                return unwritable_output(found)
             name = f"{found.filename}: " if found.filename else ""
             return f"{name}the system refuses: {found.strerror.lower()}"
         if any(words in text.lower() for words in _WORDS):
@@ -29,19 +27,8 @@ def shortage(error: BaseException) -> str | None:
     return None
 
 
-def output_refused() -> str:
-    """Why what was printed cannot be put out; empty if it can. What is left of it goes nowhere then."""
-    try:
-        sys.stdout.flush()
-    except OSError as error:
-        nowhere = os.open(os.devnull, os.O_WRONLY)
-        os.dup2(nowhere, sys.stdout.fileno())  # lest Python complains of it at the end
-        os.close(nowhere)
-        return _unwritable_output(error)
-    return ""
-
-
-def _unwritable_output(error: OSError) -> str:
+def unwritable_output(error: OSError) -> str:
+    """What to say where the standard output takes nothing more."""
     from warpmuscle.core.files import unwritable
 
     return f"the standard output {unwritable(error)}"

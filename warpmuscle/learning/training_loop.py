@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from warpmuscle.learning.interruption import interruption_noticed
+from warpmuscle.core.interruption import interruption_noticed
 from warpmuscle.learning.learner import Learner
 from warpmuscle.learning.progress import TrainingProgress
 from warpmuscle.results.learned import CURVE, Learned

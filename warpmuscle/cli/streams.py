@@ -1,0 +1,64 @@
+"""Standard streams that never end the work: one that is closed, full or gone takes what it can."""
+
+from __future__ import annotations
+
+import io
+import os
+import select
+import sys
+from typing import IO
+
+
+class _Steady(io.FileIO):
+    """A stream that goes on without what it refuses to take.
+
+    Attributes:
+        refused: why it takes nothing more.
+    """
+
+    refused: OSError | None = None
+
+    def write(self, data: bytes) -> int:  # type: ignore[override]
+        """See `io.FileIO.write`."""
+        try:
+            while self.refused is None:
+                count = super().write(data)
+                if count is not None:
+                    return count
+                select.select([], [self], [])  # another program has made the terminal that both share non-blocking
+        except OSError as error:
+            self.refused = error
+        return len(data)
+
+
+def steady_streams() -> None:
+    """Let standard output and error stream of this process be such streams, but for those that somebody captures."""
+    for number, name in enumerate(("stdin", "stdout", "stderr")):
+        try:
+            os.fstat(number)
+        except OSError:  # closed: lest a file gets this number, and what libraries print is written into it
+            os.dup2(nowhere := os.open(os.devnull, os.O_RDWR), number)
+            if nowhere > 2:
+                os.close(nowhere)
+        stream: IO[str] | None = getattr(sys, name)
+        if number > 0 and stream is getattr(sys, f"__{name}__"):
+            setattr(sys, name, _steady(number, stream))
+        elif number > 0 and isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
+
+
+def _steady(number: int, stream: IO[str] | None) -> io.TextIOWrapper:
+    """For what was written to this stream, if there was one; what a terminal cannot show, it shows as codes."""
+    by_line, encoding = True, "utf-8"
+    if isinstance(stream, io.TextIOWrapper):
+        stream.flush()
+        by_line, encoding = stream.line_buffering or stream.write_through, stream.encoding
+    raw = _Steady(number, "w", closefd=False)
+    return io.TextIOWrapper(io.BufferedWriter(raw), encoding, "backslashreplace", line_buffering=by_line)
+
+
+def output_refused() -> OSError | None:
+    """Why a part of what was printed could not be put out; None if all was."""
+    sys.stdout.flush()
+    raw = getattr(getattr(sys.stdout, "buffer", None), "raw", None)
+    return raw.refused if isinstance(raw, _Steady) else None

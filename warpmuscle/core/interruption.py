@@ -1,0 +1,65 @@
+"""What ends a program from outside: Ctrl-C, a request to end, a terminal that goes away."""
+
+from __future__ import annotations
+
+import signal
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from types import FrameType
+
+ENDING = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name))
+_received: list[int] = []
+
+
+def received() -> int:
+    """The signal other than Ctrl-C that asked this process to end; 0 if none did."""
+    return _received[0] if _received else 0
+
+
+def end_as_by_ctrl_c() -> None:
+    """Have a request to end and a hangup interrupt what runs, as Ctrl-C does, so that work is kept.
+
+    What is ignored, as by `nohup`, stays so. Of several such signals only the first counts: a shell repeats the hangup
+    of its terminal. To be called in the main thread.
+    """
+    for number in ENDING:
+        if signal.getsignal(number) is signal.SIG_DFL:
+            signal.signal(number, _interrupt)
+
+
+def _interrupt(number: int, frame: FrameType | None) -> None:
+    if not _received:
+        _received.append(number)
+        raise KeyboardInterrupt
+
+
+@contextmanager
+def interruption_noticed() -> Iterator[Callable[[], bool]]:
+    """Within, the first Ctrl-C, or what else ends, is only noticed; the second Ctrl-C interrupts. Gives what tells.
+
+    In other threads than the main one, which never get it, nothing is noticed.
+    """
+    noticed = threading.Event()
+    if threading.current_thread() is not threading.main_thread():
+        yield noticed.is_set
+        return
+    handlers = {number: signal.getsignal(number) for number in (signal.SIGINT, *ENDING)}
+    before = {number: handler for number, handler in handlers.items() if callable(handler)}
+
+    def notice(number: int, frame: FrameType | None) -> None:
+        restore()
+        if number in ENDING and not _received:
+            _received.append(number)
+        noticed.set()
+
+    def restore() -> None:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+    for number in before:
+        signal.signal(number, notice)
+    try:
+        yield noticed.is_set
+    finally:
+        restore()
