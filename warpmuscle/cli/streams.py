@@ -6,7 +6,10 @@ import io
 import os
 import select
 import sys
-from typing import IO
+from typing import IO, TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from _typeshed import ReadableBuffer
 
 
 class _Steady(io.FileIO):
@@ -18,17 +21,17 @@ class _Steady(io.FileIO):
 
     refused: OSError | None = None
 
-    def write(self, data: bytes) -> int:  # type: ignore[override]
+    def write(self, data: ReadableBuffer, /) -> int:
         """See `io.FileIO.write`."""
         try:
             while self.refused is None:
-                count = super().write(data)
+                count: int | None = super().write(data)
                 if count is not None:
                     return count
                 select.select([], [self], [])  # another program has made the terminal that both share non-blocking
         except OSError as error:
             self.refused = error
-        return len(data)
+        return memoryview(data).nbytes
 
 
 def steady_streams() -> None:
