@@ -9,24 +9,12 @@ from typing import Any
 import pytest
 import warp as wp
 
-from warpmuscle.kernels import stages
-from warpmuscle.kernels.curves import LEE
-from warpmuscle.kernels.muscle_stage import HILL, RIGID, MuscleKind
-from warpmuscle.kernels.scratch import capacity_of
-from warpmuscle.kernels.step import step_kernel
-
-SHARED = [(2, None), (9, None), (15, None), (2, MuscleKind(LEE, RIGID, HILL))]  # bodies, one a size class, and muscles
-
 
 @pytest.hookimpl(tryfirst=True)
-def pytest_sessionstart(session: pytest.Session) -> None:
-    """Compile what several test files use before parallel workers start, which then find it in Warp's cache."""
+def pytest_sessionstart() -> None:
+    """Keep Warp quiet."""
     wp.config.log_level = wp.LOG_WARNING
     wp.init()
-    if not hasattr(session.config, "workerinput"):
-        for bodies, muscles in SHARED:
-            step_kernel(capacity_of(bodies), 1, 1, muscles).module.load("cpu")
-        wp.load_module(stages, device="cpu")
 
 
 @pytest.fixture(scope="session")

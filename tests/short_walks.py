@@ -10,6 +10,11 @@ from warpmuscle.scene import Scene
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.parameters import start_values, substitute
 
+# Weights of all terms that a walk on torques has; tests that share them share a kernel.
+OF_TORQUES = dict.fromkeys(
+    ("torque", "speed", "heading", "applied_torque", "ground_force", "norms", "norm_force", "step_width"), 1.0
+)
+
 
 def plain_walk(duration: float = 0.5) -> Scene:
     """The start of a walk, without free numbers."""

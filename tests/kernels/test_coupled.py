@@ -162,7 +162,7 @@ def test_inverse_dynamics_of_opensims_motion_needs_no_force(name: str):
 @pytest.mark.parametrize("name", sorted(JOINTS))
 def test_energy_stays_in_free_motion(name: str):
     scene = leg(name)
-    rollout = Rollout(scene, 1, "cpu", record=[0], quantities=["coordinates", "speeds"])
+    rollout = Rollout(scene, 1, "cpu", record=[0])
     rollout.run()
     q, v = (rollout.recorded(key)[0].astype(float) for key in ("coordinates", "speeds"))
     stages = Stages(scene, len(q), "cpu")
@@ -209,7 +209,7 @@ def test_its_coordinate_is_read_back_from_a_recording_and_limits_hold_it():
     q = joint_angles(rollout.recording(0), scene.character, "knee")[:, 0]
     assert -1.0 < q.min() < -0.9
     assert -0.8 < q.max() < -0.79
-    end = Rollout(scene, 1, "cpu", record=[0], quantities=["coordinates"])
+    end = Rollout(scene, 1, "cpu", record=[0])
     end.run()
     np.testing.assert_allclose(q, end.recorded("coordinates")[0][:, 8], atol=1e-5)
 

@@ -6,6 +6,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from muscle_arm import arm, constant, leg
+from short_walks import OF_TORQUES
 from small_scene import sound_scene
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.status import Status
@@ -122,9 +123,9 @@ def test_torques_of_limits_count_only_where_a_joint_is_beyond_them():
     assert stopped["joint_limits"][0] > 1.0
 
 
-def walked(name: str, duration: float = 1.0, **weights) -> Rollout:
+def walked(name: str, duration: float, weights: dict[str, float], gait: str = "") -> Rollout:
     """The start of a shipped walk, every step of it recorded."""
-    scene = msgspec.structs.replace(load(name), duration=duration, objective=Objective(**weights))
+    scene = msgspec.structs.replace(load(name), duration=duration, objective=Objective(**weights, gait=gait))
     rollout = Rollout(scene, 1, "cpu", record=[0], record_rate=1.0 / scene.time_step)
     rollout.run()
     return rollout
@@ -146,7 +147,7 @@ def percent_of_cycle(recording, side: int, weight: float) -> np.ndarray:
 
 
 def test_norms_are_squared_half_bands_between_legs_and_human_ones():
-    rollout = walked("fwalk", 3.0, norms=1.0)
+    rollout = walked("fwalk", 3.0, OF_TORQUES)
     recording = rollout.recording()
     angles = leg_angles(recording, rollout.numeric)
     total = np.zeros(len(recording.time))
@@ -161,12 +162,12 @@ def test_norms_are_squared_half_bands_between_legs_and_human_ones():
 
 def test_norm_force_is_the_same_of_vertical_forces_in_body_weights():
     norm = NORMS["Vertical ground force"]
-    check_force(walked("fwalk", 3.0, norm_force=1.0), norm.mean, norm.half_band)
+    check_force(walked("fwalk", 3.0, OF_TORQUES), norm.mean, norm.half_band)
 
 
 def test_norm_force_of_a_run_is_half_a_sine_that_carries_the_body():
     assert 2.0 * running_force(np.linspace(0.0, 100.0, 100_001)).mean() == pytest.approx(1.0, abs=1e-4)
-    check_force(walked("fwalk", 3.0, norm_force=1.0, gait="run"), running_force, RUNNING_FORCE_BAND)
+    check_force(walked("fwalk", 3.0, OF_TORQUES, gait="run"), running_force, RUNNING_FORCE_BAND)
 
 
 def check_force(rollout, mean, half_band):
@@ -180,7 +181,7 @@ def check_force(rollout, mean, half_band):
 
 
 def test_passive_force_is_that_of_fibres_stretched_beyond_their_optimum():
-    rollout = walked("walk56", passive_force=1.0)
+    rollout = walked("walk56", 1.0, ONES)
     recording, muscles = rollout.recording(), rollout.numeric.character.muscles
     total = 0.0
     for index, name in enumerate(recording.muscle_names):
@@ -192,7 +193,7 @@ def test_passive_force_is_that_of_fibres_stretched_beyond_their_optimum():
 
 
 def test_step_width_is_how_far_ankles_are_from_the_width_of_people_s_steps():
-    rollout = walked("fwalk", step_width=1.0)
+    rollout = walked("fwalk", 1.0, OF_TORQUES)
     recording, joints = rollout.recording(), rollout.numeric.character.joints
     ankle = {}
     for side in "lr":
@@ -226,13 +227,15 @@ def test_what_does_not_walk_is_not_compared_with_human_walking(term: str):
 
 def test_cost_is_the_weighted_sum_and_a_failure_costs_more():
     scene = load("fwalk")
-    scene = msgspec.structs.replace(scene, duration=1.0, objective=Objective(torque=0.5, speed=3.0, heading=7.0))
+    weights = {name: 0.5 + number for number, name in enumerate(OF_TORQUES)}
+    scene = msgspec.structs.replace(scene, duration=1.0, objective=Objective(**weights))
     rollout = Rollout(scene, 1, "cpu")
     rollout.run()
     terms = rollout.terms()
-    expected = 0.5 * terms["torque"] + 3.0 * terms["speed"] + 7.0 * terms["heading"]
-    np.testing.assert_allclose(rollout.cost(), expected)
+    expected = sum(weight * terms[name] for name, weight in weights.items())
+    np.testing.assert_allclose(rollout.cost(), expected, rtol=1e-6)
     assert terms["torque"][0] > 100.0
+    assert all(terms[name][0] > 0.0 for name in weights)
     weak = msgspec.structs.replace(scene, objective=Objective(fall=1.0), initial_state=InitialState((0.0, 3.0, 0.0)))
     rollout = Rollout(weak, 1, "cpu")
     rollout.run()
@@ -242,7 +245,7 @@ def test_cost_is_the_weighted_sum_and_a_failure_costs_more():
 
 
 def test_without_muscles_applied_torque_is_the_feedback_torque():
-    scene = msgspec.structs.replace(load("fwalk"), duration=0.5, objective=Objective(applied_torque=1.0))
+    scene = msgspec.structs.replace(load("fwalk"), duration=0.5, objective=Objective(**OF_TORQUES))
     terms = values(scene)
     np.testing.assert_allclose(terms["applied_torque"], terms["torque"], rtol=1e-6)
 
@@ -291,7 +294,7 @@ def test_what_joints_and_muscles_add_to_terms_sums_up_to_them():
 
 
 def test_gait_cycles_begin_anew_after_a_reset_and_do_not_depend_on_the_batch():
-    scene = msgspec.structs.replace(load("fwalk"), duration=2.5, objective=Objective(norms=1.0, norm_force=0.5))
+    scene = msgspec.structs.replace(load("fwalk"), duration=2.5, objective=Objective(**OF_TORQUES))
     alone, batch = Rollout(scene, 1, "cpu"), Rollout(scene, 3, "cpu")
     for rollout in (alone, batch):
         rollout.run()

@@ -128,7 +128,7 @@ def run(scene: Scene, instances: int = 1, values: object = None, **how: object) 
 
 
 def test_a_controller_with_state_and_parameters_moves_a_joint_as_in_double_precision():
-    rollout = Rollout(with_pid(), 1, "cpu", record=[0], record_rate=1.0 / STEP, quantities=["coordinates"], trust=True)
+    rollout = Rollout(with_pid(), 1, "cpu", record=[0], record_rate=1.0 / STEP, trust=True)
     rollout.run()
     angles, integral = simulated()
     np.testing.assert_allclose(rollout.recorded("coordinates")[0, 1:, 7], angles[:-1], atol=2e-5)

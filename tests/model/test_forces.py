@@ -57,6 +57,18 @@ NO_LIMIT = dict.fromkeys(devices.CoordinateLimit.vars, 0.0)
 ANKLE = {"rest_angle": 0.3, "stiffness_above": 40.0, "stiffness_below": 0.0, "damping": 0.0}
 
 
+def ratchet(stiffness: float) -> Force:
+    return Force(f"{NAME}:ratchet", joint="elbow", parameters={"stiffness": stiffness})
+
+
+# None of which does anything: scenes that have them all share a kernel.
+IDLE = {
+    "spring": Force("bilinear_spring", joint="elbow", parameters=dict.fromkeys(ANKLE, 0.0)),
+    "hold": ratchet(0.0),
+    "air": Force("air_drag", body="tip", parameters={"drag_area": 0.0, "density": 1.2}),
+}
+
+
 @pytest.fixture(scope="module", autouse=True)
 def module(tmp_path_factory):
     """A module that can be imported."""
@@ -77,7 +89,7 @@ def pendulum(forces: dict[str, Force], **changes: object) -> Scene:
 
 
 def exoskeleton(**parameters: object) -> Scene:
-    return pendulum({"exo": Force("bilinear_spring", joint="elbow", parameters=ANKLE | parameters)})
+    return pendulum(IDLE | {"spring": Force("bilinear_spring", joint="elbow", parameters=ANKLE | parameters)})
 
 
 def swing(torque) -> tuple[np.ndarray, np.ndarray]:
@@ -94,9 +106,7 @@ def swing(torque) -> tuple[np.ndarray, np.ndarray]:
 
 def recorded(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
     """Angles and speeds of the pendulum at every step."""
-    rollout = Rollout(
-        scene, 1, "cpu", record=[0], record_rate=1.0 / STEP, quantities=["coordinates", "speeds"], trust=True
-    )
+    rollout = Rollout(scene, 1, "cpu", record=[0], record_rate=1.0 / STEP, trust=True)
     rollout.run()
     return rollout.recorded("coordinates")[0, :, 7].astype(float), rollout.recorded("speeds")[0, :, 0].astype(float)
 
@@ -158,17 +168,16 @@ def test_drag_slows_a_ball_as_in_double_precision_and_takes_its_energy():
 
 
 def test_forces_of_a_module_keep_a_state_for_each_and_add_up():
-    one = {"a": Force(f"{NAME}:ratchet", joint="elbow", parameters={"stiffness": 5.0})}
-    two = {name: Force(f"{NAME}:ratchet", joint="elbow", parameters={"stiffness": 2.5}) for name in "ab"}
-    greatest, angles, _ = 0.0, *recorded(pendulum(one))
+    one, two = {"hold": ratchet(5.0)}, {"hold": ratchet(2.5), "also": ratchet(2.5)}
+    greatest, angles, _ = 0.0, *recorded(pendulum(IDLE | one))
 
-    def ratchet(q: float, v: float) -> float:
+    def held(q: float, v: float) -> float:
         nonlocal greatest
         greatest = max(greatest, q)
         return 5.0 * (greatest - q)
 
-    np.testing.assert_allclose(angles, swing(ratchet)[0], atol=1e-4)
-    np.testing.assert_allclose(recorded(pendulum(two))[0], angles, atol=1e-5)
+    np.testing.assert_allclose(angles, swing(held)[0], atol=1e-4)
+    np.testing.assert_allclose(recorded(pendulum(IDLE | two))[0], angles, atol=1e-5)
 
 
 def test_a_wrench_acts_at_the_centre_of_mass_and_about_it():

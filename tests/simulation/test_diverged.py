@@ -117,7 +117,7 @@ def keep_others(rollout: Rollout, angles: list[list[float]]) -> np.ndarray:
 def test_what_the_rollout_gives_of_quantities_ends_with_the_instance():
     scene = load("walk56")
     scene.duration = 0.2
-    rollout = Rollout(scene, 2, "cpu", record=[1, 0], quantities=["speeds", "muscle_force"])
+    rollout = Rollout(scene, 2, "cpu", record=[1, 0])
     rollout.set_parameters(keep_others(rollout, [[0.4], [1e30]]))
     rollout.run()
     assert rollout.status().tolist() == [Status.COMPLETED, Status.DIVERGED]

@@ -51,13 +51,14 @@ def test_a_walk_on_muscles_is_near_to_that_on_torques_by_a_root_mean_square_of_s
 
 
 def test_a_file_gives_the_same_reference_as_the_scene_that_made_it(tmp_path):
-    scene = load("fwalk")
+    scene = load("bwalk")
     rollout = Rollout(scene, 1, "cpu", record=[0], record_rate=200.0)
     rollout.run()
     table = parameter_table(free_parameters(scene))
     write(tmp_path / "walk.h5", Result("", "cpu", "", 0, table, replays=(rollout.recording(),)))
-    sources = Tracking(file=str(tmp_path / "walk.h5")), Tracking(scene="fwalk")
-    assert len({error_of(tracked("walk56", source, 1.0)) for source in sources}) == 1
+    sources = Tracking(file=str(tmp_path / "walk.h5")), Tracking(scene="bwalk")
+    first, second = (error_of(tracked("fwalk", source, 1.0)) for source in sources)
+    assert first == second > 0.0
 
 
 def test_a_run_saved_with_numpy_gives_the_same_error_as_its_result_file_bit_for_bit(tmp_path):
