@@ -47,7 +47,13 @@ def test_text_gives_names_rate_start_and_values(tmp_path, separator):
     np.testing.assert_array_equal(found.values, [[1, -2], [3, 4], [-1, 5]])
 
 
+def test_decimal_commas_are_read_where_other_characters_separate_cells(tmp_path):
+    (tmp_path / "emg.csv").write_text("time;BIC\n0;0,5\n1;0,25\n")
+    np.testing.assert_array_equal(read_signals(tmp_path / "emg.csv").values[:, 0], [0.5, 0.25])
+
+
 def test_storage_file_is_read(tmp_path):
+    assert len(read_signals(write_storage(tmp_path / "long.sto", rows=5, promised=5)).values) == 5
     found = read_signals(write_storage(tmp_path / "emg.sto"))
     assert found.names == ("BIC", "TRI")
     assert found.rate == pytest.approx(100.0)
@@ -123,7 +129,8 @@ def test_channels_that_are_not_wanted_may_hold_anything(tmp_path):
         ("time,BIC\n0,1\n0.1,-inf\n", ":3: channel 'BIC': the value is -inf, not a finite number"),
         ("time,BIC\n0,1\n0.1,high\n", ":3: channel 'BIC': 'high' is not a number"),
         ("time,BIC\n0,1\n\n0.1,\n", ":4: channel 'BIC': the cell is empty"),
-        ("time;BIC\n0;0,5\n1;0,25\n", ":2: channel 'BIC': '0,5' is not a number"),
+        ("time;BIC\n0;1,500\n1;2,250\n", ":2: channel 'BIC': '1,500' is not a number"),
+        ("time,BIC\n0,1\n0.1,1_0\n", ":3: channel 'BIC': '1_0' is not a number"),
         ("time,BIC,TRI\n0,1,2\n0.1,1\n", ":3: has 2 cells where the header names 3 columns"),
         ("time,BIC,TRI\n0,1,2\n0.1,1,2,3\n", ":3: has 4 cells where the header names 3 columns"),
         ("time,BIC\n0,1\n0.1,2\n0.05,3\n", ":4: channel 'time': times must increase, but 0.05 s follows 0.1 s"),

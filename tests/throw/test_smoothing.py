@@ -57,6 +57,20 @@ def test_uneven_times_are_made_even():
     assert passed.time[-1] == uneven.time[-1]
 
 
+def test_missing_samples_do_not_pass_for_noise():
+    time = np.delete(TIME, [50, 51, 52, 110])
+    assert max(noise(motion(0.0, time))) < 2.0 * max(noise(motion())) < NOISY
+    passed = low_passed(motion(0.0, time), 20.0)
+    assert np.abs(passed.angles[:, 0] - 0.5 * np.sin(6.0 * passed.time))[5:-5].max() < 1e-3
+
+
+def test_the_chosen_filter_is_no_higher_than_limbs_are_fast():
+    time = np.arange(0.0, 1.501, 0.001)
+    rounded = replace(motion(0.0, time), angles=np.radians(np.round(np.degrees(motion(0.0, time).angles), 3)))
+    assert max(noise(rounded)) > NOISY
+    assert suitable([rounded]) <= 20.0
+
+
 @pytest.mark.parametrize(("frequency", "message"), [(0.0, "above 0 Hz"), (60.0, "below half"), (np.nan, "nan Hz")])
 def test_frequencies_that_make_no_filter_are_refused(frequency: float, message: str):
     with pytest.raises(SignalError, match=message):

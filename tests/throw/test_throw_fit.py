@@ -304,6 +304,10 @@ def test_motions_beyond_the_limits_of_a_joint_are_refused():
         scene.character.joints["elbow"].limits = [(-0.2, 2.7)]
     with pytest.raises(Error, match=r"elbow is at 229\.2 deg after 0\.7 s"):
         check_limits(Arm(scene), Motion("m", 0.0, motion.time, angles, motion.pitch, motion.place))
+    for zero, sign, what in ((0.0, -1.0, "its negative"), (np.pi, -1.0, "180 deg less it")):
+        angles[:, 1] = zero + sign * np.linspace(0.1, 2.0, len(angles))
+        with pytest.raises(Error, match=rf"a straight arm that hangs down\? Within them would be .*{what}"):
+            check_limits(Arm(scene), Motion("m", 0.0, motion.time, angles, motion.pitch, motion.place))
 
 
 def test_activations_start_where_the_motion_has_them_and_not_at_the_first_excitation():

@@ -1,12 +1,13 @@
 """Recorded motions: what files may hold, what is refused, and smooth derivatives up to the ends."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from warpmuscle.core.errors import Error
-from warpmuscle.throw.motion import MARGIN, Motion, resample
+from warpmuscle.throw.motion import MARGIN, Motion, resample, without_stillness
 from warpmuscle.throw.motion_files import read
 
 JOINTS = ("shoulder", "elbow")
@@ -148,6 +149,20 @@ def test_shorter_motions_come_to_rest_beyond_their_end_without_a_jump():
     assert np.abs(angle[20:] - angle[2]).max() < 3.0 * MARGIN
     assert max(np.abs(speed[35:]).max(), np.abs(bend[35:]).max()) < 1e-3
     assert motions.rows([1]).names == ("made",)
+
+
+@pytest.mark.parametrize(("before", "after"), [(0, 50), (30, 0), (30, 50), (4, 4)])
+def test_ends_in_which_nothing_moves_are_left_out_and_counted(before: int, after: int):
+    moving = made(TIME)
+    padded = replace(
+        moving, time=0.02 * np.arange(len(TIME) + before + after), pitch=np.pad(moving.pitch, (before, after), "edge"),
+        **{name: np.pad(getattr(moving, name), ((before, after), (0, 0)), "edge") for name in ("angles", "place")},
+    )  # fmt: skip
+    found = without_stillness(padded)
+    short = before + after < 10
+    np.testing.assert_allclose(found.angles, padded.angles if short else moving.angles)
+    assert (found.start, found.cut) == pytest.approx((0.0, 0.0) if short else (0.02 * before, 0.02 * (before + after)))
+    assert len(found.time) == len(found.pitch) == len(found.place) == len(found.angles)
 
 
 def columns(**columns: np.ndarray) -> tuple[str, list[np.ndarray]]:

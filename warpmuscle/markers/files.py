@@ -107,7 +107,7 @@ def _table(path: Path) -> Read:
     if not names:
         raise SignalError("no markers: each has columns NAME_x, NAME_y and NAME_z", file=path)
     columns = [lower.index(f"{name.lower()}{end}") for name in names for end in COORDINATES]
-    values = table.columns([time, *columns])
+    values = table.columns([time, *columns], gaps=True)
     return values[:, 0], names, values[:, 1:].reshape(len(values), -1, 3), "m"
 
 

@@ -16,7 +16,10 @@ from warpmuscle.core.files import read_file, unreadable
 
 STORAGE = (".mot", ".sto")
 LONGEST_ROW = 100_000  # characters; Python reads cells of a little more
-_COUNT = re.compile(r"\s*(nrows|datarows|ncolumns|datacolumns)\s*[= ]\s*(\d+)\s*$", re.IGNORECASE)
+UTF_16 = (b"\xff\xfe", b"\xfe\xff")  # byte order marks of what Excel calls Unicode text
+_COUNT = re.compile(r"\s*(nrows|datarows|ncolumns|datacolumns)\s*[= ]\s*(\d{1,15})\s*$", re.IGNORECASE)
+_DEGREES = re.compile(r"\s*indegrees\s*[= ]\s*(yes|no)\s*$", re.IGNORECASE)
+_DECIMAL_COMMA = re.compile(r"(?<![\d,.])[-+]?(0,\d+|\d+,(\d{1,2}|\d{4,}))(?![\d,.])")  # 1,234 may be a thousand
 
 
 @dataclass(frozen=True)
@@ -28,9 +31,13 @@ class Table:
     rows: list[str]
     lines: Integers  # of the rows in the file, counted from 1
     delimiter: str | None  # None for white space
+    degrees: bool | None = None  # what the header of a storage file says of angles, None if it says nothing
 
-    def columns(self, chosen: Sequence[int]) -> Floats:
-        """Numbers (rows, columns) of some columns; empty cells and words are errors, `nan` is not.
+    def columns(self, chosen: Sequence[int], gaps: bool = False) -> Floats:
+        """Numbers (rows, columns) of some columns; words are errors, `nan` is not.
+
+        Args:
+            gaps: whether empty cells count as NaN; else they are errors as well.
 
         Raises:
             SignalError: a cell holds no number.
@@ -41,24 +48,34 @@ class Table:
             return np.loadtxt(
                 self.rows, delimiter=self.delimiter, usecols=list(chosen), ndmin=2, comments=None, quotechar='"'
             )
-        except ValueError as error:
-            raise self._first_wrong(chosen) or SignalError(str(error), file=self.path) from None
+        except ValueError:
+            return self._cell_by_cell(chosen, gaps)
 
-    def _first_wrong(self, chosen: Sequence[int]) -> SignalError | None:
-        """An error about the first cell of these columns that holds no number."""
-        for line, row in zip(self.lines.tolist(), self.rows, strict=True):
-            cells = _cells(row, self.delimiter)
-            for column in chosen:
+    def cell(self, row: int, column: int) -> str:
+        """The text of a cell."""
+        return _cells(self.rows[row], self.delimiter)[column]
+
+    def _cell_by_cell(self, chosen: Sequence[int], gaps: bool) -> Floats:
+        """As `columns`, slower; raises SignalError about the first cell that holds no number."""
+        values = np.full((len(self.rows), len(chosen)), np.nan)
+        for row, (line, text) in enumerate(zip(self.lines.tolist(), self.rows, strict=True)):
+            cells = _cells(text, self.delimiter)
+            for place, column in enumerate(chosen):
+                if gaps and not cells[column].strip():
+                    continue
                 try:
-                    float(cells[column])
+                    values[row, place] = _number(cells[column])
                 except ValueError:
                     what = f"{cells[column]!r} is not a number" if cells[column].strip() else "the cell is empty"
-                    return SignalError(what, self.names[column], self.path, line)
-        return None
+                    what += "; write # before a row of units" if row == 0 and cells[column].strip() else ""
+                    raise SignalError(what, self.names[column], self.path, line) from None
+        return values
 
 
 def read_table(path: str | Path) -> Table:
     """Read a table whose first row, but for lines that begin with #, names the columns.
+
+    Commas are decimal ones if other characters separate cells, no number has a point and some cannot be thousands.
 
     Raises:
         SignalError: the file cannot be read, is not text, is empty, has no names, or rows of unequal length.
@@ -66,7 +83,7 @@ def read_table(path: str | Path) -> Table:
     path = Path(path)
     text = _text(path)
     lines = text.splitlines()
-    begin, promised = _header(path, lines) if path.suffix.lower() in STORAGE else (0, {})
+    begin, promised, degrees = _header(path, lines) if path.suffix.lower() in STORAGE else (0, {}, None)
     numbered = [(number, line) for number, line in enumerate(lines[begin:], start=begin + 1)
                 if line.strip() and not line.lstrip().startswith("#")]  # fmt: skip
     if not numbered:
@@ -80,27 +97,33 @@ def read_table(path: str | Path) -> Table:
     if all(map(_is_number, names)):
         raise SignalError("the first row must name the columns, it holds numbers", file=path, line=first)
     rows, numbers = [line for _, line in numbered[1:]], [number for number, _ in numbered[1:]]
+    if delimiter != "," and not any("." in row for row in rows) and any(map(_DECIMAL_COMMA.search, rows)):
+        rows = [row.replace(",", ".") for row in rows]
     for number, row in zip(numbers, rows, strict=True):
         plain = delimiter is not None and '"' not in row
         count = row.count(str(delimiter)) + 1 if plain else len(_cells(row, delimiter))
         if count != len(names):
-            raise SignalError(f"has {count} cells where the header names {len(names)} columns", file=path, line=number)
+            what = f"has {count} cells where the header names {len(names)} columns"
+            what += "; write # before lines above the row of names" if number == numbers[0] else ""
+            raise SignalError(what, file=path, line=number)
     for key, count in promised.items():
-        found = len(rows) if "row" in key else len(names)
+        found = len(rows) if "row" in key.lower() else len(names)
         if found != count:
             raise SignalError(f"the header promises {key}={count}, but there are {found}", file=path)
-    return Table(path, names, rows, np.array(numbers, np.int64), delimiter)
+    return Table(path, names, rows, np.array(numbers, np.int64), delimiter, degrees)
 
 
-def _header(path: Path, lines: list[str]) -> tuple[int, dict[str, int]]:
-    """Number of lines up to and with `endheader`, and the counts of rows and columns that these promise."""
+def _header(path: Path, lines: list[str]) -> tuple[int, dict[str, int], bool | None]:
+    """Number of lines up to and with `endheader`, and what they say: counts of rows and columns, angles in degrees."""
     promised: dict[str, int] = {}
+    degrees = None
     for index, line in enumerate(lines):
         if line.strip().lower() == "endheader":
-            return index + 1, promised
-        found = _COUNT.match(line)
-        if found:
+            return index + 1, promised, degrees
+        if found := _COUNT.match(line):
             promised[found[1]] = int(found[2])
+        elif found := _DEGREES.match(line):
+            degrees = found[1].lower() == "yes"
     raise SignalError("has no line `endheader`, as OpenSim's storage files have", file=path)
 
 
@@ -118,20 +141,26 @@ def _text(path: Path) -> str:
     if not content.strip():
         raise SignalError("is empty", file=path)
     try:
-        if b"\0" in content:
+        text = content.decode("utf-16" if content.startswith(UTF_16) else "utf-8-sig")
+        if "\0" in text:
             raise ValueError
-        return content.decode("utf-8-sig")
+        return text
     except ValueError:
-        raise SignalError("is not a text file", file=path) from None
+        raise SignalError("is not a text file in UTF-8", file=path) from None
 
 
 def _cells(row: str, delimiter: str | None) -> list[str]:
     return row.split() if delimiter is None else next(csv.reader([row.strip("\r\n")], delimiter=delimiter))
 
 
+def _number(cell: str) -> float:
+    """What a cell holds; raises ValueError if it is no number. Python alone takes 1_0 for one."""
+    return float(cell if "_" not in cell else "")
+
+
 def _is_number(cell: str) -> bool:
     try:
-        float(cell)
+        _number(cell)
     except ValueError:
         return False
     return True

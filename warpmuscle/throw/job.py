@@ -34,13 +34,12 @@ from warpmuscle.throw.problem import (
     motion_of,
     notes,
     read_motions,
-    usable,
 )
 from warpmuscle.throw.published import Published, as_published
 from warpmuscle.throw.report import write
 from warpmuscle.throw.shared_synergies import SharedSynergies, share
 from warpmuscle.throw.signals import Knots, Synergies
-from warpmuscle.throw.smoothing import suitable
+from warpmuscle.throw.smoothing import suitable, usable
 from warpmuscle.throw.strength import what_lacks
 from warpmuscle.throw.synthesis import Throw, Thrower, check_release
 
@@ -102,7 +101,7 @@ class Job:
         read = read_motions(files, self.arm) if files else [motion_of(scene, self.arm)]
         self._chosen = options.low_pass is None
         self.low_pass = suitable(read) if options.low_pass is None else options.low_pass or None
-        recorded = usable(read, self.arm, self.low_pass, self._chosen)
+        recorded = usable(read, self.arm.joints, self.low_pass, self._chosen)
         self.motions = resample(recorded)
         strong = self._strengthened(scene)
         if options.emg is None:

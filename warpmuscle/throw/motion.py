@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -14,6 +14,7 @@ from warpmuscle.core.array_types import Floats
 RATE = 100.0  # Hz, of everything that is compared
 MARGIN = 0.05  # s, by which a motion is continued beyond both ends
 TREND, TREND_SAMPLES, TREND_DEGREE = 0.06, 5, 3  # s and least samples of the end that the polynomial there is fitted to
+STILL, LEAST_STILL = 2e-3, 0.1  # rad/s of all angles; s at an end, beyond which stillness is left out
 PITCH, PLACE = "trunk_pitch", ("shoulder_forward", "shoulder_up")  # names of what may be absent
 
 
@@ -28,6 +29,8 @@ class Motion:
     pitch: Floats  # (S,) of the trunk, forwards, rad
     place: Floats  # (S, 2) of the shoulder, forwards and up, m
     absent: tuple[str, ...] = ()  # columns that its file does not have and that count as 0: PITCH, PLACE
+    bridged: int = 0  # values that its file lacks, and that are interpolated
+    cut: float = 0.0  # s at its ends in which nothing moves, and that were left out
 
 
 @dataclass(frozen=True)
@@ -60,6 +63,25 @@ class Motions:
         return Motions(
             names, self.time, self.valid[index], pick(self.angles), pick(self.pitch), pick(self.place), recorded
         )
+
+
+def without_stillness(motion: Motion) -> Motion:
+    """A motion without what only repeats its first or its last values, as recordings are made equally long.
+
+    Nothing can be learnt there, and a motion that stops within a sample takes more torque than any arm has.
+    """
+    values = np.column_stack([motion.angles, motion.pitch])
+    moves = np.flatnonzero(np.abs(np.diff(values, axis=0)).max(axis=1) > STILL * np.diff(motion.time))
+    if not len(moves):
+        return motion
+    first, last = int(moves[0]), int(moves[-1]) + 1
+    first = first if motion.time[first] >= LEAST_STILL else 0
+    last = last if motion.time[-1] - motion.time[last] >= LEAST_STILL else len(motion.time) - 1
+    time, kept = motion.time[first : last + 1], slice(first, last + 1)
+    return replace(
+        motion, start=motion.start + float(time[0]), time=time - time[0], angles=motion.angles[kept],
+        pitch=motion.pitch[kept], place=motion.place[kept], cut=float(motion.time[-1] - (time[-1] - time[0])),
+    )  # fmt: skip
 
 
 def resample(motions: Sequence[Motion], rate: float = RATE, until: float | None = None, margin: float = 0.0) -> Motions:

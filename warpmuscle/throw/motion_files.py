@@ -1,10 +1,12 @@
 """Recorded motions from tables or NumPy files.
 
-A table (CSV, or OpenSim's .mot and .sto) has a header and a row a sample: a column of time (`time`, `time_s` or `t`, in
-s) and one for each joint, named by it, such as `elbow`, `elbow_deg` or `elbow_flexion_rad`. If none of these names
-ends in `_deg` or `_rad`, angles beyond 2 pi in one of them mean degrees in all. Optional, else zero: how far the trunk
-leans forwards as `trunk_pitch_deg`, or the angle of the upper arm to gravity as `shoulder_flexion_gravity_deg`, from
-which that follows; the shoulder's place as `shoulder_forward_m`, `shoulder_up_m`.
+A table (CSV, or OpenSim's .mot and .sto) has a header and a row a sample: a column of time (`time`, `time_s` or `t`,
+in s, or `time_ms`) and one for each joint, named by it, such as `elbow`, `elbow_deg` or `elbow_flexion_rad`. `Elbow
+flexion [deg]` is the same as `elbow_flexion_deg`. If none of these names tells the unit, and no line inDegrees, angles
+beyond 2 pi in one of them mean degrees in all. Optional, else zero: how far the trunk leans forwards as
+`trunk_pitch_deg`, or the angle of the upper arm to gravity as `shoulder_flexion_gravity_deg`, from which that follows;
+the shoulder's place as `shoulder_forward_m`, `shoulder_up_m` (or `_cm`, `_mm`). Short gaps are bridged, and whole
+turns taken out of angles.
 
 A `.npz` file holds M motions: `time` (T,), and (M, T) arrays named as those columns, of degrees unless `_rad`;
 `trial` (M,) names them; keypoints in m, x forward and z up, as `keypoint_pos_m` (M, T, k, 3) with names `keypoints`
@@ -14,7 +16,6 @@ A `.npz` file holds M motions: `time` (T,), and (M, T) arrays named as those col
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -23,16 +24,20 @@ from warpmuscle.core.archive import DamagedArchive, read_arrays
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import SignalError
 from warpmuscle.core.files import check_regular, unreadable
-from warpmuscle.synergy.tables import Table, read_table
+from warpmuscle.synergy.columns import LENGTHS, TIMES, Columns, with_units
+from warpmuscle.synergy.tables import read_table
 from warpmuscle.throw.motion import PITCH, PLACE, Motion
 
 LEAST_SAMPLES = 12
 LONGEST = 60.0  # s
-TIME_NAMES = ("time", "time_s", "t", "t_s")
 TO_GRAVITY = "shoulder_flexion_gravity"
 SHOULDER_POINT = "R_SHOULDER"
 TURN = 2.0 * np.pi  # rad; numbers within it are radians, or degrees of what hardly moves
-MOST_PITCH = np.radians(100.0)
+JUMP = 1.5 * np.pi  # rad from sample to sample, which no joint turns, but angles between -180 and 180 deg do
+ROUNDED = 0.02  # rad, by which angles that are wrapped may extend over more than a turn
+ANGLE_OF = ("", "_flexion", "_angle", "_flexion_angle")  # what may follow a joint in the name of its column
+MOST_PITCH, SAME_PITCH = 100.0, 5.0  # deg
+FASTEST_SHOULDER = 20.0  # m/s, faster than anybody runs
 
 
 def read(path: str | Path, joints: Sequence[str]) -> list[Motion]:
@@ -44,42 +49,7 @@ def read(path: str | Path, joints: Sequence[str]) -> list[Motion]:
     path = Path(path)
     if path.suffix.lower() == ".npz":
         return _read_npz(path, joints)
-    table = read_table(path)
-    columns = _Columns(path, path.stem, [name.lower() for name in table.names], table)
-    return [_motion(columns, joints)]
-
-
-@dataclass(frozen=True)
-class _Columns:
-    """Named columns of one motion, read when they are asked for."""
-
-    path: Path
-    motion: str
-    names: list[str]
-    table: Table | None = None
-    arrays: dict[str, Floats] = field(default_factory=dict)
-
-    def only(self, what: str, names: Sequence[str]) -> str | None:
-        """The one of these columns that there is, None if there is none."""
-        present = [name for name in self.names if name in names]
-        if len(present) > 1:
-            raise self.error(f"more than one column with {what}: {', '.join(present)}; leave one of them")
-        return present[0] if present else None
-
-    def get(self, name: str) -> Floats:
-        """The values of a column, finite throughout."""
-        column = self.arrays[name] if self.table is None else self.table.columns([self.names.index(name)])[:, 0]
-        if column.dtype.kind not in "iuf":
-            raise self.error(f"holds values of type {column.dtype}, not numbers", name)
-        wrong = np.flatnonzero(~np.isfinite(column))
-        if len(wrong):
-            line = 0 if self.table is None else int(self.table.lines[wrong[0]])
-            raise self.error(f"the value is {column[wrong[0]]}, not a finite number", name, line)
-        return np.asarray(column, dtype=np.float64)
-
-    def error(self, message: str, column: str = "", line: int = 0) -> SignalError:
-        inside = f"motion {self.motion}: " if self.table is None else ""
-        return SignalError(f"{inside}{f'column {column!r}: ' if column else ''}{message}", "", self.path, line)
+    return [_motion(Columns.of_table(read_table(path)), joints)]
 
 
 def _read_npz(path: Path, joints: Sequence[str]) -> list[Motion]:
@@ -91,7 +61,7 @@ def _read_npz(path: Path, joints: Sequence[str]) -> list[Motion]:
         raise SignalError(unreadable(error), file=path) from None
     except DamagedArchive as error:
         raise SignalError(str(error), file=path) from None
-    time = next((arrays[name] for name in TIME_NAMES if name in arrays), None)
+    time = next((arrays[name] for name in TIMES if name in arrays), None)
     if time is None or time.ndim != 1:
         raise SignalError("no array `time` (T,)", file=path)
     count = max((len(a) for a in arrays.values() if a.ndim == 2 and a.shape[1] == len(time)), default=0)
@@ -110,62 +80,69 @@ def _read_npz(path: Path, joints: Sequence[str]) -> list[Motion]:
         columns = {"time": time}
         for name, a in arrays.items():
             if a.shape == (count, len(time)):
-                columns[name if name.endswith(("_deg", "_rad", "_m")) else f"{name}_deg"] = a[index]
+                columns[name if name.endswith(("_deg", "_rad", *filter(None, LENGTHS))) else f"{name}_deg"] = a[index]
         if keypoints is not None and SHOULDER_POINT in points:
             place = keypoints[index, :, points.index(SHOULDER_POINT)]
             columns["shoulder_forward_m"], columns["shoulder_up_m"] = place[:, 0], place[:, 2]
-        motions.append(_motion(_Columns(path, str(trials[index]), list(columns), None, columns), joints))
+        motions.append(_motion(Columns(path, str(trials[index]), list(columns), None, columns), joints))
     return motions
 
 
-def _motion(columns: _Columns, joints: Sequence[str]) -> Motion:
-    time_column = columns.only("times", TIME_NAMES)
-    if time_column is None:
-        raise columns.error("no column of time; name one `time_s`")
-    time = columns.get(time_column)
+def _motion(columns: Columns, joints: Sequence[str]) -> Motion:
+    time = columns.time()
     _check_time(columns, time)
     chosen = {}
     for joint in joints:
-        column = columns.only(f"the angle of {joint!r}", _with_units(joint, f"{joint}_flexion"))
+        column = columns.only(f"the angle of {joint!r}", with_units([f"{joint}{more}" for more in ANGLE_OF]))
         if column is None:
-            raise columns.error(f"no column of the angle of {joint!r}; name one `{joint}_deg`")
+            raise columns.error(f"no column of the angle of {joint!r}; name one `{joint}_deg`; {columns.listed()}")
         chosen[joint] = column
     for name in (PITCH, TO_GRAVITY):
-        column = columns.only(f"the angle {name!r}", _with_units(name))
+        column = columns.only(f"the angle {name!r}", with_units([name]))
         if column is not None:
             chosen[name] = column
-    angle = _in_radians(columns, chosen, joints)
-    pitch = np.zeros_like(time)
+    angle = _in_radians(columns, chosen, joints, time)
     absent: tuple[str, ...] = ()
-    if PITCH in angle:
-        pitch = angle[PITCH]
-    elif TO_GRAVITY in angle and "shoulder" in angle:
-        pitch = angle["shoulder"] - angle[TO_GRAVITY]
-        if np.abs(pitch).max() > MOST_PITCH:
-            raise columns.error(
-                f"the trunk would lean by {np.degrees(np.abs(pitch).max()):.0f} deg, the angle of the shoulder less "
-                "this one; are both in the same unit?", chosen[TO_GRAVITY],
-            )  # fmt: skip
-    else:
-        absent = (PITCH,)
+    pitch = _pitch(columns, chosen, angle)
+    if pitch is None:
+        pitch, absent = np.zeros_like(time), (PITCH,)
     place = np.zeros((len(time), 2))
     for axis, name in enumerate(PLACE):
-        column = columns.only(f"the place {name!r}", (f"{name}_m", name))
-        if column is None:
+        values = columns.place(name, time)
+        if values is None:
             absent += (name,)
         else:
-            place[:, axis] = columns.get(column)
+            place[:, axis] = values
+            _check_place(columns, name, time, values)
     angles = np.stack([angle[joint] for joint in joints], axis=1)
-    return Motion(columns.motion, float(time[0]), time - time[0], angles, pitch, place, absent)
+    return Motion(columns.motion, float(time[0]), time - time[0], angles, pitch, place, absent, columns.bridged)
 
 
-def _with_units(*names: str) -> list[str]:
-    return [f"{name}{unit}" for name in names for unit in ("_deg", "_rad", "")]
+def _pitch(columns: Columns, chosen: Mapping[str, str], angle: Mapping[str, Floats]) -> Floats | None:
+    """How far the trunk leans forwards, rad, by its own column or the angle to gravity; None if neither tells."""
+    if TO_GRAVITY not in angle or "shoulder" not in angle:
+        return angle.get(PITCH)
+    pitch = _without_turns(angle["shoulder"] - angle[TO_GRAVITY])
+    most = float(np.degrees(np.abs(pitch).max()))
+    if most > MOST_PITCH:
+        raise columns.error(
+            f"the trunk would lean by {most:.0f} deg, the angle of the shoulder less this one; are both in the same "
+            "unit?", chosen[TO_GRAVITY],
+        )  # fmt: skip
+    if PITCH not in angle:
+        return pitch
+    apart = float(np.degrees(np.abs(angle[PITCH] - pitch).max()))
+    if apart > SAME_PITCH:
+        raise columns.error(
+            f"is up to {apart:.0f} deg from the angle of the shoulder less {chosen[TO_GRAVITY]!r}, which is how far "
+            "the trunk leans forwards; leave one of them out", chosen[PITCH],
+        )  # fmt: skip
+    return angle[PITCH]
 
 
-def _in_radians(columns: _Columns, chosen: Mapping[str, str], joints: Sequence[str]) -> dict[str, Floats]:
+def _in_radians(columns: Columns, chosen: Mapping[str, str], joints: Sequence[str], time: Floats) -> dict[str, Floats]:
     """Angles, rad, by the names of what they are of; refused if they cannot be in the unit that their columns name."""
-    values = {name: columns.get(column) for name, column in chosen.items()}
+    values = {name: columns.bridge(column, time) for name, column in chosen.items()}
     most = {name: float(np.abs(value).max()) for name, value in values.items()}
     degrees = [name for name in joints if chosen[name].endswith("_deg")]
     if degrees and all(most[name] <= TURN for name in degrees):
@@ -175,23 +152,48 @@ def _in_radians(columns: _Columns, chosen: Mapping[str, str], joints: Sequence[s
         )  # fmt: skip
     plain = [name for name in chosen if not chosen[name].endswith(("_deg", "_rad"))]
     large = any(most[name] > TURN for name in plain)
+    said = None if columns.table is None else columns.table.degrees
+    if said is False and large:
+        name = max(plain, key=lambda name: most[name])
+        raise columns.error(f"goes up to {most[name]:.4g} where the header says inDegrees=no", chosen[name])
     found = {}
     for name, column in chosen.items():
         if column.endswith("_rad") and most[name] > 2.0 * TURN:
             what = f"goes up to {most[name]:.4g} rad; if it is in degrees, name the column `{column[:-4]}_deg`"
             raise columns.error(what, column)
-        in_degrees = column.endswith("_deg") or (name in plain and large)
-        found[name] = np.radians(values[name]) if in_degrees else values[name]
+        in_degrees = column.endswith("_deg") or (name in plain and (large if said is None else said))
+        found[name] = _without_turns(np.radians(values[name]) if in_degrees else values[name])
     return found
 
 
-def _check_time(columns: _Columns, time: Floats) -> None:
+def _without_turns(angle: Floats) -> Floats:
+    """The same angle, rad, without jumps by a whole turn and by so many turns less that its mean is within a half."""
+    if np.abs(np.diff(angle)).max() > JUMP and np.ptp(angle) < TURN + ROUNDED:
+        angle = np.unwrap(angle, discont=JUMP)
+    turns = round(float(np.mean(angle)) / TURN)
+    return angle - TURN * turns if turns else angle
+
+
+def _check_place(columns: Columns, name: str, time: Floats, values: Floats) -> None:
+    fastest = float(np.abs(np.diff(values) / np.diff(time)).max())
+    if fastest > FASTEST_SHOULDER:
+        raise columns.error(
+            f"the place {name!r} moves at up to {fastest:.3g} m/s; if it is in mm, name the column `{name}_mm`"
+        )
+
+
+def _check_time(columns: Columns, time: Floats) -> None:
     if len(time) < LEAST_SAMPLES:
         raise columns.error(f"{len(time)} samples; a motion takes at least {LEAST_SAMPLES}")
     steps = np.diff(time)
     if np.any(steps <= 0.0):
         row = int(np.flatnonzero(steps <= 0.0)[0])
-        line = 0 if columns.table is None else int(columns.table.lines[row + 1])
-        raise columns.error(f"time must increase, but goes from {time[row]:g} to {time[row + 1]:g} s", "", line)
+        what = f"goes from {time[row]:g} to {time[row + 1]:g} s"
+        if steps[row] == 0.0:
+            what = f"{time[row]:g} s stands twice; are times rounded, or rows there twice?"
+        raise columns.error(f"time must increase, but {what}", "", columns.line(row + 1))
     if time[-1] - time[0] > LONGEST:
-        raise columns.error(f"{time[-1] - time[0]:g} s long; times are in seconds, at most {LONGEST:g} of them")
+        raise columns.error(
+            f"{time[-1] - time[0]:g} s long; times are in seconds, at most {LONGEST:g} of them; name a column in "
+            "milliseconds `time_ms`"
+        )

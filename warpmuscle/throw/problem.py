@@ -19,13 +19,17 @@ from warpmuscle.simulation.rollout import Rollout
 from warpmuscle.synergy.factorization import factorize, reconstruct
 from warpmuscle.synergy.static_optimization import StaticOptimization
 from warpmuscle.throw.arm import X_AXIS, Arm, joint_positions, needed_torques
-from warpmuscle.throw.motion import PITCH, PLACE, RATE, Motion, Motions
+from warpmuscle.throw.motion import PITCH, PLACE, RATE, Motion, Motions, without_stillness
 from warpmuscle.throw.motion_files import TO_GRAVITY, read
 from warpmuscle.throw.signals import Synergies, computed_activation, to_excitation
-from warpmuscle.throw.smoothing import NOISY, check_noise, check_passed, low_passed, noise, removed
+from warpmuscle.throw.smoothing import NOISY, noise, removed
 
 LEAST_RANGE = np.radians(3.0)  # of the angle of a joint that muscles move
 BEYOND = np.radians(1.0)  # by which a recorded angle may exceed a joint's limits
+CONVENTIONS = (
+    ("its negative", -1.0, 0.0), ("180 deg less it", -1.0, 180.0), ("90 deg more", 1.0, 90.0),
+    ("90 deg less", 1.0, -90.0), ("180 deg more", 1.0, 180.0),
+)  # fmt: skip
 SPIKE = 0.01  # part of the frames in which muscles may fall short without a word: noise of twice differentiated angles
 COMPUTED = "computed"
 ALONE = 2  # muscles a joint, up to which none shares its work with others
@@ -78,7 +82,7 @@ def read_motions(paths: Sequence[str | Path], arm: Arm) -> list[Motion]:
         SignalError: a file cannot be used, a motion goes beyond a joint's limits, or a joint that muscles are to move
             stands still.
     """
-    motions = [motion for path in paths for motion in read(path, arm.joints)]
+    motions = [without_stillness(motion) for path in paths for motion in read(path, arm.joints)]
     if not motions:
         raise SignalError("there are no motions")
     for motion in motions:
@@ -116,31 +120,13 @@ def _whole(scene: Scene, name: str) -> bool:
     return count == 1 or not value or len(value) == count
 
 
-def usable(motions: Sequence[Motion], arm: Arm, low_pass: float | None, chosen: bool = False) -> list[Motion]:
-    """Motions that have passed a filter, if there is one, and hold no more noise than a fit can bear.
-
-    Args:
-        low_pass: Hz, see `smoothing.low_passed`.
-        chosen: whether the filter is `smoothing.suitable` rather than what somebody asked for.
-
-    Raises:
-        SignalError: the filter does not suit a motion, or accelerations are lost in noise.
-    """
-    passed = [motion if low_pass is None else low_passed(motion, low_pass) for motion in motions]
-    for before, after in zip(motions, passed, strict=True):
-        check_noise(after, arm.joints)
-        if low_pass is not None and chosen:
-            check_passed(before, after, low_pass, arm.joints)
-    return passed
-
-
 def notes(
     read: Sequence[Motion], passed: Sequence[Motion], arm: Arm, low_pass: float | None, chosen: bool = False
 ) -> list[str]:
     """What is worth knowing of motions: what a filter took from them, noise, and what their files do not say.
 
     Args:
-        read: before, passed: after the filter, see `usable`.
+        read: before, passed: after the filter, see `smoothing.usable`.
     """
     found = []
     if low_pass is not None:
@@ -157,17 +143,25 @@ def notes(
             f"{_of(noisy, passed)}: a good part of the acceleration is noise, which the computed signals have in "
             "them; --low-pass takes it away"
         )
+    gaps = [motion.name for motion in read if motion.bridged]
+    if gaps:
+        count = sum(motion.bridged for motion in read)
+        found.append(f"{_of(gaps, read)}: {count} missing values in short gaps were interpolated by cubic splines")
+    still = [motion.name for motion in read if motion.cut > 0.0]
+    if still:
+        longest = max(motion.cut for motion in read)
+        found.append(f"{_of(still, read)}: up to {longest:.2g} s at the ends, in which nothing moves, were left out")
     absent = {name: [motion.name for motion in read if name in motion.absent] for name in (PITCH, *PLACE)}
     if absent[PITCH]:
         found.append(
             f"{_of(absent[PITCH], read)}: no {PITCH}_deg or {TO_GRAVITY}_deg, so the trunk is taken to stand upright "
             "and gravity pulls at a false angle where it leans"
         )
-    still = [name for name in PLACE if absent[name]]
-    if still:
-        columns = " and ".join(f"{name}_m" for name in still)
+    unknown = [name for name in PLACE if absent[name]]
+    if unknown:
+        columns = " and ".join(f"{name}_m" for name in unknown)
         found.append(
-            f"{_of(absent[still[0]], read)}: no {columns}, so the shoulder is taken to stand still and what its "
+            f"{_of(absent[unknown[0]], read)}: no {columns}, so the shoulder is taken to stand still and what its "
             "acceleration asks of the muscles is missing"
         )
     return found
@@ -198,7 +192,17 @@ def check_limits(arm: Arm, motion: Motion) -> None:
             raise SignalError(
                 f"motion {motion.name}: {name} is at {np.degrees(angle[frame]):.1f} deg after "
                 f"{motion.time[frame]:.3g} s, beyond its limits of {np.degrees(low):.0f} and {np.degrees(high):.0f} deg"
+                f"{_other_conventions(angle, low - BEYOND, high + BEYOND)}"
             )
+
+
+def _other_conventions(angle: Floats, low: float, high: float) -> str:
+    """Which usual ways of counting an angle would bring it within its limits, as the end of an error."""
+    found = [
+        what for what, sign, zero in CONVENTIONS
+        if low <= (counted := sign * angle + np.radians(zero)).min() and counted.max() <= high
+    ]  # fmt: skip
+    return f"; is 0 deg a straight arm that hangs down? Within them would be {' or '.join(found)}" if found else ""
 
 
 def check_range(arm: Arm, motion: Motion) -> None:

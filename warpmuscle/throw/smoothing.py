@@ -14,6 +14,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 from scipy.signal import butter, sosfiltfilt
 
 from warpmuscle.core.array_types import Floats
@@ -28,6 +29,7 @@ TRIED = 40  # cut-offs that residual analysis tries
 SLOWEST, NOISE_ONLY, LAST_TRIED = 2.0, 0.2, 0.45  # Hz; parts of the sampling rate, between which all is noise
 FOR_ACCELERATIONS = 0.6  # of the cut-off for angles
 PERIODS = 1.001  # of the chosen filter, which the shortest motion takes at least
+UNEVEN = 1e-3  # part of a step
 LOST = 0.25  # of the acceleration that passes a filter, at most, may be noise (root mean squares)
 
 
@@ -62,13 +64,15 @@ def low_passed(motion: Motion, frequency: float) -> Motion:
 def suitable(motions: Sequence[Motion]) -> float | None:
     """A cut-off, Hz, for motions of which some are noisy, see `low_passed`; None if none is.
 
-    It is the median of those that suit the noisy ones, each the highest of its angles, and one that all can pass.
+    It is the median of those that suit the noisy ones, each the highest of its angles, no higher than limbs are fast,
+    and one that all can pass.
     """
     noisy = [motion for motion in motions if max(noise(motion), default=0.0) > NOISY]
     found = [float(noise_and_cutoff(_even(motion), _rate(motion))[1].max()) for motion in noisy]
     if not found:
         return None
-    lowest, highest = PERIODS / min(m.time[-1] for m in motions), LAST_TRIED * min(_rate(m) for m in motions)
+    lowest = PERIODS / min(m.time[-1] for m in motions)
+    highest = max(min(FASTEST, LAST_TRIED * min(_rate(m) for m in motions)), lowest)
     return float(np.clip(FOR_ACCELERATIONS * np.median(found), lowest, highest))
 
 
@@ -85,6 +89,27 @@ def noise_and_cutoff(angles: Floats, rate: float) -> tuple[Floats, Floats]:
     enough = residual <= variance
     enough[-1] = True
     return np.sqrt(variance), cutoffs[enough.argmax(axis=0)]
+
+
+def usable(
+    motions: Sequence[Motion], joints: Sequence[str], low_pass: float | None, chosen: bool = False
+) -> list[Motion]:
+    """Motions that have passed a filter, if there is one, and hold no more noise than a fit can bear.
+
+    Args:
+        joints: names of the angles.
+        low_pass: Hz, see `low_passed`.
+        chosen: whether the filter is `suitable` rather than what somebody asked for.
+
+    Raises:
+        SignalError: the filter does not suit a motion, or accelerations are lost in noise.
+    """
+    passed = [motion if low_pass is None else low_passed(motion, low_pass) for motion in motions]
+    for before, after in zip(motions, passed, strict=True):
+        check_noise(after, joints)
+        if low_pass is not None and chosen:
+            check_passed(before, after, low_pass, joints)
+    return passed
 
 
 def check_passed(before: Motion, after: Motion, frequency: float, joints: Sequence[str]) -> None:
@@ -159,7 +184,9 @@ def _even(motion: Motion) -> Floats:
 
 
 def _evenly(time: Floats, motion: Motion, values: Floats) -> Floats:
-    """Values (S, k) at other times (T,), straight between samples."""
+    """Values (S, k) at other times (T,), by a cubic spline where samples are uneven: corners would pass for noise."""
+    if np.ptp(np.diff(motion.time)) > UNEVEN * float(np.mean(np.diff(motion.time))):
+        return np.asarray(CubicSpline(motion.time, values)(time))
     return np.stack([np.interp(time, motion.time, column) for column in values.T], axis=1)
 
 
