@@ -52,12 +52,22 @@ def test_a_policy_moves_the_scene_and_is_reported(folder):
     assert (folder / "curve.png").stat().st_size > 10_000
 
 
+def test_a_training_begins_with_the_policy_of_a_file(folder):
+    words = ["--iterations", 1, "--instances", 4, "--device", "cpu", "-o", "q.h5"]
+    code, told, said = warpmuscle(folder, "learn", "reaching.toml", "--from", "p.h5", *words)
+    assert code == 0, said
+    assert "begun with p.h5: seed 1" in told
+    assert "hidden (16,)" in warpmuscle(folder, "report", "q.h5")[1]
+
+
 MISTAKES = {
     "no scene": (["learn"], "learn takes a scene"),
     "no time": (["learn", "reaching.toml", "--until", "soon"], "is not a time"),
     "unknown option": (["learn", "reaching.toml", "--option", "epoch=3"], "no option 'epoch'"),
     "resume and seed": (["learn", "--resume", "p.h5", "--seed", 3], "--resume takes no --seed"),
-    "nothing to resume": (["learn", "--resume", "q.h5"], "no training to go on with"),
+    "resume and from": (["learn", "--resume", "p.h5", "--from", "p.h5"], "--resume takes no --from"),
+    "from itself": (["learn", "reaching.toml", "--from", "p.h5", "-o", "p.h5"], "would replace the policy"),
+    "nothing to resume": (["learn", "--resume", "none.h5"], "no training to go on with"),
     "no policy": (["simulate", "reaching.toml", "--policy", "reaching.toml"], "not an HDF5 file"),
     "of another scene": (["simulate", "fwalk", "--policy", "p.h5", "--device", "cpu"], "muscles drive no joint"),
     "not live": (["view", "reaching.toml", "--policy", "p.h5"], "takes no --policy"),

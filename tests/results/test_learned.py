@@ -8,7 +8,7 @@ import pytest
 
 from small_policy import learning_curve, small_policy
 from warpmuscle.core.errors import ResultError
-from warpmuscle.results.learned import CURVE, ClippedNoise, Learned
+from warpmuscle.results.learned import CURVE, Ancestor, ClippedNoise, Learned
 from warpmuscle.results.records import Result, parameter_table
 from warpmuscle.results.result import read, read_learned, write
 
@@ -51,6 +51,29 @@ def test_the_noise_of_a_policy_comes_back(tmp_path):
     found = read(tmp_path / "noisy.h5").learned.policy.noise
     np.testing.assert_array_equal(found.deviation, noise.deviation)
     assert (found.low, found.high) == (noise.low, noise.high)
+
+
+def test_a_critic_and_what_a_policy_was_begun_with_come_back(tmp_path):
+    critic = small_policy(observations=12, actions=1, seed=4)
+    ancestors = (Ancestor("b.h5", 3, 5_000_000_000, "warpmuscle learn b"), Ancestor("a.h5", 1, 24, ""))
+    result = a_result()
+    path = tmp_path / "p.h5"
+    write(path, replace(result, learned=replace(result.learned, critic=critic, ancestors=ancestors)))
+    found = read(path).learned
+    assert found.ancestors == ancestors
+    np.testing.assert_array_equal(found.critic.layers[0].weight, critic.layers[0].weight)
+    np.testing.assert_array_equal(found.critic.mean, critic.mean)
+    assert found.critic.observation == critic.observation
+    assert read_learned(path).ancestors == ancestors
+    for group, message in (
+        ("critic/layers/2", "critic/layers/1"),
+        ("training/ancestors/command", "command is missing"),
+    ):
+        with h5py.File(path, "r+") as file:
+            del file[group]
+        with pytest.raises(ResultError, match=message):
+            read(path)
+        write(path, replace(result, learned=replace(result.learned, critic=critic, ancestors=ancestors)))
 
 
 def test_the_same_policy_gives_the_same_bytes(file, tmp_path):

@@ -232,8 +232,9 @@ def seconds(text: str) -> float:
 def refuse_besides(context: typer.Context, allowed: set[str]) -> None:
     """Raise Error for an argument or option besides --resume that its file already says."""
     given = {name for name in context.params if _is_given(context, name)}
+    words = {parameter.name: max(parameter.opts, key=len) for parameter in context.command.params}
     for name in sorted(given - allowed):
-        word = "scene" if name == "sources" else f"--{name.replace('_', '-')}"
+        word = "scene" if name == "sources" else words[name]
         raise Error(f"--resume takes no {word}: the file says what to go on with")
 
 

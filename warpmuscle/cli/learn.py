@@ -49,6 +49,9 @@ def learn(
         float | None,
         typer.Option(min=0.0, max=1.0, help="End when this share lasts its whole time at the speed wanted, ± 0.1 m/s."),
     ] = None,
+    source: Annotated[
+        Path | None, typer.Option("--from", metavar="POLICY", help="Begin with the policy of this HDF5 file.")
+    ] = None,
     instances: Annotated[
         int | None, typer.Option(min=1, help="Bodies that learn together; by default 4096 on a GPU, 64 on a CPU.")
     ] = None,
@@ -99,13 +102,12 @@ def learn(
             if (limit, iterations, target) == (None, None, None):
                 limit = USUAL
             _start()
-            from warpmuscle.learning.options import options_of, parsed
+            from warpmuscle.learning.options import parsed
             from warpmuscle.learning.training import learn as begin_training
-            from warpmuscle.learning.training import usual_instances
 
-            values = {"instances": instances if instances is not None else usual_instances(device)}
+            values = {} if instances is None else {"instances": instances}
             trained = begin_training(
-                scene, output, options=options_of(values | parsed(option or [])), seed=seed, device=device,
+                scene, output, options=values | parsed(option or []), source=source, seed=seed, device=device,
                 iterations=iterations, until=limit, target=target, threads=threads, command=command_line(),
                 progress=bar.update,
             )  # fmt: skip
@@ -150,4 +152,6 @@ def _print_trained(trained: Trained, passed: float) -> None:
             f"{learned.ended}",
             markup=False,
         )
+    for one in learned.ancestors[:1]:
+        out.print(f"begun with {one}", markup=False)
     out.print(str(trained.evaluation), markup=False)

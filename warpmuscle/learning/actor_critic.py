@@ -11,6 +11,8 @@ from torch import Tensor, nn
 
 SMALL_VARIANCE = 1e-6
 WIDEST = 8.0  # standard deviations, at which what networks see is cut off
+UNHEARD = 1e6  # deviation of what was always the same, such as the only speed: nobody learnt what else it would mean
+CONSTANT = 0.01  # of the small variance, below which an observation was the same all the time
 LAST_GAIN = 0.01  # of the policy's last layer, so that all actions begin near zero
 
 

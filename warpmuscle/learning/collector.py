@@ -25,6 +25,7 @@ class Environment(Protocol):
     dt: float  # s, that a decision takes
     observation_names: tuple[str, ...]
     action_names: tuple[str, ...]
+    critic_names: tuple[str, ...]
     action_range: tuple[float, float] | None  # beyond which actions do what its ends do; None: nowhere
     images: Images | None  # of observations and actions in a mirror
 

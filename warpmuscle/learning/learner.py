@@ -9,15 +9,14 @@ from typing import Any
 import numpy as np
 import torch
 
-from warpmuscle.learning.actor_critic import SMALL_VARIANCE, WIDEST, ActorCritic
+from warpmuscle.learning.actor_critic import CONSTANT, SMALL_VARIANCE, UNHEARD, WIDEST, ActorCritic, Normalizer
 from warpmuscle.learning.collector import COUNTED, LOGGED, Collector, Environment
 from warpmuscle.learning.mirrors import mirrors_of
 from warpmuscle.learning.options import PPOOptions
 from warpmuscle.learning.ppo import PPO
-from warpmuscle.results.learned import ClippedNoise, Layer, PolicyTable, Singles
+from warpmuscle.learning.warm_start import begin_with, hear
+from warpmuscle.results.learned import ClippedNoise, Layer, Learned, PolicyTable, Singles
 
-CONSTANT = 0.01  # of the small variance, below which an observation was the same all the time
-UNHEARD = 1e6  # deviation of what was always the same, such as the only speed: nobody learnt what else it would mean
 LEARNT = ("policy_loss", "value_loss", "divergence", "clipped", "learning_rate", "deviation")
 
 
@@ -28,11 +27,13 @@ class Learner:
         networks: policy and critic. iterations: done so far.
     """
 
-    def __init__(self, env: Environment, options: PPOOptions, seed: int, capture: bool = True) -> None:
+    def __init__(
+        self, env: Environment, options: PPOOptions, seed: int, capture: bool = True, source: Learned | None = None
+    ) -> None:
         """Prepare networks and a first look at what there is to observe.
 
         Args:
-            capture: use a CUDA graph on a GPU.
+            capture: use a CUDA graph on a GPU. source: a policy to begin with, which fits; by default noise.
         """
         self.env, self.options = env, options
         device = env.reset().device
@@ -44,6 +45,8 @@ class Learner:
         self.networks = ActorCritic(
             env.num_observations, privileged, env.num_actions, options.hidden, options.deviation, seed
         ).to(device)
+        if source is not None:
+            begin_with(source, self.networks, env.critic_names, options)
         self.collector = Collector(env, self.networks, options)
         self.mirrors = None if env.images is None else mirrors_of(env.images, device)
         self.ppo = PPO(self.networks, self.collector.experience, options, self.mirrors)
@@ -51,13 +54,16 @@ class Learner:
         self.iterations = 0
         self._captures = capture and device.type == "cuda"
         self._run: Callable[[], None] = self._work
-        self._look_around()
+        self._look_around(source is not None)
 
-    def _look_around(self) -> None:
-        """Find out what observations are like, before anything is learnt."""
+    def _look_around(self, begun: bool) -> None:
+        """Find out what observations are like, or those that a policy begun with never heard of."""
         self.collector.noise.normal_(generator=self.random)
         with tensor_cores():
             self.collector.collect()
+            if begun:
+                for normalizer, seen, images in self._seen():
+                    hear(normalizer, seen if images is None else torch.cat([seen, images]))
             self._see()
 
     def iterate(self) -> dict[str, float]:
@@ -65,28 +71,38 @@ class Learner:
         self.collector.noise.normal_(generator=self.random)
         self.ppo.shuffle(self.random)
         self.ppo.max_log_deviation.fill_(self.options.max_log_deviation(self.iterations + 1))
-        if self._captures and self.iterations == 1:
-            self._run = captured(self._work)
-        self._run()
+        alone = self.options.critic_iterations
+        if self.iterations < alone:
+            self._work(critic_alone=True)
+        else:
+            if self.iterations == alone > 0:
+                self.ppo.begin_anew()
+            if self._captures and self.iterations == alone + 1:
+                self._run = captured(self._work)
+            self._run()
         self.iterations += 1
         return self._told()
 
-    def _work(self) -> None:
+    def _work(self, critic_alone: bool = False) -> None:
         with tensor_cores():
             self.collector.collect()
-            self.ppo.update(self.collector.last)
+            self.ppo.update(self.collector.last, critic_alone)
             self._see()
 
     def _see(self) -> None:
         """Let what was observed count in what is usual."""
-        seen = self.collector.experience
         with torch.no_grad():
-            observation, privileged = seen.observation.flatten(0, 1), seen.privileged.flatten(0, 1)
-            self.networks.observed.see(observation)
-            self.networks.privileged.see(privileged)
-            if self.mirrors is not None:
-                self.networks.observed.see(self.mirrors.observation.of(observation))
-                self.networks.privileged.see(self.mirrors.privileged.of(privileged))
+            for normalizer, seen, images in self._seen():
+                normalizer.see(seen)
+                if images is not None:
+                    normalizer.see(images)
+
+    def _seen(self) -> Iterator[tuple[Normalizer, torch.Tensor, torch.Tensor | None]]:
+        """What policy and critic have just observed, and its mirror images if there are any."""
+        seen, networks, mirrors = self.collector.experience, self.networks, self.mirrors
+        observation, privileged = seen.observation.flatten(0, 1), seen.privileged.flatten(0, 1)
+        yield networks.observed, observation, None if mirrors is None else mirrors.observation.of(observation)
+        yield networks.privileged, privileged, None if mirrors is None else mirrors.privileged.of(privileged)
 
     def _told(self) -> dict[str, float]:
         """How the iteration went, by the names of `results.learned.CURVE`; the host waits for it."""
@@ -149,16 +165,12 @@ class Learner:
 
     def policy(self) -> PolicyTable:
         """The policy as it is now, for a result file."""
-        networks = self.networks
-        layers = [layer for layer in networks.policy if isinstance(layer, torch.nn.Linear)]
-        variance = networks.observed.variance
-        deviation = torch.sqrt(variance + SMALL_VARIANCE)
-        deviation[variance < CONSTANT * SMALL_VARIANCE] = UNHEARD
-        return PolicyTable(
-            self.env.observation_names, self.env.action_names,
-            _array(networks.observed.mean), _array(deviation), WIDEST,
-            tuple(Layer(_array(layer.weight), _array(layer.bias)) for layer in layers), self._noise(),
-        )  # fmt: skip
+        networks, env = self.networks, self.env
+        return _table(networks.policy, networks.observed, env.observation_names, env.action_names, self._noise())
+
+    def critic(self) -> PolicyTable:
+        """The critic as it is now, for a result file."""
+        return _table(self.networks.value, self.networks.privileged, self.env.critic_names, ("value",), None)
 
     def _noise(self) -> ClippedNoise | None:
         """The noise that the policy has learnt with, if its actions are to be the mean over it."""
@@ -166,6 +178,18 @@ class Learner:
         if ends is None or not self.options.expected_action:
             return None
         return ClippedNoise(_array(torch.exp(self.networks.log_deviation)), *ends)
+
+
+def _table(
+    network: torch.nn.Sequential, normalizer: Normalizer, inputs: tuple[str, ...], outputs: tuple[str, ...],
+    noise: ClippedNoise | None,
+) -> PolicyTable:  # fmt: skip
+    """A network as a result file keeps it."""
+    layers = [layer for layer in network if isinstance(layer, torch.nn.Linear)]
+    deviation = torch.sqrt(normalizer.variance + SMALL_VARIANCE)
+    deviation[normalizer.variance < CONSTANT * SMALL_VARIANCE] = UNHEARD
+    parts = tuple(Layer(_array(layer.weight), _array(layer.bias)) for layer in layers)
+    return PolicyTable(inputs, outputs, _array(normalizer.mean), _array(deviation), WIDEST, parts, noise)
 
 
 def _array(tensor: torch.Tensor) -> Singles:

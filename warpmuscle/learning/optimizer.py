@@ -46,6 +46,12 @@ class FlatAdam:
                 end = part.stop
             self._groups.append(self._gradient[begin:end])
 
+    def restart(self, rate: float) -> None:
+        """Be as before the first step, but for the parameters."""
+        for tensor in (self.first, self.second, self.steps):
+            tensor.zero_()
+        self.rate.fill_(rate)
+
     def forget(self) -> None:
         """Let gradients be zero, before those of the next step are added."""
         self._gradient.zero_()

@@ -28,7 +28,7 @@ class PPOOptions(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     epochs: Annotated[int, Meta(ge=1, le=100)] = 4  # times that an update goes through all samples
     minibatches: Count = 4
     hidden: Annotated[tuple[Size, ...], Meta(min_length=1, max_length=8)] = (128, 128, 64)  # sizes of hidden layers
-    deviation: Positive = 0.5  # of actions at first
+    deviation: Positive = 0.5  # of actions at first, the greatest of them
     min_deviation: Positive = 0.05
     end_deviation: Weight = 0.0  # that none exceeds after `end_decisions`, the bound falling till then; 0: no bound
     end_decisions: Annotated[int, Meta(ge=1, le=10**12)] = 50_000_000
@@ -44,6 +44,7 @@ class PPOOptions(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     rate_factor: Annotated[float, Meta(ge=1.0, le=10.0)] = 1.5  # by which the learning rate adapts
     divergence: Weight = 0.02  # from one policy to the next, nat, that the learning rate aims at; 0 keeps it
     max_gradient: Positive = 1.0  # length of the gradient of either network
+    critic_iterations: Annotated[int, Meta(ge=0, le=1_000_000)] = 0  # at first, in which the policy stays as it is
     reward_time: Positive = 0.1  # s; rewards a second times this are of the size of values that networks learn well
 
     @property

@@ -97,8 +97,16 @@ class PPO:
                 drawn = drawn + self.experience.samples * images
             epoch.copy_(drawn[: count * size].view(count, size))
 
-    def update(self, last: Tensor) -> None:
-        """Learn from the experience; `last` is (n,) the value of the states after it."""
+    def begin_anew(self) -> None:
+        """Forget what earlier gradients were like, and how the learning rate has adapted to them."""
+        self.adam.restart(self.options.learning_rate)
+
+    def update(self, last: Tensor, critic_alone: bool = False) -> None:
+        """Learn from the experience.
+
+        Args:
+            last: (n,) value of the states after it. critic_alone: leave the policy as it is.
+        """
         options, seen = self.options, self.experience
         with torch.no_grad():
             advantage = advantages(seen.reward, seen.value, seen.done, last, options.discount, options.trace)
@@ -118,7 +126,10 @@ class PPO:
             wide[:2] = self.networks.observed(wide[0]), self.networks.privileged(wide[1])
         for epoch in self.order:
             for chosen in epoch:
-                self._improve(old, *(column[chosen] for column in (*wide, *narrow, own)))
+                if critic_alone:
+                    self._improve_critic(wide[1][chosen], narrow[3][chosen])
+                else:
+                    self._improve(old, *(column[chosen] for column in (*wide, *narrow, own)))
 
     def _improve(
         self, old: Tensor, observation: Tensor, privileged: Tensor, action: Tensor, old_mean: Tensor,
@@ -150,6 +161,15 @@ class PPO:
             outside = ((ratio - 1.0).abs() > options.clip).float().mean()
             told = torch.stack([policy_loss.detach(), value_loss.detach(), divergence, outside])
             self.told.add_(told / self.order[:, :, 0].numel())
+
+    def _improve_critic(self, privileged: Tensor, returns: Tensor) -> None:
+        """One step of the critic alone on a minibatch of normal observations; it may change as far as it must."""
+        self.adam.forget()
+        value_loss = ((self.networks.value(privileged)[:, 0] - returns) ** 2).mean()
+        (self.options.value_weight * value_loss).backward()
+        with torch.no_grad():
+            self.adam.step()
+            self.told[1].add_(value_loss / self.order[:, :, 0].numel())
 
     def _adapt(self, divergence: Tensor) -> None:
         """Learn slower where the policy changes too fast, and faster where it hardly does."""

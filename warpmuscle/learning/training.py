@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import msgspec
 
@@ -18,6 +20,7 @@ from warpmuscle.learning.options import PPOOptions, options_of
 from warpmuscle.learning.player import replay, task_of, text_of
 from warpmuscle.learning.progress import TrainingProgress
 from warpmuscle.learning.training_loop import Ends, Tell, TrainingLoop
+from warpmuscle.learning.warm_start import check_fit, options_from, source_in
 from warpmuscle.results.checkpoint import remove_leftovers
 from warpmuscle.results.learned import Learned
 from warpmuscle.results.records import Result, parameter_table
@@ -48,7 +51,8 @@ def learn(
     output: str | Path | None = None,
     *,
     task: Task | None = None,
-    options: PPOOptions | None = None,
+    options: PPOOptions | Mapping[str, Any] | None = None,
+    source: str | Path | None = None,
     seed: int = 1,
     device: str | None = None,
     iterations: int | None = None,
@@ -65,7 +69,10 @@ def learn(
     Args:
         scene: what it moves. output: HDF5 file to write and to replace; the state of the training lies beside it, from
             which `resume` goes on.
-        task: what it learns, by default `usual_task`. options: of the training. seed: of all that is drawn.
+        task: what it learns, by default `usual_task`. seed: of all that is drawn.
+        options: of the training, all of them, or some by their names.
+        source: result file of a policy to begin with, by default with noise. Options that are not given by name are
+            then as that policy is: its hidden layers, and noise and learning rate at the end of its training.
         device, threads: as of `Rollout`.
         iterations: after which to end. until: s of wall time after which to end. By default neither ends it.
         target: share of the instances that must last their whole time at the wanted speed for the training to end.
@@ -74,22 +81,30 @@ def learn(
         trust: as of `load`.
 
     Raises:
-        SceneError, RolloutError: as `RolloutEnv`.
-        ResultError: a file cannot be written, or there is an unfinished training of that name.
+        SceneError, RolloutError: as `RolloutEnv`, or the policy to begin with has learnt to observe or move something
+            else.
+        ResultError: a file cannot be read or written, is both `source` and `output`, or there is an unfinished training
+            of that name.
         Error: nothing ends the training, or an option is impossible.
     """
     scene = scene_of(scene, trust=trust)
     ends = _checked_ends(iterations, until, target)
     seed = as_whole(seed, "seed", 0, LARGEST_SEED)
-    if options is None:
-        options = PPOOptions(instances=usual_instances(device))
-    options = options_of(msgspec.structs.asdict(options))
+    values = msgspec.structs.asdict(options) if isinstance(options, PPOOptions) else dict(options or {})
+    values = {"instances": usual_instances(device)} | values
     path = None if output is None else as_path(output, "output")
     if path is not None:
         _check_free(path)
+    begun = None
+    if source is not None:
+        source = as_path(source, "source")
+        if path is not None:
+            _check_other(source, path)
+        begun = source_in(source)
     training = Training(
-        scene, task or usual_task(scene), options, seed, device, ends, threads, command, progress, interval
-    )
+        scene, task or usual_task(scene), options_of(values) if begun is None else options_from(begun, values), seed,
+        device, ends, threads, command, progress, interval, begun,
+    )  # fmt: skip
     return training.run(path)
 
 
@@ -163,7 +178,7 @@ class Training:
 
     def __init__(
         self, scene: Scene, task: Task, options: PPOOptions, seed: int, device: str | None, ends: Ends,
-        threads: int | None, command: str, progress: Tell | None, interval: float,
+        threads: int | None, command: str, progress: Tell | None, interval: float, source: Learned | None = None,
     ) -> None:  # fmt: skip
         """Prepare; compiles what is to be compiled."""
         if progress is not None:
@@ -172,7 +187,10 @@ class Training:
         self._ends, self._threads, self._command, self._tell = ends, threads, command, progress
         self.env = RolloutEnv(scene, options.instances, device, self.task, seed, threads=threads)
         self.device = str(self.env.batch.device)
-        self.learner = Learner(self.env, options, seed)
+        if source is not None:
+            check_fit(source, self.env, self.task)
+        self.ancestors = () if source is None else source.ancestors
+        self.learner = Learner(self.env, options, seed, source=source)
         self.loop = TrainingLoop(self.learner, ends, interval, progress)
         self._evaluation: Evaluation | None = None
 
@@ -180,6 +198,7 @@ class Training:
         """Take over what was learnt before; raises ValueError or RolloutError if it is of another training."""
         self.learner.restore(state)
         self.loop.go_on(learned)
+        self.ancestors = learned.ancestors
 
     def run(self, path: Path | None) -> Trained:
         """Learn until an end, and write what was learnt to a path, if there is one; raises ResultError."""
@@ -206,7 +225,10 @@ class Training:
         """All that is known now, without a motion."""
         ends = {name: value for name, value in asdict(self._ends).items() if value is not None}
         options = msgspec.structs.asdict(self.options) | ends
-        learned = Learned(self.learner.policy(), text_of(self.task), self.loop.curve(), options, self.loop.ended)
+        learned = Learned(
+            self.learner.policy(), text_of(self.task), self.loop.curve(), options, self.loop.ended,
+            self.learner.critic(), self.ancestors,
+        )  # fmt: skip
         table = parameter_table(free_parameters(self.scene))
         return Result(toml.dumps(self.scene), self.device, self._command, self.seed, table, learned=learned)
 
@@ -236,6 +258,13 @@ def _checked_ends(iterations: int | None, until: float | None, target: float | N
         None if until is None else as_number(until, "until", above=0.0),
         None if target is None else as_number(target, "target", least=0.0, most=1.0),
     )
+
+
+def _check_other(source: Path, path: Path) -> None:
+    """Raise ResultError if what is to be written would replace the policy to begin with."""
+    for written in (path, training_path(path)):
+        if written.exists() and source.exists() and written.samefile(source):
+            raise ResultError(f"{path}: would replace the policy to begin with; write to another file")
 
 
 def _check_free(path: Path) -> None:

@@ -78,6 +78,7 @@ def learning(learned: Learned) -> list[str]:
             f"episodes last {last['upright']:.2f} s, {100.0 * last['completed']:.0f} % their whole time, at "
             f"{last['speed']:.2f} m/s",
         ]
+    lines += [f"begun with {ancestor}" for ancestor in learned.ancestors]
     options = ", ".join(f"{name} {value}" for name, value in learned.options.items())
     return [*lines, f"options: {options}", *([f"ended: {learned.ended}"] if learned.ended else [])]
 

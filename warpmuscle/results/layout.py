@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from warpmuscle.core.errors import ResultError
 from warpmuscle.core.status import Status
-from warpmuscle.results.learned import CURVE, Learned
+from warpmuscle.results.learned import CURVE, Ancestor, Learned, PolicyTable
 from warpmuscle.results.recording import INTEGER_QUANTITIES, NAMED, QUANTITIES, Recording, dimension
 from warpmuscle.results.records import Best, Evaluations, Options, ParameterTable, Result, Searched
 
@@ -153,20 +153,11 @@ def _put_options(group: Any, options: Options) -> None:
 
 
 def _put_learned(file: Any, learned: Learned) -> None:
-    policy, group = learned.policy, file.create_group("policy", track_order=True)
-    group.attrs["activation"], group.attrs["widest"] = "elu", policy.widest
+    group = file.create_group("policy", track_order=True)
+    _put_network(group, learned.policy)
     _put(group, "task", learned.task, description="what the policy has learnt to do, as JSON")
-    _put(group, "observation", policy.observation, axes="observation", description="what the policy observes, in order")
-    _put(group, "action", policy.action, axes="action", description="what the policy says, in order")
-    _put(group, "mean", policy.mean, axes="observation", description="taken off an observation")
-    _put(group, "deviation", policy.deviation, axes="observation", description="by which what is left is divided")
-    for number, layer in enumerate(policy.layers):
-        inner = group.create_group(f"layers/{number}", track_order=True)
-        _put(inner, "weight", layer.weight, axes="output, input", description="of a linear layer")
-        _put(inner, "bias", layer.bias, axes="output", description="of a linear layer")
-    if policy.noise is not None:
-        group.attrs["action_min"], group.attrs["action_max"] = policy.noise.low, policy.noise.high
-        _put(group, "noise", policy.noise.deviation, axes="action", description="of which clipped actions are the mean")
+    if learned.critic is not None:
+        _put_network(file.create_group("critic", track_order=True), learned.critic)
     count = len(learned.curve["iteration"])
     group = file.create_group("curve", track_order=True)
     for name, column in CURVE.items():
@@ -176,6 +167,34 @@ def _put_learned(file: Any, learned: Learned) -> None:
     group.attrs["ended"] = learned.ended
     for name, value in learned.options.items():
         group.attrs[name] = value
+    if learned.ancestors:
+        _put_ancestors(group.create_group("ancestors", track_order=True), learned.ancestors)
+
+
+def _put_ancestors(group: Any, ancestors: tuple[Ancestor, ...]) -> None:
+    for name, description in {
+        "file": "policy that was begun from, nearest first",
+        "command": "it was learnt by",
+    }.items():
+        _put(group, name, tuple(getattr(one, name) for one in ancestors), axes="ancestor", description=description)
+    for name, description in {"seed": "it was learnt with", "decisions": "it took"}.items():
+        numbers = np.array([getattr(one, name) for one in ancestors], dtype=np.int64)
+        _put(group, name, numbers, axes="ancestor", description=description)
+
+
+def _put_network(group: Any, policy: PolicyTable) -> None:
+    group.attrs["activation"], group.attrs["widest"] = "elu", policy.widest
+    _put(group, "observation", policy.observation, axes="observation", description="what the network sees, in order")
+    _put(group, "action", policy.action, axes="action", description="what the network says, in order")
+    _put(group, "mean", policy.mean, axes="observation", description="taken off an observation")
+    _put(group, "deviation", policy.deviation, axes="observation", description="by which what is left is divided")
+    for number, layer in enumerate(policy.layers):
+        inner = group.create_group(f"layers/{number}", track_order=True)
+        _put(inner, "weight", layer.weight, axes="output, input", description="of a linear layer")
+        _put(inner, "bias", layer.bias, axes="output", description="of a linear layer")
+    if policy.noise is not None:
+        group.attrs["action_min"], group.attrs["action_max"] = policy.noise.low, policy.noise.high
+        _put(group, "noise", policy.noise.deviation, axes="action", description="of which clipped actions are the mean")
 
 
 def _put_recording(group: Any, recording: Recording) -> None:

@@ -81,6 +81,20 @@ class PolicyTable:
         return f"PolicyTable({'-'.join(map(str, sizes))})"
 
 
+@dataclass(frozen=True)
+class Ancestor:
+    """A policy that another one was learnt from."""
+
+    file: str  # its name
+    seed: int
+    decisions: int  # that it took, of all instances together
+    command: str  # that it was learnt by
+
+    def __str__(self) -> str:
+        how = f", {self.command}" if self.command else ""
+        return f"{self.file}: seed {self.seed}, {self.decisions / 1e6:.4g} million decisions{how}"
+
+
 @dataclass(frozen=True, repr=False)
 class Learned:
     """A policy, and how it was learnt."""
@@ -90,6 +104,14 @@ class Learned:
     curve: Mapping[str, Floats]  # (R,) each, by the names of `CURVE`
     options: Mapping[str, Any]  # of the training
     ended: str = ""  # why; empty while it goes on
+    critic: PolicyTable | None = None  # network from what a critic may know to the rewards to come
+    ancestors: tuple[Ancestor, ...] = ()  # the policy that it was learnt from, then the one that this was learnt from
+
+    @property
+    def decisions(self) -> int:
+        """That it took to learn it, without those of its ancestors."""
+        taken = self.curve["decisions"]
+        return int(taken[-1]) if len(taken) else 0
 
     def __repr__(self) -> str:
         return f"Learned({self.policy!r}, {len(self.curve['iteration'])} iterations, {self.ended or 'not ended'})"
@@ -101,9 +123,20 @@ def load_learned(file: Any) -> Learned:
     Raises:
         KeyError, ValueError or TypeError: it is incomplete, or not as it should be.
     """
-    group, attributes = file["policy"], file["training"].attrs
+    training = file["training"]
+    task = hdf5.text(hdf5.member(file["policy"], "task"))
+    curve = {name: hdf5.array(file["curve"], name) for name in CURVE}
+    options = {name: _plain(training.attrs[name]) for name in training.attrs if name != "ended"}
+    return Learned(
+        _load_network(file["policy"]), task, curve, options, str(hdf5.attribute(training, "ended")),
+        _load_network(file["critic"]) if "critic" in file else None, _load_ancestors(training),
+    )  # fmt: skip
+
+
+def _load_network(group: Any) -> PolicyTable:
+    """A network of an open file."""
     layers = hdf5.member(group, "layers")
-    table = PolicyTable(
+    return PolicyTable(
         observation=hdf5.strings(hdf5.member(group, "observation")),
         action=hdf5.strings(hdf5.member(group, "action")),
         mean=hdf5.array(group, "mean"),
@@ -115,10 +148,19 @@ def load_learned(file: Any) -> Learned:
         ),
         noise=_load_noise(group),
     )
-    task = hdf5.text(hdf5.member(group, "task"))
-    curve = {name: hdf5.array(file["curve"], name) for name in CURVE}
-    options = {name: _plain(attributes[name]) for name in attributes if name != "ended"}
-    return Learned(table, task, curve, options, str(hdf5.attribute(file["training"], "ended")))
+
+
+def _load_ancestors(training: Any) -> tuple[Ancestor, ...]:
+    """What the policy of an open file was learnt from."""
+    if "ancestors" not in training:
+        return ()
+    group = hdf5.member(training, "ancestors")
+    numbers = (hdf5.array(group, name).tolist() for name in ("seed", "decisions"))
+    texts = (hdf5.strings(hdf5.member(group, name)) for name in ("file", "command"))
+    return tuple(
+        Ancestor(file, int(seed), int(decisions), command)
+        for (file, command), seed, decisions in zip(zip(*texts, strict=True), *numbers, strict=True)
+    )
 
 
 def _load_noise(group: Any) -> ClippedNoise | None:
@@ -139,6 +181,10 @@ def _plain(value: Any) -> Any:
 def check_learned(learned: Learned) -> None:
     """Check a policy and its curve; raises ValueError with the place of what is wrong."""
     check_policy(learned.policy)
+    if learned.critic is not None:
+        check_policy(learned.critic, "critic")
+        if len(learned.critic.action) != 1:
+            raise ValueError(f"critic gives {len(learned.critic.action)} numbers, and should give 1")
     if set(learned.curve) != set(CURVE):
         raise ValueError("curve has other columns than a learning curve")
     rows = np.shape(learned.curve["iteration"])[:1]
@@ -146,26 +192,26 @@ def check_learned(learned: Learned) -> None:
         check_numbers(f"curve/{name}", learned.curve[name], rows or (0,))
 
 
-def check_policy(policy: PolicyTable) -> None:
-    """Check a policy; raises ValueError with the place of what is wrong."""
+def check_policy(policy: PolicyTable, name: str = "policy") -> None:
+    """Check a network of that name; raises ValueError with the place of what is wrong."""
     inputs = len(policy.observation)
-    check_numbers("policy/mean", policy.mean, (inputs,), -HUGE_WEIGHT, HUGE_WEIGHT, kinds="f")
-    check_numbers("policy/deviation", policy.deviation, (inputs,), 1e-6, HUGE_WEIGHT, kinds="f")
+    check_numbers(f"{name}/mean", policy.mean, (inputs,), -HUGE_WEIGHT, HUGE_WEIGHT, kinds="f")
+    check_numbers(f"{name}/deviation", policy.deviation, (inputs,), 1e-6, HUGE_WEIGHT, kinds="f")
     if not 0.0 < policy.widest <= HUGE_WEIGHT:
-        raise ValueError(f"policy has the attribute widest = {policy.widest:g}, and should have a positive number")
+        raise ValueError(f"{name} has the attribute widest = {policy.widest:g}, and should have a positive number")
     if not 1 <= len(policy.layers) <= MOST_LAYERS:
-        raise ValueError(f"policy/layers holds {len(policy.layers)} layers, and should hold 1 to {MOST_LAYERS}")
+        raise ValueError(f"{name}/layers holds {len(policy.layers)} layers, and should hold 1 to {MOST_LAYERS}")
     for number, layer in enumerate(policy.layers):
         last = number == len(policy.layers) - 1
         outputs = len(policy.action) if last else np.size(layer.bias)
         if not 1 <= outputs <= WIDEST_LAYER:
-            raise ValueError(f"policy/layers/{number} has {outputs} outputs, and should have 1 to {WIDEST_LAYER}")
-        for name, array, shape in (("weight", layer.weight, (outputs, inputs)), ("bias", layer.bias, (outputs,))):
-            place = f"policy/layers/{number}/{name}"
+            raise ValueError(f"{name}/layers/{number} has {outputs} outputs, and should have 1 to {WIDEST_LAYER}")
+        for part, array, shape in (("weight", layer.weight, (outputs, inputs)), ("bias", layer.bias, (outputs,))):
+            place = f"{name}/layers/{number}/{part}"
             check_numbers(place, array, shape, -HUGE_WEIGHT, HUGE_WEIGHT, kinds="f")
         inputs = outputs
     if policy.noise is not None:
         low, high = policy.noise.low, policy.noise.high
-        check_numbers("policy/noise", policy.noise.deviation, (len(policy.action),), 1e-6, HUGE_WEIGHT, kinds="f")
+        check_numbers(f"{name}/noise", policy.noise.deviation, (len(policy.action),), 1e-6, HUGE_WEIGHT, kinds="f")
         if not -HUGE_WEIGHT <= low < high <= HUGE_WEIGHT:
-            raise ValueError(f"policy has action_min = {low:g} and action_max = {high:g}, and should have a range")
+            raise ValueError(f"{name} has action_min = {low:g} and action_max = {high:g}, and should have a range")

@@ -20,8 +20,10 @@ The layout is a contract with readers in other languages; `docs/reference/files.
   number of the last stage begun, whose searches these are
 - `/policy/{task, observation, action, mean, deviation}`, `/policy/layers/<k>/{weight, bias}`, and the attributes
   `widest` and `activation` of `/policy`, if a policy drives the scene: see `learned.PolicyTable`
+- `/critic/...`: the critic, laid out as the policy
 - `/curve/{iteration, wall_time, decisions, ...}`: (R,), how the policy was learnt, see `learned.CURVE`
 - `/training`: the options of the training as attributes, `ended`
+- `/training/ancestors/{file, seed, decisions, command}`: (A,), what the policy was learnt from, nearest first
 - `/replay/<k>/...`: motion, see `warpmuscle.results.recording.QUANTITIES`; `name` is an attribute if there are several
 
 Files of `warpmuscle throw` have `/scene`, `/parameters` and `/replay` as well, besides groups of their own.
