@@ -5,7 +5,10 @@ from typing import Any, NamedTuple
 
 import warp as wp
 
-from warpmuscle.kernels.structs import ModelRef, RecordRef, ScratchRef, StateRef
+from warpmuscle.kernels.coordinate_joint import coordinate_axis
+from warpmuscle.kernels.joint_motion import has_motion
+from warpmuscle.kernels.spatial import symmetric_times
+from warpmuscle.kernels.structs import FOLLOWER, ModelRef, RecordRef, ScratchRef, StateRef, rolled, whole
 
 
 class RecordKind(NamedTuple):
@@ -60,9 +63,10 @@ def record_stage(
     record: RecordRef,
     work: ScratchRef,
 ):
-    """Write the state and the torques that act, if a frame is due. Ends without a barrier.
+    """Write the state and the torques of the step's start, if a frame is due. Ends without a barrier.
 
-    Forces on the feet are those of the step before, as the controller sees them.
+    Forces on the feet are those of the step before, as the controller sees them. What torques give way over the step
+    is added by `record_given_way_of`.
     """
     if frame < 0:
         return
@@ -79,10 +83,57 @@ def record_stage(
     for i in range(lane, state.speeds.shape[1], lanes):
         record.speeds[row, frame, i] = state.speeds[instance, i]
     for i in range(lane, model.body_count, lanes):
+        rolled()
         record.orientation[row, frame, i] = work.orientation[i]
         record.position[row, frame, i] = work.position[i]
         record.angular_velocity[row, frame, i] = work.angular_velocity[i]
         record.torque[row, frame, i] = work.torque[i]
+        record.stiffness[row, i] = work.stiffness[i]
+
+
+@wp.func
+def turning_acceleration(instance: int, body: int, model: ModelRef, work: ScratchRef) -> wp.vec3:
+    """Acceleration of what is not prescribed of a joint, along which its implicit inertia acts, world, rad/s^2."""
+    parent = whole(model.skeleton.plan[body].parent)
+    return work.angular_acceleration[body] - work.angular_acceleration[parent] - work.bias[body]
+
+
+@wp.func
+def any_acceleration(instance: int, body: int, model: ModelRef, work: ScratchRef) -> wp.vec3:
+    """The same where there may be joints of one coordinate; of those that follow, which have no torque, nothing."""
+    kind = model.skeleton.plan[body].joint_type
+    if kind == FOLLOWER:
+        return wp.vec3(0.0)
+    if has_motion(kind):
+        return coordinate_axis(instance, body, model, work) * work.factor_c[body][0]
+    return turning_acceleration(instance, body, model, work)
+
+
+@cache
+def record_given_way_of(coordinate_joints: bool) -> Any:
+    """The Warp function that makes of torques at a step's start those that act over it, if a frame is due. No barrier.
+
+    These are K x more, by how the joint accelerates. K is the implicit inertia of all that drives the joint, without
+    its stops; see `dynamics.py`.
+
+    Args:
+        coordinate_joints: whether there are joints as in `coordinate_joint.py`.
+    """
+    acceleration = any_acceleration if coordinate_joints else turning_acceleration
+
+    @wp.func
+    def record_given_way(
+        instance: int, lane: int, lanes: int, frame: int, model: ModelRef, record: RecordRef, work: ScratchRef
+    ):
+        if frame < 0:
+            return
+        row = record.slot[instance]
+        for i in range(1 + lane, model.body_count, lanes):
+            rolled()
+            more = symmetric_times(record.stiffness[row, i], acceleration(instance, i, model, work))
+            record.torque[row, frame, i] = record.torque[row, frame, i] + more
+
+    return record_given_way
 
 
 @wp.func

@@ -25,7 +25,7 @@ PULLS_A_BODY = 4  # crossings of muscles, on average; those of more are kept in 
 # Parts of a step that use the working set, in their order.
 PHASES = (
     "joints", "poses", "sums", "failure", "collision", "control", "effort", "muscles", "objective", "record", "motion",
-    "inertia", "backward", "forward", "integration", "feet",
+    "inertia", "backward", "forward", "acted", "integration", "feet",
 )  # fmt: skip
 
 
@@ -40,7 +40,8 @@ class Life(NamedTuple):
 LIVES = {
     **dict.fromkeys(("turned", "rate", "gain", "parent_rate", "parent_gain", "anchor"), Life("joints", "poses")),
     "orientation": Life("poses", "record", root="integration"),
-    **dict.fromkeys(("rotation", "position", "angular_velocity", "bias"), Life("poses", "forward")),
+    **dict.fromkeys(("rotation", "bias"), Life("poses", "acted")),
+    **dict.fromkeys(("position", "angular_velocity"), Life("poses", "forward")),
     **dict.fromkeys(("velocity", "lag_angular", "lag_velocity"), Life("poses", "inertia")),
     **dict.fromkeys(("moment", "momentum"), Life("sums", "sums")),
     "center": Life("sums", "record"),

@@ -16,7 +16,7 @@ from warpmuscle.kernels.gait_cycle import advance_cycles
 from warpmuscle.kernels.hybrid import hybrid_integrate_stage
 from warpmuscle.kernels.joint_stages import SkeletonKind, joint_stages_of
 from warpmuscle.kernels.muscle_stage import MuscleKind, muscle_stage_of
-from warpmuscle.kernels.record import RecordKind, frame_of, recorders_of
+from warpmuscle.kernels.record import RecordKind, frame_of, record_given_way_of, recorders_of
 from warpmuscle.kernels.scratch import (
     monomials_at,
     monomials_before_contacts,
@@ -120,6 +120,7 @@ def one_step_of(
         together: of them in each warp, where a warp has some of all instances of its block; else 0.
     """
     record_desired, record_stage = recorders_of(recorded)
+    record_given_way = record_given_way_of(bool(skeleton.joints))
     control_stage, advance = control_stage_of(controller), controller.advance
     muscle_stage, muscular = control_stage, muscles is not None
     by_coordinate = bool(skeleton.joints) and controller.custom.effort is None
@@ -192,11 +193,14 @@ def one_step_of(
         lap(instance, lane, INERTIA, wp.uint64(0))
         if wp.static(motion):
             hybrid_acceleration_stage(instance, lane, lanes, model, state, work)
-            lap(instance, lane, ACCELERATION, wp.uint64(0))
-            hybrid_integrate_stage(instance, lane, lanes, model, state, work)
         else:
             acceleration_stage(instance, lane, lanes, model, work)
-            lap(instance, lane, ACCELERATION, wp.uint64(0))
+        if wp.static(recorded.whole):
+            record_given_way(instance, lane, lanes, frame, model, record, work)
+        lap(instance, lane, ACCELERATION, wp.uint64(0))
+        if wp.static(motion):
+            hybrid_integrate_stage(instance, lane, lanes, model, state, work)
+        else:
             integrate_stage(instance, lane, lanes, model, state, work)
         lap(instance, lane, INTEGRATION, wp.uint64(0))
         status = step_status(model, work)

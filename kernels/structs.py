@@ -348,10 +348,11 @@ class Record:
     orientation: wp.array3d[wp.quat]  # bodies, world
     position: wp.array3d[wp.vec3]  # bodies, of the joint
     angular_velocity: wp.array3d[wp.vec3]  # bodies, world
-    torque: wp.array3d[wp.vec3]  # bodies
+    torque: wp.array3d[wp.vec3]  # bodies; over the step that begins with the frame
     desired_torque: wp.array3d[wp.vec3]  # bodies; the controller's
     target: wp.array3d[wp.quat]  # bodies
     muscle: wp.array4d[float]  # quantities, muscles; path length ... force, see `muscle_stage`
+    stiffness: wp.array2d[symmetric]  # (recorded, bodies) implicit joint inertia of the step, see `Scratch.stiffness`
 
 
 # What functions are given. With copies of structures this large, one a call, the compiler takes twice as long.

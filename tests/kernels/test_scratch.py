@@ -80,6 +80,7 @@ FUNCTIONS: dict[str, tuple[Any, ...]] = {
         dynamics.forward_pass_of(coordinate_joint.accelerate_any),
         follower.forward_pass_of_clusters(coordinate_joint.accelerate_any),
     ),
+    "acted": (record.record_given_way_of(False), record.record_given_way_of(True)),
     "integration": (integration.integrate_stage, hybrid.hybrid_integrate_stage),
     "feet": (failure.step_status, step.foot_force_stage),
 }  # fmt: skip

@@ -13,6 +13,8 @@ from warpmuscle.formats import load
 from warpmuscle.scene import Character, Failure, Ground, Scene
 from warpmuscle.scene.joints import joint_type, root_type
 from warpmuscle.scene.topology import topology
+from warpmuscle.simulation.rollout import Rollout
+from warpmuscle.studies.ground_loads import step_accelerations
 from warpmuscle.studies.inverse_dynamics import body_points, inverse_dynamics, joint_space
 
 
@@ -104,6 +106,35 @@ def test_bodies_are_where_mujoco_places_them():
         offset = np.zeros(3) if i == 0 else -np.array(scene.character.joints[names.joints[i - 1]].position_in_child)
         np.testing.assert_allclose(joint + rotate(turned, np.tile(offset, (5, 1))), position[:, i], atol=1e-9)
         np.testing.assert_allclose(np.abs(np.sum(turned * orientation[:, i], axis=-1)), 1.0, atol=1e-9)
+
+
+def test_recorded_torques_are_those_that_acted_over_the_step():
+    """A controller that is implicit gives way over a step: the torque at its start is another one."""
+    scene = load("fwalk")
+    scene.implicit_pd, scene.duration = True, 0.1
+    scene.ground.height, scene.failure.com_height, scene.failure.heading = -100.0, 0.0, 0.0
+    for joint in scene.character.joints.values():
+        joint.limits = []
+    rollout = Rollout(scene, 1, "cpu", record=[0], record_rate=1.0 / float(scene.time_step))
+    rollout.run()
+    fall, names = rollout.recording(), topology(scene.character)
+    accelerations = step_accelerations(fall, float(scene.time_step))
+    assert accelerations is not None
+    needed = inverse_dynamics(scene, fall.coordinate, fall.speed, accelerations)
+    acted = np.zeros_like(needed)
+    at_start = acted.copy()
+    for number, name in enumerate(names.joints, start=1):
+        joint, speeds = scene.character.joints[name], names.speeds_of(number)
+        parent = np.asarray(fall.body_orientation[:, names.parents[number]], float)
+        axes = joint_type(joint).pulled_about(
+            joint, np.asarray(fall.coordinate[:, names.coordinates_of(number)], float)
+        )
+        for torques, found in ((fall.joint_torque, acted), (fall.joint_torque_desired, at_start)):
+            torque = -np.asarray(torques[:, number - 1], float)
+            found[:, speeds] = np.stack([np.sum(rotate(parent, axis) * torque, axis=1) for axis in axes], axis=1)
+    peak, kept = np.abs(needed[:, 6:]).max(), slice(20, -1)
+    assert np.abs(needed[kept] - acted[kept]).max() < 2e-4 * peak
+    assert np.abs(needed[kept] - at_start[kept]).max() > 0.005 * peak
 
 
 def test_other_shapes_and_numbers_that_are_not_finite_are_refused():

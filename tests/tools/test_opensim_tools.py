@@ -13,9 +13,11 @@ if str(TOOLS) not in sys.path:
 
 import opensim_agreement  # noqa: E402
 import opensim_energy  # noqa: E402
+import opensim_inverse_dynamics  # noqa: E402
 import opensim_oracle  # noqa: E402
 
 from warpmuscle.formats import load  # noqa: E402
+from warpmuscle.simulation.rollout import Rollout  # noqa: E402
 
 
 def test_what_is_missing_is_said_in_a_sentence(monkeypatch, tmp_path):
@@ -64,3 +66,15 @@ def test_metabolic_power_of_a_walk_is_that_of_opensims_probes_but_for_its_defini
         assert abs(row.off) < 0.02
         assert row.muscle < 0.01 * row.ours
     assert rows["umberger"].definition > 0.03 * rows["umberger"].ours  # 4 times the heat of lengthening, for 0.3
+
+
+def test_inverse_dynamics_of_opensim_gives_the_torques_that_were_recorded(reference_data):
+    pytest.importorskip("opensim", reason="no OpenSim: pip install opensim")
+    scene = load("gait2392_walk")
+    scene.duration = 1.0
+    rollout = Rollout(scene, 1, "cpu", record=[0], record_rate=1000.0)
+    rollout.run()
+    model = reference_data / "opensim_models" / "gait2392_millard2012muscle.osim"
+    found = opensim_inverse_dynamics.compare(rollout.recording(), scene, model, 0.0, 0.3, False)
+    assert {"lumbar_bending", "hip_flexion_l", "knee_angle_r", "mtp_angle_l"} <= {one.coordinate for one in found}
+    assert max(one.worst for one in found) < 0.02

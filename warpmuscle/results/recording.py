@@ -123,11 +123,11 @@ class Recording:
         lambda raw: rotate(raw.unturned, raw["angular_velocity"][:, 1:] - raw["angular_velocity"][:, raw.parents]),
     )  # fmt: skip
     joint_torque: Floats = _quantity(
-        "N m", _JOINT_VECTOR, "torque on the parent, its negative acts on the child, world",
+        "N m", _JOINT_VECTOR, "torque on the parent over the step, without stops, its negative on the child, world",
         lambda raw: raw["torque"][:, 1:],
     )  # fmt: skip
     joint_torque_desired: Floats = _quantity(
-        "N m", _JOINT_VECTOR, "torque that the controller wanted, as joint_torque",
+        "N m", _JOINT_VECTOR, "torque that the controller wanted at the step's start, as joint_torque",
         lambda raw: raw["desired_torque"][:, 1:],
     )  # fmt: skip
     joint_target: Floats = _quantity(

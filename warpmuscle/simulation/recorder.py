@@ -17,6 +17,7 @@ from warpmuscle.core.limits import check_size
 from warpmuscle.kernels import structs
 from warpmuscle.kernels.record import RecordKind
 from warpmuscle.kernels.recorded import MUSCLE_PLACES
+from warpmuscle.kernels.spatial import symmetric
 from warpmuscle.model.structure import Structure
 from warpmuscle.results.degrees_of_freedom import with_joint_angles
 from warpmuscle.results.recording import MUSCLE_QUANTITIES, RawFrames, Recording
@@ -128,6 +129,8 @@ class Recorder:
         for name, shape in shapes(structure).items():
             room = lead if name in self._kept else (0, 0)
             setattr(self.record, name, wp.zeros((*room, *shape), dtype=DTYPES[name], device=device))
+        rows_of_step = (lead[0] if kind.whole else 0, len(self.names.bodies))
+        self.record.stiffness = wp.zeros(rows_of_step, dtype=symmetric, device=device)
 
     def clear(self) -> None:
         """Forget what was recorded."""
