@@ -17,11 +17,12 @@ from warpmuscle.simulation.rollout import Rollout
 
 TENDONS = ["rigid", "switch", "compliant"]
 RATE = 2000.0  # steps a second
+ASSISTED = Actuation("assisted")
 
 
 def recorded(scene: Scene, duration: float = 0.0) -> Recording:
-    """Every step of a simulation."""
-    scene.duration = duration or scene.duration
+    """Every step of a simulation; torques, too, may drive its joints, and are zero without a controller."""
+    scene.duration, scene.actuation = duration or scene.duration, dict.fromkeys(scene.character.joints, ASSISTED)
     rollout = Rollout(scene, 1, "cpu", record=[0], record_rate=RATE)
     rollout.run()
     return rollout.recording()
@@ -59,7 +60,6 @@ def test_recorded_speed_of_the_fibre_is_the_rate_of_its_length_over_the_last_ste
 def test_speed_of_a_path_between_moving_bodies_is_that_of_the_middle_of_the_last_step():
     """As the leg starts to move; the speed at the end of the step would be wrong by half of what the step adds."""
     scene = leg(duration=0.01)
-    scene.actuation = {name: Actuation("assisted") for name in ("hip", "knee")}
     for own, excitation in zip(scene.character.muscles.values(), (0.3, 0.9, 0.0), strict=True):
         own.l_slack, own.excitation = 0.0, constant(excitation)
     motion = recorded(scene)
