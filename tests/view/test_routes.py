@@ -10,6 +10,7 @@ from warpmuscle.scene import (
     CylinderSurface,
     EllipsoidSurface,
     JointState,
+    Muscle,
     PointMotion,
     SphereSurface,
     Surface,
@@ -28,30 +29,32 @@ SURFACES: dict[str, Surface] = {
 }
 
 
-def moved(surface: str) -> Track:
-    """An arm that falls, whose flexor wraps, jumps over a point and moves one."""
+@pytest.fixture(scope="module")
+def track() -> Track:
+    """An arm that falls; each muscle wraps around the surface of its name, jumps over a point and moves one."""
     scene = arm()
     character = scene.character
     scene.initial_state.joints["elbow"] = JointState(angular_velocity=(5.0, 0.0, 0.0))
-    character.surfaces = {"bulge": SURFACES[surface]}
-    flexor = character.muscles["flexor"]
-    flexor.path = [ViaPoint("base", (0.0, 0.2, 0.03)), ViaPoint("base", (0.0, -0.2, 0.03)), *flexor.path[-1:]]
-    flexor.wraps = [Wrap("bulge")]
-    flexor.path.insert(2, ViaPoint("base", (0.0, -0.21, 0.05), Condition("elbow", 0.05, 3.0, blend=0.0)))
-    flexor.path[0].motion = [PointMotion((0.0, 1.0, 0.0), slope=0.05, joint="elbow")]
+    character.surfaces = SURFACES
+    end = character.muscles["flexor"].path[-1]
+    beyond = ViaPoint("base", (0.0, -0.21, 0.05), Condition("elbow", 0.05, 3.0, blend=0.0))
+    path = [ViaPoint("base", (0.0, 0.2, 0.03)), ViaPoint("base", (0.0, -0.2, 0.03)), beyond, end]
+    path[0].motion = [PointMotion((0.0, 1.0, 0.0), slope=0.05, joint="elbow")]
+    character.muscles = {
+        name: Muscle(path=path, f_max=400.0, l_opt=0.15, l_slack=0.1, wraps=[Wrap(name)]) for name in SURFACES
+    }
     rollout = Rollout(msgspec.structs.replace(scene, duration=0.3), 1, "cpu", record=[0], record_rate=50.0)
     rollout.run()
     return track_of(rollout.recording(), scene)
 
 
 @pytest.mark.parametrize("surface", SURFACES)
-def test_a_drawn_route_is_as_long_as_the_muscle_and_lies_on_its_surface(surface: str):
-    track = moved(surface)
-    lines, points = track.doll.muscles, track.muscle_points()
-    assert lines.routes == ("flexor",)
-    own = slice(*lines.start[:2])
+def test_a_drawn_route_is_as_long_as_the_muscle_and_lies_on_its_surface(surface: str, track: Track):
+    lines, points, row = track.doll.muscles, track.muscle_points(), list(SURFACES).index(surface)
+    assert lines.routes == tuple(SURFACES)
+    own = slice(*lines.start[row : row + 2])
     drawn = np.linalg.norm(np.diff(points[:, own], axis=1), axis=2).sum(axis=1)
-    length = track.recording.muscle_path_length[:, 0]
+    length = track.recording.muscle_path_length[:, row]
     assert np.ptp(length) > 0.005
     np.testing.assert_allclose(drawn, length, atol=3e-4)  # chords of the arc are shorter
     off = points[:, own] - track.recording.position_of("base")[:, None]
