@@ -10,6 +10,7 @@ from warpmuscle.core.errors import SceneError
 from warpmuscle.formats import SceneLike
 from warpmuscle.learning import EpisodeBatch, Sense, Task, Variation
 from warpmuscle.learning.variants import drawn
+from warpmuscle.simulation.stepper import Stepper
 
 STILL = Variation(velocity_noise=0.0)
 FELT = ("fibre_length", "fibre_velocity", "tendon_force")
@@ -121,7 +122,8 @@ def test_noise_is_as_great_as_asked_and_the_same_for_the_same_seed_whatever_the_
     assert not np.array_equal(large.senses.observation.numpy()[:3], rows[1])
 
 
-def test_groups_that_are_not_there_are_named():
+def test_groups_that_are_not_there_are_named_before_anything_is_compiled(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(Stepper, "load", lambda stepper: pytest.fail("is compiled"))
     with pytest.raises(SceneError, match="there is no group 'fibre_lengt'; did you mean 'fibre_length'"):
         batch_of({"fibre_lengt": Sense()})
     with pytest.raises(SceneError, match=r"learning\.observations\.foot_force: there is nothing of it in this scene"):

@@ -109,21 +109,21 @@ class EpisodeBatch:
         self.actions = Actions(self.task, rollout)
         self._records = bool(record)
         self._variants = Variants(self.task.variation, rollout)
-        self._stepper = self._stepper_of(self._variants.model)
-        self._stepper.load()
         self.command_names = self.task.command_names
         body = BodySymmetry(rollout) if self.task.symmetric else None
+        imitates = gait is not None or self.task.imitation is not None
+        about = About(rollout, self.actions.names, self.command_names, self._variants.names, imitates)
+        self.senses = Senses(self.task, about, self.decision_steps, self._surroundings())
+        self.senses.surround(self._variants.model)
+        self.images = None if body is None else self._images(about, body)
+        self.final_observation = wp.zeros_like(self.senses.observation)
+        self._stepper = self._stepper_of(self._variants.model)
+        self._stepper.load()  # which may take long: what a task says wrongly has been said by now
         own = self._own_gait(gait is None)
         if gait is None and self.task.imitation is not None and own.recording is not None:
             gait = gait_of(own.recording, rollout, self.task.imitation, body)
         self.gait = gait
         self.judge = Judge(self.task, rollout, self.actions, gait, self._variants.model, self.dt, self.longest)
-        around = self._surroundings()
-        about = About(rollout, self.actions.names, self.command_names, self._variants.names, gait is not None)
-        self.senses = Senses(self.task, about, self.decision_steps, around)
-        self.senses.surround(self._variants.model)
-        self.images = None if body is None else self._images(about, body)
-        self.final_observation = wp.zeros_like(self.senses.observation)
         states, times = first_states(rollout, self._stepper), [0.0]
         if own.states:
             again = len(own.states) // FROM_THE_FIRST
