@@ -128,7 +128,9 @@ def test_ground_comes_back_from_toml() -> None:
     assert loads(dumps(scene)).ground == scene.ground
 
 
-@pytest.mark.parametrize(("character", "gait"), [("bigBird", "run"), ("raptor", "bWalk")])
+@pytest.mark.parametrize(
+    ("character", "gait"), [("bigBird", "run"), pytest.param("raptor", "bWalk", marks=pytest.mark.long)]
+)
 def test_fast_gaits_of_the_original_program_are_as_fast(character: str, gait: str, reference_data: Path) -> None:
     """Within 4 %, 5 to 20 s of a recording; with springs both are 6 % off."""
     folder = reference_data / "simbicon"

@@ -95,7 +95,7 @@ def test_legs_that_turn_to_each_other_collide_when_their_ends_meet():
 
 
 def test_off_by_default_and_without_effect_on_what_does_not_collide():
-    scene = msgspec.structs.replace(load("fwalk"), duration=0.2)
+    scene = msgspec.structs.replace(load("walk56"), duration=0.2)
     assert scene.failure.self_collision == 0.0
     assert pairs_of(scene) == set()
     states = []
@@ -110,7 +110,7 @@ def test_off_by_default_and_without_effect_on_what_does_not_collide():
 
 
 def test_a_walk_fails_whose_legs_run_through_each_other():
-    scene = msgspec.structs.replace(load("fwalk"), duration=0.05)
+    scene = msgspec.structs.replace(load("walk56"), duration=0.05)
     scene.failure = Failure(com_height=0.0, heading=0.0, self_collision=0.01)
     for hip, angle in (("lHip", -0.35), ("rHip", 0.35)):
         scene.initial_state.joints[hip] = JointState((0.0, 0.0, np.sin(angle / 2), np.cos(angle / 2)))

@@ -11,7 +11,7 @@ from importing import importable_from
 from muscle_arm import constant, leg
 from warpmuscle.core.errors import Error, RolloutError, SceneError
 from warpmuscle.formats import load, toml
-from warpmuscle.scene import Actuation, MuscleModel, Scene
+from warpmuscle.scene import Actuation, MuscleModel, Objective, Scene
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.parameters import free_parameters
 from warpmuscle.simulation.rollout import Rollout
@@ -119,6 +119,7 @@ class TestRuns:
     @pytest.mark.parametrize("tendon", ["rigid", pytest.param("compliant", marks=pytest.mark.long)])
     def test_another_curve_is_another_motion(self, tendon: str):
         given, plain = (scene(muscle_model=MuscleModel(tendon=tendon)) for _ in "ab")
+        given.objective = plain.objective = Objective()
         given.muscle_model.active_force_length = f"{NAME}:weak"
         own, usual = run(given), run(plain)
         assert (own.state.muscles.force.numpy() < usual.state.muscles.force.numpy() + 1e-3).all()
