@@ -130,6 +130,55 @@ def test_the_command_makes_files_that_throws_are_read_from_of_every_kind(tmp_pat
         np.testing.assert_allclose(motion.pitch, 0.1, atol=1e-4)
 
 
+@pytest.mark.parametrize(
+    ("head", "factor"),
+    [
+        ("{name}.{upper}", 1.0),
+        ("{name} {axis} (mm)", 1000.0),
+        ("{name}:{upper} [cm]", 100.0),
+        ("{name}_{axis}_mm", 1e3),
+    ],
+)
+def test_headings_may_name_coordinates_and_units_in_other_ways(tmp_path, head, factor):
+    path = files_of(tmp_path)["csv"]
+    names, *rows = path.read_text().splitlines()
+    headings = [head.format(name=name[:-2], axis=name[-1], upper=name[-1].upper()) for name in names.split(",")[1:]]
+    places = [[float(cell) for cell in row.split(",")] for row in rows]
+    lines = [";".join(["Time (ms)", *headings])]
+    lines += [";".join(f"{x:.9f}" for x in [1e3 * time, *(factor * x for x in place)]) for time, *place in places]
+    path.write_text("\n".join(lines) + "\n")
+    found = arm_angles(read_markers(path), Choices(low_pass=0.0, before=None))
+    np.testing.assert_allclose(found.angles, angles(), atol=1e-6)
+
+
+def test_what_a_camera_did_not_see_may_stand_as_zeros(tmp_path):
+    path = files_of(tmp_path)["csv"]
+    lines = [line.split(",") for line in path.read_text().splitlines()]
+    first = next(k for k, name in enumerate(lines[0]) if name.startswith("R_WRIST"))
+    for row in lines[60:64]:
+        row[first : first + 3] = ["0", "0.0", "-0"]
+    path.write_text("\n".join(map(",".join, lines)))
+    found = arm_angles(read_markers(path), Choices(low_pass=0.0, before=None))
+    np.testing.assert_allclose(found.angles, angles(), atol=0.02)
+
+
+@pytest.mark.parametrize(
+    ("change", "choices", "message"),
+    [
+        (lambda place: 1000.0 * place, {}, "the upper arm is 300 m long; name the unit of .*--unit mm"),
+        (lambda place: place, {"up": "y", "forward": "x"}, "the shoulder is not above the hip; name the axis"),
+        (lambda place: place * [1.0, -1.0, 1.0], {}, "does not face forwards.*--side right.*right-handed"),
+        (lambda place: place, {"forward": "-x"}, "does not face forwards.*are --forward"),
+    ],
+    ids=["millimetres", "another axis up", "mirrored", "backwards"],
+)  # fmt: skip
+def test_units_and_axes_that_cannot_be_meant_are_refused(change, choices, message):
+    base = markers()
+    roles = {name: name for name in base.names}
+    with pytest.raises(SignalError, match=message):
+        arm_angles(Markers(base.path, TIME, base.names, change(base.position)), Choices("right", roles, **choices))
+
+
 def test_a_throw_is_cut_about_the_fastest_extension_of_the_elbow(tmp_path):
     found = arm_angles(read_markers(files_of(tmp_path)["csv"]), Choices(before=0.4, after=0.2))
     assert found.release == pytest.approx(0.9, abs=0.02)

@@ -20,7 +20,7 @@ from scipy.signal import butter, sosfiltfilt
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import SignalError
 from warpmuscle.core.files import replace_file
-from warpmuscle.markers.files import Markers
+from warpmuscle.markers.files import UNITS, Markers
 
 Side = Literal["right", "left"]
 AXES = {f"{sign}{name}": k for k, name in enumerate("xyz") for sign in ("", "+", "-")}
@@ -37,6 +37,8 @@ ROLES = {  # what markers are needed for, and how MLSE's open data call them; S 
 ANGLES = (
     "shoulder", "shoulder_abduction", "shoulder_rotation", "elbow", "forearm_rotation", "wrist_deviation", "wrist",
 )  # fmt: skip
+UPPER_ARM = 0.1, 0.8  # m, between which all are
+FACING = 0.25  # of a chest that faces forwards, the least
 LONGEST_GAP = 0.2  # s, in which a marker may be lost
 STRAIGHT = np.radians(5.0)  # of the elbow, below which the forearm tells nothing of the upper arm's rotation
 
@@ -102,6 +104,7 @@ def arm_angles(markers: Markers, choices: Choices | None = None) -> ArmAngles:
     """
     choices = choices or Choices()
     points = _points(markers, choices)
+    _check_body(markers, points, upright=choices.before is not None)
     time = np.arange(round(np.floor(markers.time[-1] * choices.rate + 1e-6)) + 1) / choices.rate
     points = {role: _smooth(markers, choices, time, values) for role, values in points.items()}
     forward, up = points["shoulder"][:, 0], points["shoulder"][:, 2]
@@ -114,6 +117,7 @@ def arm_angles(markers: Markers, choices: Choices | None = None) -> ArmAngles:
     release = float(time[np.argmin(np.where(above, rate, np.inf) if above.any() else rate)])
     keep = np.ones(len(time), dtype=bool)
     if choices.before is not None:
+        _check_facing(markers, points, round(release * choices.rate), choices.side)
         keep = (time >= release - choices.before - 1e-9) & (time <= release + choices.after + 1e-9)
     found = np.column_stack([forward, up])[keep]
     return ArmAngles(
@@ -133,9 +137,35 @@ def _points(markers: Markers, choices: Choices) -> dict[str, Floats]:
             values = markers.of(name)
         except SignalError as error:
             message = f"{error.message}; say which is the {role.replace('_', ' ')} by --marker {role}=NAME"
+            message += ", or take the other arm by --side" if role == "elbow" and role not in choices.markers else ""
             raise SignalError(message, file=markers.path) from None
         found[role] = _filled(markers, name, values @ turn.T)
     return found
+
+
+def _check_body(markers: Markers, points: Mapping[str, Floats], upright: bool) -> None:
+    """SignalError unless the arm is about as long as arms are, and the trunk upright rather than not, if it should."""
+    long = float(np.median(np.linalg.norm(points["elbow"] - points["shoulder"], axis=1)))
+    if not UPPER_ARM[0] < long < UPPER_ARM[1]:
+        fits = [unit for unit, size in UNITS.items() if UPPER_ARM[0] < size * long < UPPER_ARM[1]]
+        what = f", for instance --unit {fits[0]}" if fits else ""
+        raise SignalError(f"the upper arm is {long:.3g} m long; name the unit of positions{what}", file=markers.path)
+    trunk = np.median(points["shoulder"] - points["hip"], axis=0)
+    if upright and trunk[2] < 0.5 * np.linalg.norm(trunk):
+        raise SignalError(
+            "the shoulder is not above the hip; name the axis that points up, for instance --up y", file=markers.path
+        )
+
+
+def _check_facing(markers: Markers, points: Mapping[str, Floats], frame: int, side: Side) -> None:
+    """SignalError if the chest does not face where the throw goes when the elbow extends fastest."""
+    across = (points["shoulder"] - points["other_shoulder"])[frame]
+    chest = np.cross([0.0, 0.0, 1.0], across if side == "right" else -across)
+    if chest[0] < FACING * np.linalg.norm(across):
+        raise SignalError(
+            "the chest does not face forwards when the arm throws; are --forward and --side right, and the axes of the "
+            "file right-handed? --whole takes any motion", file=markers.path,
+        )  # fmt: skip
 
 
 def _axis(name: str) -> Floats:

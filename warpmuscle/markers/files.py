@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,12 +15,12 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import SignalError
 from warpmuscle.core.files import read_file, unreadable
 from warpmuscle.synergy.c3d import read_points
+from warpmuscle.synergy.columns import TIMES, plain_name
 from warpmuscle.synergy.tables import read_table
 
 UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "ft": 0.3048, "in": 0.0254}  # m
-TIME_NAMES = ("time", "time_s", "t")
 TRC_HEAD = 5  # lines
-COORDINATES = ("_x", "_y", "_z")
+_COORDINATE = re.compile(rf"(.+?)[\s_.:-]+([xyz])(?:[\s_]*[\[(]?\s*({'|'.join(UNITS)})\s*[\])]?)?", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
@@ -65,6 +66,8 @@ def read_markers(path: str | Path, unit: str | None = None) -> Markers:
         raise SignalError(f"holds {len(time)} frames of {len(names)} markers; there must be two frames", file=path)
     if not np.all(np.isfinite(time)) or np.any(np.diff(time) <= 0.0):
         raise SignalError("times must be numbers that increase", file=path)
+    lost = (position == 0.0).all(axis=2)  # as many programs write what a camera did not see
+    position = np.where((lost & ~lost.all(axis=0))[..., None], np.nan, position)
     return Markers(path, time - time[0], names, position * UNITS[unit or own])
 
 
@@ -96,19 +99,25 @@ def _trc(path: Path) -> Read:
 
 
 def _table(path: Path) -> Read:
-    """A table with a column of time, s, and NAME_x, NAME_y, NAME_z of each marker."""
+    """A table with a column of time and of each marker's coordinates: NAME_x, `NAME.X`, `NAME x (mm)`."""
     table = read_table(path)
-    lower = [name.lower() for name in table.names]
-    time = next((lower.index(name) for name in TIME_NAMES if name in lower), None)
+    plain = [plain_name(name) for name in table.names]
+    time = next((plain.index(name) for name in TIMES if name in plain), None)
     if time is None:
         raise SignalError("no column of time; name one `time_s`", file=path)
-    found = [name[:-2] for name in table.names if name.lower().endswith("_x")]
-    names = tuple(name for name in found if all(f"{name.lower()}{end}" in lower for end in COORDINATES))
+    places: dict[str, dict[str, int]] = {}
+    units = set()
+    for column, heading in enumerate(table.names):
+        if found := _COORDINATE.fullmatch(heading.strip()):
+            places.setdefault(found[1], {})[found[2].lower()] = column
+            units.add((found[3] or "").lower())
+    names = tuple(name for name, columns in places.items() if len(columns) == len("xyz"))
     if not names:
         raise SignalError("no markers: each has columns NAME_x, NAME_y and NAME_z", file=path)
-    columns = [lower.index(f"{name.lower()}{end}") for name in names for end in COORDINATES]
-    values = table.columns([time, *columns], gaps=True)
-    return values[:, 0], names, values[:, 1:].reshape(len(values), -1, 3), "m"
+    if len(units) > 1:
+        raise SignalError("some headings of coordinates name another unit than others, or none", file=path)
+    values = table.columns([time, *(places[name][axis] for name in names for axis in "xyz")], gaps=True)
+    return TIMES[plain[time]] * values[:, 0], names, values[:, 1:].reshape(len(values), -1, 3), units.pop() or "m"
 
 
 def _json(path: Path) -> Read:
