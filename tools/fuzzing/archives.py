@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import json
 import struct
 import zlib
 from collections.abc import Callable
@@ -44,6 +45,44 @@ def change_values(path: Path, rng: Random) -> None:
                 _change_attribute(file[rng.choice([name, name.partition("/")[0], "/"])], rng)
             else:
                 _change_dataset(file[name], rng)
+
+
+def change_task(path: Path, rng: Random) -> None:
+    """Change the task of a policy: its text, or one of its values."""
+    with h5py.File(path, "r+") as file:
+        text = file["policy/task"].asstr()[()]
+        if rng.random() < 0.3:
+            changed = mutated(text, rng).decode(errors="replace").replace("\0", "")
+        else:
+            data = json.loads(text)
+            for _ in range(rng.choice([1, 1, 2])):
+                owner: Any = data
+                name = rng.choice(list(owner))
+                while isinstance(owner[name], dict) and owner[name] and rng.random() < 0.8:
+                    owner = owner[name]
+                    name = rng.choice(list(owner))
+                owner[name] = rng.choice([*NUMBERS, *NAMES[:12], None, True, [], {}, [1e9, -1e9], [0, 0], 10**9, -1])
+            changed = json.dumps(data)
+        del file["policy/task"]
+        file["policy/task"] = changed
+
+
+def change_policy(path: Path, rng: Random, secret: Path) -> None:
+    """Change the network, its names, or the scene beside it."""
+    with h5py.File(path, "r+") as file:
+        name = rng.choice([name for name in _names(file) if name.startswith("policy/")])
+        match rng.randrange(4):
+            case 0:
+                key = next(key for key in ("scene", *file.attrs) if key in file or key in file.attrs)
+                owner = file if key in file else file.attrs
+                line = rng.choice([f"base = {str(secret)!r}", "base = '../../../etc/passwd'", "base = 'policy.h5'",
+                                   "character = '/etc/passwd'"])  # fmt: skip
+                text = f"{line}\nname = 'x'\n[muscle_model]\nactive_force_length = 'os:getcwd'\n"
+                if key in file:
+                    del file[key]
+                owner[key] = text
+            case _:
+                rng.choice(STRUCTURE)(file, name, rng, secret)
 
 
 def change_npz(path: Path, rng: Random) -> None:

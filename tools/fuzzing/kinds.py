@@ -124,6 +124,35 @@ def hdf5_values(rng: Random, at: Setting) -> list[Command]:
     return _hdf5(rng, at, lambda path: archives.change_values(path, rng))
 
 
+def policy(rng: Random, at: Setting) -> list[Command]:
+    """Policies with other structure, weights, names, task or scene."""
+    at.copy("policy.h5", "fwalk.toml")
+    path = at.folder / "policy.h5"
+    choice = rng.randrange(5)
+    if choice == 0:
+        archives.change_structure(path, rng, at.secret)
+    elif choice == 1:
+        archives.change_values(path, rng)
+    elif choice == 2:
+        path.write_bytes(damaged(path.read_bytes(), rng))
+    elif choice == 3:
+        archives.change_task(path, rng)
+    else:
+        archives.change_policy(path, rng, at.secret)
+    run: list[Command] = [["simulate", "fwalk.toml", *SHORT, "--policy", "policy.h5", "-o", "out.h5"]]
+    judged: list[Command] = [
+        ["judge", "policy.h5", "--json", "out.json"],
+        ["judge", "fwalk.toml", *SHORT, "--policy", "policy.h5"],
+    ]
+    read: list[Command] = [
+        ["report", "policy.h5"], ["plot", "policy.h5", "--what", rng.choice(KINDS_OF_FIGURES), "-o", "a.png"],
+        ["view", "policy.h5", "--export", "out.html"], ["export", "policy.h5", "-o", rng.choice(EXPORTS)],
+        ["apply", "policy.h5", "-o", "out.toml"], ["optimize", "--resume", "policy.h5", "--candidates", "2"],
+        ["learn", "--resume", "policy.h5"], ["gait", "policy.h5"],
+    ]  # fmt: skip
+    return [rng.choice(run if rng.random() < 0.6 else judged if rng.random() < 0.1 else read)]
+
+
 def journal(rng: Random, at: Setting) -> list[Command]:
     """The journal of a search that was killed."""
     at.copy("killed.h5", "killed.h5.journal")
@@ -304,7 +333,8 @@ KINDS: dict[str, tuple[Maker, float]] = {  # and the part that each has of all c
     "simbicon": (simbicon, 0.10),
     "osim": (osim, 0.10),
     "hdf5-structure": (hdf5_structure, 0.12),
-    "hdf5-values": (hdf5_values, 0.10),
+    "hdf5-values": (hdf5_values, 0.05),
+    "policy": (policy, 0.05),
     "journal": (journal, 0.04),
     "sweep": (sweep, 0.05),
     "emg": (emg, 0.06),

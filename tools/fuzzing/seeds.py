@@ -119,6 +119,7 @@ def make_seeds(folder: Path) -> Path:
     for suffix in ("h5", "npz"):
         (folder / f"tracked_{suffix}.toml").write_text(TRACKED.format(file=f"gait.{suffix}"))
     _results(folder)
+    _policy(folder)
     _signals(folder)
     _throws(folder)
     return folder
@@ -154,6 +155,36 @@ def _results(folder: Path) -> None:
     orientation = np.tile([0.0, 0.0, 0.0, 1.0], (20, 1))
     cycle = np.linspace(0.0, 1.0, 20, endpoint=False)
     np.savez(folder / "gait.npz", cycle=cycle, time=cycle, lHip=orientation, rKnee=0.1 * cycle, lElbow=cycle)
+
+
+def _policy(folder: Path) -> None:
+    """A policy of random weights for `fwalk`, and its motion."""
+    import msgspec
+
+    from warpmuscle.formats import load, toml
+    from warpmuscle.learning.episodes import EpisodeBatch
+    from warpmuscle.learning.player import replay, text_of
+    from warpmuscle.results.learned import CURVE, Layer, Learned, PolicyTable
+    from warpmuscle.results.records import Result, parameter_table
+    from warpmuscle.results.result import write
+    from warpmuscle.scene.learning import Task
+
+    scene = msgspec.structs.replace(load(folder / "fwalk.toml"), duration=0.1)
+    task, random = Task(actions="joint_targets"), np.random.default_rng(0)
+    batch = EpisodeBatch(scene, 1, "cpu", task)
+    names, actions = tuple(batch.senses.names), batch.actions.names
+    layers = [
+        Layer(0.1 * random.normal(size=(b, a)).astype(np.float32), np.zeros(b, np.float32))
+        for a, b in ((len(names), 6), (6, len(actions)))
+    ]
+    ones = np.ones(len(names), np.float32)
+    policy = PolicyTable(names, actions, 0.0 * ones, ones, 5.0, tuple(layers))
+    curve = {name: np.linspace(0.0, 1.0, 3) for name in CURVE} | {"iteration": np.arange(1.0, 4.0)}
+    learned = Learned(policy, text_of(task), curve, {}, "time is up")
+    motions = (replay(policy, scene, "cpu", task)[0],)
+    table = parameter_table([])
+    made = Result(toml.dumps(scene), "cpu", "warpmuscle learn fwalk", 0, table, replays=motions, learned=learned)
+    write(folder / "policy.h5", made)
 
 
 @contextmanager
