@@ -69,6 +69,11 @@ class Row:
     human: str  # of human walking, with unit where it differs; empty if unknown
     source: str  # of that
 
+    @property
+    def texts(self) -> tuple[str, ...]:
+        """The values as they are shown, empty where there is none."""
+        return tuple("" if value is None else _text(self.unit, value) for value in self.values)
+
 
 def gait_table(walks: list[Measures], running: bool = False) -> list[Row]:
     """Rows of measures, in order, of one or several walks (see `gait_measures`) beside human walking, or running.
@@ -97,9 +102,14 @@ def _cell(name: str, measures: Measures) -> str:
     value, at = measures.get(name), measures.get(name + AT)
     if value is None:
         return ""
-    text = f"{value:.{DECIMALS[unit_of(name)]}f}"
-    text = text.removeprefix("-") if float(text) == 0.0 else text
+    text = _text(unit_of(name), value)
     return text if at is None else f"{text} at {at:.0f} %"
+
+
+def _text(unit: str, value: float) -> str:
+    """A value with as many decimals as its unit is worth."""
+    text = f"{value:.{DECIMALS[unit]}f}"
+    return text.removeprefix("-") if float(text) == 0.0 else text
 
 
 def unit_of(name: str) -> str:

@@ -93,16 +93,16 @@ def track_content(
 
 def panel_contents(panels: Sequence[Panel], norms: Sequence[LegNorm]) -> list[dict[str, Any]]:
     """What the page is told of panels; curves that are stored nowhere else are columns of the array `curves`."""
-    columns = iter(range(10**9))
+    columns, found = iter(range(10**9)), _norms_of(panels, norms)
     return [
         {
             "group": panel.group,
             "title": panel.title,
             "unit": panel.unit,
             "lines": [_line(line, columns) for line in panel.lines],
-            **_norm_of(panel, norms),
+            **found.get(number, {}),
         }
-        for panel in panels
+        for number, panel in enumerate(panels)
     ]
 
 
@@ -134,17 +134,29 @@ def leg_norms(recording: Recording, scene: Scene, cycles: dict[str, Any]) -> lis
     ]
 
 
-def _norm_of(panel: Panel, norms: Sequence[LegNorm]) -> dict[str, Any]:
-    """The norm of a panel whose first curve is the angle of a leg, perhaps with the other sign; nothing without one."""
-    curve = panel.lines[0].values
-    for norm in norms if panel.group == "angles" and panel.joint else ():
-        for sign in (1.0, -1.0):
-            if float(np.sqrt(np.mean((sign * norm.angle - curve) ** 2))) < SAME_ANGLE:
-                mean, sd = sign * norm.band.mean(NORM_PERCENT), norm.band.sd(NORM_PERCENT)
-                return {
-                    "norm": {"source": norm.source, "mean": np.round(mean, 1).tolist(), "sd": np.round(sd, 1).tolist()}
-                }
-    return {}
+def _norms_of(panels: Sequence[Panel], norms: Sequence[LegNorm]) -> dict[int, dict[str, Any]]:
+    """What the page is told of norms, by number of the panel.
+
+    The panel of an angle of the legs is the one whose curve is nearest to it, perhaps with the other sign: a motion of
+    next to no movement has others that are near, too.
+    """
+    found = {}
+    for norm in norms:
+        near = [
+            (float(np.sqrt(np.mean((sign * norm.angle - line.values) ** 2))), number, sign)
+            for number, panel in enumerate(panels)
+            if panel.group == "angles" and panel.joint
+            for line in panel.lines
+            if line.side in (norm.side, "middle")
+            for sign in (1.0, -1.0)
+        ]
+        off, number, sign = min(near, default=(np.inf, 0, 1.0))
+        if off < SAME_ANGLE:
+            mean, sd = sign * norm.band.mean(NORM_PERCENT), norm.band.sd(NORM_PERCENT)
+            found[number] = {
+                "norm": {"source": norm.source, "mean": np.round(mean, 1).tolist(), "sd": np.round(sd, 1).tolist()}
+            }
+    return found
 
 
 def continuous(orientation: Any) -> Any:
