@@ -1,6 +1,7 @@
 // The page: time, what is shown and chosen, and `window.warpmuscle` for scripts.
 
 const FITTED = 4, FITTED_TIMES = 9; // motions, and times of them, of which all is to be seen
+const LEFT_BEHIND = 0.5; // s after its end, at which the camera no longer follows a motion
 const PLOT_PAUSE = [0, 80]; // ms between two places of the cursor with a graphics card, and without
 
 class Player {
@@ -173,10 +174,17 @@ class Player {
     }));
   }
 
-  // The mean of all centres of mass, now or at another time.
+  // How much a motion counts for where the camera goes: one that has ended, as by a fall, is left behind.
+  weight(biped, time) {
+    const end = this.live ? Infinity : biped.arrays.time[Math.max(biped.frames - 1, 0)];
+    return Math.min(Math.max(1 - (time - end) / LEFT_BEHIND, 0), 1);
+  }
+
+  // The mean of the centres of mass that count, now or at another time.
   middle(time = this.time) {
-    const places = this.bipeds.map((biped) => biped.com(biped.moment(time)));
-    return times(places.reduce(add), 1 / places.length);
+    const weights = this.bipeds.map((biped) => this.weight(biped, time)), sum = weights.reduce((a, b) => a + b);
+    const places = this.bipeds.map((biped, k) => times(biped.com(biped.moment(time)), sum ? weights[k] / sum : 1 / weights.length));
+    return places.reduce(add);
   }
 
   look(name) {
@@ -185,14 +193,14 @@ class Player {
     this.fit();
   }
 
-  // Go where all is seen now and, of few recorded motions, at all times, as the camera goes with what moves over the ground.
+  // Go where all is seen now and, of few recorded motions, at all times until they end, as the camera goes with what moves over the ground.
   fit() {
     const points = [], { canvas } = this.renderer, now = this.middle();
     const moments = this.live || this.bipeds.length > FITTED ? 0 : FITTED_TIMES;
     const all = Array.from({ length: moments }, (_, k) => this.begin + (k / (moments - 1)) * (this.end - this.begin));
     for (const time of [...all, this.time]) {
       const [x, , z] = minus(now, this.middle(time));
-      for (const biped of this.bipeds) {
+      for (const biped of this.bipeds.filter((one) => time === this.time || this.weight(one, time))) {
         biped.pose("orientation", biped.moment(time), biped.first.slots);
         for (const point of biped.outline()) points.push(add(point, [x, 0, z]));
       }
