@@ -25,6 +25,9 @@ LEG = """<?xml version="1.0" encoding="UTF-8"?>
 <WrapCylinder name="roll"><xyz_body_rotation>0.1 0 0</xyz_body_rotation><translation>0 -0.4 0</translation>
 <quadrant>+x</quadrant><radius>0.02</radius><length>0.1</length></WrapCylinder>
 <WrapEllipsoid name="egg"><translation>0.05 -0.1 0</translation><dimensions>0.02 0.03 0.02</dimensions></WrapEllipsoid>
+<WrapTorus name="ring"><xyz_body_rotation>1.5 0 0</xyz_body_rotation><translation>0.08 -0.2 0.05</translation>
+<inner_radius>0.01</inner_radius><outer_radius>0.05</outer_radius></WrapTorus>
+<WrapSphere name="ball"><translation>0 -0.35 0</translation><radius>0.03</radius></WrapSphere>
 </objects></WrapObjectSet></Body>
 <Body name="shank"><mass>3</mass><mass_center>0 -0.2 0</mass_center><inertia>0.05 0.01 0.05 0 0 0</inertia></Body>
 <Body name="patella"><mass>0.1</mass><mass_center>0 0 0</mass_center><inertia>1e-4 1e-4 1e-4 0 0 0</inertia></Body>
@@ -107,7 +110,14 @@ LEG = """<?xml version="1.0" encoding="UTF-8"?>
 <PathPoint name="1"><socket_parent_frame>/bodyset/pelvis</socket_parent_frame><location>0.1 0 0.1</location></PathPoint>
 <PathPoint name="2"><socket_parent_frame>/bodyset/shank</socket_parent_frame>
 <location>0.08 -0.1 0</location></PathPoint>
-</objects></PathPointSet></GeometryPath><optimal_force>150</optimal_force><min_control>0</min_control><max_control>1</max_control></PathActuator>
+</objects></PathPointSet><PathWrapSet><objects><PathWrap name="w"><wrap_object>ring</wrap_object></PathWrap></objects>
+</PathWrapSet></GeometryPath><optimal_force>150</optimal_force><min_control>0</min_control><max_control>1</max_control></PathActuator>
+<PathSpring name="strap"><GeometryPath name="path"><PathPointSet><objects>
+<PathPoint name="1"><socket_parent_frame>/bodyset/pelvis</socket_parent_frame><location>0 0 -0.1</location></PathPoint>
+<PathPoint name="2"><socket_parent_frame>/bodyset/shank</socket_parent_frame><location>-0.05 -0.1 0</location>
+</PathPoint></objects></PathPointSet><PathWrapSet><objects><PathWrap><wrap_object>ball</wrap_object></PathWrap></objects>
+</PathWrapSet></GeometryPath><resting_length>0.5</resting_length><stiffness>1000</stiffness>
+<dissipation>0.01</dissipation></PathSpring>
 <CoordinateActuator name="motor"><coordinate>adduction</coordinate></CoordinateActuator>
 <CoordinateLimitForce name="stop"><coordinate>bend</coordinate><upper_limit>0</upper_limit>
 <lower_limit>-120</lower_limit><transition>5</transition></CoordinateLimitForce>

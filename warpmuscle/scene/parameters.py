@@ -34,12 +34,21 @@ class Parameter:
 
 def leaves(value: Any, key: str = "") -> Iterator[tuple[str, Any]]:
     """Every (dotted path, value) below `value` that is no structure, list, tuple or table, in order of appearance."""
-    for name, member in _members(value) or ():
-        path = f"{key}.{name}" if key else name
-        if type(member) in PLAIN or _members(member) is None:
-            yield path, member
+    waiting = [iter(_members(value) or ())]
+    keys = [key]
+    while waiting:
+        for name, member in waiting[-1]:
+            path = f"{keys[-1]}.{name}" if keys[-1] else name
+            members = None if type(member) in PLAIN else _members(member)
+            if members is None:
+                yield path, member
+            else:
+                waiting.append(iter(members))
+                keys.append(path)
+                break
         else:
-            yield from leaves(member, path)
+            waiting.pop()
+            keys.pop()
 
 
 def _free_leaves(value: Any, key: str, unit: str, found: list[tuple[str, Free, str]]) -> None:

@@ -9,6 +9,7 @@ from fuzzing.models import MODELS, mutated_model
 
 import osim_models as small
 from warpmuscle.core.errors import SceneError
+from warpmuscle.core.limits import LIMITS
 from warpmuscle.formats.lines import Notes
 from warpmuscle.formats.osim.build import load_model
 
@@ -58,6 +59,13 @@ def test_numbers_that_would_take_for_ever_are_refused_with_their_line(tmp_path: 
     with pytest.raises(SceneError, match=message) as caught:
         load_model(small.written(tmp_path, text), Notes())
     assert caught.value.line > 0
+
+
+def test_models_of_too_many_values_are_refused_with_their_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setitem(LIMITS, "values", LIMITS["values"]._replace(most=100))
+    with pytest.raises(SceneError, match=r"small\.osim: \d+ values are more than 100") as caught:
+        load_model(small.written(tmp_path, polynomial(1, "0")), Notes())
+    assert caught.value.file is not None
 
 
 def test_500_mutated_models_load_or_are_refused_in_one_line(tmp_path: Path):

@@ -46,7 +46,8 @@ def load_model(
         scene = build(model, notes, ball_joints, hard_points, welds_merged)
         check_scene(scene)
     except SceneError as error:
-        raise notes.placed(error) from None
+        placed = notes.placed(error)
+        raise (placed if placed.file is not None else placed.at(path, 0)) from None
     return scene
 
 

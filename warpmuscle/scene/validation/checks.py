@@ -10,18 +10,23 @@ from collections.abc import Iterable, Sequence
 import msgspec
 
 from warpmuscle.core.errors import SceneError
-from warpmuscle.core.limits import LEAST_NUMBER
+from warpmuscle.core.limits import LEAST_NUMBER, check_size
 from warpmuscle.scene import Scene
 from warpmuscle.scene.number import Free, Number
 from warpmuscle.scene.parameters import distances_of_commands, leaves, ranges_of_commands
 
 
 class Checks:
-    """Checks of the numbers of one scene; each raises SceneError or returns."""
+    """Checks of the numbers of one scene; each raises SceneError or returns.
+
+    Attributes:
+        every: all values of the scene by their paths, walked once, since that takes long for a large one.
+    """
 
     def __init__(self, to_check: Scene) -> None:
-        self.checked = to_check
-        self.free = {key: number for key, number in leaves(to_check) if isinstance(number, Free) and not number.same_as}
+        self.checked, self.every = to_check, list(leaves(to_check))
+        check_size("values", len(self.every), SceneError)
+        self.free = {key: number for key, number in self.every if isinstance(number, Free) and not number.same_as}
         self._ranges, self._distances = ranges_of_commands(to_check), distances_of_commands(to_check)
 
     def interval(self, number: Number) -> tuple[float, float]:

@@ -6,7 +6,6 @@ import math
 
 from warpmuscle.core.errors import SceneError
 from warpmuscle.scene.number import Free
-from warpmuscle.scene.parameters import leaves
 from warpmuscle.scene.validation.checks import Checks, known
 
 
@@ -30,7 +29,7 @@ def check_commands(checks: Checks) -> None:
         for field, number in (("reference", one.reference), ("value", one.asked)):
             if not one.min <= number <= one.max:
                 raise SceneError(f"{number:g} is outside {one.min:g} to {one.max:g}", key=f"{key}.{field}")
-    for path, number in leaves(scene):
+    for path, number in checks.every:
         for command in number.per if isinstance(number, Free) else ():
             known(command, scene.commands, "command", f"{path}.per.{command}")
     for command, values in scene.robustness.commands.items():

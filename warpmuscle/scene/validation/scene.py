@@ -27,7 +27,7 @@ from warpmuscle.scene import (
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.joints.coupled import check_displacement
 from warpmuscle.scene.number import Free, Number
-from warpmuscle.scene.parameters import free_parameters, leaves
+from warpmuscle.scene.parameters import free_parameters
 from warpmuscle.scene.trusted_code import check_entries
 from warpmuscle.scene.validation.checks import Checks, known, near
 from warpmuscle.scene.validation.commands import check_commands
@@ -163,9 +163,7 @@ class _Check(Checks):
 
     def numbers(self) -> None:
         """Every number is finite and of a size that can be computed with; what a number follows is a free parameter."""
-        every = list(leaves(self.checked))
-        check_size("values", len(every), SceneError)
-        for key, number in every:
+        for key, number in self.every:
             if isinstance(number, Free) and number.same_as and number.same_as not in self.free:
                 raise SceneError(self._why_not_followed(number.same_as, key), key=f"{key}.same_as")
             if isinstance(number, int | float | np.number) and not math.isfinite(number):
@@ -186,7 +184,7 @@ class _Check(Checks):
     def _why_not_followed(self, target: str, key: str) -> str:
         if target == key:
             return "a number cannot follow itself"
-        if any(path == target and isinstance(number, Free) for path, number in leaves(self.checked)):
+        if any(path == target and isinstance(number, Free) for path, number in self.every):
             return f"{target!r} follows another number itself; name that one instead"
         return f"{target!r} is not a free parameter{near(target, self.free)}"
 
