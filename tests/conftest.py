@@ -12,8 +12,8 @@ import warp as wp
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_sessionstart() -> None:
-    """Keep Warp quiet."""
-    wp.config.log_level = wp.LOG_WARNING
+    """Keep Warp quiet, and have it compile no derivatives of small kernels, which nothing here takes."""
+    wp.config.log_level, wp.config.enable_backward = wp.LOG_WARNING, False
     wp.init()
 
 
