@@ -1,5 +1,5 @@
 """Warp functions and kernels, on plain values and on the structures of `structs`.
 
-May import: nothing of warpmuscle but each other.
+May import: nothing.
 To add: an equation as a function in the module of its topic; what a step does with it to a stage, and that to `step`.
 """

@@ -1,6 +1,7 @@
 """The order of packages: each imports only from those before it, however late it does so."""
 
 import ast
+import re
 from collections.abc import Iterator
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
@@ -96,12 +97,37 @@ def test_every_package_has_its_place_and_is_not_too_large():
     }
 
 
-def test_every_package_says_what_it_may_import_and_where_to_add():
-    for name, file in MODULES.items():
-        if file.name == "__init__.py" and name:
-            text = ast.get_docstring(ast.parse(file.read_text())) or ""
-            assert "May import:" in text, file
-            assert "To add:" in text, file
+def said(package: str) -> set[str]:
+    """What the docstring of a package says that it may import: names, perhaps with "and all below"."""
+    text = ast.get_docstring(ast.parse(MODULES[package].read_text())) or ""
+    assert "To add:" in text, package
+    listed = re.search(r"^May import: ([a-z_., ]+)\.$", text, re.MULTILINE)
+    assert listed, f"{package} does not say what it may import"
+    names = set(re.split(r", | and ", listed[1].removesuffix(" and all below"))) - {"nothing"}
+    assert names <= set(MODULES), f"{package}: {names - set(MODULES)}"
+    if "all below" in listed[1]:
+        highest = max(LEVEL[name] for name in names)
+        names |= {name for name, level in LEVEL.items() if level <= highest}
+    return names
+
+
+SAID = {name: said(name) for name, file in MODULES.items() if file.name == "__init__.py" and name}
+
+
+@pytest.mark.parametrize("package", sorted(SAID))
+def test_a_package_imports_nothing_but_what_its_docstring_says(package: str):
+    of_parts = tuple(
+        f"{name}." for name in SAID if name.startswith(f"{package}.")
+    )  # which have docstrings of their own
+    own_modules = [name for name in PACKAGED if f"{name}.".startswith(f"{package}.")]
+    found = {
+        other
+        for name in own_modules
+        if not f"{name}.".startswith(of_parts or ("-",))
+        for other in imported(MODULES[name])
+    }
+    allowed = tuple(f"{name}." for name in (package, *SAID[package]))
+    assert {other for other in found if not f"{other}.".startswith(allowed)} == set()
 
 
 def test_the_page_on_the_architecture_draws_the_same_order():

@@ -1,6 +1,6 @@
 """The command line.
 
-May import: everything.
+May import: examples and all below.
 To add: a command in a module of its own, its name in `COMMANDS`.
 """
 

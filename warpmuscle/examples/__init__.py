@@ -1,6 +1,6 @@
 """Small data of our own, so that every command of the documentation can be typed as it stands.
 
-May import: everything but the command line.
+May import: throw and all below.
 To add: files into `files/`, or a function that makes them, and an `Example` in `EXAMPLES`.
 """
 

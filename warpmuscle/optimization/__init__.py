@@ -1,5 +1,5 @@
 """Searches for parameters: candidates, their evaluation in batches, stages, replays of the best.
 
-May import: everything listed before it in `docs/architecture.md`, down to core and search.
+May import: core, kernels, search, scene, results, model, formats, simulation.
 To add: a strategy in `warpmuscle.search`; what a search does between generations in `search_loop`.
 """

@@ -2,7 +2,7 @@
 
 A kind of figure is a small file with a function `draw(subject)` that gives a matplotlib figure, and a line in `KINDS`.
 
-May import: simulation and all below.
+May import: studies and all below.
 To add: a figure as said above.
 """
 
