@@ -130,7 +130,34 @@ def test_a_package_imports_nothing_but_what_its_docstring_says(package: str):
     assert {other for other in found if not f"{other}.".startswith(allowed)} == set()
 
 
+PAGE = (ROOT / "docs" / "architecture.md").read_text()
+
+
 def test_the_page_on_the_architecture_draws_the_same_order():
-    drawing = (ROOT / "docs" / "architecture.md").read_text().split("```text\n")[1].split("```")[0]
+    drawing = PAGE.split("```text\n")[1].split("```")[0]
     drawn = [tuple(line.split("  ")[0].split()) for line in drawing.splitlines() if line.strip()]
     assert drawn == list(reversed(ORDER))
+
+
+@pytest.mark.parametrize("name", sorted(set(re.findall(r"`([a-z_]+(?:\.\w+)+)`", PAGE)) - {"__init__.py"}))
+def test_what_the_page_on_the_architecture_names_is_there(name: str):
+    module, _, attribute = name.rpartition(".")
+    assert name in MODULES or attribute in defined(MODULES[module])
+
+
+def defined(file: Path) -> set[str]:
+    """Names that a module defines at its top."""
+    names: set[str] = set()
+    for node in ast.parse(file.read_text()).body:
+        if isinstance(node, ast.ClassDef | ast.FunctionDef):
+            names.add(node.name)
+        elif isinstance(node, ast.Assign | ast.AnnAssign):
+            targets = node.targets if isinstance(node, ast.Assign) else [node.target]
+            names |= {target.id for target in targets if isinstance(target, ast.Name)}
+    return names
+
+
+def test_files_that_contributors_are_led_to_are_there():
+    named = re.findall(r"`?((?:tools|tests|docs)/[\w/]+\.(?:py|md))", (ROOT / "CONTRIBUTING.md").read_text())
+    assert len(named) > 15
+    assert [path for path in named if not (ROOT / path).is_file()] == []
