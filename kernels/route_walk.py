@@ -1,4 +1,8 @@
-"""A walk along a route, from stop to stop: its length, and its moment arms."""
+"""A walk along a route, from stop to stop: its length, and its moment arms.
+
+OpenSim's path round several surfaces has two places where it reaches or leaves each: segments run between those of the
+first round, and pull at those of the last. A smooth route does so, too, and has OpenSim's moment arms.
+"""
 
 from functools import cache
 from typing import Any
@@ -46,20 +50,24 @@ def walk_of(kind: RouteKind, acting: bool, coordinate_joints: bool = False, foll
     wrapping, pulls_struct = kind.wraps > 0, pulls_of(max(kind.levers, 1))
     rows, with_sum = rows_of(count), rows_of(max(kind.levers, 1)).with_sum
     row, number, arc_of = rows.row, rows.number, rows.length
+    apart = kind.smooth and kind.wraps > 1 and not kind.exact
 
     @wp.func(inline=True)
     def act(
-        instance: int, span: RouteSpan, a: wp.vec3, direction: wp.vec3, before: int, stop: int,
-        model: ModelRef, work: ScratchRef, pulls: wp.ref[pulls_struct],
+        instance: int, span: RouteSpan, a: wp.vec3, left: wp.vec3, reached: wp.vec3, direction: wp.vec3, before: int,
+        stop: int, model: ModelRef, work: ScratchRef, pulls: wp.ref[pulls_struct],
     ):  # fmt: skip
-        """Add the moment arms of the segment from one stop to the next."""
+        """Add the moment arms of the segment from one stop, at a, to the next; it pulls at `left` and `reached`."""
         for k in range(span.first_lever, span.end_lever):
             lever = model.routes.lever[whole(k)]
             sign = ((lever.beyond >> stop) & 1) - ((lever.beyond >> before) & 1)
             if sign != 0:
                 pull = direction * float(sign)
                 joint = whole(lever.joint)
-                r = segment_moment_arm(a, offset_between(joint, span.origin, work), pull)
+                place_of_pull = a
+                if wp.static(apart):
+                    place_of_pull = wp.where(sign > 0, reached, left)
+                r = segment_moment_arm(place_of_pull, offset_between(joint, span.origin, work), pull)
                 if wp.static(followers):
                     if has_motion(model.skeleton.plan[joint].joint_type):
                         r = along_driver(instance, joint, r, pull, model, work)
@@ -96,6 +104,7 @@ def walk_of(kind: RouteKind, acting: bool, coordinate_joints: bool = False, foll
         slopes = slopes_struct()
         slopes_before = slopes_struct()
         a = wp.vec3(0.0)
+        left = wp.vec3(0.0)
         before = int(NOWHERE)
         wraps = span.end_wrap - span.first_wrap
         points = span.end_point - span.first_point
@@ -105,8 +114,10 @@ def walk_of(kind: RouteKind, acting: bool, coordinate_joints: bool = False, foll
             b = wp.vec3(0.0)
             stop = int(next_point)
             fixed = wp.int32(0)
+            reached = wp.vec3(0.0)
             if onto >= 0:
                 b = row(bends.first, onto)
+                reached = b
                 if wp.static(count > 1) and number(bends.kept, onto) == 1:
                     b = row(bends.kept_first, onto)
                 stop = WRAP_BIT + onto
@@ -115,6 +126,7 @@ def walk_of(kind: RouteKind, acting: bool, coordinate_joints: bool = False, foll
                 if not counts(instance, span.first_point + stop, model, state):
                     continue
                 b = place(instance, span.first_point + stop, span.origin, model, state, work, slopes)
+                reached = b
                 fixed = model.routes.point[span.first_point + stop].fixed
             if before != NOWHERE and fixed == 0:
                 d = b - a
@@ -122,7 +134,7 @@ def walk_of(kind: RouteKind, acting: bool, coordinate_joints: bool = False, foll
                 total += length
                 if wp.static(acting):
                     direction = d * (1.0 / wp.max(length, SHORTEST))
-                    act(instance, span, a, direction, before, stop, model, work, pulls)
+                    act(instance, span, a, left, reached, direction, before, stop, model, work, pulls)
                     if wp.static(motions):
                         if stop < WRAP_BIT:
                             act_on_motions(instance, span.first_point + stop, direction, slopes, model, work, arm)
@@ -131,12 +143,14 @@ def walk_of(kind: RouteKind, acting: bool, coordinate_joints: bool = False, foll
                                 instance, span.first_point + before, -direction, slopes_before, model, work, arm
                             )
             a = b
+            left = reached
             before = stop
             slopes_before.of = slopes.of
             if wp.static(wrapping):
                 if onto >= 0:
                     total += arc_of(bends.arc, onto)
                     a = row(bends.second, onto)
+                    left = a
                     if wp.static(count > 1) and number(bends.kept, onto) == 1:
                         a = row(bends.kept_second, onto)
                 onto = bend_after(stop, wraps, bends.after)

@@ -82,12 +82,14 @@ def paths(found: Numbers, ours: Ours) -> list[Measure]:
     labels = [f"{muscle} {found.coordinates[k]}" for muscle in names for k in found.independent]
     allowed = np.repeat(np.where(round_ellipsoids, ELLIPSOID_ARM, ARM), len(found.independent))
     theirs, slopes = (values[:, :, found.independent].reshape(count, -1) for values in (found.arm, found.slope))
-    mine = arm.reshape(count, -1)
+    mine, own = arm.reshape(count, -1), ours.slopes(found.q)[:, columns].reshape(count, -1)
     crossed = (theirs != 0.0).any(axis=0) | (slopes != 0.0).any(axis=0) | (mine != 0.0).any(axis=0)
     labels = [label for label, known in zip(labels, crossed, strict=True) if known]
-    mine, theirs, slopes, allowed = mine[:, crossed], theirs[:, crossed], slopes[:, crossed], allowed[crossed]
+    mine, own, theirs, slopes = (values[:, crossed] for values in (mine, own, theirs, slopes))
+    allowed = allowed[crossed]
     measures.append(measure("moment arm", "m", mine, theirs, labels, allowed))
     measures.append(measure("OpenSim's moment arm and the slope of its length", "m", theirs, slopes, labels, allowed))
+    measures.append(measure("our moment arm and the slope of our length", "m", mine, own, labels, allowed))
     agreed = np.where(np.abs(theirs - slopes) <= 0.1 * allowed, theirs, np.nan)
     measures.append(measure("moment arm, where OpenSim's is the slope", "m", mine, agreed, labels, allowed))
     power = -np.einsum("nmi,ni->nm", arm, found.rate[:, found.independent])

@@ -19,6 +19,7 @@ from warpmuscle.studies.inverse_dynamics import inverse_dynamics
 Floats = NDArray[np.float64]
 BATCH = 2000  # poses at once
 STEP = 1e-6  # of differences
+PATH_STEP = 2e-3  # rad or m, of differences of lengths in single precision
 INSTANT = 1e-7  # s, a step in which no activation changes
 
 
@@ -93,6 +94,14 @@ class Ours:
             stages = self._stages(q[at], np.zeros_like(q[at]))
             parts.append(stages.muscle_paths().length[: len(q[at])])
         return np.concatenate(parts).astype(np.float64)
+
+    def slopes(self, q: Floats) -> Floats:
+        """(n, M, I) m, -dl/dq by central differences of lengths."""
+        found = np.zeros((len(q), len(self.muscles), len(self.independent)))
+        for column, k in enumerate(self.independent):
+            move = PATH_STEP * np.eye(q.shape[1])[k]
+            found[:, :, column] = (self.lengths(q - move) - self.lengths(q + move)) / (2.0 * PATH_STEP)
+        return found
 
     def _stages(self, q: Floats, rate: Floats, scene: Scene | None = None) -> Stages:
         """The poses and rates on the device, of the scene without its muscles' own values, or another one."""

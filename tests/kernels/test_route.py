@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from muscle_arm import arm, leg
-from warpmuscle.core.pose import from_rotation_vector, multiply
+from warpmuscle.core.pose import from_rotation_vector, multiply, rotate
+from warpmuscle.formats import load
 from warpmuscle.scene import (
     Condition,
     CylinderSurface,
@@ -19,6 +22,7 @@ from warpmuscle.scene import (
     ViaPoint,
     Wrap,
 )
+from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.parameters import free_parameters
 from warpmuscle.scene.wrapping.path import path_length
@@ -109,6 +113,31 @@ def test_speeds_and_moment_arms_are_the_derivatives_of_the_lengths():
         relative = angular[:, joint + 1] - angular[:, stages.names.parents[joint + 1]]
         power[:, muscle] += np.sum(paths.moment_arm[:, k] * relative, axis=1)
     np.testing.assert_allclose(power, paths.speed, atol=1e-6)
+
+
+def test_moment_arms_round_several_surfaces_are_those_of_opensim(reference_data: Path):
+    """Of OpenSim 4.6: the long head of triceps of arm26, round a cylinder, an ellipsoid and, in some, a cylinder."""
+    poses = np.array([[1.1448, 0.925211], [1.280843, 1.743863], [1.665734, 2.116481], [1.980051, 1.53076],
+                      [2.025362, 1.835057], [2.462595, 0.027628]])  # fmt: skip
+    lengths = [0.338517, 0.361085, 0.377017, 0.369077, 0.374687, 0.329428]
+    arms = np.array([[-0.02292, -0.022131], [-0.021576, -0.019968], [-0.015323, -0.019655], [0.006679, -0.019924],
+                     [0.007843, -0.019934], [0.007747, -0.020811]])  # fmt: skip
+    scene = load(reference_data / "opensim_models" / "arm26.osim", ignored=[])
+    scene.character.muscles = {"TRIlong": scene.character.muscles["TRIlong"]}
+    stages = Stages(scene, len(poses), "cpu")
+    q = stages.state.coordinates.numpy()
+    q[:, 7:] = poses
+    stages.state.coordinates.assign(q)
+    paths, turned = stages.muscle_paths(), stages.forward_kinematics()["orientation"].astype(float)
+    np.testing.assert_allclose(paths.length[:, 0], lengths, atol=7e-5)  # the mean of other places, see the ellipsoid
+    found = np.zeros_like(arms)
+    for k, joint in enumerate(paths.joint):
+        name = stages.names.joints[joint]
+        column, own = ("r_shoulder_elev", "r_elbow_flex").index(name), scene.character.joints[name]
+        axis = joint_type(own).pulled_about(own, poses[:, column : column + 1])[0]
+        about = rotate(turned[:, stages.names.parents[joint + 1]], axis)
+        found[:, column] = -np.sum(paths.moment_arm[:, k] * about, axis=1)
+    np.testing.assert_allclose(found, arms, atol=1e-4)
 
 
 def test_no_length_jumps_over_small_moves():
