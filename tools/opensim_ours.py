@@ -19,7 +19,7 @@ from warpmuscle.studies.inverse_dynamics import inverse_dynamics
 Floats = NDArray[np.float64]
 BATCH = 2000  # poses at once
 STEP = 1e-6  # of differences
-PATH_STEP = 2e-3  # rad or m, of differences of lengths in single precision
+PATH_STEP = 5e-3  # rad or m, of differences of lengths in single precision
 INSTANT = 1e-7  # s, a step in which no activation changes
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from warpmuscle.core.errors import SceneError, shortened
 from warpmuscle.formats.lines import Ignored, Notes
 from warpmuscle.formats.osim.balls import merge_balls
-from warpmuscle.formats.osim.blends import blend_conditions
+from warpmuscle.formats.osim.blends import blend_conditions, open_at_stops
 from warpmuscle.formats.osim.build_forces import build_forces
 from warpmuscle.formats.osim.build_muscles import MuscleBuilder, build_surfaces, on_ground
 from warpmuscle.formats.osim.build_skeleton import Skeleton, build_skeleton
@@ -83,6 +83,8 @@ def build(
     _prescribe(scene, coordinates)
     build_forces(model, scene, skeleton, coordinates, notes)
     _settle_drives(scene)
+    if not hard_points:
+        open_at_stops(scene)
     jumps = {} if hard_points else blend_conditions(scene)
     if character.surfaces and not hard_points:
         character.wrapping = "smooth"
