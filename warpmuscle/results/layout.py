@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import fields
 from typing import Any
 
-import h5py
 import numpy as np
 from numpy.typing import NDArray
 
 from warpmuscle.core.errors import ResultError
+from warpmuscle.core.hdf5_writing import store
 from warpmuscle.core.status import Status
 from warpmuscle.results.learned import CURVE, Ancestor, Learned, PolicyTable
 from warpmuscle.results.recording import INTEGER_QUANTITIES, NAMED, QUANTITIES, Recording, dimension
@@ -17,7 +17,6 @@ from warpmuscle.results.records import Best, Evaluations, Options, ParameterTabl
 
 FORMAT = "warpmuscle"
 FORMAT_VERSION = 2
-_COMPRESS_FROM = 4096  # bytes; smaller arrays are stored as they are
 HISTORY = {
     "generation": "number of the generation",
     "search": "number of the search",
@@ -43,7 +42,7 @@ def put(file: Any, result: Result, file_format: str = FORMAT) -> None:
     for name in sorted(result.machine):
         file.attrs[name] = result.machine[name]
     file.attrs["device"], file.attrs["command"], file.attrs["seed"] = result.device, result.command, result.seed
-    _put(file, "scene", result.scene, description="the experiment, as TOML")
+    store(file, "scene", result.scene, description="the experiment, as TOML")
     _put_parameters(file, result.parameters)
     if result.evaluations is not None:
         _put_evaluations(file, result.evaluations, len(result.parameters.name))
@@ -51,12 +50,12 @@ def put(file: Any, result: Result, file_format: str = FORMAT) -> None:
         _put_best(file, result.best)
         if result.searched is not None and result.searched.stages and result.evaluations is not None:
             stage = np.int64(result.evaluations.stage[result.best.index])
-            _put(file["best"], "stage", stage, description="stage that the cost is of; others have other costs")
+            store(file["best"], "stage", stage, description="stage that the cost is of; others have other costs")
         for term, parts in result.parts.items():
             group = file["best"].create_group(f"parts/{term}", track_order=True)
-            _put(group, "name", tuple(parts), axes="part", description="joints or muscles that add to the term")
-            _put(group, "value", np.array(list(parts.values())), axes="part",
-                 description="what they add in the motion, in the unit of the term")  # fmt: skip
+            store(group, "name", tuple(parts), axes="part", description="joints or muscles that add to the term")
+            store(group, "value", np.array(list(parts.values())), axes="part",
+                  description="what they add in the motion, in the unit of the term")  # fmt: skip
     if result.searched is not None:
         _put_searched(file, result.searched)
     if result.learned is not None:
@@ -72,8 +71,8 @@ def put(file: Any, result: Result, file_format: str = FORMAT) -> None:
 def _put_parameters(file: Any, parameters: ParameterTable) -> None:
     count = len(parameters.name)
     group = file.create_group("parameters", track_order=True)
-    _put(group, "name", parameters.name, axes="parameter", description="path in the scene")
-    _put(group, "unit", parameters.unit, axes="parameter", description="unit of value, min, max and step")
+    store(group, "name", parameters.name, axes="parameter", description="path in the scene")
+    store(group, "unit", parameters.unit, axes="parameter", description="unit of value, min, max and step")
     for name, description in {
         "min": "lower bound of the search",
         "max": "upper bound of the search",
@@ -81,42 +80,42 @@ def _put_parameters(file: Any, parameters: ParameterTable) -> None:
         "value": "value in the scene of this file",
     }.items():
         array = _shaped(f"parameters/{name}", getattr(parameters, name), (count,))
-        _put(group, name, array, axes="parameter", description=description)
-    _put(group, "scale", parameters.scale, axes="parameter", description="of the unit interval from min to max")
+        store(group, name, array, axes="parameter", description=description)
+    store(group, "scale", parameters.scale, axes="parameter", description="of the unit interval from min to max")
 
 
 def _put_evaluations(file: Any, evaluations: Evaluations, parameter_count: int) -> None:
     count = len(evaluations.cost)
     group = file.create_group("evaluations", track_order=True)
     params = _shaped("evaluations/params", evaluations.params, (count, parameter_count))
-    _put(group, "params", params, axes="evaluation, parameter", description="candidates, in units of /parameters/unit")
-    _put(group, "cost", _shaped("evaluations/cost", evaluations.cost, (count,)), axes="evaluation",
-         description="value of the objective")  # fmt: skip
+    store(group, "params", params, axes="evaluation, parameter", description="candidates, in units of /parameters/unit")
+    store(group, "cost", _shaped("evaluations/cost", evaluations.cost, (count,)), axes="evaluation",
+          description="value of the objective")  # fmt: skip
     status = np.asarray(_shaped("evaluations/status", evaluations.status, (count,)), dtype=np.int32)
-    _put(group, "status", status, axes="evaluation", description="outcome; see the attributes named after outcomes")
+    store(group, "status", status, axes="evaluation", description="outcome; see the attributes named after outcomes")
     for member in Status:
         group["status"].attrs[member.name] = int(member)
-    _put(group, "end_time", _shaped("evaluations/end_time", evaluations.end_time, (count,)), units="s",
-         axes="evaluation", description="simulated time at which the instance ended")  # fmt: skip
+    store(group, "end_time", _shaped("evaluations/end_time", evaluations.end_time, (count,)), units="s",
+          axes="evaluation", description="simulated time at which the instance ended")  # fmt: skip
     for name, description in {
         "search": "number of the search that asked for it, -1 for the scene as given",
         "generation": "generation in which it was asked for",
         "stage": "stage in which it was asked for; costs of different stages cannot be compared",
     }.items():
         numbers = np.asarray(_shaped(f"evaluations/{name}", getattr(evaluations, name), (count,)), dtype=np.int32)
-        _put(group, name, numbers, axes="evaluation", description=description)
+        store(group, name, numbers, axes="evaluation", description=description)
     if evaluations.term_names:
         terms = _shaped("evaluations/terms", evaluations.terms, (count, len(evaluations.term_names)))
-        _put(group, "terms", terms, axes="evaluation, term", finite=False,
-             description="terms of the objective, unweighted; not a number where an instance diverged")  # fmt: skip
-        _put(group, "term_names", evaluations.term_names, axes="term", description="terms of the objective")
+        store(group, "terms", terms, axes="evaluation, term", finite=False,
+              description="terms of the objective, unweighted; not a number where an instance diverged")  # fmt: skip
+        store(group, "term_names", evaluations.term_names, axes="term", description="terms of the objective")
 
 
 def _put_best(file: Any, best: Best) -> None:
     group = file.create_group("best", track_order=True)
-    _put(group, "params", np.asarray(best.params), axes="parameter", description="in units of /parameters/unit")
-    _put(group, "cost", np.float64(best.cost), description="least value of the objective")
-    _put(group, "index", np.int64(best.index), description="row of /evaluations")
+    store(group, "params", np.asarray(best.params), axes="parameter", description="in units of /parameters/unit")
+    store(group, "cost", np.float64(best.cost), description="least value of the objective")
+    store(group, "index", np.int64(best.index), description="row of /evaluations")
 
 
 def _put_searched(file: Any, searched: Searched) -> None:
@@ -124,7 +123,7 @@ def _put_searched(file: Any, searched: Searched) -> None:
     group = file.create_group("history", track_order=True)
     for name, description in HISTORY.items():
         array = _shaped(f"history/{name}", getattr(searched.history, name), (count,))
-        _put(group, name, array, axes="generation of a search", description=description, finite=name != "sigma")
+        store(group, name, array, axes="generation of a search", description=description, finite=name != "sigma")
     group = file.create_group("searches", track_order=True)
     _put_options(group, searched.options)
     group.attrs["ended"] = searched.ended
@@ -135,13 +134,13 @@ def _put_searched(file: Any, searched: Searched) -> None:
     for number, state in enumerate(searched.states):
         inner = group.create_group(str(number), track_order=True)
         for name in sorted(name for name in state if not np.isinf(state[name]).any()):  # infinite: unknown so far
-            _put(inner, name, state[name], description="state of the search, in the unit cube", finite=False)
+            store(inner, name, state[name], description="state of the search, in the unit cube", finite=False)
     for number, stage in enumerate(searched.stages):
         inner = file.create_group(f"stages/{number}", track_order=True)
         inner.attrs["name"] = stage.name
         _put_options(inner, stage.options)
         inner.attrs["ended"] = stage.ended
-        _put(inner, "free", stage.free, axes="dimension of a search", description="parameters that the stage changes")
+        store(inner, "free", stage.free, axes="dimension of a search", description="parameters that the stage changes")
         if stage.best is not None:
             _put_best(inner, stage.best)
 
@@ -155,14 +154,14 @@ def _put_options(group: Any, options: Options) -> None:
 def _put_learned(file: Any, learned: Learned) -> None:
     group = file.create_group("policy", track_order=True)
     _put_network(group, learned.policy)
-    _put(group, "task", learned.task, description="what the policy has learnt to do, as JSON")
+    store(group, "task", learned.task, description="what the policy has learnt to do, as JSON")
     if learned.critic is not None:
         _put_network(file.create_group("critic", track_order=True), learned.critic)
     count = len(learned.curve["iteration"])
     group = file.create_group("curve", track_order=True)
     for name, column in CURVE.items():
         array = _shaped(f"curve/{name}", learned.curve[name], (count,))
-        _put(group, name, array, column.unit, "iteration", column.description)
+        store(group, name, array, column.unit, "iteration", column.description)
     group = file.create_group("training", track_order=True)
     group.attrs["ended"] = learned.ended
     for name, value in learned.options.items():
@@ -176,30 +175,32 @@ def _put_ancestors(group: Any, ancestors: tuple[Ancestor, ...]) -> None:
         "file": "policy that was begun from, nearest first",
         "command": "it was learnt by",
     }.items():
-        _put(group, name, tuple(getattr(one, name) for one in ancestors), axes="ancestor", description=description)
+        store(group, name, tuple(getattr(one, name) for one in ancestors), axes="ancestor", description=description)
     for name, description in {"seed": "it was learnt with", "decisions": "it took"}.items():
         numbers = np.array([getattr(one, name) for one in ancestors], dtype=np.int64)
-        _put(group, name, numbers, axes="ancestor", description=description)
+        store(group, name, numbers, axes="ancestor", description=description)
 
 
 def _put_network(group: Any, policy: PolicyTable) -> None:
     group.attrs["activation"], group.attrs["widest"] = "elu", policy.widest
-    _put(group, "observation", policy.observation, axes="observation", description="what the network sees, in order")
-    _put(group, "action", policy.action, axes="action", description="what the network says, in order")
-    _put(group, "mean", policy.mean, axes="observation", description="taken off an observation")
-    _put(group, "deviation", policy.deviation, axes="observation", description="by which what is left is divided")
+    store(group, "observation", policy.observation, axes="observation", description="what the network sees, in order")
+    store(group, "action", policy.action, axes="action", description="what the network says, in order")
+    store(group, "mean", policy.mean, axes="observation", description="taken off an observation")
+    store(group, "deviation", policy.deviation, axes="observation", description="by which what is left is divided")
     for number, layer in enumerate(policy.layers):
         inner = group.create_group(f"layers/{number}", track_order=True)
-        _put(inner, "weight", layer.weight, axes="output, input", description="of a linear layer")
-        _put(inner, "bias", layer.bias, axes="output", description="of a linear layer")
+        store(inner, "weight", layer.weight, axes="output, input", description="of a linear layer")
+        store(inner, "bias", layer.bias, axes="output", description="of a linear layer")
     if policy.noise is not None:
         group.attrs["action_min"], group.attrs["action_max"] = policy.noise.low, policy.noise.high
-        _put(group, "noise", policy.noise.deviation, axes="action", description="of which clipped actions are the mean")
+        store(
+            group, "noise", policy.noise.deviation, axes="action", description="of which clipped actions are the mean"
+        )
 
 
 def _put_recording(group: Any, recording: Recording) -> None:
-    _put(group, "joint_names", recording.joint_names, axes="joint", description="joints, breadth first from the root")
-    _put(group, "body_names", recording.body_names, axes="body", description="the root, then the joints' children")
+    store(group, "joint_names", recording.joint_names, axes="joint", description="joints, breadth first from the root")
+    store(group, "body_names", recording.body_names, axes="body", description="the root, then the joints' children")
     for axis, description in {
         "muscle": "muscles that were simulated",
         "coordinate": "of the root, then of the joints: degrees of freedom, and quaternions of balls",
@@ -207,12 +208,12 @@ def _put_recording(group: Any, recording: Recording) -> None:
         "joint_angle": "of the root, then of the joints",
     }.items():
         if getattr(recording, NAMED[axis]):
-            _put(group, NAMED[axis], getattr(recording, NAMED[axis]), axes=axis, description=description)
+            store(group, NAMED[axis], getattr(recording, NAMED[axis]), axes=axis, description=description)
     for name, quantity in QUANTITIES.items():
         if any(axis in NAMED and not getattr(recording, NAMED[axis]) for axis in quantity.axes[-1:]):
             continue
         array = recording[name].astype(np.int32) if name in INTEGER_QUANTITIES else recording[name]
-        _put(group, name, array, quantity.units, ", ".join(quantity.axes), quantity.description)
+        store(group, name, array, quantity.units, ", ".join(quantity.axes), quantity.description)
     _put_scales(group)
 
 
@@ -222,33 +223,12 @@ def _put_scales(group: Any) -> None:
     for axis in dict.fromkeys(axis for name in present for axis in QUANTITIES[name].axes):
         scale = dimension(axis)
         if scale not in group:
-            _put(group, scale, tuple(axis.split()), axes=axis, description="components")
+            store(group, scale, tuple(axis.split()), axes=axis, description="components")
         group[scale].make_scale(scale)
     for name in present:
         for number, axis in enumerate(QUANTITIES[name].axes):
             if name != dimension(axis):
                 group[name].dims[number].attach_scale(group[dimension(axis)])
-
-
-def _put(
-    group: Any, name: str, data: Any, units: str = "", axes: str = "", description: str = "", finite: bool = True
-) -> None:
-    """Store a string, strings, a number or an array, with its attributes.
-
-    Raises:
-        ResultError: a number is not finite, though all are to be.
-    """
-    if isinstance(data, (str, tuple)):
-        array: NDArray[Any] = np.asarray(data, dtype=h5py.string_dtype())
-    else:
-        array = np.asarray(data)
-        if finite and not np.isfinite(array).all():
-            raise ResultError(f"{group.name.rstrip('/')}/{name} holds a value that is not finite; nothing was written")
-    packed = {"compression": "gzip", "compression_opts": 1, "shuffle": True} if array.nbytes >= _COMPRESS_FROM else {}
-    dataset = group.create_dataset(name, data=array, **(packed if array.dtype.kind in "fi" else {}))
-    for key, text in {"units": units, "axes": axes, "description": description}.items():
-        if text:
-            dataset.attrs[key] = text
 
 
 def _shaped(name: str, array: NDArray[Any], shape: tuple[int, ...]) -> NDArray[Any]:

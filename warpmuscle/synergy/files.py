@@ -32,6 +32,7 @@ from warpmuscle.core.array_checks import check_numbers
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import ResultError, SceneError
 from warpmuscle.core.files import replace_file
+from warpmuscle.core.hdf5_writing import store
 from warpmuscle.core.machine import this_machine
 from warpmuscle.synergy.factorization import Account, Synergies, match
 from warpmuscle.synergy.preparation import Activations, Preparation
@@ -129,46 +130,35 @@ def in_order_of(reference: SynergyResult, muscles: Sequence[str], synergies: Syn
 
 
 def _put_activations(file: Any, activations: Activations) -> None:
-    _put(file, "muscles", _strings(activations.muscles), axes="muscle")
-    _put(file, "sources", _strings(activations.sources), axes="recording")
-    _put(file, "notes", _strings(activations.notes), axes="note")
-    _put(file, "activations", activations.values, axes="sample, muscle", units="1",
-         description="envelopes over their maxima")  # fmt: skip
-    _put(file, "time", activations.time, axes="sample", units=activations.time_unit)
-    _put(file, "trial", activations.trial, axes="sample", description="number of the recording, or of the cycle")
-    _put(file, "maxima", activations.maxima, axes="muscle", description="what 1 stands for, in the recordings' unit")
+    store(file, "muscles", tuple(activations.muscles), axes="muscle")
+    store(file, "sources", tuple(activations.sources), axes="recording")
+    store(file, "notes", tuple(activations.notes), axes="note")
+    store(file, "activations", activations.values, axes="sample, muscle", units="1",
+          description="envelopes over their maxima")  # fmt: skip
+    store(file, "time", activations.time, axes="sample", units=activations.time_unit)
+    store(file, "trial", activations.trial, axes="sample", description="number of the recording, or of the cycle")
+    store(file, "maxima", activations.maxima, axes="muscle", description="what 1 stands for, in the recordings' unit")
 
 
 def _put_synergies(file: Any, result: SynergyResult) -> None:
     s, counts = result.synergies, result.counts
     account = s.account
-    _put(file, "W", s.weights, axes="muscle, synergy", units="1", description="synergies, the greatest weight is 1")
-    _put(file, "C", s.coefficients, axes="synergy, sample", units="1", description="coefficients of the synergies")
-    _put(file, "vaf", account.vaf, description="variance accounted for, 1 - |A - W C|^2 / |A|^2")
-    _put(file, "muscle_vaf", account.muscle_vaf, axes="muscle", description="the same of each muscle")
-    _put(file, "r2", account.r2, description="the same about the mean of all activations")
+    store(file, "W", s.weights, axes="muscle, synergy", units="1", description="synergies, the greatest weight is 1")
+    store(file, "C", s.coefficients, axes="synergy, sample", units="1", description="coefficients of the synergies")
+    store(file, "vaf", account.vaf, description="variance accounted for, 1 - |A - W C|^2 / |A|^2")
+    store(file, "muscle_vaf", account.muscle_vaf, axes="muscle", description="the same of each muscle")
+    store(file, "r2", account.r2, description="the same about the mean of all activations")
     if result.similarity is not None:
-        _put(file, "similarity", result.similarity, axes="synergy", description="cosines with those of a reference")
+        store(file, "similarity", result.similarity, axes="synergy", description="cosines with those of a reference")
     times, unit = result.timing, result.activations.time_unit
     group = file.create_group("timing", track_order=True)
     for name in ("centre", "centre_spread", "width", "width_spread"):
         # What is never active has no time.
-        _put(group, name, np.nan_to_num(getattr(times, name), nan=-1.0), axes="synergy", units=unit)
+        store(group, name, np.nan_to_num(getattr(times, name), nan=-1.0), axes="synergy", units=unit)
     group = file.create_group("counts", track_order=True)
-    _put(group, "count", np.array([c.count for c in counts], np.int64), axes="number of synergies")
+    store(group, "count", np.array([c.count for c in counts], np.int64), axes="number of synergies")
     for name, axes in {"vaf": "", "r2": "", "muscle_vaf": ", muscle", "restart_vaf": ", restart"}.items():
-        _put(group, name, np.array([getattr(c, name) for c in counts]), axes=f"number of synergies{axes}")
-
-
-def _put(group: Any, name: str, data: Any, **attributes: str) -> None:
-    """Store an array or number with its attributes; raises ResultError if a number is not finite."""
-    array = np.asarray(data)
-    if array.dtype.kind == "f" and not np.isfinite(array).all():
-        raise ResultError(f"{name} holds a value that is not finite; nothing was written")
-    large = {"compression": "gzip", "compression_opts": 1, "shuffle": True} if array.nbytes >= 4096 else {}
-    dataset = group.create_dataset(name, data=array, **(large if array.dtype.kind in "fi" else {}))
-    for key, text in attributes.items():
-        dataset.attrs[key] = text
+        store(group, name, np.array([getattr(c, name) for c in counts]), axes=f"number of synergies{axes}")
 
 
 def _load(file: Any) -> SynergyResult:
@@ -206,10 +196,6 @@ def _check(result: SynergyResult) -> None:
         check_numbers("counts/vaf", [account.vaf, account.r2], (2,))
         check_numbers("counts/muscle_vaf", account.muscle_vaf, (muscles,))
         check_numbers("counts/restart_vaf", account.restart_vaf, np.shape(account.restart_vaf))
-
-
-def _strings(names: Sequence[str]) -> Any:
-    return np.asarray(names, dtype=h5py.string_dtype())
 
 
 def _versions() -> dict[str, str]:

@@ -14,6 +14,7 @@ import numpy as np
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import ResultError, SceneError
 from warpmuscle.core.files import replace_file
+from warpmuscle.core.hdf5_writing import store
 from warpmuscle.core.number_rows import first_number
 from warpmuscle.formats import toml
 from warpmuscle.results.layout import put
@@ -179,19 +180,19 @@ def _result(
 def _put_recorded(file: Any, follower: Follower, training: Sequence[int]) -> None:
     motions, arm, synergies = follower.motions, follower.arm, follower.synergies
     group = file.create_group("motions", track_order=True)
-    _put(group, "names", _text(motions.names), axes="motion")
-    _put(group, "joints", _text(arm.joints), axes="joint")
-    _put(group, "driven", _text(arm.driven), description="joints that muscles move")
-    _put(group, "fitted", np.isin(np.arange(len(motions)), training), axes="motion",
-         description="whether parameters were fitted to it")  # fmt: skip
-    _put(group, "time", motions.time, units="s", axes="sample")
-    _put(group, "valid", motions.valid > 0.0, axes="motion, sample")
-    _put(group, "angle", motions.angles[0], units="rad", axes="motion, sample, joint")
-    _put(group, "speed", motions.angles[1], units="rad/s", axes="motion, sample, joint")
+    store(group, "names", tuple(motions.names), axes="motion")
+    store(group, "joints", tuple(arm.joints), axes="joint")
+    store(group, "driven", tuple(arm.driven), description="joints that muscles move")
+    store(group, "fitted", np.isin(np.arange(len(motions)), training), axes="motion",
+          description="whether parameters were fitted to it")  # fmt: skip
+    store(group, "time", motions.time, units="s", axes="sample")
+    store(group, "valid", motions.valid > 0.0, axes="motion, sample")
+    store(group, "angle", motions.angles[0], units="rad", axes="motion, sample, joint")
+    store(group, "speed", motions.angles[1], units="rad/s", axes="motion, sample, joint")
     group = file.create_group("synergies", track_order=True)
-    _put(group, "muscles", _text(arm.muscles), axes="muscle")
-    _put(group, "W", synergies.weights, axes="muscle, synergy")
-    _put(group, "C", synergies.signals, axes="motion, sample, synergy", description="as extracted")
+    store(group, "muscles", tuple(arm.muscles), axes="muscle")
+    store(group, "W", synergies.weights, axes="muscle, synergy")
+    store(group, "C", synergies.signals, axes="motion, sample, synergy", description="as extracted")
     group.attrs["source"], group.attrs["vaf"] = synergies.source, synergies.explained
 
 
@@ -199,50 +200,34 @@ def _put_fit(group: Any, follower: Follower, fitted: Fitted) -> None:
     arm = follower.arm
     values = arm.values(fitted.unknowns)
     group.attrs["scene"] = toml.dumps(with_values(arm.scene, np.clip(values, *_ends(arm))))
-    _put(group, "parameters", values, axes="parameter")
-    _put(group, "parameter_names", _text([p.name for p in arm.parameters]), axes="parameter")
-    _put(group, "parameter_units", _text([p.unit for p in arm.parameters]), axes="parameter")
-    _put(group, "knots", follower.knots.time, units="s")
-    _put(group, "knot_values", follower.shaped(fitted.own), axes="motion, synergy, knot")
-    _put(group, "start", fitted.own[:, -follower.synergies.count :], axes="motion, synergy",
-         description="signals that the activations start by")  # fmt: skip
-    _put(group, "C", follower.knots.sampled(follower.shaped(fitted.own)), axes="motion, sample, synergy")
-    _put(group, "angle", fitted.replay.angle, units="rad", axes="motion, sample, joint")
-    _put(group, "speed", fitted.replay.speed, units="rad/s", axes="motion, sample, joint")
-    _put(group, "stages", _text([stage.name for stage in fitted.stages]), axes="stage")
+    store(group, "parameters", values, axes="parameter")
+    store(group, "parameter_names", tuple(p.name for p in arm.parameters), axes="parameter")
+    store(group, "parameter_units", tuple(p.unit for p in arm.parameters), axes="parameter")
+    store(group, "knots", follower.knots.time, units="s")
+    store(group, "knot_values", follower.shaped(fitted.own), axes="motion, synergy, knot")
+    store(group, "start", fitted.own[:, -follower.synergies.count :], axes="motion, synergy",
+          description="signals that the activations start by")  # fmt: skip
+    store(group, "C", follower.knots.sampled(follower.shaped(fitted.own)), axes="motion, sample, synergy")
+    store(group, "angle", fitted.replay.angle, units="rad", axes="motion, sample, joint")
+    store(group, "speed", fitted.replay.speed, units="rad/s", axes="motion, sample, joint")
+    store(group, "stages", tuple(stage.name for stage in fitted.stages), axes="stage")
     for name in ("r2", "velocity_r2", "hand_error", "correlation", "by_synergy"):
         values = np.nan_to_num(np.stack([getattr(stage.agreement, name) for stage in fitted.stages]))
-        _put(group, name, values, axes="stage, motion, ...", units="m" if name == "hand_error" else "1")
-    _put(group, "seconds", np.array([stage.seconds for stage in fitted.stages]), units="s", axes="stage")
-    _put(group, "simulations", np.array([stage.simulations for stage in fitted.stages]), axes="stage")
+        store(group, name, values, axes="stage, motion, ...", units="m" if name == "hand_error" else "1")
+    store(group, "seconds", np.array([stage.seconds for stage in fitted.stages]), units="s", axes="stage")
+    store(group, "simulations", np.array([stage.simulations for stage in fitted.stages]), axes="stage")
 
 
 def _put_published(group: Any, follower: Follower, published: Published) -> None:
     arm = follower.arm
-    _put(group, "parameters", arm.values(published.unknowns), axes="motion, parameter")
-    _put(group, "parameter_names", _text([p.name for p in arm.parameters]), axes="parameter")
-    _put(group, "C", published.signals, axes="motion, sample, synergy", description="after the filter")
-    _put(group, "angle", published.replay.angle, units="rad", axes="motion, sample, joint")
-    _put(group, "stages", _text([stage.name for stage in published.stages]), axes="stage")
-    _put(group, "r2", np.stack([stage.r2 for stage in published.stages]), axes="stage, motion, joint")
-    _put(group, "seconds", np.array([stage.seconds for stage in published.stages]), units="s", axes="stage")
+    store(group, "parameters", arm.values(published.unknowns), axes="motion, parameter")
+    store(group, "parameter_names", tuple(p.name for p in arm.parameters), axes="parameter")
+    store(group, "C", published.signals, axes="motion, sample, synergy", description="after the filter")
+    store(group, "angle", published.replay.angle, units="rad", axes="motion, sample, joint")
+    store(group, "stages", tuple(stage.name for stage in published.stages), axes="stage")
+    store(group, "r2", np.stack([stage.r2 for stage in published.stages]), axes="stage, motion, joint")
+    store(group, "seconds", np.array([stage.seconds for stage in published.stages]), units="s", axes="stage")
 
 
 def _ends(arm: Any) -> tuple[Floats, Floats]:
     return np.array([p.min for p in arm.parameters]), np.array([p.max for p in arm.parameters])
-
-
-def _text(names: Sequence[str]) -> Any:
-    return np.asarray(list(names), dtype=h5py.string_dtype())
-
-
-def _put(group: Any, name: str, data: Any, **attributes: str) -> None:
-    array = np.asarray(data)
-    if array.dtype.kind == "f" and not np.isfinite(array).all():
-        raise ResultError(f"{name} holds a value that is not finite; nothing was written")
-    packed = (
-        {"compression": "gzip", "compression_opts": 1} if array.dtype.kind in "fib" and array.nbytes >= 4096 else {}
-    )
-    dataset = group.create_dataset(name, data=array, **packed)
-    for key, text in attributes.items():
-        dataset.attrs[key] = text
