@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error
+from warpmuscle.core.interpolation import at_moments
 from warpmuscle.core.number_rows import first_number
 from warpmuscle.core.pose import twist_angle
 from warpmuscle.gait.foot_contact import SIDES, touch_downs
@@ -73,12 +74,7 @@ def steady_strides(recording: Recording, scene: Scene) -> dict[str, Strides]:
 
 def over_strides(time: Floats, values: NDArray[Any], cycles: Strides) -> Floats:
     """Curves (S, 101, ...) over each of S gait cycles, linearly interpolated from values (F, ...) at times (F,)."""
-    at = np.array([begin + (end - begin) * PERCENT / 100.0 for begin, end in cycles])  # (S, 101)
-    clock = np.asarray(time, dtype=float)
-    after = np.clip(np.searchsorted(clock, at), 1, len(clock) - 1)
-    part = np.clip((at - clock[after - 1]) / (clock[after] - clock[after - 1]), 0.0, 1.0)
-    part = part.reshape(part.shape + (1,) * (values.ndim - 1))
-    return np.asarray((1.0 - part) * values[after - 1] + part * values[after])
+    return at_moments(time, values, np.array([begin + (end - begin) * PERCENT / 100.0 for begin, end in cycles]))
 
 
 def leg_angles(recording: Recording, scene: Scene) -> dict[str, dict[str, Floats]]:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error
+from warpmuscle.core.interpolation import at_moments
 from warpmuscle.core.limits import check_size
 from warpmuscle.gait.cycles import body_weight, steady_strides
 from warpmuscle.results.recording import Recording
@@ -168,21 +168,21 @@ def _film(track: Track, scene: Scene, look: Look, moments: Floats, span: tuple[f
         name=track.label,
         look=look,
         time=moments,
-        followed=at(time, followed, moments),
+        followed=at_moments(time, followed, moments),
         camera=_camera(box, look),
         bounds=box,
         tile=tile,
         ground=ground,
         capsules=capsules,
-        capsule_ends=at(time, ends, moments),
+        capsule_ends=at_moments(time, ends, moments),
         boxes=boxes,
-        box_corners=at(time, corners, moments),
-        muscle_points=at(time, track.muscle_points(), moments),
+        box_corners=at_moments(time, corners, moments),
+        muscle_points=at_moments(time, track.muscle_points(), moments),
         muscle_start=track.doll.muscles.start,
-        activation=at(time, recording.muscle_activation, moments),
-        load=at(time, track.muscle_load, moments),
-        force_from=at(time, track.foot_center, moments),
-        force_to=at(time, track.foot_center + force, moments),
+        activation=at_moments(time, recording.muscle_activation, moments),
+        load=at_moments(time, track.muscle_load, moments),
+        force_from=at_moments(time, track.foot_center, moments),
+        force_to=at_moments(time, track.foot_center + force, moments),
     )
 
 
@@ -200,7 +200,7 @@ def _followed(recording: Recording, ground: Plane, repeated: tuple[float, float]
     time, com = recording.time.astype(float), recording.com.astype(float)
     com[:, 1] = ground.height_at(com[:, 0], com[:, 2])
     if repeated is not None:
-        first, last = at(time, com, np.array(repeated))
+        first, last = at_moments(time, com, np.array(repeated))
         part = (time - repeated[0]) / (repeated[1] - repeated[0])
         advance = float(abs(last[2] - first[2]))
         tile = advance / max(1, round(advance / (2.0 * TILE))) / 2.0 if advance > TILE else TILE
@@ -214,11 +214,3 @@ def _followed(recording: Recording, ground: Plane, repeated: tuple[float, float]
     summed = np.concatenate([np.zeros((1, 3)), np.cumsum(padded, axis=0)])
     width = 2 * half + 1
     return (summed[width:] - summed[:-width]) / width, TILE
-
-
-def at(time: Floats, values: NDArray[Any], moments: Floats) -> Floats:
-    """Values (F, ...) at times (F,) as they are at moments (n,), linearly interpolated: (n, ...)."""
-    after = np.clip(np.searchsorted(time, moments), 1, len(time) - 1)
-    part = np.clip((moments - time[after - 1]) / (time[after] - time[after - 1]), 0.0, 1.0)
-    part = part.reshape(part.shape + (1,) * (values.ndim - 1))
-    return np.asarray((1.0 - part) * values[after - 1] + part * values[after])
