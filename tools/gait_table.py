@@ -37,6 +37,7 @@ from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.scene.topology import topology
 from warpmuscle.simulation.multi_device import make_rollout
 from warpmuscle.studies.robustness import upright
+from warpmuscle.studies.walkers import SceneWalker
 
 ORIGINAL = "fwalk"  # the torque-driven walk that all others stand beside
 SCENES = (
@@ -111,7 +112,7 @@ def judge(
         measures = gait_measures(recording, scene)
     except Error as error:
         why = str(error)
-    count = upright(scene, runs, noise, min(SECONDS_OF_RUNS, duration), device=device, threads=threads)
+    count = upright(SceneWalker(scene, device, threads), runs, noise, min(SECONDS_OF_RUNS, duration))
     completed, helped = status == Status.COMPLETED, _torques_help(scene)
     end = float(rollout.end_time()[0])
     counted = accounting(scene, recording.muscle_names)

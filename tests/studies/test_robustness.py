@@ -69,9 +69,9 @@ def test_a_steep_slope_lets_fall_and_a_level_one_does_not(scene: Scene):
 
 
 def test_runs_that_start_at_other_speeds_are_counted_if_they_stay_upright(scene: Scene):
-    assert upright(scene, 3, 0.02, 0.5, device="cpu", threads=1) == 3
+    assert upright(SceneWalker(scene, "cpu", 1), 3, 0.02, 0.5) == 3
     strict = msgspec.structs.replace(scene, failure=msgspec.structs.replace(scene.failure, com_height=1.2))
-    assert upright(strict, 3, 0.02, 0.5, device="cpu", threads=1) == 0
+    assert upright(SceneWalker(strict, "cpu", 1), 3, 0.02, 0.5) == 0
 
 
 @pytest.mark.parametrize("impulses", [[], [-1.0], [np.inf]])

@@ -8,18 +8,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error
 from warpmuscle.core.monotone import rising
-from warpmuscle.core.status import Status
 from warpmuscle.gait.cycles import feet_of
 from warpmuscle.gait.measures import measure
-from warpmuscle.scene import Scene
-from warpmuscle.simulation.multi_device import make_rollout
 from warpmuscle.simulation.perturbations import none
 from warpmuscle.studies.walkers import Walker
 
@@ -131,22 +127,11 @@ def slope_trials(walker: Walker, slopes: Sequence[float], duration: float = 20.0
     return [SlopeTrial(float(slope), *row) for slope, *row in rows]
 
 
-def upright(
-    scene: Scene,
-    runs: int = 20,
-    noise: float = 0.05,
-    duration: float = 10.0,
-    *,
-    seed: int = 3,
-    device: str | None = None,
-    threads: int | None = None,
-) -> int:
-    """How many runs survive whose root starts with noise of this standard deviation, m/s, in each component."""
-    batch = make_rollout(_lasting(scene, duration), runs, device, threads=threads)
-    batch.reset(noise, seed)
-    batch.run()
-    return int((batch.status() == Status.COMPLETED).sum())
+def upright(walker: Walker, runs: int = 20, noise: float = 0.05, duration: float = 10.0, *, seed: int = 3) -> int:
+    """How many runs of a duration, s, survive whose root starts with noise.
 
-
-def _lasting(scene: Scene, duration: float) -> Scene:
-    return msgspec.structs.replace(scene, duration=duration)
+    Args:
+        noise: standard deviation in each component of the root's velocity, m/s. seed: that it is drawn with.
+    """
+    velocity = np.random.default_rng(seed).normal(0.0, noise, (runs, 3))
+    return int(walker.walk(duration, replace(none(runs), velocity=velocity)).upright.sum())
