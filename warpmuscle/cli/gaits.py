@@ -51,9 +51,9 @@ def gait(
     Examples: warpmuscle gait walk.h5; warpmuscle gait walk56 walk56_person --duration 30 -o gaits.csv
     """
     from warpmuscle.report import gait as report
-    from warpmuscle.report.tables import aligned, check_output, write
+    from warpmuscle.report.tables import aligned, check_table, write
 
-    check_output(output)
+    check_table(output)
     start_warp()
     names = _names(sources)
     walks = []
@@ -97,10 +97,10 @@ def robustness(
     warpmuscle robustness before.toml after.toml -o robustness.csv; warpmuscle robustness policy.h5 -c speed=1.4
     """
     from warpmuscle.report import robustness as report
-    from warpmuscle.report.tables import aligned, check_output, write
+    from warpmuscle.report.tables import aligned, check_table, write
     from warpmuscle.studies.robustness import IMPULSES
 
-    check_output(output)
+    check_table(output)
     start_warp()
     trials = []
     for name, source in zip(_names(scenes), scenes, strict=True):

@@ -8,10 +8,10 @@ import os
 import secrets
 import shutil
 import stat
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
-from warpmuscle.core.errors import SceneError
+from warpmuscle.core.errors import Error, SceneError
 from warpmuscle.core.limits import check_size
 
 NOT_REGULAR = "this is a pipe or a device, not a file"
@@ -134,6 +134,17 @@ def check_writable(path: Path) -> None:
             trial.unlink()
     except OSError as error:
         raise SceneError(unwritable(error), file=path) from None
+
+
+def check_output(path: Path, what: str, endings: Sequence[str]) -> None:
+    """Raise Error now, rather than after the work, if something cannot be written to a file of this name.
+
+    Args:
+        what: as "a figure", for the message. endings: of names of files that it can be written to, as ".png".
+    """
+    if path.suffix.lower() not in endings:
+        raise Error(f"{path}: {what} is written as {', '.join(endings)}")
+    check_writable(path)
 
 
 def _target(path: Path) -> Path:

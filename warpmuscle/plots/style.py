@@ -14,7 +14,7 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error
-from warpmuscle.core.files import check_writable, replace_file
+from warpmuscle.core.files import check_output, replace_file
 from warpmuscle.core.monotone import rising
 
 # Okabe and Ito's palette: told apart with any kind of colour vision.
@@ -173,9 +173,7 @@ def picture(figure: Any, ending: str, dpi: int = _DPI) -> bytes:
 
 def check_picture(path: Path) -> None:
     """Raise Error now, rather than after the work, if no figure can be written to a file of this name."""
-    if path.suffix.lower() not in ENDINGS:
-        raise Error(f"{path}: a figure is written as {', '.join(ENDINGS)}")
-    check_writable(path)
+    check_output(path, "a figure", ENDINGS)
 
 
 def save(figure: Any, path: str | Path) -> None:

@@ -9,8 +9,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from warpmuscle.core.errors import Error
-from warpmuscle.core.files import check_writable, replace_file
+from warpmuscle.core.files import check_output, replace_file
 
 Row = Sequence[str]
 SUFFIXES = (".csv", ".md", ".json")
@@ -35,13 +34,10 @@ def markdown(rows: Sequence[Row]) -> str:
     return "".join(f"| {' | '.join(cells)} |\n" for cells in (head, ["---"] * len(head), *body))
 
 
-def check_output(path: Path | None) -> None:
+def check_table(path: Path | None) -> None:
     """Raise Error, before the work, if a table cannot be written to a file."""
-    if path is None:
-        return
-    if path.suffix.lower() not in SUFFIXES:
-        raise Error(f"{path}: a table is written as {', '.join(SUFFIXES)}")
-    check_writable(path)
+    if path is not None:
+        check_output(path, "a table", SUFFIXES)
 
 
 def write(path: Path, rows: Sequence[Row], numbers: Mapping[str, Any]) -> None:

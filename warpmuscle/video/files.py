@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warpmuscle.core.errors import Error
-from warpmuscle.core.files import check_writable, replace_file, replacing
+from warpmuscle.core.files import check_output, replace_file, replacing
 from warpmuscle.video.beside import Beside, Sheet
 from warpmuscle.video.film import Film
 from warpmuscle.video.painter import FORCE_TINTS, Painter, muscle_colors
@@ -30,11 +30,9 @@ Image = NDArray[np.uint8]
 
 def check_film(path: Path) -> None:
     """Raise Error now, rather than after the work, if no film can be written to a file of this name."""
-    if path.suffix.lower() not in ENDINGS:
-        raise Error(f"{path}: a film is written as {', '.join(ENDINGS)}")
+    check_output(path, "a film", ENDINGS)
     if path.suffix.lower() == ".mp4":
         _ffmpeg()
-    check_writable(path)
 
 
 def write(film: Film | Beside, path: str | Path, tell: Tell | None = None) -> None:
