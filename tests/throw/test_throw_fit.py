@@ -67,6 +67,23 @@ def test_the_fit_meets_all_bars_from_literature_parameters(job: Job):
 
 
 @pytest.mark.long
+def test_a_throw_whose_signals_miss_narrowly_is_fitted_nearer_to_the_extracted_ones(
+    reference_data: Path, tmp_path: Path
+):
+    """T0012 with the trunk and the place of the shoulder: five times the price would take the hand too far away."""
+    with np.load(reference_data / "spl_freethrow" / "throws22.npz") as data:
+        row, point = (list(data[name]).index(one) for name, one in (("trial", "T0012"), ("keypoints", "R_SHOULDER")))
+        names = ("shoulder_flexion", "elbow_flexion", "wrist_flexion", "shoulder_flexion_gravity")
+        columns = {"time": data["time"]} | {f"{name}_deg": data[name][row] for name in names}
+        place = data["keypoint_pos_m"][row, :, point]
+    columns |= {"shoulder_forward_m": place[:, 0], "shoulder_up_m": place[:, 2]}
+    path = tmp_path / "throw.csv"
+    np.savetxt(path, np.column_stack(list(columns.values())), "%.6g", ",", header=",".join(columns), comments="")
+    agreement = Job(load("throw"), [path], Options(threads=1)).fit().agreement
+    assert agreement.good().all(), agreement
+
+
+@pytest.mark.long
 def test_recorded_throws_meet_all_bars(reference_data: Path):
     """All 22 free throws, every other one held out of the fit of the parameters."""
     job = Job(load("throw"), sorted((reference_data / "spl_freethrow").glob("throw_T*.csv")), Options(seed=1))

@@ -26,7 +26,7 @@ from warpmuscle.throw.signals import to_activation
 from warpmuscle.throw.windows import FINE_STEP, by_windows
 
 FIDELITY = 1e-3
-LOOSER, TIGHTER = 0.1, 5.0  # times the price of leaving the extracted signals, where motions or signals miss a bar
+LOOSER, TIGHTER = 0.1, (2.0, 5.0)  # times the price of leaving the extracted signals, if motions or signals miss a bar
 SIGNAL_STEP = 1e-3  # of difference quotients: wide enough for simulations in single precision
 PARAMETER_STEP = 1e-3
 PLANAR = 3  # joints, beyond which signals are fitted by windows from the beginning
@@ -179,7 +179,7 @@ class _Fitting:
         Returns how many simulations that took.
         """
         simulations = 0
-        for price in (LOOSER, TIGHTER) if self._settings.adapt else ():
+        for price in (LOOSER, *TIGHTER) if self._settings.adapt else ():
             a = self._agreement()
             followed = replace(a, correlation=np.ones(len(a.r2))).good()
             missed = np.flatnonzero(~followed if price < 1.0 else followed & ~a.good())
