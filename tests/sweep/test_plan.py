@@ -1,11 +1,13 @@
 """Sweep files: which runs they ask for, by which names, and what is wrong with them, with file, line and key."""
 
+import warnings
 from pathlib import Path
 
 import pytest
 
 from warpmuscle.core.errors import SceneError
 from warpmuscle.results.records import Options
+from warpmuscle.scene.validation.muscles import SceneWarning
 from warpmuscle.sweep import plan as plan_module
 from warpmuscle.sweep.plan import Plan, read
 
@@ -150,3 +152,15 @@ def test_shipped_sweep_weakens_three_groups_on_both_sides():
         for group, name in muscles.items():
             for muscle in (f"l{name}", f"r{name}"):
                 assert run.scene.character.muscles[muscle].f_max == run.axes[group] * normal[muscle].f_max
+
+
+def test_a_speed_that_no_term_weighs_is_told_of(tmp_path):
+    """A search on walk56 weighs torques only."""
+    with pytest.warns(SceneWarning, match="objective does not weigh speed") as told:
+        plan(tmp_path, 'scene = "walk56"\n[grid]\n"objective.target_speed" = [0.8, 1.0]\n')
+    assert len(told) == 1
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        plan(tmp_path, 'scene = "walk56"\n[set]\n"objective.speed" = 10\n[grid]\n"objective.target_speed" = [0.8]\n')
+        plan(tmp_path, 'scene = "walk56_human"\n[grid]\n"objective.target_speed" = [0.8, 1.0]\n')
+        plan(tmp_path, 'scene = "walk56"\n')

@@ -19,6 +19,7 @@ from warpmuscle.cli.common import (
     Trust,
     changed,
     command_line,
+    doubts_printed,
     load_scene,
     machines_told,
     refuse_besides,
@@ -108,7 +109,14 @@ def optimize(
     elif sources:
         start_driver(device)
         scene = changed(load_scene(sources, settings=settings), duration, time_step, None)
-        from warpmuscle.optimization.usual_objective import weighs_nothing, with_usual_objective
+        from warpmuscle.optimization.usual_objective import (
+            warn_of_speed_in_vain,
+            weighs_nothing,
+            with_usual_objective,
+        )
+
+        with doubts_printed():
+            warn_of_speed_in_vain(scene, [text.partition("=")[0].strip() for text in settings or []])
 
         if weighs_nothing(scene):
             scene = with_usual_objective(scene)

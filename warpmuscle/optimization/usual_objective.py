@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+import warnings
+from collections.abc import Iterable
+
 import msgspec
 
 from warpmuscle.core.errors import SceneError
 from warpmuscle.kernels.objective_terms import TERMS
 from warpmuscle.scene.number import Free
+from warpmuscle.scene.parameters import leaves
 from warpmuscle.scene.scene import Scene
+from warpmuscle.scene.validation.muscles import SceneWarning
 
 # Over 10 s a body that stands still in place of going 1 m/s costs 2000; walks of the shipped bipeds cost 50 to 150.
 GAIT = {"speed": 200.0, "heading": 30.0}
+TARGET = "objective.target_speed"
 OF_MUSCLES, OF_TORQUES = {"cost_of_transport": 20.0}, {"torque": 0.02}
 
 
@@ -37,3 +43,18 @@ def with_usual_objective(scene: Scene) -> Scene:
         )
     effort = OF_MUSCLES if scene.character.muscles else OF_TORQUES
     return msgspec.structs.replace(scene, objective=msgspec.structs.replace(scene.objective, **GAIT, **effort))
+
+
+def warn_of_speed_in_vain(scene: Scene, keys: Iterable[str]) -> None:
+    """SceneWarning if the target speed is among the keys that somebody sets for a search that does not depend on it."""
+    weights = [scene.objective.speed, *scene.objective.custom.values()]
+    weights += [stage.objective.get("speed", 0.0) for stage in scene.stages]
+    asked = any(isinstance(weight, Free) or weight for weight in weights) or weighs_nothing(scene)
+    follows = any(isinstance(number, Free) and number.same_as == TARGET for _, number in leaves(scene))
+    if TARGET in keys and not asked and not follows:
+        warnings.warn(
+            f"{TARGET} changes nothing in a search on {scene.name}, whose objective does not weigh speed: "
+            "set objective.speed, too, such as 10",
+            SceneWarning,
+            stacklevel=3,
+        )

@@ -10,6 +10,7 @@ Example:
 
     [set]                               # in all runs
     duration = 5
+    "objective.speed" = 10
 
     [grid]                              # every combination of the values of these axes
     seed = [1, 2, 3]
@@ -52,6 +53,7 @@ from warpmuscle.formats import load
 from warpmuscle.formats.toml import Source
 from warpmuscle.optimization import stages
 from warpmuscle.optimization.options import check_options, usual_strategy
+from warpmuscle.optimization.usual_objective import warn_of_speed_in_vain
 from warpmuscle.results.records import Options
 from warpmuscle.scene import Scene
 from warpmuscle.scene.parameters import free_parameters
@@ -127,6 +129,9 @@ def read(path: str | Path, trusted: bool = False) -> Plan:
 
     Raises:
         SceneError: it cannot be read or used, with file, line and key.
+
+    Warns:
+        SceneWarning: it sets a speed that its searches do not ask for.
     """
     path, trusted = Path(path), trusted or trusts_everything()
     source = Source.read(path)
@@ -205,6 +210,8 @@ class _Base:
         if not free_parameters(scene):
             message = "this scene has no free parameters: write a number as { value = .., min = .., max = .. }"
             raise self._error(message, changes.get("scene"), key="scene")
+        if not taken:  # once a sweep
+            warn_of_speed_in_vain(scene, [*changes, *(override.key for override in self._common)])
         options, candidates = self._checked(search, scene, seed, list(changes.values()))
         return Run(_name(chosen, taken), scene, seed, options, candidates, axes)
 

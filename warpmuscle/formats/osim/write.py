@@ -34,7 +34,9 @@ from warpmuscle.scene.surfaces import CylinderSurface, EllipsoidSurface, SphereS
 VERSION, WITH_POLYNOMIALS = 40000, 40600  # of the file; the latter for paths that are polynomials
 STIFFNESS, DISSIPATION = 1.0e6, 2.0  # of contact: Pa and s/m, as models of walking have them
 HEAD = '<?xml version="1.0" encoding="UTF-8" ?>'
-NOT_HELD = "an OpenSim model does not hold it"
+NOT_HELD = "OpenSim models do not hold this"
+RANGE_ONLY = "the range is kept, but not its stiffness"
+SPHERES_ONLY = "contacts of OpenSim models are spheres; boxes are left out"
 OTHER_CONTACT = "spheres touch the ground by OpenSim's law, with a stiffness of 1e6 Pa"
 
 
@@ -60,7 +62,7 @@ def model_text(scene: Scene, path: Path, lost: list[Ignored]) -> str:
             lost.append(Ignored(path, 0, f"actuation.{name}", NOT_HELD))
     for name, joint in scene.character.joints.items():
         if joint.limits and plain_number(joint.limit_stiffness):
-            lost.append(Ignored(path, 0, f"character.joints.{name}.limit_stiffness", "a range pushes with no force"))
+            lost.append(Ignored(path, 0, f"character.joints.{name}.limit_stiffness", RANGE_ONLY))
     markers = scene.opensim.markers if scene.opensim is not None else {}
     marks = [
         element("Marker", _place("socket_parent_frame", frame_path(scene, marker.body), plain_vector(marker.position)),
@@ -68,7 +70,7 @@ def model_text(scene: Scene, path: Path, lost: list[Ignored]) -> str:
         for name, marker in markers.items()
     ]  # fmt: skip
     parts = [
-        element("credits", scene.description or "made by warpmuscle"),
+        element("credits", scene.description or "warpmuscle"),
         element("gravity", numbers([0.0, -plain_number(scene.gravity), 0.0])),
         element("length_units", "meters"), element("force_units", "N"),
         element("Ground", _surfaces(scene, "ground"), name="ground"),
@@ -283,7 +285,7 @@ def _contact(scene: Scene, path: Path, lost: list[Ignored]) -> tuple[list[str], 
         for k, (shape, point, radius) in enumerate(points):
             own = f"{name_of(name)}_{k}"
             if isinstance(shape, Box) or plain_number(radius) <= 0.0:
-                lost.append(Ignored(path, 0, f"character.bodies.{name}.shapes", "corners of boxes are no spheres"))
+                lost.append(Ignored(path, 0, f"character.bodies.{name}.shapes", SPHERES_ONLY))
                 continue
             inner = _place("socket_frame", frame_path(scene, name), plain_vector(point))
             inner += element("radius", numbers([plain_number(radius)]))

@@ -78,7 +78,7 @@ def muscle_xml(scene: Scene, name: str, path: Path, lost: list[Ignored]) -> str:
     inner += element("ignore_tendon_compliance", "false" if value("tendon") == "compliant" else "true")
     inner += "".join(element(tag, numbers([plain_number(number)])) for tag, number in values.items())
     if plain_number(muscle.delay):
-        lost.append(Ignored(path, 0, f"{key}.delay", "an OpenSim model does not hold it"))
+        lost.append(Ignored(path, 0, f"{key}.delay", "OpenSim models do not hold this"))
     strains = [
         plain_number(own) if (own := value(field)) is not None else USUAL_STRAINS[curves][k]
         for k, field in enumerate(("tendon_strain", "passive_strain"))
