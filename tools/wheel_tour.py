@@ -4,8 +4,8 @@
     .venv/bin/python tools/wheel_tour.py README.md tutorials  # those whose names hold one of these words
 
 Builds the wheel, installs it into a new environment, and works through each page there as `tests/docs` does, with
-small numbers. Commands that open the viewer are started, asked for their page, and ended by Ctrl-C. Nothing of the
-checkout is in reach but the pages themselves.
+small numbers; what needs PyTorch or Ray, where the environment has it (`--extras`). Commands that open the viewer are
+started, asked for their page, and ended by Ctrl-C. Nothing of the checkout is in reach but the pages themselves.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ def tour(page: Path, python: Path, folder: Path) -> list[str]:
     """What of a page does not work in an empty folder."""
     begin, before = time.monotonic(), spent()
     name = str(page.relative_to(ROOT))
-    words = [str(python), str(ROOT / "tests" / "docs" / "session.py"), name]
+    words = [str(python), str(ROOT / "tests" / "docs" / "session.py"), name, "--marked"]
     done = subprocess.run(words, cwd=folder, env=surroundings(), capture_output=True, text=True, timeout=PATIENCE * 4)
     failed = [] if done.returncode == 0 else [done.stderr.strip()[-600:]]
     shown = 0

@@ -1,10 +1,13 @@
 """Works through one page of the documentation as a reader would, in the current folder, with small numbers.
 
-python session.py PAGE
+python session.py PAGE [--marked]
+
+With `--marked` it also does what is marked as needing PyTorch, Ray or a policy, where the package is installed.
 """
 
 from __future__ import annotations
 
+import importlib.util
 import re
 import runpy
 import sys
@@ -16,22 +19,33 @@ from pages import ROOT, SHELL, Block, blocks, is_ours
 FEW = 12  # candidates of a search
 SMALL = {"--candidates": str(FEW), "--until": "2s", "--searches": "2", "--population": "4", "--hardiest": "2"}
 SMALL["--pushes"] = "1"
+SMALL_CODE = {'"walk56", 4096': '"walk56", 8', "range(1000)": "range(3)", "until=120": "until=1", "until=60": "until=1"}
+NEEDED = {"needs PyTorch": "torch", "needs the policy": "torch", "needs Ray": "ray"}  # modules, by what a mark says
 
 
-def work_through(page: Path) -> None:
+def work_through(page: Path, marked: bool) -> None:
     """Run what a page has, block by block."""
     for block in blocks(page):
         if block.title:
             put(block)
-        elif block.mark:
+        elif block.mark and not (marked and has_what_it_needs(block.mark)):
             continue
         elif block.language in SHELL:
             for words in block.commands:
                 run(block, words)
         elif block.language == "python":
             file = Path(f"block{block.line}.py")
-            file.write_text(block.text)  # Warp reads the source of kernels from their file
+            text = block.text
+            for large, small in SMALL_CODE.items():
+                text = text.replace(large, small)
+            file.write_text(text)  # Warp reads the source of kernels from their file
             runpy.run_path(str(file))
+
+
+def has_what_it_needs(mark: str) -> bool:
+    """Whether what a mark says is missing in tests is there."""
+    modules = [module for words, module in NEEDED.items() if words in mark]
+    return bool(modules) and all(importlib.util.find_spec(module) for module in modules)
 
 
 def put(block: Block) -> None:
@@ -73,4 +87,4 @@ def smaller(words: list[str]) -> list[str]:
 
 
 if __name__ == "__main__":
-    work_through(ROOT / sys.argv[1])
+    work_through(ROOT / sys.argv[1], "--marked" in sys.argv[2:])

@@ -53,6 +53,12 @@ def _lift() -> Files:
     return [("lift.csv", table(LIFT)), ("lift_emg.csv", lifting_emg())]
 
 
+def _markers() -> Files:
+    from warpmuscle.examples.markers import marker_files
+
+    return marker_files()
+
+
 def _model() -> Files:
     from warpmuscle.examples.motions import opensim_model
 
@@ -102,6 +108,7 @@ EXAMPLES = {
     "model": Example("an arm as an OpenSim model, and a scene that excites its muscles", _model),
     "simbicon": Example("the walk in the files of the original SIMBICON program", _simbicon),
     "throws": Example("four throws of an arm: times and joint angles", _throws),
+    "markers": Example("throws as markers on an arm and a trunk, as motion capture has them", _markers),
     "lift": Example("an arm that lifts: joint angles, and raw EMG of shoulder and elbow", _lift),
     "emg": Example("raw EMG of seven muscles while walking, and the times of the strides", _emg),
 }
