@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 
@@ -56,19 +56,19 @@ def placed(throw: Floats) -> tuple[Floats, dict[str, Floats]]:
     return time, points
 
 
-def _rows(first: Floats, places: dict[str, Floats], scale: float, delimiter: str) -> str:
+def _rows(first: Floats, places: Mapping[str, Floats], scale: float, delimiter: str) -> str:
     text = io.StringIO()
     columns = np.column_stack([first, *(scale * place for place in places.values())])
     np.savetxt(text, columns, delimiter=delimiter, fmt="%.5f")
     return text.getvalue()
 
 
-def _table(time: Floats, places: dict[str, Floats]) -> str:
+def _table(time: Floats, places: Mapping[str, Floats]) -> str:
     names = [f"{name}_{axis}" for name in places for axis in "xyz"]
     return ",".join(["time_s", *names]) + "\n" + _rows(time, places, 1.0, ",")
 
 
-def _trc(name: str, time: Floats, places: dict[str, Floats]) -> str:
+def _trc(name: str, time: Floats, places: Mapping[str, Floats]) -> str:
     """The text of a .trc file, mm."""
     rate, count = round(1.0 / (time[1] - time[0])), len(time)
     head = ["DataRate", "CameraRate", "NumFrames", "NumMarkers", "Units", "OrigDataRate", "OrigDataStartFrame",

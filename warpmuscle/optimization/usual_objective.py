@@ -47,8 +47,11 @@ def with_usual_objective(scene: Scene) -> Scene:
 
 def warn_of_speed_in_vain(scene: Scene, keys: Iterable[str]) -> None:
     """SceneWarning if the target speed is among the keys that somebody sets for a search that does not depend on it."""
-    weights = [scene.objective.speed, *scene.objective.custom.values()]
-    weights += [stage.objective.get("speed", 0.0) for stage in scene.stages]
+    weights = [
+        scene.objective.speed,
+        *scene.objective.custom.values(),
+        *(stage.objective.get("speed", 0.0) for stage in scene.stages),
+    ]
     asked = any(isinstance(weight, Free) or weight for weight in weights) or weighs_nothing(scene)
     follows = any(isinstance(number, Free) and number.same_as == TARGET for _, number in leaves(scene))
     if TARGET in keys and not asked and not follows:
