@@ -90,6 +90,8 @@ def test_many_motions_are_read_from_arrays(tmp_path: Path):
     assert [motion.name for motion in motions] == ["a", "b"]
     np.testing.assert_allclose(motions[1].angles[:, 0], 2.0 * TIME)
     np.testing.assert_allclose(motions[0].place, np.tile([0.0, 1.5], (len(TIME), 1)))
+    np.savez(tmp_path / "ms.npz", time_ms=1e3 * TIME, shoulder_deg=angles, elbow=angles)
+    np.testing.assert_allclose(read(tmp_path / "ms.npz", JOINTS)[0].time, TIME, atol=1e-12)
 
 
 @pytest.mark.parametrize("name", ["time", "elbow_flexion"])

@@ -61,7 +61,8 @@ def _read_npz(path: Path, joints: Sequence[str]) -> list[Motion]:
         raise SignalError(unreadable(error), file=path) from None
     except DamagedArchive as error:
         raise SignalError(str(error), file=path) from None
-    time = next((arrays[name] for name in TIMES if name in arrays), None)
+    clock = next((name for name in TIMES if name in arrays), "")
+    time = arrays.get(clock)
     if time is None or time.ndim != 1:
         raise SignalError("no array `time` (T,)", file=path)
     count = max((len(a) for a in arrays.values() if a.ndim == 2 and a.shape[1] == len(time)), default=0)
@@ -77,7 +78,7 @@ def _read_npz(path: Path, joints: Sequence[str]) -> list[Motion]:
         raise SignalError(f"`keypoint_pos_m` has shape {keypoints.shape}, not {wanted}", file=path)
     motions = []
     for index in range(count):
-        columns = {"time": time}
+        columns = {clock: time}
         for name, a in arrays.items():
             if a.shape == (count, len(time)):
                 columns[name if name.endswith(("_deg", "_rad", *filter(None, LENGTHS))) else f"{name}_deg"] = a[index]
