@@ -134,7 +134,10 @@ def test_channels_that_are_not_wanted_may_hold_anything(tmp_path):
         ("time,BIC,TRI\n0,1,2\n0.1,1\n", ":3: has 2 cells where the header names 3 columns"),
         ("time,BIC,TRI\n0,1,2\n0.1,1,2,3\n", ":3: has 4 cells where the header names 3 columns"),
         ("time,BIC\n0,1\n0.1,2\n0.05,3\n", ":4: channel 'time': times must increase, but 0.05 s follows 0.1 s"),
-        ("time,BIC\n0,1\n0.1,2\n0.1,3\n", ":4: channel 'time': times must increase, but 0.1 s follows 0.1 s"),
+        (
+            "time,BIC\n0,1\n0.1,2\n0.1,3\n",
+            ":4: channel 'time': times must increase, but 0.1 s follows 0.1 s; if times are rounded, give",
+        ),
         ("time,BIC\n0,1\n0.1,2\n0.2,3\n0.4,1\n", ":5: channel 'time': samples are missing: 0.2 s since the one before"),
         ("time,BIC\n0,1\nnan,2\n0.2,3\n", ":3: channel 'time': the value is nan"),
         ("time,BIC,TRI\n0,1,5\n0.1,2,5\n", ": channel 'TRI': is 5 throughout; leave it out by naming the others"),

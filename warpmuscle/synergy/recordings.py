@@ -91,7 +91,8 @@ def _clock(time: Floats, path: Path, lines: Integers | None = None) -> _Clock:
     back = np.flatnonzero(steps <= 0.0)
     if len(back):
         at = int(back[0]) + 1
-        raise error(f"times must increase, but {time[at]:g} s follows {time[at - 1]:g} s", at)
+        twice = "; if times are rounded, give the sampling rate" if steps[at - 1] == 0.0 else ""
+        raise error(f"times must increase, but {time[at]:g} s follows {time[at - 1]:g} s{twice}", at)
     usual = float(np.median(steps))
     gaps = np.flatnonzero(steps > GAP * usual)
     if len(gaps):
