@@ -1,114 +1,28 @@
-"""A running viewer attacked: by pages of other origins in a real browser, and by messages that no page would send."""
+"""Who may talk to a running viewer: no page of another origin, in a real browser either, and none without a token."""
 
-import contextlib
 import functools
 import http.server
-import json
-import os
-import random
-import re
-import signal
-import socket
-import struct
-import subprocess
-import sys
 import threading
-import time
-from collections.abc import Callable, Iterator
-from pathlib import Path
+from collections.abc import Iterator
 from typing import Any
 
-import numpy as np
 import pytest
 
+from live_viewer import PATIENCE, answer, moved_by, page_socket, port_of, running_viewer, still_serves, until, used
 from warpmuscle.formats import load
-from warpmuscle.view.controls import Control
 from warpmuscle.view.live import Live
-from warpmuscle.view.live_run import TURN_RATE, LiveRun
-from warpmuscle.view.messages import LARGEST
+from warpmuscle.view.live_run import LiveRun
 from warpmuscle.view.server import PROTOCOL
 
 pytest.importorskip("websockets", reason="no websockets: pip install 'warpmuscle[view]'")
-from websockets import Subprotocol
-from websockets.exceptions import ConnectionClosed, InvalidHandshake, InvalidStatus
-from websockets.sync.client import ClientConnection, connect
-
-PATIENCE = 60.0  # s, on a busy machine
+from websockets.exceptions import InvalidStatus
+from websockets.sync.client import connect
 
 
 @pytest.fixture(scope="module")
 def live() -> Iterator[Live]:
-    viewer = Live(LiveRun(load("fwalk")), port=0)
-    viewer.start()
-    yield viewer
-    viewer.stop()
-    viewer.wait()  # raises what ended it
-
-
-def port_of(viewer: Live) -> int:
-    return viewer.server.port
-
-
-def page_socket(port: int, host: str = "127.0.0.1", origin: str | None = "", target: str = "/") -> ClientConnection:
-    """What a page opens; by default the viewer's own one."""
-    own = f"http://{host}:{port}" if origin == "" else origin
-    raw = socket.create_connection(("127.0.0.1", port), timeout=PATIENCE)
-    return connect(
-        f"ws://{host}:{port}{target}", sock=raw, origin=own, subprotocols=[Subprotocol(PROTOCOL)], proxy=None,
-        compression=None, max_size=None, max_queue=None, open_timeout=PATIENCE, close_timeout=0.1,
-    )  # fmt: skip
-
-
-def answer(port: int, *lines: str, target: str = "/") -> str:
-    """What the port says to a plain request with these header lines."""
-    with socket.create_connection(("127.0.0.1", port), timeout=PATIENCE) as raw:
-        raw.sendall("\r\n".join([f"GET {target} HTTP/1.1", *lines, "", ""]).encode("latin-1"))
-        parts = []
-        with contextlib.suppress(ConnectionResetError):
-            while part := raw.recv(1 << 16):
-                parts.append(part)
-    return b"".join(parts).decode("latin-1")
-
-
-def until(condition: Callable[[], bool]) -> None:
-    end = time.monotonic() + PATIENCE
-    while not condition():
-        assert time.monotonic() < end, "it never came to that"
-        time.sleep(0.05)
-
-
-def ended(client: ClientConnection) -> str:
-    """Why the other side closes a connection."""
-    with pytest.raises(ConnectionClosed) as closed:
-        list(iter(lambda: client.recv(timeout=PATIENCE), None))
-    return str(closed.value)
-
-
-def used(live: Live, control: Control, value: Any) -> str:
-    """The message of a control, as the page sends it."""
-    number = next(k for k, one in enumerate(live.controls) if one is control)
-    return json.dumps({"control": number, "value": value})
-
-
-def still_serves(viewer: Live) -> None:
-    """The page is there, its socket brings pictures, and the biped walks on."""
-    port = port_of(viewer)
-    assert answer(port, f"Host: 127.0.0.1:{port}").startswith("HTTP/1.1 200")
-    with page_socket(port) as client:
-        assert len(client.recv(timeout=PATIENCE)) > 1000
-        shown = viewer.pictures
-        until(lambda: viewer.pictures > shown + 2)
-    if not viewer.playing:
-        viewer.play(True)
-    before = viewer.run.time
-    until(lambda: viewer.run.time != before)
-
-
-def moved_by(viewer: Live) -> tuple[Any, ...]:
-    """All that a page can change of the motion."""
-    run = viewer.run
-    hip = run.rollout.model.simbicon.hip.numpy().tolist()
-    return len(viewer.pushes), run.faster, run.turned, run.values.tolist(), hip, viewer.playing, viewer.speed
+    with running_viewer() as viewer:
+        yield viewer
 
 
 @pytest.mark.parametrize(
@@ -220,171 +134,6 @@ def test_a_page_of_another_origin_gets_nothing_and_moves_nothing(live, browser, 
     assert moved_by(live) == before
     assert live.server.clients == clients
     still_serves(live)
-
-
-def garbage(chance: random.Random, live: Live) -> Iterator[str | bytes]:
-    """1000 messages, none of which a page would send."""
-    odd = [float("inf"), float("nan"), None, "x" * 2000, "no option", [], {}, [[1]], {"a": 1}]
-    whole = used(live, live.turned, 30.0)
-    count = len(live.controls)
-    for number in range(1000):
-        match number % 8:
-            case 0:
-                yield chance.randbytes(chance.randrange(0, 300))
-            case 1:
-                yield chance.choice(["", "text", "{}", '{"control":', "\x1b[2J[red]:100:", "null", "[]", '"a"'])
-            case 2:
-                yield json.dumps({"control": chance.randrange(count), "value": chance.choice(odd)})
-            case 3:
-                yield json.dumps(
-                    {"control": chance.choice([-1, count, 1 << 70, 0.5, "__proto__", None, True]), "value": 1}
-                )
-            case 4:
-                yield json.dumps({"control": 0, "value": True, chance.choice(["min", "name", "changed"]): 1e308})
-            case 5:
-                yield json.dumps({"type": "GuiUpdateMessage", "uuid": "x", "updates": {"value": 9.0}})
-            case 6:
-                yield whole[: chance.randrange(len(whole))]
-            case _:
-                yield chance.choice(["[" * 4000, '{"a":' * 700, b"\x91" * 4000, b"\x00" * 4000, "9" * 4000])
-
-
-def test_a_thousand_malformed_messages_later_it_still_serves(live, caplog):
-    port, before = port_of(live), moved_by(live)
-    speed = live.bar["speed"]
-    with page_socket(port) as client:
-        for message in garbage(random.Random(4), live):
-            client.send(message)
-        client.send(used(live, speed, "2"))
-        until(lambda: live.speed == 2.0)  # all that came before was read
-        client.send(used(live, speed, "1"))
-        until(lambda: live.speed == 1.0)
-    assert moved_by(live) == before
-    assert len([record for record in caplog.records if "message" in record.getMessage()]) <= 1
-    assert not [record for record in caplog.records if record.name == "asyncio"]
-    still_serves(live)
-
-
-def test_a_page_that_does_not_listen_costs_no_memory(live):
-    with page_socket(port_of(live)) as client:
-        client.recv(timeout=PATIENCE)
-        connection = next(iter(live.server._clients))
-        shown = live.pictures
-        live.server.tell(bytes(40 << 20))  # more than the machine's buffers hold
-        until(lambda: live.pictures > shown + 20)
-        waiting = connection.transport.get_write_buffer_size()
-        shown = live.pictures
-        until(lambda: live.pictures > shown + 20)
-        assert connection.transport.get_write_buffer_size() <= waiting
-    still_serves(live)
-
-
-def test_values_of_a_page_are_bounded_and_steering_is_a_ramp(live):
-    first = next(iter(live.parameters))
-    slider = live.parameters[first]
-    index = [parameter.name for parameter in live.run.parameters].index(first)
-    usual = slider.value
-    with page_socket(port_of(live)) as client:
-        until(lambda: live.server.clients > 0)
-        client.send(used(live, slider, 1e308))
-        until(lambda: live.run.values[index] == slider.max == slider.value)
-        client.send(used(live, slider, usual))
-        until(lambda: live.run.values[index] == usual)
-        client.send(used(live, live.impulse, -1e308))
-        until(lambda: live.impulse.value == 0.0)
-        client.send(used(live, live.impulse, 20))
-        with live.lock:
-            live.run.restart()
-        client.send(used(live, live.turned, 60))
-        until(lambda: live.run.turned == pytest.approx(np.radians(60.0)))
-        for _ in range(20):
-            with live.lock:
-                heading, now = live.run.rollout.model.simbicon.hip.numpy()["desired_heading"][0, 0], live.run.time
-            assert heading <= TURN_RATE * now + 1e-6
-            time.sleep(0.05)
-        until(lambda: live.run.rollout.model.simbicon.hip.numpy()["desired_heading"][0, 0] > 0.05)
-        client.send(used(live, live.turned, 0))
-        until(lambda: live.run.turned == 0.0)
-    still_serves(live)
-
-
-def test_broken_connections_and_frames_do_no_harm(live):
-    port = port_of(live)
-    start = f"GET / HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\n".encode()
-    held = []
-    for number in range(300):  # half open, more than are held at once
-        raw = socket.create_connection(("127.0.0.1", port), timeout=PATIENCE)
-        raw.sendall(start if number % 2 else b"")
-        held.append(raw)
-    still_serves(live)
-    for raw in held:
-        raw.close()
-    starts = [
-        b"\x16\x03\x01\x02\x00\x01" + bytes(500), b"\x00" * 5000, b"GET " + b"/" * 100_000, b"POST / HTTP/1.1\r\n\r\n",
-        b"\r\n" * 1000, start + b"X: " + b"y" * 20_000 + b"\r\n\r\n", start + b"\xff: \x1b[31m\r\n\r\n",
-        b"GET / HTTP/1.1\r\n" + b"a: b\r\n" * 5000 + b"\r\n",
-    ]  # fmt: skip
-    for said in starts:
-        with contextlib.suppress(OSError), socket.create_connection(("127.0.0.1", port), timeout=PATIENCE) as raw:
-            raw.sendall(said)
-            raw.shutdown(socket.SHUT_WR)
-            raw.recv(100)
-    frames = [b"\xff" * 100, struct.pack("!BBQ", 0x82, 0xFF, 1 << 62) + bytes(4), b"\x82\x05plain"]
-    for frame in frames:
-        with page_socket(port) as client:
-            client.socket.sendall(frame)
-            assert re.search("100[29]", ended(client))
-    with page_socket(port) as client:
-        with contextlib.suppress(ConnectionClosed):
-            client.send(bytes(LARGEST + 1))
-        assert "1009" in ended(client)
-    for _ in range(5):
-        page_socket(port).socket.close()  # gone without a word
-    with pytest.raises(InvalidHandshake):
-        connect(f"ws://127.0.0.1:{port}/", origin=f"http://127.0.0.1:{port}", proxy=None)  # of no version of the page
-    still_serves(live)
-
-
-@contextlib.contextmanager
-def command_line(folder: Path) -> Iterator[subprocess.Popen[str]]:
-    """The viewer as a command, killed at the latest when it is no longer needed."""
-    command = [sys.executable, "-c", "from warpmuscle.cli import main; main()", "view", "fwalk", "--live", "--no-open"]
-    given = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True, "cwd": folder}
-    with subprocess.Popen(command, env=os.environ | {"PYTHONUNBUFFERED": "1"}, **given) as run:
-        try:
-            yield run
-        finally:
-            run.kill()
-
-
-def test_garbage_does_not_fill_the_terminal(tmp_path):
-    with command_line(tmp_path) as run:
-        said = run.stdout.readline()
-        found = re.match(r"http://127\.0\.0\.1:(\d+)/  \(Ctrl-C ends it\)", said)
-        assert found, said
-        port = int(found[1])
-        for _ in range(20):
-            with pytest.raises(InvalidStatus):
-                page_socket(port, origin="http://evil.example")
-            answer(port, "Host: \x1b[2J[red]evil.example")
-            with socket.create_connection(("127.0.0.1", port)) as raw:
-                raw.sendall(b"\x00" * 1000 + b"\r\n\r\n")
-        with page_socket(port) as client:
-            for message in ["text", b"\xc1", b"", '{"control": 0, "value": {}}'] * 250:
-                client.send(message)
-            assert client.ping().wait(PATIENCE)
-        with page_socket(port) as client:
-            assert len(client.recv(timeout=PATIENCE)) > 1000
-        run.send_signal(signal.SIGINT)
-        out, errors = run.communicate(timeout=PATIENCE)
-    assert (run.returncode, out) == (130, "")
-    told = [line for line in errors.splitlines() if "viewer" in line or "Traceback" in line]
-    assert sorted(line.split(":")[0] for line in told) == [
-        "the viewer refused a message",
-        "the viewer refused a request",
-    ]
-    assert len(errors.splitlines()) < 20  # of which Warp says most
-    assert errors.replace("\n", "").isprintable()
 
 
 def test_a_viewer_for_other_machines_opens_with_its_token_only(browser):

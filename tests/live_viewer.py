@@ -1,0 +1,101 @@
+"""A running viewer, and what a page, or something that is no page, says to it."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import socket
+import time
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import pytest
+
+from warpmuscle.formats import load
+from warpmuscle.view.controls import Control
+from warpmuscle.view.live import Live
+from warpmuscle.view.live_run import LiveRun
+from warpmuscle.view.server import PROTOCOL
+
+pytest.importorskip("websockets", reason="no websockets: pip install 'warpmuscle[view]'")
+from websockets import Subprotocol
+from websockets.exceptions import ConnectionClosed
+from websockets.sync.client import ClientConnection, connect
+
+PATIENCE = 60.0  # s, on a busy machine
+
+
+@contextlib.contextmanager
+def running_viewer() -> Iterator[Live]:
+    """A walk, live, for as long as it is needed."""
+    viewer = Live(LiveRun(load("fwalk")), port=0)
+    viewer.start()
+    yield viewer
+    viewer.stop()
+    viewer.wait()  # raises what ended it
+
+
+def port_of(viewer: Live) -> int:
+    return viewer.server.port
+
+
+def page_socket(port: int, host: str = "127.0.0.1", origin: str | None = "", target: str = "/") -> ClientConnection:
+    """What a page opens; by default the viewer's own one."""
+    own = f"http://{host}:{port}" if origin == "" else origin
+    raw = socket.create_connection(("127.0.0.1", port), timeout=PATIENCE)
+    return connect(
+        f"ws://{host}:{port}{target}", sock=raw, origin=own, subprotocols=[Subprotocol(PROTOCOL)], proxy=None,
+        compression=None, max_size=None, max_queue=None, open_timeout=PATIENCE, close_timeout=0.1,
+    )  # fmt: skip
+
+
+def answer(port: int, *lines: str, target: str = "/") -> str:
+    """What the port says to a plain request with these header lines."""
+    with socket.create_connection(("127.0.0.1", port), timeout=PATIENCE) as raw:
+        raw.sendall("\r\n".join([f"GET {target} HTTP/1.1", *lines, "", ""]).encode("latin-1"))
+        parts = []
+        with contextlib.suppress(ConnectionResetError):
+            while part := raw.recv(1 << 16):
+                parts.append(part)
+    return b"".join(parts).decode("latin-1")
+
+
+def until(condition: Callable[[], bool]) -> None:
+    end = time.monotonic() + PATIENCE
+    while not condition():
+        assert time.monotonic() < end, "it never came to that"
+        time.sleep(0.05)
+
+
+def ended(client: ClientConnection) -> str:
+    """Why the other side closes a connection."""
+    with pytest.raises(ConnectionClosed) as closed:
+        list(iter(lambda: client.recv(timeout=PATIENCE), None))
+    return str(closed.value)
+
+
+def used(live: Live, control: Control, value: Any) -> str:
+    """The message of a control, as the page sends it."""
+    number = next(k for k, one in enumerate(live.controls) if one is control)
+    return json.dumps({"control": number, "value": value})
+
+
+def still_serves(viewer: Live) -> None:
+    """The page is there, its socket brings pictures, and the biped walks on."""
+    port = port_of(viewer)
+    assert answer(port, f"Host: 127.0.0.1:{port}").startswith("HTTP/1.1 200")
+    with page_socket(port) as client:
+        assert len(client.recv(timeout=PATIENCE)) > 1000
+        shown = viewer.pictures
+        until(lambda: viewer.pictures > shown + 2)
+    if not viewer.playing:
+        viewer.play(True)
+    before = viewer.run.time
+    until(lambda: viewer.run.time != before)
+
+
+def moved_by(viewer: Live) -> tuple[Any, ...]:
+    """All that a page can change of the motion."""
+    run = viewer.run
+    hip = run.rollout.model.simbicon.hip.numpy().tolist()
+    return len(viewer.pushes), run.faster, run.turned, run.values.tolist(), hip, viewer.playing, viewer.speed
