@@ -159,3 +159,30 @@ def test_names_that_lead_nowhere_are_refused_with_their_line(tmp_path: Path, old
         load(path)
     assert message in caught.value.message
     assert caught.value.line > 0
+
+
+def test_surfaces_of_offset_frames_lie_where_the_frame_does(tmp_path: Path):
+    def surface(turn: str, place: str) -> str:
+        return (
+            f'<WrapObjectSet><objects><WrapCylinder name="drum"><xyz_body_rotation>{turn}</xyz_body_rotation>'
+            f"<translation>{place}</translation><radius>0.02</radius><length>0.1</length></WrapCylinder></objects>"
+            "</WrapObjectSet>"
+        )
+
+    inner = (
+        '<components><PhysicalOffsetFrame name="bracket"><socket_parent>..</socket_parent>'
+        "<translation>0.1 0 0</translation><orientation>0 0 1.5707963267948966</orientation>"
+        f"{surface('0 0 0', '0.02 0 0')}</PhysicalOffsetFrame></components>"
+    )
+    wrap = '<PathWrap name="wrap"><wrap_object>drum</wrap_object></PathWrap>'
+    base = small.body("base", center="0.01 0.02 0.03")
+    found = [
+        scene_of(
+            tmp_path, small.muscle("m", POINTS, wrap), bodies=base + small.body("rod", center="0 -0.5 0", more=one)
+        )
+        for one in (inner, surface("0 0 1.5707963267948966", "0.1 0.02 0"))
+    ]
+    framed, direct = (scene.character.surfaces["drum"] for scene in found)
+    assert (framed.body, found[0].character.muscles["m"].wraps[0].surface) == ("rod", "drum")
+    np.testing.assert_allclose(framed.position, direct.position, atol=1e-12)
+    np.testing.assert_allclose(framed.orientation, direct.orientation, atol=1e-12)

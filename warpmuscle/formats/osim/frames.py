@@ -32,7 +32,7 @@ class Frames:
 
     def __init__(self, model: Model) -> None:
         self._frames = model.frames
-        self._offsets: list[tuple[str, Element]] = []
+        self.offsets: list[tuple[str, Element]] = []  # paths and elements of frames that hang on others
         self._by_name: dict[str, list[str]] = {}
 
     def add(self, path: str, element: Element) -> None:
@@ -54,7 +54,7 @@ class Frames:
         rotation = turned(turn.numbers(3)) if turn is not None else np.eye(3)
         translation = np.array(place.numbers(3)) if place is not None else np.zeros(3)
         self._put(path, Frame(path, element.line, "?", rotation, translation), element)
-        self._offsets.append((path, element))
+        self.offsets.append((path, element))
         self.add_owned(path, element)
 
     def _put(self, path: str, frame: Frame, element: Element) -> None:
@@ -69,11 +69,11 @@ class Frames:
         Raises:
             SceneError: a frame hangs on none, or on itself.
         """
-        for path, element in self._offsets:
+        for path, element in self.offsets:
             frame = self._frames[path]
             parent = self.socket(element, path, "parent")
             self._frames[path] = Frame(path, frame.line, parent, frame.rotation, frame.translation)
-        for path, element in self._offsets:
+        for path, element in self.offsets:
             visited = [path]
             while self._frames[visited[-1]].parent:
                 visited.append(self._frames[visited[-1]].parent)

@@ -121,7 +121,7 @@ def _skeleton(top: Element, found: Model, frames: Frames, own: Properties) -> No
     frames.add_owned("", top)
     frames.connect()
     holders = [(f"/bodyset/{body.name}", body) for body in _members(top, "BodySet")]
-    for path, holder in (*holders, *((("/ground", ground),) if ground is not None else ())):
+    for path, holder in (*holders, *((("/ground", ground),) if ground is not None else ()), *frames.offsets):
         read_surfaces(holder, path, found, own)
     names: dict[str, int] = {}
     for element in joints:
