@@ -53,9 +53,10 @@ def open_at_stops(scene: Scene) -> None:
     for muscle in scene.character.muscles.values():
         for point in muscle.path:
             condition = point.condition
-            if condition is None or not (limits := scene.character.joints[condition.joint].limits):
+            joint = scene.character.joints.get(condition.joint) if condition is not None else None
+            if condition is None or joint is None or not joint.limits:  # no joint: told of later
                 continue
-            low, high = (plain_number(end) for end in limits[condition.axis])
+            low, high = (plain_number(end) for end in joint.limits[condition.axis])
             if 0.0 <= low - plain_number(condition.low) <= LEANING:
                 condition.low = round(low - OPEN, 6)
             if 0.0 <= plain_number(condition.high) - high <= LEANING:
