@@ -212,6 +212,7 @@ def writable(*paths: Path | None) -> None:
 
 
 def command_line() -> str:
+    """The command as it was typed, quoted so that a shell takes it again."""
     return shlex.join(["warpmuscle", *sys.argv[1:]])
 
 

@@ -88,7 +88,7 @@ def contacts_of(recording: Recording, side: str, weight: float | None = None) ->
 
 
 def touch_downs(recording: Recording, side: str, weight: float | None = None) -> Floats:
-    """Times at which a foot, left or right, comes down on the ground, s; see `contacts_of`."""
+    """Times (n,), s, at which a foot, left or right, comes down on the ground; see `contacts_of`."""
     return np.array([one.touch_down for one in contacts_of(recording, side, weight) if one.touch_down is not None])
 
 

@@ -213,7 +213,7 @@ def _span(joint: str, names: Topology) -> slice[int, int, None]:
 
 
 def table_speeds(task: Task) -> Floats:
-    """Wanted speeds, m/s, for which tables are made: one if nothing changes with the speed."""
+    """Wanted speeds (n,), m/s, for which tables are made: one if nothing changes with the speed."""
     low, high = task.speed
     imitation = task.imitation or Imitation()
     changing = low < high and (imitation.moving or task.rewards.force > 0.0)

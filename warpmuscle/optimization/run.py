@@ -39,6 +39,13 @@ def make_search_loop(
     earlier: Searched | None = None,
     elsewhere: int = 0,
 ) -> SearchLoop | Curriculum:
+    """One loop for the whole search, or a curriculum of one for each of its stages.
+
+    Args:
+        batches: makes what evaluates candidates of a scene. tracker: is told how far it has come.
+        known: evaluations of earlier, by generation, which are not made again. earlier: the search that they are of.
+        elsewhere: how many of the first generations were asked for on other machines.
+    """
     if stages:
         return Curriculum(scene, seed, options, stages, batches, tracker, known, earlier, elsewhere)
     evaluator = batches(scene)

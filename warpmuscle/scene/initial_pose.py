@@ -37,7 +37,7 @@ def initial_pose(scene: Scene) -> tuple[dict[str, tuple[Floats, Floats]], dict[s
 
 
 def plain_vector(numbers: Sequence[Number]) -> Floats:
-    """Numbers of a scene that has no free parameters as an array."""
+    """Numbers (n,) of a scene that has no free parameters as an array (n,)."""
     return np.array([plain_number(number) for number in numbers])
 
 

@@ -63,7 +63,7 @@ def cross_validate(
 
 
 def memory(activations: Floats) -> int:
-    """Samples after which the autocorrelation of the muscles, on average, is below one half."""
+    """Samples after which the autocorrelation of activations (samples, muscles), on average, is below one half."""
     centred = activations - activations.mean(axis=0)
     power = np.sum(centred**2)
     for lag in range(1, len(activations) // 4):

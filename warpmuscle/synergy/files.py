@@ -117,7 +117,7 @@ def read(path: str | Path) -> SynergyResult:
 
 
 def in_order_of(reference: SynergyResult, muscles: Sequence[str], synergies: Synergies) -> tuple[Synergies, Floats]:
-    """Synergies in the order of those of another file, and the cosines of the pairs.
+    """Synergies in the order of those of another file, and the cosines of the pairs, (synergies,).
 
     Raises:
         ResultError: they are not of the same muscles.

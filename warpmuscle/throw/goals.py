@@ -107,7 +107,7 @@ def misfit(flight: Flight, goal: Goal) -> Floats:
 
 
 def tamed(error: Floats) -> Floats:
-    """Squares of errors in units, but beyond 50 of them only as fast as a logarithm."""
+    """Squares of errors (...), in units of what may be missed; beyond 50 they grow as slowly as a logarithm."""
     size = np.abs(error)
     far = np.maximum(size / BEYOND, 1.0)
     return np.asarray(np.minimum(size, BEYOND) ** 2 * (1.0 + 2.0 * np.log(far)))

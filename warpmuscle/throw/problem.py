@@ -275,7 +275,7 @@ def factorized(
 
 
 def torque_scale(arm: Arm, motions: Motions) -> Floats:
-    """What an excitation counts in the factorisation, of each muscle that acts; 1 with up to two muscles a joint.
+    """What an excitation counts in the factorisation: (muscles that act,), 1 with up to two muscles a joint.
 
     Where more muscles share a joint, errors count by the torque that they make, in parts of what the joint needs: else
     synergies explain strong muscles well and leave the wrist, whose muscles hardly act, to chance.

@@ -149,7 +149,7 @@ def _guide(start: Floats, chord: Floats, r: Floats, method: str) -> Guide:
 
 
 def nearest(point: Floats, r: Floats) -> Floats:
-    """The point of an ellipsoid that is nearest to another one."""
+    """The point (3,), m, of an ellipsoid of radii r (3,) that is nearest to another one, in the ellipsoid's axes."""
     flat = np.flatnonzero(np.abs(point) <= 2e-13)
     if len(flat):  # within the narrowest of the sections that it is in
         return _nearest_in_plane(point, r, int(max(flat, key=lambda k: float(r[k]))))
