@@ -1,10 +1,14 @@
 """Policies of random weights for tests, and a learning curve."""
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
 
-from warpmuscle.results.learned import CURVE, Layer, PolicyTable
+from warpmuscle.formats import SceneLike
+from warpmuscle.learning import EpisodeBatch, Task
+from warpmuscle.learning.player import text_of
+from warpmuscle.results.learned import CURVE, Layer, Learned, PolicyTable
 
 
 def small_policy(observations=9, hidden=(17, 6), actions=4, seed=3, noise=None) -> PolicyTable:
@@ -21,3 +25,11 @@ def small_policy(observations=9, hidden=(17, 6), actions=4, seed=3, noise=None) 
 
 def learning_curve(rows: int) -> dict:
     return {name: np.linspace(0.0, 1.0, rows) for name in CURVE} | {"iteration": np.arange(1.0, rows + 1.0)}
+
+
+def random_policy(scene: SceneLike, task: Task) -> Learned:
+    """What a file would hold of a policy of random weights that has learnt a task in a scene."""
+    batch = EpisodeBatch(scene, 1, "cpu", task)
+    observed, actions = tuple(batch.senses.names), batch.actions.names
+    policy = replace(small_policy(len(observed), (8,), len(actions)), observation=observed, action=actions)
+    return Learned(policy, text_of(task), learning_curve(1), {})

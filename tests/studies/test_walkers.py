@@ -6,13 +6,13 @@ import msgspec
 import numpy as np
 import pytest
 
-from small_policy import learning_curve, small_policy
+from small_policy import random_policy
 from warpmuscle.core.errors import RolloutError
 from warpmuscle.core.status import Status
 from warpmuscle.formats import load
 from warpmuscle.learning.episodes import EpisodeBatch
 from warpmuscle.learning.player import Player, text_of, undisturbed
-from warpmuscle.results.learned import Layer, Learned
+from warpmuscle.results.learned import Layer
 from warpmuscle.scene.controller import Command
 from warpmuscle.scene.learning import Task, Variation
 from warpmuscle.scene.masses import body_mass
@@ -34,10 +34,7 @@ def scene():
 @pytest.fixture(scope="module")
 def learned(scene):
     """A policy of random weights."""
-    batch = EpisodeBatch(scene, 1, "cpu", TASK)
-    observed, actions = tuple(batch.senses.names), batch.actions.names
-    policy = replace(small_policy(len(observed), (8,), len(actions)), observation=observed, action=actions)
-    return Learned(policy, text_of(TASK), learning_curve(1), {})
+    return random_policy(scene, TASK)
 
 
 @pytest.fixture(scope="module")

@@ -1,12 +1,12 @@
 """Names that are made to run code in a page, in every page that shows them, in a real browser."""
 
-import time
 from collections.abc import Callable
 from typing import Any
 
 import pytest
 
 import hostile
+from live_viewer import PATIENCE
 from warpmuscle.plots.subject import Subject
 from warpmuscle.report.page import report_html
 from warpmuscle.scene.validation.scene import check_scene
@@ -18,15 +18,7 @@ from warpmuscle.view.page import Page, replay_html
 from warpmuscle.view.sources import of_replays, page_of_sights
 from warpmuscle.view.viewer import Viewer, replay_viewer
 
-PATIENCE = 60.0  # s, on a busy machine
 HIT = "document.querySelectorAll('main img[src=x], main svg, body > img, [onerror], [onload], [onmouseover]').length"
-
-
-def until(condition: Callable[[], bool]) -> None:
-    end = time.monotonic() + PATIENCE
-    while not condition():
-        assert time.monotonic() < end, "it never came to that"
-        time.sleep(0.05)
 
 
 def test_the_scene_is_one_that_can_be_made():

@@ -1,16 +1,12 @@
 """A live run that a policy moves: what the policy says, pushed, told, and begun again."""
 
-from dataclasses import replace
-
 import msgspec
 import numpy as np
 import pytest
 
-from small_policy import learning_curve, small_policy
+from small_policy import random_policy
 from warpmuscle.formats import load
-from warpmuscle.learning.episodes import EpisodeBatch
-from warpmuscle.learning.player import Player, commands_of, text_of, undisturbed
-from warpmuscle.results.learned import Learned
+from warpmuscle.learning.player import Player, commands_of, undisturbed
 from warpmuscle.scene import Command
 from warpmuscle.scene.learning import Task
 from warpmuscle.scene.number import Free
@@ -23,10 +19,7 @@ TASK = Task(speed=(0.8, 1.6))
 @pytest.fixture(scope="module")
 def learned():
     """A policy of random weights for a planar walker."""
-    batch = EpisodeBatch(load("reflex_planar"), 1, "cpu", TASK)
-    observed, actions = tuple(batch.senses.names), batch.actions.names
-    policy = replace(small_policy(len(observed), (8,), len(actions)), observation=observed, action=actions)
-    return Learned(policy, text_of(TASK), learning_curve(1), {})
+    return random_policy(load("reflex_planar"), TASK)
 
 
 @pytest.fixture

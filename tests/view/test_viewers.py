@@ -1,14 +1,14 @@
 """Replay and live simulation in a real browser: what is clicked there, and what the server's simulation then does."""
 
 import sys
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Any
 
 import msgspec
 import numpy as np
 import pytest
 
+from live_viewer import PATIENCE, until
 from warpmuscle.core.errors import Error
 from warpmuscle.formats import load
 from warpmuscle.view.controls import Slider
@@ -19,7 +19,6 @@ from warpmuscle.view.sources import of_scene
 from warpmuscle.view.viewer import Viewer, replay_viewer
 
 pytest.importorskip("websockets", reason="no websockets: pip install 'warpmuscle[view]'")
-PATIENCE = 60.0  # s, on a busy machine
 wished: list[float] = []  # values of a control of others
 
 
@@ -44,14 +43,6 @@ def opened(browser: Any, viewer: Viewer) -> Iterator[tuple[Any, Any]]:
 def live(browser) -> Iterator[tuple[Live, Any]]:
     run = LiveRun(load("fwalk"))
     yield from opened(browser, Live(run, [Slider("wish", 0.0, 2.0, 1.0, wished.append, "m/s")], port=0))
-
-
-def until(condition: Callable[[], bool]) -> None:
-    """Wait until something is so."""
-    end = time.monotonic() + PATIENCE
-    while not condition():
-        assert time.monotonic() < end, "it never came to that"
-        time.sleep(0.05)
 
 
 def state(page: Any) -> dict[str, Any]:
