@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 import msgspec
 import numpy as np
+import warp as wp
 from numpy.typing import ArrayLike
 
 from warpmuscle.core.array_types import Floats, Integers
@@ -34,7 +35,7 @@ class Player:
     on the same kind of device.
 
     Attributes:
-        batch: the episodes.
+        batch: the episodes. act: puts actions for an observation where the batch takes them from.
     """
 
     def __init__(
@@ -64,7 +65,9 @@ class Player:
         )
         _check_names("observes", policy.observation, tuple(self.batch.senses.names))
         _check_names("moves", policy.action, self.batch.actions.names)
-        self._policy = DevicePolicy(policy, instances, self.batch.device, self.batch.actions.told)
+        self.act: Callable[[wp.array], object] = DevicePolicy(
+            policy, instances, self.batch.device, self.batch.actions.told
+        ).act
 
     def walk(self, disturbances: Perturbations, commands: Mapping[str, ArrayLike]) -> tuple[Integers, Floats]:
         """Act in one episode of each instance, from the scene's initial state.
@@ -89,7 +92,7 @@ class Player:
 
     def decide(self, restart: bool = True) -> None:
         """Make a decision in every instance; where an episode ends, the next one begins, unless it is not to."""
-        self._policy.act(self.batch.senses.observation)
+        self.act(self.batch.senses.observation)
         self.batch.step(restart)
 
 

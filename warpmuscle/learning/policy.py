@@ -14,8 +14,11 @@ from warpmuscle.kernels.policy import clip_noise, linear, normalize
 from warpmuscle.results.learned import ClippedNoise, PolicyTable, check_policy
 
 
-def actions_of(policy: PolicyTable, observation: Floats) -> Floats:
+def actions_of(policy: PolicyTable, observation: Floats, shift: Floats | float = 0.0) -> Floats:
     """Actions (n, A) for observations (n, O), float32.
+
+    Args:
+        shift: (n, A), or for all, added to what the last layer says.
 
     Raises:
         RolloutError: the observations have another shape.
@@ -28,6 +31,7 @@ def actions_of(policy: PolicyTable, observation: Floats) -> Floats:
         values = np.asarray(values @ layer.weight.T + layer.bias)
         if number < len(policy.layers) - 1:
             values = np.where(values > 0.0, values, np.expm1(np.minimum(values, 0.0)))
+    values = values + shift
     if policy.noise is not None:
         values = clipped_mean(values, policy.noise)
     return np.asarray(values, dtype=np.float32)

@@ -49,7 +49,7 @@ def options_from(source: Learned, values: Mapping[str, Any]) -> PPOOptions:
     rates = source.curve["learning_rate"]
     known: dict[str, Any] = {"hidden": hidden, "critic_iterations": CRITIC_ITERATIONS}
     known["deviation"] = float(noise_of(source).max())
-    if len(rates):
+    if len(rates) and rates[-1] > 0.0:
         known["learning_rate"] = float(rates[-1])
     options = options_of(known | dict(values))
     if options.hidden != hidden:
