@@ -7,14 +7,16 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-import warp as wp
+
+from shared_kernels import compile_all, settings
 
 
 @pytest.hookimpl(tryfirst=True)
-def pytest_sessionstart() -> None:
-    """Keep Warp quiet, and have it compile no derivatives of small kernels, which nothing here takes."""
-    wp.config.log_level, wp.config.enable_backward = wp.LOG_WARNING, False
-    wp.init()
+def pytest_sessionstart(session: pytest.Session) -> None:
+    """Compile what many test files use before parallel workers start."""
+    settings()
+    if not hasattr(session.config, "workerinput"):
+        compile_all()
 
 
 @pytest.fixture(scope="session")
