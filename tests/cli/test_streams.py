@@ -15,7 +15,7 @@ from warpmuscle.results.result import read
 
 PROGRAM = [sys.executable, "-c", "from warpmuscle.cli import main; main()"]
 SHORT = [*PROGRAM, "optimize", "fwalk", "--candidates", "2", "--duration", "0.02", "-o", "out.h5"]
-LONG = [*PROGRAM, "optimize", "fwalk", "--duration", "0.02", "--until", "100s", "-o", "out.h5"]
+LONG = [*PROGRAM, "optimize", "fwalk", "--duration", "0.02", "--search", "random", "--until", "100s", "-o", "out.h5"]
 
 
 def in_shell(script: str, folder: Path) -> subprocess.CompletedProcess[str]:
