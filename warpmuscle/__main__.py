@@ -1,16 +1,22 @@
-"""`python -m warpmuscle`: the command line."""
+"""`python -m warpmuscle`, and what the installed script calls: the command line."""
 
 import os
 import sys
-from pathlib import Path
 
 import warpmuscle
+from warpmuscle.core.interruption import end_at_once_by_ctrl_c
 
-# Python looks for modules in the current folder first; what the commands import is not looked for there.
-if sys.path[:1] == [os.getcwd()] != [str(Path(warpmuscle.__file__).resolve().parents[1])]:
-    del sys.path[0]
 
-from warpmuscle.cli import main
+def main() -> None:
+    """Run the command line, which takes a while to import."""
+    end_at_once_by_ctrl_c()
+    from warpmuscle.cli import main as run
+
+    run()
+
 
 if __name__ == "__main__":
+    # Python looks for modules in the current folder first; what the commands import is not looked for there.
+    if sys.path[:1] == [os.getcwd()] != [os.path.dirname(os.path.dirname(os.path.realpath(warpmuscle.__file__)))]:
+        del sys.path[0]
     main()

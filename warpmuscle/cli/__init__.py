@@ -16,7 +16,7 @@ import typer
 
 from warpmuscle.cli.arm_angles import arm_angles
 from warpmuscle.cli.clusters import cluster_synergies
-from warpmuscle.cli.console import INTERRUPTED, log, marked, out
+from warpmuscle.cli.console import log, marked, out
 from warpmuscle.cli.gaits import gait, robustness
 from warpmuscle.cli.judge import judge
 from warpmuscle.cli.learn import learn
@@ -34,7 +34,7 @@ from warpmuscle.cli.throw import throw
 from warpmuscle.cli.video import video
 from warpmuscle.cli.view import view
 from warpmuscle.core.errors import Error, shortened
-from warpmuscle.core.interruption import end_as_by_ctrl_c, received
+from warpmuscle.core.interruption import INTERRUPTED, end_as_by_ctrl_c, received
 from warpmuscle.core.plain_text import printable
 
 READER_GONE = 141  # exit code of whoever prints to `head` after it has ended: 128 and SIGPIPE
@@ -112,9 +112,11 @@ def main() -> None:
     """Run the command line; an error that a user can mend is one line and exit code 2."""
     gc.set_threshold(GARBAGE)
     steady_streams()
-    end_as_by_ctrl_c()
     try:
+        end_as_by_ctrl_c()
         code = app(prog_name="warpmuscle", standalone_mode=False) or 0
+    except KeyboardInterrupt:  # before a command has begun
+        code = INTERRUPTED
     except Error as error:
         _refuse(shortened(str(error)))
     except Exception as error:

@@ -105,9 +105,6 @@ def suggest(what: str) -> None:
         log.print(f"next: {what}", style="dim")
 
 
-INTERRUPTED = 130  # exit code after Ctrl-C where there is nothing to keep
-
-
 def print_ignored(ignored: list[Any], heading: str) -> None:
     """On the error stream, what was not used, a line for each file and reason."""
     from warpmuscle.formats.load import summary

@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from warpmuscle.cli.common import Device, Trust, doubts_printed, machines_told, start_warp
-from warpmuscle.cli.console import INTERRUPTED, log, out
+from warpmuscle.cli.console import log, out
 from warpmuscle.cli.progress_bar import Bar
 from warpmuscle.core.errors import Error
+from warpmuscle.core.interruption import INTERRUPTED
 from warpmuscle.simulation.cuda_warmup import start_driver
 
 if TYPE_CHECKING:

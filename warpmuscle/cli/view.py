@@ -21,9 +21,10 @@ from warpmuscle.cli.common import (
     start_warp,
     writable,
 )
-from warpmuscle.cli.console import INTERRUPTED, log, out
+from warpmuscle.cli.console import log, out
 from warpmuscle.cli.results import Run
 from warpmuscle.core.errors import Error
+from warpmuscle.core.interruption import INTERRUPTED
 
 if TYPE_CHECKING:
     from warpmuscle.scene import Scene

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import threading
 from collections.abc import Callable, Iterator
@@ -9,6 +10,7 @@ from contextlib import contextmanager
 from types import FrameType
 
 ENDING = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name))
+INTERRUPTED = 130  # exit code after Ctrl-C where there is nothing to keep: 128 and SIGINT
 _received: list[int] = []
 
 
@@ -17,12 +19,31 @@ def received() -> int:
     return _received[0] if _received else 0
 
 
+def end_at_once_by_ctrl_c() -> None:
+    """Have Ctrl-C end this process without more ado, until `end_as_by_ctrl_c`: while there is no work to keep.
+
+    A KeyboardInterrupt would not do: raised while modules are imported, it is printed, swallowed or taken for another
+    error, depending on the line. What ignores Ctrl-C goes on to do so. To be called in the main thread.
+    """
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        signal.signal(signal.SIGINT, _end_at_once)
+
+
+def _end_at_once(number: int, frame: FrameType | None) -> None:
+    try:
+        os.write(2, b"interrupted\n")
+    finally:
+        os._exit(INTERRUPTED)
+
+
 def end_as_by_ctrl_c() -> None:
     """Have a request to end and a hangup interrupt what runs, as Ctrl-C does, so that work is kept.
 
     What is ignored, as by `nohup`, stays so. Of several such signals only the first counts: a shell repeats the hangup
     of its terminal. To be called in the main thread.
     """
+    if signal.getsignal(signal.SIGINT) is _end_at_once:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
     for number in ENDING:
         if signal.getsignal(number) is signal.SIG_DFL:
             signal.signal(number, _interrupt)
