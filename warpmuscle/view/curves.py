@@ -14,7 +14,7 @@ from warpmuscle.core.pose import conjugate, rotate
 from warpmuscle.gait.cycles import flexion_signs
 from warpmuscle.results.joint_poses import joint_angles
 from warpmuscle.results.recording import Recording
-from warpmuscle.scene import Scene
+from warpmuscle.scene import Character, Scene
 from warpmuscle.scene.anatomy import Side
 from warpmuscle.scene.initial_pose import plain_number
 from warpmuscle.scene.joints import joint_type
@@ -76,7 +76,9 @@ def _joints(recording: Recording, scene: Scene, everything: bool) -> Iterator[Gr
     shown: dict[str, tuple[Curves, Curves, Curves]] = {"rad": ({}, {}, {}), "m": ({}, {}, {})}
     first: dict[str, str] = {}
     orientations = dict(zip(recording.body_names, np.moveaxis(recording.body_orientation, 1, 0), strict=True))
-    for number, name in enumerate(recording.joint_names):
+    numbers = {name: number for number, name in enumerate(recording.joint_names)}
+    for name in filter(numbers.__contains__, _limb_by_limb(scene.character)):
+        number = numbers[name]
         joint = scene.character.joints[name]
         kind, own = joint_type(joint), joint_angles(recording, scene.character, name)
         to_parent, factor = conjugate(orientations[joint.parent]), np.degrees(1.0) if kind.unit(joint) == "rad" else 1.0
@@ -96,6 +98,25 @@ def _joints(recording: Recording, scene: Scene, everything: bool) -> Iterator[Gr
     wanted = [(key, values) for key, (values, _) in shown["rad"][2].items() if everything or np.any(values)]
     stored: Curves = {key: (values, Stored("wanted", column)) for column, (key, values) in enumerate(wanted)}
     yield "torques wanted", "N m", stored, {}
+
+
+def _limb_by_limb(character: Character) -> list[str]:
+    """Joints from the root outwards, each limb to its end, and those of two sides before those of the trunk.
+
+    Of a body on two legs these are hips, knees, ankles, toes, then the trunk, arms and the head.
+    """
+    joints = character.joints
+    rights = {right for name in joints if (right := _right_of(name)) in joints}
+    paired = rights | {name for name in joints if _right_of(name) in rights}
+    below: dict[str, list[str]] = {}
+    for name in sorted(joints, key=lambda name: name not in paired):
+        below.setdefault(joints[name].parent, []).append(name)
+    order: list[str] = []
+    rest = below.get(character.root, [])[::-1]
+    while rest:
+        order.append(rest.pop())
+        rest += below.get(joints[order[-1]].child, [])[::-1]
+    return order
 
 
 def _muscles(recording: Recording, scene: Scene) -> Iterator[Group]:
