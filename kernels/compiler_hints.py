@@ -11,16 +11,19 @@ import warp as wp
 
 
 @cache
-def known_rows_of(struct: Any, others: tuple[str, ...] = (), pairs: tuple[str, ...] = ()) -> Any:
+def known_rows_of(
+    struct: Any, others: tuple[str, ...] = (), pairs: tuple[str, ...] = (), side_by_side: bool = False
+) -> Any:
     """A Warp function (structure) that makes the strides of its arrays known to the compiler.
 
     Args:
         struct: the type of the structure, all of whose arrays have contiguous rows.
         others: but for these, by name, such as "actuation.effort".
         pairs: arrays of two numbers each, both of which a GPU then fetches at once.
+        side_by_side: what is contiguous is the first axis instead, see `core.arrays.instance_zeros`.
     """
     whole = "auto whole = [](int i) { __builtin_assume(i >= 0); return i; };"
-    lines = [whole, *_lines(struct, "s", {f"s.{name}" for name in others})]
+    lines = [whole, *_lines(struct, "s", {f"s.{name}" for name in others}, side_by_side)]
     if pairs:
         lines += ["#if defined(__CUDA_ARCH__)", *map(_aligned, pairs), "#endif", ""]
     snippet = "\n".join(lines)
@@ -36,15 +39,16 @@ def _aligned(name: str) -> str:
     return f"s.{name}.data = (decltype(s.{name}.data))__builtin_assume_aligned(s.{name}.data, 8);"
 
 
-def _lines(struct: Any, path: str, others: set[str]) -> list[str]:
+def _lines(struct: Any, path: str, others: set[str], side_by_side: bool) -> list[str]:
     """What says so of every array of a structure and of the structures in it."""
     lines = []
     for name, field in struct.vars.items():
         place = f"{path}.{name}"
         if hasattr(field.type, "ndim") and place not in others:
-            last = field.type.ndim - 1
-            lines.append(f"{place}.strides[{last}] = sizeof(*{place}.data);")
-            lines.extend(f"{place}.strides[{k}] = whole({place}.strides[{k}]);" for k in range(last))
+            axes = range(field.type.ndim)
+            near = 0 if side_by_side else axes[-1]
+            lines.append(f"{place}.strides[{near}] = sizeof(*{place}.data);")
+            lines.extend(f"{place}.strides[{k}] = whole({place}.strides[{k}]);" for k in axes if k != near)
         elif hasattr(field.type, "vars"):
-            lines.extend(_lines(field.type, place, others))
+            lines.extend(_lines(field.type, place, others, side_by_side))
     return lines

@@ -60,9 +60,11 @@ class EpisodeRules:
 class RestoredArray:
     """An array of the state, and the starts that its rows can have, in 4-byte words."""
 
-    target: wp.uint64  # (instances, words)
+    target: wp.uint64  # (instances, elements, size), or if side by side (elements, instances, size)
     source: wp.uint64  # (starts or variants, words)
-    words: int
+    words: int  # of an instance
+    size: int  # words of an element
+    side_by_side: int  # 1: elements of neighbouring instances are, see `core.arrays.instance_zeros`
 
 
 @wp.func
@@ -172,10 +174,19 @@ def restore_rows(
         return
     for k in range(arrays.shape[0]):
         entry = arrays[k]
-        target = wp.array(ptr=entry.target, shape=(mask.shape[0], entry.words), dtype=int)
+        instances = mask.shape[0]
+        count = entry.words // entry.size
+        in_rows = wp.array(ptr=entry.target, shape=(instances, count, entry.size), dtype=int)
+        beside = wp.array(ptr=entry.target, shape=(count, instances, entry.size), dtype=int)
         source = wp.array(ptr=entry.source, shape=(rows, entry.words), dtype=int)
         for word in range(lane, entry.words, lanes):
-            target[i, word] = source[row[i], word]
+            element = word // entry.size
+            part = word % entry.size
+            value = source[row[i], word]
+            if entry.side_by_side == 1:
+                beside[element, i, part] = value
+            else:
+                in_rows[i, element, part] = value
 
 
 @wp.kernel

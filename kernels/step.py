@@ -44,7 +44,6 @@ from warpmuscle.kernels.structs import (
 )
 from warpmuscle.kernels.term_functions import ObjectiveKind, effort_stage, muscle_functions, objective_stage_of
 
-know_state = known_rows_of(State)
 OTHERS = "actuation.effort", "muscles.knot_value"  # which others give with any strides
 know_model = known_rows_of(Model, OTHERS, pairs=("muscles.curve_table",))
 
@@ -61,7 +60,7 @@ REGISTERS = 64 * 1024  # of a multiprocessor
 SHARED_MEMORY, SHARED_BY_SYSTEM = 228 * 1024, 1024  # bytes of a multiprocessor, and what it takes of them for a block
 SHARED_BESIDE_CACHE = 196 * 1024  # that leave the first cache room for moment arms, where working sets have none
 LEAST_REGISTERS = 96  # with fewer, long paths keep more on the stack than more blocks make up for ...
-LEAST_OF_WRAPS = 168  # ... and paths around surfaces
+LEAST_OF_WRAPS = 128  # ... and paths around surfaces
 WARP = 32  # threads that run together
 FEWER_REGISTERS = 128  # four warps; of long paths without surfaces, which wait for memory more than they compute
 
@@ -302,6 +301,7 @@ def step_kernel(
     roomy, slots = slots is not None, slots_of(capacity) if slots is None else slots
     memory, block_floats = work_memory(floats, instances_per_block, across), instances_per_block * floats
     work_at = joint_stages_of(skeleton).work_at
+    know_state = known_rows_of(State, side_by_side=across)
     crowded = muscles is not None and muscles.long_paths  # else the compiler does well to compute places ahead
 
     @wp.kernel(

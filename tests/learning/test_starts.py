@@ -5,10 +5,13 @@ from itertools import pairwise
 import msgspec
 import numpy as np
 import pytest
+import warp as wp
 
 from warpmuscle import Rollout
+from warpmuscle.core.arrays import instance_zeros
 from warpmuscle.formats import load
 from warpmuscle.learning import EpisodeBatch, Task, Variation
+from warpmuscle.learning.starts import RowTable
 
 
 def test_episodes_start_in_states_of_the_gait_that_the_scene_makes():
@@ -82,3 +85,18 @@ def test_some_episodes_of_a_gait_begin_at_the_initial_state():
     same = np.all(batch.rollout.state.coordinates.numpy() == start, axis=1)
     np.testing.assert_array_equal(same, batch.episodes.start_row.numpy() >= 16)
     assert 0 < same.sum() < 15
+
+
+@pytest.mark.parametrize("side_by_side", [False, True])
+def test_rows_are_restored_to_the_instances_of_a_mask_whichever_way_they_lie(side_by_side: bool):
+    n, random = 6, np.random.default_rng(4)
+    shapes = {(n, 7): float, (n, 2, 3): wp.float64, (n, 5): wp.vec3, (n,): int}
+    targets = [instance_zeros(shape, dtype, "cpu", side_by_side) for shape, dtype in shapes.items()]
+    sources = [instance_zeros((3, *shape[1:]), dtype, "cpu") for shape, dtype in shapes.items()]
+    for source in sources:
+        source.assign(random.integers(1, 100, source.numpy().shape).astype(source.numpy().dtype))
+    mask, row = np.array([1, 0, 1, 1, 0, 0], dtype=bool), np.array([0, 1, 2, 0, 1, 2], dtype=np.int32)
+    RowTable(targets, sources, "cpu").restore(wp.array(mask, device="cpu"), wp.array(row, device="cpu"))
+    for target, source in zip(targets, sources, strict=True):
+        expected = np.where(mask.reshape(-1, *[1] * (source.numpy().ndim - 1)), source.numpy()[row], 0)
+        np.testing.assert_array_equal(target.numpy(), expected)

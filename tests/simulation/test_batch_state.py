@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from small_scene import muscle_scene
 from warpmuscle.core.status import Status
@@ -13,12 +14,14 @@ from warpmuscle.simulation.extensions import Extensions
 from warpmuscle.simulation.perturbations import none
 
 N, STEPS = 4, 100
+LAYOUTS = pytest.mark.parametrize("side_by_side", [False, True])  # as on a CPU, and as where paths are long on a GPU
 
 
-def batch() -> BatchState:
+def batch(side_by_side: bool = False) -> BatchState:
     scene = muscle_scene()
     structure = structure_of(scene)
-    return BatchState(state_struct(scene, structure, N, "cpu"), Extensions(structure, N, "cpu"), STEPS)
+    state = state_struct(scene, structure, N, "cpu", side_by_side)
+    return BatchState(state, Extensions(structure, N, "cpu"), STEPS)
 
 
 def initial(state: BatchState, seed: int = 0, rows: int = N) -> InitialValues:
@@ -51,9 +54,10 @@ def spoil(batch: BatchState) -> None:
                 array.assign(np.ones(array.shape + array.numpy().shape[array.ndim :], dtype=array.numpy().dtype))
 
 
-def test_instances_of_a_mask_get_the_bits_of_a_batch_that_restarts_as_a_whole():
+@LAYOUTS
+def test_instances_of_a_mask_get_the_bits_of_a_batch_that_restarts_as_a_whole(side_by_side: bool):
     for rows in (1, N):
-        one, other = batch(), batch()
+        one, other = batch(), batch(side_by_side)
         values = initial(one, 3, rows)
         for state in (one, other):
             spoil(state)
@@ -91,8 +95,9 @@ def test_instances_that_fail_stop_and_those_at_their_end_complete():
     assert (state.running.tolist(), state.next_end) == ([3], STEPS + 30)
 
 
-def test_a_snapshot_brings_everything_back():
-    state = batch()
+@LAYOUTS
+def test_a_snapshot_brings_everything_back(side_by_side: bool):
+    state = batch(side_by_side)
     state.restart(initial(state))
     state.came_to(7)
     before, snapshot = arrays(state), state.snapshot()

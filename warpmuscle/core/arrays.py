@@ -27,6 +27,20 @@ def to_device(values: Any, dtype: Any, device: Any) -> wp.array:
     return wp.array(array, dtype=dtype, device=device)
 
 
+def instance_zeros(shape: tuple[int, ...], dtype: Any, device: Any, side_by_side: bool = False) -> wp.array:
+    """An array of zeros of so many instances, the first number of its shape.
+
+    Args:
+        side_by_side: whether the same number of neighbouring instances lie next to one another in memory, as lanes that
+            belong to these instances fetch them at once; else all numbers of an instance do.
+    """
+    start_warp()
+    if not side_by_side or len(shape) == 1 or 0 in shape:
+        return wp.zeros(shape, dtype=dtype, device=device)
+    last = len(shape) - 1
+    return wp.zeros((*shape[1:], shape[0]), dtype=dtype, device=device).transpose([last, *range(last)])
+
+
 def structs_to_device(struct: Any, columns: Mapping[str, Any], device: Any) -> wp.array:
     """A Warp array of structures, from the values of each of their fields.
 

@@ -14,6 +14,7 @@ from warpmuscle.formats import SceneLike
 from warpmuscle.kernels.rewards import COMPLETED, COUNT, DECISIONS, ENDED, FORWARD, TERMS
 from warpmuscle.learning.episodes import EpisodeBatch
 from warpmuscle.scene.learning import Task
+from warpmuscle.simulation.extensions import words
 
 try:
     import torch
@@ -152,7 +153,8 @@ class RolloutEnv:
 
     def state_dict(self) -> dict[str, Tensor]:
         """All that later decisions depend on, as tensors of the CPU, for `load_state_dict`."""
-        return {str(k): wp.to_torch(_plain(array)).cpu().clone() for k, array in enumerate(self.batch.state_arrays())}
+        arrays = enumerate(self.batch.state_arrays())
+        return {str(k): _plain(array).contiguous().view(torch.uint8).flatten().cpu().clone() for k, array in arrays}
 
     def load_state_dict(self, state: dict[str, Tensor]) -> None:
         """Go on from where an environment of the same scene, task and size stood.
@@ -160,12 +162,12 @@ class RolloutEnv:
         Raises:
             RolloutError: it is of another one.
         """
-        arrays = [wp.to_torch(_plain(array)) for array in self.batch.state_arrays()]
+        arrays = [_plain(array) for array in self.batch.state_arrays()]
         shapes = [tuple(state[str(k)].shape) if str(k) in state else None for k in range(len(arrays))]
-        if len(state) != len(arrays) or shapes != [tuple(array.shape) for array in arrays]:
+        if len(state) != len(arrays) or shapes != [(array.nbytes,) for array in arrays]:
             raise RolloutError("this state is of an environment of another scene, task or number of instances")
         for k, array in enumerate(arrays):
-            array.copy_(state[str(k)])
+            array.copy_(state[str(k)].view(array.dtype).view(array.shape))
         self.batch.check_state()
         with self._stream():
             self.batch.observe_again()
@@ -198,7 +200,9 @@ class RolloutEnv:
             yield
 
 
-def _plain(array: wp.array) -> wp.array:
-    """An array of the state as one of bytes that PyTorch knows, the same memory."""
+def _plain(array: wp.array) -> Tensor:
+    """An array of the state as a tensor of words or bytes on the same memory, in the order of the array's indices."""
+    if array.ndim > 1:
+        return wp.to_torch(words(array))
     size = wp.types.type_size_in_bytes(array.dtype)
-    return wp.array(ptr=array.ptr, shape=(array.size * size,), dtype=wp.uint8, device=array.device)
+    return wp.to_torch(wp.array(ptr=array.ptr, shape=(array.size * size,), dtype=wp.uint8, device=array.device))

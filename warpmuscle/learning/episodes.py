@@ -30,7 +30,6 @@ from warpmuscle.learning.variants import Variants
 from warpmuscle.scene import Scene
 from warpmuscle.scene.joints import root_type
 from warpmuscle.scene.learning import Imitation, Task
-from warpmuscle.simulation.extensions import words
 from warpmuscle.simulation.perturbations import Perturbations
 from warpmuscle.simulation.rollout import Rollout
 from warpmuscle.simulation.stepper import Stepper, unrecorded
@@ -180,7 +179,7 @@ class EpisodeBatch:
         for column, name in enumerate(self.command_names):
             told[:, column] = commands.get(name, told[:, column])
         self.episodes.command.assign(told)
-        targets = [words(array) for array in (state.push, state.push_steps, self.episodes.command)]
+        targets = [state.push, state.push_steps, self.episodes.command]
         self._conditions = RowTable(targets, [wp.clone(target) for target in targets], self.device)
         self._start_row = wp.array(np.arange(n, dtype=np.int32), dtype=int, device=self.device)
         self.reset(int(self.episodes.seed.numpy()[0]))

@@ -10,12 +10,12 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
-from warpmuscle.core.arrays import arrays_of
+from warpmuscle.core.arrays import arrays_of, instance_zeros
 from warpmuscle.kernels import structs
 from warpmuscle.kernels.episodes import RestoredArray, restore_rows
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene.joints import root_type
-from warpmuscle.simulation.extensions import words
+from warpmuscle.simulation.extensions import words, words_a_row
 from warpmuscle.simulation.rollout import Rollout
 from warpmuscle.simulation.stepper import Stepper, sensing, unrecorded
 
@@ -43,12 +43,13 @@ class RowTable:
     """Arrays with a row for each instance, and rows that can be put there."""
 
     def __init__(self, targets: list[wp.array], sources: list[wp.array], device: Any) -> None:
-        """Keep both; sources are (rows, words) of 4 bytes each."""
+        """Keep both; sources have as many words in every row, which are contiguous."""
         self._kept, self._device = (targets, sources), device
         self._rows = len(sources[0]) if sources else 1
         table = np.zeros(max(len(targets), 1), dtype=RestoredArray.numpy_dtype())
         for row, (target, source) in enumerate(zip(targets, sources, strict=True)):
-            table[row] = (target.ptr, source.ptr, source.shape[1])
+            near = target.ndim > 1 and target.strides[0] < target.strides[-1]
+            table[row] = (target.ptr, source.ptr, words_a_row(target), words(target).shape[2], near)
         self._table = wp.array(table[: len(targets)], dtype=RestoredArray, device=device) if targets else None
 
     def restore(self, mask: wp.array, row: wp.array) -> None:
@@ -63,7 +64,7 @@ def start_table(stepper: Stepper, states: list[dict[str, Rows]]) -> RowTable:
     arrays, device = dict(state_arrays(stepper)), stepper.state.step.device
     sources = []
     for name, array in arrays.items():
-        width = words(array).shape[1]
+        width = words_a_row(array)
         rows = [state.get(name, np.zeros(width, dtype=np.int32)) for state in states]
         sources.append(wp.array(np.stack(rows), dtype=int, device=device))
     return RowTable(list(arrays.values()), sources, device)
@@ -130,7 +131,8 @@ def make_room_to_feel(rollout: Rollout) -> None:
     """Give muscles room to tell what they feel, see `stepper.sensing`."""
     muscles = rollout.state.muscles
     if rollout.excitable and not len(muscles.sensed):
-        muscles.sensed = wp.zeros(muscles.activation.shape, dtype=wp.vec3, device=rollout.device)
+        shape = muscles.activation.shape
+        muscles.sensed = instance_zeros(shape, wp.vec3, rollout.device, rollout.side_by_side)
 
 
 def _put_back(state: dict[str, Rows], start: dict[str, Rows], rollout: Rollout) -> None:
@@ -141,5 +143,5 @@ def _put_back(state: dict[str, Rows], start: dict[str, Rows], rollout: Rollout) 
 
 def _rows(stepper: Stepper, count: int = 1) -> list[dict[str, Rows]]:
     """The first instances' words of every array."""
-    arrays = {name: words(array)[:count].numpy() for name, array in state_arrays(stepper)}
+    arrays = {name: words(array)[:count].numpy().reshape(count, -1) for name, array in state_arrays(stepper)}
     return [{name: array[row].copy() for name, array in arrays.items()} for row in range(count)]

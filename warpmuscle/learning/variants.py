@@ -16,7 +16,6 @@ from warpmuscle.learning.starts import RowTable
 from warpmuscle.scene import Command, Scene
 from warpmuscle.scene.learning import Variation
 from warpmuscle.scene.parameters import start_values, substitute
-from warpmuscle.simulation.extensions import words
 from warpmuscle.simulation.perturbations import with_masses
 from warpmuscle.simulation.rollout import Rollout
 
@@ -59,7 +58,7 @@ class Variants:
             own = wp.zeros(shape, dtype=varied.dtype, device=rollout.device)
             setattr(outer, name, own)
             targets.append(own)
-            sources.append(words(varied))
+            sources.append(varied)
         self._table = RowTable(targets, sources, rollout.device)
 
     def restore(self, mask: wp.array, variant: wp.array) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -269,25 +269,26 @@ def _rest(own: Actuation) -> Floats:
 
 
 def muscle_state(
-    instances: int, muscles: int, crossings: int, capacity: int, device: Any, excited: bool = False
+    instances: int, muscles: int, crossings: int, capacity: int, zeros: Callable[..., wp.array], excited: bool = False
 ) -> structs.MuscleState:
     """Room for the state of the muscles of a batch; `capacity` is the longest delay in steps and one.
 
     Args:
+        zeros: makes an array of a shape and dtype.
         excited: whether a controller excites muscles, and so wants to know what they feel.
     """
     shape = (instances, max(muscles, 1))
     s = structs.MuscleState()
     for name in ("activation", "neural", "damping", "fibre_length", "previous_fibre_length", "force"):
-        setattr(s, name, wp.zeros(shape, dtype=float, device=device))
-    s.excitation_ring = wp.zeros((instances, max(capacity, 1), shape[1]), dtype=float, device=device)
-    s.moment_arm = wp.zeros((instances, max(crossings, 1)), dtype=wp.vec3, device=device)
+        setattr(s, name, zeros(*shape))
+    s.excitation_ring = zeros(instances, max(capacity, 1), shape[1])
+    s.moment_arm = zeros(instances, max(crossings, 1), dtype=wp.vec3)
     feeling = instances if excited else 0
-    s.sensed = wp.zeros((feeling, shape[1]), dtype=wp.vec3, device=device)
-    s.reflex = wp.zeros((feeling, shape[1]), dtype=float, device=device)
-    s.stands = wp.zeros((feeling, 2), dtype=int, device=device)
-    s.landed = wp.zeros(feeling, dtype=int, device=device)
-    s.lean_at_lift = wp.zeros((feeling, 2), dtype=float, device=device)
+    s.sensed = zeros(feeling, shape[1], dtype=wp.vec3)
+    s.reflex = zeros(feeling, shape[1])
+    s.stands = zeros(feeling, 2, dtype=int)
+    s.landed = zeros(feeling, dtype=int)
+    s.lean_at_lift = zeros(feeling, 2)
     return s
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 import numpy as np
@@ -71,14 +71,20 @@ def objective_kind(scene: Scene, has_muscles: bool) -> ObjectiveKind:
     )
 
 
-def term_arrays(kind: ObjectiveKind, instances: int, bodies: int, muscles: int, device: Any) -> dict[str, wp.array]:
-    """Room for the sums of a batch, by field of `kernels.structs.State`."""
+def term_arrays(
+    kind: ObjectiveKind, instances: int, bodies: int, muscles: int, zeros: Callable[..., wp.array]
+) -> dict[str, wp.array]:
+    """Room for the sums of a batch, by field of `kernels.structs.State`.
+
+    Args:
+        zeros: makes an array of a shape and dtype.
+    """
     shapes = {
         "muscle_terms": (instances, len(kind.muscle), max(muscles, 1)) if kind.muscle else (1, 1, 1),
         "body_terms": (instances, len(kind.body), bodies) if kind.body else (1, 1, 1),
         "whole_terms": (instances, len(kind.whole)) if kind.whole else (1, 1),
     }
-    return {name: wp.zeros(shape, dtype=wp.float64, device=device) for name, shape in shapes.items()}
+    return {name: zeros(*shape, dtype=wp.float64) for name, shape in shapes.items()}
 
 
 def objective_fields(scene: Scene, names: Topology, device: Any) -> dict[str, Any]:

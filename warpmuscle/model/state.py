@@ -7,6 +7,7 @@ from typing import Any
 
 import warp as wp
 
+from warpmuscle.core.arrays import instance_zeros
 from warpmuscle.kernels import structs
 from warpmuscle.model.controller import control_steps
 from warpmuscle.model.muscles import ActuationMap, kept_rows, muscle_state
@@ -16,37 +17,43 @@ from warpmuscle.scene import Scene
 from warpmuscle.scene.parameters import greatest
 
 
-def state_struct(scene: Scene, structure: Structure, instances: int, device: Any) -> structs.State:
+def state_struct(
+    scene: Scene, structure: Structure, instances: int, device: Any, side_by_side: bool = False
+) -> structs.State:
     """The state of so many instances of a scene, all zero (see `kernels.structs.State`).
 
     Args:
-        scene: checked scene, whose numbers may be free.
+        scene: checked scene, whose numbers may be free. side_by_side: see `core.arrays.instance_zeros`.
     """
+
+    def zeros(*shape: int, dtype: Any = float) -> wp.array:
+        return instance_zeros(shape, dtype, device, side_by_side)
+
     n, names, objective, actuation = instances, structure.names, structure.objective, structure.actuation
     s = structs.State()
-    s.coordinates = wp.zeros((n, names.coordinates), dtype=float, device=device)
-    s.speeds = wp.zeros((n, names.speeds), dtype=float, device=device)
-    s.accelerations = wp.zeros((n, names.speeds), dtype=float, device=device)
-    s.phase = wp.zeros(n, dtype=float, device=device)
-    s.foot_force = wp.zeros((n, 2), dtype=wp.vec3, device=device)
-    s.start_height = wp.zeros(n, dtype=float, device=device)
-    s.start_heading = wp.zeros(n, dtype=float, device=device)
-    s.push = wp.zeros(n, dtype=wp.vec3, device=device)
-    s.push_steps = wp.zeros((n, 2), dtype=int, device=device)
-    s.torque_integral = wp.zeros((n, len(names.bodies)), dtype=wp.float64, device=device)
+    s.coordinates = zeros(n, names.coordinates)
+    s.speeds = zeros(n, names.speeds)
+    s.accelerations = zeros(n, names.speeds)
+    s.phase = zeros(n)
+    s.foot_force = zeros(n, 2, dtype=wp.vec3)
+    s.start_height = zeros(n)
+    s.start_heading = zeros(n)
+    s.push = zeros(n, dtype=wp.vec3)
+    s.push_steps = zeros(n, 2, dtype=int)
+    s.torque_integral = zeros(n, len(names.bodies), dtype=wp.float64)
     cycles = n if objective.follows_cycles else 0
-    s.foot_cycle = wp.zeros((cycles, 2), dtype=structs.FootCycle, device=device)
+    s.foot_cycle = zeros(cycles, 2, dtype=structs.FootCycle)
     held = n if control_steps(scene) > 1 else 0
-    s.target = wp.zeros((held, len(names.bodies)), dtype=wp.quat, device=device)
-    s.target_plan = wp.zeros((held, len(names.bodies)), dtype=wp.vec2, device=device)
+    s.target = zeros(held, len(names.bodies), dtype=wp.quat)
+    s.target_plan = zeros(held, len(names.bodies), dtype=wp.vec2)
     for name in ("stance", "machine_state", "step", "status"):
-        setattr(s, name, wp.zeros(n, dtype=int, device=device))
+        setattr(s, name, zeros(n, dtype=int))
     table = actuation.table
-    for name, array in term_arrays(objective, n, len(names.bodies), len(table.muscles), device).items():
+    for name, array in term_arrays(objective, n, len(names.bodies), len(table.muscles), zeros).items():
         setattr(s, name, array)
     capacity, excited = _ring_capacity(scene, actuation), structure.controller.excites
     arms = kept_rows(scene, names, actuation)
-    s.muscles = muscle_state(n, len(table.muscles), arms, capacity, device, excited)
+    s.muscles = muscle_state(n, len(table.muscles), arms, capacity, zeros, excited)
     return s
 
 

@@ -97,7 +97,7 @@ class BatchState:
             self._rows = initial, self._rows_of(initial)
         rows = self._rows[1]
         for name, target in self._targets():
-            dim = (len(chosen), target.shape[1])
+            dim = (len(chosen), *target.shape[1:])
             wp.launch(put_rows, dim, [chosen, rows.get(name, rows[""]), target], device=self._device)
         self.extensions.restart(chosen)
         self.begun[mask] = self.steps_done
@@ -114,11 +114,12 @@ class BatchState:
         numbers = {"stance": initial.stance, "machine_state": initial.machine_state}
         rows = {name: np.ascontiguousarray(values, dtype=np.float32).view(np.int32) for name, values in floats.items()}
         rows |= {name: np.full((1, 1), number, dtype=np.int32) for name, number in numbers.items()}
-        rows[""] = np.zeros((1, max(target.shape[1] for _, target in self._targets())), dtype=np.int32)
+        widest = max(target.shape[1] * target.shape[2] for _, target in self._targets())
+        rows[""] = np.zeros((1, widest), dtype=np.int32)
         return {name: wp.array(values, dtype=int, device=self._device) for name, values in rows.items()}
 
     def _targets(self) -> list[tuple[str, wp.array]]:
-        """The arrays of the state that a restart changes, by name, as rows of words."""
+        """The arrays of the state that a restart changes, by name, see `extensions.words`."""
         parts = (self.state, structs.State.vars), (self.state.muscles, structs.MuscleState.vars)
         arrays = [(name, getattr(part, name)) for part, names in parts for name in names if name not in KEPT]
         return [(name, words(array)) for name, array in arrays if len(array) == self.instances]

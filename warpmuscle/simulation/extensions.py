@@ -37,11 +37,18 @@ class Extensions:
                 memory.zero_()
             else:
                 target = words(memory)
-                zeros = wp.zeros((1, target.shape[1]), dtype=int, device=self._device)
-                wp.launch(put_rows, (len(chosen), target.shape[1]), [chosen, zeros, target], device=self._device)
+                zeros = wp.zeros((1, words_a_row(memory)), dtype=int, device=self._device)
+                wp.launch(put_rows, (len(chosen), *target.shape[1:]), [chosen, zeros, target], device=self._device)
 
 
 def words(array: wp.array) -> wp.array:
-    """The memory of a contiguous array as rows of 4-byte words, (instances, words)."""
-    shape = (len(array), array.size * wp.types.type_size_in_bytes(array.dtype) // 4 // len(array))
-    return wp.array(ptr=array.ptr, shape=shape, dtype=int, device=array.device)
+    """The memory of an array of `core.arrays.instance_zeros` as 4-byte words, (instances, elements, words of each)."""
+    size = wp.types.type_size_in_bytes(array.dtype) // 4
+    shape = (len(array), array.size // len(array), size)
+    near = array.strides[-1] if array.ndim > 1 else 4 * size
+    return wp.array(ptr=array.ptr, shape=shape, strides=(array.strides[0], near, 4), dtype=int, device=array.device)
+
+
+def words_a_row(array: wp.array) -> int:
+    """4-byte words of each instance in such an array."""
+    return int(array.size // len(array) * wp.types.type_size_in_bytes(array.dtype) // 4)

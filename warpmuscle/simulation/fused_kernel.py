@@ -79,6 +79,11 @@ class KernelConfig(NamedTuple):
         return int(work_floats(self.capacity, bool(self.skeleton.joints), monomials, self.slots))
 
     @property
+    def several_warps(self) -> bool:
+        """Whether lanes of an instance are in several warps, and neighbours in a warp of several instances."""
+        return self.block_dim > WARP
+
+    @property
     def instances_a_block(self) -> int:
         """Instances that share a block."""
         return max(self.block_dim // self.lanes, 1)
@@ -86,7 +91,7 @@ class KernelConfig(NamedTuple):
     def rows(self, instances: int) -> int:
         """Rows of lanes that so many instances are launched with: of whole blocks, where they span several warps."""
         count = self.instances_a_block
-        return -(-instances // count) * count if self.block_dim > WARP else instances
+        return -(-instances // count) * count if self.several_warps else instances
 
     @property
     def large_blocks(self) -> int:
@@ -95,7 +100,7 @@ class KernelConfig(NamedTuple):
 
     def resident(self, multiprocessors: int) -> int:
         """Instances that so many multiprocessors have room for at once."""
-        if self.block_dim > WARP:
+        if self.several_warps:
             return multiprocessors * self.large_blocks * self.instances_a_block
         blocks = resident_blocks(self.instances_a_block * self.work_floats, registers_of(self.muscles))
         return int(multiprocessors * blocks * self.instances_a_block)

@@ -21,7 +21,9 @@ from warpmuscle.simulation.fused_kernel import GPU_BLOCK, FusedKernel, KernelCon
 GPU_LANES = 8
 MOST_LANES = 16  # that are of use to a biped
 BUSY_WARPS = 11  # of them keep a multiprocessor about as busy as more do
-SIDE_BY_SIDE = 8  # instances of a large block
+SIDE_BY_SIDE = 32, 16, 8  # instances of a large block: at most one for each thread of a warp ...
+FEW_SIDE_BY_SIDE = 4, 1  # ... or, of large characters, fewer
+LARGE_BLOCK = 512  # threads of it
 SHARED_BYTES = 48 * 1024  # of memory that a block may declare
 
 _sought: set[tuple[Any, str]] = set()  # kernels on devices that were looked for in Warp's cache
@@ -118,9 +120,10 @@ def large_blocks(
 ) -> KernelConfig:
     """The configuration in blocks of several warps, with as many instances each as there is shared memory for.
 
-    Of the usual lanes there are those of which most fit a multiprocessor, or the most if all instances fit at once with
-    them. Pulls of muscles are kept in the working set if as many blocks fit with them, whatever lanes are asked for:
-    results do not depend on these.
+    A warp is then the same lane of up to 32 instances, which follows one muscle's path, reads what is known of the
+    muscle once for all of them, and finds what changes of them side by side. Fewer instances share a block, with more
+    lanes each, where all of them fit at once so. Pulls of muscles are kept in the working set if as many instances fit
+    with them, whatever lanes are asked for: results do not depend on these.
 
     Args:
         slots: of the character's feet.
@@ -131,37 +134,36 @@ def large_blocks(
     if lanes is not None and lanes & (lanes - 1):
         raise RolloutError(f"lanes must be one of 1, 2, 4, 8, 16, 32, not {lanes}")
     assert config.muscles is not None
-    may_be_near = config.muscles.may_be_at_hand
     config = config._replace(capacity=len(structure.names.bodies))  # no size class: each its own kernel
-    usual = []
-    for count in (MOST_LANES, WARP):
-        far = in_blocks(config, structure, slots, count, at_hand=False)
-        near = in_blocks(config, structure, slots, count, at_hand=may_be_near)
-        same = near.instances_a_block == far.instances_a_block and near.large_blocks >= far.large_blocks
-        usual.append(near if same else far)
-    most = max(usual, key=lambda large: large.large_blocks * large.block_dim)
-    assert most.muscles is not None
-    wide = in_blocks(config, structure, slots, lanes or WARP, most.muscles.pulls_at_hand)
-    if lanes is not None and wide.muscles != most.muscles:
+    usual = [in_blocks(config, structure, slots, None, at_hand) for at_hand in (False, config.muscles.may_be_at_hand)]
+    if not usual[0]:
+        raise RolloutError("the character has more bodies than a GPU block has memory for; simulate it on the CPU")
+    most = [found[0].resident(1) if found else 0 for found in usual]
+    found = in_blocks(config, structure, slots, lanes, config.muscles.may_be_at_hand and most[1] >= most[0])
+    if not found:
         raise RolloutError(f"lanes must be more than {lanes} for this character")
-    fits = instances <= wide.resident(multiprocessors) and wide.muscles == most.muscles
-    return wide if lanes is not None or fits else most
+    fitting = [large for large in found if large.instances_a_block * multiprocessors >= instances]
+    return (fitting or found[:1])[-1]
 
 
-def in_blocks(config: KernelConfig, structure: Structure, slots: int, lanes: int, at_hand: bool) -> KernelConfig:
-    """The configuration in large blocks with so many lanes; slots, at_hand: see `with_room`.
+def in_blocks(
+    config: KernelConfig, structure: Structure, slots: int, lanes: int | None, at_hand: bool
+) -> list[KernelConfig]:
+    """The configurations in large blocks that fit a multiprocessor, with ever fewer instances a block.
 
-    Raises:
-        RolloutError: the character is too large for a GPU.
+    Args:
+        lanes: None for as many as a block has room for. slots, at_hand: see `with_room`.
     """
-    for together in (SIDE_BY_SIDE, SIDE_BY_SIDE // 2, 1):
-        large = config._replace(lanes=lanes, block_dim=max(lanes * together, 2 * WARP))
-        large = with_room(large, structure, slots, at_hand)
-        if large.large_blocks > 0:
-            return large
-    if at_hand:
-        return in_blocks(config, structure, slots, lanes, at_hand=False)
-    raise RolloutError("the character has more bodies than a GPU block has memory for; simulate it on the CPU")
+    for sizes in (SIDE_BY_SIDE, FEW_SIDE_BY_SIDE):
+        found = []
+        for together in sizes:
+            own = min(LARGE_BLOCK // together, WARP) if lanes is None else lanes
+            large = config._replace(lanes=own, block_dim=max(own * together, 2 * WARP))
+            found.append(with_room(large, structure, slots, at_hand))
+        found = [large for large in found if large.block_dim <= LARGE_BLOCK and large.large_blocks > 0]
+        if found:
+            return found
+    return []
 
 
 def with_room(config: KernelConfig, structure: Structure, slots: int, at_hand: bool) -> KernelConfig:
@@ -207,7 +209,7 @@ def spread_config(config: KernelConfig, running: int, multiprocessors: int) -> K
 
     It is the one that replays use, since nothing is recorded where nothing is asked for.
     """
-    if config.block_dim > WARP:
+    if config.several_warps:
         return None
     lanes = usual_lanes(None, config.work_floats, running, multiprocessors)
     if lanes <= config.lanes or config.recorded not in (NOTHING, RecordKind()):

@@ -133,7 +133,8 @@ class Rollout(Batch):
         self.steps, self.lanes, self.block_dim = round(scene.duration / scene.time_step), config.lanes, config.block_dim
         if self.instances > FEW:
             check_memory(self.instances, self.instance_bytes.state, self.device)
-        self.state = state_struct(scene, structure, self.instances, self.device)
+        self.side_by_side = config.several_warps
+        self.state = state_struct(scene, structure, self.instances, self.device, self.side_by_side)
         self._extensions = Extensions(structure, self.instances, self.device)
         self._batch = BatchState(self.state, self._extensions, self.steps)
         every = frame_steps(scene, record_rate)
@@ -367,7 +368,7 @@ class Rollout(Batch):
         """What a controller may want to know, by name, as Warp arrays of the rollout's device, without a copy.
 
         They are the state itself, which steps change in place: `wp.to_torch`, `wp.to_jax` or `np.from_dlpack` make
-        other libraries see it. Do not write to them.
+        other libraries see it. Do not write to them. They need not be contiguous.
 
         Returns:
             coordinates, speeds: (instances, ...), as in `coordinate_names` and `speed_names`.
