@@ -134,12 +134,13 @@ def large_blocks(
     if lanes is not None and lanes & (lanes - 1):
         raise RolloutError(f"lanes must be one of 1, 2, 4, 8, 16, 32, not {lanes}")
     assert config.muscles is not None
+    may_be_near = config.muscles.may_be_at_hand
     config = config._replace(capacity=len(structure.names.bodies))  # no size class: each its own kernel
-    usual = [in_blocks(config, structure, slots, None, at_hand) for at_hand in (False, config.muscles.may_be_at_hand)]
+    usual = [in_blocks(config, structure, slots, None, at_hand) for at_hand in (False, may_be_near)]
     if not usual[0]:
         raise RolloutError("the character has more bodies than a GPU block has memory for; simulate it on the CPU")
     most = [found[0].resident(1) if found else 0 for found in usual]
-    found = in_blocks(config, structure, slots, lanes, config.muscles.may_be_at_hand and most[1] >= most[0])
+    found = in_blocks(config, structure, slots, lanes, may_be_near and most[1] >= most[0])
     if not found:
         raise RolloutError(f"lanes must be more than {lanes} for this character")
     fitting = [large for large in found if large.instances_a_block * multiprocessors >= instances]
