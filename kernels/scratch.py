@@ -1,8 +1,9 @@
 """Lanes that share an instance, and where the instance's working set lives.
 
-On the GPU the lanes of an instance are neighbours in one warp and the working set is in shared memory; on the CPU
-there is one lane, and the working set is a buffer of the calling thread. The capacity in bodies is all that is
-compiled into the fused step, so that one kernel serves every model of a size class.
+On the GPU the lanes of an instance are neighbours in one warp and the working set is in shared memory; where muscles'
+paths are long, neighbours are the same lane of up to 32 instances instead. On the CPU there is one lane, and the
+working set is a buffer of the calling thread. The capacity in bodies is all that is compiled into the fused step, so
+that one kernel serves every model of a size class.
 """
 
 from functools import cache
@@ -85,7 +86,7 @@ def work_floats(capacity: int, coordinate_joints: bool = False, monomials: int =
     """Size of the working set of one instance in floats (4 bytes each): an odd multiple of 8.
 
     So lanes of two instances that read the same thing of the same body find it in different banks of shared memory.
-    Where joints are of one coordinate it is an odd multiple of 4, and so are those of eight instances side by side.
+    Where joints are of one coordinate it is an odd multiple of 4, and so are those of eight neighbours.
 
     Args:
         coordinate_joints: whether there are joints as in `coordinate_joint.py`.

@@ -60,7 +60,7 @@ REGISTERS = 64 * 1024  # of a multiprocessor
 SHARED_MEMORY, SHARED_BY_SYSTEM = 228 * 1024, 1024  # bytes of a multiprocessor, and what it takes of them for a block
 SHARED_BESIDE_CACHE = 196 * 1024  # that leave the first cache room for moment arms, where working sets have none
 LEAST_REGISTERS = 96  # with fewer, long paths keep more on the stack than more blocks make up for ...
-LEAST_OF_WRAPS = 128  # ... and paths around surfaces
+LEAST_OF_WRAPS = 168  # ... and paths around surfaces
 WARP = 32  # threads that run together
 FEWER_REGISTERS = 128  # four warps; of long paths without surfaces, which wait for memory more than they compute
 
@@ -285,7 +285,8 @@ def step_kernel(
     Args:
         capacity: bodies that it has room for, see `scratch.capacity_of`.
         lanes: threads that share an instance; 1 on the CPU.
-        block_dim: threads a block, a multiple of lanes.
+        block_dim: threads a block, a multiple of lanes; of more than a warp: the state's numbers of neighbouring
+            instances lie side by side, see `core.arrays.instance_zeros`.
         muscles, objective, collisions, motion, recorded, controller, skeleton, forces, lap: see `one_step_of`.
         slots: of feet that it has room for, see `scratch.slots_for`; None for those of the size class.
     """

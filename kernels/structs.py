@@ -240,7 +240,7 @@ class FootCycle:
 
 @wp.struct
 class State:
-    """What changes, of all instances."""
+    """What changes, of all instances; how it lies in memory says `core.arrays.instance_zeros`."""
 
     coordinates: wp.array2d[float]  # (instances, coordinates) joint angles rad, quaternions, root position m
     speeds: wp.array2d[float]  # (instances, speeds) rad/s (ball: child axes), m/s and rad/s of the root (world)

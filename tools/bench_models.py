@@ -37,7 +37,7 @@ def main(
     device: Annotated[str, typer.Option(help="cuda:0, ... or cpu.")] = "cuda:0",
     instances: Annotated[str, typer.Option(help="Batch sizes.")] = "1024,5120,65536",
     lanes: Annotated[str, typer.Option(help="Lanes on a GPU; the usual ones if empty.")] = "",
-    seconds: Annotated[float, typer.Option(help="Motion of a run.")] = 0.1,
+    seconds: Annotated[float, typer.Option(help="Motion of a run.")] = 0.5,
     step: Annotated[float, typer.Option(help="Time step, s.")] = 0.0005,
     repeats: Annotated[int, typer.Option(help="Runs, of which the fastest counts.")] = 3,
     ball_joints: Annotated[bool, typer.Option("--ball-joints", help="As of `warpmuscle convert`.")] = False,

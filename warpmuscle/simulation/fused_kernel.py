@@ -81,7 +81,7 @@ class KernelConfig(NamedTuple):
     @property
     def several_warps(self) -> bool:
         """Whether lanes of an instance are in several warps, and neighbours in a warp of several instances."""
-        return self.block_dim > WARP
+        return bool(self.block_dim > WARP)
 
     @property
     def instances_a_block(self) -> int:

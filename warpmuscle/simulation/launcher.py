@@ -23,7 +23,7 @@ MOST_LANES = 16  # that are of use to a biped
 BUSY_WARPS = 11  # of them keep a multiprocessor about as busy as more do
 SIDE_BY_SIDE = 32, 16, 8  # instances of a large block: at most one for each thread of a warp ...
 FEW_SIDE_BY_SIDE = 4, 1  # ... or, of large characters, fewer
-LARGE_BLOCK = 512  # threads of it
+LARGE_BLOCK = 384  # threads of it, which leave each as many registers as paths around surfaces need
 SHARED_BYTES = 48 * 1024  # of memory that a block may declare
 
 _sought: set[tuple[Any, str]] = set()  # kernels on devices that were looked for in Warp's cache
