@@ -35,6 +35,10 @@ class Notes:
     ignored: list[Ignored] = field(default_factory=list)
     places: dict[str, tuple[Path, int]] = field(default_factory=dict)  # by key of the scene
 
+    def ignore(self, file: Path, line: int, text: str, reason: str) -> None:
+        """Note what was not used, or was taken otherwise, and why."""
+        self.ignored.append(Ignored(file, line, text, reason))
+
     def placed(self, error: SceneError) -> SceneError:
         """The error with file and line of its key, or of the innermost table around it that has them."""
         key = error.key
@@ -59,7 +63,7 @@ class Line:
 
     def ignore(self, notes: Notes, reason: str) -> None:
         """Put this line on the list of what was ignored."""
-        notes.ignored.append(Ignored(self.file, self.number, self.text, reason))
+        notes.ignore(self.file, self.number, self.text, reason)
 
     def mark(self, notes: Notes, key: str) -> None:
         """Remember that a key of the scene was read from this line."""

@@ -222,7 +222,7 @@ def _bodies(paths: Sequence[Path], keyword_rule: bool, notes: Notes) -> tuple[Sc
                     line.ignore(notes, rbs.CROSSED)
         if contents.ground is not None:
             if ground is not None:
-                notes.ignored.append(Ignored(path, 0, "ground", "there is a ground already"))
+                notes.ignore(path, 0, "ground", "there is a ground already")
             ground = ground or contents.ground
     if scene is None:
         given = f"; there is none in {', '.join(map(str, paths))}" if paths else ""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from warpmuscle.formats.lines import Ignored, Line, Lines, Notes
+from warpmuscle.formats.lines import Line, Lines, Notes
 from warpmuscle.scene import PD, Balance, Character, Component, Controller, Curve, Feedback, Side, State, Trajectory
 from warpmuscle.scene.number import Free
 
@@ -90,7 +90,7 @@ def _leave_out_foreign(controller: Controller, character: Character, notes: Note
                 del state.trajectories[name]
                 path, line = notes.places[f"controller.states.{index}.trajectories.{name}"]
                 reason = "no joint: a later program steers by it; here nothing does, so the gait may be another one"
-                notes.ignored.append(Ignored(path, line, name, reason))
+                notes.ignore(path, line, name, reason)
 
 
 def _replace(previous: dict[str, Line], line: Line, notes: Notes, key: str = "") -> None:

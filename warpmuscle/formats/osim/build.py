@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 
 from warpmuscle.core.errors import SceneError, shortened
-from warpmuscle.formats.lines import Ignored, Notes
+from warpmuscle.formats.lines import Notes
 from warpmuscle.formats.osim.balls import merge_balls
 from warpmuscle.formats.osim.blends import blend_conditions, open_at_stops
 from warpmuscle.formats.osim.build_forces import build_forces
 from warpmuscle.formats.osim.build_muscles import MuscleBuilder, build_surfaces, on_ground
 from warpmuscle.formats.osim.build_skeleton import Skeleton, build_skeleton
-from warpmuscle.formats.osim.frames import GROUND, on_body, refused
+from warpmuscle.formats.osim.frames import GROUND, note, on_body, refused
 from warpmuscle.formats.osim.moves import Coordinates
 from warpmuscle.formats.osim.read import read
 from warpmuscle.formats.osim.records import Coordinate, Model
@@ -61,7 +61,7 @@ def build(
     """
     for name in joined(model):
         line = next(body.line for body in model.bodies if body.name == name)
-        notes.ignored.append(Ignored(model.file, line, f"Body {name}", "has no joint; it moves freely, as in OpenSim"))
+        notes.ignore(model.file, line, f"Body {name}", "has no joint; it moves freely, as in OpenSim")
     if not model.bodies:
         raise refused(model, model.line, "the model has no bodies")
     coordinates = Coordinates(model)
@@ -155,9 +155,7 @@ def _markers(model: Model, skeleton: Skeleton, notes: Notes) -> None:
     """Markers on bodies; none stays on a ground that is no body here."""
     for marker in model.markers:
         if on_body(model, marker.frame)[0] == GROUND and skeleton.character.root != "ground":
-            notes.ignored.append(
-                Ignored(model.file, marker.line, f"Marker {marker.name}", "is on the ground; left out")
-            )
+            notes.ignore(model.file, marker.line, f"Marker {marker.name}", "is on the ground; left out")
             continue
         body, position = skeleton.placement.point(marker.frame, marker.location)
         skeleton.opensim.markers[marker.name] = Marker(body, position)
@@ -172,7 +170,7 @@ def _tell_jumps(model: Model, character: Character, jumps: Mapping[str, float], 
             continue
         why = "it wraps around a surface" if muscle.wraps else "it depends on angles of a ball joint"
         reason = f"its path jumps by {1e3 * jump:.0f} mm where a conditional point comes in, as in OpenSim: {why}"
-        notes.ignored.append(Ignored(model.file, record.line, f"{record.kind} {name}", reason))
+        note(notes, model, record, reason)
 
 
 def _tell(model: Model, skeleton: Skeleton, coordinates: Coordinates, notes: Notes) -> None:
@@ -180,15 +178,15 @@ def _tell(model: Model, skeleton: Skeleton, coordinates: Coordinates, notes: Not
     character = skeleton.character
     if character.root_joint != "fixed" and not any(body.shapes for body in character.bodies.values()):
         reason = "nothing of it touches the ground, so that it falls; give bodies `shapes`, or prescribe the root"
-        notes.ignored.append(Ignored(model.file, model.line, f"Model {model.name}", reason))
+        notes.ignore(model.file, model.line, f"Model {model.name}", reason)
     for joint in model.joints:
         if joint.kind == "BallJoint" and joint.coordinates[0].name in skeleton.character.joints:
             reason = "its coordinates are angles about x, the new y and the new z axis, as in OpenSim's files"
-            notes.ignored.append(Ignored(model.file, joint.line, f"BallJoint {joint.name}", reason))
+            note(notes, model, joint, reason)
     moving = {*character.joints, *skeleton.opensim.root_coordinates}
     for coordinate in coordinates.by_name.values():
         for reason in _odd(coordinate, coordinates.free(coordinate.name), coordinate.name in moving):
-            notes.ignored.append(Ignored(model.file, coordinate.line, f"Coordinate {coordinate.name}", reason))
+            notes.ignore(model.file, coordinate.line, f"Coordinate {coordinate.name}", reason)
     for name, error in coordinates.inexact.items():
         reason = f"a function of a function, taken at 401 places; it is off by {error:.1g} at most"
-        notes.ignored.append(Ignored(model.file, coordinates.by_name[name].line, f"Coordinate {name}", reason))
+        notes.ignore(model.file, coordinates.by_name[name].line, f"Coordinate {name}", reason)

@@ -7,12 +7,12 @@ from typing import Literal
 
 import numpy as np
 
-from warpmuscle.formats.lines import Ignored, Notes
+from warpmuscle.formats.lines import Notes
 from warpmuscle.formats.osim import records
 from warpmuscle.formats.osim.build_skeleton import Skeleton
 from warpmuscle.formats.osim.expressions import NotStraight, straight
 from warpmuscle.formats.osim.forces import EXPRESSIONS
-from warpmuscle.formats.osim.frames import GROUND, on_body, refused, turned
+from warpmuscle.formats.osim.frames import GROUND, note, on_body, refused, turned
 from warpmuscle.formats.osim.moves import Coordinates
 from warpmuscle.formats.osim.placement import WORLD, rotation_vector, vector
 from warpmuscle.formats.osim.records import Contact, Model
@@ -45,10 +45,6 @@ class ForceBuilder:
         self._model, self._scene, self._skeleton = model, scene, skeleton
         self._coordinates, self._notes = coordinates, notes
 
-    def note(self, force: records.Force, reason: str) -> None:
-        """Note a force, its line and what follows."""
-        self._notes.ignored.append(Ignored(self._model.file, force.line, f"{force.kind} {force.name}", reason))
-
     def place(self, key: str, line: int) -> None:
         """Remember that a key of the scene was read from a line."""
         self._notes.places[key] = (self._model.file, line)
@@ -59,10 +55,10 @@ class ForceBuilder:
         if name not in self._coordinates.by_name:
             raise refused(self._model, force.line, f"{force.kind} {force.name!r}: there is no coordinate {name!r}")
         if not self._coordinates.free(name):
-            self.note(force, LOCKED)
+            note(self._notes, self._model, force, LOCKED)
             return ""
         if name not in self._scene.character.joints:
-            self.note(force, ROOT)
+            note(self._notes, self._model, force, ROOT)
             return ""
         return name
 
@@ -104,7 +100,8 @@ class ForceBuilder:
             self._skeleton.placement.point(frame, (0.0, 0.0, 0.0)) for frame in force.frames
         )
         if first == second:
-            self.note(force, "both of its frames are on one body; it is left out, and holds nothing")
+            reason = "both of its frames are on one body; it is left out, and holds nothing"
+            note(self._notes, self._model, force, reason)
             return
         stiffness = np.zeros((6, 7))
         n = force.numbers
@@ -115,7 +112,8 @@ class ForceBuilder:
                 try:
                     stiffness[row] = straight(force.words[tag])
                 except NotStraight as error:
-                    self.note(force, f"{tag}: {error}; only straight ones are known; it is left out, and holds nothing")
+                    reason = f"{tag}: {error}; only straight ones are known; it is left out, and holds nothing"
+                    note(self._notes, self._model, force, reason)
                     return
         turns = [rotation_vector(self._skeleton.placement.axes(frame)) for frame in force.frames]
         values = dict(zip(PLACES, (*place, *turns[0], *other_place, *turns[1]), strict=True))
@@ -159,17 +157,18 @@ def build_forces(model: Model, scene: Scene, skeleton: Skeleton, coordinates: Co
             case "SpringGeneralizedForce":
                 builder.spring(force)
             case "HuntCrossleyForce":
-                _contact(force, force.words["geometry"].split(), builder, model, scene, skeleton)
+                _contact(force, force.words["geometry"].split(), builder, model, scene, skeleton, notes)
             case "SmoothSphereHalfSpaceForce":
                 names = [force.words["sphere"], force.words["half_space"]]
-                _contact(force, names, builder, model, scene, skeleton)
+                _contact(force, names, builder, model, scene, skeleton, notes)
             case _:
                 builder.bushing(force)
 
 
 def _contact(
-    force: records.Force, names: list[str], builder: ForceBuilder, model: Model, scene: Scene, skeleton: Skeleton
-) -> None:
+    force: records.Force, names: list[str], builder: ForceBuilder, model: Model, scene: Scene, skeleton: Skeleton,
+    notes: Notes,
+) -> None:  # fmt: skip
     """Spheres on bodies that touch the ground, which a half-space of the model gives its place."""
     unknown = [name for name in names if name not in model.contacts]
     if unknown:
@@ -177,12 +176,13 @@ def _contact(
     shapes = [model.contacts[name] for name in names]
     planes = [one for one in shapes if one.kind == "ContactHalfSpace"]
     if len(planes) != 1 or on_body(model, planes[0].frame)[0] != GROUND:
-        builder.note(force, "only spheres touch a half-space, and that only if it is fixed to the ground; left out")
+        reason = "only spheres touch a half-space, and that only if it is fixed to the ground; left out"
+        note(notes, model, force, reason)
         return
     ground = _ground(model, planes[0])
     ground.law = LAWS[force.kind]
     if scene.ground not in (Ground(), ground):
-        builder.note(force, "there is another ground, or law of contact, already; left out")
+        note(notes, model, force, "there is another ground, or law of contact, already; left out")
         return
     scene.ground = ground
     material = ContactMaterial(
@@ -193,7 +193,7 @@ def _contact(
             continue
         name, center = skeleton.placement.point(shape.frame, shape.location)
         if on_body(model, shape.frame)[0] == GROUND:
-            builder.note(force, f"sphere {shape.name!r} is fixed to the ground itself; left out")
+            note(notes, model, force, f"sphere {shape.name!r} is fixed to the ground itself; left out")
             continue
         body = scene.character.bodies[name]
         sphere = Sphere(center, shape.radius, material)

@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from warpmuscle.formats.lines import Ignored, Notes
+from warpmuscle.formats.lines import Notes
 from warpmuscle.formats.osim import records
 from warpmuscle.formats.osim.cables import made_cable
 from warpmuscle.formats.osim.chain import set_function
-from warpmuscle.formats.osim.frames import on_body, refused, turned
+from warpmuscle.formats.osim.frames import note, on_body, refused, turned
 from warpmuscle.formats.osim.functions import Function
 from warpmuscle.formats.osim.moves import Coordinates
 from warpmuscle.formats.osim.placement import Placement, direction, rotation_vector, vector
@@ -117,7 +117,7 @@ class MuscleBuilder:
             if one.kind not in FAMILIES:
                 cable, reason = made_cable(one)
                 if reason:
-                    self._note(one, reason)
+                    note(self._notes, self._model, one, reason)
                 if cable is None:
                     continue
             found[one.name] = self._routed(one, cable or self._muscle(one))
@@ -133,12 +133,10 @@ class MuscleBuilder:
         if len(activations) > 1:
             others = sum(activations.values()) - activations[common.initial_activation]
             first = next(m for m in self._model.muscles if m.kind in FAMILIES)
-            self._note(first, f"{others} muscles start from another default_activation; all start from that of most")
+            reason = f"{others} muscles start from another default_activation; all start from that of most"
+            note(self._notes, self._model, first, reason)
         _settle(common, [muscle for muscle in found.values() if not is_cable(muscle)])
         return common, found
-
-    def _note(self, one: records.Muscle, reason: str) -> None:
-        self._notes.ignored.append(Ignored(self._model.file, one.line, f"{one.kind} {one.name}", reason))
 
     def _muscle(self, one: records.Muscle) -> Muscle:
         """A muscle with all its values as its own."""
@@ -151,7 +149,8 @@ class MuscleBuilder:
             tendon="rigid" if one.truths["ignore_tendon_compliance"] else "compliant",
         )  # fmt: skip
         if one.truths["ignore_activation_dynamics"]:
-            self._note(one, "ignore_activation_dynamics is not known; its activation follows with its time constants")
+            reason = "ignore_activation_dynamics is not known; its activation follows with its time constants"
+            note(self._notes, self._model, one, reason)
         _shape(one, muscle)
         return muscle
 
@@ -205,7 +204,7 @@ class MuscleBuilder:
     def _wrap(self, one: records.Muscle, wrap: records.PathWrap) -> list[Wrap]:
         if wrap.surface not in self._model.surfaces:
             message = f"its surface {wrap.surface!r} is switched off or not there; the path runs without it"
-            self._notes.ignored.append(Ignored(self._model.file, wrap.line, f"PathWrap of {one.name}", message))
+            self._notes.ignore(self._model.file, wrap.line, f"PathWrap of {one.name}", message)
             return []
         method = wrap.method if wrap.method in METHODS else "hybrid"
         first, last = (end if end >= 1 else None for end in wrap.range)

@@ -8,8 +8,9 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import SceneError
+from warpmuscle.formats.lines import Notes
 from warpmuscle.formats.osim.elements import Element
-from warpmuscle.formats.osim.records import Frame, Model, Vec3
+from warpmuscle.formats.osim.records import Force, Frame, Joint, Model, Muscle, Vec3
 
 GROUND = "/ground"
 OFFSETS = "PhysicalOffsetFrame"
@@ -115,3 +116,8 @@ def on_body(model: Model, path: str) -> tuple[str, Floats, Floats]:
 def refused(model: Model, line: int, message: str) -> SceneError:
     """An error at a line of a model's file."""
     return SceneError(message, file=model.file, line=line)
+
+
+def note(notes: Notes, model: Model, record: Joint | Muscle | Force, reason: str) -> None:
+    """Note that something of a model is left out, or otherwise than in OpenSim, and why."""
+    notes.ignore(model.file, record.line, f"{record.kind} {record.name}", reason)

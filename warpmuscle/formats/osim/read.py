@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from warpmuscle.formats.lines import Ignored, Notes
+from warpmuscle.formats.lines import Notes
 from warpmuscle.formats.osim.elements import Element, parse
 from warpmuscle.formats.osim.forces import NUMBERS, read_contact, read_force, read_marker
 from warpmuscle.formats.osim.frames import OFFSETS, Frames
@@ -72,7 +72,7 @@ def read(path: Path, notes: Notes) -> Model:
         if element.tag in ("ContactSphere", "ContactHalfSpace"):
             read_contact(element, found, frames, own)
         else:
-            _note(notes, element, "shapes of this class are not known; it touches nothing")
+            _leave_out(notes, element, "shapes of this class are not known; it touches nothing")
     found.markers = [read_marker(element, frames, own) for element in _members(top, "MarkerSet")]
     _left_over(document, notes)
     return found
@@ -139,7 +139,7 @@ def _forces(top: Element, found: Model, frames: Frames, own: Properties, notes: 
     names: dict[str, int] = {}
     for element in _members(top, "ForceSet"):
         if not own.applied(element):
-            _note(notes, element, SWITCHED_OFF)
+            _leave_out(notes, element, SWITCHED_OFF)
         elif element.tag in CLASSES:
             if element.name in names or not element.name:
                 element.fail("a muscle needs a name that no other one has")
@@ -148,12 +148,12 @@ def _forces(top: Element, found: Model, frames: Frames, own: Properties, notes: 
         elif element.tag in NUMBERS:
             found.forces += read_force(element, frames, own)
         else:
-            _note(notes, element, NO_MUSCLE if "Muscle" in element.tag else NO_FORCE)
+            _leave_out(notes, element, NO_MUSCLE if "Muscle" in element.tag else NO_FORCE)
 
 
-def _note(notes: Notes, element: Element, reason: str) -> None:
-    """Note an element as left out, with all that is in it."""
-    notes.ignored.append(Ignored(element.file, element.line, f"{element.tag} {element.name}".strip(), reason))
+def _leave_out(notes: Notes, element: Element, reason: str) -> None:
+    """Note that an element is left out, with all that is in it."""
+    notes.ignore(element.file, element.line, f"{element.tag} {element.name}".strip(), reason)
     for inner in element.all():
         inner.used = True
 
@@ -170,7 +170,7 @@ def _left_over(document: Element, notes: Notes) -> None:
                 found.setdefault(child.tag, []).append(child)
     for tag, elements in found.items():
         first = min(elements, key=lambda one: one.line)
-        notes.ignored.append(Ignored(first.file, first.line, f"{tag} {first.name}".strip(), REASONS.get(tag, UNKNOWN)))
+        notes.ignore(first.file, first.line, f"{tag} {first.name}".strip(), REASONS.get(tag, UNKNOWN))
 
 
 def _says_nothing(element: Element) -> bool:
