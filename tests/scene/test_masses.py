@@ -15,6 +15,7 @@ from warpmuscle.scene import Muscle, MuscleModel, Objective, Scene
 from warpmuscle.scene.masses import (
     COMMON_TENSION,
     at_common_tension,
+    center_of_mass,
     common_mass,
     mass_warnings,
     muscle_mass,
@@ -139,3 +140,18 @@ def test_tensions_are_kept_by_a_scene_file():
         common_mass(list(again.character.muscles.values()))
     )
     assert msgspec.structs.asdict(again.muscle_model)["specific_tension"] == 5e5  # which is left as it was
+
+
+def test_centre_of_mass_is_the_mean_of_bodies_weighed_by_their_masses():
+    character = human().character
+    heavy = {
+        name: msgspec.structs.replace(body, mass=1.0 + k) for k, (name, body) in enumerate(character.bodies.items())
+    }
+    character = msgspec.structs.replace(character, bodies=heavy)
+    places = {name: np.array([float(k), 0.0, 2.0]) for k, name in enumerate(heavy)}
+    count = np.arange(len(heavy))
+    expected = [np.average(count, weights=1.0 + count), 0.0, 2.0]
+    np.testing.assert_allclose(center_of_mass(character, places), expected)
+    nothing = {name: msgspec.structs.replace(body, mass=0.0) for name, body in heavy.items()}
+    character = msgspec.structs.replace(character, bodies=nothing)
+    np.testing.assert_array_equal(center_of_mass(character, places), 0.0)

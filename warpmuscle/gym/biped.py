@@ -36,7 +36,6 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
-from warpmuscle.core.arrays import rows
 from warpmuscle.core.errors import Error
 from warpmuscle.core.number_rows import first_number
 from warpmuscle.core.status import Status
@@ -45,6 +44,7 @@ from warpmuscle.gym.pictures import Pictures
 from warpmuscle.model.objective import weighted
 from warpmuscle.scene import Scene
 from warpmuscle.scene.joints import root_type
+from warpmuscle.scene.masses import body_mass
 from warpmuscle.scene.validation.checks import near
 from warpmuscle.simulation.rollout import Rollout
 
@@ -100,8 +100,7 @@ class Bipeds:
         rollout, root = self.rollout, root_type(scene.character)
         self.dt = settings.frame_skip * scene.time_step
         self._pictures: Pictures | None = None
-        mass = rows([body.mass for body in rollout.numeric.character.bodies.values()]).sum()
-        self._weight = float(mass * first_number(rollout.numeric.gravity)) or 1.0
+        self._weight = body_mass(rollout.numeric.character) * first_number(rollout.numeric.gravity) or 1.0
         self._forward = root.forward
         self._seen = [i for i in range(len(rollout.coordinate_names)) if i not in root.on_ground]
         names = rollout.muscle_names if rollout.excitable else rollout.torque_names

@@ -7,21 +7,23 @@ from collections.abc import Sequence
 import numpy as np
 
 from warpmuscle.core.array_types import Floats
-from warpmuscle.core.pose import multiply, rotate
+from warpmuscle.core.pose import multiply, normalized, rotate, turned_to_heading
 from warpmuscle.scene import JointState, Scene
-from warpmuscle.scene.joints import joint_type
+from warpmuscle.scene.joints import joint_type, root_type
 from warpmuscle.scene.number import Number
 from warpmuscle.scene.topology import topology
 
+Poses = dict[str, tuple[Floats, Floats]]  # position, m, and orientation by body
 
-def initial_pose(scene: Scene) -> tuple[dict[str, tuple[Floats, Floats]], dict[str, Floats]]:
+
+def initial_pose(scene: Scene) -> tuple[Poses, dict[str, Floats]]:
     """Position, m, and orientation of every body in the root's frame, and the angles, rad, of every joint.
 
     Args:
         scene: checked scene without free parameters.
     """
     character = scene.character
-    poses: dict[str, tuple[Floats, Floats]] = {character.root: (np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0]))}
+    poses: Poses = {character.root: (np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0]))}
     angles, moved = {}, {}
     for name in topology(character).joints:
         joint = character.joints[name]
@@ -34,6 +36,31 @@ def initial_pose(scene: Scene) -> tuple[dict[str, tuple[Floats, Floats]], dict[s
         turned = multiply(orientation, motion.orientation[0])
         poses[joint.child] = np.asarray(anchor - rotate(turned, plain_vector(joint.position_in_child))), turned
     return poses, angles
+
+
+def world_poses(scene: Scene) -> Poses:
+    """Position, m, and orientation of every body at the start, world.
+
+    Args:
+        scene: checked scene without free parameters.
+    """
+    place, turn = _root(scene)
+    poses, _ = initial_pose(scene)
+    return {
+        name: (place + rotate(turn, position), multiply(turn, orientation))
+        for name, (position, orientation) in poses.items()
+    }
+
+
+def _root(scene: Scene) -> tuple[Floats, Floats]:
+    """Position, m, and orientation of the root at the start, world."""
+    state = scene.initial_state
+    position, turn = plain_vector(state.root_position), normalized(plain_vector(state.root_orientation))
+    if state.heading is not None:
+        turn = multiply(turned_to_heading(turn, plain_number(state.heading)), turn)
+    root, still = root_type(scene.character), np.zeros((1, 3))
+    motion = root.motion(root.coordinates_of(position[None], turn[None], still, still)[0])
+    return motion.place[0], motion.orientation[0]
 
 
 def plain_vector(numbers: Sequence[Number]) -> Floats:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from msgspec.structs import replace
 
+from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.number_rows import first_number
 from warpmuscle.scene import Body, Character, Muscle, MuscleModel, Scene
@@ -16,6 +17,7 @@ from warpmuscle.scene.parameters import start_values, substitute
 
 DENSITY = 1059.7  # kg/m^3 (Mendez 1960)
 COMMON_TENSION = 2.5e5  # Pa, the default of OpenSim's probes and of SCONE
+TINY_MASS = 1e-9  # kg, which can be divided by where nothing has a mass
 LARGEST_SHARE = 0.45  # of the body; in women 0.31 of it is skeletal muscle, in men 0.38 (Janssen 2000)
 
 
@@ -66,6 +68,12 @@ def is_zero(number: Any) -> bool:
 def body_mass(character: Character) -> float:
     """Mass of a numeric character, kg."""
     return float(sum(first_number(body.mass) for body in character.bodies.values()))
+
+
+def center_of_mass(character: Character, positions: Mapping[str, Floats]) -> Floats:
+    """Centre of mass (3,) of a numeric character, m, from positions (3,) of its bodies; 0 where nothing has a mass."""
+    moments = [first_number(body.mass) * positions[name] for name, body in character.bodies.items()]
+    return np.asarray(np.sum(moments, axis=0) / max(body_mass(character), TINY_MASS))
 
 
 def muscle_mass_text(muscles: Sequence[Muscle], model: MuscleModel) -> str:

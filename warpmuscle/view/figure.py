@@ -14,7 +14,7 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.scene import Box, Character, Joint, Shape, Sphere
 from warpmuscle.scene.anatomy import Side, bone_lines, far_end, foot_bodies, joint_place, sides_of
 from warpmuscle.scene.initial_pose import plain_number, plain_vector
-from warpmuscle.scene.masses import massless
+from warpmuscle.scene.masses import TINY_MASS, body_mass, massless
 from warpmuscle.view.hulls import Mesh, Seeds, box_seeds, rounded_hull, sized_hull
 from warpmuscle.view.pieces import Hull, Layer, Limb, Piece, exact_shape
 
@@ -46,7 +46,7 @@ class _Figure:
         self.character, self.names, self.coarse = character, body_names, coarse
         self.sides: Mapping[str, Side] = sides_of(character)
         self.mass = {name: plain_number(body.mass) for name, body in character.bodies.items()}
-        self.total = max(sum(self.mass.values()), 1e-9)
+        self.total = max(body_mass(character), TINY_MASS)
         self.scale = float(np.clip((self.total / 75.0) ** (1.0 / 3.0), 0.3, 1.4))
         self.feet = {body for foot in feet if foot in character.bodies for body in foot_bodies(character, foot)}
         self.heads: set[str] = set()

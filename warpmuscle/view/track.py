@@ -18,6 +18,7 @@ from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
 from warpmuscle.scene.ground import plane
 from warpmuscle.scene.joints import joint_type
+from warpmuscle.scene.masses import body_mass
 from warpmuscle.scene.topology import Topology, topology
 from warpmuscle.view.curves import FULL_FORCE
 from warpmuscle.view.muscle_lines import MuscleLines, Routes, muscle_lines, point_weights, world_points
@@ -88,14 +89,13 @@ def doll_of(scene: Scene, muscles: tuple[str, ...]) -> Doll:
     names, character = topology(scene.character), scene.character
     joints = [character.joints[name] for name in names.joints]
     zero = (0.0, 0.0, 0.0)
-    mass = sum(float(np.asarray(body.mass)) for body in character.bodies.values())
     return Doll(
         muscles=muscle_lines(character, muscles, names.bodies),
         parent=np.array(names.parents, dtype=np.int64),
         in_parent=np.array([zero, *(joint.position_in_parent for joint in joints)], dtype=np.float64),
         in_child=np.array([zero, *(joint.position_in_child for joint in joints)], dtype=np.float64),
         sliding=tuple(i for i, joint in enumerate(joints, 1) if joint_type(joint).by_coordinate),
-        weight=9.81 * mass,
+        weight=9.81 * body_mass(character),
         wraps=any(character.muscles[name].wraps for name in muscles),
         names=names,
     )

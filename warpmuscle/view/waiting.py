@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from warpmuscle.core.pose import multiply, normalized, rotate, turned_to_heading
 from warpmuscle.results.recording import QUANTITIES, Recording
 from warpmuscle.scene import Scene
-from warpmuscle.scene.initial_pose import initial_pose
+from warpmuscle.scene.initial_pose import world_poses
+from warpmuscle.scene.masses import center_of_mass
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.scene.topology import topology
 from warpmuscle.view.page import page_of
@@ -59,15 +59,8 @@ def waiting_page(scene: Scene) -> str:
 
 def first_pose(scene: Scene) -> Recording:
     """The initial pose of a scene without free parameters, as a recording of one frame without muscles and forces."""
-    names, state = topology(scene.character), scene.initial_state
-    place = np.array(state.root_position, dtype=np.float64)
-    turn = normalized(np.array(state.root_orientation, dtype=np.float64))
-    if state.heading is not None:
-        turn = multiply(turned_to_heading(turn, np.asarray(state.heading, dtype=np.float64)), turn)
-    within, _ = initial_pose(scene)
-    position = np.array([place + rotate(turn, within[name][0]) for name in names.bodies])
-    orientation = np.array([multiply(turn, within[name][1]) for name in names.bodies])
-    mass = np.array([float(np.asarray(scene.character.bodies[name].mass)) for name in names.bodies])
+    names, poses = topology(scene.character), world_poses(scene)
+    position, orientation = (np.array([poses[name][part] for name in names.bodies]) for part in (0, 1))
     counts = {"frame": 1, "joint": len(names.joints), "body": len(names.bodies)}
     arrays: dict[str, NDArray[Any]] = {
         name: np.zeros([counts.get(axis, len(axis.split())) for axis in quantity.axes])
@@ -79,10 +72,10 @@ def first_pose(scene: Scene) -> Recording:
             arrays[name][..., 3] = 1.0
     arrays |= {name: np.zeros(1, dtype=np.int32) for name in ("stance", "state")}
     arrays |= {
-        "root_position": place[None],
-        "root_orientation": turn[None],
+        "root_position": position[None, 0],
+        "root_orientation": orientation[None, 0],
         "body_position": position[None],
         "body_orientation": orientation[None],
-        "com": (mass @ position / max(float(mass.sum()), 1e-9))[None],
+        "com": center_of_mass(scene.character, dict(zip(names.bodies, position, strict=True)))[None],
     }
     return Recording.of(arrays, names.joints, names.bodies)

@@ -4,18 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 
-from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import SceneError
-from warpmuscle.core.pose import multiply, normalized, rotate, turned_to_heading
+from warpmuscle.core.pose import rotate
 from warpmuscle.scene import Scene
 from warpmuscle.scene.geometry import contact_points
 from warpmuscle.scene.ground import plane
-from warpmuscle.scene.initial_pose import initial_pose, plain_number, plain_vector
+from warpmuscle.scene.initial_pose import Poses, plain_number, plain_vector, world_poses
 from warpmuscle.scene.joints import root_type
+from warpmuscle.scene.masses import center_of_mass
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.scene.validation.muscles import muscle_warnings
 
-Poses = dict[str, tuple[Floats, Floats]]  # by body
 DEEP = 0.02  # m in the ground, ten times as deep as feet that carry a body; beyond it the ground throws it up
 
 
@@ -30,7 +29,7 @@ def start_warnings(scene: Scene) -> list[SceneError]:
     Free parameters count with their start values.
     """
     plain = substitute(scene, start_values(scene))
-    poses = _world_poses(plain)
+    poses = world_poses(plain)
     return [*(_in_the_ground(plain, poses) or _below_the_ground(plain, poses)), *_too_fast(plain)]
 
 
@@ -62,8 +61,7 @@ def _below_the_ground(scene: Scene, poses: Poses) -> list[SceneError]:
     """One if the centre of mass starts below the ground, where it counts as fallen at once."""
     if plain_number(scene.failure.com_height) <= 0.0:
         return []
-    masses = {name: plain_number(body.mass) for name, body in scene.character.bodies.items()}
-    com = sum(masses[name] * poses[name][0] for name in masses) / sum(masses.values())
+    com = center_of_mass(scene.character, {name: position for name, (position, _) in poses.items()})
     ground = plane(scene.ground)
     depth = ground.height - float(ground.normal @ com)
     if depth < 0.0:
@@ -91,7 +89,7 @@ def start_depths(scene: Scene) -> dict[str, float]:
     Args:
         scene: checked scene without free parameters.
     """
-    return _depths(scene, _world_poses(scene))
+    return _depths(scene, world_poses(scene))
 
 
 def _depths(scene: Scene, poses: Poses) -> dict[str, float]:
@@ -108,24 +106,3 @@ def _depths(scene: Scene, poses: Poses) -> dict[str, float]:
         if depths:
             found[name] = float(max(depths))
     return found
-
-
-def _world_poses(scene: Scene) -> Poses:
-    """Position, m, and orientation of every body at the start, world."""
-    place, turn = _root(scene)
-    poses, _ = initial_pose(scene)
-    return {
-        name: (place + rotate(turn, position), multiply(turn, orientation))
-        for name, (position, orientation) in poses.items()
-    }
-
-
-def _root(scene: Scene) -> tuple[Floats, Floats]:
-    """Position, m, and orientation of the root at the start, world."""
-    state = scene.initial_state
-    position, turn = plain_vector(state.root_position), normalized(plain_vector(state.root_orientation))
-    if state.heading is not None:
-        turn = multiply(turned_to_heading(turn, plain_number(state.heading)), turn)
-    root, still = root_type(scene.character), np.zeros((1, 3))
-    motion = root.motion(root.coordinates_of(position[None], turn[None], still, still)[0])
-    return motion.place[0], motion.orientation[0]
