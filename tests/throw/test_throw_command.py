@@ -1,9 +1,12 @@
 """The command `throw`: what is refused before anything is fitted, what is said, and how a missed goal ends."""
 
+import itertools
+from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+import h5py
 import numpy as np
 import pytest
 from typer.testing import CliRunner
@@ -11,7 +14,8 @@ from typer.testing import CliRunner
 from warpmuscle.cli import app
 from warpmuscle.cli.throw import exit_code
 from warpmuscle.core.errors import Error
-from warpmuscle.throw import job, strength, synthesis
+from warpmuscle.results.result import read
+from warpmuscle.throw import fit, job, strength, synthesis
 from warpmuscle.throw.fit import Settings
 
 TIME = np.arange(0.0, 1.501, 0.01)
@@ -121,9 +125,6 @@ def test_what_a_low_pass_took_and_what_a_file_does_not_say_is_told(tmp_path: Pat
 
 
 def test_a_missed_goal_is_said_and_ends_with_code_1(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
-    def quick(**given: Any) -> Settings:
-        return Settings(common=False, parameter_steps=3, signal_steps=3, starts=1, **given)
-
     monkeypatch.setattr(job, "Settings", quick)
     monkeypatch.setattr(synthesis, "GENERATIONS", 3)
     monkeypatch.setattr(strength, "FACTORS", (1.25,))
@@ -137,6 +138,78 @@ def test_a_missed_goal_is_said_and_ends_with_code_1(monkeypatch: pytest.MonkeyPa
     assert "--adapt 5 lets all signals change" in output
     assert (tmp_path / "t.h5").is_file()
     assert (tmp_path / "t.png").is_file()
+
+
+def quick(**given: Any) -> Settings:
+    return Settings(common=False, parameter_steps=3, signal_steps=3, starts=1, **given)
+
+
+def throw(folder: Path, *arguments: object) -> Any:
+    """What `throw` says, with quick fits, of files in a folder."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        patch.setattr(job, "Settings", quick)
+        patch.setattr(synthesis, "GENERATIONS", 3)
+        return CliRunner().invoke(app, ["throw", *map(str, arguments)], standalone_mode=False)
+
+
+def interrupting(function: Callable[..., Any], calls: int) -> Callable[..., Any]:
+    """The same, with Ctrl-C in place of the call after so many of them."""
+    count = itertools.count()
+
+    def called(*given: Any, **named: Any) -> Any:
+        if next(count) == calls:
+            raise KeyboardInterrupt
+        return function(*given, **named)
+
+    return called
+
+
+def test_an_interrupted_fit_keeps_what_its_last_whole_stage_came_to(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
+    monkeypatch.setattr(fit._Fitting, "_signals", interrupting(fit._Fitting._signals, 0))
+    result = throw(tmp_path, "--target", "2", "-o", "t.h5", "--plot", "t.png")
+    assert result.return_value == 130, result.exception
+    assert "done so far: the fit up to its stage 'parameters'; the same command begins anew" in result.output
+    with h5py.File(tmp_path / "t.h5") as file:
+        assert [name.decode() for name in file["fit/stages"][:]] == ["start", "equations", "parameters"]
+        assert len(file["fit/r2"]) == 3
+    assert len(read(tmp_path / "t.h5").replays) == 1
+    assert (tmp_path / "t.png").is_file()
+
+
+def test_an_interrupted_search_for_throws_keeps_the_fit_and_those_that_were_made(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+):
+    monkeypatch.setattr(synthesis.Thrower, "_throw", interrupting(synthesis.Thrower._throw, 1))
+    monkeypatch.setattr(job, "what_lacks", lambda *_: "")
+    result = throw(tmp_path, "--target", "2", "--target", "3", "-o", "t.h5")
+    assert result.return_value == 130, result.exception
+    assert "done so far: the fit, 1 of 2 new throws; the same command begins anew" in result.output
+    assert "to 2 m: released after" in " ".join(result.output.split())
+    assert len(read(tmp_path / "t.h5").replays) == 2
+
+
+def test_a_fit_that_is_interrupted_at_its_begin_leaves_the_file_of_an_earlier_one(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+):
+    (tmp_path / "t.h5").write_text("earlier")
+    monkeypatch.setattr(fit._Fitting, "_equations", interrupting(fit._Fitting._equations, 0))
+    result = throw(tmp_path, "--target", "2", "-o", "t.h5")
+    assert result.return_value == 130, result.exception
+    assert "done so far: no stage of the fit; the same command begins anew" in result.output
+    assert (tmp_path / "t.h5").read_text() == "earlier"
+
+
+def test_interrupted_fits_with_several_numbers_of_synergies_keep_one_that_is_whole(
+    monkeypatch: pytest.MonkeyPatch, motion: Path, tmp_path: Path
+):
+    monkeypatch.setattr(job.Job, "fit", interrupting(job.Job.fit, 1))
+    result = throw(tmp_path, motion, "--numbers", "4", "6", "-o", "t.h5")
+    assert result.return_value == 130, result.exception
+    assert "done so far: 1 of 3 numbers of synergies; the same command begins anew" in result.output
+    with h5py.File(tmp_path / "t.h5") as file:
+        assert file["synergies/W"].shape[1] == 4
+        assert file["fit/stages"][-1] == b"signals"
 
 
 @pytest.mark.parametrize(("missed", "code"), [((), 0), (("distance",), 1), (("angle",), 4), (("distance", "speed"), 6)])

@@ -19,7 +19,9 @@ from warpmuscle.cli.common import (
     writable,
 )
 from warpmuscle.cli.console import log, marked, out
+from warpmuscle.cli.throw_tables import print_curve, print_fit, print_problem, print_published, print_table, tell_kept
 from warpmuscle.core.errors import Error
+from warpmuscle.core.interruption import INTERRUPTED
 from warpmuscle.simulation.cuda_warmup import start_driver
 
 # Exit codes where new throws miss a part of their goals; several parts are SEVERAL.
@@ -31,10 +33,8 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from warpmuscle.scene import Scene
-    from warpmuscle.throw.fit import Fitted
     from warpmuscle.throw.goals import Goal
     from warpmuscle.throw.job import Job, Options
-    from warpmuscle.throw.problem import Lack
     from warpmuscle.throw.report import Row
     from warpmuscle.throw.synthesis import Throw
 
@@ -132,7 +132,7 @@ def throw(
 
     A new throw stays overhead: the hand is above the shoulder when it lets go. Exit codes: 0; where new throws miss a
     part of their goals 1 (distance), 3 (speed), 4 (angle), 5 (time of flight) or 6 (several of these), with files
-    written all the same; 2 if an input cannot be used.
+    written all the same; 2 if an input cannot be used; 130 after Ctrl-C, with what had come to its end written.
 
     Examples: warpmuscle throw throws/*.csv -o throw.h5; warpmuscle throw serve.csv --prescribe shoulder;
     warpmuscle throw lift.csv --emg syn.h5 --prescribe wrist --curve; warpmuscle throw --target 2 --target 4
@@ -169,25 +169,31 @@ def throw(
         fit_all=fit_all,
         fidelity=fidelity, low_pass=low_pass, device=device, threads=threads, seed=seed,
     )  # fmt: skip
-    job = Job(loaded, files or [], options) if numbers is None else _fewest(loaded, files or [], options, numbers)
+    interrupted = False
+    if numbers is None:
+        job = Job(loaded, files or [], options)
+    else:
+        job, interrupted = _fewest(loaded, files or [], options, numbers)
     if release is not None:
         job.check_release(release)
-    _print_problem(job)
-    if as_published:
-        _print_published(job)
-    fitted = None
-    if job.fitted is not None:
-        fitted = job.fitted
-        _print_fit(job, fitted)
-    elif not as_published or goals or curve:
-        with log.status("fitting") as shown:
-            fitted = job.fit(lambda stage: shown.update(f"fitting {stage}"))
-        _print_fit(job, fitted)
-    if curve and fitted is not None:
-        _print_curve(job, fitted)
-    throws: list[Throw] = []
-    if goals and fitted is not None:
-        throws = _throws(job, goals, release, adapt, solutions or 1)
+    print_problem(job)
+    try:
+        if as_published:
+            print_published(job)
+        if job.fitted is None and (not as_published or goals or curve):
+            _fit(job)
+        if job.fitted is not None:
+            print_fit(job, job.fitted)
+        if curve and job.fitted is not None and not interrupted:
+            print_curve(job, job.fitted)
+        if goals and job.fitted is not None and not interrupted:
+            _throw(job, goals, release, adapt, solutions or 1)
+    except KeyboardInterrupt:
+        interrupted = True
+        tell_kept(job, len(goals) * (solutions or 1))
+        if job.fitted is None and job.published is None:
+            raise
+    fitted, throws = job.fitted, job.throws
     if output is not None:
         job.write(output, {"command": command_line(), "seed": seed})
         out.print(f"wrote {output}")
@@ -196,14 +202,14 @@ def throw(
 
         draw_result(plot, job.follower, fitted, job.published, throws)
         out.print(f"wrote {plot}")
-    if plot_each is not None:
+    if plot_each is not None and not (interrupted and fitted is None):
         from warpmuscle.throw.motion_plot import draw_each
 
         if fitted is None:
             raise Error("--plot-each draws fitted motions; leave out --as-published")
         draw_each(plot_each, job.follower, fitted)
         out.print(f"wrote {len(job.motions)} figures to {plot_each}")
-    return exit_code(throws)
+    return INTERRUPTED if interrupted else exit_code(throws)
 
 
 def exit_code(throws: Sequence[Throw]) -> int:
@@ -241,50 +247,11 @@ def _goals(
     return [Goal(distance, height, speed, radians, duration) for distance in distances]
 
 
-def _print_problem(job: Job) -> None:
-    """What is to be fitted, and what the muscles lack for it."""
-    from warpmuscle.throw.problem import COMPUTED
+def _fewest(scene: Scene, files: Sequence[Path], options: Options, numbers: tuple[int, int]) -> tuple[Job, bool]:
+    """A job fitted with the fewest synergies that follow all motions but one in twenty, or with the most.
 
-    motions, synergies, arm = job.motions, job.follower.synergies, job.arm
-    kind = "computed by static optimisation of the same motions, not EMG"
-    kind = kind if synergies.source == COMPUTED else synergies.source
-    out.print(
-        f"{len(motions)} motion{'' if len(motions) == 1 else 's'} of {motions.time[-1]:.3g} s, muscles on "
-        f"{', '.join(arm.driven)}; {synergies.count} synergies ({kind}), VAF {synergies.explained:.4f}"
-    )
-    for note in job.notes():
-        log.print(marked("note:", "yellow", f" {note}"))
-    _print_calibration(job)
-    whose = "the muscle groups that compute activations" if job.strong is not job.arm else "the muscles"
-    _print_lacks("before the fit:", job, job.lacks, whose)
-
-
-def _print_calibration(job: Job) -> None:
-    """What was found of the channels and the muscles, if that was asked for."""
-    from warpmuscle.throw.report import calibration_rows
-
-    if job.calibration is None:
-        return
-    found = job.calibration
-    headings = ["gain", "delay, ms", "f_max, N", "calibrated", "l_slack, mm", "calibrated"]
-    _print_table("channels and muscles, calibrated to the torques", headings, calibration_rows(job.arm, found))
-    before, after = (" ".join(f"{value:.3f}" for value in row) for row in found.torque_r2)
-    out.print(
-        f"torques of {', '.join(job.arm.driven)}: r2 {before}, calibrated {after}; mean square activation "
-        f"{found.effort[0]:.4f}, calibrated {found.effort[1]:.4f}"
-    )
-
-
-def _print_lacks(when: str, job: Job, lacks: Sequence[Lack], whose: str) -> None:
-    from warpmuscle.throw.problem import shortcoming
-
-    text = shortcoming(job.arm, lacks, len(job.motions), whose)
-    if text:
-        log.print(marked(when, "yellow", f" {text}"))
-
-
-def _fewest(scene: Scene, files: Sequence[Path], options: Options, numbers: tuple[int, int]) -> Job:
-    """A job fitted with the fewest synergies that follow all motions but one in twenty, or with the most."""
+    And whether Ctrl-C ended this, which leaves the numbers whose fits had come to their end.
+    """
     from dataclasses import replace
 
     from warpmuscle.throw.job import Job
@@ -292,89 +259,57 @@ def _fewest(scene: Scene, files: Sequence[Path], options: Options, numbers: tupl
 
     rows: list[Row] = []
     chosen: Job | None = None
-    with log.status("fitting") as shown:
-        for count in range(numbers[0], numbers[1] + 1):
-            shown.update(f"fitting {count} synergies")
-            job = Job(scene, files, replace(options, count=count))
-            fitted = job.fit()
-            rows.append(number_row(job.follower, fitted))
-            if chosen is None and fitted.agreement.good().mean() >= ENOUGH:
-                chosen = job
-    headings = ["VAF", "largest share", *(f"{joint} r2" for joint in job.arm.driven)]
+    last: Job | None = None
+    interrupted = False
+    try:
+        with log.status("fitting") as shown:
+            for count in range(numbers[0], numbers[1] + 1):
+                shown.update(f"fitting {count} synergies")
+                job = Job(scene, files, replace(options, count=count))
+                fitted = job.fit()
+                rows.append(number_row(job.follower, fitted))
+                last = job
+                if chosen is None and fitted.agreement.good().mean() >= ENOUGH:
+                    chosen = job
+    except KeyboardInterrupt:
+        interrupted = True
+        done = f"{len(rows)} of {numbers[1] - numbers[0] + 1} numbers of synergies"
+        log.print(f"done so far: {done}; the same command begins anew")
+        if last is None:
+            raise
+    assert last is not None
+    headings = ["VAF", "largest share", *(f"{joint} r2" for joint in last.arm.driven)]
     headings += ["lowest r2", "velocity r2", "hand, cm", "correlation", "all bars"]
-    _print_table("by number of synergies: medians and the worst of all motions", headings, rows)
+    print_table("by number of synergies: medians and the worst of all motions", headings, rows)
     if chosen is None:
-        out.print(f"no number up to {numbers[1]} meets all bars; this is the fit with {numbers[1]}")
-        return job
+        out.print(f"no number up to {last.count} meets all bars; this is the fit with {last.count}")
+        return last, interrupted
     out.print(f"{chosen.count} synergies are the fewest that meet all bars")
-    return chosen
+    return chosen, interrupted
 
 
-def _print_published(job: Job) -> None:
-    from warpmuscle.throw.report import PAPER, published_rows
-
-    headings = [*(f"{joint} r2" for joint in job.arm.driven), "time"]
-    with log.status("fitting as published") as shown:
-        if len(job.motions) > 1 and job.options.emg is None:
-            mean = job.publish_mean()
-            _print_table("as published, mean motion", headings, published_rows(mean))
-        result = job.publish(lambda stage: shown.update(f"fitting as published: {stage}"))
-    title = "as published, median (worst) of each motion fitted by itself" if len(job.motions) > 1 else "as published"
-    _print_table(title, headings, published_rows(result))
-    out.print(f"Cruz Ruiz et al. 2015: after parameters {' '.join(PAPER['parameters'])}, after signals "
-              f"{' '.join(PAPER['signals'])} (shoulder, elbow, wrist)")  # fmt: skip
+def _fit(job: Job) -> None:
+    """Fit, and print what an interrupted fit had come to."""
+    try:
+        with log.status("fitting") as shown:
+            job.fit(lambda stage: shown.update(f"fitting {stage}"))
+    except KeyboardInterrupt:
+        if job.fitted is not None:
+            print_fit(job, job.fitted)
+        raise
 
 
-def _print_fit(job: Job, fitted: Fitted) -> None:
-    from warpmuscle.throw.report import baseline_row, stage_rows
-
-    headings = [f"{joint} r2" for joint in job.arm.driven]
-    headings += ["lowest r2", "velocity r2", "least", "hand, cm (most)", "correlation (least)", "all bars"]
-    if job.held_out:
-        headings.append("held out")
-    rows = stage_rows(fitted.stages, job.held_out)
-    baseline = baseline_row(job.follower)
-    _print_table("better fit, medians over motions", [*headings, "time"], [*([baseline] if baseline else []), *rows])
-    good, a = fitted.agreement.good(), fitted.agreement
-    for k in (~good).nonzero()[0] if len(job.motions) > 1 else []:
-        out.print(
-            f"  {job.motions.names[k]}: r2 {a.r2[k].min():.4f}, velocity r2 {a.velocity_r2[k].min():.3f}, "
-            f"hand {100.0 * a.hand_error[k]:.1f} cm, correlation {a.correlation[k]:.3f}"
-        )
-    _print_lacks("beyond the arm:", job, job.final_lacks(), "the fitted muscles")
+def _throw(job: Job, goals: Sequence[Goal], release: float | None, adapt: int | None, solutions: int) -> None:
+    """Make new throws, and print all that were made, also after Ctrl-C."""
+    try:
+        with log.status("throwing") as shown:
+            job.throw(goals, release, adapt, solutions, progress=shown.update)
+    finally:
+        _print_throws(job)
 
 
-def _print_table(title: str, headings: Sequence[str], rows: Sequence[Row]) -> None:
-    """Aligned text, as wide as it has to be: a table of many columns is of no use squeezed into a narrow console."""
-    lines = [["", *headings], *([row.name, *row.cells] for row in rows)]
-    widths = [max(len(line[k]) for line in lines if k < len(line)) for k in range(max(map(len, lines)))]
-    out.print()
-    out.print(marked(title, "bold"))
-    for line in lines:
-        first, *rest = (cell.ljust(width) if k == 0 else cell.rjust(width)
-                        for k, (cell, width) in enumerate(zip(line, widths, strict=False)))  # fmt: skip
-        out.print("  ".join([first, *rest]).rstrip())
-
-
-def _print_curve(job: Job, fitted: Fitted) -> None:
-    """Accuracy against fidelity to the extracted signals."""
-    import numpy as np
-
-    from warpmuscle.throw.report import Row
-
-    headings = ["correlation", *(f"{joint} r2" for joint in job.arm.driven), "lowest r2"]
-    rows = []
-    with log.status("fitting at several prices"):
-        for price, a in job.curve():
-            middle = [f"{value:.4f}" for value in np.median(a.r2, axis=0)]
-            rows.append(Row(f"{price:g}", (f"{np.nanmedian(a.correlation):.3f}", *middle, f"{a.r2.min():.4f}")))
-    _print_table("accuracy against fidelity, by its price", headings, rows)
-
-
-def _throws(job: Job, goals: Sequence[Goal], release: float | None, adapt: int | None, solutions: int) -> list[Throw]:
-    with log.status("throwing") as shown:
-        throws = job.throw(goals, release, adapt, solutions, progress=shown.update)
-    for made in throws:
+def _print_throws(job: Job) -> None:
+    for made in job.throws:
         flight, goal = made.flight, made.goal
         text = (
             f"{goal}: released after {made.release:.3g} s at {flight.speed[0]:.2f} m/s, "
@@ -385,7 +320,6 @@ def _throws(job: Job, goals: Sequence[Goal], release: float | None, adapt: int |
         out.print(f"{text}; signals changed by {made.change:.3f}, effort {made.effort:.4f}")
         if not made.met:
             log.print(marked("missed:", "yellow", f" {_missed(job, made)}"))
-    return throws
 
 
 def _missed(job: Job, made: Throw) -> str:

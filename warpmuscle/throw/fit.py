@@ -26,6 +26,7 @@ from warpmuscle.throw.signals import to_activation
 from warpmuscle.throw.windows import FINE_STEP, by_windows
 
 FIDELITY = 1e-3
+LAST = "signals"  # the stage that ends a fit
 LOOSER, TIGHTER = 0.1, (2.0, 5.0)  # times the price of leaving the extracted signals, if motions or signals miss a bar
 SIGNAL_STEP = 1e-3  # of difference quotients: wide enough for simulations in single precision
 PARAMETER_STEP = 1e-3
@@ -79,6 +80,11 @@ class Fitted:
     stages: list[Stage] = field(default_factory=list)
 
     @property
+    def whole(self) -> bool:
+        """Whether all stages came to their end."""
+        return self.stages[-1].name == LAST
+
+    @property
     def agreement(self) -> Agreement:
         return self.stages[-1].agreement
 
@@ -89,14 +95,17 @@ def fit_motions(
     training: Sequence[int],
     settings: Settings | None = None,
     progress: Callable[[str], None] = lambda stage: None,
+    keep: Callable[[Fitted], None] = lambda fitted: None,
 ) -> Fitted:
     """Fit parameters to the motions `training`, and signals to all.
 
     Args:
         start: (P,) parameters to start from, see `Arm.unknowns`.
         progress: is told of every stage before it begins.
+        keep: is given what every stage that simulates came to.
     """
-    return _Fitting(follower, start, np.asarray(training, dtype=np.intp), settings or Settings(), progress).run()
+    fitting = _Fitting(follower, start, np.asarray(training, dtype=np.intp), settings or Settings(), progress, keep)
+    return fitting.run()
 
 
 class _Fitting:
@@ -108,9 +117,10 @@ class _Fitting:
         start: Floats,
         training: NDArray[np.intp],
         settings: Settings,
-        progress: Callable[[str], None],
+        progress: Callable[[str], None] = lambda stage: None,
+        keep: Callable[[Fitted], None] = lambda fitted: None,
     ) -> None:
-        self._follower, self._settings, self._progress = follower, settings, progress
+        self._follower, self._settings, self._progress, self._keep = follower, settings, progress, keep
         self._unstable = len(follower.arm.driven) > PLANAR
         self._training, self._all = training, np.arange(len(follower.motions))
         self._start = start
@@ -118,7 +128,6 @@ class _Fitting:
         self._capacity = Capacity(follower.arm, follower.motions)
         self._own, self._shared = self._extracted.copy(), start.copy()
         self._stages: list[Stage] = []
-        self._replay = Replay(np.zeros(0), np.zeros(0))
         self._begin = time.perf_counter()
 
     def run(self) -> Fitted:
@@ -140,8 +149,7 @@ class _Fitting:
         if s.common:
             simulations += self._together_again()
         simulations += self._at_other_prices(2 * s.signal_steps)
-        self._stage("signals", simulations)
-        return Fitted(self._shared, self._own, self._replay, self._stages)
+        return self._stage(LAST, simulations)
 
     def _both(self, exact: bool = False) -> int:
         """Fit parameters and signals together to the motions that parameters are fitted to."""
@@ -296,9 +304,14 @@ class _Fitting:
         smooth = np.pad(at_knots, (0, self._follower.size - len(at_knots)))
         return np.asarray(price * self._settings.fidelity * np.eye(self._follower.size) + smooth, dtype=np.float64)
 
-    def _stage(self, name: str, simulations: int) -> None:
-        agreement, self._replay = self._follower.agreement(self._own, self._shared)
+    def _stage(self, name: str, simulations: int) -> Fitted:
+        """What a stage came to, with those before it."""
+        agreement, replay = self._follower.agreement(self._own, self._shared)
         self._stages.append(Stage(name, agreement, time.perf_counter() - self._begin, simulations))
+        fitted = Fitted(self._shared.copy(), self._own.copy(), replay, self._stages.copy())
+        if simulations:
+            self._keep(fitted)
+        return fitted
 
 
 def trade(
@@ -318,7 +331,6 @@ def trade(
             fitted.unknowns,
             training,
             replace(settings, fidelity=price),
-            lambda s: None,
         )
         own, shared = fitting.again(own, shared)
         curve.append((price, follower.agreement(own, shared)[0]))

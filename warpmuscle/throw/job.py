@@ -171,10 +171,13 @@ class Job:
         check_release(release, self.motions)
 
     def fit(self, progress: Callable[[str], None] = lambda stage: None) -> Fitted:
-        """The better fit."""
+        """The better fit; where Ctrl-C ends it, `fitted` is what the last whole stage that simulates came to."""
         self.follower.load()
-        self.fitted = fit_motions(self.follower, self.start, self.training, self.settings, progress)
+        self.fitted = fit_motions(self.follower, self.start, self.training, self.settings, progress, self._keep)
         return self.fitted
+
+    def _keep(self, fitted: Fitted) -> None:
+        self.fitted = fitted
 
     def publish(self, progress: Callable[[str], None] = lambda stage: None) -> Published:
         """The published fit, of every motion by itself."""

@@ -1,0 +1,134 @@
+"""What the command `throw` prints of a problem, of fits and of what is left of them after Ctrl-C."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from warpmuscle.cli.console import log, marked, out
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from warpmuscle.throw.fit import Fitted
+    from warpmuscle.throw.job import Job
+    from warpmuscle.throw.problem import Lack
+    from warpmuscle.throw.report import Row
+
+
+def print_problem(job: Job) -> None:
+    """What is to be fitted, and what the muscles lack for it."""
+    from warpmuscle.throw.problem import COMPUTED
+
+    motions, synergies, arm = job.motions, job.follower.synergies, job.arm
+    kind = "computed by static optimisation of the same motions, not EMG"
+    kind = kind if synergies.source == COMPUTED else synergies.source
+    out.print(
+        f"{len(motions)} motion{'' if len(motions) == 1 else 's'} of {motions.time[-1]:.3g} s, muscles on "
+        f"{', '.join(arm.driven)}; {synergies.count} synergies ({kind}), VAF {synergies.explained:.4f}"
+    )
+    for note in job.notes():
+        log.print(marked("note:", "yellow", f" {note}"))
+    _print_calibration(job)
+    whose = "the muscle groups that compute activations" if job.strong is not job.arm else "the muscles"
+    _print_lacks("before the fit:", job, job.lacks, whose)
+
+
+def _print_calibration(job: Job) -> None:
+    """What was found of the channels and the muscles, if that was asked for."""
+    from warpmuscle.throw.report import calibration_rows
+
+    if job.calibration is None:
+        return
+    found = job.calibration
+    headings = ["gain", "delay, ms", "f_max, N", "calibrated", "l_slack, mm", "calibrated"]
+    print_table("channels and muscles, calibrated to the torques", headings, calibration_rows(job.arm, found))
+    before, after = (" ".join(f"{value:.3f}" for value in row) for row in found.torque_r2)
+    out.print(
+        f"torques of {', '.join(job.arm.driven)}: r2 {before}, calibrated {after}; mean square activation "
+        f"{found.effort[0]:.4f}, calibrated {found.effort[1]:.4f}"
+    )
+
+
+def _print_lacks(when: str, job: Job, lacks: Sequence[Lack], whose: str) -> None:
+    from warpmuscle.throw.problem import shortcoming
+
+    text = shortcoming(job.arm, lacks, len(job.motions), whose)
+    if text:
+        log.print(marked(when, "yellow", f" {text}"))
+
+
+def print_published(job: Job) -> None:
+    from warpmuscle.throw.report import PAPER, published_rows
+
+    headings = [*(f"{joint} r2" for joint in job.arm.driven), "time"]
+    with log.status("fitting as published") as shown:
+        if len(job.motions) > 1 and job.options.emg is None:
+            mean = job.publish_mean()
+            print_table("as published, mean motion", headings, published_rows(mean))
+        result = job.publish(lambda stage: shown.update(f"fitting as published: {stage}"))
+    title = "as published, median (worst) of each motion fitted by itself" if len(job.motions) > 1 else "as published"
+    print_table(title, headings, published_rows(result))
+    out.print(f"Cruz Ruiz et al. 2015: after parameters {' '.join(PAPER['parameters'])}, after signals "
+              f"{' '.join(PAPER['signals'])} (shoulder, elbow, wrist)")  # fmt: skip
+
+
+def print_fit(job: Job, fitted: Fitted) -> None:
+    from warpmuscle.throw.report import baseline_row, stage_rows
+
+    headings = [f"{joint} r2" for joint in job.arm.driven]
+    headings += ["lowest r2", "velocity r2", "least", "hand, cm (most)", "correlation (least)", "all bars"]
+    if job.held_out:
+        headings.append("held out")
+    rows = stage_rows(fitted.stages, job.held_out)
+    baseline = baseline_row(job.follower)
+    print_table("better fit, medians over motions", [*headings, "time"], [*([baseline] if baseline else []), *rows])
+    good, a = fitted.agreement.good(), fitted.agreement
+    for k in (~good).nonzero()[0] if len(job.motions) > 1 else []:
+        out.print(
+            f"  {job.motions.names[k]}: r2 {a.r2[k].min():.4f}, velocity r2 {a.velocity_r2[k].min():.3f}, "
+            f"hand {100.0 * a.hand_error[k]:.1f} cm, correlation {a.correlation[k]:.3f}"
+        )
+    _print_lacks("beyond the arm:", job, job.final_lacks(), "the fitted muscles")
+
+
+def print_table(title: str, headings: Sequence[str], rows: Sequence[Row]) -> None:
+    """Aligned text, as wide as it has to be: a table of many columns is of no use squeezed into a narrow console."""
+    lines = [["", *headings], *([row.name, *row.cells] for row in rows)]
+    widths = [max(len(line[k]) for line in lines if k < len(line)) for k in range(max(map(len, lines)))]
+    out.print()
+    out.print(marked(title, "bold"))
+    for line in lines:
+        first, *rest = (cell.ljust(width) if k == 0 else cell.rjust(width)
+                        for k, (cell, width) in enumerate(zip(line, widths, strict=False)))  # fmt: skip
+        out.print("  ".join([first, *rest]).rstrip())
+
+
+def print_curve(job: Job, fitted: Fitted) -> None:
+    """Accuracy against fidelity to the extracted signals."""
+    import numpy as np
+
+    from warpmuscle.throw.report import Row
+
+    headings = ["correlation", *(f"{joint} r2" for joint in job.arm.driven), "lowest r2"]
+    rows = []
+    with log.status("fitting at several prices"):
+        for price, a in job.curve():
+            middle = [f"{value:.4f}" for value in np.median(a.r2, axis=0)]
+            rows.append(Row(f"{price:g}", (f"{np.nanmedian(a.correlation):.3f}", *middle, f"{a.r2.min():.4f}")))
+    print_table("accuracy against fidelity, by its price", headings, rows)
+
+
+def tell_kept(job: Job, wanted: int) -> None:
+    """Say after Ctrl-C what had come to its end.
+
+    Args:
+        wanted: how many new throws were.
+    """
+    done = []
+    if job.published is not None:
+        done.append("the fit as published")
+    if job.fitted is not None:
+        done.append("the fit" if job.fitted.whole else f"the fit up to its stage {job.fitted.stages[-1].name!r}")
+    if wanted and job.throws:
+        done.append(f"{len(job.throws)} of {wanted} new throws")
+    log.print(f"done so far: {', '.join(done) or 'no stage of the fit'}; the same command begins anew")
