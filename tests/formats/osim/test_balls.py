@@ -8,7 +8,7 @@ import pytest
 import osim_models as small
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.pose import about, multiply
-from warpmuscle.formats import load
+from warpmuscle.formats import Ignored, load
 from warpmuscle.formats.sto import coordinates
 from warpmuscle.scene import BallCoordinates, JointState, Scene
 from warpmuscle.scene.joints import joint_type
@@ -132,3 +132,9 @@ def test_a_condition_on_a_ball_joint_jumps_and_needs_axes(tmp_path: Path):
     condition.blend, condition.axis = 0.0, 3
     with pytest.raises(SceneError, match=r"condition\.axis: a ball joint has no angle 3"):
         check_scene(ball)
+
+
+def test_coordinates_of_a_ball_joint_are_not_said_to_be_left_out(tmp_path: Path):
+    ignored: list[Ignored] = []
+    load(leg(tmp_path), ball_joints=True, ignored=ignored)
+    assert not [one.text for one in ignored if "left out" in one.reason]

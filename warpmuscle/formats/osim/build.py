@@ -184,6 +184,7 @@ def _tell(model: Model, skeleton: Skeleton, coordinates: Coordinates, notes: Not
             reason = "its coordinates are angles about x, the new y and the new z axis, as in OpenSim's files"
             note(notes, model, joint, reason)
     moving = {*character.joints, *skeleton.opensim.root_coordinates}
+    moving.update(name for ball in skeleton.opensim.balls.values() for name in ball.names)
     for coordinate in coordinates.by_name.values():
         for reason in _odd(coordinate, coordinates.free(coordinate.name), coordinate.name in moving):
             notes.ignore(model.file, coordinate.line, f"Coordinate {coordinate.name}", reason)
