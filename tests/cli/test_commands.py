@@ -155,6 +155,26 @@ def test_impossible_request_is_one_line_and_exit_code_2(arguments, tmp_path):
     assert done.stderr.count("\n") == 1
 
 
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("convert", "mine.toml", "-o", "mine.toml"),
+        ("convert", "mine.toml", "-o", "folder/../mine.toml"),
+        ("convert", "one.rbs", "one.sbc", "-o", "one.rs"),
+        ("fit-paths", "mine.toml", "-o", "mine.toml"),
+        ("fit-muscles", "mine.toml", "-o", "mine.toml"),
+    ],
+)
+def test_a_scene_is_not_written_over_what_it_is_read_from(arguments, tmp_path):
+    (tmp_path / "folder").mkdir()
+    for name in ("mine.toml", "one.rbs", "one.sbc"):
+        (tmp_path / name).write_text("earlier")
+    done = run(*arguments, folder=tmp_path)
+    assert done.returncode == 2
+    assert "is what is read, and would be lost; name another file to write" in done.stderr
+    assert {path.read_text() for path in tmp_path.glob("*.*")} == {"earlier"}
+
+
 def test_interrupt_keeps_what_was_evaluated_and_says_how_much(tmp_path):
     code = "from warpmuscle.cli import main; main()"
     command = [sys.executable, "-c", code, "optimize", "fwalk", "--candidates", "100000", "-o", "part.h5"]

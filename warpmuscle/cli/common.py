@@ -211,6 +211,14 @@ def writable(*paths: Path | None) -> None:
             check_writable(path)
 
 
+def writable_beside(sources: list[str], *paths: Path) -> None:
+    """The same of files that a scene is written to, none of which may be one that it is read from."""
+    for path in paths:
+        if any(Path(source).exists() and path.exists() and path.samefile(source) for source in sources):
+            raise Error(f"{path} is what is read, and would be lost; name another file to write")
+    writable(*paths)
+
+
 def command_line() -> str:
     """The command as it was typed, quoted so that a shell takes it again."""
     return shlex.join(["warpmuscle", *sys.argv[1:]])

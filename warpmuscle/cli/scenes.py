@@ -18,7 +18,7 @@ from warpmuscle.cli.common import (
     command_line,
     load_scene,
     start_warp,
-    writable,
+    writable_beside,
 )
 from warpmuscle.cli.console import log, marked, out, print_ignored, suggest
 
@@ -97,7 +97,7 @@ def fit_muscles(
     from warpmuscle.studies.fit_muscles import PropertyTable
     from warpmuscle.studies.fit_muscles import fit_muscles as fit
 
-    writable(output)
+    writable_beside(sources, output)
     scene = changed(load_scene(sources), duration, None, None)
     start_warp()
     options = {"mean_length": mean_length, "fibre_per_arm": fibre_per_arm, "strength": strength}
@@ -125,7 +125,7 @@ def fit_paths(
     from warpmuscle.formats import save
     from warpmuscle.studies.fit_paths import fit_paths as fit
 
-    writable(output)
+    writable_beside(sources, output)
     scene = load_scene(sources)
     start_warp()
     with log.status("measuring paths"):
@@ -162,6 +162,9 @@ def convert(
     """Write a scene as TOML, as the original program's files, or its character and ground for OpenSim or MuJoCo."""
     from warpmuscle.formats import Ignored, mjcf, save
 
+    three = (".rbs", ".sbc", ".rs")
+    files = [output.with_suffix(suffix) for suffix in three] if output.suffix in three else [output]
+    writable_beside(sources, *files)
     scene = load_scene(sources, keyword_rule, ball_joints=ball_joints, hard_points=hard_points, merge_welds=merge_welds)
     lost: list[Ignored] = []
     if output.suffix == ".xml":
@@ -169,8 +172,6 @@ def convert(
     else:
         save(scene, output, lost)
     print_ignored(lost, "not all was written:")
-    three = (".rbs", ".sbc", ".rs")
-    files = [output.with_suffix(suffix) for suffix in three] if output.suffix in three else [output]
     out.print(f"wrote {', '.join(map(str, files))}")
     if output.suffix == ".toml":
         idle = " with its muscles at rest; `excitation` moves them" if scene.controller is None else ""
