@@ -76,7 +76,7 @@ def test_walk_declares_its_search_space():
 def test_original_files_come_in_any_order_and_say_once_what_they_ignore(reference_data):
     character, controller = originals(reference_data, "fwalk")
     ground = reference_data / "simbicon/ground/flatGround.rbs"
-    with pytest.warns(UserWarning, match="some input was ignored") as caught:
+    with pytest.warns(UserWarning, match="notes on what was read:") as caught:
         scene = load(controller, ground, character)
     assert len(caught) == 1
     assert f"{character}:6,7,8,9," in str(caught[0].message)

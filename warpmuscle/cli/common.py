@@ -121,7 +121,7 @@ def load_scene(
             scene = with_settings(scene, settings)
             for doubt in doubts_of(scene):
                 warnings.warn(str(doubt), SceneWarning, stacklevel=2)
-    print_ignored(ignored, "some input was ignored:")
+    print_ignored(ignored, "notes on what was read:")
     return with_commands(scene, commands) if commands else scene
 
 

@@ -124,8 +124,8 @@ def scene_names() -> list[str]:
     return sorted(path.stem for path in _folder().glob("*.toml") if toml.is_scene(path))
 
 
-def summary(ignored: Iterable[Ignored], heading: str = "some input was ignored:") -> str:
-    """What was ignored, a line for each file and reason, below a heading."""
+def summary(ignored: Iterable[Ignored], heading: str = "notes on what was read:") -> str:
+    """What was ignored, or taken otherwise, a line for each file and reason, below a heading."""
     groups: dict[tuple[Path, str], list[Ignored]] = {}
     for one in ignored:
         groups.setdefault((one.file, one.reason), []).append(one)
