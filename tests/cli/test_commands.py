@@ -219,6 +219,17 @@ def test_info_shows_muscles_and_points_out_those_that_cannot_act(tmp_path):
     assert "leaves no fibre" in shown.stderr
 
 
+def test_info_cuts_no_name_off_in_a_narrow_console(tmp_path, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "40")
+    shown = run("info", "gait2392", folder=tmp_path).stdout
+    assert "…" not in shown
+    lines = [line.split() for line in shown.splitlines()]
+    assert ["calcn_r", "1.25", "subtalar_angle_r", "hinge", "talus_r"] in lines
+    assert ["knee_angle_r", "ankle_angle_r", "subtalar_angle_r"] in [
+        line[6:] for line in lines if line[:1] == ["med_gas_r"]
+    ]
+
+
 @pytest.mark.long
 def test_muscle_mass_is_shown_and_too_much_of_it_warned_of(tmp_path):
     heavy = ("--set", "muscle_model.specific_tension=0.25e6")

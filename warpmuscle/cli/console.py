@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from rich.console import Console, JustifyMethod, OverflowMethod
@@ -103,6 +103,25 @@ def suggest(what: str) -> None:
     """Say on a terminal what may be done next."""
     if log.is_terminal:
         log.print(f"next: {what}", style="dim")
+
+
+def print_table(
+    headings: Sequence[str], rows: Iterable[Sequence[str]], words: Collection[str] = (), title: str = ""
+) -> None:
+    """Aligned text, as wide as it has to be: a table of many columns is of no use squeezed into a narrow console.
+
+    Args:
+        words: headings of columns of words, which are aligned on the left; others are of numbers.
+    """
+    lines = [headings, *rows]
+    widths = [max(len(line[k]) for line in lines if k < len(line)) for k in range(len(headings))]
+    if title:
+        out.print()
+        out.print(marked(title, "bold"))
+    for number, line in enumerate(lines):
+        columns = zip(line, headings, widths, strict=False)
+        text = "  ".join(cell.ljust(w) if name in words else cell.rjust(w) for cell, name, w in columns).rstrip()
+        out.print(marked(text, "" if number or title else "bold"))
 
 
 def print_ignored(ignored: list[Any], heading: str) -> None:

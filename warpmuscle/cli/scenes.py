@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.table import Table
 
 from warpmuscle.cli.common import (
     Device,
@@ -20,7 +19,7 @@ from warpmuscle.cli.common import (
     start_warp,
     writable_beside,
 )
-from warpmuscle.cli.console import log, marked, out, print_ignored, suggest
+from warpmuscle.cli.console import log, marked, out, print_ignored, print_table, suggest
 
 if TYPE_CHECKING:
     from warpmuscle.scene import Scene
@@ -54,15 +53,16 @@ def info(sources: Sources, settings: Settings = None, trust: Trust = False) -> N
         f"and {root} of the root, {mass:.6g} kg"
     )
     out.print(f"{scene.duration:g} s in steps of {scene.time_step:g} s, {len(parameters)} free parameters")
-    bodies = Table("body", "mass, kg", "joint", "type", "parent")
+    bodies = []
     for i, name in enumerate(names.bodies):
         joint = scene.character.joints[names.joints[i - 1]] if i > 0 else None
         row = ["-", scene.character.root_joint, "world"]
         if joint is not None:
             kind = f"follows {joint.follows}" if joint.follows else joint.type
             row = [names.joints[i - 1], kind, joint.parent]
-        bodies.add_row(name, f"{numeric.character.bodies[name].mass:g}", *row)
-    out.print(bodies)
+        bodies.append((name, f"{numeric.character.bodies[name].mass:g}", *row))
+    words = ("body", "joint", "type", "parent")
+    print_table(("body", "mass, kg", *words[1:]), bodies, words)
     if muscles := list(numeric.character.muscles.values()):
         share = 100.0 * total_mass(muscles, numeric.muscle_model) / mass
         out.print(f"{muscle_mass_text(muscles, numeric.muscle_model)}, {share:.3g} % of the body", markup=False)
@@ -187,12 +187,13 @@ def _print_muscles(scene: Scene) -> None:
 
     names = topology(scene.character)
     found = driven(scene, names)
-    muscles = Table("muscle", "f_max, N", "l_opt, m", "l_slack, m", "delay, s", "joints", "driven")
+    rows = []
     for name, joints in joints_of_muscles(scene.character, names).items():
         m = scene.character.muscles[name]
         numbers = [f"{number:g}" for number in (m.f_max, m.l_opt, m.l_slack, m.delay)]
-        muscles.add_row(name, *numbers, " ".join(joints) or "-", "yes" if name in found.muscles else "no")
-    out.print(muscles)
+        rows.append((name, *numbers, "yes" if name in found.muscles else "no", " ".join(joints) or "-"))
+    headings = ("muscle", "f_max, N", "l_opt, m", "l_slack, m", "delay, s", "driven", "joints")
+    print_table(headings, rows, ("muscle", "driven", "joints"))
     for joint, words in found.drives.items():
         if joint in scene.actuation:
             out.print(f"{joint}: {', '.join(words)}")

@@ -19,7 +19,7 @@ from warpmuscle.cli.common import (
     writable,
 )
 from warpmuscle.cli.console import log, marked, out
-from warpmuscle.cli.throw_tables import print_curve, print_fit, print_problem, print_published, print_table, tell_kept
+from warpmuscle.cli.throw_tables import print_curve, print_fit, print_problem, print_published, print_rows, tell_kept
 from warpmuscle.core.errors import Error
 from warpmuscle.core.interruption import INTERRUPTED
 from warpmuscle.simulation.cuda_warmup import start_driver
@@ -280,7 +280,7 @@ def _fewest(scene: Scene, files: Sequence[Path], options: Options, numbers: tupl
     assert last is not None
     headings = ["VAF", "largest share", *(f"{joint} r2" for joint in last.arm.driven)]
     headings += ["lowest r2", "velocity r2", "hand, cm", "correlation", "all bars"]
-    print_table("by number of synergies: medians and the worst of all motions", headings, rows)
+    print_rows("by number of synergies: medians and the worst of all motions", headings, rows)
     if chosen is None:
         out.print(f"no number up to {last.count} meets all bars; this is the fit with {last.count}")
         return last, interrupted

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from warpmuscle.cli.console import log, marked, out
+from warpmuscle.cli.console import log, marked, out, print_table
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -41,7 +41,7 @@ def _print_calibration(job: Job) -> None:
         return
     found = job.calibration
     headings = ["gain", "delay, ms", "f_max, N", "calibrated", "l_slack, mm", "calibrated"]
-    print_table("channels and muscles, calibrated to the torques", headings, calibration_rows(job.arm, found))
+    print_rows("channels and muscles, calibrated to the torques", headings, calibration_rows(job.arm, found))
     before, after = (" ".join(f"{value:.3f}" for value in row) for row in found.torque_r2)
     out.print(
         f"torques of {', '.join(job.arm.driven)}: r2 {before}, calibrated {after}; mean square activation "
@@ -64,10 +64,10 @@ def print_published(job: Job) -> None:
     with log.status("fitting as published") as shown:
         if len(job.motions) > 1 and job.options.emg is None:
             mean = job.publish_mean()
-            print_table("as published, mean motion", headings, published_rows(mean))
+            print_rows("as published, mean motion", headings, published_rows(mean))
         result = job.publish(lambda stage: shown.update(f"fitting as published: {stage}"))
     title = "as published, median (worst) of each motion fitted by itself" if len(job.motions) > 1 else "as published"
-    print_table(title, headings, published_rows(result))
+    print_rows(title, headings, published_rows(result))
     out.print(f"Cruz Ruiz et al. 2015: after parameters {' '.join(PAPER['parameters'])}, after signals "
               f"{' '.join(PAPER['signals'])} (shoulder, elbow, wrist)")  # fmt: skip
 
@@ -81,7 +81,7 @@ def print_fit(job: Job, fitted: Fitted) -> None:
         headings.append("held out")
     rows = stage_rows(fitted.stages, job.held_out)
     baseline = baseline_row(job.follower)
-    print_table("better fit, medians over motions", [*headings, "time"], [*([baseline] if baseline else []), *rows])
+    print_rows("better fit, medians over motions", [*headings, "time"], [*([baseline] if baseline else []), *rows])
     good, a = fitted.agreement.good(), fitted.agreement
     for k in (~good).nonzero()[0] if len(job.motions) > 1 else []:
         out.print(
@@ -91,16 +91,9 @@ def print_fit(job: Job, fitted: Fitted) -> None:
     _print_lacks("beyond the arm:", job, job.final_lacks(), "the fitted muscles")
 
 
-def print_table(title: str, headings: Sequence[str], rows: Sequence[Row]) -> None:
-    """Aligned text, as wide as it has to be: a table of many columns is of no use squeezed into a narrow console."""
-    lines = [["", *headings], *([row.name, *row.cells] for row in rows)]
-    widths = [max(len(line[k]) for line in lines if k < len(line)) for k in range(max(map(len, lines)))]
-    out.print()
-    out.print(marked(title, "bold"))
-    for line in lines:
-        first, *rest = (cell.ljust(width) if k == 0 else cell.rjust(width)
-                        for k, (cell, width) in enumerate(zip(line, widths, strict=False)))  # fmt: skip
-        out.print("  ".join([first, *rest]).rstrip())
+def print_rows(title: str, headings: Sequence[str], rows: Sequence[Row]) -> None:
+    """A table with a title."""
+    print_table(["", *headings], [(row.name, *row.cells) for row in rows], [""], title)
 
 
 def print_curve(job: Job, fitted: Fitted) -> None:
@@ -115,7 +108,7 @@ def print_curve(job: Job, fitted: Fitted) -> None:
         for price, a in job.curve():
             middle = [f"{value:.4f}" for value in np.median(a.r2, axis=0)]
             rows.append(Row(f"{price:g}", (f"{np.nanmedian(a.correlation):.3f}", *middle, f"{a.r2.min():.4f}")))
-    print_table("accuracy against fidelity, by its price", headings, rows)
+    print_rows("accuracy against fidelity, by its price", headings, rows)
 
 
 def tell_kept(job: Job, wanted: int) -> None:
