@@ -34,7 +34,9 @@ def feet_of(scene: Scene) -> tuple[str, str]:
     """
     feet = scene.feet or ("lFoot", "rFoot")
     if missing := [foot for foot in feet if foot not in scene.character.bodies]:
-        raise Error(f"{scene.name} has no legs to walk on: there is no body {' or '.join(map(repr, missing))}")
+        lacking = " or ".join(map(repr, missing))
+        remedy = "" if scene.feet else "; `character.feet` names feet that are called otherwise"
+        raise Error(f"{scene.name} has no legs to walk on: there is no body {lacking}{remedy}")
     return feet
 
 

@@ -177,7 +177,7 @@ def _tell(model: Model, skeleton: Skeleton, coordinates: Coordinates, notes: Not
     """Note what is otherwise than in OpenSim, or than one might think."""
     character = skeleton.character
     if character.root_joint != "fixed" and not any(body.shapes for body in character.bodies.values()):
-        reason = "nothing of it touches the ground, so that it falls; give bodies `shapes`, or prescribe the root"
+        reason = 'nothing of it touches the ground, so that it falls; give feet `shapes`, or set root_joint = "fixed"'
         notes.ignore(model.file, model.line, f"Model {model.name}", reason)
     for joint in model.joints:
         if joint.kind == "BallJoint" and joint.coordinates[0].name in skeleton.character.joints:
