@@ -3,6 +3,7 @@
 import copy
 import itertools
 
+import msgspec
 import mujoco
 import numpy as np
 import pytest
@@ -85,6 +86,24 @@ def test_joints_through_massless_bodies_are_several_joints_of_one_body(root_join
     for body in plain.character.bodies.values():
         body.inertia_axes = (0.0, 0.0, 0.0, 1.0)
     assert np.abs(inverse_dynamics(plain, q, v, rates)).max() > 0.01
+
+
+def test_a_body_without_mass_that_is_held_fast_may_bear_points_of_muscles_in_mujoco():
+    """As the base of OpenSim's arm26 does, from which its triceps comes."""
+    scene = scene_of()
+    character, place, own = scene.character, (0.1, -0.1, 0.0), (0.0, 0.1, -0.05)
+    joints = {"base": Joint("fixed", "pelvis", "base", place, own), **character.joints}
+    joints["tx"] = msgspec.structs.replace(joints["tx"], parent="base")
+    muscle = Muscle(path=[ViaPoint("base", (0.0, 0.1, 0.0)), ViaPoint("shank", own)], f_max=1.0, l_opt=0.1, l_slack=0.1)
+    bodies = character.bodies | {"base": NOTHING}
+    scene.character = msgspec.structs.replace(character, bodies=bodies, joints=joints, muscles={"one": muscle})
+    q, v = states(scene, 3)
+    matrices, _ = in_mujoco(scene, q, v)
+    stages = Stages(scene, len(q), "cpu")
+    stages.state.coordinates.assign(q.astype(np.float32))
+    stages.state.speeds.assign(v.astype(np.float32))
+    stages.forward_dynamics()
+    np.testing.assert_allclose(stages.mass_matrix(), matrices, atol=2e-6)
 
 
 def test_the_step_moves_them_as_its_stages_do():

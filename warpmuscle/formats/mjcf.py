@@ -160,20 +160,22 @@ def _add_body(parent: Element, scene: Scene, name: str, limits: bool) -> Element
 def _chain(joint: str, character: Character) -> list[str]:
     """A joint and those beyond it as far as nothing that has mass or shapes is between them: one body of MuJoCo's.
 
+    A body without mass that is held fast is one of its own.
+
     Raises:
         SceneError: something without mass moves that no chain can stand for.
     """
     chain = [joint]
     while massless(character.bodies[character.joints[chain[-1]].child]):
+        if not any(joint_type(character.joints[link]).moves for link in chain):
+            break
         child = character.joints[chain[-1]].child
         beyond = [name for name, other in character.joints.items() if other.parent == child]
         if len(beyond) == 1 and not character.bodies[child].shapes:
             chain += beyond
-        elif any(joint_type(character.joints[link]).moves for link in chain):
+        else:
             message = "MuJoCo takes a moving body without mass only with one joint on it and no shapes; give it mass"
             raise SceneError(message, key=f"character.bodies.{child}.mass")
-        else:
-            break
     return chain
 
 
