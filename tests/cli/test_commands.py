@@ -219,6 +219,13 @@ def test_info_shows_muscles_and_points_out_those_that_cannot_act(tmp_path):
     assert "leaves no fibre" in shown.stderr
 
 
+def test_paths_that_no_polynomial_follows_as_closely_as_asked_are_named(tmp_path):
+    run("example", "model", folder=tmp_path)
+    shown = run("fit-paths", "arm.osim", "--order", 4, "-o", "smooth.toml", folder=tmp_path).stdout
+    told = [line for line in shown.splitlines() if line.startswith("triceps: misses ")]
+    assert "even at order 4, where --rms allows 0.1 mm, and" in told[0]
+
+
 def test_info_cuts_no_name_off_in_a_narrow_console(tmp_path, monkeypatch):
     monkeypatch.setenv("COLUMNS", "40")
     shown = run("info", "gait2392", folder=tmp_path).stdout

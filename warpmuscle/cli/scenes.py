@@ -134,7 +134,8 @@ def fit_paths(
     for one in fits:
         if one.rms > rms:
             out.print(
-                f"{one.muscle}: misses {1e3 * one.rms:.2g} mm at order {one.order}, at most {1e3 * one.worst:.2g} mm"
+                f"{one.muscle}: misses {1e3 * one.rms:.2g} mm in the root mean square even at order {one.order}, where "
+                f"--rms allows {1e3 * rms:.2g} mm, and {1e3 * one.worst:.2g} mm at most"
             )
     terms = sum(one.terms for one in fits)
     out.print(f"wrote {output}: {len(fits)} paths of {terms} terms")
