@@ -88,7 +88,7 @@ def test_a_thousand_malformed_messages_later_it_still_serves(live, caplog):
 
 
 def test_a_page_that_does_not_listen_costs_no_memory(live):
-    with page_socket(port_of(live)) as client:
+    with page_socket(port_of(live)):
         until(lambda: live.server.clients > 0)
         connection = next(iter(live.server._clients))
         shown = live.pictures
