@@ -5,9 +5,9 @@
     python tools/opensim_inverse_dynamics.py walk.h5 gait2392_millard2012muscle.osim --spline --lowpass 80
 
 The motion and the ground forces are exported, OpenSim 4.6 (`pip install opensim`) solves for the generalised forces,
-and these are compared with the recorded torques: differences over the peak of each torque. Speeds and accelerations are
-differences of the exported coordinates, as a leapfrog step has them. Single precision alone would make noise of
-0.2 m/s^2 of these at 1000 Hz; so the exported coordinates are the recorded speeds, summed up in double precision.
+and these are compared with the recorded torques: differences over the peak of each torque. Speeds are the recorded
+ones, accelerations those of the steps that begin with each frame, which follow from the speeds. Both become rates of
+OpenSim's coordinates by exporting where each frame would be a little later and a little before.
 
 With `--spline` OpenSim's own tool differentiates a spline through the coordinates as they were recorded. Over the steps
 of an impact accelerations jump, which no spline follows; so coordinates, ground forces, moments and torques may be
@@ -40,6 +40,7 @@ from warpmuscle.studies.ground_loads import GroundLoad, ground_loads, step_accel
 from warpmuscle.studies.inverse_dynamics import body_points
 
 Floats = NDArray[np.float64]
+RATE_TIME = 1.0e-3  # s, over which coordinates change for their rates
 BOTH_WAYS = 0.802  # by which the cut-off of a filter of second order that runs both ways is less than that of one
 
 
@@ -62,29 +63,25 @@ def filtered(values: Floats, rate: float, cutoff: float) -> Floats:
     return np.asarray(filtfilt(b, a, values, axis=0, padlen=min(300, len(values) - 1)))
 
 
-def in_double_precision(motion: Recording, scene: Scene) -> Recording:
-    """The motion with coordinates in double precision: sums of the speeds in the middle of steps, from the first frame.
+def moved(motion: Recording, scene: Scene, accelerations: Floats, time: float) -> Recording:
+    """The motion where each of its frames would be after so many seconds of its speeds and these accelerations, (F, S).
 
-    Raises:
-        SystemExit: these sums leave the recorded coordinates.
+    So rates of coordinates of any kind, such as angles in place of a ball joint's turn, follow from differences.
     """
-    names, step = topology(scene.character), float(scene.time_step)  # type: ignore[arg-type]
-    rates = step_accelerations(motion, step)
-    assert rates is not None
-    middle = np.asarray(motion.speed, np.float64)[1:] - 0.5 * step * rates[:-1]
-    recorded, found = np.asarray(motion.coordinate, np.float64), np.zeros(motion.coordinate.shape)
+    names = topology(scene.character)
+    recorded = np.asarray(motion.coordinate, np.float64)
+    move = time * np.asarray(motion.speed, np.float64) + 0.5 * time**2 * accelerations
+    found = np.zeros(recorded.shape)
     for number in range(len(names.bodies)):
-        q, v = names.coordinates_of(number), middle[:, names.speeds_of(number)]
-        first = recorded[0, q]
-        if number == 0 and len(first) == 7:
-            found[:, q.start : q.start + 3] = _summed(first[:3], step * v[:, :3])
-            found[:, q.start + 3 : q.stop] = _turned(first[3:], step * v[:, 3:], True)
-        elif len(first) == 4 and v.shape[1] == 3:
-            found[:, q] = _turned(first, step * v, False)
+        q, by = names.coordinates_of(number), move[:, names.speeds_of(number)]
+        before = recorded[:, q]
+        if number == 0 and before.shape[1] == 7:
+            found[:, q.start : q.start + 3] = before[:, :3] + by[:, :3]
+            found[:, q.start + 3 : q.stop] = multiply(from_rotation_vector(by[:, 3:]), normalized(before[:, 3:]))
+        elif before.shape[1] == 4 and by.shape[1] == 3:
+            found[:, q] = multiply(normalized(before), from_rotation_vector(by))
         else:
-            found[:, q] = _summed(first, step * v)
-    if (off := float(np.abs(found - recorded).max())) > 1e-4:
-        raise SystemExit(f"the speeds of this motion do not sum up to its coordinates, {off:.2g} off: is it one run?")
+            found[:, q] = before + by
     places = body_points(scene, found)
     turns = [places[name][1] for name in names.bodies]
     relative = [multiply(conjugate(turns[names.parents[k]]), turns[k]) for k in range(1, len(turns))]
@@ -92,18 +89,6 @@ def in_double_precision(motion: Recording, scene: Scene) -> Recording:
         motion, coordinate=found, root_position=places[names.bodies[0]][0], root_orientation=turns[0],
         joint_orientation=np.stack(relative, axis=1), body_orientation=np.stack(turns, axis=1),
     )  # fmt: skip
-
-
-def _summed(first: Floats, moves: Floats) -> Floats:
-    return np.concatenate([first[None], first + np.cumsum(moves, axis=0)])
-
-
-def _turned(first: Floats, turns: Floats, in_world: bool) -> Floats:
-    """Orientations (F, 4) by small turns (F - 1, 3) from the first, about the world's axes or a body's own."""
-    found = [normalized(first)]
-    for turn in from_rotation_vector(turns):
-        found.append(multiply(turn, found[-1]) if in_world else multiply(found[-1], turn))
-    return normalized(np.array(found))
 
 
 def along(motion: Recording, scene: Scene, torque_of: Floats, angles: dict[str, Floats]) -> dict[str, Floats]:
@@ -153,10 +138,11 @@ def solved(model: str, folder: str, time: tuple[float, float]) -> None:
     tool.run()
 
 
-def differenced(model: str, folder: str) -> tuple[list[str], Floats]:
-    """Coordinates and generalised forces (F, K) of OpenSim's InverseDynamicsSolver, 0 in the first and last frame.
+def from_rates(model: str, folder: str) -> tuple[list[str], Floats]:
+    """Coordinates and generalised forces (F, K) of OpenSim's InverseDynamicsSolver.
 
-    Speeds and accelerations are central differences of the motion in a folder, where the loads are.
+    Speeds and accelerations are differences between the motion in a folder and those `RATE_TIME` before and after each
+    of its frames, see `moved`; the loads are there, too.
     """
     import opensim
 
@@ -167,26 +153,32 @@ def differenced(model: str, folder: str) -> tuple[list[str], Floats]:
     loads = opensim.ExternalLoads(f"{folder}/ground.xml", True)
     loaded.addModelComponent(loads)
     state = loaded.initSystem()
-    _, names, values = table(Path(folder) / "motion.mot")
+    tables = [table(Path(folder) / name)[1:] for name in ("motion.mot", "before.mot", "after.mot")]
     members = loaded.getCoordinateSet()
     coordinates = [members.get(k) for k in range(members.getSize())]
-    before, q = state.getQ().to_numpy().copy(), np.zeros((len(values), len(coordinates)))
-    own = [""] * len(coordinates)
+    places, own = [], [""] * len(coordinates)
     for coordinate in coordinates:
-        value = coordinate.getValue(state)
+        rest, value = state.getQ().to_numpy().copy(), coordinate.getValue(state)
         coordinate.setValue(state, value + 0.25, False)
-        place = int(np.argmax(np.abs(state.getQ().to_numpy() - before)))
+        places.append(int(np.argmax(np.abs(state.getQ().to_numpy() - rest))))
         coordinate.setValue(state, value, False)
-        own[place], column = coordinate.getName(), values[:, names.index(coordinate.getName())]
-        q[:, place] = np.radians(column) if coordinate.getMotionType() == 1 else column
-    time, forces = values[:, 0], np.zeros_like(q)
-    step, solver = float(np.median(np.diff(time))), opensim.InverseDynamicsSolver(loaded)
-    for k in range(1, len(time) - 1):
+        own[places[-1]] = coordinate.getName()
+
+    def in_state_order(names: list[str], values: Floats) -> Floats:
+        q = np.zeros((len(values), len(coordinates)))
+        for coordinate, place in zip(coordinates, places, strict=True):
+            column = values[:, names.index(coordinate.getName())]
+            q[:, place] = np.radians(column) if coordinate.getMotionType() == 1 else column
+        return q
+
+    q, before, after = (in_state_order(*one) for one in tables)
+    time, forces, solver = tables[0][1][:, 0], np.zeros_like(q), opensim.InverseDynamicsSolver(loaded)
+    for k in range(len(time)):
         state.setTime(time[k])
         state.setQ(vector(q[k]))
-        state.setU(vector((q[k + 1] - q[k - 1]) / (2.0 * step)))
+        state.setU(vector((after[k] - before[k]) / (2.0 * RATE_TIME)))
         loaded.realizeVelocity(state)
-        forces[k] = solver.solve(state, vector((q[k + 1] - 2.0 * q[k] + q[k - 1]) / step**2)).to_numpy()
+        forces[k] = solver.solve(state, vector((after[k] - 2.0 * q[k] + before[k]) / RATE_TIME**2)).to_numpy()
     return own, forces
 
 
@@ -199,20 +191,20 @@ def table(file: Path) -> tuple[str, list[str], Floats]:
 
 def compare(motion: Recording, scene: Scene, model: Path, cutoff: float, skip: float, spline: bool) -> list[Agreement]:
     """The agreement of all torques but for so many seconds at both ends."""
-    if step_accelerations(motion, float(scene.time_step)) is None:  # type: ignore[arg-type]
+    accelerations = step_accelerations(motion, float(scene.time_step))  # type: ignore[arg-type]
+    if accelerations is None:
         raise SystemExit(f"not every step is recorded: simulate with --rate {1.0 / float(scene.time_step):g}")  # type: ignore[arg-type]
     rate = 1.0 / float(np.median(np.diff(motion.time)))
     loads = ground_loads(motion, scene)
-    motion = motion if spline else in_double_precision(motion, scene)
     with TemporaryDirectory() as folder:
         file = Path(folder) / "motion.mot"
-        sto.write(motion, scene, file)
-        head, names, values = table(file)
+        for name, later in (("after", RATE_TIME), ("before", -RATE_TIME), ("motion", 0.0)):
+            sto.write(moved(motion, scene, accelerations, later), scene, file.with_stem(name))
+            head, names, values = table(file.with_stem(name))
+            rows = ["\t".join(names), *_lines(values[:, :1], filtered(values[:, 1:], rate, cutoff))]
+            file.with_stem(name).write_text(head + "endheader\n" + "\n".join(rows) + "\n")
         angles = {name: np.radians(column) for name, column in zip(names, values.T, strict=True)}
         ours = along(motion, scene, -np.asarray(motion.joint_torque, np.float64), angles)
-        values[:, 1:] = filtered(values[:, 1:], rate, cutoff)
-        rows = ["\t".join(names), *("\t".join(format(x, ".12g") for x in row) for row in values)]
-        file.write_text(head + "endheader\n" + "\n".join(rows) + "\n")
         write_loads([_filtered(one, rate, cutoff) for one in loads], motion.time, file.with_name("ground.mot"))
         if spline:
             with_process(solved, str(model), folder, (float(motion.time[0]), float(motion.time[-1])))
@@ -222,7 +214,7 @@ def compare(motion: Recording, scene: Scene, model: Path, cutoff: float, skip: f
             }
             time = theirs[:, 0]
         else:
-            columns, theirs = with_process(differenced, str(model), folder)
+            columns, theirs = with_process(from_rates, str(model), folder)
             theirs_of, time = dict(zip(columns, theirs.T, strict=True)), motion.time
     kept = (time > motion.time[0] + skip) & (time < motion.time[-1] - skip)
     found = []
@@ -232,6 +224,11 @@ def compare(motion: Recording, scene: Scene, model: Path, cutoff: float, skip: f
         off = np.abs(theirs_of[name][kept] - mine) / peak
         found.append(Agreement(name, peak, *(float(np.quantile(off, part)) for part in (0.5, 0.95, 1.0))))
     return found
+
+
+def _lines(*columns: Floats) -> list[str]:
+    """Rows of a table in full precision."""
+    return ["\t".join(format(x, ".17g") for x in row) for row in np.concatenate(columns, axis=1)]
 
 
 def _filtered(load: GroundLoad, rate: float, cutoff: float) -> GroundLoad:

@@ -28,7 +28,7 @@ class GroundLoad:
 
     body: str
     force: Floats  # (F, 3) N
-    point: Floats  # (F, 3) m, centre of pressure in the plane of the ground; the centre of mass where there is no force
+    point: Floats  # (F, 3) m, centre of pressure in the plane of the ground; the centre of mass where it hardly pushes
     torque: Floats  # (F, 3) N m, about that point
 
 
@@ -115,17 +115,23 @@ def _load(body: str, force: Floats, moment: Floats, center: Floats, normal: Floa
     depth = height - center @ normal
     about = moment - depth[:, None] * np.cross(normal, force)
     arm = depth[:, None] * normal + np.cross(normal, about) / np.maximum(pushed, LEAST)[:, None]
-    arm, force = np.where(loaded, arm, 0.0), np.where(loaded, force, 0.0)
-    torque = np.where(loaded, normal * ((moment - np.cross(arm, force)) @ normal)[:, None], 0.0)
+    arm = np.where(loaded, arm, 0.0)
+    left = moment - np.cross(arm, force)
+    torque = np.where(loaded, normal * (left @ normal)[:, None], left)
     return GroundLoad(body, force, center + arm, torque)
 
 
 def _shared(loads: list[GroundLoad], recorded: Floats, normal: Floats) -> dict[str, GroundLoad]:
     """Loads of the bodies of a foot that add up to its recorded force (F, 3), at the places where they were."""
     pushed = np.array([load.force @ normal for load in loads]).reshape(len(loads), -1)
+    pushed = np.where(pushed > LEAST, pushed, 0.0)
     total = np.maximum(pushed.sum(axis=0), LEAST) if loads else pushed
     scale = np.clip(recorded @ normal, 0.0, None) / total
     return {
-        load.body: replace(load, force=(part / total)[:, None] * recorded, torque=load.torque * scale[:, None])
+        load.body: replace(
+            load,
+            force=(part / total)[:, None] * recorded,
+            torque=load.torque * np.where(part > 0.0, scale, 0.0)[:, None],
+        )
         for load, part in zip(loads, pushed, strict=True)
     }
