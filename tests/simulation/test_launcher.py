@@ -135,7 +135,7 @@ def test_long_paths_share_blocks_whose_lanes_next_to_one_another_are_of_as_many_
     structure, gpu = structure_of(load("gait2392_walk")), SimpleNamespace(is_cpu=False, sm_count=132)
     scene = load("gait2392_walk")
     usual, asked = (kernel_config(scene, structure, 5120, gpu, lanes, NOTHING) for lanes in (None, 8))
-    assert (usual.lanes, usual.block_dim, asked.lanes, asked.block_dim) == (12, 384, 8, 256)
+    assert (usual.lanes, usual.block_dim, asked.lanes, asked.block_dim) == (16, 512, 8, 256)
     assert usual.instances_a_block == asked.instances_a_block == 32  # one for each thread of a warp
     assert usual.capacity >= len(structure.names.bodies)
     assert [usual.rows(n) for n in (1, 32, 33)] == [32, 32, 64]
@@ -146,15 +146,18 @@ def test_long_paths_share_blocks_whose_lanes_next_to_one_another_are_of_as_many_
     assert 3 * crossings <= (SECOND - CONTROL) * usual.capacity + SLOT_FLOATS * usual.slots
     assert not usual.muscles.delayed
     wide = kernel_config(scene, structure, 5120, gpu, 32, NOTHING)
-    assert (wide.lanes, wide.instances_a_block) == (32, 8)
+    assert (wide.lanes, wide.instances_a_block) == (32, 16)
     # Working sets that leave room for few instances, which then have more lanes:
     polynomials = usual._replace(muscles=usual.muscles._replace(paths=PathKind(monomials=1300)))
     many = large_blocks(polynomials, structure, None, 4, 65536, 132)
-    assert (many.lanes, many.block_dim) == (24, 384)
+    assert (many.lanes, many.block_dim) == (32, 512)
+    wraps = usual._replace(muscles=usual.muscles._replace(paths=PathKind(RouteKind(wraps=1))))
+    around = large_blocks(wraps, structure, None, 4, 65536, 132)
+    assert (around.lanes, around.block_dim) == (12, 384)  # which leaves as many registers as these need
     larger = usual._replace(muscles=usual.muscles._replace(paths=PathKind(monomials=7000)))
     assert 32 <= large_blocks(larger, structure, None, 4, 65536, 132).block_dim < 256
     few, some = (kernel_config(scene, structure, n, gpu, None, NOTHING) for n in (1024, 2048))
-    assert [(config.lanes, config.instances_a_block) for config in (few, some)] == [(32, 8), (24, 16)]
+    assert [(config.lanes, config.instances_a_block) for config in (few, some)] == [(32, 8), (32, 16)]
     assert few.resident(132) >= 1024  # which all fit at once with most lanes
     assert {config.muscles for config in (few, some, asked, wide)} == {usual.muscles}  # so that results are the same
     assert not in_large_blocks(usual._replace(collisions=True))  # which some instances test for while others do not

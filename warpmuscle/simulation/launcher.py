@@ -23,7 +23,8 @@ MOST_LANES = 16  # that are of use to a biped
 BUSY_WARPS = 11  # of them keep a multiprocessor about as busy as more do
 SIDE_BY_SIDE = 32, 16, 8  # instances of a large block: at most one for each thread of a warp ...
 FEW_SIDE_BY_SIDE = 4, 1  # ... or, of large characters, fewer
-LARGE_BLOCK = 384  # threads of it, which leave each as many registers as paths around surfaces need
+LARGE_BLOCK = 512  # threads of it ...
+LARGE_BLOCK_OF_WRAPS = 384  # ... which leave each as many registers as paths around surfaces need
 SHARED_BYTES = 48 * 1024  # of memory that a block may declare
 
 _sought: set[tuple[Any, str]] = set()  # kernels on devices that were looked for in Warp's cache
@@ -155,13 +156,15 @@ def in_blocks(
     Args:
         lanes: None for as many as a block has room for. slots, at_hand: see `with_room`.
     """
+    assert config.muscles is not None
+    threads = LARGE_BLOCK_OF_WRAPS if config.muscles.paths.wraps else LARGE_BLOCK
     for sizes in (SIDE_BY_SIDE, FEW_SIDE_BY_SIDE):
         found = []
         for together in sizes:
-            own = min(LARGE_BLOCK // together, WARP) if lanes is None else lanes
+            own = min(threads // together, WARP) if lanes is None else lanes
             large = config._replace(lanes=own, block_dim=max(own * together, 2 * WARP))
             found.append(with_room(large, structure, slots, at_hand))
-        found = [large for large in found if large.block_dim <= LARGE_BLOCK and large.large_blocks > 0]
+        found = [large for large in found if large.block_dim <= threads and large.large_blocks > 0]
         if found:
             return found
     return []

@@ -126,12 +126,8 @@ def _shared(loads: list[GroundLoad], recorded: Floats, normal: Floats) -> dict[s
     pushed = np.array([load.force @ normal for load in loads]).reshape(len(loads), -1)
     pushed = np.where(pushed > LEAST, pushed, 0.0)
     total = np.maximum(pushed.sum(axis=0), LEAST) if loads else pushed
-    scale = np.clip(recorded @ normal, 0.0, None) / total
+    scale = np.where(pushed > 0.0, np.clip(recorded @ normal, 0.0, None) / total, 0.0)
     return {
-        load.body: replace(
-            load,
-            force=(part / total)[:, None] * recorded,
-            torque=load.torque * np.where(part > 0.0, scale, 0.0)[:, None],
-        )
-        for load, part in zip(loads, pushed, strict=True)
+        load.body: replace(load, force=(part / total)[:, None] * recorded, torque=load.torque * factor[:, None])
+        for load, part, factor in zip(loads, pushed, scale, strict=True)
     }

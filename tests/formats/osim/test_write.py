@@ -26,9 +26,9 @@ from warpmuscle.scene import (
     Scene,
     Sphere,
 )
+from warpmuscle.scene.initial_pose import world_poses
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.scene.validation.muscles import initial_path_lengths
-from warpmuscle.scene.validation.start import _world_poses
 from warpmuscle.simulation.stages import Stages
 
 QUIET = pytest.mark.filterwarnings("ignore")
@@ -43,7 +43,7 @@ def again(scene: Scene, folder: Path) -> Scene:
 
 def same_start(before: Scene, after: Scene) -> None:
     """Every body of the first is in the same place, with the same mass and inertia, in the second."""
-    first, second = _world_poses(substitute(before, start_values(before))), _world_poses(after)
+    first, second = world_poses(substitute(before, start_values(before))), world_poses(after)
     for name, body in before.character.bodies.items():
         other = after.character.bodies[name]
         np.testing.assert_allclose(second[name][0], first[name][0], atol=1e-9, err_msg=name)
