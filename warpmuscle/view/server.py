@@ -51,6 +51,7 @@ class PageServer:
         self.on_open: Callable[[], Sequence[Message]] = tuple
         self._host = host
         self._clients: set[Any] = set()
+        self._begun: dict[Any, list[str]] = {}  # pages that are yet to hear what comes first, and what comes meanwhile
         self._loop = asyncio.new_event_loop()
         self._thread = threading.Thread(target=self._run, daemon=True)
         self._thread.start()
@@ -89,9 +90,13 @@ class PageServer:
     async def _serve_socket(self, connection: Any) -> None:
         from websockets.exceptions import ConnectionClosed
 
+        later = self._begun[connection] = []
         try:
             for message in await asyncio.to_thread(self.on_open):
                 await connection.send(message)
+            while later:
+                await connection.send(later.pop(0))
+            del self._begun[connection]
             self._clients.add(connection)
             while True:
                 message = await connection.recv()
@@ -99,6 +104,7 @@ class PageServer:
         except ConnectionClosed:
             pass
         finally:
+            self._begun.pop(connection, None)
             self._clients.discard(connection)
 
     @property
@@ -116,7 +122,7 @@ class PageServer:
 
     def tell(self, message: Message) -> None:
         """Tell all pages; those that are far behind miss it if it is binary."""
-        if self._clients:
+        if self._clients or self._begun:
             self._loop.call_soon_threadsafe(self._tell, message)
 
     def _tell(self, message: Message) -> None:
@@ -125,6 +131,9 @@ class PageServer:
         ready = [one for one in self._clients
                  if isinstance(message, str) or one.transport.get_write_buffer_size() < BEHIND]  # fmt: skip
         broadcast(ready, message)
+        if isinstance(message, str):
+            for later in self._begun.values():
+                later.append(message)
 
     def show(self, page: bytes, on_open: Callable[[], Sequence[Message]] = lambda: ["{}"]) -> None:
         """Serve another page from now on; those that show the one before are told something, and load it."""

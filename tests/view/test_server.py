@@ -1,0 +1,32 @@
+"""What pages are told, in order, whenever they open their socket."""
+
+import threading
+
+import pytest
+
+pytest.importorskip("websockets", reason="no websockets: pip install 'warpmuscle[view]'")
+from live_viewer import PATIENCE, page_socket, until
+from warpmuscle.view.server import PageServer
+
+
+def test_what_is_said_while_a_page_opens_comes_behind_what_it_is_told_first():
+    server = PageServer("127.0.0.1", 0, b"page")
+    asked, said = threading.Event(), threading.Event()
+
+    def first() -> list[str]:
+        asked.set()
+        said.wait(PATIENCE)
+        return ["first", "second"]
+
+    server.on_open = first
+    with page_socket(server.port) as page:
+        assert asked.wait(PATIENCE)
+        server.tell(b"a picture, which may be missed")
+        server.tell("third")
+        said.set()
+        assert [page.recv(timeout=PATIENCE) for _ in range(3)] == ["first", "second", "third"]
+        until(lambda: server.clients == 1)
+        server.tell("fourth")
+        assert page.recv(timeout=PATIENCE) == "fourth"
+    until(lambda: server.clients == 0)
+    server.stop()
