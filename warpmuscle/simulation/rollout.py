@@ -107,7 +107,7 @@ class Rollout(Batch):
             quantities: what is kept of them, for `recorded`: "coordinates", "speeds" and names of muscle quantities
                 (see `recording.QUANTITIES`); by default everything, for `recording`.
             threads: CPU threads, by default one a core; without effect on a GPU.
-            lanes: GPU threads that share an instance, by default 8, and 16 where few run; without effect on the CPU.
+            lanes: GPU threads that share an instance, by default 8 to 32; without effect on the CPU.
             trust: let code run that the scene names; not needed where `load` was told so.
 
         Raises:
