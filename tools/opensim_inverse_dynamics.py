@@ -198,7 +198,8 @@ def compare(motion: Recording, scene: Scene, model: Path, cutoff: float, skip: f
     loads = ground_loads(motion, scene)
     with TemporaryDirectory() as folder:
         file = Path(folder) / "motion.mot"
-        for name, later in (("after", RATE_TIME), ("before", -RATE_TIME), ("motion", 0.0)):
+        around = [] if spline else [("after", RATE_TIME), ("before", -RATE_TIME)]
+        for name, later in [*around, ("motion", 0.0)]:
             sto.write(moved(motion, scene, accelerations, later), scene, file.with_stem(name))
             head, names, values = table(file.with_stem(name))
             rows = ["\t".join(names), *_lines(values[:, :1], filtered(values[:, 1:], rate, cutoff))]

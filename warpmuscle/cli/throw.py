@@ -185,7 +185,7 @@ def throw(
         if job.fitted is not None:
             print_fit(job, job.fitted)
         if curve and job.fitted is not None and not interrupted:
-            print_curve(job, job.fitted)
+            print_curve(job)
         if goals and job.fitted is not None and not interrupted:
             _throw(job, goals, release, adapt, solutions or 1)
     except KeyboardInterrupt:

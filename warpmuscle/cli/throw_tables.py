@@ -96,7 +96,7 @@ def print_rows(title: str, headings: Sequence[str], rows: Sequence[Row]) -> None
     print_table(["", *headings], [(row.name, *row.cells) for row in rows], [""], title)
 
 
-def print_curve(job: Job, fitted: Fitted) -> None:
+def print_curve(job: Job) -> None:
     """Accuracy against fidelity to the extracted signals."""
     import numpy as np
 

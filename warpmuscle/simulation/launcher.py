@@ -141,7 +141,8 @@ def large_blocks(
     if not usual[0]:
         raise RolloutError("the character has more bodies than a GPU block has memory for; simulate it on the CPU")
     most = [found[0].resident(1) if found else 0 for found in usual]
-    found = in_blocks(config, structure, slots, lanes, may_be_near and most[1] >= most[0])
+    at_hand = may_be_near and most[1] >= most[0]
+    found = usual[at_hand] if lanes is None else in_blocks(config, structure, slots, lanes, at_hand)
     if not found:
         raise RolloutError(f"lanes must be more than {lanes} for this character")
     fitting = [large for large in found if large.instances_a_block * multiprocessors >= instances]
