@@ -21,8 +21,8 @@ def fraction_along(product: float, length_sq: float) -> float:
 
 
 @wp.func
-def segment_distance_sq(middle: wp.vec3, half_a: wp.vec3, half_b: wp.vec3) -> float:
-    """Squared distance of two segments, parallel ones and points included (Ericson 2005, section 5.1.9), m^2.
+def fractions_along(middle: wp.vec3, half_a: wp.vec3, half_b: wp.vec3) -> wp.vec2:
+    """Where two segments are nearest to each other, 0 to 1 along each (Ericson 2005, section 5.1.9).
 
     Its denominator |a|^2 |b|^2 - (a.b)^2 is computed as |a x b|^2, which loses fewer digits when a and b are almost
     parallel; where it is lost nevertheless, any first guess on a leads to the nearest points.
@@ -37,7 +37,19 @@ def segment_distance_sq(middle: wp.vec3, half_a: wp.vec3, half_b: wp.vec3) -> fl
     on_a = fraction_along(wp.dot(wp.cross(b, r), normal), wp.length_sq(normal))
     on_b = fraction_along(wp.dot(b, r + a * on_a), wp.length_sq(b))
     on_a = fraction_along(wp.dot(a, b * on_b - r), wp.length_sq(a))
-    return wp.length_sq(r + a * on_a - b * on_b)
+    return wp.vec2(on_a, on_b)
+
+
+@wp.func
+def segment_distance_sq(middle: wp.vec3, half_a: wp.vec3, half_b: wp.vec3) -> float:
+    """Squared distance of two segments, parallel ones and points included, m^2.
+
+    Args:
+        middle: from the middle of segment a to that of segment b. half_a, half_b: from middle to end.
+    """
+    nearest = fractions_along(middle, half_a, half_b)
+    r = half_b - half_a - middle
+    return wp.length_sq(r + 2.0 * half_a * nearest[0] - 2.0 * half_b * nearest[1])
 
 
 @wp.func

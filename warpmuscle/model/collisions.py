@@ -43,20 +43,26 @@ def collision_pairs(scene: Scene, names: Topology) -> list[Pair]:
         return []
     if scene.failure.self_collision_pairs:
         return list(scene.failure.self_collision_pairs)
+    pairs = apart(scene, names)
+    if not pairs:
+        raise SceneError("no two bodies with shapes could collide", key="failure.self_collision")
+    return pairs
+
+
+def apart(scene: Scene, names: Topology) -> list[Pair]:
+    """The pairs of bodies with shapes that are apart from each other: all but those that a joint joins, and those that
+    have a neighbour in common and overlap in the initial pose, free parameters at their start values."""
     plain = substitute(scene, start_values(scene))
     poses, _ = initial_pose(plain)
     around = _neighbours(scene.character)
     bodies = [name for name in names.bodies if scene.character.bodies[name].shapes]
     placed = {name: [_placed(shape, *poses[name]) for shape in plain.character.bodies[name].shapes] for name in bodies}
-    pairs = [
+    return [
         (a, b)
         for a, b in combinations(bodies, 2)
         if b not in around[a]
         and not (around[a] & around[b] and any(_overlap(*shapes) for shapes in product(placed[a], placed[b])))
     ]
-    if not pairs:
-        raise SceneError("no two bodies with shapes could collide", key="failure.self_collision")
-    return pairs
 
 
 def capsule_of(shape: Shape) -> CapsuleRows:

@@ -9,6 +9,7 @@ import warp as wp
 
 from warpmuscle.core.arrays import rows, structs_to_device, to_device
 from warpmuscle.kernels.step import extensions_of
+from warpmuscle.model.body_contact import ShapePair, contact_parameters
 from warpmuscle.model.structure import Structure
 from warpmuscle.scene import Scene
 
@@ -38,7 +39,10 @@ def put_parameters(extensions: Any, scene: Scene, structure: Structure, device: 
     _put(extensions.first, structure.controller.custom.parameters, given, device)
     part = extensions.rest
     for entries in structure.forces:
-        given = [scene.forces[name].parameters for name in entries.names]
+        given = [
+            contact_parameters(scene, name) if isinstance(name, ShapePair) else scene.forces[name].parameters
+            for name in entries.names
+        ]
         _put(part.first, entries.kind.parameters, given, device)
         part = part.rest
 

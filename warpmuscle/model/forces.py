@@ -1,7 +1,8 @@
-"""Forces of a scene: of which kinds they are, and on which bodies they act."""
+"""Forces of a scene: of which kinds they are, and on which bodies they act; among them bodies that touch."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -10,6 +11,7 @@ import warp as wp
 from warpmuscle.core.errors import SceneError
 from warpmuscle.kernels.devices import FORCES
 from warpmuscle.kernels.forces import Force, Wrench
+from warpmuscle.model.body_contact import ShapePair, contact_kind, shape_pairs
 from warpmuscle.model.extensions import BODY, check_declaration
 from warpmuscle.model.user_functions import declared
 from warpmuscle.scene import Scene
@@ -24,7 +26,7 @@ class ForceEntries:
     """All forces of one kind."""
 
     kind: Force
-    names: tuple[str, ...]  # in the scene, sorted by body; those between two bodies twice
+    names: tuple[str | ShapePair, ...]  # in the scene, sorted by body; those between two bodies twice
     start: tuple[int, ...]  # (bodies + 1,) which of them act on each body, or on the joint that carries it
     other: tuple[int, ...] = ()  # of each between two bodies: the other one
     second: tuple[int, ...] = ()  # 1 if it acts on the second of both
@@ -49,18 +51,30 @@ def force_kinds(scene: Scene, names: Topology) -> tuple[ForceEntries, ...]:
         if kind.pair is None:
             acting.append(_Acting(body, name))
         else:
-            other = names.bodies.index(force.other_body)
-            acting += [_Acting(body, name, other, 0), _Acting(other, name, body, 1)]
-    return tuple(_entries(kind, sorted(acting, key=lambda one: one.body), names) for kind, acting in found.items())
+            acting += _both_ways(name, body, names.bodies.index(force.other_body))
+    touching = tuple(_touching(scene, names))
+    return tuple(_entries(kind, sorted(acting, key=lambda one: one.body), names) for kind, acting in found.items()) + touching
+
+
+def _touching(scene: Scene, names: Topology) -> Iterator[ForceEntries]:
+    """Contact of bodies with each other, where a scene has it."""
+    pairs = shape_pairs(scene)
+    if pairs:
+        acting = [one for pair in pairs for one in _both_ways(pair, *map(names.bodies.index, (pair.first, pair.second)))]
+        yield _entries(contact_kind(scene), sorted(acting, key=lambda one: one.body), names)
 
 
 class _Acting(NamedTuple):
     """A force on a body, and of one between two bodies, the other one and which of both this is."""
 
     body: int
-    name: str
+    name: str | ShapePair
     other: int = 0
     second: int = 0
+
+
+def _both_ways(name: str | ShapePair, body: int, other: int) -> list[_Acting]:
+    return [_Acting(body, name, other, 0), _Acting(other, name, body, 1)]
 
 
 def _entries(kind: Force, acting: list[_Acting], names: Topology) -> ForceEntries:

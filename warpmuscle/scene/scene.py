@@ -15,6 +15,7 @@ import msgspec
 
 from warpmuscle.kernels.objective_terms import TERMS
 from warpmuscle.kernels.status import Status
+from warpmuscle.scene.body_contact import BodyContact
 from warpmuscle.scene.controller import PD, Balance, Command, Component, Controller, Curve, Feedback, State, Trajectory
 from warpmuscle.scene.displacement import Coupling, Displacement
 from warpmuscle.scene.force import Force
@@ -47,7 +48,7 @@ from warpmuscle.scene.surfaces import (
 )
 
 __all__ = [
-    "PD", "Actuation", "Balance", "BallCoordinates", "Body", "Box", "Capsule", "Character", "Command", "Component",
+    "PD", "Actuation", "Balance", "BallCoordinates", "Body", "BodyContact", "Box", "Capsule", "Character", "Command", "Component",
     "Condition", "ContactMaterial", "Controller", "Coupling", "Curve", "CurveShape", "CylinderSurface",
     "DeGrooteCurves", "Displacement", "Drive", "EllipsoidSurface", "Excitation", "Failure", "Feedback", "Force",
     "Ground", "InitialState", "Joint", "JointState", "Ligament", "Marker", "MillardCurves", "Motion", "Muscle",
@@ -364,6 +365,7 @@ class Scene(Part):
     commands: dict[str, Command] = {}  # what numbers of this scene follow, by names of one's own
     initial_state: InitialState = msgspec.field(default_factory=InitialState)
     ground: Ground = msgspec.field(default_factory=Ground)
+    body_contact: BodyContact | None = None  # of bodies with each other; none: they pass through one another
     failure: Failure = msgspec.field(default_factory=Failure)
     objective: Objective = msgspec.field(default_factory=Objective)
     tracking: Tracking | None = None

@@ -1,10 +1,12 @@
-"""What the types of a scene cannot say about its ground and the bodies' contacts with it."""
+"""What the types of a scene cannot say about its ground, and contacts of the bodies with it and with each other."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from warpmuscle.core.errors import SceneError
-from warpmuscle.scene import Box, ContactMaterial, Ground
-from warpmuscle.scene.validation.checks import Checks
+from warpmuscle.scene import Box, Character, ContactMaterial, Ground
+from warpmuscle.scene.validation.checks import Checks, known
 
 POINTS = ("spring", "soft_constraint")  # laws by which all shapes touch the ground, at points
 
@@ -53,3 +55,39 @@ def _material(key: str, material: ContactMaterial | None, points: bool, checks: 
     checks.not_negative(key, material, "static_friction", "dynamic_friction", "viscous_friction")
     checks.positive(key, material, "transition_velocity", "hertz_smoothing", "hunt_crossley_smoothing")
     checks.positive(key, material, "constant_force")
+
+
+def check_body_contact(checks: Checks) -> None:
+    """Check which bodies push each other, and how.
+
+    Raises:
+        SceneError: a number out of its range, or a pair that cannot touch.
+    """
+    scene = checks.checked
+    contact = scene.body_contact
+    if contact is None:
+        return
+    checks.not_negative("body_contact", contact, "stiffness", "damping", "tangential_damping", "friction")
+    check_pairs(contact.pairs, scene.character, "body_contact.pairs")
+    joined = {frozenset((joint.parent, joint.child)) for joint in scene.character.joints.values()}
+    for index, pair in enumerate(contact.pairs):
+        if frozenset(pair) in joined:
+            raise SceneError(
+                f"a joint joins {pair[0]!r} and {pair[1]!r}: its limits hold them apart", f"body_contact.pairs.{index}"
+            )
+
+
+def check_pairs(pairs: Sequence[tuple[str, str]], character: Character, key: str) -> None:
+    """SceneError unless every pair is two bodies with shapes, and none is named twice."""
+    seen = set()
+    for index, pair in enumerate(pairs):
+        place = f"{key}.{index}"
+        for number, body in enumerate(pair):
+            known(body, character.bodies, "body", f"{place}.{number}")
+            if not character.bodies[body].shapes:
+                raise SceneError(f"body {body!r} has no shape that could collide", key=f"{place}.{number}")
+        if pair[0] == pair[1]:
+            raise SceneError(f"a pair takes two bodies, got {pair[0]!r} twice", key=place)
+        if frozenset(pair) in seen:
+            raise SceneError(f"the pair {pair[0]!r} and {pair[1]!r} is there twice", key=place)
+        seen.add(frozenset(pair))

@@ -31,7 +31,7 @@ from warpmuscle.scene.parameters import free_parameters
 from warpmuscle.scene.trusted_code import check_entries
 from warpmuscle.scene.validation.checks import Checks, known, near
 from warpmuscle.scene.validation.commands import check_commands
-from warpmuscle.scene.validation.contact import check_ground
+from warpmuscle.scene.validation.contact import check_body_contact, check_ground, check_pairs
 from warpmuscle.scene.validation.forces import check_forces
 from warpmuscle.scene.validation.learning import check_task
 from warpmuscle.scene.validation.motion import check_motion
@@ -88,8 +88,9 @@ class _Check(Checks):
             self.controller(scene.controller, scene.character)
         self.initial_state(scene.initial_state, scene.character)
         check_ground(self)
+        check_body_contact(self)
         check_failure(self, "failure", scene.failure)
-        self.self_collision(scene.failure.self_collision_pairs, scene.character)
+        check_pairs(scene.failure.self_collision_pairs, scene.character, "failure.self_collision_pairs")
         check_objective(self, "objective", scene.objective)
         check_robustness(self, "robustness", scene.robustness)
         self.tracking(scene)
@@ -123,17 +124,6 @@ class _Check(Checks):
         if scene.control_rate > 0.0 and (scene.controller is None or scene.custom_controller):
             which = "a custom_controller decides in every step" if scene.custom_controller else "there is no controller"
             raise SceneError(f"{which}; leave control_rate out", key="control_rate")
-
-    def self_collision(self, pairs: Sequence[tuple[str, str]], character: Character) -> None:
-        """A pair is two bodies with shapes."""
-        for index, pair in enumerate(pairs):
-            key = f"failure.self_collision_pairs.{index}"
-            for place, body in enumerate(pair):
-                known(body, character.bodies, "body", f"{key}.{place}")
-                if not character.bodies[body].shapes:
-                    raise SceneError(f"body {body!r} has no shape that could collide", key=f"{key}.{place}")
-            if pair[0] == pair[1]:
-                raise SceneError(f"a pair takes two bodies, got {pair[0]!r} twice", key=key)
 
     def opensim(self, scene: Scene) -> None:
         """The root has a coordinate for each of its displacements, and markers are on bodies."""

@@ -1,0 +1,87 @@
+"""Bodies that push each other where they touch: which of their shapes, and the parameters of each pair of capsules."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import product
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from warpmuscle.core.errors import SceneError
+from warpmuscle.kernels.body_contact import body_contact_of
+from warpmuscle.kernels.forces import Force
+from warpmuscle.model.collisions import CapsuleRows, capsule_of
+from warpmuscle.model.joints import has_turned_axes
+from warpmuscle.scene import Scene
+from warpmuscle.scene.body_pairs import touching_pairs
+from warpmuscle.scene.parameters import greatest, start_values, substitute
+
+
+class ShapePair(NamedTuple):
+    """Two shapes that push each other: numbers of shapes among those of their bodies."""
+
+    first: str
+    first_shape: int
+    second: str
+    second_shape: int
+
+
+def shape_pairs(scene: Scene) -> tuple[ShapePair, ...]:
+    """The pairs of shapes that push each other in a checked scene, free parameters at their start values.
+
+    Raises:
+        SceneError: there is contact of bodies, but no two of them could touch.
+    """
+    contact = scene.body_contact
+    if contact is None or greatest(scene, contact.stiffness) <= 0.0:
+        return ()
+    bodies = scene.character.bodies
+    pairs = tuple(
+        ShapePair(a, i, b, j)
+        for a, b in touching_pairs(substitute(scene, start_values(scene)))
+        for i, j in product(range(len(bodies[a].shapes)), range(len(bodies[b].shapes)))
+    )
+    if not pairs:
+        raise SceneError("this is no biped whose bodies have shapes: name `pairs`", key="body_contact")
+    return pairs
+
+
+def contact_kind(scene: Scene) -> Force:
+    """The kind of force between bodies of a scene that touch."""
+    kind: Force = body_contact_of(any(map(has_turned_axes, scene.character.bodies.values())))
+    return kind
+
+
+def contact_parameters(scene: Scene, pair: ShapePair) -> Mapping[str, Any]:
+    """Values of `kernels.body_contact.CapsulePair` for a pair of shapes, floats or (rows,) arrays.
+
+    Args:
+        scene: its numbers are floats, or (n,) arrays with one value an instance.
+    """
+    bodies, contact = scene.character.bodies, scene.body_contact
+    assert contact is not None
+    one = capsule_of(bodies[pair.first].shapes[pair.first_shape])
+    other = capsule_of(bodies[pair.second].shapes[pair.second_shape])
+    lengths = (np.linalg.norm(half, axis=1) for _, half, _ in (one, other))
+    return {
+        **_capsule("first", one),
+        **_capsule("second", other),
+        "reach": sum(lengths) + one[2] + other[2],
+        "stiffness": contact.stiffness,
+        "damping": contact.damping,
+        "tangential_damping": contact.tangential_damping,
+        "friction": contact.friction,
+    }
+
+
+def _capsule(which: str, capsule: CapsuleRows) -> dict[str, Any]:
+    middle, half, radius = capsule
+    values = {f"{which}_{axis}": middle[:, k] for k, axis in enumerate("xyz")}
+    values |= {f"{which}_half_{axis}": half[:, k] for k, axis in enumerate("xyz")}
+    values[f"{which}_radius"] = radius
+    return {name: _single(array) for name, array in values.items()}
+
+
+def _single(array: Any) -> Any:
+    return float(array[0]) if len(array) == 1 else array

@@ -1,0 +1,44 @@
+"""Pairs of bodies that may touch each other."""
+
+from __future__ import annotations
+
+from itertools import product
+
+from warpmuscle.scene import Character, Scene
+from warpmuscle.scene.anatomy import leg, sides_of
+from warpmuscle.scene.body_contact import Pair
+
+
+def touching_pairs(scene: Scene) -> list[Pair]:
+    """The pairs of bodies that push each other in a scene; none if its `body_contact` does not say so."""
+    contact = scene.body_contact
+    if contact is None:
+        return []
+    if contact.pairs or scene.feet is None:
+        return list(contact.pairs)
+    return biped_pairs(scene.character, scene.feet)
+
+
+def chain(character: Character, body: str) -> list[str]:
+    """The bodies from the root to a body."""
+    return [*(character.joints[name].parent for name in leg(character, body)), body]
+
+
+def biped_pairs(character: Character, feet: tuple[str, str]) -> list[Pair]:
+    """The pairs of bodies that push each other in a biped, see `BodyContact`; only of bodies with shapes."""
+    legs = [chain(character, foot) for foot in feet]
+    trunk = [name for name in legs[0] if name in legs[1]]
+    left, right = ([name for name in bodies if name not in trunk] for bodies in legs)
+    pairs = list(zip(left, right, strict=False))
+    if len(left) == len(right) and len(left) > 1:
+        pairs += [(left[-1], right[-2]), (left[-2], right[-1])]
+    sides = sides_of(character)
+    carried = {joint.parent for joint in character.joints.values()}
+    trunk += [name for name in character.bodies if sides[name] == "middle" and name in carried and name not in trunk]
+    for side, limb in (("left", left), ("right", right)):
+        arm = [name for name in character.bodies if sides[name] == side and name not in limb]
+        arm = [name for name in arm if not any(foot in chain(character, name) for foot in feet)]
+        pairs += product(trunk, arm)
+        pairs += [(limb[0], name) for name in arm if name not in carried] if limb else []
+    joined = {frozenset((joint.parent, joint.child)) for joint in character.joints.values()}
+    return [pair for pair in pairs if frozenset(pair) not in joined and all(character.bodies[name].shapes for name in pair)]
