@@ -6,7 +6,10 @@
 import warp as wp
 
 from warpmuscle.kernels.contact import body_weight
-from warpmuscle.kernels.structs import LEFT, RIGHT, FootCycle, ModelRef, StateRef
+from warpmuscle.kernels.spatial import heading
+from warpmuscle.kernels.structs import LEFT, RIGHT, FootCycle, ModelRef, ScratchRef, StateRef, at
+
+SHORTEST_STRIDE = 0.1  # m, from which on a stride has a direction; see `warpmuscle.gait.measures`
 
 
 @wp.func
@@ -73,11 +76,52 @@ def foot_part(instance: int, side: int, state: StateRef) -> float:
 
 
 @wp.func
-def advance_cycles(instance: int, step: int, model: ModelRef, state: StateRef):
+def width_from_line(before: wp.vec3, place: wp.vec3, other: wp.vec3, facing: wp.vec3, side: int) -> float:
+    """How far a foot stands from the line between two places of the other one, to its own side, m.
+
+    Args:
+        before, place: of the foot that has just landed. other: of the one that stands. facing: unit vector, horizontal.
+        side: of the foot that has landed, LEFT or RIGHT.
+    """
+    stride = wp.vec3(place[0] - before[0], 0.0, place[2] - before[2])
+    length = wp.length(stride)
+    along = facing
+    if length > wp.static(SHORTEST_STRIDE):
+        along = stride * (wp.sign(wp.dot(stride, facing)) / length)
+    to_the_left = (other[0] - place[0]) * along[2] - (other[2] - place[2]) * along[0]
+    return wp.where(side == LEFT, -to_the_left, to_the_left)
+
+
+@wp.func
+def landed(cycle: FootCycle, place: wp.vec3, time_step: float, before: int) -> FootCycle:
+    """The cycle with where the foot was when its load began, and where it touched down if it has in this step.
+
+    Args:
+        place: of its centre of mass, m. before: touch-downs before this step.
+    """
+    if cycle.loaded > 0.0 and cycle.loaded <= 1.5 * time_step:
+        cycle.landing = place
+    if cycle.landings > before:
+        cycle.before = cycle.place
+        cycle.place = cycle.landing
+    return cycle
+
+
+@wp.func
+def advance_cycles(instance: int, step: int, model: ModelRef, state: StateRef, work: ScratchRef):
     """Gait cycles of both feet after a step, with the foot forces of that step. One lane calls it."""
     rule = model.contact_rule
     bound = rule[0] * body_weight(instance, model)
     for side in range(LEFT, RIGHT + 1):
         loaded = state.foot_force[instance, side][1] > bound
         cycle = state.foot_cycle[instance, side]
-        state.foot_cycle[instance, side] = cycle_after(cycle, loaded, step == 0, model.time_step, rule[1], rule[2])
+        landings = cycle.landings
+        cycle = cycle_after(cycle, loaded, step == 0, model.time_step, rule[1], rule[2])
+        foot = wp.where(side == LEFT, model.feet.left, model.feet.right)
+        center = work.rotation[foot] * at(model.skeleton.row, instance, foot).com
+        cycle = landed(cycle, work.position[foot] + center, model.time_step, landings)
+        other = state.foot_cycle[instance, LEFT + RIGHT - side]
+        if cycle.landings > landings and cycle.landings > 1 and other.landings > 0:
+            facing = wp.quat_rotate(heading(work.orientation[0]), wp.vec3(0.0, 0.0, 1.0))
+            cycle.width = width_from_line(cycle.before, cycle.place, other.place, facing, side)
+        state.foot_cycle[instance, side] = cycle

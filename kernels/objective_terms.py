@@ -58,8 +58,8 @@ _TERMS = (
         follows_cycles=True,
     ),
     Term(
-        "step_width", "m^2 s", "squared sideways distance between the feet, less that of people's steps, over time",
-        "whole",
+        "step_width", "m^2 s", "squared width of each foot's last step, less that of people's steps, summed, over time",
+        "whole", follows_cycles=True,
     ),
     Term("passive_force", "N s", "force of stretched fibres, summed over muscles and time", "muscle"),
 )  # fmt: skip

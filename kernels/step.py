@@ -209,7 +209,7 @@ def one_step_of(
         if status == RUNNING and lane == 0:
             advance(instance, model, state)
             if wp.static(objective.follows_cycles):
-                advance_cycles(instance, step, model, state)
+                advance_cycles(instance, step, model, state, work)
             state.step[instance] = step + 1
         synchronize()
         lap(instance, lane, END, wp.uint64(0))

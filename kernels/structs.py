@@ -236,6 +236,10 @@ class FootCycle:
     away: float  # s, for how long it has not been loaded long enough to count
     grounded: int  # 1: the foot is on the ground
     landings: int  # touch-downs so far
+    landing: wp.vec3  # m, where its centre of mass was when it was loaded last
+    place: wp.vec3  # m, the same when it last touched down
+    before: wp.vec3  # m, and the time before
+    width: float  # m, how far the other foot stood from the line between these, to its own side
 
 
 @wp.struct

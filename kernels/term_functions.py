@@ -12,7 +12,7 @@ import warp as wp
 from warpmuscle.kernels.contact import body_weight
 from warpmuscle.kernels.curves import active_force_length, force_velocity
 from warpmuscle.kernels.custom_curves import OwnCurves, with_curves
-from warpmuscle.kernels.failure import feet_apart, turn_between
+from warpmuscle.kernels.failure import turn_between
 from warpmuscle.kernels.gait_cycle import foot_part, part_of_step
 from warpmuscle.kernels.limits import limit_stage
 from warpmuscle.kernels.metabolics import bhargava_power, umberger_power, wang_power
@@ -206,9 +206,13 @@ def ground_force(instance: int, model: ModelRef, state: StateRef, work: ScratchR
 
 @wp.func
 def step_width(instance: int, model: ModelRef, state: StateRef, work: ScratchRef) -> float:
-    """Squared difference of the sideways distance between the feet and people's step width, m^2."""
-    error = feet_apart(model, work) - HUMAN_STEP_WIDTH
-    return error * error
+    """Squared difference of each foot's last step width and people's, m^2, summed; of a foot that has landed twice."""
+    total = wp.float32(0.0)
+    for side in range(LEFT, RIGHT + 1):
+        cycle = state.foot_cycle[instance, side]
+        if cycle.landings > 1:
+            total += (cycle.width - HUMAN_STEP_WIDTH) * (cycle.width - HUMAN_STEP_WIDTH)
+    return total
 
 
 @wp.func

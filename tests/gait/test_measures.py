@@ -108,6 +108,30 @@ def test_steps_are_seen_in_the_frame_of_the_character():
     assert gait.speed_horizontal == pytest.approx(1.0)
 
 
+@pytest.mark.parametrize("way", [0.0, 0.8, -2.5])
+@pytest.mark.parametrize("width", [0.08, 0.0, -0.05])
+def test_width_is_that_of_the_placements_however_the_pelvis_turns(width: float, way: float):
+    straight = walk(1.2, width=width, step_time=0.5, duration=12.0)
+    sway = 0.3 * np.sin(2.0 * np.pi * straight.time + 0.4) + 0.2 + way  # rad, once a stride, off to the left
+    cos, sin = np.cos(way), np.sin(way)
+    matrix = np.array([[cos, 0.0, sin], [0.0, 1.0, 0.0], [-sin, 0.0, cos]])
+    zero = np.zeros_like(sway)
+    turned = dataclasses.replace(
+        straight,
+        root_orientation=np.stack([zero, np.sin(0.5 * sway), zero, np.cos(0.5 * sway)], axis=1),
+        body_position=straight.body_position @ matrix.T,
+    )
+    gait = measure(turned, "left", "right")
+    assert gait.step_width == pytest.approx(width, abs=1e-6)
+    assert gait.step_length == pytest.approx(0.6, abs=1e-6)
+
+
+def test_width_on_the_spot_and_backwards_is_of_the_side_that_the_character_faces():
+    for speed in (0.0, -0.8):
+        assert measure(walk(speed, 0.15, 0.5, 12.0), "left", "right").step_width == pytest.approx(0.15)
+        assert measure(walk(speed, -0.05, 0.5, 12.0), "left", "right").step_width == pytest.approx(-0.05)
+
+
 @pytest.mark.parametrize("start", [5.0, 3.1])  # beyond the end; too late for three steps
 def test_short_recording_is_measured_from_its_first_quarter(start: float):
     gait = measure(walk(1.0, 0.2, 0.5, duration=4.0), "left", "right", start)

@@ -6,6 +6,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from muscle_arm import arm, constant, leg
+from probes import evaluate
 from short_walks import OF_TORQUES
 from small_scene import sound_scene
 from warpmuscle.core.errors import SceneError
@@ -13,6 +14,7 @@ from warpmuscle.core.status import Status
 from warpmuscle.formats import load
 from warpmuscle.gait.cycles import body_weight, leg_angles
 from warpmuscle.gait.foot_contact import SIDES, touch_downs
+from warpmuscle.kernels.gait_cycle import width_from_line
 from warpmuscle.kernels.muscle import LARGEST_PASSIVE
 from warpmuscle.kernels.objective_terms import TERMS
 from warpmuscle.model.objective import counted_terms, objective_kind
@@ -192,22 +194,34 @@ def test_passive_force_is_that_of_fibres_stretched_beyond_their_optimum():
     np.testing.assert_allclose(rollout.terms()["passive_force"], total * rollout.end_time()[0], rtol=0.01)
 
 
-def test_step_width_is_how_far_ankles_are_from_the_width_of_people_s_steps():
-    rollout = walked("fwalk", 1.0, OF_TORQUES)
-    recording, joints = rollout.recording(), rollout.numeric.character.joints
-    ankle = {}
-    for side in "lr":
-        turn = Rotation.from_quat(recording.body_orientation[:, recording.body_names.index(f"{side}Foot")])
-        ankle[side] = recording.position_of(f"{side}Foot") + turn.apply(joints[f"{side}Ankle"].position_in_child)
-    apart = Rotation.from_euler("y", -heading_of(recording)[:, None]).apply(ankle["l"] - ankle["r"])[:, 0]
-    expected = ((apart - 0.08) ** 2).mean() * rollout.end_time()[0]
-    np.testing.assert_allclose(rollout.terms()["step_width"], expected, rtol=0.02)
+def test_step_width_is_how_far_the_other_foot_stands_from_the_line_of_a_foot_s_placements():
+    rollout = walked("fwalk", 3.0, OF_TORQUES)
+    recording = rollout.recording()
+    downs = sorted((time, side) for side in (0, 1) for time in touch_downs(recording, SIDES[side]))
+    expected, width, last = 0.0, {}, {0: [], 1: []}
+    ends = [*(time for time, _ in downs[1:]), rollout.end_time()[0]]
+    for (time, side), end in zip(downs, ends, strict=True):
+        foot = recording.position_of("lr"[side] + "Foot")
+        last[side].append(np.array([np.interp(time, recording.time, foot[:, axis]) for axis in (0, 2)]))
+        if len(last[side]) > 1 and last[1 - side]:
+            (x, z), (ox, oz) = last[side][-1] - last[side][-2], last[1 - side][-1] - last[side][-1]
+            width[side] = (1.0 if side else -1.0) * (ox * z - oz * x) / np.hypot(x, z)  # the left of z is x
+        expected += sum((one - 0.08) ** 2 for one in width.values()) * (end - time)
+    assert len(width) == 2
+    np.testing.assert_allclose(rollout.terms()["step_width"], expected, rtol=0.1)
 
 
-def heading_of(recording) -> np.ndarray:
-    """Where the root faces at every moment, rad about the vertical from z."""
-    forward = Rotation.from_quat(recording.root_orientation).apply([0.0, 0.0, 1.0])
-    return np.arctan2(forward[:, 0], forward[:, 2])
+@pytest.mark.parametrize("way", [0.0, 0.7, 3.0])
+@pytest.mark.parametrize("width", [0.12, -0.04])
+def test_width_from_a_line_is_signed_and_does_not_depend_on_the_way_that_one_walks(way: float, width: float):
+    turn = Rotation.from_euler("y", way)
+    for side, outwards in ((0, 1.0), (1, -1.0)):
+        before, place, other = np.array([[0, 0, 0], [0, 0, 1.2], [-outwards * width, 0, 0.6]], dtype=float)
+        facing = turn.apply([np.sin(0.4), 0.0, np.cos(0.4)])
+        found = evaluate(width_from_line, turn.apply(before), turn.apply(place), turn.apply(other), facing, side)
+        np.testing.assert_allclose(found, width, atol=1e-6)
+        backwards = evaluate(width_from_line, turn.apply(place), turn.apply(before), turn.apply(other), facing, side)
+        np.testing.assert_allclose(backwards, width, atol=1e-6)
 
 
 def test_without_feet_there_is_no_step_width():

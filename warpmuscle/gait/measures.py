@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from warpmuscle.results.recording import Recording
 from warpmuscle.scene.validation.checks import near
 
 Steps = Literal["contact", "stance"]
+SHORTEST_STRIDE = 0.1  # m, from which on a stride has a direction
 _UP = np.array([0.0, 1.0, 0.0])
 
 
@@ -30,7 +31,7 @@ class Gait:
     speed_horizontal: float  # m/s, magnitude of the mean horizontal velocity
     steps: int  # from one foot to the other
     step_length: float | None  # m, mean; negative backwards
-    step_width: float | None  # m, mean
+    step_width: float | None  # m, mean; negative where feet cross
     cadence: float | None  # steps/min, between the first and the last of them
     heading_drift: float  # rad, heading at the end minus heading at the start; positive to the left
 
@@ -39,7 +40,9 @@ def measure(recording: Recording, left_foot: str, right_foot: str, start: float 
     """Measure the steady part of a walk.
 
     A step is the vector between the places of the two feet (centres of mass of these bodies, each at the moment it
-    touches down, see `foot_contact`), in the character's frame at its end: z is its length, |x| its width.
+    touches down, see `foot_contact`). Its length is along the line from the last place of the foot that it ends with to
+    the new one; its width is how far the other foot stands from that line, to its own side. So neither depends on how
+    the pelvis turns. In place, where there is no such line, the mean heading over both steps takes its place.
 
     Args:
         recording: at least one frame; a frame interval of some 10 ms or less.
@@ -48,7 +51,8 @@ def measure(recording: Recording, left_foot: str, right_foot: str, start: float 
         start: begin of the window, s, so as to skip the transient. If fewer than three landings follow, the window
             begins after a quarter of the recording.
         by: "stance" counts a step from where the controller makes the other foot its stance foot, whether or not that
-            touches the ground: the definition behind the gait table of the original SIMBICON recordings.
+            touches the ground, and takes it in the frame of the root's heading at its end, the width without a sign:
+            the definition behind the gait table of the original SIMBICON recordings.
 
     Raises:
         ArgumentError: no frames, or an unknown body name.
@@ -70,7 +74,10 @@ def measure(recording: Recording, left_foot: str, right_foot: str, start: float 
     steady = recording.time >= start
     velocity = recording.com_velocity[steady].mean(axis=0, dtype=float)
     turned = heading(recording)
-    steps = _steps(recording, left_foot, right_foot, turned, times, sides, start)
+    frames = np.minimum(np.searchsorted(recording.time, times), recording.frames - 1)
+    feet = np.stack([recording.position_of(left_foot), recording.position_of(right_foot)])
+    landings = _Landings(times, sides, feet[sides, frames].astype(float), turned[frames])
+    steps = _steps_in_heading(landings, start) if by == "stance" else _steps(landings, start)
     times = times[1:] if by == "stance" else times  # at the start no foot comes down
     times = times[times >= start]
     return Gait(
@@ -79,8 +86,8 @@ def measure(recording: Recording, left_foot: str, right_foot: str, start: float 
         speed_forward=float(velocity[2]),
         speed_horizontal=math.hypot(velocity[0], velocity[2]),
         steps=len(steps),
-        step_length=float(steps[:, 2].mean()) if len(steps) else None,
-        step_width=float(np.abs(steps[:, 0]).mean()) if len(steps) else None,
+        step_length=_mean(steps[:, 0]),
+        step_width=_mean(steps[:, 1]),
         cadence=60.0 * (len(times) - 1) / float(times[-1] - times[0]) if len(times) > 1 else None,
         heading_drift=float(turned[-1] - turned[steady][0]),
     )
@@ -105,16 +112,43 @@ def _changes(recording: Recording) -> tuple[Floats, Integers]:
     return recording.time[frames].astype(float), recording.stance[frames]
 
 
-def _steps(
-    recording: Recording, left_foot: str, right_foot: str, turned: Floats, times: Floats, sides: Integers, start: float
-) -> Floats:
-    """Vectors (K, 3), m, from one foot's place to the other's, in the frame of the heading (F,) where a step ends.
+class _Landings(NamedTuple):
+    """Where feet come down, in the order of time."""
 
-    Args:
-        times: (L,) s, of landings. sides: (L,) of these. start: s, that steps end at or after.
-    """
-    frames = np.minimum(np.searchsorted(recording.time, times), recording.frames - 1)
-    feet = np.stack([recording.position_of(left_foot), recording.position_of(right_foot)])
-    places = feet[sides, frames].astype(float)
-    chosen = np.flatnonzero((sides[1:] != sides[:-1]) & (times[1:] >= start)) + 1
-    return rotate(conjugate(about(_UP, turned[frames[chosen]])), places[chosen] - places[chosen - 1])
+    times: Floats  # (L,) s
+    sides: Integers  # (L,) 0 left, 1 right
+    places: Floats  # (L, 3) m
+    headings: Floats  # (L,) rad, of the root
+
+    def steps(self, start: float) -> Integers:
+        """Landings that end a step, at or after a time."""
+        return np.flatnonzero((self.sides[1:] != self.sides[:-1]) & (self.times[1:] >= start)) + 1
+
+
+def _steps_in_heading(landings: _Landings, start: float) -> Floats:
+    """Lengths and widths (K, 2), m, of steps in the frame of the root's heading where each ends."""
+    k = landings.steps(start)
+    step = rotate(conjugate(about(_UP, landings.headings[k])), landings.places[k] - landings.places[k - 1])
+    return np.stack([step[:, 2], np.abs(step[:, 0])], axis=1)
+
+
+def _steps(landings: _Landings, start: float) -> Floats:
+    """Lengths and widths (K, 2), m, of steps along and across the lines of feet; NaN for widths that have no line."""
+    k = landings.steps(start)
+    before = np.maximum(k - 2, 0)
+    known = (k >= 2) & (landings.sides[before] == landings.sides[k])
+    facing = rotate(about(_UP, 0.5 * (landings.headings[k] + landings.headings[k - 1])), np.array([0.0, 0.0, 1.0]))
+    stride = (landings.places[k] - landings.places[before]) * [1.0, 0.0, 1.0]
+    length = np.linalg.norm(stride, axis=1)
+    along = np.where((known & (length > SHORTEST_STRIDE))[:, None], stride / np.maximum(length, 1e-9)[:, None], facing)
+    along *= np.where(np.sum(along * facing, axis=1) < 0.0, -1.0, 1.0)[:, None]  # also of who walks backwards
+    step = landings.places[k] - landings.places[k - 1]
+    outwards = np.where(landings.sides[k - 1] == 0, 1.0, -1.0)  # the left of who faces z is x
+    width = -outwards * np.sum(step * np.cross(_UP, along), axis=1)
+    return np.stack([np.sum(step * along, axis=1), np.where(known, width, np.nan)], axis=1)
+
+
+def _mean(values: Floats) -> float | None:
+    """Of those that are known."""
+    known = values[np.isfinite(values)]
+    return float(known.mean()) if len(known) else None
