@@ -12,16 +12,19 @@ from warpmuscle.kernels.shaped_curves import Shaped
 from warpmuscle.kernels.structs import Model, at
 from warpmuscle.kernels.term_functions import MuscleWork
 
-WANG, UMBERGER, BHARGAVA = 0, 1, 2
+WANG, UMBERGER, BHARGAVA, BHARGAVA_STRICT = 0, 1, 2, 3
 
 
 @cache
 def muscle_effort_of(own: Shaped | None = None) -> Any:
     """The kernel `muscle_effort` for muscles whose curves have shapes of their own."""
-    passive_force, wang, umberger, bhargava = (
+    passive_force, wang, umberger, bhargava, strict = (
         with_curves(function, own)
-        for function in (terms.passive_force, terms.metabolic_wang, terms.metabolic_umberger, terms.metabolic_bhargava)
-    )
+        for function in (
+            terms.passive_force, terms.metabolic_wang, terms.metabolic_umberger, terms.metabolic_bhargava,
+            terms.metabolic_bhargava_strict,
+        )
+    )  # fmt: skip
 
     @wp.kernel(module="unique", module_options={"enable_backward": False, "max_unroll": 1})
     def muscle_effort(
@@ -48,7 +51,9 @@ def muscle_effort_of(own: Shaped | None = None) -> Any:
             power[i, m] = wang(0, m, w, model)
         elif metabolic_model == UMBERGER:
             power[i, m] = umberger(0, m, w, model)
-        else:
+        elif metabolic_model == BHARGAVA:
             power[i, m] = bhargava(0, m, w, model)
+        else:
+            power[i, m] = strict(0, m, w, model)
 
     return muscle_effort

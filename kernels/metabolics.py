@@ -52,6 +52,17 @@ def bhargava_power(
 
 
 @wp.func
+def bhargava_strict_power(
+    activation: float, excitation: float, length: float, speed: float, force: float, iso: float, slow: float,
+    mass: float, negative_share: float,
+) -> float:  # fmt: skip
+    """The same by the rules of OpenSim's probe: the heat is at least 1 W/kg, and the power is never negative."""
+    work = fibre_work(force, speed, negative_share)
+    heat = bhargava_power(activation, excitation, length, speed, force, iso, slow, mass, negative_share) - work
+    return wp.max(wp.max(heat, mass) + work, 0.0)
+
+
+@wp.func
 def wang_power(
     activation: float, excitation: float, length: float, speed: float, force: float, iso: float, slow: float,
     mass: float, negative_share: float,

@@ -15,7 +15,7 @@ from warpmuscle.kernels.custom_curves import OwnCurves, with_curves
 from warpmuscle.kernels.failure import turn_between
 from warpmuscle.kernels.gait_cycle import foot_part, part_of_step
 from warpmuscle.kernels.limits import limit_stage
-from warpmuscle.kernels.metabolics import bhargava_power, umberger_power, wang_power
+from warpmuscle.kernels.metabolics import bhargava_power, bhargava_strict_power, umberger_power, wang_power
 from warpmuscle.kernels.muscle import LARGEST_SPEED, bounded_passive
 from warpmuscle.kernels.objective_terms import TERMS, Scope
 from warpmuscle.kernels.shaped_curves import Shaped
@@ -83,6 +83,17 @@ def metabolic_bhargava(instance: int, m: int, w: MuscleWork, model: ModelRef) ->
     row = at(model.muscles.row, instance, m)
     l_opt = row.l_opt
     return bhargava_power(
+        w.activation, w.excitation, w.length / l_opt, w.speed, contractile_force(instance, m, w, model), 0.0,
+        row.slow_fibres, at(model.muscles.mass, instance, m), model.negative_share,
+    )  # fmt: skip
+
+
+@wp.func
+def metabolic_bhargava_strict(instance: int, m: int, w: MuscleWork, model: ModelRef) -> float:
+    """Metabolic power, W, see `metabolics.bhargava_strict_power`."""
+    row = at(model.muscles.row, instance, m)
+    l_opt = row.l_opt
+    return bhargava_strict_power(
         w.activation, w.excitation, w.length / l_opt, w.speed, contractile_force(instance, m, w, model), 0.0,
         row.slow_fibres, at(model.muscles.mass, instance, m), model.negative_share,
     )  # fmt: skip

@@ -3,10 +3,10 @@
 import msgspec
 import numpy as np
 import pytest
+from probes import evaluate
 from scipy.spatial.transform import Rotation
 
 from muscle_arm import arm, constant, leg
-from probes import evaluate
 from short_walks import OF_TORQUES
 from small_scene import sound_scene
 from warpmuscle.core.errors import SceneError

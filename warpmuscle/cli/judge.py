@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from warpmuscle.studies.judge import Judgement
     from warpmuscle.studies.verdicts import Bar, Verdict
 
-STYLES = {"goal": "green", "must": "green", "missed": "red", "not measured": "yellow"}
+STYLES = {"goal": "green", "must": "green", "missed": "red", "does not count": "red", "not measured": "yellow"}
 
 
 def judge(
@@ -43,6 +43,7 @@ def judge(
     start_warp()
     from warpmuscle.core.files import replace_file
     from warpmuscle.studies.judge import judge as judged
+    from warpmuscle.studies.verdicts import RUNS
 
     name, walker = walker_of(
         sources, policy=policy, settings=settings, commands=commands, device=device, threads=threads
@@ -52,7 +53,11 @@ def judge(
     speed = judgement.measures.get("speed")
     at = "" if speed is None else f" at {speed:.2f} m/s"
     out.print(f"{name}, judged as a {'run' if judgement.running else 'walk'}{at}: {judgement.end}", markup=False)
+    if judgement.impossible:
+        out.print("Its bodies pass through each other: nothing that it reaches counts.", style="red")
     _print_table(judgement.verdicts)
+    fallen = [f"{what}: {number} of {RUNS}" for what, number in judgement.felled_by.items() if number]
+    out.print("fells it: " + (", ".join(fallen) or "none of these disturbances by itself"), markup=False)
     if output is not None:
         replace_file(output, json.dumps(_numbers(name, judgement), indent=1).encode() + b"\n")
         out.print(f"wrote {output}", markup=False)
@@ -96,5 +101,6 @@ def _numbers(name: str, judgement: Judgement) -> dict[str, Any]:
     commanded = [{"command": one.asked, "measures": one.measures, "why": one.why} for one in judgement.commanded]
     return {
         "scene": name, "running": judgement.running, "end": judgement.end, "verdicts": verdicts,
-        "measures": judgement.measures, "commanded": commanded,
+        "measures": judgement.measures, "commanded": commanded, "impossible": judgement.impossible,
+        "felled_by": judgement.felled_by,
     }  # fmt: skip

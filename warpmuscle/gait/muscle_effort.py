@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 import warp as wp
+from msgspec.structs import replace
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.number_rows import first_number
@@ -20,6 +21,9 @@ from warpmuscle.scene.masses import at_common_tension, body_mass
 TREMBLING = 15.0  # Hz, beyond which there is none of the control of a gait
 LEAST_SPEED = 0.2  # m/s, below which energy over distance says little
 _MODELS = {"wang": effort.WANG, "umberger": effort.UMBERGER, "bhargava": effort.BHARGAVA}
+
+
+BHARGAVA_NET, BHARGAVA_STRICT = "cost of transport, Bhargava net", "cost of transport, Bhargava strict"
 
 
 class Spent(NamedTuple):
@@ -54,6 +58,22 @@ def spent(recording: Recording, scene: Scene) -> Spent | None:
     return Spent(rest + power / mass, rest + common / mass, share)
 
 
+def bhargava_costs(recording: Recording, scene: Scene, speed: float) -> dict[str, float | None]:
+    """The cost of transport by Bhargava's formula in two ways, J/(kg m), with 1.2 W/kg at rest; none without muscles.
+
+    Net: lengthening fibres give back what work they take. Strict: as OpenSim's probe has it by default, no muscle's
+    power is negative, and each muscle's heat is at least 1 W/kg.
+    """
+    objective = replace(scene.objective, metabolic_model="bhargava", metabolic_work=None, basal_rate=None)
+    scene = replace(scene, objective=objective)
+    net = spent(recording, scene)
+    if net is None:
+        return {}
+    power = _passive_and_power(recording, scene, effort.BHARGAVA_STRICT)[1].sum(axis=1).mean()
+    strict = first_number(basal_rate(objective)) + float(power) / body_mass(scene.character)
+    return {BHARGAVA_NET: cost_of_transport(net.power, speed), BHARGAVA_STRICT: cost_of_transport(strict, speed)}
+
+
 def cost_of_transport(power: float, speed: float) -> float | None:
     """Metabolic power, W/kg, over a speed, m/s, in J/(kg m); None where the speed is too low to say something."""
     return power / speed if speed >= LEAST_SPEED else None
@@ -64,8 +84,8 @@ def muscle_power(recording: Recording, scene: Scene) -> Floats:
     return _passive_and_power(recording, scene)[1]
 
 
-def _passive_and_power(recording: Recording, scene: Scene) -> tuple[Floats, Floats]:
-    """Passive forces, N, and metabolic power, W, (F, M) each."""
+def _passive_and_power(recording: Recording, scene: Scene, formula: int | None = None) -> tuple[Floats, Floats]:
+    """Passive forces, N, and metabolic power, W, (F, M) each; by the formula of the objective, if none is given."""
     model = muscles_model(scene, recording.muscle_names, "cpu")
     muscles = [scene.character.muscles[name] for name in recording.muscle_names]
     names = ("muscle_activation", "muscle_excitation", "muscle_fibre_length", "muscle_fibre_velocity")
@@ -74,7 +94,7 @@ def _passive_and_power(recording: Recording, scene: Scene) -> tuple[Floats, Floa
     wp.launch(
         effort.muscle_effort_of(shaped_kind(muscles, scene.muscle_model)),
         dim=quantities[0].shape,
-        inputs=[model, _MODELS[scene.objective.metabolic_model], *quantities],
+        inputs=[model, _MODELS[scene.objective.metabolic_model] if formula is None else formula, *quantities],
         outputs=[passive, power],
         device="cpu",
     )

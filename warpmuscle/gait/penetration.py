@@ -26,7 +26,7 @@ class Penetration(NamedTuple):
     time: float  # s, when it is deepest
 
 
-def penetration(recording: Recording, scene: Scene) -> Penetration:
+def penetration(recording: Recording, scene: Scene) -> Penetration | None:
     """The deepest that bodies are inside each other, from the first frame on, and for how much of the time.
 
     All bodies with shapes count but those that a joint joins, and those that have a neighbour in common and overlap in
@@ -34,8 +34,13 @@ def penetration(recording: Recording, scene: Scene) -> Penetration:
 
     Args:
         recording: of the scene's character. scene: without free parameters.
+
+    Returns:
+        None where no two bodies with shapes are apart.
     """
     names = topology(scene.character)
+    if not apart(scene, names):
+        return None
     placed = {name: _placed(recording, scene, name) for pair in apart(scene, names) for name in pair}
     deepest, inside = Penetration(0.0, 0.0, None, 0.0), np.zeros(recording.frames, dtype=bool)
     for pair in apart(scene, names):
@@ -59,12 +64,13 @@ def segment_distance(middle: Floats, half_a: Floats, half_b: Floats) -> Floats:
     on_a = _fraction(np.sum(np.cross(b, r) * normal, axis=-1), normal)
     on_b = _fraction(np.sum(b * (r + a * on_a[:, None]), axis=-1), b)
     on_a = _fraction(np.sum(a * (b * on_b[:, None] - r), axis=-1), a)
-    return np.linalg.norm(r + a * on_a[:, None] - b * on_b[:, None], axis=-1)
+    return np.asarray(np.linalg.norm(r + a * on_a[:, None] - b * on_b[:, None], axis=-1))
 
 
 def _fraction(product_along: Floats, along: Floats) -> Floats:
     square = np.sum(along * along, axis=-1)
-    return np.clip(product_along / np.where(square > 0.0, square, 1.0), 0.0, 1.0) * (square > 0.0)
+    share = np.clip(product_along / np.where(square > 0.0, square, 1.0), 0.0, 1.0)
+    return np.asarray(share * (square > 0.0))
 
 
 def _placed(recording: Recording, scene: Scene, name: str) -> list[CapsuleRows]:
@@ -72,8 +78,10 @@ def _placed(recording: Recording, scene: Scene, name: str) -> list[CapsuleRows]:
     body = recording.body_names.index(name)
     position = np.asarray(recording.body_position[:, body], dtype=np.float64)
     orientation = normalized(np.asarray(recording.body_orientation[:, body], dtype=np.float64))
-    capsules = map(capsule_of, scene.character.bodies[name].shapes)
-    return [(position + rotate(orientation, middle), rotate(orientation, half), radius) for middle, half, radius in capsules]
+    return [
+        (position + rotate(orientation, middle), rotate(orientation, half), radius)
+        for middle, half, radius in map(capsule_of, scene.character.bodies[name].shapes)
+    ]
 
 
 def _depth(a: CapsuleRows, b: CapsuleRows) -> Floats:

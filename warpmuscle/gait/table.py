@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from warpmuscle.gait.muscle_effort import BHARGAVA_NET, BHARGAVA_STRICT
 from warpmuscle.gait.quality import AT, Measures
 from warpmuscle.scene.norms import FORCE, NORMS, REFERENCES, RUNNING, SOURCE
 
 _CYCLE = "% of the cycle"
 _BODY_WEIGHTS = "body weights"
+_MOMENT = "N m/kg"
 _UNITS = {
     "speed": "m/s",
     "target speed": "m/s",
@@ -24,10 +26,25 @@ _UNITS = {
     "valley of the force": _BODY_WEIGHTS,
     "second hump of the force": _BODY_WEIGHTS,
     "depth of the valley": _BODY_WEIGHTS,
+    "hip moment in loading": _MOMENT,
+    "knee moment in loading": _MOMENT,
+    "knee moment before push-off": _MOMENT,
+    "ankle moment, maximum": _MOMENT,
+    "hip power, maximum": "W/kg",
+    "knee power, maximum": "W/kg",
+    "ankle power, maximum": "W/kg",
+    "sway of the centre of mass": "cm",
+    "bobbing of the centre of mass": "cm",
+    "maximum braking force": _BODY_WEIGHTS,
+    "maximum driving force": _BODY_WEIGHTS,
+    "bodies inside each other": "cm",
+    "time inside each other": "% of the time",
     "muscle mass": "kg",
     "metabolic power": "W/kg",
     "cost of transport": "J/(kg m)",
     "cost of transport at 0.25 MPa": "J/(kg m)",
+    BHARGAVA_NET: "J/(kg m)",
+    BHARGAVA_STRICT: "J/(kg m)",
     "share of passive force": "%",
     "mean activation": "0 to 1",
     "activation above 15 Hz": "% of the spectrum",
@@ -54,6 +71,7 @@ _POINTS = {
 
 DECIMALS = {
     "SD": 2, "m/s": 2, "m": 2, "steps/min": 0, "deg": 1, "half-bands": 2, "% of the cycle": 1, "body weights": 2,
+    "N m/kg": 2, "cm": 1, "% of the time": 0, "correlation": 2,
     "W/kg": 1, "J/(kg m)": 1, "%": 0, "0 to 1": 3, "% of the spectrum": 1, "cm a step": 1, "mm": 1, "kg": 1,
 }  # fmt: skip
 _RUNNING = {"stance": "40", "double support": "0", "flight": "20"}  # toe-off is at 40 % of the cycle
@@ -116,8 +134,10 @@ def unit_of(name: str) -> str:
     """Unit of a measure."""
     if name.startswith("deviation"):
         return "half-bands"
-    if "outside the norms" in name or name.startswith("angles from"):
+    if "outside the norms" in name or name.startswith("angles from") or name.endswith("from people"):
         return "SD"
+    if name.startswith("likeness"):
+        return "correlation"
     return _CYCLE if name.endswith(("norm band", AT)) else _UNITS.get(name, "deg")
 
 

@@ -39,7 +39,7 @@ def put_parameters(extensions: Any, scene: Scene, structure: Structure, device: 
     _put(extensions.first, structure.controller.custom.parameters, given, device)
     part = extensions.rest
     for entries in structure.forces:
-        given = [
+        given: list[Mapping[str, Any]] = [
             contact_parameters(scene, name) if isinstance(name, ShapePair) else scene.forces[name].parameters
             for name in entries.names
         ]

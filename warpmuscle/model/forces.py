@@ -52,16 +52,17 @@ def force_kinds(scene: Scene, names: Topology) -> tuple[ForceEntries, ...]:
             acting.append(_Acting(body, name))
         else:
             acting += _both_ways(name, body, names.bodies.index(force.other_body))
-    touching = tuple(_touching(scene, names))
-    return tuple(_entries(kind, sorted(acting, key=lambda one: one.body), names) for kind, acting in found.items()) + touching
+    entries = [_entries(kind, acting, names) for kind, acting in found.items()]
+    return (*entries, *_touching(scene, names))
 
 
 def _touching(scene: Scene, names: Topology) -> Iterator[ForceEntries]:
     """Contact of bodies with each other, where a scene has it."""
     pairs = shape_pairs(scene)
     if pairs:
-        acting = [one for pair in pairs for one in _both_ways(pair, *map(names.bodies.index, (pair.first, pair.second)))]
-        yield _entries(contact_kind(scene), sorted(acting, key=lambda one: one.body), names)
+        bodies = [(names.bodies.index(pair.first), names.bodies.index(pair.second)) for pair in pairs]
+        acting = [one for pair, ends in zip(pairs, bodies, strict=True) for one in _both_ways(pair, *ends)]
+        yield _entries(contact_kind(scene), acting, names)
 
 
 class _Acting(NamedTuple):
@@ -78,6 +79,7 @@ def _both_ways(name: str | ShapePair, body: int, other: int) -> list[_Acting]:
 
 
 def _entries(kind: Force, acting: list[_Acting], names: Topology) -> ForceEntries:
+    acting = sorted(acting, key=lambda one: one.body)
     start = [sum(one.body < i for one in acting) for i in range(len(names.bodies) + 1)]
     both = [(one.other, one.second) for one in acting] if kind.pair is not None else []
     other, second = zip(*both, strict=True) if both else ((), ())

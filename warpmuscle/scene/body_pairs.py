@@ -41,4 +41,5 @@ def biped_pairs(character: Character, feet: tuple[str, str]) -> list[Pair]:
         pairs += product(trunk, arm)
         pairs += [(limb[0], name) for name in arm if name not in carried] if limb else []
     joined = {frozenset((joint.parent, joint.child)) for joint in character.joints.values()}
-    return [pair for pair in pairs if frozenset(pair) not in joined and all(character.bodies[name].shapes for name in pair)]
+    shaped = {name for name, body in character.bodies.items() if body.shapes}
+    return [pair for pair in pairs if frozenset(pair) not in joined and shaped.issuperset(pair)]

@@ -48,7 +48,8 @@ from warpmuscle.scene.surfaces import (
 )
 
 __all__ = [
-    "PD", "Actuation", "Balance", "BallCoordinates", "Body", "BodyContact", "Box", "Capsule", "Character", "Command", "Component",
+    "PD", "Actuation", "Balance", "BallCoordinates", "Body", "BodyContact", "Box", "Capsule", "Character", "Command",
+    "Component",
     "Condition", "ContactMaterial", "Controller", "Coupling", "Curve", "CurveShape", "CylinderSurface",
     "DeGrooteCurves", "Displacement", "Drive", "EllipsoidSurface", "Excitation", "Failure", "Feedback", "Force",
     "Ground", "InitialState", "Joint", "JointState", "Ligament", "Marker", "MillardCurves", "Motion", "Muscle",

@@ -7,7 +7,7 @@ speeds (m/s) where it takes a speed. The same is asked of a scene's own controll
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import msgspec
@@ -17,6 +17,7 @@ from warpmuscle.core.errors import Error
 from warpmuscle.core.status import Status
 from warpmuscle.gait.cycles import feet_of
 from warpmuscle.gait.muscle_effort import LEAST_SPEED, spent
+from warpmuscle.gait.penetration import penetration
 from warpmuscle.gait.quality import LEAST_FLIGHT, Measures, gait_measures
 from warpmuscle.model.muscles import driven
 from warpmuscle.results.recording import Recording
@@ -26,9 +27,10 @@ from warpmuscle.scene.controller import Command
 from warpmuscle.scene.masses import body_mass, total_mass
 from warpmuscle.scene.norms import FORCE, NORMS
 from warpmuscle.scene.topology import topology
-from warpmuscle.simulation.perturbations import drawn, none
+from warpmuscle.simulation.perturbations import Perturbations, drawn, none
 from warpmuscle.studies.robustness import IMPULSES, push_trials
 from warpmuscle.studies.verdicts import (
+    APART,
     COST,
     COST_WANG,
     ECONOMICAL,
@@ -57,6 +59,8 @@ SPEEDS = 7  # commanded, evenly over the range
 UP = 5.0  # deg
 LOADS = (0.18, 0.31)  # of the body weight
 FAST = 2.0  # m/s: where people begin to run (Hreljac 1993: 2.07)
+ASIDE, HILL = 40.0, 2.0  # N s, deg, of disturbances that come one by one
+MEASURED_SPEED, NEAR = 1.26, 0.15  # m/s, of the people whose angles are norms, and how far from it they stay so
 POWER = "walking power"  # W/kg, above that at rest
 
 
@@ -89,7 +93,8 @@ class Judgement:
     Attributes:
         running: whether it is judged as a run. end: how the long run ended. measures: all of it; none if it has no
             whole gait cycle.
-        commanded: the walks at other speeds, on slopes and with loads.
+        commanded: the walks at other speeds, on slopes and with loads. impossible: bodies are too deep inside each
+            other for anything else to count. felled_by: of 20 runs with one disturbance each, how many fall.
     """
 
     verdicts: list[Verdict]
@@ -97,6 +102,8 @@ class Judgement:
     end: str
     measures: Measures
     commanded: list[Walked]
+    impossible: bool = False
+    felled_by: Mapping[str, int] = field(default_factory=dict)
 
 
 def judge(
@@ -139,8 +146,55 @@ def judge(
         found |= _over_conditions(commanded, scene)
     without = Finding(None, why, failed=end != Status.COMPLETED)
     bars = [bar for bar in (RUN if running else WALK) if drives.muscles or bar.name not in OF_ENERGY]
-    verdicts = [Verdict(bar, *found.get(bar.name, without)) for bar in bars]
-    return Judgement(verdicts, running, end.meaning, measures, commanded)
+    found |= _bodies_and_norms(walks.recordings[0], scene, measures, running)
+    impossible = APART.reached(found[APART.name].value or 0.0) == "missed"
+    verdicts = [Verdict(bar, *found.get(bar.name, without), void=impossible) for bar in bars]
+    tell(f"{RUNS} runs of {SHORT:g} s with each disturbance by itself")
+    return Judgement(verdicts, running, end.meaning, measures, commanded, impossible, felled_by(walker))
+
+
+def _bodies_and_norms(recording: Recording, scene: Scene, measures: Measures, running: bool) -> dict[str, Finding]:
+    """How deep bodies are inside each other, also of who falls; and by which norms angles are judged."""
+    deepest = penetration(recording, scene)
+    if deepest is None:
+        found = {APART.name: Finding(None, "no two bodies that are apart have shapes")}
+    else:
+        between = "" if deepest.pair is None else f"{' and '.join(deepest.pair)} at {deepest.time:.2f} s; "
+        note = f"{between}{100.0 * deepest.share:.0f} % of the time" if deepest.pair else ""
+        found = {APART.name: Finding(100.0 * deepest.depth, note)}
+    angles, speed = measures.get("angles outside the norms"), measures.get("speed")
+    if angles is not None and speed is not None and not running and abs(speed - MEASURED_SPEED) > NEAR:
+        note = f"norms of {MEASURED_SPEED:g} m/s, moved to {speed:.2f} m/s by the trend that searches know, too"
+        found["angles outside the norms"] = Finding(angles, note)
+    return found
+
+
+def felled_by(walker: Walker) -> dict[str, int]:
+    """How many of 20 runs of 10 s each disturbance fells by itself, by its description."""
+    scene = walker.scene()
+    bodies = len(scene.character.bodies)
+    noise = drawn(Robustness(runs=RUNS + 1, velocity_noise=NOISE, seed=SEED), SHORT, bodies).part(slice(1, None))
+    light = drawn(Robustness(runs=RUNS + 1, mass=MASS, seed=SEED), SHORT, bodies).part(slice(1, None))
+    still = none(RUNS)
+    start = np.linspace(0.2, 0.5, RUNS) * SHORT
+    aside = np.where(np.arange(RUNS) % 2 == 0, ASIDE, -ASIDE)[:, None] * [1.0, 0.0, 0.0]
+    ahead = np.where(np.arange(RUNS) % 2 == 0, ASIDE, -ASIDE)[:, None] * [0.0, 0.0, 1.0]
+    tried = {
+        f"noise of {NOISE:g} m/s": noise,
+        f"masses +-{100.0 * MASS:g} %": light,
+        f"{ASIDE:g} N s from the side": replace(still, push=aside, push_start=start),
+        f"{ASIDE:g} N s from behind or in front": replace(still, push=ahead, push_start=start),
+        f"{HILL:g} degrees up": replace(noise, slope=np.full(RUNS, np.radians(HILL)), velocity=0.2 * noise.velocity),
+        f"{HILL:g} degrees down": replace(noise, slope=np.full(RUNS, -np.radians(HILL)), velocity=0.2 * noise.velocity),
+    }
+    factors = [np.ones((RUNS, bodies)) if one.mass is None else one.mass for one in tried.values()]
+    velocity, push, push_start, slope = (
+        np.concatenate([getattr(one, name) for one in tried.values()])
+        for name in ("velocity", "push", "push_start", "slope")
+    )
+    every = Perturbations(velocity, push, push_start, slope, mass=np.concatenate(factors))
+    upright = walker.walk(SHORT, every).upright.reshape(len(tried), RUNS)
+    return {name: int(RUNS - stood.sum()) for name, stood in zip(tried, upright, strict=True)}
 
 
 def _gait_of(recording: Recording, plain: Scene) -> str:
