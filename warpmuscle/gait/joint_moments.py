@@ -13,7 +13,7 @@ from warpmuscle.scene import Scene
 from warpmuscle.scene.anatomy import leg_joints
 from warpmuscle.scene.masses import body_mass
 from warpmuscle.scene.norms import FLEXION
-from warpmuscle.scene.pinzone import MOMENTS, POWERS
+from warpmuscle.scene.people.pinzone import MOMENTS, POWERS
 
 JOINTS = ("Hip", "Knee", "Ankle")
 Curves = dict[str, dict[str, Floats]]  # by name and side

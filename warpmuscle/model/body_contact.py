@@ -14,7 +14,7 @@ from warpmuscle.kernels.forces import Force
 from warpmuscle.model.collisions import CapsuleRows, capsule_of
 from warpmuscle.model.joints import has_turned_axes
 from warpmuscle.scene import Scene
-from warpmuscle.scene.body_pairs import touching_pairs
+from warpmuscle.scene.body_contact.pairs import touching_pairs
 from warpmuscle.scene.parameters import greatest, start_values, substitute
 
 

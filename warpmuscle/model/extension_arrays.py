@@ -35,8 +35,8 @@ def extensions_struct(structure: Structure, instances: int, device: Any) -> Any:
 
 def put_parameters(extensions: Any, scene: Scene, structure: Structure, device: Any) -> None:
     """Let that argument have the parameters of a scene of numbers, see `scene.parameters.substitute`."""
-    given = [scene.custom_controller_parameters]
-    _put(extensions.first, structure.controller.custom.parameters, given, device)
+    own = [scene.custom_controller_parameters]
+    _put(extensions.first, structure.controller.custom.parameters, own, device)
     part = extensions.rest
     for entries in structure.forces:
         given: list[Mapping[str, Any]] = [

@@ -15,7 +15,7 @@ import numpy as np
 from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.scene import Scene
 from warpmuscle.scene.anatomy import leg_joints
-from warpmuscle.scene.fukuchi import RUN, WALK
+from warpmuscle.scene.people.fukuchi import RUN, WALK
 from warpmuscle.scene.topology import Topology
 
 SOURCE = "norm curves in SCONE Studio"

@@ -15,7 +15,7 @@ import msgspec
 
 from warpmuscle.kernels.objective_terms import TERMS
 from warpmuscle.kernels.status import Status
-from warpmuscle.scene.body_contact import BodyContact
+from warpmuscle.scene.body_contact.part import BodyContact
 from warpmuscle.scene.controller import PD, Balance, Command, Component, Controller, Curve, Feedback, State, Trajectory
 from warpmuscle.scene.displacement import Coupling, Displacement
 from warpmuscle.scene.force import Force

@@ -7,7 +7,7 @@ N m/kg, of extensors and plantarflexors positive; powers, W/kg, of what muscles 
 
 from __future__ import annotations
 
-from warpmuscle.scene.fukuchi import Sampled
+from warpmuscle.scene.people.fukuchi import Sampled
 
 SOURCE = "Pinzone 2014"
 

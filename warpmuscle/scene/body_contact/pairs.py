@@ -6,7 +6,7 @@ from itertools import product
 
 from warpmuscle.scene import Character, Scene
 from warpmuscle.scene.anatomy import leg, sides_of
-from warpmuscle.scene.body_contact import Pair
+from warpmuscle.scene.body_contact.part import Pair
 
 
 def touching_pairs(scene: Scene) -> list[Pair]:
