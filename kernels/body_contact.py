@@ -110,7 +110,7 @@ def capsule_contact_of(turned: bool) -> Any:
         gap = apart + (arm_b - arm_a)
         distance = wp.length(gap)
         depth = pair.first_radius + pair.second_radius - distance
-        if depth <= 0.0 or distance <= 0.0:
+        if depth <= 0.0 or distance <= 0.0 or pair.stiffness <= 0.0:
             return acting
         normal = gap / distance
         arm_a += normal * (pair.first_radius - 0.5 * depth)

@@ -9,7 +9,7 @@ from typing import Any
 from muscle_arm import REACH, constant, leg
 from warpmuscle.formats import load
 from warpmuscle.kernels.objective_terms import TERMS
-from warpmuscle.scene import Actuation, Body, Displacement, Force, Joint, Motion, Scene, ViaPoint
+from warpmuscle.scene import Actuation, Body, BodyContact, Displacement, Force, Joint, Motion, Scene, ViaPoint
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.parameters import start_values, substitute
 
@@ -84,6 +84,15 @@ def colliding() -> Scene:
     """A walk whose bodies are tested for running into each other, of which some do."""
     scene = walk()
     scene.failure.self_collision = 0.005
+    return scene
+
+
+def touching() -> Scene:
+    """A walk on muscles with legs so thick that they push each other."""
+    scene = walk("walk56")
+    scene.body_contact = BodyContact()
+    for side in "lr":
+        scene.character.bodies[f"{side}Lowerleg"].shapes[0].radius = 0.12
     return scene
 
 
@@ -219,6 +228,7 @@ KINDS: dict[str, Callable[[Path], Scene]] = {
     "motion": lambda _: prescribed(),
     "pulleys": lambda _: walk("throw_ball"),
     "collisions": lambda _: colliding(),
+    "touching": lambda _: touching(),
     "objective": lambda _: judged(),
     "forces": lambda _: forced(),
     "slide": lambda _: sliding(),
