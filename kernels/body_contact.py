@@ -153,4 +153,4 @@ def capsule_contact_of(turned: bool) -> Any:
 @cache
 def body_contact_of(turned: bool) -> Force:
     """The kind of force between bodies that touch, see `capsule_contact_of`."""
-    return Force(pair=capsule_contact_of(turned), parameters=CapsulePair)
+    return Force(pair=capsule_contact_of(turned), parameters=CapsulePair, near=True)

@@ -5,7 +5,7 @@ from typing import Any
 import warp as wp
 
 from warpmuscle.kernels.scratch import synchronize
-from warpmuscle.kernels.structs import COLLIDED, RUNNING, ModelRef, ScratchRef, at
+from warpmuscle.kernels.structs import COLLIDED, RUNNING, Collisions, ModelRef, ScratchRef, StateRef, at
 
 
 @wp.func
@@ -53,15 +53,11 @@ def segment_distance_sq(middle: wp.vec3, half_a: wp.vec3, half_b: wp.vec3) -> fl
 
 
 @wp.func
-def collision_stage(instance: int, lane: int, lanes: int, step: int, model: ModelRef, work: ScratchRef) -> int:
-    """COLLIDED, on all lanes, if two shapes of a pair are nearer to each other than they may be, else RUNNING.
+def look_for_near_pairs(instance: int, lane: int, lanes: int, collisions: Collisions, work: ScratchRef):
+    """Flag 0 becomes 1 if two shapes of a pair are nearer to each other than their distance, else 0.
 
-    Tested every few steps, as bodies do not move far in between. The places of the shapes share their memory with what
-    the controller has not written yet. Ends with a barrier where it tests.
+    The places of the shapes share their memory with what the controller has not written yet. Ends with a barrier.
     """
-    collisions = model.collisions
-    if step % collisions.every != 0:
-        return RUNNING
     if lane == 0:
         work.flags[0] = 0
     for shape in range(lane, collisions.body.shape[0], lanes):
@@ -79,7 +75,27 @@ def collision_stage(instance: int, lane: int, lanes: int, step: int, model: Mode
             if segment_distance_sq(middle, work.shape_half[a], work.shape_half[b]) < nearest[1]:
                 work.flags[0] = 1
     synchronize()
+
+
+@wp.func
+def collision_stage(instance: int, lane: int, lanes: int, step: int, model: ModelRef, work: ScratchRef) -> int:
+    """COLLIDED, on all lanes, if two shapes of a pair are nearer to each other than they may be, else RUNNING.
+
+    Tested every few steps, as bodies do not move far in between. Ends with a barrier where it tests.
+    """
+    if step % model.collisions.every != 0:
+        return RUNNING
+    look_for_near_pairs(instance, lane, lanes, model.collisions, work)
     return wp.where(work.flags[0] == 1, COLLIDED, RUNNING)
+
+
+@wp.func
+def near_stage(instance: int, lane: int, lanes: int, step: int, model: ModelRef, state: StateRef, work: ScratchRef):
+    """Every few steps, see whether any bodies that push each other may touch until the next time."""
+    if step % model.touching.every == 0:
+        look_for_near_pairs(instance, lane, lanes, model.touching, work)
+        if lane == 0:
+            state.near[instance] = work.flags[0]
 
 
 @wp.func

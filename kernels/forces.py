@@ -38,6 +38,7 @@ class Force(NamedTuple):
     pair: Any = None  # (instance, body, other, second, model, state, work, parameters) -> Wrench on body
     parameters: Any = None
     state: int = 0
+    near: bool = False  # of `pair`: called only while `State.near` says that bodies may touch
     positive: tuple[str, ...] = ()  # parameters that are divided by
 
     @property
@@ -90,6 +91,7 @@ def wrench_of(forces: tuple[Force, ...]) -> Any:
     wrench_on, others = effort_torque, effort_torque
     pairs = bool(forces) and forces[0].pair is not None
     of_pair = forces[0].pair if pairs else effort_torque
+    near = pairs and forces[0].near
     if acts:
         wrench_on = of_body(forces[0].wrench, Wrench, forces[0].parameters, forces[0].extension)
     if forces:
@@ -112,7 +114,11 @@ def wrench_of(forces: tuple[Force, ...]) -> Any:
                 acting.force += given.force
                 acting.moment += given.moment
         if wp.static(pairs):
-            for entry in range(extensions.first.start[body], extensions.first.start[body + 1]):
+            first = extensions.first.start[body]
+            end_entry = extensions.first.start[body + 1]
+            if wp.static(near):
+                end_entry = wp.where(state.near[instance] == 1, end_entry, first)
+            for entry in range(first, end_entry):
                 p = at(extensions.first.parameters, instance, entry)
                 end = extensions.first.second[entry]
                 pushed = of_pair(instance, body, extensions.first.other[entry], end, model, state, work, p)
@@ -153,6 +159,7 @@ def body_forces_stage_of(forces: tuple[Force, ...]) -> Any:
     """The stage that adds what acts on the bodies to their bias forces. It ends with a barrier."""
     extensions_struct = extension_list(tuple(force.extension for force in forces))
     wrench_on = wrench_of(forces)
+    only_near = all(force.near for force in forces if force.wrench is not None or force.pair is not None)
 
     @wp.func
     def body_forces_stage(
@@ -164,7 +171,10 @@ def body_forces_stage_of(forces: tuple[Force, ...]) -> Any:
         work: ScratchRef,
         extensions: wp.ref[extensions_struct],
     ):
-        for i in range(lane, model.body_count, lanes):
+        count = model.body_count
+        if wp.static(only_near):
+            count = wp.where(state.near[instance] == 1, count, 0)
+        for i in range(lane, count, lanes):
             acting = wrench_on(instance, i, Wrench(), model, state, work, extensions)
             c = work.rotation[i] * at(model.skeleton.row, instance, i).com
             work.bias_force[i] = work.bias_force[i] - acting.force

@@ -5,7 +5,7 @@ from typing import Any
 
 import warp as wp
 
-from warpmuscle.kernels.collision import collision_stage_of
+from warpmuscle.kernels.collision import collision_stage_of, near_stage
 from warpmuscle.kernels.compiler_hints import known_rows_of
 from warpmuscle.kernels.control import SIMBICON, Controller, control_stage_of
 from warpmuscle.kernels.coordinate_control import coordinate_control_stage
@@ -129,6 +129,7 @@ def one_step_of(
     prescribe_stage = of_joints.prescribe
     pulling = any(force.effort for force in forces)
     pushing = any(force.wrench or force.pair for force in forces)
+    touching = any(force.near for force in forces)
     joint_forces_stage, body_forces_stage = joint_forces_stage_of(forces), body_forces_stage_of(forces)
     extensions_struct = extensions_of(controller, forces)
     if muscles is not None:
@@ -162,6 +163,8 @@ def one_step_of(
             if wp.static(across):
                 end_lane(instance, lane, status, state)
             return status
+        if wp.static(touching):
+            near_stage(instance, lane, lanes, step, model, state, work)
         status = collision_stage(instance, lane, lanes, step, model, work)
         if status != RUNNING:
             return status

@@ -5,8 +5,8 @@
 What is searched, by CMA-ES, is added to the last layer of the policy, and everything else stays as it was learnt. A
 candidate walks at three speeds and is pushed once, without noise. It is the better the less a metre costs (Bhargava),
 the nearer angles and vertical force are to the key points of human walking, the longer its feet stay on the ground, up
-to people's stance, and the less its steps are wider than people's. No other norm is looked at: those are for
-`warpmuscle judge`.
+to people's stance, the less its steps are wider or narrower than people's, and the less bodies are inside each other.
+No other norm is looked at: those are for `warpmuscle judge`.
 """
 
 from __future__ import annotations
@@ -38,9 +38,19 @@ from warpmuscle.simulation.perturbations import Perturbations
 SPEEDS = (1.25, 0.9, 1.6)  # m/s, told as far as it has learnt them; stance and force are of the first one
 PUSHES = ((70.0, 0.0, 0.0),)  # N s at `PUSHED` s and the first speed
 DURATION, PUSHED = 10.0, 4.0  # s
-WIDE = REFERENCES["step width"].high  # m, of people's steps
+NARROW, WIDE = REFERENCES["step width"].low, REFERENCES["step width"].high  # m, of people's steps
+TOUCHING = 0.3  # cm, that bodies may be inside each other
 WIDEST = 0.5  # that is added to an action at most
-ENERGY, ANGLES, FORCE, SUPPORT, WIDTH, SIZE, FALL = 4.0, 8.0, 0.5, 0.6, 10.0, 1.0, 40.0  # weights, see `Walked.cost`
+ENERGY, ANGLES, FORCE, SUPPORT, WIDTH, INSIDE, SIZE, FALL = (
+    4.0,
+    8.0,
+    0.5,
+    0.6,
+    20.0,
+    2.0,
+    1.0,
+    40.0,
+)  # see `Walked.cost`
 
 
 @dataclass(frozen=True)
@@ -60,7 +70,8 @@ class Walked:
         return (
             ENERGY * _mean(found, "cost of transport") + ANGLES * _mean(found, "angles from key points")
             + FORCE * _number(first, "deviation of the ground force") + SUPPORT * abs(_number(first, "stance") - STANCE)
-            + WIDTH * max(_mean(found, "step width") - WIDE, 0.0)
+            + WIDTH * float(np.mean([_beyond(_number(one, "step width")) for one in found]))
+            + INSIDE * max(max(_number(one, "bodies inside each other") for one in found) - TOUCHING, 0.0)
         )  # fmt: skip
 
 
@@ -210,6 +221,11 @@ def _told(cost: float, walked: Walked) -> str:
 def _number(measures: Measures, name: str) -> float:
     value = measures.get(name)
     return float("inf") if value is None else value
+
+
+def _beyond(width: float) -> float:
+    """How much a step is narrower or wider than people's, m."""
+    return max(width - WIDE, NARROW - width, 0.0)
 
 
 def _mean(every: list[Measures], name: str) -> float:

@@ -69,7 +69,7 @@ def test_where_segments_are_nearest_is_as_far_as_the_nearest_of_all_candidates()
 
 
 def legs(speed: float = 3.0, step: float = 0.001, **contact) -> Scene:
-    """A body that floats without gravity, with two legs on ball joints that swing into each other, one of them faster."""
+    """A body that floats without gravity, with two legs on ball joints that swing into each other, one faster."""
     shape = Capsule((0.0, LENGTH, 0.0), (0.0, -LENGTH, 0.0), RADIUS)
     bodies = {"root": Body(ROOT_MASS, ROOT_INERTIA)}
     joints, state = {}, {}
@@ -136,9 +136,7 @@ def test_legs_that_swing_into_each_other_stop_there(collision):
 
 def test_a_collision_keeps_linear_and_angular_momentum(collision):
     scale = MASS * 3.0 * LENGTH
-    assert (
-        np.abs(collision.linear - collision.linear[0]).max() < 5e-3 * scale
-    )  # what acts on one body alone would give it some 1
+    assert np.abs(collision.linear - collision.linear[0]).max() < 5e-3 * scale  # else some 1
     assert np.abs(collision.angular - collision.angular[0]).max() < 5e-3 * scale  # symplectic Euler turns bodies
 
 

@@ -17,7 +17,7 @@ from warpmuscle.core.arrays import rows, structs_to_device, to_device
 from warpmuscle.core.pose import multiply, normalized, rotate, turned_to_heading
 from warpmuscle.kernels import structs
 from warpmuscle.model.bodies import contacts_struct, ground_normal, skeleton_struct
-from warpmuscle.model.collisions import collisions_struct
+from warpmuscle.model.collisions import collisions_struct, touching_struct
 from warpmuscle.model.controller import control_steps, controller_struct
 from warpmuscle.model.couplings import couplings_struct
 from warpmuscle.model.muscles import model_parts, muscles_struct
@@ -193,7 +193,14 @@ def _excitations(scene: Scene, structure: Structure, device: Any, inputs: ModelI
 def _collisions(scene: Scene, structure: Structure, device: Any, inputs: ModelInputs) -> Fields:
     if not structure.collision_pairs:
         return {}
-    return {"collisions": collisions_struct(scene, structure.names, structure.collision_pairs, device)}
+    depth = rows([scene.failure.self_collision])[:, 0]
+    return {"collisions": collisions_struct(scene, structure.names, structure.collision_pairs, depth, device)}
+
+
+def _touching(scene: Scene, structure: Structure, device: Any, inputs: ModelInputs) -> Fields:
+    if not structure.touching_pairs:
+        return {}
+    return {"touching": touching_struct(scene, structure.names, structure.touching_pairs, device)}
 
 
 def _motion(scene: Scene, structure: Structure, device: Any, inputs: ModelInputs) -> Fields:
@@ -217,8 +224,8 @@ def _reference(scene: Scene, structure: Structure, device: Any, inputs: ModelInp
 Part = Callable[[Scene, Structure, Any, ModelInputs], Fields]
 PARTS: dict[str, Part] = {  # a later one may replace fields of one before
     "settings": _settings, "bodies": _bodies, "slope": _slope, "controller": _controller, "objective": _objective,
-    "muscles": _muscles, "excitations": _excitations, "collisions": _collisions, "motion": _motion,
-    "reference": _reference,
+    "muscles": _muscles, "excitations": _excitations, "collisions": _collisions, "touching": _touching,
+    "motion": _motion, "reference": _reference,
 }  # fmt: skip
 
 
