@@ -7,6 +7,8 @@ import warp as wp
 from warpmuscle.kernels.scratch import synchronize
 from warpmuscle.kernels.structs import COLLIDED, RUNNING, Collisions, ModelRef, ScratchRef, StateRef, at
 
+NEAR_BITS = wp.constant(31)  # of pairs that may touch
+
 
 @wp.func
 def fraction_along(product: float, length_sq: float) -> float:
@@ -53,6 +55,28 @@ def segment_distance_sq(middle: wp.vec3, half_a: wp.vec3, half_b: wp.vec3) -> fl
 
 
 @wp.func
+def place_shapes(instance: int, lane: int, lanes: int, collisions: Collisions, work: ScratchRef):
+    """Put shapes where their bodies are, in places of memory that the controller has not written yet. No barrier."""
+    for shape in range(lane, collisions.body.shape[0], lanes):
+        body = collisions.body[shape]
+        rotation = work.rotation[body]
+        work.shape_middle[shape] = work.position[body] + rotation * at(collisions.middle, instance, shape)
+        work.shape_half[shape] = rotation * at(collisions.half, instance, shape)
+
+
+@wp.func
+def is_near(instance: int, pair: int, collisions: Collisions, work: ScratchRef) -> bool:
+    """Whether two shapes of a pair are nearer to each other than their distance."""
+    a = collisions.pair[pair, 0]
+    b = collisions.pair[pair, 1]
+    middle = work.shape_middle[b] - work.shape_middle[a]
+    nearest = at(collisions.nearest_sq, instance, pair)
+    if wp.length_sq(middle) < nearest[0]:
+        return segment_distance_sq(middle, work.shape_half[a], work.shape_half[b]) < nearest[1]
+    return False
+
+
+@wp.func
 def look_for_near_pairs(instance: int, lane: int, lanes: int, collisions: Collisions, work: ScratchRef):
     """Flag 0 becomes 1 if two shapes of a pair are nearer to each other than their distance, else 0.
 
@@ -60,20 +84,11 @@ def look_for_near_pairs(instance: int, lane: int, lanes: int, collisions: Collis
     """
     if lane == 0:
         work.flags[0] = 0
-    for shape in range(lane, collisions.body.shape[0], lanes):
-        body = collisions.body[shape]
-        rotation = work.rotation[body]
-        work.shape_middle[shape] = work.position[body] + rotation * at(collisions.middle, instance, shape)
-        work.shape_half[shape] = rotation * at(collisions.half, instance, shape)
+    place_shapes(instance, lane, lanes, collisions, work)
     synchronize()
     for pair in range(lane, collisions.pair.shape[0], lanes):
-        a = collisions.pair[pair, 0]
-        b = collisions.pair[pair, 1]
-        middle = work.shape_middle[b] - work.shape_middle[a]
-        nearest = at(collisions.nearest_sq, instance, pair)
-        if wp.length_sq(middle) < nearest[0]:  # noqa: SIM102, `and` would compute both
-            if segment_distance_sq(middle, work.shape_half[a], work.shape_half[b]) < nearest[1]:
-                work.flags[0] = 1
+        if is_near(instance, pair, collisions, work):
+            work.flags[0] = 1
     synchronize()
 
 
@@ -91,11 +106,20 @@ def collision_stage(instance: int, lane: int, lanes: int, step: int, model: Mode
 
 @wp.func
 def near_stage(instance: int, lane: int, lanes: int, step: int, model: ModelRef, state: StateRef, work: ScratchRef):
-    """Every few steps, see whether any bodies that push each other may touch until the next time."""
-    if step % model.touching.every == 0:
-        look_for_near_pairs(instance, lane, lanes, model.touching, work)
+    """Every few steps, see which pairs of shapes that push each other may touch until the next time.
+
+    Pair k is bit k, those beyond `NEAR_BITS` share bits. Ends with a barrier where it looks.
+    """
+    touching = model.touching
+    if step % touching.every == 0:
         if lane == 0:
-            state.near[instance] = work.flags[0]
+            state.near[instance] = 0
+        place_shapes(instance, lane, lanes, touching, work)
+        synchronize()
+        for pair in range(lane, touching.pair.shape[0], lanes):
+            if is_near(instance, pair, touching, work):
+                wp.atomic_or(state.near, instance, 1 << (pair % NEAR_BITS))
+        synchronize()
 
 
 @wp.func

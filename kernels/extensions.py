@@ -46,6 +46,7 @@ def extension_type(parameters: Any = None, memory: int = 0, of_bodies: bool = Fa
             start: wp.array[int]  # (bodies + 1,) first entry of each body
             other: wp.array[int]  # (entries,) the other body
             second: wp.array[int]  # (entries,) 1 if the body is the second of both
+            bit: wp.array[int]  # (entries,) of `State.near`, of shapes that are called only while they may touch
 
         return PairExtension
 

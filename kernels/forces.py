@@ -38,7 +38,7 @@ class Force(NamedTuple):
     pair: Any = None  # (instance, body, other, second, model, state, work, parameters) -> Wrench on body
     parameters: Any = None
     state: int = 0
-    near: bool = False  # of `pair`: called only while `State.near` says that bodies may touch
+    near: bool = False  # of `pair`: called only while `State.near` says that these shapes may touch
     positive: tuple[str, ...] = ()  # parameters that are divided by
 
     @property
@@ -114,11 +114,10 @@ def wrench_of(forces: tuple[Force, ...]) -> Any:
                 acting.force += given.force
                 acting.moment += given.moment
         if wp.static(pairs):
-            first = extensions.first.start[body]
-            end_entry = extensions.first.start[body + 1]
-            if wp.static(near):
-                end_entry = wp.where(state.near[instance] == 1, end_entry, first)
-            for entry in range(first, end_entry):
+            for entry in range(extensions.first.start[body], extensions.first.start[body + 1]):
+                if wp.static(near):
+                    if (state.near[instance] >> extensions.first.bit[entry]) & 1 == 0:
+                        continue
                 p = at(extensions.first.parameters, instance, entry)
                 end = extensions.first.second[entry]
                 pushed = of_pair(instance, body, extensions.first.other[entry], end, model, state, work, p)
@@ -173,7 +172,7 @@ def body_forces_stage_of(forces: tuple[Force, ...]) -> Any:
     ):
         count = model.body_count
         if wp.static(only_near):
-            count = wp.where(state.near[instance] == 1, count, 0)
+            count = wp.where(state.near[instance] != 0, count, 0)
         for i in range(lane, count, lanes):
             acting = wrench_on(instance, i, Wrench(), model, state, work, extensions)
             c = work.rotation[i] * at(model.skeleton.row, instance, i).com

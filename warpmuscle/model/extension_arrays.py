@@ -26,6 +26,7 @@ def extensions_struct(structure: Structure, instances: int, device: Any) -> Any:
         if entries.kind.pair is not None:
             part.first.other = to_device(entries.other, int, device)
             part.first.second = to_device(entries.second, int, device)
+            part.first.bit = to_device(entries.bit, int, device)
         if entries.kind.state:
             shape = (instances, len(entries.names), entries.kind.state)
             part.first.memory = wp.zeros(shape, dtype=float, device=device)

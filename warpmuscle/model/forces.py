@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import warp as wp
 
 from warpmuscle.core.errors import SceneError
+from warpmuscle.kernels.collision import NEAR_BITS
 from warpmuscle.kernels.devices import FORCES
 from warpmuscle.kernels.forces import Force, Wrench
 from warpmuscle.model.body_contact import ShapePair, contact_kind, shape_pairs
@@ -30,6 +31,7 @@ class ForceEntries:
     start: tuple[int, ...]  # (bodies + 1,) which of them act on each body, or on the joint that carries it
     other: tuple[int, ...] = ()  # of each between two bodies: the other one
     second: tuple[int, ...] = ()  # 1 if it acts on the second of both
+    bit: tuple[int, ...] = ()  # of `State.near`, of those that act only while they may touch
 
 
 def force_kinds(scene: Scene, names: Topology) -> tuple[ForceEntries, ...]:
@@ -61,7 +63,11 @@ def _touching(scene: Scene, names: Topology) -> Iterator[ForceEntries]:
     pairs = shape_pairs(scene)
     if pairs:
         bodies = [(names.bodies.index(pair.first), names.bodies.index(pair.second)) for pair in pairs]
-        acting = [one for pair, ends in zip(pairs, bodies, strict=True) for one in _both_ways(pair, *ends)]
+        acting = [
+            one
+            for number, (pair, ends) in enumerate(zip(pairs, bodies, strict=True))
+            for one in _both_ways(pair, *ends, number % NEAR_BITS)
+        ]
         yield _entries(contact_kind(scene), acting, names)
 
 
@@ -72,18 +78,19 @@ class _Acting(NamedTuple):
     name: str | ShapePair
     other: int = 0
     second: int = 0
+    bit: int = 0
 
 
-def _both_ways(name: str | ShapePair, body: int, other: int) -> list[_Acting]:
-    return [_Acting(body, name, other, 0), _Acting(other, name, body, 1)]
+def _both_ways(name: str | ShapePair, body: int, other: int, bit: int = 0) -> list[_Acting]:
+    return [_Acting(body, name, other, 0, bit), _Acting(other, name, body, 1, bit)]
 
 
 def _entries(kind: Force, acting: list[_Acting], names: Topology) -> ForceEntries:
     acting = sorted(acting, key=lambda one: one.body)
     start = [sum(one.body < i for one in acting) for i in range(len(names.bodies) + 1)]
-    both = [(one.other, one.second) for one in acting] if kind.pair is not None else []
-    other, second = zip(*both, strict=True) if both else ((), ())
-    return ForceEntries(kind, tuple(one.name for one in acting), tuple(start), other, second)
+    both = [(one.other, one.second, one.bit) for one in acting] if kind.pair is not None else []
+    other, second, bit = zip(*both, strict=True) if both else ((), (), ())
+    return ForceEntries(kind, tuple(one.name for one in acting), tuple(start), other, second, bit)
 
 
 def _kind(entry: str, alone: str, key: str) -> Force:
