@@ -189,7 +189,7 @@ class _Fitting:
         simulations = 0
         for price in (LOOSER, *TIGHTER) if self._settings.adapt else ():
             a = self._agreement()
-            followed = replace(a, correlation=np.ones(len(a.r2))).good()
+            followed = a.with_signals_kept().good()
             missed = np.flatnonzero(~followed if price < 1.0 else followed & ~a.good())
             if len(missed):
                 with self._kept_if_better(missed):

@@ -5,14 +5,15 @@ CMA-ES searches for globally: every generation is one batch of simulations. The 
 a window of time; of each candidate the frame that suits the goal best counts, so that the time of release is found with
 the signals. It flies freely from there.
 
-The cost is the misses in their units, then the effort (mean square of the excitations), then how far the signals are
-from the known throw's; the hand must be above the shoulder when it lets go, and turning forwards.
+The cost is the misses in their units, with how far joints pass their limits at any time of the throw, then the effort
+(mean square of the excitations), then how far the signals are from the known throw's; the hand must be above the
+shoulder when it lets go, and turning forwards.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -21,9 +22,9 @@ from warpmuscle.core.errors import Error
 from warpmuscle.scene.joints import root_type
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.search.cma import CmaSearch
-from warpmuscle.throw.arm import hand_position, joint_positions, states
+from warpmuscle.throw.arm import hand_position, joint_positions, past_limits, states
 from warpmuscle.throw.follow import Follower, Replay
-from warpmuscle.throw.goals import Flight, Goal, fly, misfit, tamed
+from warpmuscle.throw.goals import LIMIT_UNIT, LIMITS, PAST_LIMITS, Flight, Goal, fly, misfit, tamed
 from warpmuscle.throw.metrics import determination
 from warpmuscle.throw.motion import Motions
 
@@ -64,6 +65,7 @@ class Throw:
     resemblance: Floats  # (J,) r2 of its angles with those of the throw that it began as
     effort: float = 0.0  # mean square of the excitations up to the release
     clearance: float = np.inf  # m, by which the hand is above the shoulder at the release
+    past_limits: Mapping[str, float] = field(default_factory=dict)  # rad, of joints that pass their limits, at most
     simulations: int = 0
     lack: str = ""  # what the muscles lack to meet the goal, if that was found
 
@@ -73,9 +75,19 @@ class Throw:
         return abs(float(self.flight.distance[0]) - self.goal.distance) if self.goal.distance is not None else 0.0
 
     @property
+    def landing(self) -> Floats:
+        """Forwards from below the shoulder's start and above the ground, (2,) m; NaN where the ball does not land."""
+        distance = float(self.flight.distance[0])
+        return np.array([distance, self.goal.height if np.isfinite(distance) else np.nan])
+
+    @property
     def missed(self) -> dict[str, float]:
-        """What of the goal is missed by more than is allowed; a ball that does not land meets no distance."""
-        return self.flight.misses(self.goal)
+        """What of the goal is missed by more than is allowed, and by how much; a ball that does not land meets no distance.
+
+        A joint that passes its limits by more than is allowed, at any time of the throw, misses those.
+        """
+        beyond = max(self.past_limits.values(), default=0.0)
+        return self.flight.misses(self.goal) | ({LIMITS: beyond} if beyond > PAST_LIMITS else {})
 
     @property
     def met(self) -> bool:
@@ -128,7 +140,7 @@ class Thrower:
         self._shoulder = joint_positions(arm, self._coordinates)[0][:, [2, 1]]
         self._below = float(self._shoulder[0, 0])
         self._step = float(motions.time[1] - motions.time[0])
-        last = int(np.flatnonzero(motions.valid[0] > 0.0)[-1])
+        self._last = last = int(np.flatnonzero(motions.valid[0] > 0.0)[-1])
         self.known = self.simulated(own[None])
         if release is None:
             best = self._best_frame(last)
@@ -151,8 +163,11 @@ class Thrower:
         return int(frames[distance.argmax()])
 
     def _coarse(self) -> Floats:
-        """By how much a change at each coarse knot (c,) changes the signals at the knots (K, c) up to the release."""
-        end = float(self.frames[-1]) * self._step
+        """By how much a change at each coarse knot (c,) changes the signals at the knots (K, c), to the throw's end.
+
+        After the release, too: an arm that throws faster has to be braked before its joints come to their limits.
+        """
+        end = float(self._last) * self._step
         count = max(round(end / SPACING), 1) + 1
         places = np.linspace(0.0, end, count)
         time = self.follower.knots.time
@@ -227,8 +242,18 @@ class Thrower:
         change = float(np.sqrt(np.mean((own - self.own) ** 2)))
         return Throw(
             goal, one, frame * self._step, self._below, self._ground, self.gravity, self.own, own, replay, chosen,
-            change, resemblance, float(self.effort(own[None])[0]), float(clearance[0, 0]), simulations,
+            change, resemblance, float(self.effort(own[None])[0]), float(clearance[0, 0]), self._past(replay), simulations,
         )  # fmt: skip
+
+    def _past(self, replay: Replay) -> dict[str, float]:
+        """Joints that pass their limits in a throw, and by how much at most, rad."""
+        arm = self.follower.arm
+        most = self.past_limits(replay)[0]
+        return {arm.joints[k]: float(most[k]) for k in arm.free if most[k] > 0.0}
+
+    def past_limits(self, replay: Replay) -> Floats:
+        """By how much joints pass their limits at most, from the begin to the end of the throw, (B, J), rad."""
+        return past_limits(self.follower.arm, replay.angle[:, : self._last + 1]).max(axis=1)
 
     def simulated(self, signals: Floats, last: int | None = None) -> Replay:
         """Copies under signals (B, size), whole or up to a frame."""
@@ -302,14 +327,16 @@ class _Search:
         """Costs (B,), misses (B,) in squared units, and frames of release (B,) of signals (B, size)."""
         thrower = self._thrower
         self.simulations += len(signals)
-        replay = thrower.simulated(signals, int(thrower.frames[-1]))
+        replay = thrower.simulated(signals)
         flight, clearance = thrower.flights(replay, thrower.frames, self._goal.height)
         missed = misfit(flight, self._goal)
         below = np.maximum(CLEARANCE - clearance, 0.0) + np.maximum(-flight.velocity[..., 0], 0.0)
         missed = np.where(below > 0.0, FORBIDDEN * (1.0 + below), missed)
         missed = np.nan_to_num(missed, nan=10.0 * FORBIDDEN)
         choice = missed.argmin(axis=1)
-        miss = missed[np.arange(len(signals)), choice]
+        past = thrower.past_limits(replay)[:, thrower.follower.arm.free]
+        miss = missed[np.arange(len(signals)), choice] + tamed(past / LIMIT_UNIT).sum(axis=1)
+        miss = np.nan_to_num(miss, nan=10.0 * FORBIDDEN)
         change = np.mean((signals - thrower.own) ** 2, axis=1)
         cost = miss + EFFORT * thrower.effort(signals) + CHANGE * change
         for other in self._others:
