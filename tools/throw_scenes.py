@@ -51,7 +51,7 @@ DATA = """\
 SOURCES = """\
 # f_max: Holzbaur 2005 (deltoids, ECU, FCR; long heads of biceps and triceps as in OpenSim's arm26). l_opt, l_slack:
 # Saul 2015. Moment arms: means over the joint's range in the upper limb model of Saul 2015, computed with OpenSim 4.6.
-# Rest angles and lengths are a choice (Cruz Ruiz 2015, section 2.5: arbitrary, then optimised), and so are their bounds.
+# Rest angles and lengths are a choice (Cruz Ruiz 2015, section 2.5: arbitrary, then optimised), and so are their ends.
 # These six stand for whole groups: f_max is at most the sum of the group's muscles in Saul 2015 (m1: DELT1, DELT2,
 # PECM1; m2: DELT3, LAT; m3: both heads of the biceps, BRA, BRD; m4: all heads of the triceps; m5: FCR, FCU, FDS; m6:
 # ECRL, ECRB, ECU), and at least a fifth of its source. Pennation is neglected, as in Cruz Ruiz 2015."""

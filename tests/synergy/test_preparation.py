@@ -127,4 +127,3 @@ def test_channels_that_are_silent_are_left_out_with_a_note(tmp_path):
     path = write_csv(tmp_path / "a.csv", Signals(NAMES, 100.0, 0.0 * values))
     with pytest.raises(SignalError, match="all channels are constant"):
         prepare([path], Preparation(already_filtered=True))
-

@@ -131,9 +131,11 @@ def throw(
     the trunk leans forwards, or shoulder_flexion_gravity_deg, the upper arm's angle to gravity, from which that
     follows; shoulder_forward_m and shoulder_up_m, the shoulder's place.
 
-    A new throw stays overhead: the hand is above the shoulder when it lets go, and no joint passes its limits. Exit
+    A new throw stays overhead: the hand is above the shoulder when it lets go, and no joint passes its limits till
+    then. Exit
     codes: 0; where new throws miss a part of their goals 1 (distance), 3 (speed), 4 (angle), 5 (time of flight), 7
-    (limits of joints) or 6 (several of these), with files written all the same; 2 if an input cannot be used; 130 after Ctrl-C, with what had come to its end written.
+    (limits of joints) or 6 (several of these), with files written all the same; 2 if an input cannot be used; 130
+    after Ctrl-C, with what had come to its end written.
 
     Examples: warpmuscle throw throws/*.csv -o throw.h5; warpmuscle throw serve.csv --prescribe shoulder;
     warpmuscle throw lift.csv --emg syn.h5 --prescribe wrist --curve; warpmuscle throw --target 2 --target 4
@@ -329,6 +331,9 @@ def _print_throws(job: Job) -> None:
         if math.isfinite(flight.distance[0]):
             text += f"; lands at {flight.distance[0]:.3f} m after {flight.duration[0]:.2f} s"
         out.print(f"{text}; signals changed by {made.change:.3f}, effort {made.effort:.4f}")
+        if made.past_after:
+            beyond = [f"{name} by {math.degrees(past):.1f} deg" for name, past in made.past_after.items()]
+            log.print(marked("note:", "yellow", f" behind the release joints come to their stops: {', '.join(beyond)}"))
         if not made.met:
             log.print(marked("missed:", "yellow", f" {_missed(job, made)}"))
 

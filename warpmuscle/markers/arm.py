@@ -106,8 +106,8 @@ def arm_angles(markers: Markers, choices: Choices | None = None) -> ArmAngles:
     """The angles of an arm that throws.
 
     Raises:
-        SignalError: a marker is missing or lost for long, one stands for two roles, the elbow never extends, or the upper
-            arm points so far sideways that no angle forwards can be told.
+        SignalError: a marker is missing or lost for long, one stands for two roles, the elbow never extends, or the
+            upper arm points so far sideways that no angle forwards can be told.
     """
     choices = choices or Choices()
     points = _points(markers, choices)
@@ -183,13 +183,13 @@ def _check_apart(markers: Markers, choices: Choices, points: Mapping[str, Floats
 
 
 def _check_told(markers: Markers, time: Floats, angles: Floats) -> None:
-    """SignalError where the upper arm points straight sideways, and every angle forwards would be as good as another."""
+    """SignalError where the upper arm points straight sideways, and any angle forwards would do."""
     abduction = np.abs(angles[:, ANGLES.index("shoulder_abduction")])
     worst = int(abduction.argmax())
     if abduction[worst] > 0.5 * np.pi - SIDEWAYS:
         raise SignalError(
-            f"the upper arm points sideways, {np.degrees(abduction[worst]):.0f} deg out of the trunk's sagittal plane at "
-            f"{time[worst]:.3g} s, so that its angle forwards cannot be told; keep another part by --before and --after",
+            f"the upper arm points sideways, {np.degrees(abduction[worst]):.0f} deg out of the trunk's sagittal plane "
+            f"at {time[worst]:.3g} s, so that its angle forwards cannot be told; keep another part: --before, --after",
             file=markers.path,
         )  # fmt: skip
 

@@ -1,4 +1,4 @@
-"""Positions of markers from files: .trc, .c3d, tables with a column a coordinate, Vicon's, and the .json of MLSE's open data."""
+"""Positions of markers from files: .trc, .c3d, tables with a column a coordinate, Vicon's, and MLSE's .json."""
 
 from __future__ import annotations
 
@@ -128,7 +128,8 @@ def _vicon(path: Path) -> Read:
     block = vicon_block(path, TRAJECTORIES)
     owners = list(dict.fromkeys(block.owners))
     short = [name.rpartition(":")[2] for name in owners]
-    places = {(owner, axis.upper()): k for k, (owner, axis) in enumerate(zip(block.owners, block.headings, strict=True))}
+    headings = zip(block.owners, block.headings, strict=True)
+    places = {(owner, axis.upper()): k for k, (owner, axis) in enumerate(headings)}
     whole = [k for k, owner in enumerate(owners) if all((owner, axis) in places for axis in "XYZ")]
     if not whole:
         raise SignalError("no markers: each has columns X, Y and Z", file=path)

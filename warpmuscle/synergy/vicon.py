@@ -109,7 +109,8 @@ def _carried(owners: list[str], count: int) -> tuple[str, ...]:
 
 
 def _unlike(owners: tuple[str, ...], names: tuple[str, ...]) -> tuple[str, ...]:
-    return tuple(name if names.count(name) == 1 else f"{owner} {name}" for owner, name in zip(owners, names, strict=True))
+    pairs = zip(owners, names, strict=True)
+    return tuple(name if names.count(name) == 1 else f"{owner} {name}" for owner, name in pairs)
 
 
 def _row(path: Path, line: int, cells: list[str], count: int, mark: str) -> list[float]:

@@ -304,7 +304,7 @@ def needed_torques(arm: Arm, motions: Motions) -> Floats:
 
 
 def past_limits(arm: Arm, angle: Floats) -> Floats:
-    """By how much angles (..., J), rad, are beyond the limits of their joints; 0 within them and where there are none."""
+    """By how much angles (..., J), rad, are beyond the limits of their joints; 0 where they are not."""
     low, high = arm.limits
     return np.asarray(np.maximum(np.maximum(low - angle, angle - high), 0.0))
 

@@ -17,8 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warpmuscle.core.array_types import Floats
-from warpmuscle.throw.capacity import Capacity
-from warpmuscle.throw.equation_error import fit_equations
+from warpmuscle.throw.equation_error import Capacity, fit_equations
 from warpmuscle.throw.follow import Follower, Replay
 from warpmuscle.throw.least_squares import Outcome, Prior, Unknowns, fit
 from warpmuscle.throw.metrics import Agreement

@@ -111,9 +111,10 @@ def put_throws(group: Any, throws: Sequence[Throw], joints: Sequence[str]) -> No
           description="height of the ground in the scene")  # fmt: skip
     store(group, "clearance", np.array([made.clearance for made in throws]), units="m", axes="throw",
           description="of the hand above the shoulder at the release", finite=False)  # fmt: skip
-    past = [[made.past_limits.get(name, 0.0) for name in joints] for made in throws]
-    store(group, "past_limits", np.array(past), units="rad", axes="throw, joint",
-          description="by which a joint passes its limits at most")  # fmt: skip
+    for name, when in (("past_limits", "up to the release"), ("past_after", "behind the release")):
+        past = [[getattr(made, name).get(joint, 0.0) for joint in joints] for made in throws]
+        store(group, name, np.array(past), units="rad", axes="throw, joint",
+              description=f"by which a joint passes its limits at most, {when}")  # fmt: skip
     store(group, "effort", np.array([made.effort for made in throws]), axes="throw",
           description="mean square of the excitations")  # fmt: skip
     store(group, "change", np.array([made.change for made in throws]), axes="throw",

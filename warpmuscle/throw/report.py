@@ -153,7 +153,8 @@ def write(
     parameters, every fitted motion with the recorded one as its `joint_target`, and new throws behind them; of the
     published fit alone, which has parameters for each motion, the first. Besides, `/motions`: names, time, recorded
     angles and speeds; `/synergies`: W and extracted C; `/fit`: parameters, the scene with them, knots, C, simulated
-    angles and speeds, and what each stage came to; `/published`: the same of that one; `/throws`: goals, releases, flights and landings of new throws.
+    angles and speeds, and what each stage came to; `/published`: the same of that
+    one; `/throws`: goals, releases, flights and landings of new throws.
 
     Raises:
         ResultError: the file cannot be written; nothing is left behind then.

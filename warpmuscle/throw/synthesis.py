@@ -5,7 +5,7 @@ CMA-ES searches for globally: every generation is one batch of simulations. The 
 a window of time; of each candidate the frame that suits the goal best counts, so that the time of release is found with
 the signals. It flies freely from there.
 
-The cost is the misses in their units, with how far joints pass their limits at any time of the throw, then the effort
+The cost is the misses in their units, with how far joints pass their limits up to the release and behind it, the effort
 (mean square of the excitations), then how far the signals are from the known throw's; the hand must be above the
 shoulder when it lets go, and turning forwards.
 """
@@ -35,7 +35,9 @@ CLEARANCE = 0.05  # m, by which the hand is to be above the shoulder
 EFFORT, CHANGE = 2.0, 1.0  # prices of mean square excitation and of mean square change, against a squared unit
 POPULATION = 48
 DEVIATION = 0.12  # of a signal's change in the first generation, in parts of its range
+TAIL_DEVIATION = 0.25  # the same behind the release, where braking asks for quite other signals
 GENERATIONS = 200
+FAR = 10.0  # rad, of a joint whose simulation came to nothing
 FORBIDDEN = 1e6  # cost of a release below the shoulder or backwards
 RUNS = 2  # searches, the second of a larger population, until one meets the goal
 CLOSE = 0.05  # of the squared units: a goal that is met so well is met
@@ -65,7 +67,8 @@ class Throw:
     resemblance: Floats  # (J,) r2 of its angles with those of the throw that it began as
     effort: float = 0.0  # mean square of the excitations up to the release
     clearance: float = np.inf  # m, by which the hand is above the shoulder at the release
-    past_limits: Mapping[str, float] = field(default_factory=dict)  # rad, of joints that pass their limits, at most
+    past_limits: Mapping[str, float] = field(default_factory=dict)  # rad, at most, of joints that pass their limits up
+    past_after: Mapping[str, float] = field(default_factory=dict)  # to the release; the same of those behind it
     simulations: int = 0
     lack: str = ""  # what the muscles lack to meet the goal, if that was found
 
@@ -82,9 +85,10 @@ class Throw:
 
     @property
     def missed(self) -> dict[str, float]:
-        """What of the goal is missed by more than is allowed, and by how much; a ball that does not land meets no distance.
+        """What of the goal is missed by more than is allowed, and by how much.
 
-        A joint that passes its limits by more than is allowed, at any time of the throw, misses those.
+        A ball that does not land meets no distance. A joint that passes its limits by more than is allowed, up to the
+        release, misses those; behind it the arm may still come to its stops.
         """
         beyond = max(self.past_limits.values(), default=0.0)
         return self.flight.misses(self.goal) | ({LIMITS: beyond} if beyond > PAST_LIMITS else {})
@@ -174,6 +178,12 @@ class Thrower:
         far = np.abs(np.minimum(time, end)[:, None] - places) / (places[1] - places[0])
         return np.asarray(np.maximum(0.0, 1.0 - far))
 
+    def tail(self, frame: int) -> Floats:
+        """As `hats` (K, c), of the knots behind a frame of release, which change little before it."""
+        time, released = self.follower.knots.time, frame * self._step
+        after = np.flatnonzero(time > released + 1e-9)
+        return np.eye(len(time))[:, after]
+
     def flights(self, replay: Replay, frames: Integers, height: float) -> tuple[Flight, Floats]:
         """Flights (B, F) of balls let go at some frames, and the hand's height above the shoulder there, m."""
         arm, count = self.follower.arm, len(replay.angle)
@@ -242,18 +252,21 @@ class Thrower:
         change = float(np.sqrt(np.mean((own - self.own) ** 2)))
         return Throw(
             goal, one, frame * self._step, self._below, self._ground, self.gravity, self.own, own, replay, chosen,
-            change, resemblance, float(self.effort(own[None])[0]), float(clearance[0, 0]), self._past(replay), simulations,
+            change, resemblance, float(self.effort(own[None])[0]), float(clearance[0, 0]), *self.past(replay, frame),
+            simulations,
         )  # fmt: skip
 
-    def _past(self, replay: Replay) -> dict[str, float]:
-        """Joints that pass their limits in a throw, and by how much at most, rad."""
+    def past(self, replay: Replay, frame: int) -> tuple[dict[str, float], dict[str, float]]:
+        """Joints that pass their limits in a throw, and by how much at most, rad: up to its release, and behind it."""
         arm = self.follower.arm
-        most = self.past_limits(replay)[0]
-        return {arm.joints[k]: float(most[k]) for k in arm.free if most[k] > 0.0}
+        past = self.past_limits(replay)[0]
+        most = past[: frame + 1].max(axis=0), past[frame:].max(axis=0)
+        before, after = ({arm.joints[k]: float(part[k]) for k in arm.free if part[k] > 0.0} for part in most)
+        return before, after
 
     def past_limits(self, replay: Replay) -> Floats:
-        """By how much joints pass their limits at most, from the begin to the end of the throw, (B, J), rad."""
-        return past_limits(self.follower.arm, replay.angle[:, : self._last + 1]).max(axis=1)
+        """By how much joints pass their limits from the begin to the end of the throw, (B, T, J), rad."""
+        return past_limits(self.follower.arm, replay.angle[:, : self._last + 1])
 
     def simulated(self, signals: Floats, last: int | None = None) -> Replay:
         """Copies under signals (B, size), whole or up to a frame."""
@@ -278,6 +291,7 @@ class _Search:
 
     def __init__(self, thrower: Thrower, goal: Goal, synergies: tuple[int, ...], others: Sequence[Floats]) -> None:
         self._thrower, self._goal, self._synergies, self._others = thrower, goal, synergies, others
+        self._hats, self._frames, self._known = thrower.hats, thrower.frames, thrower.own
         self.simulations = 0
 
     def run(self, seed: int) -> tuple[tuple[Floats, int], int]:
@@ -288,13 +302,24 @@ class _Search:
             best = min(best, found, key=lambda one: one[0])
             if best[1] <= CLOSE:
                 break
+        _, after = self._thrower.past(self._thrower.simulated(best[2][None]), best[3])
+        if max(after.values(), default=0.0) > PAST_LIMITS:
+            best = self._follow_through(seed, best)
         return (best[2], best[3]), self.simulations
+
+    def _follow_through(self, seed: int, best: tuple[float, float, Floats, int]) -> tuple[float, float, Floats, int]:
+        """The same throw, and another way to come to rest behind its release, within the joints' limits."""
+        hats, frame = self._thrower.tail(best[3]), best[3]
+        if not hats.shape[1] or best[1] >= FORBIDDEN:
+            return best
+        self._hats, self._frames, self._known = hats, np.array([frame]), best[2]
+        return self._descend(seed, POPULATION, TAIL_DEVIATION, best)
 
     def _descend(
         self, seed: int, population: int, deviation: float, best: tuple[float, float, Floats, int]
     ) -> tuple[float, float, Floats, int]:
         """Cost, miss, signals and frame of the best of a run of CMA-ES and of what is given."""
-        size = self._thrower.hats.shape[1] * len(self._synergies)
+        size = self._hats.shape[1] * len(self._synergies)
         search = CmaSearch(np.full(size, 0.5), seed, population=population, sigma=deviation)
         history: list[float] = []
         for _ in range(GENERATIONS):
@@ -315,9 +340,9 @@ class _Search:
     def _signals(self, points: Floats) -> Floats:
         """Signals (B, size) of points of the cube (B, synergies * coarse knots): 1/2 is no change."""
         thrower = self._thrower
-        hats, knots = thrower.hats, len(thrower.follower.knots)
+        hats, knots = self._hats, len(thrower.follower.knots)
         change = (2.0 * points - 1.0).reshape(len(points), len(self._synergies), -1) @ hats.T
-        signals = np.tile(thrower.own, (len(points), 1))
+        signals = np.tile(self._known, (len(points), 1))
         for row, number in enumerate(self._synergies):
             part = slice(number * knots, (number + 1) * knots)
             signals[:, part] = np.clip(signals[:, part] + change[:, row], 0.0, 1.0)
@@ -328,18 +353,20 @@ class _Search:
         thrower = self._thrower
         self.simulations += len(signals)
         replay = thrower.simulated(signals)
-        flight, clearance = thrower.flights(replay, thrower.frames, self._goal.height)
+        flight, clearance = thrower.flights(replay, self._frames, self._goal.height)
         missed = misfit(flight, self._goal)
         below = np.maximum(CLEARANCE - clearance, 0.0) + np.maximum(-flight.velocity[..., 0], 0.0)
         missed = np.where(below > 0.0, FORBIDDEN * (1.0 + below), missed)
         missed = np.nan_to_num(missed, nan=10.0 * FORBIDDEN)
         choice = missed.argmin(axis=1)
-        past = thrower.past_limits(replay)[:, thrower.follower.arm.free]
-        miss = missed[np.arange(len(signals)), choice] + tamed(past / LIMIT_UNIT).sum(axis=1)
-        miss = np.nan_to_num(miss, nan=10.0 * FORBIDDEN)
+        rows = np.arange(len(signals))
+        past = np.nan_to_num(thrower.past_limits(replay)[:, :, thrower.follower.arm.free], nan=FAR) / LIMIT_UNIT
+        before = np.maximum.accumulate(past, axis=1)[rows, self._frames[choice]]
+        miss = missed[rows, choice] + tamed(before).sum(axis=1)
+        after = tamed(past.max(axis=1)).sum(axis=1) - tamed(before).sum(axis=1)
         change = np.mean((signals - thrower.own) ** 2, axis=1)
-        cost = miss + EFFORT * thrower.effort(signals) + CHANGE * change
+        cost = miss + after + EFFORT * thrower.effort(signals) + CHANGE * change
         for other in self._others:
             apart = np.sqrt(np.mean((signals - other) ** 2, axis=1))
             cost = cost + tamed(np.maximum(APART - apart, 0.0) / 0.01)
-        return cost, miss, thrower.frames[choice]
+        return cost, miss, self._frames[choice]
