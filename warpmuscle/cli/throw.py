@@ -47,8 +47,8 @@ def throw(
     scene: Annotated[
         str | None,
         typer.Option(
-            help="The arm: a shipped scene or a TOML file; by default throw18, or throw18_ball for a goal; with "
-            "--as-published or --emg the six pulley muscles of throw, or throw_ball.",
+            help="The arm: a shipped scene or a TOML file; by default throw18; with --as-published or --emg "
+            "the six pulley muscles of throw, and for a goal these with a ball, throw_ball.",
             autocompletion=scene_names_like,
         ),
     ] = None,
@@ -221,8 +221,13 @@ def throw(
 
 
 def _usual_scene(goals: bool, as_published: bool, measured: bool) -> str:
-    """Eighteen muscles, which five synergies bind; six on pulleys where these are asked for, or EMG is of so few."""
-    return ("throw" if as_published or measured else "throw18") + ("_ball" if goals else "")
+    """Eighteen muscles, which five synergies bind, to follow motions.
+
+    Six on pulleys for goals, which searches meet with them within the joints' limits, and where they are asked for.
+    """
+    if goals:
+        return "throw_ball"
+    return "throw" if as_published or measured else "throw18"
 
 
 def exit_code(throws: Sequence[Throw]) -> int:

@@ -33,7 +33,7 @@ def throw_rule(
     ] = None,
     scene: Annotated[
         str, typer.Option(help="The arm, with a ball in its hand.", autocompletion=scene_names_like)
-    ] = "throw18_ball",
+    ] = "throw_ball",
     goals: Annotated[int, typer.Option(min=10, max=10_000, help="Goals to learn from.")] = 200,
     between: Annotated[int, typer.Option(min=1, max=1000, help="Goals between these to try the rule on.")] = 30,
     beyond: Annotated[int, typer.Option(min=1, max=1000, help="Goals beyond them to try it on.")] = 20,
@@ -52,7 +52,7 @@ def throw_rule(
     A throw at the middle of these goals is searched for, and from it many others; a thin-plate spline learns the
     signals, and is tried by simulation on goals between those and beyond them, beside a copy of the nearest goal.
 
-    Examples: warpmuscle throw-rule throws/T0001.csv -o rule.h5; warpmuscle throw-rule --scene throw_ball --goals 50
+    Examples: warpmuscle throw-rule throws/T0001.csv -o rule.h5; warpmuscle throw-rule --goals 50
     --target 3 --height 1 --angle 30
     """
     from warpmuscle.core.extras import need
