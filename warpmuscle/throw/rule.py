@@ -33,6 +33,7 @@ DAMPING = 1.0  # at its start: two outcomes of many signals curve strongly
 STEP = 5e-3  # of a change, in difference quotients: single precision spoils those of smaller ones
 TOLD = 0.3  # m/s, that count as much as the whole extent of the goals
 SMOOTHING = 1e-3
+ATTEMPTS = 3  # searches for the throw in the middle
 LEAST_GOALS = 10  # with the middle: a plane in five numbers, and some more
 STEADY = 1e-2  # relative gain of a step, below which it is enough
 
@@ -168,7 +169,10 @@ def learn(job: Job, count: int, seed: int = 0, progress: Callable[[str], None] =
     if job.fitted is None:
         raise Error("fit a throw before learning a rule")
     progress("throwing at the middle")
-    first = Thrower(job.follower, job.fitted.own[0], job.fitted.unknowns, seed=seed).throw(MIDDLE)
+    for attempt in range(ATTEMPTS):
+        first = Thrower(job.follower, job.fitted.own[0], job.fitted.unknowns, seed=seed + 10 * attempt).throw(MIDDLE)
+        if first.met:
+            break
     if not first.met:
         raise Error(f"no throw {MIDDLE} was found, from which to learn others: missed {', '.join(first.missed)}")
     thrower = Thrower(job.follower, first.own, job.fitted.unknowns, first.release, seed=seed)
