@@ -51,8 +51,11 @@ DATA = """\
 SOURCES = """\
 # f_max: Holzbaur 2005 (deltoids, ECU, FCR; long heads of biceps and triceps as in OpenSim's arm26). l_opt, l_slack:
 # Saul 2015. Moment arms: means over the joint's range in the upper limb model of Saul 2015, computed with OpenSim 4.6.
-# Rest angles and lengths are a choice (Cruz Ruiz 2015, section 2.5: arbitrary, then optimised), and so are the bounds:
-# these six stand for whole groups of muscles. Pennation is neglected, as in Cruz Ruiz 2015."""
+# Rest angles and lengths are a choice (Cruz Ruiz 2015, section 2.5: arbitrary, then optimised), and so are their ends.
+# These six stand for whole groups: f_max is at most the sum of the group's muscles in Saul 2015 (m1: DELT1, DELT2,
+# PECM1; m2: DELT3, LAT; m3: both heads of the biceps, BRA, BRD; m4: all heads of the triceps; m5: FCR, FCU, FDS; m6:
+# ECRL, ECRB, ECU), and at least a fifth of its source. Pennation is neglected, as in Cruz Ruiz 2015."""
+STRONGEST = {"m1": 2766.7, "m2": 998.6, "m3": 2295.3, "m4": 2206.8, "m5": 1555.5, "m6": 782.4}  # N, such sums
 # name: joint, f_max N, l_opt m, l_slack m, moment arm m
 MUSCLES = {
     "m1": ("shoulder", 1142.6, 0.0976, 0.093, 0.0223),  # anterior deltoid
@@ -143,7 +146,7 @@ def pulley_muscles() -> dict[str, Muscle]:
         ends = rounded([l_slack + share * l_opt for share in (1.0, 0.8, 1.2)], 5)
         muscles[name] = Muscle(
             pulleys=[Pulley(joint, free(moment_arm, 0.3, 4.0), rest)], rest_length=Free(*ends),
-            f_max=free(f_max, 0.2, 10.0), l_opt=l_opt, l_slack=l_slack,
+            f_max=free(f_max, 0.2, STRONGEST[name] / f_max), l_opt=l_opt, l_slack=l_slack,
         )  # fmt: skip
     return muscles
 
@@ -161,7 +164,7 @@ def point_muscles(bodies: Character, parts: dict[str, Segment], shoulder: np.nda
     for name, muscle in muscles.items():
         slack = lengths[name] - MUSCLES[name][2]
         muscle.l_slack = Free(*rounded([slack, slack - 0.2 * MUSCLES[name][2], slack + 0.2 * MUSCLES[name][2]]))
-        muscle.f_max = free(MUSCLES[name][1], 0.2, 10.0)
+        muscle.f_max = free(MUSCLES[name][1], 0.2, STRONGEST[name] / MUSCLES[name][1])
     return muscles
 
 

@@ -63,8 +63,7 @@ def test_angles_of_an_arm_of_known_angles_are_found_on_both_sides(side):
     roles = {name: name for name in chain(1.0)}
     found = arm_angles(markers(1.0 if side == "right" else -1.0), Choices(side, roles, low_pass=0.0, before=None))
     np.testing.assert_allclose(found.angles, angles(), atol=1e-9)
-    trunk = found.angles[:, 0] - found.to_gravity
-    assert np.abs(trunk).max() < 0.5
+    np.testing.assert_allclose(found.lean, 0.1, atol=1e-9)  # as the chain was pitched
 
 
 @pytest.mark.parametrize(("up", "forward"), [("y", "x"), ("-z", "y"), ("x", "-z")])
@@ -218,3 +217,58 @@ def test_files_that_cannot_be_used_are_refused_in_a_line(tmp_path, name, text, m
 def test_a_marker_that_is_missing_is_named_with_its_role(tmp_path):
     with pytest.raises(SignalError, match=r"no marker 'RSHO'; it has .*R_ELBOW.*--marker shoulder=NAME"):
         arm_angles(read_markers(files_of(tmp_path)["csv"]), Choices(markers={"shoulder": "RSHO"}))
+
+
+@pytest.mark.parametrize(
+    ("role", "other", "says"),
+    [
+        ("hand_little", "hand_thumb", "hand thumb and hand little are at the same place"),
+        ("wrist", "elbow", "elbow and wrist are at the same place"),
+        ("other_shoulder", "shoulder", "shoulder and other shoulder are at the same place"),
+    ],
+)
+def test_one_marker_in_two_roles_that_span_a_direction_is_refused(role: str, other: str, says: str):
+    """Else the wrist would be written as 0 throughout."""
+    base = markers()
+    roles = {name: name for name in base.names} | {role: other}
+    with pytest.raises(SignalError, match=says):
+        arm_angles(base, Choices("right", roles, low_pass=0.0, before=None))
+
+
+def test_one_marker_may_stand_for_both_hips():
+    base = markers()
+    points = chain(1.0)
+    middle = 0.5 * (points["hip"] + points["other_hip"])
+    place = [1.0, 2.0, 1.4] + middle @ np.array([FORWARD, -RIGHT, UP]).T
+    both = Markers(base.path, TIME, (*base.names, "sacrum"), np.concatenate([base.position, place[:, None]], axis=1))
+    roles = {name: name for name in base.names} | {"hip": "sacrum", "other_hip": "sacrum"}
+    found = arm_angles(both, Choices("right", roles, low_pass=0.0, before=None))
+    np.testing.assert_allclose(found.angles, angles(), atol=1e-9)
+
+
+def abducted(most: float) -> Markers:
+    """The arm raised sideways by up to so many degrees and a little to and fro, the trunk 0.1 rad forwards."""
+    s = 0.5 - 0.5 * np.cos(2.0 * np.pi * TIME / TIME[-1])
+    points = chain(1.0)
+    pitch = about(RIGHT, np.full(len(TIME), -0.1))
+    q = np.radians(most) * s
+    upper = np.stack([-np.sin(q), -np.cos(q), 0.2 * np.sin(9.0 * TIME) * np.cos(q)], axis=1)  # x is to the left
+    upper /= np.linalg.norm(upper, axis=1, keepdims=True)
+    old = points["elbow"].copy()
+    points["elbow"] = points["shoulder"] + 0.3 * rotate(pitch, upper)
+    for name in ("wrist", "hand_thumb", "hand_little"):
+        points[name] = points[name] - old + points["elbow"]
+    place = np.stack([p @ np.array([FORWARD, -RIGHT, UP]).T for p in points.values()], axis=1)
+    return Markers(Path("abducted"), TIME, tuple(points), place)
+
+
+def test_the_trunks_lean_is_its_own_wherever_the_arm_points():
+    made = abducted(75.0)
+    found = arm_angles(made, Choices("right", {name: name for name in made.names}, low_pass=0.0, before=None))
+    np.testing.assert_allclose(found.columns()["trunk_pitch_deg"], np.degrees(0.1), atol=1e-6)
+
+
+def test_an_arm_that_points_sideways_is_refused():
+    made = abducted(100.0)
+    with pytest.raises(SignalError, match=r"the upper arm points sideways.*cannot be told"):
+        arm_angles(made, Choices("right", {name: name for name in made.names}, low_pass=0.0, before=None))

@@ -5,7 +5,7 @@ import pytest
 from synthetic_emg import WEIGHTS, coefficients
 
 from warpmuscle.core.errors import SignalError
-from warpmuscle.synergy.extraction import Rule, extract, knee, least_sufficient, reason, sufficient
+from warpmuscle.synergy.extraction import AUTO, Rule, extract, knee, least_sufficient, reason, sufficient
 from warpmuscle.synergy.factorization import Account
 
 EXACT = (WEIGHTS @ coefficients(np.arange(300) / 50.0)).T
@@ -34,17 +34,17 @@ def test_one_weak_muscle_does_not_ask_for_many_more_synergies():
     worst = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 0.9]
     accounts = [Account(k + 1, v, np.array([1.0] * 10 + [w]), v, np.array([v])) for k, (v, w) in
                 enumerate(zip(vaf, worst, strict=True))]  # fmt: skip
-    assert least_sufficient(accounts, Rule()).count == 7
-    assert sufficient(accounts, Rule()).count == 3
-    said = reason(accounts, Rule(), 3, [f"muscle {k}" for k in range(11)])
+    assert least_sufficient(accounts, Rule(method=AUTO)).count == 7
+    assert sufficient(accounts, Rule(method=AUTO)).count == 3
+    said = reason(accounts, Rule(method=AUTO), 3, [f"muscle {k}" for k in range(11)])
     assert "0.95 of all and 0.75 of each channel take 7 (now 0.930 of all, muscle 10 0.300)" in said
 
 
 def test_bars_that_are_met_next_to_the_knee_decide():
     vaf = [0.6, 0.8, 0.94, 0.955, 0.96, 0.965, 0.97, 0.975]
     accounts = [Account(k + 1, v, np.full(11, v), v, np.array([v])) for k, v in enumerate(vaf)]
-    assert sufficient(accounts, Rule()).count == 4
-    assert reason(accounts, Rule(), 4, ["m"] * 11) == ""
+    assert sufficient(accounts, Rule(method=AUTO)).count == 4
+    assert reason(accounts, Rule(method=AUTO), 4, ["m"] * 11) == ""
 
 
 def test_number_is_found_by_rule_and_asked_for_one_by_one():
@@ -71,3 +71,11 @@ def test_rules_that_cannot_be_met_are_refused(text, vaf, says):
 def test_more_synergies_than_channels_are_refused():
     with pytest.raises(SignalError, match="8 synergies are more than the 7 channels with 300 samples allow"):
         extract(EXACT, Rule.of("8", 0.9, 0.5))
+
+
+def test_the_knee_is_the_default():
+    """One weak channel asks for more than the knee; the default does not follow it."""
+    vaf = [0.6, 0.8, 0.94, 0.955, 0.96, 0.965, 0.97, 0.975]
+    assert Rule() == Rule.of("knee", 0.95, 0.75)
+    accounts = [Account(k + 1, v, np.full(11, v), v, np.array([v])) for k, v in enumerate(vaf)]
+    assert knee(accounts).count < sufficient(accounts, Rule(method=AUTO)).count

@@ -110,9 +110,20 @@ def test_recordings_of_other_channels_cannot_be_joined(tmp_path):
         prepare([], Preparation())
 
 
-def test_channel_that_is_constant_within_the_window_is_said(tmp_path):
+def test_channels_that_are_silent_are_left_out_with_a_note(tmp_path):
     values = (WEIGHTS @ coefficients(np.arange(300) / 100.0)).T
     values[100:, 3] = 0.2
     path = write_csv(tmp_path / "a.csv", Signals(NAMES, 100.0, values))
-    with pytest.raises(SignalError, match=r"channel 'TRI': is 0\.2 throughout"):
-        prepare([path], Preparation(already_filtered=True, window=(1.5, 2.5)))
+    found = prepare([path], Preparation(already_filtered=True, window=(1.5, 2.5)))
+    assert found.muscles == tuple(name for name in NAMES if name != "TRI")
+    assert "TRI: silent in what is used, and left out" in found.notes
+    values[:, 3] = 0.0
+    path = write_csv(tmp_path / "a.csv", Signals(NAMES, 100.0, values))
+    other = write_csv(tmp_path / "b.csv", Signals(NAMES, 100.0, values + np.linspace(0.0, 0.1, 300)[:, None]))
+    found = prepare([path, other], Preparation(already_filtered=True))
+    assert found.muscles == tuple(name for name in NAMES if name != "TRI")
+    assert found.values.shape[1] == len(NAMES) - 1
+    assert "a.csv: TRI is silent and left out" in found.notes
+    path = write_csv(tmp_path / "a.csv", Signals(NAMES, 100.0, 0.0 * values))
+    with pytest.raises(SignalError, match="all channels are constant"):
+        prepare([path], Preparation(already_filtered=True))

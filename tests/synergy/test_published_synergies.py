@@ -7,7 +7,7 @@ from sklearn.decomposition import NMF
 
 from warpmuscle.synergy.ecg import remove_ecg
 from warpmuscle.synergy.emg import Chain, band_passed
-from warpmuscle.synergy.extraction import Rule, extract, sufficient
+from warpmuscle.synergy.extraction import AUTO, Rule, extract, sufficient
 from warpmuscle.synergy.preparation import Preparation, prepare
 from warpmuscle.synergy.recordings import read_signals
 
@@ -41,7 +41,7 @@ def test_five_synergies_account_for_as_much_as_scikit_learn_finds_in_the_publish
         prepare([walking / "raw_emg_ID0012_TW_01.csv"], published(walking)).values, Rule.of("knee", 0.95, 0.75)
     )
     assert found.account.count == 5
-    assert sufficient(accounts, Rule()).count == 5
+    assert sufficient(accounts, Rule(method=AUTO)).count == 5
     assert extract_count(accounts, 0.9, 0.7) == 5
     filtered = read_signals(walking / "filt_emg_ID0012_TW_01.csv", rate=200.0).values
     model = NMF(5, init="nndsvda", random_state=0, max_iter=2000)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from warpmuscle.throw.metrics import Agreement, correlation, determination, leave_one_out
+from warpmuscle.throw.metrics import Agreement, correlation, determination, leave_one_out, null
 from warpmuscle.throw.signals import Knots
 
 TIME = np.linspace(0.0, 1.0, 101)
@@ -46,3 +46,25 @@ def test_knots_give_back_signals_that_are_straight_between_them():
     assert len(knots) == 21
     np.testing.assert_allclose(knots.fitted(knots.sampled(values)), values, atol=2e-3)
     np.testing.assert_allclose(knots.sampled(values)[:, ::5], values.transpose(0, 2, 1), atol=1e-12)
+
+
+def test_signals_are_judged_beside_those_of_another_motion():
+    """Two signals a motion: the first is alike in all motions, the second is its own."""
+    rng = np.random.default_rng(0)
+    common = np.sin(6.0 * TIME)
+    extracted = np.stack([np.stack([common, rng.normal(size=101)], axis=1) for _ in range(3)])
+    valid = np.ones((3, 101))
+    together, single = null(extracted, extracted, valid)
+    np.testing.assert_allclose(single[:, 0], 1.0)
+    pairs = [abs(np.corrcoef(extracted[i, :, 1], extracted[j, :, 1])[0, 1]) for i in range(3) for j in range(i)]
+    assert np.abs(single[:, 1]).max() <= max(pairs) + 1e-12
+    assert np.all(together < 0.999)
+    assert null(extracted[:1], extracted[:1], valid[:1]) == (None, None)
+    fine = {"r2": np.full((3, 3), 0.9995), "velocity_r2": np.full((3, 3), 0.98), "hand_error": np.full(3, 0.01)}
+    swapped = extracted[[1, 0, 2]]
+    for fitted, good in ((extracted, [True] * 3), (swapped, [False, False, True])):
+        _, own = correlation(fitted, extracted, valid)
+        _, other = null(fitted, extracted, valid)
+        a = Agreement(**fine, correlation=np.full(3, 0.95), by_synergy=own, null=together, null_by_synergy=other)
+        assert a.good().tolist() == good  # though all together they correlate by 0.95
+        assert a.with_signals_kept().good().all()

@@ -17,7 +17,7 @@ from warpmuscle.report.summary import report
 from warpmuscle.results.result import read
 from warpmuscle.scene.parameters import start_values
 from warpmuscle.throw.arm import Arm, joint_positions, needed_torques, root_motion, states
-from warpmuscle.throw.capacity import Capacity
+from warpmuscle.throw.equation_error import Capacity
 from warpmuscle.throw.fit import Settings
 from warpmuscle.throw.goals import Goal
 from warpmuscle.throw.job import Job, Options
@@ -199,6 +199,33 @@ def test_a_ball_lands_on_its_target_by_a_few_synergies_alone(job: Job, distance:
     assert set(np.flatnonzero(changed)) <= set(made.synergies)
     free = made.flight.position[0] + made.flight.velocity[0] * made.flight.duration[0]
     assert free[1] - 0.5 * thrower.gravity * made.flight.duration[0] ** 2 == pytest.approx(0.0, abs=1e-6)
+
+
+def test_no_joint_of_a_new_throw_passes_its_limits_before_the_release_and_one_that_does_misses(job: Job):
+    """Measured from the angles themselves: limits as the scene's joints have them, in radians."""
+    made = Thrower(job.follower, job.fitted.own[0], job.fitted.unknowns).throw(Goal(distance=2.0))
+    joints = load("throw").character.joints
+    for column, name in enumerate(job.arm.joints):
+        low, high = joints[name].limits[0]
+        angle = made.replay.angle[0, : round(made.release / 0.01) + 1, column]
+        assert max(low - angle.min(), angle.max() - high) <= np.radians(1.0), name
+    assert made.met
+    beyond = replace(made, past_limits={"elbow": np.radians(7.0)})
+    assert (beyond.met, list(beyond.missed)) == (False, ["limits"])
+
+
+def test_goals_releases_flights_and_landings_are_in_the_file(kept: Path):
+    with h5py.File(kept) as file:
+        one = file["throws"]
+        assert one["goal/distance"][:] == pytest.approx([1.5])
+        assert np.isnan(one["goal/speed"][0])
+        place, velocity, duration = one["release_position"][0], one["release_velocity"][0], one["flight_time"][0]
+        forward, up = place + velocity * duration - [0.0, 0.5 * 9.81 * duration**2]
+        np.testing.assert_allclose(one["landing_position"][0], [forward, up], atol=1e-6)
+        assert one["landing_position"][0, 0] == pytest.approx(1.5, abs=0.05)
+        assert one["release_speed"][0] == pytest.approx(np.hypot(*velocity))
+        assert one["release_time"].attrs["units"] == "s"
+        assert one["met"][0]
 
 
 def test_a_goal_is_met_only_if_all_that_it_names_is(job: Job):

@@ -31,6 +31,7 @@ from warpmuscle.cli.streams import output_refused, steady_streams
 from warpmuscle.cli.sweep import sweep
 from warpmuscle.cli.synergies import synergies
 from warpmuscle.cli.throw import throw
+from warpmuscle.cli.throw_rule import throw_rule
 from warpmuscle.cli.video import video
 from warpmuscle.cli.view import view
 from warpmuscle.core.errors import Error, shortened
@@ -49,7 +50,7 @@ app = typer.Typer(
 )
 COMMANDS = (
     scenes, info, simulate, optimize, learn, sweep, apply, report, gait, robustness, judge, view, plot, video, export,
-    fit_muscles, fit_paths, convert, synergies, cluster_synergies, arm_angles, throw, example, schema,
+    fit_muscles, fit_paths, convert, synergies, cluster_synergies, arm_angles, throw, throw_rule, example, schema,
 )  # fmt: skip
 for command in COMMANDS:
     app.command(command.__name__.replace("_", "-"))(command)

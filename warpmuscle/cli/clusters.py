@@ -37,10 +37,12 @@ def cluster_synergies(
 
     Example: warpmuscle cluster-synergies anna.h5 ben.h5 cem.h5 -o modules.csv --plot modules.png
     """
+    from warpmuscle.core.extras import need
     from warpmuscle.synergy.clusters import cluster_modules
     from warpmuscle.synergy.files import read
 
     writable(output, plot)
+    need("sklearn", "clusters need")
     if number != AUTO and not (number.isdecimal() and int(number) > 0):
         raise Error(f"a number of clusters is at least 1, or {AUTO}, not {number!r}")
     results = [read(path) for path in files]

@@ -203,11 +203,13 @@ def changed(scene: Scene, duration: float | None, time_step: float | None, impli
 
 
 def writable(*paths: Path | None) -> None:
-    """Raise an error now rather than after the work if a file cannot be written."""
+    """Raise an error now rather than after the work if a file cannot be written, or lacks the package that draws it."""
+    from warpmuscle.core.extras import need_for
     from warpmuscle.core.files import check_writable
 
     for path in paths:
         if path is not None:
+            need_for(path.suffix)
             check_writable(path)
 
 

@@ -156,6 +156,7 @@ def report(
 def _write_page(result: Path, output: Path, references: list[Path], replay: int, run: str | None) -> None:
     from warpmuscle.cli.common import writable
     from warpmuscle.core.errors import Error
+    from warpmuscle.core.extras import need
     from warpmuscle.core.files import replace_file
     from warpmuscle.plots.subject import Choices, Subject
     from warpmuscle.report.page import report_html
@@ -164,6 +165,8 @@ def _write_page(result: Path, output: Path, references: list[Path], replay: int,
     if output.suffix.lower() not in (".html", ".htm"):
         raise Error(f"{output}: a report is written as .html")
     writable(output)
+    for module in ("jinja2", "matplotlib"):
+        need(module, "a report page needs")
     subject = Subject(read(result, run), Choices(replay), result, run)
     others = [Subject(read(path), Choices(), path) for path in references]
     start_warp()

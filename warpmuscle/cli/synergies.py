@@ -26,10 +26,10 @@ def synergies(
         typer.Option(
             "--number",
             "-n",
-            help="How many synergies; auto: the fewest that reach --vaf and --muscle-vaf, or the knee if they ask "
-            "for many more; knee: from where on r2 grows in a straight line; cross: by cross-validation.",
+            help="How many synergies; knee: from where on r2 grows in a straight line; auto: the fewest that reach "
+            "--vaf and --muscle-vaf, or the knee if they ask for many more; cross: by cross-validation.",
         ),
-    ] = "auto",
+    ] = "knee",
     output: Annotated[Path | None, typer.Option("--output", "-o", help="HDF5 file to write.")] = None,
     plot: Annotated[Path | None, typer.Option(help="Figure to draw, .png, .svg or .pdf.")] = None,
     channels: Annotated[
@@ -88,6 +88,7 @@ def synergies(
     Examples: warpmuscle synergies throw.csv -n 5 -o syn.h5 --plot syn.png;
     warpmuscle synergies walk.csv --cycles strides.csv --band 50 450 --low-pass 20 -n knee
     """  # fmt: skip
+    from warpmuscle.core.extras import need
     from warpmuscle.synergy.cross_validation import cross_validate
     from warpmuscle.synergy.emg import Chain
     from warpmuscle.synergy.extraction import CROSS, Rule, extract, largest, reason
@@ -95,6 +96,7 @@ def synergies(
     from warpmuscle.synergy.preparation import Preparation, prepare
 
     writable(output, plot)
+    need("sklearn", "synergies need")
     rule = Rule.of(number, vaf, muscle_vaf)
     preparation = Preparation(
         channels=tuple(name.strip() for name in channels.split(",") if name.strip()) if channels else (),

@@ -25,7 +25,7 @@ from warpmuscle.core.interruption import INTERRUPTED
 from warpmuscle.simulation.cuda_warmup import start_driver
 
 # Exit codes where new throws miss a part of their goals; several parts are SEVERAL.
-MISSED, SEVERAL = {"distance": 1, "speed": 3, "angle": 4, "duration": 5}, 6
+MISSED, SEVERAL = {"distance": 1, "speed": 3, "angle": 4, "duration": 5, "limits": 7}, 6
 
 ENOUGH = 0.95  # of the motions that are to meet all bars
 
@@ -47,7 +47,8 @@ def throw(
     scene: Annotated[
         str | None,
         typer.Option(
-            help="The arm: a shipped scene or a TOML file; by default throw, or throw_ball for a goal.",
+            help="The arm: a shipped scene or a TOML file; by default throw18; with --as-published or --emg "
+            "the six pulley muscles of throw, and for a goal these with a ball, throw_ball.",
             autocompletion=scene_names_like,
         ),
     ] = None,
@@ -130,16 +131,23 @@ def throw(
     the trunk leans forwards, or shoulder_flexion_gravity_deg, the upper arm's angle to gravity, from which that
     follows; shoulder_forward_m and shoulder_up_m, the shoulder's place.
 
-    A new throw stays overhead: the hand is above the shoulder when it lets go. Exit codes: 0; where new throws miss a
-    part of their goals 1 (distance), 3 (speed), 4 (angle), 5 (time of flight) or 6 (several of these), with files
-    written all the same; 2 if an input cannot be used; 130 after Ctrl-C, with what had come to its end written.
+    A new throw stays overhead: the hand is above the shoulder when it lets go, and no joint passes its limits till
+    then. Exit
+    codes: 0; where new throws miss a part of their goals 1 (distance), 3 (speed), 4 (angle), 5 (time of flight), 7
+    (limits of joints) or 6 (several of these), with files written all the same; 2 if an input cannot be used; 130
+    after Ctrl-C, with what had come to its end written.
 
     Examples: warpmuscle throw throws/*.csv -o throw.h5; warpmuscle throw serve.csv --prescribe shoulder;
     warpmuscle throw lift.csv --emg syn.h5 --prescribe wrist --curve; warpmuscle throw --target 2 --target 4
     """
+    from warpmuscle.core.extras import need
     from warpmuscle.throw.job import Job, Options
 
-    writable(output)
+    writable(output, plot)
+    if emg is None or calibrate:
+        need("sklearn", "synergies of motions need")
+    if plot_each is not None:
+        need("matplotlib", "figures need")
     if plot is not None:
         from warpmuscle.plots.style import check_picture
 
@@ -160,7 +168,7 @@ def throw(
     if numbers is not None and not 1 <= numbers[0] <= numbers[1]:
         raise Error(f"--numbers go from one number of synergies to a greater, not from {numbers[0]} to {numbers[1]}")
     start_driver(device)
-    loaded = load_scene([scene or ("throw_ball" if goals else "throw")])
+    loaded = load_scene([scene or _usual_scene(bool(goals), as_published, emg is not None)])
     start_warp()
     if as_published and low_pass is None:
         low_pass = 0.0
@@ -210,6 +218,16 @@ def throw(
         draw_each(plot_each, job.follower, fitted)
         out.print(f"wrote {len(job.motions)} figures to {plot_each}")
     return INTERRUPTED if interrupted else exit_code(throws)
+
+
+def _usual_scene(goals: bool, as_published: bool, measured: bool) -> str:
+    """Eighteen muscles, which five synergies bind, to follow motions.
+
+    Six on pulleys for goals, which searches meet with them within the joints' limits, and where they are asked for.
+    """
+    if goals:
+        return "throw_ball"
+    return "throw" if as_published or measured else "throw18"
 
 
 def exit_code(throws: Sequence[Throw]) -> int:
@@ -318,6 +336,9 @@ def _print_throws(job: Job) -> None:
         if math.isfinite(flight.distance[0]):
             text += f"; lands at {flight.distance[0]:.3f} m after {flight.duration[0]:.2f} s"
         out.print(f"{text}; signals changed by {made.change:.3f}, effort {made.effort:.4f}")
+        if made.past_after:
+            beyond = [f"{name} by {math.degrees(past):.1f} deg" for name, past in made.past_after.items()]
+            log.print(marked("note:", "yellow", f" behind the release joints come to their stops: {', '.join(beyond)}"))
         if not made.met:
             log.print(marked("missed:", "yellow", f" {_missed(job, made)}"))
 
@@ -327,6 +348,9 @@ def _missed(job: Job, made: Throw) -> str:
     from warpmuscle.throw.goals import NAMES
 
     text = f"no signals were found that throw {made.goal} overhead: {' and '.join(NAMES[name] for name in made.missed)}"
+    if "limits" in made.missed:
+        beyond = [f"{name} by {math.degrees(past):.1f} deg" for name, past in made.past_limits.items()]
+        text += f"; beyond its limits moves {', '.join(beyond)}"
     if made.lack:
         text += f"; {made.lack}"
     if len(made.synergies) < job.follower.synergies.count:

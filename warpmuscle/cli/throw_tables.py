@@ -73,7 +73,9 @@ def print_published(job: Job) -> None:
 
 
 def print_fit(job: Job, fitted: Fitted) -> None:
-    from warpmuscle.throw.report import baseline_row, stage_rows
+    import numpy as np
+
+    from warpmuscle.throw.report import baseline_row, stage_rows, synergy_rows
 
     headings = [f"{joint} r2" for joint in job.arm.driven]
     headings += ["lowest r2", "velocity r2", "least", "hand, cm (most)", "correlation (least)", "all bars"]
@@ -83,10 +85,13 @@ def print_fit(job: Job, fitted: Fitted) -> None:
     baseline = baseline_row(job.follower)
     print_rows("better fit, medians over motions", [*headings, "time"], [*([baseline] if baseline else []), *rows])
     good, a = fitted.agreement.good(), fitted.agreement
+    columns = ["with the extracted (least)", "with other motions'", "difference (least)"]
+    print_rows("correlation of signals by synergy, medians over motions", columns, synergy_rows(a))
     for k in (~good).nonzero()[0] if len(job.motions) > 1 else []:
         out.print(
             f"  {job.motions.names[k]}: r2 {a.r2[k].min():.4f}, velocity r2 {a.velocity_r2[k].min():.3f}, "
             f"hand {100.0 * a.hand_error[k]:.1f} cm, correlation {a.correlation[k]:.3f}"
+            + ("" if a.null is None else f", least lead of a synergy over other motions {np.nanmin(a.lead[k]):+.3f}")
         )
     _print_lacks("beyond the arm:", job, job.final_lacks(), "the fitted muscles")
 

@@ -37,9 +37,15 @@ ROLES = {  # what markers are needed for, and how MLSE's open data call them; S 
 ANGLES = (
     "shoulder", "shoulder_abduction", "shoulder_rotation", "elbow", "forearm_rotation", "wrist_deviation", "wrist",
 )  # fmt: skip
+SPANS = (  # roles that span directions; "hand" is the middle of its markers
+    ("shoulder", "elbow"), ("elbow", "wrist"), ("wrist", "hand"), ("hand_thumb", "hand_little"),
+    ("shoulder", "other_shoulder"), ("shoulder", "hip"),
+)  # fmt: skip
 UPPER_ARM = 0.1, 0.8  # m, between which all are
 FACING = 0.25  # of a chest that faces forwards, the least
 LONGEST_GAP = 0.2  # s, in which a marker may be lost
+SIDEWAYS = np.radians(10.0)  # of the upper arm from the line of the shoulders, below which no angle forwards is told
+APART = 0.005  # m, between markers that span a direction, the least
 STRAIGHT = np.radians(5.0)  # of the elbow, below which the forearm tells nothing of the upper arm's rotation
 
 
@@ -84,7 +90,7 @@ class ArmAngles:
 
     time: Floats
     angles: Floats
-    to_gravity: Floats  # (T,) rad, of the upper arm, as `shoulder` is to the trunk
+    lean: Floats  # (T,) rad, of the trunk, forwards
     place: Floats  # (T, 2) m, of the shoulder, forwards and up
     release: float  # s, of the fastest extension of the elbow
 
@@ -92,7 +98,7 @@ class ArmAngles:
         """What a file for `warpmuscle throw` holds, by name."""
         found = {"time_s": self.time}
         found |= {f"{name}_deg": np.degrees(column) for name, column in zip(ANGLES, self.angles.T, strict=True)}
-        found["shoulder_flexion_gravity_deg"] = np.degrees(self.to_gravity)
+        found["trunk_pitch_deg"] = np.degrees(self.lean)
         return found | {"shoulder_forward_m": self.place[:, 0], "shoulder_up_m": self.place[:, 1]}
 
 
@@ -100,15 +106,17 @@ def arm_angles(markers: Markers, choices: Choices | None = None) -> ArmAngles:
     """The angles of an arm that throws.
 
     Raises:
-        SignalError: a marker is missing or lost for long, or the elbow never extends.
+        SignalError: a marker is missing or lost for long, one stands for two roles, the elbow never extends, or the
+            upper arm points so far sideways that no angle forwards can be told.
     """
     choices = choices or Choices()
     points = _points(markers, choices)
     _check_body(markers, points, upright=choices.before is not None)
+    _check_apart(markers, choices, points)
     time = np.arange(round(np.floor(markers.time[-1] * choices.rate + 1e-6)) + 1) / choices.rate
     points = {role: _smooth(markers, choices, time, values) for role, values in points.items()}
     forward, up = points["shoulder"][:, 0], points["shoulder"][:, 2]
-    angles, to_gravity = _angles(points, 1.0 if choices.side == "right" else -1.0)
+    angles, lean = _angles(points, 1.0 if choices.side == "right" else -1.0)
     elbow, above = ANGLES.index("elbow"), points["wrist"][:, 2] > points["shoulder"][:, 2]
     rate = np.gradient(angles[:, elbow], time)
     if choices.before is not None and not np.any(above & (rate < 0.0)):
@@ -119,9 +127,10 @@ def arm_angles(markers: Markers, choices: Choices | None = None) -> ArmAngles:
     if choices.before is not None:
         _check_facing(markers, points, round(release * choices.rate), choices.side)
         keep = (time >= release - choices.before - 1e-9) & (time <= release + choices.after + 1e-9)
+    _check_told(markers, time[keep], angles[keep])
     found = np.column_stack([forward, up])[keep]
     return ArmAngles(
-        (time - (release if choices.before is not None else 0.0))[keep], angles[keep], to_gravity[keep], found, release
+        (time - (release if choices.before is not None else 0.0))[keep], angles[keep], lean[keep], found, release
     )
 
 
@@ -155,6 +164,34 @@ def _check_body(markers: Markers, points: Mapping[str, Floats], upright: bool) -
         raise SignalError(
             "the shoulder is not above the hip; name the axis that points up, for instance --up y", file=markers.path
         )
+
+
+def _check_apart(markers: Markers, choices: Choices, points: Mapping[str, Floats]) -> None:
+    """SignalError if markers that span a direction are one and the same, or lie on each other."""
+    hand = 0.5 * (points["hand_thumb"] + points["hand_little"])
+    for first, second in SPANS:
+        places = [hand if role == "hand" else points[role] for role in (first, second)]
+        if float(np.median(np.linalg.norm(places[1] - places[0], axis=1))) >= APART:
+            continue
+        names = " and ".join(role.replace("_", " ") for role in (first, second))
+        used = {choices.markers[role] for role in (first, second) if role in choices.markers}
+        which = f" ({' and '.join(sorted(used))})" if used else ""
+        raise SignalError(
+            f"{names} are at the same place{which}, so that no angle can be told from them; give each a marker of its "
+            "own by --marker ROLE=NAME", file=markers.path,
+        )  # fmt: skip
+
+
+def _check_told(markers: Markers, time: Floats, angles: Floats) -> None:
+    """SignalError where the upper arm points straight sideways, and any angle forwards would do."""
+    abduction = np.abs(angles[:, ANGLES.index("shoulder_abduction")])
+    worst = int(abduction.argmax())
+    if abduction[worst] > 0.5 * np.pi - SIDEWAYS:
+        raise SignalError(
+            f"the upper arm points sideways, {np.degrees(abduction[worst]):.0f} deg out of the trunk's sagittal plane "
+            f"at {time[worst]:.3g} s, so that its angle forwards cannot be told; keep another part: --before, --after",
+            file=markers.path,
+        )  # fmt: skip
 
 
 def _check_facing(markers: Markers, points: Mapping[str, Floats], frame: int, side: Side) -> None:
@@ -203,7 +240,7 @@ def _smooth(markers: Markers, choices: Choices, time: Floats, values: Floats) ->
 
 
 def _angles(points: Mapping[str, Floats], side: float) -> tuple[Floats, Floats]:
-    """Angles (T, 7) of `ANGLES` and of the upper arm to gravity (T,); `side`: 1 of a right arm, -1 of a left one."""
+    """Angles (T, 7) of `ANGLES` and the trunk's lean forwards (T,); `side`: 1 of a right arm, -1 of a left one."""
     shoulders = 0.5 * (points["shoulder"] + points["other_shoulder"])
     up = _unit(shoulders - 0.5 * (points["hip"] + points["other_hip"]))
     across = points["shoulder"] - points["other_shoulder"]  # outwards
@@ -227,8 +264,7 @@ def _angles(points: Mapping[str, Floats], side: float) -> tuple[Floats, Floats]:
     deviation = np.arcsin(np.clip(axes[:, 1, 2], -1.0, 1.0))
     wrist = np.unwrap(np.arctan2(-axes[:, 1, 0], axes[:, 1, 1]))
     angles = np.column_stack([flexion, abduction, rotation, elbow, pronation, deviation, wrist])
-    to_gravity = np.unwrap(np.arctan2(upper[:, 0], -upper[:, 2]))
-    return angles, to_gravity
+    return angles, np.unwrap(np.arctan2(up[:, 0], up[:, 2]))
 
 
 def _turned(x: Floats, axis: int, angle: Floats) -> Floats:

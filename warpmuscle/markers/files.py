@@ -1,4 +1,4 @@
-"""Positions of markers from files: .trc, .c3d, tables with a column a coordinate, and the .json of MLSE's open data."""
+"""Positions of markers from files: .trc, .c3d, tables with a column a coordinate, Vicon's, and MLSE's .json."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from warpmuscle.core.files import read_file, unreadable
 from warpmuscle.synergy.c3d import read_points
 from warpmuscle.synergy.columns import TIMES, plain_name
 from warpmuscle.synergy.tables import read_table
+from warpmuscle.synergy.vicon import TRAJECTORIES, is_export, vicon_block
 
 UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "ft": 0.3048, "in": 0.0254}  # m
 TRC_HEAD = 5  # lines
@@ -100,6 +101,8 @@ def _trc(path: Path) -> Read:
 
 def _table(path: Path) -> Read:
     """A table with a column of time and of each marker's coordinates: NAME_x, `NAME.X`, `NAME x (mm)`."""
+    if is_export(path):
+        return _vicon(path)
     table = read_table(path)
     plain = [plain_name(name) for name in table.names]
     time = next((plain.index(name) for name in TIMES if name in plain), None)
@@ -118,6 +121,25 @@ def _table(path: Path) -> Read:
         raise SignalError("some headings of coordinates name another unit than others, or none", file=path)
     values = table.columns([time, *(places[name][axis] for name in names for axis in "xyz")], gaps=True)
     return TIMES[plain[time]] * values[:, 0], names, values[:, 1:].reshape(len(values), -1, 3), units.pop() or "m"
+
+
+def _vicon(path: Path) -> Read:
+    """The trajectories of Vicon's table; `Anna:RSHO` is called RSHO, unless two subjects have one."""
+    block = vicon_block(path, TRAJECTORIES)
+    owners = list(dict.fromkeys(block.owners))
+    short = [name.rpartition(":")[2] for name in owners]
+    headings = zip(block.owners, block.headings, strict=True)
+    places = {(owner, axis.upper()): k for k, (owner, axis) in enumerate(headings)}
+    whole = [k for k, owner in enumerate(owners) if all((owner, axis) in places for axis in "XYZ")]
+    if not whole:
+        raise SignalError("no markers: each has columns X, Y and Z", file=path)
+    unit = next((unit for unit in block.units if unit), "mm")
+    if unit not in UNITS or any(other not in ("", unit) for other in block.units):
+        raise SignalError(f"units of positions must be one of {', '.join(UNITS)}, not {', '.join(set(block.units))}",
+                          file=path)  # fmt: skip
+    values = block.values[:, [places[owners[k], axis] for k in whole for axis in "XYZ"]]
+    names = tuple(short[k] if short.count(short[k]) == 1 else owners[k] for k in whole)
+    return np.arange(len(values)) / block.rate, names, values.reshape(len(values), -1, 3), unit
 
 
 def _json(path: Path) -> Read:

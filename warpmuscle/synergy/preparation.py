@@ -14,7 +14,7 @@ from warpmuscle.synergy.cycles import by_cycles, read_cycles
 from warpmuscle.synergy.ecg import EcgRemoval, remove_ecg
 from warpmuscle.synergy.emg import Chain, band_passed, envelope, given_envelope, normalised, resampled
 from warpmuscle.synergy.recordings import read_signals
-from warpmuscle.synergy.signals import Signals
+from warpmuscle.synergy.signals import Signals, silent_channels, without_silent
 
 
 @dataclass(frozen=True)
@@ -66,19 +66,32 @@ def prepare(paths: Sequence[str | Path], preparation: Preparation) -> Activation
     notes: list[str] = []
     parts: list[Signals] = []
     trials: list[Integers] = []
+    left_out: set[str] = set()
     for index, path in enumerate(paths):
-        whole = _filtered(path, preparation, notes)
-        if parts and whole.names != parts[0].names:
+        whole, silent = _filtered(path, preparation, notes)
+        left_out |= silent
+        if parts and _without(whole, left_out).names != _without(parts[0], left_out).names:
             raise whole.error(f"its channels are {', '.join(whole.names)}, not {', '.join(parts[0].names)} as before")
         part = _cut(whole, preparation, index)
         count = len(part.values)
         begun = int(trials[-1][-1]) + 1 if trials else 0
         trials.append(begun + (np.arange(count) // preparation.points if preparation.cycles else np.zeros(count, int)))
         parts.append(part)
-    values = np.concatenate([part.values for part in parts])
-    maxima = values.max(axis=0)
+    strongest = None
     if preparation.maxima is not None:
-        strongest = _filtered(preparation.maxima, preparation, notes)
+        strongest, silent = _filtered(preparation.maxima, preparation, notes)
+        left_out |= silent
+    parts = [_without(part, left_out) for part in parts]
+    values = np.concatenate([part.values for part in parts])
+    if len(quiet := silent_channels(values)):
+        quieter = {parts[0].names[k] for k in quiet}
+        notes.append(f"{', '.join(sorted(quieter))}: silent in what is used, and left out")
+        left_out |= quieter
+        parts = [_without(part, left_out) for part in parts]
+        values = np.concatenate([part.values for part in parts])
+    maxima = values.max(axis=0)
+    if strongest is not None:
+        strongest = _without(strongest, left_out)
         if strongest.names != parts[0].names:
             raise strongest.error(f"its channels are {', '.join(strongest.names)}, not {', '.join(parts[0].names)}")
         maxima = strongest.values.max(axis=0)
@@ -92,15 +105,32 @@ def prepare(paths: Sequence[str | Path], preparation: Preparation) -> Activation
     return Activations(parts[0].names, scaled, time, unit, np.concatenate(trials), maxima, sources, tuple(notes))
 
 
-def _filtered(path: str | Path, preparation: Preparation, notes: list[str]) -> Signals:
-    """The envelopes of a recording, of its whole length at its own rate."""
+def _without(signals: Signals, left_out: set[str]) -> Signals:
+    """Signals without some channels.
+
+    Raises:
+        SignalError: none is left.
+    """
+    kept = [k for k, name in enumerate(signals.names) if name not in left_out]
+    if not kept:
+        raise signals.error("no channel is left that is not silent somewhere")
+    return replace(signals, names=tuple(signals.names[k] for k in kept), values=signals.values[:, kept])
+
+
+def _filtered(path: str | Path, preparation: Preparation, notes: list[str]) -> tuple[Signals, set[str]]:
+    """The envelopes of a recording, of its whole length at its own rate, and what was silent in it."""
     reference = preparation.ecg if preparation.ecg not in ("", "auto") else ""
     wanted = (*preparation.channels, reference) if reference and preparation.channels else preparation.channels
-    signals = read_signals(path, wanted, preparation.sampling_rate)
+    signals, silent = without_silent(read_signals(path, wanted, preparation.sampling_rate, silent=True))
+    if reference and reference in silent:
+        raise signals.error(f"the channel of the heart, {reference!r}, is constant")
+    if silent:
+        notes.append(f"{Path(path).name}: {', '.join(silent)} is silent and left out" if len(silent) == 1 else
+                     f"{Path(path).name}: {', '.join(silent)} are silent and left out")  # fmt: skip
     if preparation.already_filtered:
         if preparation.ecg:
             raise signals.error("the heart's signal is removed from raw signals, not from envelopes")
-        return given_envelope(signals)
+        return given_envelope(signals), set(silent)
     signals = band_passed(signals, preparation.chain)
     if preparation.ecg:
         heart = None
@@ -114,7 +144,7 @@ def _filtered(path: str | Path, preparation: Preparation, notes: list[str]) -> S
         removal = remove_ecg(signals, heart)
         signals = removal.signals
         notes.append(_told(Path(path).name, removal))
-    return envelope(signals, preparation.chain)
+    return envelope(signals, preparation.chain), set(silent)
 
 
 def _told(name: str, removal: EcgRemoval) -> str:

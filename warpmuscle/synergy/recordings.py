@@ -1,7 +1,7 @@
 """Reads recorded signals: text tables, OpenSim storage files, HDF5 and C3D.
 
 - Text (.csv, .tsv, .txt, .mot, .sto): a column a channel, and one called `time` (also `t`, `time_s`, `time (s)`, or
-  with `ms`), unless the sampling rate is given.
+  with `ms`), unless the sampling rate is given; or Vicon's export, of which `Devices` are read.
 - HDF5 (.h5, .hdf5): `values` (T, C) and `names` (C,), or a dataset (T,) a channel; `time` (T,), or `rate` as a dataset
   or an attribute of the file.
 - C3D (.c3d), by the package `ezc3d`: its analog channels.
@@ -24,6 +24,7 @@ from warpmuscle.core.errors import SignalError
 from warpmuscle.synergy.c3d import read_c3d
 from warpmuscle.synergy.signals import Signals, check_signals, choose_channels
 from warpmuscle.synergy.tables import STORAGE, read_table
+from warpmuscle.synergy.vicon import DEVICES, is_export, vicon_block
 
 TEXT = (".csv", ".tsv", ".txt", *STORAGE)
 HDF5 = (".h5", ".hdf5")
@@ -38,12 +39,15 @@ class _Clock:
     start: float  # s
 
 
-def read_signals(path: str | Path, channels: Sequence[str] = (), rate: float | None = None) -> Signals:
+def read_signals(
+    path: str | Path, channels: Sequence[str] = (), rate: float | None = None, silent: bool = False
+) -> Signals:
     """Read channels of a recording.
 
     Args:
         channels: names or patterns such as `env_*`; all channels if none.
         rate: samples a second, of a file without times; a column of times is not looked at then.
+        silent: whether channels may be constant, which are refused else.
 
     Raises:
         SignalError: the file cannot be read, lacks a channel or times, or holds what `check_signals` refuses.
@@ -53,15 +57,17 @@ def read_signals(path: str | Path, channels: Sequence[str] = (), rate: float | N
         raise SignalError(f"a sampling rate must be greater than 0, not {rate:g} 1/s", file=path)
     suffix = path.suffix.lower()
     if suffix in TEXT:
-        return check_signals(_read_text(path, channels, rate))
+        return check_signals(_read_text(path, channels, rate), silent)
     if suffix in HDF5:
-        return check_signals(_read_hdf5(path, channels, rate))
+        return check_signals(_read_hdf5(path, channels, rate), silent)
     if suffix == C3D:
-        return check_signals(_read_c3d(path, channels, rate))
+        return check_signals(_read_c3d(path, channels, rate), silent)
     raise SignalError(f"signals are read from {', '.join((*TEXT, *HDF5, C3D))}", file=path)
 
 
 def _read_text(path: Path, channels: Sequence[str], rate: float | None) -> Signals:
+    if is_export(path):
+        return _read_vicon(path, channels, rate)
     table = read_table(path)
     times = [k for k, name in enumerate(table.names) if _TIME.fullmatch(name)]
     others = [k for k in range(len(table.names)) if k not in times[:1]]
@@ -75,6 +81,14 @@ def _read_text(path: Path, channels: Sequence[str], rate: float | None) -> Signa
         clock = _clock(unit * table.columns(times[:1])[:, 0], path, table.lines)
     names = tuple(table.names[k] for k in chosen)
     return Signals(names, clock.rate, values, str(path), clock.start, table.lines)
+
+
+def _read_vicon(path: Path, channels: Sequence[str], rate: float | None) -> Signals:
+    """The devices of Vicon's table, whose rate stands below their heading."""
+    block = vicon_block(path, DEVICES)
+    chosen = choose_channels(block.names, channels, str(path))
+    names = tuple(block.names[k] for k in chosen)
+    return Signals(names, rate or block.rate, block.values[:, chosen], str(path), 0.0, block.lines)
 
 
 def _clock(time: Floats, path: Path, lines: Integers | None = None) -> _Clock:

@@ -67,8 +67,30 @@ class Signals:
         return replace(self, values=self.values[first:last], start=float(self.time[first]), lines=lines)
 
 
-def check_signals(signals: Signals) -> Signals:
-    """The same signals, if they can be worked with.
+def silent_channels(values: Floats) -> Integers:
+    """Numbers of the channels (C,) of values (T, C) that are constant, as of an electrode that has come off."""
+    return np.flatnonzero(np.ptp(values, axis=0) <= ROUNDING * np.abs(values).max(axis=0))
+
+
+def without_silent(signals: Signals) -> tuple[Signals, tuple[str, ...]]:
+    """Signals without the channels that are constant, and the names of those.
+
+    Raises:
+        SignalError: all channels are.
+    """
+    silent = silent_channels(signals.values)
+    if not len(silent):
+        return signals, ()
+    kept = [k for k in range(len(signals.names)) if k not in silent]
+    if not kept:
+        raise signals.error("all channels are constant")
+    names = tuple(signals.names[k] for k in kept)
+    left_out = tuple(signals.names[k] for k in silent)
+    return replace(signals, names=names, values=signals.values[:, kept]), left_out
+
+
+def check_signals(signals: Signals, silent: bool = False) -> Signals:
+    """The same signals, if they can be worked with; `silent`: channels may be constant.
 
     Raises:
         SignalError: no channels, fewer than two samples, names that repeat, a value that is not finite, or a channel
@@ -86,8 +108,8 @@ def check_signals(signals: Signals) -> Signals:
     if len(wrong):
         sample, channel = map(int, wrong[0])
         raise signals.error(f"the value is {values[sample, channel]}, not a finite number", channel, sample)
-    constant = np.flatnonzero(np.ptp(values, axis=0) <= ROUNDING * np.abs(values).max(axis=0))
-    if len(constant):
+    constant = silent_channels(values)
+    if len(constant) and not silent:
         channel = int(constant[0])
         raise signals.error(f"is {values[0, channel]:g} throughout; leave it out by naming the others", channel)
     return signals

@@ -81,7 +81,7 @@ def read_table(path: str | Path) -> Table:
         SignalError: the file cannot be read, is not text, is empty, has no names, or rows of unequal length.
     """
     path = Path(path)
-    text = _text(path)
+    text = file_text(path)
     lines = text.splitlines()
     begin, promised, degrees = _header(path, lines) if path.suffix.lower() in STORAGE else (0, {}, None)
     numbered = [(number, line) for number, line in enumerate(lines[begin:], start=begin + 1)
@@ -127,7 +127,8 @@ def _header(path: Path, lines: list[str]) -> tuple[int, dict[str, int], bool | N
     raise SignalError("has no line `endheader`, as OpenSim's storage files have", file=path)
 
 
-def _text(path: Path) -> str:
+def file_text(path: Path) -> str:
+    """The text of a file; raises SignalError if it cannot be read, is empty or is none."""
     try:
         content = read_file(path, "table")
     except FileNotFoundError:

@@ -144,6 +144,17 @@ class Arm:
         return [start[self.names.body_of_joint(name)] + axis for name, axis in self.axes.items()]
 
     @cached_property
+    def limits(self) -> tuple[Floats, Floats]:
+        """Least and greatest angle of each joint, (J,) rad; infinite where it has no limits."""
+        joints = substitute(self.scene, start_values(self.scene)).character.joints
+        ends = np.tile([-np.inf, np.inf], (len(self.joints), 1))
+        for row, name in enumerate(self.joints):
+            limits = joints[name].limits
+            if limits:
+                ends[row] = [first_number(end) for end in limits[self.axes[name]]]
+        return ends[:, 0], ends[:, 1]
+
+    @cached_property
     def damping(self) -> Floats:
         """Of the joints, (J,) N m s/rad."""
         plain = substitute(self.scene, start_values(self.scene))
@@ -290,6 +301,12 @@ def needed_torques(arm: Arm, motions: Motions) -> Floats:
     count, samples = q.shape[:2]
     forces = inverse_dynamics(arm.scene, *(x.reshape(count * samples, -1) for x in (q, v, a)))
     return forces[:, arm.speed_places].reshape(count, samples, -1) + arm.damping * motions.angles[1]
+
+
+def past_limits(arm: Arm, angle: Floats) -> Floats:
+    """By how much angles (..., J), rad, are beyond the limits of their joints; 0 where they are not."""
+    low, high = arm.limits
+    return np.asarray(np.maximum(np.maximum(low - angle, angle - high), 0.0))
 
 
 def hand_position(arm: Arm, coordinates: Floats) -> Floats:

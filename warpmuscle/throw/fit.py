@@ -17,8 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warpmuscle.core.array_types import Floats
-from warpmuscle.throw.capacity import Capacity
-from warpmuscle.throw.equation_error import fit_equations
+from warpmuscle.throw.equation_error import Capacity, fit_equations
 from warpmuscle.throw.follow import Follower, Replay
 from warpmuscle.throw.least_squares import Outcome, Prior, Unknowns, fit
 from warpmuscle.throw.metrics import Agreement
@@ -189,7 +188,7 @@ class _Fitting:
         simulations = 0
         for price in (LOOSER, *TIGHTER) if self._settings.adapt else ():
             a = self._agreement()
-            followed = replace(a, correlation=np.ones(len(a.r2))).good()
+            followed = a.with_signals_kept().good()
             missed = np.flatnonzero(~followed if price < 1.0 else followed & ~a.good())
             if len(missed):
                 with self._kept_if_better(missed):

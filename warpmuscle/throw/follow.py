@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.throw.arm import Arm, hand_position, states
-from warpmuscle.throw.metrics import Agreement, correlation, determination
+from warpmuscle.throw.metrics import Agreement, correlation, determination, null
 from warpmuscle.throw.motion import Motions
 from warpmuscle.throw.signals import Knots, Synergies
 from warpmuscle.throw.simulator import Simulator
@@ -125,13 +125,14 @@ class Follower:
         """How well every motion is followed."""
         motions, free = self.motions, self.arm.free
         replay = self.replay(np.arange(len(motions)), own, shared)
-        together, single = correlation(self.knots.sampled(self.shaped(own)), self.synergies.signals, motions.valid)
+        signals = self.knots.sampled(self.shaped(own)), self.synergies.signals, motions.valid
+        together, single = correlation(*signals)
         r2, velocity_r2 = (
             determination(simulated[:, 1:, free], motions.angles[order][:, 1:, free], motions.valid[:, 1:])
             for order, simulated in ((0, replay.angle), (1, replay.speed))
         )
         error = hand_error(self.arm, motions, replay.angle)
-        return Agreement(r2, velocity_r2, error, together, single), replay
+        return Agreement(r2, velocity_r2, error, together, single, *null(*signals)), replay
 
 
 def hand_error(arm: Arm, motions: Motions, angle: Floats) -> Floats:

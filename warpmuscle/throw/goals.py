@@ -9,10 +9,12 @@ import numpy as np
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error
 
-# By which a ball may miss its goal: m, m/s, rad, s.
+# By which a ball may miss its goal: m, m/s, rad, s; and by which joints may pass their limits, rad.
 ALLOWED = {"distance": 0.05, "speed": 0.1, "angle": np.radians(2.0), "duration": 0.02}
+PAST_LIMITS = np.radians(1.0)
 UNITS = {"distance": 0.02, "speed": 0.05, "angle": np.radians(1.0), "duration": 0.01}  # errors that count as 1
-NAMES = {"distance": "distance", "speed": "speed", "angle": "angle", "duration": "time"}
+LIMITS, LIMIT_UNIT = "limits", np.radians(1.0)
+NAMES = {"distance": "distance", "speed": "speed", "angle": "angle", "duration": "time", LIMITS: "limits of joints"}
 BEYOND = 50.0  # units; misses that are greater count by their logarithm, lest one swamps the others
 
 

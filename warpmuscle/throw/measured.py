@@ -21,7 +21,7 @@ from warpmuscle.core.errors import Error, SignalError
 from warpmuscle.synergy.files import SynergyResult
 from warpmuscle.synergy.files import read as read_synergies
 from warpmuscle.throw.arm import Arm, needed_torques
-from warpmuscle.throw.capacity import HINGE, SPARE, STRIDE, shortfall
+from warpmuscle.throw.equation_error import HINGE, SPARE, STRIDE, shortfall
 from warpmuscle.throw.motion import Motion, Motions, resample
 from warpmuscle.throw.signals import Synergies, to_activation
 

@@ -1,13 +1,18 @@
-"""Fitted and new throws as motions of the usual layout, with the recorded motion as what the joints were to do."""
+"""Fitted and new throws as motions of the usual layout, with the recorded motion as what the joints were to do.
+
+And what new throws were to do and did, a row a throw.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from warpmuscle.core.array_types import Floats
+from warpmuscle.core.hdf5_writing import store
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.parameters import start_values, substitute
@@ -16,6 +21,8 @@ from warpmuscle.throw.follow import Follower
 from warpmuscle.throw.published import Published, without_dynamics
 from warpmuscle.throw.simulator import Simulator
 from warpmuscle.throw.synthesis import Throw
+
+GOAL_UNITS = {"distance": "m", "height": "m", "speed": "m/s", "angle": "rad", "duration": "s"}
 
 
 @dataclass(frozen=True)
@@ -73,3 +80,43 @@ def _beside_recorded(simulated: Recording, follower: Follower, motion: int) -> R
         q[:, arm.axes[name]] = motions.angles[0][motion, : simulated.frames, column]
         target[:, place] = joint_type(joint).motion(joint, q, rate).orientation
     return replace(simulated, joint_target=target).window(0.0, float(simulated.time[frames - 1]))
+
+
+def put_throws(group: Any, throws: Sequence[Throw], joints: Sequence[str]) -> None:
+    """Write n throws; what a goal does not name, and a landing that there is none of, is NaN.
+
+    Places are forwards from below the shoulder's start and above the ground; angles are above the horizontal.
+    """
+    goals = group.create_group("goal", track_order=True)
+    for name, unit in GOAL_UNITS.items():
+        values = [getattr(made.goal, name) for made in throws]
+        store(goals, name, np.array([np.nan if value is None else value for value in values]), units=unit, axes="throw",
+              finite=False)  # fmt: skip
+    flights = [made.flight for made in throws]
+    store(group, "goal_text", tuple(str(made.goal) for made in throws), axes="throw")
+    store(group, "met", np.array([made.met for made in throws]), axes="throw")
+    store(group, "missed", tuple(", ".join(made.missed) for made in throws), axes="throw")
+    store(group, "release_time", np.array([made.release for made in throws]), units="s", axes="throw")
+    store(group, "release_position", np.stack([one.position.reshape(2) for one in flights]), units="m",
+          axes="throw, forwards and up")  # fmt: skip
+    store(group, "release_velocity", np.stack([one.velocity.reshape(2) for one in flights]), units="m/s",
+          axes="throw, forwards and up")  # fmt: skip
+    store(group, "release_speed", np.array([float(one.speed[0]) for one in flights]), units="m/s", axes="throw")
+    store(group, "release_angle", np.array([float(one.angle[0]) for one in flights]), units="rad", axes="throw")
+    store(group, "flight_time", np.array([float(one.duration[0]) for one in flights]), units="s", axes="throw",
+          finite=False)  # fmt: skip
+    store(group, "landing_position", np.stack([made.landing for made in throws]), units="m",
+          axes="throw, forwards and up", finite=False)  # fmt: skip
+    store(group, "ground", np.array([made.ground for made in throws]), units="m", axes="throw",
+          description="height of the ground in the scene")  # fmt: skip
+    store(group, "clearance", np.array([made.clearance for made in throws]), units="m", axes="throw",
+          description="of the hand above the shoulder at the release", finite=False)  # fmt: skip
+    for name, when in (("past_limits", "up to the release"), ("past_after", "behind the release")):
+        past = [[getattr(made, name).get(joint, 0.0) for joint in joints] for made in throws]
+        store(group, name, np.array(past), units="rad", axes="throw, joint",
+              description=f"by which a joint passes its limits at most, {when}")  # fmt: skip
+    store(group, "effort", np.array([made.effort for made in throws]), axes="throw",
+          description="mean square of the excitations")  # fmt: skip
+    store(group, "change", np.array([made.change for made in throws]), axes="throw",
+          description="root mean square of the change of the signals")  # fmt: skip
+    store(group, "simulations", np.array([made.simulations for made in throws]), axes="throw")

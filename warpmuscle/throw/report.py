@@ -26,9 +26,9 @@ from warpmuscle.throw.arm import Arm
 from warpmuscle.throw.fit import Fitted, Stage
 from warpmuscle.throw.follow import Follower
 from warpmuscle.throw.measured import Calibration
-from warpmuscle.throw.metrics import leave_one_out
+from warpmuscle.throw.metrics import Agreement, leave_one_out
 from warpmuscle.throw.published import Published
-from warpmuscle.throw.replays import fitted_replays, published_replay
+from warpmuscle.throw.replays import fitted_replays, published_replay, put_throws
 from warpmuscle.throw.synthesis import Throw
 
 # Shoulder, elbow and wrist in Cruz Ruiz 2015, sections 3.3 and 3.4; its first wrist is only said to be negative.
@@ -83,6 +83,27 @@ def number_row(follower: Follower, fitted: Fitted) -> Row:
     return Row(f"{synergies.count} synergies", tuple(cells))
 
 
+def synergy_rows(agreement: Agreement) -> list[Row]:
+    """Correlations of each synergy's fitted signal with the extracted one, and with those of other motions.
+
+    Medians over motions, the least, and by how much the first exceeds the second: median, and least.
+    """
+    rows = []
+    for k in range(agreement.by_synergy.shape[1]):
+        own = agreement.by_synergy[:, k]
+        if not np.isfinite(own).any():
+            continue
+        cells = [f"{np.nanmedian(own):.3f} ({np.nanmin(own):.3f})"]
+        if agreement.null_by_synergy is not None and np.isfinite(agreement.lead[:, k]).any():
+            lead = agreement.lead[:, k]
+            cells += [f"{np.nanmedian(agreement.null_by_synergy[:, k]):.3f}"]
+            cells += [f"{np.nanmedian(lead):+.3f} ({np.nanmin(lead):+.3f})"]
+        else:
+            cells += ["-", "-"]
+        rows.append(Row(f"w{k + 1}", tuple(cells)))
+    return rows
+
+
 def calibration_rows(arm: Arm, found: Calibration) -> list[Row]:
     """Each channel's gain and delay, and its muscle's strength and slack length before and after.
 
@@ -132,7 +153,8 @@ def write(
     parameters, every fitted motion with the recorded one as its `joint_target`, and new throws behind them; of the
     published fit alone, which has parameters for each motion, the first. Besides, `/motions`: names, time, recorded
     angles and speeds; `/synergies`: W and extracted C; `/fit`: parameters, the scene with them, knots, C, simulated
-    angles and speeds, and what each stage came to; `/published`: the same of that one.
+    angles and speeds, and what each stage came to; `/published`: the same of that
+    one; `/throws`: goals, releases, flights and landings of new throws.
 
     Raises:
         ResultError: the file cannot be written; nothing is left behind then.
@@ -145,6 +167,8 @@ def write(
             _put_fit(file.create_group("fit", track_order=True), follower, fitted)
         if published is not None:
             _put_published(file.create_group("published", track_order=True), follower, published)
+        if throws:
+            put_throws(file.create_group("throws", track_order=True), throws, follower.arm.joints)
     try:
         replace_file(Path(path), memory.getvalue())
     except SceneError as error:
@@ -211,7 +235,9 @@ def _put_fit(group: Any, follower: Follower, fitted: Fitted) -> None:
     store(group, "angle", fitted.replay.angle, units="rad", axes="motion, sample, joint")
     store(group, "speed", fitted.replay.speed, units="rad/s", axes="motion, sample, joint")
     store(group, "stages", tuple(stage.name for stage in fitted.stages), axes="stage")
-    for name in ("r2", "velocity_r2", "hand_error", "correlation", "by_synergy"):
+    names = ["r2", "velocity_r2", "hand_error", "correlation", "by_synergy"]
+    names += ["null", "null_by_synergy"] if fitted.agreement.null is not None else []
+    for name in names:
         values = np.nan_to_num(np.stack([getattr(stage.agreement, name) for stage in fitted.stages]))
         store(group, name, values, axes="stage, motion, ...", units="m" if name == "hand_error" else "1")
     store(group, "seconds", np.array([stage.seconds for stage in fitted.stages]), units="s", axes="stage")

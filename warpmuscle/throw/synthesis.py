@@ -5,14 +5,15 @@ CMA-ES searches for globally: every generation is one batch of simulations. The 
 a window of time; of each candidate the frame that suits the goal best counts, so that the time of release is found with
 the signals. It flies freely from there.
 
-The cost is the misses in their units, then the effort (mean square of the excitations), then how far the signals are
-from the known throw's; the hand must be above the shoulder when it lets go, and turning forwards.
+The cost is the misses in their units, with how far joints pass their limits up to the release and behind it, the effort
+(mean square of the excitations), then how far the signals are from the known throw's; the hand must be above the
+shoulder when it lets go, and turning forwards.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -21,9 +22,9 @@ from warpmuscle.core.errors import Error
 from warpmuscle.scene.joints import root_type
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.search.cma import CmaSearch
-from warpmuscle.throw.arm import hand_position, joint_positions, states
+from warpmuscle.throw.arm import hand_position, joint_positions, past_limits, states
 from warpmuscle.throw.follow import Follower, Replay
-from warpmuscle.throw.goals import Flight, Goal, fly, misfit, tamed
+from warpmuscle.throw.goals import LIMIT_UNIT, LIMITS, PAST_LIMITS, Flight, Goal, fly, misfit, tamed
 from warpmuscle.throw.metrics import determination
 from warpmuscle.throw.motion import Motions
 
@@ -34,7 +35,9 @@ CLEARANCE = 0.05  # m, by which the hand is to be above the shoulder
 EFFORT, CHANGE = 2.0, 1.0  # prices of mean square excitation and of mean square change, against a squared unit
 POPULATION = 48
 DEVIATION = 0.12  # of a signal's change in the first generation, in parts of its range
+TAIL_DEVIATION = 0.25  # the same behind the release, where braking asks for quite other signals
 GENERATIONS = 200
+FAR = 10.0  # rad, of a joint whose simulation came to nothing
 FORBIDDEN = 1e6  # cost of a release below the shoulder or backwards
 RUNS = 2  # searches, the second of a larger population, until one meets the goal
 CLOSE = 0.05  # of the squared units: a goal that is met so well is met
@@ -64,6 +67,8 @@ class Throw:
     resemblance: Floats  # (J,) r2 of its angles with those of the throw that it began as
     effort: float = 0.0  # mean square of the excitations up to the release
     clearance: float = np.inf  # m, by which the hand is above the shoulder at the release
+    past_limits: Mapping[str, float] = field(default_factory=dict)  # rad, at most, of joints that pass their limits up
+    past_after: Mapping[str, float] = field(default_factory=dict)  # to the release; the same of those behind it
     simulations: int = 0
     lack: str = ""  # what the muscles lack to meet the goal, if that was found
 
@@ -73,9 +78,20 @@ class Throw:
         return abs(float(self.flight.distance[0]) - self.goal.distance) if self.goal.distance is not None else 0.0
 
     @property
+    def landing(self) -> Floats:
+        """Forwards from below the shoulder's start and above the ground, (2,) m; NaN where the ball does not land."""
+        distance = float(self.flight.distance[0])
+        return np.array([distance, self.goal.height if np.isfinite(distance) else np.nan])
+
+    @property
     def missed(self) -> dict[str, float]:
-        """What of the goal is missed by more than is allowed; a ball that does not land meets no distance."""
-        return self.flight.misses(self.goal)
+        """What of the goal is missed by more than is allowed, and by how much.
+
+        A ball that does not land meets no distance. A joint that passes its limits by more than is allowed, up to the
+        release, misses those; behind it the arm may still come to its stops.
+        """
+        beyond = max(self.past_limits.values(), default=0.0)
+        return self.flight.misses(self.goal) | ({LIMITS: beyond} if beyond > PAST_LIMITS else {})
 
     @property
     def met(self) -> bool:
@@ -128,7 +144,7 @@ class Thrower:
         self._shoulder = joint_positions(arm, self._coordinates)[0][:, [2, 1]]
         self._below = float(self._shoulder[0, 0])
         self._step = float(motions.time[1] - motions.time[0])
-        last = int(np.flatnonzero(motions.valid[0] > 0.0)[-1])
+        self._last = last = int(np.flatnonzero(motions.valid[0] > 0.0)[-1])
         self.known = self.simulated(own[None])
         if release is None:
             best = self._best_frame(last)
@@ -151,13 +167,22 @@ class Thrower:
         return int(frames[distance.argmax()])
 
     def _coarse(self) -> Floats:
-        """By how much a change at each coarse knot (c,) changes the signals at the knots (K, c) up to the release."""
-        end = float(self.frames[-1]) * self._step
+        """By how much a change at each coarse knot (c,) changes the signals at the knots (K, c), to the throw's end.
+
+        After the release, too: an arm that throws faster has to be braked before its joints come to their limits.
+        """
+        end = float(self._last) * self._step
         count = max(round(end / SPACING), 1) + 1
         places = np.linspace(0.0, end, count)
         time = self.follower.knots.time
         far = np.abs(np.minimum(time, end)[:, None] - places) / (places[1] - places[0])
         return np.asarray(np.maximum(0.0, 1.0 - far))
+
+    def tail(self, frame: int) -> Floats:
+        """As `hats` (K, c), of the knots behind a frame of release, which change little before it."""
+        time, released = self.follower.knots.time, frame * self._step
+        after = np.flatnonzero(time > released + 1e-9)
+        return np.eye(len(time))[:, after]
 
     def flights(self, replay: Replay, frames: Integers, height: float) -> tuple[Flight, Floats]:
         """Flights (B, F) of balls let go at some frames, and the hand's height above the shoulder there, m."""
@@ -227,8 +252,21 @@ class Thrower:
         change = float(np.sqrt(np.mean((own - self.own) ** 2)))
         return Throw(
             goal, one, frame * self._step, self._below, self._ground, self.gravity, self.own, own, replay, chosen,
-            change, resemblance, float(self.effort(own[None])[0]), float(clearance[0, 0]), simulations,
+            change, resemblance, float(self.effort(own[None])[0]), float(clearance[0, 0]), *self.past(replay, frame),
+            simulations,
         )  # fmt: skip
+
+    def past(self, replay: Replay, frame: int) -> tuple[dict[str, float], dict[str, float]]:
+        """Joints that pass their limits in a throw, and by how much at most, rad: up to its release, and behind it."""
+        arm = self.follower.arm
+        past = self.past_limits(replay)[0]
+        most = past[: frame + 1].max(axis=0), past[frame:].max(axis=0)
+        before, after = ({arm.joints[k]: float(part[k]) for k in arm.free if part[k] > 0.0} for part in most)
+        return before, after
+
+    def past_limits(self, replay: Replay) -> Floats:
+        """By how much joints pass their limits from the begin to the end of the throw, (B, T, J), rad."""
+        return past_limits(self.follower.arm, replay.angle[:, : self._last + 1])
 
     def simulated(self, signals: Floats, last: int | None = None) -> Replay:
         """Copies under signals (B, size), whole or up to a frame."""
@@ -253,6 +291,7 @@ class _Search:
 
     def __init__(self, thrower: Thrower, goal: Goal, synergies: tuple[int, ...], others: Sequence[Floats]) -> None:
         self._thrower, self._goal, self._synergies, self._others = thrower, goal, synergies, others
+        self._hats, self._frames, self._known = thrower.hats, thrower.frames, thrower.own
         self.simulations = 0
 
     def run(self, seed: int) -> tuple[tuple[Floats, int], int]:
@@ -263,13 +302,24 @@ class _Search:
             best = min(best, found, key=lambda one: one[0])
             if best[1] <= CLOSE:
                 break
+        _, after = self._thrower.past(self._thrower.simulated(best[2][None]), best[3])
+        if max(after.values(), default=0.0) > PAST_LIMITS:
+            best = self._follow_through(seed, best)
         return (best[2], best[3]), self.simulations
+
+    def _follow_through(self, seed: int, best: tuple[float, float, Floats, int]) -> tuple[float, float, Floats, int]:
+        """The same throw, and another way to come to rest behind its release, within the joints' limits."""
+        hats, frame = self._thrower.tail(best[3]), best[3]
+        if not hats.shape[1] or best[1] >= FORBIDDEN:
+            return best
+        self._hats, self._frames, self._known = hats, np.array([frame]), best[2]
+        return self._descend(seed, POPULATION, TAIL_DEVIATION, best)
 
     def _descend(
         self, seed: int, population: int, deviation: float, best: tuple[float, float, Floats, int]
     ) -> tuple[float, float, Floats, int]:
         """Cost, miss, signals and frame of the best of a run of CMA-ES and of what is given."""
-        size = self._thrower.hats.shape[1] * len(self._synergies)
+        size = self._hats.shape[1] * len(self._synergies)
         search = CmaSearch(np.full(size, 0.5), seed, population=population, sigma=deviation)
         history: list[float] = []
         for _ in range(GENERATIONS):
@@ -290,9 +340,9 @@ class _Search:
     def _signals(self, points: Floats) -> Floats:
         """Signals (B, size) of points of the cube (B, synergies * coarse knots): 1/2 is no change."""
         thrower = self._thrower
-        hats, knots = thrower.hats, len(thrower.follower.knots)
+        hats, knots = self._hats, len(thrower.follower.knots)
         change = (2.0 * points - 1.0).reshape(len(points), len(self._synergies), -1) @ hats.T
-        signals = np.tile(thrower.own, (len(points), 1))
+        signals = np.tile(self._known, (len(points), 1))
         for row, number in enumerate(self._synergies):
             part = slice(number * knots, (number + 1) * knots)
             signals[:, part] = np.clip(signals[:, part] + change[:, row], 0.0, 1.0)
@@ -302,17 +352,21 @@ class _Search:
         """Costs (B,), misses (B,) in squared units, and frames of release (B,) of signals (B, size)."""
         thrower = self._thrower
         self.simulations += len(signals)
-        replay = thrower.simulated(signals, int(thrower.frames[-1]))
-        flight, clearance = thrower.flights(replay, thrower.frames, self._goal.height)
+        replay = thrower.simulated(signals)
+        flight, clearance = thrower.flights(replay, self._frames, self._goal.height)
         missed = misfit(flight, self._goal)
         below = np.maximum(CLEARANCE - clearance, 0.0) + np.maximum(-flight.velocity[..., 0], 0.0)
         missed = np.where(below > 0.0, FORBIDDEN * (1.0 + below), missed)
         missed = np.nan_to_num(missed, nan=10.0 * FORBIDDEN)
         choice = missed.argmin(axis=1)
-        miss = missed[np.arange(len(signals)), choice]
+        rows = np.arange(len(signals))
+        past = np.nan_to_num(thrower.past_limits(replay)[:, :, thrower.follower.arm.free], nan=FAR) / LIMIT_UNIT
+        before = np.maximum.accumulate(past, axis=1)[rows, self._frames[choice]]
+        miss = missed[rows, choice] + tamed(before).sum(axis=1)
+        after = tamed(past.max(axis=1)).sum(axis=1) - tamed(before).sum(axis=1)
         change = np.mean((signals - thrower.own) ** 2, axis=1)
-        cost = miss + EFFORT * thrower.effort(signals) + CHANGE * change
+        cost = miss + after + EFFORT * thrower.effort(signals) + CHANGE * change
         for other in self._others:
             apart = np.sqrt(np.mean((signals - other) ** 2, axis=1))
             cost = cost + tamed(np.maximum(APART - apart, 0.0) / 0.01)
-        return cost, miss, thrower.frames[choice]
+        return cost, miss, self._frames[choice]

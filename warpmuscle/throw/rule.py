@@ -1,33 +1,27 @@
-"""Whether signals of new throws can be told from their goals: a rule learned from throws that were searched for.
+"""From goals to signals of new throws: a rule that is learned from throws that were searched for.
 
 Many signals meet a goal, and a rule can be learned only of some that change steadily with it. So a throw that meets a
 goal in the middle is searched for globally, out of one recorded throw, and its time of release is kept; every other
 goal, of distance, height and angle of release, is met by the signals nearest to those of this one throw. They are found
 by Gauss-Newton from the signals of the nearest goal that was met. A rule, a thin-plate spline, learns the signals from
-these goals; it is tried on others between them and beyond them, by simulation, beside a copy of the signals of the
-nearest goal, and beside the spread of the recorded throws, all of which were meant for one target.
-
-Example: python tools/throw_prediction.py throws/*.csv -o prediction.npz
+these goals.
 """
 
 from __future__ import annotations
 
-import time
+from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
-import typer
 from scipy.interpolate import RBFInterpolator
 
 from warpmuscle.core.array_types import Floats
-from warpmuscle.formats import load
-from warpmuscle.throw.arm import hand_position, states
-from warpmuscle.throw.goals import ALLOWED, Goal, fly
-from warpmuscle.throw.job import Job, Options
+from warpmuscle.core.errors import Error
+from warpmuscle.throw.goals import ALLOWED, PAST_LIMITS, Goal, fly
+from warpmuscle.throw.job import Job
 from warpmuscle.throw.least_squares import Prior, Unknowns, fit
-from warpmuscle.throw.synthesis import Thrower
+from warpmuscle.throw.synthesis import Throw, Thrower
 
 LOW, HIGH = np.array([2.0, 0.0, np.radians(10.0)]), np.array([4.0, 1.0, np.radians(40.0)])  # m, m, rad: what is learned
 MARGIN = 0.12  # of that box, by which goals beyond it are
@@ -39,6 +33,8 @@ DAMPING = 1.0  # at its start: two outcomes of many signals curve strongly
 STEP = 5e-3  # of a change, in difference quotients: single precision spoils those of smaller ones
 TOLD = 0.3  # m/s, that count as much as the whole extent of the goals
 SMOOTHING = 1e-3
+ATTEMPTS = 3  # searches for the throw in the middle
+LEAST_GOALS = 10  # with the middle: a plane in five numbers, and some more
 STEADY = 1e-2  # relative gain of a step, below which it is enough
 
 
@@ -70,12 +66,18 @@ class Walk:
                for k, height in enumerate(goals[:, 1])]  # fmt: skip
         return np.array([[np.nan_to_num(float(one.distance)), float(one.angle)] for one in out])
 
+    def past_limits(self, changes: Floats) -> Floats:
+        """By how much joints pass their limits at most up to the release, in throws of changes (B, U), (B,) rad."""
+        replay, frame = self.thrower.simulated(self.signals(changes)), int(self.thrower.frames[-1])
+        past = self.thrower.past_limits(replay)[:, : frame + 1, self.thrower.follower.arm.free]
+        return np.asarray(past.max(axis=(1, 2)))
+
     def to(self, goal: Floats) -> bool:
         """Meet one more goal with the least change from the first, found from the nearest on; False if that fails."""
         near = int(np.argmin(np.linalg.norm((np.array(self.goals) - goal) / (HIGH - LOW), axis=1)))
 
         def residuals(which: Any, x: Floats, shared: Floats) -> Floats:
-            return (self.outcomes(x, np.tile(goal, (len(x), 1))) - goal[[0, 2]]) / UNITS
+            return np.asarray((self.outcomes(x, np.tile(goal, (len(x), 1))) - goal[[0, 2]]) / UNITS)
 
         size = len(self.changes[0])
         price = Prior(PRICE * np.eye(size), np.zeros(size))
@@ -84,6 +86,8 @@ class Walk:
         found = fit(residuals, unknowns, nothing, iterations=STEPS, damping=DAMPING, tolerance=STEADY).own[0]
         error = self.outcomes(found[None], goal[None])[0] - goal[[0, 2]]
         if abs(error[0]) > ALLOWED["distance"] or abs(error[1]) > ALLOWED["angle"]:
+            return False
+        if self.past_limits(found[None])[0] > PAST_LIMITS:
             return False
         self.goals.append(goal)
         self.changes.append(found)
@@ -122,79 +126,68 @@ def learned(goals: Floats, changes: Floats, place: Floats, gravity: float) -> An
     return lambda asked: rule(told(asked))
 
 
-def own_spread(job: Job) -> tuple[float, float]:
-    """Median and 95th percentile of how far a man's recorded throws land from their median, m, at half a metre.
+@dataclass(frozen=True)
+class Rule:
+    """What was learned, and from what.
 
-    The ball is let go where it carries farthest in each.
+    `goals` (G, 3): distance, m, height, m, and angle, rad, of those that were met; `changes` (G, U) of the signals.
     """
-    arm, motions = job.arm, job.motions
-    step = 1e-4
-    landing = []
-    coordinates, speeds, _ = states(arm, motions)
-    for row in range(len(motions)):
-        ends = []
-        for sign in (-1.0, 1.0):
-            moved = coordinates[row].copy()
-            moved[:, :3] += sign * step * speeds[row][:, :3]
-            moved[:, arm.coordinate_places] += sign * step * motions.angles[1][row]
-            ends.append(hand_position(arm, moved)[:, [2, 1]])
-        flight = fly(0.5 * (ends[0] + ends[1]), (ends[1] - ends[0]) / (2.0 * step), 9.81, 0.5)
-        landing.append(np.nanmax(flight.distance) - ends[0][0, 0])
-    error = np.abs(np.array(landing) - np.median(landing))
-    return float(np.median(error)), float(np.percentile(error, 95))
+
+    walk: Walk
+    middle: Throw
+    wanted: int  # goals that were tried
+
+    @property
+    def goals(self) -> Floats:
+        return np.array(self.walk.goals)
+
+    @property
+    def changes(self) -> Floats:
+        return np.array(self.walk.changes)
+
+    def told(self, asked: Floats) -> Floats:
+        """Changes (B, U) of the signals for goals (B, 3)."""
+        place = self.middle.flight.position.reshape(-1, 2)[0]
+        return np.asarray(learned(self.goals, self.changes, place, self.walk.thrower.gravity)(asked))
+
+    def copied(self, asked: Floats) -> Floats:
+        """As `told`, of the nearest goal that was met: what a rule is to be better than."""
+        far = np.linalg.norm((self.goals[None] - asked[:, None]) / (HIGH - LOW), axis=2)
+        return np.asarray(self.changes[np.argmin(far, axis=1)])
+
+    def errors(self, changes: Floats, asked: Floats) -> Floats:
+        """Errors (B, 2) of landing, m, and angle, rad, of throws, by simulation."""
+        return np.asarray(np.abs(self.walk.outcomes(changes, asked) - asked[:, [0, 2]]))
 
 
-def main(
-    files: Annotated[list[Path], typer.Argument(help="Motions, as `warpmuscle throw` takes them.")],
-    scene: Annotated[str, typer.Option(help="The arm, with a ball in its hand.")] = "throw_ball",
-    learn: Annotated[int, typer.Option(help="Goals to learn from.")] = 200,
-    between: Annotated[int, typer.Option(help="Goals between these to try.")] = 30,
-    beyond: Annotated[int, typer.Option(help="Goals beyond them to try.")] = 20,
-    threads: Annotated[int | None, typer.Option(help="CPU threads.")] = None,
-    output: Annotated[Path | None, typer.Option("--output", "-o", help=".npz of goals, changes and errors.")] = None,
-) -> None:
-    """Print one table: median and 95th percentile of the landing errors."""
-    begin = time.process_time()
-    job = Job(load(scene), files[:1], Options(threads=threads))
-    fitted = job.fit()
-    first = Thrower(job.follower, fitted.own[0], fitted.unknowns).throw(MIDDLE)
-    print(f"middle: {MIDDLE} {'met' if first.met else 'missed'}, released after {first.release:.2f} s", flush=True)
-    thrower = Thrower(job.follower, first.own, fitted.unknowns, first.release)
+def learn(job: Job, count: int, seed: int = 0, progress: Callable[[str], None] = lambda what: None) -> Rule:
+    """A rule out of the first motion of a fitted job, of so many goals.
+
+    Raises:
+        Error: the goal in the middle is out of reach, or too few others are met.
+    """
+    if job.fitted is None:
+        raise Error("fit a throw before learning a rule")
+    progress("throwing at the middle")
+    for attempt in range(ATTEMPTS):
+        first = Thrower(job.follower, job.fitted.own[0], job.fitted.unknowns, seed=seed + 10 * attempt).throw(MIDDLE)
+        if first.met:
+            break
+    if not first.met:
+        raise Error(f"no throw {MIDDLE} was found, from which to learn others: missed {', '.join(first.missed)}")
+    thrower = Thrower(job.follower, first.own, job.fitted.unknowns, first.release, seed=seed)
     size = thrower.hats.shape[1] * job.follower.synergies.count
-    walk = Walk(thrower, [np.array([3.0, 0.5, np.radians(25.0)])], [np.zeros(size)])
-    rng = np.random.default_rng(0)
-    wanted = goals_about(learn, 0.0, rng)
+    walk = Walk(thrower, [np.array([MIDDLE.distance, MIDDLE.height, MIDDLE.angle], dtype=np.float64)], [np.zeros(size)])
+    wanted = goals_about(count, 0.0, np.random.default_rng(seed))
     order = np.argsort(np.linalg.norm((wanted - walk.goals[0]) / (HIGH - LOW), axis=1))
-    missed = [goal for goal in wanted[order] if not walk.to(goal)]
-    missed = [goal for goal in missed if not walk.to(goal)]  # now that there are others nearer to them
-    met = learn - len(missed)
-    goals, changes = np.array(walk.goals), np.array(walk.changes)
-    print(f"{met} of {learn} goals to learn from are met, {walk.simulations} simulations, "
-          f"{time.process_time() - begin:.0f} s of CPU", flush=True)  # fmt: skip
-    rule = learned(goals, changes, first.flight.position[0], thrower.gravity)
-    spread = own_spread(Job(load("throw"), files, Options())) if len(files) > 1 else None
-    print(f"{'goals':10s} {'rule':26s} landing error, cm: median, 95 %   angle, deg: median, 95 %")
-    kept: dict[str, Floats] = {"goals": goals, "changes": changes}
-    for name, asked in (("between", goals_about(between, 0.0, rng)), ("beyond", goals_about(beyond, MARGIN, rng))):
-        nearest = np.argmin(np.linalg.norm((goals[None] - asked[:, None]) / (HIGH - LOW), axis=2), axis=1)
-        for what, guess in (("learned", rule(asked)), ("copy of the nearest", changes[nearest])):
-            error = np.abs(walk.outcomes(guess, asked) - asked[:, [0, 2]])
-            kept[f"{name} {what}"] = error
-            print(line(name, what, error), flush=True)
-    for what in ("learned", "copy of the nearest"):
-        print(line("all", what, np.concatenate([kept[f"between {what}"], kept[f"beyond {what}"]])))
-    if spread is not None:
-        print(f"{'one':10s} {'the man himself':26s} {100.0 * spread[0]:18.1f} {100.0 * spread[1]:6.1f}")
-    if output is not None:
-        np.savez_compressed(output, **{key.replace(" ", "_"): value for key, value in kept.items()})
-
-
-def line(name: str, what: str, error: Floats) -> str:
-    """A line of the table, of errors (B, 2): m and rad."""
-    middle, most = np.median(error, axis=0), np.percentile(error, 95, axis=0)
-    return (f"{name:10s} {what:26s} {100.0 * middle[0]:18.1f} {100.0 * most[0]:6.1f} "
-            f"{np.degrees(middle[1]):19.2f} {np.degrees(most[1]):6.2f}")  # fmt: skip
-
-
-if __name__ == "__main__":
-    typer.run(main)
+    missed = []
+    for number, goal in enumerate(wanted[order]):
+        progress(f"meeting goal {number + 1} of {count}")
+        if not walk.to(goal):
+            missed.append(goal)
+    for goal in missed:  # now that there are others nearer to them
+        walk.to(goal)
+    if len(walk.goals) < LEAST_GOALS:
+        met = len(walk.goals) - 1
+        raise Error(f"{met} of {count} goals are met, too few to learn from; at least {LEAST_GOALS - 1}")
+    return Rule(walk, first, count)

@@ -1,0 +1,39 @@
+"""Commands that need an extra say so before any work, whatever else is wrong with what they are given."""
+
+import importlib.util
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from warpmuscle.cli import app
+from warpmuscle.core.errors import Error
+
+FIND = importlib.util.find_spec
+
+
+@pytest.mark.parametrize(
+    ("missing", "words", "says"),
+    [
+        ("sklearn", ["throw", "none.csv"], r"need scikit-learn: pip install 'warpmuscle\[synergies\]'"),
+        ("sklearn", ["throw", "--target", "2"], r"need scikit-learn: pip install 'warpmuscle\[synergies\]'"),
+        ("sklearn", ["synergies", "none.csv"], "need scikit-learn"),
+        ("sklearn", ["cluster-synergies", "none.h5", "no.h5"], "need scikit-learn"),
+        ("matplotlib", ["throw", "none.csv", "--plot", "a.png"], r"pip install 'warpmuscle\[plot\]'"),
+        ("matplotlib", ["throw", "none.csv", "--plot-each", "figures"], r"pip install 'warpmuscle\[plot\]'"),
+        ("matplotlib", ["synergies", "none.csv", "--plot", "a.svg"], r"pip install 'warpmuscle\[plot\]'"),
+        ("matplotlib", ["simulate", "fwalk", "--plot", "a.png"], r"pip install 'warpmuscle\[plot\]'"),
+        ("matplotlib", ["report", "none.h5", "-o", "a.html"], r"pip install 'warpmuscle\[plot\]'"),
+        ("jinja2", ["report", "none.h5", "-o", "a.html"], r"pip install 'warpmuscle\[plot\]'"),
+    ],
+)
+def test_an_extra_is_asked_for_before_any_file_is_read(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, missing: str, words: list[str], says: str
+):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name, *rest: None if name == missing else FIND(name, *rest))
+    result = CliRunner().invoke(app, words)
+    assert isinstance(result.exception, Error), result.output
+    with pytest.raises(Error, match=says):
+        raise result.exception
+    assert list(tmp_path.iterdir()) == []
