@@ -115,7 +115,7 @@ def wrench_of(forces: tuple[Force, ...]) -> Any:
                 acting.moment += given.moment
         if wp.static(pairs):
             for entry in range(extensions.first.start[body], extensions.first.start[body + 1]):
-                if wp.static(near):
+                if wp.static(near):  # noqa: SIM102, what is static stands alone
                     if (state.near[instance] >> extensions.first.bit[entry]) & 1 == 0:
                         continue
                 p = at(extensions.first.parameters, instance, entry)
