@@ -112,7 +112,7 @@ def test_what_cannot_be_resumed_is_said_in_one_line(tmp_path, whole):
         names = [name for name in opened["state"] if name.startswith("environment.")]
         for name in names:
             opened[f"state/{name}"][...] = 255  # -1 of whole numbers
-    with pytest.raises(ResultError, match="a machine state that there is not"):
+    with pytest.raises(ResultError, match="does not hold what was written"):
         resume(path)
     file.write_bytes(content[:5000])
     with pytest.raises(ResultError, match="not an HDF5 file, or damaged"):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping
+from contextlib import nullcontext
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -25,7 +26,14 @@ from warpmuscle.results.checkpoint import remove_leftovers
 from warpmuscle.results.learned import Learned
 from warpmuscle.results.records import Result, parameter_table
 from warpmuscle.results.result import write
-from warpmuscle.results.training_file import Arrays, read_training, training_path, write_training
+from warpmuscle.results.training_file import (
+    Arrays,
+    check_belongs,
+    locked,
+    read_training,
+    training_path,
+    write_training,
+)
 from warpmuscle.scene import Scene
 from warpmuscle.scene.joints.symmetry import is_symmetric
 from warpmuscle.scene.learning import Task, Variation
@@ -101,11 +109,12 @@ def learn(
         if path is not None:
             _check_other(source, path)
         begun = source_in(source)
-    training = Training(
-        scene, task or usual_task(scene), options_of(values) if begun is None else options_from(begun, values), seed,
-        device, ends, threads, command, progress, interval, begun,
-    )  # fmt: skip
-    return training.run(path)
+    with nullcontext() if path is None else locked(path):
+        training = Training(
+            scene, task or usual_task(scene), options_of(values) if begun is None else options_from(begun, values),
+            seed, device, ends, threads, command, progress, interval, begun,
+        )  # fmt: skip
+        return training.run(path)
 
 
 def usual_task(scene: Scene) -> Task:
@@ -148,7 +157,17 @@ def resume(
     file = training_path(path)
     if not file.exists():
         raise ResultError(f"{path}: there is no training to go on with: {file} is missing")
+    with locked(path):
+        return _gone_on(path, file, device, iterations, until, target, threads, command, progress, interval)
+
+
+def _gone_on(
+    path: Path, file: Path, device: str | None, iterations: int | None, until: float | None, target: float | None,
+    threads: int | None, command: str, progress: Tell | None, interval: float,
+) -> Trained:  # fmt: skip
+    """See `resume`; no other process is at work on these files."""
     earlier, state = read_training(file)
+    check_belongs(path, earlier)
     remove_leftovers(path)
     remove_leftovers(file)
     assert earlier.learned is not None
