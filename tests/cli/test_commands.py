@@ -290,3 +290,10 @@ def test_code_that_a_scene_names_runs_only_if_trusted(tmp_path):
     done = run(*arguments, "--trust", folder=tmp_path)
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "ran").exists()
+
+
+def test_values_that_are_nested_too_deeply_are_said_in_one_line(tmp_path):
+    done = run("info", "fwalk", "--set", "duration=" + "[" * 5000, folder=tmp_path)
+    assert done.returncode != 0
+    assert "nested too deeply" in done.stderr
+    assert "Traceback" not in done.stderr

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from small_result import search_result
+from warpmuscle.core.errors import OccupiedError, ResultError
 from warpmuscle.results import checkpoint
 from warpmuscle.results.checkpoint import Checkpoint
 
@@ -31,3 +32,14 @@ def test_a_large_file_is_written_less_often(
         now[0] += waited
         kept.put(generation, candidates, lambda: result)
     assert bool(results) == written
+
+
+def test_a_search_that_runs_is_not_called_interrupted(tmp_path: Path):
+    path = tmp_path / "a.h5"
+    with Checkpoint.begin(path, search_result()):
+        with pytest.raises(OccupiedError, match="another process is at work"):
+            Checkpoint.begin(path, search_result())
+        before = path.read_bytes()
+    assert path.read_bytes() == before
+    with pytest.raises(ResultError, match="an interrupted search; continue it with --resume"):
+        Checkpoint.begin(path, search_result())

@@ -165,6 +165,8 @@ def with_settings(scene: Scene, settings: list[str]) -> Scene:
             overrides.append(Override(key.strip(), tomllib.loads(f"value = {value}")["value"]))
         except tomllib.TOMLDecodeError:
             overrides.append(Override(key.strip(), value.strip()))
+        except RecursionError:
+            raise Error(f"--set {key.strip()}: its value is nested too deeply") from None
     return overridden(scene, overrides)
 
 

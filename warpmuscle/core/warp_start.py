@@ -34,10 +34,27 @@ def start_warp() -> None:
     if wp.config.log_level == wp.LOG_INFO:
         wp.config.log_level = wp.LOG_WARNING
     try:
-        with _without(NO_DRIVER):
+        with _without(NO_DRIVER), _absolute_folders():
             wp.init()
     except OSError as error:
         raise RolloutError(no_cache(error)) from None
+
+
+@contextlib.contextmanager
+def _absolute_folders() -> Iterator[None]:
+    """Leave out of the environment, within, what names no folder: an empty or relative XDG_CACHE_HOME, or no path.
+
+    Kernels would be compiled into, and loaded from, the current folder, which may be anyone's. The base directory
+    specification says that such values are to be ignored.
+    """
+    wrong = {"XDG_CACHE_HOME": lambda path: not os.path.isabs(path), "WARP_CACHE_PATH": lambda path: not path}
+    kept = {name: os.environ[name] for name, is_wrong in wrong.items() if is_wrong(os.environ.get(name, os.sep))}
+    for name in kept:
+        del os.environ[name]
+    try:
+        yield
+    finally:
+        os.environ.update(kept)
 
 
 def no_cache(error: OSError) -> str:

@@ -90,6 +90,8 @@ def parsed(texts: Sequence[str]) -> dict[str, Any]:
             if not equals:
                 raise ValueError
             values[key.strip()] = tomllib.loads(f"value = {value}")["value"]
+        except RecursionError:
+            raise Error(f"{key.strip()}: its value is nested too deeply") from None
         except ValueError:  # also what tomllib says of what is no TOML
             raise Error(f"{text!r}: write KEY=VALUE, such as epochs=5 or hidden=[64,64]") from None
     return values

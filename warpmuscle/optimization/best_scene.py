@@ -81,5 +81,6 @@ def best_scene(result: Result, fixed: Sequence[str] = (), among: int | None = No
             raise ResultError(f"has no free parameter of the name {pattern!r} that could be fixed")
     free = {name for name in names if not any(fnmatchcase(name, pattern) for pattern in fixed)}
     count = 0 if result.evaluations is None else len(result.evaluations)
-    how = f"cost {cost:.6g} after {count} candidates on {result.device}{chosen}: {result.command}"
+    how = f"cost {cost:.6g} after {count} candidates on {result.device}{chosen}"
+    how += f": {result.command}" if result.command else ""
     return pinned(with_values(scene, best), best, free), how

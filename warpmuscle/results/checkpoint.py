@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import TracebackType
 
-from warpmuscle.core.errors import ResultError
+from warpmuscle.core.errors import OccupiedError, ResultError
 from warpmuscle.results.journal import Journal, journal_path
 from warpmuscle.results.records import Evaluations, Result
 from warpmuscle.results.result import read, write
@@ -42,6 +42,8 @@ class Checkpoint:
             ResultError: a file cannot be written, or there is an interrupted search of that name.
         """
         journal = journal_path(path)
+        if Journal.occupied(journal):
+            raise OccupiedError(f"{path}: another process is at work on this search; write to another file")
         if journal.exists() and (path.exists() or Journal.look(journal)):
             raise ResultError(
                 f"{path}: an interrupted search; continue it with --resume {path}, or remove {journal} to begin anew"

@@ -89,6 +89,25 @@ class Journal:
         self.close()
 
     @staticmethod
+    def occupied(path: Path) -> bool:
+        """Whether another process has the journal open."""
+        if sys.platform == "win32" or not path.is_file():
+            return False
+        try:
+            file = os.open(path, os.O_RDWR)
+        except OSError:
+            return False
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            return True
+        except OSError:  # a file system without locks
+            return False
+        finally:
+            os.close(file)
+        return False
+
+    @staticmethod
     def look(path: Path) -> list[Evaluations]:
         """The generations in a journal that another process may be writing just now; none if it cannot be read."""
         try:

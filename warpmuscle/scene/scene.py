@@ -393,5 +393,7 @@ class Scene(Part):
 
     def __repr__(self) -> str:
         parts = self.character
-        counts = f"{len(parts.bodies)} bodies, {len(parts.joints)} joints, {len(parts.muscles)} muscles"
+        sizes = (len(parts.bodies), "body", "bodies"), (len(parts.joints), "joint", "joints")
+        sizes += ((len(parts.muscles), "muscle", "muscles"),)
+        counts = ", ".join(f"{size} {one if size == 1 else several}" for size, one, several in sizes)
         return f"Scene({self.name!r}, {counts}, {self.duration:g} s)"
