@@ -56,7 +56,9 @@ def test_warp_starts_where_there_is_no_error_stream(tmp_path: Path):
 
 @pytest.mark.parametrize("folders", [{"XDG_CACHE_HOME": ""}, {"XDG_CACHE_HOME": "."}, {"WARP_CACHE_PATH": ""}])
 def test_kernels_are_not_compiled_into_the_current_folder(folders: dict[str, str], tmp_path: Path):
-    code = "from warpmuscle.core.warp_start import start_warp as f; f(); import warp; print(warp.config.kernel_cache_dir)"
+    code = (
+        "from warpmuscle.core.warp_start import start_warp as f; f(); import warp; print(warp.config.kernel_cache_dir)"
+    )
     kept = {name: value for name, value in os.environ.items() if name not in ("XDG_CACHE_HOME", "WARP_CACHE_PATH")}
     done = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, timeout=300, cwd=tmp_path, env=kept | folders

@@ -6,7 +6,7 @@ import pytest
 from warpmuscle.core.status import Status
 from warpmuscle.examples import write
 from warpmuscle.formats import load
-from warpmuscle.learning.player import commanded, learned_in, replay, task_of
+from warpmuscle.learning.player import commanded, lasting, learned_in, replay, task_of, what_is_told
 
 NAMES = [
     "walk56_by_command",
@@ -26,3 +26,20 @@ def test_a_shipped_policy_walks(name, tmp_path):
     assert status == Status.COMPLETED
     assert recording.com_velocity[:, 2].mean() == pytest.approx(1.2, abs=0.15)
     assert (tmp_path / f"{name}.h5").stat().st_size < 600_000
+
+
+def test_a_policy_moves_a_scene_as_long_as_the_scene_lasts(tmp_path):
+    write("policies", tmp_path)
+    scene = msgspec.structs.replace(load(str(tmp_path / "walk56_tasks.toml")), duration=2.0)
+    learned = learned_in(tmp_path / "walk56_tasks.h5")
+    task = msgspec.structs.replace(commanded(task_of(learned), ["speed=1.2", "turning_rate=0"]), episode_time=1.0)
+    short, long = (replay(learned.policy, scene, "cpu", one)[0] for one in (task, lasting(task)))
+    assert short.time[-1] == pytest.approx(1.0, abs=0.02)
+    assert long.time[-1] == pytest.approx(2.0, abs=0.02)
+
+
+def test_what_a_policy_is_told_is_said_in_words(tmp_path):
+    write("policies", tmp_path)
+    task = task_of(learned_in(tmp_path / "walk56_tasks.h5"))
+    assert what_is_told(task) == "speed drawn every 5 s from 0.7 to 1.8 m/s, turning_rate 0 rad/s"
+    assert what_is_told(commanded(task, ["speed=1.3"])) == "speed 1.3 m/s, turning_rate 0 rad/s"

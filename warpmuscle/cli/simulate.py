@@ -95,18 +95,20 @@ def _act(
 
     Commands of the policy are told to it; others are those of the scene, such as a slope that the policy must feel.
     """
-    from warpmuscle.learning.player import commanded, learned_in, replay, task_of
+    from warpmuscle.learning.player import commanded, lasting, learned_in, replay, task_of, what_is_told
     from warpmuscle.scene.parameters import free_parameters
 
     learned = learned_in(policy)
     task = task_of(learned)
     scene, to_policy = shared_out(scene, task, commands)
-    task = commanded(task, to_policy)
+    task = lasting(commanded(task, to_policy))
     with log.status("simulating; the first run compiles for some seconds"):
         recording, status = replay(learned.policy, scene, device, task, rate=rate)
     out.print(
         f"{scene.name}: {status.meaning}; {recording.time[-1]:.4g} s moved by the policy of {policy}", markup=False
     )
+    if said := what_is_told(task):
+        out.print(f"told: {said}", markup=False)
     return scene, recording, free_parameters(scene)
 
 

@@ -81,6 +81,26 @@ def options_of(values: Mapping[str, Any]) -> PPOOptions:
     return options
 
 
+def bounded(known: Mapping[str, Any], values: Mapping[str, Any]) -> dict[str, Any]:
+    """Options that an earlier training ended with, within the bounds that hold now, and those given by name.
+
+    That training has clipped them in single precision, in which a bound itself may be a little beyond the bound.
+
+    Args:
+        known: `learning_rate` and `deviation`, if there are any. values: given by name; they are not changed.
+    """
+    usual = msgspec.structs.asdict(PPOOptions()) | dict(values)
+    bounds = {
+        "learning_rate": (usual["min_learning_rate"], usual["max_learning_rate"]),
+        "deviation": (max(usual["min_deviation"], usual["end_deviation"]), math.inf),
+    }
+    found = dict(known)
+    for name, (low, high) in bounds.items():
+        if name in found and isinstance(low, int | float) and isinstance(high, int | float):
+            found[name] = min(max(found[name], low), max(low, high))
+    return found | dict(values)
+
+
 def parsed(texts: Sequence[str]) -> dict[str, Any]:
     """Values from KEY=VALUE, the value as in TOML; raises Error for what is none."""
     values: dict[str, Any] = {}

@@ -164,6 +164,24 @@ def commands_of(task: Task) -> dict[str, Command]:
     }
 
 
+def lasting(task: Task) -> Task:
+    """The task with episodes as long as the scene lasts, whatever they were while it was learnt."""
+    return msgspec.structs.replace(task, episode_time=None)
+
+
+def what_is_told(task: Task) -> str:
+    """In words, what a policy is told in an episode: numbers that stay, and those that are drawn from an interval."""
+    words = []
+    for name, command in commands_of(task).items():
+        unit = "" if command.unit == "1" else f" {command.unit}"
+        if command.min == command.max:
+            words.append(f"{name} {command.min:g}{unit}")
+        else:
+            often = f" every {task.command_time:g} s" if task.command_time > 0.0 else " once"
+            words.append(f"{name} drawn{often} from {command.min:g} to {command.max:g}{unit}")
+    return ", ".join(words)
+
+
 def undisturbed(task: Task) -> Task:
     """The task without anything that is drawn for its episodes' starts, and without pushes."""
     return msgspec.structs.replace(task, variation=Variation(velocity_noise=0.0))

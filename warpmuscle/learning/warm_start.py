@@ -15,7 +15,7 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import ResultError, RolloutError
 from warpmuscle.learning.actor_critic import SMALL_VARIANCE, UNHEARD, ActorCritic, Normalizer
 from warpmuscle.learning.collector import Environment
-from warpmuscle.learning.options import PPOOptions, options_of
+from warpmuscle.learning.options import PPOOptions, bounded, options_of
 from warpmuscle.learning.player import task_of
 from warpmuscle.results.learned import Ancestor, Learned, PolicyTable
 from warpmuscle.results.result import read
@@ -51,7 +51,7 @@ def options_from(source: Learned, values: Mapping[str, Any]) -> PPOOptions:
     known["deviation"] = float(noise_of(source).max())
     if len(rates) and rates[-1] > 0.0:
         known["learning_rate"] = float(rates[-1])
-    options = options_of(known | dict(values))
+    options = options_of(bounded(known, values))
     if options.hidden != hidden:
         raise RolloutError(
             f"the policy to begin with has hidden layers of {_sizes(hidden)}, not {_sizes(options.hidden)}"
