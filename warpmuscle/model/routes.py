@@ -27,7 +27,7 @@ from warpmuscle.scene import (
     TorusSurface,
     Wrap,
 )
-from warpmuscle.scene.joints.displacement import pieces
+from warpmuscle.scene.joints.displacement import held_beyond, pieces
 from warpmuscle.scene.topology import Topology
 from warpmuscle.scene.validation.paths import is_route
 
@@ -189,6 +189,8 @@ def _put_points(
             for motion in point.motion:
                 joint = names.driver[names.body_of_joint(motion.joint)]
                 knots, coefficients = pieces(motion)
+                if motion.within:
+                    knots, coefficients = held_beyond(knots, coefficients, *motion.within)
                 for name, value in (("joint", joint), ("crossing", crossing[number, joint])):
                     moving[name].append(value)
                 moving["first_piece"].append(sum(map(len, start)))

@@ -1,5 +1,6 @@
 """Muscles, paths, surfaces and forces of OpenSim models as those of scenes."""
 
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +23,8 @@ from warpmuscle.scene import (
     Sphere,
     ThelenCurves,
 )
+from warpmuscle.scene.topology import topology
+from warpmuscle.studies.moment_arms import muscle_geometry
 
 WELD = small.joint("WeldJoint", "weld", "ground", "base", own="0.1 0.2 0.3", own_turn="0.3 0.4 0.5")
 PIN = small.joint("PinJoint", "pin", "base", "rod", small.coordinate("q"))
@@ -186,3 +189,26 @@ def test_surfaces_of_offset_frames_lie_where_the_frame_does(tmp_path: Path):
     assert (framed.body, found[0].character.muscles["m"].wraps[0].surface) == ("rod", "drum")
     np.testing.assert_allclose(framed.position, direct.position, atol=1e-12)
     np.testing.assert_allclose(framed.orientation, direct.orientation, atol=1e-12)
+
+
+# Of OpenSim 4.6: length, m, of rect_fem_r in gait2392 by knee angle, rad, whose range is -2.094 to 0.175. Beyond it its
+# moving point stays where it is at the end.
+RECTUS_FEMORIS = {
+    -2.4: 0.50264119, -2.2: 0.49384646, -1.0: 0.45796173, 0.0: 0.41032375, 0.17: 0.40278639, 0.3: 0.39361320,
+    0.5: 0.38071484,
+}  # fmt: skip
+
+
+def test_moving_points_stay_beyond_the_range_of_their_coordinate_as_in_opensim(reference_data):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        scene = load(str(reference_data / "opensim_models" / "gait2392_thelen2003muscle.osim"))
+    names = topology(scene.character)
+    moving = next(point for point in scene.character.muscles["rect_fem_r"].path if point.motion)
+    assert [motion.within for motion in moving.motion] == [[-2.0943951, 0.17453293]] * len(moving.motion)
+    coordinates = np.zeros((len(RECTUS_FEMORIS), names.coordinates))
+    coordinates[:, 6] = 1.0  # the root's quaternion
+    coordinates[:, names.coordinates_of(names.body_of_joint("knee_angle_r"))] = np.array([list(RECTUS_FEMORIS)]).T
+    lengths, _ = muscle_geometry(scene, coordinates)
+    found = lengths[:, list(scene.character.muscles).index("rect_fem_r")]
+    np.testing.assert_allclose(found, list(RECTUS_FEMORIS.values()), atol=2e-5)

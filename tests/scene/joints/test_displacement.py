@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from warpmuscle.scene import Displacement
-from warpmuscle.scene.joints.displacement import depends, pieces, rates
+from warpmuscle.scene.joints.displacement import depends, held_beyond, pieces, rates
 
 X = (1.0, 0.0, 0.0)
 
@@ -49,3 +49,25 @@ def test_every_instance_may_have_its_own_coefficients():
     for row, slope in enumerate((1.0, 2.0)):
         np.testing.assert_allclose(evaluated(start, c[row], q)[0], slope * q + 0.5 * q**4, atol=1.5e-9)
     np.testing.assert_allclose(rates(wave, q)[0], [0.3 + 0.5 * 0.3**4, 1.4 + 0.5 * 0.7**4], atol=1e-15)
+
+
+KNOTS = {"x": [-1.5, -0.5, 0.3, 1.2, 2.0], "y": [0.1, -0.2, 0.05, 0.4, 0.3]}
+CURVES = [
+    Displacement(X, value=0.2, slope=-0.7),
+    Displacement(X, **KNOTS),
+    Displacement(X, **KNOTS, ends="linear"),
+    Displacement(X, polynomial=[0.1, -0.5, 0.2, 0.05]),
+]
+
+
+@pytest.mark.parametrize("curve", CURVES)
+@pytest.mark.parametrize(("low", "high"), [(-0.9, 1.1), (-0.5, 1.2), (-2.5, 3.0), (0.4, 0.5), (-1.5, -0.5)])
+def test_what_is_held_beyond_a_range_is_the_function_of_the_clamped_coordinate(curve, low, high):
+    q = np.linspace(-4.0, 4.0, 801)
+    start, c = held_beyond(*pieces(curve), low, high)
+    found, slope = evaluated(start, c[0], q)
+    np.testing.assert_allclose(found, rates(curve, np.clip(q, low, high))[0], atol=1e-12)
+    beyond = (q < low) | (q > high)
+    np.testing.assert_allclose(slope[beyond], 0.0, atol=1e-15)
+    inside = (q > low + 1e-6) & (q < high - 1e-6)
+    np.testing.assert_allclose(slope[inside], rates(curve, q[inside])[1], atol=1e-11)

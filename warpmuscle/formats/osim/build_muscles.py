@@ -184,14 +184,15 @@ class MuscleBuilder:
         axes = self._placement.axes(point.frame)
         constant, motions = np.zeros(3), []
         for index, (coordinate, function) in enumerate(point.motion):
-            argument = ""
+            argument, within = "", list[float]()
             if coordinate and not function.constant:
                 argument, inner = self._argument(one, coordinate, point.line)
+                within = _where(inner, self._coordinates.by_name[coordinate].range)
                 function = self._coordinates.put(function, inner, argument or coordinate, coordinate)
             if not argument:
                 constant[index] = function.at(0.0)
                 continue
-            motions.append(PointMotion(direction(axes[:, index]), joint=argument))
+            motions.append(PointMotion(direction(axes[:, index]), joint=argument, within=within))
             set_function(motions[-1], function)
         body, position = self._placement.point(point.frame, constant)
         return [ViaPoint(body, position, motion=motions)]
@@ -289,3 +290,15 @@ def on_ground(model: Model) -> bool:
     frames |= {surface.frame for surface in model.surfaces.values()}
     frames |= {frame for force in model.forces for frame in force.frames}
     return any(on_body(model, frame)[0] == "/ground" for frame in frames)
+
+
+def _where(function: Function, span: tuple[float, float]) -> list[float]:
+    """The span of its argument in which a function is within a range, as OpenSim clamps what moves a point to it.
+
+    None where the range has no ends, or the function is no line.
+    """
+    if function.line is None or function.line[1] == 0.0 or not all(map(math.isfinite, span)):
+        return []
+    offset, slope = function.line
+    low, high = sorted((end - offset) / slope for end in span)
+    return [low, high] if low < high else []

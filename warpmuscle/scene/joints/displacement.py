@@ -51,6 +51,24 @@ def pieces(displacement: Displacement, span: Span = TURN) -> tuple[Floats, Float
     return np.concatenate([x[:1], x]), c
 
 
+def held_beyond(start: Floats, c: Floats, low: float, high: float) -> tuple[Floats, Floats]:
+    """Pieces of a function as in `pieces` that stays as it is at two coordinates below the one and above the other."""
+    inside = start[(start > low) & (start < high)]
+    begins = np.array([low, *inside])
+    kept = np.maximum(np.searchsorted(start, begins, side="right") - 1, 0)
+    cubics = [_from(c[:, piece], begin - start[piece]) for piece, begin in zip(kept, begins, strict=True)]
+    first, last = cubics[0].copy(), _from(cubics[-1], high - begins[-1])
+    first[:, 1:] = last[:, 1:] = 0.0
+    return np.array([low, *begins, high]), np.stack([first, *cubics, last], axis=1)
+
+
+def _from(c: Floats, by: float) -> Floats:
+    """Coefficients (rows, 4) of a cubic over the distance from a place that is farther by so much."""
+    c0, c1, c2, c3 = c.T
+    value = c0 + by * (c1 + by * (c2 + by * c3))
+    return np.stack([value, c1 + by * (2.0 * c2 + 3.0 * by * c3), c2 + 3.0 * by * c3, c3], axis=1)
+
+
 def _polynomial(c: Floats, span: Span) -> tuple[Floats, Floats]:
     """The pieces of a polynomial: itself, or cubics with its values and slopes at both ends."""
     degree = c.shape[1] - 1

@@ -33,6 +33,7 @@ class PointMotion(Displacement):
     """How far a point of a path moves along an axis of its body, as a function of a joint's coordinate."""
 
     joint: str = ""  # one whose coordinates are numbers
+    within: Annotated[list[float], "rad or m"] = []  # lowest and highest coordinate, beyond which the point stays
 
 
 class ViaPoint(Part):

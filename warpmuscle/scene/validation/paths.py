@@ -227,6 +227,8 @@ def _motions(checks: Checks, key: str, path: Sequence[ViaPoint], character: Char
                 message = f"a point moves with a joint of one coordinate, not with a {kind.name} joint"
                 raise SceneError(message, key=f"{place}.joint")
             check_displacement(checks, place, motion)
+            if motion.within and (len(motion.within) != 2 or not motion.within[0] < motion.within[1]):
+                raise SceneError("takes the lowest and the highest coordinate", key=f"{place}.within")
 
 
 def _on_body(key: str, point: ViaPoint, interval: Callable[[Number], tuple[float, float]]) -> None:
