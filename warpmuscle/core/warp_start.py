@@ -47,8 +47,11 @@ def _absolute_folders() -> Iterator[None]:
     Kernels would be compiled into, and loaded from, the current folder, which may be anyone's. The base directory
     specification says that such values are to be ignored.
     """
-    wrong = {"XDG_CACHE_HOME": lambda path: not os.path.isabs(path), "WARP_CACHE_PATH": lambda path: not path}
-    kept = {name: os.environ[name] for name, is_wrong in wrong.items() if is_wrong(os.environ.get(name, os.sep))}
+    kept = {}
+    if not os.path.isabs(os.environ.get("XDG_CACHE_HOME", os.sep)):
+        kept["XDG_CACHE_HOME"] = os.environ["XDG_CACHE_HOME"]
+    if os.environ.get("WARP_CACHE_PATH") == "":
+        kept["WARP_CACHE_PATH"] = ""
     for name in kept:
         del os.environ[name]
     try:

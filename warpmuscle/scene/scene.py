@@ -393,7 +393,7 @@ class Scene(Part):
 
     def __repr__(self) -> str:
         parts = self.character
-        sizes = (len(parts.bodies), "body", "bodies"), (len(parts.joints), "joint", "joints")
-        sizes += ((len(parts.muscles), "muscle", "muscles"),)
+        sizes = [(len(parts.bodies), "body", "bodies"), (len(parts.joints), "joint", "joints")]
+        sizes += [(len(parts.muscles), "muscle", "muscles")]
         counts = ", ".join(f"{size} {one if size == 1 else several}" for size, one, several in sizes)
         return f"Scene({self.name!r}, {counts}, {self.duration:g} s)"
