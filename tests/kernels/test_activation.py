@@ -86,3 +86,19 @@ def test_neural_dynamics_of_equal_time_constants_has_a_limit():
     nearly, equal = (neural_mix(STEP, 0.01, time) for time in (0.01 * (1.0 + 1e-4), 0.01))
     assert float(equal) == pytest.approx(STEP / 0.01 * np.exp(-STEP / 0.01), rel=1e-5)
     assert float(nearly) == pytest.approx(float(equal), rel=1e-3)
+
+
+# Rates 1/tau, 1/s, by Thelen 2003, eq. 1 and 2: tau = rise (0.5 + 1.5 a) where u > a, fall / (0.5 + 1.5 a) where u < a.
+# Time constants are those of OpenSim's muscles: 15 and 50 ms (Thelen), 10 and 40 ms (Millard).
+RATES = [
+    ("Thelen2003", 0.0, 1.0, 133.33333), ("Thelen2003", 0.5, 1.0, 53.33333), ("Thelen2003", 0.9, 1.0, 36.03604),
+    ("Thelen2003", 0.1, 0.0, 13.0), ("Thelen2003", 0.5, 0.0, 25.0), ("Thelen2003", 1.0, 0.0, 40.0),
+    ("Millard2012Equilibrium", 0.0, 1.0, 200.0), ("Millard2012Equilibrium", 0.5, 1.0, 80.0),
+    ("Millard2012Equilibrium", 0.5, 0.0, 31.25), ("Millard2012Equilibrium", 1.0, 0.0, 50.0),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("name", "activated", "excitation", "expected"), RATES)
+def test_rate_of_activation_is_that_of_the_publication(name, activated, excitation, expected):
+    rate = evaluate(activation.activation_rate, activated, excitation, *TIMES[name])
+    assert rate == pytest.approx(expected, rel=1e-6)

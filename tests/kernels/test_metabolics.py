@@ -55,3 +55,24 @@ def test_a_slow_muscle_held_fully_active_at_its_optimum_costs_114_watts_a_kilogr
 def test_shortening_costs_a_quarter_more_than_its_work():
     held, moving = (evaluate(metabolics.wang_power, 1.0, 1.0, 1.0, v, 800.0, 1.0, 0.5, 1.0, 0.0) for v in (0.0, -0.5))
     assert moving - held == pytest.approx(1.25 * 800.0 * 0.5, rel=1e-4)
+
+
+def test_strict_power_counts_a_watt_a_kilogram_of_heat_at_least_and_is_never_negative():
+    """OpenSim's probe: enforce_minimum_heat_rate_per_muscle and forbid_negative_total_power."""
+    rest = evaluate(metabolics.bhargava_strict_power, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.5, 2.0, 1.0)
+    assert rest == pytest.approx(2.0)
+    pulled = evaluate(metabolics.bhargava_strict_power, 0.0, 0.0, 1.0, 0.5, 600.0, 1.0, 0.5, 2.0, 1.0)
+    assert pulled == 0.0  # takes up 300 W of work, more than the 2 W of heat
+    held = evaluate(metabolics.bhargava_strict_power, 1.0, 1.0, 1.0, 0.0, 1000.0, 1.0, 1.0, 1.0, 1.0)
+    assert held == pytest.approx(40.0 + 74.0)
+    lifting = evaluate(metabolics.bhargava_strict_power, 1.0, 1.0, 1.0, -0.5, 800.0, 1.0, 1.0, 1.0, 1.0)
+    assert lifting == pytest.approx(40.0 + 74.0 + 1.25 * 800.0 * 0.5, rel=1e-5)
+
+
+def test_strict_power_is_never_less_than_net_power():
+    s = states(3)
+    net = bhargava(**s, net=True)
+    found = evaluate(metabolics.bhargava_strict_power, *s.values(), 1.0)
+    assert np.all(found >= net - 1e-2)
+    enough = (net > 0.0) & (bhargava(**s | {"force": np.zeros(COUNT)}, net=True) > s["mass"])
+    np.testing.assert_allclose(found[enough], net[enough], rtol=1e-4, atol=1e-2)

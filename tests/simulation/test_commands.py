@@ -1,5 +1,7 @@
 """Commands of a batch: bits of one's own, the ground below, masses, what is refused."""
 
+import copy
+
 import msgspec
 import numpy as np
 import pytest
@@ -10,7 +12,7 @@ from warpmuscle.scene import Command, Robustness, Scene
 from warpmuscle.scene.number import Free
 from warpmuscle.simulation.candidates import CandidateBatch
 from warpmuscle.simulation.multi_device import MultiDeviceRollout
-from warpmuscle.simulation.perturbations import drawn, none, with_masses
+from warpmuscle.simulation.perturbations import drawn, none
 from warpmuscle.simulation.rollout import Rollout
 
 
@@ -76,9 +78,9 @@ def test_heavier_bodies_are_those_of_a_heavier_character(scene):
     assert 0.8 <= factors.min() < 0.9
     batch, runs = Rollout(scene, 3, "cpu"), none(3)
     batch.disturb(msgspec_replace(runs, mass=factors))
-    heavier = with_masses(batch.scene, factors[1:2])
-    for body in heavier.character.bodies.values():  # arrays of one row as plain numbers
-        body.mass, body.inertia = float(body.mass[0]), tuple(float(moment[0]) for moment in body.inertia)
+    heavier = copy.deepcopy(batch.scene)
+    for body, factor in zip(heavier.character.bodies.values(), factors[1].tolist(), strict=True):
+        body.mass, body.inertia = body.mass * factor, tuple(moment * factor for moment in body.inertia)
     np.testing.assert_array_equal(end_of(batch)[1], end_of(Rollout(heavier, 1, "cpu"))[0])
 
 

@@ -107,3 +107,12 @@ def test_impossible_robustness_is_named_by_its_key(field: str, value: float):
     with pytest.raises(SceneError) as caught:
         check_scene(scene)
     assert caught.value.key == f"robustness.{field}"
+
+
+def test_a_heavier_body_has_more_inertia_in_proportion():
+    """A body of the same shape and another density: both its mass and its moments of inertia go with the density."""
+    scene = perturbations.with_masses(ball(), np.array([[1.0], [1.25]]))
+    body = scene.character.bodies["ball"]
+    np.testing.assert_allclose(body.mass, [2.0, 2.5])
+    for moment in body.inertia:
+        np.testing.assert_allclose(moment, [0.01, 0.0125])
