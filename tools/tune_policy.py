@@ -71,7 +71,7 @@ class Walked:
             ENERGY * _mean(found, "cost of transport") + ANGLES * _mean(found, "angles from key points")
             + FORCE * _number(first, "deviation of the ground force") + SUPPORT * abs(_number(first, "stance") - STANCE)
             + WIDTH * float(np.mean([_beyond(_number(one, "step width")) for one in found]))
-            + INSIDE * max(max(_number(one, "bodies inside each other") for one in found) - TOUCHING, 0.0)
+            + INSIDE * max(max(one.get("bodies inside each other") or 0.0 for one in found) - TOUCHING, 0.0)
         )  # fmt: skip
 
 

@@ -242,7 +242,7 @@ def test_what_does_not_walk_is_not_compared_with_human_walking(term: str):
 def test_cost_is_the_weighted_sum_and_a_failure_costs_more():
     scene = load("fwalk")
     weights = {name: 0.5 + number for number, name in enumerate(OF_TORQUES)}
-    scene = msgspec.structs.replace(scene, duration=1.0, objective=Objective(**weights))
+    scene = msgspec.structs.replace(scene, duration=2.5, objective=Objective(**weights))  # steps have a width by then
     rollout = Rollout(scene, 1, "cpu")
     rollout.run()
     terms = rollout.terms()
@@ -250,7 +250,8 @@ def test_cost_is_the_weighted_sum_and_a_failure_costs_more():
     np.testing.assert_allclose(rollout.cost(), expected, rtol=1e-6)
     assert terms["torque"][0] > 100.0
     assert all(terms[name][0] > 0.0 for name in weights)
-    weak = msgspec.structs.replace(scene, objective=Objective(fall=1.0), initial_state=InitialState((0.0, 3.0, 0.0)))
+    state = InitialState((0.0, 3.0, 0.0))
+    weak = msgspec.structs.replace(scene, duration=1.0, objective=Objective(fall=1.0), initial_state=state)
     rollout = Rollout(weak, 1, "cpu")
     rollout.run()
     assert rollout.status()[0] != Status.COMPLETED

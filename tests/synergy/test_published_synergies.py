@@ -54,12 +54,13 @@ def extract_count(accounts, vaf, muscle_vaf):
     return next(a.count for a in accounts if a.vaf >= vaf and a.muscle_vaf.min() >= muscle_vaf)
 
 
-def test_five_synergies_suffice_by_default_whether_in_cycles_or_in_time(walking):
+def test_five_synergies_suffice_by_all_criteria_and_no_more_by_default_whether_in_cycles_or_in_time(walking):
     path, cycles = walking / "raw_emg_ID0012_TW_01.csv", walking / "cycles_ID0012_TW_01.csv"
     for preparation in (Preparation(), Preparation(cycles=(cycles,))):
-        found, _ = extract(prepare([path], preparation).values, Rule(), restarts=5)
+        found, accounts = extract(prepare([path], preparation).values, Rule(method=AUTO), restarts=5)
         assert found.account.count == 5
         assert found.account.vaf == pytest.approx(0.964, abs=0.005)
+        assert sufficient(accounts, Rule()).count in (4, 5)
 
 
 @pytest.fixture(scope="module")

@@ -19,7 +19,7 @@ from tune_policy import SPEEDS, Tuner, Walked  # noqa: E402
 
 PEOPLE = {
     "cost of transport": 3.3, "angles from key points": 0.4, "deviation of the ground force": 1.0, "stance": 61.0,
-    "step width": 0.1,
+    "step width": 0.075, "bodies inside each other": 0.1,
 }  # fmt: skip
 
 
@@ -45,6 +45,9 @@ def test_what_is_nearer_to_people_costs_less_and_a_fall_costs_more_than_any_walk
     assert walked().cost < walked(**{"cost of transport": 3.6}).cost
     assert walked().cost < walked(**{"angles from key points": 0.8}).cost
     assert walked().cost < walked(**{"step width": 0.2}).cost
+    assert walked().cost < walked(**{"step width": 0.01}).cost
+    assert walked().cost < walked(**{"bodies inside each other": 2.0}).cost
+    assert walked().cost == walked(**{"bodies inside each other": None}).cost  # of no shapes
     fallen = replace(walked(lasted=0.9), measures=(None, PEOPLE, PEOPLE))
     assert fallen.cost > walked(stance=50.0, **{"cost of transport": 5.0}).cost
     assert walked(lasted=0.9).cost < walked(lasted=0.5).cost
