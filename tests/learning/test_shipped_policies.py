@@ -43,3 +43,14 @@ def test_what_a_policy_is_told_is_said_in_words(tmp_path):
     task = task_of(learned_in(tmp_path / "walk56_tasks.h5"))
     assert what_is_told(task) == "speed drawn every 5 s from 0.7 to 1.8 m/s, turning_rate 0 rad/s"
     assert what_is_told(commanded(task, ["speed=1.3"])) == "speed 1.3 m/s, turning_rate 0 rad/s"
+
+
+def test_a_policy_that_learnt_by_symmetry_moves_a_body_with_a_weak_muscle(tmp_path):
+    write("policies", tmp_path)
+    scene = msgspec.structs.replace(load(str(tmp_path / "walk56_tasks.toml")), duration=1.0)
+    scene.character.muscles["lVAS"].f_max *= 0.5
+    learned = learned_in(tmp_path / "walk56_tasks.h5")
+    task = commanded(task_of(learned), ["speed=1.2", "turning_rate=0"])
+    assert task.symmetric
+    recording, _ = replay(learned.policy, scene, "cpu", task)
+    assert recording.time[-1] > 0.5

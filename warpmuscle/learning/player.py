@@ -14,15 +14,18 @@ from numpy.typing import ArrayLike
 from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.errors import Error, ResultError, RolloutError
 from warpmuscle.core.status import Status
-from warpmuscle.formats import SceneLike
+from warpmuscle.formats import SceneLike, scene_of
 from warpmuscle.learning.episodes import EpisodeBatch
 from warpmuscle.learning.imitation import Gait
 from warpmuscle.learning.policy import DevicePolicy
 from warpmuscle.results.learned import Learned, PolicyTable
 from warpmuscle.results.recording import Recording
 from warpmuscle.results.result import read_learned
+from warpmuscle.scene import Scene
 from warpmuscle.scene.controller import Command
+from warpmuscle.scene.joints.symmetry import is_symmetric
 from warpmuscle.scene.learning import Task, Variation
+from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.simulation.perturbations import Perturbations
 
 UNITS = {"speed": "m/s", "turning_rate": "rad/s"}  # of commands
@@ -60,8 +63,17 @@ class Player:
         Raises:
             SceneError, RolloutError: as of `EpisodeBatch`, or the policy is for another scene or task.
         """
+        scene = scene_of(scene)
         self.batch = EpisodeBatch(
-            scene, instances, device, task, seed, record=record, record_rate=record_rate, threads=threads, gait=gait
+            scene,
+            instances,
+            device,
+            of_body(task, scene),
+            seed,
+            record=record,
+            record_rate=record_rate,
+            threads=threads,
+            gait=gait,
         )
         _check_names("observes", policy.observation, tuple(self.batch.senses.names))
         _check_names("moves", policy.action, self.batch.actions.names)
@@ -162,6 +174,13 @@ def commands_of(task: Task) -> dict[str, Command]:
         name: Command(0.5 * (low + high), low, high, unit=UNITS.get(name, "rad or m"))
         for name, (low, high) in intervals.items()
     }
+
+
+def of_body(task: Task | None, scene: Scene) -> Task | None:
+    """The task without symmetry where the body is not its own mirror image: that is needed to learn, not to act."""
+    if task is None or not task.symmetric or is_symmetric(substitute(scene, start_values(scene)).character):
+        return task
+    return msgspec.structs.replace(task, symmetric=False)
 
 
 def lasting(task: Task) -> Task:

@@ -166,7 +166,8 @@ class Inputs:
             if not self._simulated:
                 raise RolloutError("there are no muscles to excite: they drive no joint of this scene")
             count = len(self.muscle_names)
-            values = rows_of(excitations, count, self._instances, self._device, "excitations")
+            # What is no number would be clipped to an end of 0 to 1 without a word.
+            values = rows_of(excitations, count, self._instances, self._device, "excitations", finite=True)
             fields |= self._one_knot | {"muscles.knot_value": values}
         if torques is not None:
             count = len(self.torque_names)
