@@ -96,7 +96,7 @@ def test_what_is_given_holds_for_its_steps_only():
     assert_same(state(rollout), state(plain))
 
 
-@pytest.mark.parametrize(("value", "same_as"), [(7.0, 1.0), (-3.0, 0.0), (np.nan, 0.0), (-np.inf, 0.0)])
+@pytest.mark.parametrize(("value", "same_as"), [(7.0, 1.0), (-3.0, 0.0), (-np.inf, 0.0)])
 def test_excitations_beyond_their_interval_count_as_its_ends(value: float, same_as: float):
     motions = []
     for given in (value, same_as):
@@ -217,8 +217,7 @@ def test_observations_are_the_state_itself():
         (lambda r: r.step(0), "the number of steps k must be a positive whole number, not 0"),
         (lambda r: r.step(1, excitations=np.ones((2, 3))), r"excitations have shape \(2, 3\).*\(1 or 4, 3\)"),
         (lambda r: r.step(1, torques=[1.0, 2.0]), r"torques have shape \(2,\).*\(1 or 4, 4\)"),
-        (lambda r: r.step(1, excitations=np.array([[0.1, np.nan, 0.2]])), "not finite, in row 0, column 1"),
-        (lambda r: r.step(1, excitations=wp.full((4, 3), np.inf, dtype=float, device="cpu")), "not finite, in row 0"),
+        (lambda r: r.step(1, excitations=np.array([[0.1, np.nan, 0.2]])), "no number .NaN., in row 0, column 1"),
         (lambda r: r.step(1, excitations="strong"), "excitations cannot be taken from a str"),
         (lambda r: r.step(1, torques=object()), "torques cannot be taken from a object"),
         (lambda r: r.reset([True]), r"a mask takes \(4,\) of bool, not \(1,\) of bool"),

@@ -11,24 +11,24 @@ from numpy.typing import NDArray
 from warpmuscle.core.errors import RolloutError
 
 
-def rows_of(values: Any, width: int, instances: int, device: Any, what: str, finite: bool = False) -> wp.array:
+def rows_of(values: Any, width: int, instances: int, device: Any, what: str, numbers: bool = False) -> wp.array:
     """An array of numbers, (1 or instances, width), as one of the device.
 
     It is the same memory if the values are a Warp array, or anything with `__dlpack__`, of float32 on the device, or a
     NumPy array of float32 and the device the CPU; otherwise a copy.
 
     Args:
-        finite: whether all numbers have to be finite, on a CPU; a GPU is not waited for.
+        numbers: whether none may be NaN, on a CPU; a GPU is not waited for.
 
     Raises:
-        RolloutError: another shape, nothing that could be taken for numbers, or a number that is not finite.
+        RolloutError: another shape, nothing that could be taken for numbers, or NaN.
     """
     array = _taken(values, device, what)
     if array.ndim != 2 or array.shape not in ((1, width), (instances, width)):
         raise RolloutError(f"{what} have shape {tuple(array.shape)}; this rollout takes (1 or {instances}, {width})")
-    if finite and array.device.is_cpu and not (known := np.isfinite(array.numpy())).all():
-        row, column = np.argwhere(~known)[0]
-        raise RolloutError(f"{what} hold a number that is not finite, in row {row}, column {column}")
+    if numbers and array.device.is_cpu and (unknown := np.isnan(array.numpy())).any():
+        row, column = np.argwhere(unknown)[0]
+        raise RolloutError(f"{what} hold what is no number (NaN), in row {row}, column {column}")
     return array
 
 

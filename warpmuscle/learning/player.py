@@ -65,16 +65,9 @@ class Player:
         """
         scene = scene_of(scene)
         self.batch = EpisodeBatch(
-            scene,
-            instances,
-            device,
-            of_body(task, scene),
-            seed,
-            record=record,
-            record_rate=record_rate,
-            threads=threads,
-            gait=gait,
-        )
+            scene, instances, device, of_body(task, scene), seed, record=record, record_rate=record_rate,
+            threads=threads, gait=gait,
+        )  # fmt: skip
         _check_names("observes", policy.observation, tuple(self.batch.senses.names))
         _check_names("moves", policy.action, self.batch.actions.names)
         self.act: Callable[[wp.array], object] = DevicePolicy(

@@ -167,7 +167,7 @@ class Inputs:
                 raise RolloutError("there are no muscles to excite: they drive no joint of this scene")
             count = len(self.muscle_names)
             # What is no number would be clipped to an end of 0 to 1 without a word.
-            values = rows_of(excitations, count, self._instances, self._device, "excitations", finite=True)
+            values = rows_of(excitations, count, self._instances, self._device, "excitations", numbers=True)
             fields |= self._one_knot | {"muscles.knot_value": values}
         if torques is not None:
             count = len(self.torque_names)
