@@ -104,9 +104,9 @@ def capsule_contact_of(turned: bool) -> Any:
             return acting
         half_a = turn_a * wp.vec3(pair.first_half_x, pair.first_half_y, pair.first_half_z)
         half_b = turn_b * wp.vec3(pair.second_half_x, pair.second_half_y, pair.second_half_z)
-        where_ = fractions_along(middle, half_a, half_b)
-        arm_a += half_a * (2.0 * where_[0] - 1.0)
-        arm_b += half_b * (2.0 * where_[1] - 1.0)
+        nearest = fractions_along(middle, half_a, half_b)
+        arm_a += half_a * (2.0 * nearest[0] - 1.0)
+        arm_b += half_b * (2.0 * nearest[1] - 1.0)
         gap = apart + (arm_b - arm_a)
         distance = wp.length(gap)
         depth = pair.first_radius + pair.second_radius - distance

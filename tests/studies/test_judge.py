@@ -213,3 +213,11 @@ def test_commands_of_the_command_line_are_those_of_the_scene():
             with_commands(commanded_walk(), [text])
     with pytest.raises(Error, match="takes no command 'speed', nor any other"):
         with_commands(load("fwalk"), ["speed=1"])
+
+
+def test_a_gait_whose_bodies_pass_through_each_other_is_praised_for_nothing():
+    bar = Bar("x", "SD", (None, 0.25), (None, 0.12))
+    assert [Verdict(bar, value, void=True).reached for value in (0.1, 0.2, 0.3)] == ["does not count"] * 2 + ["missed"]
+    assert Verdict(bar, None, void=True).reached == "not measured"
+    assert WALK[0].name == RUN[0].name == "bodies inside each other"
+    assert [WALK[0].reached(depth) for depth in (0.2, 0.9, 1.1)] == ["goal", "must", "missed"]
