@@ -297,3 +297,8 @@ def test_values_that_are_nested_too_deeply_are_said_in_one_line(tmp_path):
     assert done.returncode != 0
     assert "nested too deeply" in done.stderr
     assert "Traceback" not in done.stderr
+
+
+def test_bodies_that_ran_into_each_other_are_named(tmp_path):
+    done = run("simulate", "fwalk", "--set", "failure.self_collision=0.005", "--duration", 1, folder=tmp_path)
+    assert "by more than their limit (lLowerleg and rLowerleg)" in done.stdout

@@ -28,6 +28,7 @@ from warpmuscle.cli.walkers import shared_out
 from warpmuscle.simulation.cuda_warmup import start_driver
 
 if TYPE_CHECKING:
+    from warpmuscle.core.status import Status
     from warpmuscle.results.recording import Recording
     from warpmuscle.scene import Scene
     from warpmuscle.scene.parameters import Parameter
@@ -105,7 +106,8 @@ def _act(
     with log.status("simulating; the first run compiles for some seconds"):
         recording, status = replay(learned.policy, scene, device, task, rate=rate)
     out.print(
-        f"{scene.name}: {status.meaning}; {recording.time[-1]:.4g} s moved by the policy of {policy}", markup=False
+        f"{scene.name}: {_ended(status, recording, scene)}; {recording.time[-1]:.4g} s moved by the policy of {policy}",
+        markup=False,
     )
     if said := what_is_told(task):
         out.print(f"told: {said}", markup=False)
@@ -125,10 +127,24 @@ def _run(scene: Scene, device: str, rate: float) -> tuple[Recording, list[Parame
     status = Status(rollout.status()[0])
     recording = rollout.recording()
     out.print(
-        f"{scene.name}: {status.meaning}; {rollout.end_time()[0]:.4g} s simulated in "
+        f"{scene.name}: {_ended(status, recording, scene)}; {rollout.end_time()[0]:.4g} s simulated in "
         f"{time.perf_counter() - begin:.2f} s on {rollout.device}, cost {rollout.cost()[0]:.6g}"
     )
     return recording, rollout.parameters
+
+
+def _ended(status: Status, recording: Recording, scene: Scene) -> str:
+    """How a simulation ended, in words; of bodies that ran into each other, which ones."""
+    from warpmuscle.core.status import Status
+    from warpmuscle.gait.penetration import penetration
+    from warpmuscle.scene.parameters import start_values, substitute
+
+    words = str(status.meaning)
+    if status != Status.COLLIDED:
+        return words
+    deepest = penetration(recording.window(float(recording.time[-1])), substitute(scene, start_values(scene)))
+    pair = "" if deepest is None or deepest.pair is None else f" ({' and '.join(deepest.pair)})"
+    return words + pair
 
 
 def _as_legacy(scene: Scene) -> Scene:
