@@ -1,5 +1,6 @@
 """Muscles, paths, surfaces and forces of OpenSim models as those of scenes."""
 
+import math
 import warnings
 from pathlib import Path
 
@@ -11,8 +12,9 @@ import osim_models as small
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.pose import from_rotation_vector, rotate
 from warpmuscle.formats import Ignored, load
-from warpmuscle.formats.osim.build_muscles import powers
+from warpmuscle.formats.osim.build_muscles import FAR, _where, powers
 from warpmuscle.formats.osim.frames import turned
+from warpmuscle.formats.osim.functions import Function
 from warpmuscle.formats.osim.placement import WORLD
 from warpmuscle.scene import (
     ContactMaterial,
@@ -212,3 +214,17 @@ def test_moving_points_stay_beyond_the_range_of_their_coordinate_as_in_opensim(r
     lengths, _ = muscle_geometry(scene, coordinates)
     found = lengths[:, list(scene.character.muscles).index("rect_fem_r")]
     np.testing.assert_allclose(found, list(RECTUS_FEMORIS.values()), atol=2e-5)
+
+
+@pytest.mark.parametrize(
+    ("coefficients", "span", "expected"),
+    [
+        ((0.0, 1.0), (-2.0, 0.2), [-2.0, 0.2]),
+        ((0.1, -2.0), (-2.0, 0.2), [-0.05, 1.05]),
+        ((0.0, 1.0), (-math.inf, 0.2), [-FAR, 0.2]),
+        ((0.0, 1.0), (-math.inf, math.inf), []),
+        ((0.3, 0.0), (-2.0, 0.2), []),
+    ],
+)
+def test_a_range_of_a_coordinate_is_one_of_what_it_depends_on(coefficients, span, expected):
+    assert _where(Function(coefficients), span) == pytest.approx(expected)

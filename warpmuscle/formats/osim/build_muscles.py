@@ -297,8 +297,8 @@ def _where(function: Function, span: tuple[float, float]) -> list[float]:
 
     None where the range has no ends, or the function is no line.
     """
-    if function.line is None or function.line[1] == 0.0 or not all(map(math.isfinite, span)):
+    if function.line is None or function.line[1] == 0.0 or not any(map(math.isfinite, span)):
         return []
     offset, slope = function.line
-    low, high = sorted((end - offset) / slope for end in span)
+    low, high = sorted((max(min(end, FAR), -FAR) - offset) / slope for end in span)
     return [low, high] if low < high else []
