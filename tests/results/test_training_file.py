@@ -58,6 +58,13 @@ def test_a_change_of_any_number_is_noticed(policy):
     read_training(path)
 
 
+def test_a_change_of_an_attribute_is_noticed(policy):
+    with h5py.File(training_path(policy), "r+") as file:
+        file["training"].attrs["ended"] = "something else"
+    with pytest.raises(ResultError, match="does not hold what was written"):
+        read_training(training_path(policy))
+
+
 def test_a_training_without_a_digest_is_of_before_there_was_one(policy):
     with h5py.File(training_path(policy), "r+") as file:
         del file.attrs["digest"]

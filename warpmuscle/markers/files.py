@@ -67,6 +67,9 @@ def read_markers(path: str | Path, unit: str | None = None) -> Markers:
         raise SignalError(f"holds {len(time)} frames of {len(names)} markers; there must be two frames", file=path)
     if not np.all(np.isfinite(time)) or np.any(np.diff(time) <= 0.0):
         raise SignalError("times must be numbers that increase", file=path)
+    if len(wrong := np.argwhere(np.isinf(position))):
+        frame, marker, _ = wrong[0]
+        raise SignalError(f"marker {names[marker]!r} is infinitely far away in frame {frame + 1}", file=path)
     lost = (position == 0.0).all(axis=2)  # as many programs write what a camera did not see
     position = np.where((lost & ~lost.all(axis=0))[..., None], np.nan, position)
     return Markers(path, time - time[0], names, position * UNITS[unit or own])

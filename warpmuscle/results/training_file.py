@@ -103,9 +103,11 @@ def locked(path: Path) -> Iterator[None]:
                 fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except BlockingIOError:
                 raise ResultError(f"{path}: another process is at work on this training") from None
-        yield
-        with contextlib.suppress(OSError):
-            place.unlink()
+        try:
+            yield
+        finally:
+            with contextlib.suppress(OSError):
+                place.unlink()
     finally:
         os.close(file)
 
@@ -114,10 +116,14 @@ def _digest(group: Any) -> str:
     """SHA-256 of all names and values in a file."""
     found = hashlib.sha256()
     names: list[str] = []
-    group.visititems(lambda name, one: names.append(name) if isinstance(one, h5py.Dataset) else None)
+    group.visititems(lambda name, _: names.append(name))
     for name in sorted(names):
-        value = group[name][()]
-        array = np.asarray(value)
-        content = repr(array.tolist()).encode() if array.dtype.kind == "O" else array.tobytes()
-        found.update(f"{name} {array.dtype} {array.shape}\n".encode() + content)
+        one = group[name]
+        values = {f"{name}@{key}": one.attrs[key] for key in sorted(one.attrs)}
+        if isinstance(one, h5py.Dataset):
+            values[name] = one[()]
+        for place, value in values.items():
+            array = np.asarray(value)
+            content = repr(array.tolist()).encode() if array.dtype.kind == "O" else array.tobytes()
+            found.update(f"{place} {array.dtype} {array.shape}\n".encode() + content)
     return found.hexdigest()
