@@ -278,5 +278,5 @@ def test_an_arm_that_points_sideways_is_refused():
 def test_a_marker_that_is_infinitely_far_away_is_refused_in_one_line(word, tmp_path):
     path = tmp_path / "a.csv"
     path.write_text(f"time_s,elbow_x,elbow_y,elbow_z\n0,1,2,3\n0.01,1,{word},3\n0.02,1,2,3\n")
-    with pytest.raises(SignalError, match="'elbow' is infinitely far away in frame 2|no number|not a number"):
+    with pytest.raises(SignalError, match=r"infinitely far away in frame 2|no number|not a number"):
         read_markers(path)
