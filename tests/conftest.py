@@ -13,9 +13,9 @@ from shared_kernels import compile_all, settings
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_sessionstart(session: pytest.Session) -> None:
-    """Compile what many test files use before parallel workers start."""
+    """Compile what many test files use before parallel workers start; a process by itself compiles what it uses."""
     settings()
-    if not hasattr(session.config, "workerinput"):
+    if session.config.pluginmanager.hasplugin("dsession"):  # what makes a process the controller of xdist's workers
         compile_all()
 
 

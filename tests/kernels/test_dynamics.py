@@ -214,6 +214,33 @@ def test_spinning_body_turns_about_its_axes_as_euler_says():
     assert_close(rate, np.cross(np.array(INERTIA) * w, w) / INERTIA)
 
 
+@pytest.mark.parametrize("gravity", [0.0, G])
+def test_two_links_follow_the_equations_of_the_double_pendulum(gravity: float):
+    """Lagrange's equations in the links' angles to the vertical: centrifugal forces carry w^2 sin(difference)."""
+    upper, lower, to_elbow, to_lower = Body(1.5, (0.06, 0.02, 0.05)), Body(0.8, (0.03, 0.01, 0.02)), 0.3, 0.2
+    joints = {
+        "shoulder": Joint("hinge", "stand", "upper", ORIGIN, (0.0, 0.25, 0.0), [X]),
+        "elbow": Joint("hinge", "upper", "lower", (0.0, 0.25 - to_elbow, 0.0), (0.0, to_lower, 0.0), [X]),
+    }
+    bodies = {"stand": Body(1.0, (1.0, 1.0, 1.0)), "upper": upper, "lower": lower}
+    scene = free(Character("stand", bodies, joints, root_joint="fixed"), gravity=gravity)
+    angle = np.random.default_rng(11).uniform(-np.pi, np.pi, (40, 2))
+    rate = np.random.default_rng(12).uniform(-8.0, 8.0, (40, 2))
+    states = random_states(scene.character, 40, seed=13)
+    for joint, (turn, speed) in enumerate([(angle[:, 0], rate[:, 0]), (np.diff(angle)[:, 0], np.diff(rate)[:, 0])]):
+        states.joint_orientation[:, joint] = [about(X, one) for one in turn]
+        states.joint_angular_velocity[:, joint] = speed[:, None] * X
+    got = np.cumsum(stages_at(scene, states).forward_dynamics()["speed_rate"], axis=1)
+    lever, apart = lower.mass * to_elbow * to_lower, angle[:, 0] - angle[:, 1]
+    matrices = np.empty((40, 2, 2))
+    matrices[:, 0, 0] = 0.06 + upper.mass * 0.25**2 + lower.mass * to_elbow**2
+    matrices[:, 1, 1] = 0.03 + lower.mass * to_lower**2
+    matrices[:, 0, 1] = matrices[:, 1, 0] = lever * np.cos(apart)
+    weight = gravity * np.sin(angle) * [upper.mass * 0.25 + lower.mass * to_elbow, lower.mass * to_lower]
+    centrifugal = lever * np.sin(apart)[:, None] * np.column_stack([-(rate[:, 1] ** 2), rate[:, 0] ** 2])
+    assert_close(got, np.linalg.solve(matrices, (centrifugal - weight)[..., None])[..., 0], 2e-5)
+
+
 # Joint limits.
 
 STIFFNESS, DAMPING, STEP = 400.0, 3.0, 0.0005

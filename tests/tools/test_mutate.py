@@ -1,0 +1,140 @@
+"""Mutations are such changes as they say, and are tried on a copy by the tests that may see them."""
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+if str(ROOT / "tools") not in sys.path:
+    sys.path.append(str(ROOT / "tools"))
+
+from mutations.changes import all_mutations, mutations_of, sample  # noqa: E402
+from mutations.tests_of import ordered_tests  # noqa: E402
+from mutations.trial import Trial  # noqa: E402
+
+SOURCE = b'''"""No 1.0 + 2.0 of a docstring."""
+HALF: float = 0.5
+SMALLEST_PART = 1.0e-12
+
+
+def force(a: float, b: float) -> float:
+    if a < 0.0:
+        raise ValueError(f"a is {a - 1.0}")
+    return a - b * cos(a)
+
+
+def title(a: float) -> str:
+    return "m" * int(a + 1.0)
+'''
+
+SMALL = """
+def lever(force: float, arm: float) -> float:
+    return force * arm + 0.0 * arm
+"""
+
+TEST = """
+from warpmuscle.gait.lever import lever
+
+
+def test_failing_anyway():
+    assert lever(0.0, 0.0) == 1.0
+
+
+def test_lever():
+    assert lever(2.0, 3.0) == 6.0
+"""
+
+
+def changed(source: bytes) -> dict[str, set[tuple[str, str]]]:
+    found: dict[str, set[tuple[str, str]]] = {}
+    for m in mutations_of("a.py", source):
+        found.setdefault(m.kind, set()).add((m.before, m.after))
+    return found
+
+
+def test_what_computes_is_changed_and_nothing_else():
+    assert changed(SOURCE) == {
+        "number": {("0.5", "0.625"), ("0.5", "0.4"), ("0.0", "1.0")},
+        "comparison": {("a < 0.0", "a > 0.0")},
+        "operator": {("a - b * cos(a)", "a + (b * cos(a))"), ("b * cos(a)", "b / cos(a)")},
+        "term dropped": {
+            ("a - b * cos(a)", "a"), ("a - b * cos(a)", "(-(b * cos(a)))"), ("b * cos(a)", "b"),
+            ("b * cos(a)", "cos(a)"),
+        },
+        "term doubled": {("a - b * cos(a)", "(a - (b * cos(a)) - (b * cos(a)))")},
+        "swapped": {("a - b * cos(a)", "((b * cos(a)) - a)")},
+        "function": {("cos", "sin")},
+    }  # fmt: skip
+
+
+def test_what_is_the_same_both_ways_is_left_out():
+    assert "swapped" not in changed(b"x = wp.max(a, b)")
+    assert changed(b"x = wp.clamp(a, a, b)")["swapped"] == {("a, b", "b, a")}
+    assert changed(b"if n < 3: n += 1")["comparison"] == {("n < 3", "n > 3"), ("n < 3", "n <= 3")}
+
+
+def test_every_mutation_of_the_physics_is_a_change_that_python_reads():
+    mutations = all_mutations(ROOT)
+    assert len(mutations) > 10000
+    assert {m.path.rsplit("/", 1)[0] for m in mutations} == {
+        "kernels", "warpmuscle/model", "warpmuscle/gait", "warpmuscle/studies",
+    }  # fmt: skip
+    for mutation in sample(mutations, 200, 3):
+        source = (ROOT / mutation.path).read_bytes()
+        assert ast.dump(ast.parse(mutation.applied(source))) != ast.dump(ast.parse(source)), mutation
+
+
+def test_a_seed_gives_the_same_mutations_a_line_each():
+    mutations = all_mutations(ROOT, "gait/")
+    chosen = sample(mutations, 30, 5)
+    assert chosen == sample(mutations, 30, 5) != sample(mutations, 30, 6)
+    assert len({(m.path, m.line) for m in chosen}) == 30
+
+
+def test_a_file_that_has_changed_is_not_mutated():
+    mutation = mutations_of("a.py", SOURCE)[0]
+    with pytest.raises(ValueError, match=r"^a\.py: changed since its mutations were listed; run again$"):
+        mutation.applied(SOURCE + b"\n")
+
+
+def test_the_mirror_comes_first_then_what_imports_the_module():
+    tests = ordered_tests(ROOT, "kernels/activation.py")
+    assert tests[0] == "tests/kernels/test_activation.py"
+    near, far = tests.index("tests/kernels/test_muscle_control.py"), tests.index("tests/search/test_random.py")
+    assert near < far
+    assert not any(test.startswith(("tests/docs", "tests/tools")) for test in tests)
+
+
+def test_a_mutation_is_caught_by_a_test_that_passes_without_it(tmp_path: Path):
+    for name in ("warpmuscle", "warpmuscle/gait", "tests", "tests/gait", "kernels", "scenes"):
+        (tmp_path / "root" / name).mkdir(parents=True)
+    root = tmp_path / "root"
+    for name in ("warpmuscle", "warpmuscle/gait"):
+        (root / name / "__init__.py").touch()
+    (root / "pyproject.toml").write_text("[tool.pytest.ini_options]\naddopts = '--import-mode importlib'\n")
+    (root / "warpmuscle/gait/lever.py").write_text(SMALL)
+    (root / "tests/gait/test_lever.py").write_text(TEST)
+    trial = Trial(root, tmp_path / "copy", tmp_path / "kernels")
+    outcomes = {
+        (m.before, m.after): trial.try_one(m, 100.0)
+        for m in all_mutations(root)
+        if (m.before, m.after) in {("force * arm", "force / arm"), ("0.0", "1.0"), ("0.0 * arm", "0.0")}
+    }
+    assert {change: (o.status, o.by) for change, o in outcomes.items()} == {
+        ("force * arm", "force / arm"): ("caught", "tests/gait/test_lever.py::test_lever"),
+        ("0.0", "1.0"): ("caught", "tests/gait/test_lever.py::test_lever"),
+        ("0.0 * arm", "0.0"): ("survived", ""),
+    }
+    assert (trial.folder / "warpmuscle/gait/lever.py").read_text() == SMALL
+
+
+def test_the_tool_lists_and_refuses():
+    command = [sys.executable, str(ROOT / "tools/mutate.py"), "--list", "--only"]
+    listed = subprocess.run([*command, "gait/cycles", "--sample", "4"], capture_output=True, text=True)
+    assert [line.split(":")[0] for line in listed.stdout.splitlines()] == ["warpmuscle/gait/cycles.py"] * 4
+    refused = subprocess.run([*command, "nowhere"], capture_output=True, text=True)
+    assert refused.returncode == 2
+    assert "nowhere" in refused.stderr

@@ -1,0 +1,81 @@
+"""Which test files may see a change of a module, those first that are likely to see it soon."""
+
+from __future__ import annotations
+
+import ast
+from collections import deque
+from pathlib import Path
+
+LEFT_OUT = (
+    "tests/docs/", "tests/gpu/", "tests/tools/", "tests/test_style.py", "tests/test_distribution.py",
+    "tests/test_readme.py", "tests/test_architecture.py", "tests/test_short_texts.py", "tests/video/",
+    "tests/report/", "tests/view/", "tests/plots/",
+)  # fmt: skip
+FAR = 99  # steps from a test to a module that it does not import
+
+
+def module_of(path: str) -> str:
+    """Dotted name of a file of the repository, as imports have it."""
+    name = path.removesuffix(".py").removesuffix("/__init__").replace("/", ".")
+    return f"warpmuscle.{name}" if name.startswith(("kernels", "scenes")) else name
+
+
+def ordered_tests(root: Path, path: str) -> list[str]:
+    """Test files for a module: the one that mirrors it, then by how many imports lead from the test to the module.
+
+    Files of as many steps: those of the same folder first. Files that never import it come last, since scenes are
+    run by name, too; files without physics are left out.
+    """
+    imports = _imports(root)
+    wanted, folder = module_of(path), path.removeprefix("warpmuscle/").rsplit("/", 1)[0]
+    distance = _distances(imports, wanted)
+    tests = [str(p.relative_to(root)) for p in sorted((root / "tests").rglob("test_*.py"))]
+    mirror = f"tests/{folder}/test_{Path(path).stem}.py"
+
+    def key(test: str) -> tuple[bool, int, bool, str]:
+        return test != mirror, distance.get(test, FAR), not test.startswith(f"tests/{folder}/"), test
+
+    return sorted((test for test in tests if not test.startswith(LEFT_OUT)), key=key)
+
+
+def _distances(imports: dict[str, set[str]], wanted: str) -> dict[str, int]:
+    """Steps from every module or test to the wanted one."""
+    importers: dict[str, set[str]] = {}
+    for module, of in imports.items():
+        for other in of:
+            importers.setdefault(other, set()).add(module)
+    distance, waiting = {wanted: 0}, deque([wanted])
+    while waiting:
+        module = waiting.popleft()
+        for importer in importers.get(module, ()):
+            if importer not in distance:
+                distance[importer] = distance[module] + 1
+                waiting.append(importer)
+    return distance
+
+
+def _imports(root: Path) -> dict[str, set[str]]:
+    """What every module, and every file of tests by its path, imports; helpers of tests by their bare names."""
+    found: dict[str, set[str]] = {}
+    for folder in ("kernels", "warpmuscle"):
+        for path in (root / folder).rglob("*.py"):
+            if path.is_relative_to(root / "warpmuscle/kernels"):
+                continue  # a link to the folder of kernels, in a copy
+            name = str(path.relative_to(root))
+            found[module_of(name)] = _imported(path)
+    for path in (root / "tests").rglob("*.py"):
+        test = path.name.startswith("test_")
+        found[str(path.relative_to(root)) if test else path.stem] = _imported(path)
+    return found
+
+
+def _imported(path: Path) -> set[str]:
+    """Names of modules that a file imports, wherever the import stands."""
+    names: set[str] = set()
+    for node in ast.walk(ast.parse(path.read_bytes())):
+        if isinstance(node, ast.Import):
+            names.update(alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            names.add(node.module)
+            names.update(f"{node.module}.{alias.name}" for alias in node.names)
+    return names
