@@ -152,6 +152,24 @@ class EpisodeBatch:
         self._begin()
         self._observe(self.senses.observation)
 
+    def begin(self, mask: ArrayLike) -> None:
+        """Begin the next episode of some instances, after a `step` that was not to; the others go on.
+
+        Args:
+            mask: (instances,) whose.
+
+        Raises:
+            RolloutError: another number of instances.
+        """
+        chosen = np.ascontiguousarray(mask, dtype=bool)
+        if chosen.shape != (len(self._stepper.state.step),):
+            raise RolloutError(
+                f"a mask of shape {chosen.shape} chooses none of {len(self._stepper.state.step)} instances"
+            )
+        self.episodes.mask.assign(chosen)
+        self._begin()
+        self._observe(self.senses.observation)
+
     def begin_under(self, disturbances: Perturbations, commands: Mapping[str, ArrayLike]) -> None:
         """Begin all episodes anew from the scene's initial state, each disturbed and told what to do in its own way.
 
