@@ -46,7 +46,7 @@ from warpmuscle.formats import load
 from warpmuscle.gym.pictures import Pictures
 from warpmuscle.gym.settings import Settings
 from warpmuscle.gym.tasks import TaskBatch
-from warpmuscle.learning.episodes import checked_task
+from warpmuscle.learning.tasks import checked_task
 from warpmuscle.model.objective import weighted
 from warpmuscle.scene import Scene
 from warpmuscle.scene.joints import root_type

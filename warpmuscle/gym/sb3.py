@@ -39,7 +39,6 @@ class Sb3Env(VecEnv):  # type: ignore[misc]
         self.env = env
         self._actions: Any = None
         super().__init__(env.num_envs, env.single_observation_space, env.single_action_space)
-        self.metadata = {"render_modes": ["human", *env.metadata["render_modes"]]} if env.render_mode else self.metadata
 
     def reset(self) -> Array:
         """Begin all episodes anew; by the first seed of `seed`, if it has been called since the last time."""
