@@ -91,3 +91,23 @@ def test_a_mistake_is_one_line(name, folder):
     assert code == 2, said
     assert message in said.replace("\n", " ")
     assert "Traceback" not in said
+
+
+def test_a_policy_is_written_for_other_programs(tmp_path):
+    onnx = pytest.importorskip("onnx", reason="the extra `onnx` is not installed")
+    code, told, said = warpmuscle(tmp_path, "export", FILES / "walk56_tasks.h5", "-o", "walk.onnx")
+    assert code == 0, said
+    assert "wrote walk.onnx: " in told
+    assert onnx.load(tmp_path / "walk.onnx").graph.input[0].name == "observation"
+    code, _, said = warpmuscle(tmp_path, "export", FILES / "walk56_tasks.h5", "-o", "w.onnx", "--replay", 1)
+    assert code == 2
+    assert "a policy has no motions" in said.replace("\n", " ")
+
+
+def test_who_cannot_write_a_policy_is_told_what_to_install(tmp_path):
+    hidden = "import sys; sys.modules['onnx'] = None; from warpmuscle.__main__ import main; main()"
+    command = [sys.executable, "-c", hidden, "export", str(FILES / "walk56_tasks.h5"), "-o", "walk.onnx"]
+    said = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False).stderr
+    assert 'pip install "warpmuscle[onnx]"' in said.replace("\n", " ")
+    assert "Traceback" not in said
+    assert not list(tmp_path.iterdir())
