@@ -11,7 +11,7 @@ from warpmuscle.core.errors import Error
 from warpmuscle.core.status import Status
 from warpmuscle.formats import load
 from warpmuscle.gym.biped import BipedEnv, BipedVectorEnv
-from warpmuscle.gym.tasks import TaskBatch
+from warpmuscle.gym.tasks import TaskBatch, action_ends
 from warpmuscle.learning import EpisodeBatch, Sense, Task, Variation
 from warpmuscle.scene import Scene
 
@@ -109,6 +109,30 @@ def test_the_space_of_actions_is_finite_and_reaches_as_far_as_actions_do_anythin
     np.testing.assert_allclose([box.low[0], box.high[0]], [-0.25, 2.25], rtol=1e-6)  # clip(0.1 + 0.4 a, 0, 1)
     aimed = BipedEnv(scene(Task(actions="joint_targets")), "cpu").action_space
     assert (aimed.low[0], aimed.high[0]) == (-3.0, 3.0)
+
+
+@pytest.mark.parametrize(
+    ("known", "ends"),
+    [
+        (None, (-3.0, 3.0)),
+        ((-10.0, 90.0), (-10.0, 90.0)),  # of excitations at a small scale
+        ((-0.25, 1e6), (-0.25, 3.0)),  # of synergies
+        ((5.0, 1e6), (5.0, 8.0)),
+        ((-1e6, -5.0), (-8.0, -5.0)),
+    ],
+)
+def test_ends_of_the_space_are_finite_and_in_order(known: tuple | None, ends: tuple):
+    assert action_ends(known) == ends
+
+
+def test_a_batch_with_a_task_is_drawn_as_it_stands():
+    pytest.importorskip("matplotlib", reason="matplotlib is not installed")
+    env = BipedVectorEnv(1, scene(), "cpu", render_mode="rgb_array")
+    env.reset(seed=1)
+    env.step(told(1, 1)[0])
+    (picture,) = env.render()
+    assert picture.shape == (480, 640, 3)
+    assert np.ptp(picture) > 0
 
 
 @pytest.mark.parametrize("task", [TASK, None])

@@ -16,11 +16,12 @@ from numpy.typing import NDArray
 from warpmuscle.core.errors import Error
 from warpmuscle.core.status import Status
 from warpmuscle.gym.pictures import Pictures
+from warpmuscle.learning.actions import HUGE_ACTION
 from warpmuscle.learning.episodes import LARGEST_SEED, EpisodeBatch
 from warpmuscle.scene import Scene
 from warpmuscle.scene.learning import Task
 
-WIDEST = 3.0  # of the space of actions of which more always does more
+WIDEST = 3.0  # of the space of actions where more always does more
 
 Array = NDArray[np.float32]
 Flags = NDArray[np.bool_]
@@ -31,7 +32,7 @@ class TaskBatch:
 
     Attributes:
         batch: the episodes. rollout: its own. dt: s, that a decision lasts.
-        action_space: -3 to 3, or as far as actions do anything; beyond it they count as they are.
+        action_space: as far as actions do anything, or -3 to 3; beyond it they count as they are.
         observation_space: of any size. observation_names, action_names: of the numbers.
     """
 
@@ -40,7 +41,7 @@ class TaskBatch:
         self.batch = batch = EpisodeBatch(scene, count, device, task, threads=threads)
         self.rollout, self.dt = batch.rollout, batch.dt
         self.observation_names, self.action_names = tuple(batch.senses.names), batch.actions.names
-        low, high = np.clip(batch.actions.range or (-WIDEST, WIDEST), -WIDEST, WIDEST).tolist()
+        low, high = action_ends(batch.actions.range)
         self.action_space = Box(low, high, (len(self.action_names),), np.float32)
         self.observation_space = Box(-np.inf, np.inf, (len(self.observation_names),), np.float32)
         self._shape = (count, len(self.action_names))
@@ -83,3 +84,13 @@ class TaskBatch:
         """The first instance as it stands, (480, 640, 3); raises Error without the extra `video`."""
         self._pictures = self._pictures or Pictures(self.rollout)
         return self._pictures.of(self.rollout)
+
+
+def action_ends(known: tuple[float, float] | None) -> tuple[float, float]:
+    """Ends of the space of actions that do nothing more beyond these two, if there are any."""
+    low, high = known or (-HUGE_ACTION, HUGE_ACTION)
+    reaches_down, reaches_up = low <= -HUGE_ACTION, high >= HUGE_ACTION
+    return (
+        -WIDEST + (0.0 if reaches_up else min(high, 0.0)) if reaches_down else low,
+        WIDEST + (0.0 if reaches_down else max(low, 0.0)) if reaches_up else high,
+    )
