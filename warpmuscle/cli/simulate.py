@@ -23,7 +23,7 @@ from warpmuscle.cli.common import (
     start_warp,
     writable,
 )
-from warpmuscle.cli.console import log, out, print_gait, suggest
+from warpmuscle.cli.console import log, out, print_gait, print_warnings, suggest
 from warpmuscle.cli.walkers import shared_out
 from warpmuscle.simulation.cuda_warmup import start_driver
 
@@ -96,12 +96,13 @@ def _act(
 
     Commands of the policy are told to it; others are those of the scene, such as a slope that the policy must feel.
     """
-    from warpmuscle.learning.player import commanded, lasting, learned_in, replay, task_of, what_is_told
+    from warpmuscle.learning.player import beyond, commanded, lasting, learned_in, replay, task_of, what_is_told
     from warpmuscle.scene.parameters import free_parameters
 
     learned = learned_in(policy)
     task = task_of(learned)
     scene, to_policy = shared_out(scene, task, commands)
+    print_warnings(beyond(task, to_policy))
     task = lasting(commanded(task, to_policy))
     with log.status("simulating; the first run compiles for some seconds"):
         recording, status = replay(learned.policy, scene, device, task, rate=rate)
