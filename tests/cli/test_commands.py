@@ -82,6 +82,28 @@ def test_export_writes_a_recorded_motion_for_opensim(tmp_path):
     assert (wrong.returncode, "none with number 3" in wrong.stderr) == (2, True)
 
 
+def test_optimize_frees_numbers_by_pattern_and_leaves_what_nothing_uses(tmp_path):
+    free = ("--free", "character.muscles.?SOL.l_opt = 20 %", "--free", "character.muscles.lGLU.l_opt=[0.01, 1]")
+    hips = ("--set", "actuation.lHip={drive='torque'}", "--set", "actuation.rHip={drive='torque'}")
+    short = ("--candidates", 2, "--duration", 0.1, "-o", "r.h5")
+    done = run("optimize", "walk56", *hips, *free, *short, folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "nothing uses" in done.stderr
+    assert "character.muscles.lGLU" in done.stderr
+    with h5py.File(tmp_path / "r.h5") as file:
+        table = {key: column[()] for key, column in file["parameters"].items()}
+        assert "--free" in file.attrs["command"]
+    names = [name.decode() for name in table["name"]]
+    assert not {name for name in names if "GLU" in name}
+    at = names.index("character.muscles.lSOL.l_opt")
+    value = load("walk56").character.muscles["lSOL"].l_opt
+    start = getattr(value, "value", value)
+    assert [table[key][at] for key in ("value", "min", "max")] == pytest.approx([start, 0.8 * start, 1.2 * start])
+    wrong = run("optimize", "walk56", "--free", "character.muscles.XY*.f_max = 20 %", folder=tmp_path)
+    assert wrong.returncode == 2
+    assert "--free: character.muscles.XY*.f_max: no number that may be free has a path" in wrong.stderr
+
+
 def test_optimize_then_apply_gives_a_scene_with_the_best_cost(tmp_path):
     arguments = ("--candidates", 6, "--duration", 0.5, "-o", "result.h5")
     done = run("optimize", "fwalk", *arguments, folder=tmp_path)
