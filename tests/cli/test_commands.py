@@ -82,6 +82,16 @@ def test_export_writes_a_recorded_motion_for_opensim(tmp_path):
     assert (wrong.returncode, "none with number 3" in wrong.stderr) == (2, True)
 
 
+def test_original_muscles_that_fall_on_other_laws_are_told_of_legacy(tmp_path):
+    assert run("convert", "walk44_legacy", "-o", "walk.rbs", folder=tmp_path).returncode == 0
+    fallen = run("simulate", "walk.rbs", "walk.sbc", "--duration", 3, folder=tmp_path)
+    assert "fell" in fallen.stdout
+    assert "--legacy computes them so" in fallen.stderr
+    as_there = run("simulate", "walk.rbs", "walk.sbc", "--duration", 3, "--legacy", folder=tmp_path)
+    assert "fell" in as_there.stdout
+    assert "--legacy" not in as_there.stderr
+
+
 def test_optimize_frees_numbers_by_pattern_and_leaves_what_nothing_uses(tmp_path):
     free = ("--free", "character.muscles.?SOL.l_opt = 20 %", "--free", "character.muscles.lGLU.l_opt=[0.01, 1]")
     hips = ("--set", "actuation.lHip={drive='torque'}", "--set", "actuation.rHip={drive='torque'}")
