@@ -82,6 +82,24 @@ def test_export_writes_a_recorded_motion_for_opensim(tmp_path):
     assert (wrong.returncode, "none with number 3" in wrong.stderr) == (2, True)
 
 
+def test_info_and_simulate_tell_the_same_mass_of_muscles(tmp_path):
+    shown = run("info", "walk44_but_hips", folder=tmp_path)
+    done = run("simulate", "walk44_but_hips", "--duration", 3, folder=tmp_path)
+    assert "44 of 56 muscles drive joints: 22.7 kg of muscle at 0.6 MPa (54.5 kg at 0.25 MPa)" in shown.stdout
+    assert "22.7 kg of muscle at 0.6 MPa (54.5 kg at 0.25 MPa)" in done.stdout
+    assert "muscles drive joints" not in run("info", "walk56", folder=tmp_path).stdout
+
+
+@pytest.mark.parametrize("script", ["elbow_open_loop", "weakness"])
+def test_an_experiment_without_matplotlib_says_which_extra_it_needs(script, tmp_path):
+    path = Path(__file__).parents[2] / "tools/experiments"
+    code = f"import sys; sys.modules['matplotlib'] = None; sys.path.insert(0, {str(path)!r}); import {script}"
+    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode == 1
+    assert done.stderr.splitlines()[-1].endswith("pip install 'warpmuscle[plot]'")
+    assert "Traceback" not in done.stderr
+
+
 def test_original_muscles_that_fall_on_other_laws_are_told_of_legacy(tmp_path):
     assert run("convert", "walk44_legacy", "-o", "walk.rbs", folder=tmp_path).returncode == 0
     fallen = run("simulate", "walk.rbs", "walk.sbc", "--duration", 3, folder=tmp_path)

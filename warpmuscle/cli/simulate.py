@@ -71,9 +71,7 @@ def simulate(
     if policy is None:
         recording, parameters, fell = _run(scene, where, rate)
         if fell and not scene.muscle_model.legacy and _of_original(sources) and scene.character.muscles:
-            log.print(
-                "note: the muscles of these files were tuned for the original program; --legacy computes them so"
-            )
+            log.print("note: the muscles of these files were tuned for the original program; --legacy computes them so")
     else:
         scene, recording, parameters = _act(scene, policy, commands or [], where, rate)
     gait = print_gait(scene, recording)

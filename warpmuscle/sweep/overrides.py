@@ -32,6 +32,7 @@ from warpmuscle.scene.validation.checks import near
 from warpmuscle.scene.validation.scene import check_scene
 
 SCALE = "scale"
+BY_JOINT = ("actuation", "initial_state.joints")
 
 
 @dataclass(frozen=True)
@@ -205,6 +206,8 @@ def check_exists(scene: Scene, names: list[str], new: bool = False) -> None:
         if is_pattern(name):
             return
         known = _names(node)
+        if ".".join(names[:depth]) in BY_JOINT:  # tables in which a joint may be named for the first time
+            known = list(dict.fromkeys([*known, *scene.character.joints]))
         if name not in known:
             of_parts = isinstance(node, dict) and any(isinstance(part, msgspec.Struct) for part in node.values())
             if depth == len(names) - 1 and isinstance(node, dict) and (new or not of_parts):
