@@ -92,4 +92,4 @@ def in_short(names: list[str]) -> str:
 
 def _is_weight(name: str) -> bool:
     """Whether a parameter weighs a term of the objective, which happens on the host."""
-    return name.startswith("objective.") and name.split(".")[1] in (*TERMS, "custom")
+    return name.startswith("objective.") and name.split(".")[1] in (*TERMS, "custom", "torque_by_joint")

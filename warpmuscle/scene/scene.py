@@ -266,6 +266,7 @@ class Objective(_Weights):
     metabolic_model: Literal["wang", "umberger", "bhargava"] = "wang"  # sources stand in `accounting.py`
     metabolic_work: Literal["net", "positive"] | None = None  # of fibres; by default as the model has it
     basal_rate: Annotated[Number | None, "W/kg"] = None  # at rest; by default that of the model
+    torque_by_joint: Annotated[dict[str, Number], "1"] = {}  # how often a joint's feedback torque counts; others once
     failure_cost: Annotated[float, "1"] = 1.0e6
     custom: Annotated[dict[str, Number], "1"] = {}  # weights of `module:function`, see `user_functions`
 
