@@ -51,6 +51,14 @@ Settings = Annotated[
         help="Another value in the scene: objective.target_speed=1.25, or 'character.muscles.?SOL.f_max={factor=0.5}'.",
     ),
 ]
+FreeNumbers = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--free",
+        metavar="PATTERN=INTERVAL",
+        help="Numbers to search for besides: 'character.muscles.?SOL.* = 20 %', around their values, or '= [0.5, 2]'.",
+    ),
+]
 Commands = Annotated[
     list[str] | None,
     typer.Option(
@@ -170,6 +178,20 @@ def with_settings(scene: Scene, settings: list[str]) -> Scene:
     return overridden(scene, overrides)
 
 
+def with_free(scene: Scene, free: list[str]) -> Scene:
+    """The scene with more numbers free, each given as PATTERN = 20 % or PATTERN = [min, max]; see `free_numbers`."""
+    from warpmuscle.core.errors import SceneError
+    from warpmuscle.sweep.free_numbers import read_interval, with_free_numbers
+
+    try:
+        scene, notes = with_free_numbers(scene, [read_interval(text) for text in free])
+    except SceneError as error:
+        raise Error(f"--free: {error}") from None
+    for note in notes:
+        log.print(f"note: {note}", markup=False)
+    return scene
+
+
 @contextlib.contextmanager
 def doubts_printed() -> Iterator[None]:
     """Print on the error stream, after the work within, what is probably a mistake in scenes."""
@@ -182,12 +204,13 @@ def doubts_printed() -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def machines_told() -> Iterator[None]:
-    """Print on the error stream, at once, that a search goes on on another machine than it began on."""
-    from warpmuscle.core.errors import ResumeWarning
+def searches_told() -> Iterator[None]:
+    """Print on the error stream, at once, that a search goes on on another machine, or leaves parameters as given."""
+    from warpmuscle.core.errors import ResumeWarning, UnusedParameterWarning
 
     with warnings.catch_warnings():
         warnings.simplefilter("always", ResumeWarning)
+        warnings.simplefilter("always", UnusedParameterWarning)
         warnings.showwarning = lambda message, *_: log.print(f"note: {message}")
         yield
 

@@ -66,6 +66,7 @@ def info(sources: Sources, settings: Settings = None, trust: Trust = False) -> N
     if muscles := list(numeric.character.muscles.values()):
         share = 100.0 * total_mass(muscles, numeric.muscle_model) / mass
         out.print(f"{muscle_mass_text(muscles, numeric.muscle_model)}, {share:.3g} % of the body", markup=False)
+        _print_driven_mass(numeric)
         _print_muscles(numeric)
     width = max((len(p.name) for p in parameters), default=0)
     for p in parameters:
@@ -177,6 +178,18 @@ def convert(
     if output.suffix == ".toml":
         idle = " with its muscles at rest; `excitation` moves them" if scene.controller is None else ""
         suggest(f"`warpmuscle simulate {output} -o {output.stem}.h5` runs it{idle}")
+
+
+def _print_driven_mass(scene: Scene) -> None:
+    """Print the mass of the muscles that are simulated, whose energy counts, where that is not all of them."""
+    from warpmuscle.model.muscles import driven
+    from warpmuscle.scene.masses import muscle_mass_text
+    from warpmuscle.scene.topology import topology
+
+    moving, count = driven(scene, topology(scene.character)).of(scene), len(scene.character.muscles)
+    if 0 < len(moving) < count:
+        mass = muscle_mass_text(moving, scene.muscle_model)
+        out.print(f"{len(moving)} of {count} muscles drive joints: {mass}, whose energy counts", markup=False)
 
 
 def _print_muscles(scene: Scene) -> None:

@@ -69,7 +69,9 @@ def simulate(
 
     where = str(find_devices(device)[0])
     if policy is None:
-        recording, parameters = _run(scene, where, rate)
+        recording, parameters, fell = _run(scene, where, rate)
+        if fell and not scene.muscle_model.legacy and _of_original(sources) and scene.character.muscles:
+            log.print("note: the muscles of these files were tuned for the original program; --legacy computes them so")
     else:
         scene, recording, parameters = _act(scene, policy, commands or [], where, rate)
     gait = print_gait(scene, recording)
@@ -115,8 +117,13 @@ def _act(
     return scene, recording, free_parameters(scene)
 
 
-def _run(scene: Scene, device: str, rate: float) -> tuple[Recording, list[Parameter]]:
-    """The motion of a scene, after it has been printed how it went, and its free parameters."""
+def _of_original(sources: list[str]) -> bool:
+    """Whether a scene was read from the original program's files."""
+    return any(Path(source).suffix.lower() == ".rbs" for source in sources)
+
+
+def _run(scene: Scene, device: str, rate: float) -> tuple[Recording, list[Parameter], bool]:
+    """The motion of a scene, after it has been printed how it went, its free parameters, and whether it fell."""
     from warpmuscle.core.status import Status
     from warpmuscle.simulation.rollout import Rollout
 
@@ -131,7 +138,7 @@ def _run(scene: Scene, device: str, rate: float) -> tuple[Recording, list[Parame
         f"{scene.name}: {_ended(status, recording, scene)}; {rollout.end_time()[0]:.4g} s simulated in "
         f"{time.perf_counter() - begin:.2f} s on {rollout.device}, cost {rollout.cost()[0]:.6g}"
     )
-    return recording, rollout.parameters
+    return recording, rollout.parameters, status == Status.FELL
 
 
 def _ended(status: Status, recording: Recording, scene: Scene) -> str:
