@@ -36,6 +36,9 @@ Sources = Annotated[
 Device = Annotated[
     str | None, typer.Option(help="cpu, cuda:0, cuda:all, cuda:0,cuda:2, ...; by default a GPU if there is one.")
 ]
+LimitStiffness = Annotated[
+    float, typer.Option("--limit-stiffness", min=0.0, help="Of ranges of a .osim that no force holds, N m/rad or N/m.")
+]
 Threads = Annotated[int | None, typer.Option(min=1, help="CPU threads, of no effect on GPUs; by default one a core.")]
 Duration = Annotated[float | None, typer.Option(help="Simulated time, s; by default the scene's.")]
 TimeStep = Annotated[float | None, typer.Option(help="Time step, s; by default the scene's.")]
@@ -110,6 +113,7 @@ def load_scene(
     hard_points: bool = False,
     commands: list[str] | None = None,
     merge_welds: bool = False,
+    limit_stiffness: float = 0.0,
 ) -> Scene:
     """The scene with what `--set` and `--command` change; what its files hold that is not used, on the error stream."""
     from warpmuscle.formats import Ignored, load
@@ -123,7 +127,7 @@ def load_scene(
                 warnings.simplefilter("ignore", SceneWarning)
             scene = load(
                 *sources, ignored=ignored, keyword_rule=keyword_rule, ball_joints=ball_joints, hard_points=hard_points,
-                merge_welds=merge_welds,
+                merge_welds=merge_welds, limit_stiffness=limit_stiffness,
             )  # fmt: skip
         if settings:
             scene = with_settings(scene, settings)

@@ -10,6 +10,7 @@ import typer
 from warpmuscle.cli.common import (
     Device,
     Duration,
+    LimitStiffness,
     Settings,
     Sources,
     Trust,
@@ -156,6 +157,7 @@ def convert(
     hard_points: Annotated[
         bool, typer.Option("--hard-points", help="Paths of a .osim jump where OpenSim's do.")
     ] = False,
+    limit_stiffness: LimitStiffness = 0.0,
     merge_welds: Annotated[
         bool, typer.Option("--merge-welds", help="Bodies of a .osim that are welded to others, or locked, join these.")
     ] = False,
@@ -167,7 +169,10 @@ def convert(
     three = (".rbs", ".sbc", ".rs")
     files = [output.with_suffix(suffix) for suffix in three] if output.suffix in three else [output]
     writable_beside(sources, *files)
-    scene = load_scene(sources, keyword_rule, ball_joints=ball_joints, hard_points=hard_points, merge_welds=merge_welds)
+    scene = load_scene(
+        sources, keyword_rule, ball_joints=ball_joints, hard_points=hard_points, merge_welds=merge_welds,
+        limit_stiffness=limit_stiffness,
+    )  # fmt: skip
     lost: list[Ignored] = []
     if output.suffix == ".xml":
         mjcf.write(scene, output)

@@ -12,6 +12,7 @@ from warpmuscle.cli.common import (
     Commands,
     Device,
     Duration,
+    LimitStiffness,
     Policy,
     Settings,
     Sources,
@@ -44,6 +45,7 @@ def simulate(
     legacy: Annotated[
         bool, typer.Option("--legacy", help="Muscles as the original program computed them, without bounds.")
     ] = False,
+    limit_stiffness: LimitStiffness = 0.0,
     settings: Settings = None,
     commands: Commands = None,
     device: Device = None,
@@ -61,7 +63,8 @@ def simulate(
     writable(output, plot)
     start_driver(device)
     of_scene = commands if policy is None else None  # else some are the policy's
-    scene = changed(load_scene(sources, settings=settings, commands=of_scene), duration, time_step, implicit_pd)
+    scene = load_scene(sources, settings=settings, commands=of_scene, limit_stiffness=limit_stiffness)
+    scene = changed(scene, duration, time_step, implicit_pd)
     if legacy:
         scene = _as_legacy(scene)
     start_warp()
