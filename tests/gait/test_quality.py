@@ -11,8 +11,10 @@ from warpmuscle.gait.quality import aimed_speed, gait_measures
 from warpmuscle.gait.table import gait_table, human, unit_of
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Objective, Scene, SearchStage
+from warpmuscle.scene.masses import at_common_tension, body_mass, common_mass
 from warpmuscle.scene.norms import NORMS
 from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.scene.people.pinzone import MOMENTS
 
 STANCE = 63.0  # % of the cycle; the norm's toe-off is at 64
 JOINTS = {"Hip flexion": ("Hip", -1.0), "Knee flexion": ("Knee", 1.0), "Ankle dorsiflexion": ("Ankle", -1.0)}
@@ -115,6 +117,88 @@ def test_a_heading_that_turns_evenly_drifts_from_the_first_cycle_to_the_last(sce
     found = gait_measures(motion, scene)
     assert found["drift of the heading"] == pytest.approx(6.0 * STRIDE, abs=0.2)  # of two cycles
     assert found["maximum error of the heading"] == pytest.approx(6.0 * 3.5, abs=0.2)
+
+
+def percent_of(time: np.ndarray, side: str) -> np.ndarray:
+    """Percent of the gait cycle of a leg in the walk above."""
+    return 100.0 * ((time - (0.0 if side == "left" else 0.5 * STRIDE)) % STRIDE) / STRIDE
+
+
+def with_moments(scene: Scene, moments: dict, speeds: dict) -> Recording:
+    """The walk with internal moments, N m/kg, of extensors and plantarflexors by percent, and speeds about x, rad/s."""
+    motion = normal_walk(scene)
+    torque, speed = 0.0 * motion.joint_torque, 0.0 * motion.joint_angular_velocity
+    for side in ("left", "right"):
+        for name, (joint, sign) in JOINTS.items():
+            index = motion.joint_names.index(side[0] + joint)
+            of_cycle = moments[name](percent_of(motion.time, side))
+            torque[:, index, 0] = sign * body_mass(scene.character) * of_cycle  # on the parent; x points to the left
+            speed[:, index, 0] = speeds[name]
+    still = 0.0 * motion.body_orientation + [0.0, 0.0, 0.0, 1.0]
+    return with_arrays(motion, joint_torque=torque, joint_angular_velocity=speed, body_orientation=still)
+
+
+def test_moments_and_powers_are_read_where_people_have_most(scene: Scene):
+    moments = {
+        "Hip flexion": lambda percent: 1.0 - np.abs(percent - 40.0) / 50.0,
+        "Knee flexion": lambda percent: 0.6 - np.maximum(np.abs(percent - 48.0) - 4.0, 0.0) / 100.0,
+        "Ankle dorsiflexion": lambda percent: 1.2 - np.abs(percent - 50.0) / 50.0,
+    }
+    extending = {"Hip flexion": 1.0, "Knee flexion": -2.0, "Ankle dorsiflexion": 3.0}  # rad/s, about x
+    found = gait_measures(with_moments(scene, moments, extending), scene)
+    expected = {
+        "hip moment in loading": 0.5, "knee moment in loading": 0.31, "knee moment before push-off": 0.6,
+        "ankle moment, maximum": 1.2, "hip power, maximum": 1.0, "knee power, maximum": 1.2,
+        "ankle power, maximum": 3.6,
+    }  # fmt: skip
+    assert {name: found[name] for name in expected} == pytest.approx(expected, abs=0.03)
+
+
+def test_moments_of_people_are_theirs_and_a_deviation_away_from_them_is_one(scene: Scene):
+    def away(deviations: float) -> dict:
+        def of(name: str):
+            norm = MOMENTS[name]
+            return lambda percent: norm.mean(percent) + deviations * norm.sd(np.arange(101.0)).mean()
+
+        moments = {name: of(f"{joint} moment") for name, (joint, _) in JOINTS.items()}
+        return gait_measures(with_moments(scene, moments, dict.fromkeys(JOINTS, 0.0)), scene)
+
+    people, others = away(0.0), away(1.0)
+    for joint in ("hip", "knee", "ankle"):
+        assert people[f"{joint} moment from people"] == pytest.approx(0.0, abs=0.08)
+        assert others[f"{joint} moment from people"] == pytest.approx(1.0, abs=0.08)
+        assert people[f"likeness of the {joint} moment"] == pytest.approx(1.0, abs=0.01)
+        assert others[f"likeness of the {joint} moment"] == pytest.approx(1.0, abs=0.01)
+
+
+@pytest.mark.parametrize("yaw", [0.0, 0.7])
+def test_sway_bobbing_and_fore_aft_force_are_told_along_the_way(scene: Scene, yaw: float):
+    motion, (sin, cos) = normal_walk(scene), (np.sin(yaw), np.cos(yaw))
+    phase, forces = 2.0 * np.pi * motion.time / STRIDE, {}
+    aside = 0.02 * np.sin(phase) + 0.05 * motion.time  # walks aside, too
+    com = np.stack([cos * aside, 0.9 + 0.015 * np.cos(2.0 * phase), -sin * aside], axis=1)
+    for side in ("left", "right"):
+        percent = percent_of(motion.time, side)
+        along = np.where(percent < 30.0, -0.2, np.where(percent < 60.0, 0.25, 0.0)) * body_weight(scene)
+        force = motion[f"foot_force_{side}"].copy()
+        force[:, 0], force[:, 2] = sin * along, cos * along
+        forces[f"foot_force_{side}"] = force
+    turned = np.tile(about([0.0, 1.0, 0.0], yaw), (len(motion.time), 1))
+    found = gait_measures(with_arrays(motion, com=com, root_orientation=turned, **forces), scene)
+    expected = {
+        "sway of the centre of mass": 4.0, "bobbing of the centre of mass": 3.0, "maximum braking force": 0.2,
+        "maximum driving force": 0.25,
+    }  # fmt: skip
+    assert {name: found[name] for name in expected} == pytest.approx(expected, rel=0.02)
+
+
+def test_cost_at_a_common_tension_is_that_of_the_scene_with_such_muscles(scene: Scene):
+    motion, common = normal_walk(scene), at_common_tension(scene)
+    found, other = gait_measures(motion, scene), gait_measures(motion, common)
+    assert found["cost of transport at 0.25 MPa"] == pytest.approx(other["cost of transport"], rel=1e-5)
+    assert found["cost of transport"] == pytest.approx(found["metabolic power"] / 1.27, rel=1e-5)
+    assert other["muscle mass"] == pytest.approx(common_mass(list(scene.character.muscles.values())))
+    assert found["cost of transport"] < found["cost of transport at 0.25 MPa"]
 
 
 def test_a_speed_counts_as_asked_for_if_the_objective_or_a_stage_says_so(scene: Scene):

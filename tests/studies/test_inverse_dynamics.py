@@ -3,14 +3,15 @@
 import mujoco
 import numpy as np
 import pytest
+from probes import matrix
 
 import mujoco_oracle
 from biped import biped
 from mujoco_oracle import random_states, state_to_qpos
 from warpmuscle.core.errors import Error
-from warpmuscle.core.pose import conjugate, rotate
+from warpmuscle.core.pose import about, conjugate, rotate
 from warpmuscle.formats import load
-from warpmuscle.scene import Character, Failure, Ground, Scene
+from warpmuscle.scene import Body, Character, Failure, Ground, Scene
 from warpmuscle.scene.joints import joint_type, root_type
 from warpmuscle.scene.topology import topology
 from warpmuscle.simulation.rollout import Rollout
@@ -135,6 +136,22 @@ def test_recorded_torques_are_those_that_acted_over_the_step():
     peak, kept = np.abs(needed[:, 6:]).max(), slice(20, -1)
     assert np.abs(needed[kept] - acted[kept]).max() < 2e-4 * peak
     assert np.abs(needed[kept] - at_start[kept]).max() > 0.005 * peak
+
+
+def test_a_body_whose_principal_axes_are_turned_needs_the_torque_of_its_inertia_tensor():
+    """Euler's equation in the body's axes, J a + w x J w, with J = P diag(I) P^T."""
+    turn, axes = about([0.6, 0.0, 0.8], 0.9), about([0.0, 1.0, 0.0], 0.5)
+    body = Body(2.0, (0.08, 0.05, 0.03), inertia_axes=tuple(axes.tolist()))
+    failure = Failure(com_height=0.0, heading=0.0)
+    scene = Scene("x", Character("top", {"top": body}, {}), ground=Ground(stiffness=0.0), failure=failure)
+    w, a = np.array([[3.0, -2.0, 5.0]]), np.array([[7.0, 4.0, -6.0]])
+    none = np.zeros((1, 3))
+    coordinates, speeds = root_type(scene.character).coordinates_of(none, turn[None], none, w)
+    got = inverse_dynamics(scene, coordinates, speeds, np.concatenate([none, a], axis=1))
+    principal, whole = matrix(axes), matrix(turn)
+    tensor = whole @ principal @ np.diag(body.inertia) @ principal.T @ whole.T  # in the world's axes
+    np.testing.assert_allclose(got[0, 3:], tensor @ a[0] + np.cross(w[0], tensor @ w[0]), rtol=1e-9)
+    np.testing.assert_allclose(got[0, :3], [0.0, 2.0 * scene.gravity, 0.0], atol=1e-12)
 
 
 def test_other_shapes_and_numbers_that_are_not_finite_are_refused():

@@ -27,7 +27,7 @@ COMMUTATIVE = {
     "field", "import_module",
 }  # fmt: skip
 TELLING = {"print", "warn", "join", "format", "append_note", "replace", "strip", "split", "startswith", "endswith"}
-UNSEEN_KEYWORDS = {"decimals", "digits", "tol", "rtol", "atol", "dtype", "encoding", "stacklevel", "unroll"}
+UNSEEN_KEYWORDS = {"decimals", "digits", "tol", "rtol", "atol", "dtype", "encoding", "stacklevel", "strict", "unroll"}
 UNSEEN_NAMES = re.compile(r"TOLERANCE|EPS|TINY|SMALLEST|LANES|CHUNK|__all__|_logger")
 OF_ONE_TYPE = {"model", "state", "work", "device", "scene", "extensions", "arm", "self", "names"}  # swapped never run
 ARITHMETIC = {ast.Add: "-", ast.Sub: "+", ast.Mult: "/", ast.Div: "*", ast.FloorDiv: "*", ast.Mod: "*"}

@@ -11,6 +11,7 @@ LEFT_OUT = (
     "tests/test_readme.py", "tests/test_architecture.py", "tests/test_short_texts.py", "tests/video/",
     "tests/report/", "tests/view/", "tests/plots/",
 )  # fmt: skip
+SIMULATING = "warpmuscle.simulation.rollout"
 FAR = 99  # steps from a test to a module that it does not import
 
 
@@ -23,17 +24,19 @@ def module_of(path: str) -> str:
 def ordered_tests(root: Path, path: str) -> list[str]:
     """Test files for a module: the one that mirrors it, then by how many imports lead from the test to the module.
 
-    Files of as many steps: those of the same folder first. Files that never import it come last, since scenes are
-    run by name, too; files without physics are left out.
+    Files of as many steps: first those that simulate nothing, then those of the same folder. Files that never import
+    it come last, since scenes are run by name, too; files without physics are left out.
     """
     imports = _imports(root)
     wanted, folder = module_of(path), path.removeprefix("warpmuscle/").rsplit("/", 1)[0]
     distance = _distances(imports, wanted)
+    simulating = _distances(imports, SIMULATING)
     tests = [str(p.relative_to(root)) for p in sorted((root / "tests").rglob("test_*.py"))]
     mirror = f"tests/{folder}/test_{Path(path).stem}.py"
 
-    def key(test: str) -> tuple[bool, int, bool, str]:
-        return test != mirror, distance.get(test, FAR), not test.startswith(f"tests/{folder}/"), test
+    def key(test: str) -> tuple[bool, int, bool, bool, str]:
+        elsewhere = not test.startswith(f"tests/{folder}/")
+        return test != mirror, distance.get(test, FAR), simulating.get(test, FAR) <= 1, elsewhere, test
 
     return sorted((test for test in tests if not test.startswith(LEFT_OUT)), key=key)
 
