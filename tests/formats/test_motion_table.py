@@ -83,6 +83,12 @@ def knees(path: Path, text: str, header: str = "inDegrees=yes\n") -> Path:
     return path
 
 
+def test_columns_that_are_no_coordinates_may_hold_anything(tmp_path):
+    text = "time\tcycle\tlKnee\tnote\n0\t0\t30\tfirst\n1\t0.5\t20\tlast\n"
+    motion = motion_table.read(knees(tmp_path / "a.mot", text), plain("fwalk"))
+    assert motion.joint_names == ("lKnee",)
+
+
 def test_units_are_those_of_the_header_and_paths_of_states_are_understood(tmp_path):
     scene = plain("fwalk")
     rows = "0.0\t0.0\t30\t-7\n0.5\t0.5\t45\t-7\n1.0\t1.0\t30\t-7\n"

@@ -47,12 +47,13 @@ def read(path: str | Path, scene: Scene) -> JointMotion:
     """
     try:
         table = read_table(path)
-        columns = _columns(table)
+        wanted = set(_wanted(scene))
+        columns = {name: index for name, index in _columns(table).items() if name in wanted}
         values = dict(zip(columns, table.columns(list(columns.values())).T, strict=True))
     except SignalError as error:
         raise ResultError(str(error)) from None
     try:
-        return _motion({name: values[name] for name in _wanted(scene) if name in values}, scene, table.degrees, path)
+        return _motion(values, scene, table.degrees, path)
     except ValueError as error:
         raise ResultError(f"{path}: {error}") from None
 
