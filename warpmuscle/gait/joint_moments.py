@@ -8,6 +8,7 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.core.pose import conjugate, rotate
 from warpmuscle.gait.cycles import PERCENT, Strides, leg_angles, over_strides
 from warpmuscle.gait.foot_contact import SIDES
+from warpmuscle.gait.joint_stops import stop_torques
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
 from warpmuscle.scene.anatomy import leg_joints
@@ -16,13 +17,20 @@ from warpmuscle.scene.norms import FLEXION
 from warpmuscle.scene.people.pinzone import MOMENTS, POWERS
 
 JOINTS = ("Hip", "Knee", "Ankle")
+# Moments that are measures: the curve, and the percent of the gait cycle.
+MOMENTS_AT = {
+    "hip moment in loading": ("Hip moment", 15.0),
+    "knee moment in loading": ("Knee moment", 15.0),
+    "knee moment before push-off": ("Knee moment", 50.0),
+}
 Curves = dict[str, dict[str, Floats]]  # by name and side
 
 
 def leg_moments(recording: Recording, scene: Scene) -> Curves:
     """Internal moments (F,) of hip, knee and ankle, N m/kg of the body; of extensors and plantarflexors positive.
 
-    What muscles and actuators did over each step, without the joints' stops, about the parent's mediolateral axis.
+    What muscles, actuators and the joints' stops did over each step, about the parent's mediolateral axis: a person's
+    moment, which follows from motion and ground forces, has what bones and ligaments bear in it, too.
 
     Raises:
         Error: no legs, or legs of fewer than three joints.
@@ -35,6 +43,7 @@ def leg_moments(recording: Recording, scene: Scene) -> Curves:
             index = recording.joint_names.index(joint)
             parent = recording.body_names.index(scene.character.joints[joint].parent)
             torque = rotate(conjugate(recording.body_orientation[:, parent]), recording.joint_torque[:, index])
+            torque = torque + stop_torques(recording, scene, joint)
             found[f"{name} moment"][side] = np.asarray(sign * torque[:, 0] / mass, dtype=float)
     return found
 

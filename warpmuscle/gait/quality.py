@@ -25,7 +25,7 @@ from warpmuscle.gait.cycles import (
 from warpmuscle.gait.features import KeyPoint, force_humps, greatest, least, norm_deviation, peak
 from warpmuscle.gait.foot_contact import SIDES, Support, support
 from warpmuscle.gait.foot_sliding import foot_sliding
-from warpmuscle.gait.joint_moments import from_people, leg_moments, leg_powers, likeness, mean_curves
+from warpmuscle.gait.joint_moments import MOMENTS_AT, from_people, leg_moments, leg_powers, likeness, mean_curves
 from warpmuscle.gait.likeness import dimensionless_speed, from_norm, leg_length, means_at, norms_of, outside_span, trend
 from warpmuscle.gait.measures import heading, measure
 from warpmuscle.gait.muscle_effort import bhargava_costs, cost_of_transport, spent, trembling
@@ -193,9 +193,7 @@ def _of_moments(recording: Recording, scene: Scene, cycles: dict[str, Strides], 
         found[f"{name.lower()} from people"] = from_people(name, curves) if normal else None
         found[f"likeness of the {name.lower()}"] = likeness(name, curves) if normal else None
     if normal:
-        found["hip moment in loading"] = float(means["Hip moment"][15])
-        found["knee moment in loading"] = float(means["Knee moment"][15])
-        found["knee moment before push-off"] = float(means["Knee moment"][45])
+        found |= {key: float(means[name][int(percent)]) for key, (name, percent) in MOMENTS_AT.items()}
         found["ankle moment, maximum"] = float(means["Ankle moment"].max())
     for name, of_sides in leg_powers(recording, scene).items():
         curves = mean_curves(recording, of_sides, cycles)

@@ -4,9 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
+from warpmuscle.gait.joint_moments import MOMENTS_AT
 from warpmuscle.gait.muscle_effort import BHARGAVA_NET, BHARGAVA_STRICT
 from warpmuscle.gait.quality import AT, Measures
 from warpmuscle.scene.norms import FORCE, NORMS, REFERENCES, RUNNING, SOURCE
+from warpmuscle.scene.people.pinzone import MOMENTS
+from warpmuscle.scene.people.pinzone import SOURCE as PEOPLE
 
 _CYCLE = "% of the cycle"
 _BODY_WEIGHTS = "body weights"
@@ -160,4 +165,8 @@ def human(name: str, running: bool = False) -> tuple[str, str]:
         return f"{min(first, second) - valley:.2g}", SOURCE
     if name == "stance":
         return f"{NORMS[FORCE].points[-1][0]:g}", SOURCE
+    if name in MOMENTS_AT:
+        curve, percent = MOMENTS_AT[name]
+        at, band = np.array([percent]), MOMENTS[curve]
+        return f"{band.mean(at)[0]:.2f} ± {band.sd(at)[0]:.2f}", PEOPLE
     return ("100", SOURCE) if name.endswith("norm band") else ("", "")
