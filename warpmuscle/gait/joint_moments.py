@@ -14,9 +14,10 @@ from warpmuscle.scene import Scene
 from warpmuscle.scene.anatomy import leg_joints
 from warpmuscle.scene.masses import body_mass
 from warpmuscle.scene.norms import FLEXION
-from warpmuscle.scene.people.pinzone import MOMENTS, POWERS
+from warpmuscle.scene.people.pinzone import MOMENTS, PELVIS, POWERS
 
 JOINTS = ("Hip", "Knee", "Ankle")
+PEOPLE = MOMENTS | POWERS | PELVIS
 # Moments that are measures: the curve, and the percent of the gait cycle.
 MOMENTS_AT = {
     "hip moment in loading": ("Hip moment", 15.0),
@@ -71,14 +72,14 @@ def mean_curves(recording: Recording, of_sides: dict[str, Floats], cycles: dict[
 
 def from_people(name: str, curves: list[Floats]) -> float:
     """Mean distance of both sides' curves (101,) from people's, in their mean standard deviation."""
-    norm = (MOMENTS | POWERS)[name]
+    norm = PEOPLE[name]
     mean, deviation = norm.mean(PERCENT), norm.sd(PERCENT).mean()
     return float(np.mean([np.abs(curve - mean).mean() for curve in curves]) / deviation)
 
 
 def likeness(name: str, curves: list[Floats]) -> float:
     """Correlation of the mean of both sides' curves (101,) with people's; 0 of one that does not change."""
-    curve, mean = np.mean(curves, axis=0), (MOMENTS | POWERS)[name].mean(PERCENT)
+    curve, mean = np.mean(curves, axis=0), PEOPLE[name].mean(PERCENT)
     if curve.std() < 1e-9:
         return 0.0
     return float(np.corrcoef(curve, mean)[0, 1])
