@@ -25,6 +25,7 @@ from warpmuscle.studies.verdicts import (
     ECONOMICAL,
     LOADED,
     OF_ENERGY,
+    OF_MUSCLES,
     RUN,
     UPHILL,
     WALK,
