@@ -45,18 +45,24 @@ def turn_curves(recording: Recording, scene: Scene, cycles: dict[str, Strides]) 
     are positive where the side of the cycle is up, and where it is in front. The way is that of each stride, along
     which the centre of mass goes; in place, where the root looks in the mean.
     """
-    found: dict[str, list[Floats]] = {}
+    every = stride_turns(recording, scene, cycles)
+    return {name: [sides[side].mean(axis=0) for side in SIDES] for name, sides in every.items()}
+
+
+def stride_turns(recording: Recording, scene: Scene, cycles: dict[str, Strides]) -> dict[str, dict[str, Floats]]:
+    """The same by side, a row (101,) for each cycle."""
+    found: dict[str, dict[str, Floats]] = {}
     for segment, body in segments(scene).items():
         orientation = recording.body_orientation[:, recording.body_names.index(body)].astype(float)
-        of_sides = [_of_side(recording, orientation, cycles[side], 1.0 if side == "left" else -1.0) for side in SIDES]
+        of_sides = {side: _of_side(recording, orientation, cycles[side], side) for side in SIDES}
         for k, turn in enumerate(TURNS):
-            found[f"{segment} {turn}"] = [curves[:, k] for curves in of_sides]
+            found[f"{segment} {turn}"] = {side: turns[:, :, k] for side, turns in of_sides.items()}
     return found
 
 
-def _of_side(recording: Recording, orientation: Floats, cycles: Strides, sign: float) -> Floats:
-    """Tilt, obliquity and rotation (101, 3) in the mean of a side's cycles; `sign` is 1 for the left one."""
-    strides = []
+def _of_side(recording: Recording, orientation: Floats, cycles: Strides, side: str) -> Floats:
+    """Tilt, obliquity and rotation (S, 101, 3) in a side's cycles."""
+    strides, sign = [], 1.0 if side == "left" else -1.0
     for stride in cycles:
         ends = over_strides(recording.time, recording.com.astype(float), [stride])[0][[0, -1]]
         way = (ends[1] - ends[0])[[0, 2]]
@@ -65,7 +71,7 @@ def _of_side(recording: Recording, orientation: Floats, cycles: Strides, sign: f
         # backwards the body still looks where its root does
         course += np.pi if np.cos(course - turned) < 0.0 else 0.0
         strides.append(over_strides(recording.time, _turns(orientation, course), [stride])[0])
-    return np.asarray(np.mean(strides, axis=0) * [1.0, sign, -sign])
+    return np.asarray(strides) * [1.0, sign, -sign]
 
 
 def _turns(orientation: Floats, course: float) -> Floats:
