@@ -52,6 +52,9 @@ def test_scenes_are_run_and_all_numbers_written(tmp_path: Path):
     assert numbers["people"]["stance"]["value"] == "64"
     assert float(cells(printed)["speed"][-1]) == pytest.approx(walk["measures"]["speed"], abs=0.006)
     assert 0.8 < walk["measures"]["speed"] < 1.1
+    knee = walk["curves"]["Knee moment"]
+    assert (knee["unit"], len(knee["left"]), len(knee["people"])) == ("N m/kg", 101, 101)
+    assert 0.5 < max(knee["left"]) < 2.0
     told(*words, "-o", tmp_path / "gait.csv")
     rows = list(csv.reader((tmp_path / "gait.csv").open()))
     assert rows[0] == ["", "unit", "people", "fwalk"]

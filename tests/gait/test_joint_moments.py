@@ -19,6 +19,8 @@ def turned_legs(heading: float):
     """The biped's scene, and a motion whose every joint bears 35 N m of extension, all bodies turned alike."""
     free = load("walk56")
     scene = substitute(free, start_values(free))
+    for joint in scene.character.joints.values():
+        joint.limits = []  # a random motion is beyond them
     joints, bodies = tuple(scene.character.joints), tuple(scene.character.bodies)
     recording = random_recording(12, joints=len(joints))
     half = np.array([0.0, np.sin(0.5 * heading), 0.0, np.cos(0.5 * heading)])

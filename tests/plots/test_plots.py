@@ -21,7 +21,7 @@ from warpmuscle.results.result import write
 from warpmuscle.scene.parameters import substitute
 
 SEARCHES = ("convergence", "parameters")
-GAITS = ("angles", "ground_force", "feet")
+GAITS = ("angles", "ground_force", "moments", "body", "feet")
 
 
 @pytest.fixture(scope="module")

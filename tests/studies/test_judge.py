@@ -13,11 +13,25 @@ from warpmuscle.cli.walkers import walker_of
 from warpmuscle.core.errors import Error
 from warpmuscle.examples import write
 from warpmuscle.formats import load
+from warpmuscle.gait.quality import TIMING
 from warpmuscle.scene import Command
 from warpmuscle.scene.number import Free
 from warpmuscle.studies import judge as judging
+from warpmuscle.studies.beside_people import of_norms
 from warpmuscle.studies.judge import POWER, Walked
-from warpmuscle.studies.verdicts import COST, ECONOMICAL, LOADED, OF_ENERGY, RUN, UPHILL, WALK, Bar, Verdict
+from warpmuscle.studies.verdicts import (
+    COMFORTABLE,
+    COST,
+    ECONOMICAL,
+    LOADED,
+    OF_ENERGY,
+    OF_MUSCLES,
+    RUN,
+    UPHILL,
+    WALK,
+    Bar,
+    Verdict,
+)
 from warpmuscle.studies.walkers import SceneWalker
 
 
@@ -151,7 +165,7 @@ def test_a_walker_that_falls_at_once_is_judged_and_misses():
     falling = msgspec.structs.replace(scene, failure=msgspec.structs.replace(scene.failure, com_height=0.999))
     judgement = judging.judge(SceneWalker(falling, "cpu", 1), pushes=0)
     found = {one.bar.name: one for one in judgement.verdicts}
-    assert list(found) == [bar.name for bar in WALK if bar.name not in OF_ENERGY]
+    assert list(found) == [bar.name for bar in WALK if bar.name not in OF_MUSCLES]
     assert found["stance"].reached == "missed"
     assert "cycle" in found["stance"].note
     assert found["upright, disturbed"].reached == "missed"
@@ -221,3 +235,21 @@ def test_a_gait_whose_bodies_pass_through_each_other_is_praised_for_nothing():
     assert Verdict(bar, None, void=True).reached == "not measured"
     assert WALK[0].name == RUN[0].name == "bodies inside each other"
     assert [WALK[0].reached(depth) for depth in (0.2, 0.9, 1.1)] == ["goal", "must", "missed"]
+
+
+def test_rows_that_stand_beside_people_at_another_speed_judge_nothing_and_say_so():
+    measures = {"speed": 1.6, "stance": 60.0, "angles outside the norms": 0.2, "step width": 0.1}
+    found = of_norms(measures)
+    assert found["stance"] == (60.0, "no judge: of people at their own speed, not at 1.60 m/s", False)
+    assert found["angles outside the norms"].note.startswith(
+        "no judge: norms of 1.26 m/s, moved to 1.60 m/s by the trend"
+    )
+    assert "step width" not in found
+    assert of_norms(measures | {"speed": 1.3}) == {}
+    assert not {bar.name for bar in WALK if bar.name.endswith("at this speed")} & set(COMFORTABLE)
+
+
+def test_the_timing_of_muscles_names_those_that_are_least_like_people():
+    measures = {TIMING: 40.0, "timing of soleus": 90.0, "timing of vasti": -20.0, "timing of hamstrings": 0.0}
+    assert of_norms(measures)[TIMING] == (40.0, "least: vasti -20, hamstrings 0, soleus 90", False)
+    assert TIMING in {bar.name for bar in WALK}

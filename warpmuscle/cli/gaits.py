@@ -47,7 +47,8 @@ def gait(
 ) -> None:
     """Measure walks beside people's: of result files, or of scenes that are run for it.
 
-    Speed, steps, support, joint angles and ground forces beside published norms, energy, how the feet slide.
+    Speed, steps, support, joint angles, moments and ground forces beside published norms, pelvis and trunk, when
+    muscles act, energy, how the feet slide. A .json file holds curves over the gait cycle as well.
     Examples: warpmuscle gait walk.h5; warpmuscle gait walk56 walk56_person --duration 30 -o gaits.csv
     """
     from warpmuscle.report import gait as report

@@ -40,7 +40,8 @@ def plot(
 ) -> None:
     """Draw figures of a result file, or of several over one another.
 
-    Kinds: sticks, angles, ground_force, feet, activation, control, joints, moment_arms, convergence, parameters.
+    Kinds: sticks, angles, ground_force, moments, body, feet, activation, control, joints, moment_arms, convergence,
+    parameters.
     Examples: warpmuscle plot walk.h5; warpmuscle plot walk.h5 --what angles -o angles.svg;
     warpmuscle plot walk.h5 --what dataset:/replay/0/com; warpmuscle plot before.h5 after.h5 -o both.png
     """

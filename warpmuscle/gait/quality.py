@@ -12,6 +12,7 @@ import numpy as np
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error
 from warpmuscle.core.number_rows import first_number
+from warpmuscle.gait.body_motion import body_measures
 from warpmuscle.gait.cycles import (
     PERCENT,
     Strides,
@@ -25,10 +26,11 @@ from warpmuscle.gait.cycles import (
 from warpmuscle.gait.features import KeyPoint, force_humps, greatest, least, norm_deviation, peak
 from warpmuscle.gait.foot_contact import SIDES, Support, support
 from warpmuscle.gait.foot_sliding import foot_sliding
-from warpmuscle.gait.joint_moments import from_people, leg_moments, leg_powers, likeness, mean_curves
+from warpmuscle.gait.joint_moments import MOMENTS_AT, from_people, leg_moments, leg_powers, likeness, mean_curves
 from warpmuscle.gait.likeness import dimensionless_speed, from_norm, leg_length, means_at, norms_of, outside_span, trend
 from warpmuscle.gait.measures import heading, measure
 from warpmuscle.gait.muscle_effort import bhargava_costs, cost_of_transport, spent, trembling
+from warpmuscle.gait.muscle_timing import muscle_timing
 from warpmuscle.gait.penetration import penetration
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
@@ -36,6 +38,7 @@ from warpmuscle.scene.masses import total_mass
 from warpmuscle.scene.norms import FORCE, LEG_ANGLES, NORMS
 
 Measures = dict[str, float | None]
+TIMING = "timing of the muscles"  # %
 INSIDE = "bodies inside each other"  # cm
 AT = " at"  # at the end of the name of a percent of the cycle, behind the name of the value there
 LEAST_NORMAL_SPEED = 0.3  # m/s forwards, below which norms do not apply
@@ -87,7 +90,8 @@ def gait_measures(recording: Recording, scene: Scene) -> Measures:
         | _of_force(recording, scene, cycles, normal and not running)
         | (_of_moments(recording, scene, cycles, normal and not running) if curves else {})
         | _of_muscles(steady, scene, gait.speed_horizontal)
-        | _of_centre(recording, scene, cycles)
+        | body_measures(recording, scene, cycles, gait.speed_forward, gait.cadence, normal and not running)
+        | _of_timing(recording, cycles, normal and not running)
         | _of_headings(recording, scene, cycles)
         | _of_feet(steady, scene)
         | _of_bodies(recording, scene)
@@ -193,45 +197,12 @@ def _of_moments(recording: Recording, scene: Scene, cycles: dict[str, Strides], 
         found[f"{name.lower()} from people"] = from_people(name, curves) if normal else None
         found[f"likeness of the {name.lower()}"] = likeness(name, curves) if normal else None
     if normal:
-        found["hip moment in loading"] = float(means["Hip moment"][15])
-        found["knee moment in loading"] = float(means["Knee moment"][15])
-        found["knee moment before push-off"] = float(means["Knee moment"][45])
+        found |= {key: float(means[name][int(percent)]) for key, (name, percent) in MOMENTS_AT.items()}
         found["ankle moment, maximum"] = float(means["Ankle moment"].max())
     for name, of_sides in leg_powers(recording, scene).items():
         curves = mean_curves(recording, of_sides, cycles)
         found[f"{name.lower()}, maximum"] = float(np.mean(curves, axis=0).max())
     return found
-
-
-def _of_centre(recording: Recording, scene: Scene, cycles: dict[str, Strides]) -> Measures:
-    """How far the centre of mass moves to and fro and up and down, cm, and the fore-aft force, body weights."""
-    weight, turned = body_weight(scene), heading(recording)
-    sway, bob, braking, driving = [], [], [], []
-    for side in SIDES:
-        ahead = np.stack([np.sin(turned), np.cos(turned)], axis=1)
-        force = recording[f"foot_force_{side}"][:, [0, 2]]
-        for begin, end in cycles[side]:
-            inside = (recording.time >= begin) & (recording.time <= end)
-            if np.count_nonzero(inside) < 3:
-                continue
-            way = np.mean(ahead[inside], axis=0)
-            way /= np.linalg.norm(way)
-            place = recording.com[inside].astype(float)
-            across = place[:, 0] * way[1] - place[:, 2] * way[0]
-            across -= np.linspace(across[0], across[-1], len(across))  # walking aside is no sway
-            sway.append(np.ptp(across))
-            bob.append(np.ptp(place[:, 1]))
-            along = force[inside] @ way / weight
-            braking.append(-along.min())
-            driving.append(along.max())
-    if not sway:
-        return {}
-    return {
-        "sway of the centre of mass": 100.0 * float(np.mean(sway)),
-        "bobbing of the centre of mass": 100.0 * float(np.mean(bob)),
-        "maximum braking force": float(np.mean(braking)),
-        "maximum driving force": float(np.mean(driving)),
-    }
 
 
 def _of_bodies(recording: Recording, scene: Scene) -> Measures:
@@ -257,6 +228,15 @@ def _of_muscles(steady: Recording, scene: Scene, speed: float) -> Measures:
         "mean activation": float(steady.muscle_activation.mean()) if muscles else None,
         "activation above 15 Hz": None if shaken is None else 100.0 * shaken,
     }
+
+
+def _of_timing(recording: Recording, cycles: dict[str, Strides], normal: bool) -> Measures:
+    """Whether muscles are excited when people's are, %: each, and the mean of them."""
+    if not normal:
+        return {}
+    each = muscle_timing(recording, cycles)
+    found: Measures = {} if not each else {TIMING: float(np.mean(list(each.values())))}
+    return found | {f"timing of {muscle}": value for muscle, value in each.items()}
 
 
 def _of_headings(recording: Recording, scene: Scene, cycles: dict[str, Strides]) -> Measures:

@@ -4,9 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
+from warpmuscle.gait.body_motion import CADENCE_AT_SPEED, FORCE_AT_SPEED
+from warpmuscle.gait.joint_moments import MOMENTS_AT
 from warpmuscle.gait.muscle_effort import BHARGAVA_NET, BHARGAVA_STRICT
 from warpmuscle.gait.quality import AT, Measures
 from warpmuscle.scene.norms import FORCE, NORMS, REFERENCES, RUNNING, SOURCE
+from warpmuscle.scene.people.pinzone import MOMENTS
+from warpmuscle.scene.people.pinzone import SOURCE as PEOPLE
 
 _CYCLE = "% of the cycle"
 _BODY_WEIGHTS = "body weights"
@@ -37,6 +43,9 @@ _UNITS = {
     "bobbing of the centre of mass": "cm",
     "maximum braking force": _BODY_WEIGHTS,
     "maximum driving force": _BODY_WEIGHTS,
+    FORCE_AT_SPEED: _BODY_WEIGHTS,
+    CADENCE_AT_SPEED: "%",
+    "travel of the centre of pressure": "% of the foot",
     "bodies inside each other": "cm",
     "time inside each other": "% of the time",
     "muscle mass": "kg",
@@ -73,6 +82,7 @@ DECIMALS = {
     "SD": 2, "m/s": 2, "m": 2, "steps/min": 0, "deg": 1, "half-bands": 2, "% of the cycle": 1, "body weights": 2,
     "N m/kg": 2, "cm": 1, "% of the time": 0, "correlation": 2,
     "W/kg": 1, "J/(kg m)": 1, "%": 0, "0 to 1": 3, "% of the spectrum": 1, "cm a step": 1, "mm": 1, "kg": 1,
+    "% of the foot": 0, "% beyond chance": 0,
 }  # fmt: skip
 _RUNNING = {"stance": "40", "double support": "0", "flight": "20"}  # toe-off is at 40 % of the cycle
 
@@ -138,6 +148,8 @@ def unit_of(name: str) -> str:
         return "SD"
     if name.startswith("likeness"):
         return "correlation"
+    if name.startswith("timing of"):
+        return "% beyond chance"
     return _CYCLE if name.endswith(("norm band", AT)) else _UNITS.get(name, "deg")
 
 
@@ -160,4 +172,8 @@ def human(name: str, running: bool = False) -> tuple[str, str]:
         return f"{min(first, second) - valley:.2g}", SOURCE
     if name == "stance":
         return f"{NORMS[FORCE].points[-1][0]:g}", SOURCE
+    if name in MOMENTS_AT:
+        curve, percent = MOMENTS_AT[name]
+        at, band = np.array([percent]), MOMENTS[curve]
+        return f"{band.mean(at)[0]:.2f} ± {band.sd(at)[0]:.2f}", PEOPLE
     return ("100", SOURCE) if name.endswith("norm band") else ("", "")

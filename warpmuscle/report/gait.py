@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from warpmuscle.core.errors import Error
+from warpmuscle.gait.curves import as_numbers, gait_curves
+from warpmuscle.gait.cycles import steady_strides
 from warpmuscle.gait.quality import LEAST_FLIGHT, Measures, gait_measures
 from warpmuscle.gait.table import human, shown_rows, unit_of
 from warpmuscle.results.recording import Recording
@@ -25,6 +27,7 @@ class MeasuredWalk:
     running: bool
     energy: str  # how its cost is counted; empty where there is none
     rate: float  # frames/s
+    curves: dict[str, Any]  # over the gait cycle, see `gait.curves.as_numbers`
 
 
 FINE = 200.0  # frames/s, between which a peak of the force hardly hides
@@ -38,6 +41,7 @@ def measured(name: str, motion: Recording, scene: Scene) -> MeasuredWalk:
     """
     try:
         measures = gait_measures(motion, scene)
+        curves = as_numbers(gait_curves(motion, scene, steady_strides(motion, scene)))
     except Error as error:
         raise Error(f"{name}: {error}") from None
     gait, flight = scene.objective.gait, measures.get("flight") or 0.0
@@ -45,7 +49,7 @@ def measured(name: str, motion: Recording, scene: Scene) -> MeasuredWalk:
     has_cost = measures.get("cost of transport") is not None
     energy = accounting(scene, motion.muscle_names) if has_cost else ""
     rate = 1.0 / float(motion.time[1] - motion.time[0])
-    return MeasuredWalk(name, float(motion.time[-1]), measures, running, energy, rate)
+    return MeasuredWalk(name, float(motion.time[-1]), measures, running, energy, rate, curves)
 
 
 def table(walks: Sequence[MeasuredWalk]) -> list[tuple[str, ...]]:
@@ -91,6 +95,7 @@ def numbers(walks: Sequence[MeasuredWalk]) -> dict[str, Any]:
                 "frames_per_second": walk.rate,
                 "measures": walk.measures,
                 "energy": walk.energy,
+                "curves": walk.curves,
             }
             for walk in walks
         ],

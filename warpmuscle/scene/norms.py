@@ -148,6 +148,14 @@ REFERENCES = {
     "cadence": Reference(117.0, 117.0, _MURRAY),
     "flight": Reference(0.0, 0.0, "Perry, Burnfield 2010"),
     "double support": Reference(20.0, 24.0, "Perry, Burnfield 2010"),
+    "sway of the centre of mass": Reference(3.9, 7.0, "Orendurff 2004, 1.6 and 0.7 m/s"),
+    "bobbing of the centre of mass": Reference(2.7, 4.8, "Orendurff 2004, 0.7 and 1.6 m/s"),
+    "maximum braking force": Reference(0.15, 0.18, "OpenSim's subject 01, two walks"),
+    "maximum driving force": Reference(0.19, 0.20, "OpenSim's subject 01, two walks"),
+    "travel of the centre of pressure": Reference(83.0, 83.0, "Lugade, Kaufman 2014"),
+    "pelvis tilt, range": Reference(1.8, 2.1, "Pinzone 2014, two centres"),
+    "pelvis obliquity, range": Reference(8.6, 10.3, "Pinzone 2014, two centres"),
+    "pelvis rotation, range": Reference(9.7, 13.1, "Pinzone 2014, two centres"),
     "cost of transport": Reference(3.05, 3.51, "PLOS ONE 0168070, 0138154"),
 }
 

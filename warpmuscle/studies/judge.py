@@ -25,9 +25,9 @@ from warpmuscle.scene import Robustness, Scene
 from warpmuscle.scene.accounting import FORMULAS
 from warpmuscle.scene.controller import Command
 from warpmuscle.scene.masses import body_mass, total_mass
-from warpmuscle.scene.norms import FORCE, NORMS
 from warpmuscle.scene.topology import topology
 from warpmuscle.simulation.perturbations import Perturbations, drawn, none
+from warpmuscle.studies.beside_people import of_force, of_norms
 from warpmuscle.studies.robustness import IMPULSES, push_trials
 from warpmuscle.studies.verdicts import (
     APART,
@@ -37,6 +37,7 @@ from warpmuscle.studies.verdicts import (
     HUMPS,
     LOADED,
     OF_ENERGY,
+    OF_MUSCLES,
     PUSHED,
     RUN,
     UPHILL,
@@ -60,7 +61,6 @@ UP = 5.0  # deg
 LOADS = (0.18, 0.31)  # of the body weight
 FAST = 2.0  # m/s: where people begin to run (Hreljac 1993: 2.07)
 ASIDE, HILL = 40.0, 2.0  # N s, deg, of disturbances that come one by one
-MEASURED_SPEED, NEAR = 1.26, 0.15  # m/s, of the people whose angles are norms, and how far from it they stay so
 POWER = "walking power"  # W/kg, above that at rest
 
 
@@ -130,7 +130,7 @@ def judge(
     measures, why = _measured(walks.recordings[0], scene, gait)
     found: dict[str, Finding] = {}
     if measures:
-        found = {name: Finding(value) for name, value in (measures | _of_force(measures)).items()}
+        found = {name: Finding(value) for name, value in (measures | of_force(measures)).items()}
         found["toe-off"] = Finding(measures.get("stance"))
         if found[HUMPS].value is None:
             found[HUMPS] = Finding(None, "no valley between two peaks", failed=True)
@@ -145,8 +145,8 @@ def judge(
         commanded = at_conditions(walker, tell=tell)
         found |= _over_conditions(commanded, scene)
     without = Finding(None, why, failed=end != Status.COMPLETED)
-    bars = [bar for bar in (RUN if running else WALK) if drives.muscles or bar.name not in OF_ENERGY]
-    found |= _bodies_and_norms(walks.recordings[0], scene, measures, running)
+    bars = [bar for bar in (RUN if running else WALK) if drives.muscles or bar.name not in OF_MUSCLES]
+    found |= _bodies_and_norms(walks.recordings[0], scene, measures | of_force(measures), running)
     impossible = APART.reached(found[APART.name].value or 0.0) == "missed"
     verdicts = [Verdict(bar, *found.get(bar.name, without), void=impossible) for bar in bars]
     tell(f"{RUNS} runs of {SHORT:g} s with each disturbance by itself")
@@ -162,11 +162,7 @@ def _bodies_and_norms(recording: Recording, scene: Scene, measures: Measures, ru
         between = "" if deepest.pair is None else f"{' and '.join(deepest.pair)} at {deepest.time:.2f} s; "
         note = f"{between}{100.0 * deepest.share:.0f} % of the time" if deepest.pair else ""
         found = {APART.name: Finding(100.0 * deepest.depth, note)}
-    angles, speed = measures.get("angles outside the norms"), measures.get("speed")
-    if angles is not None and speed is not None and not running and abs(speed - MEASURED_SPEED) > NEAR:
-        note = f"norms of {MEASURED_SPEED:g} m/s, moved to {speed:.2f} m/s by the trend that searches know, too"
-        found["angles outside the norms"] = Finding(angles, note)
-    return found
+    return found | ({} if running else of_norms(measures))
 
 
 def felled_by(walker: Walker) -> dict[str, int]:
@@ -296,20 +292,6 @@ def _measured(recording: Recording, plain: Scene, gait: str) -> tuple[Measures, 
         return gait_measures(recording, plain) | energies(recording, plain), ""
     except Error as error:
         return {}, str(error)
-
-
-def _of_force(measures: Mapping[str, float | None]) -> dict[str, float | None]:
-    """How far both peaks and the valley of the vertical force are from people's, in half-bands."""
-    norm = NORMS[FORCE]
-    found: dict[str, float | None] = {}
-    names = ("first hump of the force", "valley of the force", "second hump of the force")
-    off = [
-        abs(value - norm.points[index][1]) / norm.half_band
-        for index, name in enumerate(names, 1)
-        if (value := measures.get(name)) is not None
-    ]
-    found[HUMPS] = float(np.mean(off)) if len(off) == len(names) else None
-    return found
 
 
 def _over_conditions(walks: Sequence[Walked], plain: Scene) -> dict[str, Finding]:

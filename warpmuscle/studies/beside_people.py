@@ -1,0 +1,47 @@
+"""Which rows of a judgement stand beside people at the same speed, which beside others, and which by a trend."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from warpmuscle.gait.quality import TIMING, Measures
+from warpmuscle.scene.norms import FORCE, NORMS
+from warpmuscle.studies.verdicts import COMFORTABLE, HUMPS, Finding
+
+MEASURED_SPEED, NEAR = 1.26, 0.15  # m/s, of the people whose angles are norms, and how far from it they stay so
+
+
+def of_norms(measures: Measures) -> dict[str, Finding]:
+    """Rows that are measured against people at another speed, or by a trend, and what muscles' timing is made of."""
+    found: dict[str, Finding] = {}
+    speed = measures.get("speed")
+    timings = {name: value for name, value in measures.items() if name.startswith("timing of ") and value is not None}
+    if (timing := measures.get(TIMING)) is not None:
+        each = sorted((name for name in timings if name != TIMING), key=lambda name: timings[name])
+        least = [f"{name.removeprefix('timing of ')} {timings[name]:.0f}" for name in each]
+        found[TIMING] = Finding(timing, "least: " + ", ".join(least[:3]))
+    if speed is None or abs(speed - MEASURED_SPEED) <= NEAR:
+        return found
+    for name in COMFORTABLE:
+        if (value := measures.get(name)) is not None:
+            found[name] = Finding(value, f"no judge: of people at their own speed, not at {speed:.2f} m/s")
+    if (angles := measures.get("angles outside the norms")) is not None:
+        note = f"no judge: norms of {MEASURED_SPEED:g} m/s, moved to {speed:.2f} m/s by the trend that searches know"
+        found["angles outside the norms"] = Finding(angles, note)
+    return found
+
+
+def of_force(measures: Mapping[str, float | None]) -> dict[str, float | None]:
+    """How far both peaks and the valley of the vertical force are from people's, in half-bands."""
+    norm = NORMS[FORCE]
+    found: dict[str, float | None] = {}
+    names = ("first hump of the force", "valley of the force", "second hump of the force")
+    off = [
+        abs(value - norm.points[index][1]) / norm.half_band
+        for index, name in enumerate(names, 1)
+        if (value := measures.get(name)) is not None
+    ]
+    found[HUMPS] = float(np.mean(off)) if len(off) == len(names) else None
+    return found
