@@ -347,6 +347,7 @@ def _missed(job: Job, made: Throw) -> str:
     if "limits" in made.missed:
         beyond = [f"{name} by {math.degrees(past):.1f} deg" for name, past in made.past_limits.items()]
         text += f"; beyond its limits moves {', '.join(beyond)}"
+        text += "; another --seed may find a throw within them" if len(made.missed) == 1 else ""
     if made.lack:
         text += f"; {made.lack}"
     if len(made.synergies) < job.follower.synergies.count:
