@@ -1,6 +1,7 @@
 """Angles of an arm from markers: of an arm that is put together from known angles, and of recorded throws."""
 
 import json
+from itertools import permutations
 from pathlib import Path
 
 import numpy as np
@@ -227,12 +228,21 @@ def test_a_marker_that_is_missing_is_named_with_its_role(tmp_path):
         ("other_shoulder", "shoulder", "shoulder and other shoulder are at the same place"),
     ],
 )
-def test_one_marker_in_two_roles_that_span_a_direction_is_refused(role: str, other: str, says: str):
+def test_one_marker_in_two_roles_is_refused_by_their_names(role: str, other: str, says: str):
     """Else the wrist would be written as 0 throughout."""
     base = markers()
     roles = {name: name for name in base.names} | {role: other}
     with pytest.raises(SignalError, match=says):
         arm_angles(base, Choices("right", roles, low_pass=0.0, before=None))
+
+
+def test_no_marker_stands_for_two_roles_silently():
+    """Of all pairs of roles; angles told from one were wrong by up to 180 degrees and more."""
+    base = markers()
+    for role, other in permutations(base.names, 2):
+        roles = {name: name for name in base.names} | {role: other}
+        with pytest.raises(SignalError, match=r"are at the same place|one marker stands for both hips"):
+            arm_angles(base, Choices("right", roles, low_pass=0.0, before=None))
 
 
 def test_one_marker_may_stand_for_both_hips():

@@ -64,8 +64,11 @@ def error(*arguments: object) -> str:
         (["--flight-time", "-1"], "the time of a throw must be greater than 0"),
         (["--plot", "fit.bmp"], "fit.bmp: a figure is written as"),
         (["--plot", "no/such/folder/fit.png"], "folder"),
-        (["--target", "2", "--release", "9"], "the release must be within the throw, 0 to 1.5 s, not 9 s"),
-        (["--target", "2", "--release", "nan"], "the release must be within the throw"),
+        (
+            ["--target", "2", "--release", "9", "--scene", "throw_ball"],
+            "the release must be within the throw, 0 to 1.5 s, not 9 s",
+        ),
+        (["--target", "2", "--release", "nan", "--scene", "throw_ball"], "the release must be within the throw"),
         (["--target", "nan"], "the distance of a throw"),
         (["--fidelity", "inf"], "price"),
         (["--low-pass", "80"], "below half the sampling rate, 50 Hz"),
@@ -128,7 +131,19 @@ def test_a_missed_goal_is_said_and_ends_with_code_1(monkeypatch: pytest.MonkeyPa
     monkeypatch.setattr(job, "Settings", quick)
     monkeypatch.setattr(synthesis, "GENERATIONS", 3)
     monkeypatch.setattr(strength, "FACTORS", (1.25,))
-    arguments = ["throw", "--target", "60", "--adapt", "1", "-o", str(tmp_path / "t.h5"), "--plot", "t.png"]
+    arguments = [
+        "throw",
+        "--scene",
+        "throw_ball",
+        "--target",
+        "60",
+        "--adapt",
+        "1",
+        "-o",
+        str(tmp_path / "t.h5"),
+        "--plot",
+        "t.png",
+    ]
     monkeypatch.chdir(tmp_path)
     result = CliRunner().invoke(app, arguments, standalone_mode=False)
     assert result.exception is None, result.exception
@@ -167,7 +182,7 @@ def interrupting(function: Callable[..., Any], calls: int) -> Callable[..., Any]
 
 def test_an_interrupted_fit_keeps_what_its_last_whole_stage_came_to(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
     monkeypatch.setattr(fit._Fitting, "_signals", interrupting(fit._Fitting._signals, 0))
-    result = throw(tmp_path, "--target", "2", "-o", "t.h5", "--plot", "t.png")
+    result = throw(tmp_path, "--scene", "throw_ball", "--target", "2", "-o", "t.h5", "--plot", "t.png")
     assert result.return_value == 130, result.exception
     assert "done so far: the fit up to its stage 'parameters'; the same command begins anew" in result.output
     with h5py.File(tmp_path / "t.h5") as file:
@@ -182,7 +197,7 @@ def test_an_interrupted_search_for_throws_keeps_the_fit_and_those_that_were_made
 ):
     monkeypatch.setattr(synthesis.Thrower, "_throw", interrupting(synthesis.Thrower._throw, 1))
     monkeypatch.setattr(job, "what_lacks", lambda *_: "")
-    result = throw(tmp_path, "--target", "2", "--target", "3", "-o", "t.h5")
+    result = throw(tmp_path, "--scene", "throw_ball", "--target", "2", "--target", "3", "-o", "t.h5")
     assert result.return_value == 130, result.exception
     assert "done so far: the fit, 1 of 2 new throws; the same command begins anew" in result.output
     assert "to 2 m: released after" in " ".join(result.output.split())
@@ -194,7 +209,7 @@ def test_a_fit_that_is_interrupted_at_its_begin_leaves_the_file_of_an_earlier_on
 ):
     (tmp_path / "t.h5").write_text("earlier")
     monkeypatch.setattr(fit._Fitting, "_equations", interrupting(fit._Fitting._equations, 0))
-    result = throw(tmp_path, "--target", "2", "-o", "t.h5")
+    result = throw(tmp_path, "--scene", "throw_ball", "--target", "2", "-o", "t.h5")
     assert result.return_value == 130, result.exception
     assert "done so far: no stage of the fit; the same command begins anew" in result.output
     assert (tmp_path / "t.h5").read_text() == "earlier"

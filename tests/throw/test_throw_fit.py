@@ -214,6 +214,15 @@ def test_no_joint_of_a_new_throw_passes_its_limits_before_the_release_and_one_th
     assert (beyond.met, list(beyond.missed)) == (False, ["limits"])
 
 
+def test_stronger_muscles_are_not_tried_where_limits_alone_are_missed(job: Job, monkeypatch: pytest.MonkeyPatch):
+    thrower = Thrower(job.follower, job.fitted.own[0], job.fitted.unknowns)
+    made = replace(thrower.throw(Goal(distance=1.5)), past_limits={"elbow": np.radians(7.0)})
+    monkeypatch.setattr(job, "throws", [])
+    monkeypatch.setattr(Thrower, "throws", lambda *_: [made])
+    monkeypatch.setattr("warpmuscle.throw.job.what_lacks", lambda *_: pytest.fail("tried"))
+    assert [one.lack for one in job.throw([Goal(distance=1.5)])] == [""]
+
+
 def test_goals_releases_flights_and_landings_are_in_the_file(kept: Path):
     with h5py.File(kept) as file:
         one = file["throws"]

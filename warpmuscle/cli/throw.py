@@ -48,7 +48,7 @@ def throw(
         str | None,
         typer.Option(
             help="The arm: a shipped scene or a TOML file; by default throw18; with --as-published or --emg "
-            "the six pulley muscles of throw, and for a goal these with a ball, throw_ball.",
+            "the six pulley muscles of throw; for a goal the same with a ball, throw18_ball or throw_ball.",
             autocompletion=scene_names_like,
         ),
     ] = None,
@@ -221,13 +221,9 @@ def throw(
 
 
 def _usual_scene(goals: bool, as_published: bool, measured: bool) -> str:
-    """Eighteen muscles, which five synergies bind, to follow motions.
-
-    Six on pulleys for goals, which searches meet with them within the joints' limits, and where they are asked for.
-    """
-    if goals:
-        return "throw_ball"
-    return "throw" if as_published or measured else "throw18"
+    """Eighteen muscles, which five synergies bind, with a ball for goals; six on pulleys where they are asked for."""
+    usual = "throw" if as_published or measured else "throw18"
+    return f"{usual}_ball" if goals else usual
 
 
 def exit_code(throws: Sequence[Throw]) -> int:
@@ -351,6 +347,7 @@ def _missed(job: Job, made: Throw) -> str:
     if "limits" in made.missed:
         beyond = [f"{name} by {math.degrees(past):.1f} deg" for name, past in made.past_limits.items()]
         text += f"; beyond its limits moves {', '.join(beyond)}"
+        text += "; another --seed may find a throw within them" if len(made.missed) == 1 else ""
     if made.lack:
         text += f"; {made.lack}"
     if len(made.synergies) < job.follower.synergies.count:

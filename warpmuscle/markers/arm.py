@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from itertools import combinations
 from pathlib import Path
 from typing import Literal
 
@@ -37,15 +38,18 @@ ROLES = {  # what markers are needed for, and how MLSE's open data call them; S 
 ANGLES = (
     "shoulder", "shoulder_abduction", "shoulder_rotation", "elbow", "forearm_rotation", "wrist_deviation", "wrist",
 )  # fmt: skip
-SPANS = (  # roles that span directions; "hand" is the middle of its markers
-    ("shoulder", "elbow"), ("elbow", "wrist"), ("wrist", "hand"), ("hand_thumb", "hand_little"),
-    ("shoulder", "other_shoulder"), ("shoulder", "hip"),
-)  # fmt: skip
+# Roles that are places of their own; only the hips may be one. "hand" is the middle of its markers.
+SPANS = (
+    *(pair for pair in combinations(ROLES, 2) if pair != ("hip", "other_hip")),
+    ("wrist", "hand"),
+)
 UPPER_ARM = 0.1, 0.8  # m, between which all are
 FACING = 0.25  # of a chest that faces forwards, the least
 LONGEST_GAP = 0.2  # s, in which a marker may be lost
 SIDEWAYS = np.radians(10.0)  # of the upper arm from the line of the shoulders, below which no angle forwards is told
-APART = 0.005  # m, between markers that span a direction, the least
+SAME = 1e-9  # in any unit, of one marker under two names
+APART = 0.005  # m, between markers of two roles, the least
+ASIDE = 0.2  # of the shoulders' width, by which one marker of both hips may lie beside their middle
 STRAIGHT = np.radians(5.0)  # of the elbow, below which the forearm tells nothing of the upper arm's rotation
 
 
@@ -111,8 +115,10 @@ def arm_angles(markers: Markers, choices: Choices | None = None) -> ArmAngles:
     """
     choices = choices or Choices()
     points = _points(markers, choices)
+    _check_apart(markers, choices, points, SAME)
     _check_body(markers, points, upright=choices.before is not None)
-    _check_apart(markers, choices, points)
+    _check_apart(markers, choices, points, APART)
+    _check_hips(markers, points)
     time = np.arange(round(np.floor(markers.time[-1] * choices.rate + 1e-6)) + 1) / choices.rate
     points = {role: _smooth(markers, choices, time, values) for role, values in points.items()}
     forward, up = points["shoulder"][:, 0], points["shoulder"][:, 2]
@@ -166,12 +172,12 @@ def _check_body(markers: Markers, points: Mapping[str, Floats], upright: bool) -
         )
 
 
-def _check_apart(markers: Markers, choices: Choices, points: Mapping[str, Floats]) -> None:
-    """SignalError if markers that span a direction are one and the same, or lie on each other."""
+def _check_apart(markers: Markers, choices: Choices, points: Mapping[str, Floats], least: float) -> None:
+    """SignalError if markers of two roles are one and the same, or lie on each other."""
     hand = 0.5 * (points["hand_thumb"] + points["hand_little"])
     for first, second in SPANS:
         places = [hand if role == "hand" else points[role] for role in (first, second)]
-        if float(np.median(np.linalg.norm(places[1] - places[0], axis=1))) >= APART:
+        if float(np.median(np.linalg.norm(places[1] - places[0], axis=1))) >= least:
             continue
         names = " and ".join(role.replace("_", " ") for role in (first, second))
         used = {choices.markers[role] for role in (first, second) if role in choices.markers}
@@ -180,6 +186,21 @@ def _check_apart(markers: Markers, choices: Choices, points: Mapping[str, Floats
             f"{names} are at the same place{which}, so that no angle can be told from them; give each a marker of its "
             "own by --marker ROLE=NAME", file=markers.path,
         )  # fmt: skip
+
+
+def _check_hips(markers: Markers, points: Mapping[str, Floats]) -> None:
+    """SignalError if one marker stands for both hips, but lies under one shoulder rather than in the middle."""
+    if float(np.median(np.linalg.norm(points["other_hip"] - points["hip"], axis=1))) >= APART:
+        return
+    across = points["shoulder"] - points["other_shoulder"]
+    width = np.linalg.norm(across, axis=1)
+    beside = np.sum((points["hip"] - 0.5 * (points["shoulder"] + points["other_shoulder"])) * across, axis=1) / width
+    if abs(float(np.median(beside))) > ASIDE * float(np.median(width)):
+        raise SignalError(
+            f"one marker stands for both hips, and lies {100.0 * abs(float(np.median(beside))):.0f} cm to one side of "
+            "the middle of the shoulders; name both hips, or one in the middle, by --marker ROLE=NAME",
+            file=markers.path,
+        )
 
 
 def _check_told(markers: Markers, time: Floats, angles: Floats) -> None:

@@ -19,7 +19,7 @@ from warpmuscle.synergy.factorization import factorize
 from warpmuscle.throw.arm import Arm
 from warpmuscle.throw.fit import FIDELITY, Fitted, Settings, fit_motions, trade
 from warpmuscle.throw.follow import Follower
-from warpmuscle.throw.goals import Goal
+from warpmuscle.throw.goals import LIMITS, Goal
 from warpmuscle.throw.measured import Calibration, calibrate, measured_envelopes, measured_synergies
 from warpmuscle.throw.metrics import Agreement
 from warpmuscle.throw.motion import Motion, resample
@@ -223,7 +223,7 @@ class Job:
         Args:
             adapt: how many synergies' signals may change: those that vary most in the known throw; by default all.
             solutions: throws for each goal, unlike each other.
-            explain: whether to look for what the muscles lack where a goal is missed.
+            explain: whether to look for what the muscles lack where more of a goal is missed than joints' limits.
         """
         if self.fitted is None:
             raise Error("fit a throw before making new ones")
@@ -232,7 +232,7 @@ class Job:
         self.throws = []
         for goal in goals:
             for made in thrower.throws(goal, solutions, chosen, progress):
-                if not made.met and explain:
+                if explain and made.missed.keys() - {LIMITS}:  # strength is no cure for stops
                     progress(f"looking for what lacks to throw {goal}")
                     made = dataclasses.replace(made, lack=what_lacks(thrower, made))
                 self.throws.append(made)

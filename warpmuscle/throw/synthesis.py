@@ -1,9 +1,13 @@
 """New throws from goals alone: the signals of synergies change until the ball flies as wanted.
 
 A known throw, its muscles and its synergies are the start. Unknown are changes of the signals at a few knots, which
-CMA-ES searches for globally: every generation is one batch of simulations. The ball may leave the hand at any frame of
-a window of time; of each candidate the frame that suits the goal best counts, so that the time of release is found with
-the signals. It flies freely from there.
+CMA-ES searches for: every generation is one batch of simulations. The ball may leave the hand at any frame of a window
+of time; of each candidate the frame that suits the goal best counts, so that the time of release is found with the
+signals. It flies freely from there.
+
+A raised arm is unstable, and many strong muscles throw it into its stops by changes of a signal that are small
+elsewhere. So the first generation does not change all signals alike, but moves the arm alike: by the derivatives of
+the angles by the signals (a batch of simulations), changes in directions that move it a lot are small.
 
 The cost is the misses in their units, with how far joints pass their limits up to the release and behind it, the effort
 (mean square of the excitations), then how far the signals are from the known throw's; the hand must be above the
@@ -22,6 +26,7 @@ from warpmuscle.core.errors import Error
 from warpmuscle.scene.joints import root_type
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.search.cma import CmaSearch
+from warpmuscle.search.directions import directions
 from warpmuscle.throw.arm import hand_position, joint_positions, past_limits, states
 from warpmuscle.throw.follow import Follower, Replay
 from warpmuscle.throw.goals import LIMIT_UNIT, LIMITS, PAST_LIMITS, Flight, Goal, fly, misfit, tamed
@@ -34,18 +39,17 @@ EARLIER, LATER = 0.35, 0.2  # s, by which the ball may leave before and after th
 CLEARANCE = 0.05  # m, by which the hand is to be above the shoulder
 EFFORT, CHANGE = 2.0, 1.0  # prices of mean square excitation and of mean square change, against a squared unit
 POPULATION = 48
-DEVIATION = 0.12  # of a signal's change in the first generation, in parts of its range
-TAIL_DEVIATION = 0.25  # the same behind the release, where braking asks for quite other signals
 GENERATIONS = 200
+RUNS = (1, 2, 2)  # times that population, each from the best so far, until one meets the goal
+DEVIATION = 0.03  # of a signal's change in the first generation, in parts of its range, at most
+MOVED = np.radians(6.0)  # by which changes of that generation together move the joints, root mean square
+STEP = 5e-3  # of a signal's change, in the difference quotients of the angles
+RANGE = 33.0  # times its deviation in the first generation, by which a change may grow
 FAR = 10.0  # rad, of a joint whose simulation came to nothing
 FORBIDDEN = 1e6  # cost of a release below the shoulder or backwards
-RUNS = 2  # searches, the second of a larger population, until one meets the goal
 CLOSE = 0.05  # of the squared units: a goal that is met so well is met
-PATIENCE, LONG, GAIN = (
-    15,
-    50,
-    0.02,
-)  # generations in which the cost must fall by this part: once the goal is met, and before
+PATIENCE, LONG = 15, 50  # generations in which the cost must fall, once the goal is met and before
+GAIN = 0.02  # by which part
 APART = 0.15  # root mean square difference of signals, by which solutions are to differ
 
 
@@ -297,9 +301,9 @@ class _Search:
     def run(self, seed: int) -> tuple[tuple[Floats, int], int]:
         """Signals (size,) and the frame of release of the best throw, and how many were simulated."""
         best = (np.inf, np.inf, self._thrower.own, int(self._thrower.frames[0]))
-        for attempt in range(RUNS):
-            found = self._descend(seed + 1000 * attempt, POPULATION * 2**attempt, DEVIATION, best)
-            best = min(best, found, key=lambda one: one[0])
+        for attempt, times in enumerate(RUNS):
+            self._known = best[2]
+            best = self._descend(seed + 1000 * attempt, times * POPULATION, best)
             if best[1] <= CLOSE:
                 break
         _, after = self._thrower.past(self._thrower.simulated(best[2][None]), best[3])
@@ -313,18 +317,17 @@ class _Search:
         if not hats.shape[1] or best[1] >= FORBIDDEN:
             return best
         self._hats, self._frames, self._known = hats, np.array([frame]), best[2]
-        return self._descend(seed, POPULATION, TAIL_DEVIATION, best)
+        return self._descend(seed, POPULATION, best)
 
     def _descend(
-        self, seed: int, population: int, deviation: float, best: tuple[float, float, Floats, int]
+        self, seed: int, population: int, best: tuple[float, float, Floats, int]
     ) -> tuple[float, float, Floats, int]:
-        """Cost, miss, signals and frame of the best of a run of CMA-ES and of what is given."""
-        size = self._hats.shape[1] * len(self._synergies)
-        search = CmaSearch(np.full(size, 0.5), seed, population=population, sigma=deviation)
+        """Cost, miss, signals and frame of the best of a run of CMA-ES from `known` on, and of what is given."""
+        likely = directions(self._slopes(), DEVIATION, MOVED)
+        search = CmaSearch(np.full(len(likely), 0.5), seed, population=population, sigma=0.5 / RANGE)
         history: list[float] = []
         for _ in range(GENERATIONS):
-            points = search.ask()
-            signals = self._signals(points)
+            signals = self._signals(RANGE * (2.0 * search.ask() - 1.0) @ likely)
             cost, miss, frame = self.cost(signals)
             search.tell(cost)
             k = int(cost.argmin())
@@ -337,12 +340,22 @@ class _Search:
                 break
         return best
 
-    def _signals(self, points: Floats) -> Floats:
-        """Signals (B, size) of points of the cube (B, synergies * coarse knots): 1/2 is no change."""
-        thrower = self._thrower
-        hats, knots = self._hats, len(thrower.follower.knots)
-        change = (2.0 * points - 1.0).reshape(len(points), len(self._synergies), -1) @ hats.T
-        signals = np.tile(self._known, (len(points), 1))
+    def _slopes(self) -> Floats:
+        """Derivatives (U, R) of the angles of all frames by changes, so scaled that R sums up to a mean square."""
+        thrower, size = self._thrower, self._hats.shape[1] * len(self._synergies)
+        steps = STEP * np.eye(size)
+        angle = thrower.simulated(self._signals(np.concatenate([np.zeros((1, size)), steps, -steps]))).angle
+        self.simulations += 2 * size + 1
+        free = np.nan_to_num(angle[:, :, thrower.follower.arm.free]).reshape(2 * size + 1, -1)
+        up, down = free[1 : size + 1] - free[0], free[0] - free[size + 1 :]
+        farther = np.linalg.norm(up, axis=1) > np.linalg.norm(down, axis=1)  # a signal of 0 or 1 has one side alone
+        return np.asarray(np.where(farther[:, None], up, down) / (STEP * np.sqrt(free.shape[1])))
+
+    def _signals(self, changes: Floats) -> Floats:
+        """Signals (B, size) of changes (B, synergies * coarse knots) of the known ones."""
+        knots = len(self._thrower.follower.knots)
+        change = changes.reshape(len(changes), len(self._synergies), -1) @ self._hats.T
+        signals = np.tile(self._known, (len(changes), 1))
         for row, number in enumerate(self._synergies):
             part = slice(number * knots, (number + 1) * knots)
             signals[:, part] = np.clip(signals[:, part] + change[:, row], 0.0, 1.0)
