@@ -7,9 +7,9 @@ from typing import Any, Protocol
 import torch
 from torch import Tensor
 
-from warpmuscle.learning.actor_critic import ActorCritic
+from warpmuscle.learning.networks.actor_critic import ActorCritic
+from warpmuscle.learning.networks.ppo import Experience
 from warpmuscle.learning.options import PPOOptions
-from warpmuscle.learning.ppo import Experience
 from warpmuscle.learning.symmetry import Images
 
 COUNTED = ("episodes", "reward")

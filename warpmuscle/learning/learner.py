@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 import torch
 
-from warpmuscle.learning.actor_critic import CONSTANT, SMALL_VARIANCE, UNHEARD, WIDEST, ActorCritic, Normalizer
 from warpmuscle.learning.collector import COUNTED, LOGGED, Collector, Environment
-from warpmuscle.learning.mirrors import mirrors_of
+from warpmuscle.learning.networks.actor_critic import CONSTANT, SMALL_VARIANCE, UNHEARD, WIDEST, ActorCritic, Normalizer
+from warpmuscle.learning.networks.mirrors import mirrors_of
+from warpmuscle.learning.networks.ppo import PPO
 from warpmuscle.learning.options import PPOOptions
-from warpmuscle.learning.ppo import PPO
 from warpmuscle.learning.warm_start import begin_with, hear
 from warpmuscle.results.learned import ClippedNoise, Layer, Learned, PolicyTable, Singles
 

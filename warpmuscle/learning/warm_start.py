@@ -13,8 +13,8 @@ from torch import Tensor, nn
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import ResultError, RolloutError
-from warpmuscle.learning.actor_critic import SMALL_VARIANCE, UNHEARD, ActorCritic, Normalizer
 from warpmuscle.learning.collector import Environment
+from warpmuscle.learning.networks.actor_critic import SMALL_VARIANCE, UNHEARD, ActorCritic, Normalizer
 from warpmuscle.learning.options import PPOOptions, bounded, options_of
 from warpmuscle.learning.player import task_of
 from warpmuscle.results.learned import Ancestor, Learned, PolicyTable

@@ -7,12 +7,12 @@ torch = pytest.importorskip("torch", reason="learning needs PyTorch")
 
 from point_mass import PointMasses  # noqa: E402
 from warpmuscle.core.errors import Error  # noqa: E402
-from warpmuscle.learning.actor_critic import ActorCritic, Normalizer  # noqa: E402
 from warpmuscle.learning.learner import Learner  # noqa: E402
-from warpmuscle.learning.optimizer import FlatAdam  # noqa: E402
+from warpmuscle.learning.networks.actor_critic import ActorCritic, Normalizer  # noqa: E402
+from warpmuscle.learning.networks.optimizer import FlatAdam  # noqa: E402
+from warpmuscle.learning.networks.ppo import _divergence, advantages  # noqa: E402
 from warpmuscle.learning.options import PPOOptions, options_of, parsed  # noqa: E402
 from warpmuscle.learning.policy import actions_of  # noqa: E402
-from warpmuscle.learning.ppo import _divergence, advantages  # noqa: E402
 
 
 def test_advantages_are_the_discounted_sum_of_surprises_within_an_episode():

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from warpmuscle.learning.actor_critic import ActorCritic
-from warpmuscle.learning.mirrors import Mirrors
-from warpmuscle.learning.optimizer import FlatAdam
+from warpmuscle.learning.networks.actor_critic import ActorCritic
+from warpmuscle.learning.networks.mirrors import Mirrors
+from warpmuscle.learning.networks.optimizer import FlatAdam
 from warpmuscle.learning.options import PPOOptions
 
 
