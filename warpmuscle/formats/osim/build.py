@@ -15,6 +15,7 @@ from warpmuscle.formats.osim.build_forces import build_forces
 from warpmuscle.formats.osim.build_muscles import MuscleBuilder, build_surfaces, on_ground
 from warpmuscle.formats.osim.build_skeleton import Skeleton, build_skeleton
 from warpmuscle.formats.osim.frames import GROUND, note, on_body, refused
+from warpmuscle.formats.osim.loose import tell_loose
 from warpmuscle.formats.osim.moves import Coordinates
 from warpmuscle.formats.osim.ranges import hold_ranges, tell_ranges
 from warpmuscle.formats.osim.read import read
@@ -96,6 +97,7 @@ def build(
         character.wrapping = "smooth"
     if ball_joints:
         merge_balls(scene, coordinates.joint_of)
+    tell_loose(model, tree, notes)
     _tell_jumps(model, character, jumps, notes)
     _markers(model, skeleton, notes)
     _tell(model, skeleton, coordinates, notes)
