@@ -7,9 +7,8 @@ from pathlib import Path
 
 from warpmuscle.formats.lines import Notes
 from warpmuscle.formats.osim.elements import Element, parse
-from warpmuscle.formats.osim.forces import NUMBERS, read_contact, read_force, read_marker
+from warpmuscle.formats.osim.forces import NUMBERS, lost_force, read_contact, read_force, read_marker, words_of
 from warpmuscle.formats.osim.frames import OFFSETS, Frames
-from warpmuscle.formats.osim.loose import lost_force, words_of
 from warpmuscle.formats.osim.paths import CLASSES, read_muscle, read_surfaces
 from warpmuscle.formats.osim.properties import Properties
 from warpmuscle.formats.osim.records import Model
