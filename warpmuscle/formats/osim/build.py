@@ -11,15 +11,14 @@ from warpmuscle.core.errors import SceneError, shortened
 from warpmuscle.formats.lines import Notes
 from warpmuscle.formats.osim.balls import merge_balls
 from warpmuscle.formats.osim.blends import blend_conditions, open_at_stops
-from warpmuscle.formats.osim.build_forces import build_forces
+from warpmuscle.formats.osim.build_forces import build_forces, hold_ranges, tell_ranges
 from warpmuscle.formats.osim.build_muscles import MuscleBuilder, build_surfaces, on_ground
 from warpmuscle.formats.osim.build_skeleton import Skeleton, build_skeleton
 from warpmuscle.formats.osim.frames import GROUND, note, on_body, refused
 from warpmuscle.formats.osim.moves import Coordinates
-from warpmuscle.formats.osim.ranges import hold_ranges, tell_ranges
 from warpmuscle.formats.osim.read import read
 from warpmuscle.formats.osim.records import Coordinate, Model
-from warpmuscle.formats.osim.tree import Branch, branches, joined, merge_welds, root_kind
+from warpmuscle.formats.osim.tree import Branch, branches, joined, merge_welds, root_kind, tell_loose
 from warpmuscle.scene import Actuation, Character, Failure, Marker, Motion, Scene
 from warpmuscle.scene.validation.paths import is_route, usual_drive
 from warpmuscle.scene.validation.scene import check_scene
@@ -39,7 +38,7 @@ def load_model(
         ball_joints: three hinges through one point become a ball joint, see `balls.py`.
         hard_points: paths jump as OpenSim's, where conditional points come in (else see `blends.py`) and off surfaces.
         welds_merged: bodies that are welded to others, or locked, become part of them, see `tree.py`.
-        limit_stiffness: N m/rad or N/m, of ranges that nothing holds, see `ranges.py`.
+        limit_stiffness: N m/rad or N/m, of ranges that nothing holds, see `hold_ranges`.
 
     Raises:
         SceneError: it cannot be read or represented; with file and line.
@@ -96,6 +95,7 @@ def build(
         character.wrapping = "smooth"
     if ball_joints:
         merge_balls(scene, coordinates.joint_of)
+    tell_loose(model, tree, notes)
     _tell_jumps(model, character, jumps, notes)
     _markers(model, skeleton, notes)
     _tell(model, skeleton, coordinates, notes)

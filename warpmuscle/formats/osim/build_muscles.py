@@ -15,7 +15,7 @@ from warpmuscle.formats.osim.cables import made_cable
 from warpmuscle.formats.osim.chain import set_function
 from warpmuscle.formats.osim.frames import note, on_body, refused, turned
 from warpmuscle.formats.osim.functions import Function
-from warpmuscle.formats.osim.moves import Coordinates
+from warpmuscle.formats.osim.moves import Coordinates, finite_range
 from warpmuscle.formats.osim.placement import Placement, direction, rotation_vector, vector
 from warpmuscle.formats.osim.records import Model
 from warpmuscle.scene import (
@@ -42,6 +42,7 @@ from warpmuscle.scene.number import Number
 SIDES = {"all": "", "unassigned": "", "": "", **{f"{s}{a}": f"{s or '+'}{a}" for s in ("", "+", "-") for a in "xyz"}}
 METHODS = ("hybrid", "midpoint", "axial")
 MARGIN = 1.0e-5  # rad or m, by which OpenSim's conditional points count beyond the ends of their range
+ROUNDED, SEARCHED = 1.0e-9, 301  # rad or m; places on each side, at which a range may be left
 FAR = 1.0e6  # rad or m, for a range that has no end
 FAMILIES = {"Millard2012EquilibriumMuscle": "millard", "Thelen2003Muscle": "thelen",
     "DeGrooteFregly2016Muscle": "de_groote"}  # fmt: skip
@@ -187,7 +188,8 @@ class MuscleBuilder:
             argument, within = "", list[float]()
             if coordinate and not function.constant:
                 argument, inner = self._argument(one, coordinate, point.line)
-                within = _where(inner, self._coordinates.by_name[coordinate].range)
+                domain = finite_range(self._coordinates.by_name[argument or coordinate])
+                within = _where(inner, self._coordinates.by_name[coordinate].range, domain)
                 function = self._coordinates.put(function, inner, argument or coordinate, coordinate)
             if not argument:
                 constant[index] = function.at(0.0)
@@ -292,13 +294,42 @@ def on_ground(model: Model) -> bool:
     return any(on_body(model, frame)[0] == "/ground" for frame in frames)
 
 
-def _where(function: Function, span: tuple[float, float]) -> list[float]:
+def _where(
+    function: Function, span: tuple[float, float], domain: tuple[float, float] = (-math.pi, math.pi)
+) -> list[float]:
     """The span of its argument in which a function is within a range, as OpenSim clamps what moves a point to it.
 
-    None where the range has no ends, or the function is no line.
+    None where the range has no ends. Of a function that is no line, it is the one about the middle of its argument's
+    range, looked for as far beyond that as it is wide; an end that the function does not reach there is far away.
     """
-    if function.line is None or function.line[1] == 0.0 or not any(map(math.isfinite, span)):
+    if function.constant or not any(map(math.isfinite, span)):
         return []
+    if function.line is None:
+        return _around_middle(function, span, domain)
     offset, slope = function.line
     low, high = sorted((max(min(end, FAR), -FAR) - offset) / slope for end in span)
     return [low, high] if low < high else []
+
+
+def _around_middle(function: Function, span: tuple[float, float], domain: tuple[float, float]) -> list[float]:
+    """What `_where` says of a function that is no line."""
+
+    def inside(q: float) -> bool:
+        return bool(span[0] - ROUNDED <= function.at(q) <= span[1] + ROUNDED)
+
+    middle, width = 0.5 * (domain[0] + domain[1]), domain[1] - domain[0]
+    if not inside(middle):
+        return []
+    ends = []
+    for way, far in ((-1.5 * width, -FAR), (1.5 * width, FAR)):
+        places = middle + way * np.linspace(0.0, 1.0, SEARCHED)
+        out = next((k for k, q in enumerate(places) if not inside(float(q))), 0)
+        if not out:
+            ends.append(far)
+            continue
+        kept, left = float(places[out - 1]), float(places[out])
+        for _ in range(50):
+            half = 0.5 * (kept + left)
+            kept, left = (half, left) if inside(half) else (kept, half)
+        ends.append(kept)
+    return ends if ends != [-FAR, FAR] else []

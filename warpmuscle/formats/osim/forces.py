@@ -5,7 +5,7 @@ from __future__ import annotations
 from warpmuscle.formats.osim.elements import Element
 from warpmuscle.formats.osim.frames import Frames
 from warpmuscle.formats.osim.properties import Properties, last_name
-from warpmuscle.formats.osim.records import Contact, Force, Marker, Model
+from warpmuscle.formats.osim.records import Contact, Force, Lost, Marker, Model
 
 Defaults = dict[str, tuple[float, ...]]
 NONE = (0.0, 0.0, 0.0)
@@ -105,3 +105,16 @@ def read_marker(element: Element, frames: Frames, own: Properties) -> Marker:
     element.child("fixed")
     frame = frames.socket(element, f"/markerset/{element.name}", "parent_frame")
     return Marker(element.name, element.line, frame, own.vector(element, "location"))
+
+
+def lost_force(element: Element, shapes: dict[str, set[str]]) -> Lost:
+    """A force that is left out, with all names in it, those in the shapes that it names among them."""
+    names = words_of(element)
+    for name in tuple(names & shapes.keys()):
+        names |= shapes[name]
+    return Lost(element.tag, frozenset(names))
+
+
+def words_of(element: Element) -> set[str]:
+    """The names in an element: its words, and the last names of paths."""
+    return {word.rpartition("/")[2] for inner in element.all() for word in inner.text.split()}

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from warpmuscle.formats.lines import Notes
 from warpmuscle.formats.osim.elements import Element, parse
-from warpmuscle.formats.osim.forces import NUMBERS, read_contact, read_force, read_marker
+from warpmuscle.formats.osim.forces import NUMBERS, lost_force, read_contact, read_force, read_marker, words_of
 from warpmuscle.formats.osim.frames import OFFSETS, Frames
 from warpmuscle.formats.osim.paths import CLASSES, read_muscle, read_surfaces
 from warpmuscle.formats.osim.properties import Properties
@@ -137,6 +137,7 @@ def _skeleton(top: Element, found: Model, frames: Frames, own: Properties) -> No
 def _forces(top: Element, found: Model, frames: Frames, own: Properties, notes: Notes) -> None:
     """Muscles and forces; what is switched off or not known is noted."""
     names: dict[str, int] = {}
+    shapes = {shape.name: words_of(shape) for shape in _members(top, "ContactGeometrySet")}
     for element in _members(top, "ForceSet"):
         if not own.applied(element):
             _leave_out(notes, element, SWITCHED_OFF)
@@ -148,6 +149,8 @@ def _forces(top: Element, found: Model, frames: Frames, own: Properties, notes: 
         elif element.tag in NUMBERS:
             found.forces += read_force(element, frames, own)
         else:
+            if "Muscle" not in element.tag:
+                found.lost.append(lost_force(element, shapes))
             _leave_out(notes, element, NO_MUSCLE if "Muscle" in element.tag else NO_FORCE)
 
 

@@ -191,6 +191,14 @@ class Marker:
     location: Vec3
 
 
+@dataclass(frozen=True, slots=True)
+class Lost:
+    """A force that is left out, and all names that stand in it."""
+
+    kind: str
+    names: frozenset[str]
+
+
 @dataclass(slots=True)
 class Model:
     """All that a file says."""
@@ -211,6 +219,7 @@ class Model:
     forces: list[Force] = field(default_factory=list)
     contacts: dict[str, Contact] = field(default_factory=dict)
     markers: list[Marker] = field(default_factory=list)
+    lost: list[Lost] = field(default_factory=list)
 
     @property
     def coordinates(self) -> dict[str, Coordinate]:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from warpmuscle.core.array_types import Floats
+from warpmuscle.formats.lines import Ignored, Notes
 from warpmuscle.formats.osim.chain import matrix
 from warpmuscle.formats.osim.frames import GROUND, on_body, refused
 from warpmuscle.formats.osim.functions import IDENTITY
@@ -16,6 +18,8 @@ from warpmuscle.formats.osim.records import Axis, Body, Coordinate, Frame, Joint
 from warpmuscle.formats.osim.skeleton import MOTIONS
 
 PERPENDICULAR = 1.0e-6
+
+HOLDING = ("Ligament", "Contact", "ElasticFoundation", "HuntCrossley", "Bushing", "Spring")  # in the names of classes
 
 
 @dataclass(frozen=True)
@@ -161,3 +165,31 @@ def joined_body(body: Body, other: Body, axes: Floats, place: Floats) -> Body:
 def _about(r: Floats) -> Floats:
     """Moments of inertia of a unit mass at r about the origin."""
     return np.asarray(r @ r * np.eye(3) - np.outer(r, r))
+
+
+def tell_loose(model: Model, tree: list[Branch], notes: Notes) -> None:
+    """Note before anything else that a model cannot stand, if a joint is free to shift and lost what held it."""
+    told = [text for branch in tree if (text := _loose(model, branch))]
+    if told:
+        some = "; ".join(told[:4]) + (f"; and {len(told) - 4} more" if len(told) > 4 else "")
+        reason = (
+            f"this model cannot stand: nothing holds joints that are free to shift, {some}. Lock or couple their shifts"
+        )
+        notes.ignored.insert(0, Ignored(model.file, model.line, f"Model {model.name}", reason))
+
+
+def _loose(model: Model, branch: Branch) -> str:
+    """What a joint within the body lost, if it is free to shift; else nothing."""
+    shifts = {move.argument for move in branch.moves if move.argument and not move.turns}
+    ends = [on_body(model, frame)[0] for frame in (branch.near, branch.far)]
+    if not shifts or GROUND in ends:
+        return ""
+    bodies = {end.rpartition("/")[2] for end in ends}
+    counts = Counter(
+        lost.kind for lost in model.lost if lost.names & bodies and any(word in lost.kind for word in HOLDING)
+    )
+    if not counts:
+        return ""
+    what = ", ".join(f"{count} {kind}" for kind, count in counts.items())
+    free = len({move.argument for move in branch.moves if move.argument})
+    return f"{branch.joint.name} ({free} free coordinates) lost {what}"
