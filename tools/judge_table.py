@@ -1,4 +1,4 @@
-"""Judge gaits one after another, and write one Markdown table of all of them.
+"""Judge gaits one after another, and write Markdown tables of all of them.
 
     python tools/judge_table.py walk56_person run56 policy.h5 --device cuda:0 -o table.md
 
@@ -17,6 +17,15 @@ from pathlib import Path
 from typing import Any
 
 RUNS = 20  # with each disturbance
+WIDEST = 7  # gaits of a table
+COMMANDED = {  # measures of a gait at each command, and what they are called
+    "speed": "speed, m/s",
+    "angles outside the norms": "angles outside the norms, SD",
+    "double support": "double support, % of the cycle",
+    "step width": "step width, m",
+    "cost of transport, Bhargava net": "cost of transport, Bhargava net, J/(kg m)",
+    "cost of transport, Bhargava strict": "and strict",
+}
 
 
 def judged(source: str, folder: Path, further: Sequence[str]) -> dict[str, Any] | None:
@@ -31,28 +40,64 @@ def judged(source: str, folder: Path, further: Sequence[str]) -> dict[str, Any] 
 
 
 def table(gaits: dict[str, dict[str, Any]]) -> str:
-    """A row a measure and a column a gait, in Markdown; a value that is missed is marked with a star.
+    """A row a measure and a column a gait, in Markdown; one table each for gaits of the same bars, such as runs.
 
-    Nothing that an impossible gait reaches counts, so all of its values have the mark but that of its bodies.
+    A value says if it is missed, does not count, since the gait is impossible, or is no judge at its speed.
     """
-    rows: dict[tuple[str, str], dict[str, str]] = {}
+    kinds: dict[tuple[tuple[str, ...], ...], list[str]] = {}
     for gait, found in gaits.items():
-        for one in found["verdicts"]:
-            rows.setdefault((one["name"], one["unit"]), {})[gait] = _cell(one)
-    lines = [["measure", "unit", *gaits], ["---"] * (2 + len(gaits))]
-    lines += [[*key, *(cells.get(gait, "") for gait in gaits)] for key, cells in rows.items()]
-    lines.append(["fells it", f"of {RUNS}", *(_fells(found["felled_by"]) for found in gaits.values())])
+        kinds.setdefault(tuple(_bar(one) for one in found["verdicts"]), []).append(gait)
+    parts = [
+        _table(bars, {gait: gaits[gait] for gait in names[first : first + WIDEST]})
+        for bars, names in kinds.items()
+        for first in range(0, len(names), WIDEST)
+    ]
+    return "\n".join([*parts, *(_commands(gait, found) for gait, found in gaits.items() if found["commanded"])])
+
+
+def _table(bars: Sequence[tuple[str, ...]], gaits: dict[str, dict[str, Any]]) -> str:
+    lines = [["measure", "unit", "must", "goal", *(f"`{Path(gait).stem}`" for gait in gaits)]]
+    lines += [["---"] * len(lines[0])]
+    lines += [[*bar, *(_cell(found["verdicts"][k]) for found in gaits.values())] for k, bar in enumerate(bars)]
+    lines.append(["fells it", f"of {RUNS}", "", "", *(_fells(found["felled_by"]) for found in gaits.values())])
+    return _markdown(lines)
+
+
+def _commands(gait: str, found: dict[str, Any]) -> str:
+    """A table of what the gait is like at each command."""
+    lines = [["command", *COMMANDED.values()], ["---"] * (1 + len(COMMANDED))]
+    for one in found["commanded"]:
+        measures = one["measures"] or {}
+        asked = ", ".join(f"{name} {value:.3g}" for name, value in one["command"].items())
+        lines.append([asked, *("-" if measures.get(name) is None else f"{measures[name]:.3g}" for name in COMMANDED)])
+    return f"`{Path(gait).stem}`, as commanded:\n\n{_markdown(lines)}"
+
+
+def _markdown(lines: Sequence[Sequence[str]]) -> str:
     return "".join(f"| {' | '.join(line)} |\n" for line in lines)
 
 
+def _bar(one: dict[str, Any]) -> tuple[str, ...]:
+    return one["name"], one["unit"], _ends(one["must"]), _ends(one["goal"])
+
+
+def _ends(ends: Sequence[float | None]) -> str:
+    low, high = ends
+    if low is None:
+        return f"up to {high:g}"
+    return f"{low:g} or more" if high is None else f"{low:g} to {high:g}"
+
+
 def _cell(one: dict[str, Any]) -> str:
+    note = str(one["note"])
     if one["value"] is None:
-        return "falls" if one["reached"] == "missed" else "-"
-    return f"{one['value']:.3g}" + ("" if one["reached"] in ("goal", "must") else " *")
+        return f"{note or 'falls'} (missed)" if one["reached"] == "missed" else note or "-"
+    told = {"goal": "", "must": "", "does not count": " (void)"}.get(one["reached"], " (missed)")
+    return f"{one['value']:.3g}" + (" (no judge)" if note.startswith("no judge") and told != " (void)" else told)
 
 
 def _fells(by: dict[str, int]) -> str:
-    return ", ".join(f"{what}: {number}" for what, number in by.items() if number) or "none of these"
+    return ", ".join(f"{what} {number}" for what, number in by.items() if number) or "none of these"
 
 
 def main() -> int:

@@ -11,24 +11,40 @@ if str(TOOLS) not in sys.path:
 from judge_table import judged, table  # noqa: E402
 
 
-def verdict(name: str, value: float | None, reached: str) -> dict[str, object]:
-    return {"name": name, "unit": "m", "value": value, "reached": reached, "note": ""}
+def verdict(name: str, value: float | None, reached: str, note: str = "") -> dict[str, object]:
+    bar = {"name": name, "unit": "m", "must": [None, 1.0], "goal": [0.1, None]}
+    return bar | {"value": value, "reached": reached, "note": note}
 
 
-WALK = {"verdicts": [verdict("step width", 0.123456, "goal"), verdict("angles", 2.0, "missed")], "felled_by": {}}
-RUN = {"verdicts": [verdict("flight", None, "missed")], "felled_by": {"2 degrees up": 20, "noise": 0}}
+def gait(*verdicts: dict[str, object], **felled_by: int) -> dict[str, object]:
+    return {"verdicts": list(verdicts), "felled_by": felled_by, "commanded": []}
 
 
-def test_rows_of_walks_and_runs_stand_in_one_table():
-    lines = table({"walk": WALK, "run": RUN}).splitlines()
-    assert lines == [
-        "| measure | unit | walk | run |",
-        "| --- | --- | --- | --- |",
-        "| step width | m | 0.123 |  |",
-        "| angles | m | 2 * |  |",
-        "| flight | m |  | falls |",
-        "| fells it | of 20 | none of these | 2 degrees up: 20 |",
+WALK = gait(verdict("step width", 0.123456, "goal"), verdict("angles", 2.0, "missed"))
+FAST = gait(verdict("step width", 3.0, "does not count"), verdict("angles", 2.0, "must", "no judge: at 1.8 m/s"))
+RUN = gait(verdict("flight", None, "missed"), uphill=20, noise=0)
+
+
+def test_gaits_of_the_same_bars_stand_in_one_table_and_runs_in_another():
+    assert table({"walk": WALK, "files/fast.h5": FAST, "run": RUN}).splitlines() == [
+        "| measure | unit | must | goal | `walk` | `fast` |",
+        "| --- | --- | --- | --- | --- | --- |",
+        "| step width | m | up to 1 | 0.1 or more | 0.123 | 3 (void) |",
+        "| angles | m | up to 1 | 0.1 or more | 2 (missed) | 2 (no judge) |",
+        "| fells it | of 20 |  |  | none of these | none of these |",
+        "",
+        "| measure | unit | must | goal | `run` |",
+        "| --- | --- | --- | --- | --- |",
+        "| flight | m | up to 1 | 0.1 or more | falls (missed) |",
+        "| fells it | of 20 |  |  | uphill 20 |",
     ]
+
+
+def test_what_a_gait_is_like_at_each_command_has_a_table_of_its_own():
+    command = {"command": {"speed": 0.8834}, "measures": {"speed": 0.9, "double support": None}, "why": ""}
+    lines = table({"walk": WALK | {"commanded": [command]}}).splitlines()
+    assert lines[6] == "`walk`, as commanded:"
+    assert lines[-1] == "| speed 0.883 | 0.9 | - | - | - | - | - |"
 
 
 def test_what_is_judged_already_is_read_and_not_run_again(tmp_path: Path):
