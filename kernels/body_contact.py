@@ -12,8 +12,9 @@ import warp as wp
 
 from warpmuscle.kernels.collision import fractions_along
 from warpmuscle.kernels.contact import friction_damping, normal_force
-from warpmuscle.kernels.forces import Force, Wrench
-from warpmuscle.kernels.structs import ModelRef, ScratchRef, StateRef, at
+from warpmuscle.kernels.forces import Force
+from warpmuscle.kernels.structs import BodyRow, ModelRef, ScratchRef, at
+from warpmuscle.kernels.touching import Touch
 
 
 @wp.struct
@@ -34,7 +35,8 @@ class CapsulePair:
     second_half_y: float
     second_half_z: float
     second_radius: float
-    reach: float  # of the middles; beyond it the capsules are clear of each other
+    margin: float  # by which capsules that touch before the next look are clear of each other now at most
+    reach: float  # of the middles; beyond it they are farther apart
     stiffness: float  # N/m
     damping: float  # N s/m
     tangential_damping: float  # N s/m, up to the friction limit
@@ -68,9 +70,60 @@ def given_way(force: float, gives: float, pair_mobility: float) -> float:
     return force / (1.0 + gives * pair_mobility)
 
 
+@wp.struct
+class Closest:
+    """Where two capsules are nearest to each other; each point from the centre of mass of its own body, world, m."""
+
+    first_com: wp.vec3  # from the joint point of the first body to its centre of mass
+    second_com: wp.vec3
+    first_arm: wp.vec3  # to the nearest point of the first one's segment
+    second_arm: wp.vec3
+    apart: wp.vec3  # from the centre of mass of the first to that of the second
+    gap: wp.vec3  # from nearest point to nearest point
+    distance: float  # of these points; -1 if the capsules are out of reach, and the arms not known
+
+
+@wp.func
+def closest_points(
+    first_row: BodyRow, second_row: BodyRow, first: int, second: int, work: ScratchRef, pair: CapsulePair
+) -> Closest:
+    """Where the segments of two capsules are nearest to each other, unless they are out of reach."""
+    c = Closest()
+    c.distance = -1.0
+    first_turn = work.rotation[first]
+    second_turn = work.rotation[second]
+    c.first_arm = first_turn * wp.vec3(pair.first_x, pair.first_y, pair.first_z)
+    c.second_arm = second_turn * wp.vec3(pair.second_x, pair.second_y, pair.second_z)
+    c.first_com = first_turn * first_row.com
+    c.second_com = second_turn * second_row.com
+    c.apart = (work.position[second] - work.position[first]) + (c.second_com - c.first_com)
+    middle = c.apart + (c.second_arm - c.first_arm)
+    if wp.length_sq(middle) >= pair.reach * pair.reach:
+        return c
+    first_half = first_turn * wp.vec3(pair.first_half_x, pair.first_half_y, pair.first_half_z)
+    second_half = second_turn * wp.vec3(pair.second_half_x, pair.second_half_y, pair.second_half_z)
+    nearest = fractions_along(middle, first_half, second_half)
+    c.first_arm += first_half * (2.0 * nearest[0] - 1.0)
+    c.second_arm += second_half * (2.0 * nearest[1] - 1.0)
+    c.gap = c.apart + (c.second_arm - c.first_arm)
+    c.distance = wp.length(c.gap)
+    return c
+
+
+@wp.func
+def point_velocity(body: int, place: wp.vec3, work: ScratchRef) -> wp.vec3:
+    """Velocity of a point of a body as a contact takes it, see `contact.point_contacts_of`, world, m/s.
+
+    Args:
+        place: from the body's joint point, m.
+    """
+    spin = work.angular_velocity[body] - work.lag_angular[body]
+    return work.velocity[body] - work.lag_velocity[body] + wp.cross(spin, place)
+
+
 @cache
 def capsule_contact_of(turned: bool) -> Any:
-    """The Warp function of what one capsule of a pair does to the body of the other, zero where they are clear.
+    """The Warp function of what two capsules do to each other's bodies, nothing where they are clear.
 
     Args:
         turned: whether the principal axes of some bodies are turned against those of their frames.
@@ -84,68 +137,45 @@ def capsule_contact_of(turned: bool) -> Any:
 
     @wp.func
     def capsule_contact(
-        instance: int, body: int, other: int, second: int, model: ModelRef, state: StateRef, work: ScratchRef,
-        pair: CapsulePair,
-    ) -> Wrench:  # fmt: skip
-        acting = Wrench()
-        a = wp.where(second == 1, other, body)
-        b = wp.where(second == 1, body, other)
-        row_a = at(model.skeleton.row, instance, a)
-        row_b = at(model.skeleton.row, instance, b)
-        turn_a = work.rotation[a]
-        turn_b = work.rotation[b]
-        arm_a = turn_a * wp.vec3(pair.first_x, pair.first_y, pair.first_z)
-        arm_b = turn_b * wp.vec3(pair.second_x, pair.second_y, pair.second_z)
-        com_a = turn_a * row_a.com
-        com_b = turn_b * row_b.com
-        apart = (work.position[b] - work.position[a]) + (com_b - com_a)
-        middle = apart + (arm_b - arm_a)
-        if wp.length_sq(middle) >= pair.reach * pair.reach:
-            return acting
-        half_a = turn_a * wp.vec3(pair.first_half_x, pair.first_half_y, pair.first_half_z)
-        half_b = turn_b * wp.vec3(pair.second_half_x, pair.second_half_y, pair.second_half_z)
-        nearest = fractions_along(middle, half_a, half_b)
-        arm_a += half_a * (2.0 * nearest[0] - 1.0)
-        arm_b += half_b * (2.0 * nearest[1] - 1.0)
-        gap = apart + (arm_b - arm_a)
-        distance = wp.length(gap)
-        depth = pair.first_radius + pair.second_radius - distance
-        if depth <= 0.0 or distance <= 0.0 or pair.stiffness <= 0.0:
-            return acting
-        normal = gap / distance
-        arm_a += normal * (pair.first_radius - 0.5 * depth)
-        arm_b = arm_a - apart  # the same point, from the other centre of mass
-        spin_a = work.angular_velocity[a] - work.lag_angular[a]  # as in `contact.point_contacts_of`
-        spin_b = work.angular_velocity[b] - work.lag_angular[b]
-        at_a = work.velocity[a] - work.lag_velocity[a] + wp.cross(spin_a, com_a + arm_a)
-        at_b = work.velocity[b] - work.lag_velocity[b] + wp.cross(spin_b, com_b + arm_b)
-        velocity = at_b - at_a
+        instance: int, first: int, second: int, model: ModelRef, work: ScratchRef, pair: CapsulePair
+    ) -> Touch:
+        touch = Touch()
+        first_row = at(model.skeleton.row, instance, first)
+        second_row = at(model.skeleton.row, instance, second)
+        c = closest_points(first_row, second_row, first, second, work, pair)
+        if c.distance < 0.0 or pair.stiffness <= 0.0:
+            return touch
+        depth = pair.first_radius + pair.second_radius - c.distance
+        touch.near = wp.where(depth + pair.margin > 0.0, 1.0, 0.0)
+        if depth <= 0.0 or c.distance <= 0.0:
+            return touch
+        normal = c.gap / c.distance
+        first_arm = c.first_arm + normal * (pair.first_radius - 0.5 * depth)
+        second_arm = first_arm - c.apart  # the same point, from the other centre of mass
+        velocity = point_velocity(second, c.second_com + second_arm, work)
+        velocity -= point_velocity(first, c.first_com + first_arm, work)
         speed = wp.dot(normal, velocity)
         h = model.time_step
         along = normal_force(depth, speed, pair.stiffness, pair.damping, h)
         if along <= 0.0:
-            return acting
-        axes_a = principal_axes(instance, a, model, work)
-        axes_b = principal_axes(instance, b, model, work)
-        both = mobility(normal, arm_a, axes_a, row_a.inertia, row_a.mass)
-        both += mobility(normal, arm_b, axes_b, row_b.inertia, row_b.mass)
+            return touch
+        first_axes = principal_axes(instance, first, model, work)
+        second_axes = principal_axes(instance, second, model, work)
+        both = mobility(normal, first_arm, first_axes, first_row.inertia, first_row.mass)
+        both += mobility(normal, second_arm, second_axes, second_row.inertia, second_row.mass)
         along = given_way(along, h * (pair.damping + h * pair.stiffness), both)
+        touch.force = normal * along
+        touch.first_arm = first_arm
+        touch.second_arm = second_arm
         slip = velocity - normal * speed
         slip_speed = wp.length(slip)
-        force = normal * along
         if slip_speed > 0.0:
             way = slip / slip_speed
             across = friction_damping(along, slip_speed, pair.tangential_damping, pair.friction)
-            both = mobility(way, arm_a, axes_a, row_a.inertia, row_a.mass)
-            both += mobility(way, arm_b, axes_b, row_b.inertia, row_b.mass)
-            force -= way * given_way(across * slip_speed, h * across, both)
-        if second == 1:
-            acting.force = force
-            acting.moment = wp.cross(arm_b, force)
-        else:
-            acting.force = -force
-            acting.moment = -wp.cross(arm_a, force)
-        return acting
+            both = mobility(way, first_arm, first_axes, first_row.inertia, first_row.mass)
+            both += mobility(way, second_arm, second_axes, second_row.inertia, second_row.mass)
+            touch.force -= way * given_way(across * slip_speed, h * across, both)
+        return touch
 
     return capsule_contact
 
@@ -153,4 +183,4 @@ def capsule_contact_of(turned: bool) -> Any:
 @cache
 def body_contact_of(turned: bool) -> Force:
     """The kind of force between bodies that touch, see `capsule_contact_of`."""
-    return Force(pair=capsule_contact_of(turned), parameters=CapsulePair, near=True)
+    return Force(touch=capsule_contact_of(turned), parameters=CapsulePair, state=1)

@@ -5,9 +5,7 @@ from typing import Any
 import warp as wp
 
 from warpmuscle.kernels.scratch import synchronize
-from warpmuscle.kernels.structs import COLLIDED, RUNNING, Collisions, ModelRef, ScratchRef, StateRef, at
-
-NEAR_BITS = wp.constant(31)  # of pairs that may touch
+from warpmuscle.kernels.structs import COLLIDED, RUNNING, Collisions, ModelRef, ScratchRef, at
 
 
 @wp.func
@@ -102,24 +100,6 @@ def collision_stage(instance: int, lane: int, lanes: int, step: int, model: Mode
         return RUNNING
     look_for_near_pairs(instance, lane, lanes, model.collisions, work)
     return wp.where(work.flags[0] == 1, COLLIDED, RUNNING)
-
-
-@wp.func
-def near_stage(instance: int, lane: int, lanes: int, step: int, model: ModelRef, state: StateRef, work: ScratchRef):
-    """Every few steps, see which pairs of shapes that push each other may touch until the next time.
-
-    Pair k is bit k, those beyond `NEAR_BITS` share bits. Ends with a barrier where it looks.
-    """
-    touching = model.touching
-    if step % touching.every == 0:
-        if lane == 0:
-            state.near[instance] = 0
-        place_shapes(instance, lane, lanes, touching, work)
-        synchronize()
-        for pair in range(lane, touching.pair.shape[0], lanes):
-            if is_near(instance, pair, touching, work):
-                wp.atomic_or(state.near, instance, 1 << (pair % NEAR_BITS))
-        synchronize()
 
 
 @wp.func

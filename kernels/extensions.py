@@ -46,7 +46,6 @@ def extension_type(parameters: Any = None, memory: int = 0, of_bodies: bool = Fa
             start: wp.array[int]  # (bodies + 1,) first entry of each body
             other: wp.array[int]  # (entries,) the other body
             second: wp.array[int]  # (entries,) 1 if the body is the second of both
-            bit: wp.array[int]  # (entries,) of `State.near`, of shapes that are called only while they may touch
 
         return PairExtension
 
@@ -57,6 +56,20 @@ def extension_type(parameters: Any = None, memory: int = 0, of_bodies: bool = Fa
         start: wp.array[int]  # (bodies + 1,) first entry of each body, if they belong to bodies
 
     return Extension
+
+
+@cache
+def touch_extension(struct: Any) -> Any:
+    """The structure of pairs of bodies that may touch, whose parameters are of this structure of floats."""
+
+    @wp.struct
+    class TouchExtension:
+        parameters: wp.array2d[struct]  # (rows, pairs)
+        memory: wp.array3d[float]  # (instances, pairs, 1) 1: they may touch before the next look
+        first: wp.array[int]  # (pairs,) one body of each, and
+        second: wp.array[int]  # (pairs,) the other
+
+    return TouchExtension
 
 
 @cache

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import warp as wp
 
 from warpmuscle.kernels.control import effort_torque
-from warpmuscle.kernels.extensions import extension_list, extension_type, of_body
+from warpmuscle.kernels.extensions import extension_list, extension_type, of_body, touch_extension
 from warpmuscle.kernels.scratch import synchronize
 from warpmuscle.kernels.structs import ModelRef, ScratchRef, StateRef, at
 
@@ -30,7 +30,7 @@ class Force(NamedTuple):
     The function takes what is in brackets if it is declared: `parameters`, a `@wp.struct` of floats whose values stand
     with each force of the scene, and `state`, so many floats of each force, zero at the start of an instance. It is
     called once a step for each force, and may write that state. One between two bodies is called for each of them, has
-    parameters, and no state.
+    parameters, and no state. Bodies that touch, see `touching.py`, are of one kind at most, which has parameters.
     """
 
     effort: Any = None  # (instance, body, model, state, work [, parameters] [, state]) -> wp.vec3: of body's joint, N m
@@ -38,12 +38,14 @@ class Force(NamedTuple):
     pair: Any = None  # (instance, body, other, second, model, state, work, parameters) -> Wrench on body
     parameters: Any = None
     state: int = 0
-    near: bool = False  # of `pair`: called only while `State.near` says that these shapes may touch
+    touch: Any = None  # (instance, first, second, model, work, parameters) -> touching.Touch, of bodies that may touch
     positive: tuple[str, ...] = ()  # parameters that are divided by
 
     @property
     def extension(self) -> Any:
         """Structure of the parameters and states of all forces of this kind."""
+        if self.touch is not None:
+            return touch_extension(self.parameters)
         return extension_type(self.parameters, self.state, True, self.pair is not None)
 
 
@@ -91,7 +93,6 @@ def wrench_of(forces: tuple[Force, ...]) -> Any:
     wrench_on, others = effort_torque, effort_torque
     pairs = bool(forces) and forces[0].pair is not None
     of_pair = forces[0].pair if pairs else effort_torque
-    near = pairs and forces[0].near
     if acts:
         wrench_on = of_body(forces[0].wrench, Wrench, forces[0].parameters, forces[0].extension)
     if forces:
@@ -115,9 +116,6 @@ def wrench_of(forces: tuple[Force, ...]) -> Any:
                 acting.moment += given.moment
         if wp.static(pairs):
             for entry in range(extensions.first.start[body], extensions.first.start[body + 1]):
-                if wp.static(near):  # noqa: SIM102, what is static stands alone
-                    if (state.near[instance] >> extensions.first.bit[entry]) & 1 == 0:
-                        continue
                 p = at(extensions.first.parameters, instance, entry)
                 end = extensions.first.second[entry]
                 pushed = of_pair(instance, body, extensions.first.other[entry], end, model, state, work, p)
@@ -158,7 +156,6 @@ def body_forces_stage_of(forces: tuple[Force, ...]) -> Any:
     """The stage that adds what acts on the bodies to their bias forces. It ends with a barrier."""
     extensions_struct = extension_list(tuple(force.extension for force in forces))
     wrench_on = wrench_of(forces)
-    only_near = all(force.near for force in forces if force.wrench is not None or force.pair is not None)
 
     @wp.func
     def body_forces_stage(
@@ -170,10 +167,7 @@ def body_forces_stage_of(forces: tuple[Force, ...]) -> Any:
         work: ScratchRef,
         extensions: wp.ref[extensions_struct],
     ):
-        count = model.body_count
-        if wp.static(only_near):
-            count = wp.where(state.near[instance] != 0, count, 0)
-        for i in range(lane, count, lanes):
+        for i in range(lane, model.body_count, lanes):
             acting = wrench_on(instance, i, Wrench(), model, state, work, extensions)
             c = work.rotation[i] * at(model.skeleton.row, instance, i).com
             work.bias_force[i] = work.bias_force[i] - acting.force

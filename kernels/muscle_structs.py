@@ -96,6 +96,7 @@ class Paths:
     point_condition: wp.array[int]  # (points,) -1: the point always counts
     condition_joint: wp.array[int]  # (conditions,)
     condition_axis: wp.array[int]  # (conditions,) which of the joint's coordinates
+    condition_slope: wp.array[int]  # (conditions,) 1: moment arms are slopes of the length; 0: without those of weights
     condition_interval: wp.array2d[wp.vec3]  # (rows, conditions) low, high, width of the blend, rad
     segment_points: wp.array2d[int]  # (segments, 2) a and b
     crossing_start: wp.array[int]  # (bodies + 1,) crossings of the joint of body i

@@ -9,7 +9,8 @@ Every pair of points with none but conditional points between them is then a seg
 so that with p = 0 the path runs past the point and with p = 1 through it. Length, lengthening speed and moment arms
 are continuous, and the latter two are the exact derivatives of the former, changes of weight included: a tension does
 the work that the path's shortening takes. That costs a moment arm of dp/dq times what the detour over the point
-is longer, so blend slowly where a point makes a long detour.
+is longer, so blend slowly where a point makes a long detour. Or a condition asks for weighted moment arms: dp/dq is
+left out of them and of the speed, as where a smooth route slips off a surface, and as in OpenSim, whose paths jump.
 
 A moment arm is a vector r, world axes, with the torque F r on the joint's parent and -F r on its child; the path
 lengthens at r . w with the angular velocity w of the child relative to the parent. (OpenSim's moment arm of a
@@ -136,7 +137,7 @@ def point_weight(
     weight = condition_weight(angle, interval[0], interval[1], interval[2])
     w.value = weight[0]
     w.rate = weight[1] * state.speeds[instance, model.skeleton.plan[on].speed_start + axis]
-    if on == joint and weight[1] != 0.0:
+    if on == joint and weight[1] != 0.0 and paths.condition_slope[condition] != 0:
         w.gradient = coordinate_gradient(instance, on, axis, model, work) * weight[1]
     return w
 

@@ -115,6 +115,22 @@ __syncwarp();
 def synchronize(): ...  # the lanes of an instance, and of those that share a block with it
 
 
+@wp.func_native(
+    snippet="""
+#if defined(__CUDA_ARCH__)
+#if WP_TILE_BLOCK_DIM > 32
+return __syncthreads_or(flag);
+#else
+return __any_sync(0xffffffffu, flag);
+#endif
+#else
+return flag;
+#endif
+"""
+)
+def any_lane(flag: bool) -> bool: ...  # of those that `synchronize` waits for
+
+
 def part_of(dtype: Any, name: str) -> Any:
     """A Warp function (memory, first, stride, count) -> view of part of a working set as an array of a type.
 

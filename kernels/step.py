@@ -5,7 +5,7 @@ from typing import Any
 
 import warp as wp
 
-from warpmuscle.kernels.collision import collision_stage_of, near_stage
+from warpmuscle.kernels.collision import collision_stage_of
 from warpmuscle.kernels.compiler_hints import known_rows_of
 from warpmuscle.kernels.control import SIMBICON, Controller, control_stage_of
 from warpmuscle.kernels.coordinate_control import coordinate_control_stage
@@ -43,6 +43,7 @@ from warpmuscle.kernels.structs import (
     whole,
 )
 from warpmuscle.kernels.term_functions import ObjectiveKind, effort_stage, muscle_functions, objective_stage_of
+from warpmuscle.kernels.touching import touching_stage_of
 
 OTHERS = "actuation.effort", "muscles.knot_value"  # which others give with any strides
 know_model = known_rows_of(Model, OTHERS, pairs=("muscles.curve_table",))
@@ -129,8 +130,9 @@ def one_step_of(
     prescribe_stage = of_joints.prescribe
     pulling = any(force.effort for force in forces)
     pushing = any(force.wrench or force.pair for force in forces)
-    touching = any(force.near for force in forces)
+    touching = any(force.touch for force in forces)
     joint_forces_stage, body_forces_stage = joint_forces_stage_of(forces), body_forces_stage_of(forces)
+    touching_stage = touching_stage_of(forces) if touching else body_forces_stage
     extensions_struct = extensions_of(controller, forces)
     if muscles is not None:
         functions = muscle_functions(objective, muscles.own)
@@ -163,8 +165,6 @@ def one_step_of(
             if wp.static(across):
                 end_lane(instance, lane, status, state)
             return status
-        if wp.static(touching):
-            near_stage(instance, lane, lanes, step, model, state, work)
         status = collision_stage(instance, lane, lanes, step, model, work)
         if status != RUNNING:
             return status
@@ -192,6 +192,8 @@ def one_step_of(
         inertia_stage(instance, lane, lanes, model, state, work)
         if wp.static(pushing):
             body_forces_stage(instance, lane, lanes, model, state, work, extensions.rest)
+        if wp.static(touching):
+            touching_stage(instance, lane, lanes, step, model, work, extensions.rest)
         lap(instance, lane, INERTIA, wp.uint64(0))
         if wp.static(motion):
             hybrid_acceleration_stage(instance, lane, lanes, model, state, work)

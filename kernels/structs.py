@@ -194,7 +194,7 @@ class Model:
     skeleton: Skeleton
     contacts: Contacts
     collisions: Collisions
-    touching: Collisions  # shapes of bodies that push each other
+    touch_interval: int  # steps between two looks at which bodies may touch
     control: Control
     feet: Feet
     simbicon: Simbicon
@@ -259,7 +259,6 @@ class State:
     foot_cycle: wp.array2d[FootCycle]  # (instances, 2) left and right; no instances where no term asks for it
     target: wp.array2d[wp.quat]  # (instances, bodies) of the controller, where it holds them; else no instances
     target_plan: wp.array2d[wp.vec2]  # (instances, bodies) their strength and frame, see `Scratch`
-    near: wp.array[int]  # (instances,) bits of pairs of shapes that may touch, see `collision.near_stage`
     step: wp.array[int]  # (instances,) steps made
     status: wp.array[int]  # (instances,) RUNNING ... DIVERGED
     start_height: wp.array[float]  # (instances,) m, of the COM above the ground at step 0

@@ -269,9 +269,9 @@ def files() -> str:
     """The layout of result files."""
     rows = []
     for name, quantity in QUANTITIES.items():
-        rows.append((f"`{name}`", ", ".join(quantity.axes), quantity.units, quantity.description))
+        rows.append((f"`{name}`", ", ".join(quantity.axes), quantity.units, quantity.description, quantity.at))
     text = (Path(__file__).parents[1] / "docs" / "reference" / "files.md.in").read_text()
-    return text.replace("@RECORDING@", table(("dataset", "axes", "unit", "what"), rows))
+    return text.replace("@RECORDING@", table(("dataset", "axes", "unit", "what", "when"), rows))
 
 
 PAGES = {

@@ -82,6 +82,56 @@ def test_export_writes_a_recorded_motion_for_opensim(tmp_path):
     assert (wrong.returncode, "none with number 3" in wrong.stderr) == (2, True)
 
 
+def test_info_and_simulate_tell_the_same_mass_of_muscles(tmp_path):
+    shown = run("info", "walk44_but_hips", folder=tmp_path)
+    done = run("simulate", "walk44_but_hips", "--duration", 3, folder=tmp_path)
+    assert "44 of 56 muscles drive joints: 22.7 kg of muscle at 0.6 MPa (54.5 kg at 0.25 MPa)" in shown.stdout
+    assert "22.7 kg of muscle at 0.6 MPa (54.5 kg at 0.25 MPa)" in done.stdout
+    assert "muscles drive joints" not in run("info", "walk56", folder=tmp_path).stdout
+
+
+@pytest.mark.parametrize("script", ["elbow_open_loop", "weakness"])
+def test_an_experiment_without_matplotlib_says_which_extra_it_needs(script, tmp_path):
+    path = Path(__file__).parents[2] / "tools/experiments"
+    code = f"import sys; sys.modules['matplotlib'] = None; sys.path.insert(0, {str(path)!r}); import {script}"
+    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode == 1
+    assert done.stderr.splitlines()[-1].endswith("pip install 'warpmuscle[plot]'")
+    assert "Traceback" not in done.stderr
+
+
+def test_original_muscles_that_fall_on_other_laws_are_told_of_legacy(tmp_path):
+    assert run("convert", "walk44_legacy", "-o", "walk.rbs", folder=tmp_path).returncode == 0
+    fallen = run("simulate", "walk.rbs", "walk.sbc", "--duration", 3, folder=tmp_path)
+    assert "fell" in fallen.stdout
+    assert "--legacy computes them so" in fallen.stderr
+    as_there = run("simulate", "walk.rbs", "walk.sbc", "--duration", 3, "--legacy", folder=tmp_path)
+    assert "fell" in as_there.stdout
+    assert "--legacy" not in as_there.stderr
+
+
+def test_optimize_frees_numbers_by_pattern_and_leaves_what_nothing_uses(tmp_path):
+    free = ("--free", "character.muscles.?SOL.l_opt = 20 %", "--free", "character.muscles.lGLU.l_opt=[0.01, 1]")
+    hips = ("--set", "actuation.lHip={drive='torque'}", "--set", "actuation.rHip={drive='torque'}")
+    short = ("--candidates", 2, "--duration", 0.1, "-o", "r.h5")
+    done = run("optimize", "walk56", *hips, *free, *short, folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "nothing uses" in done.stderr
+    assert "character.muscles.lGLU" in done.stderr
+    with h5py.File(tmp_path / "r.h5") as file:
+        table = {key: column[()] for key, column in file["parameters"].items()}
+        assert "--free" in file.attrs["command"]
+    names = [name.decode() for name in table["name"]]
+    assert not {name for name in names if "GLU" in name}
+    at = names.index("character.muscles.lSOL.l_opt")
+    value = load("walk56").character.muscles["lSOL"].l_opt
+    start = getattr(value, "value", value)
+    assert [table[key][at] for key in ("value", "min", "max")] == pytest.approx([start, 0.8 * start, 1.2 * start])
+    wrong = run("optimize", "walk56", "--free", "character.muscles.XY*.f_max = 20 %", folder=tmp_path)
+    assert wrong.returncode == 2
+    assert "--free: character.muscles.XY*.f_max: no number that may be free has a path" in wrong.stderr
+
+
 def test_optimize_then_apply_gives_a_scene_with_the_best_cost(tmp_path):
     arguments = ("--candidates", 6, "--duration", 0.5, "-o", "result.h5")
     done = run("optimize", "fwalk", *arguments, folder=tmp_path)

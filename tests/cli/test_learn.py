@@ -42,6 +42,7 @@ def test_a_policy_moves_the_scene_and_is_reported(folder):
     code, told, said = warpmuscle(folder, *asked, "--device", "cpu")
     assert code == 0, said
     assert "wrote s.h5" in told
+    assert "warning" not in said
     assert toml.loads(read(folder / "s.h5").scene).commands["heavier"].value == 4.0
     code, told, said = warpmuscle(folder, "report", "p.h5")
     assert code == 0, said
@@ -60,6 +61,13 @@ def test_a_training_begins_with_the_policy_of_a_file(folder):
     assert "hidden (16,)" in warpmuscle(folder, "report", "q.h5")[1]
 
 
+def test_a_command_beyond_what_was_learnt_is_said_to_be_so(folder):
+    asked = ["simulate", "reaching.toml", "--policy", "p.h5", "-c", "shoulder=2.2", "--device", "cpu"]
+    code, _, said = warpmuscle(folder, *asked)
+    assert code == 0, said
+    assert "warning: shoulder = 2.2 rad or m: the policy has learnt" in said.replace("\n", " ")
+
+
 MISTAKES = {
     "no scene": (["learn"], "learn takes a scene"),
     "no time": (["learn", "reaching.toml", "--until", "soon"], "is not a time"),
@@ -69,7 +77,7 @@ MISTAKES = {
     "from itself": (["learn", "reaching.toml", "--from", "p.h5", "-o", "p.h5"], "would replace the policy"),
     "nothing to resume": (["learn", "--resume", "none.h5"], "no training to go on with"),
     "no policy": (["simulate", "reaching.toml", "--policy", "reaching.toml"], "not an HDF5 file"),
-    "of another scene": (["simulate", "fwalk", "--policy", "p.h5", "--device", "cpu"], "muscles drive no joint"),
+    "of another scene": (["simulate", "fwalk", "--policy", "p.h5", "--device", "cpu"], "scene reaching, not for fwalk"),
     "not live": (["view", "reaching.toml", "--policy", "p.h5"], "takes no --policy"),
     "too much": (["simulate", "reaching.toml", "--policy", "p.h5", "-c", "heavier=9"], "heavier is 0 to 5 m/s^2"),
     "unknown command": (["simulate", "reaching.toml", "--policy", "p.h5", "-c", "hip=1"], "KEY is speed, turning_rate"),
@@ -83,3 +91,23 @@ def test_a_mistake_is_one_line(name, folder):
     assert code == 2, said
     assert message in said.replace("\n", " ")
     assert "Traceback" not in said
+
+
+def test_a_policy_is_written_for_other_programs(tmp_path):
+    onnx = pytest.importorskip("onnx", reason="the extra `onnx` is not installed")
+    code, told, said = warpmuscle(tmp_path, "export", FILES / "walk56_tasks.h5", "-o", "walk.onnx")
+    assert code == 0, said
+    assert "wrote walk.onnx: " in told
+    assert onnx.load(tmp_path / "walk.onnx").graph.input[0].name == "observation"
+    code, _, said = warpmuscle(tmp_path, "export", FILES / "walk56_tasks.h5", "-o", "w.onnx", "--replay", 1)
+    assert code == 2
+    assert "a policy has no motions" in said.replace("\n", " ")
+
+
+def test_who_cannot_write_a_policy_is_told_what_to_install(tmp_path):
+    hidden = "import sys; sys.modules['onnx'] = None; from warpmuscle.__main__ import main; main()"
+    command = [sys.executable, "-c", hidden, "export", str(FILES / "walk56_tasks.h5"), "-o", "walk.onnx"]
+    said = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False).stderr
+    assert 'pip install "warpmuscle[onnx]"' in said.replace("\n", " ")
+    assert "Traceback" not in said
+    assert not list(tmp_path.iterdir())

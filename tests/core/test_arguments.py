@@ -103,7 +103,7 @@ def cases(folder: Path) -> dict[str, Case]:
         "load": Case(
             wm.load,
             {"source": "fwalk", "ignored": None, "keyword_rule": False, "trust": False, "ball_joints": False}
-            | {"hard_points": False, "merge_welds": False},
+            | {"hard_points": False, "merge_welds": False, "limit_stiffness": 0.0},
         ),
         "save": Case(wm.save, {"scene": p.scene, "path": folder / "saved.toml", "ignored": None}),
         "trust": Case(wm.trust, {"scene": p.scene, "folder": folder}),

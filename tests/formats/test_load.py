@@ -16,6 +16,7 @@ from warpmuscle.formats import Ignored, load, save, scene_names
 from warpmuscle.scene import Capsule, Ground, JointState, Objective, Scene
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.parameters import free_parameters, start_values, substitute
+from warpmuscle.scene.validation.muscles import SceneWarning
 
 SHIPPED = {
     "fwalk": ("bipV2", "fWalk"), "iwalk": ("bipV2", "iWalk"), "bwalk": ("bipV2", "bWalk"), "fjog": ("bipV2", "fJog"),
@@ -56,6 +57,22 @@ def test_shipped_scene_equals_the_original_files(reference_data, name):
     assert plain == original
     assert list(plain.character.joints) == list(original.character.joints)
     assert list(plain.controller.states[0].trajectories) == list(original.controller.states[0].trajectories)
+
+
+def test_scene_of_the_original_muscles_that_walk_equals_the_original_files(reference_data):
+    scene = load("walk44_legacy_short_steps")
+    plain = substitute(scene, start_values(scene))
+    folder = reference_data / "simbicon"
+    with pytest.warns(SceneWarning, match="leaves no fibre"):
+        original = load(
+            folder / "characters/bipV2M/bipV2M_save_allUniArticularMuscles_butHips.rbs",
+            folder / "controllers/bipV2/fWalk001.sbc", ignored=[],
+        )  # fmt: skip
+    original.controller.states[0].description = ""
+    assert plain.controller == original.controller
+    assert plain.initial_state == original.initial_state
+    assert len(original.character.muscles) == 44
+    assert {name: plain.character.muscles[name] for name in original.character.muscles} == original.character.muscles
 
 
 def test_walk_declares_its_search_space():

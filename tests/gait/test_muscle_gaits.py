@@ -7,7 +7,7 @@ from warpmuscle.core.status import Status
 from warpmuscle.formats import load
 from warpmuscle.gait.measures import measure
 from warpmuscle.gait.quality import gait_measures
-from warpmuscle.scene import Failure, MuscleModel, Scene
+from warpmuscle.scene import Actuation, Failure, MuscleModel, Scene
 from warpmuscle.scene.parameters import free_parameters, start_values, substitute
 from warpmuscle.simulation.rollout import Rollout
 
@@ -112,3 +112,24 @@ def test_walk_on_the_original_muscles_falls_when_it_did(name: str, least: float,
     rollout = pushed(load(name), 6.0, instances=60)
     assert np.all(rollout.status() == Status.FELL)
     assert least < np.median(rollout.end_time()) < most
+
+
+def test_original_muscles_walk_with_their_own_gains_and_hips_on_torques():
+    """Fig. 17b of Bergmann 2017: stable, with very short steps."""
+    rollout = pushed(load("walk44_legacy_short_steps"), 20.0, instances=8)
+    assert np.all(rollout.status() == Status.COMPLETED)
+    for i in range(8):
+        gait = measure(rollout.recording(i), "lFoot", "rFoot", start=5.0)
+        assert gait.speed_horizontal == pytest.approx(0.59, abs=0.05)  # the original program: 0.61 m/s forward
+        assert gait.step_length == pytest.approx(0.245, abs=0.03)  # 0.245 +- 0.05 m
+        assert gait.cadence == pytest.approx(153.7, rel=0.04)
+
+
+def test_original_muscles_fall_with_hips_on_muscles_and_a_torque_at_the_back():
+    """Fig. 17c."""
+    for name, least, most in (("walk56_legacy", 0.7, 1.6), ("walk44_legacy_short_steps", 1.5, 1.9)):
+        scene = load(name)
+        scene.actuation = {"pelvis_torso": Actuation("torque")}
+        rollout = pushed(scene, 6.0, instances=20)
+        assert np.all(rollout.status() == Status.FELL)
+        assert least < np.median(rollout.end_time()) < most

@@ -79,6 +79,17 @@ def test_a_training_begins_with_the_policy_its_noise_and_its_critic(first):
     assert not np.array_equal(weights(other.policy), weights(known.policy))
 
 
+def test_a_critic_of_an_older_file_whose_names_lack_their_groups_is_begun_with_too(first, tmp_path):
+    result, path = read(first), tmp_path / "older.h5"
+    learned = result.learned
+    bare = tuple(name.partition(".")[2] for name in learned.critic.observation)
+    assert bare != learned.critic.observation
+    older = replace(learned, critic=replace(learned.critic, observation=bare))
+    write(path, replace(result, learned=older))
+    new, old = (begin(file, critic_iterations=1).learned.critic for file in (first, path))
+    np.testing.assert_array_equal(weights(old), weights(new))
+
+
 def test_a_policy_acts_as_before_on_what_it_will_see(first):
     known, found = read(first).learned.policy, begin(first, critic_iterations=1).learned.policy
     heard = known.deviation < UNHEARD

@@ -3,12 +3,13 @@
 import msgspec
 import pytest
 
+from same_values import assert_same
 from small_scene import muscle_scene, sound_scene
-from warpmuscle.core.errors import Error
-from warpmuscle.formats import load, scene_names
+from warpmuscle.core.errors import Error, UnusedParameterWarning
+from warpmuscle.formats import load, scene_names, toml
 from warpmuscle.model.unused_parameters import unused_parameters
 from warpmuscle.optimization.optimize import optimize
-from warpmuscle.scene import Actuation, Command
+from warpmuscle.scene import Actuation, Command, Scene
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.parameters import free_parameters
 
@@ -19,8 +20,30 @@ def test_properties_of_muscles_on_torque_driven_joints_are_unused():
     assert unused_parameters(scene) == []
     scene.actuation["lHip"] = Actuation("torque")
     assert unused_parameters(scene) == ["character.muscles.HFL.f_max"]
-    with pytest.raises(Error, match=r"nothing uses it: character\.muscles\.HFL\.f_max; write a number"):
+    scene.controller.pd["lHip"].kp = 10.0
+    with pytest.raises(Error, match=r"nothing to search for: character\.muscles\.HFL\.f_max"):
         optimize(scene, 4, device="cpu")
+
+
+def half_used() -> Scene:
+    """A scene whose gain is searched for, and a muscle of a joint that a torque drives, which nothing uses."""
+    scene = muscle_scene()
+    scene.failure.max_com_speed = 1000.0  # it starts deep in the ground, which throws it up
+    scene.duration = 0.1
+    scene.actuation["lHip"] = Actuation("torque")
+    scene.character.muscles["HFL"].f_max = Free(1000.0, 500.0, 2000.0)
+    assert [parameter.name for parameter in free_parameters(scene)][-1] == "controller.pd.lHip.kp"
+    return scene
+
+
+def test_a_search_leaves_what_nothing_uses_as_given_and_says_so():
+    with pytest.warns(UnusedParameterWarning, match=r"nothing uses character\.muscles\.HFL\.f_max: left as given"):
+        result = optimize(half_used(), 6, device="cpu")
+    assert result.parameters.name == ("controller.pd.lHip.kp",)
+    assert toml.loads(result.scene).character.muscles["HFL"].f_max == 1000.0
+    alone = half_used()
+    alone.character.muscles["HFL"].f_max = 1000.0
+    assert_same(result, optimize(alone, 6, device="cpu"))
 
 
 def test_a_parameter_used_only_through_one_that_follows_it_is_used():

@@ -133,3 +133,14 @@ def test_what_cannot_be_overridden_is_one_line_with_file_line_and_key(key, value
         changed(key, value)
     assert message in str(caught.value)
     assert str(caught.value).startswith(f"a.toml:7: {key}: ")
+
+
+def test_a_joint_that_a_table_does_not_name_yet_may_be_given_one_value():
+    scene = load("fwalk")
+    assert "lKnee" not in scene.actuation
+    changed = overridden(scene, [Override("actuation.lKnee.drive", "passive")])
+    assert changed.actuation == {**scene.actuation, "lKnee": Actuation("passive")}
+    started = overridden(scene, [Override("initial_state.joints.lShoulder.angular_velocity", [0.0, 0.0, 1.0])])
+    assert started.initial_state.joints["lShoulder"].angular_velocity == (0.0, 0.0, 1.0)
+    with pytest.raises(SceneError, match="no 'lKnea' in actuation; did you mean 'lKnee'"):
+        overridden(scene, [Override("actuation.lKnea.drive", "passive")])

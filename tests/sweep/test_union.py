@@ -11,7 +11,7 @@ from warpmuscle.core.errors import Error
 from warpmuscle.formats import load
 from warpmuscle.optimization import evaluation
 from warpmuscle.optimization.optimize import optimize
-from warpmuscle.scene import Scene
+from warpmuscle.scene import Actuation, Scene
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.parameters import free_parameters, leaves
 from warpmuscle.sweep.overrides import Override, overridden
@@ -84,6 +84,18 @@ def test_rounds_of_several_batches_and_a_target_are_as_alone(monkeypatch):
     for result, expected in zip(together(scenes, **options), alone, strict=True):
         assert_same(result, expected)
     assert len({len(result.evaluations) for result in alone}) > 1
+
+
+@pytest.mark.filterwarnings("ignore::warpmuscle.core.errors.UnusedParameterWarning")
+def test_runs_in_which_nothing_uses_some_of_the_parameters_are_as_alone():
+    scene = muscles()
+    scene.actuation["lHip"] = Actuation("torque")  # so that nothing uses the muscles, whose f_max comes first
+    scene.controller.pd["lHip"].kp = Free(10.0, 5.0, 20.0)
+    scenes = [scene, changed(scene, gravity=9.0)]
+    assert groups(scenes) == [[0, 1]]
+    for scene, seed, result in zip(scenes, range(2), together(scenes, search="random"), strict=True):
+        assert result.parameters.name == ("controller.pd.lHip.kp",)
+        assert_same(result, optimize(scene, 30, seed=seed, device="cpu", search="random"))
 
 
 def test_biped_with_weights_masses_and_lengths_is_as_alone():

@@ -7,7 +7,10 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
-import matplotlib
+try:
+    import matplotlib
+except ModuleNotFoundError:
+    raise SystemExit("experiments draw figures by matplotlib: pip install 'warpmuscle[plot]'") from None
 import msgspec
 import numpy as np
 import typer

@@ -15,7 +15,11 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import h5py
-import matplotlib as mpl
+
+try:
+    import matplotlib as mpl
+except ModuleNotFoundError:
+    raise SystemExit("experiments draw figures by matplotlib: pip install 'warpmuscle[plot]'") from None
 import numpy as np
 import typer
 import warp as wp

@@ -36,6 +36,9 @@ Sources = Annotated[
 Device = Annotated[
     str | None, typer.Option(help="cpu, cuda:0, cuda:all, cuda:0,cuda:2, ...; by default a GPU if there is one.")
 ]
+LimitStiffness = Annotated[
+    float, typer.Option("--limit-stiffness", min=0.0, help="Of ranges of a .osim that no force holds, N m/rad or N/m.")
+]
 Threads = Annotated[int | None, typer.Option(min=1, help="CPU threads, of no effect on GPUs; by default one a core.")]
 Duration = Annotated[float | None, typer.Option(help="Simulated time, s; by default the scene's.")]
 TimeStep = Annotated[float | None, typer.Option(help="Time step, s; by default the scene's.")]
@@ -49,6 +52,14 @@ Settings = Annotated[
         "--set",
         metavar="KEY=VALUE",
         help="Another value in the scene: objective.target_speed=1.25, or 'character.muscles.?SOL.f_max={factor=0.5}'.",
+    ),
+]
+FreeNumbers = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--free",
+        metavar="PATTERN=INTERVAL",
+        help="Numbers to search for besides: 'character.muscles.?SOL.* = 20 %', around their values, or '= [0.5, 2]'.",
     ),
 ]
 Commands = Annotated[
@@ -102,6 +113,7 @@ def load_scene(
     hard_points: bool = False,
     commands: list[str] | None = None,
     merge_welds: bool = False,
+    limit_stiffness: float = 0.0,
 ) -> Scene:
     """The scene with what `--set` and `--command` change; what its files hold that is not used, on the error stream."""
     from warpmuscle.formats import Ignored, load
@@ -115,7 +127,7 @@ def load_scene(
                 warnings.simplefilter("ignore", SceneWarning)
             scene = load(
                 *sources, ignored=ignored, keyword_rule=keyword_rule, ball_joints=ball_joints, hard_points=hard_points,
-                merge_welds=merge_welds,
+                merge_welds=merge_welds, limit_stiffness=limit_stiffness,
             )  # fmt: skip
         if settings:
             scene = with_settings(scene, settings)
@@ -170,6 +182,20 @@ def with_settings(scene: Scene, settings: list[str]) -> Scene:
     return overridden(scene, overrides)
 
 
+def with_free(scene: Scene, free: list[str]) -> Scene:
+    """The scene with more numbers free, each given as PATTERN = 20 % or PATTERN = [min, max]; see `free_numbers`."""
+    from warpmuscle.core.errors import SceneError
+    from warpmuscle.sweep.free_numbers import read_interval, with_free_numbers
+
+    try:
+        scene, notes = with_free_numbers(scene, [read_interval(text) for text in free])
+    except SceneError as error:
+        raise Error(f"--free: {error}") from None
+    for note in notes:
+        log.print(f"note: {note}", markup=False)
+    return scene
+
+
 @contextlib.contextmanager
 def doubts_printed() -> Iterator[None]:
     """Print on the error stream, after the work within, what is probably a mistake in scenes."""
@@ -182,12 +208,13 @@ def doubts_printed() -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def machines_told() -> Iterator[None]:
-    """Print on the error stream, at once, that a search goes on on another machine than it began on."""
-    from warpmuscle.core.errors import ResumeWarning
+def searches_told() -> Iterator[None]:
+    """Print on the error stream, at once, that a search goes on on another machine, or leaves parameters as given."""
+    from warpmuscle.core.errors import ResumeWarning, UnusedParameterWarning
 
     with warnings.catch_warnings():
         warnings.simplefilter("always", ResumeWarning)
+        warnings.simplefilter("always", UnusedParameterWarning)
         warnings.showwarning = lambda message, *_: log.print(f"note: {message}")
         yield
 

@@ -13,6 +13,7 @@ import typer
 from warpmuscle.cli.common import (
     Device,
     Duration,
+    FreeNumbers,
     Settings,
     Threads,
     TimeStep,
@@ -21,11 +22,12 @@ from warpmuscle.cli.common import (
     command_line,
     doubts_printed,
     load_scene,
-    machines_told,
     refuse_besides,
     scene_names_like,
+    searches_told,
     seconds,
     start_warp,
+    with_free,
     writable,
 )
 from warpmuscle.cli.console import log, out, print_gait, print_warnings, suggest
@@ -79,6 +81,7 @@ def optimize(
     duration: Duration = None,
     time_step: TimeStep = None,
     settings: Settings = None,
+    free: FreeNumbers = None,
     device: Device = None,
     threads: Threads = None,
     trust: Trust = False,
@@ -101,7 +104,7 @@ def optimize(
         start_warp()
         from warpmuscle.optimization.resume import resume as go_on
 
-        with machines_told(), _kept(output), ProgressBar() as bar:
+        with searches_told(), _kept(output), ProgressBar() as bar:
             result = go_on(
                 resume, candidates, device, until=limit, target=target, threads=threads, command=command_line(),
                 progress=bar.update,
@@ -109,6 +112,7 @@ def optimize(
     elif sources:
         start_driver(device)
         scene = changed(load_scene(sources, settings=settings), duration, time_step, None)
+        scene = with_free(scene, free) if free else scene
         from warpmuscle.optimization.usual_objective import (
             warn_of_speed_in_vain,
             weighs_nothing,
@@ -132,7 +136,7 @@ def optimize(
         start_warp()
         from warpmuscle.optimization.optimize import optimize as begin
 
-        with _kept(output), ProgressBar() as bar:
+        with searches_told(), _kept(output), ProgressBar() as bar:
             result = begin(
                 scene, count, seed, device, search=search, searches=searches, population=population, sigma=sigma,
                 restarts=restarts, until=limit, target=target, output=output, threads=threads, command=command_line(),

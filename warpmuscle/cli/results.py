@@ -177,8 +177,13 @@ def _write_page(result: Path, output: Path, references: list[Path], replay: int,
 
 
 def export(
-    result: Annotated[Path, typer.Argument(help="HDF5 file with a recorded motion.")],
-    output: Annotated[Path, typer.Option("--output", "-o", help="OpenSim's .mot (angles) or .sto (muscles), or .csv.")],
+    result: Annotated[Path, typer.Argument(help="HDF5 file with a recorded motion, or a policy.")],
+    output: Annotated[
+        Path,
+        typer.Option(
+            "--output", "-o", help="OpenSim's .mot (angles) or .sto (muscles), or .csv; of a policy .onnx or .pt."
+        ),
+    ],
     ground_forces: Annotated[
         Path | None,
         typer.Option(help="Another .mot, for the ground forces; OpenSim's .xml about them is put beside it."),
@@ -187,15 +192,21 @@ def export(
     run: Run = None,
     trust: Trust = False,
 ) -> None:
-    """Write a recorded motion for OpenSim or as comma-separated values.
+    """Write a recorded motion for OpenSim or as comma-separated values, or a policy as ONNX or TorchScript.
 
-    Of a scene made of an OpenSim model it has that model's coordinates, and OpenSim plays it there.
+    Of a scene made of an OpenSim model a motion has that model's coordinates, and OpenSim plays it there. A policy maps
+    observations as they are to actions.
     """
-    from warpmuscle.core.errors import ResultError
+    from warpmuscle.core.errors import Error, ResultError
     from warpmuscle.formats import sto
     from warpmuscle.optimization.best_scene import scene_in
     from warpmuscle.results.result import read
 
+    if output.suffix.lower() in (".onnx", ".pt"):
+        if ground_forces is not None or replay or run is not None:
+            raise Error(f"{output}: a policy has no motions, so that there are no options about them")
+        _write_policy(result, output)
+        return
     content = read(result, run)
     if replay >= len(content.replays):
         raise ResultError(f"{result} has {len(content.replays)} motions, none with number {replay}")
@@ -205,6 +216,16 @@ def export(
         written += _write_loads(motion, scene, ground_forces)
     sto.write(motion, scene, output)
     out.print(f"wrote {', '.join(map(str, written))}")
+
+
+def _write_policy(result: Path, output: Path) -> None:
+    """Write the policy of a file."""
+    from warpmuscle.learning.player import learned_in
+    from warpmuscle.learning.portable import write_policy
+
+    policy = learned_in(result).policy
+    write_policy(policy, output)
+    out.print(f"wrote {output}: {len(policy.observation)} observations, {len(policy.action)} actions", markup=False)
 
 
 def _write_loads(motion: Recording, scene: Scene, path: Path) -> list[Path]:

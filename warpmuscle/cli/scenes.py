@@ -10,6 +10,7 @@ import typer
 from warpmuscle.cli.common import (
     Device,
     Duration,
+    LimitStiffness,
     Settings,
     Sources,
     Trust,
@@ -66,6 +67,7 @@ def info(sources: Sources, settings: Settings = None, trust: Trust = False) -> N
     if muscles := list(numeric.character.muscles.values()):
         share = 100.0 * total_mass(muscles, numeric.muscle_model) / mass
         out.print(f"{muscle_mass_text(muscles, numeric.muscle_model)}, {share:.3g} % of the body", markup=False)
+        _print_driven_mass(numeric)
         _print_muscles(numeric)
     width = max((len(p.name) for p in parameters), default=0)
     for p in parameters:
@@ -155,6 +157,7 @@ def convert(
     hard_points: Annotated[
         bool, typer.Option("--hard-points", help="Paths of a .osim jump where OpenSim's do.")
     ] = False,
+    limit_stiffness: LimitStiffness = 0.0,
     merge_welds: Annotated[
         bool, typer.Option("--merge-welds", help="Bodies of a .osim that are welded to others, or locked, join these.")
     ] = False,
@@ -166,7 +169,10 @@ def convert(
     three = (".rbs", ".sbc", ".rs")
     files = [output.with_suffix(suffix) for suffix in three] if output.suffix in three else [output]
     writable_beside(sources, *files)
-    scene = load_scene(sources, keyword_rule, ball_joints=ball_joints, hard_points=hard_points, merge_welds=merge_welds)
+    scene = load_scene(
+        sources, keyword_rule, ball_joints=ball_joints, hard_points=hard_points, merge_welds=merge_welds,
+        limit_stiffness=limit_stiffness,
+    )  # fmt: skip
     lost: list[Ignored] = []
     if output.suffix == ".xml":
         mjcf.write(scene, output)
@@ -177,6 +183,18 @@ def convert(
     if output.suffix == ".toml":
         idle = " with its muscles at rest; `excitation` moves them" if scene.controller is None else ""
         suggest(f"`warpmuscle simulate {output} -o {output.stem}.h5` runs it{idle}")
+
+
+def _print_driven_mass(scene: Scene) -> None:
+    """Print the mass of the muscles that are simulated, whose energy counts, where that is not all of them."""
+    from warpmuscle.model.muscles import driven
+    from warpmuscle.scene.masses import muscle_mass_text
+    from warpmuscle.scene.topology import topology
+
+    moving, count = driven(scene, topology(scene.character)).of(scene), len(scene.character.muscles)
+    if 0 < len(moving) < count:
+        mass = muscle_mass_text(moving, scene.muscle_model)
+        out.print(f"{len(moving)} of {count} muscles drive joints: {mass}, whose energy counts", markup=False)
 
 
 def _print_muscles(scene: Scene) -> None:

@@ -12,6 +12,7 @@ from warpmuscle.cli.common import (
     Commands,
     Device,
     Duration,
+    LimitStiffness,
     Policy,
     Settings,
     Sources,
@@ -23,7 +24,7 @@ from warpmuscle.cli.common import (
     start_warp,
     writable,
 )
-from warpmuscle.cli.console import log, out, print_gait, suggest
+from warpmuscle.cli.console import log, out, print_gait, print_warnings, suggest
 from warpmuscle.cli.walkers import shared_out
 from warpmuscle.simulation.cuda_warmup import start_driver
 
@@ -44,6 +45,7 @@ def simulate(
     legacy: Annotated[
         bool, typer.Option("--legacy", help="Muscles as the original program computed them, without bounds.")
     ] = False,
+    limit_stiffness: LimitStiffness = 0.0,
     settings: Settings = None,
     commands: Commands = None,
     device: Device = None,
@@ -61,7 +63,8 @@ def simulate(
     writable(output, plot)
     start_driver(device)
     of_scene = commands if policy is None else None  # else some are the policy's
-    scene = changed(load_scene(sources, settings=settings, commands=of_scene), duration, time_step, implicit_pd)
+    scene = load_scene(sources, settings=settings, commands=of_scene, limit_stiffness=limit_stiffness)
+    scene = changed(scene, duration, time_step, implicit_pd)
     if legacy:
         scene = _as_legacy(scene)
     start_warp()
@@ -69,7 +72,9 @@ def simulate(
 
     where = str(find_devices(device)[0])
     if policy is None:
-        recording, parameters = _run(scene, where, rate)
+        recording, parameters, fell = _run(scene, where, rate)
+        if fell and not scene.muscle_model.legacy and _of_original(sources) and scene.character.muscles:
+            log.print("note: the muscles of these files were tuned for the original program; --legacy computes them so")
     else:
         scene, recording, parameters = _act(scene, policy, commands or [], where, rate)
     gait = print_gait(scene, recording)
@@ -96,12 +101,13 @@ def _act(
 
     Commands of the policy are told to it; others are those of the scene, such as a slope that the policy must feel.
     """
-    from warpmuscle.learning.player import commanded, lasting, learned_in, replay, task_of, what_is_told
+    from warpmuscle.learning.player import beyond, commanded, lasting, learned_in, replay, task_of, what_is_told
     from warpmuscle.scene.parameters import free_parameters
 
     learned = learned_in(policy)
     task = task_of(learned)
     scene, to_policy = shared_out(scene, task, commands)
+    print_warnings(beyond(task, to_policy))
     task = lasting(commanded(task, to_policy))
     with log.status("simulating; the first run compiles for some seconds"):
         recording, status = replay(learned.policy, scene, device, task, rate=rate)
@@ -114,8 +120,13 @@ def _act(
     return scene, recording, free_parameters(scene)
 
 
-def _run(scene: Scene, device: str, rate: float) -> tuple[Recording, list[Parameter]]:
-    """The motion of a scene, after it has been printed how it went, and its free parameters."""
+def _of_original(sources: list[str]) -> bool:
+    """Whether a scene was read from the original program's files."""
+    return any(Path(source).suffix.lower() == ".rbs" for source in sources)
+
+
+def _run(scene: Scene, device: str, rate: float) -> tuple[Recording, list[Parameter], bool]:
+    """The motion of a scene, after it has been printed how it went, its free parameters, and whether it fell."""
     from warpmuscle.core.status import Status
     from warpmuscle.simulation.rollout import Rollout
 
@@ -130,7 +141,7 @@ def _run(scene: Scene, device: str, rate: float) -> tuple[Recording, list[Parame
         f"{scene.name}: {_ended(status, recording, scene)}; {rollout.end_time()[0]:.4g} s simulated in "
         f"{time.perf_counter() - begin:.2f} s on {rollout.device}, cost {rollout.cost()[0]:.6g}"
     )
-    return recording, rollout.parameters
+    return recording, rollout.parameters, status == Status.FELL
 
 
 def _ended(status: Status, recording: Recording, scene: Scene) -> str:

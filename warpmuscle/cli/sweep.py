@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from warpmuscle.cli.common import Device, Trust, doubts_printed, machines_told, start_warp
+from warpmuscle.cli.common import Device, Trust, doubts_printed, searches_told, start_warp
 from warpmuscle.cli.console import log, out
 from warpmuscle.cli.progress_bar import Bar
 from warpmuscle.core.errors import Error
@@ -60,7 +60,7 @@ def sweep(
     output = output if output is not None else Path(f"{file.stem}.h5")
     begin = time.perf_counter()
     try:
-        with machines_told(), _Bar() as bar:
+        with searches_told(), _Bar() as bar:
             result = run(
                 plan, output, cluster=cluster, device=device, threads=threads, share=share,
                 command=f"warpmuscle sweep {shlex.quote(file.name)}", progress=bar.update,

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from warpmuscle.cli.common import load_scene, scene_names_like, with_commands
+from warpmuscle.cli.console import print_warnings
 from warpmuscle.core.errors import Error
 
 if TYPE_CHECKING:
@@ -70,11 +71,12 @@ def _of_result(path: str, commands: list[str] | None, device: str | None, thread
 def _of_policy(
     learned: Learned, scene: Scene, commands: list[str] | None, device: str | None, threads: int | None
 ) -> Walker:
-    from warpmuscle.learning.player import task_of, told
+    from warpmuscle.learning.player import beyond, task_of, told
     from warpmuscle.studies.walkers import PolicyWalker
 
     task = task_of(learned)
     scene, to_policy = shared_out(scene, task, commands or [])
+    print_warnings(beyond(task, to_policy))
     return PolicyWalker(learned, scene, device, threads, told(task, to_policy))
 
 

@@ -77,5 +77,9 @@ class ResumeWarning(UserWarning):
     """A search goes on elsewhere than it began: on another processor, or with another version of this program."""
 
 
+class UnusedParameterWarning(UserWarning):
+    """A search leaves free parameters as they are, since nothing uses them."""
+
+
 class OccupiedError(ResultError):
     """Another process is at work on the same files."""

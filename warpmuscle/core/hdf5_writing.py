@@ -14,12 +14,19 @@ COMPRESS_FROM = 4096  # bytes; smaller arrays are stored as they are
 
 
 def store(
-    group: Any, name: str, data: Any, units: str = "", axes: str = "", description: str = "", finite: bool = True
+    group: Any,
+    name: str,
+    data: Any,
+    units: str = "",
+    axes: str = "",
+    description: str = "",
+    finite: bool = True,
+    at: str = "",
 ) -> None:
     """Store a text, a tuple of texts, a number or an array, with those attributes that are not empty.
 
     Args:
-        group: of an open file. finite: whether all numbers have to be.
+        group: of an open file. finite: whether all numbers have to be. at: when the numbers of a row are, in a step.
 
     Raises:
         ResultError: a number is not finite, though all are to be.
@@ -32,6 +39,6 @@ def store(
             raise ResultError(f"{group.name.rstrip('/')}/{name} holds a value that is not finite; nothing was written")
     packed = {"compression": "gzip", "compression_opts": 1, "shuffle": True} if array.nbytes >= COMPRESS_FROM else {}
     dataset = group.create_dataset(name, data=array, **(packed if array.dtype.kind in "fi" else {}))
-    for key, text in {"units": units, "axes": axes, "description": description}.items():
+    for key, text in {"units": units, "axes": axes, "description": description, "at": at}.items():
         if text:
             dataset.attrs[key] = text

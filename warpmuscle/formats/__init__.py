@@ -1,6 +1,6 @@
 """Files into scenes and scenes into files.
 
-May import: core, kernels, scene, results, model.
+May import: core, kernels, scene, results, model, synergy.
 To add: a format in a module of its own, its suffix in `load` or `save`.
 """
 

@@ -11,7 +11,7 @@ from pathlib import Path, PurePosixPath
 
 import msgspec
 
-from warpmuscle.core.arguments import as_kind, as_path, as_truth, in_words
+from warpmuscle.core.arguments import as_kind, as_number, as_path, as_truth, in_words
 from warpmuscle.core.errors import SceneError
 from warpmuscle.formats import rbs, rs, sbc, toml
 from warpmuscle.formats.lines import Ignored, Line, Notes
@@ -36,6 +36,7 @@ def load(
     ball_joints: bool = False,
     hard_points: bool = False,
     merge_welds: bool = False,
+    limit_stiffness: float = 0.0,
 ) -> Scene:
     """A checked scene.
 
@@ -53,6 +54,8 @@ def load(
             over a degree or two, and `Character.wrapping` is `smooth`.
         merge_welds: bodies of a `.osim` that are welded to others, or whose joints are locked, become part of these. A
             motion is the same, and a step has fewer bodies; recordings do not name them.
+        limit_stiffness: N m/rad, or N/m of coordinates that are lengths: with which ranges of a `.osim` push, at the
+            ends of which no CoordinateLimitForce acts. As in OpenSim, they push with no force without it.
 
     Warns:
         SceneWarning: one for each thing that is probably a mistake, with file, line and key (see `doubts_of`).
@@ -73,6 +76,7 @@ def load(
     as_truth(ball_joints, "ball_joints")
     as_truth(hard_points, "hard_points")
     as_truth(merge_welds, "merge_welds")
+    limit_stiffness = as_number(limit_stiffness, "limit_stiffness", least=0.0)
     suffixes = [path.suffix.lower() for path in paths]
     if len(paths) == 1 and suffixes[0] not in READ:
         paths, suffixes = [_shipped(str(sources[0]))], [".toml"]
@@ -88,7 +92,7 @@ def load(
             raise SceneError(f"{str(path)!r} cannot be combined with other files; only .rbs, .sbc and .rs can")
     notes = Notes()
     if suffixes == [".osim"]:
-        scene = _model(paths[0], notes, ball_joints, hard_points, merge_welds)
+        scene = _model(paths[0], notes, ball_joints, hard_points, merge_welds, limit_stiffness)
     else:
         scene = _combine(paths, suffixes, keyword_rule, notes)
     _warn([notes.placed(doubt) for doubt in doubts_of(scene)])
@@ -165,11 +169,13 @@ def _available() -> str:
     return f"shipped scenes: {', '.join(scene_names())}"
 
 
-def _model(path: Path, notes: Notes, ball_joints: bool, hard_points: bool, merge_welds: bool) -> Scene:
+def _model(
+    path: Path, notes: Notes, ball_joints: bool, hard_points: bool, merge_welds: bool, limit_stiffness: float
+) -> Scene:  # fmt: skip
     """The scene of an OpenSim model."""
     from warpmuscle.formats.osim.build import load_model  # with what no other scene waits for
 
-    return load_model(path, notes, ball_joints, hard_points, merge_welds)
+    return load_model(path, notes, ball_joints, hard_points, merge_welds, limit_stiffness)
 
 
 def _combine(paths: Sequence[Path], suffixes: Sequence[str], keyword_rule: bool, notes: Notes) -> Scene:

@@ -111,7 +111,7 @@ def _translated(arrays: dict[str, NDArray[np.generic]]) -> dict[str, NDArray[np.
 def _motion(arrays: dict[str, NDArray[np.generic]], names: list[str], character: Character) -> JointMotion:
     """The motion; ValueError if the arrays do not fit."""
     numbers = {name: _numbers(name, array) for name, array in arrays.items()}
-    phase, stance = _steps(numbers)
+    phase, stance = steps(numbers)
     present = tuple(name for name in names if name in numbers)
     if not present:
         raise ValueError(f"no array has the name of a joint; the character's joints are {', '.join(names)}")
@@ -133,8 +133,8 @@ def _numbers(name: str, array: NDArray[np.generic]) -> Floats:
     return numbers
 
 
-def _steps(numbers: dict[str, Floats]) -> tuple[Floats, Integers]:
-    """Phase and stance of the frames, given as such or over the gait cycle."""
+def steps(numbers: dict[str, Floats]) -> tuple[Floats, Integers]:
+    """Phase and stance of the frames, given as such or over the gait cycle; ValueError if they do not fit."""
     if ("cycle" in numbers) == ("phase" in numbers):
         raise ValueError("give either 'phase' and 'stance', or 'cycle'")
     for name in ("stance",) if "phase" in numbers else ():

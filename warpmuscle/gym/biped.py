@@ -20,14 +20,17 @@ Reward for a step of the environment, which takes dt, unless `objective_weight` 
 Effort is excitation, or torque over its limit. With an `objective_weight`, that times what the step added to the
 scene's weighted objective is taken off as well; so with the other weights at 0 the reward is the objective alone.
 
-An episode is terminated when the biped fails as the scene's `failure` says, and truncated at the scene's duration. For
-policies on the GPU use `learning.RolloutEnv`: here arrays pass through NumPy.
+An episode is terminated when the biped fails as the scene's `failure` says, and truncated at the scene's duration.
+
+All of this is of a scene without `[learning]`. A scene with one, or a `task` that is given, says itself what actions
+do, what is observed, and how late, what is rewarded, how long episodes are and how they begin; then the settings above
+mean nothing and are refused, and all numbers are those of `learning.RolloutEnv`, see `tasks`. `task=False` ignores the
+scene's `[learning]`. For policies on the GPU use `RolloutEnv`: here arrays pass through NumPy.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import gymnasium
 import numpy as np
@@ -41,46 +44,23 @@ from warpmuscle.core.number_rows import first_number
 from warpmuscle.core.status import Status
 from warpmuscle.formats import load
 from warpmuscle.gym.pictures import Pictures
+from warpmuscle.gym.settings import Settings
+from warpmuscle.gym.tasks import TaskBatch
+from warpmuscle.learning.tasks import checked_task
 from warpmuscle.model.objective import weighted
 from warpmuscle.scene import Scene
 from warpmuscle.scene.joints import root_type
+from warpmuscle.scene.learning import Task
 from warpmuscle.scene.masses import body_mass
-from warpmuscle.scene.validation.checks import near
 from warpmuscle.simulation.rollout import Rollout
 
 GREATEST = 100.0  # of an observation
 MODES = ("rgb_array",)
+RESTARTS = (AutoresetMode.SAME_STEP, AutoresetMode.NEXT_STEP)
 
 Array = NDArray[np.float32]
 Flags = NDArray[np.bool_]
-
-
-@dataclass(frozen=True)
-class Settings:
-    """What an environment is like beside its scene."""
-
-    frame_skip: int = 20  # simulated steps a step of the environment
-    speed_weight: float = 1.0  # 1/m
-    alive_weight: float = 1.0  # 1/s
-    effort_weight: float = 0.5  # 1/s
-    objective_weight: float = 0.0
-    torque_limit: float = 100.0  # N m
-    velocity_noise: float = 0.01  # m/s, standard deviation of each component of the root's velocity at the start
-
-    @classmethod
-    def of(cls, values: dict[str, Any]) -> Settings:
-        """The settings with other values of some of them; raises Error for an unknown or impossible one."""
-        for name, value in values.items():
-            if name not in cls.__dataclass_fields__:
-                raise Error(f"there is no setting {name!r}{near(name, cls.__dataclass_fields__)}")
-            if not isinstance(value, int | float) or not np.isfinite(value):
-                raise Error(f"{name} must be a finite number, not {value!r}")
-        settings = cls(**values)
-        if settings.frame_skip < 1 or settings.frame_skip != int(settings.frame_skip):
-            raise Error(f"frame_skip must be a positive whole number, not {settings.frame_skip}")
-        if settings.velocity_noise < 0.0 or settings.torque_limit <= 0.0:
-            raise Error("velocity_noise must not be negative, and torque_limit must be positive")
-        return settings
+Step = tuple[Array, Any, Any, Any, dict[str, Any]]
 
 
 def checked_mode(render_mode: str | None) -> str | None:
@@ -90,12 +70,45 @@ def checked_mode(render_mode: str | None) -> str | None:
     return render_mode
 
 
-class Bipeds:
-    """What both environments have in common: a batch that acts, and is observed and rewarded."""
+def checked_restart(mode: str | AutoresetMode) -> AutoresetMode:
+    """When episodes begin again; raises Error for a mode that is not offered."""
+    for known in RESTARTS:
+        if mode in (known, known.value, known.name, known.name.lower()):
+            return known
+    raise Error(f"there is no autoreset_mode {mode!r} here; known: {', '.join(m.name.lower() for m in RESTARTS)}")
 
-    def __init__(self, count: int, scene: str | Scene, device: str | None, threads: int | None, settings: Settings):
-        """Prepare the batch; raises as `load` and `Rollout`."""
-        scene = load(scene) if isinstance(scene, str) else scene
+
+def batch_of(
+    count: int,
+    scene: str | Scene,
+    device: str | None,
+    threads: int | None,
+    task: Task | Literal[False] | None,
+    settings: dict[str, Any],
+) -> Bipeds | TaskBatch:
+    """The batch of an environment: by the task that is given, or that the scene has, or by settings if there is none.
+
+    Raises:
+        SceneError, RolloutError: as `load`, `Rollout` and `EpisodeBatch`.
+        Error: an unknown or impossible setting, or one beside a task.
+    """
+    chosen = Settings.of(settings)
+    scene = load(scene) if isinstance(scene, str) else scene
+    wanted = None if task is False else checked_task(task) or scene.learning
+    if wanted is None:
+        return Bipeds(count, scene, device, threads, chosen)
+    if settings:
+        name = next(iter(settings))
+        whose = "the task that is given" if task is not None else f"[learning] of {scene.name}"
+        raise Error(f"{name} means nothing here: {whose} says what is done and rewarded; task=False ignores [learning]")
+    return TaskBatch(count, scene, device, threads, wanted)
+
+
+class Bipeds:
+    """A batch that acts, and is observed and rewarded by settings, where no task is said."""
+
+    def __init__(self, count: int, scene: Scene, device: str | None, threads: int | None, settings: Settings):
+        """Prepare the batch; raises as `Rollout`."""
         self.rollout, self.settings = Rollout(scene, count, device, threads=threads), settings
         rollout, root = self.rollout, root_type(scene.character)
         self.dt = settings.frame_skip * scene.time_step
@@ -106,6 +119,10 @@ class Bipeds:
         names = rollout.muscle_names if rollout.excitable else rollout.torque_names
         self.action_space = Box(-1.0, 1.0, (len(names),), np.float32)
         self.observation_space = Box(-GREATEST, GREATEST, (self.observed().shape[1],), np.float32)
+
+    def reset(self, seed: int | None, random: np.random.Generator) -> None:
+        """Put all instances back to their start; the generator has been given the seed."""
+        self.start(np.ones(self.rollout.instances, dtype=bool), random)
 
     def start(self, mask: Flags, random: np.random.Generator) -> None:
         """Put instances back to their start, with noise."""
@@ -136,21 +153,21 @@ class Bipeds:
         else:
             effort = action
             rollout.step(int(s.frame_skip), torques=effort * np.float32(s.torque_limit))
-        status = rollout.status()
+        status = self.status()
         failed = ~np.isin(status, (Status.RUNNING, Status.COMPLETED))
         reward = s.speed_weight * (self._place() - before) + s.alive_weight * self.dt * ~failed
         reward = reward - s.effort_weight * self.dt * np.square(effort).sum(axis=1) / max(effort.shape[1], 1)
         reward = reward - s.objective_weight * (self._cost() - cost)
         return reward.astype(np.float32), failed, status == Status.COMPLETED
 
+    def status(self) -> NDArray[np.int32]:
+        """How every instance is, see `Status`."""
+        return np.array(self.rollout.status())
+
     def picture(self) -> NDArray[np.uint8]:
         """The first instance as it stands, (480, 640, 3); raises Error without the extra `video`."""
         self._pictures = self._pictures or Pictures(self.rollout)
         return self._pictures.of(self.rollout)
-
-    def metadata(self) -> dict[str, Any]:
-        """What Gymnasium wants to know of an environment."""
-        return {"render_modes": list(MODES), "render_fps": max(round(1.0 / self.dt), 1)}
 
     def _place(self) -> Any:
         """How far forward every instance is, m."""
@@ -165,12 +182,19 @@ class Bipeds:
         return weighted(self.rollout.numeric, self.rollout.terms())
 
 
+def metadata_of(bipeds: Bipeds | TaskBatch) -> dict[str, Any]:
+    """What Gymnasium wants to know of an environment."""
+    return {"render_modes": list(MODES), "render_fps": max(round(1.0 / bipeds.dt), 1)}
+
+
 class BipedVectorEnv(VectorEnv[Array, Array, Any]):
     """Bipeds of one scene on one device, all in one batch.
 
-    Its autoreset mode is `AutoresetMode.SAME_STEP`: an instance whose episode ends starts again within the same call of
-    `step`, which gives the first observation of the new episode, and the last one of the old in `info["final_obs"]`
-    (rows of `info["_final_obs"]`).
+    By default its autoreset mode is `AutoresetMode.SAME_STEP`: an instance whose episode ends starts again within the
+    same call of `step`, which gives the first observation of the new episode, and the last one of the old in
+    `info["final_obs"]` (rows of `info["_final_obs"]`). With `autoreset_mode="next_step"`, which wrappers such as
+    `NormalizeObservation` want, that call gives the last observation, and the next one, whose action does not count for
+    the instance, gives the first of the new episode, without reward.
 
     Attributes:
         bipeds: the batch; `bipeds.rollout` has its arrays on the device.
@@ -183,6 +207,8 @@ class BipedVectorEnv(VectorEnv[Array, Array, Any]):
         device: str | None = None,
         threads: int | None = None,
         render_mode: str | None = None,
+        autoreset_mode: str | AutoresetMode = AutoresetMode.SAME_STEP,
+        task: Task | Literal[False] | None = None,
         **settings: Any,
     ) -> None:
         """Prepare the batch.
@@ -192,15 +218,18 @@ class BipedVectorEnv(VectorEnv[Array, Array, Any]):
             scene: a scene, or what `load` takes for one.
             device, threads: as of `Rollout`.
             render_mode: `rgb_array`, or None to draw nothing.
+            autoreset_mode: `same_step` or `next_step`.
+            task: by default the scene's `[learning]`, if it has one; False to ignore it.
             settings: see `Settings`.
 
         Raises:
-            SceneError, RolloutError: as `load` and `Rollout`.
-            Error: an unknown or impossible setting.
+            SceneError, RolloutError: as `load`, `Rollout` and `EpisodeBatch`.
+            Error: an unknown or impossible setting, or one beside a task.
         """
-        self.bipeds = Bipeds(num_envs, scene, device, threads, Settings.of(settings))
-        self.num_envs, self.render_mode = num_envs, checked_mode(render_mode)
-        self.metadata = self.bipeds.metadata() | {"autoreset_mode": AutoresetMode.SAME_STEP}
+        self._restart, self.render_mode = checked_restart(autoreset_mode), checked_mode(render_mode)
+        self.bipeds = batch_of(num_envs, scene, device, threads, task, settings)
+        self.num_envs, self._ended = num_envs, np.zeros(num_envs, dtype=bool)
+        self.metadata = metadata_of(self.bipeds) | {"autoreset_mode": self._restart}
         self.single_action_space = self.bipeds.action_space
         self.single_observation_space = self.bipeds.observation_space
         self.action_space = batch_space(self.single_action_space, num_envs)
@@ -215,27 +244,43 @@ class BipedVectorEnv(VectorEnv[Array, Array, Any]):
             seed: of all noise from now on; of several, which Gymnasium gives one an instance, the first.
             options: none are known.
         """
-        super().reset(seed=seed[0] if isinstance(seed, list) else seed, options=options)
-        self.bipeds.start(np.ones(self.num_envs, dtype=bool), self.np_random)
+        first = seed[0] if isinstance(seed, list) else seed
+        super().reset(seed=first, options=options)
+        self.bipeds.reset(first, self.np_random)
+        self._ended = np.zeros(self.num_envs, dtype=bool)
         return self.bipeds.observed(), {}
 
-    def step(self, actions: Array) -> tuple[Array, Any, Any, Any, dict[str, Any]]:
+    def step(self, actions: Array) -> Step:
         """Act: observations, rewards, terminated, truncated, and what else Gymnasium wants to know of episodes' ends.
 
         Raises:
-            RolloutError: the actions are not (num_envs, actions).
+            Error: the actions are not (num_envs, actions).
         """
         reward, terminated, truncated = self.bipeds.act(actions)
+        if self._restart is AutoresetMode.NEXT_STEP:
+            return self._begun_again(reward, terminated, truncated)
         observed, ended = self.bipeds.observed(), terminated | truncated
         info: dict[str, Any] = {}
         if ended.any():
             info = {"final_obs": np.full(self.num_envs, None, dtype=object), "_final_obs": ended}
-            info |= {"final_info": {"status": self.bipeds.rollout.status().copy()}, "_final_info": ended}
+            info |= {"final_info": {"status": self.bipeds.status()}, "_final_info": ended}
             for index in np.flatnonzero(ended):
                 info["final_obs"][index] = observed[index]
             self.bipeds.start(ended, self.np_random)
             observed = self.bipeds.observed()
         return observed, reward, terminated, truncated, info
+
+    def _begun_again(self, reward: Array, terminated: Flags, truncated: Flags) -> Step:
+        """What a step gives where episodes that ended in the one before begin, and those that end now wait."""
+        begun = self._ended
+        if begun.any():
+            self.bipeds.start(begun, self.np_random)
+        reward, terminated, truncated = np.where(begun, 0.0, reward), terminated & ~begun, truncated & ~begun
+        self._ended = terminated | truncated
+        info: dict[str, Any] = {}
+        if self._ended.any():
+            info = {"status": self.bipeds.status(), "_status": self._ended.copy()}
+        return self.bipeds.observed(), reward.astype(np.float32), terminated, truncated, info
 
     def render(self) -> tuple[NDArray[np.uint8], ...] | None:
         """The first biped as it stands, if pictures were asked for."""
@@ -267,23 +312,25 @@ class BipedEnv(gymnasium.Env[Array, Array]):
         device: str | None = None,
         threads: int | None = None,
         render_mode: str | None = None,
+        task: Task | Literal[False] | None = None,
         **settings: Any,
     ) -> None:
         """Prepare the biped; see `BipedVectorEnv`."""
-        self.bipeds = Bipeds(1, scene, device, threads, Settings.of(settings))
-        self.metadata, self.render_mode = self.bipeds.metadata(), checked_mode(render_mode)
+        self.render_mode = checked_mode(render_mode)
+        self.bipeds = batch_of(1, scene, device, threads, task, settings)
+        self.metadata = metadata_of(self.bipeds)
         self.action_space, self.observation_space = self.bipeds.action_space, self.bipeds.observation_space
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Array, dict[str, Any]]:
         """Start an episode; its first observation."""
         super().reset(seed=seed, options=options)
-        self.bipeds.start(np.ones(1, dtype=bool), self.np_random)
+        self.bipeds.reset(seed, self.np_random)
         return self.bipeds.observed()[0], {}
 
     def step(self, action: Array) -> tuple[Array, float, bool, bool, dict[str, Any]]:
         """Act: observation, reward, terminated, truncated, and the biped's status."""
         reward, terminated, truncated = self.bipeds.act(np.asarray(action)[None])
-        status = Status(int(self.bipeds.rollout.status()[0]))
+        status = Status(int(self.bipeds.status()[0]))
         observed = self.bipeds.observed()[0]
         return observed, float(reward[0]), bool(terminated[0]), bool(truncated[0]), {"status": status.name}
 

@@ -5,15 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
-import msgspec
 import numpy as np
 import warp as wp
 from numpy.typing import ArrayLike
 
-from warpmuscle.core.arguments import as_kind, as_whole
+from warpmuscle.core.arguments import as_whole
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.arrays import arrays_of, rows, to_device
-from warpmuscle.core.decoding import to_type
 from warpmuscle.core.errors import RolloutError
 from warpmuscle.core.number_rows import first_number
 from warpmuscle.formats import SceneLike, scene_of
@@ -22,10 +20,12 @@ from warpmuscle.kernels import senses as sense_kernels
 from warpmuscle.kernels import structs
 from warpmuscle.learning.actions import Actions
 from warpmuscle.learning.imitation import Gait, gait_of, seen_time
+from warpmuscle.learning.poses import elsewhere
 from warpmuscle.learning.rewards import Judge
 from warpmuscle.learning.senses import About, Senses, head_of
 from warpmuscle.learning.starts import OwnGait, RowTable, first_states, make_room_to_feel, own_gait, start_table
 from warpmuscle.learning.symmetry import BodySymmetry, Images, observed_image
+from warpmuscle.learning.tasks import checked_task, prepared
 from warpmuscle.learning.variants import Variants
 from warpmuscle.scene import Scene
 from warpmuscle.scene.joints import root_type
@@ -127,6 +127,7 @@ class EpisodeBatch:
         if own.states:
             again = len(own.states) // FROM_THE_FIRST
             states, times = own.states + states * again, own.times + times * again
+        states, times = elsewhere(rollout, self._stepper, self.task.variation, states, times)
         self._starts = start_table(self._stepper, states)
         self.episodes = self._episodes(instances)
         self._rules = self._episode_rules(np.array(times), gait)
@@ -149,6 +150,24 @@ class EpisodeBatch:
             for array in (self.episodes.decision, self.episodes.number):
                 array.zero_()
         self.episodes.mask.fill_(True)
+        self._begin()
+        self._observe(self.senses.observation)
+
+    def begin(self, mask: ArrayLike) -> None:
+        """Begin the next episode of some instances, after a `step` that was not to; the others go on.
+
+        Args:
+            mask: (instances,) whose.
+
+        Raises:
+            RolloutError: another number of instances.
+        """
+        chosen = np.ascontiguousarray(mask, dtype=bool)
+        if chosen.shape != (len(self._stepper.state.step),):
+            raise RolloutError(
+                f"a mask of shape {chosen.shape} chooses none of {len(self._stepper.state.step)} instances"
+            )
+        self.episodes.mask.assign(chosen)
         self._begin()
         self._observe(self.senses.observation)
 
@@ -329,18 +348,3 @@ class EpisodeBatch:
 def root_number(scene: Scene) -> int:
     """The number of the type of the root in kernels."""
     return int(getattr(structs, root_type(scene.character).device))
-
-
-def checked_task(task: Task | None) -> Task | None:
-    """A task of the right types; raises RolloutError if it is none, SceneError if one of its values is not."""
-    if task is None:
-        return None
-    as_kind(Task, task, "task", error=RolloutError)
-    plain = msgspec.to_builtins(task, enc_hook=lambda value: value.item() if hasattr(value, "item") else repr(value))
-    return to_type(plain, Task, "learning")
-
-
-def prepared(scene: Scene, task: Task) -> Scene:
-    """The scene as it is learned in, with its task; who is to turn has not failed by turning."""
-    failure = msgspec.structs.replace(scene.failure, heading=0.0) if any(task.turning_rate) else scene.failure
-    return msgspec.structs.replace(scene, learning=task, failure=failure)

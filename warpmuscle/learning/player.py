@@ -12,7 +12,7 @@ import warp as wp
 from numpy.typing import ArrayLike
 
 from warpmuscle.core.array_types import Floats, Integers
-from warpmuscle.core.errors import Error, ResultError, RolloutError
+from warpmuscle.core.errors import Error, ResultError, RolloutError, SceneError
 from warpmuscle.core.status import Status
 from warpmuscle.formats import SceneLike, scene_of
 from warpmuscle.learning.episodes import EpisodeBatch
@@ -64,12 +64,21 @@ class Player:
             SceneError, RolloutError: as of `EpisodeBatch`, or the policy is for another scene or task.
         """
         scene = scene_of(scene)
-        self.batch = EpisodeBatch(
-            scene, instances, device, of_body(task, scene), seed, record=record, record_rate=record_rate,
-            threads=threads, gait=gait,
-        )  # fmt: skip
-        _check_names("observes", policy.observation, tuple(self.batch.senses.names))
-        _check_names("moves", policy.action, self.batch.actions.names)
+        try:
+            self.batch = EpisodeBatch(
+                scene, instances, device, of_body(task, scene), seed, record=record, record_rate=record_rate,
+                threads=threads, gait=gait,
+            )  # fmt: skip
+        except SceneError as error:
+            if not error.key.startswith("learning.") or policy.scene in ("", scene.name):
+                raise
+            raise RolloutError(f"{_foreign(policy, scene)}: {error}") from None
+        for does, learnt, found in (
+            ("observes", policy.observation, tuple(self.batch.senses.names)),
+            ("moves", policy.action, self.batch.actions.names),
+        ):
+            if learnt != found:
+                raise RolloutError(f"{_foreign(policy, scene)}: it {does} {_other(learnt, found)}")
         self.act: Callable[[wp.array], object] = DevicePolicy(
             policy, instances, self.batch.device, self.batch.actions.told
         ).act
@@ -101,13 +110,21 @@ class Player:
         self.batch.step(restart)
 
 
-def _check_names(does: str, learnt: tuple[str, ...], found: tuple[str, ...]) -> None:
-    """Raise RolloutError unless a policy observes and moves what there is."""
-    if learnt == found:
-        return
+def _foreign(policy: PolicyTable, scene: Scene) -> str:
+    """What a policy was learnt for, in words, where it does not fit a scene."""
+    if policy.scene in ("", scene.name):
+        return "the policy was learnt for another scene or task"
+    return f"the policy was learnt for the scene {policy.scene}, not for {scene.name}"
+
+
+def _other(learnt: tuple[str, ...], found: tuple[str, ...]) -> str:
+    """How names that a policy has learnt differ from those that there are."""
     other = next((name for name in learnt if name not in found), None)
-    what = f"{other!r}, which is not there" if other is not None else f"{len(learnt)} numbers of {len(found)}"
-    raise RolloutError(f"the policy was learnt for another scene or task: it {does} {what}")
+    if other is not None:
+        return f"{other!r}, which is not there"
+    return (
+        f"{len(learnt)} numbers of {len(found)}" if len(learnt) != len(found) else "the same numbers in another order"
+    )
 
 
 def text_of(task: Task) -> str:
@@ -157,6 +174,23 @@ def told(task: Task, texts: Sequence[str]) -> dict[str, float]:
         if key not in known or not math.isfinite(number):
             raise Error(f"{text!r}: write KEY=NUMBER; of this policy KEY is {', '.join(known)}")
         found[key] = number
+    return found
+
+
+def beyond(task: Task, texts: Sequence[str]) -> list[str]:
+    """What lies outside of what a policy has learnt, of commands given as KEY=VALUE; a sentence each.
+
+    Raises:
+        Error: as `commanded`.
+    """
+    learnt, found = commands_of(task), []
+    for name, value in told(task, texts).items():
+        one = learnt[name]
+        if not one.min <= value <= one.max:
+            range_ = f"{one.min:g} to {one.max:g}" if one.min < one.max else f"{one.min:g} alone"
+            found.append(
+                f"{name} = {value:g} {one.unit}: the policy has learnt {range_}; what it does is anyone's guess"
+            )
     return found
 
 

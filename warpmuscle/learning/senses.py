@@ -207,10 +207,11 @@ class Senses:
         self._features = _table(rows, whole, noises, self._device)
         self._ring = wp.zeros((n, int(whole.max()) + 1, len(rows)), dtype=float, device=self._device)
         self.moments = _moments(rest, decision_steps, self._device)
-        critic = [number for group in GROUPS if group != "action" for number in GROUPS[group](about)]
-        critic += _disturbance(about)
+        known = {group: GROUPS[group](about) for group in GROUPS if group != "action"}
+        known["disturbance"] = _disturbance(about)
+        critic = [number for numbers in known.values() for number in numbers]
         self.numbers, self.critic_numbers = rows, critic
-        self.critic_names = tuple(number.name for number in critic)
+        self.critic_names = tuple(f"{group}.{number.name}" for group, numbers in known.items() for number in numbers)
         self._critic_features = _table(critic, np.zeros(len(critic)), [0.0] * len(critic), self._device)
         self.observation = wp.zeros((n, len(rows)), dtype=float, device=self._device)
         self.critic = wp.zeros((n, len(critic)), dtype=float, device=self._device)

@@ -83,7 +83,9 @@ def begin_with(source: Learned, networks: ActorCritic, critic_names: tuple[str, 
     seen = float(sum(ancestor.decisions for ancestor in source.ancestors))
     _take(networks.policy, networks.observed, source.policy, seen)
     critic = source.critic
-    if critic is not None and critic.observation == critic_names and _shapes(critic) == _shapes_of(networks.value):
+    bare = tuple(name.partition(".")[2] for name in critic_names)  # as older files have them
+    fits = critic is not None and critic.observation in (critic_names, bare)
+    if critic is not None and fits and _shapes(critic) == _shapes_of(networks.value):
         _take(networks.value, networks.privileged, critic, seen)
     noise = noise_of(source)
     with torch.no_grad():

@@ -11,7 +11,7 @@ import numpy as np
 from warpmuscle.core.errors import SceneError
 from warpmuscle.kernels.body_contact import body_contact_of
 from warpmuscle.kernels.forces import Force
-from warpmuscle.model.collisions import CapsuleRows, capsule_of
+from warpmuscle.model.collisions import FASTEST, CapsuleRows, capsule_of, steps_between_tests
 from warpmuscle.model.joints import has_turned_axes
 from warpmuscle.scene import Scene
 from warpmuscle.scene.body_contact.pairs import touching_pairs
@@ -63,11 +63,13 @@ def contact_parameters(scene: Scene, pair: ShapePair) -> Mapping[str, Any]:
     assert contact is not None
     one = capsule_of(bodies[pair.first].shapes[pair.first_shape])
     other = capsule_of(bodies[pair.second].shapes[pair.second_shape])
+    margin = max(FASTEST * (steps_between_tests(scene.time_step) - 1) * scene.time_step, 1e-6)
     lengths = (np.linalg.norm(half, axis=1) for _, half, _ in (one, other))
     return {
         **_capsule("first", one),
         **_capsule("second", other),
-        "reach": sum(lengths) + one[2] + other[2],
+        "margin": margin,
+        "reach": sum(lengths) + one[2] + other[2] + margin,
         "stiffness": contact.stiffness,
         "damping": contact.damping,
         "tangential_damping": contact.tangential_damping,

@@ -17,7 +17,7 @@ from warpmuscle.core.arrays import rows, structs_to_device, to_device
 from warpmuscle.core.pose import multiply, normalized, rotate, turned_to_heading
 from warpmuscle.kernels import structs
 from warpmuscle.model.bodies import contacts_struct, ground_normal, skeleton_struct
-from warpmuscle.model.collisions import collisions_struct, touching_struct
+from warpmuscle.model.collisions import collisions_struct, steps_between_tests
 from warpmuscle.model.controller import control_steps, controller_struct
 from warpmuscle.model.couplings import couplings_struct
 from warpmuscle.model.muscles import model_parts, muscles_struct
@@ -198,9 +198,7 @@ def _collisions(scene: Scene, structure: Structure, device: Any, inputs: ModelIn
 
 
 def _touching(scene: Scene, structure: Structure, device: Any, inputs: ModelInputs) -> Fields:
-    if not structure.touching_pairs:
-        return {}
-    return {"touching": touching_struct(scene, structure.names, structure.touching_pairs, device)}
+    return {"touch_interval": steps_between_tests(scene.time_step)}
 
 
 def _motion(scene: Scene, structure: Structure, device: Any, inputs: ModelInputs) -> Fields:

@@ -89,29 +89,19 @@ def capsule_of(shape: Shape) -> CapsuleRows:
     return 0.5 * (low + high), np.where(longest, 0.5 * size - radius[:, None], 0.0), radius
 
 
-def touching_struct(scene: Scene, names: Topology, pairs: list[Pair], device: Any) -> structs.Collisions:
-    """The same of shapes that push each other: nearer than where they could touch before the next test."""
-    waiting = (_steps_between(scene) - 1) * scene.time_step
-    return collisions_struct(
-        scene, names, pairs, np.array([-max(FASTEST * waiting, 1e-6)]), device, "body_contact.pairs"
-    )
-
-
-def _steps_between(scene: Scene) -> int:
+def steps_between_tests(time_step: float) -> int:
     """Steps between two tests."""
-    return max(round(TEST_TIME / scene.time_step), 1)
+    return max(round(TEST_TIME / time_step), 1)
 
 
 def collisions_struct(
-    scene: Scene, names: Topology, pairs: list[Pair], depth: Floats, device: Any,
-    key: str = "failure.self_collision_pairs",
-) -> structs.Collisions:  # fmt: skip
+    scene: Scene, names: Topology, pairs: list[Pair], depth: Floats, device: Any
+) -> structs.Collisions:
     """The device structure of the shapes that may collide (see `kernels.structs.Collisions`).
 
     Args:
         scene: its numbers are floats, or (n,) arrays with one value an instance.
-        pairs: of bodies; not empty. depth: (rows,) m, how deep they may penetrate each other; 0: as deep as they like;
-            negative: how far they have to be apart. key: of the scene, that says which pairs there are.
+        pairs: of bodies; not empty. depth: (rows,) m, how deep they may penetrate each other; 0: as deep as they like.
 
     Raises:
         SceneError: more shapes than there is room for.
@@ -122,14 +112,14 @@ def collisions_struct(
     if len(shapes) > room:
         raise SceneError(
             f"{len(shapes)} shapes may collide, more than the {room} that there is room for; name fewer pairs",
-            key=key,
+            key="failure.self_collision_pairs",
         )
     of_body = {name: [i for i, (body, _) in enumerate(shapes) if body == name] for name in bodies}
     numbers = [of_shapes for a, b in pairs for of_shapes in product(of_body[a], of_body[b])]
     offset = {name: _joint_place(name, scene.character, names) for name in bodies}
     nearest = [_nearest_sq(shapes[i][1], shapes[j][1], depth) for i, j in numbers]
     c = structs.Collisions()
-    c.every = _steps_between(scene)
+    c.every = steps_between_tests(scene.time_step)
     c.body = to_device([names.bodies.index(name) for name, _ in shapes], int, device)
     c.middle = to_device(stacked([middle - offset[name] for name, (middle, _, _) in shapes]), wp.vec3, device)
     c.half = to_device(stacked([half for _, (_, half, _) in shapes]), wp.vec3, device)
@@ -142,7 +132,7 @@ def _nearest_sq(a: CapsuleRows, b: CapsuleRows, depth: Floats) -> Floats:
     """Squared distances (rows, 2), m^2: of the middles, beyond which two capsules never collide; and of the segments.
 
     Args:
-        depth: (rows,) m, how deep they may penetrate; 0: as deep as they like; negative: see `collisions_struct`.
+        depth: (rows,) m, how deep they may penetrate; 0: as deep as they like.
     """
     (_, half_a, radius_a), (_, half_b, radius_b) = a, b
     nearest = np.where(depth != 0.0, np.maximum(radius_a + radius_b - depth, 0.0), 0.0)

@@ -22,11 +22,15 @@ def extensions_struct(structure: Structure, instances: int, device: Any) -> Any:
         s.first.memory = wp.zeros((instances, 1, floats), dtype=float, device=device)
     part = s.rest
     for entries in structure.forces:
-        part.first.start = to_device(entries.start, int, device)
+        if entries.kind.touch is not None:
+            part.first.first, part.first.second = (
+                to_device(bodies, int, device) for bodies in zip(*entries.ends, strict=True)
+            )
+        else:
+            part.first.start = to_device(entries.start, int, device)
         if entries.kind.pair is not None:
             part.first.other = to_device(entries.other, int, device)
             part.first.second = to_device(entries.second, int, device)
-            part.first.bit = to_device(entries.bit, int, device)
         if entries.kind.state:
             shape = (instances, len(entries.names), entries.kind.state)
             part.first.memory = wp.zeros(shape, dtype=float, device=device)

@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 import warp as wp
 
 from warpmuscle.core.errors import SceneError
-from warpmuscle.kernels.collision import NEAR_BITS
 from warpmuscle.kernels.devices import FORCES
 from warpmuscle.kernels.forces import Force, Wrench
 from warpmuscle.model.body_contact import ShapePair, contact_kind, shape_pairs
@@ -27,11 +26,11 @@ class ForceEntries:
     """All forces of one kind."""
 
     kind: Force
-    names: tuple[str | ShapePair, ...]  # in the scene, sorted by body; those between two bodies twice
-    start: tuple[int, ...]  # (bodies + 1,) which of them act on each body, or on the joint that carries it
+    names: tuple[str | ShapePair, ...]  # in the scene, sorted by body, those between two twice; or what may touch
+    start: tuple[int, ...] = ()  # (bodies + 1,) which of them act on each body, or on the joint that carries it
     other: tuple[int, ...] = ()  # of each between two bodies: the other one
     second: tuple[int, ...] = ()  # 1 if it acts on the second of both
-    bit: tuple[int, ...] = ()  # of `State.near`, of those that act only while they may touch
+    ends: tuple[tuple[int, int], ...] = ()  # both bodies of each pair that may touch
 
 
 def force_kinds(scene: Scene, names: Topology) -> tuple[ForceEntries, ...]:
@@ -62,35 +61,29 @@ def _touching(scene: Scene, names: Topology) -> Iterator[ForceEntries]:
     """Contact of bodies with each other, where a scene has it."""
     pairs = shape_pairs(scene)
     if pairs:
-        bodies = [(names.bodies.index(pair.first), names.bodies.index(pair.second)) for pair in pairs]
-        acting = [
-            one
-            for number, (pair, ends) in enumerate(zip(pairs, bodies, strict=True))
-            for one in _both_ways(pair, *ends, number % NEAR_BITS)
-        ]
-        yield _entries(contact_kind(scene), acting, names)
+        ends = tuple((names.bodies.index(pair.first), names.bodies.index(pair.second)) for pair in pairs)
+        yield ForceEntries(contact_kind(scene), pairs, ends=ends)
 
 
 class _Acting(NamedTuple):
     """A force on a body, and of one between two bodies, the other one and which of both this is."""
 
     body: int
-    name: str | ShapePair
+    name: str
     other: int = 0
     second: int = 0
-    bit: int = 0
 
 
-def _both_ways(name: str | ShapePair, body: int, other: int, bit: int = 0) -> list[_Acting]:
-    return [_Acting(body, name, other, 0, bit), _Acting(other, name, body, 1, bit)]
+def _both_ways(name: str, body: int, other: int) -> list[_Acting]:
+    return [_Acting(body, name, other, 0), _Acting(other, name, body, 1)]
 
 
 def _entries(kind: Force, acting: list[_Acting], names: Topology) -> ForceEntries:
     acting = sorted(acting, key=lambda one: one.body)
     start = [sum(one.body < i for one in acting) for i in range(len(names.bodies) + 1)]
-    both = [(one.other, one.second, one.bit) for one in acting] if kind.pair is not None else []
-    other, second, bit = zip(*both, strict=True) if both else ((), (), ())
-    return ForceEntries(kind, tuple(one.name for one in acting), tuple(start), other, second, bit)
+    both = [(one.other, one.second) for one in acting] if kind.pair is not None else []
+    other, second = zip(*both, strict=True) if both else ((), ())
+    return ForceEntries(kind, tuple(one.name for one in acting), tuple(start), other, second)
 
 
 def _kind(entry: str, alone: str, key: str) -> Force:

@@ -26,7 +26,7 @@ from warpmuscle.scene.norms import (
     norm_table,
     running_force,
 )
-from warpmuscle.scene.topology import Topology
+from warpmuscle.scene.topology import Topology, topology
 
 LEAST_DISTANCE = 1.0  # m, that the cost of transport counts for
 
@@ -124,7 +124,7 @@ def term_values(
         end_time: (n,) s. distance: (n,) m, gone by the root.
     """
     h = scene.time_step
-    sums = {"torque": _summed(state.torque_integral.numpy()) * h}
+    sums = {"torque": _summed(torque_integrals(scene, state)) * h}
     for part, array in (("muscle", state.muscle_terms), ("body", state.body_terms), ("whole", state.whole_terms)):
         summed = getattr(kind, part)
         values = array.numpy() if summed else None
@@ -137,6 +137,21 @@ def term_values(
     sums["metabolic"] = energy + np.asarray(basal_rate(scene.objective)) * mass * end_time
     sums["cost_of_transport"] = sums["metabolic"] / (mass * np.maximum(distance, LEAST_DISTANCE))
     return {name: np.asarray(sums.get(name, np.zeros_like(end_time))) for name in names}
+
+
+def torque_integrals(scene: Scene, state: structs.State) -> Floats:
+    """Feedback torque summed over steps as it counts, (n, bodies) N m, at the child of each joint.
+
+    Args:
+        scene: its numbers are floats or (n,) arrays.
+    """
+    integrals: Floats = state.torque_integral.numpy()
+    factors = scene.objective.torque_by_joint
+    if factors:
+        integrals, names = integrals.copy(), topology(scene.character)
+        for joint, factor in factors.items():
+            integrals[:, names.body_of_joint(joint)] *= np.asarray(factor, dtype=np.float64)
+    return integrals
 
 
 def weighted(scene: Scene, terms: dict[str, Floats]) -> Floats:

@@ -215,6 +215,7 @@ def paths_struct(table: PathTable, names: Topology, character: Character, device
     p.point_condition = _numbers([-1 if q.condition is None else next(numbers) for q in table.points], device)
     p.condition_joint = _numbers([names.body_of_joint(c.joint) for c in conditions], device)
     p.condition_axis = _numbers([c.axis for c in conditions], device)
+    p.condition_slope = _numbers([c.moment_arms == "slope" for c in conditions], device)
     p.condition_interval = to_device(rows([[c.low, c.high, c.blend] for c in conditions] or [ZERO]), wp.vec3, device)
     p.span = records_to_device(
         structs.PathSpan, device,

@@ -43,7 +43,6 @@ def state_struct(
     s.torque_integral = zeros(n, len(names.bodies), dtype=wp.float64)
     cycles = n if objective.follows_cycles else 0
     s.foot_cycle = zeros(cycles, 2, dtype=structs.FootCycle)
-    s.near = zeros(n if structure.touching_pairs else 0, dtype=int)
     held = n if control_steps(scene) > 1 else 0
     s.target = zeros(held, len(names.bodies), dtype=wp.quat)
     s.target_plan = zeros(held, len(names.bodies), dtype=wp.vec2)

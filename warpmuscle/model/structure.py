@@ -8,7 +8,6 @@ from warpmuscle.kernels.control import Controller
 from warpmuscle.kernels.forces import Force
 from warpmuscle.kernels.joint_stages import SkeletonKind
 from warpmuscle.kernels.term_functions import ObjectiveKind
-from warpmuscle.model.body_contact import shape_pairs
 from warpmuscle.model.collisions import Pair, collision_pairs
 from warpmuscle.model.controller import compiled_controller
 from warpmuscle.model.forces import ForceEntries, force_kinds
@@ -30,7 +29,6 @@ class Structure:
     actuation: ActuationMap  # what drives the joints, and the muscles that are simulated
     kinematic: Kinematic  # coordinates that move as prescribed
     collision_pairs: list[Pair]  # of bodies that must not run into each other
-    touching_pairs: list[Pair]  # of bodies that push each other
     skeleton: SkeletonKind  # what a step has compiled in for bodies and joints
     objective: ObjectiveKind  # the sums that a step makes
     controller: Controller  # what a step has compiled in of it
@@ -58,7 +56,6 @@ def structure_of(scene: Scene) -> Structure:
         actuation=actuation,
         kinematic=kinematic(scene, names, actuation.drives),
         collision_pairs=collision_pairs(scene, names),
-        touching_pairs=list(dict.fromkeys((pair.first, pair.second) for pair in shape_pairs(scene))),
         skeleton=compiled_skeleton(scene.character, scene.ground.law),
         objective=objective_kind(scene, not actuation.by_torque_alone),
         controller=compiled_controller(scene, actuation.muscles),

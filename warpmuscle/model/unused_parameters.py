@@ -17,7 +17,7 @@ from warpmuscle.model.extension_arrays import extensions_struct, put_parameters
 from warpmuscle.model.structure import Structure, structure_of
 from warpmuscle.model.user_functions import check_custom
 from warpmuscle.scene import Scene
-from warpmuscle.scene.parameters import free_parameters, start_values, substitute
+from warpmuscle.scene.parameters import free_parameters, pinned, start_values, substitute
 from warpmuscle.scene.validation.scene import check_scene
 
 SHOWN = 4  # names in a message
@@ -67,16 +67,29 @@ def _used(scene: Scene, structure: Structure, values: Floats) -> list[NDArray[An
     return parts + [array.numpy() for part in (model, extensions) for array in arrays_of(part)]
 
 
-def check_used(scene: Scene) -> None:
-    """Raise Error if the scene has a free parameter that nothing uses: a search would move it at random."""
+def without_unused(scene: Scene) -> tuple[Scene, list[str]]:
+    """The scene with numbers in place of the free parameters that nothing uses, and the names of these.
+
+    A search would move them at random. They have the values that they would start from.
+
+    Raises:
+        Error: nothing uses any of its free parameters.
+    """
     names = unused_parameters(scene)
-    if names:
-        more = f" and {len(names) - SHOWN} more" if len(names) > SHOWN else ""
-        raise Error(
-            f"free, but nothing uses it: {', '.join(names[:SHOWN])}{more}; write a number in place of its interval"
-        )
+    if not names:
+        return scene, names
+    used = [parameter.name for parameter in free_parameters(scene) if parameter.name not in names]
+    if not used:
+        raise Error(f"nothing uses what is free, so that there is nothing to search for: {in_short(names)}")
+    return pinned(scene, start_values(scene), used), names
+
+
+def in_short(names: list[str]) -> str:
+    """Some names, and how many more there are."""
+    more = f" and {len(names) - SHOWN} more" if len(names) > SHOWN else ""
+    return f"{', '.join(names[:SHOWN])}{more}"
 
 
 def _is_weight(name: str) -> bool:
     """Whether a parameter weighs a term of the objective, which happens on the host."""
-    return name.startswith("objective.") and name.split(".")[1] in (*TERMS, "custom")
+    return name.startswith("objective.") and name.split(".")[1] in (*TERMS, "custom", "torque_by_joint")

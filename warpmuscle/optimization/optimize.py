@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import replace as changed
+import warnings
 from pathlib import Path
 
 from warpmuscle.core.arguments import as_path, as_whole
-from warpmuscle.core.errors import Error
+from warpmuscle.core.errors import Error, UnusedParameterWarning
 from warpmuscle.formats import SceneLike, scene_of, toml
-from warpmuscle.model.unused_parameters import check_used
+from warpmuscle.model.unused_parameters import in_short, without_unused
 from warpmuscle.optimization.evaluation import BatchEvaluator
 from warpmuscle.optimization.options import (
     GREATEST_SEED,
@@ -31,6 +31,7 @@ from warpmuscle.results.records import (
     Staged,
     parameter_table,
 )
+from warpmuscle.scene.parameters import free_parameters
 from warpmuscle.scene.validation.scene import check_scene
 
 
@@ -60,6 +61,9 @@ def optimize(
     generation has the scene as it is among its candidates. A KeyboardInterrupt ends the search; what was
     evaluated by then is returned. The result depends on neither threads nor the size of batches.
 
+    Free parameters that nothing uses, such as of muscles at joints that torques drive, stay as given, with an
+    UnusedParameterWarning that names them.
+
     A scene with stages is searched stage by stage, each from the best candidate of the one before. Costs of different
     stages cannot be compared: the best candidate is that of the last stage that has any, and its motion that of the
     scene as it is in that stage. What the options mean for stages is said in `stages.plan`.
@@ -85,21 +89,26 @@ def optimize(
         trust: let code run that the scene names; not needed where `load` was told so.
 
     Raises:
-        Error: the scene has no free parameters, or one that nothing uses, it weighs nothing and has no feet, an option
-            is impossible, the output cannot be written, or the search was interrupted before any candidate had ended.
+        Error: the scene has no free parameters, or none that anything uses, it weighs nothing and has no feet, an
+            option is impossible, the output cannot be written, or the search was interrupted before any candidate had
+            ended.
     """
     scene = with_usual_objective(scene_of(scene, trust=trust))
-    strategy = usual_strategy(scene) if search is None else search
-    options = Options(strategy, searches, population, sigma, restarts)
     seed = as_whole(seed, "seed", 0, GREATEST_SEED)
     file = None if output is None else as_path(output, "output")
     check_other_arguments(device, threads, command, progress, batches)
     if candidates is None and until is None:
         raise Error("without a number of candidates a search needs a time to end at: until")
     count = ANY_NUMBER if candidates is None else candidates
-    options = check_options(changed(options, candidates=count, until=until, target=target))
-    parameters = required_parameters(scene)
-    check_used(scene)
+    required_parameters(scene)
+    scene, unused = without_unused(scene)
+    if unused:
+        text = f"nothing uses {in_short(unused)}: left as given, and not searched for"
+        warnings.warn(text, UnusedParameterWarning, stacklevel=2)
+    parameters = free_parameters(scene)
+    strategy = usual_strategy(scene) if search is None else search
+    options = Options(strategy, searches, population, sigma, restarts, candidates=count, until=until, target=target)
+    options = check_options(options)
     stages: tuple[Staged, ...] = ()
     if scene.stages:
         check_scene(scene)

@@ -213,7 +213,7 @@ def _put_recording(group: Any, recording: Recording) -> None:
         if any(axis in NAMED and not getattr(recording, NAMED[axis]) for axis in quantity.axes[-1:]):
             continue
         array = recording[name].astype(np.int32) if name in INTEGER_QUANTITIES else recording[name]
-        store(group, name, array, quantity.units, ", ".join(quantity.axes), quantity.description)
+        store(group, name, array, quantity.units, ", ".join(quantity.axes), quantity.description, at=quantity.at)
     _put_scales(group)
 
 

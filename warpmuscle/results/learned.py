@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -75,6 +76,7 @@ class PolicyTable:
     widest: float  # at which that is cut off on either side
     layers: tuple[Layer, ...]
     noise: ClippedNoise | None = None
+    scene: str = ""  # name of the one that it was learnt in; empty where that is not known
 
     def __repr__(self) -> str:
         sizes = [len(self.observation), *(len(layer.bias) for layer in self.layers)]
@@ -128,9 +130,18 @@ def load_learned(file: Any) -> Learned:
     curve = {name: hdf5.array(file["curve"], name) for name in CURVE}
     options = {name: _plain(training.attrs[name]) for name in training.attrs if name != "ended"}
     return Learned(
-        _load_network(file["policy"]), task, curve, options, str(hdf5.attribute(training, "ended")),
+        replace(_load_network(file["policy"]), scene=_scene_name(file)), task, curve, options,
+        str(hdf5.attribute(training, "ended")),
         _load_network(file["critic"]) if "critic" in file else None, _load_ancestors(training),
     )  # fmt: skip
+
+
+def _scene_name(file: Any) -> str:
+    """The name of the scene of an open file, as far as its text can be read."""
+    try:
+        return str(tomllib.loads(hdf5.text(file["scene"])).get("name", ""))
+    except (KeyError, ValueError):
+        return ""
 
 
 def _load_network(group: Any) -> PolicyTable:

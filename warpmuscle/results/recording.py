@@ -33,6 +33,13 @@ if TYPE_CHECKING:
     import xarray
 
 
+START, OVER, END = "start of the step", "over the step", "end of the step"  # of that which starts at a frame's time
+BEFORE = "over the step before"
+END_IF = f"{START}; with a compliant tendon: {END}"
+OVER_IF = f"middle of the step before; with a compliant tendon: {OVER}"
+END_UNLESS = f"{END}; of neural activation: {START}"
+
+
 @dataclass(frozen=True)
 class RawFrames:
     """What a device wrote of one instance: F frames of `kernels.structs.Record`, and what reading them takes."""
@@ -61,22 +68,26 @@ class Quantity(NamedTuple):
             are the components along that axis.
         description: one line.
         of: makes it from what a device wrote.
+        at: when, if not at the frame's time: a frame is written by the step that starts then.
     """
 
     units: str
     axes: tuple[str, ...]
     description: str
     of: Callable[[RawFrames], Floats]
+    at: str = START
 
 
-def _quantity(units: str, axes: tuple[str, ...], description: str, of: Callable[[RawFrames], Floats]) -> Any:
+def _quantity(
+    units: str, axes: tuple[str, ...], description: str, of: Callable[[RawFrames], Floats], at: str = START
+) -> Any:
     """A field that holds a quantity."""
-    return field(metadata={"quantity": Quantity(units, axes, description, of)})
+    return field(metadata={"quantity": Quantity(units, axes, description, of, at)})
 
 
-def _of_muscles(units: str, place: int, description: str) -> Any:
+def _of_muscles(units: str, place: int, description: str, at: str = START) -> Any:
     """A field that holds what the device writes of every muscle in a place of its own."""
-    return _quantity(units, ("frame", "muscle"), description, lambda raw: raw["muscle"][:, place])
+    return _quantity(units, ("frame", "muscle"), description, lambda raw: raw["muscle"][:, place], at)
 
 
 _FRAME = ("frame",)
@@ -124,7 +135,7 @@ class Recording:
     )  # fmt: skip
     joint_torque: Floats = _quantity(
         "N m", _JOINT_VECTOR, "torque on the parent over the step, without stops, its negative on the child, world",
-        lambda raw: raw["torque"][:, 1:],
+        lambda raw: raw["torque"][:, 1:], OVER,
     )  # fmt: skip
     joint_torque_desired: Floats = _quantity(
         "N m", _JOINT_VECTOR, "torque that the controller wanted at the step's start, as joint_torque",
@@ -140,11 +151,11 @@ class Recording:
     )
     foot_force_left: Floats = _quantity(
         "N", _VECTOR, "ground force on the left foot, of the step that ended at this time",
-        lambda raw: raw["foot_force"][:, 0],
+        lambda raw: raw["foot_force"][:, 0], BEFORE,
     )  # fmt: skip
     foot_force_right: Floats = _quantity(
         "N", _VECTOR, "ground force on the right foot, of the step that ended at this time",
-        lambda raw: raw["foot_force"][:, 1],
+        lambda raw: raw["foot_force"][:, 1], BEFORE,
     )  # fmt: skip
     body_position: Floats = _quantity(
         "m", ("frame", "body", "x y z"), "centre of mass of each body, world",
@@ -154,14 +165,18 @@ class Recording:
         "1", ("frame", "body", "x y z w"), "quaternion, body to world", lambda raw: raw["orientation"]
     )
     muscle_path_length: Floats = _of_muscles("m", PATH_LENGTH, "length of the muscle with its tendon")
-    muscle_fibre_length: Floats = _of_muscles("m", FIBRE_LENGTH, "length of the muscle fibre")
-    muscle_fibre_velocity: Floats = _of_muscles("m/s", FIBRE_VELOCITY, "lengthening speed of the muscle fibre")
+    muscle_fibre_length: Floats = _of_muscles("m", FIBRE_LENGTH, "length of the muscle fibre", END_IF)
+    muscle_fibre_velocity: Floats = _of_muscles("m/s", FIBRE_VELOCITY, "lengthening speed of the muscle fibre", OVER_IF)
     muscle_desired_force: Floats = _of_muscles(
         "N", DESIRED_FORCE, "force that the controller or the muscle's own excitation asks for"
     )
-    muscle_excitation: Floats = _of_muscles("1", EXCITATION, "excitation that reaches the muscle, after its delay")
-    muscle_activation: Floats = _of_muscles("1", ACTIVATION, "activation")
-    muscle_force: Floats = _of_muscles("N", FORCE, "tension of the muscle")
+    muscle_excitation: Floats = _of_muscles(
+        "1", EXCITATION, "excitation that reaches the muscle, after its delay", OVER
+    )
+    muscle_activation: Floats = _of_muscles(
+        "1", ACTIVATION, "activation with which the muscle pulls over the step that starts at this time", END_UNLESS
+    )
+    muscle_force: Floats = _of_muscles("N", FORCE, "tension of the muscle over the step that starts at this time", OVER)
     coordinate: Floats = _quantity(
         "rad or m", ("frame", "coordinate"), "coordinates of root and joints, quaternions of balls among them",
         lambda raw: raw["coordinates"],

@@ -266,6 +266,7 @@ class Objective(_Weights):
     metabolic_model: Literal["wang", "umberger", "bhargava"] = "wang"  # sources stand in `accounting.py`
     metabolic_work: Literal["net", "positive"] | None = None  # of fibres; by default as the model has it
     basal_rate: Annotated[Number | None, "W/kg"] = None  # at rest; by default that of the model
+    torque_by_joint: Annotated[dict[str, Number], "1"] = {}  # how often a joint's feedback torque counts; others once
     failure_cost: Annotated[float, "1"] = 1.0e6
     custom: Annotated[dict[str, Number], "1"] = {}  # weights of `module:function`, see `user_functions`
 
@@ -275,11 +276,12 @@ class Tracking(Part):
 
     A file is an HDF5 file with recorded motions, or a `.npz` file of NumPy: `phase` (K,) and `stance` (K,), or `cycle`
     (K,) over the gait cycle from one contact of the left foot to its next; `time` (K,) in s if wanted; and a joint's
-    angles in rad or quaternions under its name. See `formats/npz.py`.
+    angles in rad or quaternions under its name (see `formats/npz.py`); or a `.mot`, `.sto` or `.csv` file with columns
+    of coordinates, as exports and OpenSim's files have (see `formats/motion_table.py`).
     """
 
     scene: str = ""  # a scene that is run for it: a shipped one, or a TOML file
-    file: str = ""  # or an HDF5 or .npz file with a recorded motion
+    file: str = ""  # or an HDF5, .npz, .mot, .sto or .csv file with a recorded motion
     replay: int = 0  # which one of an HDF5 file
     start: Annotated[float, "s"] = 2.0  # from where on the motion counts, if it has times
     joints: list[str] = []  # those that count; all if empty

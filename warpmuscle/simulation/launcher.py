@@ -112,7 +112,7 @@ def in_large_blocks(config: KernelConfig) -> bool:
     That is best where muscles' paths take long, in many ways. All instances of a block wait for one another, so none
     may have something to do that the others do not wait for.
     """
-    tests = config.collisions or any(force.near for force in config.forces)
+    tests = config.collisions or any(force.touch for force in config.forces)
     uniform = not tests and config.controller.torques is not HELD.torques
     return config.muscles is not None and config.muscles.long_paths and uniform
 

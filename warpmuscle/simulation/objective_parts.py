@@ -8,6 +8,7 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.core.arrays import rows
 from warpmuscle.kernels import structs
 from warpmuscle.kernels.term_functions import ObjectiveKind
+from warpmuscle.model.objective import torque_integrals
 from warpmuscle.scene import Scene
 from warpmuscle.scene.accounting import basal_rate
 from warpmuscle.scene.topology import Topology
@@ -28,7 +29,7 @@ def term_parts(
     """
     h = scene.time_step
     joints = (names.bodies[0], *names.joints)  # what a body's number stands for
-    sums = {"torque": dict(zip(joints, h * state.torque_integral.numpy()[instance], strict=True))}
+    sums = {"torque": dict(zip(joints, h * torque_integrals(scene, state)[instance], strict=True))}
     for part, array, owners in (("body", state.body_terms, joints), ("muscle", state.muscle_terms, muscles)):
         for index, name in enumerate(getattr(kind, part)):
             sums[name] = dict(zip(owners, h * array.numpy()[instance, index], strict=True))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import Any
 
 import msgspec
@@ -10,24 +11,31 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import RolloutError
-from warpmuscle.formats import load, npz
+from warpmuscle.formats import load, motion_table, npz
 from warpmuscle.formats.npz import JointMotion
 from warpmuscle.model.build import ReferenceGait
 from warpmuscle.model.structure import Structure
 from warpmuscle.results.recording import Recording
 from warpmuscle.results.result import read
-from warpmuscle.scene import Character, Scene, Tracking
+from warpmuscle.scene import Scene, Tracking
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.scene.topology import Topology
 
 BINS = 50  # of the phase
 
 
-def motion_in_file(tracking: Tracking, character: Character) -> Recording | JointMotion:
-    """The motion of a file that a scene names; raises Error if the file has no such motion, or cannot be read."""
+def motion_in_file(tracking: Tracking, scene: Scene) -> Recording | JointMotion:
+    """The motion of a file that a scene names; raises Error if the file has no such motion, or cannot be read.
+
+    Args:
+        scene: without free parameters.
+    """
     replays: Sequence[Recording | JointMotion]
-    if tracking.file.lower().endswith(".npz"):
-        replays = [npz.read(tracking.file, character)]
+    suffix = Path(tracking.file).suffix.lower()
+    if suffix == ".npz":
+        replays = [npz.read(tracking.file, scene.character)]
+    elif suffix in motion_table.SUFFIXES:
+        replays = [motion_table.read(tracking.file, scene)]
     else:
         replays = read(tracking.file).replays
     if tracking.replay >= len(replays):
@@ -49,7 +57,7 @@ def reference_of(scene: Scene, structure: Structure, record: Callable[[Scene], R
         return None
     motion: Recording | JointMotion
     if tracking.file:
-        motion = motion_in_file(tracking, substitute(scene, start_values(scene)).character)
+        motion = motion_in_file(tracking, substitute(scene, start_values(scene)))
     else:
         tracked = load(tracking.scene)
         if tracked.tracking is not None:  # perhaps this one; what it tracks itself does not move it

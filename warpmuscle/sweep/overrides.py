@@ -32,6 +32,7 @@ from warpmuscle.scene.validation.checks import near
 from warpmuscle.scene.validation.scene import check_scene
 
 SCALE = "scale"
+BY_JOINT = ("actuation", "initial_state.joints")
 
 
 @dataclass(frozen=True)
@@ -91,17 +92,17 @@ def _applied(scene: Scene, override: Override) -> tuple[Scene, Iterable[str]]:
     names = key.split(".")
     if names[0] == SCALE and len(names) == 2:
         factor, muscles = _size(value)
-        bodies = _matching(names[1:], ((body,) for body in scene.character.bodies))
+        bodies = matching(names[1:], ((body,) for body in scene.character.bodies))
         if not bodies:
             raise SceneError(f"no body is called {names[1]!r}{near(names[1], scene.character.bodies)}")
         chosen = {body: factor for (body,) in bodies}
         return scaled_segments(scene, chosen, muscles), [f"character.bodies.{body}" for body in chosen]
-    if not is_factor(value) and not _is_pattern(key):
+    if not is_factor(value) and not is_pattern(key):
         return _with(scene, [(names, value)]), [key]
     every = {tuple(path.split(".")): leaf for path, leaf in leaves(scene)}
-    matched = _matching(names, every)
+    matched = matching(names, every)
     if not matched:
-        _check_exists(scene, names)
+        check_exists(scene, names)
         raise SceneError("no number has a path of this pattern")
     paths = [".".join(path) for path in matched]
     if not is_factor(value):
@@ -122,11 +123,12 @@ def _size(value: Any) -> tuple[float, bool]:
     return float(value), muscles
 
 
-def _is_pattern(key: str) -> bool:
+def is_pattern(key: str) -> bool:
+    """Whether a path stands for others."""
     return any(character in key for character in "*?[")
 
 
-def _matching(pattern: Sequence[str], paths: Iterable[tuple[str, ...]]) -> list[tuple[str, ...]]:
+def matching(pattern: Sequence[str], paths: Iterable[tuple[str, ...]]) -> list[tuple[str, ...]]:
     """The paths of which each part matches the part of the pattern."""
     return [
         path
@@ -139,7 +141,7 @@ def _with(scene: Scene, values: Sequence[tuple[list[str], Any]]) -> Scene:
     """The scene with values at paths."""
     data = _plain(scene)
     for names, value in values:
-        _check_exists(scene, names, isinstance(value, dict))
+        check_exists(scene, names, isinstance(value, dict))
         _put(data, scene, names, value)
     changed = to_type(data, Scene)
     leaf_at = dict(leaves(changed))
@@ -190,7 +192,7 @@ def _put(data: Any, scene: Scene, names: list[str], value: Any) -> None:
         data[last] = value
 
 
-def _check_exists(scene: Scene, names: list[str], new: bool = False) -> None:
+def check_exists(scene: Scene, names: list[str], new: bool = False) -> None:
     """Raise SceneError with a hint unless a path leads to something.
 
     Args:
@@ -201,9 +203,11 @@ def _check_exists(scene: Scene, names: list[str], new: bool = False) -> None:
     for depth, name in enumerate(names):
         if node is None:  # a table that the scene has not got so far; its type is checked later
             return
-        if _is_pattern(name):
+        if is_pattern(name):
             return
         known = _names(node)
+        if ".".join(names[:depth]) in BY_JOINT:  # tables in which a joint may be named for the first time
+            known = list(dict.fromkeys([*known, *scene.character.joints]))
         if name not in known:
             of_parts = isinstance(node, dict) and any(isinstance(part, msgspec.Struct) for part in node.values())
             if depth == len(names) - 1 and isinstance(node, dict) and (new or not of_parts):

@@ -17,6 +17,7 @@ from warpmuscle.optimization.evaluation import BatchEvaluator, Generation
 from warpmuscle.optimization.options import MakeBatches
 from warpmuscle.optimization.progress import Progress, Tracker
 from warpmuscle.scene import Scene
+from warpmuscle.scene.parameters import free_parameters, start_values
 from warpmuscle.sweep.union import MergedScene
 
 Job = Callable[[MakeBatches], None]
@@ -89,6 +90,7 @@ class _Request:
     """What an optimisation wants evaluated; the members are those of `BatchEvaluator.evaluate`."""
 
     index: int  # of its scene
+    free: tuple[str, ...]  # names of the parameters that it changes; the others of its scene stay as given
     generation: Generation
     limit: int
     tracker: Tracker
@@ -109,6 +111,7 @@ class _Worker(threading.Thread):
         self.request: _Request | None = None
         self.error: BaseException | None = None
         self._job, self._index = job, index
+        self._free: tuple[str, ...] = ()
         self._go, self._back = threading.Semaphore(0), threading.Semaphore(0)
         self._raise: BaseException | None = None
 
@@ -132,16 +135,21 @@ class _Worker(threading.Thread):
         """See `threading.Thread`."""
         self._go.acquire()
         try:
-            self._job(lambda scene: self)
+            self._job(self._evaluator)
         except BaseException as error:
             self.error = error
         finally:
             self.request = None
             self._back.release()
 
+    def _evaluator(self, scene: Scene) -> _Worker:
+        """What evaluates candidates of its scene, or of that scene with fewer free parameters."""
+        self._free = tuple(parameter.name for parameter in free_parameters(scene))
+        return self
+
     def evaluate(self, generation: Generation, limit: int, tracker: Tracker, enough: Callable[[], Any]) -> None:
         """See `Evaluator`."""
-        self.request = _Request(self._index, generation, limit, tracker, enough)
+        self.request = _Request(self._index, self._free, generation, limit, tracker, enough)
         self._back.release()
         self._go.acquire()
         self.request = None
@@ -162,7 +170,7 @@ class _Shared:
     def __init__(
         self, scenes: Sequence[Scene], device: str | None, threads: int | None, tell: Callable[[Progress], None] | None
     ) -> None:
-        self._union = MergedScene(scenes)
+        self._scenes, self._union = scenes, MergedScene(scenes)
         self._batches = BatchEvaluator(self._union.scene, device, threads)
         self._tell = tell
         self.device, self.largest = self._batches.device, self._batches.largest
@@ -179,7 +187,7 @@ class _Shared:
 
     def _round(self, parts: Sequence[tuple[_Request, NDArray[np.intp]]]) -> None:
         """Evaluate these rows of these generations."""
-        values = [self._union.values(one.index, one.generation.values[rows]) for one, rows in parts]
+        values = [self._union.values(one.index, self._all_values(one, rows)) for one, rows in parts]
         count = sum(map(len, values))
         joint = Generation(0, np.zeros(count, dtype=np.int32), np.concatenate(values), self.term_names)
         try:
@@ -192,6 +200,14 @@ class _Shared:
         for one, rows in parts:
             generation = one.generation
             one.tracker.counted(len(rows), float(generation.cost[rows].min()), float(generation.end_time[rows].sum()))
+
+    def _all_values(self, one: _Request, rows: NDArray[np.intp]) -> Floats:
+        """Values of all free parameters of the scene of a request, (rows, P)."""
+        scene = self._scenes[one.index]
+        names = [parameter.name for parameter in free_parameters(scene)]
+        values = np.tile(start_values(scene), (len(rows), 1))
+        values[:, [names.index(name) for name in one.free]] = one.generation.values[rows]
+        return values
 
 
 def _give_back(generation: Generation, rows: NDArray[np.intp], joint: Generation, part: slice) -> None:

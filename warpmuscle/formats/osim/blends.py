@@ -16,7 +16,7 @@ from warpmuscle.scene.initial_pose import initial_pose, plain_number, plain_vect
 from warpmuscle.scene.joints import joint_type
 
 JUMP = 4.0e-3  # m, that a path may change by at once
-BAND = 4.0  # rad of the band for each metre of the jump: the moment arm of the point is 0.4 m within it
+BAND = 4.0  # rad of the band for each metre of the jump: the slope of the length is 0.4 m within it
 NARROWEST, WIDEST = 0.01, 0.2  # rad
 LEANING = 0.1  # rad or m, by which a joint that leans on a stop may be beyond it
 OPEN = 1.0  # rad or m beyond the stop, where conditions end that shall not end at all
@@ -24,6 +24,9 @@ OPEN = 1.0  # rad or m beyond the stop, where conditions end that shall not end 
 
 def blend_conditions(scene: Scene) -> dict[str, float]:
     """Give conditions a `blend` where a point that comes in at once would move a path by more than `JUMP`.
+
+    The slope of the length is no moment arm there: a moving joint would be thrown about by it. It is left out, and the
+    moment arms lie between OpenSim's before the jump and after it.
 
     Paths that wrap or move cannot be blended, nor those over ball joints: this comes before hinges are merged.
 
@@ -41,6 +44,7 @@ def blend_conditions(scene: Scene) -> dict[str, float]:
         for point, jump in zip(muscle.path, jumps, strict=True):
             if point.condition is not None and not muscle.wraps:
                 point.condition.blend = round(min(max(BAND * jump, NARROWEST), WIDEST), 3)
+                point.condition.moment_arms = "weighted"
     return found
 
 

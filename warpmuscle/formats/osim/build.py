@@ -16,6 +16,7 @@ from warpmuscle.formats.osim.build_muscles import MuscleBuilder, build_surfaces,
 from warpmuscle.formats.osim.build_skeleton import Skeleton, build_skeleton
 from warpmuscle.formats.osim.frames import GROUND, note, on_body, refused
 from warpmuscle.formats.osim.moves import Coordinates
+from warpmuscle.formats.osim.ranges import hold_ranges, tell_ranges
 from warpmuscle.formats.osim.read import read
 from warpmuscle.formats.osim.records import Coordinate, Model
 from warpmuscle.formats.osim.tree import Branch, branches, joined, merge_welds, root_kind
@@ -28,8 +29,9 @@ OUTSIDE = 1.0e-3  # rad or m, by which a coordinate may start outside of its ran
 
 
 def load_model(
-    path: Path, notes: Notes, ball_joints: bool = False, hard_points: bool = False, welds_merged: bool = False
-) -> Scene:
+    path: Path, notes: Notes, ball_joints: bool = False, hard_points: bool = False, welds_merged: bool = False,
+    limit_stiffness: float = 0.0,
+) -> Scene:  # fmt: skip
     """A checked scene from a model file.
 
     Args:
@@ -37,13 +39,14 @@ def load_model(
         ball_joints: three hinges through one point become a ball joint, see `balls.py`.
         hard_points: paths jump as OpenSim's, where conditional points come in (else see `blends.py`) and off surfaces.
         welds_merged: bodies that are welded to others, or locked, become part of them, see `tree.py`.
+        limit_stiffness: N m/rad or N/m, of ranges that nothing holds, see `ranges.py`.
 
     Raises:
         SceneError: it cannot be read or represented; with file and line.
     """
     try:
         model = read(path, notes)
-        scene = build(model, notes, ball_joints, hard_points, welds_merged)
+        scene = build(model, notes, ball_joints, hard_points, welds_merged, limit_stiffness)
         check_scene(scene)
     except SceneError as error:
         placed = notes.placed(error)
@@ -52,8 +55,9 @@ def load_model(
 
 
 def build(
-    model: Model, notes: Notes, ball_joints: bool = False, hard_points: bool = False, welds_merged: bool = False
-) -> Scene:
+    model: Model, notes: Notes, ball_joints: bool = False, hard_points: bool = False, welds_merged: bool = False,
+    limit_stiffness: float = 0.0,
+) -> Scene:  # fmt: skip
     """A scene from records.
 
     Raises:
@@ -83,6 +87,8 @@ def build(
     _prescribe(scene, coordinates)
     build_forces(model, scene, skeleton, coordinates, notes)
     _settle_drives(scene)
+    hold_ranges(scene, limit_stiffness)
+    tell_ranges(model, scene, notes)
     if not hard_points:
         open_at_stops(scene)
     jumps = {} if hard_points else blend_conditions(scene)

@@ -80,8 +80,8 @@ class Imitation(Part):
 class Variation(Part):
     """How instances differ from each other; drawn anew for every episode.
 
-    Masses, strengths, slopes and the scene's commands come from so many `variants`, which are drawn once; an episode
-    draws one of them.
+    Masses, strengths, slopes and the scene's commands come from so many `variants`, and starts with other angles from
+    so many `poses`, which are drawn once; an episode draws one of them.
     """
 
     velocity_noise: Annotated[float, "m/s"] = 0.05  # standard deviation of each component of the root's velocity
@@ -96,6 +96,12 @@ class Variation(Part):
     start_states: int = 0  # of a gait by the scene's own controller, that episodes start from, one in nine or so from
     # the initial state; 0: all do
     start_after: Annotated[float, "s"] = 2.0  # of that gait, when the first of these states is taken
+    joint_noise: Annotated[float, "rad or m"] = 0.0  # standard deviation of what every coordinate of a joint is off at
+    # the start; ball joints turn about any axis
+    pose: Annotated[dict[str, Interval], "rad or m"] = {}  # where coordinates of joints start, drawn from intervals
+    poses: int = 256  # starts that are drawn so
+    start_file: str = ""  # whose states episodes start from, before joints are drawn: an .npz, see `learning.poses`, or
+    # a result file, all of whose frames count; in place of the initial state and of states of the gait
     variants: int = 256  # of masses, strengths and slopes
 
 

@@ -20,6 +20,10 @@ class Condition(Part):
 
     The path slides on and off it about both ends, or with a blend of 0 jumps there, as OpenSim's conditional points do.
     With the angles of a ball joint it jumps; they are those that the joint's limits are of.
+
+    Where it slides, its length changes by the detour over the point, however far the joint turns meanwhile. A "slope"
+    is a moment arm with that, with which a tension does the work that the shortening takes, and large where the detour
+    is. "weighted" moment arms leave it out, as OpenSim's do: they lie between those with the point and without it.
     """
 
     joint: str
@@ -27,6 +31,7 @@ class Condition(Part):
     high: Annotated[Number, "rad or m"]
     blend: Annotated[Number, "rad or m"] = 0.1  # width of the transition about each end
     axis: int = 0  # which angle of a universal or ball joint
+    moment_arms: Literal["slope", "weighted"] = "slope"  # where the path slides
 
 
 class PointMotion(Displacement):

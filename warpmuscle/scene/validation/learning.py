@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from warpmuscle.core.errors import SceneError
+from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.learning import Imitation, Task, Variation
 from warpmuscle.scene.learning.task import Interval
 from warpmuscle.scene.norms import WALKING
@@ -77,16 +78,38 @@ def _weights(task: Task) -> list[str]:
 def _variation(check: Checks, variation: Variation) -> None:
     """Parts are less than the whole, counts are counts."""
     key = "learning.variation"
-    check.not_negative(key, variation, *(n for n in variation.__struct_fields__ if not n.endswith("s")))
+    numbers = [n for n in variation.__struct_fields__ if isinstance(getattr(variation, n), float)]
+    check.not_negative(key, variation, *numbers)
     check.positive(key, variation, "push_interval", "push_duration")
     for name in ("mass", "strength"):
         if getattr(variation, name) >= 1.0:
             raise SceneError(f"must be less than 1, is {getattr(variation, name):g}", key=f"{key}.{name}")
     for name in variation.commands:
         known(name, check.checked.commands, "command", f"{key}.commands")
-    for name, least in (("start_states", 0), ("variants", 1)):
+    for name, least in (("start_states", 0), ("variants", 1), ("poses", 1)):
         if not least <= getattr(variation, name) <= LARGEST_COUNT:
             raise SceneError(f"must be {least} to {LARGEST_COUNT}, is {getattr(variation, name)}", key=f"{key}.{name}")
+    _starts(check, variation)
+
+
+def _starts(check: Checks, variation: Variation) -> None:
+    """Ranges are those of coordinates of their own; states have one source."""
+    key, joints = "learning.variation", check.checked.character.joints
+    own = [
+        f"{name}.{part}".rstrip(".")
+        for name, joint in joints.items()
+        if not joint_type(joint).quaternion
+        for part in joint_type(joint).coordinates
+    ]
+    for name, interval in variation.pose.items():
+        if name in joints and joint_type(joints[name]).quaternion:
+            raise SceneError("is a ball joint, which has no single angle; see joint_noise", key=f"{key}.pose.{name}")
+        known(name, own, "coordinate of a joint", f"{key}.pose.{name}")
+        _interval(f"{key}.pose.{name}", interval)
+        if not math.isfinite(interval[0]) or not math.isfinite(interval[1]):
+            raise SceneError("must have finite ends", key=f"{key}.pose.{name}")
+    if variation.start_file and variation.start_states:
+        raise SceneError("give either a file of states or start_states, those of the gait", key=f"{key}.start_file")
 
 
 def _interval(key: str, interval: Interval) -> None:

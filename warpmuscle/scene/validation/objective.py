@@ -23,6 +23,10 @@ def check_objective(checks: Checks, key: str, objective: Objective) -> None:
     """Weights are not negative, and what they weigh exists."""
     scene = checks.checked
     checks.not_negative(key, objective, *TERMS, "ground_force_bound")
+    for joint, factor in objective.torque_by_joint.items():
+        known(joint, scene.character.joints, "joint", f"{key}.torque_by_joint.{joint}")
+        if not checks.interval(factor)[0] >= 0.0:
+            raise SceneError("how often a torque counts is not negative", key=f"{key}.torque_by_joint.{joint}")
     if objective.basal_rate is not None:
         checks.not_negative(key, objective, "basal_rate")
     if objective.head:
