@@ -71,5 +71,6 @@ def test_norms_move_by_the_trend_of_their_extremes_and_not_at_free_speed(name: s
 def test_a_leg_reaches_from_the_hip_to_the_sole_and_gives_its_speed_a_scale():
     scene = substitute(walk_scene(), start_values(walk_scene()))
     length = leg_length(scene)
-    assert 0.75 < length < 1.0
+    # Of the scene: thigh 0.21 + 0.26 m, shank from (0.21, 0) to (-0.25, 0.01), the sole 0.033 below a foot's middle.
+    assert length == pytest.approx(0.47 + np.hypot(0.46, 0.01) + 0.02 + 0.033)
     assert dimensionless_speed(-1.2, length) == pytest.approx(1.2 / np.sqrt(9.81 * length))

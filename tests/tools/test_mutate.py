@@ -117,6 +117,7 @@ def test_a_mutation_is_caught_by_a_test_that_passes_without_it(tmp_path: Path):
     (root / "pyproject.toml").write_text("[tool.pytest.ini_options]\naddopts = '--import-mode importlib'\n")
     (root / "warpmuscle/gait/lever.py").write_text(SMALL)
     (root / "tests/gait/test_lever.py").write_text(TEST)
+    (root / "tests/gait/test_lacking.py").write_text("import nowhere\nimport warpmuscle.gait.lever\n")
     trial = Trial(root, tmp_path / "copy", tmp_path / "kernels")
     outcomes = {
         (m.before, m.after): trial.try_one(m, 100.0)

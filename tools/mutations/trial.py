@@ -105,7 +105,8 @@ class Trial:
                 known = self._unchanged(suspect)
                 cpu += known.cpu
                 if run.failed and known.code != 0 and time.monotonic() - begin < limit:
-                    left_out.append(suspect)  # fails here without the mutation
+                    left_out.append(suspect)  # fails here without the mutation; a file is one that cannot be imported
+                    tests = [test for test in tests if test != suspect]
                     continue
                 hangs = run.code is None and run.silent > HANGS * known.seconds + MARGIN
                 status = "caught" if known.code == 0 and (run.failed or hangs) else "unfinished"
