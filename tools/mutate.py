@@ -59,7 +59,9 @@ def mutate(
     waiting = [m for m in chosen if results.get(m.name, {}).get("status") not in skipped]
     end = None if minutes is None else time.monotonic() + 60.0 * minutes
     with tempfile.TemporaryDirectory(prefix="mutations-") as temporary:
-        for outcome in _tried(waiting, workers, (scratch or Path(temporary)).resolve(), (limit, most, end)):
+        folder = (scratch or Path(temporary)).resolve()
+        _check(folder)
+        for outcome in _tried(waiting, workers, folder, (limit, most, end)):
             results[outcome.mutation.name] = outcome.as_dict()
             _write(output, json.dumps(results, indent=1))
             cost = f"{outcome.seconds:.0f} s, {outcome.cpu:.0f} s CPU"
@@ -69,6 +71,15 @@ def mutate(
     lived = [result for result in mine if result["status"] != "caught"]
     print(f"{len(mine)} of {len(chosen)} tried: {len(mine) - len(lived)} caught; {output.with_suffix('.md')}")
     raise typer.Exit(3 if len(mine) < len(chosen) else int(bool(lived)))
+
+
+def _check(folder: Path) -> None:
+    """Exit with one sentence if tests cannot run here at all: then every mutation would count as caught."""
+    try:
+        Trial(ROOT, folder / "worker0", folder / "kernels").check()
+    except RuntimeError as error:
+        print(error, file=sys.stderr)
+        raise typer.Exit(2) from None
 
 
 def _tried(waiting: list[Mutation], workers: int, folder: Path, bounds: tuple[float, int | None, float | None]) -> Any:

@@ -139,3 +139,12 @@ def test_the_tool_lists_and_refuses():
     refused = subprocess.run([*command, "nowhere"], capture_output=True, text=True)
     assert refused.returncode == 2
     assert "nowhere" in refused.stderr
+
+
+def test_tests_that_cannot_run_at_all_are_told_before_mutations_count_as_caught(tmp_path: Path):
+    """With an interpreter that has no pytest, every mutation seemed to be caught."""
+    root = tmp_path / "root"
+    for name in ("warpmuscle", "tests"):
+        (root / name).mkdir(parents=True)
+    with pytest.raises(RuntimeError, match="no test can run here"):
+        Trial(root, tmp_path / "worker", tmp_path / "kernels").check()

@@ -16,7 +16,10 @@ from pathlib import Path
 from typing import Any
 
 PHYSICS = ("kernels", "warpmuscle/model", "warpmuscle/gait", "warpmuscle/studies")
-NO_PHYSICS = ("kernels/compiler_hints.py",)  # how memory is laid out on a GPU
+NO_PHYSICS = (  # how memory is laid out on a GPU, and how functions of users and parameters are put together
+    "kernels/compiler_hints.py", "kernels/extensions.py", "warpmuscle/model/extensions.py",
+    "warpmuscle/model/extension_arrays.py", "warpmuscle/model/user_functions.py",
+)  # fmt: skip
 SWAPPED_NAMES = {
     "sin": "cos", "cos": "sin", "min": "max", "max": "min", "minimum": "maximum", "maximum": "minimum",
     "floor": "ceil", "ceil": "floor", "argmin": "argmax", "argmax": "argmin", "nanmin": "nanmax", "nanmax": "nanmin",

@@ -9,8 +9,10 @@ from pathlib import Path
 LEFT_OUT = (
     "tests/docs/", "tests/gpu/", "tests/tools/", "tests/test_style.py", "tests/test_distribution.py",
     "tests/test_readme.py", "tests/test_architecture.py", "tests/test_short_texts.py", "tests/video/",
-    "tests/report/", "tests/view/", "tests/plots/",
-)  # fmt: skip
+    "tests/report/", "tests/view/", "tests/plots/", "tests/learning/networks/", "tests/learning/test_env.py",
+    "tests/learning/test_rsl_rl.py", "tests/learning/test_skrl.py", "tests/learning/test_training.py",
+)  # fmt: skip  # without physics, or for which PyTorch has to be there
+SLOW = ("tests/cli/", "tests/sweep/", "tests/optimization/", "tests/throw/", "tests/gym/")  # and see little of physics
 SIMULATING = "warpmuscle.simulation.rollout"
 FAR = 99  # steps from a test to a module that it does not import
 
@@ -22,7 +24,7 @@ def module_of(path: str) -> str:
 
 
 def ordered_tests(root: Path, path: str) -> list[str]:
-    """Test files for a module: the one that mirrors it, then by how many imports lead from the test to the module.
+    """Test files for a module: the one that mirrors it, those of its name, then by how many imports lead to it.
 
     Files of as many steps: first those that simulate nothing, then those of the same folder. Files that never import
     it come last, since scenes are run by name, too; files without physics are left out.

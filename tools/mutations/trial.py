@@ -114,6 +114,12 @@ class Trial:
                 status, suspect = "caught", f"code {run.code} in {run.running or 'the start of pytest'}"
             return Outcome(mutation, status, suspect, time.monotonic() - begin, cpu)
 
+    def check(self) -> None:
+        """Raise RuntimeError with what pytest says if it cannot run tests at all, as where a package is missing."""
+        run = self._pytest(["tests/core/test_pose.py"], 600.0, [])
+        if run.code != 0:
+            raise RuntimeError(f"no test can run here: {run.output.strip()[-500:]}")
+
     def _unchanged(self, test: str) -> _Run:
         """The same test without the mutation; what passed once passes for all copies."""
         known = self.kernels / "passes" / re.sub(r"\W+", "-", test)
