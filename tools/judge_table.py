@@ -52,7 +52,7 @@ def table(gaits: dict[str, dict[str, Any]]) -> str:
         for bars, names in kinds.items()
         for first in range(0, len(names), WIDEST)
     ]
-    return "\n".join([*parts, *(_commands(gait, found) for gait, found in gaits.items() if found["commanded"])])
+    return "\n".join([*parts, *(_commands(gait, found) for gait, found in gaits.items() if _takes_speed(found))])
 
 
 def _table(bars: Sequence[tuple[str, ...]], gaits: dict[str, dict[str, Any]]) -> str:
@@ -63,12 +63,16 @@ def _table(bars: Sequence[tuple[str, ...]], gaits: dict[str, dict[str, Any]]) ->
     return _markdown(lines)
 
 
+def _takes_speed(found: dict[str, Any]) -> bool:
+    return any("speed" in one["command"] for one in found["commanded"])
+
+
 def _commands(gait: str, found: dict[str, Any]) -> str:
     """A table of what the gait is like at each command."""
     lines = [["command", *COMMANDED.values()], ["---"] * (1 + len(COMMANDED))]
     for one in found["commanded"]:
         measures = one["measures"] or {}
-        asked = ", ".join(f"{name} {value:.3g}" for name, value in one["command"].items())
+        asked = ", ".join(f"{name} {value:.3g}" for name, value in one["command"].items()) or "as it is"
         lines.append([asked, *("-" if measures.get(name) is None else f"{measures[name]:.3g}" for name in COMMANDED)])
     return f"`{Path(gait).stem}`, as commanded:\n\n{_markdown(lines)}"
 
