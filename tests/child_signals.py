@@ -1,4 +1,4 @@
-"""Programs that tests start hear signals as those of a terminal do, whatever the tests themselves were told to ignore."""
+"""Programs that tests start hear signals as those of a terminal do, whatever the tests were told to ignore."""
 
 from __future__ import annotations
 

@@ -2,7 +2,8 @@
 
 The token keeps out other users of this machine, whose programs reach its ports, too. A page of another origin can reach
 the ports of the machine it is shown on. What it cannot do is change what its browser says of it: `Host` is the name in
-the address, and stays a foreign one even if that name is made to lead here (DNS rebinding); `Origin` is whose page asks.
+the address, and stays a foreign one even if that name is made to lead here (DNS rebinding); `Origin` is whose page
+asks.
 """
 
 from __future__ import annotations
