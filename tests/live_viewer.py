@@ -7,7 +7,8 @@ import json
 import socket
 import time
 from collections.abc import Callable, Iterator
-from typing import Any
+from typing import Any, NamedTuple
+from urllib.parse import parse_qs, urlsplit
 
 import pytest
 
@@ -15,7 +16,7 @@ from warpmuscle.formats import load
 from warpmuscle.view.controls import Control
 from warpmuscle.view.live import Live
 from warpmuscle.view.live_run import LiveRun
-from warpmuscle.view.server import PROTOCOL
+from warpmuscle.view.server import PROTOCOL, PageServer
 
 pytest.importorskip("websockets", reason="no websockets: pip install 'warpmuscle[view]'")
 from websockets import Subprotocol
@@ -35,24 +36,43 @@ def running_viewer() -> Iterator[Live]:
     viewer.wait()  # raises what ended it
 
 
+class Place(NamedTuple):
+    """Where a viewer is found, and with what token; "" for none."""
+
+    port: int
+    token: str
+
+    def target(self, target: str) -> str:
+        """What is asked for there."""
+        return f"{target}{'&' if '?' in target else '?'}token={self.token}" if self.token else target
+
+
 def port_of(viewer: Live) -> int:
     return viewer.server.port
 
 
-def page_socket(port: int, host: str = "127.0.0.1", origin: str | None = "", target: str = "/") -> ClientConnection:
+def place_of(viewer: Live | PageServer) -> Place:
+    """The place that the printed address names."""
+    found = urlsplit(viewer.url)
+    assert found.port is not None
+    return Place(found.port, parse_qs(found.query)["token"][0])
+
+
+def page_socket(place: Place, host: str = "127.0.0.1", origin: str | None = "", target: str = "/") -> ClientConnection:
     """What a page opens; by default the viewer's own one."""
-    own = f"http://{host}:{port}" if origin == "" else origin
-    raw = socket.create_connection(("127.0.0.1", port), timeout=PATIENCE)
+    own = f"http://{host}:{place.port}" if origin == "" else origin
+    raw = socket.create_connection(("127.0.0.1", place.port), timeout=PATIENCE)
     return connect(
-        f"ws://{host}:{port}{target}", sock=raw, origin=own, subprotocols=[Subprotocol(PROTOCOL)], proxy=None,
+        f"ws://{host}:{place.port}{place.target(target)}", sock=raw, origin=own, proxy=None,
+        subprotocols=[Subprotocol(PROTOCOL)],
         compression=None, max_size=None, max_queue=None, open_timeout=PATIENCE, close_timeout=0.1,
     )  # fmt: skip
 
 
-def answer(port: int, *lines: str, target: str = "/") -> str:
-    """What the port says to a plain request with these header lines."""
-    with socket.create_connection(("127.0.0.1", port), timeout=PATIENCE) as raw:
-        raw.sendall("\r\n".join([f"GET {target} HTTP/1.1", *lines, "", ""]).encode("latin-1"))
+def answer(place: Place, *lines: str, target: str = "/") -> str:
+    """What a viewer says to a plain request with these header lines."""
+    with socket.create_connection(("127.0.0.1", place.port), timeout=PATIENCE) as raw:
+        raw.sendall("\r\n".join([f"GET {place.target(target)} HTTP/1.1", *lines, "", ""]).encode("latin-1"))
         parts = []
         with contextlib.suppress(ConnectionResetError):
             while part := raw.recv(1 << 16):
@@ -82,9 +102,9 @@ def used(live: Live, control: Control, value: Any) -> str:
 
 def still_serves(viewer: Live) -> None:
     """The page is there, its socket brings pictures, and the biped walks on."""
-    port = port_of(viewer)
-    assert answer(port, f"Host: 127.0.0.1:{port}").startswith("HTTP/1.1 200")
-    with page_socket(port) as client:
+    place = place_of(viewer)
+    assert answer(place, f"Host: 127.0.0.1:{place.port}").startswith("HTTP/1.1 200")
+    with page_socket(place) as client:
         assert len(client.recv(timeout=PATIENCE)) > 1000
         shown = viewer.pictures
         until(lambda: viewer.pictures > shown + 2)

@@ -10,6 +10,7 @@ import h5py
 import numpy as np
 import pytest
 
+from child_signals import hear_signals
 from warpmuscle.formats import load, toml
 from warpmuscle.scene import Scene
 from warpmuscle.scene.parameters import free_parameters, start_values, substitute
@@ -229,7 +230,7 @@ def test_interrupt_keeps_what_was_evaluated_and_says_how_much(tmp_path):
     code = "from warpmuscle.cli import main; main()"
     command = [sys.executable, "-c", code, "optimize", "fwalk", "--candidates", "100000", "-o", "part.h5"]
     with subprocess.Popen(
-        command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, preexec_fn=accept_interrupts
+        command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, preexec_fn=hear_signals
     ) as process:
         wait_until_it_grows(tmp_path / "part.h5.journal", process)
         process.send_signal(signal.SIGINT)
@@ -246,11 +247,6 @@ def wait_until_it_grows(journal: Path, process: subprocess.Popen) -> None:
     while len(sizes) < 2 and process.poll() is None:
         time.sleep(0.1)
         sizes |= {journal.stat().st_size} if journal.exists() else set()
-
-
-def accept_interrupts() -> None:
-    """Undo what a shell does to processes in the background."""
-    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def test_info_shows_muscles_and_points_out_those_that_cannot_act(tmp_path):

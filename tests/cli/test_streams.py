@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from child_signals import hear_signals
 from warpmuscle.cli.streams import _Steady
 from warpmuscle.results.result import read
 
@@ -47,7 +48,7 @@ def begun(folder: Path) -> bool:
 def test_a_hangup_keeps_what_was_found_and_says_so_in_a_file(tmp_path):
     """Shells repeat the hangup of their terminal; the second one must not end the writing of the result."""
     with (tmp_path / "log").open("w") as log:
-        process = subprocess.Popen(LONG, cwd=tmp_path, stdout=log, stderr=log)
+        process = subprocess.Popen(LONG, cwd=tmp_path, stdout=log, stderr=log, preexec_fn=hear_signals)
         wait_for(lambda: begun(tmp_path), process)
         process.send_signal(signal.SIGHUP)
         process.send_signal(signal.SIGHUP)
@@ -64,6 +65,7 @@ def test_a_hangup_keeps_what_was_found_and_says_so_in_a_file(tmp_path):
 def test_a_terminal_that_vanishes_does_not_take_the_work_with_it(tmp_path):
     pid, terminal = pty.fork()
     if pid == 0:
+        hear_signals()
         os.chdir(tmp_path)
         os.execv(LONG[0], LONG)
     os.set_blocking(terminal, False)

@@ -14,12 +14,17 @@ def request(host: str, origin: str | None = None, *, socket: bool = False, **mor
     return headers + [(name.replace("_", "-"), value) for name, value in more.items()]
 
 
+def asked(access: Access, target: str = "/") -> str:
+    """A target with the token."""
+    return f"{target}{'&' if '?' in target else '?'}token={access.token}"
+
+
 @pytest.mark.parametrize("host", ["localhost:8080", "127.0.0.1:8080", "[::1]:8080", "localhost", "LocalHost:9000"])
 def test_a_page_under_a_name_of_this_machine_alone_is_answered(host):
     access = Access()
-    assert access.refusal("/", request(host)) is None
-    assert access.refusal("/?frame=3&shot=1", request(host, sec_fetch_site="none")) is None
-    assert access.refusal("/", request(host, f"http://{host.lower()}", socket=True)) is None
+    assert access.refusal(asked(access), request(host)) is None
+    assert access.refusal(asked(access, "/?frame=3&shot=1"), request(host, sec_fetch_site="none")) is None
+    assert access.refusal(asked(access), request(host, f"http://{host.lower()}", socket=True)) is None
 
 
 @pytest.mark.parametrize(
@@ -29,11 +34,11 @@ def test_a_page_under_a_name_of_this_machine_alone_is_answered(host):
      "localhost\n", "\u217cocalhost"],
 )  # fmt: skip
 def test_another_name_is_refused_even_if_it_leads_here(host):
-    reason = "its address is no name of this machine alone"
+    reason, access = "its address is no name of this machine alone", Access()
     if host != "localhost\n":  # a header ends there
-        assert Access().refusal("/", request(host)) == reason
-        assert Access().refusal("/", request(host, f"http://{host}", socket=True)) == reason
-    assert Access().refusal("/", []) == reason
+        assert access.refusal(asked(access), request(host)) == reason
+        assert access.refusal(asked(access), request(host, f"http://{host}", socket=True)) == reason
+    assert access.refusal(asked(access), []) == reason
 
 
 @pytest.mark.parametrize(
@@ -42,19 +47,24 @@ def test_another_name_is_refused_even_if_it_leads_here(host):
      "http://localhost:8080.evil.example", "http://localhost:8080/", "file://", "chrome-extension://abc", None],
 )  # fmt: skip
 def test_a_socket_is_opened_for_a_page_of_the_same_origin_only(origin):
-    assert Access().refusal("/", request("localhost:8080", origin, socket=True)) == "it comes from another page"
+    access = Access()
+    headers = request("localhost:8080", origin, socket=True)
+    assert access.refusal(asked(access), headers) == "it comes from another page"
 
 
 def test_what_another_page_fetches_embeds_or_loads_is_refused_but_not_a_link_to_the_page():
     access, host = Access(), "localhost:8080"
-    assert access.refusal("/", request(host, "http://localhost:9000")) == "it comes from another page"
+    assert access.refusal(asked(access), request(host, "http://localhost:9000")) == "it comes from another page"
     for site in ("cross-site", "same-site", "odd"):
         for mode, kind in (("no-cors", "script"), ("navigate", "iframe"), ("cors", "empty"), ("", "")):
             headers = request(host, sec_fetch_site=site, sec_fetch_mode=mode, sec_fetch_dest=kind)
-            assert access.refusal("/", headers) == "it comes from another page"
+            assert access.refusal(asked(access), headers) == "it comes from another page"
         link = {"sec_fetch_site": site, "sec_fetch_mode": "navigate", "sec_fetch_dest": "document"}
-        assert access.refusal("/", request(host, **link)) is None
-        assert access.refusal("/", request(host, f"http://{host}", socket=True, **link)) == "it comes from another page"
+        assert access.refusal(asked(access), request(host, **link)) is None
+        assert (
+            access.refusal(asked(access), request(host, f"http://{host}", socket=True, **link))
+            == "it comes from another page"
+        )
 
 
 def test_headers_that_stand_twice_are_refused():
@@ -69,7 +79,8 @@ def test_headers_that_stand_twice_are_refused():
      "/?websocket", "/x?a=b?websocket=1", "//[?websocket=1", "/?\x1b[2J=1"],
 )  # fmt: skip
 def test_addresses_that_would_lead_the_page_to_another_server_are_refused(target):
-    reason = Access().refusal(target, request("localhost"))
+    access = Access()
+    reason = access.refusal(target, request("localhost", Cookie=f"{access.cookie}={access.token}"))
     assert reason is not None
     assert reason.startswith("its address asks for '")
     assert reason.isprintable()
@@ -95,14 +106,34 @@ def test_a_server_that_others_reach_wants_its_token_whatever_the_name():
     assert access.refusal(f"/?token={access.token}", []) == "its address lacks the token"
 
 
-def test_loopback_addresses_need_no_token_and_nothing_else_can_be_embedded():
+def test_a_server_of_this_machine_alone_wants_its_token_under_its_own_names():
     for host in ("127.0.0.1", "localhost", "::1"):
         try:
-            assert access_to(host).token == ""
+            access = access_to(host)
         except Error:
             assert host == "::1"  # a machine without IPv6
+            continue
+        assert access.alone
+        assert len(access.token) >= 20
+        assert access.refusal("/", request("localhost:8080")) == "its address lacks the token"
+        assert access.refusal(asked(access), request("localhost:8080")) is None
+        assert access.refusal(asked(access), request("machine.example:8080")) is not None
+
+
+def test_a_ticket_opens_one_page():
+    access = Access()
+    first, second = access.ticket(), access.ticket()
+    assert len({first, second, access.token}) == 3
+    assert access.refusal(f"/?token={first}", request("evil.example")) is not None
+    for ticket in (second, first):
+        assert access.refusal(f"/?token={ticket}", request("localhost")) is None
+        assert access.refusal(f"/?token={ticket}", request("localhost")) == "its address lacks the token"
+        headers = request("localhost", Cookie=f"{access.cookie}={ticket}")
+        assert access.refusal("/", headers) == "its address lacks the token"
+
+
+def test_nothing_else_can_be_embedded():
     headers = Access().headers("localhost:8080")
-    assert "Set-Cookie" not in headers
     assert headers["X-Frame-Options"] == "DENY"
     policy = headers["Content-Security-Policy"].split("; ")
     assert "frame-ancestors 'none'" in policy

@@ -17,13 +17,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from child_signals import hear_signals
 from live_viewer import (
     PATIENCE,
+    Place,
     answer,
     ended,
     moved_by,
     page_socket,
-    port_of,
+    place_of,
     running_viewer,
     still_serves,
     until,
@@ -72,9 +74,9 @@ def garbage(chance: random.Random, live: Live) -> Iterator[str | bytes]:
 
 
 def test_a_thousand_malformed_messages_later_it_still_serves(live, caplog):
-    port, before = port_of(live), moved_by(live)
+    place, before = place_of(live), moved_by(live)
     speed = live.bar["speed"]
-    with page_socket(port) as client:
+    with page_socket(place) as client:
         for message in garbage(random.Random(4), live):
             client.send(message)
         client.send(used(live, speed, "2"))
@@ -88,7 +90,7 @@ def test_a_thousand_malformed_messages_later_it_still_serves(live, caplog):
 
 
 def test_a_page_that_does_not_listen_costs_no_memory(live):
-    with page_socket(port_of(live)):
+    with page_socket(place_of(live)):
         until(lambda: live.server.clients > 0)
         connection = next(iter(live.server._clients))
         shown = live.pictures
@@ -106,7 +108,7 @@ def test_values_of_a_page_are_bounded_and_steering_is_a_ramp(live):
     slider = live.parameters[first]
     index = [parameter.name for parameter in live.run.parameters].index(first)
     usual = slider.value
-    with page_socket(port_of(live)) as client:
+    with page_socket(place_of(live)) as client:
         until(lambda: live.server.clients > 0)
         client.send(used(live, slider, 1e308))
         until(lambda: live.run.values[index] == slider.max == slider.value)
@@ -131,7 +133,8 @@ def test_values_of_a_page_are_bounded_and_steering_is_a_ramp(live):
 
 
 def test_broken_connections_and_frames_do_no_harm(live):
-    port = port_of(live)
+    place = place_of(live)
+    port = place.port
     start = f"GET / HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\n".encode()
     held = []
     for number in range(300):  # half open, more than are held at once
@@ -153,17 +156,19 @@ def test_broken_connections_and_frames_do_no_harm(live):
             raw.recv(100)
     frames = [b"\xff" * 100, struct.pack("!BBQ", 0x82, 0xFF, 1 << 62) + bytes(4), b"\x82\x05plain"]
     for frame in frames:
-        with page_socket(port) as client:
+        with page_socket(place) as client:
             client.socket.sendall(frame)
             assert re.search("100[29]", ended(client))
-    with page_socket(port) as client:
+    with page_socket(place) as client:
         with contextlib.suppress(ConnectionClosed):
             client.send(bytes(LARGEST + 1))
         assert "1009" in ended(client)
     for _ in range(5):
-        page_socket(port).socket.close()  # gone without a word
+        page_socket(place).socket.close()  # gone without a word
     with pytest.raises(InvalidHandshake):
-        connect(f"ws://127.0.0.1:{port}/", origin=f"http://127.0.0.1:{port}", proxy=None)  # of no version of the page
+        connect(
+            f"ws://127.0.0.1:{port}{place.target('/')}", origin=f"http://127.0.0.1:{port}", proxy=None
+        )  # of no version of the page
     still_serves(live)
 
 
@@ -172,6 +177,7 @@ def command_line(folder: Path) -> Iterator[subprocess.Popen[str]]:
     """The viewer as a command, killed at the latest when it is no longer needed."""
     command = [sys.executable, "-c", "from warpmuscle.cli import main; main()", "view", "fwalk", "--live", "--no-open"]
     given = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True, "cwd": folder}
+    given["preexec_fn"] = hear_signals
     with subprocess.Popen(command, env=os.environ | {"PYTHONUNBUFFERED": "1"}, **given) as run:
         try:
             yield run
@@ -182,20 +188,20 @@ def command_line(folder: Path) -> Iterator[subprocess.Popen[str]]:
 def test_garbage_does_not_fill_the_terminal(tmp_path):
     with command_line(tmp_path) as run:
         said = run.stdout.readline()
-        found = re.match(r"http://127\.0\.0\.1:(\d+)/  \(Ctrl-C ends it\)", said)
+        found = re.match(r"http://127\.0\.0\.1:(\d+)/\?token=([\w-]{20,})  \(Ctrl-C ends it\)", said)
         assert found, said
-        port = int(found[1])
+        place = Place(int(found[1]), found[2])
         for _ in range(20):
             with pytest.raises(InvalidStatus):
-                page_socket(port, origin="http://evil.example")
-            answer(port, "Host: \x1b[2J[red]evil.example")
-            with socket.create_connection(("127.0.0.1", port)) as raw:
+                page_socket(place, origin="http://evil.example")
+            answer(place, "Host: \x1b[2J[red]evil.example")
+            with socket.create_connection(("127.0.0.1", place.port)) as raw:
                 raw.sendall(b"\x00" * 1000 + b"\r\n\r\n")
-        with page_socket(port) as client:
+        with page_socket(place) as client:
             for message in ["text", b"\xc1", b"", '{"control": 0, "value": {}}'] * 250:
                 client.send(message)
             assert client.ping().wait(PATIENCE)
-        with page_socket(port) as client:
+        with page_socket(place) as client:
             while len(client.recv(timeout=PATIENCE)) <= 1000:  # words, while the motion is made ready
                 pass
         run.send_signal(signal.SIGINT)

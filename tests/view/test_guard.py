@@ -8,8 +8,21 @@ from typing import Any
 
 import pytest
 
-from live_viewer import PATIENCE, answer, moved_by, page_socket, port_of, running_viewer, still_serves, until, used
+from live_viewer import (
+    PATIENCE,
+    Place,
+    answer,
+    moved_by,
+    page_socket,
+    place_of,
+    port_of,
+    running_viewer,
+    still_serves,
+    until,
+    used,
+)
 from warpmuscle.formats import load
+from warpmuscle.view.guard import WITHOUT_TOKEN
 from warpmuscle.view.live import Live
 from warpmuscle.view.live_run import LiveRun
 from warpmuscle.view.server import PROTOCOL
@@ -33,17 +46,17 @@ def live() -> Iterator[Live]:
     ],
 )  # fmt: skip
 def test_a_socket_of_another_page_or_under_another_name_is_refused(live, host, origin):
-    port = port_of(live)
+    place = place_of(live)
     with pytest.raises(InvalidStatus, match="403"):
-        page_socket(port, host, origin and origin.format(port=port))
+        page_socket(place, host, origin and origin.format(port=place.port))
     with pytest.raises(InvalidStatus, match="403"):
-        page_socket(port, target="/?websocket=ws://evil.example")
+        page_socket(place, target="/?websocket=ws://evil.example")
 
 
 def test_requests_under_another_name_or_from_another_page_get_nothing(live):
-    port = port_of(live)
-    own = f"Host: 127.0.0.1:{port}"
-    whole = answer(port, own)
+    place = place_of(live)
+    port, own = place.port, f"Host: 127.0.0.1:{place.port}"
+    whole = answer(place, own)
     assert whole.startswith("HTTP/1.1 200")
     for header in (
         "X-Frame-Options: DENY",
@@ -56,13 +69,13 @@ def test_requests_under_another_name_or_from_another_page_get_nothing(live):
         [own, f"Origin: http://localhost:{port}"], [own, "Sec-Fetch-Site: cross-site"],
         [own, "Sec-Fetch-Site: same-site", "Sec-Fetch-Mode: navigate", "Sec-Fetch-Dest: iframe"],
     ):  # fmt: skip
-        said = answer(port, *lines)
+        said = answer(place, *lines)
         assert said.startswith("HTTP/1.1 403"), said
         assert len(said) < 1000
     for target in ("/?websocket=ws://evil.example", "/?playbackPath=http://evil.example/x"):
-        assert answer(port, own, target=target).startswith("HTTP/1.1 403")
+        assert answer(place, own, target=target).startswith("HTTP/1.1 403")
     for target in ("/../../../etc/passwd", "/%2e%2e/%2e%2e/server.py", "/index.html", "//evil.example"):
-        assert answer(port, own, target=target).startswith("HTTP/1.1 404")
+        assert answer(place, own, target=target).startswith("HTTP/1.1 404")
 
 
 class _Site(http.server.SimpleHTTPRequestHandler):
@@ -123,12 +136,12 @@ def test_a_page_of_another_origin_gets_nothing_and_moves_nothing(live, browser, 
         given = {"place": place, "protocol": PROTOCOL, "messages": messages}
         assert page.evaluate(ATTACK, given) == []
     assert not any(str(port) in frame.url and frame.title() for frame in page.frames[1:])
-    page.goto(f"http://rebound.localhost:{port}/")
+    page.goto(f"http://rebound.localhost:{port}{place_of(live).target('/')}")
     assert page.inner_text("body").startswith("403")
     assert page.evaluate(ATTACK, {**given, "place": f"rebound.localhost:{port}"}) == [
         f"{mode}: {page.text_content('body')}" for mode in ("cors", "no-cors", "same-origin")
     ]
-    page.goto(f"http://127.0.0.1:{port}/?websocket=ws://127.0.0.1:{foreign}/")
+    page.goto(f"http://127.0.0.1:{port}/?websocket=ws://127.0.0.1:{foreign}/&token={place_of(live).token}")
     assert page.inner_text("body").startswith("403")
     page.close()
     assert moved_by(live) == before
@@ -139,22 +152,52 @@ def test_a_page_of_another_origin_gets_nothing_and_moves_nothing(live, browser, 
 def test_a_viewer_for_other_machines_opens_with_its_token_only(browser):
     viewer = Live(LiveRun(load("fwalk")), host="0.0.0.0", port=0)
     viewer.start()
-    port = port_of(viewer)
-    token = viewer.server.guard.access.token
-    assert viewer.url == f"http://127.0.0.1:{port}/?token={token}"
-    for lines in ([f"Host: 127.0.0.1:{port}"], [f"Host: machine.example:{port}"]):
-        assert answer(port, *lines).startswith("HTTP/1.1 403")
-        assert answer(port, *lines, target=f"/?token={token}").startswith("HTTP/1.1 200")
+    place = place_of(viewer)
+    nobody = Place(place.port, "")
+    for lines in ([f"Host: 127.0.0.1:{place.port}"], [f"Host: machine.example:{place.port}"]):
+        assert answer(nobody, *lines).startswith("HTTP/1.1 403")
+        assert answer(place, *lines).startswith("HTTP/1.1 200")
     with pytest.raises(InvalidStatus):
-        page_socket(port)
+        page_socket(nobody)
     with pytest.raises(InvalidStatus):
-        page_socket(port, origin="http://evil.example", target=f"/?token={token}")
+        page_socket(place, origin="http://evil.example")
     page = browser.new_page(viewport={"width": 400, "height": 400})
     page.set_default_timeout(1000.0 * PATIENCE)
     page.goto(viewer.url)
     until(lambda: viewer.server.clients == 1)  # by the cookie
     page.close()
     viewer.stop()
+
+
+def test_another_user_of_this_machine_who_has_no_token_is_told_what_to_do_and_drives_nothing(live, browser):
+    place = place_of(live)
+    for wrong in (Place(place.port, ""), Place(place.port, "guess"), Place(place.port, place.token[:-1])):
+        said = answer(wrong, f"Host: 127.0.0.1:{place.port}")
+        assert said.startswith("HTTP/1.1 403")
+        assert "open the whole address that the viewer printed" in said
+        with pytest.raises(InvalidStatus, match="403"):
+            page_socket(wrong)
+    page = browser.new_page()
+    page.goto(f"http://127.0.0.1:{place.port}/")
+    assert page.inner_text("body").strip() == WITHOUT_TOKEN.strip()
+    page.close()
+
+
+def test_the_address_that_a_browser_is_started_with_is_good_for_one_opening_and_its_page_for_more(live, browser):
+    address = live.server.url_once
+    assert live.server.guard.access.token not in address
+    context = browser.new_context(viewport={"width": 400, "height": 400})
+    page, clients = context.new_page(), live.server.clients
+    page.set_default_timeout(1000.0 * PATIENCE)
+    for opening in (lambda: page.goto(address), page.reload):
+        opening()
+        page.evaluate("warpmuscle.ready")
+        until(lambda: live.server.clients == clients + 1)
+    other = browser.new_context().new_page()  # of somebody who read it in the list of processes
+    other.goto(address)
+    assert other.inner_text("body").strip() == WITHOUT_TOKEN.strip()
+    other.context.close()
+    context.close()
 
 
 def test_other_servers_of_the_process_stay_as_they_are(live):

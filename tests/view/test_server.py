@@ -5,7 +5,7 @@ import threading
 import pytest
 
 pytest.importorskip("websockets", reason="no websockets: pip install 'warpmuscle[view]'")
-from live_viewer import PATIENCE, page_socket, until
+from live_viewer import PATIENCE, page_socket, place_of, until
 from warpmuscle.view.server import PageServer
 
 
@@ -19,7 +19,7 @@ def test_what_is_said_while_a_page_opens_comes_behind_what_it_is_told_first():
         return ["first", "second"]
 
     server.on_open = first
-    with page_socket(server.port) as page:
+    with page_socket(place_of(server)) as page:
         assert asked.wait(PATIENCE)
         server.tell(b"a picture, which may be missed")
         server.tell("third")

@@ -55,7 +55,7 @@ def test_replay_is_the_page_that_can_be_exported(browser):
     for viewer, page in opened(browser, replay_viewer(text, port=0)):
         assert page.evaluate("fetch('/').then((response) => response.text())") == text
         assert state(page)["bipeds"] == 2
-        page.goto(f"{viewer.url}?frame=3")
+        page.goto(f"{viewer.url}&frame=3")
         page.evaluate("warpmuscle.ready")
         assert (state(page)["frame"], state(page)["playing"]) == (3, False)
 
@@ -158,7 +158,7 @@ def test_live_run_starts_again_after_a_fall(live):
     until(lambda: viewer.run.status == 0 and viewer.run.time < 0.5)
 
 
-def test_page_says_so_when_the_simulation_ends_and_goes_on_with_the_next(browser):
+def test_page_says_so_when_the_simulation_ends_and_the_address_of_the_next_goes_on(browser):
     viewer = Live(LiveRun(load("fwalk")), port=0)
     viewer.start()
     page = browser.new_page(viewport={"width": 500, "height": 400})
@@ -166,13 +166,18 @@ def test_page_says_so_when_the_simulation_ends_and_goes_on_with_the_next(browser
     page.goto(viewer.url)
     page.evaluate("warpmuscle.ready")
     until(lambda: state(page)["received"] > 2)
-    viewer.stop()
+    viewer.server._loop.call_soon_threadsafe(next(iter(viewer.server._clients)).transport.abort)
     page.get_by_role("alert").get_by_text("has ended").wait_for()
+    before = state(page)["received"]
+    until(lambda: state(page)["received"] > before)  # it seeks its server by itself
+    assert not page.get_by_role("alert").is_visible()
+    viewer.stop()
+    page.get_by_role("alert").get_by_text("open the address that it prints").wait_for()
     again = Live(LiveRun(load("fwalk")), port=viewer.server.port)
     again.start()
-    before = state(page)["received"]
-    until(lambda: state(page)["received"] > before)
-    assert not page.get_by_role("alert").is_visible()
+    page.goto(again.url)
+    page.evaluate("warpmuscle.ready")
+    until(lambda: state(page)["received"] > 0)
     page.close()
     again.stop()
 

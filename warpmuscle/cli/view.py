@@ -55,7 +55,7 @@ def view(
     settings: Settings = None,
     device: Device = None,
     host: Annotated[
-        str, typer.Option(help="Address to listen at; 0.0.0.0 lets others watch who have the address with its token.")
+        str, typer.Option(help="Address to listen at; 0.0.0.0 lets other machines watch that have the whole address.")
     ] = "127.0.0.1",
     port: Annotated[int, typer.Option(min=1, max=65535, help="Port to listen at, or the next free one.")] = 8080,
     no_open: Annotated[bool, typer.Option("--no-open", help="Open no browser, only print the address.")] = False,
@@ -191,7 +191,7 @@ def _open(server: PageServer, no_open: bool) -> None:
 
     out.print(f"{server.url}  (Ctrl-C ends it)")
     if not no_open:
-        webbrowser.open(server.url)
+        webbrowser.open(server.url_once)
 
 
 def _serve(viewer: Viewer) -> None:

@@ -1,8 +1,9 @@
-"""Which requests a viewer answers: those of its own page, under a name of this machine alone or with its token.
+"""Which requests a viewer answers: those of its own page, with its token.
 
-A page of another origin can reach the ports of the machine it is shown on. What it cannot do is change what its browser
-says of it: `Host` is the name in the address, and stays a foreign one even if that name is made to lead here (DNS
-rebinding); `Origin` is whose page asks.
+The token keeps out other users of this machine, whose programs reach its ports, too. A page of another origin can reach
+the ports of the machine it is shown on. What it cannot do is change what its browser says of it: `Host` is the name in
+the address, and stays a foreign one even if that name is made to lead here (DNS rebinding); `Origin` is whose page
+asks.
 """
 
 from __future__ import annotations
@@ -32,7 +33,13 @@ HEADERS = {
     "Referrer-Policy": "no-referrer",
     "Cache-Control": "no-store",
 }
+NO_TOKEN = "its address lacks the token"
 Headers = Iterable[tuple[str, str]]
+
+
+def new_token() -> str:
+    """Letters that nobody guesses."""
+    return secrets.token_urlsafe(16)
 
 
 @dataclass(frozen=True)
@@ -40,12 +47,24 @@ class Access:
     """Who may ask.
 
     Attributes:
-        token: what an address has to hold, "" if names of this machine are enough.
+        alone: whether the address has to be a name of this machine that others cannot reach.
+        token: what an address has to hold.
         cookie: name under which a browser keeps the token for the page's own requests.
+        tickets: are as good as the token in one request; see `ticket`.
     """
 
-    token: str = ""
+    alone: bool = True
+    token: str = field(default_factory=new_token)
     cookie: str = field(default_factory=lambda: f"viewer-{secrets.token_hex(4)}")
+    tickets: set[str] = field(default_factory=set)
+
+    def ticket(self) -> str:
+        """What opens the page once, in place of the token.
+
+        It is for the command line of a browser, which every user of this machine may read.
+        """
+        self.tickets.add(ticket := new_token())
+        return ticket
 
     def refusal(self, target: str, headers: Headers) -> str | None:
         """Why a request for a target such as `/?token=...` is refused, None if it is not."""
@@ -53,9 +72,10 @@ class Access:
         if any(len(given.get(name, [])) > 1 for name in ("host", "origin", "upgrade", "sec-fetch-site")):
             return "it says twice where it comes from"
         host = _one(given, "host").lower()
-        named = HOST.fullmatch(host) and self.holds_token(target, headers) if self.token else LOOPBACK.fullmatch(host)
-        if not named:
-            return "its address lacks the token" if self.token else "its address is no name of this machine alone"
+        if self.alone and not LOOPBACK.fullmatch(host):
+            return "its address is no name of this machine alone"
+        if not (HOST.fullmatch(host) and self.holds_token(target, headers)):
+            return NO_TOKEN
         if unknown := sorted({name for name, _ in _query(target)} - QUERY):
             return f"its address asks for {unknown[0][:20]!a}"
         origin, is_socket = _one(given, "origin").lower(), bool(_one(given, "upgrade"))
@@ -67,28 +87,32 @@ class Access:
         return None
 
     def holds_token(self, target: str, headers: Headers) -> bool:
-        """Whether the address or the cookie of a request holds the token."""
+        """Whether the address or the cookie of a request holds the token, or the address a ticket, which is used up."""
         cookies: SimpleCookie = SimpleCookie()
         try:
             cookies.load("; ".join(_lists(headers).get("cookie", [])))
         except CookieError:
             return False
         kept = [cookies[self.cookie].value] if self.cookie in cookies else []
-        offered = [value for name, value in _query(target) if name == "token"] + kept
-        return any(secrets.compare_digest(value.encode(errors="replace"), self.token.encode()) for value in offered)
+        asked = [value for name, value in _query(target) if name == "token"]
+        if any(_same(value, self.token) for value in asked + kept):
+            return True
+        used = {ticket for ticket in self.tickets if any(_same(value, ticket) for value in asked)}
+        self.tickets.difference_update(used)
+        return bool(used)
 
     def headers(self, host: str) -> dict[str, str]:
         """What an answer under a host that was not refused tells the browser.
 
         It is to keep the token, to give the page to no other one, and to connect it with nothing but its server.
         """
-        kept = {"Set-Cookie": f"{self.cookie}={self.token}; Path=/; HttpOnly; SameSite=Strict"} if self.token else {}
+        kept = {"Set-Cookie": f"{self.cookie}={self.token}; Path=/; HttpOnly; SameSite=Strict"}
         sockets = f"{HEADERS[POLICY]} ws://{host} wss://{host}"  # which 'self' does not mean in every browser
         return HEADERS | {POLICY: sockets} | kept
 
 
 def access_to(host: str) -> Access:
-    """Access to a server that listens at a host: with a token if others can reach it.
+    """Access to a server that listens at a host, under any name if other machines can reach it.
 
     Raises:
         Error: nothing can listen there.
@@ -101,7 +125,12 @@ def access_to(host: str) -> Access:
     except (OSError, UnicodeError) as error:
         raise Error(f"the viewer cannot listen at {host}: {getattr(error, 'strerror', None) or error}") from None
     alone = all(ipaddress.ip_address(str(address[0]).partition("%")[0]).is_loopback for *_, address in found)
-    return Access() if alone else Access(secrets.token_urlsafe(16))
+    return Access(alone)
+
+
+def _same(offered: str, secret: str) -> bool:
+    """Whether two texts are the same, found in a time that does not tell how much of them is."""
+    return secrets.compare_digest(offered.encode(errors="replace"), secret.encode())
 
 
 def _lists(headers: Headers) -> dict[str, list[str]]:

@@ -9,13 +9,14 @@ from collections.abc import Callable
 from http import HTTPStatus
 from typing import Any
 
-from warpmuscle.view.access import Access
+from warpmuscle.view.access import NO_TOKEN, Access
 from warpmuscle.view.messages import LARGEST
 
 CONNECTIONS = 128  # open at once, of any kind
 OPENING, CLOSING = 5.0, 1.0  # s that a browser has for it
 RATE = 200.0  # messages a second that one page has heard
 REFUSED = "403: the viewer answers its own page alone, at the address that it printed.\n"
+WITHOUT_TOKEN = "403: this address lacks the viewer's token: open the whole address that the viewer printed.\n"
 
 _log = logging.getLogger("warpmuscle.view")
 _silent = logging.Logger("warpmuscle.view.websockets", logging.CRITICAL + 1)  # garbage is not to fill the terminal
@@ -46,7 +47,8 @@ class Guard:
                 why = "its page is of another version; load it again"
             if why is not None:
                 self.tell("request", why)
-                return connection.respond(HTTPStatus.FORBIDDEN, REFUSED)
+                said = WITHOUT_TOKEN if why == NO_TOKEN else REFUSED
+                return connection.respond(HTTPStatus.FORBIDDEN, said)
             return None if request.headers.get("Upgrade") else answer(request.path)
 
         def response_hook(connection: Any, request: Any, response: Any) -> None:

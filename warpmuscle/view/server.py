@@ -114,11 +114,18 @@ class PageServer:
 
     @property
     def url(self) -> str:
-        """Where a browser of this machine finds it; with the token where others can reach it, too."""
+        """Where a browser of this machine finds it, with the token, without which it answers nobody."""
+        return self._address(self.guard.access.token)
+
+    @property
+    def url_once(self) -> str:
+        """The same for the first who opens it: what a browser is started with can be read by other users."""
+        return self._address(self.guard.access.ticket())
+
+    def _address(self, token: str) -> str:
         host = {"0.0.0.0": "127.0.0.1", "::": "::1"}.get(self._host, self._host)
-        token = self.guard.access.token
         place = f"[{host}]" if ":" in host else host
-        return f"http://{place}:{self.port}/" + (f"?token={token}" if token else "")
+        return f"http://{place}:{self.port}/?token={token}"
 
     def tell(self, message: Message) -> None:
         """Tell all pages; those that are far behind miss it if it is binary."""

@@ -17,7 +17,7 @@ class Viewer:
 
     @property
     def url(self) -> str:
-        """Where a browser of this machine finds it; with the token where others can reach it, too."""
+        """Where a browser of this machine finds it, with its token."""
         return self.server.url
 
     def start(self) -> None:
