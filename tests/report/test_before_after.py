@@ -14,7 +14,7 @@ from warpmuscle.core.status import Status
 from warpmuscle.gait.quality import gait_measures
 from warpmuscle.optimization.optimize import optimize
 from warpmuscle.report import before_after
-from warpmuscle.report.before_after import Walked, before_and_after, is_to_walk, lines, page, rows, watch
+from warpmuscle.report.before_after import FALLING, Walked, before_and_after, is_to_walk, lines, page, rows, watch
 from warpmuscle.scene import SearchStage
 from warpmuscle.scene.parameters import start_values
 from warpmuscle.studies import judge
@@ -73,7 +73,17 @@ def test_page_is_whole_and_has_both_walks_and_what_made_it(walks):
     assert "warpmuscle optimize <x>" in "".join(found.texts)
     packed = re.search(r"id=&quot;content&quot;&gt;([^&]*)&lt;/script", text)
     content = json.loads(zlib.decompress(base64.b64decode(packed[1])))
-    assert [track["label"] for track in content["tracks"]] == ["before", "after"]
+    assert [track["label"] for track in content["tracks"]] == ["before: fell at 0.2 s", "after"]
+
+
+def test_who_fell_is_shown_until_it_lies(walks):
+    before, after = walks
+    assert after.shown is after.motion
+    assert before.motion.time[-1] < 0.3
+    assert before.shown.time[-1] == pytest.approx(before.motion.time[-1] + FALLING, abs=0.01)
+    heights = before.shown.body_position[:, :, 1].max(axis=1)
+    assert heights[-1] < 0.6 * heights[0]
+    np.testing.assert_array_equal(before.shown.root_position[:5], before.motion.root_position[:5])
 
 
 def test_a_search_is_walked_with_its_first_and_its_best_numbers():

@@ -1,5 +1,6 @@
 """Replay and live simulation in a real browser: what is clicked there, and what the server's simulation then does."""
 
+import re
 import sys
 from collections.abc import Iterator
 from typing import Any
@@ -148,14 +149,21 @@ def test_what_one_page_moves_another_one_shows(live, browser):
     until(lambda: viewer.server.clients == 1)
 
 
-def test_live_run_starts_again_after_a_fall(live):
-    viewer, _ = live
+def test_live_run_that_a_push_fells_says_so_and_starts_again(live):
+    viewer, page = live
     with viewer.lock:
         viewer.restart()
-        viewer.run.push(150.0, 1.5)
+        viewer.impulse.value, viewer.direction.value = 100.0, "to the left"
+        viewer.bar["play"].value = True
         viewer.play(True)
-    until(lambda: viewer.run.status != 0)
-    until(lambda: viewer.run.status == 0 and viewer.run.time < 0.5)
+    page.get_by_role("button", name="Push", exact=True).click()
+    status = page.locator("#status")
+    until(
+        lambda: re.search(r"(fell|turned) at \d+\.\d s, pushed by 100 N s to the left; begun anew", status.inner_text())
+    )
+    assert viewer.run.status == 0
+    viewer.restart()  # by hand
+    until(lambda: re.fullmatch(r"-?\d\.\d\d m/s forwards", status.inner_text()))
 
 
 def test_page_says_so_when_the_simulation_ends_and_the_address_of_the_next_goes_on(browser):

@@ -17,7 +17,7 @@ from warpmuscle.optimization.best_scene import recorded_scene, scene_in
 from warpmuscle.report.tables import aligned
 from warpmuscle.results.recording import Recording
 from warpmuscle.results.records import Result
-from warpmuscle.scene import Scene
+from warpmuscle.scene import Failure, Scene
 from warpmuscle.scene.accounting import accounting
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.simulation.multi_device import make_rollout
@@ -27,6 +27,7 @@ from warpmuscle.view.page import iframe, replay_html
 
 LASTING = 10.0  # s, of the walk that is measured
 RATE = 200.0  # frames/s, for what happens when a foot lands
+FALLING = 2.0  # s, that are shown of what fails, until it lies
 WALKED = "walks on its own"
 # Decimals of the measures that are told.
 MEASURES = {
@@ -51,6 +52,7 @@ class Walked:
 
     scene: Scene  # without free parameters
     motion: Recording
+    shown: Recording  # the same, and where it failed how it goes on, to the ground
     status: Status
     falls: int  # of the disturbed runs of a judgement
     measures: Measures  # none of a motion without whole gait cycles
@@ -67,7 +69,22 @@ def watch(scene: Scene, *, device: str | None = None, threads: int | None = None
     except Error:
         measures = {}
     falls = judge.RUNS - judge.disturbed_upright(SceneWalker(scene, device, threads))
-    return Walked(scene, motion, status, falls, measures)
+    shown = motion if status == Status.COMPLETED else _to_the_ground(scene, motion, device, threads)
+    return Walked(scene, motion, shown, status, falls, measures)
+
+
+def _to_the_ground(scene: Scene, motion: Recording, device: str | None, threads: int | None) -> Recording:
+    """The motion of a walk that failed, and how it goes on where nothing ends it but the ground.
+
+    Where it diverges instead, it is shown as far as it goes, and at least until it failed.
+    """
+    end = float(motion.time[-1]) if motion.frames else 0.0
+    limits = Failure(com_height=0.0, heading=0.0)
+    falling = msgspec.structs.replace(scene, duration=end + FALLING, failure=limits)
+    rollout = make_rollout(falling, 1, device, record=[0], record_rate=RATE, threads=threads)
+    rollout.run()
+    found = rollout.recording()
+    return found if found.frames > motion.frames else motion
 
 
 def is_to_walk(result: Result) -> bool:
@@ -109,14 +126,17 @@ def lines(before: Walked, after: Walked) -> list[str]:
 def page(before: Walked, after: Walked, command: str = "") -> str:
     """Both walks side by side and the table, as one page that needs nothing but a browser."""
     title = html.escape(f"{after.scene.name}, before and after the search")
+    walks = {"before": before, "after": after}
     replay = replay_html(
-        [before.motion, after.motion], [before.scene, after.scene], ["before", "after"], title=title, plots=False
-    )
+        [walk.shown for walk in walks.values()], [walk.scene for walk in walks.values()],
+        [_label(name, walk) for name, walk in walks.items()], title=title, plots=False,
+    )  # fmt: skip
     head = "".join(f"<th>{name}</th>" for name in ("", "before", "after", "people"))
     body = "\n".join(f"<tr><td>{html.escape(name)}</td>{_cells(cells)}</tr>" for name, *cells in rows(before, after))
     notes = "".join(f"<p>{html.escape(line)}</p>\n" for line in [*_notes(after), *([command] if command else [])])
     return (
-        f'<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n<title>{title}</title>\n'
+        f'<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
+        f'<meta name="viewport" content="width=device-width, initial-scale=1">\n<title>{title}</title>\n'
         f"<style>{_STYLE}</style>\n</head>\n<body>\n<h1>{title}</h1>\n{iframe(replay, _HEIGHT)}\n"
         f"<table>\n<tr>{head}</tr>\n{body}\n</table>\n{notes}</body>\n</html>\n"
     )
@@ -129,6 +149,13 @@ def _shown(value: float | None, decimals: int) -> str:
 def _how_long(walk: Walked) -> str:
     end = float(walk.motion.time[-1]) if walk.motion.frames else 0.0
     return f"{end:.0f} s" if walk.status == Status.COMPLETED else f"{end:.1f} s, then {walk.status.word}"
+
+
+def _label(name: str, walk: Walked) -> str:
+    """What stands over a walk: which it is, and how and when it failed."""
+    if walk.status == Status.COMPLETED or not walk.motion.frames:
+        return name
+    return f"{name}: {walk.status.word} at {walk.motion.time[-1]:.1f} s"
 
 
 def _cells(cells: Sequence[str]) -> str:

@@ -29,6 +29,7 @@ SPEEDS = ("0.1", "0.25", "0.5", "1", "2", "4")
 REFRESH = 0.4  # s of wall time between two words about how it goes
 PAUSE_AFTER_FALL = 1.0  # s of wall time before it starts again
 HARDEST = 100.0  # N s of a push
+FELLS = 5.0  # s of the motion, within which a push counts as what felled it
 DIRECTIONS = {"forwards": 0.0, "to the left": 90.0, "backwards": 180.0, "to the right": -90.0}  # degrees
 
 
@@ -61,6 +62,8 @@ class Live(Viewer):
         self.parameters: dict[str, Slider] = {}
         self._epoch, self._changed, self._told_until = 0, False, -1.0
         self._refreshed = self._ended = 0.0
+        self._pushed: tuple[float, str] | None = None  # s at the last push since the start, and its words
+        self._fate = ""  # how the motion before this one ended
         self._waiting: list[tuple[int, Any]] = []  # controls that pages have used since the last step
         self.bar = self._bar()
         self.commands = {name: self._command(name) for name, one in run.scene.commands.items() if one.max > one.min}
@@ -101,6 +104,7 @@ class Live(Viewer):
     def _push(self) -> None:
         impulse = self.run.push(self.impulse.value, np.radians(DIRECTIONS[self.direction.value]))
         self.pushes.append(impulse)
+        self._pushed = self.run.time, f"{self.impulse.value:g} N s {self.direction.value}"
         self._tell({"push": impulse.tolist()})
 
     def _command(self, name: str) -> Slider:
@@ -161,6 +165,7 @@ class Live(Viewer):
         """Back to the start."""
         with self.lock:
             self.run.restart()
+            self._pushed, self._fate = None, ""
             self._epoch += 1
             self._told_until = -1.0
 
@@ -221,11 +226,26 @@ class Live(Viewer):
             if self.run.status == Status.RUNNING:
                 self._ended = 0.0
                 self.run.advance(passed * self.speed)
-            elif self.again:
-                self._ended += passed
-                if self._ended > PAUSE_AFTER_FALL or self.run.status == Status.COMPLETED:
-                    self.restart()
+            else:
+                self._end(passed)
         self._tell_frames()
+
+    def _end(self, passed: float) -> None:
+        """Say once how the motion ended, and begin anew after a while; what was said stays to be read."""
+        fate = self._ending()
+        if not self._ended:
+            self._tell({"status": fate})
+        self._ended += max(passed, 1e-9)
+        if self.again and (self._ended > PAUSE_AFTER_FALL or self.run.status == Status.COMPLETED):
+            self.restart()
+            self._fate = f"{fate}; begun anew"
+
+    def _ending(self) -> str:
+        """How the motion ended, when, and by which push, if one came just before."""
+        words = f"{self.run.status.word} at {self.run.time:.1f} s"
+        if self.run.status == Status.COMPLETED or self._pushed is None or self.run.time - self._pushed[0] > FELLS:
+            return words
+        return f"{words}, pushed by {self._pushed[1]}"
 
     def _tell_frames(self) -> None:
         """Tell pages of the frames since the last time."""
@@ -252,8 +272,10 @@ class Live(Viewer):
         return np.concatenate([np.reshape(values, (track.frames, -1)) for values, _ in arrays.values()], axis=1)
 
     def _words(self, track: Track) -> str:
-        status, speed = self.run.status, float(track.recording.com_velocity[-1, 2])
-        return f"{speed:.2f} m/s forwards" + ("" if status == Status.RUNNING else f"; it {status.meaning}")
+        if self.run.status != Status.RUNNING:
+            return self._ending()
+        speed = f"{track.recording.com_velocity[-1, 2]:.2f} m/s forwards"
+        return f"{self._fate}; {speed}" if self._fate else speed
 
     def _opening(self) -> list[Message]:
         """What a page is told when it opens: all values, and the last seconds."""

@@ -6,7 +6,7 @@ const PLOT_PAUSE = [0, 80]; // ms between two places of the cursor with a graphi
 
 class Player {
   constructor(content, arrays) {
-    const asked = new URLSearchParams(location.search);
+    const asked = asksFor();
     this.element = (id) => document.getElementById(id);
     this.renderer = new Renderer(this.element("scene"), content.ground, content.tracks.length);
     const widths = content.table.map((entry) => entry.low.length);
@@ -321,6 +321,12 @@ class Player {
       camera: this.camera.state(), pictures: this.pictures, received: this.live?.received,
       fps: this.marks.filter((mark) => mark > performance.now() - 1000).length };
   }
+}
+
+// What the address asks for: that of the page around this one, where this one has none of its own.
+function asksFor() {
+  const around = location.href === "about:srcdoc" ? parent.location : location;
+  return new URLSearchParams(around.search);
 }
 
 async function begin() {
