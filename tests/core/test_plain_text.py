@@ -12,7 +12,7 @@ from rich.table import Table
 from warpmuscle.cli.console import PlainConsole, marked
 from warpmuscle.cli.progress_bar import Bar
 from warpmuscle.core.errors import Error, ResultError, SceneError, SignalError
-from warpmuscle.core.plain_text import printable
+from warpmuscle.core.plain_text import number_of, printable
 from warpmuscle.formats import load, toml
 
 NAMES = ["[red]x", "a[/b]", "12:100:", ":boom:", "[link=http://x]y", "\\[bold]"]
@@ -112,3 +112,14 @@ def test_search_of_a_scene_called_like_a_path_stays_in_the_folder(tmp_path):
     assert done.returncode == 0, done.stderr
     assert {path.name for path in folder.iterdir()} == {"a.toml", "_.._escaped.h5"}
     assert {path.name for path in tmp_path.iterdir()} == {"inner"}
+
+
+def test_numbers_of_things_are_in_the_singular_and_the_plural():
+    said = [
+        number_of(1, "joint"),
+        number_of(0, "joint"),
+        number_of(2, "body"),
+        number_of(3, "axis"),
+        number_of(1, "body"),
+    ]
+    assert said == ["1 joint", "0 joints", "2 bodies", "3 axes", "1 body"]

@@ -88,7 +88,7 @@ def test_biped_starts_with_its_joints_in_the_order_of_the_file(reference_data):
         ("-1 -0 -3", "-1 -0", r"a\.rs:10: .*: expected the angular velocity .*: 3 numbers, got 2"),
         ("-1 -0 -3", "-1 -0 x", r"a\.rs:10: this line: 'x' is not a number"),
         ("-1 -0 -3", "-1 -0 nan", r"a\.rs:10: this line: 'nan' is not a number"),
-        ("-1 -0 -3\n", "-1 -0 -3\n1 0 0 0\n", r"a\.rs:11: expected the end of the file: the character has 1 joints"),
+        ("-1 -0 -3\n", "-1 -0 -3\n1 0 0 0\n", r"a\.rs:11: expected the end of the file: the character has 1 joint"),
     ],
 )
 def test_bad_records_are_named_by_file_and_line(tmp_path, old, new, message):

@@ -48,7 +48,7 @@ def apply(
         typer.Option(min=0.0, metavar="SECONDS", help="Begin in the midst of its motion, at a step after this time."),
     ] = None,
     settings: Settings = None,
-    description: Annotated[str | None, typer.Option(help="Of the new scene; by default that of the old one.")] = None,
+    description: Annotated[str | None, typer.Option(help="Of the scene; by default, that a search found it.")] = None,
     run: Run = None,
     trust: Trust = False,
 ) -> None:
@@ -107,12 +107,13 @@ def _best_of(
 
 
 def _called(scene: Scene, name: str | None, description: str | None) -> Scene:
+    """The scene by another name; what was said of it before the search, such as that it falls, is said no more."""
     import msgspec
 
     return msgspec.structs.replace(
         scene,
         name=scene.name if name is None else name,
-        description=scene.description if description is None else description,
+        description=f"The best that a search from {scene.name} found." if description is None else description,
     )
 
 

@@ -21,6 +21,7 @@ from warpmuscle.cli.common import (
     writable_beside,
 )
 from warpmuscle.cli.console import log, marked, out, print_ignored, print_table, suggest
+from warpmuscle.core.plain_text import number_of
 
 if TYPE_CHECKING:
     from warpmuscle.scene import Scene
@@ -50,10 +51,10 @@ def info(sources: Sources, settings: Settings = None, trust: Trust = False) -> N
     root = names.speed_start[1]
     out.print(marked(scene.name, "bold", f"  {scene.description}"))
     out.print(
-        f"{len(names.bodies)} bodies, {len(names.joints)} joints, {names.speeds - root} joint degrees of freedom "
-        f"and {root} of the root, {mass:.6g} kg"
+        f"{number_of(len(names.bodies), 'body')}, {number_of(len(names.joints), 'joint')}, "
+        f"{number_of(names.speeds - root, 'joint degree')} of freedom and {root} of the root, {mass:.6g} kg"
     )
-    out.print(f"{scene.duration:g} s in steps of {scene.time_step:g} s, {len(parameters)} free parameters")
+    out.print(f"{scene.duration:g} s in steps of {scene.time_step:g} s, {number_of(len(parameters), 'free parameter')}")
     bodies = []
     for i, name in enumerate(names.bodies):
         joint = scene.character.joints[names.joints[i - 1]] if i > 0 else None
@@ -140,7 +141,7 @@ def fit_paths(
                 f"--rms allows {1e3 * rms:.2g} mm, and {1e3 * one.worst:.2g} mm at most"
             )
     terms = sum(one.terms for one in fits)
-    out.print(f"wrote {output}: {len(fits)} paths of {terms} terms")
+    out.print(f"wrote {output}: {number_of(len(fits), 'path')} of {number_of(terms, 'term')}")
 
 
 def convert(

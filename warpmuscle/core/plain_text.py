@@ -15,6 +15,14 @@ def printable(text: str) -> str:
     return _UNPRINTABLE.sub(lambda found: ascii(found[0])[1:-1], text)
 
 
+def number_of(count: int, noun: str) -> str:
+    """A number of things in words: "1 joint", "2 joints", "3 bodies", "1 axis", "2 axes"."""
+    if count == 1:
+        return f"1 {noun}"
+    ending = next(((old, new) for old, new in (("y", "ies"), ("is", "es")) if noun.endswith(old)), ("", "s"))
+    return f"{count} {noun.removesuffix(ending[0])}{ending[1]}"
+
+
 def one_line(text: str) -> str:
     """The same on one line."""
     return printable(" ".join(text.split()))

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from warpmuscle.core.errors import SceneError
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.formats.lines import Line, Lines, Notes
 from warpmuscle.scene import Character, InitialState, JointState
 
@@ -101,7 +102,7 @@ class _Records:
         if self._next is None:
             return
         if self._next.text.split()[0] != "muscles":
-            raise self._next.error(f"expected the end of the file: the character has {joints} joints")
+            raise self._next.error(f"expected the end of the file: the character has {number_of(joints, 'joint')}")
         count = sum(1 for _ in self._lines)
         self._next.ignore(
             self._notes, f"muscles start at the activation of the scene's muscle_model ({count} lines of their state)"

@@ -11,6 +11,7 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error
 from warpmuscle.core.interpolation import at_moments
 from warpmuscle.core.number_rows import first_number
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.core.pose import twist_angle
 from warpmuscle.gait.foot_contact import SIDES, touch_downs
 from warpmuscle.gait.measures import measure
@@ -90,7 +91,8 @@ def leg_angles(recording: Recording, scene: Scene) -> dict[str, dict[str, Floats
     for number, side in enumerate(SIDES):
         joints = leg_joints(scene, number)
         if len(joints) < 3:
-            raise Error(f"{scene.name} has no hip, knee and ankle: {len(joints)} joints lead to its {side} foot")
+            lead = number_of(len(joints), "joint")
+            raise Error(f"{scene.name} has no hip, knee and ankle: {lead} on the way to its {side} foot")
         for name, joint, sign in zip(LEG_ANGLES, joints, FLEXION, strict=True):
             found[name][side] = np.degrees(sign * sagittal_angle(recording, joint))
     return found

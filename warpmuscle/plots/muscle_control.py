@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.plots.joints import RECORDED_COLOR, angle_label, joint_curves, recorded_curves
 from warpmuscle.plots.style import GRAY, PALETTE, grid, heading
 from warpmuscle.plots.subject import Absent, Subject
@@ -68,7 +69,7 @@ def _share_scale(panels: list[Any]) -> None:
 
 
 def _note(recording: Recording, muscles: list[str]) -> str:
-    return f"{recording.time[0]:.2f} to {recording.time[-1]:.2f} s; {len(muscles)} muscles act on the joint"
+    return f"{recording.time[0]:.2f} to {recording.time[-1]:.2f} s; {number_of(len(muscles), 'muscle')} on the joint"
 
 
 def _torques(axes: Any, recording: Recording, joint: str) -> None:

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.plots.style import matplotlib, save
 from warpmuscle.synergy.factorization import Account, Synergies
 from warpmuscle.synergy.preparation import Activations
@@ -56,10 +57,8 @@ def draw_synergies(
         global_axes, muscle_axes = lower.subplots(1, 2, width_ratios=[1.0, 1.7])
         _draw_vaf(global_axes, accounts or (synergies.account,), count)
         _draw_muscle_vaf(muscle_axes, activations.muscles, synergies.account)
-        figure.suptitle(
-            f"{count} synergies of {len(activations.muscles)} muscles: VAF {synergies.account.vaf:.3f}",
-            fontweight="bold", fontsize=12,
-        )  # fmt: skip
+        what = f"{number_of(count, 'synergy')} of {number_of(len(activations.muscles), 'muscle')}"
+        figure.suptitle(f"{what}: VAF {synergies.account.vaf:.3f}", fontweight="bold", fontsize=12)
         save(figure, path)
 
 

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.formats.lines import Notes
 from warpmuscle.formats.osim import records
 from warpmuscle.formats.osim.cables import made_cable
@@ -217,7 +218,8 @@ class MuscleBuilder:
         """A polynomial in coordinates that are free; constant ones are put in."""
         terms = math.comb(path.dimension + path.order, path.dimension)
         if terms != len(path.coefficients):
-            message = f"{len(path.coefficients)} coefficients for the {terms:.6g} terms of its dimension and order"
+            given = number_of(len(path.coefficients), "coefficient")
+            message = f"{given} for the {number_of(terms, 'term')} of its dimension and order"
             raise refused(self._model, path.line, f"muscle {one.name!r}: {message}")
         exponents = list(powers(path.dimension, path.order))
         joints: list[str] = []

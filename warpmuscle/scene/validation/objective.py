@@ -8,6 +8,7 @@ import msgspec
 
 from warpmuscle.core.decoding import to_type
 from warpmuscle.core.errors import SceneError
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.core.status import Status
 from warpmuscle.kernels.objective_terms import TERMS
 from warpmuscle.scene import Failure, Objective, Robustness, Scene, SearchStage
@@ -48,7 +49,9 @@ def _check_legs(scene: Scene, key: str) -> None:
     for side, foot in enumerate(scene.feet):
         joints = leg_joints(scene, side)
         if len(joints) < len(LEG_ANGLES):
-            raise SceneError(f"{foot!r} has no hip, knee and ankle: {len(joints)} joints lead to it", key=key)
+            raise SceneError(
+                f"{foot!r} has no hip, knee and ankle: {number_of(len(joints), 'joint')} on the way to it", key=key
+            )
 
 
 def check_failure(checks: Checks, key: str, failure: Failure) -> None:

@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from warpmuscle.core.errors import SceneError
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.scene import (
     Character,
     Condition,
@@ -145,17 +146,18 @@ def check_polynomial(key: str, polynomial: PolynomialPath, character: Character)
     if len(joints) > MOST_VARIABLES:
         raise SceneError(f"a polynomial takes {MOST_VARIABLES} coordinates at most, got {len(joints)}", f"{key}.joints")
     if len(axes) != len(joints):
-        raise SceneError(f"{len(axes)} axes for {len(joints)} joints", key=f"{key}.axes")
+        raise SceneError(f"{number_of(len(axes), 'axis')} for {number_of(len(joints), 'joint')}", key=f"{key}.axes")
     for index, (joint, axis) in enumerate(zip(joints, axes, strict=True)):
         _coordinate(f"{key}.joints.{index}", f"{key}.axes.{index}", joint, axis, "polynomial", character)
     if not polynomial.exponents:
         raise SceneError("a polynomial needs at least one term", key=f"{key}.exponents")
     if len(polynomial.coefficients) != len(polynomial.exponents):
-        message = f"{len(polynomial.coefficients)} coefficients for {len(polynomial.exponents)} rows of exponents"
+        coefficients = number_of(len(polynomial.coefficients), "coefficient")
+        message = f"{coefficients} for {number_of(len(polynomial.exponents), 'row')} of exponents"
         raise SceneError(message, key=f"{key}.coefficients")
     for index, exponents in enumerate(polynomial.exponents):
         if len(exponents) != len(joints):
-            message = f"{len(exponents)} exponents for {len(joints)} joints"
+            message = f"{number_of(len(exponents), 'exponent')} for {number_of(len(joints), 'joint')}"
             raise SceneError(message, key=f"{key}.exponents.{index}")
         for joint_index, exponent in enumerate(exponents):
             if not 0 <= exponent <= GREATEST_EXPONENT:
