@@ -92,9 +92,8 @@ def test_bushing_that_is_not_straight_is_left_out_and_told(tmp_path: Path):
         tmp_path, bushing("ExpressionBasedBushingForce", "<Mz_expression>5*theta_z^3</Mz_expression>")
     )
     assert not scene.forces
-    assert (
-        "Mz_expression: '^3' is not understood; only straight ones are known" in ignored[-2].reason + ignored[-1].reason
-    )
+    refused = "Mz_expression: '^3' is not understood; only straight ones are known"
+    assert any(refused in note.reason for note in ignored)
 
 
 @pytest.mark.parametrize(
