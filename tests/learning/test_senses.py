@@ -10,6 +10,7 @@ from warpmuscle.core.errors import SceneError
 from warpmuscle.formats import SceneLike
 from warpmuscle.learning import EpisodeBatch, Sense, Task, Variation
 from warpmuscle.learning.variants import drawn
+from warpmuscle.scene import JointState
 from warpmuscle.simulation.stepper import Stepper
 
 STILL = Variation(velocity_noise=0.0)
@@ -144,3 +145,16 @@ def test_the_height_is_that_above_the_ground_on_any_slope():
     assert np.ptp(slope) > 0.01
     height = batch.senses.observation.numpy()[:, batch.senses.names.index("trunk.height")]
     np.testing.assert_allclose(height, 0.9 * np.cos(slope) - 3.0 * np.sin(slope), atol=1e-6)
+
+
+def test_a_head_on_a_fixed_root_turns_as_its_joint_does():
+    scene = arm()
+    scene.objective.head_body = "tip"
+    scene.initial_state.joints["elbow"] = JointState(angular_velocity=(1.5, 0.0, 0.0))
+    batch = batch_of({"head": Sense(), "speeds": Sense()}, scene=scene)
+    for _ in range(3):
+        seen = batch.senses.observation.numpy()[0]
+        speed = 10.0 * seen[batch.senses.names.index("speeds.elbow")]
+        np.testing.assert_allclose(5.0 * seen[3:6], [speed, 0.0, 0.0], atol=1e-4)
+        assert speed > 0.5
+        batch.step()
