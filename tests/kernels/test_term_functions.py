@@ -320,3 +320,14 @@ def test_gait_cycles_begin_anew_after_a_reset_and_do_not_depend_on_the_batch():
     batch.step(round(2.5 / scene.time_step))
     for name in ("norms", "norm_force"):
         np.testing.assert_array_equal(batch.terms()[name], first[name])
+
+
+def test_umbergers_power_counts_each_muscles_own_mass():
+    """Two mirror images at rest, one of twice the strength and so of twice the mass: twice the least heat, 1 W/kg."""
+    scene = arm(flexor={"f_max": 800.0}, gravity=0.0, duration=0.02)
+    scene.objective = Objective(metabolic=1.0, metabolic_model="umberger", basal_rate=0.0)
+    rollout = Rollout(scene, 1, "cpu")
+    rollout.run()
+    spent = rollout.parts(0)["metabolic"]
+    assert spent["extensor"] > 0.0
+    assert spent["flexor"] == pytest.approx(2.0 * spent["extensor"], rel=0.01)
