@@ -325,7 +325,7 @@ class Player {
 
 // What the address asks for: that of the page around this one, where this one has none of its own.
 function asksFor() {
-  const around = location.href === "about:srcdoc" ? parent.location : location;
+  const around = location.protocol === "about:" ? parent.location : location;
   return new URLSearchParams(around.search);
 }
 
