@@ -323,10 +323,15 @@ class Player {
   }
 }
 
-// What the address asks for: that of the page around this one, where this one has none of its own.
+// What the address asks for: that of the page around this one, where this one has none of its own. A notebook may not
+// let it be read.
 function asksFor() {
-  const around = location.protocol === "about:" ? parent.location : location;
-  return new URLSearchParams(around.search);
+  try {
+    const around = location.protocol === "about:" ? parent.location : location;
+    return new URLSearchParams(around.search);
+  } catch {
+    return new URLSearchParams();
+  }
 }
 
 async function begin() {
