@@ -194,6 +194,14 @@ def _tell(model: Model, skeleton: Skeleton, coordinates: Coordinates, notes: Not
     for coordinate in coordinates.by_name.values():
         for reason in _odd(coordinate, coordinates.free(coordinate.name), coordinate.name in moving):
             notes.ignore(model.file, coordinate.line, f"Coordinate {coordinate.name}", reason)
+    for coupler in model.couplers:
+        if coupler.constant:
+            value = coupler.function.at(0.0)
+            reason = (
+                f"holds {coupler.dependent} at {value:g}; OpenSim 4.6 takes a Constant there otherwise, and holds "
+                f"{coupler.independent} instead. A LinearFunction with coefficients 0 {value:g} is the same in both"
+            )
+            notes.ignore(model.file, coupler.line, f"CoordinateCouplerConstraint {coupler.name}", reason)
     for name, error in coordinates.inexact.items():
         reason = f"a function of a function, taken at 401 places; it is off by {error:.1g} at most"
         notes.ignore(model.file, coordinates.by_name[name].line, f"Coordinate {name}", reason)

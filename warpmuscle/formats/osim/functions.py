@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import itertools
+import math
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from warpmuscle.scene import Displacement
 from warpmuscle.scene.joints.displacement import rates
 
 MOST_HALF_ORDER = 4  # of splines, whose degree is twice that less 1
+FAR = 1.0e3  # rad or m, of knots at which a function that holds its ends still has them
 KNOTS = 401  # of a spline that stands for a function of a function, or for one of another degree
 
 
@@ -169,8 +171,9 @@ def _gcv(element: Element) -> Function:
     order = 3 if half is None else int(half.number())
     if half is not None and not 1 <= order <= MOST_HALF_ORDER:
         half.fail(f"must be from 1 to {MOST_HALF_ORDER}, is {order}")
-    if order == 1:
-        return replace(knots, ends="linear")
+    if order == 1 and len(knots.x) > 1:  # which holds its ends, as knots far away do
+        y = (knots.y[0], *knots.y, knots.y[-1])
+        return Function(x=(knots.x[0] - FAR, *knots.x, knots.x[-1] + FAR), y=y, ends="linear")
     if order == 2 or len(knots.x) < 2 * order:
         return knots
     from scipy.interpolate import make_interp_spline  # for which no model without such functions has to wait
@@ -178,7 +181,18 @@ def _gcv(element: Element) -> Function:
     low, high = knots.x[0], knots.x[-1]
     natural = [(order + k, 0.0) for k in range(order - 1)]
     spline = make_interp_spline(knots.x, knots.y, k=2 * order - 1, bc_type=(natural, natural))
-    return resampled(spline, low, high)[0]
+    sides = (high - low) * np.linspace(0.25, 1.0, 4)  # a parabola or cubic there, which few knots give
+    x = np.concatenate([low - sides[::-1], np.linspace(low, high, KNOTS), high + sides])
+    return Function(x=tuple(map(float, x)), y=tuple(map(float, _beyond(spline, x, low, high, order))), ends="simm")
+
+
+def _beyond(spline: Any, x: Floats, low: float, high: float, order: int) -> Floats:
+    """A natural spline's values, beyond its knots on its polynomial of a degree below its half order."""
+    y = np.asarray(spline(np.clip(x, low, high)))
+    for end, out in ((low, x < low), (high, x > high)):
+        step = x[out] - end
+        y[out] = sum(float(spline(end, k)) * step**k / math.factorial(k) for k in range(order))
+    return y
 
 
 def _broken_line(function: Function, q: Floats) -> Floats:

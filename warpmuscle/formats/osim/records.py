@@ -90,6 +90,7 @@ class Coupler:
     dependent: str
     independent: str
     function: Function
+    constant: bool = False  # a Constant, which takes no coordinate at all
 
 
 @dataclass(frozen=True, slots=True)

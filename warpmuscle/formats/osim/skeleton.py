@@ -189,4 +189,5 @@ def read_constraint(element: Element, own: Properties) -> Coupler | None:
     if function is None:
         element.fail("has no <coupled_coordinates_function>")
     scale = own.number(element, "scale_factor", 1.0)
-    return Coupler(element.name, element.line, dependent, independent[0], function.scaled(scale))
+    constant = any(one.tag == "Constant" for one in holder.all()) if holder is not None else False
+    return Coupler(element.name, element.line, dependent, independent[0], function.scaled(scale), constant)
