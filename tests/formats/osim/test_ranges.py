@@ -1,13 +1,17 @@
 """Ranges of coordinates push with no force, as in OpenSim; that is told, and a stiffness may be given."""
 
+import math
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import osim_models as small
+from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import ArgumentError
 from warpmuscle.formats import Ignored, load
 from warpmuscle.scene import Scene
+from warpmuscle.simulation.rollout import Rollout
 
 TWO = small.joint("PinJoint", "pin", "ground", "rod", small.coordinate("q")) + small.joint(
     "SliderJoint", "slider", "rod", "tip", small.coordinate("s")
@@ -52,3 +56,40 @@ def test_a_stiffness_is_that_of_all_ranges_but_those_that_a_force_of_the_model_h
 def test_a_stiffness_is_a_number_and_not_negative(tmp_path: Path, stiffness: float):
     with pytest.raises(ArgumentError, match="limit_stiffness must be a finite number, 0 or greater"):
         two(tmp_path, limit_stiffness=stiffness)
+
+
+def thrown(folder: Path, **options: float) -> Floats:
+    """Angles, rad, of a rod that starts downwards at 5 rad/s, over 1 s, at 1000 a second."""
+    start = small.coordinate("q", "<default_speed_value>5</default_speed_value>")
+    text = small.model(small.body("rod", center="0 -0.5 0"), small.joint("PinJoint", "pin", "ground", "rod", start))
+    scene = load(small.written(folder, text), ignored=[], **options)
+    scene.duration, scene.time_step = 1.0, 1e-4
+    rollout = Rollout(scene, 1, "cpu", record=[0], record_rate=1000.0)
+    rollout.run()
+    return rollout.recording().joint_angle[:, 0]
+
+
+def thrown_in_numpy(stiffness: float) -> Floats:
+    """The same in float64 with steps of 10 us: the stop pushes by k x + 5 ms k x' beyond 2 rad, and never pulls."""
+    inertia, weight, q, speed, found = 2.0 + 0.25, 9.80665 * 0.5, 0.0, 5.0, []
+    for step in range(100_000):
+        if step % 100 == 0:
+            found.append(q)
+        stop = max(stiffness * (q - 2.0 + 0.005 * speed), 0.0) if q > 2.0 else 0.0
+        speed += 1e-5 * (-weight * math.sin(q) - stop) / inertia
+        q += 1e-5 * speed
+    return np.array(found)
+
+
+@pytest.mark.parametrize("stiffness", [0.0, 500.0, 20_000.0])
+def test_a_free_run_leaves_its_range_but_for_a_stiffness_that_throws_it_back(tmp_path: Path, stiffness: float):
+    """A stop gives way by no more than the square root of twice the energy that comes at it over its stiffness."""
+    angles = thrown(tmp_path, limit_stiffness=stiffness)
+    expected = thrown_in_numpy(stiffness)
+    np.testing.assert_allclose(angles, expected, atol=0.02)
+    if stiffness == 0.0:
+        assert angles[-1] > 3.5
+        return
+    energy = 0.5 * 2.25 * 25.0 - 0.5 * 9.80665 * (1.0 - math.cos(2.0))
+    assert 2.0 < angles.max() < 2.0 + math.sqrt(2.0 * energy / stiffness)
+    assert angles[-1] < 2.0

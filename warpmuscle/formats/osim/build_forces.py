@@ -242,6 +242,6 @@ def tell_ranges(model: Model, scene: Scene, notes: Notes) -> None:
         which = f"the range of {some}" if len(names) == 1 else f"the ranges of {len(names)} coordinates ({some})"
         reason = (
             f"as in OpenSim, {which} push{'es' if len(names) == 1 else ''} with no force, so that a free run leaves "
-            f"{'it' if len(names) == 1 else 'them'}; --limit-stiffness 500 (N m/rad) holds the joints within"
+            f"{'it' if len(names) == 1 else 'them'}; --limit-stiffness 500 (N m/rad) pushes back"
         )
         notes.ignore(model.file, model.line, f"Model {model.name}", reason)
