@@ -35,8 +35,9 @@ if TYPE_CHECKING:
 
 START, OVER, END = "start of the step", "over the step", "end of the step"  # of that which starts at a frame's time
 BEFORE = "over the step before"
-END_IF = f"{START}; with a compliant tendon: {END}"
-OVER_IF = f"middle of the step before; with a compliant tendon: {OVER}"
+BESIDE = "by the activation recorded beside it"
+LENGTH = f"{START}; with a compliant tendon: {BESIDE}"
+SPEED = f"middle of the step before, by moment arms of the start; with a compliant tendon: {BEFORE}, {BESIDE}"
 END_UNLESS = f"{END}; of neural activation: {START}"
 
 
@@ -165,8 +166,8 @@ class Recording:
         "1", ("frame", "body", "x y z w"), "quaternion, body to world", lambda raw: raw["orientation"]
     )
     muscle_path_length: Floats = _of_muscles("m", PATH_LENGTH, "length of the muscle with its tendon")
-    muscle_fibre_length: Floats = _of_muscles("m", FIBRE_LENGTH, "length of the muscle fibre", END_IF)
-    muscle_fibre_velocity: Floats = _of_muscles("m/s", FIBRE_VELOCITY, "lengthening speed of the muscle fibre", OVER_IF)
+    muscle_fibre_length: Floats = _of_muscles("m", FIBRE_LENGTH, "length of the muscle fibre", LENGTH)
+    muscle_fibre_velocity: Floats = _of_muscles("m/s", FIBRE_VELOCITY, "lengthening speed of the muscle fibre", SPEED)
     muscle_desired_force: Floats = _of_muscles(
         "N", DESIRED_FORCE, "force that the controller or the muscle's own excitation asks for"
     )
@@ -176,7 +177,9 @@ class Recording:
     muscle_activation: Floats = _of_muscles(
         "1", ACTIVATION, "activation with which the muscle pulls over the step that starts at this time", END_UNLESS
     )
-    muscle_force: Floats = _of_muscles("N", FORCE, "tension of the muscle over the step that starts at this time", OVER)
+    muscle_force: Floats = _of_muscles(
+        "N", FORCE, "tension of the muscle, which accelerates the joints at this time", f"{START}, {BESIDE}"
+    )
     coordinate: Floats = _quantity(
         "rad or m", ("frame", "coordinate"), "coordinates of root and joints, quaternions of balls among them",
         lambda raw: raw["coordinates"],
