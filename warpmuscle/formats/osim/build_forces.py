@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from typing import Literal
 
 import numpy as np
@@ -115,6 +116,7 @@ class ForceBuilder:
                 except NotStraight as error:
                     reason = f"{tag}: {error}; only straight ones are known; it is left out, and holds nothing"
                     note(self._notes, self._model, force, reason)
+                    lose(self._model, force, force.frames)
                     return
         turns = [rotation_vector(self._skeleton.placement.axes(frame)) for frame in force.frames]
         values = dict(zip(PLACES, (*place, *turns[0], *other_place, *turns[1]), strict=True))
@@ -172,6 +174,12 @@ def _contact(
 ) -> None:  # fmt: skip
     """Spheres on bodies that touch the ground, which a half-space of the model gives its place."""
     unknown = [name for name in names if name not in model.contacts]
+    strange = [name for name in unknown if name in model.lost_shapes]
+    if strange:
+        note(notes, model, force, f"shape {strange[0]!r} is of a class that is not known; left out")
+        others = frozenset[str]().union(*(model.lost_shapes[name] for name in strange))
+        lose(model, force, [model.contacts[name].frame for name in names if name not in unknown], others)
+        return
     if unknown:
         raise refused(model, force.line, f"{force.kind} {force.name!r}: there is no shape {unknown[0]!r}")
     shapes = [model.contacts[name] for name in names]
@@ -179,6 +187,7 @@ def _contact(
     if len(planes) != 1 or on_body(model, planes[0].frame)[0] != GROUND:
         reason = "only spheres touch a half-space, and that only if it is fixed to the ground; left out"
         note(notes, model, force, reason)
+        lose(model, force, [one.frame for one in shapes])
         return
     ground = _ground(model, planes[0])
     ground.law = LAWS[force.kind]
@@ -211,6 +220,12 @@ def _ground(model: Model, half_space: Contact) -> Ground:
     height = float(normal @ place)
     rounded = vector(np.where(np.abs(normal) < 1e-12, 0.0, normal))
     return Ground(normal=rounded, height=0.0 if abs(height) < 1e-15 else height)
+
+
+def lose(model: Model, force: records.Force, frames: Iterable[str], others: frozenset[str] = frozenset()) -> None:
+    """Remember that a force is left out, with the names of the bodies that it holds, see `tree.tell_loose`."""
+    bodies = {on_body(model, frame)[0].rpartition("/")[2] for frame in frames}
+    model.lost.append(records.Lost(force.kind, others | bodies))
 
 
 def hold_ranges(scene: Scene, stiffness: float) -> None:

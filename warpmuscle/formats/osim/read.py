@@ -72,6 +72,7 @@ def read(path: Path, notes: Notes) -> Model:
         if element.tag in ("ContactSphere", "ContactHalfSpace"):
             read_contact(element, found, frames, own)
         else:
+            found.lost_shapes[element.name] = frozenset(words_of(element))
             _leave_out(notes, element, "shapes of this class are not known; it touches nothing")
     found.markers = [read_marker(element, frames, own) for element in _members(top, "MarkerSet")]
     _left_over(document, notes)

@@ -221,6 +221,7 @@ class Model:
     contacts: dict[str, Contact] = field(default_factory=dict)
     markers: list[Marker] = field(default_factory=list)
     lost: list[Lost] = field(default_factory=list)
+    lost_shapes: dict[str, frozenset[str]] = field(default_factory=dict)  # not known: all names that stand in them
 
     @property
     def coordinates(self) -> dict[str, Coordinate]:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from warpmuscle.core.array_types import Floats
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.formats.lines import Ignored, Notes
 from warpmuscle.formats.osim.chain import matrix
 from warpmuscle.formats.osim.frames import GROUND, on_body, refused
@@ -169,7 +170,7 @@ def _about(r: Floats) -> Floats:
 
 def tell_loose(model: Model, tree: list[Branch], notes: Notes) -> None:
     """Note before anything else that a model cannot stand, if a joint is free to shift and lost what held it."""
-    told = [text for branch in tree if (text := _loose(model, branch))]
+    told = [text for branch in tree if (text := _loose(model, branch, _carried(model, tree, branch)))]
     if told:
         some = "; ".join(told[:4]) + (f"; and {len(told) - 4} more" if len(told) > 4 else "")
         reason = (
@@ -178,18 +179,30 @@ def tell_loose(model: Model, tree: list[Branch], notes: Notes) -> None:
         notes.ignored.insert(0, Ignored(model.file, model.line, f"Model {model.name}", reason))
 
 
-def _loose(model: Model, branch: Branch) -> str:
+def _carried(model: Model, tree: list[Branch], branch: Branch) -> set[str]:
+    """The names of a branch's body and of all that hang on it."""
+    found = {branch.body.path}
+    for other in tree:  # in which each comes after what it hangs on
+        if on_body(model, other.near)[0] in found:
+            found.add(other.body.path)
+    return {path.rpartition("/")[2] for path in found}
+
+
+def _loose(model: Model, branch: Branch, carried: set[str]) -> str:
     """What a joint within the body lost, if it is free to shift; else nothing."""
-    shifts = {move.argument for move in branch.moves if move.argument and not move.turns}
-    ends = [on_body(model, frame)[0] for frame in (branch.near, branch.far)]
-    if not shifts or GROUND in ends:
+    own = {one.name for one in branch.joint.coordinates if one.prescribed is None}
+    turns = {move.argument for move in branch.moves if move.turns}
+    shifts = {move.argument for move in branch.moves if not move.turns and move.argument in own} - turns
+    if not shifts or GROUND in [on_body(model, frame)[0] for frame in (branch.near, branch.far)]:
         return ""
-    bodies = {end.rpartition("/")[2] for end in ends}
+    others = {body.name for body in model.bodies} - carried | {GROUND.rpartition("/")[2]}
     counts = Counter(
-        lost.kind for lost in model.lost if lost.names & bodies and any(word in lost.kind for word in HOLDING)
+        lost.kind
+        for lost in model.lost
+        if lost.names & carried and lost.names & others and any(word in lost.kind for word in HOLDING)
     )
     if not counts:
         return ""
     what = ", ".join(f"{count} {kind}" for kind, count in counts.items())
     free = len({move.argument for move in branch.moves if move.argument})
-    return f"{branch.joint.name} ({free} free coordinates) lost {what}"
+    return f"{branch.joint.name} ({number_of(free, 'free coordinate')}) lost {what}"
