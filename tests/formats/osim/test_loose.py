@@ -91,7 +91,8 @@ def hunt_crossley(first: str, second: str) -> str:
     return (
         '<HuntCrossleyForce name="touch"><HuntCrossleyForce::ContactParametersSet name="contact_parameters">'
         f"<objects><HuntCrossleyForce::ContactParameters><geometry>{first} {second}</geometry>"
-        "</HuntCrossleyForce::ContactParameters></objects></HuntCrossleyForce::ContactParametersSet></HuntCrossleyForce>"
+        "</HuntCrossleyForce::ContactParameters></objects></HuntCrossleyForce::ContactParametersSet>"
+        "</HuntCrossleyForce>"
     )
 
 

@@ -112,9 +112,9 @@ def slid(function: str, more: str = "") -> str:
     return small.model(bodies, joints, small.muscle("m", points), constraint)
 
 
-def slid_lengths(values: Floats) -> Floats:
-    """Lengths, m, of the path of `slid` at ANGLES, where the slide is at such values."""
-    ends = [turned(2, q) @ (B + np.array([s, 0.0, 0.0])) for q, s in zip(ANGLES, values, strict=True)]
+def slid_lengths(values: Floats, angles: Floats = ANGLES) -> Floats:
+    """Lengths, m, of the path of `slid` at angles, where the slide is at such values."""
+    ends = [turned(2, q) @ (B + np.array([s, 0.0, 0.0])) for q, s in zip(angles, values, strict=True)]
     return np.linalg.norm(np.array(ends) - A, axis=1)
 
 
@@ -144,11 +144,11 @@ CASES = [(made, name) for made in (moved, coupled, custom) for name in FUNCTIONS
 every_case = pytest.mark.parametrize(("made", "name"), CASES, ids=[f"{made.__name__}-{name}" for made, name in CASES])
 
 
-def lengths_here(file: Path) -> Floats:
-    """Lengths, m, of the path at ANGLES."""
-    stages = Stages(load(file, ignored=[]), len(ANGLES), "cpu")
+def lengths_here(file: Path, angles: Floats = ANGLES) -> Floats:
+    """Lengths, m, of the path at angles."""
+    stages = Stages(load(file, ignored=[]), len(angles), "cpu")
     coordinates = stages.state.coordinates.numpy()
-    coordinates[:, stages.names.coordinate_start[stages.names.body_of_joint("q")]] = ANGLES
+    coordinates[:, stages.names.coordinate_start[stages.names.body_of_joint("q")]] = angles
     stages.state.coordinates.assign(coordinates)
     return stages.muscle_paths().length[:, 0]
 
@@ -201,3 +201,26 @@ def test_a_line_coupler_is_not_told(tmp_path: Path):
     notes: list[Ignored] = []
     load(small.written(tmp_path, slid(text_of("linear"))), ignored=notes)
     assert not [one for one in notes if "Constant" in one.reason]
+
+
+@pytest.mark.parametrize("held", [False, True], ids=["alone", "beside a function that holds its ends"])
+def test_polynomials_of_a_high_degree_go_on_as_far_beyond_a_range_as_half_its_width(tmp_path: Path, held: bool):
+    """They are pieces of cubics, which would go on as the last cubic does; knots far away must not spread them thin."""
+    angles, c = np.array([-3.9, -3.3, -2.5, -1.0, 0.4, 2.5, 3.3, 3.9]), [0.024, 0.08, 0.005, 0.02, 0.08]
+    text = slid(f"<PolynomialFunction><coefficients>{' '.join(map(str, c))}</coefficients></PolynomialFunction>")
+    expected = slid_lengths(np.polyval(c, angles), angles)
+    if held:  # without a range, the knots from -1.5 to 1.8 are taken for it
+        angles = 0.75 * angles
+        axes = small.axes(rotation1=("q", "0 0 1", small.LINE), translation1=("q", "0 0 1", gcv(1).replace(
+            "<GCVSpline>", '<GCVSpline name="function">')), translation2=("q", "1 0 0",
+            '<PolynomialFunction name="function"><coefficients>0.024 0.08 0.005 0.02 0.08</coefficients>'
+            "</PolynomialFunction>"))  # fmt: skip
+        endless = '<Coordinate name="q"><range>-inf inf</range></Coordinate>'
+        joint = small.joint("CustomJoint", "knee", "ground", "rod", endless, axes)
+        points = small.point("a", "ground", "0.05 0.2 0") + small.point("b", "rod", "0.04 -0.1 0.01")
+        text = small.model(small.body("rod", center="0 -0.2 0"), joint, small.muscle("m", points))
+        x, y = (np.array(list(map(float, one.split()))) for one in MANY)
+        shifts = np.stack([np.polyval(c, angles), np.zeros(len(angles)), np.interp(angles, x, y)], axis=1)
+        ends = np.array([turned(2, q) @ B for q in angles]) + shifts
+        expected = np.linalg.norm(ends - A, axis=1)
+    np.testing.assert_allclose(lengths_here(small.written(tmp_path, text), angles), expected, rtol=1e-6, atol=2e-6)

@@ -16,6 +16,8 @@ from warpmuscle.scene.joints.displacement import TURN, Span, depends, rates
 from warpmuscle.scene.joints.joint_type import OTHER_AXIS, Motion
 from warpmuscle.scene.validation.checks import Checks
 
+FAR = 100.0  # rad or m: knots from there on only hold what is at the ends
+
 _SAMPLES = 361  # of the coordinate, among which the one nearest to a pose is looked for
 _REFINED = 6  # times
 _LENGTH = 0.1  # m, that counts as much as a radian in that
@@ -99,15 +101,16 @@ def check_displacement(checks: Checks, key: str, displacement: Displacement) -> 
 
 
 def span_of(joint: Joint, driver: Joint) -> Span:
-    """Coordinates that a joint may have: within the limits, or what its knots reach over, and somewhat beyond.
+    """Coordinates that a joint may have: within the limits, or what its knots reach over, and half as wide beyond.
 
     Args:
         driver: the joint whose coordinate and limits these are, itself or the one that it follows.
     """
-    knots = list(itertools.chain.from_iterable(d.x for d in (*joint.rotations, *joint.translations)))
+    every = itertools.chain.from_iterable(d.x for d in (*joint.rotations, *joint.translations))
+    knots = [x for x in every if abs(x) < FAR]
     limits = [first_number(number) for pair in driver.limits for number in pair]
     ends = limits or knots or TURN
-    beyond = 0.2 * (max(ends) - min(ends))
+    beyond = 0.5 * (max(ends) - min(ends))
     return min(ends) - beyond, max(ends) + beyond
 
 
