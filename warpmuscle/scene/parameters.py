@@ -34,12 +34,12 @@ class Parameter:
 
 def leaves(value: Any, key: str = "") -> Iterator[tuple[str, Any]]:
     """Every (dotted path, value) below `value` that is no structure, list, tuple or table, in order of appearance."""
-    waiting = [iter(_members(value) or ())]
+    waiting = [iter(named_members(value) or ())]
     keys = [key]
     while waiting:
         for name, member in waiting[-1]:
             path = f"{keys[-1]}.{name}" if keys[-1] else name
-            members = None if type(member) in PLAIN else _members(member)
+            members = None if type(member) in PLAIN else named_members(member)
             if members is None:
                 yield path, member
             else:
@@ -53,7 +53,7 @@ def leaves(value: Any, key: str = "") -> Iterator[tuple[str, Any]]:
 
 def _free_leaves(value: Any, key: str, unit: str, found: list[tuple[str, Free, str]]) -> None:
     """Put the leaves into a list that are `Free`, with units; scenes are walked often, and most of them is numbers."""
-    for name, member in _members(value) or ():
+    for name, member in named_members(value) or ():
         if type(member) is Free:
             found.append((f"{key}{name}", member, unit_below(value, name, unit)))
         elif type(member) not in PLAIN:
@@ -205,7 +205,7 @@ def with_values(scene: Scene, values: Floats) -> Scene:
 
 def rebuilt(value: Part, replace: Callable[[str, Any], Any], key: str = "") -> Part:
     """A copy of a scene or of a part of it, with `replace(path, leaf)` in place of every leaf (see `leaves`)."""
-    members = None if type(value) in PLAIN else _members(value)
+    members = None if type(value) in PLAIN else named_members(value)
     if members is None:
         return replace(key, value)  # type: ignore[no-any-return]
     parts = [(name, rebuilt(member, replace, f"{key}.{name}" if key else name)) for name, member in members]
@@ -301,7 +301,7 @@ def to_unit(parameters: Sequence[Parameter], values: Floats) -> Floats:
     return np.asarray(np.clip(unit, 0.0, 1.0))
 
 
-def _members(value: Any) -> list[tuple[str, Any]] | None:
+def named_members(value: Any) -> list[tuple[str, Any]] | None:
     """Named members of a structure, list, tuple or table; None for anything else, a free parameter included."""
     if isinstance(value, msgspec.Struct) and not isinstance(value, Free):
         return [(name, getattr(value, name)) for name in value.__struct_fields__]

@@ -11,12 +11,14 @@ from typing import Any
 import numpy as np
 
 from warpmuscle.core.array_types import Floats
+from warpmuscle.core.errors import Error
 from warpmuscle.core.status import Status
 from warpmuscle.view.content import curve_arrays, moving_content, track_arrays
 from warpmuscle.view.controls import Button, Choice, Control, Slider, Toggle, told, use
 from warpmuscle.view.curves import panels_of
+from warpmuscle.view.editor import Editor
 from warpmuscle.view.live_run import FARTHEST, FASTEST, SPEED_RATE, TURN_RATE, LiveRun, can_change_speed
-from warpmuscle.view.messages import read_message
+from warpmuscle.view.messages import Edit, Used, read_edit, read_message
 from warpmuscle.view.packing import whole
 from warpmuscle.view.page import ground_content, page_of
 from warpmuscle.view.server import PROTOCOL, Message, PageServer
@@ -60,11 +62,12 @@ class Live(Viewer):
         self.pushes: list[Floats] = []
         self.pictures = 0
         self.parameters: dict[str, Slider] = {}
-        self._epoch, self._changed, self._told_until = 0, False, -1.0
+        self.editor = None if run.given is None else Editor(run.given)
+        self._epoch, self._told_until, self._saving = 0, -1.0, False
         self._refreshed = self._ended = 0.0
         self._pushed: tuple[float, str] | None = None  # s at the last push since the start, and its words
         self._fate = ""  # how the motion before this one ended
-        self._waiting: list[tuple[int, Any]] = []  # controls that pages have used since the last step
+        self._waiting: list[Used | Edit] = []  # what pages have sent since the last step
         self.bar = self._bar()
         self.commands = {name: self._command(name) for name, one in run.scene.commands.items() if one.max > one.min}
         self.controls: list[Control] = [*self.bar.values(), *self.commands.values(), *controls]
@@ -77,13 +80,13 @@ class Live(Viewer):
         self._thread = threading.Thread(target=self._loop, daemon=True)
 
     def _page(self, first: Track) -> str:
-        arrays = track_arrays(first) | curve_arrays(panels_of(first.recording, self.run.numeric, everything=True))
         known = {
             "protocol": PROTOCOL,
-            "order": [[name, int(values[0].size)] for name, (values, _) in arrays.items()],
+            "order": [[name, int(values[0].size)] for name, values in self._arrays(first).items()],
             "window": SEEN,
             "controls": told(self.controls),
             "bar": {name: self.controls.index(control) for name, control in self.bar.items()},
+            "edits": None if self.editor is None else self.editor.told(),
         }
         return page_of([first], [self.run.numeric], f"{self.run.scene.name}, live", True, True, live=known)
 
@@ -135,22 +138,22 @@ class Live(Viewer):
         self.run.turned = float(np.radians(value))
 
     def _parameter_sliders(self) -> list[Control]:
-        for index, parameter in enumerate(self.run.parameters):
+        for parameter in self.run.parameters:
             low, high = float(parameter.min), float(parameter.max)
             if not high > low:
                 continue
             group = _group(parameter.name)
             name = parameter.name.removeprefix(group).strip(".")
             self.parameters[parameter.name] = Slider(
-                name, low, high, float(parameter.value), self._setter(index), parameter.unit, parameter.name,
+                name, low, high, float(parameter.value), self._setter(parameter.name), parameter.unit, parameter.name,
                 "Parameters", group, parameter.step,
             )  # fmt: skip
         return [*self.parameters.values()]
 
-    def _setter(self, index: int) -> Any:
+    def _setter(self, name: str) -> Any:
         def set_value(value: float) -> None:
-            self.run.values[index] = value
-            self._changed = True
+            if self.editor is not None:
+                self.editor.set_number(name, value)
 
         return set_value
 
@@ -201,27 +204,67 @@ class Live(Viewer):
     def _hear(self, raw: Message) -> None:
         """Note what a page sends, to be done between two steps."""
         message = read_message(raw, len(self.controls))
-        if message is None or self.controls[message.control].bounded(message.value) is None:
+        edit = read_edit(raw) if message is None else None
+        if edit is not None and self.editor is not None and self.editor.takes(edit):
+            self._waiting.append(edit)
+        elif message is not None and self.controls[message.control].bounded(message.value) is not None:
+            self._waiting.append(message)
+        else:
             self.server.guard.tell("message", "no control of the viewer sends such a one")
-            return
-        self._waiting.append((message.control, message.value))
 
     def _use_waiting(self) -> None:
         waiting, self._waiting = self._waiting, []
         values: dict[int, Any] = {}
-        for number, value in waiting:
-            taken = use(self.controls[number], value)
-            if taken is not None and not isinstance(self.controls[number], Button):
-                values[number] = taken
+        for message in waiting:
+            if isinstance(message, Edit):
+                self._use_edit(message)
+                continue
+            control = self.controls[message.control]
+            taken = use(control, message.value)
+            if taken is not None and not isinstance(control, Button):
+                values[message.control] = taken
         if values:
             self._tell({"values": values})
 
+    def _use_edit(self, edit: Edit) -> None:
+        assert self.editor is not None
+        self._saving |= edit.edit == "save"
+        if why := self.editor.use(edit):
+            self._tell({"refused": why, "edits": self.editor.values()})
+
+    def _follow_edits(self) -> None:
+        """Let the simulation have what was edited since the last step, and tell pages how all numbers are now."""
+        editor = self.editor
+        if editor is not None and editor.pending:
+            why, parts = {}, ("controller",) if editor.only_controller() else None
+            try:
+                scene = editor.make()
+                self.run.use(scene, parts)
+                editor.accept(scene)
+            except Error as error:
+                editor.refuse()
+                why = {"refused": str(error)}
+            if parts is None:
+                self._tell({"doll": moving_content(self.run.track().doll, self.run.numeric)})
+            self._tell({**why, "edits": editor.values(), "values": self._parameter_values(editor)})
+        if editor is not None and self._saving:
+            self._saving = False
+            name, text = editor.file()
+            self._tell({"saved": {"name": name, "text": text}})
+
+    def _parameter_values(self, editor: Editor) -> dict[int, float]:
+        """Values of the parameters' sliders, by number; those that were moved farther reach farther now."""
+        now, values = editor.parameters(), {}
+        for name, slider in self.parameters.items():
+            if name in now:
+                value = now[name]
+                slider.min, slider.max, slider.value = min(slider.min, value), max(slider.max, value), value
+            values[self.controls.index(slider)] = slider.value
+        return values
+
     def advance(self, passed: float) -> None:
         """Go on by a wall time, s, and tell pages; the viewer's own thread does so once it was started."""
-        if self._changed:
-            self._changed = False
-            self.run.apply()
-            self._tell({"doll": moving_content(self.run.track().doll, self.run.numeric)})
+        self._follow_edits()
         if self.playing:
             if self.run.status == Status.RUNNING:
                 self._ended = 0.0
@@ -267,9 +310,15 @@ class Live(Viewer):
 
     def _rows(self, track: Track) -> Floats:
         """All numbers of frames (F, N), in the order that the page knows."""
-        panels = panels_of(track.recording, self.run.numeric, everything=True)
-        arrays = track_arrays(track) | curve_arrays(panels)
-        return np.concatenate([np.reshape(values, (track.frames, -1)) for values, _ in arrays.values()], axis=1)
+        values = self._arrays(track).values()
+        return np.concatenate([np.reshape(each, (track.frames, -1)) for each in values], axis=1)
+
+    def _arrays(self, track: Track) -> dict[str, Floats]:
+        """What the page is told of each frame, by name; `moment` is the controller's state and its phase."""
+        recording = track.recording
+        panels = panels_of(recording, self.run.numeric, everything=True)
+        arrays = {name: values for name, (values, _) in (track_arrays(track) | curve_arrays(panels)).items()}
+        return arrays | {"moment": np.column_stack([recording.state, recording.phase])}
 
     def _words(self, track: Track) -> str:
         if self.run.status != Status.RUNNING:
@@ -286,7 +335,8 @@ class Live(Viewer):
             frames = np.concatenate([[self._epoch], rows.ravel()]).astype("<f4").tobytes()
             doll = moving_content(track.doll, self.run.numeric)
             ground = ground_content(self.run.numeric.ground)
-            known = {"values": values, "status": self._words(track), "doll": doll, "ground": ground}
+            edits = {} if self.editor is None else {"edits": self.editor.values()}
+            known = {"values": values, "status": self._words(track), "doll": doll, "ground": ground, **edits}
             return [json.dumps(known), frames]
 
     def _tell(self, what: dict[str, Any]) -> None:

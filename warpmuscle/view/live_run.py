@@ -14,7 +14,8 @@ from warpmuscle.core.status import Status
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Balance, Controller, Curve, Scene, State
 from warpmuscle.scene.number import Free
-from warpmuscle.scene.parameters import leaves, start_values, substitute
+from warpmuscle.scene.parameters import free_parameters, leaves, start_values, substitute
+from warpmuscle.scene.validation.scene import check_scene
 from warpmuscle.simulation.commands import place_of_root, turned_below
 from warpmuscle.simulation.rollout import Rollout
 from warpmuscle.view.track import UP, Track, doll_of, track_of
@@ -47,7 +48,8 @@ class LiveRun:
             SceneError, RolloutError: as `Rollout` does.
             Error: the scene fails in its first step, so that there is nothing to see.
         """
-        self.scene = msgspec.structs.replace(scene, duration=EPISODE)
+        self._given, self._duration = scene, longest_run(scene)
+        self.scene = self._lasting(scene)
         self.rollout = Rollout(self.scene, 1, device, record=[0], record_rate=RATE)
         self.parameters = self.rollout.parameters
         self.values: Floats = start_values(self.scene)
@@ -63,6 +65,42 @@ class LiveRun:
         self._seen: Recording | None = None  # what was seen last
         self.restart()
         self.window(0.0)
+
+    @property
+    def given(self) -> Scene | None:
+        """The scene with its own duration, whose numbers `use` may change; None where they are not to be changed."""
+        return self._given
+
+    def _lasting(self, scene: Scene) -> Scene:
+        """A scene that goes on for as long as it is shown."""
+        return msgspec.structs.replace(scene, duration=self._duration)
+
+    def use(self, scene: Scene, parts: Sequence[str] | None = None) -> None:
+        """Go on from here with another version of the scene: other numbers, other knots of curves.
+
+        What concerns the start counts after the next `restart`. Values of free parameters that were changed here stay,
+        unless this scene has others.
+
+        Args:
+            parts: of the model, that the change is in; by default all of it.
+
+        Raises:
+            SceneError: the scene is not sound; then everything stays as it was.
+        """
+        scene = self._lasting(scene)
+        check_scene(scene)
+        set_here = {(p.name, p.value): now for p, now in zip(self.parameters, self.values, strict=True)}
+        parameters = free_parameters(scene)
+        values = np.array([set_here.get((p.name, p.value), p.value) for p in parameters], dtype=np.float64)
+        was = self.scene, self.parameters, self.values, self._applied, self._following
+        self.scene, self.parameters, self.values = scene, parameters, values
+        self._following = parts_that_follow(scene)
+        try:
+            self.apply(parts)
+        except Error:
+            self.scene, self.parameters, self.values, self._applied, self._following = was
+            self.apply()
+            raise
 
     def restart(self) -> None:
         """Back to the start, with the parameters as they are now; steering begins again, too."""
@@ -85,11 +123,11 @@ class LiveRun:
     def status(self) -> Status:
         """How it goes; `COMPLETED` once the time is up."""
         status = Status(self.rollout.status()[0])
-        return Status.COMPLETED if status == Status.RUNNING and self.time >= EPISODE - 0.1 else status
+        return Status.COMPLETED if status == Status.RUNNING and self.time >= self._duration - 0.1 else status
 
     def advance(self, passed: float) -> None:
         """Go on by a time, s, in whole frames."""
-        self._clock = min(self._clock + min(passed, LONGEST), EPISODE)
+        self._clock = min(self._clock + min(passed, LONGEST), self._duration)
         frames = int(self._clock / (self._every * self.scene.time_step))
         self._steer()
         self.rollout.advance(min(frames * self._every + 1, self.rollout.steps))
@@ -98,15 +136,19 @@ class LiveRun:
         """Go on by one frame."""
         self.advance(self._every * self.scene.time_step * 1.0001)
 
-    def apply(self) -> None:
+    def apply(self, parts: Sequence[str] | None = None) -> None:
         """Go on with the values as they are now; what concerns the start counts after the next `restart`.
 
         Values beyond a parameter's bounds become those bounds, and what is no number the value that it had.
+
+        Args:
+            parts: of the model, that the change is in; by default all of it.
         """
         low, high = (np.array([getattr(p, bound) for p in self.parameters]) for bound in ("min", "max"))
-        self.values = np.clip(np.where(np.isnan(self.values), self._applied, self.values), low, high)
+        had = self._applied if self._applied.shape == self.values.shape else start_values(self.scene)
+        self.values = np.clip(np.where(np.isnan(self.values), had, self.values), low, high)
         self._applied = self.values.copy()
-        self._change()
+        self._change(parts)
         self._doll = doll_of(self.numeric, self._doll.muscles.names)
 
     def _change(self, parts: Sequence[str] | None = None) -> None:
@@ -208,6 +250,12 @@ class LiveRun:
     def track(self, length: float = 0.0) -> Track:
         """What is shown of the last so many seconds."""
         return track_of(self.window(length), self.numeric, self.scene.name, doll=self._doll)
+
+
+def longest_run(scene: Scene) -> float:
+    """How long a scene can be shown, s: its prescribed motions may end."""
+    ends = [motion.time[-1] for motion in scene.motion.values() if len(motion.time) > 1]
+    return min([EPISODE, *ends]) if ends else EPISODE
 
 
 def parts_that_follow(scene: Scene) -> tuple[str, ...] | None:

@@ -1,6 +1,8 @@
-"""What a page may send to a viewer: that a control, by its number, was given a value."""
+"""What a page may send to a viewer: that a control, by its number, was given a value, or that the scene is edited."""
 
 from __future__ import annotations
+
+from typing import Literal
 
 import msgspec
 
@@ -15,7 +17,25 @@ class Used(msgspec.Struct, forbid_unknown_fields=True):
     value: bool | int | float | str
 
 
+class Edit(msgspec.Struct, forbid_unknown_fields=True):
+    """A change of the scene's numbers; whether it can be made is for `view.editor` to say.
+
+    Attributes:
+        edit: number: gives it a value, or back its own. move, insert, remove: a point of a curve; straighten: gives a
+            curve back its own points. back: gives all back. save: asks for the scene as a file.
+        target: the number or the curve. point: of the curve, or before which one a new one comes.
+        at: place of a point, along phase or time. value: its value, or the number's.
+    """
+
+    edit: Literal["number", "move", "insert", "remove", "straighten", "back", "undo", "redo", "save"]
+    target: int = 0
+    point: int = 0
+    at: float | None = None
+    value: float | None = None
+
+
 _decoder = msgspec.json.Decoder(Used)
+_edits = msgspec.json.Decoder(Edit)
 
 
 def read_message(raw: str | bytes, controls: int) -> Used | None:
@@ -26,3 +46,11 @@ def read_message(raw: str | bytes, controls: int) -> Used | None:
         return None
     too_long = isinstance(message.value, str) and len(message.value) > LONGEST
     return message if 0 <= message.control < controls and not too_long else None
+
+
+def read_edit(raw: str | bytes) -> Edit | None:
+    """What a page says of the scene's numbers; None for all else."""
+    try:
+        return _edits.decode(raw)
+    except (msgspec.MsgspecError, ValueError, OverflowError, RecursionError):
+        return None

@@ -27,7 +27,7 @@ from warpmuscle.view.track import Doll, Track, track_of
 
 SCRIPTS = (
     "unpack.js", "math.js", "meshes.js", "shaders.js", "batches.js", "renderer.js", "biped.js", "camera.js",
-    "picking.js", "plots.js", "controls.js", "live.js", "waiting.js", "player.js",
+    "picking.js", "plots.js", "controls.js", "live.js", "editor.js", "curve_editor.js", "waiting.js", "player.js",
 )  # fmt: skip
 SHOWN = ("muscles", "flesh", "bones", "surfaces", "shapes", "desired", "forces", "path", "labels", "norms", "follow")
 RATE = 50.0  # frames a second; the page draws what lies between them

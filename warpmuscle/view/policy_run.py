@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import msgspec
 import numpy as np
 
@@ -40,6 +42,7 @@ class PolicyRun(LiveRun):
         self.player = Player(learned.policy, self._plain, 1, device, task, record=[0], record_rate=RATE)
         batch = self.player.batch
         self.rollout, self.numeric = batch.rollout, batch.rollout.numeric
+        self._given, self._duration = scene, EPISODE
         self.scene = msgspec.structs.replace(batch.scene, commands=commands_of(task) | self._own, controller=None)
         self.parameters, self.values = [], np.zeros(0)
         self.asked = {name: one.asked for name, one in self.scene.commands.items()}
@@ -74,7 +77,12 @@ class PolicyRun(LiveRun):
         while (self._steps + every) * self.scene.time_step <= self._clock and self.status == Status.RUNNING:
             self._decide()
 
-    def apply(self) -> None:
+    @property
+    def given(self) -> None:
+        """No numbers are to be changed: a policy has learnt with them as they are."""
+        return None
+
+    def apply(self, parts: Sequence[str] | None = None) -> None:
         """Nothing changes: a policy has learnt with the parameters as they are."""
 
     def _step_now(self) -> int:

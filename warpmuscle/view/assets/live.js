@@ -16,13 +16,16 @@ class Live {
     for (const [name, width] of spec.order) {
       const first = this.biped.arrays[name];
       this.biped.arrays[name] = new Float32Array(2 * this.most * width);
-      this.biped.arrays[name].set(first.subarray(0, width));
+      if (first) this.biped.arrays[name].set(first.subarray(0, width));
       this.biped.widths[name] = width;
     }
     this.width = spec.order.reduce((sum, [, width]) => sum + width, 0);
     player.plots.window = spec.window;
     document.getElementById("again").hidden = false;
     this.makePanel(document.getElementById("side"));
+    const editable = spec.edits && spec.edits.numbers.length + spec.edits.curves.length > 0;
+    this.editor = editable ? new Editor(this, spec.edits, document.getElementById("side")) : null;
+    document.getElementById("side").hidden = !document.getElementById("side").children.length;
     this.connect();
   }
 
@@ -38,9 +41,12 @@ class Live {
     };
   }
 
-  hear({ values, status, push, doll, ground }) {
+  hear({ values, status, push, doll, ground, edits, refused, saved }) {
     for (const [number, value] of Object.entries(values ?? {})) this.rows[number]?.(value);
     if (status !== undefined) document.getElementById("status").textContent = status;
+    if (edits) this.editor?.hear(edits);
+    if (refused) this.editor?.refuse(refused);
+    if (saved) this.editor?.save(saved);
     if (push) this.push = { impulse: push, until: performance.now() + PUSH_SEEN };
     if (ground) this.player.renderer.ground = ground;
     if (doll) {
@@ -81,6 +87,7 @@ class Live {
   // Follow the frames that come, smoothly, and draw the past anew from time to time.
   advance(passed) {
     const { player } = this, last = player.end, now = performance.now();
+    this.editor?.curve?.tick();
     if (player.playing) {
       const wanted = last - BEHIND * player.speed, next = player.time + passed * player.speed;
       const near = next + 0.1 * (wanted - next);
@@ -102,17 +109,30 @@ class Live {
     if (norm(along) > 0) arrow(player.renderer, minus(root, along), along, PUSH_TINT);
   }
 
-  send(control, value) {
-    if (this.socket.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify({ control, value }));
+  say(message) {
+    this.sayWaiting();
+    if (this.socket.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(message));
   }
 
-  // The same, of many values in a short time only the last.
+  // The same, of many messages of one key in a short time only the last.
+  saySoon(key, message) {
+    if (!this.waiting.size) setTimeout(() => this.sayWaiting(), EVERY);
+    this.waiting.set(key, message);
+  }
+
+  // What waits comes before what is said later.
+  sayWaiting() {
+    const waiting = [...this.waiting.values()];
+    this.waiting.clear();
+    for (const message of waiting) this.say(message);
+  }
+
+  send(control, value) {
+    this.say({ control, value });
+  }
+
   sendSoon(control, value) {
-    if (!this.waiting.size) setTimeout(() => {
-      for (const [number, last] of this.waiting) this.send(number, last);
-      this.waiting.clear();
-    }, EVERY);
-    this.waiting.set(control, value);
+    this.saySoon(control, { control, value });
   }
 
   play(on) {
@@ -148,7 +168,6 @@ class Live {
       if (!sections.has(control.section)) sections.set(control.section, []);
       sections.get(control.section).push([number, control]);
     });
-    side.hidden = !sections.size;
     for (const [name, entries] of sections) this.makeSection(side, name, entries);
   }
 
@@ -215,6 +234,8 @@ class Live {
     const slider = add("input", { type: "range", ...bounds, step, ariaLabel: name }), box = add("input", { type: "number", ...bounds, ariaLabel: `${name}, number` });
     let editing = false; // what is being typed stays as it is
     const show = (now) => {
+      if (now < Number(slider.min)) slider.min = box.min = now; // its number was edited farther
+      if (now > Number(slider.max)) slider.max = box.max = now;
       slider.value = now;
       if (!editing) box.value = Number(Number(now).toPrecision(5));
     };

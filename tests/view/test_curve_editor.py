@@ -1,0 +1,176 @@
+"""All numbers of a running scene and the editor of its curves, in a real browser, by pointer, keys and on a phone."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import warp as wp
+
+from live_viewer import PATIENCE, until
+from warpmuscle.formats import load
+from warpmuscle.kernels.spline import curve_value
+from warpmuscle.kernels.structs import Knot
+from warpmuscle.view.live import Live
+from warpmuscle.view.live_run import LiveRun
+
+pytest.importorskip("websockets", reason="no websockets: pip install 'warpmuscle[view]'")
+HIP = "controller.states.0.trajectories.SWING_Hip.components.1"
+
+
+@pytest.fixture
+def live() -> Iterator[Live]:
+    viewer = Live(LiveRun(load("fwalk")), port=0)
+    viewer.start()
+    yield viewer
+    viewer.stop()
+    viewer.wait()
+
+
+def opened(browser: Any, live: Live, width: int, height: int) -> Any:
+    page = browser.new_page(viewport={"width": width, "height": height})
+    page.set_default_timeout(1000.0 * PATIENCE)
+    page.problems = []
+    page.on("pageerror", lambda error: page.problems.append(str(error)))
+    page.on("console", lambda message: page.problems.append(message.text) if message.type == "error" else None)
+    page.goto(live.url)
+    page.evaluate("warpmuscle.ready")
+    page.locator("#numbers > summary").click()
+    return page
+
+
+def found(page: Any, words: str) -> Any:
+    page.fill("#numbers > input[type=search]", words)
+    return page.locator("#numbers .row:visible:not(.tools)")
+
+
+def hip_of(live: Live) -> tuple[list[float], list[float]]:
+    """Phases and angles of the swing hip that the device has."""
+    with live.lock:
+        component = live.run.numeric.controller.states[0].trajectories["SWING_Hip"].components[1]
+        knots = live.run.rollout.model.simbicon.knots.numpy()[0]
+        place = next(k for k, knot in enumerate(knots) if abs(knot["phase"] - component.phase[0]) < 1e-6
+                     and abs(knot["value"] - component.angle[0]) < 1e-6)  # fmt: skip
+        curve = knots[place : place + len(component.phase)]
+        np.testing.assert_allclose(curve["value"], component.angle, atol=1e-6)
+        return curve["phase"].tolist(), curve["value"].tolist()
+
+
+def test_a_number_is_found_moved_taken_back_and_saved(browser, live, tmp_path):
+    page = opened(browser, live, 900, 700)
+    rows = found(page, "gains lElbow KP")
+    assert rows.count() == 1
+    assert "N m/rad" in rows.inner_text()
+    body = live.run.rollout.names.body_of_joint("lElbow")
+
+    def gain() -> float:
+        with live.lock:
+            return float(live.run.rollout.model.simbicon.gains.numpy()["kp"][0, body])
+
+    rows.locator("input[type=number]").fill("8")
+    page.keyboard.press("Enter")
+    until(lambda: gain() == 8.0)
+    rows.locator("input[type=range]").focus()
+    page.keyboard.press("ArrowRight")
+    until(lambda: gain() > 8.0)
+    until(lambda: "1 changed" in page.locator("#numbers > summary").inner_text())
+    with page.expect_download() as download:
+        page.get_by_role("button", name="save as a scene").click()
+    assert download.value.suggested_filename == "fwalk_edited.toml"
+    download.value.save_as(tmp_path / "own.toml")
+    assert load(Path(tmp_path / "own.toml")).controller.pd["lElbow"].kp.value == pytest.approx(gain())
+    rows.locator("button.back").click()
+    until(lambda: gain() == 5.0)
+    until(lambda: rows.locator("input[type=number]").input_value() == "5")
+    page.get_by_role("button", name="undo", exact=True).first.click()
+    until(lambda: gain() > 8.0)
+    rows.locator("input[type=number]").fill("-3")
+    page.keyboard.press("Enter")
+    page.get_by_role("alert").get_by_text("refused").wait_for()
+    assert gain() > 8.0
+    assert found(page, "no such words").count() == 0
+    assert page.locator("#numbers > p").inner_text() == "nothing is called so"
+    assert not page.problems
+    page.close()
+
+
+def test_a_curve_is_bent_by_pointer_and_keys_and_gets_points(browser, live):
+    page = opened(browser, live, 1000, 760)
+    begun = hip_of(live)
+    found(page, "SWING hip curve about x").first.wait_for(state="detached")  # "curve" is no word of its key
+    found(page, "SWING hip angle about x").get_by_role("button").click()
+    points = page.locator("#editor .point")
+    assert points.count() == 6
+    box = points.nth(2).bounding_box()
+    page.mouse.move(box["x"] + 15, box["y"] + 15)
+    page.mouse.down()
+    page.mouse.move(box["x"] + 15, box["y"] - 15, steps=4)
+    page.mouse.up()
+    until(lambda: hip_of(live)[1][2] > begun[1][2] + 0.02)
+    assert hip_of(live)[0] == pytest.approx(begun[0], abs=2e-3)  # straight up
+    points.nth(1).focus()
+    page.keyboard.press("Shift+ArrowDown")
+    until(lambda: hip_of(live)[1][1] < begun[1][1] - 0.02)
+    page.keyboard.press("ArrowRight")
+    until(lambda: hip_of(live)[0][1] > begun[0][1] + 0.005)
+    page.keyboard.press("Insert")
+    until(lambda: len(hip_of(live)[0]) == points.count() == 7)
+    page.keyboard.press("Delete")
+    until(lambda: len(hip_of(live)[0]) == points.count() == 6)
+    points.nth(0).focus()
+    for _ in range(40):  # no farther than its neighbour
+        page.keyboard.press("Shift+ArrowRight")
+    until(lambda: hip_of(live)[0][0] > hip_of(live)[0][1] - 0.005)
+    assert hip_of(live)[0] == sorted(hip_of(live)[0])
+    page.get_by_label("value of the point, number").fill("0.25")
+    page.keyboard.press("Enter")
+    until(lambda: hip_of(live)[1][0] == 0.25)
+    page.locator("#editor").get_by_role("button", name="scene's curve").click()
+    until(lambda: hip_of(live) == begun)
+    page.keyboard.press("Escape")
+    assert page.locator("#editor").is_hidden()
+    assert page.locator("#plots").is_visible()
+    assert not page.problems
+    page.close()
+
+
+def test_on_a_phone_the_body_and_the_curve_are_both_seen(browser, live):
+    page = opened(browser, live, 390, 760)
+    found(page, "SWING hip angle about x").get_by_role("button").click()
+    for part in ("#scene", "#editor canvas", "#editor .fields"):
+        box = page.locator(part).bounding_box()
+        assert box["height"] > (50 if part.endswith("fields") else 100)
+        assert box["x"] >= 0
+        assert box["x"] + box["width"] <= 390
+        assert box["y"] + box["height"] <= 760
+    assert page.evaluate("document.documentElement.scrollWidth") <= 390
+    page.get_by_role("button", name="close", exact=True).click()
+    assert not page.problems
+    page.close()
+
+
+@wp.kernel
+def evaluated(knots: wp.array2d(dtype=Knot), x: wp.array(dtype=float), y: wp.array(dtype=float)):
+    i = wp.tid()
+    y[i] = curve_value(knots, 0, 0, knots.shape[1], x[i])
+
+
+def test_the_curve_that_is_drawn_is_the_one_that_is_followed(browser, live):
+    at, along = [0.02, 0.23, 0.52, 0.9], [-0.1, -0.5, 0.2, 0.1]
+    x = np.linspace(-0.1, 1.1, 49)
+    page = opened(browser, live, 400, 400)
+    drawn = page.evaluate(
+        "([at, along, x]) => x.map((one) => curveValue(at, along, one, false))", [at, along, x.tolist()]
+    )
+    knots = np.zeros((1, 4), dtype=Knot.numpy_dtype())
+    knots["phase"], knots["value"] = at, along
+    device, followed = "cpu", wp.zeros(49, dtype=float, device="cpu")
+    given = [wp.array(knots, dtype=Knot, device=device), wp.array(x.astype(np.float32), dtype=float, device=device)]
+    wp.launch(evaluated, 49, [*given, followed], device=device)
+    np.testing.assert_allclose(drawn, followed.numpy(), atol=1e-5)
+    straight = page.evaluate(
+        "([at, along, x]) => x.map((one) => curveValue(at, along, one, true))", [at, along, x.tolist()]
+    )
+    np.testing.assert_allclose(straight, np.interp(x, at, along), atol=1e-12)
+    page.close()
