@@ -9,6 +9,7 @@ import pytest
 
 from live_viewer import PATIENCE, answer, page_socket, place_of, running_viewer, still_serves, until
 from warpmuscle.core.errors import SceneError
+from warpmuscle.core.status import Status
 from warpmuscle.formats import load
 from warpmuscle.formats.toml import loads
 from warpmuscle.model.structure import structure_of
@@ -171,6 +172,34 @@ def test_motion_goes_on_with_changes_and_what_is_saved_moves_alike_to_the_bit():
     rollout = Rollout(saved, 1, "cpu", record=[0], record_rate=50.0)
     rollout.run(run.time)
     assert np.array_equal(run.window(9.0).com, rollout.recording().com)
+
+
+def test_an_arm_that_nothing_excites_is_excited_by_a_curve_drawn_by_hand():
+    run = LiveRun(load("throw"))  # whose trunk moves as recorded for 1.5 s, and no longer
+    editor = Editor(run.given)
+    drawn, structure = curve(editor, "character.muscles.m1.excitation"), structure_of(run.scene)
+    assert editor.values()["curves"] == {}
+    for edit in (Edit("insert", drawn, 0, 0.1, 0.1), Edit("insert", drawn, 1, 0.3, 0.9)):
+        editor.use(edit)
+    run.use(editor.make())
+    editor.accept(editor.make())
+    assert editor.values()["curves"] == {drawn: {"at": [0.1, 0.3], "along": [0.1, 0.9]}}
+    assert structure_of(run.scene) == structure
+    run.restart()
+    for _ in range(20):
+        run.step()
+    rollout = Rollout(loads(editor.file()[1]), 1, "cpu", record=[0], record_rate=50.0)
+    rollout.run(run.time)
+    seen = run.window(9.0)
+    assert np.array_equal(seen.muscle_excitation, rollout.recording().muscle_excitation)
+    asked = np.interp(seen.time, [0.1, 0.3], [0.1, 0.9])
+    column = seen.muscle_names.index("m1")
+    np.testing.assert_allclose(seen.muscle_excitation[1:, column], asked[1:], atol=0.005)  # a step behind
+    editor.use(Edit("straighten", drawn))
+    assert editor.make() == load("throw")
+    while run.status == Status.RUNNING:
+        run.advance(0.1)
+    assert run.time == pytest.approx(1.5, abs=0.15)
 
 
 def test_description_of_a_saved_scene_names_few_changes():

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import msgspec
 
 from warpmuscle.core.errors import SceneError
-from warpmuscle.scene import Scene
+from warpmuscle.scene import Excitation, Scene
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.parameters import rebuilt
 from warpmuscle.view.numbers import CurveKnots
@@ -91,6 +91,9 @@ def _rearranged(scene: Scene, curves: Mapping[str, CurveKnots], edits: Edits) ->
         if origins == list(range(curve.knots)):
             continue
         owner = _at(scene, curve.path)
+        if owner is None:  # the only curve that a scene may lack here
+            owner = Excitation([], [])
+            setattr(_at(scene, curve.path[:-1]), curve.path[-1], owner)
         for name, place in ((curve.across, 1), (curve.along, 2)):
             before = getattr(owner, name)
             setattr(owner, name, [point[place] if point.origin < 0 else before[point.origin] for point in points])

@@ -61,7 +61,10 @@ class CurveKnots(Editable):
 
 
 def editable(scene: Scene) -> tuple[list[Editable], list[CurveKnots]]:
-    """All numbers of the controller and the curves that it follows, and the main ones of muscles, in order."""
+    """All numbers of the controller and the curves that it follows, and the main ones of muscles, in order.
+
+    A muscle that neither a controller nor a curve excites has a curve without knots.
+    """
     numbers: list[Editable] = []
     curves: list[CurveKnots] = []
     for name in ("controller", "custom_controller_parameters"):
@@ -71,6 +74,10 @@ def editable(scene: Scene) -> tuple[list[Editable], list[CurveKnots]]:
         path = ("character", "muscles", name)
         for field in OF_MUSCLE:
             numbers.append(_number((*path, field), units_of(type(muscle)).get(field, ""), scene))
+        if muscle.excitation is None and scene.controller is None and not scene.custom_controller:
+            group, called = _called((*path, "excitation"), scene)  # nothing excites it but what is drawn by hand
+            key = ".".join((*path, "excitation"))
+            curves.append(CurveKnots(key, (*path, "excitation"), group, called, "", *KNOTS[Excitation], True, "", 0))
         if muscle.excitation is not None:
             for one in _below(muscle.excitation, (*path, "excitation"), None, scene):
                 _into(one, numbers, curves)

@@ -89,7 +89,7 @@ class CurveEditor {
     const places = [...at, ...now.at], values = [...along, ...now.along, ...(straight ? [0, 1] : [])];
     const low = Math.min(...values, Infinity), high = Math.max(...values, -Infinity);
     const middle = values.length ? 0.5 * (low + high) : 0, span = Math.max(values.length ? high - low : 0, LEAST_SPAN[unit] ?? 0.5);
-    this.box = { x0: Math.min(0, ...places), x1: Math.max(straight ? 0.1 : 1, ...places), y0: middle - 0.8 * span, y1: middle + 0.8 * span };
+    this.box = { x0: Math.min(0, ...places), x1: straight ? 1.25 * Math.max(0.8, ...places) : Math.max(1, ...places), y0: middle - 0.8 * span, y1: middle + 0.8 * span };
   }
 
   toPixels(x, y) {
@@ -236,7 +236,8 @@ class CurveEditor {
   move(k, x, y, dragged) {
     const { at, along } = this.now(), { x0, x1 } = this.box, apart = APART * (x1 - x0);
     if (!(k < at.length)) return;
-    const low = k ? at[k - 1] + apart : Math.min(x0, at[0]), high = k < at.length - 1 ? at[k + 1] - apart : Math.max(x1, at[k]);
+    const low = k ? at[k - 1] + apart : Math.min(x0, at[0]), last = k === at.length - 1;
+    const high = !last ? at[k + 1] - apart : this.spec.straight && !dragged ? Infinity : Math.max(x1, at[k]);
     const place = shortNumber(Math.min(Math.max(x, low), Math.max(low, high))), value = shortNumber(this.spec.straight ? Math.min(Math.max(y, 0), 1) : y);
     this.editor.curves[this.index] = { at: at.with(k, place), along: along.with(k, value) };
     this.draw();

@@ -30,7 +30,9 @@ class Editor {
 
   makeSection(side) {
     const make = (parent, tag, properties) => parent.appendChild(Object.assign(document.createElement(tag), properties));
-    const section = make(side, "details", { id: "numbers" }), summary = make(section, "summary", { textContent: "All numbers" });
+    const section = document.createElement("details"), summary = make(section, "summary", { textContent: "All numbers" });
+    section.id = "numbers";
+    side.insertBefore(section, [...side.children].find((one) => one.firstChild.textContent === "Parameters") ?? null);
     this.count = make(summary, "small", {});
     const tools = make(section, "div", { className: "row tools" });
     const button = (text, title, act) => make(tools, "button", { textContent: text, title, onclick: act });
@@ -49,7 +51,10 @@ class Editor {
       make(group.element, "summary", { textContent: group.name });
       group.element.addEventListener("toggle", () => group.element.open && this.build(group));
     }
-    section.addEventListener("toggle", () => document.querySelector("main").classList.toggle("tuning", section.open));
+    section.addEventListener("toggle", () => {
+      document.querySelector("main").classList.toggle("tuning", section.open);
+      if (section.open) section.scrollIntoView({ block: "start" });
+    });
     this.showCount();
   }
 
