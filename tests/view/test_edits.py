@@ -59,6 +59,11 @@ def test_sliders_hold_their_number_and_do_not_reach_where_it_may_not_be(field, v
     assert math.isfinite(high - low)
 
 
+def test_limits_that_limit_nothing_have_sliders_of_what_would_limit_something():
+    assert slider_range("d_limits", "m", -1000.0) == slider_range("d_limits", "m", 1000.0) == (-0.4, 0.4)
+    assert slider_range("v_limits", "m/s", 0.3) == (-0.2, 0.8)
+
+
 def test_free_numbers_stay_free_and_reach_as_far_as_they_were_moved():
     scene = load("fwalk")
     made = changed(scene, numbers={"controller.pd.lKnee.kp": 1000.0, "controller.pd.rHip.kd": 12.0})

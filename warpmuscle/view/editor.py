@@ -170,7 +170,8 @@ class Editor:
         numbers = []
         for one in self.numbers:
             value = self._begin[one.key]
-            low, high = slider_range(one.path[-1], one.unit, value)
+            field = next(name for name in reversed(one.path) if not name.isdigit())
+            low, high = slider_range(field, one.unit, value)
             entry = self._named(one, groups) | {"value": value, "min": low, "max": high}
             numbers.append(entry | ({"follows": whole(follows[one.key])} if follows.get(one.key) else {}))
         curves = [

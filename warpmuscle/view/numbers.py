@@ -20,6 +20,7 @@ KNOTS: dict[Any, tuple[str, str]] = {
 }
 POSITIVE = {"time", *OF_MUSCLE}
 NOT_NEGATIVE = {"kp", "kd", "torque_limit", "scale", "stance_hip_max_velocity"}
+LIMITS, UNLIMITED = ("d_limits", "v_limits"), 1000.0  # which clamp nothing from so much on
 USUAL = {  # half of a slider's range about small numbers, by unit
     "N m/rad": 100.0, "N m s/rad": 10.0, "N m": 50.0, "rad": 0.5, "rad/m": 0.5, "rad s/m": 0.5, "m": 0.2, "m/s": 0.5,
     "s": 0.5, "N": 500.0,
@@ -183,8 +184,13 @@ def _about(component: Component) -> str:
 
 
 def slider_range(field: str, unit: str, value: float) -> tuple[float, float]:
-    """Sensible ends of a slider for a number of this name; a box beside it takes others."""
+    """Sensible ends of a slider for a number of this name; a box beside it takes others.
+
+    The number itself lies between them, but for a limit that clamps nothing.
+    """
     span = max(abs(value), USUAL.get(unit, 1.0))
+    if field in LIMITS and abs(value) >= UNLIMITED:
+        return -2.0 * USUAL[unit], 2.0 * USUAL[unit]
     if field in POSITIVE:
         return 0.05 * abs(value), 2.0 * abs(value)
     if field in NOT_NEGATIVE:

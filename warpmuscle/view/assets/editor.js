@@ -110,7 +110,7 @@ class Editor {
     const label = row.appendChild(document.createElement("span"));
     label.append(`${unit ? `${name}, ${unit}` : name}${follows ? " (follows)" : ""}`);
     const back = label.appendChild(backButton(`back to the scene's value, ${shortNumber(value)}`, () => this.say("number", { target: index })));
-    const show = makeRange(row, name, { min, max }, (now, dragged) => {
+    const show = makeRange(row, name, { min, max, own: value }, (now, dragged) => {
       this.values[index] = now;
       if (dragged) this.soon(`number ${index}`, { edit: "number", target: index, value: now });
       else this.say("number", { target: index, value: now });
@@ -164,15 +164,15 @@ function backButton(title, act) {
   return Object.assign(document.createElement("button"), { textContent: "\u21ba\ufe0e", title, ariaLabel: title, className: "back", onclick: act, hidden: true });
 }
 
-// A slider and a box beside it; returns what shows a number, and reaches as far as the number does.
-function makeRange(row, name, { min, max }, changed) {
+// A slider and a box beside it; returns what shows a number. It reaches as far as any number but its own, such as a limit that limits nothing.
+function makeRange(row, name, { min, max, own }, changed) {
   const add = (properties) => row.appendChild(Object.assign(document.createElement("input"), properties));
   const slider = add({ type: "range", min, max, step: (max - min) / 200 || "any", ariaLabel: name });
   const box = add({ type: "number", step: "any", ariaLabel: `${name}, number` });
   let editing = false;
   const show = (now) => {
-    if (now < Number(slider.min)) slider.min = now;
-    if (now > Number(slider.max)) slider.max = now;
+    if (now < Number(slider.min) && now !== own) slider.min = now;
+    if (now > Number(slider.max) && now !== own) slider.max = now;
     slider.value = now;
     if (!editing) box.value = shortNumber(now);
   };
