@@ -126,6 +126,17 @@ def test_a_curve_is_bent_by_pointer_and_keys_and_gets_points(browser, live):
     page.get_by_label("value of the point, number").fill("0.25")
     page.keyboard.press("Enter")
     until(lambda: hip_of(live)[1][0] == 0.25)
+    slider = page.get_by_label("value of the point", exact=True)
+    reach = slider.get_attribute("max")
+    box = slider.bounding_box()
+    page.mouse.move(box["x"] + 0.5 * box["width"], box["y"] + 8)
+    page.mouse.down()
+    for part in (0.8, 0.9, 0.97, 0.99):
+        page.mouse.move(box["x"] + part * box["width"], box["y"] + 8)
+        page.wait_for_timeout(150)
+        assert slider.get_attribute("max") == reach  # it does not run away under the hand
+    page.mouse.up()
+    until(lambda: slider.get_attribute("max") != reach)
     page.locator("#editor").get_by_role("button", name="scene's curve").click()
     until(lambda: hip_of(live) == begun)
     page.keyboard.press("Escape")

@@ -19,7 +19,7 @@ from warpmuscle.view.curves import panels_of
 from warpmuscle.view.editor import Editor
 from warpmuscle.view.live_run import FARTHEST, FASTEST, SPEED_RATE, TURN_RATE, LiveRun, can_change_speed
 from warpmuscle.view.messages import Edit, Used, read_edit, read_message
-from warpmuscle.view.packing import whole
+from warpmuscle.view.numbers import group_of
 from warpmuscle.view.page import ground_content, page_of
 from warpmuscle.view.server import PROTOCOL, Message, PageServer
 from warpmuscle.view.track import Track
@@ -40,6 +40,7 @@ class Live(Viewer):
 
     Attributes:
         controls: all of them, which pages know by their places here.
+        editor: what was changed of the scene's numbers and curves; None where a policy moves the body.
         pushes: impulses given so far, N s. pictures: how often pages were told of new frames.
     """
 
@@ -142,7 +143,7 @@ class Live(Viewer):
             low, high = float(parameter.min), float(parameter.max)
             if not high > low:
                 continue
-            group = _group(parameter.name)
+            group = group_of(parameter.name)
             name = parameter.name.removeprefix(group).strip(".")
             self.parameters[parameter.name] = Slider(
                 name, low, high, float(parameter.value), self._setter(parameter.name), parameter.unit, parameter.name,
@@ -341,11 +342,3 @@ class Live(Viewer):
 
     def _tell(self, what: dict[str, Any]) -> None:
         self.server.tell(json.dumps(what))
-
-
-def _group(name: str) -> str:
-    """What a parameter belongs to: its name without the last word and the numbers behind it."""
-    words = name.split(".")
-    while words and words[-1].isdigit():
-        words.pop()
-    return whole(".".join(words[:-1]))

@@ -11,6 +11,7 @@ from warpmuscle.scene.number import OF_OWNER, Free
 from warpmuscle.scene.parameters import named_members
 from warpmuscle.scene.part import Part
 from warpmuscle.scene.units import units_of
+from warpmuscle.view.packing import whole
 
 OF_MUSCLE = ("f_max", "l_opt", "l_slack")  # which change while a muscle runs
 KNOTS: dict[Any, tuple[str, str]] = {
@@ -198,3 +199,11 @@ def slider_range(field: str, unit: str, value: float) -> tuple[float, float]:
     if field == "longest":
         return 1.0, max(2.0, 2.0 * value)
     return value - span, value + span
+
+
+def group_of(name: str) -> str:
+    """What a parameter belongs to: its name without the last word and the numbers behind it."""
+    words = name.split(".")
+    while words and words[-1].isdigit():
+        words.pop()
+    return whole(".".join(words[:-1]))

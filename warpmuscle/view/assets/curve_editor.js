@@ -7,7 +7,7 @@ const KEY_STEP = 0.01; // of width and height, that an arrow key moves a point; 
 
 class CurveEditor {
   constructor(editor, element) {
-    Object.assign(this, { editor, element, index: null, chosen: 0, held: null, handles: [] });
+    Object.assign(this, { editor, element, index: null, chosen: 0, held: null, sliding: false, handles: [] });
     this.make();
     new ResizeObserver(() => this.index !== null && this.draw()).observe(this.drawing);
   }
@@ -35,6 +35,13 @@ class CurveEditor {
     this.canvas = make(this.drawing, "canvas", {});
     this.canvas.ondblclick = (event) => this.insertAt(this.fromPixels(event.offsetX, event.offsetY));
     this.fields = make(this.element, "div", { className: "fields" });
+    this.fields.onpointerdown = () => (this.sliding = true); // its range is not to change under the hand
+    const release = () => {
+      if (!this.sliding) return;
+      this.sliding = false;
+      this.follow();
+    };
+    ["pointerup", "pointercancel"].forEach((name) => window.addEventListener(name, release));
     const field = (name, act) => {
       const row = make(this.fields, "div", { className: "row" }), label = make(row, "span", {});
       return { label, show: makeRange(row, name, { min: 0, max: 1 }, act) };
@@ -73,9 +80,14 @@ class CurveEditor {
     this.opener?.focus({ preventScroll: true });
   }
 
+  // Whether a curve is being bent here, so that it is not to become what it was a moment ago.
+  holds(index) {
+    return index === this.index && (this.held !== null || this.sliding || [...this.editor.live.waiting.keys()].some((key) => String(key).startsWith(`point ${index} `)));
+  }
+
   // Show what the simulation has, unless a point is held.
   follow() {
-    if (this.index === null || this.held !== null) return;
+    if (this.index === null || this.held !== null || this.sliding) return;
     this.reach();
     this.chosen = Math.min(this.chosen, Math.max(this.now().at.length - 1, 0));
     this.straighten.disabled = !this.editor.bent.has(this.index);

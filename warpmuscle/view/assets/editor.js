@@ -2,6 +2,7 @@
 
 const FEW_ROWS = 60; // that a search shows at once
 const TOLD = 6000; // ms that it says why something was refused
+const SETTLED = 400; // ms after which a slider that was moved shows what the simulation has
 
 class Editor {
   constructor(live, spec, side) {
@@ -110,16 +111,22 @@ class Editor {
     const label = row.appendChild(document.createElement("span"));
     label.append(`${unit ? `${name}, ${unit}` : name}${follows ? " (follows)" : ""}`);
     const back = label.appendChild(backButton(`back to the scene's value, ${shortNumber(value)}`, () => this.say("number", { target: index })));
+    let moving = 0;
+    const follow = () => this.rows.get(`number ${index}`)();
     const show = makeRange(row, name, { min, max, own: value }, (now, dragged) => {
-      this.values[index] = now;
+      clearTimeout(moving);
+      moving = !dragged ? 0 : setTimeout(() => {
+        moving = 0;
+        follow();
+      }, SETTLED);
       if (dragged) this.soon(`number ${index}`, { edit: "number", target: index, value: now });
       else this.say("number", { target: index, value: now });
     });
     this.rows.set(`number ${index}`, () => {
       back.hidden = !this.moved.has(index);
-      if (!this.live.waiting.has(`number ${index}`)) show(this.values[index]);
+      if (!moving) show(this.values[index]);
     });
-    this.rows.get(`number ${index}`)();
+    follow();
     return row;
   }
 
@@ -129,7 +136,7 @@ class Editor {
 
   hear({ numbers, curves, moved, bent, undo, redo }) {
     this.values = this.spec.numbers.map((number, index) => numbers[index] ?? number.value);
-    this.curves = this.spec.curves.map(({ at, along }, index) => curves[index] ?? { at, along });
+    this.curves = this.spec.curves.map(({ at, along }, index) => (this.curve?.holds(index) ? this.curves[index] : curves[index] ?? { at, along }));
     this.moved = new Set(moved);
     this.bent = new Set(bent);
     for (const show of this.rows.values()) show();
@@ -184,7 +191,9 @@ function makeRange(row, name, { min, max, own }, changed) {
   box.oninput = () => (editing = true);
   box.onchange = () => {
     editing = false;
-    if (box.value !== "" && Number.isFinite(Number(box.value))) changed(Number(box.value), false);
+    if (box.value === "" || !Number.isFinite(Number(box.value))) return;
+    slider.value = box.value;
+    changed(Number(box.value), false);
   };
   return Object.assign(show, { reach: (low, high) => Object.assign(slider, { min: low, max: high, step: (high - low) / 200 }) });
 }
