@@ -118,6 +118,11 @@ def test_a_curve_is_bent_by_pointer_and_keys_and_gets_points(browser, live):
     until(lambda: len(hip_of(live)[0]) == points.count() == 7)
     page.keyboard.press("Delete")
     until(lambda: len(hip_of(live)[0]) == points.count() == 6)
+    place = page.locator("#editor canvas").bounding_box()
+    page.locator("#editor canvas").dblclick(position={"x": 0.4 * place["width"], "y": 0.3 * place["height"]})
+    until(lambda: len(hip_of(live)[0]) == points.count() == 7)
+    page.keyboard.press("Control+z")
+    until(lambda: len(hip_of(live)[0]) == points.count() == 6)
     points.nth(0).focus()
     for _ in range(40):  # no farther than its neighbour
         page.keyboard.press("Shift+ArrowRight")

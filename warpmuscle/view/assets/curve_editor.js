@@ -244,13 +244,18 @@ class CurveEditor {
     event.stopPropagation();
   }
 
+  // The nearest value that the curve may have: excitations are between 0 and 1.
+  within(y) {
+    return shortNumber(this.spec.straight ? Math.min(Math.max(y, 0), 1) : y);
+  }
+
   // A point somewhere between its neighbours.
   move(k, x, y, dragged) {
     const { at, along } = this.now(), { x0, x1 } = this.box, apart = APART * (x1 - x0);
     if (!(k < at.length)) return;
     const low = k ? at[k - 1] + apart : Math.min(x0, at[0]), last = k === at.length - 1;
     const high = !last ? at[k + 1] - apart : this.spec.straight && !dragged ? Infinity : Math.max(x1, at[k]);
-    const place = shortNumber(Math.min(Math.max(x, low), Math.max(low, high))), value = shortNumber(this.spec.straight ? Math.min(Math.max(y, 0), 1) : y);
+    const place = shortNumber(Math.min(Math.max(x, low), Math.max(low, high))), value = this.within(y);
     this.editor.curves[this.index] = { at: at.with(k, place), along: along.with(k, value) };
     this.draw();
     const message = { edit: "move", target: this.index, point: k, at: place, value };
@@ -267,7 +272,8 @@ class CurveEditor {
   }
 
   insertAt([x, y]) {
-    const { at, along } = this.now(), { x0, x1 } = this.box, place = shortNumber(Math.min(Math.max(x, x0), x1)), value = shortNumber(y);
+    const { at, along } = this.now(), { x0, x1 } = this.box, place = shortNumber(Math.min(Math.max(x, x0), x1));
+    const value = this.within(y);
     const k = at.findIndex((one) => one > place), before = k < 0 ? at.length : k;
     if (at.some((one) => Math.abs(one - place) < APART * (x1 - x0))) return this.editor.refuse("there is a point already");
     if (at.length >= this.editor.spec.most) return this.editor.refuse(`a curve has ${this.editor.spec.most} points at most here`);

@@ -44,7 +44,7 @@ class Editor {
       this.saving = true;
       this.say("save");
     });
-    this.box = make(section, "input", { type: "search", placeholder: `find one of ${this.spec.numbers.length + this.spec.curves.length}: knee kp, swing hip`, ariaLabel: "find a number or a curve" });
+    this.box = make(section, "input", { type: "search", placeholder: `find one of ${this.spec.numbers.length + this.spec.curves.length} by words`, ariaLabel: "find a number or a curve" });
     this.box.oninput = () => this.filter();
     this.more = make(section, "p", { hidden: true });
     for (const group of this.groups) {
