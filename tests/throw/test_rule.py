@@ -1,10 +1,20 @@
 """The rule from goals to signals of new throws."""
 
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import h5py
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
-from warpmuscle.throw.goals import fly
-from warpmuscle.throw.rule import goals_about, learned, release_velocity
+from warpmuscle.cli import app
+from warpmuscle.core.errors import Error
+from warpmuscle.throw import job, rule
+from warpmuscle.throw.fit import Settings
+from warpmuscle.throw.goals import PAST_LIMITS, fly
+from warpmuscle.throw.rule import Walk, goals_about, learned, release_velocity
 
 
 def test_a_ball_that_leaves_at_the_velocity_of_a_goal_lands_there():
@@ -28,3 +38,122 @@ def test_a_rule_gives_back_what_it_learned_and_what_lies_between():
     rule = learned(goals, signals(goals), place, 9.81)
     asked = goals_about(20, 0.0, rng)
     np.testing.assert_allclose(rule(asked), signals(asked), atol=0.01)
+
+
+def near_goals(count: int, beyond: float, rng: np.random.Generator) -> np.ndarray:
+    """Goals that few simulations lead to from the middle."""
+    return np.array([3.0, 0.5, np.radians(25.0)]) + 0.02 * rng.uniform(-1.0, 1.0, (count, 3))
+
+
+def throw_rule(folder: Path, *arguments: object) -> Any:
+    """What `throw-rule` says, with quick fits and goals near the middle."""
+
+    def quick(**given: Any) -> Settings:
+        return Settings(common=False, parameter_steps=3, signal_steps=3, starts=1, **given)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        patch.setattr(job, "Settings", quick)
+        patch.setattr(rule, "goals_about", near_goals)
+        return CliRunner().invoke(
+            app, ["throw-rule", "--between", "2", "--beyond", "1", *map(str, arguments)], standalone_mode=False
+        )
+
+
+def interrupted_after(goals: int, met: Callable[[Walk, Any], bool]) -> Callable[[Walk, Any], bool]:
+    """The same, with Ctrl-C in the middle of the goal after so many."""
+
+    def to(walk: Walk, goal: Any) -> bool:
+        if len(walk.goals) > goals:
+            walk.outcomes(walk.changes[0][None], goal[None])
+            raise KeyboardInterrupt
+        return met(walk, goal)
+
+    return to
+
+
+@pytest.fixture(scope="module")
+def interrupted(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str, rule.Rule]:
+    """A folder with what a search that was interrupted after 7 of 10 goals left, what it said, and what it had."""
+    folder = tmp_path_factory.mktemp("rule")
+    begun: list[rule.Rule] = []
+    begin = rule.begin
+
+    def remembered(*given: Any) -> rule.Rule:
+        begun.append(begin(*given))
+        return begun[0]
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Walk, "to", interrupted_after(7, Walk.to))
+        patch.setattr(rule, "begin", remembered)
+        result = throw_rule(folder, "--goals", 10, "--seed", 3, "-o", "part.h5")
+    assert result.return_value == 130, result.exception
+    return folder, " ".join(result.output.split()), begun[0]
+
+
+def test_an_interrupted_search_keeps_its_goals_and_goes_on_from_the_file_as_if_nothing_had_been(
+    interrupted: tuple[Path, str, rule.Rule],
+):
+    folder, said, whole = interrupted
+    assert "done so far: 7 of 10 goals tried, 7 of them met; --resume part.h5 goes on from there" in said
+    with h5py.File(folder / "part.h5") as file:
+        part = file["changes"][:]
+        assert len(part) == 8
+        assert file["met"][:].tolist() == 7 * [True] + 3 * [False]
+    gone_on = throw_rule(folder, "--resume", "part.h5", "--target", "3", "-o", "rest.h5")
+    assert gone_on.return_value == 0, gone_on.exception
+    assert "10 of 10 goals are met" in gone_on.output
+    whole.meet()
+    with h5py.File(folder / "rest.h5") as rest:
+        np.testing.assert_array_equal(rest["changes"][:8], part)
+        for name in ("wanted", "met", "tried_from", "goals", "changes"):
+            np.testing.assert_array_equal(rest[name][()], getattr(whole, name))
+        errors = rest["errors/learned_between"][:]
+        assert errors.shape == (2, 3)
+        assert np.all(errors[:, 0] < 0.05)
+        assert np.all(errors[:, 2] <= PAST_LIMITS)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--scene", "throw_ball", "-n", "4"], "learned out of another motion, scene or number of synergies"),
+        (["--goals", "20"], "leave out --goals and --seed"),
+        (["--seed", "1"], "leave out --goals and --seed"),
+    ],
+)
+def test_a_search_goes_on_with_what_it_began_with_alone(
+    interrupted: tuple[Path, str, rule.Rule], arguments: list[str], message: str
+):
+    result = throw_rule(interrupted[0], "--resume", "part.h5", *arguments)
+    assert isinstance(result.exception, Error), result.output
+    assert message in str(result.exception)
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("goals", np.zeros((8, 2))), ("changes", np.full((8, 80), np.nan)), ("changes", np.zeros((8, 7))),
+        ("release", 99.0), ("tried_from", np.zeros(3)), ("tried_from", np.full(10, 40)), ("met", np.ones(10)),
+        ("known", np.array(["a"], dtype="S1")),
+    ],
+)  # fmt: skip
+def test_damaged_files_are_refused_in_a_line(interrupted: tuple[Path, str, rule.Rule], name: str, value: Any):
+    folder = interrupted[0]
+    (folder / "bad.h5").write_bytes((folder / "part.h5").read_bytes())
+    with h5py.File(folder / "bad.h5", "r+") as file:
+        del file[name]
+        file[name] = value
+    result = throw_rule(folder, "--resume", "bad.h5")
+    assert isinstance(result.exception, Error), result.output
+    assert "\n" not in str(result.exception)
+
+
+def test_files_of_others_are_no_rules(tmp_path: Path):
+    (tmp_path / "text.h5").write_text("no")
+    with h5py.File(tmp_path / "other.h5", "w") as file:
+        file["wanted"] = 1.0
+    for name in ("text.h5", "other.h5", "none.h5"):
+        result = throw_rule(tmp_path, "--resume", name)
+        assert isinstance(result.exception, Error), result.output
+        assert name in str(result.exception)

@@ -20,6 +20,9 @@ from warpmuscle.cli.common import (
 )
 from warpmuscle.cli.console import log, out, print_table
 from warpmuscle.core.errors import Error
+from warpmuscle.core.interruption import INTERRUPTED
+
+GOALS = 200
 
 if TYPE_CHECKING:
     from warpmuscle.core.array_types import Floats
@@ -34,7 +37,7 @@ def throw_rule(
     scene: Annotated[
         str, typer.Option(help="The arm, with a ball in its hand.", autocompletion=scene_names_like)
     ] = "throw_ball",
-    goals: Annotated[int, typer.Option(min=10, max=10_000, help="Goals to learn from.")] = 200,
+    goals: Annotated[int | None, typer.Option(min=10, max=10_000, help=f"Goals to learn from; else {GOALS}.")] = None,
     between: Annotated[int, typer.Option(min=1, max=1000, help="Goals between these to try the rule on.")] = 30,
     beyond: Annotated[int, typer.Option(min=1, max=1000, help="Goals beyond them to try it on.")] = 20,
     target: Annotated[list[float] | None, typer.Option(help="Distance to throw to by the rule, m.")] = None,
@@ -42,46 +45,83 @@ def throw_rule(
     angle: Annotated[float, typer.Option(help="Of the release above the horizontal, degrees.")] = 25.0,
     number: Annotated[int | None, typer.Option("--number", "-n", min=1, help="How many synergies; else 5.")] = None,
     output: Annotated[Path | None, typer.Option("--output", "-o", help="HDF5 file of goals and changes.")] = None,
+    resume: Annotated[
+        Path | None, typer.Option(help="File of an interrupted search of the same throw, to go on with its goals.")
+    ] = None,
     device: Device = None,
     threads: Threads = None,
-    seed: Annotated[int, typer.Option(min=0, help="Of searches and of the goals.")] = 0,
+    seed: Annotated[int | None, typer.Option(min=0, help="Of searches and of the goals; else 0.")] = None,
     trust: Trust = False,
-) -> None:
+) -> int:
     """Learn the rule from goals to signals: distance (2 to 4 m), height (0 to 1 m) and angle of release (10 to 40 deg).
 
     A throw at the middle of these goals is searched for, and from it many others; a thin-plate spline learns the
     signals, and is tried by simulation on goals between those and beyond them, beside a copy of the nearest goal.
+    Ctrl-C ends the search and writes the goals met so far; --resume goes on from that file.
 
     Examples: warpmuscle throw-rule throws/T0001.csv -o rule.h5; warpmuscle throw-rule --goals 50
     --target 3 --height 1 --angle 30
     """
     from warpmuscle.core.extras import need
     from warpmuscle.throw.job import Job, Options
-    from warpmuscle.throw.rule import learn
+    from warpmuscle.throw.rule import LEAST_GOALS, begin
+    from warpmuscle.throw.rule_file import read_rule, read_seed, write_rule
 
     writable(output)
     need("sklearn", "synergies of motions need")
     asked = _asked(target or [], height, angle)
     if files and len(files) > 1:
         raise Error(f"a rule is learned out of one throw, not of {len(files)}")
+    if resume is not None and (goals is not None or seed is not None):
+        raise Error("--resume goes on with the goals and the seed of its file; leave out --goals and --seed")
     loaded = load_scene([scene])
     start_warp()
+    seed = (seed or 0) if resume is None else read_seed(resume)
     job = Job(loaded, files or [], Options(count=number, device=device, threads=threads, seed=seed))
     with log.status("fitting") as shown:
-        job.fit(lambda stage: shown.update(f"fitting {stage}"))
-        rule = learn(job, goals, seed, shown.update)
-    out.print(f"{len(rule.goals) - 1} of {goals} goals are met, by {rule.walk.simulations} simulations; all throws are "
-              f"released after {rule.middle.release:.2f} s")  # fmt: skip
-    errors = _tried(rule, between, beyond, seed)
-    for row in asked:
-        landed, left = rule.walk.outcomes(rule.told(row[None]), row[None])[0]
-        past = math.degrees(float(rule.walk.past_limits(rule.told(row[None]))[0]))
-        out.print(f"to {row[0]:g} m at {row[1]:g} m of height with {math.degrees(row[2]):.3g} deg: lands at "
-                  f"{landed:.3f} m, leaves at "
-                  f"{math.degrees(left):.1f} deg, joints {past:.1f} deg past their limits")  # fmt: skip
+        if resume is not None:
+            rule = read_rule(resume, job)
+        else:
+            job.fit(lambda stage: shown.update(f"fitting {stage}"))
+            rule = begin(job, goals or GOALS, seed, shown.update)
+    interrupted = False
+    try:
+        with log.status("meeting goals") as shown:
+            rule.meet(shown.update)
+    except KeyboardInterrupt:
+        interrupted = True
+        _tell_kept(rule, output)
+    try:
+        errors = _reported(rule, asked, between, beyond) if rule.enough else {}
+    except KeyboardInterrupt:
+        errors, interrupted = {}, True
     if output is not None:
-        _write(output, rule, errors)
+        write_rule(output, job, rule, errors, command_line())
         out.print(f"wrote {output}")
+    if not rule.enough and not interrupted:
+        raise Error(f"{int(rule.met.sum())} of {len(rule.wanted)} goals are met, too few to learn from; at least "
+                    f"{LEAST_GOALS - 1}")  # fmt: skip
+    return INTERRUPTED if interrupted else 0
+
+
+def _tell_kept(rule: Rule, output: Path | None) -> None:
+    """Say after Ctrl-C how far it came, and how it goes on."""
+    tried, kept = int((rule.tried_from >= 0).sum()), "with -o they would have been kept"
+    kept = kept if output is None else f"--resume {output} goes on from there"
+    log.print(f"done so far: {tried} of {len(rule.wanted)} goals tried, {int(rule.met.sum())} of them met; {kept}")
+
+
+def _reported(rule: Rule, asked: Floats, between: int, beyond: int) -> dict[str, Floats]:
+    """Print what the rule was learned from, how well it throws, and throws that are asked for; see `_tried`."""
+    out.print(f"{int(rule.met.sum())} of {len(rule.wanted)} goals are met, by {rule.walk.simulations} simulations; all "
+              f"throws are released after {rule.release:.2f} s")  # fmt: skip
+    errors = _tried(rule, between, beyond)
+    for row in asked:
+        outcome, past = rule.walk.outcomes(rule.told(row[None]), row[None])
+        out.print(f"to {row[0]:g} m at {row[1]:g} m of height with {math.degrees(row[2]):.3g} deg: lands at "
+                  f"{outcome[0, 0]:.3f} m, leaves at {math.degrees(outcome[0, 1]):.1f} deg, joints "
+                  f"{math.degrees(past.max()):.1f} deg past their limits")  # fmt: skip
+    return errors
 
 
 def _asked(targets: list[float], height: float, angle: float) -> Floats:
@@ -95,13 +135,13 @@ def _asked(targets: list[float], height: float, angle: float) -> Floats:
     return np.array([[distance, height, math.radians(angle)] for distance in targets]).reshape(-1, 3)
 
 
-def _tried(rule: Rule, between: int, beyond: int, seed: int) -> dict[str, Floats]:
+def _tried(rule: Rule, between: int, beyond: int) -> dict[str, Floats]:
     """Print how far the rule misses goals that it has not learned from, beside a copy; errors by what was tried."""
     import numpy as np
 
     from warpmuscle.throw.rule import MARGIN, goals_about
 
-    rng = np.random.default_rng([seed, 1])
+    rng = np.random.default_rng([rule.seed, 1])
     found = {}
     for name, count, margin in (("between", between, 0.0), ("beyond", beyond, MARGIN)):
         goals = goals_about(count, margin, rng)
@@ -111,31 +151,7 @@ def _tried(rule: Rule, between: int, beyond: int, seed: int) -> dict[str, Floats
     for name, error in found.items():
         middle, most = np.median(error, axis=0), np.percentile(error, 95, axis=0)
         rows.append((name, f"{100.0 * middle[0]:.1f}", f"{100.0 * most[0]:.1f}", f"{np.degrees(middle[1]):.1f}",
-                     f"{np.degrees(most[1]):.1f}"))  # fmt: skip
-    print_table(["", "landing, cm", "95 %", "angle, deg", "95 %"], rows, [""], "errors at goals not learned from")
+                     f"{np.degrees(most[1]):.1f}", f"{np.degrees(most[2]):.1f}"))  # fmt: skip
+    headings = ["", "landing, cm", "95 %", "angle, deg", "95 %", "past limits, deg, 95 %"]
+    print_table(headings, rows, [""], "errors at goals not learned from")
     return found
-
-
-def _write(path: Path, rule: Rule, errors: dict[str, Floats]) -> None:
-    """Keep goals, changes of the signals, and the errors of the goals that were tried."""
-    import io
-
-    import h5py
-
-    from warpmuscle.core.files import replace_file
-    from warpmuscle.core.hdf5_writing import store
-
-    memory = io.BytesIO()
-    with h5py.File(memory, "w", track_order=True) as file:
-        file.attrs["format"], file.attrs["command"] = "warpmuscle throw rule", command_line()
-        store(file, "goals", rule.goals, axes="goal, distance height angle", description="met; in m, m and rad")
-        store(file, "changes", rule.changes, axes="goal, synergy and coarse knot",
-              description="of the signals, from those of the first goal")  # fmt: skip
-        store(file, "known", rule.walk.thrower.own, axes="signal", description="signals that changes are of")
-        store(file, "hats", rule.walk.thrower.hats, axes="knot, coarse knot")
-        store(file, "release", rule.middle.release, units="s")
-        group = file.create_group("errors", track_order=True)
-        for name, error in errors.items():
-            store(group, name.replace(", ", "_").replace(" ", "_"), error, axes="goal, landing angle",
-                  description="of landing, m, and of the angle, rad")  # fmt: skip
-    replace_file(path, memory.getvalue())

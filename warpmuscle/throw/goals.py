@@ -85,8 +85,8 @@ class Flight:
         return found
 
 
-def fly(position: Floats, velocity: Floats, gravity: float, height: float) -> Flight:
-    """Flights without drag of balls let go at positions (..., 2) with velocities (..., 2), to a height, m."""
+def fly(position: Floats, velocity: Floats, gravity: float, height: float | Floats) -> Flight:
+    """Flights without drag of balls let go at positions (..., 2) with velocities (..., 2), to heights, m."""
     drop = velocity[..., 1] ** 2 + 2.0 * gravity * (position[..., 1] - height)
     duration = np.where(drop >= 0.0, (velocity[..., 1] + np.sqrt(np.maximum(drop, 0.0))) / gravity, np.nan)
     short = np.maximum(-drop, 0.0) / (2.0 * gravity)

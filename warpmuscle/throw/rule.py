@@ -3,7 +3,8 @@
 Many signals meet a goal, and a rule can be learned only of some that change steadily with it. So a throw that meets a
 goal in the middle is searched for globally, out of one recorded throw, and its time of release is kept; every other
 goal, of distance, height and angle of release, is met by the signals nearest to those of this one throw. They are found
-by Gauss-Newton from the signals of the nearest goal that was met. A rule, a thin-plate spline, learns the signals from
+by Gauss-Newton from the signals of the nearest goal that was met, and how far joints pass their limits counts as misses
+do. A rule, a thin-plate spline, learns the signals from
 these goals.
 """
 
@@ -14,14 +15,15 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.interpolate import RBFInterpolator
 
-from warpmuscle.core.array_types import Floats
+from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.errors import Error
-from warpmuscle.throw.goals import ALLOWED, PAST_LIMITS, Goal, fly
+from warpmuscle.throw.goals import ALLOWED, LIMIT_UNIT, PAST_LIMITS, Goal, fly
 from warpmuscle.throw.job import Job
 from warpmuscle.throw.least_squares import Prior, Unknowns, fit
-from warpmuscle.throw.synthesis import Throw, Thrower
+from warpmuscle.throw.synthesis import Thrower
 
 LOW, HIGH = np.array([2.0, 0.0, np.radians(10.0)]), np.array([4.0, 1.0, np.radians(40.0)])  # m, m, rad: what is learned
 MARGIN = 0.12  # of that box, by which goals beyond it are
@@ -31,6 +33,7 @@ PRICE = 3.0  # of a squared change of a signal from the middle's, against a squa
 STEPS = 12  # of Gauss-Newton from one goal to the next, at most
 DAMPING = 1.0  # at its start: two outcomes of many signals curve strongly
 STEP = 5e-3  # of a change, in difference quotients: single precision spoils those of smaller ones
+FAR = 50.0  # units, of limits that are passed, beyond which that counts no more
 TOLD = 0.3  # m/s, that count as much as the whole extent of the goals
 SMOOTHING = 1e-3
 ATTEMPTS = 3  # searches for the throw in the middle
@@ -56,38 +59,42 @@ class Walk:
         signals[:, : count * knots] = np.clip(signals[:, : count * knots] + moved, 0.0, 1.0)
         return signals
 
-    def outcomes(self, changes: Floats, goals: Floats) -> Floats:
-        """Where balls land, at each goal's height, m, and at which angle they leave, rad: (B, 2)."""
-        frame = int(self.thrower.frames[-1])
-        replay = self.thrower.simulated(self.signals(changes), frame)
-        self.simulations += len(changes)
-        flight, _ = self.thrower.flights(replay, np.array([frame]), 0.0)
-        out = [fly(flight.position[k, 0], flight.velocity[k, 0], self.thrower.gravity, height)
-               for k, height in enumerate(goals[:, 1])]  # fmt: skip
-        return np.array([[np.nan_to_num(float(one.distance)), float(one.angle)] for one in out])
+    def outcomes(self, changes: Floats, goals: Floats) -> tuple[Floats, Floats]:
+        """What throws of changes (B, U) at goals (B, 3) come to.
 
-    def past_limits(self, changes: Floats) -> Floats:
-        """By how much joints pass their limits at most up to the release, in throws of changes (B, U), (B,) rad."""
-        replay, frame = self.thrower.simulated(self.signals(changes)), int(self.thrower.frames[-1])
-        past = self.thrower.past_limits(replay)[:, : frame + 1, self.thrower.follower.arm.free]
-        return np.asarray(past.max(axis=(1, 2)))
+        Returns:
+            Where balls land, at each goal's height, m, and at which angle they leave, rad, (B, 2); and by how much
+            joints pass their limits up to the release, (B, frames, joints), rad.
+        """
+        thrower = self.thrower
+        frame = int(thrower.frames[-1])
+        replay = thrower.simulated(self.signals(changes), frame)
+        self.simulations += len(changes)
+        flight, _ = thrower.flights(replay, np.array([frame]), 0.0)
+        landed = fly(flight.position[:, 0], flight.velocity[:, 0], thrower.gravity, goals[:, 1])
+        past = thrower.past_limits(replay)[:, : frame + 1, thrower.follower.arm.free]
+        return np.stack([np.nan_to_num(landed.distance), landed.angle], axis=1), past
+
+    def nearest(self, goal: Floats) -> int:
+        """Which of the goals that are met is nearest."""
+        return int(np.argmin(np.linalg.norm((np.array(self.goals) - goal) / (HIGH - LOW), axis=1)))
 
     def to(self, goal: Floats) -> bool:
         """Meet one more goal with the least change from the first, found from the nearest on; False if that fails."""
-        near = int(np.argmin(np.linalg.norm((np.array(self.goals) - goal) / (HIGH - LOW), axis=1)))
 
         def residuals(which: Any, x: Floats, shared: Floats) -> Floats:
-            return np.asarray((self.outcomes(x, np.tile(goal, (len(x), 1))) - goal[[0, 2]]) / UNITS)
+            outcome, past = self.outcomes(x, np.tile(goal, (len(x), 1)))
+            held = np.minimum(past.reshape(len(x), -1) / LIMIT_UNIT, FAR)
+            return np.concatenate([(outcome - goal[[0, 2]]) / UNITS, held], axis=1)
 
         size = len(self.changes[0])
         price = Prior(PRICE * np.eye(size), np.zeros(size))
-        unknowns = Unknowns(self.changes[near][None], -np.ones(size), np.ones(size), STEP, None, [price])
+        unknowns = Unknowns(self.changes[self.nearest(goal)][None], -np.ones(size), np.ones(size), STEP, None, [price])
         nothing = Unknowns(np.zeros(1), np.zeros(1), np.ones(1), 1.0, free=False)
         found = fit(residuals, unknowns, nothing, iterations=STEPS, damping=DAMPING, tolerance=STEADY).own[0]
-        error = self.outcomes(found[None], goal[None])[0] - goal[[0, 2]]
-        if abs(error[0]) > ALLOWED["distance"] or abs(error[1]) > ALLOWED["angle"]:
-            return False
-        if self.past_limits(found[None])[0] > PAST_LIMITS:
+        outcome, past = self.outcomes(found[None], goal[None])
+        error = np.abs(outcome[0] - goal[[0, 2]])
+        if error[0] > ALLOWED["distance"] or error[1] > ALLOWED["angle"] or past.max() > PAST_LIMITS:
             return False
         self.goals.append(goal)
         self.changes.append(found)
@@ -126,29 +133,66 @@ def learned(goals: Floats, changes: Floats, place: Floats, gravity: float) -> An
     return lambda asked: rule(told(asked))
 
 
-@dataclass(frozen=True)
+@dataclass
 class Rule:
-    """What was learned, and from what.
+    """What was learned, from what, and how far that has come.
 
-    `goals` (G, 3): distance, m, height, m, and angle, rad, of those that were met; `changes` (G, U) of the signals.
+    Attributes:
+        walk: the goals that are met.
+        place: (2,) m, of the middle throw's release; `release` when that is, s.
+        parameters: (P,) of the fit, see `Arm.unknowns`.
+        wanted: (G, 3) goals to learn from, those near the middle first.
+        met: (G,) whether they are. tried_from: (G,) number of the met goal they were last tried from, -1 before that.
     """
 
     walk: Walk
-    middle: Throw
-    wanted: int  # goals that were tried
+    place: Floats
+    release: float
+    parameters: Floats
+    wanted: Floats
+    met: NDArray[np.bool_]
+    tried_from: Integers
+    seed: int
 
     @property
     def goals(self) -> Floats:
+        """(G, 3): distance, m, height, m, and angle, rad, of the middle and of those that were met."""
         return np.array(self.walk.goals)
 
     @property
     def changes(self) -> Floats:
+        """(G, U) of the signals, for these goals."""
         return np.array(self.walk.changes)
+
+    @property
+    def enough(self) -> bool:
+        """Whether a rule can be learned of what is met."""
+        return len(self.walk.goals) >= LEAST_GOALS
+
+    def meet(self, progress: Callable[[str], None] = lambda what: None) -> None:
+        """Try all goals that were not tried; then those that were missed, where there is another one near to begin at.
+
+        Where Ctrl-C ends it, everything up to the last whole goal is kept, and the next call goes on from there.
+        """
+        count = len(self.wanted)
+        for number in range(count):
+            if self.tried_from[number] < 0:
+                progress(f"meeting goal {number + 1} of {count}")
+                self._try(number)
+        for number in np.flatnonzero(~self.met).tolist():
+            if self.walk.nearest(self.wanted[number]) != self.tried_from[number]:
+                progress(f"meeting goal {number + 1} of {count}, which was missed, from a nearer one")
+                self._try(number)
+
+    def _try(self, number: int) -> None:
+        goal = self.wanted[number]
+        near = self.walk.nearest(goal)
+        self.met[number] = self.walk.to(goal)
+        self.tried_from[number] = near
 
     def told(self, asked: Floats) -> Floats:
         """Changes (B, U) of the signals for goals (B, 3)."""
-        place = self.middle.flight.position.reshape(-1, 2)[0]
-        return np.asarray(learned(self.goals, self.changes, place, self.walk.thrower.gravity)(asked))
+        return np.asarray(learned(self.goals, self.changes, self.place, self.walk.thrower.gravity)(asked))
 
     def copied(self, asked: Floats) -> Floats:
         """As `told`, of the nearest goal that was met: what a rule is to be better than."""
@@ -156,15 +200,16 @@ class Rule:
         return np.asarray(self.changes[np.argmin(far, axis=1)])
 
     def errors(self, changes: Floats, asked: Floats) -> Floats:
-        """Errors (B, 2) of landing, m, and angle, rad, of throws, by simulation."""
-        return np.asarray(np.abs(self.walk.outcomes(changes, asked) - asked[:, [0, 2]]))
+        """Of throws, by simulation, (B, 3): errors of landing, m, and angle, rad; how far limits are passed, rad."""
+        outcome, past = self.walk.outcomes(changes, asked)
+        return np.column_stack([np.abs(outcome - asked[:, [0, 2]]), past.max(axis=(1, 2))])
 
 
-def learn(job: Job, count: int, seed: int = 0, progress: Callable[[str], None] = lambda what: None) -> Rule:
-    """A rule out of the first motion of a fitted job, of so many goals.
+def begin(job: Job, count: int, seed: int = 0, progress: Callable[[str], None] = lambda what: None) -> Rule:
+    """A rule out of the first motion of a fitted job, that is yet to meet so many goals.
 
     Raises:
-        Error: the goal in the middle is out of reach, or too few others are met.
+        Error: the goal in the middle is out of reach.
     """
     if job.fitted is None:
         raise Error("fit a throw before learning a rule")
@@ -179,15 +224,7 @@ def learn(job: Job, count: int, seed: int = 0, progress: Callable[[str], None] =
     size = thrower.hats.shape[1] * job.follower.synergies.count
     walk = Walk(thrower, [np.array([MIDDLE.distance, MIDDLE.height, MIDDLE.angle], dtype=np.float64)], [np.zeros(size)])
     wanted = goals_about(count, 0.0, np.random.default_rng(seed))
-    order = np.argsort(np.linalg.norm((wanted - walk.goals[0]) / (HIGH - LOW), axis=1))
-    missed = []
-    for number, goal in enumerate(wanted[order]):
-        progress(f"meeting goal {number + 1} of {count}")
-        if not walk.to(goal):
-            missed.append(goal)
-    for goal in missed:  # now that there are others nearer to them
-        walk.to(goal)
-    if len(walk.goals) < LEAST_GOALS:
-        met = len(walk.goals) - 1
-        raise Error(f"{met} of {count} goals are met, too few to learn from; at least {LEAST_GOALS - 1}")
-    return Rule(walk, first, count)
+    wanted = wanted[np.argsort(np.linalg.norm((wanted - walk.goals[0]) / (HIGH - LOW), axis=1))]
+    place = first.flight.position.reshape(-1, 2)[0]
+    return Rule(walk, place, first.release, job.fitted.unknowns, wanted, np.zeros(count, dtype=bool),
+                np.full(count, -1), seed)  # fmt: skip
