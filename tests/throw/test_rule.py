@@ -11,10 +11,11 @@ from typer.testing import CliRunner
 
 from warpmuscle.cli import app
 from warpmuscle.core.errors import Error
-from warpmuscle.throw import job, rule
+from warpmuscle.throw import job
 from warpmuscle.throw.fit import Settings
 from warpmuscle.throw.goals import PAST_LIMITS, fly
-from warpmuscle.throw.rule import Walk, goals_about, learned, release_velocity
+from warpmuscle.throw.rules import rule
+from warpmuscle.throw.rules.rule import Walk, goals_about, learned, release_velocity
 
 
 def test_a_ball_that_leaves_at_the_velocity_of_a_goal_lands_there():

@@ -26,7 +26,7 @@ GOALS = 200
 
 if TYPE_CHECKING:
     from warpmuscle.core.array_types import Floats
-    from warpmuscle.throw.rule import Rule
+    from warpmuscle.throw.rules.rule import Rule
 
 
 def throw_rule(
@@ -64,8 +64,8 @@ def throw_rule(
     """
     from warpmuscle.core.extras import need
     from warpmuscle.throw.job import Job, Options
-    from warpmuscle.throw.rule import LEAST_GOALS, begin
-    from warpmuscle.throw.rule_file import read_rule, read_seed, write_rule
+    from warpmuscle.throw.rules.rule import LEAST_GOALS, begin
+    from warpmuscle.throw.rules.rule_file import read_rule, read_seed, write_rule
 
     writable(output)
     need("sklearn", "synergies of motions need")
@@ -139,7 +139,7 @@ def _tried(rule: Rule, between: int, beyond: int) -> dict[str, Floats]:
     """Print how far the rule misses goals that it has not learned from, beside a copy; errors by what was tried."""
     import numpy as np
 
-    from warpmuscle.throw.rule import MARGIN, goals_about
+    from warpmuscle.throw.rules.rule import MARGIN, goals_about
 
     rng = np.random.default_rng([rule.seed, 1])
     found = {}

@@ -19,7 +19,7 @@ from warpmuscle.core.files import replace_file
 from warpmuscle.core.hdf5_writing import store
 from warpmuscle.formats import toml
 from warpmuscle.throw.job import Job
-from warpmuscle.throw.rule import Rule, Walk
+from warpmuscle.throw.rules.rule import Rule, Walk
 from warpmuscle.throw.synthesis import Thrower
 
 FORMAT = "warpmuscle throw rule"
