@@ -15,7 +15,7 @@ from warpmuscle.cli import app
 from warpmuscle.cli.throw import exit_code
 from warpmuscle.core.errors import Error
 from warpmuscle.results.result import read
-from warpmuscle.throw import fit, job, strength, synthesis
+from warpmuscle.throw import fit, job, signal_search, strength, synthesis
 from warpmuscle.throw.fit import Settings
 
 TIME = np.arange(0.0, 1.501, 0.01)
@@ -129,7 +129,7 @@ def test_what_a_low_pass_took_and_what_a_file_does_not_say_is_told(tmp_path: Pat
 
 def test_a_missed_goal_is_said_and_ends_with_code_1(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
     monkeypatch.setattr(job, "Settings", quick)
-    monkeypatch.setattr(synthesis, "GENERATIONS", 3)
+    monkeypatch.setattr(signal_search, "GENERATIONS", 3)
     monkeypatch.setattr(strength, "FACTORS", (1.25,))
     arguments = [
         "throw",
@@ -164,7 +164,7 @@ def throw(folder: Path, *arguments: object) -> Any:
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
         patch.setattr(job, "Settings", quick)
-        patch.setattr(synthesis, "GENERATIONS", 3)
+        patch.setattr(signal_search, "GENERATIONS", 3)
         return CliRunner().invoke(app, ["throw", *map(str, arguments)], standalone_mode=False)
 
 

@@ -5,13 +5,7 @@ CMA-ES searches for: every generation is one batch of simulations. The ball may 
 of time; of each candidate the frame that suits the goal best counts, so that the time of release is found with the
 signals. It flies freely from there.
 
-A raised arm is unstable, and many strong muscles throw it into its stops by changes of a signal that are small
-elsewhere. So the first generation does not change all signals alike, but moves the arm alike: by the derivatives of
-the angles by the signals (a batch of simulations), changes in directions that move it a lot are small.
-
-The cost is the misses in their units, with how far joints pass their limits up to the release and behind it, the effort
-(mean square of the excitations), then how far the signals are from the known throw's; the hand must be above the
-shoulder when it lets go, and turning forwards.
+How they are searched for is told in `signal_search`.
 """
 
 from __future__ import annotations
@@ -25,32 +19,16 @@ from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.errors import Error
 from warpmuscle.scene.joints import root_type
 from warpmuscle.scene.parameters import start_values, substitute
-from warpmuscle.search.cma import CmaSearch
-from warpmuscle.search.directions import directions
 from warpmuscle.throw.arm import hand_position, joint_positions, past_limits, states
 from warpmuscle.throw.follow import Follower, Replay
-from warpmuscle.throw.goals import LIMIT_UNIT, LIMITS, PAST_LIMITS, Flight, Goal, fly, misfit, tamed
+from warpmuscle.throw.goals import LIMITS, PAST_LIMITS, Flight, Goal, fly
 from warpmuscle.throw.metrics import determination
 from warpmuscle.throw.motion import Motions
+from warpmuscle.throw.signal_search import SignalSearch
 
 MOMENT = 1e-4  # s, of the difference quotient of the hand's velocity
 SPACING = 0.1  # s, of the knots at which signals are changed
 EARLIER, LATER = 0.35, 0.2  # s, by which the ball may leave before and after the known throw would carry farthest
-CLEARANCE = 0.05  # m, by which the hand is to be above the shoulder
-EFFORT, CHANGE = 2.0, 1.0  # prices of mean square excitation and of mean square change, against a squared unit
-POPULATION = 48
-GENERATIONS = 200
-RUNS = (1, 2, 2)  # times that population, each from the best so far, until one meets the goal
-DEVIATION = 0.03  # of a signal's change in the first generation, in parts of its range, at most
-MOVED = np.radians(6.0)  # by which changes of that generation together move the joints, root mean square
-STEP = 5e-3  # of a signal's change, in the difference quotients of the angles
-RANGE = 33.0  # times its deviation in the first generation, by which a change may grow
-FAR = 10.0  # rad, of a joint whose simulation came to nothing
-FORBIDDEN = 1e6  # cost of a release below the shoulder or backwards
-CLOSE = 0.05  # of the squared units: a goal that is met so well is met
-PATIENCE, LONG = 15, 50  # generations in which the cost must fall, once the goal is met and before
-GAIN = 0.02  # by which part
-APART = 0.15  # root mean square difference of signals, by which solutions are to differ
 
 
 @dataclass(frozen=True)
@@ -153,7 +131,7 @@ class Thrower:
         if release is None:
             best = self._best_frame(last)
             first, final = best - round(EARLIER / self._step), best + round(LATER / self._step)
-            self.frames = np.arange(max(first, 1), min(final, last) + 1)
+            self.frames: Integers = np.arange(max(first, 1), min(final, last) + 1)
             self.release = best * self._step
         else:
             check_release(release, motions)
@@ -243,7 +221,7 @@ class Thrower:
     def _throw(self, goal: Goal, synergies: tuple[int, ...] | None, others: Sequence[Floats]) -> Throw:
         """One throw, unlike others (size,)."""
         chosen = tuple(range(self.follower.synergies.count)) if synergies is None else synergies
-        search = _Search(self, goal, chosen, others)
+        search = SignalSearch(self, goal, chosen, others)
         best, simulations = search.run(self._seed + len(others))
         own, frame = best
         replay = self.simulated(own[None])
@@ -288,98 +266,3 @@ class Thrower:
         until = self.follower.knots.time <= self.frames[-1] * self._step
         acting = self.follower.arm.acting
         return np.asarray(np.mean(excitation[:, acting][:, :, until] ** 2, axis=(1, 2)))
-
-
-class _Search:
-    """A search for signals of some synergies."""
-
-    def __init__(self, thrower: Thrower, goal: Goal, synergies: tuple[int, ...], others: Sequence[Floats]) -> None:
-        self._thrower, self._goal, self._synergies, self._others = thrower, goal, synergies, others
-        self._hats, self._frames, self._known = thrower.hats, thrower.frames, thrower.own
-        self.simulations = 0
-
-    def run(self, seed: int) -> tuple[tuple[Floats, int], int]:
-        """Signals (size,) and the frame of release of the best throw, and how many were simulated."""
-        best = (np.inf, np.inf, self._thrower.own, int(self._thrower.frames[0]))
-        for attempt, times in enumerate(RUNS):
-            self._known = best[2]
-            best = self._descend(seed + 1000 * attempt, times * POPULATION, best)
-            if best[1] <= CLOSE:
-                break
-        _, after = self._thrower.past(self._thrower.simulated(best[2][None]), best[3])
-        if max(after.values(), default=0.0) > PAST_LIMITS:
-            best = self._follow_through(seed, best)
-        return (best[2], best[3]), self.simulations
-
-    def _follow_through(self, seed: int, best: tuple[float, float, Floats, int]) -> tuple[float, float, Floats, int]:
-        """The same throw, and another way to come to rest behind its release, within the joints' limits."""
-        hats, frame = self._thrower.tail(best[3]), best[3]
-        if not hats.shape[1] or best[1] >= FORBIDDEN:
-            return best
-        self._hats, self._frames, self._known = hats, np.array([frame]), best[2]
-        return self._descend(seed, POPULATION, best)
-
-    def _descend(
-        self, seed: int, population: int, best: tuple[float, float, Floats, int]
-    ) -> tuple[float, float, Floats, int]:
-        """Cost, miss, signals and frame of the best of a run of CMA-ES from `known` on, and of what is given."""
-        likely = directions(self._slopes(), DEVIATION, MOVED)
-        search = CmaSearch(np.full(len(likely), 0.5), seed, population=population, sigma=0.5 / RANGE)
-        history: list[float] = []
-        for _ in range(GENERATIONS):
-            signals = self._signals(RANGE * (2.0 * search.ask() - 1.0) @ likely)
-            cost, miss, frame = self.cost(signals)
-            search.tell(cost)
-            k = int(cost.argmin())
-            if cost[k] < best[0]:
-                best = (float(cost[k]), float(miss[k]), signals[k], int(frame[k]))
-            history.append(best[0])
-            patience = PATIENCE if best[1] <= CLOSE else LONG
-            settled = len(history) > patience and history[-1] > (1.0 - GAIN) * history[-1 - patience]
-            if settled or search.finished():
-                break
-        return best
-
-    def _slopes(self) -> Floats:
-        """Derivatives (U, R) of the angles of all frames by changes, so scaled that R sums up to a mean square."""
-        thrower, size = self._thrower, self._hats.shape[1] * len(self._synergies)
-        steps = STEP * np.eye(size)
-        angle = thrower.simulated(self._signals(np.concatenate([np.zeros((1, size)), steps, -steps]))).angle
-        self.simulations += 2 * size + 1
-        free = np.nan_to_num(angle[:, :, thrower.follower.arm.free]).reshape(2 * size + 1, -1)
-        up, down = free[1 : size + 1] - free[0], free[0] - free[size + 1 :]
-        farther = np.linalg.norm(up, axis=1) > np.linalg.norm(down, axis=1)  # a signal of 0 or 1 has one side alone
-        return np.asarray(np.where(farther[:, None], up, down) / (STEP * np.sqrt(free.shape[1])))
-
-    def _signals(self, changes: Floats) -> Floats:
-        """Signals (B, size) of changes (B, synergies * coarse knots) of the known ones."""
-        knots = len(self._thrower.follower.knots)
-        change = changes.reshape(len(changes), len(self._synergies), -1) @ self._hats.T
-        signals = np.tile(self._known, (len(changes), 1))
-        for row, number in enumerate(self._synergies):
-            part = slice(number * knots, (number + 1) * knots)
-            signals[:, part] = np.clip(signals[:, part] + change[:, row], 0.0, 1.0)
-        return signals
-
-    def cost(self, signals: Floats) -> tuple[Floats, Floats, Integers]:
-        """Costs (B,), misses (B,) in squared units, and frames of release (B,) of signals (B, size)."""
-        thrower = self._thrower
-        self.simulations += len(signals)
-        replay = thrower.simulated(signals)
-        flight, clearance = thrower.flights(replay, self._frames, self._goal.height)
-        missed = misfit(flight, self._goal)
-        below = np.maximum(CLEARANCE - clearance, 0.0) + np.maximum(-flight.velocity[..., 0], 0.0)
-        missed = np.where(below > 0.0, FORBIDDEN * (1.0 + below), missed)
-        missed = np.nan_to_num(missed, nan=10.0 * FORBIDDEN)
-        choice = missed.argmin(axis=1)
-        rows = np.arange(len(signals))
-        past = np.nan_to_num(thrower.past_limits(replay)[:, :, thrower.follower.arm.free], nan=FAR) / LIMIT_UNIT
-        before = np.maximum.accumulate(past, axis=1)[rows, self._frames[choice]]
-        miss = missed[rows, choice] + tamed(before).sum(axis=1)
-        after = tamed(past.max(axis=1)).sum(axis=1) - tamed(before).sum(axis=1)
-        change = np.mean((signals - thrower.own) ** 2, axis=1)
-        cost = miss + after + EFFORT * thrower.effort(signals) + CHANGE * change
-        for other in self._others:
-            apart = np.sqrt(np.mean((signals - other) ** 2, axis=1))
-            cost = cost + tamed(np.maximum(APART - apart, 0.0) / 0.01)
-        return cost, miss, self._frames[choice]
