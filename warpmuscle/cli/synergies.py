@@ -173,7 +173,8 @@ def _print(result: SynergyResult, prediction: Prediction | None) -> None:
         table.add_row("cosine", *(f"{cosine:.3f}" for cosine in result.similarity), style="italic")
     out.print(table)
     _print_timing(result)
-    out.print(f"{account.count} synergies account for {account.vaf:.4f} of the variance")
+    words = "1 synergy accounts" if account.count == 1 else f"{account.count} synergies account"
+    out.print(f"{words} for {account.vaf:.4f} of the variance")
 
 
 def _print_timing(result: SynergyResult) -> None:
