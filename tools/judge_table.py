@@ -96,8 +96,8 @@ def _cell(one: dict[str, Any]) -> str:
     note = str(one["note"])
     if one["value"] is None:
         return f"{note or 'falls'} (missed)" if one["reached"] == "missed" else note or "-"
-    told = {"goal": "", "must": "", "does not count": " (void)"}.get(one["reached"], " (missed)")
-    return f"{one['value']:.3g}" + (" (no judge)" if note.startswith("no judge") and told != " (void)" else told)
+    told = {"goal": "", "must": "", "does not count": " (void)", "no judge": " (no judge)"}
+    return f"{one['value']:.3g}" + told.get(one["reached"], " (missed)")
 
 
 def _fells(by: dict[str, int]) -> str:

@@ -7,6 +7,9 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from warpmuscle.gait.cycles import PERCENT
+from warpmuscle.gait.joint_moments import from_people
+from warpmuscle.scene.people.pinzone import POWERS
 from warpmuscle.cli import app
 from warpmuscle.cli.common import with_commands
 from warpmuscle.cli.walkers import walker_of
@@ -20,6 +23,7 @@ from warpmuscle.studies import judge as judging
 from warpmuscle.studies.beside_people import of_norms
 from warpmuscle.studies.judge import POWER, Walked
 from warpmuscle.studies.verdicts import (
+    Finding,
     COMFORTABLE,
     COST,
     ECONOMICAL,
@@ -240,9 +244,9 @@ def test_a_gait_whose_bodies_pass_through_each_other_is_praised_for_nothing():
 def test_rows_that_stand_beside_people_at_another_speed_judge_nothing_and_say_so():
     measures = {"speed": 1.6, "stance": 60.0, "angles outside the norms": 0.2, "step width": 0.1}
     found = of_norms(measures)
-    assert found["stance"] == (60.0, "no judge: of people at their own speed, not at 1.60 m/s", False)
+    assert found["stance"] == (60.0, "of people at their own speed, not at 1.60 m/s", False, False)
     assert found["angles outside the norms"].note.startswith(
-        "no judge: norms of 1.26 m/s, moved to 1.60 m/s by the trend"
+        "norms of 1.26 m/s, moved to 1.60 m/s by the trend"
     )
     assert "step width" not in found
     assert of_norms(measures | {"speed": 1.3}) == {}
@@ -251,5 +255,25 @@ def test_rows_that_stand_beside_people_at_another_speed_judge_nothing_and_say_so
 
 def test_the_timing_of_muscles_names_those_that_are_least_like_people():
     measures = {TIMING: 40.0, "timing of soleus": 90.0, "timing of vasti": -20.0, "timing of hamstrings": 0.0}
-    assert of_norms(measures)[TIMING] == (40.0, "least: vasti -20, hamstrings 0, soleus 90", False)
+    assert of_norms(measures)[TIMING] == (40.0, "least: vasti -20, hamstrings 0, soleus 90", False, True)
     assert TIMING in {bar.name for bar in WALK}
+
+
+def test_a_row_that_is_no_judge_says_neither_goal_nor_missed():
+    bar = Bar("x", "SD", (None, 0.25), (None, 0.12))
+    assert {Verdict(bar, value, judges=False).reached for value in (0.1, 0.2, 0.3)} == {"no judge"}
+    assert Verdict(bar, 0.3, judges=False, void=True).reached == "does not count"
+    assert Verdict(bar, *Finding(0.3, "at 1.6 m/s", judges=False)).reached == "no judge"
+
+
+def test_powers_and_the_trunk_are_judged_beside_people():
+    names = {bar.name: bar for bar in WALK}
+    for joint in ("hip", "knee", "ankle"):
+        assert f"{joint} power from people" in names
+        norm = POWERS[f"{joint.capitalize()} power"]
+        mean, deviation = norm.mean(PERCENT), norm.sd(PERCENT).mean()
+        assert from_people(f"{joint.capitalize()} power", [mean, mean + 2.0 * deviation]) == pytest.approx(1.0)
+    for turn, mean, sd in (("tilt", 4.0, 1.8), ("obliquity", 3.3, 1.4), ("rotation", 6.9, 2.9)):  # Chung 2010
+        bar = names[f"trunk {turn}, range"]
+        assert bar.goal == pytest.approx((mean - sd, mean + sd))
+        assert bar.must == pytest.approx((mean - 2.0 * sd, mean + 2.0 * sd))

@@ -21,7 +21,7 @@ def gait(*verdicts: dict[str, object], **felled_by: int) -> dict[str, object]:
 
 
 WALK = gait(verdict("step width", 0.123456, "goal"), verdict("angles", 2.0, "missed"))
-FAST = gait(verdict("step width", 3.0, "does not count"), verdict("angles", 2.0, "must", "no judge: at 1.8 m/s"))
+FAST = gait(verdict("step width", 3.0, "does not count"), verdict("angles", 2.0, "no judge", "at 1.8 m/s"))
 RUN = gait(verdict("flight", None, "missed"), uphill=20, noise=0)
 
 

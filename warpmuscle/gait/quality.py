@@ -202,6 +202,7 @@ def _of_moments(recording: Recording, scene: Scene, cycles: dict[str, Strides], 
     for name, of_sides in leg_powers(recording, scene).items():
         curves = mean_curves(recording, of_sides, cycles)
         found[f"{name.lower()}, maximum"] = float(np.mean(curves, axis=0).max())
+        found[f"{name.lower()} from people"] = from_people(name, curves) if normal else None
     return found
 
 

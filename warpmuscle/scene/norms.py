@@ -141,6 +141,7 @@ class Reference:
 
 
 _MURRAY = "Murray et al. 1964, 1970"
+_CHUNG = "Chung 2010, 20 adults"  # J. NeuroEng. Rehabil. 7:9; SD 1.8, 1.4 and 2.9 degrees, at 1.2 m/s
 REFERENCES = {
     "speed": Reference(1.27, 1.46, "Bohannon 1997"),
     "step length": Reference(0.66, 0.79, _MURRAY),
@@ -156,6 +157,9 @@ REFERENCES = {
     "pelvis tilt, range": Reference(1.8, 2.1, "Pinzone 2014, two centres"),
     "pelvis obliquity, range": Reference(8.6, 10.3, "Pinzone 2014, two centres"),
     "pelvis rotation, range": Reference(9.7, 13.1, "Pinzone 2014, two centres"),
+    "trunk tilt, range": Reference(4.0, 4.0, _CHUNG),
+    "trunk obliquity, range": Reference(3.3, 3.3, _CHUNG),
+    "trunk rotation, range": Reference(6.9, 6.9, _CHUNG),
     "cost of transport": Reference(3.05, 3.51, "PLOS ONE 0168070, 0138154"),
 }
 

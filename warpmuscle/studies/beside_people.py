@@ -22,14 +22,16 @@ def of_norms(measures: Measures) -> dict[str, Finding]:
         each = sorted((name for name in timings if name != TIMING), key=lambda name: timings[name])
         least = [f"{name.removeprefix('timing of ')} {timings[name]:.0f}" for name in each]
         found[TIMING] = Finding(timing, "least: " + ", ".join(least[:3]))
+    if (sway := measures.get("sway from people")) is not None:
+        found["sway from people"] = Finding(sway, "people's spread not checked at its source")
     if speed is None or abs(speed - MEASURED_SPEED) <= NEAR:
         return found
     for name in COMFORTABLE:
         if (value := measures.get(name)) is not None:
-            found[name] = Finding(value, f"no judge: of people at their own speed, not at {speed:.2f} m/s")
+            found[name] = Finding(value, f"of people at their own speed, not at {speed:.2f} m/s", judges=False)
     if (angles := measures.get("angles outside the norms")) is not None:
-        note = f"no judge: norms of {MEASURED_SPEED:g} m/s, moved to {speed:.2f} m/s by the trend that searches know"
-        found["angles outside the norms"] = Finding(angles, note)
+        note = f"norms of {MEASURED_SPEED:g} m/s, moved to {speed:.2f} m/s by the trend that searches know"
+        found["angles outside the norms"] = Finding(angles, note, judges=False)
     return found
 
 
