@@ -7,23 +7,22 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from warpmuscle.gait.cycles import PERCENT
-from warpmuscle.gait.joint_moments import from_people
-from warpmuscle.scene.people.pinzone import POWERS
 from warpmuscle.cli import app
 from warpmuscle.cli.common import with_commands
 from warpmuscle.cli.walkers import walker_of
 from warpmuscle.core.errors import Error
 from warpmuscle.examples import write
 from warpmuscle.formats import load
+from warpmuscle.gait.cycles import PERCENT
+from warpmuscle.gait.joint_moments import from_people
 from warpmuscle.gait.quality import TIMING
 from warpmuscle.scene import Command
 from warpmuscle.scene.number import Free
+from warpmuscle.scene.people.pinzone import POWERS
 from warpmuscle.studies import judge as judging
 from warpmuscle.studies.beside_people import of_norms
 from warpmuscle.studies.judge import POWER, Walked
 from warpmuscle.studies.verdicts import (
-    Finding,
     COMFORTABLE,
     COST,
     ECONOMICAL,
@@ -34,6 +33,7 @@ from warpmuscle.studies.verdicts import (
     UPHILL,
     WALK,
     Bar,
+    Finding,
     Verdict,
 )
 from warpmuscle.studies.walkers import SceneWalker
@@ -245,9 +245,7 @@ def test_rows_that_stand_beside_people_at_another_speed_judge_nothing_and_say_so
     measures = {"speed": 1.6, "stance": 60.0, "angles outside the norms": 0.2, "step width": 0.1}
     found = of_norms(measures)
     assert found["stance"] == (60.0, "of people at their own speed, not at 1.60 m/s", False, False)
-    assert found["angles outside the norms"].note.startswith(
-        "norms of 1.26 m/s, moved to 1.60 m/s by the trend"
-    )
+    assert found["angles outside the norms"].note.startswith("norms of 1.26 m/s, moved to 1.60 m/s by the trend")
     assert "step width" not in found
     assert of_norms(measures | {"speed": 1.3}) == {}
     assert not {bar.name for bar in WALK if bar.name.endswith("at this speed")} & set(COMFORTABLE)
