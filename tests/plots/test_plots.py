@@ -19,6 +19,7 @@ from warpmuscle.plots import KINDS, Absent, Choices, Subject, draw, plot
 from warpmuscle.results.records import Result
 from warpmuscle.results.result import write
 from warpmuscle.scene.parameters import substitute
+from warpmuscle.scene.people.emg import WINDOWS
 
 SEARCHES = ("convergence", "parameters")
 GAITS = ("angles", "ground_force", "moments", "body", "feet")
@@ -107,6 +108,20 @@ def test_chosen_muscles_are_shown_as_curves_of_both_sides(result):
     figure = draw(Subject(result, Choices(muscles=("?SOL", "?TA"))), "activation")
     assert [axes.get_title(loc="left") for axes in figure.axes] == ["SOL", "TA"]
     assert len(figure.axes[0].lines) == 2
+
+
+def test_windows_of_emg_lie_beside_activations_of_a_walk_where_norms_are_drawn(result):
+    for norms in (True, False):
+        figure = draw(Subject(result, Choices(muscles=("?VAS", "?SOL"), norms=norms)), "activation")
+        drawn = {
+            (round(patch.get_x(), 1), round(patch.get_x() + patch.get_width(), 1))
+            for axes in figure.axes
+            for patch in axes.patches
+        }
+        assert (drawn == {window for name in ("vasti", "soleus") for window in WINDOWS[name]}) == norms
+        assert bool(drawn) == norms
+        legends = [text.get_text() for legend in figure.legends for text in legend.get_texts()]
+        assert any("EMG" in text for text in legends) == norms
 
 
 def test_control_shows_the_muscles_that_act_on_the_chosen_joint(result):

@@ -1,4 +1,4 @@
-"""Muscle activations over the gait cycle, or over time where there is none."""
+"""Muscle activations over the gait cycle beside windows of people's EMG, or over time where there is none."""
 
 from __future__ import annotations
 
@@ -9,13 +9,17 @@ import numpy as np
 from warpmuscle.core.array_types import Floats
 from warpmuscle.gait.cycles import PERCENT, over_strides
 from warpmuscle.gait.foot_contact import SIDES
+from warpmuscle.gait.muscle_timing import side_and_muscle
 from warpmuscle.plots.pairs import Pair, pairs
 from warpmuscle.plots.style import MAP, cycle_axis, grid, heading, legible, mean_and_spread, page, top_legend
 from warpmuscle.plots.subject import Absent, Subject
+from warpmuscle.scene.people.emg import SOURCE, WINDOWS
 
 _CURVES = 15  # pairs of muscles up to which each has a panel
 _ROW = 0.17  # inches
 _LEAST_TOP = 0.05  # of the axis of activation
+_BAR = "0.35"  # grey of the windows
+_PEOPLE = "people's EMG"
 
 
 def draw(subject: Subject) -> Any:
@@ -30,7 +34,9 @@ def draw(subject: Subject) -> Any:
         heading(figure, f"{title} over time", "activation 0 to 1")
         return figure
     figure = _panels(subject, rows) if len(rows) <= _CURVES else _map(subject, rows)
-    heading(figure, f"{title} over the gait cycle", subject.about_strides().replace(*_words(len(rows))))
+    note = subject.about_strides().replace(*_words(len(rows)))
+    beside = any(_windows(subject, name) for row in rows for name in (row.left, row.right))
+    heading(figure, f"{title} over the gait cycle", f"{note}; bars: {SOURCE}" if beside else note)
     return figure
 
 
@@ -58,6 +64,8 @@ def _panels(subject: Subject, rows: list[Pair]) -> Any:
             mean_and_spread(axes, PERCENT, curves, side if row.left != row.right else "middle")
             greatest = max(greatest, float((curves.mean(axis=0) + curves.std(axis=0)).max()))
         shown |= {side: line for line, side in zip(*axes.get_legend_handles_labels(), strict=True)}
+        for begin, end in _windows(subject, row.left):
+            shown["people"] = axes.axvspan(begin, end, ymax=0.05, color=_BAR, linewidth=0.0)
         cycle_axis(axes)
         axes.set(title=row.label)
     panels[0].set_ylim(0.0, min(1.05 * greatest, 1.02))
@@ -65,7 +73,7 @@ def _panels(subject: Subject, rows: list[Pair]) -> Any:
         axes.set_xlabel("gait cycle (%)")
         axes.tick_params(labelbottom=True)
     figure.supylabel("activation (0 to 1)", size=9.0)
-    names = {"left": "left", "right": "right", "middle": "without a pair, cycle of the left leg"}
+    names = {"left": "left", "right": "right", "middle": "unpaired, left cycle", "people": _PEOPLE}
     top_legend(figure, list(shown.values()), [names[side] for side in shown])
     return figure
 
@@ -74,16 +82,28 @@ def _map(subject: Subject, rows: list[Pair]) -> Any:
     """A row a pair: on the left the left one over its leg's gait cycle, on the right the right one over the other's."""
     figure = page(_ROW * len(rows) + 1.3)
     columns = figure.subplots(1, 2, sharey=True)
+    people = None
     for axes, side in zip(columns, SIDES, strict=True):
         means = np.array([_cycles(subject, getattr(row, side), side).mean(axis=0) for row in rows])
         image = _image(axes, means, (0.0, 100.0))
+        for number, row in enumerate(rows):
+            for begin, end in _windows(subject, getattr(row, side)):
+                people = axes.hlines(number + 0.88, begin, end, color="tab:red", linewidth=1.3)
         title = f"{side.capitalize()} muscles, cycle" if any(row.left != row.right for row in rows) else "Cycle"
         axes.set(title=f"{title} of the {side} leg", xlabel="gait cycle (%)")
         cycle_axis(axes)
     _name_rows(columns[0], [row.label for row in rows])
     columns[1].tick_params(axis="y", length=0.0)
+    if people is not None:
+        top_legend(figure, [people], [_PEOPLE])
     figure.colorbar(image, ax=columns, shrink=0.6, aspect=25, label="activation (0 to 1)")
     return figure
+
+
+def _windows(subject: Subject, muscle: str) -> tuple[tuple[float, float], ...]:
+    """When people have a muscle active in walking, % of the cycle; none for those not tabled, and of runs."""
+    name = side_and_muscle(muscle)[1] if subject.choices.norms and not subject.runs else ""
+    return tuple((float(begin), float(end)) for begin, end in WINDOWS.get(name, ()))
 
 
 def _over_time(subject: Subject, rows: list[Pair]) -> Any:
