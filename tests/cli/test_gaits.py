@@ -9,9 +9,13 @@ from typer.testing import CliRunner
 
 from small_result import walk_result
 from warpmuscle.cli import app
+from warpmuscle.cli.console import print_gait
 from warpmuscle.core.errors import Error
 from warpmuscle.examples import write as examples
+from warpmuscle.gait.muscle_effort import BHARGAVA_NET, BHARGAVA_STRICT, bhargava_costs
+from warpmuscle.plots.subject import Choices, Subject
 from warpmuscle.results.result import write
+from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.studies import robustness
 
 FALLS = ("--set", "failure.com_height=1.2")  # at once
@@ -101,3 +105,17 @@ def test_a_policy_is_pushed_as_a_scene_is(tmp_path: Path, monkeypatch: pytest.Mo
 def test_an_impulse_of_nothing_is_refused():
     with pytest.raises(Error, match="positive numbers"):
         told("robustness", "fwalk", "--impulse", -3)
+
+
+def test_a_run_prints_both_energies_by_name(capsys):
+    result = walk_result()
+    scene = Subject(result, Choices()).scene
+    gait = print_gait(scene, result.replays[0])
+    assert gait is not None
+    steady = result.replays[0].window(gait.start)
+    costs = bhargava_costs(steady, substitute(scene, start_values(scene)), gait.speed_horizontal)
+    net, strict = costs[BHARGAVA_NET], costs[BHARGAVA_STRICT]
+    assert net is not None
+    assert strict is not None
+    assert strict > net
+    assert f"by Bhargava {net:.2f} J/(kg m) net, {strict:.2f} strict" in capsys.readouterr().out

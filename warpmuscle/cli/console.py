@@ -155,7 +155,7 @@ def print_gait(scene: Scene, recording: Recording) -> Gait | None:
 
 def _print_cost(scene: Scene, steady: Recording, speed: float) -> None:
     """Print what the muscles of a steady gait spend, and how that is counted; nothing if that cannot be told."""
-    from warpmuscle.gait.muscle_effort import cost_of_transport, spent
+    from warpmuscle.gait.muscle_effort import BHARGAVA_NET, BHARGAVA_STRICT, bhargava_costs, cost_of_transport, spent
     from warpmuscle.scene.accounting import accounting
     from warpmuscle.scene.masses import COMMON_TENSION
     from warpmuscle.scene.parameters import start_values, substitute
@@ -169,3 +169,7 @@ def _print_cost(scene: Scene, steady: Recording, speed: float) -> None:
     beside = "" if common == f"{cost:.2f}" else f" ({common} at {COMMON_TENSION / 1e6:g} MPa)"
     words = accounting(plain, steady.muscle_names)
     out.print(f"cost of transport {cost:.2f} J/(kg m){beside}: {words}", markup=False)
+    two = bhargava_costs(steady, plain, speed)
+    net, strict = two.get(BHARGAVA_NET), two.get(BHARGAVA_STRICT)
+    if net is not None and strict is not None:
+        out.print(f"cost of transport by Bhargava {net:.2f} J/(kg m) net, {strict:.2f} strict (people 3.05 to 3.51)")
