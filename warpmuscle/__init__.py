@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from warpmuscle.optimization.optimize import optimize
     from warpmuscle.optimization.resume import resume
     from warpmuscle.plots import plot
+    from warpmuscle.results.motion_files import append_motions, read_motions
+    from warpmuscle.results.motions import Motions
     from warpmuscle.results.recording import Recording
     from warpmuscle.results.records import Result
     from warpmuscle.results.result import read, write
@@ -36,16 +38,19 @@ if TYPE_CHECKING:
     __version__: str
 
 __all__ = [
-    "Error", "MultiDeviceRollout", "Recording", "Result", "ResultError", "Rollout", "RolloutError", "Scene",
-    "SceneError", "Stages", "Status", "__version__", "best_scene", "load", "make_rollout", "measure", "optimize",
-    "plot", "read", "resume", "save", "show", "trust", "write",
+    "Error", "Motions", "MultiDeviceRollout", "Recording", "Result", "ResultError", "Rollout", "RolloutError", "Scene",
+    "SceneError", "Stages", "Status", "__version__", "append_motions", "best_scene", "load", "make_rollout", "measure",
+    "optimize", "plot", "read", "read_motions", "resume", "save", "show", "trust", "write",
 ]  # fmt: skip
 
 _HOMES = {
-    "MultiDeviceRollout": "simulation.multi_device", "Recording": "results.recording", "Result": "results.records",
+    "Motions": "results.motions", "MultiDeviceRollout": "simulation.multi_device",
+    "Recording": "results.recording", "Result": "results.records",
     "Rollout": "simulation.rollout", "Scene": "scene", "Stages": "simulation.stages", "Status": "core.status",
-    "best_scene": "optimization.best_scene", "load": "formats", "make_rollout": "simulation.multi_device",
+    "append_motions": "results.motion_files", "best_scene": "optimization.best_scene", "load": "formats",
+    "make_rollout": "simulation.multi_device",
     "measure": "gait.measures", "optimize": "optimization.optimize", "plot": "plots", "read": "results.result",
+    "read_motions": "results.motion_files",
     "resume": "optimization.resume", "save": "formats", "show": "view.notebook", "trust": "scene.trusted_code",
     "write": "results.result",
 }  # fmt: skip

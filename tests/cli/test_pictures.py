@@ -85,7 +85,7 @@ def test_video_shows_several_files_side_by_side(run):
         ("text.h5", "text.h5: not an HDF5 file, or damaged"),
         ("torn.h5", "torn.h5: not an HDF5 file, or damaged"),
         ("other.h5", "other.h5: an HDF5 file, but not one written by warpmuscle"),
-        ("newer.h5", "format version 99 is newer than 2"),
+        ("newer.h5", "format version 99 is newer than 3"),
     ],
 )
 def test_bad_files_give_one_line(command, file: str, message: str, folder, run):

@@ -5,19 +5,20 @@ import pytest
 
 from biped import random_recording
 from warpmuscle.kernels.recorded import MUSCLE_PLACES
+from warpmuscle.results.quantity import RawFrames
 from warpmuscle.results.recording import (
     INTEGER_QUANTITIES,
     MUSCLE_QUANTITIES,
     NAMED,
     QUANTITIES,
-    RawFrames,
+    UNITS,
     Recording,
     label,
 )
 
 
 def test_every_field_but_the_names_is_a_described_quantity():
-    fields = set(Recording.__dataclass_fields__) - set(NAMED.values())
+    fields = set(Recording.__dataclass_fields__) - {*NAMED.values(), *UNITS.values()}
     assert fields == set(QUANTITIES)
     assert set(INTEGER_QUANTITIES) < fields
 

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from biped import random_recording
+from described import assert_described
 from same_values import assert_same
 from warpmuscle.core.errors import ResultError
 from warpmuscle.core.status import Status
@@ -100,7 +101,7 @@ def test_candidates_take_less_than_100_bytes_beside_their_parameters(tmp_path: P
 def test_file_tells_foreign_readers_what_it_holds(tmp_path: Path):
     write(tmp_path / "a.h5", full_result())
     with h5py.File(tmp_path / "a.h5") as file:
-        assert (file.attrs["format"], file.attrs["format_version"], file.attrs["seed"]) == ("warpmuscle", 2, 42)
+        assert (file.attrs["format"], file.attrs["format_version"], file.attrs["seed"]) == ("warpmuscle", 3, 42)
         for name in ("warpmuscle", "warp", "numpy", "h5py", "python"):
             assert file.attrs[f"{name}_version"][0].isdigit()
         assert file["scene"].asstr()[()] == 'name = "größe"\n'
@@ -232,9 +233,14 @@ def test_files_and_journals_of_before_there_were_stages_are_read(tmp_path: Path)
 def test_newer_format_is_refused(tmp_path: Path):
     write(tmp_path / "a.h5", plain_result())
     with h5py.File(tmp_path / "a.h5", "a") as file:
-        file.attrs["format_version"] = 3
-    with pytest.raises(ResultError, match="format version 3 is newer than 2"):
+        file.attrs["format_version"] = 4
+    with pytest.raises(ResultError, match="format version 4 is newer than 3"):
         read(tmp_path / "a.h5")
+
+
+def test_every_dataset_says_its_unit_axes_and_what_it_is(tmp_path: Path):
+    write(tmp_path / "a.h5", full_result())
+    assert_described(tmp_path / "a.h5")
 
 
 @pytest.mark.parametrize(

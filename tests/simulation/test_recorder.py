@@ -9,7 +9,7 @@ from warpmuscle.core.errors import RolloutError
 from warpmuscle.kernels.record import RecordKind
 from warpmuscle.model.structure import structure_of
 from warpmuscle.results.recording import MUSCLE_QUANTITIES
-from warpmuscle.scene.topology import coordinate_names
+from warpmuscle.scene.topology import coordinate_names, coordinate_units
 from warpmuscle.simulation.recorder import SIZES, Recorder, check_room, frame_bytes, frame_steps, record_kind
 
 STRUCTURE = structure_of(muscle_scene())
@@ -87,6 +87,9 @@ def test_coordinates_and_speeds_are_recorded_under_their_names():
     frames.record.coordinates.assign(np.arange(room.size, dtype=np.float32).reshape(room.shape))
     motion = frames.recording(scene, 4, 35)
     assert (motion.coordinate_names, motion.speed_names) == coordinate_names(STRUCTURE.names, scene.character)
+    units = coordinate_units(STRUCTURE.names, scene.character)
+    assert (motion.coordinate_units, motion.speed_units) == units
+    assert dict(zip(motion.coordinate_names, motion.coordinate_units, strict=True))["root.qw"] == "1"
     assert motion.coordinate.shape == (4, STRUCTURE.names.coordinates)
     last = motion.coordinate_names.index(scene_joint := STRUCTURE.names.joints[-1])
     assert scene_joint in motion.speed_names

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from described import assert_described
 from small_disk import disk_of
 from small_sweep import RUNS, assert_same_file, small_sweep
 from warpmuscle.cli import app
@@ -52,6 +53,7 @@ def test_every_run_is_the_optimisation_alone(done):
 
 
 def test_output_has_a_table_and_virtual_datasets_over_all_runs(done):
+    assert_described(done)
     with h5py.File(done) as file:
         table, whole = file["table"], file["all"]
         names = table["run"].asstr()[()].tolist()

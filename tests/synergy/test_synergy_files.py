@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from synthetic_emg import NAMES, WEIGHTS, coefficients
 
+from described import assert_described
 from warpmuscle.core.errors import Error, ResultError
 from warpmuscle.plots.synergies import draw_synergies
 from warpmuscle.synergy.extraction import Rule, extract
@@ -27,6 +28,7 @@ def result():
 
 def test_what_is_written_is_read_again(tmp_path, result):
     write(tmp_path / "syn.h5", result)
+    assert_described(tmp_path / "syn.h5")
     found = read(tmp_path / "syn.h5")
     for field in dataclasses.fields(Activations):
         np.testing.assert_array_equal(getattr(found.activations, field.name), getattr(result.activations, field.name))

@@ -7,6 +7,7 @@ import h5py
 import numpy as np
 import pytest
 
+from described import assert_described
 from small_disk import disk_of
 from warpmuscle.core.errors import Error, ResultError
 from warpmuscle.formats import load
@@ -100,6 +101,7 @@ def test_parameters_stay_within_the_intervals_of_the_scene(job: Job):
 
 def test_a_fit_is_kept_whole_with_the_scene_that_it_came_to(job: Job, tmp_path):
     job.write(tmp_path / "throw.h5", {"command": "test"})
+    assert_described(tmp_path / "throw.h5")
     with h5py.File(tmp_path / "throw.h5") as file:
         assert file.attrs["format"] == "warpmuscle throw"
         assert file["fit/angle"].shape == file["motions/angle"].shape == (1, 151, 3)

@@ -74,7 +74,7 @@ def bad_files(file: Path, folder: Path) -> dict[str, str]:
         "text.h5": "not an HDF5 file, or damaged",
         "cut.h5": "not an HDF5 file, or damaged",
         "other.h5": "not one written by warpmuscle",
-        "newer.h5": "format version 99 is newer than 2",
+        "newer.h5": "format version 99 is newer than 3",
         "empty.h5": "holds no motion to show; --candidates N runs the N best again",
         "torn.h5": "damaged result file",
         "none.h5": "no such file",

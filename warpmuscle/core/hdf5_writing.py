@@ -19,14 +19,18 @@ def store(
     data: Any,
     units: str = "",
     axes: str = "",
-    description: str = "",
+    *,
+    description: str,
     finite: bool = True,
     at: str = "",
+    **layout: Any,
 ) -> None:
-    """Store a text, a tuple of texts, a number or an array, with those attributes that are not empty.
+    """Store a text, a tuple of texts, a number or an array, with its unit, axes and description as attributes.
 
     Args:
-        group: of an open file. finite: whether all numbers have to be. at: when the numbers of a row are, in a step.
+        group: of an open file. units: of numbers, "1" if there is none. axes: their names, with commas between them.
+        finite: whether all numbers have to be. at: when the numbers of a row are, in a step.
+        layout: further options of a dataset, such as `maxshape`.
 
     Raises:
         ResultError: a number is not finite, though all are to be.
@@ -38,7 +42,8 @@ def store(
         if finite and not np.isfinite(array).all():
             raise ResultError(f"{group.name.rstrip('/')}/{name} holds a value that is not finite; nothing was written")
     packed = {"compression": "gzip", "compression_opts": 1, "shuffle": True} if array.nbytes >= COMPRESS_FROM else {}
-    dataset = group.create_dataset(name, data=array, **(packed if array.dtype.kind in "fi" else {}))
-    for key, text in {"units": units, "axes": axes, "description": description, "at": at}.items():
-        if text:
-            dataset.attrs[key] = text
+    dataset = group.create_dataset(name, data=array, **(packed if array.dtype.kind in "fi" else {}), **layout)
+    dataset.attrs["units"] = units or ("" if array.dtype.kind == "O" else "1")
+    dataset.attrs["axes"], dataset.attrs["description"] = axes, description
+    if at:
+        dataset.attrs["at"] = at

@@ -63,20 +63,25 @@ def _read(subject: Subject, name: str) -> Data:
         root.visititems(lambda path, item: numeric.append(f"/{path}") if _drawable(item) else None)
         wanted = "/" + name.strip("/")
         found = root.get(wanted[1:]) if wanted != "/" else None
+        row: int | None = None
+        if found is None:
+            found, row = _of_instance(root, wanted)
         if found is None:
             raise Error(f"{subject.path} has no dataset {name!r}{near(wanted, numeric)}; {_listed(numeric)}")
-        if not _drawable(found):
+        if not _drawable(found, 4 if row is not None else 3):
             raise Error(f"{subject.path}: {wanted} is {_kind(found)}; {_listed(numeric)}")
-        values = np.asarray(found[()], dtype=float)
-        axes = [axis.strip() for axis in str(found.attrs.get("axes", "")).split(",")]
+        values = np.asarray(found[()] if row is None else found[row], dtype=float)
+        axes = [axis.strip() for axis in str(found.attrs.get("axes", "")).split(",")][0 if row is None else 1 :]
         axes += [""] * (values.ndim - len(axes))
         if "sample" in axes[1:]:  # of recorded motions, the first axis of whose datasets counts them
             values, axes = np.moveaxis(values, axes.index("sample"), 0), ["sample", *(a for a in axes if a != "sample")]
+        if row is not None:
+            values = values[: found.parent["frames"][row]]
         if np.any(np.abs(values) > HUGE):
             raise Error(f"{subject.path}: {wanted} holds numbers too large to draw, beyond {HUGE:g}")
         x, x_label = np.arange(len(values), dtype=float), axes[0] or "row"
         if axes[0] == "frame" and "time" in found.parent:
-            x, x_label = found.parent["time"][()].astype(float), "time (s)"
+            x, x_label = found.parent["time"][: len(values)].astype(float), "time (s)"
         elif axes[0] == "sample" and len(values) == len(root["motions/time"]):
             x, x_label = root["motions/time"][()].astype(float), "time (s)"
         names = [_members(root, found, axis, size) for axis, size in zip(axes[1:], values.shape[1:], strict=True)]
@@ -85,9 +90,19 @@ def _read(subject: Subject, name: str) -> Data:
         return Data(values, x, x_label, label, names, str(found.attrs.get("description", "")), "parameter" in axes[1:])
 
 
-def _drawable(item: Any) -> bool:
-    """Whether an object of the file holds numbers along one to three axes."""
-    return isinstance(item, h5py.Dataset) and item.dtype.kind in "fiu" and 1 <= item.ndim <= 3 and item.size > 0
+def _of_instance(root: Any, wanted: str) -> tuple[Any, int | None]:
+    """The array and the row of `/replay/<k>/com` in a file whose motions are arrays over instances; else nothing."""
+    parts = wanted.split("/")[1:]
+    if len(parts) == 3 and parts[0] == "replay" and parts[1].isdigit() and "replay/frames" in root:
+        found, row = root.get(f"replay/{parts[2]}"), int(parts[1])
+        if isinstance(found, h5py.Dataset) and found.ndim > 1 and row < len(found):
+            return found, row
+    return None, None
+
+
+def _drawable(item: Any, most: int = 3) -> bool:
+    """Whether an object of the file holds numbers along one to three axes, or as many as are drawn."""
+    return isinstance(item, h5py.Dataset) and item.dtype.kind in "fiu" and 1 <= item.ndim <= most and item.size > 0
 
 
 def _kind(item: Any) -> str:

@@ -12,11 +12,11 @@ from warpmuscle.core.errors import ResultError
 from warpmuscle.core.hdf5_writing import store
 from warpmuscle.core.status import Status
 from warpmuscle.results.learned import CURVE, Ancestor, Learned, PolicyTable
-from warpmuscle.results.recording import INTEGER_QUANTITIES, NAMED, QUANTITIES, Recording, dimension
+from warpmuscle.results.motion_layout import put_motions
 from warpmuscle.results.records import Best, Evaluations, Options, ParameterTable, Result, Searched
 
 FORMAT = "warpmuscle"
-FORMAT_VERSION = 2
+FORMAT_VERSION = 3
 HISTORY = {
     "generation": "number of the generation",
     "search": "number of the search",
@@ -60,12 +60,7 @@ def put(file: Any, result: Result, file_format: str = FORMAT) -> None:
         _put_searched(file, result.searched)
     if result.learned is not None:
         _put_learned(file, result.learned)
-    names = result.replay_names or ("",) * len(result.replays)
-    for number, (recording, name) in enumerate(zip(result.replays, names, strict=True)):
-        group = file.create_group(f"replay/{number}", track_order=True)
-        if name:
-            group.attrs["name"] = name
-        _put_recording(group, recording)
+    put_motions(file, result.replays, result.replay_names)
 
 
 def _put_parameters(file: Any, parameters: ParameterTable) -> None:
@@ -80,7 +75,7 @@ def _put_parameters(file: Any, parameters: ParameterTable) -> None:
         "value": "value in the scene of this file",
     }.items():
         array = _shaped(f"parameters/{name}", getattr(parameters, name), (count,))
-        store(group, name, array, axes="parameter", description=description)
+        store(group, name, array, "see /parameters/unit", "parameter", description=description)
     store(group, "scale", parameters.scale, axes="parameter", description="of the unit interval from min to max")
 
 
@@ -88,7 +83,7 @@ def _put_evaluations(file: Any, evaluations: Evaluations, parameter_count: int) 
     count = len(evaluations.cost)
     group = file.create_group("evaluations", track_order=True)
     params = _shaped("evaluations/params", evaluations.params, (count, parameter_count))
-    store(group, "params", params, axes="evaluation, parameter", description="candidates, in units of /parameters/unit")
+    store(group, "params", params, "see /parameters/unit", "evaluation, parameter", description="candidates")
     store(group, "cost", _shaped("evaluations/cost", evaluations.cost, (count,)), axes="evaluation",
           description="value of the objective")  # fmt: skip
     status = np.asarray(_shaped("evaluations/status", evaluations.status, (count,)), dtype=np.int32)
@@ -113,7 +108,7 @@ def _put_evaluations(file: Any, evaluations: Evaluations, parameter_count: int) 
 
 def _put_best(file: Any, best: Best) -> None:
     group = file.create_group("best", track_order=True)
-    store(group, "params", np.asarray(best.params), axes="parameter", description="in units of /parameters/unit")
+    store(group, "params", np.asarray(best.params), "see /parameters/unit", "parameter", description="the candidate")
     store(group, "cost", np.float64(best.cost), description="least value of the objective")
     store(group, "index", np.int64(best.index), description="row of /evaluations")
 
@@ -134,7 +129,10 @@ def _put_searched(file: Any, searched: Searched) -> None:
     for number, state in enumerate(searched.states):
         inner = group.create_group(str(number), track_order=True)
         for name in sorted(name for name in state if not np.isinf(state[name]).any()):  # infinite: unknown so far
-            store(inner, name, state[name], description="state of the search, in the unit cube", finite=False)
+            free = np.size(state.get("mean", ()))
+            axes = ", ".join("dimension" if size == free else "entry" for size in np.shape(state[name]))
+            store(inner, name, state[name], axes=axes, finite=False,
+                  description="state of the search, in the unit cube")  # fmt: skip
     for number, stage in enumerate(searched.stages):
         inner = file.create_group(f"stages/{number}", track_order=True)
         inner.attrs["name"] = stage.name
@@ -161,7 +159,7 @@ def _put_learned(file: Any, learned: Learned) -> None:
     group = file.create_group("curve", track_order=True)
     for name, column in CURVE.items():
         array = _shaped(f"curve/{name}", learned.curve[name], (count,))
-        store(group, name, array, column.unit, "iteration", column.description)
+        store(group, name, array, column.unit, "iteration", description=column.description)
     group = file.create_group("training", track_order=True)
     group.attrs["ended"] = learned.ended
     for name, value in learned.options.items():
@@ -196,39 +194,6 @@ def _put_network(group: Any, policy: PolicyTable) -> None:
         store(
             group, "noise", policy.noise.deviation, axes="action", description="of which clipped actions are the mean"
         )
-
-
-def _put_recording(group: Any, recording: Recording) -> None:
-    store(group, "joint_names", recording.joint_names, axes="joint", description="joints, breadth first from the root")
-    store(group, "body_names", recording.body_names, axes="body", description="the root, then the joints' children")
-    for axis, description in {
-        "muscle": "muscles that were simulated",
-        "coordinate": "of the root, then of the joints: degrees of freedom, and quaternions of balls",
-        "speed": "of the root, then of the joints",
-        "joint_angle": "of the root, then of the joints",
-    }.items():
-        if getattr(recording, NAMED[axis]):
-            store(group, NAMED[axis], getattr(recording, NAMED[axis]), axes=axis, description=description)
-    for name, quantity in QUANTITIES.items():
-        if any(axis in NAMED and not getattr(recording, NAMED[axis]) for axis in quantity.axes[-1:]):
-            continue
-        array = recording[name].astype(np.int32) if name in INTEGER_QUANTITIES else recording[name]
-        store(group, name, array, quantity.units, ", ".join(quantity.axes), quantity.description, at=quantity.at)
-    _put_scales(group)
-
-
-def _put_scales(group: Any) -> None:
-    """Attach to the axes of a motion what stands along them: the time, and names, as HDF5 dimension scales."""
-    present = [name for name in QUANTITIES if name in group]
-    for axis in dict.fromkeys(axis for name in present for axis in QUANTITIES[name].axes):
-        scale = dimension(axis)
-        if scale not in group:
-            store(group, scale, tuple(axis.split()), axes=axis, description="components")
-        group[scale].make_scale(scale)
-    for name in present:
-        for number, axis in enumerate(QUANTITIES[name].axes):
-            if name != dimension(axis):
-                group[name].dims[number].attach_scale(group[dimension(axis)])
 
 
 def _shaped(name: str, array: NDArray[Any], shape: tuple[int, ...]) -> NDArray[Any]:

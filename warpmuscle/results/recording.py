@@ -6,9 +6,9 @@ and figures take their labels from it.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
-from typing import TYPE_CHECKING, Any, NamedTuple, Self
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields, replace
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +17,7 @@ from warpmuscle.core.arguments import as_kind, as_number, as_texts, in_words
 from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.errors import ArgumentError
 from warpmuscle.core.labelled import Labelled, to_dataframe, to_xarray
-from warpmuscle.core.pose import conjugate, multiply, rotate
+from warpmuscle.core.pose import multiply, rotate
 from warpmuscle.kernels.recorded import (
     ACTIVATION,
     DESIRED_FORCE,
@@ -27,69 +27,23 @@ from warpmuscle.kernels.recorded import (
     FORCE,
     PATH_LENGTH,
 )
+from warpmuscle.results.quantity import (
+    BEFORE,
+    BESIDE,
+    END_UNLESS,
+    LENGTH,
+    OVER,
+    SPEED,
+    START,
+    Quantity,
+    RawFrames,
+    of_muscles,
+    quantity,
+)
 
 if TYPE_CHECKING:
     import pandas
     import xarray
-
-
-START, OVER, END = "start of the step", "over the step", "end of the step"  # of that which starts at a frame's time
-BEFORE = "over the step before"
-BESIDE = "by the activation recorded beside it"
-LENGTH = f"{START}; with a compliant tendon: {BESIDE}"
-SPEED = f"middle of the step before, by moment arms of the start; with a compliant tendon: {BEFORE}, {BESIDE}"
-END_UNLESS = f"{END}; of neural activation: {START}"
-
-
-@dataclass(frozen=True)
-class RawFrames:
-    """What a device wrote of one instance: F frames of `kernels.structs.Record`, and what reading them takes."""
-
-    time: Floats  # (F,) s
-    arrays: Mapping[str, Floats]  # by field of the record
-    parents: list[int]  # (J,) body that each joint's child hangs on
-    root_velocity: Floats  # (F, 3) m/s
-    centers: Floats  # (B, 3) m, centres of mass from the joints, body axes
-
-    def __getitem__(self, name: str) -> Floats:
-        return self.arrays[name]
-
-    @property
-    def unturned(self) -> Floats:
-        """Orientation of the world in each joint's parent, (F, J, 4)."""
-        return conjugate(self["orientation"][:, self.parents])
-
-
-class Quantity(NamedTuple):
-    """What one array of a recording holds.
-
-    Attributes:
-        units: unit symbol, "1" for a number without one.
-        axes: one name per axis; `frame` and those of `NAMED` are counted by the recording, the words of any other name
-            are the components along that axis.
-        description: one line.
-        of: makes it from what a device wrote.
-        at: when, if not at the frame's time: a frame is written by the step that starts then.
-    """
-
-    units: str
-    axes: tuple[str, ...]
-    description: str
-    of: Callable[[RawFrames], Floats]
-    at: str = START
-
-
-def _quantity(
-    units: str, axes: tuple[str, ...], description: str, of: Callable[[RawFrames], Floats], at: str = START
-) -> Any:
-    """A field that holds a quantity."""
-    return field(metadata={"quantity": Quantity(units, axes, description, of, at)})
-
-
-def _of_muscles(units: str, place: int, description: str, at: str = START) -> Any:
-    """A field that holds what the device writes of every muscle in a place of its own."""
-    return _quantity(units, ("frame", "muscle"), description, lambda raw: raw["muscle"][:, place], at)
-
 
 _FRAME = ("frame",)
 _VECTOR = ("frame", "x y z")
@@ -103,106 +57,109 @@ class Recording:
 
     Joints are in breadth-first order from the root; bodies are the root followed by the children of those joints.
     Coordinates and speeds have the names of `topology.coordinate_names`, angles those of `degrees_of_freedom`; what was
-    recorded before they were has none.
+    recorded before they were has none. A quantity that was not kept is an array without frames, see `missing`.
     Raises ArgumentError, a ValueError, if a shape does not fit.
     """
 
     joint_names: tuple[str, ...]
     body_names: tuple[str, ...]
     muscle_names: tuple[str, ...]
-    time: Floats = _quantity("s", _FRAME, "simulated time", lambda raw: raw.time)
-    phase: Floats = _quantity("1", _FRAME, "phase of the controller's state, 0 to 1 or more", lambda raw: raw["phase"])
-    stance: Integers = _quantity("1", _FRAME, "stance foot: 0 left, 1 right", lambda raw: raw["stance"])
-    state: Integers = _quantity("1", _FRAME, "index of the controller's state", lambda raw: raw["machine_state"])
-    root_position: Floats = _quantity(
+    time: Floats = quantity("s", _FRAME, "simulated time", lambda raw: raw.time)
+    phase: Floats = quantity("1", _FRAME, "phase of the controller's state, 0 to 1 or more", lambda raw: raw["phase"])
+    stance: Integers = quantity("1", _FRAME, "stance foot: 0 left, 1 right", lambda raw: raw["stance"])
+    state: Integers = quantity("1", _FRAME, "index of the controller's state", lambda raw: raw["machine_state"])
+    root_position: Floats = quantity(
         "m", _VECTOR, "centre of mass of the root body, world", lambda raw: raw["position"][:, 0]
     )
-    root_orientation: Floats = _quantity(
+    root_orientation: Floats = quantity(
         "1", ("frame", "x y z w"), "quaternion, root body to world", lambda raw: raw["orientation"][:, 0]
     )
-    root_velocity: Floats = _quantity(
+    root_velocity: Floats = quantity(
         "m/s", _VECTOR, "velocity of the root's centre of mass, world", lambda raw: raw.root_velocity
     )
-    root_angular_velocity: Floats = _quantity(
+    root_angular_velocity: Floats = quantity(
         "rad/s", _VECTOR, "angular velocity of the root body, world", lambda raw: raw["angular_velocity"][:, 0]
     )
-    joint_orientation: Floats = _quantity(
+    joint_orientation: Floats = quantity(
         "1", _JOINT_QUATERNION, "quaternion, child body to parent body",
         lambda raw: multiply(raw.unturned, raw["orientation"][:, 1:]),
     )  # fmt: skip
-    joint_angular_velocity: Floats = _quantity(
+    joint_angular_velocity: Floats = quantity(
         "rad/s", _JOINT_VECTOR, "of the child relative to the parent, parent's frame",
         lambda raw: rotate(raw.unturned, raw["angular_velocity"][:, 1:] - raw["angular_velocity"][:, raw.parents]),
     )  # fmt: skip
-    joint_torque: Floats = _quantity(
+    joint_torque: Floats = quantity(
         "N m", _JOINT_VECTOR, "torque on the parent over the step, without stops, its negative on the child, world",
         lambda raw: raw["torque"][:, 1:], OVER,
     )  # fmt: skip
-    joint_torque_desired: Floats = _quantity(
+    joint_torque_desired: Floats = quantity(
         "N m", _JOINT_VECTOR, "torque that the controller wanted at the step's start, as joint_torque",
         lambda raw: raw["desired_torque"][:, 1:],
     )  # fmt: skip
-    joint_target: Floats = _quantity(
+    joint_target: Floats = quantity(
         "1", _JOINT_QUATERNION, "quaternion, target orientation of the controller, or as recorded",
         lambda raw: raw["target"][:, 1:],
     )  # fmt: skip
-    com: Floats = _quantity("m", _VECTOR, "centre of mass of the whole body, world", lambda raw: raw["com"][:, 0])
-    com_velocity: Floats = _quantity(
+    com: Floats = quantity("m", _VECTOR, "centre of mass of the whole body, world", lambda raw: raw["com"][:, 0])
+    com_velocity: Floats = quantity(
         "m/s", _VECTOR, "velocity of the centre of mass of the whole body, world", lambda raw: raw["com"][:, 1]
     )
-    foot_force_left: Floats = _quantity(
+    foot_force_left: Floats = quantity(
         "N", _VECTOR, "ground force on the left foot, of the step that ended at this time",
         lambda raw: raw["foot_force"][:, 0], BEFORE,
     )  # fmt: skip
-    foot_force_right: Floats = _quantity(
+    foot_force_right: Floats = quantity(
         "N", _VECTOR, "ground force on the right foot, of the step that ended at this time",
         lambda raw: raw["foot_force"][:, 1], BEFORE,
     )  # fmt: skip
-    body_position: Floats = _quantity(
+    body_position: Floats = quantity(
         "m", ("frame", "body", "x y z"), "centre of mass of each body, world",
         lambda raw: raw["position"] + rotate(raw["orientation"], raw.centers),
     )  # fmt: skip
-    body_orientation: Floats = _quantity(
+    body_orientation: Floats = quantity(
         "1", ("frame", "body", "x y z w"), "quaternion, body to world", lambda raw: raw["orientation"]
     )
-    muscle_path_length: Floats = _of_muscles("m", PATH_LENGTH, "length of the muscle with its tendon")
-    muscle_fibre_length: Floats = _of_muscles("m", FIBRE_LENGTH, "length of the muscle fibre", LENGTH)
-    muscle_fibre_velocity: Floats = _of_muscles("m/s", FIBRE_VELOCITY, "lengthening speed of the muscle fibre", SPEED)
-    muscle_desired_force: Floats = _of_muscles(
+    muscle_path_length: Floats = of_muscles("m", PATH_LENGTH, "length of the muscle with its tendon")
+    muscle_fibre_length: Floats = of_muscles("m", FIBRE_LENGTH, "length of the muscle fibre", LENGTH)
+    muscle_fibre_velocity: Floats = of_muscles("m/s", FIBRE_VELOCITY, "lengthening speed of the muscle fibre", SPEED)
+    muscle_desired_force: Floats = of_muscles(
         "N", DESIRED_FORCE, "force that the controller or the muscle's own excitation asks for"
     )
-    muscle_excitation: Floats = _of_muscles(
-        "1", EXCITATION, "excitation that reaches the muscle, after its delay", OVER
-    )
-    muscle_activation: Floats = _of_muscles(
+    muscle_excitation: Floats = of_muscles("1", EXCITATION, "excitation that reaches the muscle, after its delay", OVER)
+    muscle_activation: Floats = of_muscles(
         "1", ACTIVATION, "activation with which the muscle pulls over the step that starts at this time", END_UNLESS
     )
-    muscle_force: Floats = _of_muscles(
+    muscle_force: Floats = of_muscles(
         "N", FORCE, "tension of the muscle, which accelerates the joints at this time", f"{START}, {BESIDE}"
     )
     coordinate: Floats = _quantity(
         "rad or m", ("frame", "coordinate"), "coordinates of root and joints, quaternions of balls among them",
         lambda raw: raw["coordinates"],
     )  # fmt: skip
-    speed: Floats = _quantity(
+    speed: Floats = quantity(
         "rad/s or m/s", ("frame", "speed"), "rates of the coordinates; of a root along and about the world, of a ball "
-        "about its child's axes", lambda raw: raw["speeds"],
+        "about its child's axes; each has its unit in speed_units", lambda raw: raw["speeds"],
     )  # fmt: skip
-    joint_angle: Floats = _quantity(
+    joint_angle: Floats = quantity(
         "rad", ("frame", "joint_angle"), "angles of root and joints by degree of freedom, as an exported .mot has them",
         lambda raw: np.zeros((len(raw.time), 0)),  # see `degrees_of_freedom.with_joint_angles`
     )  # fmt: skip
     coordinate_names: tuple[str, ...] = ()
     speed_names: tuple[str, ...] = ()
     joint_angle_names: tuple[str, ...] = ()
+    coordinate_units: tuple[str, ...] = ()
+    speed_units: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         counts = {axis: len(getattr(self, name)) for axis, name in NAMED.items()} | {"frame": len(self.time)}
-        for name, quantity in QUANTITIES.items():
+        for name, about in QUANTITIES.items():
             array = as_kind(np.ndarray, self[name], name)
-            expected = tuple(counts.get(axis, len(axis.split())) for axis in quantity.axes)
-            if array.shape != expected:
-                raise ArgumentError(f"{name} has shape {array.shape}, not {expected} ({', '.join(quantity.axes)})")
+            expected = tuple(counts.get(axis, len(axis.split())) for axis in about.axes)
+            if array.shape not in (expected, (0 if name != "time" else expected[0], *expected[1:])):
+                raise ArgumentError(f"{name} has shape {array.shape}, not {expected} ({', '.join(about.axes)})")
+        for axis, name in UNITS.items():
+            if len(getattr(self, name)) not in (0, counts[axis]):
+                raise ArgumentError(f"{name} has {len(getattr(self, name))} entries, not {counts[axis]}")
 
     def __repr__(self) -> str:
         span = f", {self.time[0]:.4g} to {self.time[-1]:.4g} s" if self.frames else ""
@@ -227,12 +184,26 @@ class Recording:
         coordinate_names: tuple[str, ...] = (),
         speed_names: tuple[str, ...] = (),
         joint_angle_names: tuple[str, ...] = (),
+        coordinate_units: tuple[str, ...] = (),
+        speed_units: tuple[str, ...] = (),
+        *,
+        kept: Sequence[str] | None = None,
     ) -> Self:
         """A recording from arrays by name of their quantity; raises ArgumentError if one is missing.
 
         What has no names may be missing, and so may the desired torque, which then is the torque.
+
+        Args:
+            kept: names of the quantities that the arrays hold; others are missing. By default they hold all.
         """
-        present: dict[str, Any] = {"joint_torque_desired": arrays.get("joint_torque"), **arrays}
+        present: dict[str, Any] = {**arrays}
+        if kept is None:
+            present.setdefault("joint_torque_desired", arrays.get("joint_torque"))
+        else:
+            every = (joint_names, body_names, muscle_names, coordinate_names, speed_names, joint_angle_names)
+            counts = dict(zip(COUNTED, map(len, every), strict=True))
+            gone = {name: _no_frames(name, counts) for name in QUANTITIES if name not in (*kept, "time")}
+            present = {**gone, **present}
         nothing = np.zeros((len(arrays.get("time", ())), 0))
         optional = {"coordinate": coordinate_names, "speed": speed_names, "joint_angle": joint_angle_names}
         for axis, names in {"muscle": muscle_names, **optional}.items():
@@ -242,7 +213,10 @@ class Recording:
             raise ArgumentError(f"arrays of a recording lack {', '.join(missing)}")
         given = {name: present[name] for name in QUANTITIES}
         named: dict[str, Any] = {NAMED[axis]: names for axis, names in optional.items()}
-        return cls(joint_names, body_names, muscle_names, **given, **named)
+        return cls(
+            joint_names, body_names, muscle_names, **given, **named, coordinate_units=coordinate_units,
+            speed_units=speed_units,
+        )  # fmt: skip
 
     @classmethod
     def from_frames(
@@ -253,18 +227,26 @@ class Recording:
         muscle_names: tuple[str, ...],
         coordinate_names: tuple[str, ...],
         speed_names: tuple[str, ...],
+        coordinate_units: tuple[str, ...],
+        speed_units: tuple[str, ...],
     ) -> Self:
         """A recording of what a device wrote."""
         arrays: dict[str, Any] = {name: quantity.of(raw) for name, quantity in QUANTITIES.items()}
         arrays |= {name: arrays[name].astype(np.int32) for name in INTEGER_QUANTITIES}
         return cls(
-            joint_names, body_names, muscle_names, **arrays, coordinate_names=coordinate_names, speed_names=speed_names
-        )
+            joint_names, body_names, muscle_names, **arrays, coordinate_names=coordinate_names, speed_names=speed_names,
+            coordinate_units=coordinate_units, speed_units=speed_units,
+        )  # fmt: skip
 
     @property
     def frames(self) -> int:
         """Number of frames."""
         return len(self.time)
+
+    @property
+    def missing(self) -> tuple[str, ...]:
+        """Names of the quantities that were not kept: frames have them, and these arrays have no frames."""
+        return tuple(name for name in QUANTITIES if is_missing(self.__dict__[name], len(self.__dict__["time"])))
 
     @property
     def has_targets(self) -> bool:
@@ -279,14 +261,25 @@ class Recording:
 
     def at(self, frames: Any) -> Self:
         """Some of its frames, by a slice, numbers or a mask."""
-        return replace(self, **{name: self[name][frames] for name in QUANTITIES})
+        gone = self.missing
+        return self.changed(**{name: self[name][frames] for name in QUANTITIES if name not in gone})
+
+    def changed(self, **arrays: NDArray[Any]) -> Self:
+        """The same motion with other arrays in place of some of its own."""
+        changes: dict[str, Any] = {**arrays}
+        return replace(self, **changes)
 
     def to_xarray(self) -> xarray.Dataset:
         """All quantities as an `xarray.Dataset`, with units, over `time`, `muscle_names`, `joint_names` and so on.
 
+        The attribute `at` says when in a step a quantity is.
+
         It is what `xarray.open_dataset` makes of the motion in a result file. Raises Error without xarray.
         """
         time, arrays = self._labelled(list(QUANTITIES))
+        for axis, name in UNITS.items():
+            if units := getattr(self, name):
+                arrays.append(Labelled(name, (dimension(axis),), np.array(units, dtype=str)))
         return to_xarray(time, arrays, {dimension(axis): words for axis, words in self._words().items()})
 
     def to_dataframe(self, quantities: Sequence[str] | None = None) -> pandas.DataFrame:
@@ -310,13 +303,12 @@ class Recording:
 
     def _labelled(self, quantities: Sequence[str]) -> tuple[Labelled, list[Labelled]]:
         """The time, and the arrays of quantities with their names of axes and units."""
-        words = self._words()
+        words, gone = self._words(), self.missing
         found = []
-        for name in ("time", *(name for name in quantities if name != "time")):
+        for name in ("time", *(name for name in quantities if name != "time" and name not in gone)):
             values, quantity = self[name], QUANTITIES[name]
             if all(axis in words for axis in quantity.axes[1:]):
-                attributes = {"units": quantity.units, "description": quantity.description}
-                found.append(Labelled(name, tuple(map(dimension, quantity.axes)), values, attributes))
+                found.append(Labelled(name, tuple(map(dimension, quantity.axes)), values, attributes_of(name)))
         return found[0], found[1:]
 
     def position_of(self, body: str) -> Floats:
@@ -328,6 +320,7 @@ class Recording:
 
 COUNTED = ("joint", "body", "muscle", "coordinate", "speed", "joint_angle")  # axes
 NAMED = {axis: f"{axis}_names" for axis in COUNTED}
+UNITS = {"coordinate": "coordinate_units", "speed": "speed_units"}  # of axes whose members have units of their own
 _DECLARED = [one for one in fields(Recording) if one.metadata]
 QUANTITIES: dict[str, Quantity] = {one.name: one.metadata["quantity"] for one in _DECLARED}
 
@@ -339,6 +332,23 @@ def quantities_of(axis: str) -> tuple[str, ...]:
 
 MUSCLE_QUANTITIES = quantities_of("muscle")
 INTEGER_QUANTITIES = tuple(one.name for one in _DECLARED if one.type == "Integers")
+
+
+def is_missing(array: NDArray[Any], frames: int) -> bool:
+    """Whether the array of a quantity was not kept, in a recording of so many frames."""
+    return len(array) < frames and 0 not in array.shape[1:]
+
+
+def attributes_of(name: str) -> dict[str, str]:
+    """What tables and files say of a quantity."""
+    about = QUANTITIES[name]
+    return {"units": about.units, "description": about.description, "at": about.at}
+
+
+def _no_frames(name: str, counts: Mapping[str, int]) -> NDArray[Any]:
+    """The array of a quantity over no frames, with so many joints and so on along its other axes."""
+    shape = (0, *(counts.get(axis, len(axis.split())) for axis in QUANTITIES[name].axes[1:]))
+    return np.zeros(shape, np.int32 if name in INTEGER_QUANTITIES else np.float64)
 
 
 def dimension(axis: str) -> str:

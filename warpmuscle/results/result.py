@@ -25,6 +25,8 @@ The layout is a contract with readers in other languages; `docs/reference/files.
 - `/training`: the options of the training as attributes, `ended`
 - `/training/ancestors/{file, seed, decisions, command}`: (A,), what the policy was learnt from, nearest first
 - `/replay/<k>/...`: motion, see `warpmuscle.results.recording.QUANTITIES`; `name` is an attribute if there are several
+- `/replay/...` of several motions of one body: arrays (instance, time, ...), see `warpmuscle.results.motion_layout`;
+  its attribute `quantities` names those that were kept, if not all were
 
 Files of `warpmuscle throw` have `/scene`, `/parameters` and `/replay` as well, besides groups of their own.
 
@@ -36,7 +38,7 @@ from __future__ import annotations
 import contextlib
 import io
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import fields
 from pathlib import Path
 from typing import Any
@@ -45,7 +47,7 @@ import h5py
 import numpy as np
 
 from warpmuscle.core import hdf5
-from warpmuscle.core.arguments import as_kind, as_path, as_text
+from warpmuscle.core.arguments import as_kind, as_path, as_text, as_truth, as_whole
 from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.errors import ResultError, SceneError
 from warpmuscle.core.files import replace_file
@@ -53,7 +55,8 @@ from warpmuscle.core.machine import MACHINE
 from warpmuscle.results.checks import check_column, check_result
 from warpmuscle.results.layout import FORMAT, FORMAT_VERSION, HISTORY, put
 from warpmuscle.results.learned import Learned, check_learned, load_learned
-from warpmuscle.results.recording import NAMED, QUANTITIES, Recording
+from warpmuscle.results.motion_layout import load_names, load_recordings
+from warpmuscle.results.partial_motion import with_less
 from warpmuscle.results.records import (
     COLUMNS,
     PACKAGES,
@@ -73,25 +76,34 @@ SWEEP_FORMAT = "warpmuscle sweep"  # see `warpmuscle.sweep.gather`
 THROW_FORMAT = "warpmuscle throw"  # see `warpmuscle.throw.report`
 
 
-def write(path: str | Path, result: Result) -> None:
+def write(path: str | Path, result: Result, *, quantities: Sequence[str] | None = None, single: bool = False) -> None:
     """Write a result file, replacing a file of that name only once the new one is complete.
 
+    Args:
+        quantities: names of those of the motions to keep besides the time, all by default. `read` gives the others as
+            arrays without frames.
+        single: motions in single precision, which takes half the room; their times stay as they are.
+
     Raises:
+        ArgumentError: an unknown quantity, or one that the motions lack already.
         ResultError: the file cannot be written, or a value is not finite; nothing is left behind then.
     """
     path = as_path(path, "path", error=ResultError)
     as_kind(Result, result, "result", error=ResultError)
+    if quantities is not None or as_truth(single, "single"):
+        result = with_less(result, quantities, single)
     try:
         replace_file(path, _image(result))
     except SceneError as error:
         raise ResultError(f"{path}: {error.message}") from None
 
 
-def read(path: str | Path, run: str | None = None) -> Result:
+def read(path: str | Path, run: str | None = None, *, replay: int | None = None) -> Result:
     """Read a result file, or one run of the file of a sweep.
 
     Args:
         run: its name, for the file of a sweep only.
+        replay: number of the one motion whose frames are read, the others have none then; all are read by default.
 
     Raises:
         ResultError: no such file, not a result file, damaged, written by a newer version of the format, or without such
@@ -101,7 +113,7 @@ def read(path: str | Path, run: str | None = None) -> Result:
     if run is not None:
         as_text(run, "run", error=ResultError)
     with opened(file, run) as group:
-        result = load(group)
+        result = load(group, None if replay is None else as_whole(replay, "replay", 0))
         check_result(result)
         return result
 
@@ -200,10 +212,9 @@ def _scene_of(text: str, version: int) -> str:
     return text.replace(head, f"{head}torque = 1\n", 1) if head in text else f"{text}{head}torque = 1\n"
 
 
-def load(file: Any) -> Result:
-    """The content of an open file; raises KeyError or ValueError where it is incomplete."""
-    groups = file.get("replay", {})
-    names = tuple(str(groups[str(number)].attrs.get("name", "")) for number in range(len(groups)))
+def load(file: Any, replay: int | None = None) -> Result:
+    """The content of an open file, see `read`; raises KeyError or ValueError where it is incomplete."""
+    motions = file.get("replay")
     return Result(
         scene=_scene_of(hdf5.text(file["scene"]), int(file.file.attrs.get("format_version", FORMAT_VERSION))),
         device=str(hdf5.attribute(file, "device")),
@@ -213,8 +224,8 @@ def load(file: Any) -> Result:
         evaluations=_load_evaluations(file["evaluations"]) if "evaluations" in file else None,
         best=_load_best(file["best"]) if "best" in file else None,
         parts=_load_parts(file["best/parts"]) if "best/parts" in file else {},
-        replays=tuple(_load_recording(groups[str(number)]) for number in range(len(groups))),
-        replay_names=names if any(names) else (),
+        replays=() if motions is None else load_recordings(motions, replay),
+        replay_names=() if motions is None else load_names(motions),
         fit=next((_load_fit(file, name) for name in ("fit", "published") if name in file), None),
         searched=_load_searched(file) if "searches" in file else None,
         learned=load_learned(file) if "policy" in file else None,
@@ -281,9 +292,3 @@ def _load_fit(file: Any, name: str) -> Fit:
     group = file[name]
     r2, seconds = hdf5.array(group, "r2"), hdf5.array(group, "seconds")
     return Fit(hdf5.strings(file["motions/driven"]), hdf5.strings(group["stages"]), r2, seconds)
-
-
-def _load_recording(group: Any) -> Recording:
-    arrays = {name: hdf5.array(group, name) for name in QUANTITIES if name in group}
-    names = [hdf5.strings(group[name]) if name in group else () for name in NAMED.values()]
-    return Recording.of(arrays, *names)

@@ -58,6 +58,20 @@ def coordinate_names(names: Topology, character: Character) -> tuple[tuple[str, 
     return tuple(coordinates), tuple(speeds)
 
 
+def coordinate_units(names: Topology, character: Character) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Units of all coordinates and of all speeds, in the order of `coordinate_names`; those of quaternions are "1"."""
+    kind = root_type(character)
+    coordinates = [{"x": "m", "y": "m", "z": "m", "turn": "rad"}.get(part, "1") for part in kind.coordinates]
+    speeds = ["m/s" if number < len(kind.moving) else "rad/s" for number in range(len(kind.speeds))]
+    for name in names.joints:
+        joint = character.joints[name]
+        entry = joint_type(joint)
+        unit = entry.unit(joint)
+        coordinates += ["1" if len(entry.coordinates) > len(entry.speeds) else unit] * len(entry.coordinates)
+        speeds += [f"{unit}/s"] * len(entry.speeds)
+    return tuple(coordinates), tuple(speeds)
+
+
 def topology(character: Character) -> Topology:
     """Number the bodies breadth first from the root, children in the order of the character's joints.
 

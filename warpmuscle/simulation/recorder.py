@@ -20,10 +20,11 @@ from warpmuscle.kernels.recorded import MUSCLE_PLACES
 from warpmuscle.kernels.spatial import symmetric
 from warpmuscle.model.structure import Structure
 from warpmuscle.results.degrees_of_freedom import with_joint_angles
-from warpmuscle.results.recording import MUSCLE_QUANTITIES, RawFrames, Recording
+from warpmuscle.results.quantity import RawFrames
+from warpmuscle.results.recording import MUSCLE_QUANTITIES, Recording
 from warpmuscle.scene import Scene
 from warpmuscle.scene.joints import root_type
-from warpmuscle.scene.topology import coordinate_names
+from warpmuscle.scene.topology import coordinate_names, coordinate_units
 from warpmuscle.simulation.memory import check_memory
 
 SIZES: dict[str, tuple[int | str, ...]] = {  # of what a frame has of each array of `structs.Record`
@@ -188,7 +189,7 @@ class Recorder:
             root_velocity=root_type(scene.character).velocity(raw["speeds"]),
             centers=self._centers(scene, instance),
         )
-        named = coordinate_names(names, scene.character)
+        named = *coordinate_names(names, scene.character), *coordinate_units(names, scene.character)
         motion = Recording.from_frames(frames, names.joints, names.bodies, self.muscles, *named)
         return with_joint_angles(motion, scene, instance)
 

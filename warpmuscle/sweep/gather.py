@@ -24,11 +24,19 @@ import numpy as np
 
 from warpmuscle.core.errors import ResultError, SceneError
 from warpmuscle.core.files import replace_file
+from warpmuscle.core.hdf5_writing import store
 from warpmuscle.results.layout import FORMAT_VERSION
 from warpmuscle.results.records import COLUMNS
 from warpmuscle.results.result import SWEEP_FORMAT, opened
 from warpmuscle.sweep.folder import Folder, Manifest, RunEntry
 
+TABLE = {
+    "run": "name of the run",
+    "seed": "its seed",
+    "evaluated": "candidates that it has evaluated",
+    "best_cost": "least value of its objective, infinite if there is none yet",
+    "ended": "why its search has ended",
+}
 DESCRIPTIONS = {
     "params": "candidates of all runs",
     "cost": "value of the objective",
@@ -77,7 +85,7 @@ def put_runs(file: Any, folder: Folder, manifest: Manifest, entries: Sequence[Ru
     """
     file.attrs["format"], file.attrs["format_version"] = SWEEP_FORMAT, FORMAT_VERSION
     file.attrs["name"], file.attrs["command"] = manifest.name, command
-    file["sweep"] = manifest.text
+    store(file, "sweep", manifest.text, description="the sweep, as TOML")
     runs = file.create_group("runs", track_order=True)
     for entry in entries:
         try:
@@ -99,7 +107,7 @@ def _put_table(file: Any, entries: Sequence[RunEntry], runs: Sequence[Any]) -> N
         "ended": [str(run["searches"].attrs["ended"]) for run in runs],
     }
     for name, values in columns.items():
-        put_column(table, name, values)
+        put_column(table, name, values, TABLE[name])
     put_axes(table, entries)
 
 
@@ -109,7 +117,8 @@ def put_axes(table: Any, entries: Sequence[RunEntry]) -> None:
     for name in dict.fromkeys(name for entry in entries for name in entry.axes):
         numeric = all(isinstance(entry.axes.get(name, 0.0), int | float) for entry in entries)
         values = [entry.axes.get(name, np.nan if numeric else "") for entry in entries]
-        put_column(axes, _dataset_name(name), np.array(values, dtype=float) if numeric else list(map(str, values)))
+        put_column(axes, _dataset_name(name), np.array(values, dtype=float) if numeric else list(map(str, values)),
+                   f"value of the axis {name}; not a number, or empty, where a run has none")  # fmt: skip
 
 
 def _dataset_name(axis: str) -> str:
@@ -117,10 +126,10 @@ def _dataset_name(axis: str) -> str:
     return re.sub(r"[/\0]|^\.+$", "_", axis)
 
 
-def put_column(group: Any, name: str, values: Any) -> None:
+def put_column(group: Any, name: str, values: Any, description: str, units: str = "") -> None:
     """Put a column of the table, (R,) numbers or texts."""
-    array = np.asarray(values, dtype=h5py.string_dtype()) if isinstance(values, list) else values
-    group.create_dataset(name, data=array).attrs["axes"] = "run"
+    values = tuple(values) if isinstance(values, list) else values
+    store(group, name, values, units, "run", description=description, finite=False)
 
 
 def _put_all(file: Any, runs: Sequence[Any]) -> None:
@@ -132,13 +141,15 @@ def _put_all(file: Any, runs: Sequence[Any]) -> None:
     counts = [len(run["evaluations/cost"]) for run in runs]
     for name in names:
         dataset = _joined(group, name, [run[f"evaluations/{name}"] for run in runs])
+        first = runs[0][f"evaluations/{name}"].attrs
+        dataset.attrs["units"], dataset.attrs["axes"] = first.get("units", "1"), first.get("axes", "evaluation")
         dataset.attrs["description"] = DESCRIPTIONS[name]
         if name == "status":
             outcomes = runs[0]["evaluations/status"].attrs
             for outcome in list(outcomes):
                 dataset.attrs[outcome] = dataset.attrs.get(outcome, outcomes[outcome])
-    number = group.create_dataset("run", data=np.repeat(np.arange(len(runs), dtype=np.int32), counts))
-    number.attrs["description"] = "row of /table"
+    number = np.repeat(np.arange(len(runs), dtype=np.int32), counts)
+    store(group, "run", number, axes="evaluation", description="row of /table")
 
 
 def _joined(group: Any, name: str, sources: Sequence[Any]) -> Any:

@@ -23,7 +23,7 @@ from warpmuscle.core.errors import Error, ResultError, SceneError
 from warpmuscle.core.files import replace_file
 from warpmuscle.learning.options import options_of
 from warpmuscle.optimization.search_loop import INTERRUPTED
-from warpmuscle.results.learned import Learned
+from warpmuscle.results.learned import CURVE, Learned
 from warpmuscle.results.result import read_learned
 from warpmuscle.results.training_file import training_path
 from warpmuscle.sweep.folder import Folder, Manifest, RunEntry, RunState
@@ -136,11 +136,12 @@ def gather_trainings(folder: Folder, manifest: Manifest, output: Path, command: 
 
 def _put_table(file: Any, entries: Sequence[RunEntry], found: Sequence[Learned]) -> None:
     table = file.create_group("table", track_order=True)
-    put_column(table, "run", [entry.name for entry in entries])
-    put_column(table, "seed", np.array([entry.seed for entry in entries], dtype=np.int64))
-    put_column(table, "iterations", np.array([len(one.curve["iteration"]) for one in found], dtype=np.int64))
+    put_column(table, "run", [entry.name for entry in entries], "name of the run")
+    put_column(table, "seed", np.array([entry.seed for entry in entries], dtype=np.int64), "its seed")
+    iterations = np.array([len(one.curve["iteration"]) for one in found], dtype=np.int64)
+    put_column(table, "iterations", iterations, "iterations that it has learnt for")
     for name in COLUMNS:
         last = [float(one.curve[name][-1]) if len(one.curve[name]) else np.nan for one in found]
-        put_column(table, name, np.array(last))
-    put_column(table, "ended", [one.ended for one in found])
+        put_column(table, name, np.array(last), f"{CURVE[name].description}, at its end", CURVE[name].unit)
+    put_column(table, "ended", [one.ended for one in found], "why its training has ended")
     put_axes(table, entries)

@@ -129,13 +129,52 @@ def in_order_of(reference: SynergyResult, muscles: Sequence[str], synergies: Syn
     return synergies.ordered(order), cosines
 
 
+TIMING = {
+    "centre": "mean time of the synergy's activity over the trials, -1 if it is never active",
+    "centre_spread": "its standard deviation over the trials",
+    "width": "mean duration of the synergy's activity over the trials, -1 if it is never active",
+    "width_spread": "its standard deviation over the trials",
+}
+COUNTS = {
+    "vaf": "variance accounted for by so many synergies",
+    "r2": "the same about the mean of all activations",
+    "muscle_vaf": "variance accounted for of each muscle",
+    "restart_vaf": "variance accounted for after each restart, of which the best was taken",
+}
+
+
 def _put_activations(file: Any, activations: Activations) -> None:
-    store(file, "muscles", tuple(activations.muscles), axes="muscle")
-    store(file, "sources", tuple(activations.sources), axes="recording")
-    store(file, "notes", tuple(activations.notes), axes="note")
+    store(
+        file,
+        "muscles",
+        tuple(activations.muscles),
+        axes="muscle",
+        description="muscles that were recorded, or simulated",
+    )
+    store(
+        file,
+        "sources",
+        tuple(activations.sources),
+        axes="recording",
+        description="files and recordings that the activations are from",
+    )
+    store(
+        file,
+        "notes",
+        tuple(activations.notes),
+        axes="note",
+        description="what was done to them, and what is to be known",
+    )
     store(file, "activations", activations.values, axes="sample, muscle", units="1",
           description="envelopes over their maxima")  # fmt: skip
-    store(file, "time", activations.time, axes="sample", units=activations.time_unit)
+    store(
+        file,
+        "time",
+        activations.time,
+        axes="sample",
+        units=activations.time_unit,
+        description="time of each sample, within its recording or cycle",
+    )
     store(file, "trial", activations.trial, axes="sample", description="number of the recording, or of the cycle")
     store(file, "maxima", activations.maxima, axes="muscle", description="what 1 stands for, in the recordings' unit")
 
@@ -154,11 +193,30 @@ def _put_synergies(file: Any, result: SynergyResult) -> None:
     group = file.create_group("timing", track_order=True)
     for name in ("centre", "centre_spread", "width", "width_spread"):
         # What is never active has no time.
-        store(group, name, np.nan_to_num(getattr(times, name), nan=-1.0), axes="synergy", units=unit)
+        store(
+            group,
+            name,
+            np.nan_to_num(getattr(times, name), nan=-1.0),
+            axes="synergy",
+            units=unit,
+            description=TIMING[name],
+        )
     group = file.create_group("counts", track_order=True)
-    store(group, "count", np.array([c.count for c in counts], np.int64), axes="number of synergies")
+    store(
+        group,
+        "count",
+        np.array([c.count for c in counts], np.int64),
+        axes="number of synergies",
+        description="numbers of synergies that were tried",
+    )
     for name, axes in {"vaf": "", "r2": "", "muscle_vaf": ", muscle", "restart_vaf": ", restart"}.items():
-        store(group, name, np.array([getattr(c, name) for c in counts]), axes=f"number of synergies{axes}")
+        store(
+            group,
+            name,
+            np.array([getattr(c, name) for c in counts]),
+            axes=f"number of synergies{axes}",
+            description=COUNTS[name],
+        )
 
 
 def _load(file: Any) -> SynergyResult:

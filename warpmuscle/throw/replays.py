@@ -22,6 +22,13 @@ from warpmuscle.throw.published import Published, without_dynamics
 from warpmuscle.throw.simulator import Simulator
 from warpmuscle.throw.synthesis import Throw
 
+GOALS = {
+    "distance": "distance at which the ball is to land",
+    "height": "height of the target above the ground",
+    "speed": "speed at which the ball is to leave the hand",
+    "angle": "angle above the horizontal at which it is to",
+    "duration": "time from the release to the height of the target",
+}
 GOAL_UNITS = {"distance": "m", "height": "m", "speed": "m/s", "angle": "rad", "duration": "s"}
 
 
@@ -91,22 +98,62 @@ def put_throws(group: Any, throws: Sequence[Throw], joints: Sequence[str]) -> No
     for name, unit in GOAL_UNITS.items():
         values = [getattr(made.goal, name) for made in throws]
         store(goals, name, np.array([np.nan if value is None else value for value in values]), units=unit, axes="throw",
-              finite=False)  # fmt: skip
+              finite=False, description=GOALS[name])  # fmt: skip
     flights = [made.flight for made in throws]
-    store(group, "goal_text", tuple(str(made.goal) for made in throws), axes="throw")
-    store(group, "met", np.array([made.met for made in throws]), axes="throw")
-    store(group, "missed", tuple(", ".join(made.missed) for made in throws), axes="throw")
-    store(group, "release_time", np.array([made.release for made in throws]), units="s", axes="throw")
+    store(
+        group,
+        "goal_text",
+        tuple(str(made.goal) for made in throws),
+        axes="throw",
+        description="the goal of each new throw in words",
+    )
+    store(
+        group,
+        "met",
+        np.array([made.met for made in throws]),
+        axes="throw",
+        description="whether the throw does what its goal asks for",
+    )
+    store(
+        group,
+        "missed",
+        tuple(", ".join(made.missed) for made in throws),
+        axes="throw",
+        description="what it does not meet, empty if all",
+    )
+    store(
+        group,
+        "release_time",
+        np.array([made.release for made in throws]),
+        units="s",
+        axes="throw",
+        description="when the ball leaves the hand, from the begin of the motion",
+    )
     store(group, "release_position", np.stack([one.position.reshape(2) for one in flights]), units="m",
-          axes="throw, forwards and up")  # fmt: skip
+          axes="throw, forwards and up", description="where the ball leaves the hand")  # fmt: skip
     store(group, "release_velocity", np.stack([one.velocity.reshape(2) for one in flights]), units="m/s",
-          axes="throw, forwards and up")  # fmt: skip
-    store(group, "release_speed", np.array([float(one.speed[0]) for one in flights]), units="m/s", axes="throw")
-    store(group, "release_angle", np.array([float(one.angle[0]) for one in flights]), units="rad", axes="throw")
+          axes="throw, forwards and up", description="velocity of the ball as it leaves the hand")  # fmt: skip
+    store(
+        group,
+        "release_speed",
+        np.array([float(one.speed[0]) for one in flights]),
+        units="m/s",
+        axes="throw",
+        description="speed of the ball as it leaves the hand",
+    )
+    store(
+        group,
+        "release_angle",
+        np.array([float(one.angle[0]) for one in flights]),
+        units="rad",
+        axes="throw",
+        description="angle of its velocity above the horizontal",
+    )
     store(group, "flight_time", np.array([float(one.duration[0]) for one in flights]), units="s", axes="throw",
-          finite=False)  # fmt: skip
+          finite=False, description="from the release to the landing, not a number if there is none")  # fmt: skip
     store(group, "landing_position", np.stack([made.landing for made in throws]), units="m",
-          axes="throw, forwards and up", finite=False)  # fmt: skip
+          axes="throw, forwards and up", finite=False,
+          description="where the ball comes to the height of the target, not a number if nowhere")  # fmt: skip
     store(group, "ground", np.array([made.ground for made in throws]), units="m", axes="throw",
           description="height of the ground in the scene")  # fmt: skip
     store(group, "clearance", np.array([made.clearance for made in throws]), units="m", axes="throw",
@@ -119,4 +166,10 @@ def put_throws(group: Any, throws: Sequence[Throw], joints: Sequence[str]) -> No
           description="mean square of the excitations")  # fmt: skip
     store(group, "change", np.array([made.change for made in throws]), axes="throw",
           description="root mean square of the change of the signals")  # fmt: skip
-    store(group, "simulations", np.array([made.simulations for made in throws]), axes="throw")
+    store(
+        group,
+        "simulations",
+        np.array([made.simulations for made in throws]),
+        axes="throw",
+        description="motions that were simulated to find the throw",
+    )

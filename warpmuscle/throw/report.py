@@ -138,6 +138,17 @@ def _spread(values: Floats) -> tuple[Floats, Floats]:
     return np.median(values, axis=0), values.min(axis=0)
 
 
+AGREEMENT = {  # further axes of what `metrics.Agreement` has, and what it is
+    "r2": (", joint", "coefficient of determination of the angles"),
+    "velocity_r2": (", joint", "coefficient of determination of the speeds"),
+    "hand_error": ("", "greatest distance of the hand's tip from where it was recorded"),
+    "correlation": ("", "of the fitted with the extracted signals, of all synergies together"),
+    "by_synergy": (", synergy", "the same of each synergy; 0 where one of the two does not change"),
+    "null": ("", "correlation with the extracted signals of another motion"),
+    "null_by_synergy": (", synergy", "the same of each synergy"),
+}
+
+
 def write(
     path: str | Path,
     follower: Follower,
@@ -204,19 +215,58 @@ def _result(
 def _put_recorded(file: Any, follower: Follower, training: Sequence[int]) -> None:
     motions, arm, synergies = follower.motions, follower.arm, follower.synergies
     group = file.create_group("motions", track_order=True)
-    store(group, "names", tuple(motions.names), axes="motion")
-    store(group, "joints", tuple(arm.joints), axes="joint")
-    store(group, "driven", tuple(arm.driven), description="joints that muscles move")
+    store(group, "names", tuple(motions.names), axes="motion", description="recorded motions")
+    store(group, "joints", tuple(arm.joints), axes="joint", description="joints that were recorded")
+    store(group, "driven", tuple(arm.driven), axes="driven joint", description="joints that muscles move")
     store(group, "fitted", np.isin(np.arange(len(motions)), training), axes="motion",
           description="whether parameters were fitted to it")  # fmt: skip
-    store(group, "time", motions.time, units="s", axes="sample")
-    store(group, "valid", motions.valid > 0.0, axes="motion, sample")
-    store(group, "angle", motions.angles[0], units="rad", axes="motion, sample, joint")
-    store(group, "speed", motions.angles[1], units="rad/s", axes="motion, sample, joint")
+    store(
+        group,
+        "time",
+        motions.time,
+        units="s",
+        axes="sample",
+        description="of the samples, from the begin of each motion",
+    )
+    store(
+        group,
+        "valid",
+        motions.valid > 0.0,
+        axes="motion, sample",
+        description="whether a motion has the sample, or has ended",
+    )
+    store(
+        group,
+        "angle",
+        motions.angles[0],
+        units="rad",
+        axes="motion, sample, joint",
+        description="recorded angles of the joints",
+    )
+    store(
+        group,
+        "speed",
+        motions.angles[1],
+        units="rad/s",
+        axes="motion, sample, joint",
+        description="recorded speeds of the joints",
+    )
     group = file.create_group("synergies", track_order=True)
-    store(group, "muscles", tuple(arm.muscles), axes="muscle")
-    store(group, "W", synergies.weights, axes="muscle, synergy")
-    store(group, "C", synergies.signals, axes="motion, sample, synergy", description="as extracted")
+    store(group, "muscles", tuple(arm.muscles), axes="muscle", description="muscles that synergies excite")
+    store(
+        group,
+        "W",
+        synergies.weights,
+        axes="muscle, synergy",
+        description="weight of each muscle in each synergy, as extracted",
+    )
+    store(
+        group,
+        "C",
+        synergies.signals,
+        axes="motion, sample, synergy",
+        description="signals of the synergies, as extracted",
+    )
     group.attrs["source"], group.attrs["vaf"] = synergies.source, synergies.explained
 
 
@@ -224,35 +274,148 @@ def _put_fit(group: Any, follower: Follower, fitted: Fitted) -> None:
     arm = follower.arm
     values = arm.values(fitted.unknowns)
     group.attrs["scene"] = toml.dumps(with_values(arm.scene, np.clip(values, *_ends(arm))))
-    store(group, "parameters", values, axes="parameter")
-    store(group, "parameter_names", tuple(p.name for p in arm.parameters), axes="parameter")
-    store(group, "parameter_units", tuple(p.unit for p in arm.parameters), axes="parameter")
-    store(group, "knots", follower.knots.time, units="s")
-    store(group, "knot_values", follower.shaped(fitted.own), axes="motion, synergy, knot")
+    store(group, "parameters", values, "see parameter_units", "parameter", description="fitted parameters of the scene")
+    store(
+        group,
+        "parameter_names",
+        tuple(p.name for p in arm.parameters),
+        axes="parameter",
+        description="paths of the parameters in the scene",
+    )
+    store(
+        group,
+        "parameter_units",
+        tuple(p.unit for p in arm.parameters),
+        axes="parameter",
+        description="units of the parameters",
+    )
+    store(
+        group,
+        "knots",
+        follower.knots.time,
+        units="s",
+        axes="knot",
+        description="times of the knots of the fitted signals",
+    )
+    store(
+        group,
+        "knot_values",
+        follower.shaped(fitted.own),
+        axes="motion, synergy, knot",
+        description="fitted signals of the synergies at the knots",
+    )
     store(group, "start", fitted.own[:, -follower.synergies.count :], axes="motion, synergy",
           description="signals that the activations start by")  # fmt: skip
-    store(group, "C", follower.knots.sampled(follower.shaped(fitted.own)), axes="motion, sample, synergy")
-    store(group, "angle", fitted.replay.angle, units="rad", axes="motion, sample, joint")
-    store(group, "speed", fitted.replay.speed, units="rad/s", axes="motion, sample, joint")
-    store(group, "stages", tuple(stage.name for stage in fitted.stages), axes="stage")
+    store(
+        group,
+        "C",
+        follower.knots.sampled(follower.shaped(fitted.own)),
+        axes="motion, sample, synergy",
+        description="fitted signals of the synergies",
+    )
+    store(
+        group,
+        "angle",
+        fitted.replay.angle,
+        units="rad",
+        axes="motion, sample, joint",
+        description="angles of the joints as simulated",
+    )
+    store(
+        group,
+        "speed",
+        fitted.replay.speed,
+        units="rad/s",
+        axes="motion, sample, joint",
+        description="speeds of the joints as simulated",
+    )
+    store(group, "stages", tuple(stage.name for stage in fitted.stages), axes="stage", description="stages of the fit")
     names = ["r2", "velocity_r2", "hand_error", "correlation", "by_synergy"]
     names += ["null", "null_by_synergy"] if fitted.agreement.null is not None else []
     for name in names:
+        axes, description = AGREEMENT[name]
         values = np.nan_to_num(np.stack([getattr(stage.agreement, name) for stage in fitted.stages]))
-        store(group, name, values, axes="stage, motion, ...", units="m" if name == "hand_error" else "1")
-    store(group, "seconds", np.array([stage.seconds for stage in fitted.stages]), units="s", axes="stage")
-    store(group, "simulations", np.array([stage.simulations for stage in fitted.stages]), axes="stage")
+        store(
+            group,
+            name,
+            values,
+            units="m" if name == "hand_error" else "1",
+            axes=f"stage, motion{axes}",
+            description=description,
+        )
+    store(
+        group,
+        "seconds",
+        np.array([stage.seconds for stage in fitted.stages]),
+        units="s",
+        axes="stage",
+        description="wall time that each stage took",
+    )
+    store(
+        group,
+        "simulations",
+        np.array([stage.simulations for stage in fitted.stages]),
+        axes="stage",
+        description="motions that each stage simulated",
+    )
 
 
 def _put_published(group: Any, follower: Follower, published: Published) -> None:
     arm = follower.arm
-    store(group, "parameters", arm.values(published.unknowns), axes="motion, parameter")
-    store(group, "parameter_names", tuple(p.name for p in arm.parameters), axes="parameter")
-    store(group, "C", published.signals, axes="motion, sample, synergy", description="after the filter")
-    store(group, "angle", published.replay.angle, units="rad", axes="motion, sample, joint")
-    store(group, "stages", tuple(stage.name for stage in published.stages), axes="stage")
-    store(group, "r2", np.stack([stage.r2 for stage in published.stages]), axes="stage, motion, joint")
-    store(group, "seconds", np.array([stage.seconds for stage in published.stages]), units="s", axes="stage")
+    store(
+        group,
+        "parameters",
+        arm.values(published.unknowns),
+        "see parameter_units",
+        "motion, parameter",
+        description="parameters of the scene, of each motion its own",
+    )
+    store(
+        group,
+        "parameter_names",
+        tuple(p.name for p in arm.parameters),
+        axes="parameter",
+        description="paths of the parameters in the scene",
+    )
+    store(group, "parameter_units", tuple(p.unit for p in arm.parameters), axes="parameter",
+          description="units of the parameters")  # fmt: skip
+    store(
+        group,
+        "C",
+        published.signals,
+        axes="motion, sample, synergy",
+        description="signals of the synergies after the filter",
+    )
+    store(
+        group,
+        "angle",
+        published.replay.angle,
+        units="rad",
+        axes="motion, sample, joint",
+        description="angles of the joints as simulated",
+    )
+    store(
+        group,
+        "stages",
+        tuple(stage.name for stage in published.stages),
+        axes="stage",
+        description="stages of the procedure",
+    )
+    store(
+        group,
+        "r2",
+        np.stack([stage.r2 for stage in published.stages]),
+        axes="stage, motion, joint",
+        description="coefficient of determination of the angles",
+    )
+    store(
+        group,
+        "seconds",
+        np.array([stage.seconds for stage in published.stages]),
+        units="s",
+        axes="stage",
+        description="wall time that each stage took",
+    )
 
 
 def _ends(arm: Any) -> tuple[Floats, Floats]:

@@ -44,9 +44,15 @@ def write_rule(path: Path, job: Job, rule: Rule, errors: Mapping[str, Floats], c
         store(file, "changes", rule.changes, axes="goal, synergy and coarse knot",
               description="of the signals, from those of the first goal")  # fmt: skip
         store(file, "known", rule.walk.thrower.own, axes="signal", description="signals that changes are of")
-        store(file, "hats", rule.walk.thrower.hats, axes="knot, coarse knot")
+        store(
+            file,
+            "hats",
+            rule.walk.thrower.hats,
+            axes="knot, coarse knot",
+            description="weight of each coarse knot at each knot of a signal",
+        )
         store(file, "parameters", rule.parameters, axes="parameter", description="fitted ones, as parts of intervals")
-        store(file, "release", rule.release, units="s")
+        store(file, "release", rule.release, units="s", description="time of the release")
         store(file, "place", rule.place, units="m", axes="forwards up", description="of the release at the first goal")
         store(file, "wanted", rule.wanted, axes="goal, distance height angle", description="to learn from")
         store(file, "met", rule.met, axes="goal", description="whether a wanted goal is met")

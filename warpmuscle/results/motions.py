@@ -1,0 +1,172 @@
+"""Motions of many instances of one body as arrays (instance, time, ...): how files keep them, and tables show them.
+
+Instances may end at different times. Behind its last frame an instance has NaN, and -1 in whole numbers; `frames` says
+how many it has. All share one clock, of which each has the beginning.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warpmuscle.core.arguments import as_kind, as_whole, in_words
+from warpmuscle.core.array_types import Floats, Integers
+from warpmuscle.core.errors import ArgumentError
+from warpmuscle.core.labelled import Labelled, to_xarray
+from warpmuscle.results.partial_motion import checked_quantities
+from warpmuscle.results.recording import (
+    INTEGER_QUANTITIES,
+    NAMED,
+    QUANTITIES,
+    UNITS,
+    Recording,
+    attributes_of,
+    dimension,
+)
+
+if TYPE_CHECKING:
+    import xarray
+
+TEXTS = (*NAMED.values(), *UNITS.values())  # fields of a recording that are texts
+INSTANCE = "instance"
+
+
+@dataclass(frozen=True, repr=False)
+class Motions:
+    """Motions of n instances of one body over F frames, all quantities of a `Recording` or some of them.
+
+    Attributes:
+        time: (F,) s, of the longest. frames: (n,), how many each instance has. names: (n,), empty if they have none.
+        arrays: (n, F, ...) by name of the quantity. texts: names and units along the axes, as in `Recording`.
+    """
+
+    time: Floats
+    frames: Integers
+    names: tuple[str, ...]
+    arrays: Mapping[str, NDArray[Any]]
+    texts: Mapping[str, tuple[str, ...]]
+
+    def __post_init__(self) -> None:
+        count, longest = len(self.frames), len(self.time)
+        if count and not (self.frames.min() >= 0 and self.frames.max() <= longest):
+            raise ArgumentError(f"frames of an instance must lie between 0 and {longest}")
+        if self.names and len(self.names) != count:
+            raise ArgumentError(f"{len(self.names)} names for {count} instances")
+        sizes = {axis: len(self.texts[name]) for axis, name in NAMED.items()}
+        for name, array in self.arrays.items():
+            expected = (count, longest, *(sizes.get(axis, len(axis.split())) for axis in QUANTITIES[name].axes[1:]))
+            if array.shape != expected:
+                raise ArgumentError(f"{name} has shape {array.shape}, not {expected}")
+
+    def __len__(self) -> int:
+        """Number of instances."""
+        return len(self.frames)
+
+    def __repr__(self) -> str:
+        return f"Motions({len(self)} instances, {len(self.time)} frames, {len(self.arrays)} quantities)"
+
+    def __getitem__(self, name: str) -> NDArray[Any]:
+        """The array (n, F, ...) of a quantity; raises ArgumentError if there is none."""
+        if not isinstance(name, str) or name not in self.arrays:
+            raise ArgumentError(f"these motions have no {in_words(name)}; there are {', '.join(self.arrays)}")
+        return self.arrays[name]
+
+    @classmethod
+    def of(
+        cls, recordings: Sequence[Recording], names: Sequence[str] = (), quantities: Sequence[str] | None = None
+    ) -> Self:
+        """Motions side by side, all their quantities or those that are named.
+
+        Raises:
+            ArgumentError: there are none, they are not of one body or clock, or a quantity is unknown.
+        """
+        recordings = [as_kind(Recording, one, "recordings") for one in recordings]
+        chosen = checked_quantities(quantities)
+        if (why := difference(recordings)) is not None:
+            raise ArgumentError(why)
+        longest = max(recordings, key=lambda one: one.frames)
+        if quantities is not None and (gone := [name for name in chosen if name in longest.missing]):
+            raise ArgumentError(f"the motions have no {', '.join(gone)}")
+        chosen = [name for name in chosen if name not in longest.missing]
+        texts = {name: getattr(longest, name) for name in TEXTS}
+        arrays = {}
+        for name in chosen:
+            if name != "time" and all(texts[NAMED[axis]] for axis in QUANTITIES[name].axes if axis in NAMED):
+                arrays[name] = _beside_each_other([one[name] for one in recordings], longest[name])
+        return cls(longest.time, np.array([one.frames for one in recordings]), tuple(names), arrays, texts)
+
+    def recording(self, instance: int) -> Recording:
+        """The motion of one instance, with the quantities that are here; raises ArgumentError if there is none."""
+        number = as_whole(instance, INSTANCE, 0)
+        if number >= len(self):
+            raise ArgumentError(f"instance must be less than {len(self)}, not {number}")
+        count = int(self.frames[number])
+        arrays = {name: array[number, :count] for name, array in self.arrays.items()}
+        texts = [self.texts[name] for name in TEXTS]
+        kept = [name for name in QUANTITIES if name in arrays or not self._has_place(name)]
+        return Recording.of({"time": self.time[:count], **arrays}, *texts, kept=kept)
+
+    def _has_place(self, name: str) -> bool:
+        """Whether motions of these names have any numbers of a quantity."""
+        return all(self.texts[NAMED[axis]] for axis in QUANTITIES[name].axes if axis in NAMED)
+
+    def to_xarray(self) -> xarray.Dataset:
+        """All quantities as an `xarray.Dataset` over `instance`, `time`, `muscle_names` and so on.
+
+        It is what `xarray.open_dataset` makes of the motions in a result file. Raises Error without xarray.
+        """
+        arrays = []
+        for name, array in self.arrays.items():
+            axes = (INSTANCE, *map(dimension, QUANTITIES[name].axes))
+            arrays.append(Labelled(name, axes, array, attributes_of(name)))
+        arrays.append(Labelled("frames", (INSTANCE,), self.frames))
+        for axis, name in UNITS.items():
+            if self.texts[name]:
+                arrays.append(Labelled(name, (dimension(axis),), np.array(self.texts[name], dtype=str)))
+        words = {axis: self.texts[NAMED[axis]] if axis in NAMED else axis.split() for axis in self.axes()}
+        labels: dict[str, Sequence[Any]] = {dimension(axis): along for axis, along in words.items()}
+        found = to_xarray(Labelled("time", ("time",), self.time, attributes_of("time")), arrays, labels)
+        return found.assign_coords({INSTANCE: list(self.names) or np.arange(len(self))})
+
+    @property
+    def missing(self) -> tuple[str, ...]:
+        """Names of the quantities that are not here, of those that motions of this body have."""
+        return tuple(n for n in QUANTITIES if n not in self.arrays and n != "time" and self._has_place(n))
+
+    def axes(self) -> list[str]:
+        """Axes of the quantities behind instance and frame, each once."""
+        return list(dict.fromkeys(axis for name in self.arrays for axis in QUANTITIES[name].axes[1:]))
+
+
+def difference(recordings: Sequence[Recording]) -> str | None:
+    """Why motions cannot stand side by side, None if they can."""
+    if not recordings:
+        return "there are no motions"
+    first, longest = recordings[0], max(recordings, key=lambda one: one.frames)
+    for number, one in enumerate(recordings):
+        for name in TEXTS:
+            if getattr(one, name) != getattr(first, name):
+                return f"motion {number} is of another body than motion 0: their {name} differ"
+        if one.frames and longest.frames and one.missing != longest.missing:
+            return f"motion {number} has other quantities than the longest one"
+        if not np.array_equal(one.time, longest.time[: one.frames]):
+            return f"motion {number} was recorded at other times than the longest one"
+    return None
+
+
+def absent(name: str) -> float:
+    """What stands for a quantity behind the last frame of an instance."""
+    return -1 if name in INTEGER_QUANTITIES else np.nan
+
+
+def _beside_each_other(parts: Sequence[NDArray[Any]], longest: NDArray[Any]) -> NDArray[Any]:
+    """Arrays (F', ...) as one (n, F, ...), with what stands for nothing behind their ends."""
+    whole = longest.dtype.kind in "iu"
+    found = np.full((len(parts), *longest.shape), -1 if whole else np.nan, np.result_type(*parts))
+    for row, part in zip(found, parts, strict=True):
+        row[: len(part)] = part
+    return found
