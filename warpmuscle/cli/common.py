@@ -71,6 +71,14 @@ Commands = Annotated[
         help="What a scene with commands, or a policy, is asked for: speed=1.5, slope=3.",
     ),
 ]
+Quantities = Annotated[
+    str | None,
+    typer.Option(
+        metavar="NAME,...", callback=lambda given: _quantities(given),
+        help="Keep these quantities of the motions alone, such as com,muscle_force; the time besides.",
+    ),
+]  # fmt: skip
+Single = Annotated[bool, typer.Option("--single", help="Keep motions in single precision, which takes half the room.")]
 Trust = Annotated[
     bool,
     typer.Option(
@@ -282,3 +290,21 @@ def _is_given(context: typer.Context, name: str) -> bool:
     """Whether an argument or option stands on the command line."""
     source = context.get_parameter_source(name)
     return source is not None and source.name == "COMMANDLINE" and context.params[name] not in (None, [], ())
+
+
+def _quantities(given: str | None) -> str | None:
+    """The names of quantities that are to be kept, after they have been checked, before any work."""
+    if given is not None:
+        from warpmuscle.core.errors import ArgumentError
+        from warpmuscle.results.partial_motion import checked_quantities
+
+        try:
+            checked_quantities(quantities_in(given))
+        except ArgumentError as error:
+            raise ArgumentError(f"--{error}") from None
+    return given
+
+
+def quantities_in(given: str | None) -> list[str] | None:
+    """The names in `com,muscle_force`; None if all quantities are kept."""
+    return None if given is None else [name.strip() for name in given.split(",") if name.strip()]

@@ -127,6 +127,7 @@ def _walk(
 ) -> tuple[Recording, Scene]:
     """The motion in a result file, or of a scene that is run, and the scene without free parameters."""
     from warpmuscle.optimization.best_scene import recorded_scene
+    from warpmuscle.results.partial_motion import demanding
     from warpmuscle.results.result import read
     from warpmuscle.view.sources import is_result
 
@@ -135,10 +136,10 @@ def _walk(
     for option, value in {"--duration": duration, "--set": settings or None}.items():
         if value is not None:
             raise Error(f"{source}: a result file takes no {option}")
-    result = read(source, run)
+    result = read(source, run, replay=replay)
     if replay >= len(result.replays):
         raise Error(f"{source} has {len(result.replays)} motions, none with number {replay}")
-    return result.replays[replay], recorded_scene(result)
+    return demanding(result.replays[replay], source), recorded_scene(result)
 
 
 def _simulated(

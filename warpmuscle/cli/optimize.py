@@ -14,7 +14,9 @@ from warpmuscle.cli.common import (
     Device,
     Duration,
     FreeNumbers,
+    Quantities,
     Settings,
+    Single,
     Threads,
     TimeStep,
     Trust,
@@ -22,6 +24,7 @@ from warpmuscle.cli.common import (
     command_line,
     doubts_printed,
     load_scene,
+    quantities_in,
     refuse_besides,
     scene_names_like,
     searches_told,
@@ -90,6 +93,8 @@ def optimize(
         typer.Option("--output", "-o", help="HDF5 file to write and to replace; by default the scene's name and .h5."),
     ] = None,
     resume: Annotated[Path | None, typer.Option(help="Go on with the search of this HDF5 file instead.")] = None,
+    quantities: Quantities = None,
+    single: Single = False,
 ) -> None:
     """Search for the scene's free parameters of lowest cost, all candidates in batched simulations.
 
@@ -99,7 +104,8 @@ def optimize(
     """
     limit, scene = None if until is None else seconds(until), None
     if resume is not None:
-        refuse_besides(context, {"candidates", "until", "target", "device", "threads", "resume", "trust"})
+        refuse_besides(context, {"candidates", "until", "target", "device", "threads", "resume", "trust", "quantities",
+                                 "single"})  # fmt: skip
         output = resume
         start_warp()
         from warpmuscle.optimization.resume import resume as go_on
@@ -144,6 +150,10 @@ def optimize(
             )  # fmt: skip
     else:
         raise Error("optimize takes a scene, or --resume and a file")
+    if quantities is not None or single:
+        from warpmuscle.results.result import write
+
+        write(output, result, quantities=quantities_in(quantities), single=single)
     _print_result(result, bar, scene)
     out.print(f"wrote {output}")
     if not received():  # else there may be little time left

@@ -59,7 +59,7 @@ def plot(
         check_kind(kind)
         check_picture(path)
     choices = Choices.between(replay, start, end, joints=tuple(joint or ()), muscles=tuple(muscle or ()), norms=norms)
-    subjects = [Subject(read(file, run), choices, file, run) for file in results]
+    subjects = [Subject(read(file, run, replay=replay), choices, file, run) for file in results]
     start_warp()
     missing: list[Error] = []
     for kind, path in zip(kinds, paths, strict=True):

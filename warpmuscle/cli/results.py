@@ -89,7 +89,7 @@ def _best_of(
     from warpmuscle.optimization.best_scene import best_scene
     from warpmuscle.results.result import read
 
-    content = read(path, run)
+    content = read(path, run, replay=0)
     if among is not None or settle is not None:
         start_warp()
     try:
@@ -150,7 +150,7 @@ def report(
     if output is not None:
         _write_page(result, output, reference or [], replay, run)
         return
-    for line in lines_of(read(result, run)):
+    for line in lines_of(read(result, run, replay=0)):
         out.print(line, markup=False)
 
 
@@ -168,8 +168,8 @@ def _write_page(result: Path, output: Path, references: list[Path], replay: int,
     writable(output)
     for module in ("jinja2", "matplotlib"):
         need(module, "a report page needs")
-    subject = Subject(read(result, run), Choices(replay), result, run)
-    others = [Subject(read(path), Choices(), path) for path in references]
+    subject = Subject(read(result, run, replay=replay), Choices(replay), result, run)
+    others = [Subject(read(path, replay=0), Choices(), path) for path in references]
     start_warp()
     with log.status("drawing") as shown:
         page = report_html(subject, others, lambda what: shown.update(f"drawing: {what}"))
@@ -201,6 +201,7 @@ def export(
     from warpmuscle.core.errors import Error, ResultError
     from warpmuscle.formats import sto
     from warpmuscle.optimization.best_scene import scene_in
+    from warpmuscle.results.partial_motion import demanding
     from warpmuscle.results.result import read
 
     if output.suffix.lower() in (".onnx", ".pt"):
@@ -208,10 +209,10 @@ def export(
             raise Error(f"{output}: a policy has no motions, so that there are no options about them")
         _write_policy(result, output)
         return
-    content = read(result, run)
+    content = read(result, run, replay=replay)
     if replay >= len(content.replays):
         raise ResultError(f"{result} has {len(content.replays)} motions, none with number {replay}")
-    motion, scene = content.replays[replay], scene_in(content)
+    motion, scene = demanding(content.replays[replay], str(result)), scene_in(content)
     written = [output]
     if ground_forces is not None:
         written += _write_loads(motion, scene, ground_forces)

@@ -14,13 +14,16 @@ from warpmuscle.cli.common import (
     Duration,
     LimitStiffness,
     Policy,
+    Quantities,
     Settings,
+    Single,
     Sources,
     TimeStep,
     Trust,
     changed,
     command_line,
     load_scene,
+    quantities_in,
     start_warp,
     writable,
 )
@@ -54,6 +57,8 @@ def simulate(
     plot: Annotated[Path | None, typer.Option(help="Stick figures to draw, .png, .svg or .pdf.")] = None,
     rate: Annotated[float, typer.Option(min=1.0, help="Recorded frames per second.")] = 100.0,
     policy: Policy = None,
+    quantities: Quantities = None,
+    single: Single = False,
 ) -> None:
     """Run a scene once, and print how it walks.
 
@@ -84,7 +89,8 @@ def simulate(
         from warpmuscle.results.result import write
 
         table = parameter_table(parameters)
-        write(output, Result(toml.dumps(scene), where, command_line(), 0, table, replays=(recording,)))
+        result = Result(toml.dumps(scene), where, command_line(), 0, table, replays=(recording,))
+        write(output, result, quantities=quantities_in(quantities), single=single)
         out.print(f"wrote {output}")
         suggest(f"`warpmuscle view {output}` shows it")
     if plot is not None:

@@ -10,10 +10,13 @@ import typer
 
 from warpmuscle.cli.common import (
     Device,
+    Quantities,
+    Single,
     Threads,
     Trust,
     command_line,
     load_scene,
+    quantities_in,
     scene_names_like,
     start_warp,
     writable,
@@ -123,6 +126,8 @@ def throw(
     threads: Threads = None,
     seed: Annotated[int, typer.Option(min=0, help="Of random starts.")] = 0,
     trust: Trust = False,
+    quantities: Quantities = None,
+    single: Single = False,
 ) -> int:
     """Fit an arm's muscles and synergies to recorded motions and replay them, or throw a ball at a target.
 
@@ -203,7 +208,7 @@ def throw(
             raise
     fitted, throws = job.fitted, job.throws
     if output is not None:
-        job.write(output, {"command": command_line(), "seed": seed})
+        job.write(output, {"command": command_line(), "seed": seed}, quantities_in(quantities), single)
         out.print(f"wrote {output}")
     if plot is not None:
         from warpmuscle.throw.motion_plot import draw_result

@@ -49,7 +49,7 @@ def video(
     check_film(output)
     look = Look(*_size(size), rate, azimuth, elevation, speed, strides, forces, caption)
     choices = Choices.between(replay, start, end)
-    subjects = [Subject(read(result, run), choices, result, run) for result in results]
+    subjects = [Subject(read(result, run, replay=replay), choices, result, run) for result in results]
     film: Film | Beside
     if len(subjects) == 1:
         film = make_film(subjects[0].recording, subjects[0].scene, look, subjects[0].title)

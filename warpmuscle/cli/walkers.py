@@ -60,7 +60,7 @@ def _of_result(path: str, commands: list[str] | None, device: str | None, thread
     from warpmuscle.results.result import read
     from warpmuscle.studies.walkers import SceneWalker
 
-    result = read(path)
+    result = read(path, replay=0)
     if result.learned is not None:
         scene = scene_in(result)
         return scene.name, _of_policy(result.learned, scene, commands, device, threads)

@@ -13,6 +13,7 @@ from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.errors import ArgumentError
 from warpmuscle.core.pose import about, conjugate, rotate, twist_angle
 from warpmuscle.gait.foot_contact import SIDES, touch_downs
+from warpmuscle.results.partial_motion import demanding
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene.validation.checks import near
 
@@ -57,7 +58,7 @@ def measure(recording: Recording, left_foot: str, right_foot: str, start: float 
     Raises:
         ArgumentError: no frames, or an unknown body name.
     """
-    as_kind(Recording, recording, "recording")
+    recording = demanding(as_kind(Recording, recording, "recording"), "this recording")
     start = as_number(start, "start")
     for name, foot in (("left_foot", left_foot), ("right_foot", right_foot)):
         if as_text(foot, name) not in recording.body_names:

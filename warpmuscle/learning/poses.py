@@ -17,6 +17,7 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import RolloutError
 from warpmuscle.core.files import check_regular, unreadable
 from warpmuscle.learning.starts import Rows, first_states
+from warpmuscle.results.partial_motion import demanding
 from warpmuscle.results.result import read
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.learning import Variation
@@ -125,7 +126,7 @@ def _archived(path: str) -> dict[str, Any]:
 
 def _recorded(path: str, rollout: Rollout) -> dict[str, Any]:
     """The frames of all motions of a result file, as arrays of an archive."""
-    motions = [motion for motion in read(path).replays if len(motion.time)]
+    motions = [demanding(motion, str(path)) for motion in read(path).replays if len(motion.time)]
     if not motions:
         raise RolloutError(f"{path}: holds no motion, whose frames would be starts")
     for motion in motions:

@@ -132,7 +132,7 @@ def _subject(source: Any, choices: Choices, scene: SceneLike | None, run: str | 
         result = source
     else:
         file = as_path(source, "source")
-        result = read(file, run)
+        result = read(file, run, replay=choices.replay)
     return Subject(result, choices, file, run)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import fnmatch
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -19,6 +19,7 @@ from warpmuscle.gait.measures import Gait, measure
 from warpmuscle.gait.quality import runs, support_of
 from warpmuscle.optimization.best_scene import recorded_scene
 from warpmuscle.results.motion_of_scene import check_motion_of
+from warpmuscle.results.partial_motion import demanding
 from warpmuscle.results.recording import Recording
 from warpmuscle.results.records import ParameterTable, Result
 from warpmuscle.scene import Scene
@@ -86,7 +87,7 @@ class Subject:
             )
         if not 0 <= wanted < len(replays):
             raise Error(f"{self.source} has {len(replays)} motions, numbered from 0; none has number {wanted}")
-        motion = replays[wanted]
+        motion = demanding(replays[wanted], self.source)
         check_motion_of(motion, self.scene, f"{self.source}: motion {wanted}")
         part = motion.window(self.choices.start, self.choices.end)
         if part.frames < 2:
@@ -107,7 +108,7 @@ class Subject:
         """The motion as it was recorded, if it is one that was fitted: its joints alone."""
         if self.result.fit is None or not motion.has_targets:
             return None
-        return replace(motion, joint_orientation=motion.joint_target)
+        return motion.changed(joint_orientation=motion.joint_target)
 
     @cached_property
     def gait(self) -> Gait | None:

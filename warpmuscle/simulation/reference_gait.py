@@ -15,6 +15,7 @@ from warpmuscle.formats import load, motion_table, npz
 from warpmuscle.formats.npz import JointMotion
 from warpmuscle.model.build import ReferenceGait
 from warpmuscle.model.structure import Structure
+from warpmuscle.results.partial_motion import demanding
 from warpmuscle.results.recording import Recording
 from warpmuscle.results.result import read
 from warpmuscle.scene import Scene, Tracking
@@ -37,7 +38,8 @@ def motion_in_file(tracking: Tracking, scene: Scene) -> Recording | JointMotion:
     elif suffix in motion_table.SUFFIXES:
         replays = [motion_table.read(tracking.file, scene)]
     else:
-        replays = read(tracking.file).replays
+        recorded = read(tracking.file, replay=tracking.replay).replays
+        replays = [demanding(motion, tracking.file) for motion in recorded]
     if tracking.replay >= len(replays):
         raise RolloutError(f"{tracking.file} has {len(replays)} motions, none with number {tracking.replay}")
     return replays[tracking.replay]

@@ -245,6 +245,13 @@ class Job:
         spread = signals.std(axis=1) * np.linalg.norm(self.follower.synergies.weights, axis=0)
         return tuple(sorted(np.argsort(-spread)[:count].tolist()))
 
-    def write(self, path: str | Path, attributes: Mapping[str, Any]) -> None:
-        """Keep everything as HDF5, see `report.write`."""
-        write(path, self.follower, self.fitted, self.published, self.training, attributes, self.throws)
+    def write(
+        self,
+        path: str | Path,
+        attributes: Mapping[str, Any],
+        quantities: Sequence[str] | None = None,
+        single: bool = False,
+    ) -> None:
+        """Keep everything as HDF5, see `report.write`; of the motions some quantities, see `partial_motion.reduced`."""
+        made = (self.follower, self.fitted, self.published, self.training, attributes, self.throws)
+        write(path, *made, quantities, single)

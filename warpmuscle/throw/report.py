@@ -18,6 +18,7 @@ from warpmuscle.core.hdf5_writing import store
 from warpmuscle.core.number_rows import first_number
 from warpmuscle.formats import toml
 from warpmuscle.results.layout import put
+from warpmuscle.results.partial_motion import with_less
 from warpmuscle.results.records import Result, parameter_table
 from warpmuscle.results.result import THROW_FORMAT
 from warpmuscle.scene.parameters import free_parameters, start_values, substitute, with_values
@@ -157,6 +158,8 @@ def write(
     training: Sequence[int],
     attributes: Mapping[str, Any],
     throws: Sequence[Throw] = (),
+    quantities: Sequence[str] | None = None,
+    single: bool = False,
 ) -> None:
     """Write fits as HDF5, whole or not at all.
 
@@ -167,12 +170,16 @@ def write(
     angles and speeds, and what each stage came to; `/published`: the same of that
     one; `/throws`: goals, releases, flights and landings of new throws.
 
+    Args:
+        quantities: those of `/replay` that are kept, all by default. single: whether they are in single precision.
+
     Raises:
         ResultError: the file cannot be written; nothing is left behind then.
     """
     memory = io.BytesIO()
     with h5py.File(memory, "w", track_order=True) as file:
-        put(file, _result(follower, fitted, published, attributes, throws), THROW_FORMAT)
+        result = with_less(_result(follower, fitted, published, attributes, throws), quantities, single)
+        put(file, result, THROW_FORMAT)
         _put_recorded(file, follower, training)
         if fitted is not None:
             _put_fit(file.create_group("fit", track_order=True), follower, fitted)

@@ -14,6 +14,7 @@ import numpy as np
 
 from warpmuscle.core.arguments import as_path
 from warpmuscle.core.files import replace_file
+from warpmuscle.results.partial_motion import demanding
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Ground, Scene
 from warpmuscle.scene.ground import plane
@@ -83,6 +84,7 @@ def replay_html(
         Error: a motion without frames, or of another character than its scene's.
     """
     motions = [recordings] if isinstance(recordings, Recording) else list(recordings)
+    motions = [demanding(motion, "this recording") for motion in motions]
     given = [scenes] * len(motions) if isinstance(scenes, Scene) else list(scenes)
     numeric = {id(scene): substitute(scene, start_values(scene)) for scene in given}
     dolls: dict[tuple[int, tuple[str, ...]], Doll] = {}

@@ -10,6 +10,7 @@ import numpy as np
 
 from warpmuscle.core.errors import Error, ResultError
 from warpmuscle.optimization.best_scene import scene_in
+from warpmuscle.results.partial_motion import demanding
 from warpmuscle.results.recording import Recording
 from warpmuscle.results.records import Result
 from warpmuscle.results.result import read
@@ -63,7 +64,7 @@ def of_results(
     """
     sights = []
     for path in paths:
-        result = read(path, run)
+        result = read(path, run, replay=replay)
         name = Path(path).stem if len(paths) > 1 else ""
         if candidates is not None:
             sights += of_candidates(result, candidates, device, path, name)
@@ -88,7 +89,8 @@ def of_replays(
     labels = {number: f"{scene.name} {number}" if len(result.replays) > 1 else scene.name for number in chosen}
     if len(result.replay_names) > 1:
         labels = {number: result.replay_names[number] for number in chosen}
-    return [Sight(name or labels[number], result.replays[number], numeric) for number in chosen]
+    motions = {number: demanding(result.replays[number], str(path)) for number in chosen}
+    return [Sight(name or labels[number], motions[number], numeric) for number in chosen]
 
 
 def of_candidates(result: Result, count: int, device: str | None, path: str | Path, name: str = "") -> list[Sight]:
