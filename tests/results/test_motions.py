@@ -126,6 +126,7 @@ def test_arrays_are_extendable_and_packed_by_instance(file: Path, several):
             dataset = content[f"replay/{name}"]
             assert dataset.maxshape[:2] == (None, None)
             assert dataset.chunks[0] == 1
+        assert content["replay/time"].maxshape == content["replay/instance"].maxshape == (2**31 - 1,)
         content["replay/com"].resize((5, 30, 3))
         assert np.isnan(content["replay/com"][4]).all()
 

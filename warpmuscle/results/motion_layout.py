@@ -34,6 +34,7 @@ _AXIS = {name: axis for table in (NAMED, UNITS) for axis, name in table.items()}
 KEPT = "quantities"  # attribute that names those which are there, if others are missing
 OPTIONAL = ("joint_torque_desired",)  # which old files lack
 MOST_ROOM, FEW_FRAMES = 4, 10_000  # times the frames of all motions that their arrays may have; and what is always well
+MOST_ALONG = (2**31 - 1,)  # shape of a scale at most: readers look through all datasets for an unlimited one
 CHUNK_BYTES = 2**20  # of a packed piece of an array, at most
 
 
@@ -165,11 +166,11 @@ def _put_arrays(group: Any, motions: Motions) -> None:
     instances: Any = tuple(motions.names) or np.arange(len(motions))
     about = QUANTITIES["time"]
     store(group, INSTANCE, instances, axes=INSTANCE, description="names or numbers of the instances",
-          maxshape=(None,))  # fmt: skip
+          maxshape=MOST_ALONG)  # fmt: skip
     store(group, "frames", motions.frames, axes=INSTANCE, description="how many frames the instance has",
           maxshape=(None,))  # fmt: skip
     store(group, "time", motions.time, about.units, "frame", description=about.description, at=about.at,
-          maxshape=(None,))  # fmt: skip
+          maxshape=MOST_ALONG)  # fmt: skip
     for name, array in motions.arrays.items():
         _check_finite(group, name, motions)
         about = QUANTITIES[name]
