@@ -110,6 +110,14 @@ def test_a_fit_is_kept_whole_with_the_scene_that_it_came_to(job: Job, tmp_path):
     assert load(str(tmp_path / "fitted.toml")).character.muscles["m1"].f_max.value != 1142.6
 
 
+def test_a_fit_is_kept_with_some_quantities_of_its_motions(job: Job, tmp_path):
+    job.write(tmp_path / "throw.h5", {"command": "test"}, ["com"], single=True)
+    motion = read(tmp_path / "throw.h5").replays[0]
+    assert motion.com.dtype == np.float32
+    assert len(motion.com) == motion.frames > 0
+    assert motion.body_position.shape[0] == 0
+
+
 @pytest.fixture(scope="module")
 def kept(job: Job, tmp_path_factory) -> Path:
     """The file of the fit and of a new throw."""
