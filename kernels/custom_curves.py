@@ -71,22 +71,38 @@ def with_curves(function: Any, own: OwnCurves | Shaped | None) -> Any:
     """
     if own is None:
         return function
-    plain = function.func
+    changed = _changed(function.func, own, function)
+    gradient = function.custom_grad_func
+    if gradient is not None:
+        changed |= _changed(gradient.func, own, function)
+    if not changed:
+        return function
+    made = wp.func(_made_anew(function.func, changed, own))
+    if gradient is not None:
+        wp.func_grad(made)(_made_anew(gradient.func, changed | {function.func.__name__: made}, own))
+    return made
+
+
+def _changed(plain: Any, own: OwnCurves | Shaped, but: Any) -> dict[str, Any]:
+    """What a function's names stand for with other curves, where that differs; `but` is not looked at."""
     others = replacements(own)
     changed: dict[str, Any] = {}
     for name in plain.__code__.co_names:
         known = plain.__globals__.get(name)
         if name in others:
             changed[name] = others[name]
-        elif isinstance(known, wp.Function) and known.func is not None:
+        elif isinstance(known, wp.Function) and known.func is not None and known is not but:
             made = with_curves(known, own)
             if made is not known:
                 changed[name] = made
-    if not changed:
-        return function
+    return changed
+
+
+def _made_anew(plain: Any, changed: dict[str, Any], own: OwnCurves | Shaped) -> Any:
+    """The same Python function, some of whose names stand for something else."""
     again = FunctionType(plain.__code__, plain.__globals__ | changed, plain.__name__, plain.__defaults__)
     again.__annotations__, again.__doc__ = dict(plain.__annotations__), plain.__doc__
     if isinstance(own, Shaped) and plain.__annotations__.get("model") is int:
         again.__annotations__["model"] = ShapedCurves
     again.__module__, again.__qualname__ = plain.__module__, f"with_curves.<locals>.{plain.__name__}"
-    return wp.func(again)
+    return again

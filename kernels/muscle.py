@@ -32,6 +32,9 @@ SPEED_STEPS = 12
 FORCE_TOLERANCE = 0.02  # of f_max
 SPEED_TOLERANCE = 0.02  # of v_max
 PASSIVE_STIFFNESS = 7.0  # about the slope of the passive force over itself
+SLOPE_STEP = 2.0e-3  # of l_opt, to either side: the slopes of curves that gradients take
+GRADIENT_SOLUTIONS = 4  # each from the one before: slopes change fast about a speed within a step's tolerances
+SLACK_SLOPE = 1.0e-6  # of a tendon that just falls slack, so that its end of the fibre follows the path
 
 
 @wp.func
@@ -155,6 +158,65 @@ def compliant_force(model: int, mt_length: float, length: float, l_slack: float,
 
 
 @wp.func
+def slopes_by_length(model: int, length: float) -> wp.vec2:
+    """Derivatives of the active and of the passive force by the length over l_opt, by central differences.
+
+    So they hold for any curve, also for those that users give; within some 1e-4 of f_max.
+    """
+    ahead = length + SLOPE_STEP
+    behind = length - SLOPE_STEP
+    active = active_force_length(model, ahead) - active_force_length(model, behind)
+    passive = bounded_passive(model, ahead) - bounded_passive(model, behind)
+    return wp.vec2(active, passive) / (ahead - behind)
+
+
+@wp.struct
+class BalanceSlopes:
+    """Derivatives of the balance G of a fibre and its tendon: the fibre's force along the tendon, less the tendon's."""
+
+    length: float  # 1/m, by the fibre's length, and so on
+    mt_length: float
+    l_opt: float
+    l_slack: float
+    width: float
+
+
+@wp.func
+def balance_slopes(
+    model: int, active: float, force: float, mt_length: float, length: float,
+    l_opt: float, l_slack: float, width: float,
+) -> BalanceSlopes:  # fmt: skip
+    """The slopes at a fibre length.
+
+    Args:
+        active: what the active force at this length is multiplied with. force: of the fibre, along itself.
+    """
+    x = length / l_opt
+    cosine = wp.max(pennation_cosine(length, width), SMALLEST_COSINE)
+    by_length = slopes_by_length(model, x)
+    by_x = (active * by_length[0] + by_length[1]) * cosine
+    strain = tendon_strain(mt_length, length, l_slack, width)
+    stiffness = wp.max(tendon_force_slope(model, strain)[1], SLACK_SLOPE) / l_slack
+    turned = width / (length * cosine)  # tangent of the pennation
+    g = BalanceSlopes()
+    g.length = by_x / l_opt + force * turned * width / (length * length) + stiffness / cosine
+    g.mt_length = -stiffness
+    g.l_opt = -by_x * x / l_opt
+    g.l_slack = stiffness * (1.0 + strain)
+    g.width = -force * turned / length - stiffness * turned
+    return g
+
+
+@wp.func
+def bound_slopes(l_opt: float, width: float) -> wp.vec2:
+    """Derivatives of the shortest length of a fibre, see `bounded_fibre_length`, by l_opt and by the width."""
+    by_width = wp.static((1.0 - SMALLEST_COSINE**2) ** -0.5)
+    if width * by_width > SHORTEST_FIBRE * l_opt:
+        return wp.vec2(0.0, by_width)
+    return wp.vec2(SHORTEST_FIBRE, 0.0)
+
+
+@wp.func
 def fibre_equilibrium(
     model: int, activation: float, mt_length: float, l_opt: float, l_slack: float, width: float
 ) -> float:
@@ -174,6 +236,33 @@ def fibre_equilibrium(
         else:
             high = middle
     return 0.5 * (low + high)
+
+
+@wp.func_grad(fibre_equilibrium)
+def fibre_equilibrium_gradient(
+    model: int, activation: float, mt_length: float, l_opt: float, l_slack: float, width: float, adj_ret: float
+):
+    """Derivatives by the implicit function theorem, dl/dp = -(dG/dp)/(dG/dl); those of the bound where it is reached.
+
+    A reverse sweep through the bisection would find 0, since its halves do not depend on anything.
+    """
+    length = fibre_equilibrium(model, activation, mt_length, l_opt, l_slack, width)
+    if length <= bounded_fibre_length(0.0, l_opt, width) * 1.00001:
+        bound = bound_slopes(l_opt, width)
+        wp.adjoint[l_opt] += bound[0] * adj_ret
+        wp.adjoint[width] += bound[1] * adj_ret
+    else:
+        x = length / l_opt
+        multiplier = force_velocity(model, 0.0, activation)
+        full = active_force_length(model, x) * multiplier
+        force = activation * full + bounded_passive(model, x)
+        g = balance_slopes(model, activation * multiplier, force, mt_length, length, l_opt, l_slack, width)
+        share = -adj_ret / g.length
+        wp.adjoint[activation] += full * pennation_cosine(length, width) * share
+        wp.adjoint[mt_length] += g.mt_length * share
+        wp.adjoint[l_opt] += g.l_opt * share
+        wp.adjoint[l_slack] += g.l_slack * share
+        wp.adjoint[width] += g.width * share
 
 
 @wp.func
@@ -220,6 +309,42 @@ def equilibrium_speed(
             return better
         v = wp.where(better > low and better < high, better, 0.5 * (low + high))
     return v
+
+
+@wp.func_grad(equilibrium_speed)
+def equilibrium_speed_gradient(
+    model: int, activation: float, mt_length: float, start: float, reach: float, guess: float,
+    l_opt: float, l_slack: float, width: float, damping: float, adj_ret: float,
+):  # fmt: skip
+    """Derivatives by the implicit function theorem, as of `fibre_equilibrium`; 0 at a bound, and by the guess."""
+    v = wp.float32(guess)
+    for _ in range(GRADIENT_SOLUTIONS):
+        v = equilibrium_speed(model, activation, mt_length, start, reach, v, l_opt, l_slack, width, damping)
+    if v > -LARGEST_SPEED and v < FASTEST_STRETCH:
+        free = start + reach * v
+        length = bounded_fibre_length(free, l_opt, width)
+        x = length / l_opt
+        cosine = wp.max(pennation_cosine(length, width), SMALLEST_COSINE)
+        fibre = force_velocity_slope(model, v, activation)
+        level = wp.max(activation, SLOPE_STEP)
+        rise = force_velocity(model, v, level + SLOPE_STEP) - force_velocity(model, v, level - SLOPE_STEP)
+        full = active_force_length(model, x)
+        force = activation * full * fibre[0] + bounded_passive(model, x) + damping * v
+        g = balance_slopes(model, activation * fibre[0], force, mt_length, length, l_opt, l_slack, width)
+        along = wp.vec2(g.length, 0.0)  # by the length that is free, and by that of the bound
+        if length > free:
+            along = wp.vec2(0.0, g.length)
+        share = -adj_ret / ((activation * full * fibre[1] + damping) * cosine + along[0] * reach)
+        bound = bound_slopes(l_opt, width) * along[1]
+        by_activation = fibre[0] + activation * rise / wp.static(2.0 * SLOPE_STEP)
+        wp.adjoint[activation] += full * by_activation * cosine * share
+        wp.adjoint[mt_length] += g.mt_length * share
+        wp.adjoint[start] += along[0] * share
+        wp.adjoint[reach] += along[0] * v * share
+        wp.adjoint[l_opt] += (g.l_opt + bound[0]) * share
+        wp.adjoint[l_slack] += g.l_slack * share
+        wp.adjoint[width] += (g.width + bound[1]) * share
+        wp.adjoint[damping] += v * cosine * share
 
 
 @wp.func
