@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 import warp as wp
 
+from warpmuscle.kernels.causes import EFFORT, ENTRY, EXCITATION, GIVEN_TORQUE, cause_of, checked, checked_vector
 from warpmuscle.kernels.extensions import extension_type, of_body, of_instance
 from warpmuscle.kernels.muscle_control import within
 from warpmuscle.kernels.reflex import reflex_force, reflex_stage
@@ -33,6 +34,7 @@ class CustomController(NamedTuple):
     update: Any = None  # (instance, model, state, work [...]): first in every step
     parameters: Any = None
     state: int = 0
+    shipped: bool = False  # of warpmuscle itself, whose values need not be looked at
 
 
 class Controller(NamedTuple):
@@ -131,6 +133,8 @@ def control_stage_of(controller: Controller) -> Any:
     custom, extension_struct, torques = controller.custom, controller.extension, controller.torques
     has_effort, has_update = custom.effort is not None, custom.update is not None
     effort, update = advance_stage, advance_stage
+    looked_at = not custom.shipped
+    cause = cause_of(GIVEN_TORQUE if custom.effort is given_effort else EFFORT)
     if has_effort:
         effort = of_body(custom.effort, wp.vec3, custom.parameters, extension_struct)
     if has_update:
@@ -158,6 +162,8 @@ def control_stage_of(controller: Controller) -> Any:
             for i in range(1 + lane, model.body_count, lanes):
                 work.target[i] = wp.quat(0.0, 0.0, 0.0, 1.0)
                 wanted = effort(instance, i, 0, model, state, work, extension)
+                if wp.static(looked_at):
+                    wanted = checked_vector(wanted, instance, wp.static(cause) + i * wp.static(ENTRY), state, work)
                 work.torque[i] = effort_torque(instance, i, wanted, model, work)
                 work.stiffness[i] = symmetric(0.0)
             synchronize()
@@ -175,7 +181,7 @@ def force_of(controller: Controller) -> Any:
     """
     custom, extension_struct, force = controller.custom, controller.extension, controller.force
     has_force, has_excitation = force is not None, custom.excitation is not None
-    excitation = force
+    excitation, cause = force, cause_of(EXCITATION)
     if has_excitation:
         excitation = of_body(custom.excitation, float, custom.parameters, extension_struct)
 
@@ -195,6 +201,7 @@ def force_of(controller: Controller) -> Any:
             wanted = force(instance, muscle, asked, row, model, state)
         if wp.static(has_excitation):
             told = excitation(instance, muscle, 0, model, state, work, extension)
+            told = checked(told, instance, wp.static(cause) + muscle * wp.static(ENTRY), state, work)
             if not (told < 0.0):
                 wanted = row.f_max * within(told)
         return wanted

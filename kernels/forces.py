@@ -10,8 +10,10 @@ from typing import Any, NamedTuple
 
 import warp as wp
 
+from warpmuscle.kernels.causes import ENTRY, FORCE, blame, cause_of, checked_vector
 from warpmuscle.kernels.control import effort_torque
 from warpmuscle.kernels.extensions import extension_list, extension_type, of_body, touch_extension
+from warpmuscle.kernels.failure import is_somewhere
 from warpmuscle.kernels.scratch import synchronize
 from warpmuscle.kernels.structs import ModelRef, ScratchRef, StateRef, at
 
@@ -22,6 +24,13 @@ class Wrench:
 
     force: wp.vec3  # N, at the centre of mass
     moment: wp.vec3  # N m, about it
+
+
+@wp.func
+def look_at(wrench: Wrench, instance: int, cause: int, state: StateRef, work: ScratchRef):
+    """Let a force be to blame for a wrench that is none, or beyond all bounds."""
+    if not (is_somewhere(wrench.force) and is_somewhere(wrench.moment)):
+        blame(instance, cause, state, work)
 
 
 class Force(NamedTuple):
@@ -40,6 +49,7 @@ class Force(NamedTuple):
     state: int = 0
     touch: Any = None  # (instance, first, second, model, work, parameters) -> touching.Touch, of bodies that may touch
     positive: tuple[str, ...] = ()  # parameters that are divided by
+    shipped: bool = False  # one of `devices.FORCES`, whose values need not be looked at
 
     @property
     def extension(self) -> Any:
@@ -50,18 +60,19 @@ class Force(NamedTuple):
 
 
 @cache
-def torque_of(forces: tuple[Force, ...]) -> Any:
+def torque_of(forces: tuple[Force, ...], place: int = 0) -> Any:
     """The Warp function (instance, body, torque, model, state, work, extensions) -> torque and all forces on its joint.
 
-    Torques act on the parent, world, N m.
+    Torques act on the parent, world, N m. `place` is that of the first force among all kinds.
     """
+    looked_at, cause = bool(forces) and not forces[0].shipped, cause_of(FORCE, place)
     extensions_struct = extension_list(tuple(force.extension for force in forces))
     acts = bool(forces) and forces[0].effort is not None
     effort, others = effort_torque, effort_torque
     if acts:
         effort = of_body(forces[0].effort, wp.vec3, forces[0].parameters, forces[0].extension)
     if forces:
-        others = torque_of(forces[1:])
+        others = torque_of(forces[1:], place + 1)
 
     @wp.func
     def total(
@@ -77,6 +88,9 @@ def torque_of(forces: tuple[Force, ...]) -> Any:
         if wp.static(acts):
             for entry in range(extensions.first.start[body], extensions.first.start[body + 1]):
                 given = effort(instance, body, entry, model, state, work, extensions.first)
+                if wp.static(looked_at):
+                    number = wp.static(cause) + entry * wp.static(ENTRY)
+                    given = checked_vector(given, instance, number, state, work)
                 acting += effort_torque(instance, body, given, model, work)
         if wp.static(bool(forces)):
             acting = others(instance, body, acting, model, state, work, extensions.rest)
@@ -86,8 +100,12 @@ def torque_of(forces: tuple[Force, ...]) -> Any:
 
 
 @cache
-def wrench_of(forces: tuple[Force, ...]) -> Any:
-    """The Warp function (instance, body, wrench, model, state, work, extensions) -> that and all forces on a body."""
+def wrench_of(forces: tuple[Force, ...], place: int = 0) -> Any:
+    """The Warp function (instance, body, wrench, model, state, work, extensions) -> that and all forces on a body.
+
+    `place` is that of the first force among all kinds.
+    """
+    looked_at, cause = bool(forces) and not forces[0].shipped, cause_of(FORCE, place)
     extensions_struct = extension_list(tuple(force.extension for force in forces))
     acts = bool(forces) and forces[0].wrench is not None
     wrench_on, others = effort_torque, effort_torque
@@ -96,7 +114,7 @@ def wrench_of(forces: tuple[Force, ...]) -> Any:
     if acts:
         wrench_on = of_body(forces[0].wrench, Wrench, forces[0].parameters, forces[0].extension)
     if forces:
-        others = wrench_of(forces[1:])
+        others = wrench_of(forces[1:], place + 1)
 
     @wp.func
     def total(
@@ -112,6 +130,8 @@ def wrench_of(forces: tuple[Force, ...]) -> Any:
         if wp.static(acts):
             for entry in range(extensions.first.start[body], extensions.first.start[body + 1]):
                 given = wrench_on(instance, body, entry, model, state, work, extensions.first)
+                if wp.static(looked_at):
+                    look_at(given, instance, wp.static(cause) + entry * wp.static(ENTRY), state, work)
                 acting.force += given.force
                 acting.moment += given.moment
         if wp.static(pairs):
@@ -119,6 +139,8 @@ def wrench_of(forces: tuple[Force, ...]) -> Any:
                 p = at(extensions.first.parameters, instance, entry)
                 end = extensions.first.second[entry]
                 pushed = of_pair(instance, body, extensions.first.other[entry], end, model, state, work, p)
+                if wp.static(looked_at):
+                    look_at(pushed, instance, wp.static(cause) + entry * wp.static(ENTRY), state, work)
                 acting.force += pushed.force
                 acting.moment += pushed.moment
         if wp.static(bool(forces)):

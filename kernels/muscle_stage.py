@@ -12,6 +12,7 @@ from warpmuscle.kernels import recorded as recorded_as
 from warpmuscle.kernels.activation import activation_step
 from warpmuscle.kernels.actuation import actuation_stage_of, implicit_damping_stage_of, muscle_torque, pulled_torque
 from warpmuscle.kernels.cables import cable_signals, terms_of_muscles, with_cables
+from warpmuscle.kernels.causes import ENTRY, GIVEN_EXCITATION, blame, cause_of
 from warpmuscle.kernels.contraction import COMPLIANT as COMPLIANT
 from warpmuscle.kernels.contraction import EITHER as EITHER
 from warpmuscle.kernels.contraction import RIGID as RIGID
@@ -167,6 +168,8 @@ def muscle_stage_of(
                     time -= 0.5 * model.time_step  # the middle of the step that the activation is moved over
                 told = timed_excitation(muscles, own, instance, time)
                 if wp.static(given):
+                    if not (wp.abs(told) >= 0.0):  # what is not a number
+                        blame(instance, wp.static(cause_of(GIVEN_EXCITATION)) + m * wp.static(ENTRY), state, work)
                     told = within(told)
                 desired = row.f_max * told
         if wp.static(ordered):

@@ -261,6 +261,7 @@ class State:
     target_plan: wp.array2d[wp.vec2]  # (instances, bodies) their strength and frame, see `Scratch`
     step: wp.array[int]  # (instances,) steps made
     status: wp.array[int]  # (instances,) RUNNING ... DIVERGED
+    cause: wp.array[int]  # (instances,) part of the user's own that ended it, see `causes.py`; 0: none
     start_height: wp.array[float]  # (instances,) m, of the COM above the ground at step 0
     start_heading: wp.array[float]  # (instances,) rad, of the root at step 0
     push: wp.array[wp.vec3]  # (instances,) N, on the root's centre of mass, world

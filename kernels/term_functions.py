@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 import warp as wp
 
+from warpmuscle.kernels.causes import TERM, cause_of, checked
 from warpmuscle.kernels.contact import body_weight
 from warpmuscle.kernels.curves import active_force_length, force_velocity
 from warpmuscle.kernels.custom_curves import OwnCurves, with_curves
@@ -310,47 +311,67 @@ class ObjectiveKind(NamedTuple):
         """Whether a step has to follow the gait cycles of the feet."""
         return bool(CYCLE_TERMS & {*self.body, *self.whole})
 
+    def cause(self, name: str) -> int:
+        """The number of a term of others, see `causes.py`; 0 of any other."""
+        names = [own for own, _ in self.own]
+        return cause_of(TERM, names.index(name)) if name in names else 0
+
 
 def muscle_functions(kind: ObjectiveKind, own: OwnCurves | Shaped | None = None) -> tuple[Any, ...]:
-    """The Warp functions of the terms over muscles; metabolic powers with the curves that muscles have of their own."""
+    """The Warp functions of the terms over muscles; metabolic powers with the curves that muscles have of their own.
+
+    With each stands its number if it is a term of others, see `causes.py`, else 0.
+    """
     given = dict(kind.own)
-    return tuple(given[name] if name in given else with_curves(MUSCLE_TERMS[name], own) for name in kind.muscle)
+    return tuple(
+        (given[name], kind.cause(name)) if name in given else (with_curves(MUSCLE_TERMS[name], own), 0)
+        for name in kind.muscle
+    )
 
 
 @cache
 def muscle_terms_of(terms: tuple[Any, ...]) -> Any:
     """The Warp function (instance, muscle, what it does, model, state, work) that adds a step to the terms' sums."""
     every = no_muscle_terms
-    for index, term in enumerate(terms):
-        every = _and_muscle_term(every, term, index)
+    for index, (term, cause) in enumerate(terms):
+        every = _and_muscle_term(every, term, index, cause)
     return every
 
 
-def _and_muscle_term(others: Any, term: Any, index: int) -> Any:
+def _and_muscle_term(others: Any, term: Any, index: int, cause: int) -> Any:
     @wp.func
     def add(instance: int, m: int, w: MuscleWork, model: ModelRef, state: StateRef, work: ScratchRef):
         others(instance, m, w, model, state, work)
-        value = sane(term(instance, m, w, model), work)
+        given = term(instance, m, w, model)
+        if wp.static(cause > 0):
+            given = checked(given, instance, wp.static(cause), state, work)
+        value = sane(given, work)
         state.muscle_terms[instance, index, m] = state.muscle_terms[instance, index, m] + value
 
     return add
 
 
-def _and_body_term(others: Any, term: Any, index: int) -> Any:
+def _and_body_term(others: Any, term: Any, index: int, cause: int) -> Any:
     @wp.func
     def add(instance: int, body: int, model: ModelRef, state: StateRef, work: ScratchRef):
         others(instance, body, model, state, work)
-        value = sane(term(instance, body, model, state, work), work)
+        given = term(instance, body, model, state, work)
+        if wp.static(cause > 0):
+            given = checked(given, instance, wp.static(cause), state, work)
+        value = sane(given, work)
         state.body_terms[instance, index, body] = state.body_terms[instance, index, body] + value
 
     return add
 
 
-def _and_whole_term(others: Any, term: Any, index: int) -> Any:
+def _and_whole_term(others: Any, term: Any, index: int, cause: int) -> Any:
     @wp.func
     def add(instance: int, model: ModelRef, state: StateRef, work: ScratchRef):
         others(instance, model, state, work)
-        value = sane(term(instance, model, state, work), work)
+        given = term(instance, model, state, work)
+        if wp.static(cause > 0):
+            given = checked(given, instance, wp.static(cause), state, work)
+        value = sane(given, work)
         state.whole_terms[instance, index] = state.whole_terms[instance, index] + value
 
     return add
@@ -365,9 +386,9 @@ def objective_stage_of(kind: ObjectiveKind) -> Any:
     body_terms, whole_terms = no_body_terms, no_whole_terms
     own = dict(kind.own)
     for index, name in enumerate(kind.body):
-        body_terms = _and_body_term(body_terms, own.get(name) or BODY_TERMS[name], index)
+        body_terms = _and_body_term(body_terms, own.get(name) or BODY_TERMS[name], index, kind.cause(name))
     for index, name in enumerate(kind.whole):
-        whole_terms = _and_whole_term(whole_terms, own.get(name) or WHOLE_TERMS[name], index)
+        whole_terms = _and_whole_term(whole_terms, own.get(name) or WHOLE_TERMS[name], index, kind.cause(name))
 
     @wp.func
     def objective_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):

@@ -217,12 +217,12 @@ def doubts_printed() -> Iterator[None]:
 
 @contextlib.contextmanager
 def searches_told() -> Iterator[None]:
-    """Print on the error stream, at once, that a search goes on on another machine, or leaves parameters as given."""
-    from warpmuscle.core.errors import ResumeWarning, UnusedParameterWarning
+    """Print on the error stream, at once, what a search has to say of itself, such as parameters that it leaves."""
+    from warpmuscle.core.errors import ResumeWarning, UnusedParameterWarning, UserPartWarning
 
     with warnings.catch_warnings():
-        warnings.simplefilter("always", ResumeWarning)
-        warnings.simplefilter("always", UnusedParameterWarning)
+        for kind in (ResumeWarning, UnusedParameterWarning, UserPartWarning):
+            warnings.simplefilter("always", kind)
         warnings.showwarning = lambda message, *_: log.print(f"note: {message}")
         yield
 

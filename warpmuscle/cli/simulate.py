@@ -143,20 +143,21 @@ def _run(scene: Scene, device: str, rate: float) -> tuple[Recording, list[Parame
         rollout.run()
     status = Status(rollout.status()[0])
     recording = rollout.recording()
+    ended = _ended(status, recording, scene, rollout.causes()[0])
     out.print(
-        f"{scene.name}: {_ended(status, recording, scene)}; {rollout.end_time()[0]:.4g} s simulated in "
+        f"{scene.name}: {ended}; {rollout.end_time()[0]:.4g} s simulated in "
         f"{time.perf_counter() - begin:.2f} s on {rollout.device}, cost {rollout.cost()[0]:.6g}"
     )
     return recording, rollout.parameters, status == Status.FELL
 
 
-def _ended(status: Status, recording: Recording, scene: Scene) -> str:
-    """How a simulation ended, in words; of bodies that ran into each other, which ones."""
+def _ended(status: Status, recording: Recording, scene: Scene, cause: str = "") -> str:
+    """How a simulation ended, in words; of bodies that ran into each other, which ones; and the scene's part if any."""
     from warpmuscle.core.status import Status
     from warpmuscle.gait.penetration import penetration
     from warpmuscle.scene.parameters import start_values, substitute
 
-    words = str(status.meaning)
+    words = f"{status.meaning}: {cause}" if cause else str(status.meaning)
     if status != Status.COLLIDED:
         return words
     deepest = penetration(recording.window(float(recording.time[-1])), substitute(scene, start_values(scene)))

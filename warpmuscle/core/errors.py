@@ -83,3 +83,7 @@ class UnusedParameterWarning(UserWarning):
 
 class OccupiedError(ResultError):
     """Another process is at work on the same files."""
+
+
+class UserPartWarning(UserWarning):
+    """A term, force or controller of the scene's own ended candidates of a search."""

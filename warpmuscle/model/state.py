@@ -46,7 +46,7 @@ def state_struct(
     held = n if control_steps(scene) > 1 else 0
     s.target = zeros(held, len(names.bodies), dtype=wp.quat)
     s.target_plan = zeros(held, len(names.bodies), dtype=wp.vec2)
-    for name in ("stance", "machine_state", "step", "status"):
+    for name in ("stance", "machine_state", "step", "status", "cause"):
         setattr(s, name, zeros(n, dtype=int))
     table = actuation.table
     for name, array in term_arrays(objective, n, len(names.bodies), len(table.muscles), zeros).items():

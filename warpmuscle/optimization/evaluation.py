@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
 from typing import Any, Protocol
 
@@ -9,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warpmuscle.core.array_types import Floats, Integers
-from warpmuscle.core.errors import Error
+from warpmuscle.core.errors import Error, UserPartWarning
 from warpmuscle.core.status import Status
 from warpmuscle.optimization.progress import Tracker
 from warpmuscle.optimization.replay import Replay
@@ -147,6 +148,7 @@ class BatchEvaluator:
         self.device = str(first.batch.device)
         self.largest = max(_suiting(device, first) // first.runs, 1)
         self._loaded = False
+        self._told: set[str] = set()  # of the causes that ended candidates
         self.term_names = tuple(first.batch.terms())
         self._first, self._trials = first, {1: first}
         self._recorded = False
@@ -176,7 +178,14 @@ class BatchEvaluator:
             finally:
                 trials.run(0.0)  # no further, but those at their end have come to it, also after an exception
                 generation.take(part, trials)
+            self._warn(trials)
             tracker.ended(trials)
+
+    def _warn(self, trials: CandidateBatch) -> None:
+        """Tell, once each, of the scene's own parts that ended candidates."""
+        for cause in sorted({*trials.batch.causes()} - {""} - self._told):
+            self._told.add(cause)
+            warnings.warn(f"candidates have failed because {cause}", UserPartWarning, stacklevel=2)
 
     def keep_motion(self, candidates: int) -> bool:
         """Record the motion of all candidates if so many have room for it in one batch, and say whether they have.

@@ -168,10 +168,12 @@ class Batch(Protocol):
         Args:
             k: how many steps.
             excitations: (1 or instances, muscles), muscles as in `Rollout.muscle_names`; beyond 0..1 they count as 0 or
-                1, and what is not a number as 0.
+                1. What is not a number is refused on a CPU; on a GPU, which is not waited for, the instance has
+                diverged, and `causes` names the muscle.
             torques: (1 or instances, torques) N m, as in `Rollout.torque_names`, each along its speed, as of a motor
                 between parent and child; in the place of what the controller asks for. Joints that muscles drive take
-                it as such a wish. An instance for which one is not finite has diverged.
+                it as such a wish. An instance for which one is not finite has diverged, and
+                `causes` names the joint.
 
         Raises:
             RolloutError: no number of steps, another shape, excitations without muscles, or nothing that could be taken
@@ -189,6 +191,12 @@ class Batch(Protocol):
 
     def status(self) -> Integers:
         """Status of every instance, (instances,), see `warpmuscle.Status`."""
+
+    def causes(self) -> tuple[str, ...]:
+        """For every instance, (instances,), what of the scene's own or from outside ended it, in words; else nothing.
+
+        That is a term, force or controller of the user's that gave no number, or excitations or torques that were none.
+        """
 
     def end_time(self) -> Floats:
         """Simulated time that every instance came to, (instances,), s."""

@@ -230,6 +230,9 @@ class MultiDeviceRollout(Batch):
     def status(self) -> Integers:
         return np.concatenate(self._each(lambda rollout, _: rollout.status()))
 
+    def causes(self) -> tuple[str, ...]:
+        return tuple(cause for causes in self._each(lambda rollout, _: rollout.causes()) for cause in causes)
+
     def end_time(self) -> Floats:
         return np.concatenate(self._each(lambda rollout, _: rollout.end_time()))
 

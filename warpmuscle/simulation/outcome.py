@@ -9,6 +9,7 @@ import numpy as np
 from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.status import Status
 from warpmuscle.kernels import structs
+from warpmuscle.model.causes import cause_words
 from warpmuscle.model.objective import term_values, weighted
 from warpmuscle.model.structure import Structure
 from warpmuscle.scene import Scene
@@ -29,6 +30,10 @@ class Outcome:
     def status(self) -> Integers:
         """Status of every instance, (n,)."""
         return np.asarray(self.state.status.numpy())
+
+    def causes(self) -> tuple[str, ...]:
+        """For every instance the part of the scene's own that ended it, (n,); see `Batch.causes`."""
+        return cause_words(self.state.cause.numpy(), self.scene, self.structure)
 
     def end_time(self) -> Floats:
         """Simulated time that every instance came to, (n,), s."""

@@ -389,6 +389,9 @@ class Rollout(Batch):
     def status(self) -> Integers:
         return self._outcome.status()
 
+    def causes(self) -> tuple[str, ...]:
+        return self._outcome.causes()
+
     def end_time(self) -> Floats:
         return self._outcome.end_time()
 

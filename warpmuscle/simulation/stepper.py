@@ -72,5 +72,5 @@ def excited(config: KernelConfig) -> KernelConfig:
 
 def moved(config: KernelConfig, effort: Any) -> KernelConfig:
     """The configuration of a kernel with a Warp function for the efforts of joints, see `control.CustomController`."""
-    controller = config.controller
-    return config._replace(controller=controller._replace(custom=controller.custom._replace(effort=effort)))
+    custom = config.controller.custom._replace(effort=effort, shipped=True)
+    return config._replace(controller=config.controller._replace(custom=custom))
