@@ -1,5 +1,7 @@
 """Warp functions and kernels, on plain values and on the structures of `structs`.
 
+Names that programs of others may rely on stand in `stable.py`.
+
 May import: nothing.
 To add: an equation as a function in the module of its topic; what a step does with it to a stage, and that to `step`.
 """

@@ -5,6 +5,7 @@ MkDocs calls this as a hook (see mkdocs.yml). `python tools/reference_pages.py F
 
 from __future__ import annotations
 
+import importlib
 import inspect
 import json
 import re
@@ -16,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 import msgspec
+import warp as wp
 from typer.main import get_command
 
 import warpmuscle as wm
@@ -23,6 +25,7 @@ from warpmuscle.cli import app
 from warpmuscle.core.limits import GREATEST_NUMBER, LEAST_NUMBER, LIMITS
 from warpmuscle.formats.schema import notes, scene_schema, unit_of
 from warpmuscle.kernels.objective_terms import TERMS
+from warpmuscle.kernels.stable import FIELDS, STABLE
 from warpmuscle.results.recording import QUANTITIES
 from warpmuscle.scene import Scene
 from warpmuscle.scene.number import Free, Number, Vector
@@ -274,6 +277,35 @@ def files() -> str:
     return text.replace("@RECORDING@", table(("dataset", "axes", "unit", "what", "when"), rows))
 
 
+def kernels() -> str:
+    """The stable names of `warpmuscle.kernels`, with their arguments."""
+    pages = [
+        "# Kernels", "",
+        "Programs of your own may rely on these names of `warpmuscle.kernels`: they keep their arguments, their order "
+        "and units, and what changes is told in the list of changes. All else there may change with any version. "
+        "[How to use them](../how-to/use-the-kernels.md).", "",
+    ]  # fmt: skip
+    for module, names in STABLE.items():
+        values = vars(importlib.import_module(f"warpmuscle.kernels.{module}"))
+        rows = []
+        for name in names:
+            value = values[name]
+            given, said = "", (inspect.getdoc(getattr(value, "func", None) or value) or "").partition("\n\n")[0]
+            if isinstance(value, wp.Function):
+                given = f"({', '.join(value.input_types)})"
+            elif isinstance(value, wp.Kernel):
+                given = f"({', '.join(argument.label for argument in value.adj.args)})"
+            elif isinstance(value, int):
+                said = f"number {value} of the curves"
+            if name in FIELDS:
+                said += " Fields: " + ", ".join(f"`{field}`" for field in FIELDS[name])
+            elif name.endswith("Ref"):
+                said = f"`{name.removesuffix('Ref')}`, given by reference"
+            rows.append((f"`{name}{given}`", one_paragraph(said)))
+        pages += [f"## {module}", "", table(("name", "meaning"), rows), ""]
+    return "\n".join(pages)
+
+
 PAGES = {
     "reference/command-line.md": command_line,
     "reference/python.md": python,
@@ -281,6 +313,7 @@ PAGES = {
     "reference/objective.md": objective,
     "reference/files.md": files,
     "reference/sizes.md": sizes,
+    "reference/kernels.md": kernels,
     "reference/scene.schema.json": lambda: json.dumps(scene_schema(), indent=1),
 }
 

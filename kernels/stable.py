@@ -1,0 +1,39 @@
+"""Names of `warpmuscle.kernels` that programs of others may rely on: what changes there is told as a change of the API.
+
+All other names of these modules may change with any version. A name here keeps its arguments, their order and units.
+"""
+
+STABLE: dict[str, tuple[str, ...]] = {  # by module
+    "activation": ("activation_rate", "activation_relaxed", "activation_step"),
+    "contact": ("friction_damping", "normal_force"),
+    "control": ("CustomController",),
+    "curve_sets": ("DE_GROOTE", "LEE", "MILLARD", "SARSHARI", "THELEN", "THELEN_EXPLICIT"),
+    "curves": (
+        "active_force_length", "force_velocity", "force_velocity_slope", "passive_force_length", "tendon_force_slope",
+        "tendon_force_strain",
+    ),
+    "forces": ("Force", "Wrench"),
+    "hunt_crossley": ("friction_coefficient", "hertz_force", "smooth_hertz_force"),
+    "metabolics": ("bhargava_power", "bhargava_strict_power", "umberger_power", "wang_power"),
+    "muscle": (
+        "along_tendon", "bounded_fibre_length", "compliant_force", "compliant_step", "equilibrium_speed",
+        "fibre_damping", "fibre_equilibrium", "fibre_force", "pennation_cosine", "rigid_fibre_length",
+        "rigid_fibre_speed", "rigid_force", "tendon_strain",
+    ),
+    "muscles": ("activate", "muscle_force_compliant", "muscle_force_rigid", "settle_fibres"),
+    "stages": ("forward_dynamics", "forward_kinematics", "mass_matrix"),
+    "status": ("Status",),
+    "structs": ("Model", "ModelRef", "Scratch", "ScratchRef", "State", "StateRef"),
+    "term_functions": ("MuscleWork",),
+}  # fmt: skip
+
+FIELDS: dict[str, tuple[str, ...]] = {  # of structures, that functions of others may read
+    "Model": ("body_count", "gravity", "time_step"),
+    "MuscleWork": ("activation", "excitation", "force", "length", "speed"),
+    "Scratch": (
+        "angular_velocity", "center", "orientation", "position", "rotation", "stiffness", "target", "torque",
+        "velocity",
+    ),
+    "State": ("coordinates", "foot_force", "machine_state", "muscles", "phase", "speeds", "stance", "status", "step"),
+    "Wrench": ("force", "moment"),
+}  # fmt: skip

@@ -1,0 +1,114 @@
+"""Stable names of `warpmuscle.kernels` are there, with the arguments that programs of others give them."""
+
+import ast
+import importlib
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+import warp as wp
+
+from warpmuscle.kernels import structs
+from warpmuscle.kernels.forces import Wrench
+from warpmuscle.kernels.stable import FIELDS, STABLE
+from warpmuscle.kernels.term_functions import MuscleWork
+
+ROOT = Path(__file__).parents[2]
+POWER = "activation, excitation, length, speed, force, iso, slow, mass, negative_share"
+STEP = "model, activation, mt_length, length, previous_length, l_opt, l_slack, width, v_max, damping, time_step"
+SPEED = "model, activation, mt_length, start, reach, guess, l_opt, l_slack, width, damping"
+# Typed here, so that a change of arguments is seen: who makes one tells users of it.
+ARGUMENTS = {
+    "activation.activation_rate": "activation, excitation, rise_time, fall_time",
+    "activation.activation_relaxed": "activation, excitation, rate, time_step",
+    "activation.activation_step": "activation, excitation, rate, time_step",
+    "contact.friction_damping": "normal, slip, damping, friction",
+    "contact.normal_force": "depth, speed, stiffness, damping, time_step",
+    "control.CustomController": "effort, excitation, update, parameters, state",
+    "curves.active_force_length": "model, length",
+    "curves.force_velocity": "model, speed, activation",
+    "curves.force_velocity_slope": "model, speed, activation",
+    "curves.passive_force_length": "model, length",
+    "curves.tendon_force_slope": "model, strain",
+    "curves.tendon_force_strain": "model, strain",
+    "forces.Force": "effort, wrench, pair, parameters, state",
+    "hunt_crossley.friction_coefficient": "slip, material",
+    "hunt_crossley.hertz_force": "depth, hertz",
+    "hunt_crossley.smooth_hertz_force": "depth, hertz, smoothing, constant",
+    "metabolics.bhargava_power": POWER,
+    "metabolics.bhargava_strict_power": POWER,
+    "metabolics.umberger_power": f"{POWER}, v_max, l_opt",
+    "metabolics.wang_power": POWER,
+    "muscle.along_tendon": "length, width",
+    "muscle.bounded_fibre_length": "length, l_opt, width",
+    "muscle.compliant_force": "model, mt_length, length, l_slack, width",
+    "muscle.compliant_step": STEP,
+    "muscle.equilibrium_speed": SPEED,
+    "muscle.fibre_damping": "model, activation, length, speed, damping",
+    "muscle.fibre_equilibrium": "model, activation, mt_length, l_opt, l_slack, width",
+    "muscle.fibre_force": "model, activation, length, speed, damping",
+    "muscle.pennation_cosine": "length, width",
+    "muscle.rigid_fibre_length": "mt_length, l_opt, l_slack, width",
+    "muscle.rigid_fibre_speed": "mt_speed, length, width",
+    "muscle.rigid_force": "model, activation, mt_length, mt_speed, l_opt, l_slack, width, v_max, damping",
+    "muscle.tendon_strain": "mt_length, length, l_slack, width",
+    "muscles.activate": "muscles, excitation, step, time_step, state",
+    "muscles.muscle_force_compliant": "muscles, mt_length, time_step, state",
+    "muscles.muscle_force_rigid": "muscles, mt_length, mt_speed, state",
+    "muscles.settle_fibres": "muscles, mt_length, state",
+}
+NUMBERS = {"LEE": 0, "THELEN": 1, "MILLARD": 2, "DE_GROOTE": 3, "THELEN_EXPLICIT": 4, "SARSHARI": 5}
+
+
+def value_of(name: str) -> Any:
+    module, _, last = name.partition(".")
+    return getattr(importlib.import_module(f"warpmuscle.kernels.{module}"), last)
+
+
+def arguments(value: Any) -> str:
+    if isinstance(value, wp.Function):
+        return ", ".join(value.input_types)
+    if isinstance(value, wp.Kernel):
+        return ", ".join(argument.label for argument in value.adj.args)
+    return ", ".join(value._fields)
+
+
+@pytest.mark.parametrize("name", [f"{module}.{name}" for module, names in STABLE.items() for name in names])
+def test_every_stable_name_is_there(name: str) -> None:
+    value = value_of(name)
+    if isinstance(value, wp.Function):
+        assert value.__doc__ or value.func.__doc__, "what it does is said"
+        assert name in ARGUMENTS
+
+
+@pytest.mark.parametrize("name", ARGUMENTS)
+def test_its_arguments_are_as_before(name: str) -> None:
+    module, _, last = name.partition(".")
+    assert last in STABLE[module]
+    found, expected = arguments(value_of(name)), ARGUMENTS[name]
+    assert found == expected or (not isinstance(value_of(name), wp.Function) and found.startswith(expected))
+
+
+def test_curves_keep_their_numbers() -> None:
+    assert {name: value_of(f"curve_sets.{name}") for name in STABLE["curve_sets"]} == NUMBERS
+
+
+def test_structures_have_the_fields_that_functions_of_others_may_read() -> None:
+    kinds = {"MuscleWork": MuscleWork, "Wrench": Wrench}
+    for name, fields in FIELDS.items():
+        assert set(fields) <= set((kinds.get(name) or getattr(structs, name)).vars)
+
+
+def test_whatever_the_manual_and_its_examples_import_is_stable() -> None:
+    files = [*ROOT.glob("docs/**/*.md"), *ROOT.glob("warpmuscle/examples/files/*.py")]
+    found = 0
+    for file in files:
+        for line in re.findall(r"^from warpmuscle\.kernels\S* import .+$", file.read_text(), re.MULTILINE):
+            (statement,) = ast.parse(line).body
+            assert isinstance(statement, ast.ImportFrom)
+            module = (statement.module or "").removeprefix("warpmuscle.kernels").removeprefix(".")
+            for alias in statement.names:
+                assert alias.name in (STABLE[module] if module else STABLE), f"{file}: {line}"
+                found += 1
+    assert found > 10
