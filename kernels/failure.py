@@ -7,9 +7,11 @@ from warpmuscle.kernels.spatial import heading, heading_angle
 from warpmuscle.kernels.structs import (
     CROSSED,
     DIVERGED,
+    FAILED,
     FELL,
     LARGEST,
     RUNNING,
+    STOPPED,
     TOUCHED,
     TURNED,
     ModelRef,
@@ -17,6 +19,8 @@ from warpmuscle.kernels.structs import (
     StateRef,
     at,
 )
+
+CONDITION_MET = 2  # in the flag of a step that otherwise is 1 if it diverged
 
 
 @wp.func
@@ -103,4 +107,37 @@ def step_status(model: ModelRef, work: ScratchRef) -> int:
         return DIVERGED
     if model.fail_on_body_contact == 1 and work.flags[0] == 1:
         return TOUCHED
+    return RUNNING
+
+
+@wp.func
+def progress_status(instance: int, step: int, model: ModelRef, state: StateRef, work: ScratchRef) -> int:
+    """STOPPED where the centre of mass went less far over the ground than it must in the window that ends, else RUNNING.
+
+    Windows follow one another, so that one place an instance is kept. All lanes see the same.
+    """
+    limits = at(model.failure, instance, 0)
+    steps = wp.max(int(limits.no_progress_window / model.time_step + 0.5), 1)
+    if limits.no_progress <= 0.0 or step == 0 or step % steps != 0:
+        return RUNNING
+    gone = work.center[0] - state.passed[instance]
+    if not (gone[0] * gone[0] + gone[2] * gone[2] >= wp.pow(limits.no_progress * limits.no_progress_window, 2.0)):
+        return STOPPED
+    return RUNNING
+
+
+@wp.func
+def remember_place(instance: int, step: int, model: ModelRef, state: StateRef, work: ScratchRef):
+    """Keep where a window of `progress_status` begins. One lane calls it, a barrier after that."""
+    limits = at(model.failure, instance, 0)
+    steps = wp.max(int(limits.no_progress_window / model.time_step + 0.5), 1)
+    if step % steps == 0:
+        state.passed[instance] = work.center[0]
+
+
+@wp.func
+def condition_status(work: ScratchRef) -> int:
+    """FAILED if a condition of the scene's own was met in a step, and nothing diverged, else RUNNING."""
+    if work.flags[1] == CONDITION_MET:
+        return FAILED
     return RUNNING

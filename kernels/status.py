@@ -20,6 +20,9 @@ class Status(IntEnum):
     CROSSED = 6, "crossed its legs: a foot went beyond the other one to its side by more than its limit"
     COLLIDED = 7, "collided with itself: two bodies penetrated each other by more than their limit"
 
+    FAILED = 8, "failed: it met a condition of the scene's own"
+    STOPPED = 9, "made no progress: it moved more slowly than its limit"
+
     def __new__(cls, number: int, meaning: str = "") -> "Status":
         """A member of this number, with a meaning."""
         member = int.__new__(cls, number)

@@ -10,7 +10,14 @@ from warpmuscle.kernels.compiler_hints import known_rows_of
 from warpmuscle.kernels.control import SIMBICON, Controller, control_stage_of
 from warpmuscle.kernels.coordinate_control import coordinate_control_stage
 from warpmuscle.kernels.extensions import extension_list
-from warpmuscle.kernels.failure import begin_step, posture_status, step_status
+from warpmuscle.kernels.failure import (
+    begin_step,
+    condition_status,
+    posture_status,
+    progress_status,
+    remember_place,
+    step_status,
+)
 from warpmuscle.kernels.forces import Force, body_forces_stage_of, joint_forces_stage_of
 from warpmuscle.kernels.gait_cycle import advance_cycles
 from warpmuscle.kernels.hybrid import hybrid_integrate_stage
@@ -42,7 +49,13 @@ from warpmuscle.kernels.structs import (
     set_component,
     whole,
 )
-from warpmuscle.kernels.term_functions import ObjectiveKind, effort_stage, muscle_functions, objective_stage_of
+from warpmuscle.kernels.term_functions import (
+    ObjectiveKind,
+    effort_stage,
+    failing_stage_of,
+    muscle_functions,
+    objective_stage_of,
+)
 from warpmuscle.kernels.touching import touching_stage_of
 
 OTHERS = "actuation.effort", "muscles.knot_value"  # which others give with any strides
@@ -138,6 +151,7 @@ def one_step_of(
         functions = muscle_functions(objective, muscles.own)
         muscle_stage = muscle_stage_of(muscles, functions, recorded.muscles, controller, together)
     objective_stage = objective_stage_of(objective)
+    failing_stage, conditional = failing_stage_of(tuple(f for _, f in objective.conditions)), bool(objective.conditions)
     collision_stage = collision_stage_of(collisions)
 
     @wp.func(inline=True)  # else structures that are given by reference have to lie in memory
@@ -165,6 +179,12 @@ def one_step_of(
             if wp.static(across):
                 end_lane(instance, lane, status, state)
             return status
+        if wp.static(objective.progress):
+            status = progress_status(instance, step, model, state, work)
+            if status != RUNNING:
+                if wp.static(across):
+                    end_lane(instance, lane, status, state)
+                return status
         status = collision_stage(instance, lane, lanes, step, model, work)
         if status != RUNNING:
             return status
@@ -181,6 +201,12 @@ def one_step_of(
             joint_forces_stage(instance, lane, lanes, model, state, work, extensions.rest)
         lap(instance, lane, MUSCLES, wp.uint64(0))
         objective_stage(instance, lane, lanes, model, state, work)
+        if wp.static(objective.progress) and lane == 0:  # all lanes have seen the place before
+            remember_place(instance, step, model, state, work)
+        if wp.static(conditional):
+            synchronize()
+            if lane == 0:
+                failing_stage(instance, model, state, work)
         lap(instance, lane, OBJECTIVE, wp.uint64(0))
         if wp.static(recorded.whole):
             synchronize()  # a term may put other torques into the working set for a while
@@ -208,6 +234,8 @@ def one_step_of(
             integrate_stage(instance, lane, lanes, model, state, work)
         lap(instance, lane, INTEGRATION, wp.uint64(0))
         status = step_status(model, work)
+        if wp.static(conditional) and status == RUNNING:
+            status = condition_status(work)
         if status == RUNNING:
             foot_force_stage(instance, lane, lanes, model, state, work)
         synchronize()

@@ -70,7 +70,7 @@ FOLLOWER, DRIVING_HINGE = 8, 9  # a joint that follows another one's coordinate;
 FIRST_OF_TABLE = 10  # and greater: types that the host's table names
 FIRST_AXIS, SECOND_AXIS = 1, 2  # of a universal joint, prescribed
 LEFT, RIGHT, REVERSE, SAME = 0, 1, 2, 3
-RUNNING, COMPLETED, FELL, TURNED, TOUCHED, DIVERGED, CROSSED, COLLIDED = map(int, Status)
+RUNNING, COMPLETED, FELL, TURNED, TOUCHED, DIVERGED, CROSSED, COLLIDED, FAILED, STOPPED = map(int, Status)
 BY_TORQUE, BY_MUSCLES, MIXED = 0, 1, 2  # what drives a joint
 KEEP, DROP, CLIP = 0, 1, 2  # pushing contributions to a muscle's desired force
 LARGEST = 1.0e30  # what no torque, force, length or term of a simulation exceeds; compared so that NaN does, too
@@ -153,6 +153,8 @@ class FailureLimits:
     heading: float  # rad, largest turn
     max_speed: float  # m/s or rad/s, of joints and root
     leg_crossing: float  # m
+    no_progress: float  # m/s, slowest mean speed; only kernels that have it compiled in read it and the next
+    no_progress_window: float  # s, that it is the mean of
 
 
 @wp.struct
@@ -264,6 +266,7 @@ class State:
     cause: wp.array[int]  # (instances,) part of the user's own that ended it, see `causes.py`; 0: none
     start_height: wp.array[float]  # (instances,) m, of the COM above the ground at step 0
     start_heading: wp.array[float]  # (instances,) rad, of the root at step 0
+    passed: wp.array[wp.vec3]  # (instances,) m, of the COM as the window of `no_progress` began; else no instances
     push: wp.array[wp.vec3]  # (instances,) N, on the root's centre of mass, world
     push_steps: wp.array2d[int]  # (instances, 2) first step of the push, and the step after its last
     torque_integral: wp.array2d[wp.float64]  # (instances, bodies) sum over steps of |feedback torque|, N m

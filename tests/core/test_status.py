@@ -8,8 +8,9 @@ from warpmuscle.scene.units import declared
 
 def test_numbers_stay_as_files_have_them():
     names = ["RUNNING", "COMPLETED", "FELL", "TURNED", "TOUCHED", "DIVERGED", "CROSSED", "COLLIDED"]
+    names += ["FAILED", "STOPPED"]
     assert [status.name for status in sorted(Status)] == names
-    assert [int(status) for status in sorted(Status)] == list(range(8))
+    assert [int(status) for status in sorted(Status)] == list(range(10))
 
 
 def test_every_outcome_has_a_meaning_of_one_line():

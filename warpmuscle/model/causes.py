@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from warpmuscle.core.array_types import Integers
-from warpmuscle.kernels.causes import EFFORT, ENTRY, EXCITATION, FORCE, GIVEN_EXCITATION, GIVEN_TORQUE, TERM
+from warpmuscle.kernels.causes import CONDITION, EFFORT, ENTRY, EXCITATION, FORCE, GIVEN_EXCITATION, GIVEN_TORQUE, TERM
 from warpmuscle.model.structure import Structure
 from warpmuscle.scene import Scene
 
@@ -23,6 +23,8 @@ def _words(number: int, scene: Scene, structure: Structure) -> str:
     muscles = structure.actuation.muscles
     if part == TERM:
         return f"the term {structure.objective.own[kind][0]!r} gave a value {NONE}"
+    if part == CONDITION:
+        return f"the failing condition {structure.objective.conditions[kind][0]!r} is met"
     if part == FORCE:
         name = str(structure.forces[kind].names[entry])
         return f"the force {name!r} ({scene.forces[name].type}) gave a value {NONE}"

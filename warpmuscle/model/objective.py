@@ -13,7 +13,7 @@ from warpmuscle.core.arrays import rows, structs_to_device, to_device
 from warpmuscle.kernels import structs
 from warpmuscle.kernels.objective_terms import TERMS, Term
 from warpmuscle.kernels.term_functions import BODY_TERMS, MUSCLE_TERMS, WHOLE_TERMS, ObjectiveKind
-from warpmuscle.model.user_functions import Kind, custom_terms
+from warpmuscle.model.user_functions import Kind, custom_conditions, custom_terms
 from warpmuscle.scene import Objective, Scene
 from warpmuscle.scene.accounting import basal_rate, negative_share
 from warpmuscle.scene.ground import HELD, LIFTED, LOADED
@@ -26,6 +26,7 @@ from warpmuscle.scene.norms import (
     norm_table,
     running_force,
 )
+from warpmuscle.scene.parameters import greatest
 from warpmuscle.scene.topology import Topology, topology
 
 LEAST_DISTANCE = 1.0  # m, that the cost of transport counts for
@@ -68,6 +69,8 @@ def objective_kind(scene: Scene, has_muscles: bool) -> ObjectiveKind:
         body=summed("body", BODY_TERMS),
         whole=summed("whole", WHOLE_TERMS),
         own=tuple((name, function) for name, (_, function) in own.items()),
+        conditions=tuple(custom_conditions(scene.failure).items()),
+        progress=greatest(scene, scene.failure.no_progress) > 0.0,
     )
 
 

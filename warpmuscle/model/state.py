@@ -38,6 +38,7 @@ def state_struct(
     s.foot_force = zeros(n, 2, dtype=wp.vec3)
     s.start_height = zeros(n)
     s.start_heading = zeros(n)
+    s.passed = zeros(n if objective.progress else 0, dtype=wp.vec3)
     s.push = zeros(n, dtype=wp.vec3)
     s.push_steps = zeros(n, 2, dtype=int)
     s.torque_integral = zeros(n, len(names.bodies), dtype=wp.float64)

@@ -18,7 +18,7 @@ from warpmuscle.core.errors import SceneError
 from warpmuscle.kernels.custom_curves import OwnCurves
 from warpmuscle.kernels.structs import Model, Scratch, State
 from warpmuscle.kernels.term_functions import MuscleWork
-from warpmuscle.scene import MuscleModel, Objective, Scene
+from warpmuscle.scene import Failure, MuscleModel, Objective, Scene
 from warpmuscle.scene.trusted_code import CURVE_FIELDS, check_trusted, folders
 from warpmuscle.scene.validation.checks import near
 
@@ -30,7 +30,7 @@ TERM_ARGUMENTS: dict[Kind, tuple[Any, ...]] = {
     "whole": (wp.int32, Model, State, Scratch),
 }
 FLOATS = "wp.array[float]"  # stands for that type, whose instances differ
-PLAIN = {int: wp.int32, float: wp.float32}
+PLAIN = {int: wp.int32, float: wp.float32, wp.bool: bool}
 Reference = type(wp.ref[Model])
 
 
@@ -54,6 +54,17 @@ def custom_terms(objective: Objective) -> dict[str, tuple[Kind, Any]]:
     return found
 
 
+def custom_conditions(failure: Failure) -> dict[str, Any]:
+    """The failing conditions that a scene names, by name; raises SceneError as `custom_terms`."""
+    found = {}
+    for entry in failure.custom:
+        key = f"failure.custom.{entry}"
+        found[entry] = function_named(entry, key)
+        check_arguments(found[entry], TERM_ARGUMENTS["whole"], key, entry)
+        check_result(found[entry], (bool,), key, entry)
+    return found
+
+
 def custom_curves(model: MuscleModel) -> OwnCurves | None:
     """The curves that a muscle model names; None if it names none. Raises SceneError as `custom_terms`."""
     functions = []
@@ -73,6 +84,7 @@ def check_custom(scene: Scene) -> None:
     """SceneError if a scene names code that is not trusted, or terms or curves that cannot be used."""
     check_trusted(scene)
     custom_terms(scene.objective)
+    custom_conditions(scene.failure)
     custom_curves(scene.muscle_model)
 
 

@@ -27,6 +27,7 @@ _everything = False
 def named_code(scene: Scene) -> dict[str, str]:
     """What a scene names, `module:function` by key."""
     found = {f"objective.custom.{entry}": entry for entry in scene.objective.custom}
+    found |= {f"failure.custom.{entry}": entry for entry in scene.failure.custom}
     curves = {f"muscle_model.{field}": getattr(scene.muscle_model, field) for field in CURVE_FIELDS}
     found |= curves | {"custom_controller": scene.custom_controller}
     found |= {f"forces.{name}.type": force.type for name, force in scene.forces.items() if ":" in force.type}
@@ -39,7 +40,8 @@ def without_code(scene: Scene) -> Scene:
     model = replace(scene.muscle_model, **dict.fromkeys(CURVE_FIELDS, ""))
     objective = replace(scene.objective, custom={})
     forces = {name: force for name, force in scene.forces.items() if ":" not in force.type}
-    without = replace(scene, muscle_model=model, objective=objective, forces=forces)
+    failure = replace(scene.failure, custom=[])
+    without = replace(scene, muscle_model=model, objective=objective, forces=forces, failure=failure)
     return replace(without, custom_controller="", custom_controller_parameters={})
 
 

@@ -19,7 +19,7 @@ from warpmuscle.simulation.perturbations import Perturbations
 KEPT = ("push", "push_steps", "muscles")  # of the state, that no restart changes, or that is a structure
 ZEROED = (
     "torque_integral", "muscle_terms", "body_terms", "whole_terms", "phase", "foot_force", "foot_cycle",
-    "start_height", "start_heading", "step", "status", "cause",
+    "start_height", "start_heading", "passed", "step", "status", "cause",
 )  # fmt: skip
 
 

@@ -59,6 +59,7 @@ def check_failure(checks: Checks, key: str, failure: Failure) -> None:
     limits = declared(Failure, Status)
     numbers = [name for name in limits if name in units_of(Failure)]
     checks.not_negative(key, failure, *(name for name in numbers if limits[name] != Status.DIVERGED))
+    checks.positive(key, failure, "no_progress_window")
     checks.positive(key, failure, *(name for name in numbers if limits[name] == Status.DIVERGED))
 
 
