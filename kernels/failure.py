@@ -112,7 +112,7 @@ def step_status(model: ModelRef, work: ScratchRef) -> int:
 
 @wp.func
 def progress_status(instance: int, step: int, model: ModelRef, state: StateRef, work: ScratchRef) -> int:
-    """STOPPED where the centre of mass went less far over the ground than it must in the window that ends, else RUNNING.
+    """STOPPED if the centre of mass went less far over the ground than it must in the window that ends, else RUNNING.
 
     Windows follow one another, so that one place an instance is kept. All lanes see the same.
     """
