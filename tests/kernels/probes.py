@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 import warp as wp
 
+from warpmuscle.core.arrays import structs_to_device
+
 
 def evaluate(function: wp.Function, *values: Any) -> Any:
     """Results (n, ...) of a Warp function on the CPU in float64, a tuple if it returns several.
@@ -52,3 +54,22 @@ def turn_about(axis: np.ndarray, angle: np.ndarray) -> np.ndarray:
     """Quaternions (n, 4) xyzw of turns by angles (n,) about unit axes (n, 3) or (3,)."""
     half = 0.5 * np.asarray(angle, dtype=float)[..., None]
     return np.concatenate([np.sin(half) * axis, np.cos(half)], axis=-1)
+
+
+def filled(struct: Any, **fields: Any) -> Any:
+    """A Warp structure on the CPU with these fields; the others are zero or empty.
+
+    Args:
+        fields: numbers; arrays; arrays of structures as dictionaries of columns, each of the array's shape.
+    """
+    one = struct()
+    for name, value in fields.items():
+        kind = struct.vars[name].type
+        if not hasattr(kind, "ndim"):
+            setattr(one, name, value)
+        elif isinstance(value, dict):
+            setattr(one, name, structs_to_device(kind.dtype, value, "cpu"))
+        else:
+            given = value if isinstance(value, wp.array) else wp.array(np.asarray(value), dtype=kind.dtype, device="cpu")
+            setattr(one, name, given)
+    return one
