@@ -70,6 +70,8 @@ def filled(struct: Any, **fields: Any) -> Any:
         elif isinstance(value, dict):
             setattr(one, name, structs_to_device(kind.dtype, value, "cpu"))
         else:
-            given = value if isinstance(value, wp.array) else wp.array(np.asarray(value), dtype=kind.dtype, device="cpu")
+            given = (
+                value if isinstance(value, wp.array) else wp.array(np.asarray(value), dtype=kind.dtype, device="cpu")
+            )
             setattr(one, name, given)
     return one

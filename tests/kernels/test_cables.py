@@ -5,7 +5,7 @@ import warp as wp
 from probes import filled
 
 from warpmuscle.kernels import cables
-from warpmuscle.kernels.contraction import RIGID, Contraction, contraction_of
+from warpmuscle.kernels.contraction import RIGID, contraction_of
 from warpmuscle.kernels.curve_sets import LEE, LIGAMENT, PATH_ACTUATOR
 from warpmuscle.kernels.path import PathState
 from warpmuscle.kernels.structs import Model, MuscleRow, Muscles, State
