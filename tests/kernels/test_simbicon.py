@@ -296,3 +296,26 @@ def test_implicit_pd_is_the_explicit_one_of_the_step_ahead():
     inertia = evaluate(simbicon.pd_inertia, kp, kd, strength, scale, h)
     now = scale * strength * (kd + h * kp) * velocity
     np.testing.assert_allclose(now + inertia * acceleration, ahead, rtol=1e-5, atol=1e-4)
+
+
+def test_the_controller_sees_velocities_at_the_middle_of_the_step():
+    """What speeds have gained in the last half step is taken off those that torques damp; feedback is of the step."""
+    scene, count, rng = everything_on(), 40, np.random.default_rng(5)
+    for state in scene.controller.states:
+        state.balance = Balance()
+        for component in (c for trajectory in state.trajectories.values() for c in trajectory.components):
+            component.feedback = None
+    states = upright_states(count, seed=6)
+    stages, given = Stages(scene, count, "cpu"), {"stance": rng.integers(0, 2, count)}
+    given["foot_force"] = rng.uniform(50.0, 400.0, (count, 2, 3))
+    stages.set_state(*(getattr(states, name) for name in States.__dataclass_fields__), **given)
+    plain = stages.controller_torques()[1]
+    now = stages.state.speeds.numpy()
+    gained = rng.normal(0.0, 1.5, now.shape).astype(np.float32)
+    stages.state.speeds.assign(now + gained)
+    different = stages.controller_torques()[1]
+    stages.state.accelerations.assign(gained / (0.5 * stages.numeric.time_step))
+    same = stages.controller_torques()[1]
+    scale = np.abs(plain).max()
+    np.testing.assert_allclose(same, plain, atol=2e-4 * scale)
+    assert np.abs(different - plain).max() > 0.05 * scale
