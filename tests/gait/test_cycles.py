@@ -5,7 +5,17 @@ import pytest
 
 from small_result import walk_result, walk_scene, with_arrays
 from warpmuscle.core.errors import Error
-from warpmuscle.gait.cycles import PERCENT, leg_angles, longest_span, over_strides, spans, steady_strides, strides
+from warpmuscle.gait.cycles import (
+    PERCENT,
+    flexion_signs,
+    leg_angles,
+    longest_span,
+    over_strides,
+    spans,
+    steady_strides,
+    strides,
+)
+from warpmuscle.scene.anatomy import leg_joints
 from warpmuscle.scene.norms import NORMS
 
 
@@ -42,6 +52,26 @@ def test_leg_angles_are_flexion_in_degrees():
     expected = -np.degrees(0.3 * np.sin(2.0 * np.pi * motion.time))
     np.testing.assert_allclose(angles["Hip flexion"]["left"], expected, atol=1e-6)
     np.testing.assert_allclose(angles["Hip flexion"]["right"], -expected, atol=1e-6)
+
+
+def test_only_turns_about_axes_that_are_nearly_across_are_flexion():
+    """0.7 along x is 45.6 degrees away from it."""
+    scene = walk_scene()
+    joints = [name for side in (0, 1) for name in leg_joints(scene, side)]
+    for name in joints:
+        scene.character.joints[name].type = "hinge"
+    slanted = {joints[0]: 0.72, joints[1]: -0.75, joints[2]: 0.65, joints[3]: -0.6, joints[4]: 1.0, joints[5]: -1.0}
+    for name, along in slanted.items():
+        scene.character.joints[name].axes = [(along, 0.0, (1.0 - along**2) ** 0.5)]
+    signs = flexion_signs(scene)
+    assert sorted(signs) == sorted(name for name, along in slanted.items() if abs(along) > 0.7)
+    way = {
+        joints[0]: -1.0,
+        joints[1]: -1.0,
+        joints[4]: 1.0,
+        joints[5]: 1.0,
+    }  # hips bend at negative turns, as ankles do
+    assert signs == way
 
 
 def test_a_motion_of_less_than_a_cycle_says_so():

@@ -63,3 +63,10 @@ def test_a_foot_that_never_leaves_the_ground_or_never_touches_it_is_all_stance_o
 def test_a_scuff_in_the_swing_does_not_end_it():
     scuffed = FORCE + 0.1 * ((PERCENT > 90.0) & (PERCENT < 93.0))
     assert stance_part(scuffed) == stance_part(FORCE)
+
+
+def test_a_valley_without_a_peak_on_one_side_makes_no_humps():
+    falling = np.interp(PERCENT, [0.0, 30.0, 50.0, 65.0, 100.0], [1.2, 0.5, 1.1, 0.0, 0.0])
+    humps = force_humps(falling)
+    assert humps.first.percent == pytest.approx(50.0, abs=2.0)
+    assert (humps.valley, humps.second, humps.depth) == (None, None, 0.0)

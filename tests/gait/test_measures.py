@@ -126,6 +126,14 @@ def test_width_is_that_of_the_placements_however_the_pelvis_turns(width: float, 
     assert gait.step_length == pytest.approx(0.6, abs=1e-6)
 
 
+def test_the_third_landing_is_the_first_that_has_a_line_and_a_width():
+    of_three, of_two = (measure(walk(1.0, 0.2, 0.5, duration), "left", "right", start=0.0) for duration in (1.6, 1.1))
+    assert (of_three.steps, of_two.steps) == (2, 1)
+    assert of_three.step_width == pytest.approx(0.2)
+    assert of_two.step_width is None
+    assert of_two.step_length == pytest.approx(0.5)
+
+
 def test_width_on_the_spot_and_backwards_is_of_the_side_that_the_character_faces():
     for speed in (0.0, -0.8):
         assert measure(walk(speed, 0.15, 0.5, 12.0), "left", "right").step_width == pytest.approx(0.15)

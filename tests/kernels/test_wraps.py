@@ -197,3 +197,18 @@ def test_the_shortest_way_round_a_cylinder_is_not_longer_than_opensims():
     in_plane, shortest = (length_of(one, a, b)[touching] for one in touches)
     assert np.all(shortest <= in_plane + 1e-6)
     assert np.max(in_plane - shortest) > 1e-4
+
+
+def test_ends_on_opposite_sides_of_a_sphere_are_joined_by_the_shortest_way_over_it():
+    """Arc R (pi - acos(R/|a|) - acos(R/|b|)), in whichever plane."""
+    radius, n = 0.03, 400
+    along = np.random.default_rng(4).normal(size=(n, 3))
+    along[:6] = np.concatenate([np.eye(3), -np.eye(3)])
+    along /= np.linalg.norm(along, axis=1, keepdims=True)
+    near, far = np.random.default_rng(5).uniform(0.035, 0.1, (2, n, 1))
+    got = on_device(SphereSurface("b", ZERO, radius), near * along, -far * along, EXACT)
+    expected = radius * (np.pi - np.arccos(radius / near) - np.arccos(radius / far))[:, 0]
+    assert (got["kind"] == BESIDE).all()
+    np.testing.assert_allclose(got["arc"], expected, atol=2e-6)
+    straight = np.sqrt(near**2 - radius**2) + np.sqrt(far**2 - radius**2)
+    np.testing.assert_allclose(length_of(got, near * along, -far * along), expected + straight[:, 0], atol=4e-6)

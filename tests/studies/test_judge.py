@@ -275,3 +275,13 @@ def test_powers_and_the_trunk_are_judged_beside_people():
         bar = names[f"trunk {turn}, range"]
         assert bar.goal == pytest.approx((mean - sd, mean + sd))
         assert bar.must == pytest.approx((mean - 2.0 * sd, mean + 2.0 * sd))
+
+
+def test_a_run_is_judged_by_when_its_feet_leave_the_ground():
+    scene = load("fwalk")
+    scene.objective.gait = "run"
+    judgement = judging.judge(SceneWalker(scene, "cpu", 1), pushes=0)
+    found = {one.bar.name: one for one in judgement.verdicts}
+    assert judgement.running
+    assert found["toe-off"].value == judgement.measures["stance"] > 50.0
+    assert found["toe-off"].reached == "missed"

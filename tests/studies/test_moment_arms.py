@@ -10,7 +10,7 @@ from warpmuscle.scene import JointState, Scene
 from warpmuscle.scene.joints import TYPES
 from warpmuscle.scene.number import Free
 from warpmuscle.simulation.stages import Stages
-from warpmuscle.studies.moment_arms import moment_arms, useless_muscles
+from warpmuscle.studies.moment_arms import moment_arms, muscle_geometry, useless_muscles
 
 STEP = 4e-3  # rad
 
@@ -81,3 +81,32 @@ def test_muscle_through_the_centre_of_a_joint_is_useless():
 
 def test_no_muscle_of_the_biped_is_useless():
     assert useless_muscles(load("walk56")) == []
+
+
+@pytest.mark.parametrize("kind", ["hinge", "universal", "ball"])
+def test_lengths_and_arms_of_poses_are_those_of_virtual_work(kind: str):
+    """Arms are minus the derivatives of lengths by a turn about each degree of freedom, of a ball the child's axes."""
+    scene = arm(kind)
+    scene.character.muscles["aside"] = muscle(("base", (0.06, 0.1, 0.01)), ("tip", (0.04, 0.15, 0.03)))
+    names = Stages(scene, 1, "cpu").names
+    first, end = names.coordinate_start[1], names.coordinate_start[2]
+    poses = np.zeros((5, end))
+    poses[:, 6:first] = 1.0  # the root's orientation
+    if kind == "ball":
+        poses[:, first:end] = multiply(about(np.eye(3)[0], np.linspace(-0.6, 0.7, 5)), about(np.eye(3)[1], 0.3))
+    else:
+        poses[:, first:end] = np.random.default_rng(3).uniform(-0.6, 0.6, (5, end - first))
+    lengths, arms = muscle_geometry(scene, poses)
+    assert lengths.shape == (5, 3)
+    for axis in range(names.speeds - names.speed_start[1]):
+        turned_by = []
+        for step in (STEP, -STEP):
+            moved = poses.copy()
+            if kind == "ball":
+                moved[:, first:end] = multiply(poses[:, first:end], about(np.eye(3)[axis], step))
+            else:
+                moved[:, first + axis] += step
+            turned_by.append(muscle_geometry(scene, moved)[0])
+        expected = -(turned_by[0] - turned_by[1]) / (2.0 * STEP)
+        np.testing.assert_allclose(arms[:, :, names.speed_start[1] + axis], expected, atol=1e-4)
+        assert np.abs(expected).max() > 0.003
