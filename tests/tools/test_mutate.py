@@ -12,6 +12,7 @@ if str(ROOT / "tools") not in sys.path:
     sys.path.append(str(ROOT / "tools"))
 
 from mutations.changes import all_mutations, mutations_of, sample  # noqa: E402
+from mutations.equal import EQUAL  # noqa: E402
 from mutations.tests_of import ordered_tests  # noqa: E402
 from mutations.trial import Trial  # noqa: E402
 
@@ -74,6 +75,28 @@ def test_what_is_the_same_both_ways_is_left_out():
     assert "swapped" not in changed(b"x = wp.max(a, b)")
     assert changed(b"x = wp.clamp(a, a, b)")["swapped"] == {("a, b", "b, a")}
     assert changed(b"if n < 3: n += 1")["comparison"] == {("n < 3", "n > 3"), ("n < 3", "n <= 3")}
+
+
+def test_bounds_of_what_is_a_number_are_left_out_and_bounds_of_the_physics_are_not():
+    source = b"far = wp.abs(x) < wp.static(1.0e30)\nnear = wp.max(x, 1.0e-9)\nTHIN = 1.0e-9\nstiff = 1.0e7 * x\n"
+    assert changed(source)["number"] == {("1.0e7", "12500000.0"), ("1.0e7", "8000000.0")}
+    assert changed(b"late = x < 2.5")["number"] == {("2.5", "3.125"), ("2.5", "2.0")}
+
+
+def test_flags_that_kernels_have_by_default_are_left_out():
+    source = b"def stage_of(implicit: bool = False):\n    return made(implicit, True)\n"
+    found = {path: {m.before for m in mutations_of(path, source)} for path in ("kernels/a.py", "warpmuscle/model/a.py")}
+    assert "False" not in found["kernels/a.py"]
+    assert {"True"} <= found["kernels/a.py"]
+    assert {"False", "True"} <= found["warpmuscle/model/a.py"]
+
+
+@pytest.mark.parametrize(("path", "line"), EQUAL)
+def test_lines_that_change_nothing_are_there_and_not_mutated(path: str, line: str):
+    source = (ROOT / path).read_bytes()
+    numbers = {k for k, text in enumerate(source.decode().splitlines(), 1) if text.strip() == line}
+    assert numbers
+    assert not numbers & {m.line for m in mutations_of(path, source)}
 
 
 def test_every_mutation_of_the_physics_is_a_change_that_python_reads():

@@ -1,7 +1,8 @@
 """Small changes of Python source that should change what is computed: made of the syntax tree, applied to the text.
 
 Left out is what computes nothing (docstrings, messages, annotations, decorators, functions that return text) and what
-can be told to be the same, such as the two sides of a maximum swapped.
+can be told to be the same, such as the two sides of a maximum swapped, bounds of what is a number at all, and flags
+that kernels have by default, since the host gives them all. What no rule can tell stands in `equal.py`.
 """
 
 from __future__ import annotations
@@ -14,6 +15,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
+
+from mutations.equal import EQUAL
 
 PHYSICS = ("kernels", "warpmuscle/model", "warpmuscle/gait", "warpmuscle/studies")
 NO_PHYSICS = (  # how memory is laid out on a GPU, and how functions of users and parameters are put together
@@ -33,6 +36,8 @@ TELLING = {"print", "warn", "join", "format", "append_note", "replace", "strip",
 UNSEEN_KEYWORDS = {"decimals", "digits", "tol", "rtol", "atol", "dtype", "encoding", "stacklevel", "strict", "unroll"}
 UNSEEN_NAMES = re.compile(r"TOLERANCE|EPS|TINY|SMALLEST|LANES|CHUNK|__all__|_logger")
 OF_ONE_TYPE = {"model", "state", "work", "device", "scene", "extensions", "arm", "self", "names"}  # swapped never run
+BOUNDING = {"min", "max", "minimum", "maximum", "clamp", "clip", "fmax"}
+TINIEST, HUGEST = 1e-6, 1e6  # beyond them a bound keeps what is no number, or a division by nothing, away
 ARITHMETIC = {ast.Add: "-", ast.Sub: "+", ast.Mult: "/", ast.Div: "*", ast.FloorDiv: "*", ast.Mod: "*"}
 SIGNS = {
     ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/", ast.FloorDiv: "//", ast.Mod: "%", ast.MatMult: "@",
@@ -119,13 +124,18 @@ class _Text:
         for line in source.splitlines(keepends=True):
             self.lines.append(self.lines[-1] + len(line))
         self.tree = ast.parse(source)
+        self.left_out = {id(node) for node in _bounds(self.tree)}
+        if path.startswith("kernels/"):
+            self.left_out |= {id(node) for node in _flags(self.tree)}
+        self.equal = {line for file, line in EQUAL if file == path}
 
     def mutations(self) -> Iterator[Mutation]:
         for node in _computing(self.tree):
-            for kind, place, after in self._changes(node):
+            for kind, place, after in self._changes(node) if id(node) not in self.left_out else ():
                 start, end = self._span(place)
                 before = self.source[start:end].decode()
-                if before != after:
+                line = self.source[self.lines[place.lineno - 1] : self.lines[place.lineno]].decode().strip()
+                if before != after and line not in self.equal:
                     yield Mutation(self.path, place.lineno, kind, before, after, start, end, self.digest)
 
     def _span(self, node: Any) -> tuple[int, int]:
@@ -238,6 +248,42 @@ def _computing(node: ast.AST) -> Iterator[ast.AST]:
         for child in value if isinstance(value, list) else [value]:
             if isinstance(child, ast.AST):
                 yield from _computing(child)
+
+
+def _bounds(tree: ast.AST) -> Iterator[ast.Constant]:
+    """Tiny and huge numbers that something is compared with or bounded by, and names of tiny ones."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Compare):
+            operands = [node.left, *node.comparators]
+        elif isinstance(node, ast.Call) and _called(node) in BOUNDING:
+            operands = node.args
+        elif isinstance(node, ast.Assign):
+            operands = [node.value] if _size(node.value) <= TINIEST else []
+        else:
+            continue
+        for operand in operands:
+            if not TINIEST < _size(operand) < HUGEST:
+                yield from (one for one in ast.walk(operand) if isinstance(one, ast.Constant))
+
+
+def _size(node: ast.expr) -> float:
+    """Magnitude of a number other than 0, also within a type or `wp.static`; 1 of anything else."""
+    if isinstance(node, ast.Call) and _called(node) in {"static", "float32", "float64", "constant"} and node.args:
+        return _size(node.args[0])
+    if isinstance(node, ast.UnaryOp):
+        return _size(node.operand)
+    return abs(node.value) if isinstance(node, ast.Constant) and isinstance(node.value, float) and node.value else 1.0
+
+
+def _flags(tree: ast.AST) -> Iterator[ast.Constant]:
+    """Truth values that parameters, and what is compiled in, have by default."""
+    for node in ast.walk(tree):
+        values: list[ast.expr | None] = []
+        if isinstance(node, ast.FunctionDef):
+            values = [*node.args.defaults, *node.args.kw_defaults]
+        elif isinstance(node, ast.ClassDef):
+            values = [line.value for line in node.body if isinstance(line, ast.AnnAssign)]
+        yield from (one for one in values if isinstance(one, ast.Constant) and isinstance(one.value, bool))
 
 
 def _numbers(node: ast.Constant) -> Iterator[tuple[str, Any, str]]:
