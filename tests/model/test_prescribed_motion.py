@@ -4,13 +4,14 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from warpmuscle.core.errors import SceneError
+from warpmuscle.core.errors import RolloutError, SceneError
 from warpmuscle.core.pose import conjugate, from_rotation_vector, multiply
 from warpmuscle.formats.toml import dumps, loads
 from warpmuscle.model.build import motion_of
-from warpmuscle.model.prescribed_motion import moved, speed_numbers
+from warpmuscle.model.prescribed_motion import Curves, given_curves, kinematic, moved, speed_numbers
 from warpmuscle.scene import Actuation, Body, Character, Failure, Ground, Joint, Motion, Scene
 from warpmuscle.scene.number import Free
+from warpmuscle.scene.topology import topology
 from warpmuscle.scene.validation.scene import check_scene
 from warpmuscle.simulation.rollout import Rollout
 from warpmuscle.simulation.stages import Stages
@@ -238,3 +239,56 @@ def test_a_ball_joint_is_kinematic_as_a_whole():
     scene = chain(("ball", ["kinematic", "none", "none"]), motion={})
     with pytest.raises(SceneError, match="as a whole"):
         check_scene(scene)
+
+
+def given(time: object, values: object, of: object = None, instances: int = 2, end: float = 0.2) -> Curves:
+    """Curves of a hinge and a ball joint through given knots."""
+    scene = chain(("hinge", "kinematic"), ("ball", "kinematic"))
+    names = topology(scene.character)
+    moving = kinematic(scene, names, {"joint0": ["kinematic"], "joint1": ["kinematic"] * 3})
+    assert len(moving.names) == 5
+    return given_curves(moving, time, values, of, instances, end)
+
+
+def knots(motions: int) -> np.ndarray:
+    """Values (motions, 5, 3) of an angle and a quaternion."""
+    values = np.random.default_rng(1).normal(size=(motions, 5, 3))
+    values[:, 1:] /= np.linalg.norm(values[:, 1:], axis=1, keepdims=True)
+    return values
+
+
+def test_given_motions_go_through_their_knots_and_instances_follow_the_one_they_name():
+    time, values = [0.0, 0.1, 0.2], knots(3)
+    curves = given(time, values, of=[2, 0])
+    np.testing.assert_array_equal(curves.row, [2, 0])
+    assert given(time, knots(1)).row is None
+    assert given(time, knots(2)).row is None
+    for k, moment in enumerate(time):
+        piece = np.searchsorted(curves.start, moment, side="right") - 1
+        powers = (moment - curves.start[piece]) ** np.arange(6)
+        np.testing.assert_allclose(curves.coefficients[:, piece, 0] @ powers, values[:, 0, k], atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"time": [0.0, 0.1]}, r"takes times \(K,\) and values \(1 or 2, 5, K\)"),
+        ({"time": []}, r"takes times \(K,\)"),
+        ({"values": knots(3)}, r"takes times \(K,\) and values \(1 or 2, 5, K\)"),
+        ({"time": [0.0, np.nan, 0.2]}, "a number of the motion is not finite"),
+        ({"values": np.full((1, 5, 3), np.inf)}, "a number of the motion is not finite"),
+        ({"time": [0.0, 0.0, 0.2]}, "times of the motion must increase"),
+        ({"time": [0.0, 0.1, 0.15]}, r"the motion reaches from 0 to 0\.15 s, the simulation from 0 to 0\.2 s"),
+        ({"time": [0.01, 0.1, 0.2]}, r"the motion reaches from 0\.01 to 0\.2 s"),
+        ({"values": np.zeros((1, 5, 3))}, "a quaternion of 'joint1' in the motion has no length"),
+        ({"of": [0]}, "`of` takes the number of a motion, 0 to 0, for each of 2 instances"),
+        ({"of": [0, 1]}, "`of` takes the number of a motion"),
+        ({"of": [0, -1]}, "`of` takes the number of a motion"),
+        ({"of": [0, 0.5]}, "`of` takes the number of a motion"),
+    ],
+)
+def test_given_motions_that_cannot_be_followed_are_refused(change: dict, message: str):
+    plain = {"time": [0.0, 0.1, 0.2], "values": knots(1)}
+    assert given(**plain)
+    with pytest.raises(RolloutError, match=message):
+        given(**(plain | change))
