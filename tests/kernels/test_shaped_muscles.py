@@ -253,3 +253,31 @@ def test_typed_forces_of_opensim_with_rigid_tendons(name: str) -> None:
     own, states = RIGID[name]
     table = np.array(states)
     np.testing.assert_allclose(ours(pull, [own], table[:, None, :3])[:, 0, 0], table[:, 3] / own.f_max, atol=1e-4)
+
+
+bounded, active_and_passive = with_curves(muscle.bounded_passive, ALL), with_curves(muscle.fibre_force, ALL)
+
+
+@wp.kernel(enable_backward=False)
+def stretched(curves: ShapedCurves, length: wp.array[float], speed: wp.array[float], force: wp.array2d[float]):
+    i = wp.tid()
+    force[i, 0] = bounded(curves, length[i])
+    force[i, 1] = active_and_passive(curves, 1.0, 1.0, speed[i], 0.0)
+
+
+def test_passive_forces_end_at_a_thousand_and_speeds_at_ten() -> None:
+    """Thelen's exponential of 5 (l - 1)/0.6 passes 1000 at l = 1 + 0.12 ln(1 + 1000 (e^5 - 1)) = 2.43."""
+    curves = ShapedCurves()
+    curves.row.curves, curves.row.passive_rate, curves.row.passive_floor = THELEN, 5.0 / 0.6, 1.0
+    curves.row.passive_scale, curves.row.active_width = 1.0 / np.expm1(5.0), 0.45
+    curves.row.velocity_shape, curves.row.lengthening_force, curves.row.straight_speed = 0.25, 1.4, 0.1
+    curves.table = wp.zeros(1, dtype=wp.vec2, device="cpu")
+    length, speed = np.array([2.0, 2.35, 2.5, 9.0]), np.array([0.5, 9.0, 10.0, 14.0])
+    force = wp.zeros((4, 2), device="cpu")
+    given = [wp.array(values.astype(np.float32), device="cpu") for values in (length, speed)]
+    wp.launch(stretched, 4, [curves, *given, force], device="cpu")
+    expected = np.minimum(np.expm1(5.0 * (length - 1.0) / 0.6) / np.expm1(5.0), 1000.0)
+    np.testing.assert_allclose(force.numpy()[:, 0], expected, rtol=1e-4)
+    assert (expected[2:] == 1000.0).all()
+    at_speed = force.numpy()[:, 1]
+    assert at_speed[0] < at_speed[1] < at_speed[2] == at_speed[3]
