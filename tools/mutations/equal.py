@@ -7,4 +7,6 @@ EQUAL: dict[tuple[str, str], str] = {
         "first bound of an iteration's step: another way to the same root",
     ("kernels/wrap_torus.py", "reach = wp.min(reach, size)"):
         "first bound of an iteration's step: another way to the same root",
+    ("warpmuscle/model/objective.py", "return weight if isinstance(weight, float | int | np.ndarray) else 1.0"):
+        "of a free weight only counts that it is not 0",
 }  # fmt: skip
