@@ -132,9 +132,9 @@ class Recording:
     muscle_force: Floats = of_muscles(
         "N", FORCE, "tension of the muscle, which accelerates the joints at this time", f"{START}, {BESIDE}"
     )
-    coordinate: Floats = _quantity(
-        "rad or m", ("frame", "coordinate"), "coordinates of root and joints, quaternions of balls among them",
-        lambda raw: raw["coordinates"],
+    coordinate: Floats = quantity(
+        "rad or m", ("frame", "coordinate"), "coordinates of root and joints, quaternions of balls among them; "
+        "each has its unit in coordinate_units", lambda raw: raw["coordinates"],
     )  # fmt: skip
     speed: Floats = quantity(
         "rad/s or m/s", ("frame", "speed"), "rates of the coordinates; of a root along and about the world, of a ball "
