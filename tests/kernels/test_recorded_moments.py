@@ -26,8 +26,7 @@ ASIDE = (-1.0, -0.5, 0.0, 0.5, 1.0)  # steps
 BESIDE = "by the activation recorded beside it"
 LENGTH = f"start of the step; with a compliant tendon: {BESIDE}"
 SPEED = (
-    "middle of the step before, by moment arms of the start; "
-    f"with a compliant tendon: over the step before, {BESIDE}"
+    f"middle of the step before, by moment arms of the start; with a compliant tendon: over the step before, {BESIDE}"
 )
 
 

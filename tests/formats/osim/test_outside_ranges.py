@@ -186,7 +186,8 @@ def test_a_constant_coupler_holds_the_dependent_coordinate(tmp_path: Path, funct
     notes: list[Ignored] = []
     file = small.written(tmp_path, slid(function, "<scale_factor>2</scale_factor>"))
     scene = load(file, ignored=notes)
-    assert scene.opensim.locked == {} and scene.opensim.couplers["s"].value == 0.06
+    assert scene.opensim.locked == {}
+    assert scene.opensim.couplers["s"].value == 0.06
     assert sum("OpenSim 4.6 takes a Constant there otherwise, and holds q instead" in one.reason for one in notes) == 1
     np.testing.assert_allclose(lengths_here(file), slid_lengths(np.full(len(ANGLES), 0.06)), atol=2e-6)
 
