@@ -98,8 +98,18 @@ def cases(folder: Path) -> dict[str, Case]:
                 "threads": 1, "command": "", "progress": None, "batches": stopped, "trust": False,
             },
         ),
-        "read": Case(wm.read, {"path": folder / "result.h5", "run": None}),
-        "write": Case(wm.write, {"path": folder / "written.h5", "result": p.result}),
+        "read": Case(wm.read, {"path": folder / "result.h5", "run": None, "replay": 0}),
+        "read_motions": Case(
+            wm.read_motions,
+            {"path": folder / "result.h5", "quantities": ["time"], "instances": slice(0, 1), "run": None},
+        ),
+        "append_motions": Case(
+            wm.append_motions, {"path": folder / "result.h5", "recordings": [p.motion], "names": ()}
+        ),
+        "write": Case(
+            wm.write,
+            {"path": folder / "written.h5", "result": p.result, "quantities": ["time"], "single": False},
+        ),
         "load": Case(
             wm.load,
             {"source": "fwalk", "ignored": None, "keyword_rule": False, "trust": False, "ball_joints": False}
@@ -209,7 +219,7 @@ def test_every_public_function_and_argument_is_in_the_table(tmp_path: Path):
     table = cases(tmp_path)
     for name in wm.__all__:
         value = getattr(wm, name)
-        made = name in ("Recording", "Result", "Scene", "Status")  # by the package itself, or by msgspec
+        made = name in ("Motions", "Recording", "Result", "Scene", "Status")  # by the package itself, or by msgspec
         if callable(value) and not (made or (inspect.isclass(value) and issubclass(value, wm.Error))):
             wanted = {k for k, v in inspect.signature(value).parameters.items() if v.kind is not v.VAR_POSITIONAL}
             assert wanted <= set(table[name].good), name

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import h5py
 
-from warpmuscle.core.arguments import as_kind, as_path, as_text, as_texts
+from warpmuscle.core.arguments import as_kind, as_path, as_text, as_texts, in_words
 from warpmuscle.core.errors import ArgumentError, ResultError, SceneError
 from warpmuscle.core.files import replace_file
 from warpmuscle.results.checks import check_recording
@@ -74,6 +74,10 @@ def append_motions(path: str | Path, recordings: Sequence[Recording], names: Seq
         ArgumentError: the motions are of another body, or were recorded at other times.
     """
     file = as_path(path, "path", error=ResultError)
+    if not (isinstance(recordings, list | tuple) and recordings) or not all(
+        isinstance(one, Recording) for one in recordings
+    ):
+        raise ArgumentError(f"recordings must be a list of one or more recordings, not {in_words(recordings)}")
     added = Motions.of(recordings, as_texts(names, "names"))
     for number, recording in enumerate(recordings):
         try:

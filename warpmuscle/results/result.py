@@ -90,7 +90,8 @@ def write(path: str | Path, result: Result, *, quantities: Sequence[str] | None 
     """
     path = as_path(path, "path", error=ResultError)
     as_kind(Result, result, "result", error=ResultError)
-    if quantities is not None or as_truth(single, "single"):
+    single = as_truth(single, "single")
+    if quantities is not None or single:
         result = with_less(result, quantities, single)
     try:
         replace_file(path, _image(result))
