@@ -158,8 +158,8 @@ def test_falls_are_misses_and_what_cannot_be_asked_for_is_not_measured():
     ]  # fmt: skip
     found = judging._over_conditions(walks, load("fwalk"))
     assert found[ECONOMICAL] == (None, "0.8 m/s has no whole gait cycle, 1.2 m/s 3.10", True, True)
-    assert found[LOADED] == (None, "18 % falls", True)
-    assert found[UPHILL] == (None, "takes no such slope", False)
+    assert found[LOADED] == (None, "18 % falls", True, True)
+    assert found[UPHILL] == (None, "takes no such slope", False, True)
     assert Verdict(WALK[-1], *found[LOADED]).reached == "missed"
     assert Verdict(WALK[-1], *found[UPHILL]).reached == "not measured"
 
