@@ -233,9 +233,7 @@ class Failure(Part):
     leg_crossing: Annotated[Number, "m", Status.CROSSED] = 0.0  # how far a foot may go beyond the other one to its side
     self_collision: Annotated[Number, "m", Status.COLLIDED] = 0.0  # how deep two bodies may penetrate each other
     self_collision_pairs: list[tuple[str, str]] = []  # bodies that are tested; if empty, all that may not touch
-    no_progress: Annotated[Number, "m/s", Status.STOPPED] = (
-        0.0  # slowest mean speed of the centre of mass over the ground
-    )
+    no_progress: Annotated[Number, "m/s", Status.STOPPED] = 0.0  # slowest mean speed over the ground
     no_progress_window: Annotated[float, "s", Status.STOPPED] = 2.0  # that it is the mean of, one window after another
     custom: Annotated[list[str], Status.FAILED] = []  # `module:function` each, conditions of the scene's own
     max_speed: Annotated[Number, "m/s or rad/s", Status.DIVERGED] = 1000.0  # of joints and root
