@@ -81,6 +81,26 @@ def test_motions_of_one_body_are_arrays_and_are_read_back(file: Path, several):
     assert read(file).replay_names == ()
 
 
+@pytest.mark.parametrize("count", [1, 2])
+def test_motions_of_a_body_without_joints_are_read_back(count: int, tmp_path: Path):
+    def falling(frames: int) -> Recording:
+        sizes = dict.fromkeys(NAMED, 0) | {"body": 1, "frame": frames}
+        arrays = {
+            name: np.ones([sizes.get(axis, len(axis.split())) for axis in about.axes])
+            for name, about in QUANTITIES.items()
+        }
+        return Recording.of(arrays | {"time": np.arange(frames) * 0.01}, (), ("ball",))
+
+    motions = tuple(falling(frames) for frames in (5, 3)[:count])
+    write(tmp_path / "ball.h5", result_of(motions))
+    for before, after in zip(motions, read(tmp_path / "ball.h5").replays, strict=True):
+        assert after.body_names == ("ball",)
+        for name in QUANTITIES:
+            assert after[name].shape == before[name].shape, name
+            assert np.array_equal(after[name], before[name]), name
+        assert after.window(0.0, 0.015).frames == 2
+
+
 def test_names_of_motions_are_kept(several, tmp_path: Path):
     write(tmp_path / "a.h5", result_of(several, ("a", "b", "ü", "d")))
     assert read(tmp_path / "a.h5").replay_names == ("a", "b", "ü", "d")

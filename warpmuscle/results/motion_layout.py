@@ -18,7 +18,7 @@ from warpmuscle.core.errors import ArgumentError, ResultError
 from warpmuscle.core.hdf5_writing import store
 from warpmuscle.core.limits import check_size
 from warpmuscle.results.motions import INSTANCE, TEXTS, Motions, absent, difference
-from warpmuscle.results.recording import INTEGER_QUANTITIES, NAMED, QUANTITIES, UNITS, Recording, dimension
+from warpmuscle.results.recording import INTEGER_QUANTITIES, NAMED, QUANTITIES, UNITS, Recording, dimension, has_place
 
 ABOUT = {
     "joint_names": "joints, breadth first from the root",
@@ -183,12 +183,12 @@ def _put_arrays(group: Any, motions: Motions) -> None:
 
 
 def _put_recording(group: Any, recording: Recording) -> None:
-    _put_texts(group, {name: getattr(recording, name) for name in TEXTS})
-    gone, axes = recording.missing, {}
+    texts, gone, axes = {name: getattr(recording, name) for name in TEXTS}, recording.missing, {}
+    _put_texts(group, texts)
     for name, about in QUANTITIES.items():
-        array = recording[name]
-        if name in gone or any(axis in NAMED and not getattr(recording, NAMED[axis]) for axis in about.axes[-1:]):
+        if name in gone or not has_place(name, texts):
             continue
+        array = recording[name]
         array = array.astype(np.int32, copy=False) if name in INTEGER_QUANTITIES else array
         store(group, name, array, about.units, ", ".join(about.axes), description=about.description, at=about.at)
         axes[name] = about.axes
@@ -210,8 +210,9 @@ def _kept(group: Any) -> list[str] | None:
 def _check_complete(group: Any, present: Iterable[str], kept: Sequence[str] | None) -> None:
     """Raise ValueError if a quantity that was written is not there."""
     have, optional = set(present), OPTIONAL if kept is None else ()
+    texts = {name: _texts(group, name) for name in TEXTS}
     for name in QUANTITIES if kept is None else kept:
-        if name not in (*have, "time") and name not in optional and _has_place(group, name):
+        if name not in (*have, "time") and name not in optional and has_place(name, texts):
             raise ValueError(f"{group.name}/{name} is missing")
 
 
@@ -237,11 +238,6 @@ def _put_scales(group: Any, axes: dict[str, tuple[str, ...]]) -> None:
 
 def _texts(group: Any, name: str) -> tuple[str, ...]:
     return hdf5.strings(group[name]) if name in group else ()
-
-
-def _has_place(group: Any, name: str) -> bool:
-    """Whether motions of these names have any numbers of a quantity."""
-    return all(NAMED[axis] in group for axis in QUANTITIES[name].axes if axis in NAMED)
 
 
 def _chunk(array: NDArray[Any]) -> tuple[int, ...]:

@@ -26,6 +26,7 @@ from warpmuscle.results.recording import (
     Recording,
     attributes_of,
     dimension,
+    has_place,
 )
 
 if TYPE_CHECKING:
@@ -95,8 +96,8 @@ class Motions:
         texts = {name: getattr(longest, name) for name in TEXTS}
         arrays = {}
         for name in chosen:
-            if name != "time" and all(texts[NAMED[axis]] for axis in QUANTITIES[name].axes if axis in NAMED):
-                arrays[name] = _beside_each_other([one[name] for one in recordings], longest[name])
+            if name != "time" and has_place(name, texts):
+                arrays[name] = _beside_each_other(name, [one[name] for one in recordings])
         return cls(longest.time, np.array([one.frames for one in recordings]), tuple(names), arrays, texts)
 
     def recording(self, instance: int) -> Recording:
@@ -107,12 +108,7 @@ class Motions:
         count = int(self.frames[number])
         arrays = {name: array[number, :count] for name, array in self.arrays.items()}
         texts = [self.texts[name] for name in TEXTS]
-        kept = [name for name in QUANTITIES if name in arrays or not self._has_place(name)]
-        return Recording.of({"time": self.time[:count], **arrays}, *texts, kept=kept)
-
-    def _has_place(self, name: str) -> bool:
-        """Whether motions of these names have any numbers of a quantity."""
-        return all(self.texts[NAMED[axis]] for axis in QUANTITIES[name].axes if axis in NAMED)
+        return Recording.of({"time": self.time[:count], **arrays}, *texts, kept=tuple(arrays))
 
     def to_xarray(self) -> xarray.Dataset:
         """All quantities as an `xarray.Dataset` over `instance`, `time`, `muscle_names` and so on.
@@ -135,7 +131,7 @@ class Motions:
     @property
     def missing(self) -> tuple[str, ...]:
         """Names of the quantities that are not here, of those that motions of this body have."""
-        return tuple(n for n in QUANTITIES if n not in self.arrays and n != "time" and self._has_place(n))
+        return tuple(n for n in QUANTITIES if n not in self.arrays and n != "time" and has_place(n, self.texts))
 
     def axes(self) -> list[str]:
         """Axes of the quantities behind instance and frame, each once."""
@@ -163,10 +159,10 @@ def absent(name: str) -> float:
     return -1 if name in INTEGER_QUANTITIES else np.nan
 
 
-def _beside_each_other(parts: Sequence[NDArray[Any]], longest: NDArray[Any]) -> NDArray[Any]:
-    """Arrays (F', ...) as one (n, F, ...), with what stands for nothing behind their ends."""
-    whole = longest.dtype.kind in "iu"
-    found = np.full((len(parts), *longest.shape), -1 if whole else np.nan, np.result_type(*parts))
+def _beside_each_other(name: str, parts: Sequence[NDArray[Any]]) -> NDArray[Any]:
+    """Arrays (F', ...) of a quantity as one (n, F, ...), with what stands for nothing behind their ends."""
+    longest = max(parts, key=len)
+    found = np.full((len(parts), *longest.shape), absent(name), np.result_type(*parts))
     for row, part in zip(found, parts, strict=True):
         row[: len(part)] = part
     return found

@@ -197,26 +197,19 @@ class Recording:
             kept: names of the quantities that the arrays hold; others are missing. By default they hold all.
         """
         present: dict[str, Any] = {**arrays}
+        every = (joint_names, body_names, muscle_names, coordinate_names, speed_names, joint_angle_names)
+        texts: dict[str, Any] = dict(zip(NAMED.values(), every, strict=True))
+        for name in QUANTITIES:
+            if not has_place(name, texts):
+                present.setdefault(name, _empty(name, texts, len(arrays.get("time", ()))))
+            elif kept is not None and name not in (*kept, "time"):
+                present.setdefault(name, _empty(name, texts, 0))
         if kept is None:
             present.setdefault("joint_torque_desired", arrays.get("joint_torque"))
-        else:
-            every = (joint_names, body_names, muscle_names, coordinate_names, speed_names, joint_angle_names)
-            counts = dict(zip(COUNTED, map(len, every), strict=True))
-            gone = {name: _no_frames(name, counts) for name in QUANTITIES if name not in (*kept, "time")}
-            present = {**gone, **present}
-        nothing = np.zeros((len(arrays.get("time", ())), 0))
-        optional = {"coordinate": coordinate_names, "speed": speed_names, "joint_angle": joint_angle_names}
-        for axis, names in {"muscle": muscle_names, **optional}.items():
-            if not names:
-                present = {**dict.fromkeys(quantities_of(axis), nothing), **present}
         if missing := [name for name in QUANTITIES if present.get(name) is None]:
             raise ArgumentError(f"arrays of a recording lack {', '.join(missing)}")
         given = {name: present[name] for name in QUANTITIES}
-        named: dict[str, Any] = {NAMED[axis]: names for axis, names in optional.items()}
-        return cls(
-            joint_names, body_names, muscle_names, **given, **named, coordinate_units=coordinate_units,
-            speed_units=speed_units,
-        )  # fmt: skip
+        return cls(**given, **texts, coordinate_units=coordinate_units, speed_units=speed_units)
 
     @classmethod
     def from_frames(
@@ -345,9 +338,15 @@ def attributes_of(name: str) -> dict[str, str]:
     return {"units": about.units, "description": about.description, "at": about.at}
 
 
-def _no_frames(name: str, counts: Mapping[str, int]) -> NDArray[Any]:
-    """The array of a quantity over no frames, with so many joints and so on along its other axes."""
-    shape = (0, *(counts.get(axis, len(axis.split())) for axis in QUANTITIES[name].axes[1:]))
+def has_place(name: str, texts: Mapping[str, Sequence[str]]) -> bool:
+    """Whether motions with these names along their axes, by name of the field, have any numbers of a quantity."""
+    return all(texts[NAMED[axis]] for axis in QUANTITIES[name].axes if axis in NAMED)
+
+
+def _empty(name: str, texts: Mapping[str, Sequence[str]], frames: int) -> NDArray[Any]:
+    """The array of a quantity over no frames, or over some where it has no place."""
+    sizes = (len(texts[NAMED[axis]] if axis in NAMED else axis.split()) for axis in QUANTITIES[name].axes[1:])
+    shape = (frames, *sizes)
     return np.zeros(shape, np.int32 if name in INTEGER_QUANTITIES else np.float64)
 
 
