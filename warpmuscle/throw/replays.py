@@ -5,7 +5,7 @@ And what new throws were to do and did, a row a throw.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -30,6 +30,36 @@ GOALS = {
     "duration": "time from the release to the height of the target",
 }
 GOAL_UNITS = {"distance": "m", "height": "m", "speed": "m/s", "angle": "rad", "duration": "s"}
+Column = tuple[str, str, Callable[[Throw], Any]]  # unit, description, and the value of a throw
+OF_THROWS: dict[str, Column] = {
+    "met": ("", "whether the throw does what its goal asks for", lambda made: made.met),
+    "release_time": (
+        "s", "when the ball leaves the hand, from the begin of the motion", lambda made: made.release,
+    ),
+    "release_speed": ("m/s", "speed of the ball as it leaves the hand", lambda made: float(made.flight.speed[0])),
+    "release_angle": (
+        "rad", "angle of its velocity above the horizontal", lambda made: float(made.flight.angle[0]),
+    ),
+    "flight_time": (
+        "s", "from the release to the landing, not a number if there is none",
+        lambda made: float(made.flight.duration[0]),
+    ),
+    "ground": ("m", "height of the ground in the scene", lambda made: made.ground),
+    "clearance": ("m", "of the hand above the shoulder at the release", lambda made: made.clearance),
+    "effort": ("", "mean square of the excitations", lambda made: made.effort),
+    "change": ("", "root mean square of the change of the signals", lambda made: made.change),
+    "simulations": ("", "motions that were simulated to find the throw", lambda made: made.simulations),
+}  # fmt: skip
+POINTS: dict[str, Column] = {
+    "release_position": ("m", "where the ball leaves the hand", lambda made: made.flight.position.reshape(2)),
+    "release_velocity": (
+        "m/s", "velocity of the ball as it leaves the hand", lambda made: made.flight.velocity.reshape(2),
+    ),
+    "landing_position": (
+        "m", "where the ball comes to the height of the target, not a number if nowhere", lambda made: made.landing,
+    ),
+}  # fmt: skip
+MAY_LACK = ("flight_time", "landing_position", "clearance")  # NaN where there is none
 
 
 @dataclass(frozen=True)
@@ -99,77 +129,19 @@ def put_throws(group: Any, throws: Sequence[Throw], joints: Sequence[str]) -> No
         values = [getattr(made.goal, name) for made in throws]
         store(goals, name, np.array([np.nan if value is None else value for value in values]), units=unit, axes="throw",
               finite=False, description=GOALS[name])  # fmt: skip
-    flights = [made.flight for made in throws]
-    store(
-        group,
-        "goal_text",
-        tuple(str(made.goal) for made in throws),
-        axes="throw",
-        description="the goal of each new throw in words",
-    )
-    store(
-        group,
-        "met",
-        np.array([made.met for made in throws]),
-        axes="throw",
-        description="whether the throw does what its goal asks for",
-    )
-    store(
-        group,
-        "missed",
-        tuple(", ".join(made.missed) for made in throws),
-        axes="throw",
-        description="what it does not meet, empty if all",
-    )
-    store(
-        group,
-        "release_time",
-        np.array([made.release for made in throws]),
-        units="s",
-        axes="throw",
-        description="when the ball leaves the hand, from the begin of the motion",
-    )
-    store(group, "release_position", np.stack([one.position.reshape(2) for one in flights]), units="m",
-          axes="throw, forwards and up", description="where the ball leaves the hand")  # fmt: skip
-    store(group, "release_velocity", np.stack([one.velocity.reshape(2) for one in flights]), units="m/s",
-          axes="throw, forwards and up", description="velocity of the ball as it leaves the hand")  # fmt: skip
-    store(
-        group,
-        "release_speed",
-        np.array([float(one.speed[0]) for one in flights]),
-        units="m/s",
-        axes="throw",
-        description="speed of the ball as it leaves the hand",
-    )
-    store(
-        group,
-        "release_angle",
-        np.array([float(one.angle[0]) for one in flights]),
-        units="rad",
-        axes="throw",
-        description="angle of its velocity above the horizontal",
-    )
-    store(group, "flight_time", np.array([float(one.duration[0]) for one in flights]), units="s", axes="throw",
-          finite=False, description="from the release to the landing, not a number if there is none")  # fmt: skip
-    store(group, "landing_position", np.stack([made.landing for made in throws]), units="m",
-          axes="throw, forwards and up", finite=False,
-          description="where the ball comes to the height of the target, not a number if nowhere")  # fmt: skip
-    store(group, "ground", np.array([made.ground for made in throws]), units="m", axes="throw",
-          description="height of the ground in the scene")  # fmt: skip
-    store(group, "clearance", np.array([made.clearance for made in throws]), units="m", axes="throw",
-          description="of the hand above the shoulder at the release", finite=False)  # fmt: skip
+    texts = {
+        "goal_text": ([str(made.goal) for made in throws], "the goal of each new throw in words"),
+        "missed": ([", ".join(made.missed) for made in throws], "what it does not meet, empty if all"),
+    }
+    for name, (words, description) in texts.items():
+        store(group, name, tuple(words), axes="throw", description=description)
+    for name, (unit, description, of) in OF_THROWS.items():
+        store(group, name, np.array([of(made) for made in throws]), unit, "throw", description=description,
+              finite=name not in MAY_LACK)  # fmt: skip
+    for name, (unit, description, of) in POINTS.items():
+        store(group, name, np.stack([of(made) for made in throws]), unit, "throw, forwards and up",
+              description=description, finite=name not in MAY_LACK)  # fmt: skip
     for name, when in (("past_limits", "up to the release"), ("past_after", "behind the release")):
         past = [[getattr(made, name).get(joint, 0.0) for joint in joints] for made in throws]
-        store(group, name, np.array(past), units="rad", axes="throw, joint",
+        store(group, name, np.array(past), "rad", "throw, joint",
               description=f"by which a joint passes its limits at most, {when}")  # fmt: skip
-    store(group, "effort", np.array([made.effort for made in throws]), axes="throw",
-          description="mean square of the excitations")  # fmt: skip
-    store(group, "change", np.array([made.change for made in throws]), axes="throw",
-          description="root mean square of the change of the signals")  # fmt: skip
-    store(
-        group,
-        "simulations",
-        np.array([made.simulations for made in throws]),
-        axes="throw",
-        description="motions that were simulated to find the throw",
-    )

@@ -221,209 +221,97 @@ def _result(
 
 def _put_recorded(file: Any, follower: Follower, training: Sequence[int]) -> None:
     motions, arm, synergies = follower.motions, follower.arm, follower.synergies
+    fitted, series = np.isin(np.arange(len(motions)), training), "motion, sample, joint"
     group = file.create_group("motions", track_order=True)
     store(group, "names", tuple(motions.names), axes="motion", description="recorded motions")
     store(group, "joints", tuple(arm.joints), axes="joint", description="joints that were recorded")
     store(group, "driven", tuple(arm.driven), axes="driven joint", description="joints that muscles move")
-    store(group, "fitted", np.isin(np.arange(len(motions)), training), axes="motion",
-          description="whether parameters were fitted to it")  # fmt: skip
+    store(group, "fitted", fitted, axes="motion", description="whether parameters were fitted to it")
+    store(group, "time", motions.time, "s", "sample", description="of the samples, from the begin of each motion")
     store(
-        group,
-        "time",
-        motions.time,
-        units="s",
-        axes="sample",
-        description="of the samples, from the begin of each motion",
-    )
-    store(
-        group,
-        "valid",
-        motions.valid > 0.0,
-        axes="motion, sample",
+        group, "valid", motions.valid > 0.0, axes="motion, sample",
         description="whether a motion has the sample, or has ended",
-    )
-    store(
-        group,
-        "angle",
-        motions.angles[0],
-        units="rad",
-        axes="motion, sample, joint",
-        description="recorded angles of the joints",
-    )
-    store(
-        group,
-        "speed",
-        motions.angles[1],
-        units="rad/s",
-        axes="motion, sample, joint",
-        description="recorded speeds of the joints",
-    )
+    )  # fmt: skip
+    store(group, "angle", motions.angles[0], "rad", series, description="recorded angles of the joints")
+    store(group, "speed", motions.angles[1], "rad/s", series, description="recorded speeds of the joints")
     group = file.create_group("synergies", track_order=True)
     store(group, "muscles", tuple(arm.muscles), axes="muscle", description="muscles that synergies excite")
     store(
-        group,
-        "W",
-        synergies.weights,
-        axes="muscle, synergy",
+        group, "W", synergies.weights, axes="muscle, synergy",
         description="weight of each muscle in each synergy, as extracted",
-    )
+    )  # fmt: skip
     store(
-        group,
-        "C",
-        synergies.signals,
-        axes="motion, sample, synergy",
+        group, "C", synergies.signals, axes="motion, sample, synergy",
         description="signals of the synergies, as extracted",
-    )
+    )  # fmt: skip
     group.attrs["source"], group.attrs["vaf"] = synergies.source, synergies.explained
 
 
 def _put_fit(group: Any, follower: Follower, fitted: Fitted) -> None:
-    arm = follower.arm
+    arm, series = follower.arm, "motion, sample, joint"
     values = arm.values(fitted.unknowns)
     group.attrs["scene"] = toml.dumps(with_values(arm.scene, np.clip(values, *_ends(arm))))
-    store(group, "parameters", values, "see parameter_units", "parameter", description="fitted parameters of the scene")
+    _put_parameters(group, arm, values, "parameter", "fitted parameters of the scene")
+    store(group, "knots", follower.knots.time, "s", "knot", description="times of the knots of the fitted signals")
+    own = follower.shaped(fitted.own)
     store(
-        group,
-        "parameter_names",
-        tuple(p.name for p in arm.parameters),
-        axes="parameter",
-        description="paths of the parameters in the scene",
-    )
-    store(
-        group,
-        "parameter_units",
-        tuple(p.unit for p in arm.parameters),
-        axes="parameter",
-        description="units of the parameters",
-    )
-    store(
-        group,
-        "knots",
-        follower.knots.time,
-        units="s",
-        axes="knot",
-        description="times of the knots of the fitted signals",
-    )
-    store(
-        group,
-        "knot_values",
-        follower.shaped(fitted.own),
-        axes="motion, synergy, knot",
+        group, "knot_values", own, axes="motion, synergy, knot",
         description="fitted signals of the synergies at the knots",
-    )
-    store(group, "start", fitted.own[:, -follower.synergies.count :], axes="motion, synergy",
-          description="signals that the activations start by")  # fmt: skip
+    )  # fmt: skip
     store(
-        group,
-        "C",
-        follower.knots.sampled(follower.shaped(fitted.own)),
-        axes="motion, sample, synergy",
+        group, "start", fitted.own[:, -follower.synergies.count :], axes="motion, synergy",
+        description="signals that the activations start by",
+    )  # fmt: skip
+    store(
+        group, "C", follower.knots.sampled(own), axes="motion, sample, synergy",
         description="fitted signals of the synergies",
-    )
-    store(
-        group,
-        "angle",
-        fitted.replay.angle,
-        units="rad",
-        axes="motion, sample, joint",
-        description="angles of the joints as simulated",
-    )
-    store(
-        group,
-        "speed",
-        fitted.replay.speed,
-        units="rad/s",
-        axes="motion, sample, joint",
-        description="speeds of the joints as simulated",
-    )
-    store(group, "stages", tuple(stage.name for stage in fitted.stages), axes="stage", description="stages of the fit")
+    )  # fmt: skip
+    store(group, "angle", fitted.replay.angle, "rad", series, description="angles of the joints as simulated")
+    store(group, "speed", fitted.replay.speed, "rad/s", series, description="speeds of the joints as simulated")
+    _put_stages(group, fitted.stages, "stages of the fit")
     names = ["r2", "velocity_r2", "hand_error", "correlation", "by_synergy"]
     names += ["null", "null_by_synergy"] if fitted.agreement.null is not None else []
     for name in names:
         axes, description = AGREEMENT[name]
-        values = np.nan_to_num(np.stack([getattr(stage.agreement, name) for stage in fitted.stages]))
-        store(
-            group,
-            name,
-            values,
-            units="m" if name == "hand_error" else "1",
-            axes=f"stage, motion{axes}",
-            description=description,
-        )
-    store(
-        group,
-        "seconds",
-        np.array([stage.seconds for stage in fitted.stages]),
-        units="s",
-        axes="stage",
-        description="wall time that each stage took",
-    )
-    store(
-        group,
-        "simulations",
-        np.array([stage.simulations for stage in fitted.stages]),
-        axes="stage",
-        description="motions that each stage simulated",
-    )
+        found = np.nan_to_num(np.stack([getattr(stage.agreement, name) for stage in fitted.stages]))
+        unit = "m" if name == "hand_error" else "1"
+        store(group, name, found, unit, f"stage, motion{axes}", description=description)
+    simulations = np.array([stage.simulations for stage in fitted.stages])
+    store(group, "simulations", simulations, axes="stage", description="motions that each stage simulated")
 
 
 def _put_published(group: Any, follower: Follower, published: Published) -> None:
     arm = follower.arm
+    values = arm.values(published.unknowns)
+    _put_parameters(group, arm, values, "motion, parameter", "parameters of the scene, of each motion its own")
     store(
-        group,
-        "parameters",
-        arm.values(published.unknowns),
-        "see parameter_units",
-        "motion, parameter",
-        description="parameters of the scene, of each motion its own",
-    )
-    store(
-        group,
-        "parameter_names",
-        tuple(p.name for p in arm.parameters),
-        axes="parameter",
-        description="paths of the parameters in the scene",
-    )
-    store(group, "parameter_units", tuple(p.unit for p in arm.parameters), axes="parameter",
-          description="units of the parameters")  # fmt: skip
-    store(
-        group,
-        "C",
-        published.signals,
-        axes="motion, sample, synergy",
+        group, "C", published.signals, axes="motion, sample, synergy",
         description="signals of the synergies after the filter",
-    )
+    )  # fmt: skip
     store(
-        group,
-        "angle",
-        published.replay.angle,
-        units="rad",
-        axes="motion, sample, joint",
+        group, "angle", published.replay.angle, "rad", "motion, sample, joint",
         description="angles of the joints as simulated",
-    )
-    store(
-        group,
-        "stages",
-        tuple(stage.name for stage in published.stages),
-        axes="stage",
-        description="stages of the procedure",
-    )
-    store(
-        group,
-        "r2",
-        np.stack([stage.r2 for stage in published.stages]),
-        axes="stage, motion, joint",
-        description="coefficient of determination of the angles",
-    )
-    store(
-        group,
-        "seconds",
-        np.array([stage.seconds for stage in published.stages]),
-        units="s",
-        axes="stage",
-        description="wall time that each stage took",
-    )
+    )  # fmt: skip
+    _put_stages(group, published.stages, "stages of the procedure")
+    axes, description = AGREEMENT["r2"]
+    r2 = np.stack([stage.r2 for stage in published.stages])
+    store(group, "r2", r2, axes=f"stage, motion{axes}", description=description)
 
 
-def _ends(arm: Any) -> tuple[Floats, Floats]:
+def _put_parameters(group: Any, arm: Arm, values: Floats, axes: str, description: str) -> None:
+    """Values of the arm's free parameters, with their paths and units."""
+    store(group, "parameters", values, "see parameter_units", axes, description=description)
+    for name, text in {"name": "paths of the parameters in the scene", "unit": "units of the parameters"}.items():
+        texts = tuple(getattr(parameter, name) for parameter in arm.parameters)
+        store(group, f"parameter_{name}s", texts, axes="parameter", description=text)
+
+
+def _put_stages(group: Any, stages: Sequence[Any], description: str) -> None:
+    """Names of the stages of a fit, and how long each took."""
+    store(group, "stages", tuple(stage.name for stage in stages), axes="stage", description=description)
+    seconds = np.array([stage.seconds for stage in stages])
+    store(group, "seconds", seconds, "s", "stage", description="wall time that each stage took")
+
+
+def _ends(arm: Arm) -> tuple[Floats, Floats]:
     return np.array([p.min for p in arm.parameters]), np.array([p.max for p in arm.parameters])
