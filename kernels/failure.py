@@ -111,14 +111,20 @@ def step_status(model: ModelRef, work: ScratchRef) -> int:
 
 
 @wp.func
+def window_begins(instance: int, step: int, model: ModelRef) -> bool:
+    """Whether one window of the mean speed of `progress_status` ends with a step, and the next begins."""
+    steps = wp.max(int(at(model.failure, instance, 0).no_progress_window / model.time_step + 0.5), 1)
+    return step % steps == 0
+
+
+@wp.func
 def progress_status(instance: int, step: int, model: ModelRef, state: StateRef, work: ScratchRef) -> int:
     """STOPPED if the centre of mass went less far over the ground than it must in the window that ends, else RUNNING.
 
     Windows follow one another, so that one place an instance is kept. All lanes see the same.
     """
     limits = at(model.failure, instance, 0)
-    steps = wp.max(int(limits.no_progress_window / model.time_step + 0.5), 1)
-    if limits.no_progress <= 0.0 or step == 0 or step % steps != 0:
+    if limits.no_progress <= 0.0 or step == 0 or not window_begins(instance, step, model):
         return RUNNING
     gone = work.center[0] - state.passed[instance]
     if not (gone[0] * gone[0] + gone[2] * gone[2] >= wp.pow(limits.no_progress * limits.no_progress_window, 2.0)):
@@ -129,9 +135,7 @@ def progress_status(instance: int, step: int, model: ModelRef, state: StateRef, 
 @wp.func
 def remember_place(instance: int, step: int, model: ModelRef, state: StateRef, work: ScratchRef):
     """Keep where a window of `progress_status` begins. One lane calls it, a barrier after that."""
-    limits = at(model.failure, instance, 0)
-    steps = wp.max(int(limits.no_progress_window / model.time_step + 0.5), 1)
-    if step % steps == 0:
+    if window_begins(instance, step, model):
         state.passed[instance] = work.center[0]
 
 

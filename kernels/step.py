@@ -7,6 +7,7 @@ import warp as wp
 
 from warpmuscle.kernels.collision import collision_stage_of
 from warpmuscle.kernels.compiler_hints import known_rows_of
+from warpmuscle.kernels.conditions import failing_stage_of
 from warpmuscle.kernels.control import SIMBICON, Controller, control_stage_of
 from warpmuscle.kernels.coordinate_control import coordinate_control_stage
 from warpmuscle.kernels.extensions import extension_list
@@ -52,7 +53,6 @@ from warpmuscle.kernels.structs import (
 from warpmuscle.kernels.term_functions import (
     ObjectiveKind,
     effort_stage,
-    failing_stage_of,
     muscle_functions,
     objective_stage_of,
 )

@@ -9,11 +9,11 @@ from typing import Any, NamedTuple
 
 import warp as wp
 
-from warpmuscle.kernels.causes import CONDITION, TERM, cause_of, checked
+from warpmuscle.kernels.causes import TERM, cause_of, checked
 from warpmuscle.kernels.contact import body_weight
 from warpmuscle.kernels.curves import active_force_length, force_velocity
 from warpmuscle.kernels.custom_curves import OwnCurves, with_curves
-from warpmuscle.kernels.failure import CONDITION_MET, turn_between
+from warpmuscle.kernels.failure import turn_between
 from warpmuscle.kernels.gait_cycle import foot_part, part_of_step
 from warpmuscle.kernels.limits import limit_stage
 from warpmuscle.kernels.metabolics import bhargava_power, bhargava_strict_power, umberger_power, wang_power
@@ -400,33 +400,3 @@ def objective_stage_of(kind: ObjectiveKind) -> Any:
             whole_terms(instance, model, state, work)
 
     return objective_stage
-
-
-@wp.func
-def no_condition(instance: int, model: ModelRef, state: StateRef, work: ScratchRef):
-    """No condition of others is looked at."""
-
-
-@cache
-def failing_stage_of(conditions: tuple[Any, ...]) -> Any:
-    """The Warp function (instance, model, state, work) that looks for failing conditions that are met; for one lane.
-
-    Args:
-        conditions: Warp functions (instance, model, state, work) -> bool. The first that is met counts.
-    """
-    every = no_condition
-    for index, condition in enumerate(conditions):
-        every = _and_condition(every, condition, cause_of(CONDITION, index))
-    return every
-
-
-def _and_condition(others: Any, condition: Any, cause: int) -> Any:
-    @wp.func
-    def look(instance: int, model: ModelRef, state: StateRef, work: ScratchRef):
-        others(instance, model, state, work)
-        if work.flags[1] == 0:  # noqa: SIM102, `and` would compute both
-            if condition(instance, model, state, work):
-                state.cause[instance] = wp.static(cause)
-                work.flags[1] = CONDITION_MET
-
-    return look
