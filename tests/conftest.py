@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 
 from shared_kernels import compile_all, settings
+from warpmuscle.scene import trusted_code
 
 
 @pytest.hookimpl(tryfirst=True)
@@ -17,6 +18,12 @@ def pytest_sessionstart(session: pytest.Session) -> None:
     settings()
     if session.config.pluginmanager.hasplugin("dsession"):  # what makes a process the controller of xdist's workers
         compile_all()
+
+
+@pytest.fixture(autouse=True)
+def distrustful(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each test begins without trust in all code: a command with `--trust` lasts as long as its process."""
+    monkeypatch.setattr(trusted_code, "_everything", False)
 
 
 @pytest.fixture(scope="session")
