@@ -14,7 +14,7 @@ from warpmuscle.core.errors import Error, SceneError, SignalError
 from warpmuscle.core.pose import twist_angle
 from warpmuscle.scene import Scene
 from warpmuscle.scene.joints import joint_type, root_type
-from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.scene.parameters import start_values
 from warpmuscle.simulation.rollout import Rollout
 from warpmuscle.synergy.factorization import factorize, reconstruct
 from warpmuscle.synergy.static_optimization import StaticOptimization
@@ -180,7 +180,7 @@ def _rms(values: Floats) -> Floats:
 
 def check_limits(arm: Arm, motion: Motion) -> None:
     """SignalError if a recorded angle is beyond the limits of its joint."""
-    plain = substitute(arm.scene, start_values(arm.scene))
+    plain = arm.plain
     for column, name in enumerate(arm.joints):
         limits = plain.character.joints[name].limits
         if not limits:
