@@ -179,6 +179,19 @@ def test_units_and_axes_that_cannot_be_meant_are_refused(change, choices, messag
         arm_angles(Markers(base.path, TIME, base.names, change(base.position)), Choices("right", roles, **choices))
 
 
+@pytest.mark.parametrize(
+    ("choices", "message"),
+    [
+        ({"rate": 1e9}, r"a rate must be greater than 0 and at most 10000 Hz, not 1e\+09"),
+        ({"rate": float("nan")}, "a rate must be .*, not nan"),
+        ({"rate": 10.0}, "a low-pass must be 0 or lie below half the rate, 5 Hz, not 8"),
+    ],
+)
+def test_rates_and_filters_that_cannot_be_are_refused_for_what_they_are(choices: dict[str, float], message: str):
+    with pytest.raises(SignalError, match=message):
+        Choices(**choices)
+
+
 def test_a_throw_is_cut_about_the_fastest_extension_of_the_elbow(tmp_path):
     found = arm_angles(read_markers(files_of(tmp_path)["csv"]), Choices(before=0.4, after=0.2))
     assert found.release == pytest.approx(0.9, abs=0.02)
