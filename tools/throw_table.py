@@ -120,7 +120,8 @@ def main(
     ] = None,
 ) -> None:
     """Print a line for each number of synergies, and which throws miss a bar."""
-    tasks = [Task(scene, tuple(files), count, threads) for count in number or ([] if alone else [None])]
+    counts: list[int | None] = [*number] if number else [] if alone else [None]
+    tasks = [Task(scene, tuple(files), count, threads) for count in counts]
     tasks += [Task(scene, (file,), alone_number) for file in files] if alone else []
     groups: dict[tuple[int, str], list[dict[str, Any]]] = {}
     for row in kept(output):

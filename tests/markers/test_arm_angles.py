@@ -13,7 +13,7 @@ from warpmuscle.core.errors import Error, SignalError
 from warpmuscle.core.pose import about, multiply, rotate
 from warpmuscle.markers.arm import ANGLES, Choices, arm_angles
 from warpmuscle.markers.files import Markers, read_markers
-from warpmuscle.throw.motion_files import read
+from warpmuscle.throw.recordings.motion_files import read
 
 TIME = np.arange(151) / 100.0
 RIGHT, UP, FORWARD = np.eye(3)[0] * -1.0, np.eye(3)[1], np.eye(3)[2]  # x to the left, as in scenes

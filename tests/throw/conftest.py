@@ -6,11 +6,11 @@ import pytest
 
 from warpmuscle.formats import load
 from warpmuscle.throw.arm import Arm
-from warpmuscle.throw.arm_motions import motion_of
 from warpmuscle.throw.fit import Settings
 from warpmuscle.throw.goals import Goal
 from warpmuscle.throw.job import Job, Options
 from warpmuscle.throw.motion import Motion
+from warpmuscle.throw.recordings.arm_motions import motion_of
 from warpmuscle.throw.synthesis import Thrower
 
 

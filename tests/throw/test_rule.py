@@ -115,6 +115,23 @@ def test_an_interrupted_search_keeps_its_goals_and_goes_on_from_the_file_as_if_n
         assert np.all(errors[:, 2] <= PAST_LIMITS)
 
 
+def test_signals_behind_the_release_are_not_searched_for_and_change_no_outcome(
+    interrupted: tuple[Path, str, rule.Rule],
+):
+    learned_of = interrupted[2]
+    walk, goal = learned_of.walk, learned_of.wanted[:1]
+    assert 0 < np.sum(~walk.acting) < np.sum(walk.acting)
+    assert not learned_of.changes[:, ~walk.acting].any()
+    usual, _ = walk.outcomes(np.zeros((1, len(walk.acting))), goal)
+    behind, _ = walk.outcomes(0.3 * ~walk.acting[None], goal)
+    np.testing.assert_array_equal(behind, usual)
+    last = np.flatnonzero(walk.acting[: walk.thrower.hats.shape[1]])[-1]  # of the first synergy
+    change = np.zeros((2, len(walk.acting)))
+    change[1, last :: walk.thrower.hats.shape[1]] = 0.3
+    moved = walk.thrower.simulated(walk.signals(change), int(walk.thrower.frames[-1])).speed[:, -1]
+    assert np.abs(moved[1] - moved[0]).max() > 0.0
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [

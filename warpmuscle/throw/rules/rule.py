@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -23,6 +24,7 @@ from warpmuscle.core.errors import Error
 from warpmuscle.throw.goals import ALLOWED, LIMIT_UNIT, PAST_LIMITS, Goal, fly
 from warpmuscle.throw.job import Job
 from warpmuscle.throw.least_squares import Prior, Unknowns, fit
+from warpmuscle.throw.motion import RATE
 from warpmuscle.throw.synthesis import Thrower
 
 LOW, HIGH = np.array([2.0, 0.0, np.radians(10.0)]), np.array([4.0, 1.0, np.radians(40.0)])  # m, m, rad: what is learned
@@ -75,6 +77,19 @@ class Walk:
         past = thrower.past_limits(replay)[:, : frame + 1, thrower.follower.arm.free]
         return np.stack([np.nan_to_num(landed.distance), landed.angle], axis=1), past
 
+    @cached_property
+    def acting(self) -> NDArray[np.bool_]:
+        """Which changes (U,) of the signals act before the ball is let go; the others stay 0."""
+        follower, release = self.thrower.follower, self.thrower.frames[-1] / RATE
+        until = int(np.searchsorted(follower.knots.time, release - 1e-9))  # signals are straight up to that knot
+        return np.tile(self.thrower.hats[: until + 1].any(axis=0), follower.synergies.count)
+
+    def whole(self, acting: Floats) -> Floats:
+        """Changes (B, U) of those that act."""
+        found = np.zeros((len(acting), len(self.acting)))
+        found[:, self.acting] = acting
+        return found
+
     def nearest(self, goal: Floats) -> int:
         """Which of the goals that are met is nearest."""
         return int(np.argmin(np.linalg.norm((np.array(self.goals) - goal) / (HIGH - LOW), axis=1)))
@@ -83,15 +98,17 @@ class Walk:
         """Meet one more goal with the least change from the first, found from the nearest on; False if that fails."""
 
         def residuals(which: Any, x: Floats, shared: Floats) -> Floats:
-            outcome, past = self.outcomes(x, np.tile(goal, (len(x), 1)))
+            outcome, past = self.outcomes(self.whole(x), np.tile(goal, (len(x), 1)))
             held = np.minimum(past.reshape(len(x), -1) / LIMIT_UNIT, FAR)
             return np.concatenate([(outcome - goal[[0, 2]]) / UNITS, held], axis=1)
 
-        size = len(self.changes[0])
+        size = int(self.acting.sum())
         price = Prior(PRICE * np.eye(size), np.zeros(size))
-        unknowns = Unknowns(self.changes[self.nearest(goal)][None], -np.ones(size), np.ones(size), STEP, None, [price])
+        start = self.changes[self.nearest(goal)][None, self.acting]
+        unknowns = Unknowns(start, -np.ones(size), np.ones(size), STEP, None, [price])
         nothing = Unknowns(np.zeros(1), np.zeros(1), np.ones(1), 1.0, free=False)
-        found = fit(residuals, unknowns, nothing, iterations=STEPS, damping=DAMPING, tolerance=STEADY).own[0]
+        found = fit(residuals, unknowns, nothing, iterations=STEPS, damping=DAMPING, tolerance=STEADY).own
+        found = self.whole(found)[0]
         outcome, past = self.outcomes(found[None], goal[None])
         error = np.abs(outcome[0] - goal[[0, 2]])
         if error[0] > ALLOWED["distance"] or error[1] > ALLOWED["angle"] or past.max() > PAST_LIMITS:

@@ -16,8 +16,8 @@ from warpmuscle.scene.joints import joint_type, root_type
 from warpmuscle.simulation.rollout import Rollout
 from warpmuscle.throw.arm import X_AXIS, Arm, joint_positions
 from warpmuscle.throw.motion import PITCH, PLACE, RATE, Motion, without_stillness
-from warpmuscle.throw.motion_files import TO_GRAVITY, read
-from warpmuscle.throw.smoothing import NOISY, noise, removed
+from warpmuscle.throw.recordings.motion_files import TO_GRAVITY, read
+from warpmuscle.throw.recordings.smoothing import NOISY, noise, removed
 
 LEAST_RANGE = np.radians(3.0)  # of the angle of a joint that muscles move
 BEYOND = np.radians(1.0)  # by which a recorded angle may exceed a joint's limits

@@ -7,8 +7,8 @@ import pytest
 
 from warpmuscle.core.errors import Error
 from warpmuscle.throw.arm import Arm
-from warpmuscle.throw.arm_motions import check_limits, check_range
 from warpmuscle.throw.motion import Motion
+from warpmuscle.throw.recordings.arm_motions import check_limits, check_range
 
 
 def test_motions_beyond_the_limits_of_a_joint_are_refused(arm_and_motion: tuple[Arm, Motion]):
