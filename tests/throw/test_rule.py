@@ -15,7 +15,7 @@ from warpmuscle.throw import job
 from warpmuscle.throw.fit import Settings
 from warpmuscle.throw.goals import PAST_LIMITS, fly
 from warpmuscle.throw.rules import rule
-from warpmuscle.throw.rules.rule import Walk, goals_about, learned, release_velocity
+from warpmuscle.throw.rules.rule import Walk, beyond_learned, goals_about, learned, release_velocity
 
 
 def test_a_ball_that_leaves_at_the_velocity_of_a_goal_lands_there():
@@ -39,6 +39,12 @@ def test_a_rule_gives_back_what_it_learned_and_what_lies_between():
     rule = learned(goals, signals(goals), place, 9.81)
     asked = goals_about(20, 0.0, rng)
     np.testing.assert_allclose(rule(asked), signals(asked), atol=0.01)
+
+
+def test_goals_beyond_those_learned_from_are_named():
+    assert beyond_learned(np.array([4.0, 0.0, np.radians(10.0)])) == ""
+    text = beyond_learned(np.array([1.0, 0.5, np.radians(45.0)]))
+    assert text == "a distance of 1 m, but of 2 to 4 m; an angle of 45 deg, but of 10 to 40 deg"
 
 
 def near_goals(count: int, beyond: float, rng: np.random.Generator) -> np.ndarray:
@@ -101,9 +107,12 @@ def test_an_interrupted_search_keeps_its_goals_and_goes_on_from_the_file_as_if_n
         part = file["changes"][:]
         assert len(part) == 8
         assert file["met"][:].tolist() == 7 * [True] + 3 * [False]
-    gone_on = throw_rule(folder, "--resume", "part.h5", "--target", "3", "-o", "rest.h5")
+    gone_on = throw_rule(folder, "--resume", "part.h5", "--target", "3", "--target", "7", "-o", "rest.h5")
     assert gone_on.return_value == 0, gone_on.exception
     assert "10 of 10 goals are met" in gone_on.output
+    told = " ".join(gone_on.output.split())
+    assert told.count("note: the rule has learned nothing of") == 1
+    assert "the rule has learned nothing of a distance of 7 m, but of 2 to 4" in told
     whole.meet()
     with h5py.File(folder / "rest.h5") as rest:
         np.testing.assert_array_equal(rest["changes"][:8], part)

@@ -129,6 +129,23 @@ def goals_about(count: int, beyond: float, rng: np.random.Generator) -> Floats:
     return np.array(found)
 
 
+def beyond_learned(goal: Floats) -> str:
+    """What of a goal (3,) is beyond those that rules learn from; empty if nothing."""
+    found = []
+    for name, unit, low, high, value, factor in zip(
+        ("a distance", "a height", "an angle"),
+        ("m", "m", "deg"),
+        LOW,
+        HIGH,
+        goal,
+        (1.0, 1.0, np.degrees(1.0)),
+        strict=True,
+    ):
+        if not low <= value <= high:
+            found.append(f"{name} of {factor * value:.3g} {unit}, but of {factor * low:.3g} to {factor * high:.3g}")
+    return "; ".join(found)
+
+
 def release_velocity(goals: Floats, place: Floats, gravity: float) -> Floats:
     """Velocities (B, 2), m/s, with which balls must leave a place (2,) to meet goals (B, 3); without drag."""
     forward, up, angle = goals[:, 0] - place[0], goals[:, 1] - place[1], goals[:, 2]
