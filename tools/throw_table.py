@@ -64,7 +64,9 @@ def fitted(task: Task) -> dict[str, Any]:
     """What a fit came to, by throw."""
     begin, started = time.perf_counter(), time.process_time()
     job = Job(load(task.scene), task.files, Options(count=task.count, threads=task.threads))
-    a = job.fit().agreement
+    found = job.fit()
+    a = found.agreement
+    values = zip(job.arm.parameters, job.arm.values(found.unknowns).tolist(), strict=True)
     weights = job.follower.synergies.weights
     return {
         "scene": task.scene, "kind": task.kind, "number": job.count, "asked": task.count,
@@ -75,6 +77,7 @@ def fitted(task: Task) -> dict[str, Any]:
         "explained": job.follower.synergies.explained,
         "torque_r2": None if job.shared is None else job.shared.torque_r2.tolist(),
         "muscles": list(job.arm.muscles), "weights": weights.tolist(),
+        "parameters": {parameter.name: value for parameter, value in values},
         "share": (weights.max(axis=0) / weights.sum(axis=0)).tolist(),
         "cpu": time.process_time() - started, "seconds": time.perf_counter() - begin,
     }  # fmt: skip
