@@ -79,6 +79,28 @@ def interrupted_after(goals: int, met: Callable[[Walk, Any], bool]) -> Callable[
     return to
 
 
+@pytest.mark.parametrize("kept", [0, 1, 2], ids=["before it is kept", "when half is kept", "when all is kept"])
+def test_a_goal_during_which_ctrl_c_comes_is_as_if_it_had_not_been_tried(monkeypatch: pytest.MonkeyPatch, kept: int):
+    """Else the file of the rule would hold goals that are not told to be met, and be refused."""
+    wanted = near_goals(4, 0.0, np.random.default_rng(0))
+    walk = Walk(None, [wanted[0]], [np.zeros(2)])  # type: ignore[arg-type]
+    begun = rule.Rule(walk, np.zeros(2), 1.0, np.zeros(1), wanted, np.zeros(4, dtype=bool), np.full(4, -1), 0)
+
+    def to(walk: Walk, goal: np.ndarray) -> bool:
+        late = len(walk.goals) == 3
+        for parts, part in ((walk.goals, goal), (walk.changes, np.ones(2)))[: kept if late else 2]:
+            parts.append(part)
+        if late:
+            raise KeyboardInterrupt
+        return True
+
+    monkeypatch.setattr(Walk, "to", to)
+    with pytest.raises(KeyboardInterrupt):
+        begun.meet()
+    assert len(walk.goals) == len(walk.changes) == 1 + begun.met.sum() == 3
+    assert begun.tried_from.tolist() == [0, begun.tried_from[1], -1, -1]
+
+
 @pytest.fixture(scope="module")
 def interrupted(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str, rule.Rule]:
     """A folder with what a search that was interrupted after 7 of 10 goals left, what it said, and what it had."""

@@ -219,10 +219,16 @@ class Rule:
                 self._try(number)
 
     def _try(self, number: int) -> None:
-        goal = self.wanted[number]
-        near = self.walk.nearest(goal)
-        self.met[number] = self.walk.to(goal)
-        self.tried_from[number] = near
+        """Try a goal; where Ctrl-C ends it at whatever moment, it is as if it had not been tried."""
+        goal, walk = self.wanted[number], self.walk
+        near, count, tried_from = walk.nearest(goal), len(walk.goals), self.tried_from[number]
+        try:
+            self.met[number] = walk.to(goal)
+            self.tried_from[number] = near
+        except KeyboardInterrupt:
+            del walk.goals[count:], walk.changes[count:]
+            self.met[number], self.tried_from[number] = False, tried_from
+            raise
 
     def told(self, asked: Floats) -> Floats:
         """Changes (B, U) of the signals for goals (B, 3)."""
