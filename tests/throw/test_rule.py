@@ -1,5 +1,6 @@
 """The rule from goals to signals of new throws."""
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -126,7 +127,7 @@ def test_an_interrupted_search_keeps_its_goals_and_goes_on_from_the_file_as_if_n
     folder, said, whole = interrupted
     assert "done so far: 7 of 10 goals tried, 7 of them met; --resume part.h5 goes on from there" in said
     with h5py.File(folder / "part.h5") as file:
-        part = file["changes"][:]
+        part, simulations = file["changes"][:], int(file["simulations"][()])
         assert len(part) == 8
         assert file["met"][:].tolist() == 7 * [True] + 3 * [False]
     gone_on = throw_rule(folder, "--resume", "part.h5", "--target", "3", "--target", "7", "-o", "rest.h5")
@@ -136,6 +137,9 @@ def test_an_interrupted_search_keeps_its_goals_and_goes_on_from_the_file_as_if_n
     assert told.count("note: the rule has learned nothing of") == 1
     assert "the rule has learned nothing of a distance of 7 m, but of 2 to 4" in told
     whole.meet()
+    begun, counted = re.search(r"are met, by (\d+) simulations", told), whole.walk.simulations
+    assert begun is not None
+    assert int(begun[1]) == counted > simulations > 0
     with h5py.File(folder / "rest.h5") as rest:
         np.testing.assert_array_equal(rest["changes"][:8], part)
         for name in ("wanted", "met", "tried_from", "goals", "changes"):
@@ -184,7 +188,7 @@ def test_a_search_goes_on_with_what_it_began_with_alone(
     [
         ("goals", np.zeros((8, 2))), ("changes", np.full((8, 80), np.nan)), ("changes", np.zeros((8, 7))),
         ("release", 99.0), ("tried_from", np.zeros(3)), ("tried_from", np.full(10, 40)), ("met", np.ones(10)),
-        ("known", np.array(["a"], dtype="S1")),
+        ("simulations", np.zeros(2)), ("simulations", -1), ("known", np.array(["a"], dtype="S1")),
     ],
 )  # fmt: skip
 def test_damaged_files_are_refused_in_a_line(interrupted: tuple[Path, str, rule.Rule], name: str, value: Any):
