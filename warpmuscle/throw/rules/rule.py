@@ -142,7 +142,7 @@ def beyond_learned(goal: Floats) -> str:
         strict=True,
     ):
         if not low <= value <= high:
-            found.append(f"{name} of {factor * value:.3g} {unit}, but of {factor * low:.3g} to {factor * high:.3g}")
+            found.append(f"{name} of {factor * value:.3g} {unit}, but of {factor * low:.3g} to {factor * high:.3g} {unit}")
     return "; ".join(found)
 
 
