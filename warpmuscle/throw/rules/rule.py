@@ -131,18 +131,12 @@ def goals_about(count: int, beyond: float, rng: np.random.Generator) -> Floats:
 
 def beyond_learned(goal: Floats) -> str:
     """What of a goal (3,) is beyond those that rules learn from; empty if nothing."""
+    named = (("a distance", "m", 1.0), ("a height", "m", 1.0), ("an angle", "deg", np.degrees(1.0)))
     found = []
-    for name, unit, low, high, value, factor in zip(
-        ("a distance", "a height", "an angle"),
-        ("m", "m", "deg"),
-        LOW,
-        HIGH,
-        goal,
-        (1.0, 1.0, np.degrees(1.0)),
-        strict=True,
-    ):
+    for (name, unit, factor), low, high, value in zip(named, LOW, HIGH, goal, strict=True):
         if not low <= value <= high:
-            found.append(f"{name} of {factor * value:.3g} {unit}, but of {factor * low:.3g} to {factor * high:.3g} {unit}")
+            least, most = factor * low, factor * high
+            found.append(f"{name} of {factor * value:.3g} {unit}, but of {least:.3g} to {most:.3g} {unit}")
     return "; ".join(found)
 
 
