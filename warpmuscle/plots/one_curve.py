@@ -16,7 +16,6 @@ from warpmuscle.plots.style import BAND_COLOR, GRAY, PALETTE, SIDE_COLORS, cycle
 from warpmuscle.plots.subject import Subject
 from warpmuscle.results.degrees_of_freedom import degrees_of_freedom
 from warpmuscle.scene.norms import LEG_ANGLES
-from warpmuscle.scene.people.pinzone import SOURCE
 
 HEIGHT = 3.0  # inches
 
