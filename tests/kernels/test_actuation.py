@@ -7,8 +7,8 @@ import pytest
 import warp as wp
 from probes import evaluate, matrix, turn_about, units, vectors
 
-from mujoco_oracle import random_states
 from muscle_arm import ABOUT_JOINT, MASS, REACH, arm, leg
+from random_states import random_states
 from warpmuscle.kernels import actuation
 from warpmuscle.kernels.kinematics import kinematics_stage
 from warpmuscle.kernels.path import joint_velocities

@@ -8,7 +8,7 @@ import warp as wp
 from probes import evaluate, matrix, turn_about
 
 from biped import biped
-from mujoco_oracle import random_states
+from random_states import random_states
 from warpmuscle.core.errors import SceneError
 from warpmuscle.kernels import path, stages
 from warpmuscle.kernels.scratch import capacity_of, work_floats

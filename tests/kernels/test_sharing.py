@@ -9,8 +9,8 @@ import pytest
 from probes import evaluate, matrix, vectors
 from scipy.optimize import lsq_linear
 
-from mujoco_oracle import random_states
 from muscle_arm import INERTIA, MASS, REACH, arm, muscle
+from random_states import random_states
 from warpmuscle.kernels import muscle as law
 from warpmuscle.kernels import sharing
 from warpmuscle.kernels.curves import LEE

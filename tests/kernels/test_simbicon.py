@@ -8,7 +8,7 @@ import simbicon_oracle as oracle
 from probes import evaluate, matrix, turn_about, units, vectors
 
 from biped import biped, xyzw
-from mujoco_oracle import States, random_states
+from random_states import States, random_states
 from warpmuscle.formats import load
 from warpmuscle.kernels import simbicon
 from warpmuscle.kernels.structs import LEFT, REVERSE, RIGHT, SAME
