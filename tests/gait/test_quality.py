@@ -7,7 +7,8 @@ import pytest
 from small_result import STRIDE, march, walk_result, walk_scene, with_arrays
 from warpmuscle.core.pose import about
 from warpmuscle.gait.cycles import body_weight
-from warpmuscle.gait.quality import aimed_speed, gait_measures
+from warpmuscle.gait.foot_contact import Support
+from warpmuscle.gait.quality import TIMING, aimed_speed, gait_measures, runs
 from warpmuscle.gait.table import gait_table, human, unit_of
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Objective, Scene, SearchStage
@@ -88,6 +89,8 @@ def test_a_gait_with_flight_or_of_a_scene_that_means_a_run_is_judged_as_running(
         assert found["angles from Fukuchi 2017"] == found["angles outside the norms"] > 1.5
         assert found["deviation of the ground force"] is None
         assert "angles from key points" not in found
+        assert TIMING not in found  # people's muscles are known of walking only
+    assert TIMING in walking
     assert flown["flight"] == pytest.approx(20.0, abs=2.0)
     assert "angles from Fukuchi 2017" not in walking
     walk_of_flight = msgspec.structs.replace(scene, objective=Objective(gait="walk"))
@@ -109,6 +112,15 @@ def test_a_slow_or_backward_walk_is_not_measured_by_norms(scene: Scene):
     assert found["hip flexion within the norm band"] is None
     assert found["cost of transport"] is None
     assert found["metabolic power"] is not None
+    assert TIMING not in found
+
+
+@pytest.mark.parametrize(("flight", "running"), [(0.0, False), (0.9, False), (1.1, True), (1.2, True), (30.0, True)])
+def test_a_gait_runs_whose_feet_are_both_off_the_ground_for_more_than_a_percent(
+    scene: Scene, flight: float, running: bool
+):
+    assert runs(scene, Support(50.0, 0.0, flight)) is running
+    assert runs(msgspec.structs.replace(scene, objective=Objective(gait="run")), Support(60.0, 20.0, 0.0))
 
 
 def test_a_heading_that_turns_evenly_drifts_from_the_first_cycle_to_the_last(scene: Scene):

@@ -111,6 +111,18 @@ def test_a_clock_without_a_power_goes_at_its_rate_and_commands_may_stay():
     np.testing.assert_array_equal(state.push.numpy(), 5.0)
 
 
+@pytest.mark.parametrize("every", [0, 1, 2, 20])
+def test_the_first_push_of_an_episode_comes_within_half_to_three_halves_of_the_mean_wait(every: int):
+    rules, episodes, state, before = begun(ROOT_FREE, push_decisions=every)
+    wp.launch(kernels.begin_episodes, N, [rules, episodes, state], device="cpu")
+    mask = before["mask"]
+    wait = episodes.next_push.numpy() - np.where(mask & (every > 0), before["decision"], before["next_push"])
+    np.testing.assert_array_equal(wait[~mask | (every == 0)], 0)
+    if every:
+        expected = np.maximum(np.arange(every // 2, (3 * every + 1) // 2), 1)  # whole decisions, at least one
+        np.testing.assert_array_equal(np.unique(wait[mask]), np.unique(expected))
+
+
 def test_starts_and_variants_are_drawn_evenly_for_episodes_that_begin():
     rules, episodes, _, before = begun(ROOT_FREE)
     wp.launch(kernels.draw_starts, N, [rules, episodes], device="cpu")

@@ -269,6 +269,21 @@ def test_given_motions_go_through_their_knots_and_instances_follow_the_one_they_
         np.testing.assert_allclose(curves.coefficients[:, piece, 0] @ powers, values[:, 0, k], atol=1e-9)
 
 
+def test_between_knots_orientations_are_of_unit_length_and_speeds_are_theirs():
+    """The angular velocity of a quaternion p of any length is that of p / |p|: 2 (p^-1 p') less its part along p."""
+    scene = chain(("hinge", "kinematic"), ("ball", "kinematic"))
+    moving = kinematic(scene, topology(scene.character), {"joint0": ["kinematic"], "joint1": ["kinematic"] * 3})
+    curves, time, step = given([0.0, 0.1, 0.2], knots(2)), 0.04, 1e-5
+    before, now, after = (moved(moving, curves, time + k * step) for k in (-1, 0, 1))
+    assert np.abs(np.linalg.norm(curves.rates(time)[0][:, 1:], axis=1) - 1.0).min() > 1e-3
+    np.testing.assert_allclose(np.linalg.norm(now.coordinates[:, 1:], axis=1), 1.0, atol=1e-12)
+    rate = (after.coordinates[:, 1:] - before.coordinates[:, 1:]) / (2.0 * step)
+    angular = 2.0 * multiply(conjugate(now.coordinates[:, 1:]), rate)[:, :3]
+    np.testing.assert_allclose(now.speeds[:, 1:], angular, rtol=1e-5, atol=1e-5)
+    gained = (after.speeds - before.speeds) / (2.0 * step)
+    np.testing.assert_allclose(now.accelerations, gained, rtol=1e-5, atol=1e-4)
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [
