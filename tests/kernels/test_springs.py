@@ -69,7 +69,7 @@ def test_a_spring_along_a_coordinate_pulls_to_its_rest_as_one_of_a_line_does(imp
 @pytest.mark.parametrize("implicit", [0, 1])
 @pytest.mark.parametrize("any_joint", [False, True])
 def test_a_spring_of_a_ball_joint_turns_the_short_way_to_its_rest(any_joint: bool, implicit: int):
-    """With child = parent * rest * (a turn by an angle about an axis of the child): on the parent k angle axis + d w."""
+    """With child = parent * rest * (a turn by an angle about the child's axis): on the parent k angle axis + d w."""
     axis, angle = units(1, 7)[0], 0.02
     parent, rest = units(2, 8, 4)
     child = product(product(parent, rest), turn_about(axis, np.array([angle]))[0])
