@@ -1,4 +1,4 @@
-"""Efforts that are given from outside: by virtual power they are what was asked of each speed, and bad ones are named."""
+"""Efforts given from outside: by virtual power they are what was asked of each speed, and bad ones are named."""
 
 import numpy as np
 import warp as wp

@@ -1,4 +1,4 @@
-"""Motion of coupled joints: their derivatives are those of their places, and lanes that share the work find the same."""
+"""Motion of coupled joints: derivatives are those of the place, and lanes that share the work find the same."""
 
 import numpy as np
 import pytest

@@ -49,6 +49,48 @@ def followed(model: int, activation, mt_length, start, slack, width, damping, ti
     return [v.numpy().astype(np.float64) for v in out]
 
 
+@wp.kernel(enable_backward=True, module="unique")
+def balance(
+    activation: wp.array[float], mt_length: wp.array[float], start: wp.array[float], reach: float, slack: float,
+    width: float, damping: float, speed: wp.array[float],
+):  # fmt: skip
+    i = wp.tid()
+    speed[i] = muscle.equilibrium_speed(
+        LEE, activation[i], mt_length[i], start[i], reach, 0.0, wp.static(L_OPT), slack, width, damping
+    )
+
+
+def balanced(activation: np.ndarray, mt_length: np.ndarray, start: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Speeds (n,) at which fibre and tendon balance, and their derivatives (3, n) by what is given."""
+    given = [
+        wp.array(np.float32(v), dtype=float, device="cpu", requires_grad=True) for v in (activation, mt_length, start)
+    ]
+    speed = wp.zeros(len(start), dtype=float, device="cpu", requires_grad=True)
+    with wp.Tape() as tape:
+        wp.launch(balance, len(start), [*given, REACH, 0.2, 0.02, 0.1, speed], device="cpu")
+    tape.backward(grads={speed: wp.ones_like(speed)})
+    return speed.numpy().astype(float), np.stack([v.grad.numpy() for v in given]).astype(float)
+
+
+REACH = 2.0 / 3.0 * TIME_STEP * V_MAX * L_OPT  # m, by which a fibre is longer after a step at the greatest speed
+
+
+def test_the_speed_of_equilibrium_has_the_derivatives_of_differences():
+    """Fibres that are free, by activation, by the length of the unit and by where the fibre starts."""
+    rng = np.random.default_rng(8)
+    activation, x = rng.uniform(0.2, 0.9, 60), rng.uniform(0.7, 1.0, 60)
+    start = (x * L_OPT).astype(np.float32).astype(float)
+    mt_length = np.sqrt(start**2 - 0.02**2) + 0.2 * (1.0 + rng.uniform(0.005, 0.02, 60))
+    values = [activation, mt_length, start]
+    speed, slopes = balanced(*values)
+    free = np.abs(np.abs(speed) - 0.4) < 0.38  # beyond the corner at rest, and within the bounds
+    assert free.sum() > 15
+    for k, step in enumerate((4e-3, 4e-5, 4e-5)):
+        ends = [balanced(*(v + sign * step * (j == k) for j, v in enumerate(values)))[0] for sign in (1.0, -1.0)]
+        difference = (ends[0] - ends[1]) / (2.0 * step)
+        np.testing.assert_allclose(slopes[k][free], difference[free], atol=0.05 * np.abs(difference[free]).max())
+
+
 @opensim_models
 @pytest.mark.parametrize("kind", ["random_state", "static_equilibrium"])
 def test_forces_of_fibre_and_tendon_are_those_of_opensim(model: int, kind: str, reference_data):
