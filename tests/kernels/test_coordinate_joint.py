@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hybrid_dynamics import accelerated, chain
+from joint_chains import accelerated, chain, lagging
 
 from warpmuscle.scene import Body, Character, Failure, Ground, Joint, Scene
 from warpmuscle.simulation.stages import Stages
@@ -65,3 +65,10 @@ def test_a_bead_on_a_turntable_feels_centrifugal_and_coriolis_forces(heading: fl
     np.testing.assert_allclose(rate[:, 0], slowing, rtol=1e-5, atol=1e-5)
     # In numbers: 0.5 m from the middle at 2 m/s outwards and 3 rad/s.
     np.testing.assert_allclose(rate[0], [-7.8 / 1.045, 4.5], rtol=1e-5)
+
+
+def test_velocities_lag_by_what_their_speeds_gained_in_half_a_step():
+    found, gained = lagging(chain(("coupled", "none"), ("slide", "none"), ("hinge", "none"), ("coupled", "none")))
+    np.testing.assert_allclose(found[:, :, 2:], gained, atol=2e-5)
+    assert np.abs(gained[:, 1:]).min(axis=(0, 1, 3)).max() > 0.0
+    assert np.abs(gained).max() > 0.05

@@ -4,8 +4,74 @@ import numpy as np
 import warp as wp
 from probes import evaluate, filled
 
-from warpmuscle.kernels.failure import has_fallen, has_turned, nearest_on_the_way, progress_status, remember_place
-from warpmuscle.kernels.structs import RUNNING, STOPPED, Model, Scratch, State
+from warpmuscle.kernels.failure import (
+    has_fallen,
+    has_turned,
+    nearest_on_the_way,
+    posture_status,
+    progress_status,
+    remember_place,
+)
+from warpmuscle.kernels.structs import (
+    CROSSED,
+    DIVERGED,
+    FELL,
+    RUNNING,
+    STOPPED,
+    TURNED,
+    Contacts,
+    Feet,
+    Model,
+    Scratch,
+    Simbicon,
+    State,
+)
+
+
+@wp.kernel(enable_backward=False)
+def stand(
+    model: Model, state: State, orientation: wp.array2d[wp.quat], position: wp.array2d[wp.vec3],
+    center: wp.array2d[wp.vec3], status: wp.array[int],
+):  # fmt: skip
+    i = wp.tid()
+    work = Scratch()
+    work.orientation = orientation[i]
+    work.position = position[i]
+    work.center = center[i]
+    status[i] = posture_status(i, model, state, work)
+
+
+def standing(
+    yaw: list[float], feet: list[float] | None = None, height: list[float] | None = None, speed: float = 1.0,
+    controlled: int = 0, wanted: float = 0.0, **limits: float,
+) -> list[int]:  # fmt: skip
+    """Status of instances that face so, whose left foot is so far to the left, with their COM so high; start: 0.2 rad.
+
+    The body that is not the root faces another way.
+    """
+    count = len(yaw)
+    half = 0.5 * np.stack([np.array(yaw), np.full(count, 2.5), np.full(count, -2.0)], axis=1)
+    orientation = np.stack([0.0 * half, np.sin(half), 0.0 * half, np.cos(half)], axis=-1)
+    position = np.ones((count, 3, 3))
+    left = np.stack([np.cos(yaw), np.zeros(count), -np.sin(yaw)], axis=1)
+    position[:, 1] += left * np.array(feet if feet is not None else [0.2] * count)[:, None]
+    center = np.zeros((count, 2, 3))
+    center[:, 0, 1], center[:, 1, 2] = height if height is not None else [1.0] * count, speed
+    names = ("com_height", "heading", "max_speed", "leg_crossing", "no_progress", "no_progress_window")
+    model = filled(
+        Model, fastest=9.0, failure={name: [[limits.get(name, 0.0)]] for name in names},
+        feet=filled(Feet, left=1, right=2),
+        simbicon=filled(Simbicon, heading_control=controlled, hip={"desired_heading": [[wanted]]}),
+        contacts=filled(Contacts, normal=[[[0.0, 1.0, 0.0]]], height=[[0.0]]),
+    )  # fmt: skip
+    state = filled(State, start_height=np.ones(count), start_heading=np.full(count, 0.2))
+    given = [
+        wp.array(np.float32(values), dtype=kind, device="cpu")
+        for values, kind in ((orientation, wp.quat), (position, wp.vec3), (center, wp.vec3))
+    ]
+    status = wp.zeros(count, dtype=int, device="cpu")
+    wp.launch(stand, count, [model, state, *given, status], device="cpu")
+    return status.numpy().tolist()
 
 
 @wp.kernel(enable_backward=False)
@@ -77,3 +143,24 @@ def test_progress_counts_at_the_ends_of_windows_alone_and_from_their_beginnings(
     assert status == [RUNNING, RUNNING, RUNNING, STOPPED, RUNNING, STOPPED]
     np.testing.assert_allclose(passed, way * np.isin(steps, [0, 50, 150])[:, None], atol=1e-6)
     assert gone_on(0.0, way, steps)[0] == [RUNNING] * 6
+
+
+def test_the_root_turns_away_from_its_first_heading_or_from_the_desired_one():
+    yaw = [0.2, 0.9, -0.5, 1.1, -0.7, 3.0, np.nan]
+    assert standing(yaw, heading=0.8) == [RUNNING] * 3 + [TURNED] * 4
+    towards = standing([0.2, 1.0, 1.9, 2.1, -0.7], heading=0.8, controlled=1, wanted=1.2)
+    assert towards == [RUNNING, RUNNING, RUNNING, TURNED, TURNED]  # on the way from 0.2 to 1.2 nobody is off it
+    assert standing(yaw[:6]) == [RUNNING] * 6  # without a limit
+
+
+def test_legs_cross_by_how_far_the_left_foot_is_to_the_right_as_the_root_faces():
+    apart = [0.2, 0.0, -0.04, -0.06, -0.5]
+    for yaw in (0.0, 1.0, -2.0):
+        assert standing([yaw] * 5, apart, leg_crossing=0.05) == [RUNNING] * 3 + [CROSSED] * 2
+    assert standing([0.0] * 5, apart) == [RUNNING] * 5
+
+
+def test_who_is_low_has_fallen_and_who_is_nowhere_or_too_fast_has_diverged():
+    assert standing([0.0] * 3, height=[0.95, 0.85, np.nan], com_height=0.9) == [RUNNING, FELL, DIVERGED]
+    assert standing([0.0], speed=8.9) == [RUNNING]
+    assert standing([0.0], speed=9.1) == standing([0.0], speed=np.nan) == [DIVERGED]

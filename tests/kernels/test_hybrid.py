@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import warp as wp
-from hybrid_dynamics import accelerated, chain
+from joint_chains import accelerated, chain
 from probes import filled
 
 from warpmuscle.kernels.hybrid import hybrid_integrate_stage

@@ -68,6 +68,20 @@ def run(scene: Scene) -> tuple[Rollout, np.ndarray, np.ndarray]:
     return rollout, q, v
 
 
+def test_a_pose_of_one_knot_and_a_planar_root_without_rotation_are_held():
+    scene = chain(("hinge", "kinematic"), ("hinge", "none"), root="planar")
+    positions = [(0.0, 1.0 + 0.1 * k, 0.2 * k) for k in range(len(TIME))]
+    scene.motion = {"root": Motion(TIME.tolist(), position=positions), "joint0": Motion([0.0], [0.4])}
+    scene.initial_state.root_orientation = (np.sin(0.15), 0.0, 0.0, np.cos(0.15))
+    rollout = Rollout(scene, 1, "cpu")
+    curves, moving = motion_of(rollout.scene, rollout.structure), rollout.structure.kinematic
+    assert len(moving.names) == 4
+    for k, time in enumerate(TIME):
+        value, rate, _ = curves.rates(float(time))
+        np.testing.assert_allclose(value[0], [1.0 + 0.1 * k, 0.2 * k, 0.3, 0.4], atol=1e-6)
+        np.testing.assert_allclose(rate[0, 2:], 0.0, atol=1e-9)
+
+
 ALL = [("hinge", "kinematic"), ("universal", "kinematic"), ("ball", "kinematic")]
 
 

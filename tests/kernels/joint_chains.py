@@ -1,4 +1,4 @@
-"""Chains some of whose coordinates are prescribed, in random states, and their accelerations by one pass."""
+"""Chains of bodies in random states: their velocities, and accelerations where some coordinates are prescribed."""
 
 from __future__ import annotations
 
@@ -49,8 +49,20 @@ def accelerate(model: Model, state: State, workspace: wp.array2d[float], rate: w
             rate[i, first + k] = speed_rate_of(body, k, model, work)
 
 
-def chain(*drives: tuple[str, Any]) -> Scene:
-    """Bodies that hang one on the other from a free root, each on a joint of a type with what drives its axes."""
+@wp.kernel(module="unique", enable_backward=False, module_options={"max_unroll": 1})
+def move(model: Model, state: State, workspace: wp.array2d[float], velocity: wp.array3d[wp.vec3]):
+    i = wp.tid()
+    work = work_of(i, model, workspace)
+    kinematics(i, 0, 1, model, state, work)
+    for body in range(model.body_count):
+        velocity[i, body, 0] = work.velocity[body]
+        velocity[i, body, 1] = work.angular_velocity[body]
+        velocity[i, body, 2] = work.lag_velocity[body]
+        velocity[i, body, 3] = work.lag_angular[body]
+
+
+def chain(*drives: tuple[str, Any], root: str = "free") -> Scene:
+    """Bodies that hang one on the other from a root, each on a joint of a type with what drives its axes."""
     bodies = {f"body{i}": Body(1.5 - 0.1 * i, (0.02, 0.005 + 0.002 * i, 0.03)) for i in range(len(drives) + 1)}
     joints, actuation, motion = {}, {}, {}
     for i, (kind, drive) in enumerate(drives):
@@ -64,7 +76,7 @@ def chain(*drives: tuple[str, Any]) -> Scene:
         if count:
             ones = [[0.0, 0.1]] * count
             motion[f"joint{i}"] = Motion([0.0, 1.0], value=ones if count > 1 else ones[0])
-    scene = Scene("chain", Character("body0", bodies, joints, "free"), failure=Failure(0.0, 0.0), duration=0.5)
+    scene = Scene("chain", Character("body0", bodies, joints, root), failure=Failure(0.0, 0.0), duration=0.5)
     scene.ground, scene.actuation, scene.motion = Ground(stiffness=0.0), actuation, motion
     return scene
 
@@ -77,6 +89,34 @@ class Accelerated:
     speeds: np.ndarray  # (n, S)
     accelerations: np.ndarray  # (n, S)
     others: np.ndarray  # numbers of the speeds that are not prescribed
+
+
+def lagging(scene: Scene, count: int = 6) -> tuple[np.ndarray, np.ndarray]:
+    """Velocities (n, bodies, 4, 3) of joints and bodies, and of both what speeds gained in the last half step.
+
+    And what they should have gained: velocities are linear in the speeds, so that their difference is that of these.
+    """
+    rollout, rng = Rollout(scene, count, "cpu"), np.random.default_rng(2)
+    state, names, step = rollout.state, rollout.names, 0.1
+    rollout.model.time_step = step
+    q = state.coordinates.numpy().astype(float)
+    q += 0.4 * rng.normal(size=q.shape)
+    if scene.character.root_joint != "planar":
+        q[:, 3:7] = normalized(q[:, 3:7])
+    for i, name in enumerate(names.joints, 1):
+        if scene.character.joints[name].type == "ball":
+            at = slice(names.coordinate_start[i], names.coordinate_start[i] + 4)
+            q[:, at] = normalized(q[:, at])
+    v, a = rng.normal(size=(2, count, names.speeds))
+    room = wp.zeros((count, work_floats(capacity_of(len(names.bodies)), True)), dtype=float, device="cpu")
+    found = []
+    for speeds in (v, v - 0.5 * step * a):
+        for array, values in ((state.coordinates, q), (state.speeds, speeds), (state.accelerations, a)):
+            array.assign(values.astype(np.float32))
+        velocity = wp.zeros((count, len(names.bodies), 4), dtype=wp.vec3, device="cpu")
+        wp.launch(move, count, [rollout.model, state, room, velocity], device="cpu")
+        found.append(velocity.numpy().astype(float))
+    return found[0], found[0][:, :, :2] - found[1][:, :, :2]
 
 
 def accelerated(scene: Scene, count: int = 8) -> Accelerated:
