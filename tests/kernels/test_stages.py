@@ -5,6 +5,7 @@ import pytest
 import warp as wp
 from probes import filled, matrix
 
+from muscle_arm import arm, constant
 from warpmuscle.kernels.stages import speed_rate_of
 from warpmuscle.kernels.structs import ROOT_FIXED, ROOT_FREE, ROOT_PLANAR, Model, Scratch, Skeleton
 from warpmuscle.scene import Body, Character, Failure, Ground, Joint, Scene
@@ -124,3 +125,18 @@ def test_the_accelerations_of_a_free_chain_change_no_momentum_but_by_gravity():
     scale = np.abs(force).max()
     np.testing.assert_allclose(force.sum(axis=1), 0.0, atol=1e-4 * scale)
     np.testing.assert_allclose((np.cross(place, force) + moment).sum(axis=1), 0.0, atol=3e-4 * scale)
+
+
+def test_muscles_turn_a_joint_by_their_forces_times_their_moment_arms():
+    scene = arm(flexor={"excitation": constant(0.6)})
+    stages = Stages(scene, 3, "cpu")
+    coordinates = stages.state.coordinates.numpy()
+    coordinates[:, 7] = [-0.5, 0.1, 0.8]
+    stages.state.coordinates.assign(coordinates)
+    paths = stages.muscle_paths()
+    for _ in range(5):
+        torque, found = stages.muscle_torques(np.zeros((3, 1, 3)))
+    assert found["muscle_force"][:, 0].min() > 1.0
+    expected = np.einsum("nc,nci->ni", found["muscle_force"][:, list(paths.muscle)], paths.moment_arm)
+    np.testing.assert_allclose(torque[:, 0], expected, rtol=1e-4, atol=1e-5)
+    assert stages.state.step.numpy().tolist() == [5, 5, 5]
