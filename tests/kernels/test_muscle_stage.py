@@ -11,7 +11,7 @@ from muscle_arm import INERTIA, MASS, arm, constant, leg
 from warpmuscle.kernels import muscle
 from warpmuscle.kernels.curves import LEE
 from warpmuscle.results.recording import MUSCLE_QUANTITIES, Recording
-from warpmuscle.scene import Actuation, Excitation, JointState, MuscleModel, Scene
+from warpmuscle.scene import Actuation, Excitation, JointState, Muscle, MuscleModel, PolynomialPath, Scene
 from warpmuscle.scene.number import Free
 from warpmuscle.simulation.rollout import Rollout
 from warpmuscle.simulation.stages import Stages
@@ -66,6 +66,20 @@ def test_muscles_that_share_a_torque_make_as_much_as_is_wanted_of_them_and_no_mo
         assert desired[instance, 1 - pulling[instance]] < 0.01 * 400.0
     assert desired[2].max() < 0.01 * 400.0
     np.testing.assert_allclose(found["muscle_excitation"], desired / 400.0, atol=1e-6)
+
+
+def test_a_muscle_whose_path_is_a_polynomial_pulls_as_well():
+    """Its path is 0.25 + 0.03 q long, so that it turns the elbow by 0.03 m times its force."""
+    scene = arm(flexor={"excitation": constant(0.5)})
+    path = PolynomialPath(["elbow"], [[0], [1]], [0.25, 0.03])
+    one = Muscle(polynomial=path, f_max=400.0, l_opt=0.15, l_slack=0.1, excitation=constant(0.5))
+    scene.character.muscles = {"fitted": one}
+    stages = Stages(scene, 2, "cpu")
+    for _ in range(20):
+        torque, found = stages.muscle_torques(np.zeros((2, 1, 3)))
+    assert found["muscle_force"].min() > 50.0
+    np.testing.assert_allclose(torque[:, 0], found["muscle_force"] * [0.03, 0.0, 0.0], rtol=1e-4, atol=1e-6)
+    np.testing.assert_allclose(found["muscle_path_length"], 0.25, atol=1e-6)
 
 
 # The law of force.
