@@ -56,11 +56,11 @@ SLACK, WIDTH, DAMPING = 0.2, 0.02, 0.1
 @wp.kernel(enable_backward=True, module="unique")
 def balance(
     activation: wp.array[float], mt_length: wp.array[float], start: wp.array[float], l_opt: wp.array[float],
-    speed: wp.array[float], length: wp.array[float],
+    reach: float, speed: wp.array[float], length: wp.array[float],
 ):  # fmt: skip
     i = wp.tid()
     speed[i] = muscle.equilibrium_speed(
-        LEE, activation[i], mt_length[i], start[i], wp.static(REACH), 0.0, l_opt[i], wp.static(SLACK),
+        LEE, activation[i], mt_length[i], start[i], reach, 0.0, l_opt[i], wp.static(SLACK),
         wp.static(WIDTH), wp.static(DAMPING),
     )  # fmt: skip
     length[i] = muscle.fibre_equilibrium(
@@ -68,12 +68,12 @@ def balance(
     )  # fmt: skip
 
 
-def balanced(*values: np.ndarray, which: int = 0) -> tuple[np.ndarray, np.ndarray]:
+def balanced(*values: np.ndarray, which: int = 0, reach: float = REACH) -> tuple[np.ndarray, np.ndarray]:
     """Speeds (n,), or lengths at rest, at which fibre and tendon balance; derivatives (4, n) by what is given."""
     given = [wp.array(np.float32(v), dtype=float, device="cpu", requires_grad=True) for v in values]
     results = [wp.zeros(len(values[0]), dtype=float, device="cpu", requires_grad=True) for _ in range(2)]
     with wp.Tape() as tape:
-        wp.launch(balance, len(values[0]), [*given, *results], device="cpu")
+        wp.launch(balance, len(values[0]), [*given, reach, *results], device="cpu")
     tape.backward(grads={results[which]: wp.ones_like(results[which])})
     return results[which].numpy().astype(float), np.stack([v.grad.numpy() for v in given]).astype(float)
 
@@ -103,11 +103,15 @@ def test_equilibrium_has_the_derivatives_of_differences(which: int):
         assert np.quantile(off, 0.9) <= 0.03 * np.abs(difference[free]).max(), k
 
 
-def test_fibre_and_tendon_are_in_equilibrium_at_the_speed_that_is_found():
-    """(a f_l f_v + f_p + damping v) cos(pennation) = f_t (Millard 2013, eq. 8), by the curves of the device."""
-    a, mt_length, start, _ = units_of()
-    v = balanced(a, mt_length, start, np.full(len(a), L_OPT))[0]
-    length = start + REACH * v
+@pytest.mark.parametrize("longer", [1.0, 10.0])
+def test_fibre_and_tendon_are_in_equilibrium_at_the_speed_that_is_found(longer: float):
+    """(a f_l f_v + f_p + damping v) cos(pennation) = f_t (Millard 2013, eq. 8), by the curves of the device.
+
+    In steps of half a millisecond, and of five, within which the tendon takes up most.
+    """
+    a, mt_length, start, l_opt = units_of()
+    v = balanced(a, mt_length, start, l_opt, reach=longer * REACH)[0]
+    length = start + longer * REACH * v
     along = np.sqrt(length**2 - WIDTH**2)
     fibre = evaluate(muscle.fibre_force, LEE, a, length / L_OPT, v, DAMPING) * along / length
     tendon = evaluate(curves.tendon_force_strain, LEE, (mt_length - SLACK - along) / SLACK)
