@@ -1,14 +1,17 @@
 """Muscles in the fused step: energy, bounds, delays, excitations of their own, and independence of what is around."""
 
 import dataclasses
+from functools import partial
 
 import numpy as np
 import pytest
+import warp as wp
 from probes import evaluate
 
 from biped import rotate
 from muscle_arm import INERTIA, MASS, arm, constant, leg
-from warpmuscle.kernels import muscle
+from warpmuscle.kernels import muscle, muscle_stage
+from warpmuscle.kernels import stages as single_stages
 from warpmuscle.kernels.curves import LEE
 from warpmuscle.results.recording import MUSCLE_QUANTITIES, Recording
 from warpmuscle.scene import Actuation, Excitation, JointState, Muscle, MuscleModel, PolynomialPath, Scene
@@ -80,6 +83,37 @@ def test_a_muscle_whose_path_is_a_polynomial_pulls_as_well():
     assert found["muscle_force"].min() > 50.0
     np.testing.assert_allclose(torque[:, 0], found["muscle_force"] * [0.03, 0.0, 0.0], rtol=1e-4, atol=1e-6)
     np.testing.assert_allclose(found["muscle_path_length"], 0.25, atol=1e-6)
+
+
+@wp.func_native(snippet="static int turn = 0; if (anew) { turn = 0; return 0; } return turn++;")
+def counted_turn(anew: int) -> int: ...
+
+
+def test_muscles_that_are_taken_from_a_queue_do_what_they_do_in_turn(monkeypatch: pytest.MonkeyPatch):
+    """As where warps of a GPU share the muscles of an instance, here with a counter of the CPU in place of theirs."""
+
+    def pulled_by(count: int) -> tuple[np.ndarray, np.ndarray]:
+        scene = arm()
+        scene.character.muscles = {
+            f"fitted{k}": Muscle(
+                polynomial=PolynomialPath(["elbow"], [[0], [1]], [0.25, 0.03 - 0.02 * k]), f_max=400.0, l_opt=0.15,
+                l_slack=0.1, excitation=constant(0.3 + 0.2 * k),
+            )
+            for k in range(count)
+        }  # fmt: skip
+        stages = Stages(scene, 2, "cpu")
+        for _ in range(5):
+            torque, found = stages.muscle_torques(np.zeros((2, 1, 3)))
+        return torque, found["muscle_force"]
+
+    in_turn = pulled_by(3)
+    monkeypatch.setattr(muscle_stage, "next_turn", counted_turn)
+    queued = partial(muscle_stage.muscle_stage_of.__wrapped__, together=1)
+    monkeypatch.setattr(single_stages, "muscle_stage_of", queued)
+    monkeypatch.setattr(single_stages, "muscle_torques", single_stages.muscle_torques.__wrapped__)
+    for got, expected in zip(pulled_by(3), in_turn, strict=True):
+        np.testing.assert_array_equal(got, expected)
+    assert in_turn[1].min() > 1.0
 
 
 # The law of force.
