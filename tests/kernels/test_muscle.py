@@ -103,6 +103,18 @@ def test_equilibrium_has_the_derivatives_of_differences(which: int):
         assert np.quantile(off, 0.9) <= 0.03 * np.abs(difference[free]).max(), k
 
 
+def test_a_fibre_as_short_as_it_may_be_does_not_depend_on_where_it_would_be():
+    """As bound by its pennation: only activation slows its lengthening, and a longer unit makes it faster."""
+    a, strain = (v.ravel() for v in np.meshgrid(np.linspace(0.2, 0.9, 8), np.linspace(0.001, 0.012, 12)))
+    start, shortest = np.full(len(a), 0.7 * WIDTH), WIDTH / np.sqrt(0.99)
+    v, slopes = balanced(a, SLACK * (1.0 + strain) + 0.1 * shortest, start, np.full(len(a), L_OPT))
+    well = np.abs(np.abs(v) - 0.45) < 0.4
+    assert well.sum() > 10
+    np.testing.assert_allclose(slopes[2], 0.0, atol=1e-6)
+    assert slopes[0, well].max() < 0.0
+    assert slopes[1, well].min() > 0.1
+
+
 @pytest.mark.parametrize("longer", [1.0, 10.0])
 def test_fibre_and_tendon_are_in_equilibrium_at_the_speed_that_is_found(longer: float):
     """(a f_l f_v + f_p + damping v) cos(pennation) = f_t (Millard 2013, eq. 8), by the curves of the device.
