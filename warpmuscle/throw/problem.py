@@ -11,6 +11,7 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error, SceneError, SignalError
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.core.pose import twist_angle
 from warpmuscle.scene import Scene
 from warpmuscle.scene.joints import joint_type, root_type
@@ -146,7 +147,9 @@ def notes(
     gaps = [motion.name for motion in read if motion.bridged]
     if gaps:
         count = sum(motion.bridged for motion in read)
-        found.append(f"{_of(gaps, read)}: {count} missing values in short gaps were interpolated by cubic splines")
+        found.append(
+            f"{_of(gaps, read)}: interpolated by cubic splines: {number_of(count, 'missing value')} in short gaps"
+        )
     still = [motion.name for motion in read if motion.cut > 0.0]
     if still:
         longest = max(motion.cut for motion in read)
@@ -171,7 +174,7 @@ def _of(names: Sequence[str], motions: Sequence[Motion]) -> str:
     """Which of some motions are meant."""
     if len(names) == 1 or len(names) < len(motions):
         return ", ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")
-    return f"all {len(motions)} motions"
+    return f"all {number_of(len(motions), 'motion')}"
 
 
 def _rms(values: Floats) -> Floats:
@@ -245,7 +248,10 @@ def computed_synergies(
     lacks = lacking(strong, motions, found, strong.unknowns(start_values(strong.scene)))
     acting = arm.acting
     if count > len(acting):
-        raise Error(f"{count} synergies are more than the {len(acting)} muscles that move {', '.join(arm.driven)}")
+        raise Error(
+            f"{number_of(count, 'synergy')} are more than the {number_of(len(acting), 'muscle')} that move "
+            f"{', '.join(arm.driven)}"
+        )
     return factorized(arm, motions, excitation, activation[:, 0], count, COMPUTED, seed), lacks
 
 
@@ -354,7 +360,7 @@ def shortcoming(arm: Arm, lacks: Sequence[Lack], count: int, whose: str) -> str:
     if not lacks:
         return ""
     worst = max(lacks, key=lambda lack: lack.missing / max(abs(lack.needed), 1e-9))
-    which = worst.motion if count == 1 else f"{len(lacks)} of {count} motions"
+    which = worst.motion if count == 1 else f"{len(lacks)} of {number_of(count, 'motion')}"
     text = (
         f"{whose} cannot make {which}: the {worst.joint.replace('_', ' ')} needs {worst.needed:.3g} N m"
         f"{f' in {worst.motion}' if count > 1 else ''} at {worst.time:.2f} s, {worst.made}"
