@@ -116,8 +116,8 @@ def test_search_of_a_scene_called_like_a_path_stays_in_the_folder(tmp_path):
 
 @pytest.mark.parametrize(
     ("noun", "plural"),
-    [("joint", "joints"), ("body", "bodies"), ("axis", "axes"), ("key", "keys"), ("push", "pushes"), ("batch", "batches"),
-     ("index", "indexes"), ("free parameter", "free parameters")],
+    [("joint", "joints"), ("body", "bodies"), ("axis", "axes"), ("key", "keys"), ("push", "pushes"),
+     ("batch", "batches"), ("index", "indexes"), ("free parameter", "free parameters")],
 )  # fmt: skip
 def test_nouns_have_their_plural(noun: str, plural: str):
     assert [number_of(count, noun) for count in (0, 1, 2)] == [f"0 {plural}", f"1 {noun}", f"2 {plural}"]

@@ -62,7 +62,12 @@ def test_kernels_are_not_compiled_into_the_current_folder(name: str, folder: str
     )
     kept = {key: value for key, value in os.environ.items() if key not in ("XDG_CACHE_HOME", "WARP_CACHE_PATH")}
     done = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, timeout=300, cwd=tmp_path, env=kept | {name: folder}
+        [sys.executable, "-c", code],
+        capture_output=True,
+        text=True,
+        timeout=300,
+        cwd=tmp_path,
+        env=kept | {name: folder},
     )
     assert done.returncode == 0, done.stderr
     assert not Path(done.stdout.strip()).is_relative_to(tmp_path)
