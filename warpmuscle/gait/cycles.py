@@ -14,7 +14,7 @@ from warpmuscle.core.number_rows import first_number
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.core.pose import twist_angle
 from warpmuscle.gait.foot_contact import SIDES, touch_downs
-from warpmuscle.gait.measures import measure
+from warpmuscle.gait.measures import feet_of, measure
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
 from warpmuscle.scene.anatomy import leg_joints
@@ -25,20 +25,6 @@ from warpmuscle.scene.norms import FLEXION, LEG_ANGLES
 ALONG_X = 0.7  # least component of an axis along x for which a turn about it is flexion
 PERCENT = np.linspace(0.0, 100.0, 101)  # of the gait cycle, where curves have their samples
 Strides = list[tuple[float, float]]  # s, begin and end of each
-
-
-def feet_of(scene: Scene) -> tuple[str, str]:
-    """Names of the left and the right foot's body.
-
-    Raises:
-        Error: the character has no such bodies.
-    """
-    feet = scene.feet or ("lFoot", "rFoot")
-    if missing := [foot for foot in feet if foot not in scene.character.bodies]:
-        lacking = " or ".join(map(repr, missing))
-        remedy = "" if scene.feet else "; `character.feet` names feet that are called otherwise"
-        raise Error(f"{scene.name} has no legs to walk on: there is no body {lacking}{remedy}")
-    return feet
 
 
 def strides(recording: Recording, side: str, start: float = 0.0, weight: float | None = None) -> Strides:

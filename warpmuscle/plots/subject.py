@@ -15,8 +15,8 @@ from warpmuscle.core.arguments import as_number, as_whole
 from warpmuscle.core.errors import Error
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.formats import toml
-from warpmuscle.gait.cycles import Strides, feet_of, steady_strides
-from warpmuscle.gait.measures import Gait, measure
+from warpmuscle.gait.cycles import Strides, steady_strides
+from warpmuscle.gait.measures import Gait, feet_of, measure
 from warpmuscle.gait.quality import runs, support_of
 from warpmuscle.optimization.best_scene import recorded_scene
 from warpmuscle.results.motion_of_scene import check_motion_of

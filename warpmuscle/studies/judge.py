@@ -16,7 +16,7 @@ import numpy as np
 from warpmuscle.core.errors import Error
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.core.status import Status
-from warpmuscle.gait.cycles import feet_of
+from warpmuscle.gait.measures import feet_of
 from warpmuscle.gait.muscle_effort import LEAST_SPEED, spent
 from warpmuscle.gait.penetration import penetration
 from warpmuscle.gait.quality import LEAST_FLIGHT, Measures, gait_measures
