@@ -103,18 +103,20 @@ def test_page_shows_and_hides_muscles_forces_and_desired_pose(opened):
     opened.evaluate("warpmuscle.play(false); warpmuscle.seek(0.3); warpmuscle.fit()")
     opened_options(opened)
     whole = picture_of(opened)
-    for name in ("muscles", "body", "bones", "ground forces", "centre of mass"):
+    for name in ("muscles", "skin", "bones", "ground forces"):
         opened.get_by_label(name).uncheck()
         without = picture_of(opened)
         assert np.mean(np.any(without != whole, axis=-1)) > 1e-4, name
         opened.get_by_label(name).check()
     np.testing.assert_array_equal(picture_of(opened), whole)
-    for name in ("desired pose", "contact shapes"):
+    for name in ("desired pose", "contact shapes", "thickness by force"):
         opened.get_by_label(name).check()
         assert np.mean(np.any(picture_of(opened) != whole, axis=-1)) > 1e-3, name
         opened.get_by_label(name).uncheck()
+    marks = drawn(opened)["counts"]["marks"]
+    opened.get_by_label("centre of mass").check()
+    assert drawn(opened)["counts"]["marks"] > marks
     opened.get_by_label("centre of mass").uncheck()
-    assert drawn(opened)["counts"]["marks"] < 8
     opened.get_by_label("follow").uncheck()
     place = drawn(opened)["target"]
     opened.evaluate("warpmuscle.seek(0.4)")

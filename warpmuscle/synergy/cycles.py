@@ -55,7 +55,7 @@ def read_cycles(path: str | Path) -> Cycles:
         raise SignalError(f"has {number_of(len(table.names), 'column')}; cycles have one or two", file=table.path)
     times = table.columns(range(len(table.names)))
     if len(times) < 2:
-        raise SignalError(f"holds {len(times)} starts of cycles; two are the least", file=table.path)
+        raise SignalError(f"holds {number_of(len(times), 'start')} of cycles; two are the least", file=table.path)
     order = times.ravel()
     wrong = np.flatnonzero(~(np.diff(order) > 0.0))  # so that what is no number counts, too
     if len(wrong):
