@@ -86,7 +86,7 @@ def test_a_number_is_found_moved_taken_back_and_saved(browser, live, tmp_path):
     copied = page.locator("#copy textarea").input_value()
     assert copied.startswith("warpmuscle simulate fwalk")
     assert f"--set controller.pd.lElbow.kp={gain():.6g}"[:40] in copied
-    page.get_by_role("button", name="close", exact=True).last.click()
+    page.locator("#copy").get_by_role("button", name="close").click()
     rows.locator("button.back").click()
     until(lambda: gain() == 5.0)
     until(lambda: rows.locator("input[type=number]").input_value() == "5")

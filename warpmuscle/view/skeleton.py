@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from warpmuscle.core.array_types import Floats
-from warpmuscle.view.bone_meshes import ellipsoid, merged, tube
+from warpmuscle.view.bone_meshes import ellipsoid, merged, plate, tube
 from warpmuscle.view.hulls import Mesh
 
 AHEAD = np.array([0.0, 0.0, 1.0])
@@ -174,14 +174,11 @@ def pelvis_bones(hips: Sequence[Floats], top: Floats, scale: float) -> Mesh:
             + 2.0 * part * (1.0 - part) * (2.0 * high - 0.5 * (before + behind))
             + part**2 * behind
         )
-        along, rise = _unit(before - behind), high - hip
-        upright = _across(along, rise)
-        plate = np.stack([np.cross(upright, along), upright, along], axis=1)
-        wing = (0.0085 * s, 0.5 * abs(float(np.dot(rise, upright))), 0.47 * float(np.linalg.norm(before - behind)))
+        rim = np.linspace(0.03, -0.028, 9)[:, None] * s * AHEAD + hip + 0.018 * s * up
         low = hip - s * (0.022 * side + 0.03 * AHEAD) - 0.072 * s * up
         parts += [
             tube(crest, s * np.array([0.009, 0.0095, 0.01, 0.0105, 0.0105, 0.0105, 0.01, 0.011, 0.012])),
-            ellipsoid(hip + 0.5 * rise, wing, plate, 14),
+            plate(rim, crest, 0.012 * s),
             ellipsoid(hip, (0.028 * s, 0.032 * s, 0.032 * s)),
             tube([hip, 0.6 * hip + 0.4 * behind, behind], s * np.array([0.026, 0.019, 0.014])),
             tube(

@@ -168,11 +168,12 @@ class Renderer {
     this.solid = this.begin(programs.solids[lighting], matrix, eye, { poses: this.poses });
     if (shown.bones) this.drawSolids([bone], OWN(1));
     this.drawSolids([this.marks, ...(shown.path ? [{ path: this.path }] : [])], OWN(1));
-    if (shown.flesh && !muscles) this.drawSolids([flesh], OWN(1));
+    const opaque = !muscles && !(this.fine && shown.bones); // what is inside is to be seen
+    if (shown.flesh && opaque) this.drawSolids([flesh], OWN(1));
     gl.enable(gl.BLEND);
     if (shown.shapes) this.drawGlass([shape], SHAPE);
     if (shown.surfaces) this.drawGlass([surface], SURFACE);
-    if (shown.flesh && muscles) this.drawGlass([flesh], OWN(this.fine ? 0.2 : 0.42));
+    if (shown.flesh && !opaque) this.drawGlass([flesh], OWN(this.fine ? 0.2 : 0.42));
     if (shown.desired) {
       gl.uniform1i(this.solid.place.shift, this.shift);
       this.drawGlass([flesh], GHOST);
