@@ -47,11 +47,11 @@ def test_rest_is_blue_full_activation_red_and_nothing_is_dark():
     first, last = stops()[[0, -1]]
     assert first.argmax() == 2
     assert last.argmax() == 0
-    assert oklab(linear(stops()))[:, 0].min() > 0.45  # black is 0, white 1
+    assert oklab(linear(stops()))[:, 0].min() > 0.44  # black is 0, white 1
 
 
 def test_who_lacks_a_kind_of_cones_tells_the_stops_apart():
     for sight in (PROTANOPIA, DEUTERANOPIA):
         seen = oklab(linear(stops()) @ sight.T)
         for one, other in itertools.combinations(range(len(seen)), 2):  # 0.02 is just seen
-            assert np.linalg.norm(seen[one] - seen[other]) > 0.03 * (other - one), (one, other)
+            assert np.linalg.norm(seen[one] - seen[other]) > 0.04 * (other - one), (one, other)
