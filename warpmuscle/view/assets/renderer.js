@@ -205,7 +205,7 @@ class Renderer {
   // Only the front of it, and its edges most.
   drawGlass(groups, paint) {
     const gl = this.gl;
-    if (this.fine) {
+    if (this.fine && !this.level) {
       gl.colorMask(false, false, false, false);
       this.drawSolids(groups, paint);
       gl.colorMask(true, true, true, true);
@@ -246,12 +246,13 @@ class Renderer {
   // Behind all, darker from the horizon upwards.
   drawSky(matrix, eye, middle) {
     const gl = this.gl, { program, place } = this.sky, along = minus(middle, eye);
-    const far = onScreen(matrix, add(eye, times(unit([along[0], 0, along[2]]), 1e4)), 2, 2);
+    const far = onScreen(matrix, add(eye, times(unit([along[0], 0, along[2]]), 1e4)), 2, 2), level = far ? 1 - far[1] : 9;
+    if (level >= 1) return;
     gl.disable(gl.DEPTH_TEST);
     gl.useProgram(program);
     gl.uniform3fv(place.horizon, HORIZON);
     gl.uniform3fv(place.zenith, ZENITH);
-    gl.uniform1f(place.level, far ? 1 - far[1] : 9);
+    gl.uniform1f(place.level, level);
     gl.drawArrays(gl.TRIANGLE_STRIP, 0, 4);
     gl.enable(gl.DEPTH_TEST);
   }

@@ -128,11 +128,10 @@ void main() {
 }`;
 
 const SKY_VERTEX = `#version 300 es
-out float up;
+uniform float level; out float up;
 void main() {
-  vec2 corner = vec2(gl_VertexID % 2 * 2 - 1, gl_VertexID / 2 * 2 - 1);
-  up = corner.y;
-  gl_Position = vec4(corner, 0.0, 1.0);
+  up = gl_VertexID / 2 == 0 ? max(level, -1.0) : 1.0; // no more of the picture than lies above the horizon
+  gl_Position = vec4(float(gl_VertexID % 2 * 2 - 1), up, 0.0, 1.0);
 }`;
 const SKY_FRAGMENT = `#version 300 es
 precision highp float;
