@@ -17,9 +17,9 @@ from warpmuscle.scene import Box, Character, Joint, Shape, Sphere
 from warpmuscle.scene.anatomy import Side, bone_lines, far_end, foot_bodies, joint_place, sides_of
 from warpmuscle.scene.initial_pose import plain_number, plain_vector
 from warpmuscle.scene.masses import TINY_MASS, body_mass, massless
-from warpmuscle.view import skeleton
+from warpmuscle.view.bones import skeleton
+from warpmuscle.view.bones.limbs import Limbs
 from warpmuscle.view.hulls import Mesh, Seeds, box_seeds, rounded_hull, sized_hull
-from warpmuscle.view.limbs import Limbs
 from warpmuscle.view.pieces import Hull, Layer, Limb, Piece, exact_shape
 
 DENSITY = 1000.0  # kg/m^3

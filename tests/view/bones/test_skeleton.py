@@ -8,11 +8,11 @@ from warpmuscle.scene.anatomy import joint_place
 from warpmuscle.scene.initial_pose import plain_vector
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.scene.topology import topology
-from warpmuscle.view import skeleton
-from warpmuscle.view.bone_meshes import ellipsoid, merged, tube
+from warpmuscle.view.bones import skeleton
+from warpmuscle.view.bones.limbs import Limbs
+from warpmuscle.view.bones.meshes import ellipsoid, merged, tube
 from warpmuscle.view.figure import figure_of
 from warpmuscle.view.hulls import Mesh
-from warpmuscle.view.limbs import Limbs
 from warpmuscle.view.pieces import Hull
 
 ROLES = {

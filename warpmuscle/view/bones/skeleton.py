@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from warpmuscle.core.array_types import Floats
-from warpmuscle.view.bone_meshes import ellipsoid, merged, plate, tube
+from warpmuscle.view.bones.meshes import ellipsoid, merged, plate, tube
 from warpmuscle.view.hulls import Mesh
 
 AHEAD = np.array([0.0, 0.0, 1.0])
