@@ -114,12 +114,15 @@ def test_search_of_a_scene_called_like_a_path_stays_in_the_folder(tmp_path):
     assert {path.name for path in tmp_path.iterdir()} == {"inner"}
 
 
-def test_numbers_of_things_are_in_the_singular_and_the_plural():
-    said = [
-        number_of(1, "joint"),
-        number_of(0, "joint"),
-        number_of(2, "body"),
-        number_of(3, "axis"),
-        number_of(1, "body"),
-    ]
-    assert said == ["1 joint", "0 joints", "2 bodies", "3 axes", "1 body"]
+@pytest.mark.parametrize(
+    ("noun", "plural"),
+    [("joint", "joints"), ("body", "bodies"), ("axis", "axes"), ("key", "keys"), ("push", "pushes"),
+     ("batch", "batches"), ("index", "indexes"), ("free parameter", "free parameters")],
+)  # fmt: skip
+def test_nouns_have_their_plural(noun: str, plural: str):
+    assert [number_of(count, noun) for count in (0, 1, 2)] == [f"0 {plural}", f"1 {noun}", f"2 {plural}"]
+
+
+def test_verbs_follow_the_number():
+    assert [number_of(count, "body", "need") for count in (1, 2)] == ["1 body needs", "2 bodies need"]
+    assert [number_of(count, "body", "are") for count in (1, 2)] == ["1 body is", "2 bodies are"]

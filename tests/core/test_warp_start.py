@@ -54,15 +54,30 @@ def test_warp_starts_where_there_is_no_error_stream(tmp_path: Path):
     assert done.stdout == "there\n"
 
 
-@pytest.mark.parametrize("folders", [{"XDG_CACHE_HOME": ""}, {"XDG_CACHE_HOME": "."}, {"WARP_CACHE_PATH": ""}])
-def test_kernels_are_not_compiled_into_the_current_folder(folders: dict[str, str], tmp_path: Path):
+@pytest.mark.parametrize("name", ["XDG_CACHE_HOME", "WARP_CACHE_PATH"])
+@pytest.mark.parametrize("folder", ["", ".", "kernels", "./kernels", "~/kernels"])
+def test_kernels_are_not_compiled_into_the_current_folder(name: str, folder: str, tmp_path: Path):
     code = (
         "from warpmuscle.core.warp_start import start_warp as f; f(); import warp; print(warp.config.kernel_cache_dir)"
     )
-    kept = {name: value for name, value in os.environ.items() if name not in ("XDG_CACHE_HOME", "WARP_CACHE_PATH")}
+    kept = {key: value for key, value in os.environ.items() if key not in ("XDG_CACHE_HOME", "WARP_CACHE_PATH")}
     done = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, timeout=300, cwd=tmp_path, env=kept | folders
+        [sys.executable, "-c", code],
+        capture_output=True,
+        text=True,
+        timeout=300,
+        cwd=tmp_path,
+        env=kept | {name: folder},
     )
     assert done.returncode == 0, done.stderr
     assert not Path(done.stdout.strip()).is_relative_to(tmp_path)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_folder_for_kernels_from_the_root_on_is_used(tmp_path: Path):
+    code = (
+        "from warpmuscle.core.warp_start import start_warp as f; f(); import warp; print(warp.config.kernel_cache_dir)"
+    )
+    environment = os.environ | {"WARP_CACHE_PATH": str(tmp_path / "kernels")}
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=300, env=environment)
+    assert Path(done.stdout.strip()).is_relative_to(tmp_path / "kernels")

@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 
 from biped import biped, load_recording, random_recording
-from warpmuscle.gait.measures import measure
+from warpmuscle.core.errors import ArgumentError, Error
+from warpmuscle.formats import load
+from warpmuscle.gait.measures import feet_of, measure
 from warpmuscle.results.recording import QUANTITIES, Recording
 
 
@@ -158,3 +160,15 @@ def test_one_frame_is_enough_and_none_is_an_error():
     assert measure(recording.window(2.0), "left", "right").speed_forward == pytest.approx(1.0)
     with pytest.raises(ValueError, match="without frames"):
         measure(recording.window(3.0), "left", "right")
+
+
+def test_a_scene_names_the_feet_and_bipeds_have_usual_names():
+    scene = load("walk56_person")
+    recording = walk(1.0, 0.2, 0.5, 12.0)
+    named = dataclasses.replace(recording, body_names=("root", *feet_of(scene)))
+    wanted = measure(recording, "left", "right")
+    assert measure(named, scene) == measure(named) == wanted
+    with pytest.raises(Error, match="has no legs to walk on"):
+        measure(named, load("throw"))
+    with pytest.raises(ArgumentError, match="no body is called 'lFoot'"):
+        measure(recording)

@@ -233,8 +233,8 @@ def test_free_parameters_of_a_slide_differ_by_instance():
 @pytest.mark.parametrize(
     ("field", "value", "key", "words"),
     [
-        ("axes", [], "axes", "a slide joint takes 1 axes, got 0"),
-        ("limits", [(0.0, 1.0)] * 2, "limits", "a slide joint takes 1 limits or none, got 2"),
+        ("axes", [], "axes", "a slide joint takes 1 axis, got 0"),
+        ("limits", [(0.0, 1.0)] * 2, "limits", "a slide joint takes 1 limit or none, got 2"),
         ("type", "slid", "type", "did you mean 'slide'?"),
     ],
 )

@@ -232,13 +232,13 @@ def test_scene_with_motion_is_read_back_as_written():
         ("joint0", Motion([], []), "motion.joint0.time", "at least one knot"),
         ("joint0", Motion([0.0, 0.0], [0.1, 0.2]), "motion.joint0.time.1", "must increase"),
         ("joint0", Motion([0.0, 0.1], [0.1, 0.2]), "motion.joint0.time", "reaches from 0 to 0.1 s"),
-        ("joint0", Motion([0.0], [0.1, 0.2]), "motion.joint0.value", "2 values for 1 times"),
+        ("joint0", Motion([0.0], [0.1, 0.2]), "motion.joint0.value", "2 values for 1 time"),
         ("joint0", Motion([0.0], rotation=[X]), "motion.joint0.rotation", "takes `value` only"),
         ("joint1", Motion([0.0], [0.1]), "motion.joint1.value", "2 angles take 2 lists, got 1"),
         ("joint1", Motion([0.0], [[0.1], 0.2]), "motion.joint1.value", "either numbers, or one list"),
-        ("joint1", Motion([0.0], [[0.1], [0.2, 0.3]]), "motion.joint1.value.1", "2 values for 1 times"),
+        ("joint1", Motion([0.0], [[0.1], [0.2, 0.3]]), "motion.joint1.value.1", "2 values for 1 time"),
         ("joint2", Motion([0.0], [0.1]), "motion.joint2.value", "takes `rotation` only"),
-        ("joint2", Motion([0.0], rotation=[X, Y]), "motion.joint2.rotation", "2 values for 1 times"),
+        ("joint2", Motion([0.0], rotation=[X, Y]), "motion.joint2.rotation", "2 values for 1 time"),
     ],
 )
 def test_motions_that_make_no_sense_are_refused(name: str, motion: Motion, key: str, message: str):

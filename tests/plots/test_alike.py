@@ -42,6 +42,14 @@ def test_every_leg_has_signs_of_flexion(name: str):
     assert sorted(flexion_signs(numeric(name)).values()) == [-1.0] * 4 + [1.0] * 2
 
 
+def test_knees_of_opensim_bend_at_negative_angles():
+    signs = flexion_signs(numeric("gait2392_walk"))
+    assert {joint: sign for joint, sign in signs.items() if "knee" in joint} == {
+        "knee_angle_r": -1.0,
+        "knee_angle_l": -1.0,
+    }
+
+
 def test_an_arm_has_none():
     assert flexion_signs(numeric("throw")) == {}
 

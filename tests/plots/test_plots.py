@@ -95,7 +95,7 @@ def test_a_motion_of_another_character_is_refused(result, armed):
 def test_choices_that_a_result_does_not_have_are_named_with_those_it_has(result):
     for choices, message in (
         (Choices(replay=3), "numbered from 0; none has number 3"),
-        (Choices(start=90.0), "lie within the times wanted"),
+        (Choices(start=90.0), "within the times wanted"),
         (Choices(muscles=("lSOl",)), "no muscle is called 'lSOl'; did you mean 'lSOL'"),
     ):
         with pytest.raises(Error, match=message):

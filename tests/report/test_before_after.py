@@ -101,3 +101,28 @@ def test_a_search_is_walked_with_its_first_and_its_best_numbers():
 def test_only_searches_for_walks_of_people_are_walked_again():
     result = optimize(short_walk(0.05), 2, device="cpu", search="random", population=2)
     assert not is_to_walk(result)
+
+
+@pytest.mark.parametrize("size", [(1280, 800), (390, 844)])
+def test_both_walkers_stay_in_the_picture_whoever_has_fallen(browser, walks, tmp_path, size):
+    (tmp_path / "page.html").write_text(page(*walks), encoding="utf-8")
+    opened = browser.new_page(viewport={"width": size[0], "height": size[1]})
+    opened.goto((tmp_path / "page.html").as_uri())
+    frame = opened.frame_locator("iframe").locator("body")
+    frame.evaluate("warpmuscle.ready")
+    for time in (0.0, 0.9, 3.0, 3.9):
+        frame.evaluate(
+            "(_, time) => { warpmuscle.play(false); warpmuscle.seek(time);"
+            " return new Promise((done) => setTimeout(done, 300)) }", time,
+        )  # fmt: skip
+        shown = frame.evaluate("() => warpmuscle.state().places")
+        assert len(shown) == 2
+        assert all(0.1 < x < 0.9 and 0.1 < y < 0.9 for x, y, _ in shown), (time, shown)
+        labels = frame.evaluate(
+            "() => [...document.querySelectorAll('#labels span')].map((one) => one.getBoundingClientRect())"
+            ".map(({ left, right, top }) => [left >= 0, right <= innerWidth, top >= 0])"
+        )
+        assert labels == [[True] * 3] * 2
+    together = frame.evaluate("() => { warpmuscle.show('split', false); return warpmuscle.state().shown.split }")
+    assert together is False
+    opened.close()

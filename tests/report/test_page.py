@@ -15,7 +15,7 @@ from warpmuscle.formats import toml
 from warpmuscle.gait.quality import gait_measures
 from warpmuscle.gait.table import gait_table
 from warpmuscle.plots.subject import Subject
-from warpmuscle.report.page import report_html
+from warpmuscle.report.page import report_html, with_code
 from warpmuscle.report.summary import shares
 from warpmuscle.results.records import Options, Result, Staged
 from warpmuscle.scene import SearchStage
@@ -145,3 +145,26 @@ def test_without_jinja2_the_error_says_what_to_install(result, monkeypatch):
     monkeypatch.setattr(builtins, "__import__", without_jinja2)
     with pytest.raises(Error, match=re.escape("pip install 'warpmuscle[plot]'")):
         report_html(Subject(result))
+
+
+def test_backticks_become_code_and_all_else_is_escaped():
+    assert with_code("run `a <b>` & go") == "run <code>a &lt;b&gt;</code> &amp; go"
+    assert with_code("one ` only <") == "one ` only &lt;"
+
+
+def test_the_page_fits_a_phone_and_cuts_no_curve(browser, tmp_path):
+    scene = walk_scene()
+    scene.description = "Falls: `warpmuscle optimize stumble56` makes it " + "walk" * 40
+    result = dataclasses.replace(search_result(), scene=toml.dumps(scene))
+    (tmp_path / "report.html").write_text(report_html(Subject(result)), encoding="utf-8")
+    page = browser.new_page(viewport={"width": 390, "height": 844})
+    page.goto((tmp_path / "report.html").as_uri())
+    assert page.evaluate("document.documentElement.scrollWidth") == 390
+    assert "`" not in page.inner_text("header")
+    frame = page.frame_locator("iframe").locator("body")
+    frame.evaluate("warpmuscle.ready")
+    page.frames[1].wait_for_function(
+        "() => { const rows = document.getElementById('strip').clientHeight / warpmuscle.state().rowHeight;"
+        " return rows >= 1 && rows % 1 < 0.05 }"
+    )
+    page.close()

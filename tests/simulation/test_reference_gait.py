@@ -98,7 +98,7 @@ def test_a_file_without_motion_after_the_start_or_without_the_replay_is_an_error
     np.savez(path, time=np.arange(4) * 0.1, phase=np.arange(4) / 4, stance=[0, 0, 1, 1], lKnee=np.zeros(4))
     with pytest.raises(RolloutError, match=r"a\.npz has no motion from 2 s on, which `tracking.start` asks for"):
         Rollout(tracked("fwalk", Tracking(file=path)), 1, "cpu")
-    with pytest.raises(RolloutError, match=r"a\.npz has 1 motions, none with number 1"):
+    with pytest.raises(RolloutError, match=r"a\.npz has 1 motion, none with number 1"):
         Rollout(tracked("fwalk", Tracking(file=path, start=0.0, replay=1)), 1, "cpu")
     with pytest.raises(RolloutError, match="has no joint 'rKnee'"):
         Rollout(tracked("fwalk", Tracking(file=path, start=0.0, joints=["rKnee"])), 1, "cpu")

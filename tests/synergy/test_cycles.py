@@ -33,7 +33,7 @@ def test_one_column_gives_cycles_of_one_phase(tmp_path):
     ("text", "says"),
     [
         ("a,b,c\n1,2,3\n4,5,6\n", "has 3 columns; cycles have one or two"),
-        ("start\n1\n", "holds 1 starts of cycles; two are the least"),
+        ("start\n1\n", "holds 1 start of cycles; two are the least"),
         ("start\n1\n3\n2\n", "c.csv:4: channel 'start': times must increase, but 2 s follows 3 s"),
         ("on,off\n1,1.5\n2,1.9\n3,3.5\n", "c.csv:3: channel 'off': times must increase, but 1.9 s follows 2 s"),
         ("start\n1\nnan\n2\n", "c.csv:3: channel 'start': times must increase, but nan s follows 1 s"),

@@ -89,7 +89,7 @@ def test_reference_of_the_heart_is_no_muscle(tmp_path):
         ({"window": (2.0, 9.0)}, "a window from 2 s to 9 s is not within 0 s to 5.999 s"),
         ({"window": (2.0, 1.0)}, "a window must end after it begins"),
         ({"cycle_range": (1, 2)}, "a range of cycles needs files of cycles"),
-        ({"cycles": ("a.csv", "b.csv")}, "2 files of cycles do not go with 1 recordings"),
+        ({"cycles": ("a.csv", "b.csv")}, "2 cycle files for 1 recording"),
         ({"cycles": ("a.csv",), "window": (0.0, 1.0)}, "a time window and cycles both cut a recording"),
         ({"already_filtered": True}, "but an envelope is never negative; is this a raw signal?"),
         ({"ecg": "HEART"}, "no channel is called 'HEART'"),

@@ -1,5 +1,6 @@
 """All numbers of a running scene and the editor of its curves, in a real browser, by pointer, keys and on a phone."""
 
+import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -80,6 +81,12 @@ def test_a_number_is_found_moved_taken_back_and_saved(browser, live, tmp_path):
     assert download.value.suggested_filename == "fwalk_edited.toml"
     download.value.save_as(tmp_path / "own.toml")
     assert load(Path(tmp_path / "own.toml")).controller.pd["lElbow"].kp.value == pytest.approx(gain())
+    page.get_by_role("button", name="copy as --set").click()
+    page.locator("#copy[open]").wait_for()
+    copied = page.locator("#copy textarea").input_value()
+    assert copied.startswith("warpmuscle simulate fwalk")
+    assert f"--set controller.pd.lElbow.kp={gain():.6g}"[:40] in copied
+    page.locator("#copy").get_by_role("button", name="close").click()
     rows.locator("button.back").click()
     until(lambda: gain() == 5.0)
     until(lambda: rows.locator("input[type=number]").input_value() == "5")
@@ -147,6 +154,19 @@ def test_a_curve_is_bent_by_pointer_and_keys_and_gets_points(browser, live):
     page.keyboard.press("Escape")
     assert page.locator("#editor").is_hidden()
     assert page.locator("#plots").is_visible()
+    assert not page.problems
+    page.close()
+
+
+def test_the_points_of_a_curve_are_copied_as_toml(browser, live):
+    page = opened(browser, live, 900, 700)
+    found(page, "swing hip angle").first.locator("button").click()
+    page.get_by_role("button", name="copy as TOML").click()
+    page.locator("#copy[open]").wait_for()
+    key, *_ = page.locator("#copy textarea").input_value().splitlines()
+    own = next(one for one in live.editor.told()["curves"] if f"# {one['key']}" == key)
+    said = tomllib.loads(page.locator("#copy textarea").input_value())
+    assert list(said.values()) == [pytest.approx(own["at"]), pytest.approx(own["along"])]
     assert not page.problems
     page.close()
 

@@ -2,18 +2,22 @@
 
 import json
 import math
+import shlex
+import tomllib
 from typing import Any
 
 import numpy as np
 import pytest
 
 from live_viewer import PATIENCE, answer, page_socket, place_of, running_viewer, still_serves, until
+from warpmuscle.cli.common import with_settings
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.status import Status
 from warpmuscle.formats import load
 from warpmuscle.formats.toml import loads
 from warpmuscle.model.structure import structure_of
-from warpmuscle.scene.parameters import free_parameters
+from warpmuscle.scene import Scene
+from warpmuscle.scene.parameters import free_parameters, leaves, start_values, substitute
 from warpmuscle.simulation.rollout import Rollout
 from warpmuscle.view.editor import MOST_POINTS, NAMED, Editor
 from warpmuscle.view.live_run import LiveRun
@@ -43,6 +47,14 @@ def curve(editor: Editor, key: str = HIP) -> int:
     return [one.key for one in editor.curves].index(key)
 
 
+def plain(scene: Scene) -> Scene:
+    return substitute(scene, start_values(scene))
+
+
+def numbers_of(scene: Scene) -> dict[str, float]:
+    return {key: leaf for key, leaf in leaves(plain(scene)) if isinstance(leaf, int | float)}
+
+
 def used(editor: Editor, *edits: Edit) -> None:
     for edit in edits:
         assert editor.takes(edit)
@@ -56,6 +68,7 @@ def test_what_no_page_would_ask_for_is_not_taken():
     for edit in (
         Edit("number", 0), Edit("number", 0, value=1e12), Edit("move", hip, 0, 0.1, 0.2), Edit("insert", hip, 6, 1, 0),
         Edit("remove", hip, 5), Edit("straighten", hip), Edit("undo"), Edit("redo"), Edit("back"), Edit("save"),
+        Edit("settings"), Edit("points", hip),
     ):  # fmt: skip
         assert editor.takes(edit), edit
     for edit in (
@@ -172,6 +185,32 @@ def test_motion_goes_on_with_changes_and_what_is_saved_moves_alike_to_the_bit():
     rollout = Rollout(saved, 1, "cpu", record=[0], record_rate=50.0)
     rollout.run(run.time)
     assert np.array_equal(run.window(9.0).com, rollout.recording().com)
+
+
+@pytest.mark.parametrize("name", ["fwalk", "walk56_person"])
+def test_the_copied_settings_make_the_same_scene(name):
+    editor, _ = editor_of(name)
+    assert editor.settings() == f"warpmuscle simulate {name}"
+    hip = curve(editor)
+    used(editor, Edit("insert", hip, 2, 0.4, -0.3), Edit("remove", hip, 0), Edit("move", hip, 1, 0.5, -0.1),
+         number(editor, KNEE, 250.0), number(editor, "controller.states.0.time", 0.4321))  # fmt: skip
+    command, *options = shlex.split(editor.settings().replace("\\\n", " "))[2:]
+    assert command == name
+    assert options[::2] == ["--set"] * 4
+    scene = with_settings(load(name), options[1::2])
+    assert numbers_of(scene) == pytest.approx(numbers_of(editor.scene), abs=1e-8)
+    at, along = tomllib.loads(editor.points(hip)).values()
+    component = plain(editor.scene).controller.states[0].trajectories["SWING_Hip"].components[1]
+    assert at == pytest.approx(list(component.phase), abs=1e-8)
+    assert along == pytest.approx(list(component.angle), abs=1e-8)
+
+
+def test_what_is_copied_of_hostile_names_is_quoted_for_a_shell():
+    scene = load("fwalk")
+    scene.name = "a'; rm -rf ~ #"
+    editor = Editor(scene)
+    used(editor, number(editor, KNEE, 250.0))
+    assert shlex.split(editor.settings().replace("\\\n", " "))[2:] == [scene.name, "--set", f"{KNEE}=250.0"]
 
 
 def test_an_arm_that_nothing_excites_is_excited_by_a_curve_drawn_by_hand():

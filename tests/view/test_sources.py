@@ -52,7 +52,7 @@ def test_result_and_recording_are_pages_for_a_notebook(file):
     assert "srcdoc" in page._repr_html_()
     scene = toml.loads(result.scene)
     assert wm.show(result.replays[0], scene).text == replay_html(result.replays[0], scene)
-    with pytest.raises(ResultError, match="has 1 motions, none with number 7"):
+    with pytest.raises(ResultError, match="has 1 motion, none with number 7"):
         wm.show(result, replay=7)
 
 

@@ -9,6 +9,7 @@ import typer
 
 from warpmuscle.cli.console import log, marked, out
 from warpmuscle.core.errors import Error
+from warpmuscle.core.plain_text import number_of
 
 
 def arm_angles(
@@ -68,7 +69,7 @@ def arm_angles(
         target = output / f"{path.stem}.csv"
         write_angles(target, found)
         note = "" if whole else f", the throw at {found.release:.2f} s"
-        out.print(f"wrote {target}: {len(found.time)} samples{note}")
+        out.print(f"wrote {target}: {number_of(len(found.time), 'sample')}{note}")
     if failed:
-        raise Error(f"{failed} of {len(files)} files were left out")
+        raise Error(f"left out: {failed} of {number_of(len(files), 'file')}")
     return 0

@@ -13,6 +13,7 @@ from rich.table import Table
 from warpmuscle.cli.common import writable
 from warpmuscle.cli.console import out
 from warpmuscle.core.errors import Error, ResultError, SceneError
+from warpmuscle.core.plain_text import number_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -65,8 +66,11 @@ def _print(found: Clusters, people: int) -> None:
     """Print the clusters' centres, and how many people have them."""
     modules = len(found.label)
     scores = ", ".join(f"{k}: {score:.3f}" for k, score in found.silhouette.items())
-    out.print(f"{modules} modules of {people} people in {found.count} clusters; mean silhouette by number {scores}")
-    table = Table(f"{found.count} clusters", *(f"m{k + 1}" for k in range(found.count)))
+    out.print(
+        f"{number_of(modules, 'module')} of {people} people in {number_of(found.count, 'cluster')}; mean "
+        f"silhouette by number {scores}"
+    )
+    table = Table(f"{number_of(found.count, 'cluster')}", *(f"m{k + 1}" for k in range(found.count)))
     for row, muscle in enumerate(found.muscles):
         table.add_row(muscle, *(f"{value:.3f}" for value in found.centre[row]))
     table.add_row("people", *(f"{found.people(k)}" for k in range(found.count)), style="italic")

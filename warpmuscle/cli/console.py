@@ -11,7 +11,7 @@ from rich.status import Status
 from rich.style import StyleType
 from rich.text import Text
 
-from warpmuscle.core.plain_text import printable
+from warpmuscle.core.plain_text import number_of, printable
 
 if TYPE_CHECKING:
     from warpmuscle.gait.measures import Gait
@@ -148,7 +148,7 @@ def print_gait(scene: Scene, recording: Recording) -> Gait | None:
     text = f"speed {gait.speed_forward:.3f} m/s"
     if gait.step_length is not None and gait.cadence is not None:
         text += f", step length {gait.step_length:.3f} m, cadence {gait.cadence:.1f} steps/min"
-    out.print(f"{text} (from {gait.start:.3g} s to {gait.end:.3g} s, {gait.steps} steps)")
+    out.print(f"{text} (from {gait.start:.3g} s to {gait.end:.3g} s, {number_of(gait.steps, 'step')})")
     _print_cost(scene, recording.window(gait.start), gait.speed_horizontal)
     return gait
 

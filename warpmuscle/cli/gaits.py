@@ -23,6 +23,7 @@ from warpmuscle.cli.console import log, out
 from warpmuscle.cli.results import Run
 from warpmuscle.cli.walkers import walker_of
 from warpmuscle.core.errors import Error
+from warpmuscle.core.plain_text import number_of
 
 if TYPE_CHECKING:
     from warpmuscle.results.recording import Recording
@@ -138,7 +139,7 @@ def _walk(
             raise Error(f"{source}: a result file takes no {option}")
     result = read(source, run, replay=replay)
     if replay >= len(result.replays):
-        raise Error(f"{source} has {len(result.replays)} motions, none with number {replay}")
+        raise Error(f"{source} has {number_of(len(result.replays), 'motion')}, none with number {replay}")
     return demanding(result.replays[replay], source), recorded_scene(result)
 
 

@@ -24,6 +24,7 @@ from warpmuscle.cli.common import (
 from warpmuscle.cli.console import log, out
 from warpmuscle.cli.progress_bar import Bar
 from warpmuscle.core.errors import Error
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.simulation.cuda_warmup import start_driver
 
 if TYPE_CHECKING:
@@ -131,9 +132,9 @@ class TrainingBar(Bar):
         if p.compiling:
             done, state = "0 iterations", "preparing; the first run compiles for some seconds"
         elif p.trying:
-            done, state = f"{p.iterations} iterations", "trying the policy"
+            done, state = f"{number_of(p.iterations, 'iteration')}", "trying the policy"
         else:
-            done = f"{p.iterations} iterations, {p.decisions / 1e6:.2f} M decisions"
+            done = f"{number_of(p.iterations, 'iteration')}, {p.decisions / 1e6:.2f} M decisions"
             lasts = f"upright {p.upright:.2f} s, {100.0 * p.completed:.0f} % all the time, {p.speed:.2f} m/s, "
             state = f"return {p.gain:.4g}, {lasts if p.speed else ''}{p.rate / 1e3:.0f} k decisions/s"
         self.show(p.fraction, done, state, at_once=p.compiling)
@@ -147,7 +148,8 @@ def _print_trained(trained: Trained, passed: float) -> None:
     if len(curve["iteration"]):
         decisions, wall = float(curve["decisions"][-1]), float(curve["wall_time"][-1])
         out.print(
-            f"{int(curve['iteration'][-1])} iterations, {decisions / 1e6:.3g} million decisions in {wall:.1f} s of "
+            f"{number_of(int(curve['iteration'][-1]), 'iteration')}, {decisions / 1e6:.3g} million decisions in "
+            f"{wall:.1f} s of "
             f"learning ({decisions / max(wall, 1e-9):.0f}/s), {passed:.1f} s in all, on {trained.result.device}; "
             f"{learned.ended}",
             markup=False,

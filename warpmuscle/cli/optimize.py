@@ -37,6 +37,7 @@ from warpmuscle.cli.console import log, out, print_gait, print_warnings, suggest
 from warpmuscle.cli.progress_bar import ProgressBar
 from warpmuscle.core.errors import Error
 from warpmuscle.core.interruption import received
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.simulation.cuda_warmup import start_driver
 
 if TYPE_CHECKING:
@@ -183,16 +184,18 @@ def _print_result(result: Result, bar: ProgressBar, begun: Scene | None) -> None
     assert result.best is not None
     assert result.searched is not None
     evaluations, best, options = result.evaluations, result.best, result.searched.options
-    of = f" of {options.candidates}" if len(evaluations.cost) < options.candidates and options.limited else ""
+    tried = number_of(len(evaluations.cost), "candidate")
+    if len(evaluations.cost) < options.candidates and options.limited:
+        tried = f"{len(evaluations.cost)} of {number_of(options.candidates, 'candidate')}"
     rate = f"{bar.simulated / max(bar.elapsed, 1e-9):.0f} s of motion per second on {result.device}"
     earlier = f", {bar.recalled} of them earlier" if bar.recalled else ""
-    out.print(f"{len(evaluations.cost)}{of} candidates in {bar.elapsed:.1f} s{earlier}, {rate}")
+    out.print(f"{tried} in {bar.elapsed:.1f} s{earlier}, {rate}")
     generations = int(evaluations.generation[-1]) + 1
-    several = f"{options.searches} searches, " if options.searches > 1 else ""
+    several = f"{number_of(options.searches, 'search')}, " if options.searches > 1 else ""
     if result.searched.stages:
         _print_stages(result)
     else:
-        out.print(f"{options.strategy}: {several}{generations} generations; {result.searched.ended}")
+        out.print(f"{options.strategy}: {several}{number_of(generations, 'generation')}; {result.searched.ended}")
     for status in Status:
         if count := int((evaluations.status == status).sum()):
             out.print(f"  {count:6d} {status.meaning}")
@@ -249,6 +252,6 @@ def _print_stages(result: Result) -> None:
         cost = f"{stage.best.cost:.6g}" if stage.best is not None else "-"
         ended = stage.ended or searched.ended
         out.print(
-            f"stage {number + 1}, {stage.name}: {stage.options.strategy}, {len(stage.free)} parameters, "
-            f"{count} candidates, best {cost}; {ended}"
+            f"stage {number + 1}, {stage.name}: {stage.options.strategy}, {number_of(len(stage.free), 'parameter')}, "
+            f"{number_of(count, 'candidate')}, best {cost}; {ended}"
         )

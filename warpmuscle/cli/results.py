@@ -10,6 +10,7 @@ import typer
 
 from warpmuscle.cli.common import Settings, Trust, scene_names_like, start_warp, with_settings
 from warpmuscle.cli.console import log, out
+from warpmuscle.core.plain_text import number_of
 
 if TYPE_CHECKING:
     from warpmuscle.results.recording import Recording
@@ -211,7 +212,7 @@ def export(
         return
     content = read(result, run, replay=replay)
     if replay >= len(content.replays):
-        raise ResultError(f"{result} has {len(content.replays)} motions, none with number {replay}")
+        raise ResultError(f"{result} has {number_of(len(content.replays), 'motion')}, none with number {replay}")
     motion, scene = demanding(content.replays[replay], str(result)), scene_in(content)
     written = [output]
     if ground_forces is not None:
@@ -227,7 +228,11 @@ def _write_policy(result: Path, output: Path) -> None:
 
     policy = learned_in(result).policy
     write_policy(policy, output)
-    out.print(f"wrote {output}: {len(policy.observation)} observations, {len(policy.action)} actions", markup=False)
+    out.print(
+        f"wrote {output}: {number_of(len(policy.observation), 'observation')}, "
+        f"{number_of(len(policy.action), 'action')}",
+        markup=False,
+    )
 
 
 def _write_loads(motion: Recording, scene: Scene, path: Path) -> list[Path]:

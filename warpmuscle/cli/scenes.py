@@ -195,7 +195,7 @@ def _print_driven_mass(scene: Scene) -> None:
     moving, count = driven(scene, topology(scene.character)).of(scene), len(scene.character.muscles)
     if 0 < len(moving) < count:
         mass = muscle_mass_text(moving, scene.muscle_model)
-        out.print(f"{len(moving)} of {count} muscles drive joints: {mass}, whose energy counts", markup=False)
+        out.print(f"{len(moving)} of the {count} muscles drive joints: {mass}, whose energy counts", markup=False)
 
 
 def _print_muscles(scene: Scene) -> None:

@@ -14,6 +14,7 @@ from warpmuscle.cli.console import log, out
 from warpmuscle.cli.progress_bar import Bar
 from warpmuscle.core.errors import Error
 from warpmuscle.core.interruption import INTERRUPTED
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.simulation.cuda_warmup import start_driver
 
 if TYPE_CHECKING:
@@ -69,10 +70,12 @@ def sweep(
         log.print("what was evaluated is kept, and the same command goes on")
         raise typer.Exit(INTERRUPTED) from None
     _print_status(sweep_status(output))
-    out.print(f"wrote {output} with {result.gathered} runs in {time.perf_counter() - begin:.1f} s", markup=False)
+    out.print(
+        f"wrote {output} with {number_of(result.gathered, 'run')} in {time.perf_counter() - begin:.1f} s", markup=False
+    )
     if result.failed:
         name, why = next(iter(result.failed.items()))
-        raise Error(f"{len(result.failed)} of {len(result.manifest.runs)} runs failed; {name}: {why}")
+        raise Error(f"{len(result.failed)} of {number_of(len(result.manifest.runs), 'run')} failed; {name}: {why}")
 
 
 def _print_status(status: SweepStatus) -> None:
@@ -91,7 +94,10 @@ def _print_status(status: SweepStatus) -> None:
     best_run = status.best
     word = "return" if status.trains else "cost"
     best = "" if best_run is None else f"; best: {best_run.name}, {word} {sign * best_run.best:.6g}"
-    total = f"{status.name}: {status.ended} of {len(status.runs)} runs done, {status.evaluated} {counted}{best}"
+    total = (
+        f"{status.name}: {status.ended} of {number_of(len(status.runs), 'run')} done, {status.evaluated} "
+        f"{counted}{best}"
+    )
     out.print(total, markup=False)
 
 
@@ -102,10 +108,13 @@ class _Bar(Bar):
         """Show this progress."""
         if progress.training is not None:
             p = progress.training
-            part, done = (progress.ended + p.fraction) / progress.runs, f"{progress.ended}/{progress.runs} runs"
-            self.show(part, done, f"{progress.best_run}: {p.iterations} iterations, return {p.gain:.4g}")
+            part, done = (
+                (progress.ended + p.fraction) / progress.runs,
+                f"{progress.ended}/{number_of(progress.runs, 'run')}",
+            )
+            self.show(part, done, f"{progress.best_run}: {number_of(p.iterations, 'iteration')}, return {p.gain:.4g}")
             return
         best = f"best {progress.best:.5g} of {progress.best_run}" if progress.evaluated else ""
-        done = f"{progress.ended}/{progress.runs} runs, {progress.evaluated}/{progress.candidates}"
+        done = f"{progress.ended}/{number_of(progress.runs, 'run')}, {progress.evaluated}/{progress.candidates}"
         part = progress.evaluated / max(progress.candidates, 1)
         self.show(part, done, f"{progress.alive} alive, {best}" if progress.alive else best)

@@ -11,6 +11,7 @@ from rich.table import Table
 
 from warpmuscle.cli.common import command_line, writable
 from warpmuscle.cli.console import log, marked, out
+from warpmuscle.core.plain_text import number_of
 
 if TYPE_CHECKING:
     from warpmuscle.synergy.cross_validation import Prediction
@@ -119,11 +120,15 @@ def synergies(
         if rule.method == CROSS:
             prediction = cross_validate(
                 activations.values, largest(len(activations.muscles)), seed,
-                lambda count: shown.update(f"cross-validating, {count} synergies"),
+                lambda count: shown.update(f"cross-validating, {number_of(count, 'synergy')}"),
             )  # fmt: skip
             rule = replace(rule, count=prediction.count)
         found, accounts = extract(
-            activations.values, rule, restarts, seed, lambda count: shown.update(f"factorising, {count} synergies")
+            activations.values,
+            rule,
+            restarts,
+            seed,
+            lambda count: shown.update(f"factorising, {number_of(count, 'synergy')}"),
         )
     similarity = None
     if reference is not None:
@@ -151,7 +156,7 @@ def _print(result: SynergyResult, prediction: Prediction | None) -> None:
     samples, muscles = activations.values.shape
     trials = len(set(activations.trial.tolist()))
     what = "cycle" if activations.time_unit == "cycle" else "recording"
-    out.print(f"{muscles} channels, {samples} samples of {trials} {what}{'' if trials == 1 else 's'}")
+    out.print(f"{number_of(muscles, 'channel')}, {number_of(samples, 'sample')} of {number_of(trials, what)}")
     table = Table("synergies", "VAF", "r2", "worst channel", "worst restart")
     if prediction is not None:
         table.add_column("error of prediction")
@@ -165,7 +170,7 @@ def _print(result: SynergyResult, prediction: Prediction | None) -> None:
         table.add_row(*cells, style="bold" if row.count == account.count else None)
     out.print(table)
     names = [f"w{k + 1}" for k in range(account.count)]
-    table = Table(f"{account.count} synergies", *names, "VAF")
+    table = Table(f"{number_of(account.count, 'synergy')}", *names, "VAF")
     for m, muscle in enumerate(activations.muscles):
         weights = [f"{weight:.3f}" for weight in result.synergies.weights[m]]
         table.add_row(muscle, *weights, f"{account.muscle_vaf[m]:.4f}")
@@ -173,8 +178,7 @@ def _print(result: SynergyResult, prediction: Prediction | None) -> None:
         table.add_row("cosine", *(f"{cosine:.3f}" for cosine in result.similarity), style="italic")
     out.print(table)
     _print_timing(result)
-    words = "1 synergy accounts" if account.count == 1 else f"{account.count} synergies account"
-    out.print(f"{words} for {account.vaf:.4f} of the variance")
+    out.print(f"{number_of(account.count, 'synergy', 'account')} for {account.vaf:.4f} of the variance")
 
 
 def _print_timing(result: SynergyResult) -> None:

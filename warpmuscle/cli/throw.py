@@ -25,6 +25,7 @@ from warpmuscle.cli.console import log, marked, out
 from warpmuscle.cli.throw_tables import print_curve, print_fit, print_problem, print_published, print_rows, tell_kept
 from warpmuscle.core.errors import Error
 from warpmuscle.core.interruption import INTERRUPTED
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.simulation.cuda_warmup import start_driver
 
 # Exit codes where new throws miss a part of their goals; several parts are SEVERAL.
@@ -221,7 +222,7 @@ def throw(
         if fitted is None:
             raise Error("--plot-each draws fitted motions; leave out --as-published")
         draw_each(plot_each, job.follower, fitted)
-        out.print(f"wrote {len(job.motions)} figures to {plot_each}")
+        out.print(f"wrote {number_of(len(job.motions), 'figure')} to {plot_each}")
     return INTERRUPTED if interrupted else exit_code(throws)
 
 
@@ -283,7 +284,7 @@ def _fewest(scene: Scene, files: Sequence[Path], options: Options, numbers: tupl
     try:
         with log.status("fitting") as shown:
             for count in range(numbers[0], numbers[1] + 1):
-                shown.update(f"fitting {count} synergies")
+                shown.update(f"fitting {number_of(count, 'synergy')}")
                 job = Job(scene, files, replace(options, count=count))
                 fitted = job.fit()
                 rows.append(number_row(job.follower, fitted))
@@ -292,7 +293,7 @@ def _fewest(scene: Scene, files: Sequence[Path], options: Options, numbers: tupl
                     chosen = job
     except KeyboardInterrupt:
         interrupted = True
-        done = f"{len(rows)} of {numbers[1] - numbers[0] + 1} numbers of synergies"
+        done = f"{len(rows)} of {number_of(numbers[1] - numbers[0] + 1, 'number')} of synergies"
         log.print(f"done so far: {done}; the same command begins anew")
         if last is None:
             raise
@@ -303,7 +304,7 @@ def _fewest(scene: Scene, files: Sequence[Path], options: Options, numbers: tupl
     if chosen is None:
         out.print(f"no number up to {last.count} meets all bars; this is the fit with {last.count}")
         return last, interrupted
-    out.print(f"{chosen.count} synergies are the fewest that meet all bars")
+    out.print(f"the fewest that meet all bars: {number_of(chosen.count, 'synergy')}")
     return chosen, interrupted
 
 

@@ -21,6 +21,7 @@ from warpmuscle.cli.common import (
 from warpmuscle.cli.console import log, marked, out, print_table
 from warpmuscle.core.errors import Error
 from warpmuscle.core.interruption import INTERRUPTED
+from warpmuscle.core.plain_text import number_of
 
 GOALS = 200
 
@@ -99,7 +100,8 @@ def throw_rule(
         write_rule(output, job, rule, errors, command_line())
         out.print(f"wrote {output}")
     if not rule.enough and not interrupted:
-        raise Error(f"{int(rule.met.sum())} of {len(rule.wanted)} goals are met, too few to learn from; at least "
+        raise Error(f"{int(rule.met.sum())} of {number_of(len(rule.wanted), 'goal')} are met, too few to learn "
+        "from; at least "
                     f"{LEAST_GOALS - 1}")  # fmt: skip
     return INTERRUPTED if interrupted else 0
 
@@ -108,12 +110,16 @@ def _tell_kept(rule: Rule, output: Path | None) -> None:
     """Say after Ctrl-C how far it came, and how it goes on."""
     tried, kept = int((rule.tried_from >= 0).sum()), "with -o they would have been kept"
     kept = kept if output is None else f"--resume {output} goes on from there"
-    log.print(f"done so far: {tried} of {len(rule.wanted)} goals tried, {int(rule.met.sum())} of them met; {kept}")
+    log.print(
+        f"done so far: {tried} of {number_of(len(rule.wanted), 'goal')} tried, {int(rule.met.sum())} of them met; "
+        f"{kept}"
+    )
 
 
 def _reported(rule: Rule, asked: Floats, between: int, beyond: int) -> dict[str, Floats]:
     """Print what the rule was learned from, how well it throws, and throws that are asked for; see `_tried`."""
-    out.print(f"{int(rule.met.sum())} of {len(rule.wanted)} goals are met, by {rule.walk.simulations} simulations; all "
+    out.print(f"{int(rule.met.sum())} of {number_of(len(rule.wanted), 'goal')} are met, by "
+    f"{number_of(rule.walk.simulations, 'simulation')}; all "
               f"throws are released after {rule.release:.2f} s")  # fmt: skip
     from warpmuscle.throw.rules.rule import beyond_learned
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from warpmuscle.cli.console import log, marked, out, print_table
+from warpmuscle.core.plain_text import number_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -23,8 +24,8 @@ def print_problem(job: Job) -> None:
     kind = "computed by static optimisation of the same motions, not EMG"
     kind = kind if synergies.source == COMPUTED else synergies.source
     out.print(
-        f"{len(motions)} motion{'' if len(motions) == 1 else 's'} of {motions.time[-1]:.3g} s, muscles on "
-        f"{', '.join(arm.driven)}; {synergies.count} synergies ({kind}), VAF {synergies.explained:.4f}"
+        f"{number_of(len(motions), 'motion')} of {motions.time[-1]:.3g} s, muscles on "
+        f"{', '.join(arm.driven)}; {number_of(synergies.count, 'synergy')} ({kind}), VAF {synergies.explained:.4f}"
     )
     for note in job.notes():
         log.print(marked("note:", "yellow", f" {note}"))
@@ -128,5 +129,5 @@ def tell_kept(job: Job, wanted: int) -> None:
     if job.fitted is not None:
         done.append("the fit" if job.fitted.whole else f"the fit up to its stage {job.fitted.stages[-1].name!r}")
     if wanted and job.throws:
-        done.append(f"{len(job.throws)} of {wanted} new throws")
+        done.append(f"{len(job.throws)} of {number_of(wanted, 'new throw')}")
     log.print(f"done so far: {', '.join(done) or 'no stage of the fit'}; the same command begins anew")

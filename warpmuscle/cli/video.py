@@ -11,6 +11,7 @@ from warpmuscle.cli.common import Trust
 from warpmuscle.cli.console import log, out
 from warpmuscle.cli.plot import End, Replay, Start
 from warpmuscle.cli.results import Run
+from warpmuscle.core.plain_text import number_of
 
 
 def video(
@@ -63,7 +64,7 @@ def video(
         task = progress.add_task("drawing", total=len(film.time))
         write(film, output, lambda done, total: progress.update(task, completed=done))
     seconds = len(film.time) / look.rate
-    out.print(f"wrote {output}: {len(film.time)} frames, {seconds:.4g} s", markup=False)
+    out.print(f"wrote {output}: {number_of(len(film.time), 'frame')}, {seconds:.4g} s", markup=False)
 
 
 def _size(text: str) -> tuple[int, int]:

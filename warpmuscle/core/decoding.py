@@ -9,6 +9,7 @@ from typing import Any, TypeVar
 import msgspec
 
 from warpmuscle.core.errors import SceneError
+from warpmuscle.core.plain_text import number_of
 
 T = TypeVar("T")
 
@@ -105,7 +106,7 @@ def _explained(text: str, data: Any, type_: type[Any], prefix: list[str], keys: 
     if missing := re.fullmatch(r"Object missing required field `(.*)`", text):
         return SceneError(f"missing key {missing[1]!r}", key=path)
     if length := re.fullmatch(r"Expected `array` of length (\d+), got (\d+)", text):
-        return SceneError(f"expected {length[1]} values, got {length[2]}", key=path)
+        return SceneError(f"expected {number_of(int(length[1]), 'value')}, got {length[2]}", key=path)
     if kind := re.fullmatch(r"Expected `(.*)`, got `(.*)`", text):
         return SceneError(f"expected {_words(kind[1])}, got {_words(kind[2])}", key=path)
     if value := re.fullmatch(r"Invalid (?:enum )?value '?(.*?)'?", text, re.DOTALL):

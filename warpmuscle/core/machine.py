@@ -10,6 +10,8 @@ from pathlib import Path
 import numpy as np
 from threadpoolctl import ThreadpoolController  # type: ignore[import-untyped]
 
+from warpmuscle.core.plain_text import number_of
+
 MACHINE = ("processor", "blas")
 
 
@@ -47,4 +49,4 @@ def _blas() -> str:
         return f"{built.get('name', 'an unknown BLAS')} {built.get('version', '')}".strip()
     name, version = loaded[0]["internal_api"], loaded[0].get("version") or "of unknown version"
     kernels = loaded[0].get("architecture")
-    return f"{name} {version}" + (f", {kernels} kernels" if kernels else "")
+    return f"{name} {version}" + (f", {number_of(kernels, 'kernel')}" if kernels else "")

@@ -9,18 +9,25 @@ _UNPRINTABLE = re.compile(
     "[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ufff9-\ufffb\U000e0000-\U000e007f\ud800-\udfff]"
 )
 
+_PLURALS = (("ay", "ays"), ("ey", "eys"), ("y", "ies"), ("is", "es"), ("ch", "ches"), ("sh", "shes"), ("x", "xes"))
+_OF_ONE = {"are": "is", "were": "was", "have": "has", "do": "does"}  # verbs that take more than an s
+
 
 def printable(text: str) -> str:
     r"""Text in which what would steer a terminal, or cannot be written, stands as an escape such as `\x1b`."""
     return _UNPRINTABLE.sub(lambda found: ascii(found[0])[1:-1], text)
 
 
-def number_of(count: int, noun: str) -> str:
-    """A number of things in words: "1 joint", "2 joints", "3 bodies", "1 axis", "2 axes"."""
+def number_of(count: int, noun: str, verb: str = "") -> str:
+    """A number of things in words: "1 joint", "2 joints", "3 bodies", "1 axis", "2 axes".
+
+    Args:
+        noun: of one thing. verb: of several ones, such as "are" or "need", which follows: "1 joint is", "2 joints are".
+    """
     if count == 1:
-        return f"1 {noun}"
-    ending = next(((old, new) for old, new in (("y", "ies"), ("is", "es")) if noun.endswith(old)), ("", "s"))
-    return f"{count} {noun.removesuffix(ending[0])}{ending[1]}"
+        return f"1 {noun} {_OF_ONE.get(verb, verb + 's')}" if verb else f"1 {noun}"
+    old, new = next((pair for pair in _PLURALS if noun.endswith(pair[0])), ("", "s"))
+    return f"{count} {noun.removesuffix(old)}{new}" + (f" {verb}" if verb else "")
 
 
 def one_line(text: str) -> str:

@@ -14,6 +14,7 @@ from warpmuscle.core.errors import RolloutError
 from warpmuscle.core.files import unwritable
 
 NO_DRIVER = b"Could not find or load the NVIDIA CUDA driver"  # what a machine without a GPU is told each time
+FOLDERS = ("XDG_CACHE_HOME", "WARP_CACHE_PATH")  # that Warp's cache may lie in
 
 _started = False
 
@@ -42,16 +43,12 @@ def start_warp() -> None:
 
 @contextlib.contextmanager
 def _absolute_folders() -> Iterator[None]:
-    """Leave out of the environment, within, what names no folder: an empty or relative XDG_CACHE_HOME, or no path.
+    """Leave out of the environment, within, where kernels are to be cached, if it is empty or relative.
 
     Kernels would be compiled into, and loaded from, the current folder, which may be anyone's. The base directory
     specification says that such values are to be ignored.
     """
-    kept = {}
-    if not os.path.isabs(os.environ.get("XDG_CACHE_HOME", os.sep)):
-        kept["XDG_CACHE_HOME"] = os.environ["XDG_CACHE_HOME"]
-    if os.environ.get("WARP_CACHE_PATH") == "":
-        kept["WARP_CACHE_PATH"] = ""
+    kept = {name: os.environ[name] for name in FOLDERS if not os.path.isabs(os.environ.get(name, os.sep))}
     for name in kept:
         del os.environ[name]
     try:
@@ -64,7 +61,7 @@ def no_cache(error: OSError) -> str:
     """What to say where compiled kernels cannot be put down."""
     return (
         f"{wp.config.kernel_cache_dir}: Warp's folder for compiled kernels {unwritable(error)}; "
-        "WARP_CACHE_PATH may name another"
+        "WARP_CACHE_PATH may name another, from the root on"
     )
 
 

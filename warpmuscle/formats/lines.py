@@ -14,6 +14,7 @@ from pathlib import Path
 
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.files import read_file, unreadable
+from warpmuscle.core.plain_text import number_of
 
 NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?", re.ASCII)
 
@@ -94,7 +95,7 @@ class Line:
         """The first `count` words after the keyword as finite numbers; what follows them is listed as ignored."""
         words = self.rest.partition("#")[0].split()
         if len(words) < count:
-            wanted = f"{count} number{'s' if count > 1 else ''} ({what})"
+            wanted = f"{number_of(count, 'number')} ({what})"
             raise self.error(f"{self._subject()} needs {wanted}, got {len(words)}")
         if len(words) > count:
             self.ignore(notes, f"only its first {count} value{'s are' if count > 1 else ' is'} used")

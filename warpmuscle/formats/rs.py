@@ -92,7 +92,7 @@ class _Records:
         self._last = line.number
         words = line.text.partition("#")[0].split()
         if len(words) != count:
-            raise line.error(f"expected {what}: {count} number{'s' if count > 1 else ''}, got {len(words)}", key)
+            raise line.error(f"expected {what}: {number_of(count, 'number')}, got {len(words)}", key)
         values = tuple(line.number_in(word, self._notes) for word in words)
         self._next = next(self._lines, None)
         return values
@@ -105,7 +105,8 @@ class _Records:
             raise self._next.error(f"expected the end of the file: the character has {number_of(joints, 'joint')}")
         count = sum(1 for _ in self._lines)
         self._next.ignore(
-            self._notes, f"muscles start at the activation of the scene's muscle_model ({count} lines of their state)"
+            self._notes,
+            f"muscles start at the activation of the scene's muscle_model ({number_of(count, 'line')} of their state)",
         )
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.formats.lines import Line, Lines, Notes
 from warpmuscle.scene import PD, Balance, Character, Component, Controller, Curve, Feedback, Side, State, Trajectory
 from warpmuscle.scene.number import Free
@@ -122,7 +123,7 @@ def _read_gains(opening: Line, lines: Lines, pd: dict[str, PD], rows: dict[str, 
             raise line.error(f"`{line.keyword}` within PDParams; is `/PDParams` missing?")
         if len(words) != 1 and len(words) < 6:
             wanted = "kp alone, or kp, kd, torque limit and three scales"
-            raise line.error(f"gains of {name!r}: needs {wanted}; got {len(words)} numbers")
+            raise line.error(f"gains of {name!r}: needs {wanted}; got {number_of(len(words), 'number')}")
         if len(words) > 6:
             line.ignore(notes, "only its first 7 values are used")
         kp, *rest = (line.number_in(word, notes) for word in words[:6])

@@ -6,9 +6,10 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.number_rows import first_number
-from warpmuscle.gait.cycles import body_weight, feet_of, spans
+from warpmuscle.gait.cycles import body_weight, spans
 from warpmuscle.gait.foot_contact import SIDES
 from warpmuscle.gait.foot_sliding import foot_points
+from warpmuscle.gait.measures import feet_of
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
 from warpmuscle.scene.anatomy import foot_bodies, joint_place

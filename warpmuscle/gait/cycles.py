@@ -12,33 +12,20 @@ from warpmuscle.core.errors import Error
 from warpmuscle.core.interpolation import at_moments
 from warpmuscle.core.number_rows import first_number
 from warpmuscle.core.plain_text import number_of
-from warpmuscle.core.pose import twist_angle
+from warpmuscle.core.pose import conjugate, multiply, twist_angle
 from warpmuscle.gait.foot_contact import SIDES, touch_downs
-from warpmuscle.gait.measures import measure
+from warpmuscle.gait.measures import feet_of, measure
 from warpmuscle.results.recording import Recording
-from warpmuscle.scene import Scene
+from warpmuscle.scene import Joint, Scene
 from warpmuscle.scene.anatomy import leg_joints
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.masses import body_mass
 from warpmuscle.scene.norms import FLEXION, LEG_ANGLES
 
 ALONG_X = 0.7  # least component of an axis along x for which a turn about it is flexion
+SMALL = 0.01  # rad, of a turn that shows its axis
 PERCENT = np.linspace(0.0, 100.0, 101)  # of the gait cycle, where curves have their samples
 Strides = list[tuple[float, float]]  # s, begin and end of each
-
-
-def feet_of(scene: Scene) -> tuple[str, str]:
-    """Names of the left and the right foot's body.
-
-    Raises:
-        Error: the character has no such bodies.
-    """
-    feet = scene.feet or ("lFoot", "rFoot")
-    if missing := [foot for foot in feet if foot not in scene.character.bodies]:
-        lacking = " or ".join(map(repr, missing))
-        remedy = "" if scene.feet else "; `character.feet` names feet that are called otherwise"
-        raise Error(f"{scene.name} has no legs to walk on: there is no body {lacking}{remedy}")
-    return feet
 
 
 def strides(recording: Recording, side: str, start: float = 0.0, weight: float | None = None) -> Strides:
@@ -108,11 +95,25 @@ def flexion_signs(scene: Scene) -> dict[str, float]:
         joints = leg_joints(scene, number)
         for name, sign in zip(joints, FLEXION, strict=True) if len(joints) == 3 else ():
             joint = scene.character.joints[name]
-            any_way = joint_type(joint).quaternion or not joint.axes
-            along = 1.0 if any_way else first_number(joint.axes[0][0])
+            along = _along_x(joint)
             if abs(along) > ALONG_X:
                 signs[name] = sign * float(np.sign(along))
     return signs
+
+
+def _along_x(joint: Joint) -> float:
+    """The part along x of what a joint turns about, of its first axis, for greater angles."""
+    kind = joint_type(joint)
+    if kind.quaternion:
+        return 1.0
+    if joint.axes:
+        return first_number(joint.axes[0][0])
+    if kind.unit(joint) != "rad":
+        return 0.0
+    angles = np.zeros((2, len(kind.angles)))
+    angles[1, 0] = SMALL
+    still, bent = kind.turned(joint, angles)
+    return float(2.0 * multiply(bent, conjugate(still))[0] / SMALL)
 
 
 def vertical_forces(recording: Recording, scene: Scene) -> dict[str, Floats]:

@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.pose import conjugate, multiply, rotate
-from warpmuscle.gait.cycles import body_weight, feet_of, spans
+from warpmuscle.gait.cycles import body_weight, spans
 from warpmuscle.gait.foot_contact import SIDES
+from warpmuscle.gait.measures import feet_of
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
 from warpmuscle.scene.anatomy import foot_bodies

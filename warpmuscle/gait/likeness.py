@@ -21,7 +21,8 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.number_rows import first_number, first_row
-from warpmuscle.gait.cycles import PERCENT, feet_of
+from warpmuscle.gait.cycles import PERCENT
+from warpmuscle.gait.measures import feet_of
 from warpmuscle.scene import Character, Scene
 from warpmuscle.scene.anatomy import joint_place, leg_joints
 from warpmuscle.scene.geometry import contact_points

@@ -10,11 +10,12 @@ import numpy as np
 
 from warpmuscle.core.arguments import as_kind, as_number, as_text, in_words
 from warpmuscle.core.array_types import Floats, Integers
-from warpmuscle.core.errors import ArgumentError
+from warpmuscle.core.errors import ArgumentError, Error
 from warpmuscle.core.pose import about, conjugate, rotate, twist_angle
 from warpmuscle.gait.foot_contact import SIDES, touch_downs
 from warpmuscle.results.partial_motion import demanding
 from warpmuscle.results.recording import Recording
+from warpmuscle.scene import Scene
 from warpmuscle.scene.validation.checks import near
 
 Steps = Literal["contact", "stance"]
@@ -37,7 +38,27 @@ class Gait:
     heading_drift: float  # rad, heading at the end minus heading at the start; positive to the left
 
 
-def measure(recording: Recording, left_foot: str, right_foot: str, start: float = 5.0, by: Steps = "contact") -> Gait:
+def feet_of(scene: Scene) -> tuple[str, str]:
+    """Names of the left and the right foot's body.
+
+    Raises:
+        Error: the character has no such bodies.
+    """
+    feet = scene.feet or ("lFoot", "rFoot")
+    if missing := [foot for foot in feet if foot not in scene.character.bodies]:
+        lacking = " or ".join(map(repr, missing))
+        remedy = "" if scene.feet else "; `character.feet` names feet that are called otherwise"
+        raise Error(f"{scene.name} has no legs to walk on: there is no body {lacking}{remedy}")
+    return feet
+
+
+def measure(
+    recording: Recording,
+    left_foot: str | Scene = "lFoot",
+    right_foot: str = "rFoot",
+    start: float = 5.0,
+    by: Steps = "contact",
+) -> Gait:
     """Measure the steady part of a walk.
 
     A step is the vector between the places of the two feet (centres of mass of these bodies, each at the moment it
@@ -47,7 +68,7 @@ def measure(recording: Recording, left_foot: str, right_foot: str, start: float 
 
     Args:
         recording: at least one frame; a frame interval of some 10 ms or less.
-        left_foot: name of the left foot's body.
+        left_foot: name of the left foot's body, or the scene, whose `character.feet` names both.
         right_foot: name of the right foot's body.
         start: begin of the window, s, so as to skip the transient. If fewer than three landings follow, the window
             begins after a quarter of the recording.
@@ -57,8 +78,11 @@ def measure(recording: Recording, left_foot: str, right_foot: str, start: float 
 
     Raises:
         ArgumentError: no frames, or an unknown body name.
+        Error: a scene without feet.
     """
     recording = demanding(as_kind(Recording, recording, "recording"), "this recording")
+    if isinstance(left_foot, Scene):
+        left_foot, right_foot = feet_of(left_foot)
     start = as_number(start, "start")
     for name, foot in (("left_foot", left_foot), ("right_foot", right_foot)):
         if as_text(foot, name) not in recording.body_names:

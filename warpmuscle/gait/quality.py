@@ -17,7 +17,6 @@ from warpmuscle.gait.cycles import (
     PERCENT,
     Strides,
     body_weight,
-    feet_of,
     leg_angles,
     over_strides,
     steady_strides,
@@ -28,7 +27,7 @@ from warpmuscle.gait.foot_contact import SIDES, Support, support
 from warpmuscle.gait.foot_sliding import foot_sliding
 from warpmuscle.gait.joint_moments import MOMENTS_AT, from_people, leg_moments, leg_powers, likeness, mean_curves
 from warpmuscle.gait.likeness import dimensionless_speed, from_norm, leg_length, means_at, norms_of, outside_span, trend
-from warpmuscle.gait.measures import heading, measure
+from warpmuscle.gait.measures import feet_of, heading, measure
 from warpmuscle.gait.muscle_effort import bhargava_costs, cost_of_transport, spent, trembling
 from warpmuscle.gait.muscle_timing import muscle_timing
 from warpmuscle.gait.penetration import penetration

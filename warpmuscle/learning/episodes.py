@@ -14,6 +14,7 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.core.arrays import arrays_of, rows, to_device
 from warpmuscle.core.errors import RolloutError
 from warpmuscle.core.number_rows import first_number
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.formats import SceneLike, scene_of
 from warpmuscle.kernels import episodes as kernels
 from warpmuscle.kernels import senses as sense_kernels
@@ -161,7 +162,7 @@ class EpisodeBatch:
         chosen = np.ascontiguousarray(mask, dtype=bool)
         if chosen.shape != (len(self._stepper.state.step),):
             raise RolloutError(
-                f"a mask of shape {chosen.shape} chooses none of {len(self._stepper.state.step)} instances"
+                f"a mask of shape {chosen.shape} chooses none of {number_of(len(self._stepper.state.step), 'instance')}"
             )
         self.episodes.mask.assign(chosen)
         self._begin()

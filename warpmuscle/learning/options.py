@@ -11,6 +11,7 @@ import msgspec
 from msgspec import Meta
 
 from warpmuscle.core.errors import Error
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.scene.validation.checks import near
 
 Count = Annotated[int, Meta(ge=1, le=1_000_000)]
@@ -70,7 +71,8 @@ def options_of(values: Mapping[str, Any]) -> PPOOptions:
     except msgspec.ValidationError as error:
         raise Error(f"options of the training: {str(error).replace('`$.', '`')}") from None
     if options.instances * options.steps < options.minibatches:
-        raise Error(f"{options.instances} instances and {options.steps} steps are too few for {options.minibatches} "
+        raise Error(f"{number_of(options.instances, 'instance')} and {number_of(options.steps, 'step')} are too "
+        f"few for {options.minibatches} "
                     "minibatches")  # fmt: skip
     if not options.min_learning_rate <= options.learning_rate <= options.max_learning_rate:
         raise Error("learning_rate must lie between min_learning_rate and max_learning_rate")

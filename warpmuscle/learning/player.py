@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.errors import Error, ResultError, RolloutError, SceneError
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.core.status import Status
 from warpmuscle.formats import SceneLike, scene_of
 from warpmuscle.learning.episodes import EpisodeBatch
@@ -123,7 +124,9 @@ def _other(learnt: tuple[str, ...], found: tuple[str, ...]) -> str:
     if other is not None:
         return f"{other!r}, which is not there"
     return (
-        f"{len(learnt)} numbers of {len(found)}" if len(learnt) != len(found) else "the same numbers in another order"
+        f"{number_of(len(learnt), 'number')} of {len(found)}"
+        if len(learnt) != len(found)
+        else "the same numbers in another order"
     )
 
 

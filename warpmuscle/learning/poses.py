@@ -16,6 +16,7 @@ from warpmuscle.core.archive import DamagedArchive, read_arrays
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import RolloutError
 from warpmuscle.core.files import check_regular, unreadable
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.learning.starts import Rows, first_states
 from warpmuscle.results.partial_motion import demanding
 from warpmuscle.results.result import read
@@ -91,7 +92,7 @@ def states_in(path: str, rollout: Rollout) -> States:
         raise RolloutError(f"{path}: holds no array `coordinates`")
     count = len(arrays["coordinates"]) if arrays["coordinates"].ndim else 0
     if not 1 <= count <= MOST:
-        raise RolloutError(f"{path}: holds {count} states, and should hold 1 to {MOST}")
+        raise RolloutError(f"{path}: holds {number_of(count, 'state')}, and should hold 1 to {MOST}")
     for name, array in arrays.items():
         wanted = (count, sizes[name])
         if array.dtype.kind not in "fiu" or array.shape != wanted:

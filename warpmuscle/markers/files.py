@@ -14,6 +14,7 @@ import numpy as np
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import SignalError
 from warpmuscle.core.files import read_file, unreadable
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.synergy.c3d import read_points
 from warpmuscle.synergy.columns import TIMES, plain_name
 from warpmuscle.synergy.tables import read_table
@@ -64,7 +65,10 @@ def read_markers(path: str | Path, unit: str | None = None) -> Markers:
     readers = {".trc": _trc, ".c3d": _c3d, ".json": _json}
     time, names, position, own = readers.get(path.suffix.lower(), _table)(path)
     if len(time) < 2 or not names:
-        raise SignalError(f"holds {len(time)} frames of {len(names)} markers; there must be two frames", file=path)
+        raise SignalError(
+            f"holds {number_of(len(time), 'frame')} of {number_of(len(names), 'marker')}; there must be two frames",
+            file=path,
+        )
     if not np.all(np.isfinite(time)) or np.any(np.diff(time) <= 0.0):
         raise SignalError("times must be numbers that increase", file=path)
     if len(wrong := np.argwhere(np.isinf(position))):

@@ -10,6 +10,7 @@ import numpy as np
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.arrays import records_to_device, rows, structs_to_device, to_device
 from warpmuscle.core.errors import SceneError
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.core.pose import normalized
 from warpmuscle.kernels import structs
 from warpmuscle.kernels.hunt_crossley import MARGIN
@@ -40,7 +41,7 @@ def foot_slots(scene: Scene, names: Topology) -> tuple[list[int], list[int]]:
             side.append(which)
     if len(side) > slots_of(capacity_of(len(names.bodies))):
         raise SceneError(
-            f"the feet have {len(side) - 2} bodies hanging on them, more than there is room for",
+            f"the feet have {number_of(len(side) - 2, 'body')} hanging on them, more than there is room for",
             key="controller.feet" if scene.character.feet is None else "character.feet",
         )
     return slot, side

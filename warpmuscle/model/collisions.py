@@ -11,6 +11,7 @@ import warp as wp
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.arrays import rows, to_device
 from warpmuscle.core.errors import SceneError
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.core.pose import rotate
 from warpmuscle.kernels import structs
 from warpmuscle.kernels.collision import segment_distance_sq
@@ -111,7 +112,8 @@ def collisions_struct(
     room = SHAPES_A_BODY * capacity_of(len(names.bodies))
     if len(shapes) > room:
         raise SceneError(
-            f"{len(shapes)} shapes may collide, more than the {room} that there is room for; name fewer pairs",
+            f"{number_of(len(shapes), 'shape')} may collide, more than the {room} that there is room for; name "
+            "fewer pairs",
             key="failure.self_collision_pairs",
         )
     of_body = {name: [i for i, (body, _) in enumerate(shapes) if body == name] for name in bodies}

@@ -19,6 +19,7 @@ from warpmuscle.core.arguments import as_array
 from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.arrays import rows, to_device
 from warpmuscle.core.errors import RolloutError
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.core.pose import conjugate, from_rotation_vector, multiply, normalized, twist_angle
 from warpmuscle.kernels import structs
 from warpmuscle.model.joints import joint_number
@@ -255,7 +256,7 @@ def given_curves(
     many = instances if of is None else max(len(v), 1) if v.ndim else 1
     if t.ndim != 1 or len(t) == 0 or v.shape not in ((1, count, len(t)), (many, count, len(t))):
         raise RolloutError(
-            f"a motion of {count} coordinates takes times (K,) and values (1 or {many}, {count}, K), "
+            f"a motion of {number_of(count, 'coordinate')} takes times (K,) and values (1 or {many}, {count}, K), "
             f"not {t.shape} and {v.shape}"
         )
     check_knots(t, v, "motion")
@@ -271,7 +272,7 @@ def given_curves(
         row = as_array(of, "of", error=RolloutError)
         if row.shape != (instances,) or np.any(row != np.rint(row)) or np.any((row < 0) | (row >= len(v))):
             raise RolloutError(
-                f"`of` takes the number of a motion, 0 to {len(v) - 1}, for each of {instances} instances"
+                f"`of` takes the number of a motion, 0 to {len(v) - 1}, for each of {number_of(instances, 'instance')}"
             )
         row = row.astype(np.int32)
     curves = spline_curves(moving, [(t, np.moveaxis(v, 1, 2), range(count))])

@@ -9,6 +9,7 @@ import numpy as np
 
 from warpmuscle.core.arguments import as_kind, as_texts, as_whole
 from warpmuscle.core.errors import ResultError
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.formats import toml
 from warpmuscle.kernels.objective_terms import TERMS
 from warpmuscle.results.records import Result
@@ -81,6 +82,6 @@ def best_scene(result: Result, fixed: Sequence[str] = (), among: int | None = No
             raise ResultError(f"has no free parameter of the name {pattern!r} that could be fixed")
     free = {name for name in names if not any(fnmatchcase(name, pattern) for pattern in fixed)}
     count = 0 if result.evaluations is None else len(result.evaluations)
-    how = f"cost {cost:.6g} after {count} candidates on {result.device}{chosen}"
+    how = f"cost {cost:.6g} after {number_of(count, 'candidate')} on {result.device}{chosen}"
     how += f": {result.command}" if result.command else ""
     return pinned(with_values(scene, best), best, free), how

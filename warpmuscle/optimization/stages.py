@@ -10,6 +10,7 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.results.records import Options, Staged
 from warpmuscle.scene import Scene, SearchStage
 from warpmuscle.scene.parameters import free_parameters, start_values, to_unit
@@ -100,7 +101,9 @@ def _shared(stages: Sequence[SearchStage], total: int) -> list[int]:
     rest = total - sum(count or 0 for count in own)
     without = own.count(None)
     if rest < without:
-        raise Error(f"the stages need {total - rest + without} candidates at least; there are to be {total} in all")
+        raise Error(
+            f"the stages need {number_of(total - rest + without, 'candidate')} at least; there are to be {total} in all"
+        )
     shares = iter([rest // without + (k < rest % without) for k in range(without)] if without else ())
     counts = [next(shares) if count is None else count for count in own]
     if not without and rest < sum(1 for stage in stages if stage.candidates is not None and stage.candidates < 1.0):

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.plots import learning_curve
 from warpmuscle.plots.style import GRAY, PALETTE, grid, heading
 from warpmuscle.plots.subject import Absent, Subject
@@ -34,7 +35,9 @@ def draw(subject: Subject) -> Any:
         assert searched is not None
         _spread(panels[-1], searched.history)
     best = subject.result.best
-    note = f"{len(evaluations)} candidates" + (f", lowest cost {best.cost:.6g}" if best is not None else "")
+    note = f"{number_of(len(evaluations), 'candidate')}" + (
+        f", lowest cost {best.cost:.6g}" if best is not None else ""
+    )
     if searched is not None:
         note += "" if searched.stages else f"; {searched.options.searches} x {searched.options.strategy}"
         note += f"; ended: {searched.ended}" if searched.ended else ""
@@ -60,7 +63,7 @@ def _of_fit(subject: Subject, fit: Fit) -> Any:
     if len(handles[1]) > 1:
         figure.legend(*handles, loc="outside lower center", ncols=2)
     count = lacking.shape[1]
-    note = f"{count} motion{'s' if count != 1 else ''}, {fit.seconds[-1]:.1f} s; at 1 no better than the mean angle"
+    note = f"{number_of(count, 'motion')}, {fit.seconds[-1]:.1f} s; at 1 no better than the mean angle"
     heading(figure, f"{subject.scene.name}: convergence of the fit", note)
     return figure
 

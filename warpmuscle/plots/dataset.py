@@ -11,6 +11,7 @@ import numpy as np
 from warpmuscle.core.array_checks import HUGE
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.plots.style import MAP, PALETTE, grid, heading, legible, page, top_legend
 from warpmuscle.plots.subject import Subject
 from warpmuscle.results.result import opened
@@ -148,7 +149,9 @@ def _panels(subject: Subject, data: Data) -> Any:
     """A panel a member of the second axis, such as a joint."""
     members = data.names[0]
     if len(members) > _PANELS:
-        raise Error(f"{subject.path}: this dataset would need {len(members)} panels; {_PANELS} fit on a page")
+        raise Error(
+            f"{subject.path}: this dataset would need {number_of(len(members), 'panel')}; {_PANELS} fit on a page"
+        )
     figure, panels = grid(len(members), min(4, len(members)), 1.6, sharex=True)
     for k, (axes, name) in enumerate(zip(panels, members, strict=True)):
         _lines(axes, data.x, data.values[:, k], data.names[1])

@@ -7,9 +7,10 @@ from typing import Any
 import numpy as np
 
 from warpmuscle.core.errors import Error
-from warpmuscle.gait.cycles import body_weight, feet_of, longest_span
+from warpmuscle.gait.cycles import body_weight, longest_span
 from warpmuscle.gait.foot_contact import SIDES
 from warpmuscle.gait.foot_sliding import LOADED
+from warpmuscle.gait.measures import feet_of
 from warpmuscle.plots.projection import project
 from warpmuscle.plots.style import GRAY, SIDE_COLORS, heading, page
 from warpmuscle.plots.subject import Absent, Subject

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.plots.style import GRAY, PALETTE, grid, heading
 from warpmuscle.plots.subject import Absent, Subject
 from warpmuscle.results.learned import CURVE, Learned
@@ -41,6 +42,6 @@ def draw(subject: Subject, learned: Learned) -> Any:
         axes.set(title=title, xlabel="decisions (million)", ylabel=unit)
     panels[0].axhline(0.0, color=GRAY, lw=0.6, zorder=0)
     count, wall = int(curve["iteration"][-1]), curve["wall_time"][-1]
-    note = f"{count} iterations, {decisions[-1]:.3g} million decisions, {wall:.0f} s"
+    note = f"{number_of(count, 'iteration')}, {decisions[-1]:.3g} million decisions, {wall:.0f} s"
     heading(figure, f"{subject.scene.name}: learning", note + (f"; ended: {learned.ended}" if learned.ended else ""))
     return figure

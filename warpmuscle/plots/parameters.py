@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from warpmuscle.core.array_types import Floats
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.plots.style import GRAY, PALETTE, heading, legible, page
 from warpmuscle.plots.subject import Absent, Subject
 from warpmuscle.results.records import ParameterTable
@@ -34,7 +35,7 @@ def draw(subject: Subject) -> Any:
         _rows(axes, result.parameters, shown, unit, best_tenth, marks)
     handles, labels = axes.get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=4)
-    note = f"{len(mine)} candidates, each parameter from its lower to its upper bound"
+    note = f"{number_of(len(mine), 'candidate')}, each parameter from its lower to its upper bound"
     heading(figure, f"{subject.scene.name}: parameters", note)
     return figure
 

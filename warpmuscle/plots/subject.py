@@ -13,9 +13,10 @@ import numpy as np
 
 from warpmuscle.core.arguments import as_number, as_whole
 from warpmuscle.core.errors import Error
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.formats import toml
-from warpmuscle.gait.cycles import Strides, feet_of, steady_strides
-from warpmuscle.gait.measures import Gait, measure
+from warpmuscle.gait.cycles import Strides, steady_strides
+from warpmuscle.gait.measures import Gait, feet_of, measure
 from warpmuscle.gait.quality import runs, support_of
 from warpmuscle.optimization.best_scene import recorded_scene
 from warpmuscle.results.motion_of_scene import check_motion_of
@@ -86,15 +87,19 @@ class Subject:
                 f"{self.source} holds no motion; `simulate -o`, `optimize -o` and `throw -o` write files that do"
             )
         if not 0 <= wanted < len(replays):
-            raise Error(f"{self.source} has {len(replays)} motions, numbered from 0; none has number {wanted}")
+            raise Error(
+                f"{self.source} has {number_of(len(replays), 'motion')}, numbered from 0; none has number {wanted}"
+            )
         motion = demanding(replays[wanted], self.source)
         check_motion_of(motion, self.scene, f"{self.source}: motion {wanted}")
         part = motion.window(self.choices.start, self.choices.end)
         if part.frames < 2:
             span = f", {motion.time[0]:.4g} to {motion.time[-1]:.4g} s" if motion.frames else ""
+            whole = f"{number_of(motion.frames, 'frame')}{span}"
             raise Error(
-                f"{self.source}: {part.frames} frames of motion {wanted} ({motion.frames} frames{span}) lie within the "
-                "times wanted; a figure needs two"
+                f"{self.source}: motion {wanted} ({whole}) has {number_of(part.frames, 'frame')} within the times "
+                "wanted; "
+                "a figure needs two"
             )
         return part
 

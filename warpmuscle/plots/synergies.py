@@ -111,6 +111,6 @@ def _draw_vaf(axes: Any, accounts: Sequence[Account], count: int) -> None:
 def _draw_muscle_vaf(axes: Any, muscles: Sequence[str], account: Account) -> None:
     axes.bar(range(len(muscles)), account.muscle_vaf, color=_GREY, width=0.75)
     axes.axhline(account.vaf, color=_COLORS[0], lw=1.0)
-    axes.set(title=f"of each muscle by {account.count} synergies (line: of all)",
+    axes.set(title=f"of each muscle by {number_of(account.count, 'synergy')} (line: of all)",
              ylim=(min(0.0, account.muscle_vaf.min()), 1.02), xlim=(-0.6, len(muscles) - 0.4))  # fmt: skip
     axes.set_xticks(range(len(muscles)), muscles, rotation=90 if len(muscles) > 8 else 0)

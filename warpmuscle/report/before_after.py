@@ -129,7 +129,7 @@ def page(before: Walked, after: Walked, command: str = "") -> str:
     walks = {"before": before, "after": after}
     replay = replay_html(
         [walk.shown for walk in walks.values()], [walk.scene for walk in walks.values()],
-        [_label(name, walk) for name, walk in walks.items()], title=title, plots=False,
+        [_label(name, walk) for name, walk in walks.items()], title=title, plots=False, split=True,
     )  # fmt: skip
     head = "".join(f"<th>{name}</th>" for name in ("", "before", "after", "people"))
     body = "\n".join(f"<tr><td>{html.escape(name)}</td>{_cells(cells)}</tr>" for name, *cells in rows(before, after))

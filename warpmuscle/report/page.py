@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import html
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from importlib.resources import files
@@ -25,7 +26,7 @@ from warpmuscle.view.packing import whole
 
 _SEARCH_FIGURES = ("convergence", "parameters")
 _MOTION_FIGURES = ("sticks", "angles", "ground_force", "feet", "activation", "control", "joints")
-_REPLAY_HEIGHT = 560  # px
+_REPLAY_HEIGHT = 640  # px
 Tell = Callable[[str], None]
 
 
@@ -96,14 +97,24 @@ def report_html(subject: Subject, references: list[Subject] | None = None, tell:
     )
 
 
+def with_code(text: str) -> str:
+    """Text as HTML, in which what stands between backticks is code."""
+    parts = [html.escape(part) for part in text.split("`")]
+    if len(parts) % 2 == 0:  # a backtick by itself
+        return "`".join(parts)
+    return "".join(f"<code>{part}</code>" if k % 2 else part for k, part in enumerate(parts))
+
+
 def _template() -> Any:
     try:
         import jinja2
+        import markupsafe
     except ImportError:
         raise Error("a report page needs jinja2: pip install 'warpmuscle[plot]'") from None
     environment = jinja2.Environment(
         autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined
     )
+    environment.filters["with_code"] = lambda text: markupsafe.Markup(with_code(text))
     environment.filters["number"] = lambda value: "" if value is None else f"{value:.4g}"
     text = (files("warpmuscle.report") / "templates" / "report.html").read_text(encoding="utf-8")
     return environment.from_string(text)

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from warpmuscle.core.array_types import Floats
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.core.status import Status
 from warpmuscle.model.objective import described, weight_of
 from warpmuscle.optimization.best_scene import recorded_scene, scene_in
@@ -28,7 +29,9 @@ CURVE = 60  # characters of a convergence curve
 def report(result: Result) -> list[str]:
     """Lines about a result, in plain text."""
     lines = [f"made by: {line}" for line in result.command.splitlines()]
-    lines.append(f"device {result.device}, seed {result.seed}, {len(result.parameters.name)} free parameters")
+    lines.append(
+        f"device {result.device}, seed {result.seed}, {number_of(len(result.parameters.name), 'free parameter')}"
+    )
     if result.fit is not None:
         lines += ["", *fit(result.fit)]
         lines += [f"motion {number}: {name}" for number, name in enumerate(result.replay_names)]
@@ -37,7 +40,7 @@ def report(result: Result) -> list[str]:
         return [*lines, "", *learning(result.learned), *heaviness(result)]
     if result.evaluations is None or result.best is None:
         count = len(result.replays)
-        return [*lines, f"no search; {count} motion{'s' if count != 1 else ''}", *heaviness(result)]
+        return [*lines, f"no search; {number_of(count, 'motion')}", *heaviness(result)]
     lines += ["", *outcomes(result.evaluations), "", *convergence(result)]
     lines += [
         "",
@@ -53,9 +56,7 @@ def fit(found: Fit) -> list[str]:
     """r2 of each joint's angle after each stage: the median of all motions, and the worst one of several."""
     count = found.r2.shape[1]
     width = max(map(len, found.stages), default=0)
-    lines = [
-        f"fit of {count} motion{'s' if count != 1 else ''}: r2 of {', '.join(found.joints)}{' (worst)' * (count > 1)}"
-    ]
+    lines = [f"fit of {number_of(count, 'motion')}: r2 of {', '.join(found.joints)}{' (worst)' * (count > 1)}"]
     for name, r2, seconds in zip(found.stages, found.r2, found.seconds, strict=True):
         middle, worst = np.median(r2, axis=0), r2.min(axis=0)
         cells = [f"{m:8.4f}" + (f" ({w:.4f})" if count > 1 else "") for m, w in zip(middle, worst, strict=True)]
@@ -67,7 +68,10 @@ def learning(learned: Learned) -> list[str]:
     """What a policy is like, and how it was learnt."""
     policy, rows = learned.policy, learned.curve
     sizes = "-".join(str(len(layer.bias)) for layer in policy.layers)
-    lines = [f"policy: {len(policy.observation)} observations, layers of {sizes}, {len(policy.action)} actions"]
+    lines = [
+        f"policy: {number_of(len(policy.observation), 'observation')}, layers of {sizes}, "
+        f"{number_of(len(policy.action), 'action')}"
+    ]
     if len(rows["iteration"]):
         last = {name: float(values[-1]) for name, values in rows.items()}
         rate = last["decisions"] / max(last["wall_time"], 1e-9)
@@ -85,7 +89,7 @@ def learning(learned: Learned) -> list[str]:
 
 def outcomes(evaluations: Evaluations) -> list[str]:
     """How many candidates came to each end."""
-    lines = [f"{len(evaluations)} candidates, {evaluations.end_time.sum():.0f} s of motion"]
+    lines = [f"{number_of(len(evaluations), 'candidate')}, {evaluations.end_time.sum():.0f} s of motion"]
     for status in Status:
         if count := int((evaluations.status == status).sum()):
             lines.append(f"  {count:7d}  {status.meaning}")
@@ -101,7 +105,7 @@ def convergence(result: Result) -> list[str]:
     lines = []
     for number, stage in enumerate(searched.stages[: searched.stage + 1]):
         mine = result.evaluations.rows(result.evaluations.stage == number)
-        count = f"{len(mine)} candidate{'s' if len(mine) != 1 else ''}, {len(stage.free)} parameters"
+        count = f"{number_of(len(mine), 'candidate')}, {number_of(len(stage.free), 'parameter')}"
         lines.append(f"stage {number + 1}, {stage.name}: {count}")
         ended = searched.ended if number == searched.stage else stage.ended
         lines += [f"  {line}" for line in _descent(mine, ended)]
@@ -157,7 +161,7 @@ class Share:
         ranked = sorted(self.parts.items(), key=lambda part: -part[1])
         shown = [f"{name} {100.0 * value / total:.0f} %" for name, value in ranked[:LARGEST]]
         if rest := ranked[LARGEST:]:
-            shown.append(f"{len(rest)} others {100.0 * sum(value for _, value in rest) / total:.0f} %")
+            shown.append(f"{number_of(len(rest), 'other')} {100.0 * sum(value for _, value in rest) / total:.0f} %")
         return ", ".join(shown)
 
     @property

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from warpmuscle.core.array_checks import HUGE, LARGEST_INDEX, check_numbers, check_whole
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.core.status import Status
 from warpmuscle.results.learned import check_learned
 from warpmuscle.results.recording import INTEGER_QUANTITIES, NAMED, QUANTITIES, Recording
@@ -67,7 +68,9 @@ def check_parameters(table: ParameterTable) -> None:
         check_numbers(f"parameters/{name}", getattr(table, name), shape)
     for name in ("unit", "scale"):
         if len(getattr(table, name)) != len(table.name):
-            raise ValueError(f"parameters/{name} has {len(getattr(table, name))} entries, not {len(table.name)}")
+            raise ValueError(
+                f"parameters/{name} has {number_of(len(getattr(table, name)), 'entry')}, not {len(table.name)}"
+            )
     if unknown := set(table.scale) - {"linear", "log"}:
         raise ValueError(f"parameters/scale holds {min(unknown)!r}, not linear or log")
     if np.any(table.min > table.max):
@@ -122,7 +125,7 @@ def _check_best(place: str, best: Best, parameters: int, rows: int) -> None:
     check_numbers(f"{place}/params", best.params, (parameters,))
     check_numbers(f"{place}/cost", np.asarray(best.cost), ())
     if not 0 <= best.index < rows:
-        raise ValueError(f"{place}/index is {best.index}, but /evaluations has {rows} rows")
+        raise ValueError(f"{place}/index is {best.index}, but /evaluations has {number_of(rows, 'row')}")
 
 
 def _check_searched(searched: Searched, parameters: int, rows: int) -> None:

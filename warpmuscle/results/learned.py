@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from warpmuscle.core import hdf5
 from warpmuscle.core.array_checks import check_numbers
 from warpmuscle.core.array_types import Floats
+from warpmuscle.core.plain_text import number_of
 
 Singles = NDArray[np.float32]
 HUGE_WEIGHT = 1e6  # whose sums are numbers of single precision
@@ -116,7 +117,10 @@ class Learned:
         return int(taken[-1]) if len(taken) else 0
 
     def __repr__(self) -> str:
-        return f"Learned({self.policy!r}, {len(self.curve['iteration'])} iterations, {self.ended or 'not ended'})"
+        return (
+            f"Learned({self.policy!r}, {number_of(len(self.curve['iteration']), 'iteration')}, "
+            f"{self.ended or 'not ended'})"
+        )
 
 
 def load_learned(file: Any) -> Learned:
@@ -195,7 +199,7 @@ def check_learned(learned: Learned) -> None:
     if learned.critic is not None:
         check_policy(learned.critic, "critic")
         if len(learned.critic.action) != 1:
-            raise ValueError(f"critic gives {len(learned.critic.action)} numbers, and should give 1")
+            raise ValueError(f"critic gives {number_of(len(learned.critic.action), 'number')}, and should give 1")
     if set(learned.curve) != set(CURVE):
         raise ValueError("curve has other columns than a learning curve")
     rows = np.shape(learned.curve["iteration"])[:1]
@@ -211,12 +215,16 @@ def check_policy(policy: PolicyTable, name: str = "policy") -> None:
     if not 0.0 < policy.widest <= HUGE_WEIGHT:
         raise ValueError(f"{name} has the attribute widest = {policy.widest:g}, and should have a positive number")
     if not 1 <= len(policy.layers) <= MOST_LAYERS:
-        raise ValueError(f"{name}/layers holds {len(policy.layers)} layers, and should hold 1 to {MOST_LAYERS}")
+        raise ValueError(
+            f"{name}/layers holds {number_of(len(policy.layers), 'layer')}, and should hold 1 to {MOST_LAYERS}"
+        )
     for number, layer in enumerate(policy.layers):
         last = number == len(policy.layers) - 1
         outputs = len(policy.action) if last else np.size(layer.bias)
         if not 1 <= outputs <= WIDEST_LAYER:
-            raise ValueError(f"{name}/layers/{number} has {outputs} outputs, and should have 1 to {WIDEST_LAYER}")
+            raise ValueError(
+                f"{name}/layers/{number} has {number_of(outputs, 'output')}, and should have 1 to {WIDEST_LAYER}"
+            )
         for part, array, shape in (("weight", layer.weight, (outputs, inputs)), ("bias", layer.bias, (outputs,))):
             place = f"{name}/layers/{number}/{part}"
             check_numbers(place, array, shape, -HUGE_WEIGHT, HUGE_WEIGHT, kinds="f")

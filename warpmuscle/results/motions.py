@@ -17,6 +17,7 @@ from warpmuscle.core.arguments import as_kind, as_whole, in_words
 from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.errors import ArgumentError
 from warpmuscle.core.labelled import Labelled, to_xarray
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.results.partial_motion import checked_quantities
 from warpmuscle.results.recording import (
     INTEGER_QUANTITIES,
@@ -56,7 +57,7 @@ class Motions:
         if count and not (self.frames.min() >= 0 and self.frames.max() <= longest):
             raise ArgumentError(f"frames of an instance must lie between 0 and {longest}")
         if self.names and len(self.names) != count:
-            raise ArgumentError(f"{len(self.names)} names for {count} instances")
+            raise ArgumentError(f"{number_of(len(self.names), 'name')} for {number_of(count, 'instance')}")
         sizes = {axis: len(self.texts[name]) for axis, name in NAMED.items()}
         for name, array in self.arrays.items():
             expected = (count, longest, *(sizes.get(axis, len(axis.split())) for axis in QUANTITIES[name].axes[1:]))
@@ -68,7 +69,10 @@ class Motions:
         return len(self.frames)
 
     def __repr__(self) -> str:
-        return f"Motions({len(self)} instances, {len(self.time)} frames, {len(self.arrays)} quantities)"
+        return (
+            f"Motions({number_of(len(self), 'instance')}, {number_of(len(self.time), 'frame')}, "
+            f"{number_of(len(self.arrays), 'quantity')})"
+        )
 
     def __getitem__(self, name: str) -> NDArray[Any]:
         """The array (n, F, ...) of a quantity; raises ArgumentError if there is none."""

@@ -17,6 +17,7 @@ from warpmuscle.core.arguments import as_kind, as_number, as_texts, in_words
 from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.errors import ArgumentError
 from warpmuscle.core.labelled import Labelled, to_dataframe, to_xarray
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.core.pose import multiply, rotate
 from warpmuscle.kernels.recorded import (
     ACTIVATION,
@@ -159,13 +160,13 @@ class Recording:
                 raise ArgumentError(f"{name} has shape {array.shape}, not {expected} ({', '.join(about.axes)})")
         for axis, name in UNITS.items():
             if len(getattr(self, name)) not in (0, counts[axis]):
-                raise ArgumentError(f"{name} has {len(getattr(self, name))} entries, not {counts[axis]}")
+                raise ArgumentError(f"{name} has {number_of(len(getattr(self, name)), 'entry')}, not {counts[axis]}")
 
     def __repr__(self) -> str:
         span = f", {self.time[0]:.4g} to {self.time[-1]:.4g} s" if self.frames else ""
         counts = {"bodies": self.body_names, "joints": self.joint_names, "muscles": self.muscle_names}
         parts = "".join(f", {len(names)} {what}" for what, names in counts.items())
-        return f"Recording({self.frames} frames{span}{parts})"
+        return f"Recording({number_of(self.frames, 'frame')}{span}{parts})"
 
     def __getitem__(self, name: str) -> NDArray[Any]:
         """The array of a quantity; raises ArgumentError for an unknown name."""

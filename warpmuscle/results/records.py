@@ -17,6 +17,7 @@ from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.errors import ResultError
 from warpmuscle.core.labelled import Labelled, to_dataframe
 from warpmuscle.core.machine import this_machine
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.core.status import counted, words
 from warpmuscle.results.learned import Learned
 from warpmuscle.results.recording import Recording
@@ -54,7 +55,7 @@ class ParameterTable:
     scale: tuple[str, ...]  # "linear" or "log", from min at 0 to max at 1 of the unit interval that a search sees
 
     def __repr__(self) -> str:
-        return f"ParameterTable({len(self.name)} parameters)"
+        return f"ParameterTable({number_of(len(self.name), 'parameter')})"
 
 
 @dataclass(frozen=True, repr=False)
@@ -76,7 +77,7 @@ class Evaluations:
         return len(self.cost)
 
     def __repr__(self) -> str:
-        return f"Evaluations({len(self)} candidates: {counted(self.status)})"
+        return f"Evaluations({number_of(len(self), 'candidate')}: {counted(self.status)})"
 
     def status_names(self) -> tuple[str, ...]:
         """What became of each candidate, such as `completed` and `fell`."""
@@ -111,7 +112,7 @@ class Best:
     index: int  # row of the evaluations
 
     def __repr__(self) -> str:
-        return f"Best(candidate {self.index}, cost {self.cost:.6g}, {len(self.params)} parameters)"
+        return f"Best(candidate {self.index}, cost {self.cost:.6g}, {number_of(len(self.params), 'parameter')})"
 
 
 @dataclass(frozen=True, repr=False)
@@ -128,7 +129,7 @@ class History:
     stage: Integers  # (H,)
 
     def __repr__(self) -> str:
-        return f"History({len(self.generation)} generations of searches)"
+        return f"History({number_of(len(self.generation), 'generation')} of searches)"
 
 
 ANY_NUMBER = 10**9  # of candidates, of an optimisation that ends by its time
@@ -177,7 +178,7 @@ class Searched:
     elsewhere: int = 0  # so many first generations were asked for on other machines, see `SearchLoop`
 
     def __repr__(self) -> str:
-        stages = f", {len(self.stages)} stages" if self.stages else ""
+        stages = f", {number_of(len(self.stages), 'stage')}" if self.stages else ""
         return f"Searched({self.options.searches} x {self.options.strategy}{stages}, {self.ended or 'not ended'})"
 
 
@@ -214,12 +215,12 @@ class Result:
     def __repr__(self) -> str:
         parts = [f"seed {self.seed} on {self.device}" if self.device else ""]
         if self.evaluations is not None:
-            parts.append(f"{len(self.evaluations)} candidates")
+            parts.append(f"{number_of(len(self.evaluations), 'candidate')}")
         if self.best is not None:
             parts.append(f"best cost {self.best.cost:.6g}")
         if self.learned is not None:
             parts.append(repr(self.learned))
-        parts.append(f"{len(self.replays)} motion{'' if len(self.replays) == 1 else 's'}")
+        parts.append(f"{number_of(len(self.replays), 'motion')}")
         return f"Result({', '.join([repr(self.scene_name), *filter(None, parts)])})"
 
     def to_dataframe(self) -> pandas.DataFrame:

@@ -52,6 +52,7 @@ from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.errors import ResultError, SceneError
 from warpmuscle.core.files import replace_file
 from warpmuscle.core.machine import MACHINE
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.results.checks import check_column, check_result
 from warpmuscle.results.layout import FORMAT, FORMAT_VERSION, HISTORY, put
 from warpmuscle.results.learned import Learned, check_learned, load_learned
@@ -188,7 +189,7 @@ def _of_run(path: Path, file: Any, run: str | None) -> Any:
     names = list(runs)
     if run is None:
         such = f"; name one of them, such as {names[0]!r}" if names else ""
-        raise ResultError(f"{path}: the file of a sweep of {len(names)} runs{such}")
+        raise ResultError(f"{path}: the file of a sweep of {number_of(len(names), 'run')}{such}")
     if run not in names:
         raise ResultError(f"{path}: no run is called {run!r}{near(run, names)}; there are {', '.join(names)}")
     return hdf5.member(runs, run)

@@ -11,6 +11,7 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error, SceneError
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.scene import Scene
 from warpmuscle.scene.number import Free, Number, Scale
 from warpmuscle.scene.units import unit_below
@@ -257,7 +258,10 @@ def snap(parameters: Sequence[Parameter], values: Floats) -> Floats:
     """
     snapped = np.array(values, dtype=np.float64)
     if snapped.shape[-1:] != (len(parameters),):
-        raise Error(f"expected {len(parameters)} values in the last dimension, got an array of shape {snapped.shape}")
+        raise Error(
+            f"expected {number_of(len(parameters), 'value')} in the last dimension, got an array of shape "
+            f"{snapped.shape}"
+        )
     for index, parameter in enumerate(parameters):
         column = snapped[..., index]
         if parameter.step > 0.0:

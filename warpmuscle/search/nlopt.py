@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.search.adapter import Abandoned, AskTellAdapter, Evaluate
 from warpmuscle.search.differences import gradient, stencil
 from warpmuscle.search.search import Progress, checked_costs, checked_population, checked_sigma, checked_start
@@ -121,7 +122,9 @@ class NloptSearch:
 
     def _refusal(self, error: Exception) -> Error:
         text = str(error) or "invalid argument"
-        return Error(f"NLopt's {self._algorithm} cannot search {len(self._progress.best)} parameters so: {text}")
+        return Error(
+            f"NLopt's {self._algorithm} cannot search {number_of(len(self._progress.best), 'parameter')} so: {text}"
+        )
 
 
 def _body(

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error
+from warpmuscle.core.plain_text import number_of
 
 DEFAULT_SIGMA = 0.25  # of the cube's edge: four standard deviations span it
 
@@ -106,7 +107,7 @@ def checked_costs(costs: ArrayLike, count: int) -> Floats:
     """
     values = np.asarray(costs, dtype=np.float64)
     if values.shape != (count,):
-        raise Error(f"{count} candidates were asked for, but the costs told have shape {values.shape}")
+        raise Error(f"{number_of(count, 'candidate', 'were')} asked for, but the costs told have shape {values.shape}")
     if not np.all(np.isfinite(values)):
         index = int(np.flatnonzero(~np.isfinite(values))[0])
         raise Error(f"the cost of candidate {index} is {values[index]}: give a candidate that failed a finite cost")

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error
 from warpmuscle.core.limits import check_size
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.search.bounds import scattered
 from warpmuscle.search.random import RandomGenerations
 from warpmuscle.search.search import Search, checked_sigma, checked_start
@@ -42,7 +43,7 @@ def make_search(
     """
     point = np.full(dimensions, 0.5) if start is None else checked_start(start)
     if point.shape != (dimensions,):
-        raise Error(f"the start has {len(point)} coordinates for {dimensions} parameters")
+        raise Error(f"the start has {number_of(len(point), 'coordinate')} for {number_of(dimensions, 'parameter')}")
     family, _, detail = name.partition(":")
     if name in ("cma", "cma:ipop", "cma:bipop"):
         from warpmuscle.search.cma import CmaSearch  # takes Matplotlib along, which takes a while

@@ -15,6 +15,7 @@ from warpmuscle.core.array_interop import rows_of
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.arrays import structs_to_device, to_device
 from warpmuscle.core.errors import RolloutError
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.kernels import structs
 from warpmuscle.model.build import Fields, ModelInputs, Start, motion_of, start_of
 from warpmuscle.model.prescribed_motion import (
@@ -187,7 +188,7 @@ def checked_disturbances(disturbances: Perturbations, instances: int) -> Perturb
     """Disturbances of so many instances; RolloutError if they are no such."""
     as_kind(Perturbations, disturbances, "disturbances", error=RolloutError)
     if len(disturbances) != instances:
-        raise RolloutError(f"{len(disturbances)} disturbances for {instances} instances")
+        raise RolloutError(f"{number_of(len(disturbances), 'disturbance')} for {number_of(instances, 'instance')}")
     return disturbances
 
 
@@ -206,7 +207,8 @@ def excitation_arrays(
     v = as_array(values, "values", error=RolloutError)
     if t.ndim != 1 or not len(t) or v.shape not in ((1, muscles, len(t)), (instances, muscles, len(t))):
         raise RolloutError(
-            f"excitations of {muscles} muscles take times (K,) and values (1 or {instances}, {muscles}, K), "
+            f"excitations of {number_of(muscles, 'muscle')} take times (K,) and values (1 or {instances}, "
+            f"{muscles}, K), "
             f"not {t.shape} and {v.shape}"
         )
     check_knots(t, v, "excitations")

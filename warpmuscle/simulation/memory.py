@@ -9,6 +9,7 @@ import numpy as np
 
 from warpmuscle.core.arrays import arrays_of
 from warpmuscle.core.errors import RolloutError
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.model.build import build_model
 from warpmuscle.model.state import state_struct
 from warpmuscle.model.structure import Structure
@@ -69,6 +70,7 @@ def check_memory(instances: int, bytes_an_instance: int, device: Any, held: int 
     fitting = instances_that_fit(bytes_an_instance, device, held)
     if fitting is not None and fitting < instances:
         raise RolloutError(
-            f"{instances} instances need {instances * bytes_an_instance / GIB:.3g} GiB on {device}, which has memory "
+            f"{number_of(instances, 'instance', 'need')} {instances * bytes_an_instance / GIB:.3g} GiB on "
+            f"{device}, which has memory "
             f"left for {fitting} of {bytes_an_instance / 1024.0:.3g} KiB each: simulate so many at a time"
         )

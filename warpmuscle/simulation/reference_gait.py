@@ -11,6 +11,7 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import RolloutError
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.formats import load, motion_table, npz
 from warpmuscle.formats.npz import JointMotion
 from warpmuscle.model.build import ReferenceGait
@@ -41,7 +42,9 @@ def motion_in_file(tracking: Tracking, scene: Scene) -> Recording | JointMotion:
         recorded = read(tracking.file, replay=tracking.replay).replays
         replays = [demanding(motion, tracking.file) for motion in recorded]
     if tracking.replay >= len(replays):
-        raise RolloutError(f"{tracking.file} has {len(replays)} motions, none with number {tracking.replay}")
+        raise RolloutError(
+            f"{tracking.file} has {number_of(len(replays), 'motion')}, none with number {tracking.replay}"
+        )
     return replays[tracking.replay]
 
 

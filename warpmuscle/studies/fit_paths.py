@@ -15,6 +15,7 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import SceneError
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.model.paths import joints_of_muscles
 from warpmuscle.scene import Character, PolynomialPath, Scene
 from warpmuscle.scene.joints import joint_type
@@ -81,7 +82,7 @@ def _variables(name: str, joints: list[str], character: Character) -> list[Varia
             raise SceneError(f"{message}; make it hinges, or leave the muscle out", key=f"character.muscles.{name}")
         found += [(joint, axis) for axis in range(kind.scalars)]
     if len(found) > MOST_VARIABLES:
-        message = f"acts on {len(found)} coordinates; a polynomial takes {MOST_VARIABLES} at most"
+        message = f"acts on {number_of(len(found), 'coordinate')}; a polynomial takes {MOST_VARIABLES} at most"
         raise SceneError(message, key=f"character.muscles.{name}")
     return found
 

@@ -14,8 +14,9 @@ import msgspec
 import numpy as np
 
 from warpmuscle.core.errors import Error
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.core.status import Status
-from warpmuscle.gait.cycles import feet_of
+from warpmuscle.gait.measures import feet_of
 from warpmuscle.gait.muscle_effort import LEAST_SPEED, spent
 from warpmuscle.gait.penetration import penetration
 from warpmuscle.gait.quality import LEAST_FLIGHT, Measures, gait_measures
@@ -216,7 +217,7 @@ def _pushed(walker: Walker, pushes: int, tell: Callable[[str], None]) -> Finding
     """Impulse that half of the pushes survive, at most the greatest one, N s, and its range."""
     if pushes == 0:
         return Finding(None, "not asked for")
-    tell(f"{pushes} pushes of each of {len(IMPULSES)} impulses")
+    tell(f"{number_of(pushes, 'push')} of each of {number_of(len(IMPULSES), 'impulse')}")
     trials = push_trials(walker, IMPULSES, pushes)
     low, high = (min(end, trials.impulses[-1]) for end in trials.range)
     more = " or more" if np.isinf(trials.half) else ""
@@ -249,7 +250,7 @@ def at_conditions(walker: Walker, *, tell: Callable[[str], None] = lambda _: Non
     A slope or a load that it has no command for is there without its being told. The first one is as it is commanded.
     """
     every = asked_of(walker)
-    tell(f"{len(every)} walks of {COMMANDED:g} s at other speeds, on slopes, with loads")
+    tell(f"{number_of(len(every), 'walk')} of {COMMANDED:g} s at other speeds, on slopes, with loads")
     commands = {
         name: np.array([one.numbers.get(name, command.asked) for one in every])
         for name, command in walker.commands.items()

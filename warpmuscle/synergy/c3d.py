@@ -22,6 +22,7 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import SignalError
 from warpmuscle.core.files import check_regular
 from warpmuscle.core.limits import check_size
+from warpmuscle.core.plain_text import number_of
 
 BLOCK = 512  # bytes
 MIPS = 86  # processor type of files with the most significant byte first
@@ -58,9 +59,11 @@ def read_c3d(path: Path) -> tuple[tuple[str, ...], float, Floats]:
     values = np.asarray(content["values"], np.float64).T
     names = tuple(str(name).strip() for name in content["names"])
     if not values.shape[1] or len(names) != values.shape[1]:
-        raise SignalError(f"holds {values.shape[1]} analog channels with {len(names)} names", file=path)
+        raise SignalError(
+            f"holds {number_of(values.shape[1], 'analog channel')} with {number_of(len(names), 'name')}", file=path
+        )
     if samples > 0 and frames < MOST_FRAMES and len(values) < frames * samples:
-        raise SignalError(f"is truncated: holds {len(values) // samples} of {frames} frames", file=path)
+        raise SignalError(f"is truncated: holds {len(values) // samples} of {number_of(frames, 'frame')}", file=path)
     return names, float(content["rate"]), values
 
 
@@ -74,9 +77,11 @@ def read_points(path: Path) -> tuple[tuple[str, ...], float, Floats, str]:
     values = np.asarray(content["values"], np.float64).transpose(2, 1, 0)
     names = tuple(str(name).strip() for name in content["names"])[: values.shape[1]]
     if not names or len(names) != values.shape[1]:
-        raise SignalError(f"holds {values.shape[1]} points with {len(names)} names", file=path)
+        raise SignalError(
+            f"holds {number_of(values.shape[1], 'point')} with {number_of(len(names), 'name')}", file=path
+        )
     if frames < MOST_FRAMES and len(values) < frames:
-        raise SignalError(f"is truncated: holds {len(values)} of {frames} frames", file=path)
+        raise SignalError(f"is truncated: holds {len(values)} of {number_of(frames, 'frame')}", file=path)
     rate = float(content["rate"])
     if not rate > 0.0:
         raise SignalError(f"its points have a rate of {rate:g} Hz", file=path)

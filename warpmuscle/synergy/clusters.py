@@ -9,6 +9,7 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.errors import Error, SignalError
+from warpmuscle.core.plain_text import number_of
 
 STARTS = 50  # of k-means
 PER_PERSON = 2  # most clusters, in parts of the most modules that a person has
@@ -55,7 +56,7 @@ def cluster_modules(
     lengths = np.linalg.norm(modules, axis=0)
     unit = (modules / np.where(lengths > 0.0, lengths, 1.0)).T
     if count is not None and not 1 <= count <= total:
-        raise SignalError(f"{count} clusters are not to be had of {total} modules")
+        raise SignalError(f"{number_of(count, 'cluster', 'are')} not to be had of {number_of(total, 'module')}")
     distinct = len(np.unique(unit, axis=0))
     tried = [min(count, distinct)] if count is not None else _numbers([w.shape[1] for w in weights], distinct)
     try:

@@ -14,6 +14,7 @@ import numpy as np
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import SignalError
 from warpmuscle.core.limits import check_size
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.synergy.emg import at_times
 from warpmuscle.synergy.signals import Signals
 from warpmuscle.synergy.tables import read_table
@@ -36,7 +37,7 @@ class Cycles:
         """
         if not 1 <= first <= last <= len(self.phases):
             raise SignalError(
-                f"holds {len(self.phases)} whole cycles, so that {first} to {last} cannot be chosen",
+                f"holds {number_of(len(self.phases), 'whole cycle')}, so that {first} to {last} cannot be chosen",
                 file=self.source or None,
             )
         return Cycles(self.phases[first - 1 : last], self.source)
@@ -51,10 +52,10 @@ def read_cycles(path: str | Path) -> Cycles:
     """
     table = read_table(path)
     if len(table.names) not in (1, 2):
-        raise SignalError(f"has {len(table.names)} columns; cycles have one or two", file=table.path)
+        raise SignalError(f"has {number_of(len(table.names), 'column')}; cycles have one or two", file=table.path)
     times = table.columns(range(len(table.names)))
     if len(times) < 2:
-        raise SignalError(f"holds {len(times)} starts of cycles; two are the least", file=table.path)
+        raise SignalError(f"holds {number_of(len(times), 'start')} of cycles; two are the least", file=table.path)
     order = times.ravel()
     wrong = np.flatnonzero(~(np.diff(order) > 0.0))  # so that what is no number counts, too
     if len(wrong):
@@ -76,7 +77,7 @@ def by_cycles(signals: Signals, cycles: Cycles, points: int) -> Signals:
     phases = cycles.phases.shape[1] - 1
     if points < 2 * phases or points % phases or points > MOST_POINTS:
         what = f"a multiple of {phases}, from {2 * phases} to {MOST_POINTS}"
-        raise SignalError(f"the points of a cycle of {phases} phases must be {what}, not {points}")
+        raise SignalError(f"the points of a cycle of {number_of(phases, 'phase')} must be {what}, not {points}")
     begin, end = float(cycles.phases[0, 0]), float(cycles.phases[-1, -1])
     if begin < signals.start or end > signals.end:
         raise SignalError(

@@ -15,6 +15,7 @@ from scipy.signal import butter, sosfiltfilt
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import SignalError
 from warpmuscle.core.limits import check_size
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.synergy.signals import Signals, check_signals
 
 FINEST = 10  # times the rate of a recording, to which it can be resampled
@@ -121,7 +122,8 @@ def _check_length(signals: Signals, frequency: float, what: str) -> None:
     lasts = len(signals.values) / signals.rate
     if lasts < 1.0 / frequency:
         raise signals.error(
-            f"{len(signals.values)} samples last {lasts:.3g} s, too short for {what}, which takes at least one period, "
+            f"{number_of(len(signals.values), 'sample', 'last')} {lasts:.3g} s, too short for {what}, which takes "
+            "at least one period, "
             f"{1.0 / frequency:.3g} s"
         )
 
@@ -130,7 +132,7 @@ def _zero_lag(signals: Signals, sections: Floats, values: Floats) -> Floats:
     try:
         return np.asarray(sosfiltfilt(sections, values, axis=0), np.float64)
     except ValueError:  # says how long a signal must be, in the library's words
-        raise signals.error(f"holds {len(values)} samples, too few for the filter") from None
+        raise signals.error(f"holds {number_of(len(values), 'sample')}, too few for the filter") from None
 
 
 def normalised(values: Floats, maxima: Floats, signals: Signals, subtract_minimum: bool = False) -> Floats:

@@ -16,6 +16,7 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import SignalError
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.synergy.cross_validation import cross_validate
 from warpmuscle.synergy.factorization import RESTARTS, Account, Synergies, factorize
 
@@ -70,7 +71,10 @@ def extract(
     """
     samples, muscles = activations.shape
     if rule.count is not None and rule.count > min(samples, muscles):
-        raise SignalError(f"{rule.count} synergies are more than the {muscles} channels with {samples} samples allow")
+        raise SignalError(
+            f"{number_of(rule.count, 'synergy')} are more than the {number_of(muscles, 'channel')} with "
+            f"{number_of(samples, 'sample')} allow"
+        )
     if rule.count is None and rule.method == CROSS:
         rule = replace(rule, count=cross_validate(activations, largest(muscles), seed, progress).count)
     found: list[Synergies] = []
@@ -123,7 +127,8 @@ def least_sufficient(accounts: Sequence[Account], rule: Rule) -> Account:
             return account
     last = accounts[-1]
     raise SignalError(
-        f"{last.count} synergies account for {last.vaf:.3f} of all and {last.muscle_vaf.min():.3f} of the worst "
+        f"{number_of(last.count, 'synergy', 'account')} for {last.vaf:.3f} of all and {last.muscle_vaf.min():.3f} "
+        "of the worst "
         f"channel, not for {rule.vaf:g} and {rule.muscle_vaf:g}; ask for less"
     )
 

@@ -20,6 +20,7 @@ from scipy.optimize import linear_sum_assignment, nnls
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error, SignalError
 from warpmuscle.core.limits import check_size
+from warpmuscle.core.plain_text import number_of
 
 RESTARTS = 10
 ITERATIONS = 1000
@@ -98,7 +99,10 @@ def _check(activations: Floats, count: int, restarts: int) -> None:
         raise SignalError(f"at least one synergy and one restart are needed, not {count} and {restarts}")
     check_size("restarts", restarts, SignalError)
     if count > min(samples, muscles):
-        raise SignalError(f"{count} synergies are more than the {muscles} channels with {samples} samples allow")
+        raise SignalError(
+            f"{number_of(count, 'synergy')} are more than the {number_of(muscles, 'channel')} with "
+            f"{number_of(samples, 'sample')} allow"
+        )
 
 
 def _described(activations: Floats, weights: Floats, coefficients: Floats, reached: Floats) -> Synergies:
@@ -136,7 +140,9 @@ def match(reference: Floats, weights: Floats) -> tuple[list[int], Floats]:
         SignalError: not of as many muscles.
     """
     if reference.shape[0] != weights.shape[0]:
-        raise SignalError(f"synergies of {reference.shape[0]} and of {weights.shape[0]} muscles cannot be matched")
+        raise SignalError(
+            f"synergies of {reference.shape[0]} and of {number_of(weights.shape[0], 'muscle')} cannot be matched"
+        )
     cosines = similarity(reference, weights)
     rows, columns = linear_sum_assignment(cosines, maximize=True)
     rest = [k for k in range(weights.shape[1]) if k not in columns]

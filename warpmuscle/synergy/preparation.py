@@ -10,6 +10,7 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.errors import SignalError
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.synergy.cycles import by_cycles, read_cycles
 from warpmuscle.synergy.ecg import EcgRemoval, remove_ecg
 from warpmuscle.synergy.emg import Chain, band_passed, envelope, given_envelope, normalised, resampled
@@ -58,7 +59,9 @@ def prepare(paths: Sequence[str | Path], preparation: Preparation) -> Activation
     if not paths:
         raise SignalError("there are no recordings")
     if preparation.cycles and len(preparation.cycles) != len(paths):
-        raise SignalError(f"{len(preparation.cycles)} files of cycles do not go with {len(paths)} recordings")
+        raise SignalError(
+            f"{number_of(len(preparation.cycles), 'cycle file')} for {number_of(len(paths), 'recording')}"
+        )
     if preparation.cycles and preparation.window is not None:
         raise SignalError("a time window and cycles both cut a recording; give one of them")
     if preparation.cycle_range is not None and not preparation.cycles:
@@ -154,8 +157,8 @@ def _told(name: str, removal: EcgRemoval) -> str:
     worst = int(removal.share.argmax())
     rates = ", ".join(f"{rate:.0f}" if rate > 0.0 else "irregular" for rate in removal.rates)
     return (
-        f"{name}: the heart's signal was removed ({rates} beats a minute), at most {removal.share[worst]:.0%} of a "
-        f"channel's power, in {removal.signals.names[worst]}"
+        f"{name}: the heart's signal was removed ({rates} beats a minute), at most "
+        f"{removal.share[worst]:.0%} of a channel's power, in {removal.signals.names[worst]}"
     )
 
 

@@ -21,6 +21,7 @@ import numpy as np
 from warpmuscle.core import hdf5
 from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.errors import SignalError
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.synergy.c3d import read_c3d
 from warpmuscle.synergy.signals import Signals, check_signals, choose_channels
 from warpmuscle.synergy.tables import STORAGE, read_table
@@ -145,7 +146,7 @@ def _of_hdf5(file: Any, path: Path, channels: Sequence[str], rate: float | None)
             raise SignalError("holds neither `values` nor a dataset a channel", file=path)
         for name in names:
             if len(file[name]) != len(file[names[0]]):
-                what = f"has {len(file[name])} samples, but {names[0]!r} has {len(file[names[0]])}"
+                what = f"has {number_of(len(file[name]), 'sample')}, but {names[0]!r} has {len(file[names[0]])}"
                 raise SignalError(what, name, path)
         values = np.stack([np.asarray(file[name][()], np.float64) for name in names], axis=1)
     start = 0.0
@@ -154,7 +155,7 @@ def _of_hdf5(file: Any, path: Path, channels: Sequence[str], rate: float | None)
             raise SignalError("has neither `time` nor `rate`; give the sampling rate", file=path)
         time = np.asarray(file["time"][()], np.float64)
         if time.shape != values.shape[:1]:
-            raise SignalError(f"has {len(values)} samples, but `time` has shape {time.shape}", file=path)
+            raise SignalError(f"has {number_of(len(values), 'sample')}, but `time` has shape {time.shape}", file=path)
         if len(time) > 1:
             clock = _clock(time, path)
             rate, start = clock.rate, clock.start

@@ -10,6 +10,7 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.errors import SignalError
+from warpmuscle.core.plain_text import number_of
 
 ROUNDING = 1e-12  # of a channel's greatest value; what varies less is constant
 
@@ -100,7 +101,7 @@ def check_signals(signals: Signals, silent: bool = False) -> Signals:
     if not signals.names:
         raise signals.error("holds no channels")
     if len(values) < 2:
-        raise signals.error(f"holds {len(values)} samples; two are the least")
+        raise signals.error(f"holds {number_of(len(values), 'sample')}; two are the least")
     for index, name in enumerate(signals.names):
         if name in signals.names[:index]:
             raise signals.error("this name stands for two channels", index)

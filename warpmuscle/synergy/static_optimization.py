@@ -15,6 +15,7 @@ from scipy.optimize import lsq_linear, nnls
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error
+from warpmuscle.core.plain_text import number_of
 
 PENALTY = 1e5  # weight of a torque error, in parts of the joint's greatest torque, against an activation of 1
 TOLERANCE = 1e-6  # torque error that still counts as none, in the same parts
@@ -62,7 +63,7 @@ class StaticOptimization:
             frame = int(np.abs(missing).argmax())
             parts.append(f"no muscle makes the {missing[frame]:+.3g} N m of {joints[joint]} at {at[frame]:.3g} s")
         count = int((~self.feasible).sum())
-        return f"the muscles do not suffice in {count} of {len(self.feasible)} frames: {'; '.join(parts)}"
+        return f"the muscles do not suffice in {count} of {number_of(len(self.feasible), 'frame')}: {'; '.join(parts)}"
 
 
 def static_optimization(

@@ -13,6 +13,7 @@ import numpy as np
 from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.errors import SceneError, SignalError
 from warpmuscle.core.files import read_file, unreadable
+from warpmuscle.core.plain_text import number_of
 
 STORAGE = (".mot", ".sto")
 LONGEST_ROW = 100_000  # characters; Python reads cells of a little more
@@ -103,7 +104,7 @@ def read_table(path: str | Path) -> Table:
         plain = delimiter is not None and '"' not in row
         count = row.count(str(delimiter)) + 1 if plain else len(_cells(row, delimiter))
         if count != len(names):
-            what = f"has {count} cells where the header names {len(names)} columns"
+            what = f"has {number_of(count, 'cell')} where the header names {number_of(len(names), 'column')}"
             what += "; write # before lines above the row of names" if number == numbers[0] else ""
             raise SignalError(what, file=path, line=number)
     for key, count in promised.items():

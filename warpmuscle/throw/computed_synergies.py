@@ -6,6 +6,7 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.scene.parameters import start_values
 from warpmuscle.synergy.factorization import factorize, reconstruct
 from warpmuscle.synergy.static_optimization import StaticOptimization
@@ -32,7 +33,10 @@ def computed_synergies(
     lacks = lacking(strong, motions, found, strong.unknowns(start_values(strong.scene)))
     acting = arm.acting
     if count > len(acting):
-        raise Error(f"{count} synergies are more than the {len(acting)} muscles that move {', '.join(arm.driven)}")
+        raise Error(
+            f"{number_of(count, 'synergy')} are more than the {number_of(len(acting), 'muscle')} that move "
+            f"{', '.join(arm.driven)}"
+        )
     return factorized(arm, motions, excitation, activation[:, 0], count, COMPUTED, seed), lacks
 
 

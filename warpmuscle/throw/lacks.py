@@ -101,7 +101,7 @@ def shortcoming(arm: Arm, lacks: Sequence[Lack], count: int, whose: str) -> str:
     if not lacks:
         return ""
     worst = max(lacks, key=lambda lack: lack.missing / max(abs(lack.needed), 1e-9))
-    which = worst.motion if count == 1 else f"{len(lacks)} of {count} motions"
+    which = worst.motion if count == 1 else f"{len(lacks)} of {number_of(count, 'motion')}"
     text = (
         f"{whose} cannot make {which}: the {worst.joint.replace('_', ' ')} needs {worst.needed:.3g} N m"
         f"{f' in {worst.motion}' if count > 1 else ''} at {worst.time:.2f} s, {worst.made}"

@@ -18,6 +18,7 @@ from scipy.optimize import least_squares
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error, SignalError
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.synergy.files import SynergyResult
 from warpmuscle.synergy.files import read as read_synergies
 from warpmuscle.throw.arm import Arm, needed_torques
@@ -114,7 +115,9 @@ def _along(
     """Values (S, k) of the file's samples at the times of n motions, (n, T, k)."""
     trials = np.unique(result.activations.trial)
     if len(trials) != len(recorded):
-        raise SignalError(f"{len(trials)} trials do not go with {len(recorded)} motions", file=path)
+        raise SignalError(
+            f"{number_of(len(trials), 'trial', 'do')} not go with {number_of(len(recorded), 'motion')}", file=path
+        )
     found = np.zeros((*motions.valid.shape, values.shape[1]))
     for row, (trial, motion) in enumerate(zip(trials, recorded, strict=True)):
         own = result.activations.trial == trial

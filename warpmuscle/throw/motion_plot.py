@@ -11,6 +11,7 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.names import file_name
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.plots.style import matplotlib, save
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.throw.arm import hand_position, needed_torques, states
@@ -94,7 +95,9 @@ def draw_motions(path: str | Path, follower: Follower, fitted: Fitted) -> None:
         _title_joints(grid, follower, fitted, list(range(len(motions))))
         _draw_weights(left.subplots(count, 1, sharex=True, sharey=True, squeeze=False)[:, 0], follower)
         good = int(fitted.agreement.good().sum())
-        figure.suptitle(f"{len(motions)} motions, {good} with all bars met (grey: recorded, needed, or extracted)")
+        figure.suptitle(
+            f"{number_of(len(motions), 'motion')}, {good} with all bars met (grey: recorded, needed, or extracted)"
+        )
         save(figure, path)
 
 

@@ -16,6 +16,7 @@ from warpmuscle.core.errors import ResultError, SceneError
 from warpmuscle.core.files import replace_file
 from warpmuscle.core.hdf5_writing import store
 from warpmuscle.core.number_rows import first_number
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.formats import toml
 from warpmuscle.results.layout import put
 from warpmuscle.results.partial_motion import with_less
@@ -81,7 +82,7 @@ def number_row(follower: Follower, fitted: Fitted) -> Row:
     cells = [f"{synergies.explained:.4f}", f"{share:.2f}", *(f"{middle:.4f}" for middle in np.median(a.r2, axis=0))]
     cells += [f"{a.r2.min():.4f}", f"{a.velocity_r2.min():.3f}", f"{100.0 * a.hand_error.max():.1f}"]
     cells += [f"{np.nanmin(a.correlation):.3f}", f"{good.sum()}/{len(good)}"]
-    return Row(f"{synergies.count} synergies", tuple(cells))
+    return Row(f"{number_of(synergies.count, 'synergy')}", tuple(cells))
 
 
 def synergy_rows(agreement: Agreement) -> list[Row]:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
 from warpmuscle.video.film import Film, Look, check_look, make_films
@@ -41,13 +42,15 @@ def films_beside(motions: Sequence[tuple[str, Recording, Scene]], look: Look) ->
         Error: too many of them, or as `make_films`.
     """
     if not 1 <= len(motions) <= MOST:
-        raise Error(f"{len(motions)} motions cannot be seen beside each other in a film; at most {MOST} can")
+        raise Error(
+            f"{number_of(len(motions), 'motion')} cannot be seen beside each other in a film; at most {MOST} can"
+        )
     check_look(look)
     columns = len(motions) if len(motions) <= _IN_A_ROW else math.ceil(math.sqrt(len(motions)))
     rows = -(-len(motions) // columns)
     width, height = 2 * (look.width // (2 * columns)), 2 * (look.height // (2 * rows))
     if width < 64 or height < 64:
-        raise Error(f"{len(motions)} motions need a larger picture than {look.width} x {look.height}")
+        raise Error(f"{number_of(len(motions), 'motion', 'need')} a larger picture than {look.width} x {look.height}")
     return Beside(look, tuple(make_films(motions, replace(look, width=width, height=height))), columns)
 
 

@@ -12,6 +12,7 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error
 from warpmuscle.core.interpolation import at_moments
 from warpmuscle.core.limits import check_size
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.gait.cycles import body_weight, steady_strides
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
@@ -92,7 +93,10 @@ def make_film(recording: Recording, scene: Scene, look: Look | None = None, name
     if look.strides:
         cycles = steady_strides(recording, scene)["left"]
         if len(cycles) < look.strides:
-            raise Error(f"{scene.name}: {look.strides} gait cycles were asked for, the steady walk has {len(cycles)}")
+            raise Error(
+                f"{scene.name}: {number_of(look.strides, 'gait cycle', 'were')} asked for, the steady walk has "
+                f"{len(cycles)}"
+            )
         start, end = cycles[-look.strides][0], cycles[-1][1]
     frames = max(2, round((end - start) / look.speed * look.rate))
     check_size("film", frames)

@@ -22,7 +22,11 @@ from warpmuscle.view.pieces import Block, Ellipsoid, Hull, Limb, Piece
 from warpmuscle.view.track import Doll, Track
 
 NORM_PERCENT = np.linspace(0.0, 100.0, 51)  # of the gait cycle, where bands of norms have their samples
-FEWEST_FIBRES = 0.3  # of a muscle's length that is drawn as its belly, at least
+FEWEST_FIBRES = 0.62  # of a muscle's length that is drawn as its belly, at least: pennate fibres lie beside one another
+TENSION = 5.0e5  # Pa, of muscles that fit beside one another
+BELLY = 8.0 / 15.0  # volume of a drawn belly in that of a cylinder around it: the integral of (1 - x^2)^2 from 0 to 1
+THINNEST, THICKEST = 0.005, 0.04  # m, radii of bellies of a body of 75 kg
+STOUTEST = 0.14  # radius of a belly in the length of its muscle, at most
 SAME_ANGLE = 6.0  # degrees, mean difference of two curves that are the same angle
 SPARED = ("excitations", "fibre lengths", "torques wanted")  # groups of curves that pages of many motions do without
 
@@ -190,16 +194,23 @@ def moving_content(doll: Doll, scene: Scene) -> dict[str, Any]:
     """The part of it that free parameters may change."""
     muscles = [scene.character.muscles[name] for name in doll.muscles.names]
     lengths = np.array([(plain_number(m.l_opt), plain_number(m.l_slack)) for m in muscles]).reshape(-1, 2)
-    fibres = lengths[:, 0] / np.maximum(lengths.sum(axis=1), 1e-9)
+    whole_length = np.maximum(lengths.sum(axis=1), 1e-9)
+    share = np.clip(lengths[:, 0] / whole_length, FEWEST_FIBRES, 1.0)
+    scale = round(float(np.clip((doll.weight / 9.81 / 75.0) ** (1.0 / 3.0), 0.3, 1.4)), 3)
+    area = np.array([plain_number(m.f_max) for m in muscles]) / TENSION
+    belly = np.sqrt(area * lengths[:, 0] / (np.pi * BELLY * share * whole_length))
+    belly = np.clip(belly, THINNEST * scale, np.minimum(THICKEST * scale, STOUTEST * whole_length))
     return {
         "in_parent": _rounded(doll.in_parent),
         "in_child": _rounded(doll.in_child),
         "weight": doll.weight,
-        "scale": round(float(np.clip((doll.weight / 9.81 / 75.0) ** (1.0 / 3.0), 0.3, 1.4)), 3),
+        "scale": scale,
         "muscles": {
             "place": _rounded(doll.muscles.place),
             "f_max": [round(plain_number(m.f_max), 1) for m in muscles],
-            "share": np.round(np.clip(fibres, FEWEST_FIBRES, 1.0), 3).tolist(),
+            "share": np.round(share, 3).tolist(),
+            "belly": np.round(belly, 4).tolist(),
+            "length": np.round(whole_length, 4).tolist(),
         },
     }
 

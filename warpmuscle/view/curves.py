@@ -15,10 +15,11 @@ from warpmuscle.gait.cycles import flexion_signs
 from warpmuscle.results.joint_poses import joint_angles
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Character, Scene
-from warpmuscle.scene.anatomy import Side
+from warpmuscle.scene.anatomy import Side, leg_joints
 from warpmuscle.scene.initial_pose import plain_number
 from warpmuscle.scene.joints import joint_type
 
+LEG_TITLES = ("hip flexion", "knee flexion", "ankle dorsiflexion")
 FULL_FORCE = 1.5  # f_max, that the page stores as the greatest force of a muscle
 
 
@@ -59,11 +60,12 @@ def panels_of(recording: Recording, scene: Scene, everything: bool = False) -> l
 
     Angles are a joint's own, of a ball joint turns about the child's x, then y, then z axis; torques act on the child,
     about the same axes, of a ball joint those of the parent. Flexion of hips, knees and ankles is positive, and so is a
-    torque towards it. Forces of muscles are clipped at `FULL_FORCE` f_max, as the page has them. Torques that nobody
-    wanted and forces on feet that never touch the ground are left out but for `everything`.
+    torque towards it (see `leg_curves`). Forces of muscles are clipped at `FULL_FORCE` f_max, as the page has them.
+    Torques that nobody wanted and forces on feet that never touch the ground are left out but for `everything`.
     """
     groups = [*_joints(recording, scene, everything), *_muscles(recording, scene), *_body(recording)]
-    panels = [panel for group, unit, curves, joints in groups for panel in _panels(group, unit, curves, joints)]
+    titles = {key: title for key, (title, _) in leg_curves(scene).items()}
+    panels = [panel for group, unit, curves, joints in groups for panel in _panels(group, unit, curves, joints, titles)]
     return panels + _ground_forces(recording, everything)
 
 
@@ -72,7 +74,7 @@ Group = tuple[str, str, Curves, Mapping[str, str]]  # name, unit, curves, and jo
 
 def _joints(recording: Recording, scene: Scene, everything: bool) -> Iterator[Group]:
     """Angles or positions, and torques or forces, that act and that were wanted."""
-    signs = flexion_signs(scene)
+    legs = leg_curves(scene)
     shown: dict[str, tuple[Curves, Curves, Curves]] = {"rad": ({}, {}, {}), "m": ({}, {}, {})}
     first: dict[str, str] = {}
     orientations = dict(zip(recording.body_names, np.moveaxis(recording.body_orientation, 1, 0), strict=True))
@@ -85,7 +87,8 @@ def _joints(recording: Recording, scene: Scene, everything: bool) -> Iterator[Gr
         torques = (-recording.joint_torque[:, number], -recording.joint_torque_desired[:, number])
         acting = [kind.components(joint, rotate(to_parent, torque)) for torque in torques]
         for axis, word in enumerate(kind.angles):
-            key, sign = f"{name} {word}".strip(), signs.get(name, 1.0) if axis == 0 else 1.0
+            key = f"{name} {word}".strip()
+            sign = legs[key][1] if key in legs else 1.0
             values = (factor * own[:, axis], *(one[:, axis] for one in acting))
             for curves, value in zip(shown[kind.unit(joint)], values, strict=True):
                 curves[key] = (sign * value, None)
@@ -98,6 +101,25 @@ def _joints(recording: Recording, scene: Scene, everything: bool) -> Iterator[Gr
     wanted = [(key, values) for key, (values, _) in shown["rad"][2].items() if everything or np.any(values)]
     stored: Curves = {key: (values, Stored("wanted", column)) for column, (key, values) in enumerate(wanted)}
     yield "torques wanted", "N m", stored, {}
+
+
+def leg_curves(scene: Scene) -> dict[str, tuple[str, float]]:
+    """What curves of hips, knees and ankles are called in anatomy, and the sign that makes them so, by joint and axis.
+
+    Flexion and dorsiflexion are about the first axis. Of hips that are ball joints turns about y and z are rotation,
+    positive inwards, and abduction, positive away from the other leg.
+    """
+    found: dict[str, tuple[str, float]] = {}
+    for name, sign in flexion_signs(scene).items():
+        side = next(number for number in (0, 1) if name in leg_joints(scene, number))
+        place = leg_joints(scene, side).index(name)
+        kind = joint_type(scene.character.joints[name])
+        words = list(kind.angles)
+        found[f"{name} {words[0]}".strip()] = LEG_TITLES[place], sign
+        if place == 0 and words == ["x", "y", "z"]:
+            outwards = 1.0 if side == 0 else -1.0
+            found |= {f"{name} y": ("hip rotation", -outwards), f"{name} z": ("hip abduction", outwards)}
+    return found
 
 
 def _limb_by_limb(character: Character) -> list[str]:
@@ -157,7 +179,7 @@ def _ground_forces(recording: Recording, everything: bool) -> list[Panel]:
     return panels
 
 
-def _panels(group: str, unit: str, curves: Curves, joints: Mapping[str, str]) -> list[Panel]:
+def _panels(group: str, unit: str, curves: Curves, joints: Mapping[str, str], titles: Mapping[str, str]) -> list[Panel]:
     """A panel for each curve, or for the curves of both sides, whose names differ in l and r."""
     panels = []
     pairs = {name: other for name in curves if (other := _right_of(name)) in curves}
@@ -168,10 +190,10 @@ def _panels(group: str, unit: str, curves: Curves, joints: Mapping[str, str]) ->
         other, joint = pairs.get(name), joints.get(name, "")
         if other is None:
             line = Line(name, "middle", values, stored)
-            panels.append(Panel(group, name.replace("_", " "), unit, (line,), joint))
+            panels.append(Panel(group, titles.get(name, name.replace("_", " ")), unit, (line,), joint))
         else:
             lines = (Line(name, "left", values, stored), Line(other, "right", *curves[other]))
-            panels.append(Panel(group, _without_side(name), unit, lines, joint))
+            panels.append(Panel(group, titles.get(name, _without_side(name)), unit, lines, joint))
     return panels
 
 

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 import re
+import shlex
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -25,6 +26,8 @@ MOST_POINTS = 64  # of a curve
 UNDOS = 200  # that can be taken back
 TOGETHER = 1.0  # s between two changes of one number that are taken back as one
 NAMED = 8  # changes that the description of a saved scene names
+
+ASKS = ("save", "settings", "points")  # edits that change nothing
 
 Target = tuple[str, ...]
 
@@ -50,7 +53,7 @@ class Editor:
 
     def takes(self, edit: Edit) -> bool:
         """Whether a page may have sent this."""
-        of_curve = edit.edit in ("move", "insert", "remove", "straighten")
+        of_curve = edit.edit in ("move", "insert", "remove", "straighten", "points")
         several = len(self.curves) if of_curve else len(self.numbers) if edit.edit == "number" else 0
         given = [number for number in (edit.at, edit.value) if number is not None]
         if not all(math.isfinite(number) and abs(number) <= GREATEST_NUMBER for number in given):
@@ -68,7 +71,7 @@ class Editor:
             self._put(Edits(), ("back",))
         elif edit.edit == "number":
             self.set_number(self.numbers[edit.target].key, edit.value)
-        elif edit.edit != "save":
+        elif edit.edit not in ASKS:
             return self._bend(edit)
         return ""
 
@@ -227,11 +230,40 @@ class Editor:
             knots["at"].append(numbers[place])
         return knots
 
+    def answer(self, edit: Edit) -> dict[str, Any]:
+        """What pages are told where one of them asks for the scene as it is."""
+        if edit.edit == "save":
+            name, text = self.file()
+            return {"saved": {"name": name, "text": text}}
+        return {"copied": self.settings() if edit.edit == "settings" else self.points(edit.target)}
+
     def file(self) -> tuple[str, str]:
         """Name and text of a TOML file of the scene as it is now."""
         name = f"{self._first.name}_edited"
         text = toml.dumps(msgspec.structs.replace(self.scene, name=name, description=self._description()))
         return re.sub(r"[^\w-]+", "_", name, flags=re.ASCII)[:80] + ".toml", whole(text)
+
+    def settings(self) -> str:
+        """A command that simulates the scene with the changes."""
+        now, edits = self._numbers(), self.edits
+        values = [f"{key}={_short(now[key])}" for key in edits.numbers if key in now]
+        for curve in map(self._curve.__getitem__, edits.curves):
+            knots = self._knots(curve.key, curve.across, curve.along, now)
+            lists = {curve.across: _list(knots["at"]), curve.along: _list(knots["along"])}
+            if curve.knots:
+                values += [f"{curve.key}.{name}={value}" for name, value in lists.items()]
+            else:  # the scene has no such curve
+                inner = ", ".join(f"{name} = {value}" for name, value in lists.items())
+                values.append(f"{curve.key}={{ {inner} }}")
+        options = "".join(f" \\\n  --set {shlex.quote(whole(value))}" for value in values)
+        return f"warpmuscle simulate {shlex.quote(whole(self._first.name))}{options}"
+
+    def points(self, target: int) -> str:
+        """A curve as it is now, as lines of a scene's TOML file."""
+        curve = self.curves[target]
+        knots = self._knots(curve.key, curve.across, curve.along, self._numbers())
+        at, along = _list(knots["at"]), _list(knots["along"])
+        return whole(f"# {curve.key}\n{curve.across} = {at}\n{curve.along} = {along}\n")
 
     def _description(self) -> str:
         """How the scene came about."""
@@ -242,6 +274,15 @@ class Editor:
             return self._first.description
         more = f" and {len(words) - NAMED} more" if len(words) > NAMED else ""
         return f"{self._first.name}, changed by hand in the live viewer: {', '.join(words[:NAMED])}{more}."
+
+
+def _short(number: float) -> str:
+    """A number as TOML, with the digits that matter to a simulation in single precision."""
+    return repr(float(f"{number:.9g}"))
+
+
+def _list(numbers: Sequence[float]) -> str:
+    return f"[{', '.join(map(_short, numbers))}]"
 
 
 def _leaves(scene: Scene) -> Any:

@@ -1,5 +1,7 @@
 """A character as a figure to look at: limbs, trunk, feet and a head, bones, and exact shapes; numbers only.
 
+Bones of a person (`skeleton`) are put where joints are; of a figure that is one of many they are lines.
+
 Limbs are as thick as their mass is at the density of water (1000 kg/m^3), and so is the trunk; feet and boxes are the
 shapes that touch the ground, with round edges, drawn up to the ankle.
 """
@@ -15,13 +17,16 @@ from warpmuscle.scene import Box, Character, Joint, Shape, Sphere
 from warpmuscle.scene.anatomy import Side, bone_lines, far_end, foot_bodies, joint_place, sides_of
 from warpmuscle.scene.initial_pose import plain_number, plain_vector
 from warpmuscle.scene.masses import TINY_MASS, body_mass, massless
+from warpmuscle.view.bones import skeleton
+from warpmuscle.view.bones.limbs import Limbs
 from warpmuscle.view.hulls import Mesh, Seeds, box_seeds, rounded_hull, sized_hull
 from warpmuscle.view.pieces import Hull, Layer, Limb, Piece, exact_shape
 
 DENSITY = 1000.0  # kg/m^3
 # Radius of a limb along its way from joint to joint, in that of a cylinder of its mass.
 PROFILE = ((0.0, 0.92), (0.3, 1.16), (1.0, 0.66))
-BONE, KNOB = 0.008, 0.0145  # m, radii of a bone's shaft and of its ends, of a body of 75 kg
+BONE = 0.008  # m, radius of a bone that is a line, of a body of 75 kg
+FOREARM = 0.64  # of a forearm with its hand, the part before it
 HEAVY = 0.25  # of the whole mass, from which a body at the end of a chain is a trunk with its head
 MIDDLE = 0.03  # m, joints this near to x = 0 are those of a neck rather than of arms
 ANKLE = 0.036  # m, radius of an ankle, of a body of 75 kg
@@ -50,6 +55,7 @@ class _Figure:
         self.scale = float(np.clip((self.total / 75.0) ** (1.0 / 3.0), 0.3, 1.4))
         self.feet = {body for foot in feet if foot in character.bodies for body in foot_bodies(character, foot)}
         self.heads: set[str] = set()
+        self.limbs = Limbs(character, feet)
         self.made: list[Piece] = []
 
     def pieces(self) -> list[Piece]:
@@ -58,7 +64,10 @@ class _Figure:
                 self._foot(name)
             elif body.shapes or not massless(body):
                 self._body(name)
-            self._bones(name)
+            if self.coarse:
+                self._bone_lines(name)
+            elif not massless(body):
+                self._bones(name)
             number, side = self.names.index(name), self.sides[name]
             self.made += [exact_shape(shape, number, side) for shape in body.shapes]
         return self.made
@@ -114,6 +123,10 @@ class _Figure:
         crown, chin = center + 0.28 * radius * up, center - 0.42 * radius * up + 0.22 * radius * ahead
         self._add(Limb, name, "flesh", crown, chin, (0.72 * radius, 0.54 * radius))
         self._add(Limb, name, "flesh", joint, center - 0.3 * radius * up, (0.48 * radius, 0.44 * radius))
+        if not self.coarse:
+            bone, hollow = skeleton.skull(joint, center, radius)
+            self._hull(name, bone, "bone")
+            self._hull(name, hollow, "hollow")
 
     def _upper_body(self, name: str, joint: Floats, up: Floats, tall: float) -> None:
         """Trunk, neck and head in one body, so tall, m, from its joint upwards; the shoulders are along x."""
@@ -123,7 +136,7 @@ class _Figure:
         self._hull(name, sized_hull(seeds, 0.75 * self.mass[name] / DENSITY, self.coarse))
         radius = 0.155 * tall
         self._head(name, neck, joint + (tall - radius) * up, radius)
-        self._add(Limb, name, "bone", joint, neck, (BONE * self.scale,) * 2)
+        self._trunk_bones(name, joint, neck, [shoulder + sign * 0.2 * tall * aside for sign in (1.0, -1.0)])
 
     def _missing_head(self, name: str, joint: Floats | None, ends: Sequence[Floats]) -> None:
         """The head of a heavy trunk on which arms hang, and no other body in the middle."""
@@ -131,21 +144,22 @@ class _Figure:
             return
         reach = np.mean(ends, axis=0) - joint
         length = float(np.linalg.norm(reach))
-        up = reach / max(length, 1e-9)
         self._head(name, joint + 1.08 * reach, joint + 1.55 * reach, 0.3 * length)
-        self._add(Limb, name, "bone", joint, joint + 1.08 * length * up, (BONE * self.scale,) * 2)
 
     def _blocks(self, name: str, shapes: Sequence[Shape]) -> None:
         """Shapes as they are, boxes with round edges; a sphere over a box is its head."""
         tops = [plain_vector(shape.high) for shape in shapes if isinstance(shape, Box)]
+        bottom = min((plain_vector(shape.low)[1] for shape in shapes if isinstance(shape, Box)), default=0.0)
         for shape in shapes:
             if isinstance(shape, Box):
                 self._hull(name, rounded_hull(box_seeds(shape), self.coarse))
             elif isinstance(shape, Sphere) and tops and plain_vector(shape.center)[1] > tops[0][1]:
                 center = plain_vector(shape.center)
-                self._head(
-                    name, np.array([center[0], tops[0][1] - 0.02, center[2]]), center, plain_number(shape.radius)
-                )
+                neck = np.array([center[0], tops[0][1] - 0.02, center[2]])
+                self._head(name, neck, center, plain_number(shape.radius))
+                loin = neck * [1.0, 0.45, 1.0] + [0.0, 0.55 * bottom, 0.0]
+                beside = [end * [sign, 1.0, 1.0] for end in self._ends(name) for sign in (1.0, -1.0)]
+                self._trunk_bones(name, loin, neck, beside)
             else:
                 piece = exact_shape(shape, self.names.index(name), self.sides[name])
                 self.made.append(piece._replace(layer="flesh"))
@@ -183,13 +197,79 @@ class _Figure:
         return found
 
     def _bones(self, name: str) -> None:
-        """Bones between joints, with round ends; feet and heads have none."""
-        if name in self.heads:
-            return
+        """Bones of a person, by what a body is; a trunk that ends in a head has its own."""
+        start, ends = self._start(name), self._ends(name)
+        sign, scale, role = -1.0 if self.sides[name] == "right" else 1.0, self.scale, self.limbs.role(name)
+        hips = [end for end in ends if self.limbs.leads_to_leg(name, end)]
         if name in self.feet:
+            self._foot_bones(name, start, ends)
+        elif len(hips) == 2:
+            others = [start] if start is not None else [end for end in ends if abs(end[0]) < MIDDLE]
+            hip, tall = 0.5 * (hips[0] + hips[1]), np.array([0.0, 0.16 * scale, 0.0])
+            self._hull(name, skeleton.pelvis_bones(hips, others[0] if others else hip + tall, scale), "bone")
+        elif start is not None and self._shoulders(ends):
+            above = [end for end in ends if abs(end[0]) < MIDDLE]
+            shoulders = self._shoulders(ends)
+            neck = above[0] if above else start + 1.08 * (np.mean(shoulders, axis=0) - start)
+            self._trunk_bones(name, start, neck, shoulders)
+        elif name in self.heads or start is None:
             return
-        shaft, knob = BONE * self.scale, KNOB * self.scale
-        ends = [*self._ends(name)]
+        else:
+            end = self._limb_end(start, ends, self.character.bodies[name].shapes)
+            if (length := float(np.linalg.norm(end - start))) < SHORTEST:
+                return
+            size = min(scale, 2.9 * length)
+            if role == "thigh":
+                self._hull(name, skeleton.thigh_bone(start, end, sign, size), "bone")
+            elif role == "shank":
+                self._hull(name, skeleton.shank_bones(start, end, sign, size), "bone")
+            elif role == "upper arm":
+                self._hull(name, skeleton.upper_arm_bone(start, end, size), "bone")
+            elif role == "forearm" and ends:
+                self._hull(name, skeleton.forearm_bones(start, end, size), "bone")
+            elif role == "forearm":  # with its hand
+                wrist = start + FOREARM * (end - start)
+                self._hull(name, skeleton.forearm_bones(start, wrist, size), "bone")
+                self._hull(name, skeleton.hand_bones(wrist, end, size), "bone")
+            elif role == "hand":
+                self._hull(name, skeleton.hand_bones(start, end, scale), "bone")
+            else:
+                self._hull(name, skeleton.plain_bone(start, end, size), "bone")
+
+    def _shoulders(self, ends: Sequence[Floats]) -> list[Floats]:
+        """Ends of a body that arms hang on, to its left and its right."""
+        beside = [end for end in ends if abs(end[0]) >= MIDDLE]
+        return beside if len(beside) == 2 and beside[0][0] * beside[1][0] < 0.0 else []
+
+    def _trunk_bones(self, name: str, start: Floats, neck: Floats, shoulders: Sequence[Floats]) -> None:
+        if not self.coarse:
+            self._hull(name, skeleton.trunk_bones(start, neck, shoulders, self.scale), "bone")
+        elif len(self._ends(name)) < 2:
+            self._add(Limb, name, "bone", start, neck, (BONE * self.scale,) * 2)
+
+    def _foot_bones(self, name: str, start: Floats | None, ends: Sequence[Floats]) -> None:
+        """Bones of a foot, or of toes, whose shapes say where they end."""
+        seeds = self._seeds(name)
+        if start is None or not len(seeds.radii):
+            return
+        sole, tip = float(np.min(seeds.places[:, 1] - seeds.radii)), float(np.max(seeds.places[:, 2] + seeds.radii))
+        heel, sign = float(np.min(seeds.places[:, 2] - seeds.radii)), -1.0 if self.sides[name] == "right" else 1.0
+        joint = next(j for j in self.character.joints.values() if j.child == name)
+        if joint.parent in self.feet and self.character.bodies[joint.parent].shapes:
+            under = self._seeds(joint.parent)
+            sole = float(np.min(under.places[:, 1] - under.radii)) + float(start[1] - joint_place(joint)[1])
+            self._hull(name, skeleton.toe_bones(start, tip, sole, sign, self.scale), "bone")
+            return
+        ball = ends[0] if ends else np.array([start[0], sole, heel + 0.72 * (tip - heel)])
+        self._hull(name, skeleton.foot_bones(start, ball, heel, sole, sign, self.scale), "bone")
+        if not ends:
+            self._hull(name, skeleton.toe_bones(ball, tip, sole, sign, self.scale), "bone")
+
+    def _bone_lines(self, name: str) -> None:
+        """Lines between joints; feet and heads have none."""
+        if name in self.heads or name in self.feet:
+            return
+        shaft, ends = BONE * self.scale, [*self._ends(name)]
         if (start := self._start(name)) is not None:
             ends.append(start)
         lines = bone_lines(self.character, name)
@@ -198,9 +278,6 @@ class _Figure:
         for a, b in lines:
             if np.linalg.norm(b - a) > SHORTEST:
                 self._add(Limb, name, "bone", a, b, (shaft, shaft))
-        if not self.coarse and not massless(self.character.bodies[name]):
-            for end in ends:
-                self._add(Limb, name, "bone", end, end, (knob, knob))
 
     def _start(self, name: str) -> Floats | None:
         """Where a body's own joint is, None for the root."""
@@ -215,6 +292,6 @@ class _Figure:
     ) -> None:
         self.made.append(kind(self.names.index(name), self.sides[name], layer, start, end, radii))
 
-    def _hull(self, name: str, mesh: Mesh | None) -> None:
+    def _hull(self, name: str, mesh: Mesh | None, layer: Layer = "flesh") -> None:
         if mesh is not None:
-            self.made.append(Hull(self.names.index(name), self.sides[name], "flesh", *mesh))
+            self.made.append(Hull(self.names.index(name), self.sides[name], layer, *mesh))

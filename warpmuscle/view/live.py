@@ -16,7 +16,7 @@ from warpmuscle.core.status import Status
 from warpmuscle.view.content import curve_arrays, moving_content, track_arrays
 from warpmuscle.view.controls import Button, Choice, Control, Slider, Toggle, told, use
 from warpmuscle.view.curves import panels_of
-from warpmuscle.view.editor import Editor
+from warpmuscle.view.editor import ASKS, Editor
 from warpmuscle.view.live_run import FARTHEST, FASTEST, SPEED_RATE, TURN_RATE, LiveRun, can_change_speed
 from warpmuscle.view.messages import Edit, Used, read_edit, read_message
 from warpmuscle.view.numbers import group_of
@@ -64,7 +64,8 @@ class Live(Viewer):
         self.pictures = 0
         self.parameters: dict[str, Slider] = {}
         self.editor = None if run.given is None else Editor(run.given)
-        self._epoch, self._told_until, self._saving = 0, -1.0, False
+        self._epoch, self._told_until = 0, -1.0
+        self._asked: list[Edit] = []  # what pages want to have of the scene as it is
         self._refreshed = self._ended = 0.0
         self._pushed: tuple[float, str] | None = None  # s at the last push since the start, and its words
         self._fate = ""  # how the motion before this one ended
@@ -229,7 +230,8 @@ class Live(Viewer):
 
     def _use_edit(self, edit: Edit) -> None:
         assert self.editor is not None
-        self._saving |= edit.edit == "save"
+        if edit.edit in ASKS:
+            self._asked.append(edit)
         if why := self.editor.use(edit):
             self._tell({"refused": why, "edits": self.editor.values()})
 
@@ -248,10 +250,10 @@ class Live(Viewer):
             if parts is None:
                 self._tell({"doll": moving_content(self.run.track().doll, self.run.numeric)})
             self._tell({**why, "edits": editor.values(), "values": self._parameter_values(editor)})
-        if editor is not None and self._saving:
-            self._saving = False
-            name, text = editor.file()
-            self._tell({"saved": {"name": name, "text": text}})
+        asked, self._asked = self._asked, []
+        if editor is not None:
+            for edit in {(one.edit, one.target): one for one in asked}.values():
+                self._tell(editor.answer(edit))
 
     def _parameter_values(self, editor: Editor) -> dict[int, float]:
         """Values of the parameters' sliders, by number; those that were moved farther reach farther now."""

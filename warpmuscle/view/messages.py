@@ -22,12 +22,15 @@ class Edit(msgspec.Struct, forbid_unknown_fields=True):
 
     Attributes:
         edit: number: gives it a value, or back its own. move, insert, remove: a point of a curve; straighten: gives a
-            curve back its own points. back: gives all back. save: asks for the scene as a file.
+            curve back its own points. back: gives all back. save: asks for the scene as a file,
+            settings: for the changes as options of a command, points: for a curve as TOML.
         target: the number or the curve. point: of the curve, or before which one a new one comes.
         at: place of a point, along phase or time. value: its value, or the number's.
     """
 
-    edit: Literal["number", "move", "insert", "remove", "straighten", "back", "undo", "redo", "save"]
+    edit: Literal[
+        "number", "move", "insert", "remove", "straighten", "back", "undo", "redo", "save", "settings", "points"
+    ]
     target: int = 0
     point: int = 0
     at: float | None = None

@@ -30,7 +30,10 @@ SCRIPTS = (
     "unpack.js", "math.js", "meshes.js", "shaders.js", "batches.js", "renderer.js", "biped.js", "camera.js",
     "picking.js", "plots.js", "controls.js", "live.js", "editor.js", "curve_editor.js", "waiting.js", "player.js",
 )  # fmt: skip
-SHOWN = ("muscles", "flesh", "bones", "surfaces", "shapes", "desired", "forces", "path", "labels", "norms", "follow")
+SHOWN = (
+    "muscles", "thickness", "flesh", "bones", "surfaces", "shapes", "desired", "forces", "path", "labels", "norms",
+    "follow", "split",
+)  # fmt: skip
 RATE = 50.0  # frames a second; the page draws what lies between them
 FEW = 4  # tracks up to which all curves are stored, and figures are drawn finely
 
@@ -70,6 +73,7 @@ def replay_html(
     rate: float = RATE,
     autoplay: bool = True,
     plots: bool = True,
+    split: bool = False,
 ) -> str:
     """The page of one or several motions, side by side.
 
@@ -79,6 +83,7 @@ def replay_html(
         labels: names of the motions, by default those of the scenes.
         rate: stored frames per second; more than were recorded are not made up.
         autoplay: whether it plays when it is opened. plots: whether curves are shown below.
+        split: whether each of a few motions has a picture of its own at first, in which it stays.
 
     Raises:
         Error: a motion without frames, or of another character than its scene's.
@@ -94,12 +99,12 @@ def replay_html(
         track = track_of(motion, numeric[id(scene)], labels[number] if labels else "", rate, dolls.get(key))
         dolls[key] = track.doll
         tracks.append(track)
-    return page_of(tracks, [numeric[id(scene)] for scene in given], title or given[0].name, autoplay, plots)
+    return page_of(tracks, [numeric[id(scene)] for scene in given], title or given[0].name, autoplay, plots, split)
 
 
 def page_of(
     tracks: Sequence[Track], scenes: Sequence[Scene], title: str, autoplay: bool, plots: bool,
-    live: Any = None, waiting: Any = None,
+    split: bool = False, live: Any = None, waiting: Any = None,
 ) -> str:  # fmt: skip
     """The page of tracks and of their scenes without free parameters.
 
@@ -120,7 +125,7 @@ def page_of(
     content = {
         "title": title,
         "autoplay": autoplay,
-        "shown": _shown(tracks, panels, plots, ground["visible"]),
+        "shown": _shown(tracks, panels, plots, ground["visible"], split),
         "ground": ground,
         "tracks": contents,
         "panels": panels,
@@ -148,7 +153,7 @@ def ground_content(ground: Ground) -> dict[str, Any]:
     return {"normal": normal.tolist(), "height": float(height), "visible": bool(np.asarray(ground.stiffness) > 0.0)}
 
 
-def _shown(tracks: Sequence[Track], panels: Sequence[Any], plots: bool, standing: bool) -> dict[str, bool]:
+def _shown(tracks: Sequence[Track], panels: Sequence[Any], plots: bool, standing: bool, split: bool) -> dict[str, bool]:
     """What can be shown of these tracks, and whether it is at first.
 
     Args:
@@ -156,12 +161,14 @@ def _shown(tracks: Sequence[Track], panels: Sequence[Any], plots: bool, standing
     """
     there = {
         "muscles": any(track.doll.muscles.names for track in tracks),
+        "thickness": any(track.doll.muscles.names for track in tracks),
         "desired": any(track.desired is not None for track in tracks),
         "surfaces": any(track.doll.wraps for track in tracks),
         "labels": len(tracks) > 1,
+        "split": 1 < len(tracks) <= FEW,
         "norms": any("norm" in panel for listed in panels for panel in listed),
     }
-    off = {"surfaces": False, "shapes": False, "desired": False, "path": standing}
+    off = {"surfaces": False, "shapes": False, "desired": False, "path": False, "thickness": False, "split": split}
     return {name: off.get(name, True) for name in SHOWN if there.get(name, True)} | {"plots": plots}
 
 

@@ -14,7 +14,7 @@ from warpmuscle.scene import Box, Character, CylinderSurface, Shape, Sphere, Sph
 from warpmuscle.scene.anatomy import Side, sides_of
 from warpmuscle.scene.initial_pose import plain_number, plain_vector
 
-Layer = Literal["flesh", "bone", "surface", "shape"]
+Layer = Literal["flesh", "bone", "hollow", "surface", "shape"]
 RING = 24  # pieces of a ring
 UNTURNED = np.array([0.0, 0.0, 0.0, 1.0])
 
@@ -43,7 +43,7 @@ class Ellipsoid(NamedTuple):
 
 
 class Hull(NamedTuple):
-    """A convex body of triangles."""
+    """A body of triangles; its layer "hollow" is a dark bone."""
 
     body: int
     side: Side

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from warpmuscle.core.errors import Error, ResultError
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.optimization.best_scene import scene_in
 from warpmuscle.results.partial_motion import demanding
 from warpmuscle.results.recording import Recording
@@ -81,7 +82,7 @@ def of_replays(
         hint = "; --candidates N runs the N best again" if result.best is not None else ""
         raise ResultError(f"{path}: holds no motion to show{hint}")
     if replay is not None and replay >= len(result.replays):
-        raise ResultError(f"{path} has {len(result.replays)} motions, none with number {replay}")
+        raise ResultError(f"{path} has {number_of(len(result.replays), 'motion')}, none with number {replay}")
     scene = scene_in(result)
     values = start_values(scene) if result.best is None else np.asarray(result.best.params, dtype=np.float64)
     numeric = substitute(scene, values)
@@ -131,7 +132,10 @@ def of_scene(scene: Scene, device: str | None = None) -> list[Sight]:
 def tracks_of(sights: Sequence[Sight]) -> list[Track]:
     """What is drawn of motions; equal scenes share what does not move. Raises Error for more than 64 of them."""
     if len(sights) > MOST:
-        raise Error(f"{len(sights)} motions are more than can be seen at once: {MOST}; --replay chooses one of a file")
+        raise Error(
+            f"{number_of(len(sights), 'motion')} are more than can be seen at once: {MOST}; --replay chooses one "
+            "of a file"
+        )
     rate = RATE if len(sights) <= FEW else RATE / 2.0
     tracks: list[Track] = []
     for number, sight in enumerate(sights):

@@ -236,7 +236,7 @@ def test_inertia_keeps_its_axes(tmp_path: Path):
         ),
         (
             small.joint("PlanarJoint", "p", "ground", "a", small.coordinate("q")),
-            "has 1 coordinates, a joint of its class 3; name all of them, or none",
+            "has 1 coordinate, a joint of its class 3; name all of them, or none",
         ),
     ],
 )  # fmt: skip

@@ -72,7 +72,7 @@ def test_all_own_values_are_taken_and_come_back_from_toml() -> None:
         ({"curve_shape": PathActuator()}, {"curves": "lee"}, "curve_shape.type", "beside muscles with curves of"),
         ({"curve_shape": PathActuator()}, {"sharing": "least_effort"}, "curve_shape.type", "share no torques"),
         ({"curve_shape": Ligament([1.0], [0.0])}, {}, "curve_shape.x", "two knots"),
-        ({"curve_shape": Ligament([1.0, 2.0], [0.0])}, {}, "curve_shape.y", "1 tensions for 2"),
+        ({"curve_shape": Ligament([1.0, 2.0], [0.0])}, {}, "curve_shape.y", "1 tension for 2"),
         ({"curve_shape": Ligament([1.0, 1.0], [0.0, 1.0])}, {}, "curve_shape.x.1", "increase"),
         ({"curve_shape": Ligament([1.0, 2.0], [0.0, 1.0], dissipation=-1.0)}, {}, "dissipation", "not be negative"),
         (

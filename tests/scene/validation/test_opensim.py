@@ -33,7 +33,7 @@ def test_each_displacement_of_the_root_has_a_name():
     scene = arm()
     scene.opensim = kept()
     scene.opensim.root_coordinates = ["tilt"]
-    with pytest.raises(SceneError, match=r"opensim\.root_coordinates: 1 names for 2 displacements of the root"):
+    with pytest.raises(SceneError, match=r"opensim\.root_coordinates: 1 name for 2 displacements of the root"):
         check_scene(scene)
 
 

@@ -131,7 +131,7 @@ def test_what_cannot_be_meant_is_refused_in_a_line_that_says_what_to_do(
 def test_a_row_of_units_and_a_title_above_the_names_are_told_to_be_comments(tmp_path: Path):
     with pytest.raises(Error, match="'s' is not a number; write # before a row of units"):
         motion(tmp_path, PLAIN.replace("\n", "\ns,deg,deg,m\n", 1))
-    with pytest.raises(Error, match="has 1 cells where the header names 3 columns; write # before lines above"):
+    with pytest.raises(Error, match="has 1 cell where the header names 3 columns; write # before lines above"):
         motion(tmp_path, f"Throw of Monday\n{PLAIN}")
     assert len(motion(tmp_path, f"# Throw of Monday\n{PLAIN}".replace("_m\n", "_m\n# s,deg,deg,m\n", 1)).time) == 101
 

@@ -8,6 +8,7 @@ from typing import Literal
 
 import numpy as np
 
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.formats.lines import Notes
 from warpmuscle.formats.osim import records
 from warpmuscle.formats.osim.build_skeleton import Skeleton
@@ -254,7 +255,11 @@ def tell_ranges(model: Model, scene: Scene, notes: Notes) -> None:
     names = unheld(scene)
     if names:
         some = ", ".join(names[:3]) + (", ..." if len(names) > 3 else "")
-        which = f"the range of {some}" if len(names) == 1 else f"the ranges of {len(names)} coordinates ({some})"
+        which = (
+            f"the range of {some}"
+            if len(names) == 1
+            else f"the ranges of {number_of(len(names), 'coordinate')} ({some})"
+        )
         reason = (
             f"as in OpenSim, {which} push{'es' if len(names) == 1 else ''} with no force, so that a free run leaves "
             f"{'it' if len(names) == 1 else 'them'}; --limit-stiffness 500 (N m/rad) pushes back"

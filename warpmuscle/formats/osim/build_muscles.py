@@ -135,7 +135,9 @@ class MuscleBuilder:
         if len(activations) > 1:
             others = sum(activations.values()) - activations[common.initial_activation]
             first = next(m for m in self._model.muscles if m.kind in FAMILIES)
-            reason = f"{others} muscles start from another default_activation; all start from that of most"
+            reason = (
+                f"{number_of(others, 'muscle', 'start')} from another default_activation; all start from that of most"
+            )
             note(self._notes, self._model, first, reason)
         _settle(common, [muscle for muscle in found.values() if not is_cable(muscle)])
         return common, found

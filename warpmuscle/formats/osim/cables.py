@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.formats.osim.functions import Function, resampled
 from warpmuscle.formats.osim.records import Muscle as Record
 from warpmuscle.formats.osim.xml_text import element, function_xml, numbers
@@ -49,7 +50,10 @@ def _ligament(function: Function) -> tuple[Ligament, str]:
     if function.line is not None:
         return Ligament([1.0, 2.0], [function.at(1.0), function.at(2.0)], "linear"), ""
     spline, error = resampled(function.values, 1.0, LONGEST)
-    reason = f"its force_length_curve is taken at {len(spline.x)} lengths from 1 to {LONGEST:g}; off by {error:.1g}"
+    reason = (
+        f"its force_length_curve is taken at {number_of(len(spline.x), 'length')} from 1 to {LONGEST:g}; off "
+        f"by {error:.1g}"
+    )
     return Ligament([*spline.x], [*spline.y], spline.ends), reason
 
 

@@ -12,6 +12,7 @@ from xml.parsers import expat
 from warpmuscle.core.errors import SceneError, shortened
 from warpmuscle.core.files import read_file, unreadable
 from warpmuscle.core.limits import GREATEST_NUMBER, check_size
+from warpmuscle.core.plain_text import number_of
 
 UTF_16 = (b"\xff\xfe", b"\xfe\xff")
 NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?", re.ASCII)
@@ -78,7 +79,7 @@ class Element:
         """Its text as numbers, as many as wanted, finite ones unless infinite ones may be."""
         words = self.words()
         if count is not None and len(words) != count:
-            self.fail(f"needs {count} number{'s' if count > 1 else ''}, has {len(words)}")
+            self.fail(f"needs {number_of(count, 'number')}, has {len(words)}")
         return [self._number(word, infinite) for word in words]
 
     def number(self, infinite: bool = False) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.formats.osim.elements import Element
 from warpmuscle.formats.osim.frames import Frames
 from warpmuscle.formats.osim.functions import Function, owned_function, read_function
@@ -178,5 +179,5 @@ def _polynomial(element: Element) -> PolynomialPath:
         message = f"a polynomial has 1 to {MOST_DIMENSIONS} dimensions and an order of 0 to {MOST_POWERS}"
         function.fail(f"{message}, not {size} and {greatest}")
     if size != len(names):
-        function.fail(f"has {size} dimensions for {len(names)} coordinates")
+        function.fail(f"has {number_of(size, 'dimension')} for {number_of(len(names), 'coordinate')}")
     return PolynomialPath(element.line, names, size, greatest, tuple(numbers.numbers()))

@@ -7,6 +7,7 @@ import numpy as np
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.limits import check_size
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.formats.osim.elements import Element
 from warpmuscle.formats.osim.frames import GROUND, Frames
 from warpmuscle.formats.osim.functions import IDENTITY, ZERO, Function, owned_function
@@ -86,11 +87,14 @@ def read_joint(element: Element, model: Model, frames: Frames, own: Properties) 
         turns, shifts = MOTIONS[element.tag]
         count = len(turns) + len(shifts)
         if 0 < len(coordinates) < count:
-            element.fail(f"has {len(coordinates)} coordinates, a joint of its class {count}; name all of them, or none")
+            element.fail(
+                f"has {number_of(len(coordinates), 'coordinate')}, a joint of its class {count}; name all of "
+                "them, or none"
+            )
         for index in range(len(coordinates), count):
             coordinates.append(_made_coordinate(path, f"{element.name}_coord_{index}", element.line))
         if len(coordinates) > count:
-            element.fail(f"has {len(coordinates)} coordinates, a joint of its class {count}")
+            element.fail(f"has {number_of(len(coordinates), 'coordinate')}, a joint of its class {count}")
         names = [coordinate.name for coordinate in coordinates]
         axes = [Axis(d, (name,), IDENTITY, element.line) for d, name in zip((*turns, *shifts), names, strict=True)]
         rotations, translations = tuple(axes[: len(turns)]), tuple(axes[len(turns) :])
@@ -154,7 +158,7 @@ def _axis(element: Element, own: Properties) -> Axis:
     if names in (("Unassigned",), ("unassigned",)):
         names = ()
     if len(names) > 1:
-        element.fail(f"is a function of {len(names)} coordinates; an axis may depend on one")
+        element.fail(f"is a function of {number_of(len(names), 'coordinate')}; an axis may depend on one")
     direction = own.vector(element, "axis", X)
     if not np.linalg.norm(direction) > 1e-9:
         element.fail("its axis has no length")
@@ -180,7 +184,7 @@ def read_constraint(element: Element, own: Properties) -> Coupler | None:
     names = own.find(element, "independent_coordinate_names")
     independent = [last_name(word) for word in names.words()] if names is not None else []
     if len(independent) != 1:
-        element.fail(f"depends on {len(independent)} coordinates; a coupler of one may be represented")
+        element.fail(f"depends on {number_of(len(independent), 'coordinate')}; a coupler of one may be represented")
     dependent = last_name(own.word(element, "dependent_coordinate_name"))
     if not dependent:
         element.fail("has no <dependent_coordinate_name>")

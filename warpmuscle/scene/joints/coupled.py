@@ -9,6 +9,7 @@ import numpy as np
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.number_rows import first_number, rows
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.core.pose import about, conjugate, multiply, normalized, rotate
 from warpmuscle.scene import Displacement, Joint, JointState
 from warpmuscle.scene.joints.coordinate import Coordinate
@@ -87,7 +88,9 @@ def check_displacement(checks: Checks, key: str, displacement: Displacement) -> 
     """Raise SceneError unless a displacement has a direction, and knots, a polynomial or a line."""
     checks.not_zero(f"{key}.axis", displacement.axis, "axis")
     if len(displacement.x) != len(displacement.y):
-        raise SceneError(f"{len(displacement.y)} values for {len(displacement.x)} knots", key=f"{key}.y")
+        raise SceneError(
+            f"{number_of(len(displacement.y), 'value')} for {number_of(len(displacement.x), 'knot')}", key=f"{key}.y"
+        )
     what = "knots `x` and `y`" if displacement.x else "a `polynomial`"
     if displacement.x:
         if len(displacement.x) < 2:

@@ -10,6 +10,7 @@ import numpy as np
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.number_rows import first_number, rows
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.core.pose import normalized
 from warpmuscle.scene import Joint, JointState
 from warpmuscle.scene.validation.checks import Checks
@@ -85,9 +86,11 @@ class JointType:
     def check(self, checks: Checks, key: str, joint: Joint) -> None:
         """Raise SceneError unless a joint has the axes and limits of its type."""
         if len(joint.axes) != self.axes and not (self.axes_optional and not joint.axes and not joint.limits):
-            raise SceneError(f"a {self.name} joint takes {self.axes} axes, got {len(joint.axes)}", key=f"{key}.axes")
+            raise SceneError(
+                f"a {self.name} joint takes {number_of(self.axes, 'axis')}, got {len(joint.axes)}", key=f"{key}.axes"
+            )
         if len(joint.limits) not in (0, self.limits):
-            message = f"a {self.name} joint takes {self.limits} limits or none, got {len(joint.limits)}"
+            message = f"a {self.name} joint takes {number_of(self.limits, 'limit')} or none, got {len(joint.limits)}"
             raise SceneError(message, key=f"{key}.limits")
         for field in ("rotations", "translations"):
             if getattr(joint, field) and not self.displaced:

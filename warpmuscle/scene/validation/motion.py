@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from warpmuscle.core.errors import SceneError
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.scene import Joint, Motion, Scene
 from warpmuscle.scene.joints import joint_type, root_type
 from warpmuscle.scene.validation.checks import Checks, known
@@ -78,7 +79,10 @@ def _joint(key: str, name: str, motion: Motion, scene: Scene) -> None:
         raise SceneError("either numbers, or one list of them an angle", key=f"{key}.value")
     given: list[Any] = lists or [motion.value]
     if len(given) != len(axes):
-        raise SceneError(f"{len(axes)} angles take {len(axes)} lists, got {len(given)}", key=f"{key}.value")
+        raise SceneError(
+            f"{number_of(len(axes), 'angle', 'take')} {number_of(len(axes), 'list')}, got {len(given)}",
+            key=f"{key}.value",
+        )
     for index, values in enumerate(given):
         _count(f"{key}.value.{index}" if lists else f"{key}.value", len(values), motion)
 
@@ -93,4 +97,4 @@ def _only(key: str, motion: Motion, *wanted: str) -> None:
 def _count(key: str, count: int, motion: Motion) -> None:
     """As many values as times."""
     if count != len(motion.time):
-        raise SceneError(f"{count} values for {len(motion.time)} times", key=key)
+        raise SceneError(f"{number_of(count, 'value')} for {number_of(len(motion.time), 'time')}", key=key)

@@ -6,6 +6,7 @@ from typing import Any
 
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.limits import check_size
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.scene import CurveShape, DeGrooteCurves, Ligament, MillardCurves, Muscle, MuscleModel, ThelenCurves
 from warpmuscle.scene.muscles import is_cable
 from warpmuscle.scene.muscles.curves import OWN, SHAPED, STRAINS, family
@@ -121,7 +122,9 @@ def _ligament(checks: Checks, key: str, ligament: Ligament) -> None:
     if len(ligament.x) < 2:
         raise SceneError(f"a ligament needs at least two knots, got {len(ligament.x)}", key=f"{key}.x")
     if len(ligament.x) != len(ligament.y):
-        raise SceneError(f"{len(ligament.y)} tensions for {len(ligament.x)} lengths", key=f"{key}.y")
+        raise SceneError(
+            f"{number_of(len(ligament.y), 'tension')} for {number_of(len(ligament.x), 'length')}", key=f"{key}.y"
+        )
     check_size("knots", len(ligament.x), lambda message: SceneError(message, key=f"{key}.x"))
     checks.increasing(f"{key}.x", ligament.x, "lengths")
     checks.not_negative(key, ligament, "dissipation")

@@ -9,6 +9,7 @@ import numpy as np
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.limits import check_size
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.scene import Actuation, Excitation, Muscle, PolynomialPath, Scene
 from warpmuscle.scene.initial_pose import initial_pose, plain_number
 from warpmuscle.scene.joints import joint_type
@@ -84,7 +85,10 @@ def _excitation(checks: Checks, key: str, excitation: Excitation) -> None:
     if not excitation.time:
         raise SceneError("an excitation needs at least one knot", key=f"{key}.time")
     if len(excitation.time) != len(excitation.value):
-        raise SceneError(f"{len(excitation.value)} values for {len(excitation.time)} times", key=f"{key}.value")
+        raise SceneError(
+            f"{number_of(len(excitation.value), 'value')} for {number_of(len(excitation.time), 'time')}",
+            key=f"{key}.value",
+        )
     checks.increasing(f"{key}.time", excitation.time, "times")
     for index, value in enumerate(excitation.value):
         checks.fraction(f"{key}.value.{index}", value)

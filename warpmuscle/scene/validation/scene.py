@@ -13,6 +13,7 @@ import numpy as np
 from warpmuscle.core.decoding import to_type
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.limits import GREATEST_NUMBER, check_size
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.scene import (
     PD,
     Character,
@@ -132,7 +133,10 @@ class _Check(Checks):
             return
         moves = [] if model.root is None else [*model.root.rotations, *model.root.translations]
         if len(moves) != len(model.root_coordinates):
-            message = f"{len(model.root_coordinates)} names for {len(moves)} displacements of the root"
+            message = (
+                f"{number_of(len(model.root_coordinates), 'name')} for "
+                f"{number_of(len(moves), 'displacement')} of the root"
+            )
             raise SceneError(message, key="opensim.root_coordinates")
         for name, coupling in model.couplers.items():
             known(coupling.joint, scene.character.joints, "joint", f"opensim.couplers.{name}.joint")
@@ -181,7 +185,9 @@ class _Check(Checks):
     def knots(self, key: str, phase: Sequence[Number], values: Sequence[Number], name: str) -> None:
         """As many values as phases; phases increase strictly."""
         if len(phase) != len(values):
-            raise SceneError(f"{len(values)} values for {len(phase)} phases", key=f"{key}.{name}")
+            raise SceneError(
+                f"{number_of(len(values), 'value')} for {number_of(len(phase), 'phase')}", key=f"{key}.{name}"
+            )
         self.increasing(f"{key}.phase", phase, "phases")
 
     def curve(self, key: str, curve: Curve | None) -> None:

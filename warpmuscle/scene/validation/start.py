@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from warpmuscle.core.errors import SceneError
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.core.pose import rotate
 from warpmuscle.scene import Scene
 from warpmuscle.scene.geometry import contact_points
@@ -43,7 +44,7 @@ def _in_the_ground(scene: Scene, poses: Poses) -> list[SceneError]:
         return []
     depth = depths[deepest]
     others = sum(other > DEEP for other in depths.values()) - 1
-    among = f", the deepest of {others + 1} bodies" if others else ""
+    among = f", the deepest of {number_of(others + 1, 'body')}" if others else ""
     fixed = not root_type(scene.character).moving
     key = "ground.height" if fixed else "initial_state.root_position"
     remedy = (

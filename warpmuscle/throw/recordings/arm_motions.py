@@ -10,6 +10,7 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import SceneError, SignalError
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.core.pose import twist_angle
 from warpmuscle.scene import Scene
 from warpmuscle.scene.joints import joint_type, root_type
@@ -98,7 +99,9 @@ def notes(
     gaps = [motion.name for motion in read if motion.bridged]
     if gaps:
         count = sum(motion.bridged for motion in read)
-        found.append(f"{_of(gaps, read)}: {count} missing values in short gaps were interpolated by cubic splines")
+        found.append(
+            f"{_of(gaps, read)}: interpolated by cubic splines: {number_of(count, 'missing value')} in short gaps"
+        )
     still = [motion.name for motion in read if motion.cut > 0.0]
     if still:
         longest = max(motion.cut for motion in read)
@@ -123,7 +126,7 @@ def _of(names: Sequence[str], motions: Sequence[Motion]) -> str:
     """Which of some motions are meant."""
     if len(names) == 1 or len(names) < len(motions):
         return ", ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")
-    return f"all {len(motions)} motions"
+    return f"all {number_of(len(motions), 'motion')}"
 
 
 def _rms(values: Floats) -> Floats:

@@ -24,6 +24,7 @@ from warpmuscle.core.archive import DamagedArchive, read_arrays
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import SignalError
 from warpmuscle.core.files import check_regular, unreadable
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.synergy.columns import LENGTHS, TIMES, Columns, with_units
 from warpmuscle.synergy.tables import read_table
 from warpmuscle.throw.motion import PITCH, PLACE, Motion
@@ -185,7 +186,7 @@ def _check_place(columns: Columns, name: str, time: Floats, values: Floats) -> N
 
 def _check_time(columns: Columns, time: Floats) -> None:
     if len(time) < LEAST_SAMPLES:
-        raise columns.error(f"{len(time)} samples; a motion takes at least {LEAST_SAMPLES}")
+        raise columns.error(f"{number_of(len(time), 'sample')}; a motion takes at least {LEAST_SAMPLES}")
     steps = np.diff(time)
     if np.any(steps <= 0.0):
         row = int(np.flatnonzero(steps <= 0.0)[0])

@@ -1,12 +1,12 @@
 // A biped at a moment: poses and muscles between recorded frames, put where the graphics card looks them up.
 
 const SIDE_TINT = { left: [0.56, 0.7, 0.83], right: [0.9, 0.72, 0.58], middle: [0.8, 0.81, 0.83] };
-const BONE_TINT = [0.91, 0.87, 0.76], COM_TINT = [0, 0.62, 0.45], PUSH_TINT = [0.9, 0.62, 0];
+const BONE_TINT = [0.96, 0.93, 0.85], HOLLOW_TINT = [0.3, 0.27, 0.25], COM_TINT = [0, 0.62, 0.45], PUSH_TINT = [0.9, 0.62, 0];
 const FORCE_TINT = [[0, 0.38, 0.62], [0.76, 0.31, 0]]; // left, right
 const UNTURNED = [0, 0, 0, 1];
 const FORCE_SCALE = 0.7; // m that a force of one body weight is drawn as
 const PATH_POINTS = [40, 150]; // of many bipeds, and of few
-const SLACK_RADIUS = 0.0085, FULL_RADIUS = 0.028, TENDON_RADIUS = 0.003; // m, of muscles of a body of 75 kg
+const SLACK_RADIUS = 0.0085, FULL_RADIUS = 0.028, TENDON_RADIUS = 0.0042; // m, of muscles of a body of 75 kg
 const FULL_FORCE = 1.5; // f_max that a load of 1 stands for
 
 class Biped {
@@ -28,25 +28,26 @@ class Biped {
   addFigure() {
     const { renderer, doll, first } = this, { start } = doll.muscles;
     for (const piece of doll.pieces) {
-      const slot = first.slots + piece.body, tint = piece.layer === "bone" ? BONE_TINT : SIDE_TINT[piece.side];
+      const slot = first.slots + piece.body, tint = { bone: BONE_TINT, hollow: HOLLOW_TINT }[piece.layer] ?? SIDE_TINT[piece.side];
       const place = (piece.start ? times(add(piece.start, piece.end), 0.5) : piece.position) ?? [0, 0, 0];
       const along = piece.start ? minus(piece.end, piece.start) : [0, 0, 0], length = norm(along);
       const turn = piece.start ? turnFromY(length > 1e-9 ? along : [0, 1, 0]) : piece.orientation ?? UNTURNED;
       const [a, b] = piece.start ? piece.radii : [1, 1];
       const size = piece.start ? [a, a, a, length] : [...(piece.radii ?? [1, 1, 1]), 0];
       const kind = { ellipsoid: "limb" }[piece.kind] ?? (piece.kind === "hull" ? piece.mesh.name : piece.kind);
-      renderer.addSolid(piece.layer, kind, piece.mesh, slot, place, turn, size, tint, b / Math.max(a, 1e-9));
+      renderer.addSolid(piece.layer === "hollow" ? "bone" : piece.layer, kind, piece.mesh, slot, place, turn, size, tint, b / Math.max(a, 1e-9));
     }
     for (let m = 0; m < this.names.length; m++)
       for (let k = start[m]; k < start[m + 1] - 1; k++)
         renderer.addStretch(first.points + k, first.muscles + m, k === start[m], k === start[m + 1] - 2, start[m + 1] - start[m] - 1);
   }
 
-  // The way of the centre of mass over all frames.
+  // The way of the centre of mass over all frames, as a trace on the ground.
   addPath() {
     const every = Math.max(1, Math.ceil(this.frames / PATH_POINTS[Number(this.renderer.fine)])), points = [];
-    for (let f = 0; f < this.frames; f += every) points.push(add(Array.from(this.arrays.com.slice(3 * f, 3 * f + 3)), this.offset));
-    this.renderer.addPath(points, 0.006, COM_TINT);
+    const { normal, height } = this.renderer.ground, onGround = (p) => [p[0], (height - normal[0] * p[0] - normal[2] * p[2]) / normal[1] + 0.004, p[2]];
+    for (let f = 0; f < this.frames; f += every) points.push(onGround(add(Array.from(this.arrays.com.slice(3 * f, 3 * f + 3)), this.offset)));
+    this.renderer.addPath(points, 0.005, COM_TINT);
   }
 
   // The frame at or before a time, and the part of the way to the next one.
@@ -128,7 +129,7 @@ class Biped {
     const moment = this.moment(time), { renderer, first } = this;
     this.pose("orientation", moment, first.slots);
     if (shown.desired && this.arrays.desired) this.pose("desired", moment, first.slots + renderer.shift);
-    if (this.names.length) this.updateMuscles(moment);
+    if (this.names.length) this.updateMuscles(moment, shown);
     if (shown.forces) this.markForces(moment);
     if (shown.path) {
       const r = 0.03 * this.doll.scale;
@@ -136,8 +137,8 @@ class Biped {
     }
   }
 
-  updateMuscles(moment) {
-    const { body, place, conditional, routed, start, f_max, share } = this.doll.muscles, { renderer, first } = this;
+  updateMuscles(moment, shown) {
+    const { body, place, conditional, routed, start, f_max, share, belly, length } = this.doll.muscles, { renderer, first } = this;
     const out = renderer.points.numbers, poses = renderer.poses.numbers, from = 4 * first.points;
     for (let k = 0; k < this.count; k++) {
       const at = from + 4 * k, pose = 8 * (first.slots + body[k]), p = place[k];
@@ -152,9 +153,10 @@ class Biped {
     const activation = this.between("activation", moment), load = this.between("load", moment), s = this.doll.scale;
     const rest = SLACK_RADIUS ** 2, full = FULL_RADIUS ** 2 - rest; // the area grows with the force
     for (let m = 0; m < this.names.length; m++) {
-      measureWay(out, from + 4 * start[m], start[m + 1] - start[m]);
-      const force = FULL_FORCE * load[m] * f_max[m] / this.order, at = 4 * (first.muscles + m);
-      const numbers = [s * Math.sqrt(rest + full * force), s * TENDON_RADIUS, activation[m], share[m]];
+      const way = measureWay(out, from + 4 * start[m], start[m + 1] - start[m]), at = 4 * (first.muscles + m);
+      const force = FULL_FORCE * load[m] * f_max[m] / this.order, swollen = belly[m] * Math.sqrt(length[m] / Math.max(way, 0.5 * length[m]));
+      const radius = shown.thickness ? s * Math.sqrt(rest + full * force) : swollen; // or a volume that stays
+      const numbers = [radius, s * TENDON_RADIUS, activation[m], share[m]];
       renderer.muscles.numbers.set(numbers, at);
     }
   }
@@ -200,7 +202,7 @@ function turnInto(out, at, q, k, x, y, z, sign) {
   out[at + 2] = sign * (z + w * u + a * t - b * s);
 }
 
-// Write to the fourth number of each point how far along the polyline it is, 0 to 1.
+// Write to the fourth number of each point how far along the polyline it is, 0 to 1; returns its length.
 function measureWay(points, from, count) {
   let length = 0;
   points[from + 3] = 0;
@@ -210,6 +212,7 @@ function measureWay(points, from, count) {
     points[at + 3] = length;
   }
   for (let k = 1; k < count; k++) points[from + 4 * k + 3] /= length || 1;
+  return length;
 }
 
 // Make meshes of the hulls of a doll, whose arrays the page holds by number.

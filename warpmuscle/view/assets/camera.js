@@ -81,14 +81,14 @@ class Camera {
     return { right, up: cross(back, right), back };
   }
 
-  // Go where points are all seen, on a canvas of the given shape; `middle` is what is followed.
-  fit(points, middle, aspect) {
+  // Go where points are all seen, in a picture of the given shape and width; `middle` is what is followed.
+  fit(points, middle, aspect, wide) {
     const { right, up, back } = this.axes(), reach = (axis) => points.map((p) => dot(p, axis));
     let center = [right, up, back].reduce((sum, axis) => {
       const along = reach(axis);
       return add(sum, times(axis, (Math.min(...along) + Math.max(...along)) / 2));
     }, [0, 0, 0]);
-    const steep = Math.tan(OPENING / 2), [across, tall, below] = this.canvas.clientWidth < NARROW ? ROOM.narrow : ROOM.wide;
+    const steep = Math.tan(OPENING / 2), [across, tall, below] = wide < NARROW && aspect < 1 ? ROOM.narrow : ROOM.wide;
     this.distance = Math.max(0.3, ...points.map((p) => {
       const away = minus(p, center), x = across * Math.abs(dot(away, right)), y = tall * Math.abs(dot(away, up));
       return dot(away, back) + Math.max(x / (steep * aspect), y / steep);

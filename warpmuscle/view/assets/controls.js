@@ -1,7 +1,7 @@
 // What is pressed and typed: buttons, keys, the pointer over the picture, pictures and films.
 
-const TOGGLES = { muscles: "muscles", flesh: "body", bones: "bones", surfaces: "wrapping surfaces", shapes: "contact shapes",
-  desired: "desired pose", forces: "ground forces", path: "centre of mass", labels: "names", norms: "norms", follow: "follow", plots: "plots" };
+const TOGGLES = { muscles: "muscles", thickness: "thickness by force", flesh: "skin", bones: "bones", surfaces: "wrapping surfaces", shapes: "contact shapes",
+  desired: "desired pose", forces: "ground forces", path: "centre of mass", labels: "names", norms: "norms", follow: "follow", split: "each in its own picture", plots: "plots" };
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4];
 const KEYS = [
   ["space", "play or pause", [" "], (p) => p.play(!p.playing)],
@@ -12,7 +12,7 @@ const KEYS = [
   ["f", "see all", ["f"], (p) => p.fit()],
   ["1 to 5", "from the side, the front, behind, above, oblique", ["1", "2", "3", "4", "5"],
     (p, event) => p.look(["side", "front", "back", "top", "oblique"][Number(event.key) - 1])],
-  ["m, b, w", "muscles, body, bones", ["m", "b", "w"], (p, event) => p.flip({ m: "muscles", b: "flesh", w: "bones" }[event.key])],
+  ["m, b, w", "muscles, skin, bones", ["m", "b", "w"], (p, event) => p.flip({ m: "muscles", b: "flesh", w: "bones" }[event.key])],
   ["g, d, n", "ground forces, desired pose, norms", ["g", "d", "n"], (p, event) => p.flip({ g: "forces", d: "desired", n: "norms" }[event.key])],
   ["p", "plots", ["p"], (p) => p.flip("plots")],
   ["/", "find a curve", ["/"], (p) => p.element("search").focus()],
@@ -38,9 +38,9 @@ class Controls {
   makeLegend(title) {
     this.element("legend").firstChild.textContent = title;
     if (!this.player.hasMuscles()) return;
-    const colors = PLASMA.map((color) => `rgb(${color.map((v) => Math.round(255 * v))})`);
+    const colors = ACTIVATION.map((color) => `rgb(${color.map((v) => Math.round(255 * v))})`);
     this.element("scale").hidden = false;
-    this.element("scale").innerHTML = "activation<i></i><u><span>0</span><span>0.5</span><span>1</span></u>thickness: force";
+    this.element("scale").innerHTML = "activation<i></i><u><span>0</span><span>0.5</span><span>1</span></u>";
     this.element("scale").querySelector("i").style.background = `linear-gradient(90deg,${colors})`;
   }
 

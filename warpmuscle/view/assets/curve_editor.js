@@ -29,6 +29,7 @@ class CurveEditor {
       this.editor.say("straighten", { target: this.index });
       (this.handles[this.chosen] ?? this.menu).focus({ preventScroll: true });
     });
+    button("copy as TOML", "the points of this curve as lines of a scene's file", () => this.editor.ask("points", this.index));
     this.undo = button("undo", "take the last change back (ctrl z)", () => this.editor.say("undo"));
     button("close", "back to the plots (escape)", () => this.close());
     this.drawing = make(this.element, "div", { className: "drawing" });

@@ -6,7 +6,7 @@ const SETTLED = 400; // ms after which a slider that was moved shows what the si
 
 class Editor {
   constructor(live, spec, side) {
-    Object.assign(this, { live, spec, rows: new Map(), sending: new Map(), saving: false });
+    Object.assign(this, { live, spec, rows: new Map(), saving: false, copying: false });
     this.values = spec.numbers.map((number) => number.value);
     this.curves = spec.curves.map(({ at, along }) => ({ at, along }));
     this.moved = new Set();
@@ -44,6 +44,7 @@ class Editor {
       this.saving = true;
       this.say("save");
     });
+    button("copy as --set", "a command with all that was changed", () => this.ask("settings"));
     this.box = make(section, "input", { type: "search", placeholder: `find one of ${this.spec.numbers.length + this.spec.curves.length} by words`, ariaLabel: "find a number or a curve" });
     this.box.oninput = () => this.filter();
     this.more = make(section, "p", { hidden: true });
@@ -158,10 +159,34 @@ class Editor {
     this.telling = setTimeout(() => tell(""), TOLD);
   }
 
+  // Ask for text to copy: what was changed as options of a command, or the points of a curve.
+  ask(what, target = 0) {
+    this.copying = true;
+    this.say(what, { target });
+  }
+
+  copy(text) {
+    if (this.copying) showCopy(text);
+    this.copying = false;
+  }
+
   save({ name, text }) {
     if (this.saving) download(name, new Blob([text], { type: "application/toml" }));
     this.saving = false;
   }
+}
+
+// Text to take along: it is copied at once where the browser lets it, and can be marked by hand everywhere.
+function showCopy(text) {
+  const dialog = document.getElementById("copy"), box = dialog.querySelector("textarea"), said = dialog.querySelector("output");
+  Object.assign(box, { value: text, rows: Math.min(Math.max(text.split("\n").length, 3), 16) });
+  said.textContent = "";
+  const copy = () => navigator.clipboard?.writeText(text).then(() => (said.textContent = "copied"), () => (said.textContent = "press ctrl c"));
+  dialog.querySelector("button").onclick = copy;
+  if (!dialog.open) dialog.showModal();
+  box.focus();
+  box.select();
+  copy();
 }
 
 const plainText = (text) => text.toLowerCase().replaceAll(/[_.]/g, " ");

@@ -41,12 +41,13 @@ class Live {
     };
   }
 
-  hear({ values, status, push, doll, ground, edits, refused, saved }) {
+  hear({ values, status, push, doll, ground, edits, refused, saved, copied }) {
     for (const [number, value] of Object.entries(values ?? {})) this.rows[number]?.(value);
     if (status !== undefined) document.getElementById("status").textContent = status;
     if (edits) this.editor?.hear(edits);
     if (refused) this.editor?.refuse(refused);
     if (saved) this.editor?.save(saved);
+    if (copied) this.editor?.copy(copied);
     if (push) this.push = { impulse: push, until: performance.now() + PUSH_SEEN };
     if (ground) this.player.renderer.ground = ground;
     if (doll) {

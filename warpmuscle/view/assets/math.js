@@ -47,6 +47,9 @@ function product(a, b) {
   return c;
 }
 
+// Whether a place is in a picture of the given size.
+const isWithin = ([x, y], width, height) => x >= 0 && y >= 0 && x <= width && y <= height;
+
 // Where a point is on a canvas of the given size, and how deep in the picture; null behind the eye.
 function onScreen(matrix, p, width, height) {
   const at = (row) => matrix[row] * p[0] + matrix[4 + row] * p[1] + matrix[8 + row] * p[2] + matrix[12 + row];

@@ -2,11 +2,12 @@
 
 const NEAR = 7; // px from a muscle
 const PICKED = 4; // bipeds nearest to the pointer that are looked at
+const FEW_WHOLE_LABELS = 4; // up to which a label stays in the picture where its biped leaves it
+const EDGE = 3; // px, that labels keep from the edges of their picture
 const FEW_LABELS = 16; // beyond which only the chosen biped has one
 
-// What is nearest to a place on the canvas: biped, muscle or body, and a name; null if nothing is there.
-function pick(bipeds, matrix, canvas, x, y, shown) {
-  const width = canvas.clientWidth, height = canvas.clientHeight;
+// What is nearest to a place in a picture of some size: biped, muscle or body, and a name; null if nothing is there.
+function pick(bipeds, matrix, width, height, x, y, shown) {
   const screen = (array, at) => onScreen(matrix, [array[at], array[at + 1], array[at + 2]], width, height);
   const away = (biped) => {
     const at = screen(biped.renderer.poses.numbers, 8 * biped.first.slots);
@@ -62,16 +63,19 @@ class Labels {
     });
   }
 
-  draw(matrix) {
-    const { bipeds, selected, shown, time, renderer } = this.player, { clientWidth, clientHeight } = renderer.canvas;
+  draw(views) {
+    const { bipeds, selected, shown, time } = this.player;
     this.elements.forEach((label, k) => {
       label.hidden = !shown.labels || (bipeds.length > FEW_LABELS && k !== selected);
       if (label.hidden) return;
       const biped = bipeds[k], above = add(biped.com(biped.moment(time)), [0, 0.85 * biped.doll.scale, 0]);
-      const at = onScreen(matrix, above, clientWidth, clientHeight);
-      label.hidden = !at;
+      const { matrix, pixels: [x, y, width, height] } = views[k] ?? views[0], at = onScreen(matrix, above, width, height);
+      label.hidden = !at || (bipeds.length > FEW_WHOLE_LABELS && !isWithin(at, width, height));
       label.classList.toggle("chosen", k === selected);
-      if (at) Object.assign(label.style, { left: `${at[0]}px`, top: `${at[1]}px` });
+      if (label.hidden) return;
+      const half = 0.5 * label.offsetWidth, inside = (value, low, high) => Math.min(Math.max(value, low), Math.max(low, high));
+      Object.assign(label.style, { left: `${x + inside(at[0], half + EDGE, width - half - EDGE)}px`,
+        top: `${y + inside(at[1], label.offsetHeight + EDGE, height - EDGE)}px` });
     });
   }
 }

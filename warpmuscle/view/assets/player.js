@@ -2,6 +2,7 @@
 
 const FITTED = 4, FITTED_TIMES = 9; // motions, and times of them, of which all is to be seen
 const LEFT_BEHIND = 0.5; // s after its end, at which the camera no longer follows a motion
+const APART_WHERE_SPLIT = 200, GAP = 3; // m between motions that are seen one by one; px between their pictures
 const PLOT_PAUSE = [0, 80]; // ms between two places of the cursor with a graphics card, and without
 
 class Player {
@@ -13,7 +14,7 @@ class Player {
     content.dolls.forEach((doll, k) => readHulls(doll, k, arrays));
     const told = (track) => ({ ...track, panels: content.panels[track.panels] });
     this.bipeds = content.tracks.map((track) => new Biped(told(track), arrays, widths, content.dolls[track.doll], this.renderer));
-    Object.assign(this, { time: 0, playing: content.autoplay, speed: 1, selected: 0, pictures: 0, marks: [], words: "", together: false });
+    Object.assign(this, { seen: [], time: 0, playing: content.autoplay, speed: 1, selected: 0, pictures: 0, marks: [], words: "", together: false });
     this.shown = { ...content.shown };
     this.camera = new Camera(this.element("scene"), ANGLES.oblique);
     this.plots = new Plots(this.element("strip"), (time) => this.seek(time));
@@ -21,11 +22,11 @@ class Player {
     this.live = content.live ? new Live(this, content.live) : null;
     document.querySelector("main").classList.toggle("live", Boolean(this.live));
     document.querySelector("main").classList.toggle("waiting", Boolean(content.waiting));
-    if (!this.live) this.bipeds.forEach((biped) => biped.addPath());
     this.measure();
     this.controls = new Controls(this, content);
     this.labels = new Labels(this);
     this.setSpeed(1);
+    if (!this.live && !("split" in this.shown)) this.bipeds.forEach((biped) => biped.addPath());
     Object.keys(this.shown).forEach((name) => this.show(name, this.shown[name]));
     this.choose(0);
     this.play(this.playing);
@@ -111,6 +112,7 @@ class Player {
     if (box) box.checked = on;
     if (name === "plots") this.element("scene").closest("main").classList.toggle("bare", !on);
     if (name === "follow") this.camera.follow = on;
+    if (name === "split") this.split(on);
     if (name === "norms") this.plots.norms = on;
     this.plots.kept_at = undefined;
   }
@@ -180,6 +182,33 @@ class Player {
     return Math.min(Math.max(1 - (time - end) / LEFT_BEHIND, 0), 1);
   }
 
+  // Each motion in a picture of its own, far away from the others, or all in one.
+  split(on) {
+    const { path } = this.renderer;
+    path.clear();
+    this.bipeds.forEach((biped, k) => {
+      biped.lane ??= biped.offset;
+      biped.offset = on ? [APART_WHERE_SPLIT * k, 0, 0] : biped.lane;
+      biped.addPath();
+    });
+    this.drawn = null;
+    if (this.labels) this.fit();
+  }
+
+  // Parts of the picture: from the left and the top, width and height, of the whole; below one another where it is narrow.
+  boxes() {
+    const count = this.bipeds.length, { clientWidth, clientHeight } = this.renderer.canvas, gap = GAP / Math.max(clientWidth, 1);
+    if (!this.shown.split) return [[0, 0, 1, 1]];
+    if (clientWidth < clientHeight) return this.bipeds.map((_, k) => [0, k / count, 1, 1 / count - (k < count - 1 ? gap : 0)]);
+    return this.bipeds.map((_, k) => [k / count, 0, 1 / count - (k < count - 1 ? gap : 0), 1]);
+  }
+
+  // The same in pixels of the page.
+  pixels([left, top, wide, tall]) {
+    const { clientWidth, clientHeight } = this.renderer.canvas;
+    return [left * clientWidth, top * clientHeight, wide * clientWidth, tall * clientHeight];
+  }
+
   // The mean of the centres of mass that count, now or at another time.
   middle(time = this.time) {
     const weights = this.bipeds.map((biped) => this.weight(biped, time)), sum = weights.reduce((a, b) => a + b);
@@ -195,17 +224,17 @@ class Player {
 
   // Go where all is seen now and, of few recorded motions, at all times until they end, as the camera goes with what moves over the ground.
   fit() {
-    const points = [], { canvas } = this.renderer, now = this.middle();
+    const points = [], now = this.middle();
     const moments = this.live || this.bipeds.length > FITTED ? 0 : FITTED_TIMES;
     const all = Array.from({ length: moments }, (_, k) => this.begin + (k / (moments - 1)) * (this.end - this.begin));
-    for (const time of [...all, this.time]) {
-      const [x, , z] = minus(now, this.middle(time));
-      for (const biped of this.bipeds.filter((one) => time === this.time || this.weight(one, time))) {
-        biped.pose("orientation", biped.moment(time), biped.first.slots);
+    for (const time of [...all, this.time])
+      for (const biped of this.bipeds.filter((one) => this.shown.split || time === this.time || this.weight(one, time))) {
+        const moment = biped.moment(time), [x, , z] = minus(now, this.shown.split ? biped.com(moment) : this.middle(time));
+        biped.pose("orientation", moment, biped.first.slots);
         for (const point of biped.outline()) points.push(add(point, [x, 0, z]));
       }
-    }
-    this.camera.fit(points, now, canvas.clientWidth / Math.max(canvas.clientHeight, 1));
+    const [, , wide, tall] = this.pixels(this.boxes()[0]);
+    this.camera.fit(points, now, wide / Math.max(tall, 1), wide);
   }
 
   zoom(factor) {
@@ -213,7 +242,10 @@ class Player {
   }
 
   pickAt(x, y) {
-    return this.seen ? pick(this.bipeds, this.seen, this.renderer.canvas, x, y, this.shown) : null;
+    const view = this.seen.find(({ pixels: [left, top, wide, tall] }) => isWithin([x - left, y - top], wide, tall));
+    if (!view) return null;
+    const [left, top, wide, tall] = view.pixels;
+    return pick(view.bipeds, view.matrix, wide, tall, x - left, y - top, this.shown);
   }
 
   describe({ biped, muscle, name }) {
@@ -291,14 +323,18 @@ class Player {
   }
 
   draw(still = !this.playing && !this.camera.busy()) {
-    const { renderer, shown, time } = this, aspect = renderer.resize(still);
+    const { renderer, shown, time } = this;
+    renderer.resize(still);
     renderer.clearMarks();
     for (const biped of this.bipeds) biped.update(time, shown);
     this.live?.mark();
-    const { matrix, eye, at } = this.camera.view(this.middle(), aspect);
-    renderer.draw(matrix, eye, at, shown);
-    this.seen = matrix;
-    this.labels.draw(matrix);
+    this.seen = this.boxes().map((box, k) => {
+      const bipeds = shown.split ? [this.bipeds[k]] : this.bipeds, pixels = this.pixels(box);
+      const middle = shown.split ? bipeds[0].com(bipeds[0].moment(time)) : this.middle();
+      return { box, pixels, bipeds, ...this.camera.view(middle, pixels[2] / Math.max(pixels[3], 1)) };
+    });
+    renderer.draw(this.seen, shown);
+    this.labels.draw(this.seen);
     this.drawPlots(still);
     this.element("time").value = String((time - this.begin) / (this.end - this.begin));
     this.element("clock").textContent = this.live ? `${time.toFixed(2)} s` : `${time.toFixed(2)} / ${this.end.toFixed(2)} s`;
@@ -311,13 +347,18 @@ class Player {
     this.plots.draw(this.time);
   }
 
+  // Where the parts of the picture have a motion's centre of mass, from the left and the top of its part, 0 to 1.
+  places() {
+    return this.seen.flatMap(({ matrix, bipeds }) => bipeds.map((one) => onScreen(matrix, one.com(one.moment(this.time)), 1, 1)));
+  }
+
   // What the page holds now.
   state() {
     const biped = this.bipeds[this.selected], moment = biped.moment(this.time);
     return { time: this.time, end: this.end, frame: moment.frame, frames: biped.frames, playing: this.playing,
       speed: this.speed, shown: { ...this.shown }, selected: this.selected, group: this.shownGroup, words: this.words,
-      panels: this.plots.panels.length, curves: this.plots.boxes.reduce((sum, box) => sum + box.lines.length, 0),
-      bipeds: this.bipeds.length, counts: this.renderer.counts(), com: biped.com(moment), target: this.camera.target,
+      panels: this.plots.panels.length, rowHeight: this.plots.each, curves: this.plots.boxes.reduce((sum, box) => sum + box.lines.length, 0),
+      bipeds: this.bipeds.length, places: this.places(), counts: this.renderer.counts(), com: biped.com(moment), target: this.camera.target,
       camera: this.camera.state(), pictures: this.pictures, received: this.live?.received,
       fps: this.marks.filter((mark) => mark > performance.now() - 1000).length };
   }

@@ -3,7 +3,7 @@
 
 const LINE_COLOR = { left: "#0072b2", right: "#d55e00", middle: "#404040" };
 const TRACK_COLOR = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#7a5195", "#404040"];
-const PANEL = { width: 178, height: 112, left: 38, right: 8, top: 20, bottom: 16 };
+const PANEL = { width: 178, height: 112, least: 96, left: 38, right: 8, top: 20, bottom: 16 };
 const INK = "#24313d", QUIET = "#5b6875", GRID = "#e2e7ec", NORM_TINT = { left: "#0072b224", right: "#d55e0024" };
 const FONT = "11px system-ui, sans-serif";
 
@@ -33,7 +33,8 @@ class Plots {
     if (!this.bipeds || !room) return;
     const across = Math.max(1, Math.min(Math.floor(room / PANEL.width), this.panels.length));
     const wide = Math.floor(room / across), rows = Math.ceil(this.panels.length / across);
-    const each = Math.min(Math.max(PANEL.height, Math.floor(tall / Math.max(rows, 1)) - 2), 2 * PANEL.height);
+    const seen = Math.min(Math.max(rows, 1), Math.max(1, Math.floor(tall / PANEL.least))); // whole rows, none cut
+    const each = Math.min(Math.floor(tall / seen), 2 * PANEL.height);
     Object.assign(this, { room, tall, each, kept_at: undefined });
     for (const canvas of [this.canvas, this.kept])
       Object.assign(canvas, { width: Math.round(room * this.ratio), height: Math.max(1, Math.round(tall * this.ratio)) });
@@ -217,7 +218,12 @@ function short(value) {
 // Round numbers within an interval, about so many.
 function ticks(low, high, count) {
   const raw = (high - low) / count, power = 10 ** Math.floor(Math.log10(raw));
-  const step = power * ([1, 2, 5].find((s) => s * power >= raw) || 10), found = [];
-  for (let k = Math.ceil(low / step); k * step <= high + 1e-9; k++) found.push(Number((k * step).toPrecision(6)));
-  return found;
+  const steps = [0.5, 1, 2, 5, 10], first = Math.max(steps.findIndex((s) => s * power >= raw), 1);
+  const every = (step) => {
+    const found = [];
+    for (let k = Math.ceil(low / step); k * step <= high + 1e-9 * step; k++) found.push(Number((k * step).toPrecision(6)));
+    return found;
+  };
+  const found = every(steps[first] * power);
+  return found.length > 1 ? found : every(steps[first - 1] * power); // at least two, of most extents
 }

@@ -3,8 +3,10 @@
 const FEW = 4; // bipeds up to which all is drawn finely
 const MIN_DETAIL = 0.8; // of the finest one; fewer pixels look poor and gain little, as corners are what costs
 const LAYERS = ["flesh", "bone", "surface", "shape"];
-const PLASMA = [[0.05, 0.03, 0.53], [0.49, 0.01, 0.66], [0.8, 0.28, 0.47], [0.97, 0.58, 0.25], [0.94, 0.98, 0.13]];
-const TENDON = [0.93, 0.93, 0.94];
+// From rest to full activation: blue, violet, red, in equal steps of Ottosson's Oklab (2020), each lighter than the last, and
+// told apart without red or green cones, too.
+const ACTIVATION = [[0.063, 0.299, 0.702], [0.418, 0.342, 0.703], [0.656, 0.344, 0.63], [0.861, 0.293, 0.464], [1, 0.21, 0.092]];
+const TENDON = [0.95, 0.95, 0.97];
 const GHOST = [0.25, 0.62, 0.5, 0.3], SURFACE = [0.3, 0.55, 0.75, 0.35], SHAPE = [0.45, 0.45, 0.5, 0.35];
 const OWN = (alpha) => [-1, 0, 0, alpha];
 
@@ -22,6 +24,7 @@ class Renderer {
       lightings.map(([lighting, fragment]) => makeProgram(gl, vertex(lighting), fragment)));
     this.programs = { solids, muscles };
     this.floor = makeProgram(gl, GROUND_VERTEX, GROUND_FRAGMENT);
+    this.sky = makeProgram(gl, SKY_VERTEX, SKY_FRAGMENT);
     this.fine = bipeds <= FEW; // many are small in the picture, and triangles are what they cost
     this.poses = new Table(gl, 2);
     this.points = new Table(gl, 1);
@@ -129,18 +132,36 @@ class Renderer {
     this.muscles.send(muscles);
   }
 
-  // Draw what `shown` says as it is seen through a matrix by an eye near the middle.
-  draw(matrix, eye, middle, shown) {
-    const gl = this.gl, { flesh, bone, surface, shape } = this.layers, muscles = shown.muscles && this.stretches.some((b) => b.count);
+  // Draw what `shown` says in parts of the picture, each as it is seen through a matrix by an eye near a middle.
+  draw(views, shown) {
+    const gl = this.gl, { canvas } = this;
     this.send();
-    gl.viewport(0, 0, this.canvas.width, this.canvas.height);
-    gl.clearColor(...BACKGROUND, 1);
-    gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT | gl.STENCIL_BUFFER_BIT);
+    gl.clearColor(1, 1, 1, 1); // what lies between parts
+    gl.clear(gl.COLOR_BUFFER_BIT);
+    gl.enable(gl.SCISSOR_TEST);
+    for (const { matrix, eye, at, box } of views) {
+      const [left, top, wide, tall] = box, { width, height } = canvas;
+      const [x0, x1] = [left, left + wide].map((part) => Math.round(part * width));
+      const [y0, y1] = [1 - top - tall, 1 - top].map((part) => Math.round(part * height));
+      gl.viewport(x0, y0, x1 - x0, y1 - y0);
+      gl.scissor(x0, y0, x1 - x0, y1 - y0);
+      gl.clearColor(...HORIZON, 1);
+      gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT | gl.STENCIL_BUFFER_BIT);
+      this.drawView(matrix, eye, at, shown);
+    }
+    gl.disable(gl.SCISSOR_TEST);
+  }
+
+  drawView(matrix, eye, middle, shown) {
+    const gl = this.gl, { flesh, bone, surface, shape } = this.layers, muscles = shown.muscles && this.stretches.some((b) => b.count);
     gl.enable(gl.DEPTH_TEST);
     gl.disable(gl.CULL_FACE);
     gl.depthFunc(gl.LEQUAL);
     gl.blendFuncSeparate(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA, gl.ZERO, gl.ONE);
-    if (this.ground.visible) this.drawGround(matrix, middle);
+    if (this.ground.visible) {
+      this.drawSky(matrix, eye, middle);
+      this.drawGround(matrix, middle);
+    }
     gl.enable(gl.CULL_FACE); // all else is closed, or faces the eye
     const { programs } = this, lighting = Number(this.level > 0 && !this.fine);
     if (muscles) this.drawMuscles(programs.muscles[lighting], matrix, eye);
@@ -148,11 +169,12 @@ class Renderer {
     this.solid = this.begin(programs.solids[lighting], matrix, eye, { poses: this.poses });
     if (shown.bones) this.drawSolids([bone], OWN(1));
     this.drawSolids([this.marks, ...(shown.path ? [{ path: this.path }] : [])], OWN(1));
-    if (shown.flesh && !muscles) this.drawSolids([flesh], OWN(1));
+    const opaque = !muscles && !(this.fine && shown.bones); // what is inside is to be seen
+    if (shown.flesh && opaque) this.drawSolids([flesh], OWN(1));
     gl.enable(gl.BLEND);
     if (shown.shapes) this.drawGlass([shape], SHAPE);
     if (shown.surfaces) this.drawGlass([surface], SURFACE);
-    if (shown.flesh && muscles) this.drawGlass([flesh], OWN(this.fine ? 0.3 : 0.42));
+    if (shown.flesh && !opaque) this.drawGlass([flesh], OWN(this.fine ? 0.2 : 0.42));
     if (shown.desired) {
       gl.uniform1i(this.solid.place.shift, this.shift);
       this.drawGlass([flesh], GHOST);
@@ -183,7 +205,7 @@ class Renderer {
   // Only the front of it, and its edges most.
   drawGlass(groups, paint) {
     const gl = this.gl;
-    if (this.fine) {
+    if (this.fine && !this.level) {
       gl.colorMask(false, false, false, false);
       this.drawSolids(groups, paint);
       gl.colorMask(true, true, true, true);
@@ -195,7 +217,7 @@ class Renderer {
 
   drawMuscles(program, matrix, eye) {
     const gl = this.gl, { place } = this.begin(program, matrix, eye, { points: this.points, muscles: this.muscles });
-    gl.uniform3fv(place.plasma, PLASMA.flat());
+    gl.uniform3fv(place.activation, ACTIVATION.flat());
     gl.uniform3fv(place.tendon, TENDON);
     gl.uniform1f(place.chosen, this.chosen);
     this.stretches.forEach((batch) => batch.draw(place, this.level));
@@ -221,13 +243,27 @@ class Renderer {
     gl.disable(gl.BLEND);
   }
 
+  // Behind all, darker from the horizon upwards.
+  drawSky(matrix, eye, middle) {
+    const gl = this.gl, { program, place } = this.sky, along = minus(middle, eye);
+    const far = onScreen(matrix, add(eye, times(unit([along[0], 0, along[2]]), 1e4)), 2, 2), level = far ? 1 - far[1] : 9;
+    if (level >= 1) return;
+    gl.disable(gl.DEPTH_TEST);
+    gl.useProgram(program);
+    gl.uniform3fv(place.horizon, HORIZON);
+    gl.uniform3fv(place.zenith, ZENITH);
+    gl.uniform1f(place.level, level);
+    gl.drawArrays(gl.TRIANGLE_STRIP, 0, 4);
+    gl.enable(gl.DEPTH_TEST);
+  }
+
   drawGround(matrix, middle) {
     const gl = this.gl, { program, place } = this.floor;
     gl.useProgram(program);
     gl.uniformMatrix4fv(place.matrix, false, matrix);
     gl.uniform4f(place.ground, ...this.ground.normal, this.ground.height);
     gl.uniform3fv(place.middle, middle);
-    gl.uniform3fv(place.background, BACKGROUND);
+    gl.uniform3fv(place.horizon, HORIZON);
     gl.drawArrays(gl.TRIANGLE_STRIP, 0, 4);
   }
 }

@@ -2,7 +2,7 @@
 // textures: the pose of their body, or the points of their muscle.
 
 const ROW_BITS = 10, ROW = 1 << ROW_BITS; // texels
-const BACKGROUND = [0.925, 0.94, 0.957];
+const HORIZON = [0.845, 0.875, 0.9], ZENITH = [0.7, 0.76, 0.81];
 
 const LOOK_UP = `#version 300 es
 precision highp float; precision highp int; precision highp sampler2D;
@@ -18,7 +18,7 @@ vec4 lit(vec3 at, vec3 normal, vec4 tint) {
   vec3 n = normalize(normal), v = normalize(eye - at);
   float day = max(dot(n, light), 0.0), sky = 0.5 + 0.5 * n.y, facing = abs(dot(n, v));
   float shine = pow(max(dot(n, normalize(light + v)), 0.0), 30.0);
-  vec3 seen = tint.rgb * (0.36 + 0.24 * sky + 0.52 * day) + vec3(0.10 * shine);
+  vec3 seen = tint.rgb * (0.48 + 0.22 * sky + 0.42 * day) + vec3(0.08 * shine);
   float rim = 1.0 - facing; // of glass the edges are seen most
   return vec4(seen, glass > 0.5 ? tint.a * (0.25 + 1.6 * rim * rim) : tint.a);
 }
@@ -70,7 +70,7 @@ void main() {
 // muscle are known: radii of belly and tendon, activation, and the part of its length that is fibre.
 const muscleVertex = (lighting) => `${LOOK_UP} ${LIGHT} ${lighting}
 layout(location = 0) in vec4 ring; layout(location = 1) in vec4 stretch;
-uniform sampler2D points; uniform sampler2D muscles; uniform mat4 matrix; uniform vec3 plasma[5]; uniform vec3 tendon; uniform float chosen;
+uniform sampler2D points; uniform sampler2D muscles; uniform mat4 matrix; uniform vec3 activation[5]; uniform vec3 tendon; uniform float chosen;
 uniform float facing_eye;
 vec3 way(vec3 from, vec3 to) { vec3 d = to - from; float l = length(d); return l > 1e-7 ? d / l : vec3(0.0); }
 void main() {
@@ -85,7 +85,7 @@ void main() {
   axis = length(axis) > 1e-3 ? normalize(axis) : vec3(0.0, 1.0, 0.0);
   vec3 across = normalize(cross(axis, abs(axis.x) < 0.9 ? vec3(1.0, 0.0, 0.0) : vec3(0.0, 1.0, 0.0)));
   float part = 2.0 * (mix(a.w, b.w, ring.x) - 0.5) / muscle.w, bulge = max(1.0 - part * part, 0.0);
-  float radius = mix(muscle.y, muscle.x, bulge * sqrt(bulge));
+  float radius = mix(muscle.y, muscle.x, bulge);
   at = mix(a.xyz, b.xyz, ring.x);
   if (facing_eye > 0.5) across = normalize(cross(eye - at, axis)); // flat, towards the eye
   normal = ring.y * across + ring.z * cross(axis, across);
@@ -93,7 +93,7 @@ void main() {
   if (facing_eye > 0.5) normal = 0.7 * normal + normalize(eye - at);
   float place = clamp(muscle.z, 0.0, 1.0) * 4.0;
   int k = min(int(place), 3);
-  vec3 color = mix(plasma[k], plasma[k + 1], place - float(k));
+  vec3 color = mix(activation[k], activation[k + 1], place - float(k));
   color = mix(tendon, color, smoothstep(0.02, 0.2, bulge));
   if (stretch.y == chosen) color = mix(color, vec3(1.0), 0.55);
   tint = vec4(color, 1.0);
@@ -114,7 +114,7 @@ void main() {
 // Squares of 1 m, which fade where they would flicker; lines every 5 m.
 const GROUND_FRAGMENT = `#version 300 es
 precision highp float;
-in vec2 place; uniform vec3 background; uniform vec3 middle; out vec4 color;
+in vec2 place; uniform vec3 horizon; uniform vec3 middle; out vec4 color;
 void main() {
   vec2 width = max(fwidth(place), vec2(1e-4));
   vec2 wave = clamp((abs(fract(place * 0.5) - 0.5) - 0.25) * 2.0 / width, -1.0, 1.0);
@@ -122,10 +122,21 @@ void main() {
   float check = 0.5 + 0.5 * wave.x * wave.y * calm;
   vec2 line = abs(fract(place / 5.0 + 0.5) - 0.5) * 5.0;
   float bold = (1.0 - smoothstep(0.0, 1.0, min(line.x / width.x, line.y / width.y) - 0.5)) * calm;
-  vec3 tone = mix(vec3(0.835, 0.862, 0.888), vec3(0.875, 0.898, 0.92), check) - 0.07 * bold;
-  float fade = smoothstep(6.0, 30.0, length(place - middle.xz));
-  color = vec4(mix(tone, background, fade), 1.0);
+  vec3 tone = mix(vec3(0.735, 0.765, 0.785), vec3(0.76, 0.788, 0.807), check) - 0.045 * bold;
+  float fade = smoothstep(5.0, 26.0, length(place - middle.xz));
+  color = vec4(mix(tone, horizon, fade), 1.0);
 }`;
+
+const SKY_VERTEX = `#version 300 es
+uniform float level; out float up;
+void main() {
+  up = gl_VertexID / 2 == 0 ? max(level, -1.0) : 1.0; // no more of the picture than lies above the horizon
+  gl_Position = vec4(float(gl_VertexID % 2 * 2 - 1), up, 0.0, 1.0);
+}`;
+const SKY_FRAGMENT = `#version 300 es
+precision highp float;
+in float up; uniform float level; uniform vec3 horizon; uniform vec3 zenith; out vec4 color;
+void main() { color = vec4(mix(horizon, zenith, smoothstep(level, level + 1.8, up)), 1.0); }`;
 
 function makeProgram(gl, vertex, fragment) {
   const program = gl.createProgram();
