@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from warpmuscle.core.array_types import Floats
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.synergy.static_optimization import StaticOptimization
 from warpmuscle.throw.arm import Arm, needed_torques
 from warpmuscle.throw.motion import Motions
