@@ -1,8 +1,11 @@
 """The tool that judges gaits into one table: what it prints of them, and what it does not judge again."""
 
 import json
+import subprocess
 import sys
 from pathlib import Path
+
+import pytest
 
 TOOLS = Path(__file__).parents[2] / "tools"
 if str(TOOLS) not in sys.path:
@@ -52,6 +55,18 @@ def test_what_is_judged_already_is_read_and_not_run_again(tmp_path: Path):
     assert judged("no_such_gait", tmp_path, []) == RUN
 
 
-def test_a_gait_that_cannot_be_judged_has_no_numbers(tmp_path: Path):
+def test_a_gait_that_cannot_be_judged_has_no_numbers_and_says_why(tmp_path: Path, capfd: pytest.CaptureFixture[str]):
     assert judged("no_such_gait", tmp_path, []) is None
-    assert not list(tmp_path.iterdir())
+    assert [file.name for file in tmp_path.iterdir()] == ["no_such_gait.txt"]
+    assert "there is no scene called 'no_such_gait'" in capfd.readouterr().err
+
+
+def test_gaits_judged_at_the_same_time_stand_in_the_order_asked_for(tmp_path: Path):
+    (tmp_path / "table.judged").mkdir()
+    for name, numbers in (("run", RUN), ("walk", WALK), ("fast", FAST)):
+        (tmp_path / "table.judged" / f"{name}.json").write_text(json.dumps(numbers))
+    command = [sys.executable, TOOLS / "judge_table.py", "walk", "missing.toml", "run", "fast", "-j", "4", "-o"]
+    ended = subprocess.run([*command, tmp_path / "table.md"], capture_output=True, text=True, check=False)
+    assert ended.returncode == 1
+    assert ended.stderr.endswith("could not be judged: missing.toml; the errors are above\n")
+    assert (tmp_path / "table.md").read_text() == table({"walk": WALK, "run": RUN, "fast": FAST})
