@@ -21,6 +21,8 @@ from concurrent.futures import ThreadPoolExecutor, as_completed
 from pathlib import Path
 from typing import Any
 
+from warpmuscle.core.status import Status
+
 RUNS = 20  # with each disturbance
 WIDEST = 7  # gaits of a table
 COMMANDED = {  # measures of a gait at each command, and what they are called
@@ -70,12 +72,13 @@ def _table(bars: Sequence[tuple[str, ...]], gaits: dict[str, dict[str, Any]]) ->
     lines = [["measure", "unit", "must", "goal", *(f"`{Path(gait).stem}`" for gait in gaits)]]
     lines += [["---"] * len(lines[0])]
     lines += [[*bar, *(_cell(found["verdicts"][k]) for found in gaits.values())] for k, bar in enumerate(bars)]
-    lines.append(["fells it", f"of {RUNS}", "", "", *(_fells(found["felled_by"]) for found in gaits.values())])
+    lines.append(["fells it", f"of {RUNS}", "", "", *(_fells(found) for found in gaits.values())])
     return _markdown(lines)
 
 
 def _takes_speed(found: dict[str, Any]) -> bool:
-    return any("speed" in one["command"] for one in found["commanded"])
+    """Whether it has numbers at several speeds, and they count."""
+    return not found["impossible"] and any("speed" in one["command"] for one in found["commanded"])
 
 
 def _commands(gait: str, found: dict[str, Any]) -> str:
@@ -111,8 +114,11 @@ def _cell(one: dict[str, Any]) -> str:
     return f"{one['value']:.3g}" + told.get(one["reached"], " (missed)")
 
 
-def _fells(by: dict[str, int]) -> str:
-    return ", ".join(f"{what} {number}" for what, number in by.items() if number) or "none of these"
+def _fells(found: dict[str, Any]) -> str:
+    """What ends the gait: nothing at all, where it does not last the long run; and each disturbance by itself."""
+    told = [] if found["end"] == Status.COMPLETED.meaning else [f"undisturbed it {found['end'].partition(':')[0]}"]
+    told += [f"{what} {number}" for what, number in found["felled_by"].items() if number]
+    return ", ".join(told) or "none of these"
 
 
 def main() -> int:

@@ -20,12 +20,13 @@ def verdict(name: str, value: float | None, reached: str, note: str = "") -> dic
 
 
 def gait(*verdicts: dict[str, object], **felled_by: int) -> dict[str, object]:
-    return {"verdicts": list(verdicts), "felled_by": felled_by, "commanded": []}
+    end = "came to the end of the simulated time"
+    return {"verdicts": list(verdicts), "felled_by": felled_by, "commanded": [], "end": end, "impossible": False}
 
 
 WALK = gait(verdict("step width", 0.123456, "goal"), verdict("angles", 2.0, "missed"))
 FAST = gait(verdict("step width", 3.0, "does not count"), verdict("angles", 2.0, "no judge", "at 1.8 m/s"))
-RUN = gait(verdict("flight", None, "missed"), uphill=20, noise=0)
+RUN = gait(verdict("flight", None, "missed"), uphill=20, noise=0) | {"end": "fell: the centre of mass sank"}
 
 
 def test_gaits_of_the_same_bars_stand_in_one_table_and_runs_in_another():
@@ -39,7 +40,7 @@ def test_gaits_of_the_same_bars_stand_in_one_table_and_runs_in_another():
         "| measure | unit | must | goal | `run` |",
         "| --- | --- | --- | --- | --- |",
         "| flight | m | up to 1 | 0.1 or more | falls (missed) |",
-        "| fells it | of 20 |  |  | uphill 20 |",
+        "| fells it | of 20 |  |  | undisturbed it fell, uphill 20 |",
     ]
 
 
@@ -48,6 +49,7 @@ def test_what_a_gait_is_like_at_each_command_has_a_table_of_its_own():
     lines = table({"walk": WALK | {"commanded": [command]}}).splitlines()
     assert lines[6] == "`walk`, as commanded:"
     assert lines[-1] == "| speed 0.883 | 0.9 | - | - | - | - | - |"
+    assert "as commanded" not in table({"walk": WALK | {"commanded": [command], "impossible": True}})
 
 
 def test_what_is_judged_already_is_read_and_not_run_again(tmp_path: Path):
