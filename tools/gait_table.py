@@ -128,7 +128,7 @@ def _torques_help(scene: Scene) -> bool:
 def markdown(gaits: list[Judged], runs: int, noise: float, seconds: float) -> list[str]:
     """Lines of the table: a row a measure, a column a gait; the runs with noise took so many seconds."""
     lines = [
-        "| | unit | human | " + " | ".join(f"`{gait.name}`" for gait in gaits) + " |",
+        "| measure | unit | human | " + " | ".join(f"`{gait.name}`" for gait in gaits) + " |",
         "|---|---|---|" + "---|" * len(gaits),
         "| upright | s | | " + " | ".join(_end(gait) for gait in gaits) + " |",
         f"| upright of {runs} runs of {seconds:g} s, noise {noise:g} m/s | | | "

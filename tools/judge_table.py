@@ -1,20 +1,27 @@
 """Judge gaits one after another, and write Markdown tables of all of them.
 
     python tools/judge_table.py walk56_person run56 policy.h5 --device cuda:0 -o table.md
+    python tools/judge_table.py walk56_person run56 policy.h5 --device cpu -j 3 -o table.md    three at a time
 
-Numbers of each gait are kept as JSON in a folder beside the table. What is there already is not judged again, so that
-an interrupted run goes on; remove a file, or the folder, to judge anew after a change.
+The numbers of each gait, as JSON, and what was printed about it are kept in a folder beside the table. What is there
+already is not judged again, so that an interrupted run goes on; remove a file, or the folder, to judge anew after a
+change.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import os
 import subprocess
 import sys
+import time
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor, as_completed
 from pathlib import Path
 from typing import Any
+
+from warpmuscle.core.status import Status
 
 RUNS = 20  # with each disturbance
 WIDEST = 7  # gaits of a table
@@ -33,8 +40,14 @@ def judged(source: str, folder: Path, further: Sequence[str]) -> dict[str, Any] 
     kept = folder / f"{source.replace('/', '_')}.json"
     if not kept.exists():
         command = [sys.executable, "-m", "warpmuscle", "judge", source, "--json", str(kept), *further]
-        if subprocess.run(command, stdout=sys.stderr, check=False).returncode or not kept.exists():
+        printed = kept.with_suffix(".txt")
+        started = time.monotonic()
+        with printed.open("wb") as text:
+            rc = subprocess.run(command, stdin=subprocess.DEVNULL, stdout=text, stderr=text, check=False).returncode
+        if rc or not kept.exists():
+            print(f"{source}: {printed.read_text(errors='replace')}", file=sys.stderr, flush=True)
             return None
+        print(f"judged {source} in {time.monotonic() - started:.0f} s", flush=True)
     found: dict[str, Any] = json.loads(kept.read_text())
     return found
 
@@ -59,12 +72,13 @@ def _table(bars: Sequence[tuple[str, ...]], gaits: dict[str, dict[str, Any]]) ->
     lines = [["measure", "unit", "must", "goal", *(f"`{Path(gait).stem}`" for gait in gaits)]]
     lines += [["---"] * len(lines[0])]
     lines += [[*bar, *(_cell(found["verdicts"][k]) for found in gaits.values())] for k, bar in enumerate(bars)]
-    lines.append(["fells it", f"of {RUNS}", "", "", *(_fells(found["felled_by"]) for found in gaits.values())])
+    lines.append(["fells it", f"of {RUNS}", "", "", *(_fells(found) for found in gaits.values())])
     return _markdown(lines)
 
 
 def _takes_speed(found: dict[str, Any]) -> bool:
-    return any("speed" in one["command"] for one in found["commanded"])
+    """Whether it has numbers at several speeds, and they count."""
+    return not found["impossible"] and any("speed" in one["command"] for one in found["commanded"])
 
 
 def _commands(gait: str, found: dict[str, Any]) -> str:
@@ -100,8 +114,11 @@ def _cell(one: dict[str, Any]) -> str:
     return f"{one['value']:.3g}" + told.get(one["reached"], " (missed)")
 
 
-def _fells(by: dict[str, int]) -> str:
-    return ", ".join(f"{what} {number}" for what, number in by.items() if number) or "none of these"
+def _fells(found: dict[str, Any]) -> str:
+    """What ends the gait: nothing at all, where it does not last the long run; and each disturbance by itself."""
+    told = [] if found["end"] == Status.COMPLETED.meaning else [f"undisturbed it {found['end'].partition(':')[0]}"]
+    told += [f"{what} {number}" for what, number in found["felled_by"].items() if number]
+    return ", ".join(told) or "none of these"
 
 
 def main() -> int:
@@ -109,27 +126,25 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("sources", nargs="+", help="names of scenes, or files of scenes and policies")
     parser.add_argument("-o", "--output", type=Path, required=True, help="Markdown file")
+    parser.add_argument("-j", "--jobs", type=int, default=1, help="gaits at a time, which share the threads of a CPU")
     parser.add_argument("--device", help="as of warpmuscle judge")
     parser.add_argument("--pushes", type=int, help="as of warpmuscle judge")
     given = parser.parse_args()
-    further = [
-        word
-        for name in ("device", "pushes")
-        if (value := getattr(given, name)) is not None
-        for word in (f"--{name}", str(value))
-    ]
+    if given.jobs < 1:
+        parser.error("--jobs must be 1 or more")
+    threads = max((os.cpu_count() or 1) // given.jobs, 1) if given.jobs > 1 else None
+    options = {"device": given.device, "pushes": given.pushes, "threads": threads}
+    further = [word for name, value in options.items() if value is not None for word in (f"--{name}", str(value))]
     folder = given.output.with_suffix(".judged")
     folder.mkdir(parents=True, exist_ok=True)
-    found: dict[str, dict[str, Any]] = {}
-    failed = []
-    for source in given.sources:
-        one = judged(source, folder, further)
-        if one is None:
-            failed.append(source)
-        else:
-            found[source] = one
-        if found:
-            given.output.write_text(table(found))
+    found: dict[str, dict[str, Any] | None] = {}
+    with ThreadPoolExecutor(given.jobs) as pool:
+        running = {pool.submit(judged, source, folder, further): source for source in dict.fromkeys(given.sources)}
+        for one in as_completed(running):
+            found[running[one]] = one.result()
+            if known := {source: numbers for source in running.values() if (numbers := found.get(source))}:
+                given.output.write_text(table(known))
+    failed = [source for source in running.values() if found[source] is None]
     if failed:
         print(f"could not be judged: {', '.join(failed)}; the errors are above", file=sys.stderr)
     return 1 if failed else 0

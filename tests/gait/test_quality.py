@@ -6,6 +6,7 @@ import pytest
 
 from small_result import STRIDE, march, walk_result, walk_scene, with_arrays
 from warpmuscle.core.pose import about
+from warpmuscle.formats import load
 from warpmuscle.gait import quality
 from warpmuscle.gait.cycles import PERCENT, body_weight
 from warpmuscle.gait.foot_contact import Support
@@ -18,6 +19,7 @@ from warpmuscle.scene.masses import at_common_tension, body_mass, common_mass
 from warpmuscle.scene.norms import NORMS
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.scene.people.pinzone import MOMENTS
+from warpmuscle.simulation.rollout import Rollout
 
 STANCE = 63.0  # % of the cycle; the norm's toe-off is at 64
 JOINTS = {"Hip flexion": ("Hip", -1.0), "Knee flexion": ("Knee", 1.0), "Ankle dorsiflexion": ("Ankle", -1.0)}
@@ -272,3 +274,20 @@ def test_what_humans_have_is_read_off_the_norms():
     assert human("stance")[0] == "64"
     assert human("depth of the feet") == ("", "")
     assert (unit_of("hip, minimum at"), unit_of("hip, minimum")) == ("% of the cycle", "deg")
+
+
+def test_toe_off_and_flight_are_the_same_at_any_frame_rate_but_for_a_frame():
+    scene = load("fjog")
+    scene = msgspec.structs.replace(substitute(scene, start_values(scene)), duration=6.0)
+    found = {}
+    for rate in (500.0, 100.0, 50.0):
+        rollout = Rollout(scene, 1, "cpu", record=[0], record_rate=rate)
+        rollout.run()
+        found[rate] = gait_measures(rollout.recording(), scene)
+    fine = found[500.0]
+    assert fine["stance"] == pytest.approx(43.3, abs=0.5)
+    assert fine["flight"] == pytest.approx(100.0 - 2.0 * fine["stance"], abs=0.5)  # both feet are off as long
+    for rate in (100.0, 50.0):
+        frame = 100.0 / rate * 0.5 * fine["cadence"] / 60.0  # % of the cycle
+        assert found[rate]["stance"] == pytest.approx(fine["stance"], abs=frame)
+        assert found[rate]["flight"] == pytest.approx(fine["flight"], abs=2.0 * frame)

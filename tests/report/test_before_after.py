@@ -4,6 +4,7 @@ import base64
 import json
 import re
 import zlib
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ import pytest
 from html_page import Page
 from short_walks import limp, plain_walk, short_walk
 from warpmuscle.core.status import Status
+from warpmuscle.gait.muscle_effort import BHARGAVA_NET, BHARGAVA_STRICT
 from warpmuscle.gait.quality import gait_measures
 from warpmuscle.optimization.optimize import optimize
 from warpmuscle.report import before_after
@@ -58,6 +60,17 @@ def test_table_says_what_was_measured(walks):
     assert len(told) == len(found) + 2
     assert re.search(r"falls of 3 disturbed runs +3 +0", "\n".join(told))
     assert told[-1].startswith("disturbed: ")
+
+
+def test_a_walk_on_muscles_has_both_energies_by_name_beside_the_searched_one(walks):
+    costs = {"cost of transport": 5.04, BHARGAVA_NET: 3.6, BHARGAVA_STRICT: 4.38}
+    muscled = replace(walks[1], measures=walks[1].measures | costs)
+    found = {name: cells for name, *cells in rows(walks[0], muscled)}
+    assert {name: cells for name, cells in found.items() if name.startswith("cost")} == {
+        "cost of transport, J/(kg m)": ["", "5.0", "3.05 to 3.51"],
+        "cost of transport, Bhargava net, J/(kg m)": ["", "3.6", "3.05 to 3.51"],
+        "cost of transport, Bhargava strict, J/(kg m)": ["", "4.4", "3.05 to 3.51"],
+    }
 
 
 def test_falls_are_those_of_the_judge(walks):

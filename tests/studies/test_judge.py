@@ -27,6 +27,7 @@ from warpmuscle.studies.judge import POWER, Walked
 from warpmuscle.studies.verdicts import (
     COMFORTABLE,
     COST,
+    COST_STRICT,
     ECONOMICAL,
     LOADED,
     OF_ENERGY,
@@ -162,14 +163,14 @@ def test_the_most_economical_speed_is_the_minimum_of_a_parabola_or_an_end():
 
 
 def test_loads_count_as_far_as_power_is_not_proportional_to_mass():
-    level = {COST: 3.0, POWER: 2.0}
+    level = {COST: 3.0, COST_STRICT: 4.1, POWER: 2.0}
     walks = [
-        Walked({}, level), Walked({"slope": 5.0}, {COST: 6.2}), Walked({"load": 12.7}, {POWER: 2.1}),
+        Walked({}, level), Walked({"slope": 5.0}, {COST: 6.2, COST_STRICT: 6.9}), Walked({"load": 12.7}, {POWER: 2.1}),
         Walked({"load": 21.8}, {POWER: 1.7}),
     ]  # fmt: skip
     found = judging._over_conditions(walks, load("fwalk"))
     assert found[UPHILL].value == pytest.approx(3.2)
-    assert found[UPHILL].note == "6.20 against 3.00"
+    assert found[UPHILL].note == "6.20 net, 6.90 strict against 3.00 net, 4.10 strict"
     assert found[LOADED].value == pytest.approx(-15.0)
     assert found[LOADED].note == "18 % +5.0 %, 31 % -15.0 %"
     assert found[ECONOMICAL] == (None, "takes no speed", False, True)
@@ -178,10 +179,10 @@ def test_loads_count_as_far_as_power_is_not_proportional_to_mass():
 def test_falls_are_misses_and_what_cannot_be_asked_for_is_not_measured():
     walks = [
         Walked({}, {COST: 3.0, POWER: 2.0}), Walked({"speed": 0.8}, {}, "has no whole gait cycle"),
-        Walked({"speed": 1.2}, {COST: 3.1}), Walked({"load": 12.7}, {}, "falls"),
+        Walked({"speed": 1.2}, {COST: 3.1, COST_STRICT: 4.2}), Walked({"load": 12.7}, {}, "falls"),
     ]  # fmt: skip
     found = judging._over_conditions(walks, load("fwalk"))
-    assert found[ECONOMICAL] == (None, "0.8 m/s has no whole gait cycle, 1.2 m/s 3.10", True, True)
+    assert found[ECONOMICAL] == (None, "0.8 m/s has no whole gait cycle; 1.2 m/s 3.10 net, 4.20 strict", True, True)
     assert found[LOADED] == (None, "18 % falls", True, True)
     assert found[UPHILL] == (None, "takes no such slope", False, True)
     assert Verdict(WALK[-1], *found[LOADED]).reached == "missed"

@@ -1,8 +1,11 @@
 """The tool that judges gaits into one table: what it prints of them, and what it does not judge again."""
 
 import json
+import subprocess
 import sys
 from pathlib import Path
+
+import pytest
 
 TOOLS = Path(__file__).parents[2] / "tools"
 if str(TOOLS) not in sys.path:
@@ -17,12 +20,13 @@ def verdict(name: str, value: float | None, reached: str, note: str = "") -> dic
 
 
 def gait(*verdicts: dict[str, object], **felled_by: int) -> dict[str, object]:
-    return {"verdicts": list(verdicts), "felled_by": felled_by, "commanded": []}
+    end = "came to the end of the simulated time"
+    return {"verdicts": list(verdicts), "felled_by": felled_by, "commanded": [], "end": end, "impossible": False}
 
 
 WALK = gait(verdict("step width", 0.123456, "goal"), verdict("angles", 2.0, "missed"))
 FAST = gait(verdict("step width", 3.0, "does not count"), verdict("angles", 2.0, "no judge", "at 1.8 m/s"))
-RUN = gait(verdict("flight", None, "missed"), uphill=20, noise=0)
+RUN = gait(verdict("flight", None, "missed"), uphill=20, noise=0) | {"end": "fell: the centre of mass sank"}
 
 
 def test_gaits_of_the_same_bars_stand_in_one_table_and_runs_in_another():
@@ -36,7 +40,7 @@ def test_gaits_of_the_same_bars_stand_in_one_table_and_runs_in_another():
         "| measure | unit | must | goal | `run` |",
         "| --- | --- | --- | --- | --- |",
         "| flight | m | up to 1 | 0.1 or more | falls (missed) |",
-        "| fells it | of 20 |  |  | uphill 20 |",
+        "| fells it | of 20 |  |  | undisturbed it fell, uphill 20 |",
     ]
 
 
@@ -45,6 +49,7 @@ def test_what_a_gait_is_like_at_each_command_has_a_table_of_its_own():
     lines = table({"walk": WALK | {"commanded": [command]}}).splitlines()
     assert lines[6] == "`walk`, as commanded:"
     assert lines[-1] == "| speed 0.883 | 0.9 | - | - | - | - | - |"
+    assert "as commanded" not in table({"walk": WALK | {"commanded": [command], "impossible": True}})
 
 
 def test_what_is_judged_already_is_read_and_not_run_again(tmp_path: Path):
@@ -52,6 +57,18 @@ def test_what_is_judged_already_is_read_and_not_run_again(tmp_path: Path):
     assert judged("no_such_gait", tmp_path, []) == RUN
 
 
-def test_a_gait_that_cannot_be_judged_has_no_numbers(tmp_path: Path):
+def test_a_gait_that_cannot_be_judged_has_no_numbers_and_says_why(tmp_path: Path, capfd: pytest.CaptureFixture[str]):
     assert judged("no_such_gait", tmp_path, []) is None
-    assert not list(tmp_path.iterdir())
+    assert [file.name for file in tmp_path.iterdir()] == ["no_such_gait.txt"]
+    assert "there is no scene called 'no_such_gait'" in capfd.readouterr().err
+
+
+def test_gaits_judged_at_the_same_time_stand_in_the_order_asked_for(tmp_path: Path):
+    (tmp_path / "table.judged").mkdir()
+    for name, numbers in (("run", RUN), ("walk", WALK), ("fast", FAST)):
+        (tmp_path / "table.judged" / f"{name}.json").write_text(json.dumps(numbers))
+    command = [sys.executable, TOOLS / "judge_table.py", "walk", "missing.toml", "run", "fast", "-j", "4", "-o"]
+    ended = subprocess.run([*command, tmp_path / "table.md"], capture_output=True, text=True, check=False)
+    assert ended.returncode == 1
+    assert ended.stderr.endswith("could not be judged: missing.toml; the errors are above\n")
+    assert (tmp_path / "table.md").read_text() == table({"walk": WALK, "run": RUN, "fast": FAST})

@@ -158,6 +158,7 @@ def _print_cost(scene: Scene, steady: Recording, speed: float) -> None:
     from warpmuscle.gait.muscle_effort import BHARGAVA_NET, BHARGAVA_STRICT, bhargava_costs, cost_of_transport, spent
     from warpmuscle.scene.accounting import accounting
     from warpmuscle.scene.masses import COMMON_TENSION
+    from warpmuscle.scene.norms import REFERENCES
     from warpmuscle.scene.parameters import start_values, substitute
 
     plain = substitute(scene, start_values(scene))
@@ -172,4 +173,6 @@ def _print_cost(scene: Scene, steady: Recording, speed: float) -> None:
     two = bhargava_costs(steady, plain, speed)
     net, strict = two.get(BHARGAVA_NET), two.get(BHARGAVA_STRICT)
     if net is not None and strict is not None:
-        out.print(f"cost of transport by Bhargava {net:.2f} J/(kg m) net, {strict:.2f} strict (people 3.05 to 3.51)")
+        known = REFERENCES["cost of transport"]
+        people = f"people who walk: {known.low:.2f} to {known.high:.2f}"
+        out.print(f"cost of transport by Bhargava {net:.2f} J/(kg m) net, {strict:.2f} strict ({people})")

@@ -159,6 +159,7 @@ def human(name: str, running: bool = False) -> tuple[str, str]:
         return "0", "the span of published means"
     if running:
         return _RUNNING.get(name, ""), RUNNING[0].source if name in _RUNNING else ""
+    name = "cost of transport" if name in (BHARGAVA_NET, BHARGAVA_STRICT) else name  # what people's breath says of both
     if name in REFERENCES:
         known = REFERENCES[name]
         text = f"{known.low:g}" if known.low == known.high else f"{known.low:g} to {known.high:g}"

@@ -11,6 +11,7 @@ import numpy as np
 
 from warpmuscle.core.errors import Error
 from warpmuscle.core.status import Status
+from warpmuscle.gait.muscle_effort import BHARGAVA_NET, BHARGAVA_STRICT
 from warpmuscle.gait.quality import Measures, gait_measures
 from warpmuscle.gait.table import human, unit_of
 from warpmuscle.optimization.best_scene import recorded_scene, scene_in
@@ -33,6 +34,8 @@ WALKED = "walks on its own"
 MEASURES = {
     "speed": 2,
     "cost of transport": 1,
+    BHARGAVA_NET: 1,
+    BHARGAVA_STRICT: 1,
     "angles outside the norms": 2,
     "deviation of the three angles": 2,
     "deviation of the ground force": 2,

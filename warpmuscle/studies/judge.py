@@ -33,6 +33,7 @@ from warpmuscle.studies.robustness import IMPULSES, push_trials
 from warpmuscle.studies.verdicts import (
     APART,
     COST,
+    COST_STRICT,
     COST_WANG,
     ECONOMICAL,
     HUMPS,
@@ -311,7 +312,7 @@ def _over_speeds(walks: Sequence[Walked]) -> Finding:
     if not walks:
         return Finding(None, "takes no speed")
     known = [(one.asked["speed"], cost) for one in walks if (cost := one.measures.get(COST)) is not None]
-    note = ", ".join(f"{one.asked['speed']:.2g} m/s {_cost_of(one)}" for one in walks)
+    note = "; ".join(f"{one.asked['speed']:.2g} m/s {_cost_of(one)}" for one in walks)
     return Finding(_economical(known), note, failed=any(one.why for one in walks))
 
 
@@ -338,9 +339,9 @@ def _under_loads(level: Walked, walks: Sequence[Walked], mass: float) -> Finding
 
 
 def _cost_of(walk: Walked) -> str:
-    """The cost of transport as a text."""
-    cost = walk.measures.get(COST)
-    return walk.why or ("stands" if cost is None else f"{cost:.2f}")
+    """The cost of transport as a text: net, by which it is judged, and strict."""
+    net, strict = (walk.measures.get(name) for name in (COST, COST_STRICT))
+    return walk.why or ("stands" if net is None or strict is None else f"{net:.2f} net, {strict:.2f} strict")
 
 
 def _economical(known: Sequence[tuple[float, float]]) -> float | None:
