@@ -166,3 +166,12 @@ def test_text_of_other_encodings_is_read(tmp_path: Path):
     assert read(path, Notes()).bodies[0].name == "rod"
     path.write_bytes(small.pendulum().replace("UTF-8", "UTF-16").encode("utf-16"))
     assert read(path, Notes()).bodies[0].name == "rod"
+
+
+def test_a_coordinate_starts_at_its_default_and_not_at_an_older_initial_value(tmp_path: Path):
+    text = OLD.replace(
+        "<default_value>0.3</default_value>", "<default_value>0.3</default_value><initial_value>0.1</initial_value>"
+    )
+    for given, start in ((text, 0.3), (OLD.replace("default_value", "initial_value"), 0.3)):
+        model = read(small.written(tmp_path, given), Notes())
+        assert model.coordinates["q"].value == start
