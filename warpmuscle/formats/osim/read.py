@@ -6,16 +6,14 @@ import re
 from pathlib import Path
 
 from warpmuscle.formats.lines import Notes
-from warpmuscle.formats.osim.duplicates import rename_duplicates
 from warpmuscle.formats.osim.elements import Element, parse
 from warpmuscle.formats.osim.forces import NUMBERS, lost_force, read_contact, read_force, read_marker, words_of
 from warpmuscle.formats.osim.frames import FRAMES, Frames
-from warpmuscle.formats.osim.paths import CLASSES, read_muscle, read_surfaces
+from warpmuscle.formats.osim.paths import CLASSES, STOOD_FOR, read_muscle, read_surfaces, stand_in
 from warpmuscle.formats.osim.properties import Properties
 from warpmuscle.formats.osim.records import Model
 from warpmuscle.formats.osim.skeleton import read_bodies, read_constraint, read_joint
-from warpmuscle.formats.osim.stand_ins import KINDS, stand_in
-from warpmuscle.formats.osim.upgrade import upgraded
+from warpmuscle.formats.osim.upgrade import rename_duplicates, upgraded
 
 NEWEST = 49999  # version of the format: later ones may mean other things by the same words
 OLDEST = 10500  # of files that do not say it
@@ -148,7 +146,7 @@ def _forces(top: Element, found: Model, frames: Frames, own: Properties, notes: 
         if not own.applied(element):
             _leave_out(notes, element, SWITCHED_OFF)
             continue
-        if element.tag in KINDS:
+        if element.tag in STOOD_FOR:
             text = f"{element.tag} {element.name}"
             notes.ignore(element.file, element.line, text, stand_in(element, own))
         if element.tag in CLASSES:
