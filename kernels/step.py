@@ -52,11 +52,12 @@ from warpmuscle.kernels.structs import (
 )
 from warpmuscle.kernels.term_functions import (
     ObjectiveKind,
+    desired_stage_of,
     effort_stage,
     muscle_functions,
     objective_stage_of,
 )
-from warpmuscle.kernels.touching import touching_stage_of
+from warpmuscle.kernels.touching import begin_looking, touching_stage_of
 
 OTHERS = "actuation.effort", "muscles.knot_value"  # which others give with any strides
 know_model = known_rows_of(Model, OTHERS, pairs=("muscles.curve_table",))
@@ -150,7 +151,7 @@ def one_step_of(
     if muscles is not None:
         functions = muscle_functions(objective, muscles.own)
         muscle_stage = muscle_stage_of(muscles, functions, recorded.muscles, controller, together)
-    objective_stage = objective_stage_of(objective)
+    objective_stage, desired_stage = objective_stage_of(objective), desired_stage_of(objective)
     failing_stage, conditional = failing_stage_of(tuple(f for _, f in objective.conditions)), bool(objective.conditions)
     collision_stage = collision_stage_of(collisions)
 
@@ -172,6 +173,8 @@ def one_step_of(
         kinematics_stage(instance, lane, lanes, model, state, work)
         if lane == 0:
             begin_step(instance, step, model, state, work)
+            if wp.static(touching):
+                begin_looking(step, model, work)
         synchronize()
         lap(instance, lane, KINEMATICS, wp.uint64(0))
         status = posture_status(instance, model, state, work)
@@ -194,6 +197,11 @@ def one_step_of(
             coordinate_control_stage(instance, lane, lanes, model, work)
         effort_stage(instance, lane, lanes, model, state, work)
         record_desired(instance, lane, lanes, frame, model, state, record, work)
+        if wp.static(bool(objective.desired)):
+            synchronize()  # the torques of all joints are there
+            if lane == 0:
+                desired_stage(instance, model, state, work)
+            synchronize()
         lap(instance, lane, CONTROLLER, wp.uint64(0))
         if wp.static(muscular):
             muscle_stage(instance, lane, lanes, frame, model, state, record, work, extensions.first)
@@ -330,6 +338,7 @@ def step_kernel(
         together=WARP // instances_per_block if across else 0,
     )  # fmt: skip
     extensions_struct = extensions_of(controller, forces)
+    touching = any(force.touch for force in forces)
     monomials = 0 if muscles is None else muscles.paths.monomials
     floats = work_floats(capacity, bool(skeleton.joints), monomials, slots, skeleton.followed)
     roomy, slots = slots is not None, slots_of(capacity) if slots is None else slots
@@ -372,6 +381,8 @@ def step_kernel(
             work.monomial = monomials_before_contacts(room, capacity, slots, monomials)
         elif wp.static(monomials > 0):
             work.monomial = monomials_at(room, monomials)
+        if wp.static(touching) and lane == 0:
+            work.near[0] = 1  # as long as it is not known
         status = int(RUNNING)
         lap(instance, lane, BEGIN, buffer)
         for _ in range(steps):

@@ -28,7 +28,7 @@ ORDER: tuple[tuple[str, ...], ...] = (
     ("video",),
     ("gym",),
     ("report",),
-    ("throw", "sweep"),
+    ("throw", "sweep", "session"),
     ("examples",),
     ("cli",),
 )
