@@ -78,6 +78,7 @@ class Coupling:
 
     driver: int  # the body whose joint's coordinate it is: another one if it follows that
     first: int  # of the functions of a coupled joint
+    row: int  # number of the coordinate among those that are followed, see `followed.py`; -1: none of them
 
 
 @wp.struct
@@ -95,6 +96,7 @@ class Couplings:
     """How coupled joints turn and move their child: six functions of a coordinate each, three of them angles."""
 
     joint: wp.array[Coupling]  # (bodies,)
+    followed: int  # coordinates that stay open to the root
     function: wp.array2d[CouplingFunction]  # (rows, functions)
     inertia_axes: wp.array2d[
         wp.mat33

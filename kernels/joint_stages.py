@@ -19,6 +19,12 @@ from warpmuscle.kernels.dynamics import (
     backward_pass_of,
     forward_pass_of,
 )
+from warpmuscle.kernels.followed import (
+    accelerate_followed_of,
+    followed_acceleration_stage_of,
+    followed_hybrid_stage_of,
+    reduce_followed_of,
+)
 from warpmuscle.kernels.follower import (
     backward_pass_of_clusters,
     forward_pass_of_clusters,
@@ -32,7 +38,7 @@ from warpmuscle.kernels.integration import integrate_stage
 from warpmuscle.kernels.joint_motion import MotionOf, displacements_stage, has_displacements
 from warpmuscle.kernels.kinematics import kinematics_stage, kinematics_stage_of
 from warpmuscle.kernels.motion import prescribe_stage
-from warpmuscle.kernels.scratch import coordinate_work_at, work_at
+from warpmuscle.kernels.scratch import coordinate_work_at, followed_work_at_of, work_at
 from warpmuscle.kernels.structs import FOLLOWER
 
 
@@ -42,6 +48,7 @@ class SkeletonKind(NamedTuple):
     joints: tuple[MotionOf, ...] = ()  # types of joints of one coordinate
     turned: bool = False  # principal axes of inertia lie in some body as its `inertia_axes` say
     contact: int = SPRING  # law of the ground's contacts, see `contact_laws.py`
+    followed: int = 0  # coordinates that joints far from theirs follow, and all others that are followed then
 
     @property
     def follows(self) -> bool:
@@ -77,12 +84,20 @@ def joint_stages_of(kind: SkeletonKind, across: bool = False) -> JointStages:
     if kind.follows:
         backward, forward = backward_pass_of_clusters, forward_pass_of_clusters
         reduce, reduce_rest, integrate = reduce_any_cluster, reduce_remaining_cluster, integrate_drivers_stage
+    if kind.followed:
+        acceleration, hybrid = (
+            stage_of(backward_pass_of(reduce_followed_of(rest)), forward_pass_of(accelerate_followed_of(rest)))
+            for stage_of, rest in ((followed_acceleration_stage_of, False), (followed_hybrid_stage_of, True))
+        )
+    else:
+        acceleration = acceleration_stage_of(backward(reduce), forward(accelerate_any))
+        hybrid = hybrid_acceleration_stage_of(backward(reduce_rest), forward(accelerate_any_remaining))
     return JointStages(
-        coordinate_work_at,
+        followed_work_at_of(kind.followed) if kind.followed else coordinate_work_at,
         kinematics_stage_of(move_any_of(kind.joints, displaced), place_any, prepare),
         prescribe_any,
         inertia_stage,
-        acceleration_stage_of(backward(reduce), forward(accelerate_any)),
-        hybrid_acceleration_stage_of(backward(reduce_rest), forward(accelerate_any_remaining)),
+        acceleration,
+        hybrid,
         integrate,
     )

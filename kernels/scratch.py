@@ -18,6 +18,7 @@ CAPACITY_STEP = 5  # bodies; the 15 bodies of the SIMBICON biped fill a class ex
 FIRST, SECOND, CONTROL = 44, 24, 12  # floats a body in the two blocks of `work_at`; of the controller in the second
 SLOT_FLOATS = 18
 COORDINATE = 9  # floats a body, of joints of one coordinate where there are some
+FOLLOWED = 13  # floats a body and followed coordinate, see `followed.py`
 OTHER_FLOATS = 9
 SHAPES_A_BODY = 4  # that may collide, on average
 PULLS_A_BODY = 4  # crossings of muscles, on average; those of more are kept in the state
@@ -65,6 +66,11 @@ LIVES = {
     **dict.fromkeys(("turn_rates", "move_rates"), Life("joints", "joints")),
     "coordinate_state": Life("joints", "muscles"),
     **dict.fromkeys(("coordinate_turning", "coordinate_moving", "coordinate_drift"), Life("joints", "forward")),
+    **dict.fromkeys(
+        ("followed_moment", "followed_force", "followed_along", "followed_response", "followed_bias"),
+        Life("backward", "forward"),
+    ),
+    **dict.fromkeys(("followed_matrix", "followed_acceleration"), Life("backward", "forward")),
 }
 
 
@@ -83,7 +89,14 @@ def slots_for(capacity: int, floats: int, least: int) -> int:
     return max(least, -(-(floats - (SECOND - CONTROL) * capacity) // SLOT_FLOATS))
 
 
-def work_floats(capacity: int, coordinate_joints: bool = False, monomials: int = 0, slots: int | None = None) -> int:
+def followed_floats(capacity: int, followed: int) -> int:
+    """Numbers of so many followed coordinates: of each body, and their equations."""
+    return followed * (FOLLOWED * capacity + followed + 1)
+
+
+def work_floats(
+    capacity: int, coordinate_joints: bool = False, monomials: int = 0, slots: int | None = None, followed: int = 0
+) -> int:  # fmt: skip
     """Size of the working set of one instance in floats (4 bytes each): an odd multiple of 8.
 
     So lanes of two instances that read the same thing of the same body find it in different banks of shared memory.
@@ -93,11 +106,12 @@ def work_floats(capacity: int, coordinate_joints: bool = False, monomials: int =
         coordinate_joints: whether there are joints as in `coordinate_joint.py`.
         monomials: of paths that are polynomials. slots: of feet, see `slots_for`; None for those of the size class, in
             which there need not be room for monomials, so that they come last.
+        followed: coordinates that stay open to the root.
     """
     floats = (FIRST + SECOND) * capacity + OTHER_FLOATS
     floats += SLOT_FLOATS * slots_of(capacity) + monomials if slots is None else SLOT_FLOATS * slots
     if coordinate_joints:
-        floats += COORDINATE * capacity
+        floats += COORDINATE * capacity + followed_floats(capacity, followed)
         return floats + (4 - floats) % 8
     return floats + (8 - floats) % 16
 
@@ -237,6 +251,27 @@ def coordinate_work_at(memory: wp.array[float], n: int, slots: int) -> Scratch:
     w.turn_rates = matrices_at(memory, 4, FIRST, n)
     w.move_rates = matrices_at(memory, 13, FIRST, n)
     return w
+
+
+@cache
+def followed_work_at_of(followed: int) -> Any:
+    """`coordinate_work_at` where so many coordinates stay open to the root, in a block behind that."""
+
+    @wp.func
+    def followed_work_at(memory: wp.array[float], n: int, slots: int) -> Scratch:
+        w = coordinate_work_at(memory, n, slots)
+        block = (FIRST + SECOND + COORDINATE) * n + SLOT_FLOATS * slots + OTHER_FLOATS
+        w.followed_moment = vectors_at(memory, block, FOLLOWED, followed * n)
+        w.followed_force = vectors_at(memory, block + 3, FOLLOWED, followed * n)
+        w.followed_along = vectors_at(memory, block + 6, FOLLOWED, followed * n)
+        w.followed_response = vectors_at(memory, block + 9, FOLLOWED, followed * n)
+        w.followed_bias = floats_at(memory, block + 12, FOLLOWED, followed * n)
+        end = block + FOLLOWED * followed * n
+        w.followed_matrix = floats_at(memory, end, 1, followed * followed)
+        w.followed_acceleration = floats_at(memory, end + followed * followed, 1, followed)
+        return w
+
+    return followed_work_at
 
 
 @wp.func

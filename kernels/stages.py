@@ -50,7 +50,7 @@ KNOWN_JOINTS = (  # as `model.joints` numbers them
     MotionOf(FIRST_OF_TABLE + 1, coupled_motion),
 )
 OF_JOINTS = joint_stages_of(SkeletonKind(KNOWN_JOINTS, turned=True))
-kinematics_stage, inertia_stage, acceleration_stage = OF_JOINTS.kinematics, OF_JOINTS.inertia, OF_JOINTS.acceleration
+kinematics_stage, inertia_stage = OF_JOINTS.kinematics, OF_JOINTS.inertia
 body_inertia = body_inertia_of(True)
 
 
@@ -218,41 +218,6 @@ def muscle_torques(kind: MuscleKind, controller: Controller = SIMBICON) -> Any:
     return kernel
 
 
-@wp.kernel
-def forward_dynamics(
-    # in
-    model: Model, state: State, workspace: wp.array2d[float], torque: wp.array2d[wp.vec3],
-    # out
-    speed_rate: wp.array2d[float], acceleration: wp.array2d[wp.vec3], angular_acceleration: wp.array2d[wp.vec3],
-):  # fmt: skip
-    """Accelerations under given joint torques (world, N m, + on the parent), gravity, contacts and joint limits.
-
-    Contacts and limits are linearly implicit in a step of the model's length; without them the result is exact.
-
-    Returns:
-        speed_rate: (instances, speeds) time derivatives of the speeds.
-        acceleration: (instances, bodies) of the centres of mass, world, m/s^2.
-        angular_acceleration: (instances, bodies) world, rad/s^2.
-    """
-    i = wp.tid()
-    work = work_of(i, model, workspace)
-    kinematics_stage(i, 0, 1, model, state, work)
-    for body in range(model.body_count):
-        work.torque[body] = torque[i, body]
-        work.stiffness[body] = symmetric(0.0)
-    inertia_stage(i, 0, 1, model, state, work)
-    acceleration_stage(i, 0, 1, model, work)
-    for body in range(model.body_count):
-        alpha = work.angular_acceleration[body]
-        angular = work.angular_velocity[body]
-        c = work.rotation[body] * at(model.skeleton.row, i, body).com
-        angular_acceleration[i, body] = alpha
-        acceleration[i, body] = work.acceleration[body] + wp.cross(alpha, c) + wp.cross(angular, wp.cross(angular, c))
-        first = model.skeleton.plan[body].speed_start
-        for k in range(model.skeleton.plan[body].speed_end - first):
-            speed_rate[i, first + k] = speed_rate_of(body, k, model, work)
-
-
 @wp.func
 def speed_rate_of(body: int, k: int, model: ModelRef, work: ScratchRef) -> float:
     """Derivative of speed k of a body's joint, from the accelerations."""
@@ -265,6 +230,53 @@ def speed_rate_of(body: int, k: int, model: ModelRef, work: ScratchRef) -> float
     if k < 2:
         return work.acceleration[0][k + 1]
     return work.angular_acceleration[0][0]
+
+
+@cache
+def forward_dynamics_of(followed: int = 0) -> Any:
+    """The kernel of accelerations under joint torques (world, N m, + on the parent), gravity, contacts and limits.
+
+    Contacts and limits are linearly implicit in a step of the model's length; without them the result is exact.
+
+    Args:
+        followed: coordinates that stay open to the root, see `joint_stages.SkeletonKind`.
+
+    The kernel returns
+        speed_rate: (instances, speeds) time derivatives of the speeds.
+        acceleration: (instances, bodies) of the centres of mass, world, m/s^2.
+        angular_acceleration: (instances, bodies) world, rad/s^2.
+    """
+    own = joint_stages_of(SkeletonKind(KNOWN_JOINTS, turned=True, followed=followed))
+    accelerate, views = own.acceleration, own.work_at
+
+    @wp.kernel(module="unique")
+    def forward_dynamics(
+        # in
+        model: Model, state: State, workspace: wp.array2d[float], torque: wp.array2d[wp.vec3],
+        # out
+        speed_rate: wp.array2d[float], acceleration: wp.array2d[wp.vec3], angular_acceleration: wp.array2d[wp.vec3],
+    ):  # fmt: skip
+        i = wp.tid()
+        work = views(memory_of(workspace, i), model.body_count, model.foot_slots)
+        kinematics_stage(i, 0, 1, model, state, work)
+        for body in range(model.body_count):
+            work.torque[body] = torque[i, body]
+            work.stiffness[body] = symmetric(0.0)
+        inertia_stage(i, 0, 1, model, state, work)
+        accelerate(i, 0, 1, model, work)
+        for body in range(model.body_count):
+            alpha = work.angular_acceleration[body]
+            angular = work.angular_velocity[body]
+            c = work.rotation[body] * at(model.skeleton.row, i, body).com
+            centripetal = wp.cross(angular, wp.cross(angular, c))
+            angular_acceleration[i, body] = alpha
+            acceleration[i, body] = work.acceleration[body] + wp.cross(alpha, c) + centripetal
+            first = model.skeleton.plan[body].speed_start
+            if model.skeleton.plan[body].joint_type != FOLLOWER:
+                for k in range(model.skeleton.plan[body].speed_end - first):
+                    speed_rate[i, first + k] = speed_rate_of(body, k, model, work)
+
+    return forward_dynamics
 
 
 @wp.func

@@ -340,7 +340,7 @@ def step_kernel(
     extensions_struct = extensions_of(controller, forces)
     touching = any(force.touch for force in forces)
     monomials = 0 if muscles is None else muscles.paths.monomials
-    floats = work_floats(capacity, bool(skeleton.joints), monomials, slots)
+    floats = work_floats(capacity, bool(skeleton.joints), monomials, slots, skeleton.followed)
     roomy, slots = slots is not None, slots_of(capacity) if slots is None else slots
     memory, block_floats = work_memory(floats, instances_per_block, across), instances_per_block * floats
     work_at = joint_stages_of(skeleton).work_at

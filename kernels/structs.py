@@ -340,6 +340,14 @@ class Scratch:
     turn_rates: wp.array[wp.mat33]  # (bodies,) of coupled joints, a row each: a function's value and its derivatives
     move_rates: wp.array[wp.mat33]  # (bodies,) the same of the functions that are no angles
     coordinate_state: wp.array[wp.vec3]  # (bodies,) it itself, its speed, and what that gained in the last half step
+    # Of followed coordinates, see `followed.py`, body by body; only kernels that have such coordinates have them:
+    followed_moment: wp.array[wp.vec3]  # U, angular half
+    followed_force: wp.array[wp.vec3]  # and linear half
+    followed_along: wp.array[wp.vec3]  # S . U of a free joint; what another one adds to D
+    followed_response: wp.array[wp.vec3]  # d S . U
+    followed_bias: wp.array[float]  # what it adds to v
+    followed_matrix: wp.array[float]  # D, row by row
+    followed_acceleration: wp.array[float]
 
 
 @wp.struct

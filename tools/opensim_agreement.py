@@ -24,6 +24,7 @@ from opensim_ours import Ours
 
 import warpmuscle as wm
 from warpmuscle.scene import EllipsoidSurface, Scene
+from warpmuscle.scene.masses import body_mass
 
 LENGTH, ELLIPSOID_LENGTH = 1e-5, 1.5e-3  # m
 ARM, ELLIPSOID_ARM = 1e-4, 2e-3  # m
@@ -194,14 +195,18 @@ def turns(scene: Scene, coordinate: str) -> bool:
     return coordinate in scene.character.joints and scene.character.joints[coordinate].type != "slide"
 
 
-def compare(file: Path, poses: int, seed: int, moves: int, hard_points: bool) -> dict[str, Any]:
+def compare(file: Path, poses: int, seed: int, moves: int, hard_points: bool, beyond: float = 0.0) -> dict[str, Any]:
     """All measures of a model."""
-    scene, found = wm.load(file, hard_points=hard_points), numbers(file, poses, seed, moves)
+    scene, found = wm.load(file, hard_points=hard_points), numbers(file, poses, seed, moves, beyond)
     ours = Ours(scene, [str(name) for name in found.coordinates], [int(k) for k in found.independent])
     missing = sorted(set(found.muscles.tolist()) - set(ours.muscles))
     if missing:
         raise SystemExit(f"{file.name}: the scene has no muscle {', '.join(missing)}")
-    measures = [*paths(found, ours), *dynamics(found, ours), forces(found, ours)]
+    muscles, heavy = len(found.muscles) > 0, body_mass(scene.character) > 0.0
+    measures = [
+        *(paths(found, ours) if muscles else []), *(dynamics(found, ours) if heavy else []),
+        *([forces(found, ours)] if muscles else []),
+    ]  # fmt: skip
     report: dict[str, Any] = {"model": file.name, "poses": poses, "seed": seed}
     return report | {"measures": [asdict(one) for one in measures], "jumps": jumps(found, ours) if moves else None}
 
@@ -233,6 +238,7 @@ def main(
     seed: Annotated[int, typer.Option(help="Of the poses.")] = 1,
     moves: Annotated[int, typer.Option(help="Moves of 0.1 degree.")] = 100_000,
     hard_points: Annotated[bool, typer.Option("--hard-points", help="As of `warpmuscle convert`.")] = False,
+    beyond: Annotated[float, typer.Option(help="Part of each range that poses may be beyond its ends.")] = 0.0,
     motion: Annotated[Path | None, typer.Option(help="Coordinates over time.")] = None,
     lengths: Annotated[Path | None, typer.Option(help="OpenSim's path lengths along it.")] = None,
     json_file: Annotated[Path | None, typer.Option("--json", help="File for all that was measured.")] = None,
@@ -245,7 +251,7 @@ def main(
             found = along(wm.load(model), motion, lengths)
             reports.append({"model": model.name, "poses": found.count, "seed": 0, "measures": [asdict(found)]})
         else:
-            reports.append(compare(model, poses, seed, moves, hard_points))
+            reports.append(compare(model, poses, seed, moves, hard_points, beyond))
         show(reports[-1])
         if json_file is not None:
             json_file.write_text(json.dumps(reports, indent=1))

@@ -59,17 +59,21 @@ class Numbers:
     line_length: Floats  # (m, M)
 
 
-def numbers(model: Path, poses: int, seed: int, moves: int) -> Numbers:
+def numbers(model: Path, poses: int, seed: int, moves: int, beyond: float = 0.0) -> Numbers:
     """OpenSim's numbers of a model, computed in a process of their own, or as kept.
+
+    Args:
+        beyond: part of each range, by which poses may be beyond both of its ends.
 
     Raises:
         SystemExit: OpenSim is not installed, or it does not read the model.
     """
-    key = hashlib.sha256(f"{FORMAT} {poses} {seed} {moves} ".encode() + model.read_bytes()).hexdigest()[:16]
+    wider = f"{beyond} " if beyond else ""
+    key = hashlib.sha256(f"{FORMAT} {poses} {seed} {moves} {wider}".encode() + model.read_bytes()).hexdigest()[:16]
     file = cache() / f"{model.stem}_{key}.npz"
     if not file.exists():
         file.parent.mkdir(parents=True, exist_ok=True)
-        with_process(_write, model, poses, seed, moves, file)
+        with_process(_write, model, poses, seed, moves, beyond, file)
     with np.load(file) as kept:
         return Numbers(**{field.name: kept[field.name] for field in fields(Numbers)})
 
@@ -87,18 +91,18 @@ def with_process(task: Callable[..., Any], *args: object) -> Any:
         return pool.submit(task, *args).result()
 
 
-def _write(model: Path, poses: int, seed: int, moves: int, file: Path) -> None:
-    found = asdict(_compute(model, poses, seed, moves))
+def _write(model: Path, poses: int, seed: int, moves: int, beyond: float, file: Path) -> None:
+    found = asdict(_compute(model, poses, seed, moves, beyond))
     part = file.with_suffix(".part.npz")
     np.savez_compressed(part, **found)
     part.replace(file)
 
 
-def _compute(file: Path, poses: int, seed: int, moves: int) -> Numbers:
+def _compute(file: Path, poses: int, seed: int, moves: int, beyond: float) -> Numbers:
     model, generator = Posed(file), np.random.default_rng(seed)
     free = model.independent
     rows: dict[str, list[Any]] = {name: [] for name in _OF_A_POSE}
-    q = model.random_poses(generator, poses)
+    q = model.random_poses(generator, poses, beyond)
     rate, acceleration = np.zeros_like(q), np.zeros_like(q)
     rate[:, free] = generator.normal(size=(poses, len(free)))
     acceleration[:, free] = generator.normal(scale=5.0, size=(poses, len(free)))
@@ -140,8 +144,8 @@ class Posed:
         self.state, self.bare_state = self.model.initSystem(), self.bare.initSystem()
         self.coordinates = _all(self.model.getCoordinateSet())
         self.bare_coordinates = _all(self.bare.getCoordinateSet())
-        self.names = [coordinate.getName() for coordinate in self.coordinates]
-        self.muscles = _all(self.model.getMuscles())
+        self.names = self._names()
+        self.muscles = [muscle for muscle in _all(self.model.getMuscles()) if muscle.appliesForce(self.state)]
         self.rotational = np.array([coordinate.getMotionType() != 2 for coordinate in self.coordinates])
         self.couplers = self._couplers()
         self.held = [c.getLocked(self.state) or c.isPrescribed(self.state) for c in self.coordinates]
@@ -150,6 +154,15 @@ class Posed:
         self.independent = np.array(known, dtype=np.int64)
         self.start = np.array([c.getDefaultValue() for c in self.coordinates])
         self.place = self._places()
+
+    def _names(self) -> list[str]:
+        """Names of all coordinates; one that comes again is called after the body that its joint carries."""
+        found: list[str] = []
+        for coordinate in self.coordinates:
+            name = coordinate.getName()
+            body = coordinate.getJoint().getChildFrame().findBaseFrame().getName()
+            found.append(name if name not in found else f"{body}_{name}")
+        return found
 
     def _couplers(self) -> list[tuple[int, int, Any, float]]:
         """Dependent and independent coordinate, function and its factor, of the couplers that are enforced."""
@@ -184,11 +197,13 @@ class Posed:
         widest = UNBOUNDED[bool(self.rotational[k])]
         return (-widest, widest) if high - low > 50.0 or not low < high else (low, high)
 
-    def random_poses(self, generator: np.random.Generator, count: int) -> Floats:
-        """Poses (count, K) with couplers satisfied."""
+    def random_poses(self, generator: np.random.Generator, count: int, beyond: float = 0.0) -> Floats:
+        """Poses (count, K) with couplers satisfied; beyond the ranges by up to a part of them."""
         q = np.repeat(self.start[None], count, axis=0)
         for k in self.independent:
-            q[:, k] = generator.uniform(*self.range(k), count)
+            low, high = self.range(k)
+            more = beyond * (high - low)
+            q[:, k] = generator.uniform(low - more, high + more, count)
         return np.array([self.coupled(pose) for pose in q]).reshape(q.shape)
 
     def coupled(self, q: Floats) -> Floats:
@@ -226,7 +241,7 @@ class Posed:
 
     def _speeds(self, model: Any, state: Any, rate: Floats) -> Any:
         """The state's speeds, which are not the rates of a ball joint's angles."""
-        rates = np.zeros(len(rate))
+        rates = np.zeros(state.getNQ())
         rates[self.place] = rate
         speeds = self.opensim.Vector(state.getNU(), 0.0)
         model.getMatterSubsystem().multiplyByNInv(state, False, self.opensim.Vector.createFromMat(rates), speeds)
@@ -340,9 +355,10 @@ def main(
     poses: Annotated[int, typer.Option(help="Random poses.")] = 1000,
     seed: Annotated[int, typer.Option(help="Of the poses.")] = 1,
     moves: Annotated[int, typer.Option(help="Small moves.")] = 100_000,
+    beyond: Annotated[float, typer.Option(help="Part of each range that poses may be beyond its ends.")] = 0.0,
 ) -> None:
     """Compute, keep and describe OpenSim's numbers."""
-    found = numbers(model, poses, seed, moves)
+    found = numbers(model, poses, seed, moves, beyond)
     for field in fields(Numbers):
         print(f"{field.name:18} {getattr(found, field.name).shape}")
 

@@ -13,6 +13,7 @@ from warpmuscle.scene import Muscle, MuscleModel, Scene
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.opensim_root import root_motion
 from warpmuscle.scene.topology import topology
+from warpmuscle.scene.validation.skeleton import weightless
 from warpmuscle.simulation.stages import Stages
 from warpmuscle.studies.inverse_dynamics import inverse_dynamics
 
@@ -174,9 +175,11 @@ def bare(scene: Scene) -> Scene:
         for name, muscle in scene.character.muscles.items()
     }
     character = msgspec.structs.replace(scene.character, muscles=muscles)
+    held = weightless(character)  # which is posed all the same
     return msgspec.structs.replace(
-        scene, character=character, muscle_model=MuscleModel(), forces={}, actuation={}, motion={}, time_step=0.001
-    )
+        scene, character=character, muscle_model=MuscleModel(), forces={}, time_step=0.001,
+        actuation={name: scene.actuation[name] for name in held}, motion={name: scene.motion[name] for name in held},
+    )  # fmt: skip
 
 
 def batches(count: int) -> Iterator[slice]:

@@ -20,6 +20,7 @@ from warpmuscle.kernels import (
     devices,
     dynamics,
     failure,
+    followed,
     follower,
     forces,
     hybrid,
@@ -42,7 +43,7 @@ from warpmuscle.kernels.muscle_stage import COMPLIANT, HILL, IDEAL, LEGACY, RIGI
 from warpmuscle.kernels.scratch import LIVES, PHASES, Life
 from warpmuscle.kernels.structs import Scratch
 
-BODIES, SLOTS = 15, 5
+BODIES, SLOTS, FOLLOWED = 15, 5, 2
 FLOATS = {"floats": 1, "integers": 1, "vectors": 3, "quaternions": 4, "matrices": 9, "symmetric": 6}
 TERMS = term_functions.ObjectiveKind(
     tuple(term_functions.MUSCLE_TERMS), tuple(term_functions.BODY_TERMS), tuple(term_functions.WHOLE_TERMS)
@@ -80,11 +81,15 @@ FUNCTIONS: dict[str, tuple[Any, ...]] = {
     "backward": (
         dynamics.backward_pass_of(dynamics.reduce_body), dynamics.backward_pass_of(coordinate_joint.reduce_any),
         follower.backward_pass_of_clusters(follower.reduce_any_cluster),
+        dynamics.backward_pass_of(followed.reduce_followed_of(False)),
+        followed.equations_of(False),  # of joints, whose factors leave torques and stiffness of drivers alone
     ),
     "forward": (
         dynamics.accelerate_root, dynamics.forward_pass_of(dynamics.accelerate_body),
         dynamics.forward_pass_of(coordinate_joint.accelerate_any),
         follower.forward_pass_of_clusters(coordinate_joint.accelerate_any),
+        followed.close_root, followed.solve_followed, followed.move_root, followed.correct_joint_of(False),
+        dynamics.forward_pass_of(followed.accelerate_followed_of(False)),
     ),
     "acted": (record.record_given_way_of(False), record.record_given_way_of(True)),
     "integration": (integration.integrate_stage, hybrid.hybrid_integrate_stage),
@@ -95,9 +100,15 @@ FUNCTIONS: dict[str, tuple[Any, ...]] = {
 @cache
 def layout() -> dict[str, set[int]]:
     """The floats that each part of the working set takes, read from the code of `work_at` and what adds to it."""
-    known = {"n": BODIES, "slots": SLOTS, **{k: v for k, v in vars(scratch).items() if isinstance(v, int)}}
+    known = {
+        "n": BODIES,
+        "slots": SLOTS,
+        "followed": FOLLOWED,
+        **{k: v for k, v in vars(scratch).items() if isinstance(v, int)},
+    }
     taken = {}
-    code = [ast.parse(inspect.getsource(one.func)).body[0] for one in (scratch.work_at, scratch.coordinate_work_at)]
+    views = (scratch.work_at, scratch.coordinate_work_at, scratch.followed_work_at_of(FOLLOWED))
+    code = [ast.parse(textwrap.dedent(inspect.getsource(one.func))).body[0] for one in views]
     for line in (line for function in code for line in function.body):  # type: ignore[attr-defined]
         if not isinstance(line, ast.Assign):
             continue
@@ -110,7 +121,7 @@ def layout() -> dict[str, set[int]]:
             }
         elif isinstance(line.targets[0], ast.Name) and not isinstance(value, ast.Call):
             known[line.targets[0].id] = eval(ast.unparse(value), {}, known)
-    taken["monomial"] = {scratch.work_floats(BODIES, True) + k for k in range(8)}
+    taken["monomial"] = {scratch.work_floats(BODIES, True, followed=FOLLOWED) + k for k in range(8)}
     return taken
 
 
@@ -150,7 +161,7 @@ def span(life: Life) -> tuple[int, int]:
 
 def test_everything_in_the_working_set_has_a_place_and_a_life():
     assert set(LIVES) == set(layout()) == set(Scratch.vars)
-    assert max(map(max, layout().values())) < scratch.work_floats(BODIES, True, 8)
+    assert max(map(max, layout().values())) < scratch.work_floats(BODIES, True, 8, followed=FOLLOWED)
     assert set(FUNCTIONS) == set(PHASES)
 
 

@@ -66,8 +66,8 @@ def info(sources: Sources, settings: Settings = None, trust: Trust = False) -> N
     words = ("body", "joint", "type", "parent")
     print_table(("body", "mass, kg", *words[1:]), bodies, words)
     if muscles := list(numeric.character.muscles.values()):
-        share = 100.0 * total_mass(muscles, numeric.muscle_model) / mass
-        out.print(f"{muscle_mass_text(muscles, numeric.muscle_model)}, {share:.3g} % of the body", markup=False)
+        share = f", {100.0 * total_mass(muscles, numeric.muscle_model) / mass:.3g} % of the body" if mass > 0.0 else ""
+        out.print(muscle_mass_text(muscles, numeric.muscle_model) + share, markup=False)
         _print_driven_mass(numeric)
         _print_muscles(numeric)
     width = max((len(p.name) for p in parameters), default=0)

@@ -194,12 +194,14 @@ def _place_of(scene: Scene, body: str, joints: dict[str, Floats], frames: int) -
     """Position (F, 3), m, of a body in the root's frame."""
     character = scene.character
     place, turn = np.zeros((frames, 3)), np.tile([0.0, 0.0, 0.0, 1.0], (frames, 1))
-    poses, moved = {character.root: (place, turn)}, {}
+    poses, moved, starts = {character.root: (place, turn)}, {}, {}
+    for name, joint in character.joints.items():
+        kind = joint_type(joint)
+        q, v = starts[name] = kind.start(joint, scene.initial_state.joints.get(name, JointState()))
+        moved[name] = joints.get(name, np.repeat(q, frames, axis=0)) if kind.scalars else None
     for name in topology(character).joints:
         joint = character.joints[name]
-        kind = joint_type(joint)
-        q, v = kind.start(joint, scene.initial_state.joints.get(name, JointState()))
-        moved[name] = joints.get(name, np.repeat(q, frames, axis=0)) if kind.scalars else None
+        kind, (q, v) = joint_type(joint), starts[name]
         source = moved[joint.follows or name]
         motion = kind.motion(joint, np.repeat(q, frames, axis=0) if source is None else source, np.repeat(v, frames, 0))
         turned = _turned(name, joints[name], scene) if kind.quaternion and name in joints else motion.orientation

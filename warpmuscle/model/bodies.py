@@ -20,6 +20,7 @@ from warpmuscle.scene import Box, ContactMaterial, Ground, Joint, Scene
 from warpmuscle.scene.geometry import contact_points
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.joints.joint_type import NO_AXIS, OTHER_AXIS
+from warpmuscle.scene.masses import TINY_MASS
 from warpmuscle.scene.topology import Topology
 
 
@@ -80,7 +81,7 @@ def skeleton_struct(scene: Scene, names: Topology, points: list[int], device: An
         first_point=points[:-1], end_point=points[1:],
     )  # fmt: skip
     s.foot_side = to_device(side or [0], int, device)
-    s.total_mass = to_device(mass.sum(axis=1, keepdims=True), float, device)
+    s.total_mass = to_device(np.maximum(mass.sum(axis=1, keepdims=True), TINY_MASS), float, device)
     columns = {
         "mass": mass,
         "com": stacked(com),

@@ -15,7 +15,7 @@ from warpmuscle.scene import Displacement, Scene
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.joints.coupled import span_of
 from warpmuscle.scene.joints.displacement import TURN, Span, pieces
-from warpmuscle.scene.topology import Topology
+from warpmuscle.scene.topology import Topology, followed_drivers
 
 
 def couplings_struct(scene: Scene, names: Topology, device: Any) -> structs.Couplings:
@@ -36,7 +36,10 @@ def couplings_struct(scene: Scene, names: Topology, device: Any) -> structs.Coup
     starts_of, coefficients = zip(*map(pieces, displacements, spans), strict=True)
     piece_start = starts(map(len, starts_of))
     c = structs.Couplings()
-    c.joint = records_to_device(structs.Coupling, device, driver=names.driver, first=first)
+    rows_of = {driver: k for k, driver in enumerate(followed_drivers(character, names))}
+    row = [rows_of.get(driver, -1) for driver in names.driver]
+    c.joint = records_to_device(structs.Coupling, device, driver=names.driver, first=first, row=row)
+    c.followed = len(rows_of)
     columns = {
         "axis": stacked([normalized(rows(one.axis)) for one in displacements]),
         "first_piece": np.array([piece_start[:-1]]),

@@ -10,7 +10,7 @@ from warpmuscle.kernels.joint_motion import MotionOf, turning_motion
 from warpmuscle.kernels.joint_stages import SkeletonKind
 from warpmuscle.scene import Body, Character
 from warpmuscle.scene.joints import TYPES, JointType, RootType, joint_type, root_type
-from warpmuscle.scene.topology import followers
+from warpmuscle.scene.topology import followed_drivers, followers, topology
 
 
 def root_number(character: Character) -> int:
@@ -41,7 +41,8 @@ def compiled_skeleton(character: Character, law: str = "spring") -> SkeletonKind
             module, _, function = joint_type(joint).kernel.partition(":")
             motions[number] = getattr(import_module(module), function)
     joints = tuple(MotionOf(number, motions[number]) for number in sorted(motions))
-    return SkeletonKind(joints, any(map(has_turned_axes, character.bodies.values())), LAWS[law])
+    followed = len(followed_drivers(character, topology(character)))
+    return SkeletonKind(joints, any(map(has_turned_axes, character.bodies.values())), LAWS[law], followed)
 
 
 def has_turned_axes(body: Body) -> bool:

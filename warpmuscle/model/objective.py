@@ -17,6 +17,7 @@ from warpmuscle.model.user_functions import Kind, custom_conditions, custom_term
 from warpmuscle.scene import Objective, Scene
 from warpmuscle.scene.accounting import basal_rate, negative_share
 from warpmuscle.scene.ground import HELD, LIFTED, LOADED
+from warpmuscle.scene.masses import TINY_MASS
 from warpmuscle.scene.norms import (
     BINS,
     FORCE,
@@ -140,7 +141,7 @@ def term_values(
     mass = rows([body.mass for body in scene.character.bodies.values()]).sum(axis=1)
     energy = sums.get(f"metabolic_{scene.objective.metabolic_model}", 0.0)
     sums["metabolic"] = energy + np.asarray(basal_rate(scene.objective)) * mass * end_time
-    sums["cost_of_transport"] = sums["metabolic"] / (mass * np.maximum(distance, LEAST_DISTANCE))
+    sums["cost_of_transport"] = sums["metabolic"] / (np.maximum(mass, TINY_MASS) * np.maximum(distance, LEAST_DISTANCE))
     return {name: np.asarray(sums.get(name, np.zeros_like(end_time))) for name in names}
 
 

@@ -25,11 +25,12 @@ def initial_pose(scene: Scene) -> tuple[Poses, dict[str, Floats]]:
     character = scene.character
     poses: Poses = {character.root: (np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0]))}
     angles, moved = {}, {}
+    for name, joint in character.joints.items():
+        q, v = joint_type(joint).start(joint, scene.initial_state.joints.get(name, JointState()))
+        moved[name], angles[name] = (q, v), joint_type(joint).angles_of(joint, q)[0]
     for name in topology(character).joints:
         joint = character.joints[name]
         kind = joint_type(joint)
-        q, v = kind.start(joint, scene.initial_state.joints.get(name, JointState()))
-        moved[name], angles[name] = (q, v), kind.angles_of(joint, q)[0]
         motion = kind.motion(joint, *moved[joint.follows or name])
         position, orientation = poses[joint.parent]
         anchor = position + rotate(orientation, plain_vector(joint.position_in_parent) + motion.place[0])

@@ -105,7 +105,7 @@ def mass_warnings(scene: Scene) -> list[SceneError]:
     plain = substitute(scene, start_values(scene))
     mass = total_mass(list(plain.character.muscles.values()), plain.muscle_model)
     body = body_mass(plain.character)
-    if mass <= LARGEST_SHARE * body:
+    if mass <= LARGEST_SHARE * body or body == 0.0:
         return []
     message = (
         f"{mass:.3g} kg of muscle are {100.0 * mass / body:.3g} % of a body of {body:.3g} kg, where people have 31 to "

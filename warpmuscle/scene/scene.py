@@ -137,7 +137,7 @@ class Joint(Part):
     limit_damping: Annotated[Number, "N m s/rad"] = 20.0
     rotations: list[Displacement] = []
     translations: list[Displacement] = []
-    follows: str = ""  # joint, on the same parent, or which carries this one alone or through others that follow it
+    follows: str = ""  # joint with a single coordinate of its own, anywhere in the tree
 
 
 class Character(Part):

@@ -109,6 +109,25 @@ def followers(character: Character, joint: str) -> list[str]:
     return [name for name, other in character.joints.items() if other.follows == joint]
 
 
+def is_near(character: Character, joint: str) -> bool:
+    """Whether a joint that follows another one is its neighbour: on its parent, or on what moves with it alone."""
+    driver = character.joints[character.joints[joint].follows]
+    others = [character.joints[name].child for name in followers(character, character.joints[joint].follows)]
+    return character.joints[joint].parent in (driver.parent, driver.child, *others)
+
+
+def followed_drivers(character: Character, names: Topology) -> tuple[int, ...]:
+    """Bodies of the joints that others follow, if one is no neighbour of its own; else none.
+
+    Neighbours are eliminated with the joint that they follow (`kernels.follower`), all others together at the root
+    (`kernels.followed`).
+    """
+    following = [name for name, joint in character.joints.items() if joint.follows]
+    if all(is_near(character, name) for name in following):
+        return ()
+    return tuple(sorted({names.body_of_joint(character.joints[name].follows) for name in following}))
+
+
 def carried(joint: str, names: Topology) -> set[int]:
     """Numbers of the bodies that a joint carries."""
     found = {names.body_of_joint(joint)}

@@ -76,7 +76,9 @@ class KernelConfig(NamedTuple):
     def work_floats(self) -> int:
         """Numbers of the working set of an instance."""
         monomials = 0 if self.muscles is None else self.muscles.paths.monomials
-        return int(work_floats(self.capacity, bool(self.skeleton.joints), monomials, self.slots))
+        return int(
+            work_floats(self.capacity, bool(self.skeleton.joints), monomials, self.slots, self.skeleton.followed)
+        )
 
     @property
     def several_warps(self) -> bool:

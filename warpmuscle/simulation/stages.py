@@ -75,7 +75,9 @@ class Stages(Rollout):
             if joint_type(joint).by_coordinate and joint_number(name, self.scene.character) not in known:
                 raise RolloutError(f"single stages know no {joint.type} joint; run the whole step instead")
         monomials = monomial_room(self.scene.character.muscles.values())
-        floats = work_floats(capacity_of(len(self.names.bodies)), True, monomials)
+        floats = work_floats(
+            capacity_of(len(self.names.bodies)), True, monomials, followed=self.structure.skeleton.followed
+        )
         self._workspace = wp.zeros((self.instances, floats), dtype=float, device=self.device)
 
     def set_state(
@@ -249,7 +251,7 @@ class Stages(Rollout):
         torque[:, 1:] = self._rows(joint_torque, "joint_torque", b - 1, 3)
         torques = wp.array(torque, dtype=wp.vec3, device=self.device)
         outputs = [((self.names.speeds,), float), ((b,), wp.vec3), ((b,), wp.vec3)]
-        results = self._run(stages.forward_dynamics, [torques], outputs)
+        results = self._run(stages.forward_dynamics_of(self.structure.skeleton.followed), [torques], outputs)
         return dict(zip(("speed_rate", "acceleration", "angular_acceleration"), results, strict=True))
 
     def mass_matrix(self) -> Floats:

@@ -110,15 +110,15 @@ def test_what_is_not_read_is_noted_once_a_kind_with_its_line(tmp_path: Path):
     bodies = small.body("rod", more=mesh) + small.body("tip", more=mesh)
     joints = small.joint("PinJoint", "pin", "ground", "rod", small.coordinate("q"))
     joints += small.joint("WeldJoint", "weld", "rod", "tip")
-    forces = '<PointActuator name="l"/><Schutte1993Muscle name="m"/>'
+    forces = '<PointActuator name="l"/><StrangeMuscle name="m"/>'
     path, notes = small.written(tmp_path, small.model(bodies, joints, forces)), Notes()
     read(path, notes)
     found = {note.text.split()[0]: (note.line, note.reason) for note in notes.ignored}
     assert found["attached_geometry"][0] == 5
     assert found["attached_geometry"][1].startswith("not read; bodies are drawn")
     assert "pulls on nothing" in found["PointActuator"][1]
-    assert "make it a Millard2012EquilibriumMuscle" in found["Schutte1993Muscle"][1]
-    assert set(found) == {"attached_geometry", "PointActuator", "Schutte1993Muscle"}
+    assert "make it a Millard2012EquilibriumMuscle" in found["StrangeMuscle"][1]
+    assert set(found) == {"attached_geometry", "PointActuator", "StrangeMuscle"}
 
 
 @pytest.mark.parametrize(
@@ -166,3 +166,12 @@ def test_text_of_other_encodings_is_read(tmp_path: Path):
     assert read(path, Notes()).bodies[0].name == "rod"
     path.write_bytes(small.pendulum().replace("UTF-8", "UTF-16").encode("utf-16"))
     assert read(path, Notes()).bodies[0].name == "rod"
+
+
+def test_a_coordinate_starts_at_its_default_and_not_at_an_older_initial_value(tmp_path: Path):
+    text = OLD.replace(
+        "<default_value>0.3</default_value>", "<default_value>0.3</default_value><initial_value>0.1</initial_value>"
+    )
+    for given, start in ((text, 0.3), (OLD.replace("default_value", "initial_value"), 0.3)):
+        model = read(small.written(tmp_path, given), Notes())
+        assert model.coordinates["q"].value == start

@@ -22,6 +22,7 @@ from warpmuscle.formats.osim.tree import Branch, branches, joined, merge_welds, 
 from warpmuscle.scene import Actuation, Character, Failure, Marker, Motion, Scene
 from warpmuscle.scene.validation.paths import is_route, usual_drive
 from warpmuscle.scene.validation.scene import check_scene
+from warpmuscle.scene.validation.skeleton import weightless
 
 KNOTS = 201  # of a prescribed motion
 OUTSIDE = 1.0e-3  # rad or m, by which a coordinate may start outside of its range without a word
@@ -84,6 +85,7 @@ def build(
     notes.places["muscle_model"] = (model.file, model.muscles[0].line if model.muscles else model.line)
     _gravity(model, scene)
     _prescribe(scene, coordinates)
+    _hold_weightless(model, scene, coordinates, notes)
     build_forces(model, scene, skeleton, coordinates, notes)
     _settle_drives(scene)
     hold_ranges(scene, limit_stiffness)
@@ -135,6 +137,19 @@ def _prescribe(scene: Scene, coordinates: Coordinates) -> None:
         time = [0.0] if function.constant else [float(t) for t in np.linspace(0.0, scene.duration, KNOTS)]
         scene.motion[name] = Motion(time, [float(value) for value in function.values(np.array(time))])
         scene.initial_state.joints.pop(name, None)
+
+
+def _hold_weightless(model: Model, scene: Scene, coordinates: Coordinates, notes: Notes) -> None:
+    """Hold coordinates that move nothing with mass where they start, since no force has an effect on them."""
+    names = [name for name in weightless(scene.character) if name not in scene.actuation]
+    for name in names:
+        scene.actuation[name] = Actuation("kinematic")
+        scene.motion[name] = Motion([0.0], [coordinates.value(name)])
+        scene.initial_state.joints.pop(name, None)
+    if names:
+        some = ", ".join(names[:3]) + (", ..." if len(names) > 3 else "")
+        reason = f"nothing that {some} would move has mass: OpenSim finds no accelerations; held where the model starts"
+        notes.ignore(model.file, coordinates.by_name[names[0]].line, "Coordinate", reason)
 
 
 def _settle_drives(scene: Scene) -> None:

@@ -179,9 +179,15 @@ class MuscleBuilder:
             low, high = (end + margin for end, margin in zip(point.range, (-MARGIN, MARGIN), strict=True))
             if not argument:
                 return [ViaPoint(body, position)] if low <= function.at(0.0) <= high else []
-            if function.line is None or function.line[1] == 0.0:
-                message = f"{point.name!r}: its coordinate {point.coordinate!r} is no straight function of another one"
-                raise refused(self._model, point.line, message)
+            if function.line is None:
+                domain = finite_range(self._coordinates.by_name[argument])
+                spans = _all_within(function, (low, high), domain)
+                if len(spans) > 1:
+                    message = f"its coordinate {point.coordinate!r} comes into the range several times"
+                    raise refused(self._model, point.line, f"{point.name!r}: {message}")
+                return [ViaPoint(body, position, Condition(argument, *span, blend=0.0)) for span in spans]
+            if function.line[1] == 0.0:
+                return [ViaPoint(body, position)] if low <= function.line[0] <= high else []
             offset, slope = function.line
             low, high = sorted((max(min(end, FAR), -FAR) - offset) / slope for end in (low, high))
             return [ViaPoint(body, position, Condition(argument, low, high, blend=0.0))]
@@ -313,6 +319,37 @@ def _where(
     offset, slope = function.line
     low, high = sorted((max(min(end, FAR), -FAR) - offset) / slope for end in span)
     return [low, high] if low < high else []
+
+
+def _all_within(
+    function: Function, span: tuple[float, float], domain: tuple[float, float]
+) -> list[tuple[float, float]]:  # fmt: skip
+    """The spans of its argument in which a function is within a range, over its domain and half as far beyond."""
+    width = 0.5 * (domain[1] - domain[0])
+    places = np.linspace(domain[0] - width, domain[1] + width, 10 * SEARCHED)
+    inside = [bool(one) for one in (span[0] <= function.values(places)) & (function.values(places) <= span[1])]
+    ends = [
+        _crossing(function, span, float(places[k]), float(places[k + 1]))
+        for k in range(len(inside) - 1)
+        if inside[k] != inside[k + 1]
+    ]
+    if inside[0]:
+        ends = [-FAR, *ends]
+    if inside[-1]:
+        ends = [*ends, FAR]
+    return list(zip(ends[::2], ends[1::2], strict=True))
+
+
+def _crossing(function: Function, span: tuple[float, float], low: float, high: float) -> float:
+    """Where a function enters a range, or leaves it, between two places."""
+    first = span[0] <= function.at(low) <= span[1]
+    while high - low > 1e-12 * (1.0 + abs(low)):
+        middle = 0.5 * (low + high)
+        if middle in (low, high):
+            break
+        inside = span[0] <= function.at(middle) <= span[1]
+        low, high = (middle, high) if inside == first else (low, middle)
+    return 0.5 * (low + high)
 
 
 def _around_middle(function: Function, span: tuple[float, float], domain: tuple[float, float]) -> list[float]:

@@ -21,7 +21,7 @@ from warpmuscle.scene import Character, Coupling, InitialState, Joint, JointStat
 
 DIAGONAL = 1.0e-9  # of the largest moment: products of inertia below it come from rounding
 
-POINT = 1.0e-8  # m^2, least moment of inertia over mass: of a body whose mass is in a point or on a line
+POINT = 1.0e-9  # m^2, least moment of inertia over mass: of a body whose mass is in a point or on a line
 
 
 @dataclass
@@ -57,7 +57,7 @@ def build_skeleton(model: Model, tree: list[Branch], root: str, coordinates: Coo
         skeleton.character.root_joint = "free" if root == "free" else "planar"
     for branch in tree:
         if branch is tree[0] and root != "fixed":
-            _root(model, branch, skeleton, coordinates)
+            _root(model, branch, skeleton, coordinates, notes)
         else:
             _branch(model, branch, skeleton, coordinates, notes)
         notes.places[f"character.bodies.{branch.body.name}"] = (model.file, branch.body.line)
@@ -81,9 +81,6 @@ def _branch(model: Model, branch: Branch, skeleton: Skeleton, coordinates: Coord
     """The joints that lead to one body, and it."""
     joint, character = branch.joint, skeleton.character
     groups = grouped(branch.moves)
-    if isinstance(groups, str):
-        message = f"joint {joint.name!r}: coordinate {groups!r} moves it before and after another one does"
-        raise refused(model, joint.line, f"{message}, which cannot be represented")
     own = {coordinate.name for coordinate in joint.coordinates}
     masters = {move.argument for move in branch.moves if move.argument} - own
     near, far = (on_body(model, frame) for frame in (branch.near, branch.far))
@@ -93,7 +90,7 @@ def _branch(model: Model, branch: Branch, skeleton: Skeleton, coordinates: Coord
     skeleton.placement.bodies[branch.body.path] = placed
     last = list(row.joints.values())[-1]
     last.position_in_child = vector(placed.point(row.end))
-    for name, body in {**row.bodies, branch.body.name: _mass(model, branch.body, row.axes)}.items():
+    for name, body in {**row.bodies, branch.body.name: _mass(model, branch.body, row.axes, notes)}.items():
         if name in character.bodies:
             raise refused(model, branch.body.line, f"two bodies would be called {name!r}; rename this one")
         character.bodies[name] = body
@@ -126,15 +123,14 @@ def _coordinate(name: str, joint: Joint, initial: InitialState, coordinates: Coo
         initial.joints[name] = JointState(coordinate=coordinate.value, speed=coordinate.speed)
 
 
-def _root(model: Model, branch: Branch, skeleton: Skeleton, coordinates: Coordinates) -> None:
+def _root(model: Model, branch: Branch, skeleton: Skeleton, coordinates: Coordinates, notes: Notes) -> None:
     """A root that is free or planar, where it starts, and the joint that it is in the model."""
-    joint = branch.joint
     near, far = (on_body(model, frame) for frame in (branch.near, branch.far))
     axes = WORLD @ near[1]
     placed = Placed(branch.body.name, axes @ far[1].T, branch.body.center)
     skeleton.placement.bodies[branch.body.path] = placed
     skeleton.character.root = placed.name
-    skeleton.character.bodies[placed.name] = _mass(model, branch.body, placed.axes)
+    skeleton.character.bodies[placed.name] = _mass(model, branch.body, placed.axes, notes)
     at, own = vector(WORLD @ near[2]), vector(placed.point(far[2]))
     kept = Joint("coupled", "ground", placed.name, at, own)
     turns = [move for move in branch.moves if move.turns]
@@ -144,8 +140,6 @@ def _root(model: Model, branch: Branch, skeleton: Skeleton, coordinates: Coordin
     skeleton.opensim.root = kept
     skeleton.opensim.root_coordinates = [move.argument for move in (*turns, *shifts)]
     values = {name: coordinates.by_name[name] for name in skeleton.opensim.root_coordinates}
-    if {one.name for one in joint.coordinates} - set(values):
-        raise refused(model, joint.line, f"joint {joint.name!r} has a coordinate that moves nothing")
     turn, spin = np.array([0.0, 0.0, 0.0, 1.0]), np.zeros(3)
     for move, one in zip(turns, kept.rotations, strict=True):
         along = np.array(one.axis, dtype=float)
@@ -167,23 +161,33 @@ def _root(model: Model, branch: Branch, skeleton: Skeleton, coordinates: Coordin
     skeleton.initial.root_velocity = vector(speed + np.cross(spin, lever))
 
 
-def _mass(model: Model, body: Body, axes: Floats) -> SceneBody:
-    """Mass and principal moments of a body, whose axes ours are turned by a matrix.
+def _mass(model: Model, body: Body, axes: Floats, notes: Notes) -> SceneBody:
+    """Mass and principal moments of a body, whose axes ours are turned by a matrix, as OpenSim 4.6 takes them.
+
+    Without mass there is no inertia; moments that no body has are computed with. Both are noted.
 
     Raises:
-        SceneError: no body can have these.
+        SceneError: the mass is negative.
     """
     matrix = axes @ body.inertia @ axes.T
+    if body.mass < 0.0:
+        raise refused(model, body.line, f"body {body.name!r}: a mass of {body.mass:g} is none that a body has")
+    if body.mass == 0.0:
+        if np.any(matrix):
+            reason = "has an inertia and no mass; it counts as one without both, as in OpenSim"
+            notes.ignore(model.file, body.line, f"Body {body.name}", reason)
+        return SceneBody(0.0, (0.0, 0.0, 0.0))
     moments, principal = np.diagonal(matrix).copy(), np.eye(3)
     largest = float(np.max(np.abs(matrix)))
     if largest > 0.0 and np.max(np.abs(matrix - np.diag(moments))) > DIAGONAL * largest:
         moments, principal = np.linalg.eigh(matrix)
         principal[:, 2] *= np.sign(np.linalg.det(principal))
-    if body.mass < 0.0 or np.any(moments < -DIAGONAL * largest) or (body.mass == 0.0 < largest):
+    if np.any(moments < -DIAGONAL * largest):
         listed = ", ".join(f"{moment:g}" for moment in moments)
-        message = f"body {body.name!r}: no body has mass {body.mass:g} and moments of inertia {listed}"
-        raise refused(model, body.line, message)
-    moments = np.maximum(moments, POINT * body.mass)
+        reason = f"no body has moments of inertia of {listed} kg m^2; they are computed with, as in OpenSim"
+        notes.ignore(model.file, body.line, f"Body {body.name}", reason)
+    negative = moments < -DIAGONAL * largest
+    moments = np.where(negative, moments, np.maximum(moments, POINT * body.mass))
     found = SceneBody(body.mass, vector(moments))
     if not np.array_equal(principal, np.eye(3)):
         found.inertia_axes = quaternion(principal)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -65,8 +67,10 @@ def row_of(
             for move in group:
                 here.fold(move)
             continue
-        last = _joint(group, here, masters)
-        key = group[0].coordinate if last.follows else group[0].argument
+        argument = group[0].argument
+        again = argument in row.joints  # it moved the joint before another coordinate did
+        last = _joint(group, here, masters | {argument} if again else masters)
+        key = name_beside(group[0].coordinate if last.follows else argument, row.joints)
         last.child = f"{child}_{key}"
         row.joints[key] = last
         row.bodies[last.child] = NOTHING
@@ -81,6 +85,13 @@ def row_of(
     row.axes = here.body.axes @ here.turn @ turn.T
     row.end = place_in_child if last is None else place_in_child - turn @ here.turn.T @ here.place
     return row
+
+
+def name_beside(name: str, taken: Iterable[str]) -> str:
+    """A name, with a number behind it if it is taken."""
+    names = set(taken)
+    tried = (f"{name}_{number}" for number in itertools.count(2))
+    return name if name not in names else next(one for one in tried if one not in names)
 
 
 def _joint(group: list[Move], here: _Here, masters: set[str]) -> Joint:

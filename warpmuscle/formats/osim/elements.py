@@ -15,6 +15,8 @@ from warpmuscle.core.limits import GREATEST_NUMBER, check_size
 from warpmuscle.core.plain_text import number_of
 
 UTF_16 = (b"\xff\xfe", b"\xfe\xff")
+COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
+STRAY = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ufffe\uffff]")
 NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?", re.ASCII)
 INFINITE = {"inf": float("inf"), "infinity": float("inf")}
 
@@ -110,7 +112,39 @@ def parse(path: Path) -> Element:
     Raises:
         SceneError: it cannot be read, is no XML, declares a type or entities, or is beyond a limit; with file and line.
     """
-    return _Parser(path, _text(path)).root
+    text = _text(path)
+    try:
+        return _Parser(path, text).root
+    except _Unsound as first:
+        try:
+            return _Parser(path, _mended(text)).root
+        except _Unsound:
+            raise first.error from None
+
+
+def _mended(text: str) -> str:
+    """A text as OpenSim's parser takes it, with as many lines.
+
+    That takes two hyphens and `<` within comments, bytes that are no characters, and whatever stands before and
+    behind the elements.
+    """
+    text = COMMENT.sub(lambda found: "\n" * found.group().count("\n"), text)
+    text = STRAY.sub(" ", text)
+    start = text.find("<")
+    before = text[: max(start, 0)].count("\n")
+    body = text[max(start, 0) :]
+    end = body.rfind(">") + 1
+    if before and body.startswith("<?xml"):  # a declaration must be the first thing
+        body, end = body[body.find("?>") + 2 :], end - body.find("?>") - 2
+    return "\n" * before + body[:end]
+
+
+class _Unsound(Exception):
+    """A text is not XML, which may be mended."""
+
+    def __init__(self, error: SceneError) -> None:
+        super().__init__()
+        self.error = error
 
 
 def _text(path: Path) -> str:
@@ -145,7 +179,8 @@ class _Parser:
         try:
             self._expat.Parse(text.encode("utf-8", errors="replace"), True)
         except expat.ExpatError as error:
-            raise self._error(f"not sound XML: {expat.ErrorString(error.code)}", error.lineno) from None
+            message = f"not sound XML: {expat.ErrorString(error.code)}"
+            raise _Unsound(self._error(message, error.lineno)) from None
         assert self._root is not None  # or there would have been an error
         self.root = self._root
 

@@ -14,6 +14,11 @@ from warpmuscle.formats.osim.records import Force, Frame, Joint, Model, Muscle, 
 
 GROUND = "/ground"
 OFFSETS = "PhysicalOffsetFrame"
+BY_STATIONS = "StationDefinedFrame"
+FRAMES = (OFFSETS, BY_STATIONS)
+SIGNED_AXES = {sign + letter: (k, -1.0 if sign == "-" else 1.0) for sign in ("", "+", "-") for k, letter in
+    enumerate("xyz")}  # fmt: skip
+FLAT = 1.0e-9  # m^2, twice the area of a triangle that gives a frame no axes
 
 
 def turned(angles: Vec3 | list[float]) -> Floats:
@@ -34,6 +39,8 @@ class Frames:
     def __init__(self, model: Model) -> None:
         self._frames = model.frames
         self.offsets: list[tuple[str, Element]] = []  # paths and elements of frames that hang on others
+        self._by_stations: dict[str, Element] = {}  # elements of frames that stations define, by path
+        self._stations: dict[str, Element] = {}  # by path
         self._by_name: dict[str, list[str]] = {}
 
     def add(self, path: str, element: Element) -> None:
@@ -45,11 +52,26 @@ class Frames:
         """The frames that an element owns, and theirs; `path` is that of the owner."""
         for holder in (owner.child("frames"), owner.child("components")):
             for child in holder.children if holder is not None else ():
-                if child.tag == OFFSETS:
-                    self.add_offset(f"{path}/{child.name}", child)
+                self.add_component(f"{path}/{child.name}", child)
 
-    def add_offset(self, path: str, element: Element) -> None:
-        """An offset frame and those that it owns."""
+    def add_component(self, path: str, element: Element) -> None:
+        """A frame and those that it owns, or a station; other components are left alone."""
+        if element.tag == OFFSETS:
+            self._add_offset(path, element)
+        elif element.tag == BY_STATIONS:
+            element.used = True
+            self._put(path, Frame(path, element.line, "?", np.eye(3), np.zeros(3)), element)
+            self._by_stations[path] = element
+            self.add_owned(path, element)
+        elif element.tag in ("Station", "Marker"):
+            self.add_station(path, element)
+
+    def add_station(self, path: str, element: Element) -> None:
+        """A point that may define a frame."""
+        element.used = True
+        self._stations[path] = element
+
+    def _add_offset(self, path: str, element: Element) -> None:
         element.used = True
         place, turn = element.child("translation"), element.child("orientation")
         rotation = turned(turn.numbers(3)) if turn is not None else np.eye(3)
@@ -65,21 +87,65 @@ class Frames:
         self._by_name.setdefault(frame.name, []).append(path)
 
     def connect(self) -> None:
-        """Give offset frames their parents.
+        """Give offset frames their parents, and frames that stations define their axes.
 
         Raises:
-            SceneError: a frame hangs on none, or on itself.
+            SceneError: a frame hangs on none, or on itself; or stations are none, on several bodies, or on a line.
         """
         for path, element in self.offsets:
             frame = self._frames[path]
             parent = self.socket(element, path, "parent")
             self._frames[path] = Frame(path, frame.line, parent, frame.rotation, frame.translation)
+        for path in self._by_stations:
+            self._place(path, [])
         for path, element in self.offsets:
-            visited = [path]
-            while self._frames[visited[-1]].parent:
-                visited.append(self._frames[visited[-1]].parent)
-                if visited[-1] in visited[:-1] or len(visited) > len(self._frames):
-                    element.fail("hangs on itself, by way of its parents")
+            self._base(path, element, [])
+
+    def _base(self, path: str, element: Element, visited: list[str]) -> tuple[str, Floats, Floats]:
+        """The body that a frame is fixed to, and its axes and origin there; `element` is who asks."""
+        rotation, translation = np.eye(3), np.zeros(3)
+        while self._frames[path].parent:
+            if path in visited:
+                element.fail("hangs on itself, by way of its parents")
+            if self._frames[path].parent == "?":
+                self._place(path, visited)
+            visited = [*visited, path]
+            frame = self._frames[path]
+            translation = frame.translation + frame.rotation @ translation
+            rotation = frame.rotation @ rotation
+            path = frame.parent
+        return path, rotation, translation
+
+    def _place(self, path: str, visited: list[str]) -> None:
+        """Find the axes and the origin of a frame that stations define, on their body."""
+        if self._frames[path].parent != "?":
+            return
+        element = self._by_stations[path]
+        if path in visited:
+            element.fail("hangs on itself, by way of its stations")
+        names = ("point_a", "point_b", "point_c", "origin_point")
+        found = [self._station(element, path, name, [*visited, path]) for name in names]
+        bodies = list(dict.fromkeys(body for body, _ in found))
+        if len(bodies) > 1:
+            element.fail(f"its stations are on different bodies, {bodies[0]} and {bodies[1]}")
+        a, b, c, origin = (place for _, place in found)
+        rotation = _axes_of(element, b - a, np.cross(b - a, c - a))
+        self._frames[path] = Frame(path, element.line, bodies[0], rotation, origin)
+
+    def _station(self, owner: Element, path: str, name: str, visited: list[str]) -> tuple[str, Floats]:
+        """The body of a station that a frame at `path` names, and its place there."""
+        socket = owner.child(f"socket_{name}")
+        text = socket.word() if socket is not None else ""
+        inside = posixpath.normpath(posixpath.join(path, text))
+        last = text.rpartition("/")[2]
+        named = [one for one in self._stations if one.rpartition("/")[2] == last]
+        where = next((one for one in (inside, f"/{text}", *named) if text and one in self._stations), "")
+        if not where:
+            owner.fail(f"there is no station {text!r}, which <socket_{name}> names" if text else f"names no {name}")
+        station = self._stations[where]
+        place = station.child("location")
+        body, rotation, translation = self._base(self.socket(station, where, "parent_frame"), owner, visited)
+        return body, translation + rotation @ np.array(place.numbers(3) if place is not None else np.zeros(3))
 
     def socket(self, element: Element, path: str, name: str) -> str:
         """Path of the frame that a socket of an element at `path` names."""
@@ -100,6 +166,27 @@ class Frames:
         if len(bodies) == 1 or len(named) == 1:
             return (bodies or named)[0]
         socket.fail(f"there is no frame {text!r}" if not named else f"{text!r} may be {' or '.join(named[:4])}")
+
+
+def _axes_of(element: Element, ab: Floats, normal: Floats) -> Floats:
+    """The axes (3, 3) of a frame, one along an edge of a triangle and one along its normal."""
+    if not np.linalg.norm(normal) > FLAT:
+        element.fail("its points a, b and c lie on a line")
+    axes = np.zeros((3, 3))
+    taken = []
+    for tag, usual, along in (("ab_axis", "+x", ab), ("ab_x_ac_axis", "+y", normal)):
+        given = element.child(tag)
+        word = (given.word() if given is not None else "").lower() or usual
+        if word not in SIGNED_AXES:
+            element.fail(f"<{tag}> is one of +x, -x, +y, -y, +z and -z, not {word!r}")
+        column, sign = SIGNED_AXES[word]
+        axes[:, column] = sign * along / np.linalg.norm(along)
+        taken.append(column)
+    if taken[0] == taken[1]:
+        element.fail("<ab_axis> and <ab_x_ac_axis> must be different axes")
+    last = 3 - sum(taken)
+    axes[:, last] = np.cross(axes[:, (last + 1) % 3], axes[:, (last + 2) % 3])
+    return axes
 
 
 def on_body(model: Model, path: str) -> tuple[str, Floats, Floats]:

@@ -112,11 +112,11 @@ def reversed_moves(moves: list[Move]) -> list[Move]:
     ]
 
 
-def grouped(moves: list[Move]) -> list[list[Move]] | str:
+def grouped(moves: list[Move]) -> list[list[Move]]:
     """Moves in groups of one argument, one after the other; constant ones alone, or within a group.
 
-    Shifts may change places among themselves, so that one joins the turn that follows them. A string says what a group
-    is torn by.
+    Shifts may change places among themselves, so that one joins the turn that follows them. An argument has several
+    groups where another one moves the joint between them.
     """
     first = next((index for index, move in enumerate(moves) if move.turns), len(moves))
     shifts, turns = moves[:first], moves[first:]
@@ -133,9 +133,7 @@ def grouped(moves: list[Move]) -> list[list[Move]] | str:
             groups[-2:] = [[*groups[-2], *groups[-1], move]]
         else:
             groups.append([move])
-    arguments = [group[0].argument for group in groups if group[0].argument]
-    torn = next((name for name in arguments if arguments.count(name) > 1), "")
-    return torn or groups
+    return groups
 
 
 def _around(groups: list[list[Move]], move: Move) -> bool:

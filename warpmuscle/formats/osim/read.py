@@ -8,12 +8,12 @@ from pathlib import Path
 from warpmuscle.formats.lines import Notes
 from warpmuscle.formats.osim.elements import Element, parse
 from warpmuscle.formats.osim.forces import NUMBERS, lost_force, read_contact, read_force, read_marker, words_of
-from warpmuscle.formats.osim.frames import OFFSETS, Frames
-from warpmuscle.formats.osim.paths import CLASSES, read_muscle, read_surfaces
+from warpmuscle.formats.osim.frames import FRAMES, Frames
+from warpmuscle.formats.osim.paths import CLASSES, STOOD_FOR, read_muscle, read_surfaces, stand_in
 from warpmuscle.formats.osim.properties import Properties
 from warpmuscle.formats.osim.records import Model
 from warpmuscle.formats.osim.skeleton import read_bodies, read_constraint, read_joint
-from warpmuscle.formats.osim.upgrade import upgraded
+from warpmuscle.formats.osim.upgrade import rename_duplicates, upgraded
 
 NEWEST = 49999  # version of the format: later ones may mean other things by the same words
 OLDEST = 10500  # of files that do not say it
@@ -56,6 +56,7 @@ def read(path: Path, notes: Notes) -> Model:
         document.fail("there is no <Model> in it; a model as OpenSim saves it is needed")
     top.used = True
     upgraded(top, version)
+    rename_duplicates(top, notes)
     found = Model(path, top.name or path.stem, top.line, version)
     found.credits = " ".join(own_text.words()) if (own_text := top.child("credits")) is not None else ""
     defaults = top.child("defaults")
@@ -94,9 +95,9 @@ def _version(document: Element) -> int:
 
 
 def _check_units(top: Element) -> None:
-    for tag, units in (("length_units", ("meters", "m")), ("force_units", ("n", "newtons"))):
+    for tag, units in (("length_units", ("meters", "m")), ("force_units", ("n", "newtons", "newton"))):
         found = top.child(tag)
-        if found is not None and found.word().lower() not in (*units, ""):
+        if found is not None and found.word().lower() not in (*units, "", "unassigned"):
             found.fail(f"lengths must be in metres and forces in newtons, not in {found.word()}")
 
 
@@ -115,11 +116,13 @@ def _skeleton(top: Element, found: Model, frames: Frames, own: Properties) -> No
     for force in _members(top, "ForceSet"):
         frames.add_owned(f"/forceset/{force.name}", force)
     for component in _members(top, "ComponentSet"):
-        if component.tag == OFFSETS:
-            frames.add_offset(f"/componentset/{component.name}", component)
+        if component.tag in (*FRAMES, "Station"):
+            frames.add_component(f"/componentset/{component.name}", component)
         else:
             component.used = False
     frames.add_owned("", top)
+    for marker in _members(top, "MarkerSet"):
+        frames.add_station(f"/markerset/{marker.name}", marker)
     frames.connect()
     holders = [(f"/bodyset/{body.name}", body) for body in _members(top, "BodySet")]
     for path, holder in (*holders, *((("/ground", ground),) if ground is not None else ()), *frames.offsets):
@@ -142,7 +145,11 @@ def _forces(top: Element, found: Model, frames: Frames, own: Properties, notes: 
     for element in _members(top, "ForceSet"):
         if not own.applied(element):
             _leave_out(notes, element, SWITCHED_OFF)
-        elif element.tag in CLASSES:
+            continue
+        if element.tag in STOOD_FOR:
+            text = f"{element.tag} {element.name}"
+            notes.ignore(element.file, element.line, text, stand_in(element, own))
+        if element.tag in CLASSES:
             if element.name in names or not element.name:
                 element.fail("a muscle needs a name that no other one has")
             names[element.name] = element.line

@@ -123,7 +123,8 @@ def _coordinate(element: Element, joint: str, own: Properties) -> Coordinate:
         function = owned_function(given)
     elif given is not None and given.children:
         given.children[0].used = True
-    value = own.find(element, "default_value", "initial_value")
+    older, value = element.child("initial_value"), own.find(element, "default_value")
+    value = older if value is None else value
     start = value.number() if value is not None and value.words() else 0.0
     speed = own.number(element, "default_speed_value", 0.0)
     element.child("motion_type", "is_free_to_satisfy_constraints")

@@ -8,12 +8,13 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.number_rows import rows
 from warpmuscle.core.pose import multiply, rotate
-from warpmuscle.scene import Body, Capsule, Character, Joint, Shape, Sphere
+from warpmuscle.scene import Body, Capsule, Character, Joint, Scene, Shape, Sphere
 from warpmuscle.scene.joints import TYPES, joint_type
 from warpmuscle.scene.masses import is_zero, massless
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.scene.topology import carried, followers, topology
 from warpmuscle.scene.validation.checks import Checks, known, near
+from warpmuscle.scene.validation.motion import kinematic_axes
 
 _ANY = (0.61, -0.37, 0.83, 0.42)  # coordinates at which no axes meet by chance
 
@@ -40,8 +41,8 @@ def check_skeleton(checks: Checks) -> None:
         if joint.follows:
             _follower(f"character.joints.{name}", joint, character)
     if any(massless(body) for body in character.bodies.values()):
-        _moves_mass(character)
-        _independent(substitute(checks.checked, start_values(checks.checked)).character)
+        _moves_mass(character, _held(checks.checked))
+        _independent(substitute(checks.checked, start_values(checks.checked)).character, _held(checks.checked))
 
 
 def _body(checks: Checks, key: str, body: Body) -> None:
@@ -51,7 +52,8 @@ def _body(checks: Checks, key: str, body: Body) -> None:
             raise SceneError("must be greater than 0, or 0 along with all of the body's inertia", key=f"{key}.mass")
         checks.positive(key, body, "mass")
         for index, moment in enumerate(body.inertia):
-            checks.positive_number(f"{key}.inertia.{index}", moment)
+            if checks.checked.opensim is None:  # which computes with moments that no body has
+                checks.positive_number(f"{key}.inertia.{index}", moment)
     checks.not_zero(f"{key}.inertia_axes", body.inertia_axes, "quaternion")
     checks.not_negative(key, body, "friction")
     for index, shape in enumerate(body.shapes):
@@ -108,7 +110,7 @@ def _tree(character: Character) -> None:
 
 
 def _follower(key: str, joint: Joint, character: Character) -> None:
-    """A joint follows one of one coordinate, beside it or on what moves with that coordinate alone."""
+    """A joint follows one that has a single coordinate of its own."""
     key = f"{key}.follows"
     known(joint.follows, character.joints, "joint", key)
     driver = character.joints[joint.follows]
@@ -116,33 +118,43 @@ def _follower(key: str, joint: Joint, character: Character) -> None:
         raise SceneError(f"{joint.follows!r} follows {driver.follows!r} itself; name that one instead", key=key)
     if joint_type(driver).scalars != 1:
         raise SceneError(f"{joint.follows!r} is a {driver.type} joint, which has no single coordinate", key=key)
-    allowed = [driver.parent, driver.child, *(character.joints[n].child for n in followers(character, joint.follows))]
-    if joint.parent not in allowed or joint.parent == joint.child:
-        message = (
-            f"a joint that follows {joint.follows!r} hangs on its parent {driver.parent!r}, on its child "
-            f"{driver.child!r}, or on the child of another one that follows it, not on {joint.parent!r}"
-        )
-        raise SceneError(message, key=key)
+    if joint.parent == joint.child:
+        raise SceneError(f"hangs on its own child {joint.child!r}", key=key)
 
 
-def _moves_mass(character: Character) -> None:
-    """Every joint that moves, and a root that does, carries something that has mass."""
+def _held(scene: Scene) -> set[str]:
+    """Joints whose motion is prescribed, which no force moves."""
+    counts = {name: len(joint_type(joint).speeds) for name, joint in scene.character.joints.items()}
+    return {name for name, count in counts.items() if 0 < count == len(kinematic_axes(scene, name))}
+
+
+def weightless(character: Character) -> list[str]:
+    """Joints that move nothing that has mass."""
+    names = topology(character)
+    found = []
+    for name, joint in character.joints.items():
+        if joint_type(joint).moves:
+            beyond = {body for mover in (name, *followers(character, name)) for body in carried(mover, names)}
+            if all(massless(character.bodies[names.bodies[body]]) for body in beyond):
+                found.append(name)
+    return found
+
+
+def _moves_mass(character: Character, held: set[str]) -> None:
+    """Every joint that forces move, and a root that they do, carries something that has mass."""
     if massless(character.bodies[character.root]) and character.root_joint != "fixed":
         message = f"a root that moves has mass; give it some, or make root_joint fixed, not {character.root_joint}"
         raise SceneError(message, key=f"character.bodies.{character.root}.mass")
-    names = topology(character)
-    for name, joint in character.joints.items():
-        if not joint_type(joint).moves:
-            continue
-        beyond = {body for mover in (name, *followers(character, name)) for body in carried(mover, names)}
-        if all(massless(character.bodies[names.bodies[body]]) for body in beyond):
+    for name in weightless(character):
+        if name not in held:
             message = (
-                f"joint {name!r} moves nothing that has mass; give this body mass, or hang one that has some on it"
+                f"joint {name!r} moves nothing that has mass; give this body mass, hang one that has some on it, "
+                f"or prescribe the joint's motion"
             )
-            raise SceneError(message, key=f"character.bodies.{joint.child}.mass")
+            raise SceneError(message, key=f"character.bodies.{character.joints[name].child}.mass")
 
 
-def _independent(character: Character) -> None:
+def _independent(character: Character, held: set[str]) -> None:
     """Joints of several bodies without mass in a row move the next one in different ways."""
     children: dict[str, list[str]] = {}
     for name, joint in character.joints.items():
@@ -158,6 +170,7 @@ def _independent(character: Character) -> None:
             row += beyond
         if len(row) > 1 and any(character.joints[name].follows for name in row):
             continue
+        row = [name for name in row if name not in held]
         if len(row) > 1 and not _has_full_rank(_axes([character.joints[name] for name in row])):
             message = (
                 f"the joints {', '.join(map(repr, row))}, with nothing that has mass between them, move "

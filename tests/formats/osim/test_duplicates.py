@@ -1,0 +1,66 @@
+"""Names that a model has twice: joints, frames and muscles get OpenSim's names, coordinates their body's."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import osim_models as small
+from warpmuscle.formats import Ignored, load
+from warpmuscle.scene import Scene
+
+
+def two_pins(first: str, second: str, forces: str = "") -> str:
+    """Two links on pins of one name, whose coordinates are called as given."""
+    joints = small.joint("PinJoint", "pin", "ground", "upper", small.coordinate(first)) + small.joint(
+        "PinJoint", "pin", "upper", "lower", small.coordinate(second), place="0 -0.3 0"
+    )
+    bodies = small.body("upper", center="0 -0.1 0") + small.body("lower", center="0 -0.1 0")
+    return small.model(bodies, joints, forces)
+
+
+def loaded(folder: Path, text: str) -> tuple[Scene, list[Ignored]]:
+    ignored: list[Ignored] = []
+    return load(small.written(folder, text), ignored=ignored), ignored
+
+
+def test_joints_of_one_name_both_carry_their_bodies(tmp_path: Path):
+    scene, ignored = loaded(tmp_path, two_pins("a", "b"))
+    assert {name: joint.child for name, joint in scene.character.joints.items()} == {"a": "upper", "b": "lower"}
+    (note,) = [note for note in ignored if "'pin_0'" in note.reason]
+    assert note.line > 0
+    assert note.text == "PinJoint pin"
+
+
+def test_a_coordinate_that_comes_again_is_called_after_its_body_and_paths_to_it_find_it(tmp_path: Path):
+    moving = (
+        '<ConditionalPathPoint name="p"><socket_parent_frame>/bodyset/lower</socket_parent_frame><location>0.05 -0.05 0'
+        "</location><socket_coordinate>/jointset/pin_0/q</socket_coordinate><range>0.1 1</range></ConditionalPathPoint>"
+    )
+    points = small.point("a", "upper", "0.02 -0.1 0") + moving + small.point("b", "lower", "0.02 -0.1 0")
+    scene, ignored = loaded(tmp_path, two_pins("q", "q", small.muscle("m", points)))
+    assert list(scene.character.joints) == ["q", "lower_q"]
+    condition = scene.character.muscles["m"].path[1].condition
+    assert condition is not None
+    assert condition.joint == "lower_q"
+    assert any("'lower_q'" in note.reason for note in ignored)
+
+
+def test_muscles_of_one_name_are_two(tmp_path: Path):
+    points = small.point("a", "upper", "0.02 -0.1 0") + small.point("b", "lower", "0.02 -0.1 0")
+    text = two_pins("a", "b", small.muscle("m", points) + small.muscle("m", points) + small.muscle("m", points))
+    scene, _ = loaded(tmp_path, text)
+    assert list(scene.character.muscles) == ["m", "m_0", "m_1"]
+
+
+def test_names_are_those_that_opensim_gives(tmp_path: Path):
+    opensim = pytest.importorskip("opensim")
+    opensim.Logger.setLevelString("off")
+    path = small.written(tmp_path, two_pins("a", "b"))
+    model = opensim.Model(str(path))
+    model.initSystem()
+    assert [joint.getName() for joint in model.getJointSet()] == ["pin", "pin_0"]
+    lower = model.getBodySet().get("lower")
+    scene = load(path, ignored=[])
+    assert scene.character.joints["b"].child == lower.getName()
+    np.testing.assert_allclose(scene.character.joints["b"].position_in_parent, (0.0, -0.2, 0.0), atol=1e-12)

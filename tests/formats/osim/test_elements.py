@@ -1,0 +1,40 @@
+"""Texts that are no sound XML, and which OpenSim reads: they are read, and lines stay what they were."""
+
+from pathlib import Path
+
+import pytest
+
+import osim_models as small
+from warpmuscle.core.errors import SceneError
+from warpmuscle.formats.osim.elements import parse
+
+NESTED = "<!-- <!-- two -- hyphens --> "
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda text: text.replace("<BodySet>", f"{NESTED}<BodySet>"),
+        lambda text: text.replace("<mass>1.0<", "<mass>1.0\x00\x07<"),
+        lambda text: "\n \n" + text,
+        lambda text: text + "\ntrailing words",
+    ],
+    ids=["comments", "bytes", "before", "behind"],
+)
+def test_what_opensim_reads_is_read_with_its_lines(tmp_path: Path, change):
+    text = change(small.pendulum())
+    path = tmp_path / "small.osim"
+    path.write_text(text)
+    root = parse(path)
+    mass = next(element for element in root.all() if element.tag == "mass")
+    assert mass.line == 1 + text[: text.index("<mass>")].count("\n")
+    assert mass.number() == 1.0
+
+
+@pytest.mark.parametrize("text", ["", "words", "<a><b></a>", "<!-- open <a/>", "\x00", "<a/><b/>"])
+def test_what_is_no_model_is_refused_in_one_line(tmp_path: Path, text: str):
+    path = tmp_path / "small.osim"
+    path.write_text(text)
+    with pytest.raises(SceneError) as caught:
+        parse(path)
+    assert "\n" not in str(caught.value)

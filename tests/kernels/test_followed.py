@@ -1,0 +1,117 @@
+"""Joints that follow coordinates far from theirs, against the tree without followers reduced by M = J^T M J."""
+
+import numpy as np
+import pytest
+
+from reduced_tree import energy, expected, put, recorded
+from warpmuscle.core.pose import normalized
+from warpmuscle.scene import (
+    Actuation,
+    Body,
+    Character,
+    Displacement,
+    Failure,
+    Ground,
+    InitialState,
+    Joint,
+    JointState,
+    Motion,
+    Scene,
+)
+from warpmuscle.scene.topology import topology
+from warpmuscle.studies.inverse_dynamics import inverse_dynamics
+
+X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
+CURVE = Displacement((0.2, 0.9, -0.3), x=[-2.0, -1.0, 0.0, 1.0, 2.0], y=[-0.3, 0.1, 0.2, -0.1, 0.4])
+SHIFT = Displacement(Y, polynomial=[0.01, -0.03, 0.02, 0.0, 0.01])
+NEAR, FAR = (0.03, -0.2, 0.01), (-0.02, 0.2, 0.03)
+
+
+def following(parent: str, child: str, follows: str, scale: float) -> Joint:
+    turns = [CURVE, Displacement((1.0, 0.3, 0.0), 0.1, scale)]
+    return Joint("coupled", parent, child, NEAR, FAR, rotations=turns, translations=[SHIFT], follows=follows)
+
+
+def body(root_joint: str = "free", ball: bool = True) -> Scene:
+    """A shoulder rhythm, a spine, and a jaw that follows a knee; free joints of every type are between them."""
+    names = ("pelvis", "chest", "clavicle", "scapula", "arm", "fore", "hand", "thigh", "shank", "foot", "head", "jaw")
+    masses = zip(names, np.random.default_rng(1).uniform(0.5, 2.0, len(names)), strict=True)
+    bodies = {name: Body(m, (0.02 * m, 0.03 * m, 0.01 * m)) for name, m in masses}
+    joints = {
+        "waist": Joint("ball" if ball else "hinge", "pelvis", "chest", NEAR, FAR, [] if ball else [X]),
+        "sternoclavicular": following("chest", "clavicle", "elevation", 0.4),
+        "acromioclavicular": Joint("slide", "clavicle", "scapula", NEAR, FAR, [Y]),
+        "plane": Joint("hinge", "scapula", "arm", NEAR, FAR, [(0.3, 0.9, 0.1)]),
+        "elevation": Joint("hinge", "arm", "fore", NEAR, FAR, [X]),
+        "wrist": following("fore", "hand", "plane", -0.7),
+        "hip": Joint("universal", "pelvis", "thigh", NEAR, FAR, [X, Z]),
+        "knee": Joint("coupled", "thigh", "shank", NEAR, FAR, rotations=[CURVE], translations=[SHIFT]),
+        "ankle": following("shank", "foot", "knee", 0.9),
+        "neck": Joint("hinge", "chest", "head", FAR, NEAR, [(0.5, 0.1, 0.8)]),
+        "bite": following("head", "jaw", "knee", 0.5),
+    }
+    character = Character("pelvis", bodies, joints, root_joint)
+    return Scene("body", character, ground=Ground(stiffness=0.0))
+
+
+def states(scene: Scene, count: int = 6) -> tuple[np.ndarray, np.ndarray]:
+    rng, names = np.random.default_rng(5), topology(scene.character)
+    q = rng.uniform(-1.0, 1.0, (count, names.coordinates))
+    if scene.character.root_joint != "planar":
+        q[:, 3:7] = normalized(q[:, 3:7])
+    waist = names.coordinates_of(names.body_of_joint("waist"))
+    if waist.stop - waist.start == 4:
+        q[:, waist] = normalized(q[:, waist] + [0.0, 0.0, 0.0, 2.0])
+    return q, rng.normal(size=(count, names.speeds)) * 2.0
+
+
+@pytest.mark.parametrize("root", ["free", "planar", "fixed"])
+def test_accelerations_are_those_of_the_reduced_tree(root: str):
+    scene = body(root)
+    q, v = states(scene)
+    mass, bias = expected(scene, q, v)
+    stages = put(scene, q, v)
+    assert stages.structure.skeleton.followed == 3
+    np.testing.assert_allclose(stages.mass_matrix(), mass, atol=2e-6 * np.abs(mass).max())
+    accelerations = np.linalg.solve(mass, -bias[..., None])[..., 0]
+    rates = stages.forward_dynamics()["speed_rate"]
+    np.testing.assert_allclose(rates, accelerations, atol=2e-4 * np.abs(accelerations).max())
+
+
+def swinging(**drives: str) -> Scene:
+    """The body hung by its pelvis, with drives of some joints, moving."""
+    scene = body("fixed", ball=False)
+    scene.initial_state = InitialState(
+        joints={"elevation": JointState(coordinate=0.5, speed=2.0), "knee": JointState(coordinate=-0.4, speed=-3.0)}
+    )
+    scene.failure, scene.duration = Failure(com_height=0.0, heading=0.0), 0.5
+    moving = [name for name, joint in scene.character.joints.items() if not joint.follows]
+    scene.actuation = {name: Actuation(drives.get(name, "torque")) for name in moving}
+    scene.initial_state.joints["elevation"] = JointState(angular_velocity=(2.0, 0.0, 0.0))
+    time = np.linspace(0.0, 0.5, 21)
+    scene.motion = {
+        name: Motion(time=time.tolist(), value=(0.3 * k + 0.4 * np.sin(6.0 * time)).tolist())
+        for k, name in enumerate(drives, 1)
+    }
+    return scene
+
+
+def test_a_body_that_swings_keeps_its_energy():
+    scene = swinging()
+    q, v = (part[::20] for part in recorded(scene))
+    both = energy(scene, q, v)
+    total = both.sum(axis=0)
+    assert np.ptp(both[0]) > 5.0
+    np.testing.assert_allclose(total, total[0], atol=2e-3 * np.ptp(both[0]))
+
+
+@pytest.mark.parametrize("prescribed", [("plane",), ("waist", "knee")])
+def test_what_is_prescribed_moves_its_followers_and_the_rest_answers(prescribed: tuple[str, ...]):
+    scene = swinging(**dict.fromkeys(prescribed, "kinematic"))
+    q, v = recorded(scene)
+    at = np.arange(100, 600, 50)
+    needed = inverse_dynamics(scene, q[at], v[at], (v[at + 4] - v[at - 4]) / 0.004)
+    names = topology(scene.character)
+    held = [names.speeds_of(names.body_of_joint(name)).start for name in prescribed]
+    assert np.abs(needed[:, held]).max(axis=0).min() > 0.5
+    np.testing.assert_allclose(np.delete(needed, held, axis=1), 0.0, atol=2e-2)
