@@ -354,6 +354,7 @@ class OpenSim(Part):
     root_coordinates: list[str] = []
     locked: Annotated[dict[str, float], "rad or m"] = {}  # coordinates that do not move, and where they are
     couplers: dict[str, Coupling] = {}  # coordinates that are functions of that of a joint
+    ranges: Annotated[dict[str, tuple[float, float]], "rad or m"] = {}  # within which inverse kinematics keeps them
     markers: dict[str, Marker] = {}
     angles: list[str] = []  # coordinates that OpenSim's files have in degrees
     balls: dict[str, BallCoordinates] = {}  # by ball joint; of all other joints coordinates have the joint's name

@@ -54,6 +54,7 @@ class Coordinate:
     range: tuple[float, float]
     locked: bool
     prescribed: Function | None  # over time
+    clamped: bool = True  # whether OpenSim keeps it within its range where it assembles a pose
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,0 +1,244 @@
+"""Fits of coordinates to markers on a device: `kernels.marker_fit` for any number of frames.
+
+Of each recording every 16th frame is fitted first, from the pose that the model starts in, with the root turned and
+moved to where the markers are. The others start between the two solutions on either side.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from warpmuscle.core.array_types import Floats, Integers
+from warpmuscle.core.arrays import instance_zeros, structs_to_device, to_device
+from warpmuscle.core.errors import ArgumentError
+from warpmuscle.core.pose import rotate
+from warpmuscle.inverse.chain import Chain, Place, chain_of as chain_of
+from warpmuscle.kernels import marker_fit_structs as structs
+from warpmuscle.kernels.body_structs import CubicPiece
+from warpmuscle.kernels.marker_fit import fit_markers
+from warpmuscle.scene.opensim_root import root_values
+
+COARSE = 16  # frames from one that is fitted from afar to the next
+ROWS_ON_CPU, ROWS_ON_GPU = 64, 65536  # frames that are at work at once
+FARTHEST = 1.0e6  # what stands for no limit on the device
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Markers of F frames, of one recording or several, and what the coordinates should be besides."""
+
+    positions: Floats  # (F, K, 3) m, world axes of scenes; NaN where a marker is missing
+    weights: Floats  # (K,)
+    starts: tuple[int, ...]  # first frame of each recording
+    task_weights: Floats  # (C,) of the distances of coordinates from their targets
+    targets: Floats  # (F or 1, C)
+
+
+@dataclass(frozen=True)
+class Fit:
+    """What was found in F frames."""
+
+    values: Floats  # (F, C) rad or m
+    errors: Floats  # (F, K, 3) m, measured less fitted, NaN where a marker is missing
+    iterations: Integers  # (F,), negative if they were not enough
+    loose: Floats  # (F, C), whether markers do not tell a coordinate
+
+
+class MarkerFitter:
+    """A model and its markers on a device.
+
+    Args:
+        chain: of the model. markers: which of its markers are measured, in their order.
+    """
+
+    def __init__(self, chain: Chain, markers: list[Place], device: Any) -> None:
+        self.chain, self.device = chain, device
+        self._order = np.array(sorted(range(len(markers)), key=lambda k: markers[k].element), dtype=np.int64)
+        self._places = markers
+        if not chain.coordinates:
+            raise ArgumentError("the model has no coordinate that could move")
+        self._elements, self._pieces = _elements(chain, device)
+        placed = [markers[k] for k in self._order]
+        columns = {"element": np.array([p.element for p in placed]), "point": np.array([p.point for p in placed])}
+        self._markers = structs_to_device(structs.FitMarker, columns, device)
+
+    def fit(self, problem: Problem) -> Fit:
+        """The coordinates that fit best, all frames at once."""
+        coarse, neighbours, part = _coarse(problem)
+        values = np.empty((len(problem.positions), len(self.chain.coordinates)))
+        first = self._solve(problem, coarse, self._cold_starts(problem, coarse))
+        found = {name: np.zeros((len(values), *array.shape[1:]), array.dtype) for name, array in first.items()}
+        between = (1.0 - part[:, None]) * first["values"][neighbours[0]] + part[:, None] * first["values"][neighbours[1]]
+        rest = np.setdiff1d(np.arange(len(values)), coarse, assume_unique=True)
+        second = self._solve(problem, rest, between[rest]) if len(rest) else {}
+        for chosen, part_found in ((coarse, first), (rest, second)):
+            for name, array in part_found.items():
+                found[name][chosen] = array
+        found["errors"][np.isnan(problem.positions)] = np.nan
+        return Fit(found["values"], found["errors"], found["iterations"], found["loose"])
+
+    def _cold_starts(self, problem: Problem, frames: Integers) -> Floats:
+        """The model's pose at the start, its root where the markers are: (n, C)."""
+        chain, root = self.chain, self.chain.opensim.root
+        values = np.tile(chain.neutral, (len(frames), 1))
+        if root is None:
+            return values
+        resting = np.array(chain.neutral)[None]
+        body = chain.places(chain.poses(resting), self._places)[0]
+        turn, shift = aligned(body, problem.positions[frames], problem.weights)
+        place = Place(len(self._root_elements()) - 1, -_root_point(chain))
+        at = chain.places(chain.poses(resting), [place])[0, 0]
+        orientation = chain.poses(resting)[0][0, place.element]
+        moved = np.einsum("fij,j->fi", turn, at) + shift
+        values[:, : len(chain.opensim.root_coordinates)] = root_values(
+            chain.opensim, moved, _turned(turn, orientation)
+        )
+        return values
+
+    def _root_elements(self) -> list[int]:
+        root = self.chain.opensim.root
+        return list(range(len(root.rotations) + len(root.translations))) if root is not None else []
+
+    def _solve(self, problem: Problem, frames: Integers, starts: Floats) -> dict[str, Any]:
+        """Fit some frames from some values on."""
+        base = np.zeros_like(starts)  # of the root's shifts: what is left is small, so that float32 tells it well
+        root = self.chain.opensim.root
+        shifts = range(0)
+        if root is not None:
+            shifts = range(len(root.rotations), len(self.chain.opensim.root_coordinates))
+            base[:, shifts] = starts[:, shifts]
+        at = self._base_places(base)
+        measured = problem.positions[frames][:, self._order] - at[:, None]
+        seen = np.isfinite(measured).all(axis=2)
+        weights = np.where(seen, problem.weights[self._order], 0.0)
+        targets = problem.targets if len(problem.targets) == 1 else problem.targets[frames]
+        if np.any(problem.task_weights[shifts] > 0.0):
+            targets = targets - base
+        device = self.device
+        data = structs.FitFrames()
+        data.measured = to_device(np.where(seen[..., None], measured, 0.0), wp.vec3, device)
+        data.weight = to_device(weights, float, device)
+        data.target = to_device(targets, float, device)
+        data.value = to_device(starts - base, float, device)
+        data.error = wp.zeros(weights.shape, dtype=wp.vec3, device=device)
+        data.iterations = wp.zeros(len(frames), dtype=int, device=device)
+        data.loose = wp.zeros(starts.shape, dtype=int, device=device)
+        self._launch(data, problem.task_weights, len(frames))
+        errors = np.empty((len(frames), len(self._order), 3))
+        errors[:, self._order] = data.error.numpy()
+        return {
+            "values": data.value.numpy().astype(np.float64) + base, "errors": errors,
+            "iterations": data.iterations.numpy(), "loose": data.loose.numpy() > 0,
+        }  # fmt: skip
+
+    def _base_places(self, base: Floats) -> Floats:
+        """How far the root is moved by its shifts alone, (n, 3) m."""
+        root = self.chain.opensim.root
+        moved = np.zeros((len(base), 3))
+        for k in range(len(root.translations) if root is not None else 0):
+            one = self.chain.elements[k]
+            moved += base[:, one.coordinate, None] * one.axis
+        return moved
+
+    def _launch(self, data: Any, task_weights: Floats, count: int) -> None:
+        chain, device = self.chain, self.device
+        model = structs.FitModel()
+        model.element, model.piece, model.marker = self._elements, self._pieces, self._markers
+        turning = np.zeros(len(chain.coordinates), np.int32)
+        turning[[one.coordinate for one in chain.elements if one.turns and one.coordinate >= 0]] = 1
+        columns = {
+            "low": np.maximum(chain.low, -FARTHEST), "high": np.minimum(chain.high, FARTHEST),
+            "weight": task_weights, "turns": turning,
+        }  # fmt: skip
+        model.coordinate = structs_to_device(structs.FitCoordinate, columns, device)
+        rows = min(count, ROWS_ON_CPU if device.is_cpu else ROWS_ON_GPU)
+        scratch = _scratch(rows, len(chain.elements), len(chain.coordinates), device)
+        for first in range(0, count, rows):
+            wp.launch(fit_markers, min(rows, count - first), [first, model, data, scratch], device=device)
+
+
+def aligned(body: Floats, measured: Floats, weights: Floats) -> tuple[Floats, Floats]:
+    """Rotations (n, 3, 3) and shifts (n, 3) that bring points (K, 3) closest to measured ones (n, K, 3), NaN if missing.
+
+    By singular values (Kabsch 1976; Umeyama 1991, eq. 40).
+    """
+    seen = np.isfinite(measured).all(axis=2)
+    w = np.where(seen, weights, 0.0)
+    w = w / np.maximum(w.sum(axis=1, keepdims=True), 1e-300)
+    there = np.where(seen[..., None], measured, 0.0)
+    middle, own = np.einsum("nk,nki->ni", w, there), np.einsum("nk,ki->ni", w, body)
+    spread = np.einsum("nk,nki,nkj->nij", w, there - middle[:, None], body[None] - own[:, None])
+    u, _, vt = np.linalg.svd(spread)
+    u[:, :, 2] *= np.sign(np.linalg.det(u @ vt))[:, None]
+    turn = u @ vt
+    return turn, middle - np.einsum("nij,nj->ni", turn, own)
+
+
+def _coarse(problem: Problem) -> tuple[Integers, tuple[Integers, Integers], Floats]:
+    """Frames that are fitted first; which two of them, by number, are around each frame; and how far it is between."""
+    count = len(problem.positions)
+    ends = [*problem.starts[1:], count]
+    coarse: list[int] = []
+    before, after, part = np.zeros(count, np.int64), np.zeros(count, np.int64), np.zeros(count)
+    for first, end in zip(problem.starts, ends, strict=True):
+        own = list(range(first, end, COARSE))
+        if own[-1] != end - 1:
+            own.append(end - 1)
+        frames = np.arange(first, end)
+        left = np.minimum(np.searchsorted(own, frames, side="right") - 1, max(len(own) - 2, 0))
+        right = np.minimum(left + 1, len(own) - 1)
+        width = np.maximum(np.array(own)[right] - np.array(own)[left], 1)
+        before[first:end], after[first:end] = left + len(coarse), right + len(coarse)
+        part[first:end] = (frames - np.array(own)[left]) / width
+        coarse += own
+    return np.array(coarse), (before, after), part
+
+
+def _elements(chain: Chain, device: Any) -> tuple[Any, Any]:
+    """Elements and pieces of their functions on a device."""
+    first, start, c = [0], [], []
+    for one in chain.elements:
+        start.append(one.function[0])
+        c.append(one.function[1])
+        first.append(first[-1] + len(one.function[0]))
+    columns = {
+        "parent": np.array([one.parent for one in chain.elements]),
+        "coordinate": np.array([one.coordinate for one in chain.elements]),
+        "turns": np.array([one.turns for one in chain.elements]),
+        "first_piece": np.array(first[:-1]), "end_piece": np.array(first[1:]),
+        "axis": np.array([one.axis for one in chain.elements]),
+        "offset": np.array([one.offset for one in chain.elements]),
+    }  # fmt: skip
+    pieces = structs_to_device(CubicPiece, {"start": np.concatenate(start), "c": np.concatenate(c)}, device)
+    return structs_to_device(structs.FitElement, columns, device), pieces
+
+
+def _scratch(rows: int, elements: int, coordinates: int, device: Any) -> Any:
+    """Working memory for so many frames at once."""
+    work = structs.FitScratch()
+    types = {"orientation": wp.quat, "mass": float, "second_moment": wp.mat33}
+    for name in ("orientation", "origin", "turning", "moving", "mass", "first_moment", "second_moment", "pull", "twist"):
+        dtype = types.get(name, wp.vec3)
+        setattr(work, name, instance_zeros((rows, elements), dtype, device, not device.is_cpu))
+    for name in ("slope", "before", "held"):
+        dtype = int if name == "held" else float
+        setattr(work, name, instance_zeros((rows, coordinates), dtype, device, not device.is_cpu))
+    work.matrix = instance_zeros((rows, coordinates, coordinates), float, device, not device.is_cpu)
+    return work
+
+
+def _root_point(chain: Chain) -> Floats:
+    """Where the root's joint is on the root body, m."""
+    assert chain.opensim.root is not None
+    return np.array([float(x) for x in chain.opensim.root.position_in_child])  # type: ignore[arg-type]
+
+
+def _turned(turn: Floats, orientation: Floats) -> Floats:
+    """Orientations (n, 4) of rotations (n, 3, 3) after one (4,)."""
+    from scipy.spatial.transform import Rotation
+
+    return np.asarray((Rotation.from_matrix(turn) * Rotation.from_quat(orientation)).as_quat())
