@@ -32,6 +32,7 @@ class Markers:
     time: Floats  # (T,) s
     names: tuple[str, ...]
     position: Floats  # (T, K, 3) m, in the axes of the file
+    begin: float = 0.0  # s, what the file has as the time of the first frame
 
     def of(self, name: str) -> Floats:
         """Positions (T, 3) of a marker, letter case aside, or the mean of several whose names + joins.
@@ -72,7 +73,7 @@ def read_markers(path: str | Path, unit: str | None = None) -> Markers:
         raise SignalError(f"marker {names[marker]!r} is infinitely far away in frame {frame + 1}", file=path)
     lost = (position == 0.0).all(axis=2)  # as many programs write what a camera did not see
     position = np.where((lost & ~lost.all(axis=0))[..., None], np.nan, position)
-    return Markers(path, time - time[0], names, position * UNITS[unit or own])
+    return Markers(path, time - time[0], names, position * UNITS[unit or own], float(time[0]))
 
 
 Read = tuple[Floats, tuple[str, ...], Floats, str]  # times, names, positions (T, K, 3), and their unit
