@@ -14,6 +14,10 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import ArgumentError
 
 
+class TrialWarning(UserWarning):
+    """Something of a recording, or of what was found from it, is to be known before it is used."""
+
+
 @dataclass(frozen=True)
 class Markers:
     """Positions of K markers in F frames; NaN where one is missing.
