@@ -49,6 +49,7 @@ class ScaleSetup:
     order: tuple[str, ...]  # measurements, manualScale
     measurements: tuple[Measurement, ...]
     factors: dict[str, tuple[float, float, float]]  # by body, given by hand
+    times: tuple[float, float] | None  # s, of the frames that are measured
     tasks: Tasks  # of the pose in which markers are placed
     place: bool  # whether markers are placed
     marker_file: str  # names of files, as they stand in the set-up; empty if they do not
@@ -96,6 +97,7 @@ def read_scale_setup(path: str | Path) -> ScaleSetup:
         tuple(order.words()) if order is not None else ("measurements",),
         tuple(_measurement(one) for one in _members(scaler, "MeasurementSet", "Measurement") if _applied(one)),
         dict(_factors(one) for one in _members(scaler, "ScaleSet", "Scale") if _applied(one)),
+        _times(scaler),
         tasks,
         placer is not None and _applied(placer),
         *(_word(holder, tag) for holder, tag in (

@@ -90,7 +90,8 @@ class Chain:
             axis = rotate(_carrier(*poses, one.parent)[0], one.axis)
             rate = evaluate(one.function, values[:, one.coordinate])[1]
             by = axis[:, None] if not one.turns else np.cross(axis[:, None], at[:, moved] - poses[1][:, k, None])
-            found[:, moved, :, one.coordinate] += rate[:, None, None] * by
+            column = found[..., one.coordinate]
+            column[:, moved] += rate[:, None, None] * by
         return found
 
     def carries(self, element: int, other: int) -> bool:

@@ -60,11 +60,14 @@ def angle_names(scene: Scene) -> frozenset[str]:
     return frozenset(names)
 
 
-def read_coordinates(path: str | Path, scene: Scene) -> Coordinates:
+def read_coordinates(path: str | Path, scene: Scene, degrees: bool | None = None) -> Coordinates:
     """Coordinates of a scene's model from a `.mot`, `.sto` or `.csv` file, angles in rad.
 
     Columns have the names of coordinates, or OpenSim's paths of their values; others are left aside. The header says by
     `inDegrees` which unit angles have; a `.csv` has degrees.
+
+    Args:
+        degrees: whether angles are in degrees, whatever the header says.
 
     Raises:
         SignalError: the file cannot be read, has no times or coordinates, does not tell the unit, or holds something
@@ -97,10 +100,11 @@ def read_coordinates(path: str | Path, scene: Scene) -> Coordinates:
     if np.any(np.diff(times) <= 0.0):
         frame = int(np.argmax(np.diff(times) <= 0.0)) + 1
         raise SignalError("times must increase from row to row", file=path, line=int(table.lines[frame]))
-    degrees = table.degrees
+    degrees = table.degrees if degrees is None else degrees
     if degrees is None and Path(path).suffix.lower() in STORAGE:
         raise SignalError(
-            "the header does not tell the unit of angles: write inDegrees=yes or inDegrees=no above endheader",
+            "the header does not tell the unit of angles: write inDegrees=yes or inDegrees=no above endheader, or say "
+            "whether they are in degrees",
             file=path,
         )
     turned = np.array([name in angles and degrees is not False for name in columns])

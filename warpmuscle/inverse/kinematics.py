@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
 from typing import overload
@@ -176,7 +176,7 @@ def _targets(scene: Scene, chain: Chain, tasks: Tasks | None, times: Floats) -> 
         return weights, targets
     recorded: Coordinates | None = None
     for name, task in tasks.coordinates.items():
-        if name in scene_fixed(chain):
+        if name in chain.opensim.locked or name in chain.opensim.couplers:
             continue
         if name not in chain.coordinates:
             listed = ", ".join(chain.coordinates)
@@ -193,9 +193,20 @@ def _targets(scene: Scene, chain: Chain, tasks: Tasks | None, times: Floats) -> 
     return weights, targets
 
 
-def scene_fixed(chain: Chain) -> set[str]:
-    """Coordinates of the model that are not free: locked and coupled ones."""
-    return {*chain.opensim.locked, *chain.opensim.couplers}
+def fit_pose(scene: Scene, still: Markers, tasks: Tasks, device: str | None) -> tuple[Chain, Floats, Floats]:
+    """The chain of a scene, its coordinates (1, C) in one frame, and the errors (1, K, 3) there, m.
+
+    Raises:
+        SignalError, ArgumentError: see `inverse_kinematics`.
+    """
+    chain = chain_of(scene)
+    trial = _Trial(scene, chain, still, tasks.markers or None, replace(tasks, times=None))
+    problem = Problem(
+        trial.positions, np.array(list(trial.weights.values())), (0,), trial.task_weights, trial.targets
+    )  # fmt: skip
+    places = [chain.markers[name] for name in trial.weights]
+    fit = MarkerFitter(chain, places, find_device(device)).fit(problem)
+    return chain, fit.values, fit.errors
 
 
 def _recorded(scene: Scene, tasks: Tasks) -> Coordinates:

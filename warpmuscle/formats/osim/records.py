@@ -191,6 +191,7 @@ class Marker:
     line: int
     frame: str
     location: Vec3
+    fixed: bool = False  # whether it stays there when markers are placed as a subject has them
 
 
 @dataclass(frozen=True, slots=True)
