@@ -125,9 +125,13 @@ def chain_of(scene: Scene) -> Chain:
     Raises:
         SceneError: a joint of a type whose pose is no turn and shift by functions of coordinates.
     """
-    plain = substitute(scene, start_values(scene))
-    builder = _Builder(plain)
-    for name in topology(plain.character).joints:
+    return plain_chain(substitute(scene, start_values(scene)))
+
+
+def plain_chain(scene: Scene) -> Chain:
+    """The same of a scene without free parameters."""
+    builder = _Builder(scene)
+    for name in topology(scene.character).joints:
         builder.add(name)
     return builder.done()
 

@@ -6,7 +6,8 @@ Least squares over factors s of bodies, offsets d of markers, and coordinates q 
 
 by Gauss and Newton: q is solved in each frame for the sizes as they are, and its step eliminated from theirs (variable
 projection; Golub, Pereyra 2003, Inverse Problems 19: R1-R26). A marker that is far from where the model has it counts
-less, by Cauchy's weights.
+less, by Cauchy's weights. ERROR is the root mean square of the errors e themselves, step by step, so that bodies are
+taken as alike where markers tell little.
 """
 
 from __future__ import annotations
@@ -21,13 +22,13 @@ from warpmuscle.inverse.chain import Chain
 from warpmuscle.inverse.marker_fit import Fit, MarkerFitter, Problem
 from warpmuscle.inverse.sized_chain import SizedChain, Sizes
 
-ERROR = 0.003  # m, of a marker: what skin moves, in the mean of many frames
+LEAST_ERROR, MOST_ERROR = 1.0e-4, 0.01  # m, within which the errors of the fit tell ERROR
 OFFSET = 0.01  # m, from where a model has a marker to where a subject wears it
 SPREAD = 0.3  # of factors about their mean
 FARTHER = 0.02  # m, from which on an offset counts less
-MOST_FRAMES = 60
-MOST_STEPS = 25
-CLOSE = 2.0e-5  # of factors, and m: a step that ends the fit
+MOST_FRAMES = 50
+MOST_STEPS = 20
+CLOSE, SETTLED = 2.0e-4, 5.0e-3  # of factors, and m: a step that ends the fit, and one that is small enough
 SMALLEST, LARGEST = 0.3, 3.0  # factors
 
 
@@ -51,18 +52,18 @@ def fit_sizes(chain: SizedChain, positions: Floats, weights: Floats, move_marker
     """
     sizes = chain.usual
     frames = _frames(positions)
-    steps, converged = 0, False
+    steps, largest = 0, np.inf
     while True:
         own = chain.chain(sizes)
         fit = _posed(chain, own, frames, weights, device)
-        if converged or steps >= MOST_STEPS:
-            return SizeFit(sizes, own, steps, converged, fit)
+        if largest < CLOSE or steps >= MOST_STEPS:
+            return SizeFit(sizes, own, steps, largest < SETTLED, fit)
         change = _step(chain, own, sizes, fit, weights, move_markers)
         count = sizes.factors.size
         factors = np.clip(sizes.factors + change[:count].reshape(-1, 3), SMALLEST, LARGEST)
         sizes = Sizes(factors, sizes.offsets + change[count:].reshape(-1, 3))
         steps += 1
-        converged = bool(np.abs(change).max() < CLOSE)
+        largest = float(np.abs(change).max())
 
 
 def _frames(positions: Floats) -> Floats:
@@ -85,35 +86,51 @@ def _step(
     chain: SizedChain, own: Chain, sizes: Sizes, fit: Fit, weights: Floats, move_markers: Floats
 ) -> Floats:  # fmt: skip
     """The step of factors and offsets, (G * 3 + K * 3,)."""
-    poses = own.poses(fit.values)
-    places = [own.markers[name] for name in chain.markers]
-    frames, markers = fit.errors.shape[:2]
-    rows = 3 * markers
-    seen = np.repeat(np.isfinite(fit.errors[..., 0]), 3, axis=1)
-    w = np.where(seen, np.repeat(weights, 3), 0.0)
-    e = np.nan_to_num(fit.errors).reshape(frames, rows)
-    by_q = own.jacobian(fit.values, places).reshape(frames, rows, -1)
-    at_limit = (fit.values <= own.low) | (fit.values >= own.high)
-    by_q = np.where((at_limit | fit.loose.astype(bool))[:, None], 0.0, by_q)
-    by_s = chain.by_factor(poses, fit.values).reshape(frames, rows, -1)
-    by_d = np.zeros((frames, rows, rows))
-    axes = chain.by_offset(poses)
-    for k in range(markers):
-        by_d[:, 3 * k : 3 * k + 3, 3 * k : 3 * k + 3] = axes[:, k]
-    by_sizes = np.concatenate([by_s, by_d], axis=2)
-    weighted = by_q.transpose(0, 2, 1) * w[:, None]
-    square = weighted @ by_q + 1e-9 * np.eye(by_q.shape[2])
-    free = by_sizes - by_q @ np.linalg.solve(square, weighted @ by_sizes)
-    turned = free.transpose(0, 2, 1) * (w[:, None] / (frames * ERROR**2))
-    matrix = np.sum(turned @ free, axis=0)
-    slope = np.einsum("fpr,fr->p", turned, e)
-    prior, centre = _prior(sizes, move_markers)
+    matrix, slope, error = _equations(chain, own, fit, weights)
+    prior = _prior(sizes, move_markers)
     now = np.concatenate([sizes.factors.ravel() - sizes.factors.mean(), sizes.offsets.ravel()])
-    return np.asarray(np.linalg.solve(matrix + prior, slope - centre @ now))
+    return np.asarray(np.linalg.solve(matrix / error + prior, slope / error - prior @ now))
 
 
-def _prior(sizes: Sizes, move_markers: Floats) -> tuple[Floats, Floats]:
-    """Matrix of what is known beforehand, and what multiplies factors less their mean and offsets in its slope."""
+def _equations(chain: SizedChain, own: Chain, fit: Fit, weights: Floats) -> tuple[Floats, Floats, float]:
+    """Matrix and slope of factors and offsets once coordinates are eliminated, in the mean of all frames; and the mean
+    square of an error, m^2.
+
+    With J of coordinates, S of factors and offsets: S' W S - S' W J (J' W J)^-1 J' W S; offsets turn with their bodies,
+    so that their own part is diagonal. Coordinates are at their best, so that J' W e is nothing.
+    """
+    poses, places = own.poses(fit.values), [own.markers[name] for name in chain.markers]
+    frames, markers = fit.errors.shape[:2]
+    w = np.where(np.isfinite(fit.errors[..., 0]), weights, 0.0)  # (F, K)
+    e = np.nan_to_num(fit.errors)
+    at_limit = (fit.values <= own.low) | (fit.values >= own.high) | fit.loose.astype(bool)
+    by_q = np.where(at_limit[:, None, None], 0.0, own.jacobian(fit.values, places))
+    by_s, axes = chain.by_factor(poses, fit.values), chain.by_offset(poses)
+    factors = by_s.shape[3]
+    weighted_q = (by_q * w[..., None, None]).reshape(frames, 3 * markers, -1).transpose(0, 2, 1)
+    square = weighted_q @ by_q.reshape(frames, 3 * markers, -1) + 1e-9 * np.eye(by_q.shape[3])
+    mixed = np.concatenate(
+        [
+            weighted_q @ by_s.reshape(frames, 3 * markers, -1),
+            np.einsum("fk,fkic,fkij->fckj", w, by_q, axes).reshape(frames, -1, 3 * markers),
+        ],
+        axis=2,
+    )
+    half = np.linalg.solve(np.linalg.cholesky(square), mixed).reshape(-1, mixed.shape[2])
+    matrix = -half.T @ half
+    weighted_s = by_s * w[..., None, None]
+    matrix[:factors, :factors] += weighted_s.reshape(-1, factors).T @ by_s.reshape(-1, factors)
+    both = np.einsum("fkip,fkij->pkj", weighted_s, axes).reshape(factors, -1)
+    matrix[:factors, factors:] += both
+    matrix[factors:, :factors] += both.T
+    matrix[factors:, factors:] += np.diag(np.repeat(w.sum(axis=0), 3))
+    slope = np.concatenate([weighted_s.reshape(-1, factors).T @ e.ravel(), np.einsum("fk,fkij,fki->kj", w, axes, e).ravel()])
+    error = float(np.sum(w[..., None] * e**2) / max(3.0 * w.sum(), 1e-12))
+    return matrix / frames, slope / frames, float(np.clip(error, LEAST_ERROR**2, MOST_ERROR**2))
+
+
+def _prior(sizes: Sizes, move_markers: Floats) -> Floats:
+    """Matrix of what is known beforehand, of factors less their mean and of offsets."""
     count = sizes.factors.size
     about_mean = (np.eye(count) - np.full((count, count), 1.0 / count)) / SPREAD**2
     away = np.sum(sizes.offsets**2, axis=1)
@@ -121,4 +138,4 @@ def _prior(sizes: Sizes, move_markers: Floats) -> tuple[Floats, Floats]:
     prior = np.zeros((count + 3 * len(firm),) * 2)
     prior[:count, :count] = about_mean + 1e-9 * np.eye(count)
     prior[count:, count:] = np.diag(np.repeat(firm, 3))
-    return prior, prior
+    return prior

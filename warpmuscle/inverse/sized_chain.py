@@ -15,7 +15,7 @@ from warpmuscle.formats.lines import Notes
 from warpmuscle.formats.osim.build import build
 from warpmuscle.formats.osim.records import Model
 from warpmuscle.formats.osim.scale import scaled_model
-from warpmuscle.inverse.chain import Chain, chain_of, evaluate
+from warpmuscle.inverse.chain import Chain, evaluate, plain_chain
 from warpmuscle.core.pose import rotate
 from warpmuscle.scene.joints.symmetry import counterpart
 
@@ -66,7 +66,7 @@ class SizedChain:
 
     def chain(self, sizes: Sizes) -> Chain:
         """The chain of the model with bodies of these sizes."""
-        return chain_of(build(self.sized(self.model, sizes), Notes()))
+        return plain_chain(build(self.sized(self.model, sizes), Notes()))
 
     def by_factor(self, poses: tuple[Floats, Floats], values: Floats) -> Floats:
         """Velocities (F, K, 3, G * 3) of the markers by a unit of each factor, at coordinates (F, C)."""
