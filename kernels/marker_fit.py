@@ -45,7 +45,7 @@ def place_elements(frame: int, row: int, model: FitModel, value: wp.array2d[floa
             turn = work.orientation[row, own.parent]
             origin = work.origin[row, own.parent] + wp.quat_rotate(turn, own.offset)
         axis = wp.quat_rotate(turn, own.axis)
-        q = float(0.0)
+        q = wp.float32(0.0)
         if own.coordinate >= 0:
             q = value[frame, own.coordinate]
         f = function_rates(model.piece, own.first_piece, own.end_piece, q)
@@ -82,7 +82,7 @@ def gather_markers(frame: int, row: int, model: FitModel, frames: FitFrames, wor
         work.second_moment[row, k] = wp.mat33(0.0)
         work.pull[row, k] = wp.vec3(0.0)
         work.twist[row, k] = wp.vec3(0.0)
-    total = float(0.0)
+    total = wp.float32(0.0)
     for m in range(model.marker.shape[0]):
         w = frames.weight[frame, m]
         if w > 0.0:
@@ -145,7 +145,7 @@ def normal_equations(row: int, model: FitModel, work: FitScratch):
 @wp.func
 def add_targets(frame: int, row: int, model: FitModel, frames: FitFrames, work: FitScratch) -> float:
     """What the distances of coordinates from their targets add to the equations; returns their weighted squares."""
-    total = float(0.0)
+    total = wp.float32(0.0)
     line = wp.min(frame, frames.target.shape[0] - 1)
     for i in range(model.coordinate.shape[0]):
         w = model.coordinate[i].weight
@@ -192,7 +192,7 @@ def solve(frame: int, row: int, damping: float, model: FitModel, frames: FitFram
                     for j in range(i + 1):
                         work.matrix[row, i, j] -= ratio * work.matrix[row, k, j]
                     work.slope[row, i] -= ratio * work.slope[row, k]
-    longest = float(0.0)
+    longest = wp.float32(0.0)
     for k in range(count):
         total = work.slope[row, k]
         for i in range(k):
@@ -208,7 +208,7 @@ def solve(frame: int, row: int, damping: float, model: FitModel, frames: FitFram
 def take_step(frame: int, row: int, longest: float, model: FitModel, frames: FitFrames, work: FitScratch) -> float:
     """Move all coordinates by their steps, shortened if one is too long, within limits; the greatest change."""
     factor = wp.min(1.0, LONGEST_STEP / wp.max(longest, 1.0e-6))
-    changed = float(0.0)
+    changed = wp.float32(0.0)
     for k in range(model.coordinate.shape[0]):
         before = frames.value[frame, k]
         own = model.coordinate[k]
@@ -224,11 +224,11 @@ def fit_markers(first: int, model: FitModel, frames: FitFrames, work: FitScratch
     """Fit the frames from `first` on, each by one thread."""
     row = wp.tid()
     frame = first + row
-    damping = float(0.0)
-    least = float(0.0)
-    back = bool(True)  # whether there is nothing to compare with
-    changed = float(1.0)
-    count = int(0)
+    damping = wp.float32(0.0)
+    least = wp.float32(0.0)
+    back = wp.bool(True)  # whether there is nothing to compare with
+    changed = wp.float32(1.0)
+    count = wp.int32(0)
     while count < MOST_ITERATIONS and changed > CONVERGED:
         place_elements(frame, row, model, frames.value, work)
         total = gather_markers(frame, row, model, frames, work)

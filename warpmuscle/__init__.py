@@ -41,7 +41,8 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Error", "Motions", "MultiDeviceRollout", "Recording", "Result", "ResultError", "Rollout", "RolloutError", "Scene",
-    "SceneError", "Stages", "Status", "__version__", "append_motions", "best_scene", "inverse_kinematics", "load", "make_rollout", "measure",
+    "SceneError", "Stages", "Status", "__version__", "append_motions", "best_scene",
+    "inverse_kinematics", "load", "make_rollout", "measure",
     "optimize", "plot", "read", "read_motions", "resume", "save", "scale", "show", "trust", "write",
 ]  # fmt: skip
 
@@ -53,7 +54,8 @@ _HOMES = {
     "inverse_kinematics": "inverse.kinematics", "make_rollout": "simulation.multi_device",
     "measure": "gait.measures", "optimize": "optimization.optimize", "plot": "plots", "read": "results.result",
     "read_motions": "results.motion_files",
-    "resume": "optimization.resume", "save": "formats", "scale": "inverse.scaling", "show": "view.notebook", "trust": "scene.trusted_code",
+    "resume": "optimization.resume", "save": "formats", "scale": "inverse.scaling",
+    "show": "view.notebook", "trust": "scene.trusted_code",
     "write": "results.result",
 }  # fmt: skip
 

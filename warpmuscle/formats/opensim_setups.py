@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from os import PathLike
 from pathlib import Path
 
 from warpmuscle.core.errors import SceneError
@@ -57,7 +58,7 @@ class ScaleSetup:
     model_file: str
 
 
-def read_tasks(path: str | Path) -> Tasks:
+def read_tasks(path: str | PathLike[str]) -> Tasks:
     """The tasks of an `InverseKinematicsTool`, or of a file with an `IKTaskSet` alone.
 
     Raises:
@@ -71,7 +72,7 @@ def read_tasks(path: str | Path) -> Tasks:
     return _tasks(Path(path), tasks, _times(top), _word(top, "coordinate_file"))
 
 
-def read_scale_setup(path: str | Path) -> ScaleSetup:
+def read_scale_setup(path: str | PathLike[str]) -> ScaleSetup:
     """The set-up of a `ScaleTool`.
 
     Raises:

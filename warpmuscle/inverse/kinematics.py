@@ -8,11 +8,11 @@ the model clamps them, locked ones stay, coupled ones follow; the root may go an
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
-from typing import overload
+from typing import Any, overload
 
 import numpy as np
 
@@ -23,8 +23,9 @@ from warpmuscle.formats.external_loads import TO_OPENSIM
 from warpmuscle.formats.opensim_setups import Tasks, read_tasks
 from warpmuscle.inverse.chain import Chain, chain_of
 from warpmuscle.inverse.files import read_coordinates, read_markers, write_columns, write_coordinates
+from warpmuscle.inverse.fit_plan import Problem
 from warpmuscle.inverse.marker_checks import check_size, chosen_markers, notes_on
-from warpmuscle.inverse.marker_fit import Fit, MarkerFitter, Problem
+from warpmuscle.inverse.marker_fit import Fit, MarkerFitter
 from warpmuscle.inverse.trial import Coordinates, Markers, TrialWarning
 from warpmuscle.scene import Scene
 from warpmuscle.simulation.devices import find_device
@@ -67,7 +68,7 @@ class Kinematics:
         write_coordinates(Path(path), self.coordinates, self.scene)
 
     def write_errors(self, path: str | PathLike[str]) -> None:
-        """Write `total_squared_error`, `marker_error_RMS` and `marker_error_max`, m, as OpenSim does, and each marker's.
+        """Write `total_squared_error`, `marker_error_RMS` and `marker_error_max`, as OpenSim does, and each marker's.
 
         Raises:
             ResultError: see `files.write_columns`.
@@ -79,19 +80,22 @@ class Kinematics:
         write_columns(Path(path), self.scene.name, self.coordinates.times, names, table)
 
 
+Files = str | PathLike[str]
+
+
 @overload
 def inverse_kinematics(
     model: SceneLike, markers: MarkersLike, weights: Mapping[str, float] | None = None, *,
-    setup: str | PathLike[str] | None = None, device: str | None = None,
+    setup: Files | None = None, device: str | None = None,
 ) -> Kinematics: ...  # fmt: skip
 @overload
 def inverse_kinematics(
-    model: SceneLike, markers: Sequence[MarkersLike], weights: Mapping[str, float] | None = None, *,
-    setup: str | PathLike[str] | None = None, device: str | None = None,
+    model: SceneLike, markers: list[Any], weights: Mapping[str, float] | None = None, *,
+    setup: Files | None = None, device: str | None = None,
 ) -> list[Kinematics]: ...  # fmt: skip
 def inverse_kinematics(
-    model: SceneLike, markers: MarkersLike | Sequence[MarkersLike], weights: Mapping[str, float] | None = None, *,
-    setup: str | PathLike[str] | None = None, device: str | None = None,
+    model: SceneLike, markers: MarkersLike | list[Any], weights: Mapping[str, float] | None = None, *,
+    setup: Files | None = None, device: str | None = None,
 ) -> Kinematics | list[Kinematics]:  # fmt: skip
     """The coordinates of a model in all frames of one recording, or of several at once.
 
@@ -111,8 +115,7 @@ def inverse_kinematics(
         SceneError: the model cannot be used. SignalError, ArgumentError: the markers cannot.
     """
     scene = scene_of(model, "model")
-    one = isinstance(markers, Markers | str | PathLike)
-    given: Sequence[MarkersLike] = [markers] if one else list(markers)  # type: ignore[arg-type, list-item]
+    given = markers if isinstance(markers, list | tuple) else [markers]
     if not given:
         raise ArgumentError("markers: there must be one recording at least")
     tasks = read_tasks(setup) if setup is not None else None
@@ -132,7 +135,7 @@ def inverse_kinematics(
     for trial, kinematics in zip(trials, done, strict=True):
         for note in kinematics.notes:
             warnings.warn(f"{trial.what}{note}", TrialWarning, stacklevel=2)
-    return done[0] if one else done
+    return done if isinstance(markers, list | tuple) else done[0]
 
 
 class _Trial:
@@ -224,7 +227,9 @@ def _fitted(scene: Scene, chain: Chain, trials: list[_Trial], device: object) ->
     varying = any(len(trial.targets) > 1 for trial in trials)
     targets = trials[0].targets
     if varying:
-        targets = np.concatenate([np.broadcast_to(t.targets, (n, targets.shape[1])) for t, n in zip(trials, counts, strict=True)])
+        targets = np.concatenate(
+            [np.broadcast_to(t.targets, (n, targets.shape[1])) for t, n in zip(trials, counts, strict=True)]
+        )
     problem = Problem(
         np.concatenate([trial.positions for trial in trials]), np.array(list(trials[0].weights.values())), starts,
         trials[0].task_weights, targets,

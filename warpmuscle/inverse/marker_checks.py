@@ -9,6 +9,7 @@ import numpy as np
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import SignalError
 from warpmuscle.inverse.chain import Chain, Place
+from warpmuscle.inverse.fit_plan import seen_in
 from warpmuscle.inverse.marker_fit import Fit
 from warpmuscle.inverse.trial import Markers
 from warpmuscle.markers.files import UNITS
@@ -32,8 +33,8 @@ def chosen_markers(model: Sequence[str], markers: Markers, weights: dict[str, fl
             raise SignalError(f"marker {name!r}: a weight must be 0 or more, not {weight:g}")
         if name not in model and name not in markers.names:
             raise SignalError(f"a weight is of the marker {name!r}, which neither the model nor the recording has")
-    seen = np.isfinite(markers.positions).all(axis=2).any(axis=0)
-    common = [name for name, there in zip(markers.names, seen, strict=True) if there and name in model]
+    seen = np.asarray(seen_in(markers.positions).any(axis=0))
+    common = [name for name, there in zip(markers.names, seen.tolist(), strict=True) if there and name in model]
     found = {name: 1.0 if weights is None else weights.get(name, 0.0) for name in common}
     found = {name: weight for name, weight in found.items() if weight > 0.0}
     if len(found) < FEWEST:
@@ -51,9 +52,8 @@ def check_size(chain: Chain, places: list[Place], positions: Floats) -> None:
         positions: (F, K, 3), NaN where one is missing.
     """
     body = chain.places(chain.poses(np.array([chain.neutral])), places)[0]
-    with np.errstate(invalid="ignore"):
-        full = np.isfinite(positions).all(axis=2)
-        frame = int(full.sum(axis=1).argmax())
+    full = seen_in(positions)
+    frame = int(full.sum(axis=1).argmax())
     there, own = positions[frame, full[frame]], body[full[frame]]
     size, expected = (float(np.sqrt(np.mean(np.var(p, axis=0)))) for p in (there, own))
     if expected / ALIKE < size < expected * ALIKE:

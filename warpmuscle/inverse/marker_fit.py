@@ -1,7 +1,6 @@
 """Fits of coordinates to markers on a device: `kernels.marker_fit` for any number of frames.
 
-Of each recording every 16th frame is fitted first, from the pose that the model starts in, with the root turned and
-moved to where the markers are. The others start between the two solutions on either side.
+Which frames are fitted first, and from where the others start, is told by `fit_plan`.
 """
 
 from __future__ import annotations
@@ -11,31 +10,21 @@ from typing import Any
 
 import numpy as np
 import warp as wp
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.arrays import instance_zeros, structs_to_device, to_device
 from warpmuscle.core.errors import ArgumentError
-from warpmuscle.core.pose import rotate
-from warpmuscle.inverse.chain import Chain, Place, chain_of as chain_of
+from warpmuscle.inverse.chain import Chain, Place
+from warpmuscle.inverse.fit_plan import Plan, Problem, seen_in
 from warpmuscle.kernels import marker_fit_structs as structs
 from warpmuscle.kernels.body_structs import CubicPiece
 from warpmuscle.kernels.marker_fit import fit_markers
 from warpmuscle.scene.opensim_root import root_values
 
-COARSE = 16  # frames from one that is fitted from afar to the next
 ROWS_ON_CPU, ROWS_ON_GPU = 64, 65536  # frames that are at work at once
 FARTHEST = 1.0e6  # what stands for no limit on the device
-
-
-@dataclass(frozen=True)
-class Problem:
-    """Markers of F frames, of one recording or several, and what the coordinates should be besides."""
-
-    positions: Floats  # (F, K, 3) m, world axes of scenes; NaN where a marker is missing
-    weights: Floats  # (K,)
-    starts: tuple[int, ...]  # first frame of each recording
-    task_weights: Floats  # (C,) of the distances of coordinates from their targets
-    targets: Floats  # (F or 1, C)
 
 
 @dataclass(frozen=True)
@@ -45,7 +34,13 @@ class Fit:
     values: Floats  # (F, C) rad or m
     errors: Floats  # (F, K, 3) m, measured less fitted, NaN where a marker is missing
     iterations: Integers  # (F,), negative if they were not enough
-    loose: Floats  # (F, C), whether markers do not tell a coordinate
+    loose: NDArray[np.bool_]  # (F, C), whether markers do not tell a coordinate
+
+    def spread(self, frames: Integers, others: Fit) -> Fit:
+        """The same among other frames, whose errors are not those of this fit."""
+        errors = np.zeros_like(others.errors)
+        errors[frames] = self.errors
+        return Fit(others.values, errors, others.iterations, others.loose)
 
 
 class MarkerFitter:
@@ -67,19 +62,36 @@ class MarkerFitter:
         self._markers = structs_to_device(structs.FitMarker, columns, device)
 
     def fit(self, problem: Problem) -> Fit:
-        """The coordinates that fit best, all frames at once."""
-        coarse, neighbours, part = _coarse(problem)
-        values = np.empty((len(problem.positions), len(self.chain.coordinates)))
-        first = self._solve(problem, coarse, self._cold_starts(problem, coarse))
-        found = {name: np.zeros((len(values), *array.shape[1:]), array.dtype) for name, array in first.items()}
-        between = (1.0 - part[:, None]) * first["values"][neighbours[0]] + part[:, None] * first["values"][neighbours[1]]
-        rest = np.setdiff1d(np.arange(len(values)), coarse, assume_unique=True)
-        second = self._solve(problem, rest, between[rest]) if len(rest) else {}
-        for chosen, part_found in ((coarse, first), (rest, second)):
-            for name, array in part_found.items():
-                found[name][chosen] = array
-        found["errors"][np.isnan(problem.positions)] = np.nan
-        return Fit(found["values"], found["errors"], found["iterations"], found["loose"])
+        """The coordinates that fit best, all frames at once.
+
+        Raises:
+            SignalError: no frame of a recording shows three markers.
+        """
+        count, coordinates = len(problem.positions), len(self.chain.coordinates)
+        found = Fit(
+            np.zeros((count, coordinates)), np.zeros(problem.positions.shape), np.zeros(count, np.int32),
+            np.zeros((count, coordinates), bool),
+        )  # fmt: skip
+        plan = Plan(problem)
+        cold = np.concatenate([self._cold_starts(problem, frames) for frames in plan.coarse])
+        self._solve(problem, plan.first, cold, found)
+        again, starts = plan.doubtful(found.values[plan.first], self._squares(problem, found, plan.first))
+        self._solve(problem, again, starts, found, better=True)
+        between = plan.between(found.values[plan.first])
+        self._solve(problem, plan.rest, between[plan.rest], found)
+        again = plan.outliers(self._squares(problem, found, np.arange(count)))
+        if len(again):
+            starts = np.concatenate([self._cold_starts(problem, again[k : k + 1]) for k in range(len(again))])
+            self._solve(problem, again, starts, found, better=True)
+        found.errors[np.isnan(problem.positions)] = np.nan
+        return found
+
+    def _squares(self, problem: Problem, found: Fit, frames: Integers) -> Floats:
+        """Weighted mean squares of the errors of some frames (n,), m^2."""
+        seen = seen_in(problem.positions[frames])
+        w = np.where(seen, problem.weights, 0.0)
+        squares = np.sum(np.where(seen[..., None], found.errors[frames], 0.0) ** 2, axis=2)
+        return np.asarray(np.sum(w * squares, axis=1) / np.maximum(w.sum(axis=1), 1e-12))
 
     def _cold_starts(self, problem: Problem, frames: Integers) -> Floats:
         """The model's pose at the start, its root where the markers are: (n, C)."""
@@ -87,24 +99,22 @@ class MarkerFitter:
         values = np.tile(chain.neutral, (len(frames), 1))
         if root is None:
             return values
-        resting = np.array(chain.neutral)[None]
-        body = chain.places(chain.poses(resting), self._places)[0]
+        resting = chain.poses(np.array(chain.neutral)[None])
+        body = chain.places(resting, self._places)[0]
         turn, shift = aligned(body, problem.positions[frames], problem.weights)
-        place = Place(len(self._root_elements()) - 1, -_root_point(chain))
-        at = chain.places(chain.poses(resting), [place])[0, 0]
-        orientation = chain.poses(resting)[0][0, place.element]
+        last = len(root.rotations) + len(root.translations) - 1
+        at = chain.places(resting, [Place(last, -_vector(root.position_in_child))])[0, 0]
         moved = np.einsum("fij,j->fi", turn, at) + shift
-        values[:, : len(chain.opensim.root_coordinates)] = root_values(
-            chain.opensim, moved, _turned(turn, orientation)
-        )
+        turned = (Rotation.from_matrix(turn) * Rotation.from_quat(resting[0][0, last])).as_quat()
+        values[:, : len(chain.opensim.root_coordinates)] = root_values(chain.opensim, moved, turned)
         return values
 
-    def _root_elements(self) -> list[int]:
-        root = self.chain.opensim.root
-        return list(range(len(root.rotations) + len(root.translations))) if root is not None else []
-
-    def _solve(self, problem: Problem, frames: Integers, starts: Floats) -> dict[str, Any]:
-        """Fit some frames from some values on."""
+    def _solve(
+        self, problem: Problem, frames: Integers, starts: Floats, found: Fit, better: bool = False
+    ) -> None:  # fmt: skip
+        """Fit some frames from some values on, and put what comes of it into what was found; or only what is better."""
+        if not len(frames):
+            return
         base = np.zeros_like(starts)  # of the root's shifts: what is left is small, so that float32 tells it well
         root = self.chain.opensim.root
         shifts = range(0)
@@ -113,7 +123,7 @@ class MarkerFitter:
             base[:, shifts] = starts[:, shifts]
         at = self._base_places(base)
         measured = problem.positions[frames][:, self._order] - at[:, None]
-        seen = np.isfinite(measured).all(axis=2)
+        seen = seen_in(measured)
         weights = np.where(seen, problem.weights[self._order], 0.0)
         targets = problem.targets if len(problem.targets) == 1 else problem.targets[frames]
         if np.any(problem.task_weights[shifts] > 0.0):
@@ -130,10 +140,13 @@ class MarkerFitter:
         self._launch(data, problem.task_weights, len(frames))
         errors = np.empty((len(frames), len(self._order), 3))
         errors[:, self._order] = data.error.numpy()
-        return {
-            "values": data.value.numpy().astype(np.float64) + base, "errors": errors,
-            "iterations": data.iterations.numpy(), "loose": data.loose.numpy() > 0,
-        }  # fmt: skip
+        values = data.value.numpy().astype(np.float64) + base
+        fit = Fit(values, errors, data.iterations.numpy(), data.loose.numpy() > 0)
+        chosen = np.ones(len(frames), bool)
+        if better:
+            chosen = self._squares(problem, fit.spread(frames, found), frames) < self._squares(problem, found, frames)
+        for name in ("values", "errors", "iterations", "loose"):
+            getattr(found, name)[frames[chosen]] = getattr(fit, name)[chosen]
 
     def _base_places(self, base: Floats) -> Floats:
         """How far the root is moved by its shifts alone, (n, 3) m."""
@@ -162,11 +175,11 @@ class MarkerFitter:
 
 
 def aligned(body: Floats, measured: Floats, weights: Floats) -> tuple[Floats, Floats]:
-    """Rotations (n, 3, 3) and shifts (n, 3) that bring points (K, 3) closest to measured ones (n, K, 3), NaN if missing.
+    """Rotations (n, 3, 3) and shifts (n, 3) that bring points (K, 3) closest to measured ones (n, K, 3).
 
-    By singular values (Kabsch 1976; Umeyama 1991, eq. 40).
+    Measured points are NaN where one is missing. By singular values (Kabsch 1976; Umeyama 1991, eq. 40).
     """
-    seen = np.isfinite(measured).all(axis=2)
+    seen = seen_in(measured)
     w = np.where(seen, weights, 0.0)
     w = w / np.maximum(w.sum(axis=1, keepdims=True), 1e-300)
     there = np.where(seen[..., None], measured, 0.0)
@@ -176,26 +189,6 @@ def aligned(body: Floats, measured: Floats, weights: Floats) -> tuple[Floats, Fl
     u[:, :, 2] *= np.sign(np.linalg.det(u @ vt))[:, None]
     turn = u @ vt
     return turn, middle - np.einsum("nij,nj->ni", turn, own)
-
-
-def _coarse(problem: Problem) -> tuple[Integers, tuple[Integers, Integers], Floats]:
-    """Frames that are fitted first; which two of them, by number, are around each frame; and how far it is between."""
-    count = len(problem.positions)
-    ends = [*problem.starts[1:], count]
-    coarse: list[int] = []
-    before, after, part = np.zeros(count, np.int64), np.zeros(count, np.int64), np.zeros(count)
-    for first, end in zip(problem.starts, ends, strict=True):
-        own = list(range(first, end, COARSE))
-        if own[-1] != end - 1:
-            own.append(end - 1)
-        frames = np.arange(first, end)
-        left = np.minimum(np.searchsorted(own, frames, side="right") - 1, max(len(own) - 2, 0))
-        right = np.minimum(left + 1, len(own) - 1)
-        width = np.maximum(np.array(own)[right] - np.array(own)[left], 1)
-        before[first:end], after[first:end] = left + len(coarse), right + len(coarse)
-        part[first:end] = (frames - np.array(own)[left]) / width
-        coarse += own
-    return np.array(coarse), (before, after), part
 
 
 def _elements(chain: Chain, device: Any) -> tuple[Any, Any]:
@@ -221,7 +214,17 @@ def _scratch(rows: int, elements: int, coordinates: int, device: Any) -> Any:
     """Working memory for so many frames at once."""
     work = structs.FitScratch()
     types = {"orientation": wp.quat, "mass": float, "second_moment": wp.mat33}
-    for name in ("orientation", "origin", "turning", "moving", "mass", "first_moment", "second_moment", "pull", "twist"):
+    for name in (
+        "orientation",
+        "origin",
+        "turning",
+        "moving",
+        "mass",
+        "first_moment",
+        "second_moment",
+        "pull",
+        "twist",
+    ):
         dtype = types.get(name, wp.vec3)
         setattr(work, name, instance_zeros((rows, elements), dtype, device, not device.is_cpu))
     for name in ("slope", "before", "held"):
@@ -231,14 +234,5 @@ def _scratch(rows: int, elements: int, coordinates: int, device: Any) -> Any:
     return work
 
 
-def _root_point(chain: Chain) -> Floats:
-    """Where the root's joint is on the root body, m."""
-    assert chain.opensim.root is not None
-    return np.array([float(x) for x in chain.opensim.root.position_in_child])  # type: ignore[arg-type]
-
-
-def _turned(turn: Floats, orientation: Floats) -> Floats:
-    """Orientations (n, 4) of rotations (n, 3, 3) after one (4,)."""
-    from scipy.spatial.transform import Rotation
-
-    return np.asarray((Rotation.from_matrix(turn) * Rotation.from_quat(orientation)).as_quat())
+def _vector(given: Any) -> Floats:
+    return np.array([float(x) for x in given])

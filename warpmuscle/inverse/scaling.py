@@ -8,10 +8,11 @@ markers that fit best, see `size_fit`.
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -32,7 +33,7 @@ from warpmuscle.inverse.size_fit import fit_sizes
 from warpmuscle.inverse.sized_chain import SizedChain
 from warpmuscle.inverse.trial import Markers, TrialWarning
 from warpmuscle.scene import Scene
-from warpmuscle.scene.scaling import muscle_length_factors, multiplied
+from warpmuscle.scene.scaling import multiplied, muscle_length_factors
 from warpmuscle.scene.validation.scene import check_scene
 from warpmuscle.simulation.devices import find_device
 
@@ -53,7 +54,7 @@ class Scaled:
 
 
 def scale(
-    model: str | PathLike[str], markers: MarkersLike | Sequence[MarkersLike], *, mass: float | None = None,
+    model: str | PathLike[str], markers: MarkersLike | list[Any], *, mass: float | None = None,
     setup: str | PathLike[str] | None = None, weights: Mapping[str, float] | None = None, symmetric: bool = True,
     move_markers: bool = True, keep_mass_distribution: bool | None = None, device: str | None = None,
 ) -> Scaled:  # fmt: skip
@@ -84,8 +85,7 @@ def scale(
         raise ArgumentError(f"model: an OpenSim model, .osim, can be scaled, not {path.name!r}")
     if mass is not None and not 0.0 < mass < np.inf:
         raise ArgumentError(f"mass: must be greater than 0 kg, not {mass:g}")
-    one = isinstance(markers, Markers | str | PathLike)
-    given: Sequence[MarkersLike] = [markers] if one else list(markers)  # type: ignore[arg-type, list-item]
+    given = markers if isinstance(markers, list | tuple) else [markers]
     trials = [item if isinstance(item, Markers) else read_markers(Path(item)) for item in given]
     if not trials:
         raise ArgumentError("markers: there must be one recording at least")

@@ -19,7 +19,8 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.inverse.chain import Chain
-from warpmuscle.inverse.marker_fit import Fit, MarkerFitter, Problem
+from warpmuscle.inverse.fit_plan import Problem, seen_in
+from warpmuscle.inverse.marker_fit import Fit, MarkerFitter
 from warpmuscle.inverse.sized_chain import SizedChain, Sizes
 
 LEAST_ERROR, MOST_ERROR = 1.0e-4, 0.01  # m, within which the errors of the fit tell ERROR
@@ -68,10 +69,10 @@ def fit_sizes(chain: SizedChain, positions: Floats, weights: Floats, move_marker
 
 def _frames(positions: Floats) -> Floats:
     """Frames that count: at most so many, over all of the time, of those that show most markers."""
-    seen = np.isfinite(positions).all(axis=2).sum(axis=1)
+    seen = seen_in(positions).sum(axis=1)
     good = np.flatnonzero(seen >= 0.8 * seen.max())
     chosen = np.unique(np.linspace(0, len(good) - 1, min(MOST_FRAMES, len(good))).round().astype(int))
-    return positions[good[chosen]]
+    return np.asarray(positions[good[chosen]])
 
 
 def _posed(chain: SizedChain, own: Chain, frames: Floats, weights: Floats, device: Any) -> Fit:
@@ -101,7 +102,7 @@ def _equations(chain: SizedChain, own: Chain, fit: Fit, weights: Floats) -> tupl
     """
     poses, places = own.poses(fit.values), [own.markers[name] for name in chain.markers]
     frames, markers = fit.errors.shape[:2]
-    w = np.where(np.isfinite(fit.errors[..., 0]), weights, 0.0)  # (F, K)
+    w = np.where(seen_in(fit.errors), weights, 0.0)  # (F, K)
     e = np.nan_to_num(fit.errors)
     at_limit = (fit.values <= own.low) | (fit.values >= own.high) | fit.loose.astype(bool)
     by_q = np.where(at_limit[:, None, None], 0.0, own.jacobian(fit.values, places))
@@ -124,7 +125,9 @@ def _equations(chain: SizedChain, own: Chain, fit: Fit, weights: Floats) -> tupl
     matrix[:factors, factors:] += both
     matrix[factors:, :factors] += both.T
     matrix[factors:, factors:] += np.diag(np.repeat(w.sum(axis=0), 3))
-    slope = np.concatenate([weighted_s.reshape(-1, factors).T @ e.ravel(), np.einsum("fk,fkij,fki->kj", w, axes, e).ravel()])
+    slope = np.concatenate(
+        [weighted_s.reshape(-1, factors).T @ e.ravel(), np.einsum("fk,fkij,fki->kj", w, axes, e).ravel()]
+    )
     error = float(np.sum(w[..., None] * e**2) / max(3.0 * w.sum(), 1e-12))
     return matrix / frames, slope / frames, float(np.clip(error, LEAST_ERROR**2, MOST_ERROR**2))
 

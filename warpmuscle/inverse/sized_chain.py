@@ -11,12 +11,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from warpmuscle.core.array_types import Floats
+from warpmuscle.core.pose import rotate
 from warpmuscle.formats.lines import Notes
 from warpmuscle.formats.osim.build import build
+from warpmuscle.formats.osim.placement import vector
 from warpmuscle.formats.osim.records import Model
 from warpmuscle.formats.osim.scale import scaled_model
 from warpmuscle.inverse.chain import Chain, evaluate, plain_chain
-from warpmuscle.core.pose import rotate
 from warpmuscle.scene.joints.symmetry import counterpart
 
 AXES = 3
@@ -59,7 +60,7 @@ class SizedChain:
         found = scaled_model(model, self.factors(sizes), mass, keep)
         offsets = dict(zip(self.markers, sizes.offsets, strict=True))
         found.markers = [
-            replace(one, location=tuple(float(x) for x in np.asarray(one.location) + offsets.get(one.name, 0.0)))
+            replace(one, location=vector(np.asarray(one.location) + offsets.get(one.name, 0.0)))
             for one in found.markers
         ]
         return found

@@ -117,7 +117,7 @@ def _even(time: Floats, written: list[str], rate: str) -> Floats:
     even = time[0] + step * np.arange(len(time))
     for shift in (0.0, 0.5 * (np.max(time - even) + np.min(time - even))):  # the first one may be rounded, too
         if np.abs(time - even - shift).max() <= 0.5001 * 10.0**-decimals:
-            return even + shift
+            return np.asarray(even + shift)
     return time
 
 

@@ -21,7 +21,9 @@ Factors = Mapping[str, Floats]  # (3,) along x, y and z of a body, by its name
 ROUND = ("WrapCylinder", "WrapTorus")
 
 
-def scaled_model(model: Model, factors: Factors, mass: float | None = None, keep_mass_distribution: bool = False) -> Model:
+def scaled_model(
+    model: Model, factors: Factors, mass: float | None = None, keep_mass_distribution: bool = False
+) -> Model:
     """The model with bodies of another size.
 
     Args:
@@ -127,7 +129,9 @@ def _muscle(model: Model, muscle: Muscle, of) -> Muscle:  # type: ignore[no-unty
 
     def placed(point: Point) -> Point:
         s = of(point.frame)
-        motion = tuple((name, function.scaled(float(f))) for (name, function), f in zip(point.motion, s, strict=bool(point.motion)))
+        motion = tuple(
+            (name, function.scaled(float(f))) for (name, function), f in zip(point.motion, s, strict=bool(point.motion))
+        )
         return replace(point, location=_times(point.location, s), motion=motion)
 
     return replace(muscle, points=tuple(map(placed, muscle.points)))
