@@ -76,7 +76,9 @@ class FitScratch:
     second_moment: wp.array2d[wp.mat33]
     pull: wp.array2d[wp.vec3]  # sum of the weighted errors
     twist: wp.array2d[wp.vec3]  # and of their moments
+    spread: wp.array2d[wp.mat33]  # and of the products p e' of places and weighted errors
     matrix: wp.array3d[float]  # (rows, coordinates, coordinates): J' W J, below the diagonal and on it
     slope: wp.array2d[float]  # (rows, coordinates): J' W e, then the step
-    before: wp.array2d[float]  # diagonal before factorisation, then values before the step
+    diagonal: wp.array2d[float]  # of J' W J
+    last: wp.array2d[float]  # values before the step
     held: wp.array2d[int]  # 1 at a limit, beyond which the markers pull

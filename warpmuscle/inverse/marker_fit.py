@@ -213,21 +213,13 @@ def _elements(chain: Chain, device: Any) -> tuple[Any, Any]:
 def _scratch(rows: int, elements: int, coordinates: int, device: Any) -> Any:
     """Working memory for so many frames at once."""
     work = structs.FitScratch()
-    types = {"orientation": wp.quat, "mass": float, "second_moment": wp.mat33}
-    for name in (
-        "orientation",
-        "origin",
-        "turning",
-        "moving",
-        "mass",
-        "first_moment",
-        "second_moment",
-        "pull",
-        "twist",
-    ):
-        dtype = types.get(name, wp.vec3)
+    of_elements = {
+        "orientation": wp.quat, "mass": float, "second_moment": wp.mat33, "spread": wp.mat33,
+        **dict.fromkeys(("origin", "turning", "moving", "first_moment", "pull", "twist"), wp.vec3),
+    }  # fmt: skip
+    for name, dtype in of_elements.items():
         setattr(work, name, instance_zeros((rows, elements), dtype, device, not device.is_cpu))
-    for name in ("slope", "before", "held"):
+    for name in ("slope", "diagonal", "last", "held"):
         dtype = int if name == "held" else float
         setattr(work, name, instance_zeros((rows, coordinates), dtype, device, not device.is_cpu))
     work.matrix = instance_zeros((rows, coordinates, coordinates), float, device, not device.is_cpu)

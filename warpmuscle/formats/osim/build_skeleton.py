@@ -168,6 +168,8 @@ def _root(model: Model, branch: Branch, skeleton: Skeleton, coordinates: Coordin
     skeleton.initial.root_orientation = (x, y, z, w)
     if skeleton.character.root_joint == "planar":  # which moves in the plane x = 0
         kept.position_in_parent = vector(np.array([-lever[0], at[1], at[2]]))
+        aside = [np.array(move.axis) * move.value for move in branch.moves if not move.turns and not move.argument]
+        skeleton.opensim.sideways = float(at[0] + lever[0] + sum((axes @ shift)[0] for shift in aside))
         place[0] = -lever[0]
     skeleton.initial.root_position = vector(place + lever)
     skeleton.initial.root_angular_velocity = vector(spin)
