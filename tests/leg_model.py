@@ -35,10 +35,12 @@ def leg_text(clamped: bool = True, locked: str = "") -> str:
         return "".join(coordinate(name, told + "<locked>true</locked>" * (name == locked)) for name in names)
 
     def turned(*names: str) -> dict[str, tuple[str, str, str]]:
-        return {f"rotation{k + 1}": (n, a, small.LINE) for k, (n, a) in enumerate(zip(names, ("0 0 1", "1 0 0", "0 1 0"), strict=False))}  # fmt: skip
+        axes = zip(names, ("0 0 1", "1 0 0", "0 1 0"), strict=False)
+        return {f"rotation{k + 1}": (name, axis, small.LINE) for k, (name, axis) in enumerate(axes)}
 
     roll = small.spline("SimmSpline", "-2 -1 -0.5 0 0.3", "-0.02 -0.012 -0.005 0 0.002")
-    shifts = {f"translation{k + 1}": (f"t{x}", a, small.LINE) for k, (x, a) in enumerate((("x", "1 0 0"), ("y", "0 1 0"), ("z", "0 0 1")))}  # fmt: skip
+    ways = enumerate((("tx", "1 0 0"), ("ty", "0 1 0"), ("tz", "0 0 1")))
+    shifts = {f"translation{k + 1}": (name, axis, small.LINE) for k, (name, axis) in ways}
     masses = {"pelvis": 10.0, "femur": 8.0, "tibia": 3.0, "patella": 0.1, "foot": 1.0}
     bodies = "".join(small.body(name, mass, "0.01 -0.1 0", "0.1 0.02 0.1 0 0 0") for name, mass in masses.items())
     joints = (

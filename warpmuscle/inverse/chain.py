@@ -155,7 +155,7 @@ class _Builder:
             self._coordinate(name, float(value), None)
         numbers = range(len(opensim.root_coordinates))
         shifts = list(numbers[len(root.rotations) :])
-        at = _vector(root.position_in_parent) + [opensim.sideways, 0.0, 0.0]
+        at = _vector(root.position_in_parent) + np.array([opensim.sideways, 0.0, 0.0])
         end = self._moves(Place(GROUND, at), root, list(numbers), shifts)
         chain.bodies[self._scene.character.root] = Place(end.element, end.point - _vector(root.position_in_child))
 

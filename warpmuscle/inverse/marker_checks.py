@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from warpmuscle.core.array_types import Floats
+from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.errors import SignalError
 from warpmuscle.inverse.chain import Chain, Place
 from warpmuscle.inverse.fit_plan import seen_in
@@ -116,14 +116,22 @@ def _loose(chain: Chain, fit: Fit) -> list[str]:
     notes = []
     if always:
         notes.append(f"no marker tells {_listed(always)}: they stay as the model starts")
+    gaps: dict[bytes, list[str]] = {}  # coordinates by the frames in which they are not told
     for k, name in enumerate(chain.coordinates):
-        frames = np.flatnonzero(loose[:, k])
-        if len(frames) and name not in always:
-            notes.append(
-                f"markers that tell {name} are missing in {len(frames)} frames, the first is number {frames[0] + 1}: "
-                "there it is as between the frames around"
-            )
+        only = loose[:, k] & ~loose.all(axis=1)
+        if only.any() and name not in always:
+            gaps.setdefault(only.tobytes(), []).append(name)
+    for pattern, names in gaps.items():
+        frames = np.flatnonzero(np.frombuffer(pattern, bool))
+        notes.append(_gap(f"markers that tell {_listed(names)} are missing", frames))
+    nothing = np.flatnonzero(loose.all(axis=1))
+    if len(nothing):
+        notes.append(_gap("no marker is seen", nothing))
     return notes
+
+
+def _gap(what: str, frames: Integers) -> str:
+    return f"{what} in {len(frames)} frames, the first is number {frames[0] + 1}: there it is as between those around"
 
 
 def _listed(names: Sequence[str]) -> str:

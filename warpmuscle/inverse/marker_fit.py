@@ -73,16 +73,14 @@ class MarkerFitter:
             np.zeros((count, coordinates), bool),
         )  # fmt: skip
         plan = Plan(problem)
-        cold = np.concatenate([self._cold_starts(problem, frames) for frames in plan.coarse])
-        self._solve(problem, plan.first, cold, found)
+        self._solve(problem, plan.first, self._cold_starts(problem, plan.coarse), found)
         again, starts = plan.doubtful(found.values[plan.first], self._squares(problem, found, plan.first))
         self._solve(problem, again, starts, found, better=True)
         between = plan.between(found.values[plan.first])
         self._solve(problem, plan.rest, between[plan.rest], found)
         again = plan.outliers(self._squares(problem, found, np.arange(count)))
         if len(again):
-            starts = np.concatenate([self._cold_starts(problem, again[k : k + 1]) for k in range(len(again))])
-            self._solve(problem, again, starts, found, better=True)
+            self._solve(problem, again, self._cold_starts(problem, list(again[:, None])), found, better=True)
         found.errors[np.isnan(problem.positions)] = np.nan
         return found
 
@@ -93,9 +91,13 @@ class MarkerFitter:
         squares = np.sum(np.where(seen[..., None], found.errors[frames], 0.0) ** 2, axis=2)
         return np.asarray(np.sum(w * squares, axis=1) / np.maximum(w.sum(axis=1), 1e-12))
 
-    def _cold_starts(self, problem: Problem, frames: Integers) -> Floats:
-        """The model's pose at the start, its root where the markers are: (n, C)."""
-        chain, root = self.chain, self.chain.opensim.root
+    def _cold_starts(self, problem: Problem, parts: list[Integers]) -> Floats:
+        """The model's pose at the start, its root where the markers are: (n, C).
+
+        Args:
+            parts: frames; from one to the next of a part, angles of the root are continuous.
+        """
+        chain, root, frames = self.chain, self.chain.opensim.root, np.concatenate(parts)
         values = np.tile(chain.neutral, (len(frames), 1))
         if root is None:
             return values
@@ -106,7 +108,10 @@ class MarkerFitter:
         at = chain.places(resting, [Place(last, -_vector(root.position_in_child))])[0, 0]
         moved = np.einsum("fij,j->fi", turn, at) + shift
         turned = (Rotation.from_matrix(turn) * Rotation.from_quat(resting[0][0, last])).as_quat()
-        values[:, : len(chain.opensim.root_coordinates)] = root_values(chain.opensim, moved, turned)
+        ends = np.cumsum([len(part) for part in parts])[:-1]
+        pairs = zip(np.split(moved, ends), np.split(turned, ends), strict=True)
+        found = [root_values(chain.opensim, place, orientation) for place, orientation in pairs]
+        values[:, : len(chain.opensim.root_coordinates)] = np.concatenate(found)
         return values
 
     def _solve(

@@ -29,7 +29,7 @@ SPREAD = 0.3  # of factors about their mean
 FARTHER = 0.02  # m, from which on an offset counts less
 MOST_FRAMES = 50
 MOST_STEPS = 20
-CLOSE, SETTLED = 2.0e-4, 5.0e-3  # of factors, and m: a step that ends the fit, and one that is small enough
+CLOSE, SETTLED = 2.0e-3, 0.01  # of factors, and m: a step that ends the fit, and one that is small enough
 SMALLEST, LARGEST = 0.3, 3.0  # factors
 
 
