@@ -38,6 +38,13 @@ def leg_text(clamped: bool = True, locked: str = "") -> str:
         axes = zip(names, ("0 0 1", "1 0 0", "0 1 0"), strict=False)
         return {f"rotation{k + 1}": (name, axis, small.LINE) for k, (name, axis) in enumerate(axes)}
 
+    def whole(**given: tuple[str, str, str]) -> str:
+        """A transform with all six axes, as OpenSim asks for; others stay at 0."""
+        still = '<Constant name="function"><value>0</value></Constant>'
+        kinds = {"rotation": ("0 0 1", "1 0 0", "0 1 0"), "translation": ("1 0 0", "0 1 0", "0 0 1")}
+        every = {f"{kind}{k + 1}": ("", axis, still) for kind, axes in kinds.items() for k, axis in enumerate(axes)}
+        return small.axes(**every | given)
+
     roll = small.spline("SimmSpline", "-2 -1 -0.5 0 0.3", "-0.02 -0.012 -0.005 0 0.002")
     ways = enumerate((("tx", "1 0 0"), ("ty", "0 1 0"), ("tz", "0 0 1")))
     shifts = {f"translation{k + 1}": (name, axis, small.LINE) for k, (name, axis) in ways}
@@ -45,12 +52,12 @@ def leg_text(clamped: bool = True, locked: str = "") -> str:
     bodies = "".join(small.body(name, mass, "0.01 -0.1 0", "0.1 0.02 0.1 0 0 0") for name, mass in masses.items())
     joints = (
         small.joint("CustomJoint", "ground_pelvis", "ground", "pelvis", own("tilt", "list", "turn", "tx", "ty", "tz"),
-                    small.axes(**turned("tilt", "list", "turn"), **shifts))
+                    whole(**turned("tilt", "list", "turn"), **shifts))
         + small.joint("CustomJoint", "hip", "pelvis", "femur", own("flexion", "adduction", "rotation"),
-                      small.axes(**turned("flexion", "adduction", "rotation")), PLACES["pelvis"])
-        + small.joint("CustomJoint", "knee_joint", "femur", "tibia", own("knee"), small.axes(
+                      whole(**turned("flexion", "adduction", "rotation")), PLACES["pelvis"])
+        + small.joint("CustomJoint", "knee_joint", "femur", "tibia", own("knee"), whole(
             **turned("knee"), translation1=("knee", "1 0 0", roll)), PLACES["femur"])
-        + small.joint("CustomJoint", "patella_joint", "femur", "patella", own("beta"), small.axes(
+        + small.joint("CustomJoint", "patella_joint", "femur", "patella", own("beta"), whole(
             rotation1=("beta", "0 0 1", small.LINE)), "0.04 -0.4 0")
         + small.joint("PinJoint", "ankle_joint", "tibia", "foot", own("ankle"), "", PLACES["tibia"], "0.1 0.2 0")
     )  # fmt: skip

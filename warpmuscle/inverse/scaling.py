@@ -37,6 +37,7 @@ from warpmuscle.scene.scaling import multiplied, muscle_length_factors
 from warpmuscle.scene.validation.scene import check_scene
 from warpmuscle.simulation.devices import find_device
 
+SAME = 1.0e-6  # s, between times that are one
 LARGEST_MOVE = 0.05  # m, of a marker on its body, beyond which it is told
 UNUSUAL = 0.6, 1.6  # factors outside of which a subject is of another kind than the model
 
@@ -135,30 +136,36 @@ def _by_setup(
     """As OpenSim's ScaleTool."""
     if len(trials) != 1:
         raise ArgumentError(f"markers: a set-up scales by one static trial, not by {len(trials)} recordings")
-    scaled_by = _measured(record, _averaged(trials[0], setup.times, setup), setup)
+    scaled_by = _measured(record, _during(trials[0], setup.times, setup), setup)
     keep = setup.keep_mass_distribution if keep is None else keep
     sized = scaled_model(record, scaled_by, mass if mass is not None else setup.mass, keep)
     factors = {body.name: _three(scaled_by.get(body.name, np.ones(3))) for body in record.bodies}
     moved: dict[str, float] = {}
     errors = np.full((1, 1, 3), np.nan)
     if setup.place and move_markers:
-        still = _averaged(trials[0], setup.tasks.times, setup)
+        still = _averaged(_during(trials[0], setup.tasks.times, setup))
         sized, moved, errors = _placed(sized, still, setup, device)
     return _scaled(record, sized, factors, moved, errors, [])
 
 
-def _averaged(markers: Markers, times: tuple[float, float] | None, setup: ScaleSetup) -> Markers:
-    """The mean positions of all markers over a range of times, as one frame."""
+def _during(markers: Markers, times: tuple[float, float] | None, setup: ScaleSetup) -> Markers:
+    """The frames from the last one before a range of times begins to the first one once it has ended, as in OpenSim."""
     low, high = times if times is not None else (-np.inf, np.inf)
-    keep = (markers.times >= low - 1e-9) & (markers.times <= high + 1e-9)
-    if not keep.any():
+    if low > markers.times[-1] or high < markers.times[0]:
         raise SignalError(
             f"no frame lies within the range of times from {low:g} to {high:g} s; there are frames from "
             f"{markers.times[0]:g} to {markers.times[-1]:g} s", file=setup.file,
         )  # fmt: skip
+    first = max(int(np.searchsorted(markers.times, low + SAME, side="right")) - 1, 0)
+    last = min(int(np.searchsorted(markers.times, high - SAME)), len(markers.times) - 1)
+    return Markers(markers.names, markers.times[first : last + 1], markers.positions[first : last + 1])
+
+
+def _averaged(markers: Markers) -> Markers:
+    """The mean positions of all markers as one frame."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)
-        mean = np.nanmean(markers.positions[keep], axis=0)
+        mean = np.nanmean(markers.positions, axis=0)
     return Markers(markers.names, np.zeros(1), mean[None])
 
 
@@ -167,7 +174,7 @@ def _measured(record: Model, still: Markers, setup: ScaleSetup) -> dict[str, Flo
     chain = chain_of(_scene(record, skeleton_only=True))
     places = chain.places(chain.poses(np.array([chain.neutral])), list(chain.markers.values()))[0]
     model = dict(zip(chain.markers, places, strict=True))
-    there = dict(zip(still.names, still.positions[0], strict=True))
+    there = dict(zip(still.names, still.positions.transpose(1, 0, 2), strict=True))
     bodies = {body.name for body in record.bodies}
     found: dict[str, Floats] = {}
     for kind in setup.order:
@@ -188,19 +195,19 @@ def _measured(record: Model, still: Markers, setup: ScaleSetup) -> dict[str, Flo
 
 
 def _ratio(one: Measurement, model: Mapping[str, Floats], there: Mapping[str, Floats], setup: ScaleSetup) -> float:
-    """The mean over pairs of markers of their distance in the recording over that in the model."""
+    """The mean over pairs of markers of their distance in the recording, in mean, over that in the model."""
     ratios = []
     for pair in one.pairs:
         for name in pair:
             lacks = [where for where, known in (("model", model), ("recording", there)) if name not in known]
-            if not lacks and np.isnan(there[name]).any():
+            if not lacks and np.isnan(there[name]).any(axis=1).all():
                 lacks = ["recording within the range of times"]
             if lacks:
                 message = f"measurement {one.name!r} is of the marker {name!r}, which the {lacks[0]} does not have"
                 raise SceneError(message, file=setup.file, line=one.line)
         own = float(np.linalg.norm(model[pair[0]] - model[pair[1]]))
-        apart = float(np.linalg.norm(there[pair[0]] - there[pair[1]]))
-        if min(own, apart) <= 0.0:
+        apart = float(np.nanmean(np.linalg.norm(there[pair[0]] - there[pair[1]], axis=1)))
+        if not min(own, apart) > 0.0:
             message = f"measurement {one.name!r}: {' and '.join(pair)} are at the same place"
             raise SceneError(message, file=setup.file, line=one.line)
         ratios.append(apart / own)
