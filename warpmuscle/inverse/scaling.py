@@ -20,11 +20,11 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import ArgumentError, SceneError, SignalError
 from warpmuscle.formats.external_loads import TO_OPENSIM
 from warpmuscle.formats.lines import Notes
+from warpmuscle.formats.opensim_scale import scaled_model
 from warpmuscle.formats.opensim_setups import Measurement, ScaleSetup, read_scale_setup
 from warpmuscle.formats.osim.build import build
 from warpmuscle.formats.osim.read import read
 from warpmuscle.formats.osim.records import Model
-from warpmuscle.formats.osim.scale import scaled_model
 from warpmuscle.inverse.chain import chain_of
 from warpmuscle.inverse.files import read_markers
 from warpmuscle.inverse.kinematics import MarkersLike, fit_pose

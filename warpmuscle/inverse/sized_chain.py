@@ -13,10 +13,10 @@ import numpy as np
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.pose import rotate
 from warpmuscle.formats.lines import Notes
+from warpmuscle.formats.opensim_scale import scaled_model
 from warpmuscle.formats.osim.build import build
 from warpmuscle.formats.osim.placement import vector
 from warpmuscle.formats.osim.records import Model
-from warpmuscle.formats.osim.scale import scaled_model
 from warpmuscle.inverse.chain import Chain, evaluate, plain_chain
 from warpmuscle.scene.joints.symmetry import counterpart
 
