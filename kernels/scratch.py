@@ -18,7 +18,7 @@ CAPACITY_STEP = 5  # bodies; the 15 bodies of the SIMBICON biped fill a class ex
 FIRST, SECOND, CONTROL = 44, 24, 12  # floats a body in the two blocks of `work_at`; of the controller in the second
 SLOT_FLOATS = 18
 COORDINATE = 9  # floats a body, of joints of one coordinate where there are some
-OTHER_FLOATS = 8
+OTHER_FLOATS = 9
 SHAPES_A_BODY = 4  # that may collide, on average
 PULLS_A_BODY = 4  # crossings of muscles, on average; those of more are kept in the state
 
@@ -47,6 +47,7 @@ LIVES = {
     **dict.fromkeys(("moment", "momentum"), Life("sums", "sums")),
     "center": Life("sums", "record"),
     "flags": Life("failure", "feet"),
+    "near": Life(PHASES[0], PHASES[-1]),  # kept from step to step
     **dict.fromkeys(("shape_middle", "shape_half"), Life("collision", "collision")),
     **dict.fromkeys(("torque", "stiffness"), Life("control", "backward")),
     **dict.fromkeys(("strength", "frame"), Life("control", "control")),
@@ -219,6 +220,7 @@ def work_at(memory: wp.array[float], n: int, slots: int) -> Scratch:
     rest = feet + SLOT_FLOATS * slots
     w.center = vectors_at(memory, rest, 3, 2)
     w.flags = integers_at(memory, rest + 6, 1, 2)
+    w.near = integers_at(memory, rest + 8, 1, 1)
     return w
 
 

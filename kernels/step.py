@@ -56,7 +56,7 @@ from warpmuscle.kernels.term_functions import (
     muscle_functions,
     objective_stage_of,
 )
-from warpmuscle.kernels.touching import touching_stage_of
+from warpmuscle.kernels.touching import begin_looking, touching_stage_of
 
 OTHERS = "actuation.effort", "muscles.knot_value"  # which others give with any strides
 know_model = known_rows_of(Model, OTHERS, pairs=("muscles.curve_table",))
@@ -172,6 +172,8 @@ def one_step_of(
         kinematics_stage(instance, lane, lanes, model, state, work)
         if lane == 0:
             begin_step(instance, step, model, state, work)
+            if wp.static(touching):
+                begin_looking(step, model, work)
         synchronize()
         lap(instance, lane, KINEMATICS, wp.uint64(0))
         status = posture_status(instance, model, state, work)
@@ -330,6 +332,7 @@ def step_kernel(
         together=WARP // instances_per_block if across else 0,
     )  # fmt: skip
     extensions_struct = extensions_of(controller, forces)
+    touching = any(force.touch for force in forces)
     monomials = 0 if muscles is None else muscles.paths.monomials
     floats = work_floats(capacity, bool(skeleton.joints), monomials, slots)
     roomy, slots = slots is not None, slots_of(capacity) if slots is None else slots
@@ -372,6 +375,8 @@ def step_kernel(
             work.monomial = monomials_before_contacts(room, capacity, slots, monomials)
         elif wp.static(monomials > 0):
             work.monomial = monomials_at(room, monomials)
+        if wp.static(touching) and lane == 0:
+            work.near[0] = 1  # as long as it is not known
         status = int(RUNNING)
         lap(instance, lane, BEGIN, buffer)
         for _ in range(steps):

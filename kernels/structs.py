@@ -331,6 +331,7 @@ class Scratch:
         wp.vec3
     ]  # (slots,) ... and its force; after the forward pass the force of the whole step, N
     flags: wp.array[int]  # (2,) a body that is no foot touched the ground, before that: another body; the step diverged
+    near: wp.array[int]  # (1,) whether some bodies may touch before the next look; kept from step to step
     # Of joints of one coordinate, see `coordinate_joint.py`; only kernels that have such joints have them:
     coordinate_turning: wp.array[wp.vec3]  # (bodies,) angular half of the motion subspace, world
     coordinate_moving: wp.array[wp.vec3]  # (bodies,) and its linear half

@@ -38,6 +38,13 @@ def push(instance: int, body: int, force: wp.vec3, arm: wp.vec3, model: ModelRef
     work.bias_moment[body] = work.bias_moment[body] - wp.cross(arm, force) - wp.cross(c, force)
 
 
+@wp.func
+def begin_looking(step: int, model: ModelRef, work: ScratchRef):
+    """Forget, in a step that looks at all pairs, which were near. One lane calls it, before a barrier."""
+    if step % model.touch_interval == 0:
+        work.near[0] = 0
+
+
 @cache
 def push_each_other_of(touch_between: Any, extension_struct: Any) -> Any:
     """The Warp function that adds to the bias forces of bodies what those of one kind that touch do to each other.
@@ -56,8 +63,10 @@ def push_each_other_of(touch_between: Any, extension_struct: Any) -> Any:
         work: ScratchRef,
         extension: wp.ref[extension_struct],
     ):
-        count = extension.first.shape[0]
         looks = step % model.touch_interval == 0
+        if not any_lane(looks or work.near[0] != 0):
+            return
+        count = extension.first.shape[0]
         for begin in range(0, count, lanes):
             pair = begin + lane
             touch = Touch()
@@ -67,6 +76,8 @@ def push_each_other_of(touch_between: Any, extension_struct: Any) -> Any:
                     touch = touch_between(instance, extension.first[pair], extension.second[pair], model, work, p)
                     if looks:
                         extension.memory[instance, pair, 0] = touch.near
+                        if touch.near > 0.0:
+                            work.near[0] = 1
             touches = wp.length_sq(touch.force) > 0.0
             if any_lane(touches):
                 for turn in range(lanes):

@@ -32,6 +32,9 @@ if TYPE_CHECKING:
     from warpmuscle.results.result import read, write
     from warpmuscle.scene import Scene
     from warpmuscle.scene.trusted_code import trust
+    from warpmuscle.session.conversion import convert
+    from warpmuscle.session.runs import Run, simulate
+    from warpmuscle.session.scene_table import scenes
     from warpmuscle.simulation.multi_device import MultiDeviceRollout, make_rollout
     from warpmuscle.simulation.rollout import Rollout
     from warpmuscle.simulation.stages import Stages
@@ -40,10 +43,12 @@ if TYPE_CHECKING:
     __version__: str
 
 __all__ = [
-    "Error", "Motions", "MultiDeviceRollout", "Recording", "Result", "ResultError", "Rollout", "RolloutError", "Scene",
-    "SceneError", "Stages", "Status", "__version__", "append_motions", "best_scene",
-    "inverse_kinematics", "load", "make_rollout", "measure",
-    "optimize", "plot", "read", "read_motions", "resume", "save", "scale", "show", "trust", "write",
+    "Error", "Motions", "MultiDeviceRollout", "Recording", "Result", "ResultError", "Rollout", "RolloutError", "Run",
+    "Scene", "SceneError", "Stages", "Status", "__version__", "append_motions", "best_scene", "convert",
+    "inverse_kinematics", "load",
+    "make_rollout", "measure", "optimize", "plot", "read", "read_motions", "resume", "save", "scale", "scenes",
+    "show",
+    "simulate", "trust", "write",
 ]  # fmt: skip
 
 _HOMES = {
@@ -51,11 +56,12 @@ _HOMES = {
     "Recording": "results.recording", "Result": "results.records",
     "Rollout": "simulation.rollout", "Scene": "scene", "Stages": "simulation.stages", "Status": "core.status",
     "append_motions": "results.motion_files", "best_scene": "optimization.best_scene", "load": "formats",
-    "inverse_kinematics": "inverse.kinematics", "make_rollout": "simulation.multi_device",
+    "convert": "session.conversion", "inverse_kinematics": "inverse.kinematics", "scale": "inverse.scaling",
+    "make_rollout": "simulation.multi_device",
     "measure": "gait.measures", "optimize": "optimization.optimize", "plot": "plots", "read": "results.result",
     "read_motions": "results.motion_files",
-    "resume": "optimization.resume", "save": "formats", "scale": "inverse.scaling",
-    "show": "view.notebook", "trust": "scene.trusted_code",
+    "Run": "session.runs", "resume": "optimization.resume", "save": "formats", "scenes": "session.scene_table",
+    "show": "view.notebook", "simulate": "session.runs", "trust": "scene.trusted_code",
     "write": "results.result",
 }  # fmt: skip
 

@@ -126,6 +126,16 @@ def collision() -> Motion:
     return Motion(legs())
 
 
+def test_bits_do_not_depend_on_the_launches_that_steps_come_in():
+    ends = []
+    for launches in ((200,), (*range(1, 8), 10, 12, 199, 200)):
+        rollout = Rollout(legs(), device="cpu")
+        for step in launches:
+            rollout.advance(step)
+        ends.append(rollout.state.coordinates.numpy())
+    np.testing.assert_array_equal(*ends)
+
+
 def test_legs_that_swing_into_each_other_stop_there(collision):
     free = Motion(legs(stiffness=0.0))
     assert free.depth.depth > 0.08  # through one another

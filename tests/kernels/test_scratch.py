@@ -34,7 +34,9 @@ from warpmuscle.kernels import (
     stages,
     step,
     term_functions,
+    touching,
 )
+from warpmuscle.kernels.body_contact import body_contact_of
 from warpmuscle.kernels.curves import LEE
 from warpmuscle.kernels.muscle_stage import COMPLIANT, HILL, IDEAL, LEGACY, RIGID, MuscleKind, muscle_stage_of
 from warpmuscle.kernels.scratch import LIVES, PHASES, Life
@@ -53,6 +55,7 @@ MUSCLES = [
     for tendon, law, at_hand in itertools.product((RIGID, COMPLIANT), (HILL, LEGACY, IDEAL), (True, False))
 ]
 FORCES = tuple(devices.FORCES.values())
+KEPT = {"near"}  # from step to step
 IN_PARTS = (kinematics.move_joint, kinematics.place_root, kinematics.place_body)
 FUNCTIONS: dict[str, tuple[Any, ...]] = {
     "joints": (kinematics.move_joint, coordinate_joint.move_any_of(stages.KNOWN_JOINTS),
@@ -60,7 +63,7 @@ FUNCTIONS: dict[str, tuple[Any, ...]] = {
     ),
     "poses": (kinematics.place_root, kinematics.place_body, coordinate_joint.place_any),
     "sums": (kinematics.kinematics_stage,),
-    "failure": (failure.begin_step, failure.posture_status),
+    "failure": (failure.begin_step, touching.begin_looking, failure.posture_status),
     "collision": (collision.collision_stage_of(True),),
     "control": (
         control.control_stage_of(control.SIMBICON), simbicon.torques_stage, coordinate_control.coordinate_control_stage,
@@ -70,7 +73,10 @@ FUNCTIONS: dict[str, tuple[Any, ...]] = {
     "objective": (term_functions.objective_stage_of(TERMS),),
     "record": (record.record_stage,),
     "motion": (motion.prescribe_stage, coordinate_joint.prescribe_any),
-    "inertia": (inertia.inertia_stage_of(True), forces.body_forces_stage_of(FORCES)),
+    "inertia": (
+        inertia.inertia_stage_of(True), forces.body_forces_stage_of(FORCES),
+        touching.touching_stage_of((body_contact_of(True),)),
+    ),
     "backward": (
         dynamics.backward_pass_of(dynamics.reduce_body), dynamics.backward_pass_of(coordinate_joint.reduce_any),
         follower.backward_pass_of_clusters(follower.reduce_any_cluster),
@@ -165,10 +171,16 @@ def test_accelerations_with_prescribed_motion_use_what_lives_then():
     assert set(used(stage, set())) <= lives - dead
 
 
-@pytest.mark.parametrize("name", LIVES)
+@pytest.mark.parametrize("name", sorted(set(LIVES) - KEPT))
 def test_a_life_is_no_longer_than_the_code_needs(name: str):
     at = [now for now, phase in enumerate(PHASES) if name in used_in(phase)]
     assert (PHASES[at[0]], PHASES[at[-1]]) == (LIVES[name].first, LIVES[name].root or LIVES[name].last)
+
+
+@pytest.mark.parametrize("name", KEPT)
+def test_what_is_kept_from_step_to_step_shares_memory_with_nothing(name: str):
+    assert (LIVES[name].first, LIVES[name].last) == (PHASES[0], PHASES[-1])
+    assert not any(layout()[name] & other for known, other in layout().items() if known != name)
 
 
 def test_what_shares_memory_does_not_live_at_the_same_time():
