@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from warpmuscle.core.status import Status
     from warpmuscle.formats import load, save
     from warpmuscle.gait.measures import measure
+    from warpmuscle.inverse.kinematics import inverse_kinematics
+    from warpmuscle.inverse.scaling import scale
     from warpmuscle.optimization.best_scene import best_scene
     from warpmuscle.optimization.optimize import optimize
     from warpmuscle.optimization.resume import resume
@@ -42,8 +44,10 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Error", "Motions", "MultiDeviceRollout", "Recording", "Result", "ResultError", "Rollout", "RolloutError", "Run",
-    "Scene", "SceneError", "Stages", "Status", "__version__", "append_motions", "best_scene", "convert", "load",
-    "make_rollout", "measure", "optimize", "plot", "read", "read_motions", "resume", "save", "scenes", "show",
+    "Scene", "SceneError", "Stages", "Status", "__version__", "append_motions", "best_scene", "convert",
+    "inverse_kinematics", "load",
+    "make_rollout", "measure", "optimize", "plot", "read", "read_motions", "resume", "save", "scale", "scenes",
+    "show",
     "simulate", "trust", "write",
 ]  # fmt: skip
 
@@ -52,7 +56,8 @@ _HOMES = {
     "Recording": "results.recording", "Result": "results.records",
     "Rollout": "simulation.rollout", "Scene": "scene", "Stages": "simulation.stages", "Status": "core.status",
     "append_motions": "results.motion_files", "best_scene": "optimization.best_scene", "load": "formats",
-    "convert": "session.conversion", "make_rollout": "simulation.multi_device",
+    "convert": "session.conversion", "inverse_kinematics": "inverse.kinematics", "scale": "inverse.scaling",
+    "make_rollout": "simulation.multi_device",
     "measure": "gait.measures", "optimize": "optimization.optimize", "plot": "plots", "read": "results.result",
     "read_motions": "results.motion_files",
     "Run": "session.runs", "resume": "optimization.resume", "save": "formats", "scenes": "session.scene_table",

@@ -241,6 +241,8 @@ class OpenSim(Part):
     markers: dict[str, Marker] = {}
     angles: list[str] = []  # coordinates that OpenSim's files have in degrees
     balls: dict[str, BallCoordinates] = {}  # by ball joint; of all other joints coordinates have the joint's name
+    ranges: Annotated[dict[str, tuple[float, float]], "rad or m"] = {}  # within which inverse kinematics keeps them
+    sideways: Annotated[float, "m"] = 0.0  # of a planar root: how far to the left of the plane x = 0 the model has it
 
 
 class Scene(Part):
