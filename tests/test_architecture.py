@@ -24,6 +24,7 @@ ORDER: tuple[tuple[str, ...], ...] = (
     ("optimization",),
     ("learning",),
     ("studies",),
+    ("inverse",),
     ("plots", "view"),
     ("video",),
     ("gym",),

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from warpmuscle.core.status import Status
     from warpmuscle.formats import load, save
     from warpmuscle.gait.measures import measure
+    from warpmuscle.inverse.kinematics import inverse_kinematics
+    from warpmuscle.inverse.scaling import scale
     from warpmuscle.optimization.best_scene import best_scene
     from warpmuscle.optimization.optimize import optimize
     from warpmuscle.optimization.resume import resume
@@ -39,8 +41,9 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Error", "Motions", "MultiDeviceRollout", "Recording", "Result", "ResultError", "Rollout", "RolloutError", "Scene",
-    "SceneError", "Stages", "Status", "__version__", "append_motions", "best_scene", "load", "make_rollout", "measure",
-    "optimize", "plot", "read", "read_motions", "resume", "save", "show", "trust", "write",
+    "SceneError", "Stages", "Status", "__version__", "append_motions", "best_scene",
+    "inverse_kinematics", "load", "make_rollout", "measure",
+    "optimize", "plot", "read", "read_motions", "resume", "save", "scale", "show", "trust", "write",
 ]  # fmt: skip
 
 _HOMES = {
@@ -48,10 +51,11 @@ _HOMES = {
     "Recording": "results.recording", "Result": "results.records",
     "Rollout": "simulation.rollout", "Scene": "scene", "Stages": "simulation.stages", "Status": "core.status",
     "append_motions": "results.motion_files", "best_scene": "optimization.best_scene", "load": "formats",
-    "make_rollout": "simulation.multi_device",
+    "inverse_kinematics": "inverse.kinematics", "make_rollout": "simulation.multi_device",
     "measure": "gait.measures", "optimize": "optimization.optimize", "plot": "plots", "read": "results.result",
     "read_motions": "results.motion_files",
-    "resume": "optimization.resume", "save": "formats", "show": "view.notebook", "trust": "scene.trusted_code",
+    "resume": "optimization.resume", "save": "formats", "scale": "inverse.scaling",
+    "show": "view.notebook", "trust": "scene.trusted_code",
     "write": "results.result",
 }  # fmt: skip
 

@@ -52,7 +52,7 @@ def write(motion: Recording, scene: Scene, path: str | Path) -> None:
             f"{path.name!r}: column {column!r} of the motion holds a value that is not finite; nothing was written"
         )
     storage = suffix != ".csv"
-    text = storage_text(scene.name, names, table, suffix == ".mot") if storage else _rows(names, table, ",")
+    text = storage_text(scene.name, names, table, suffix == ".mot") if storage else rows_text(names, table, ",")
     replace_file(path, text)
 
 
@@ -78,10 +78,11 @@ def storage_text(title: str, names: list[str], table: Floats, degrees: bool = Fa
     words = {"version": "1", "nRows": str(len(table)), "nColumns": str(len(names))}
     words["inDegrees"] = "yes" if degrees else "no"
     header = "".join(f"{key}={value}\n" for key, value in words.items())
-    return f"{_label(title, TAB)}\n{header}endheader\n{_rows(names, table, TAB)}"
+    return f"{_label(title, TAB)}\n{header}endheader\n{rows_text(names, table, TAB)}"
 
 
-def _rows(names: list[str], table: Floats, separator: str) -> str:
+def rows_text(names: list[str], table: Floats, separator: str) -> str:
+    """A row of names, and a row (F, K) of numbers a frame."""
     lines = io.StringIO()
     lines.write(separator.join(_label(name, separator) for name in names) + "\n")
     np.savetxt(lines, table, fmt="%.9g", delimiter=separator)

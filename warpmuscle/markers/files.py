@@ -32,6 +32,7 @@ class Markers:
     time: Floats  # (T,) s
     names: tuple[str, ...]
     position: Floats  # (T, K, 3) m, in the axes of the file
+    begin: float = 0.0  # s, what the file has as the time of the first frame
 
     def of(self, name: str) -> Floats:
         """Positions (T, 3) of a marker, letter case aside, or the mean of several whose names + joins.
@@ -72,7 +73,7 @@ def read_markers(path: str | Path, unit: str | None = None) -> Markers:
         raise SignalError(f"marker {names[marker]!r} is infinitely far away in frame {frame + 1}", file=path)
     lost = (position == 0.0).all(axis=2)  # as many programs write what a camera did not see
     position = np.where((lost & ~lost.all(axis=0))[..., None], np.nan, position)
-    return Markers(path, time - time[0], names, position * UNITS[unit or own])
+    return Markers(path, time - time[0], names, position * UNITS[unit or own], float(time[0]))
 
 
 Read = tuple[Floats, tuple[str, ...], Floats, str]  # times, names, positions (T, K, 3), and their unit
@@ -88,7 +89,7 @@ def _trc(path: Path) -> Read:
     if unit not in UNITS:
         raise SignalError(f"unit {unit!r} is not known; use {', '.join(UNITS)}", file=path, line=3)
     names = tuple(cell.strip() for cell in lines[3].split("\t")[2:] if cell.strip())
-    rows = []
+    rows, written = [], []
     for number, line in enumerate(lines[TRC_HEAD:], start=TRC_HEAD + 1):
         if not line.strip():
             continue
@@ -98,8 +99,26 @@ def _trc(path: Path) -> Read:
             rows.append([float(cell) if cell.strip() else np.nan for cell in cells])
         except ValueError:
             raise SignalError("holds a cell that is no number", file=path, line=number) from None
+        written.append(cells[0].strip())
     table = np.array(rows, dtype=np.float64).reshape(-1, 1 + 3 * len(names))
-    return table[:, 0], names, table[:, 1:].reshape(len(table), -1, 3), unit
+    time = _even(table[:, 0], written, values.get("DataRate", ""))
+    return time, names, table[:, 1:].reshape(len(table), -1, 3), unit
+
+
+def _even(time: Floats, written: list[str], rate: str) -> Floats:
+    """Times at the rate that the head tells, if those in the file are these, rounded to a few digits."""
+    try:
+        step = 1.0 / float(rate)
+    except (ValueError, ZeroDivisionError):
+        return time
+    decimals = max((len(text.partition(".")[2].rstrip("0")) for text in written), default=0)
+    if not np.isfinite(step) or not len(time) or any("e" in text.lower() for text in written):
+        return time
+    even = time[0] + step * np.arange(len(time))
+    for shift in (0.0, 0.5 * (np.max(time - even) + np.min(time - even))):  # the first one may be rounded, too
+        if np.abs(time - even - shift).max() <= 0.5001 * 10.0**-decimals:
+            return np.asarray(even + shift)
+    return time
 
 
 def _table(path: Path) -> Read:

@@ -90,7 +90,7 @@ def scaled_segments(scene: Scene, factors: Mapping[str, float], muscles: bool = 
                 by_path |= {f"opensim.markers.{marker_name}.position.{axis}": factor for axis in range(3)}
     scaled = multiplied(scene, by_path)
     if muscles:
-        scaled = multiplied(scaled, _muscle_lengths(scene, scaled))
+        scaled = multiplied(scaled, muscle_length_factors(scene, scaled))
     return _lifted(scaled, _lowest_point(scene) - _lowest_point(scaled))
 
 
@@ -160,7 +160,7 @@ def _moves(character: Character, joints: Sequence[str], body: str) -> bool:
     return body in ends
 
 
-def _muscle_lengths(scene: Scene, scaled: Scene) -> dict[str, float]:
+def muscle_length_factors(scene: Scene, scaled: Scene) -> dict[str, float]:
     """Factors of the optimal fibre and slack lengths of muscles: those of their paths' lengths at the start."""
     before, after = path_lengths(scene), path_lengths(scaled)
     return {

@@ -352,8 +352,12 @@ class OpenSim(Part):
     file: str = ""
     root: Joint | None = None  # from `ground`, whose axes are the world's, to the root body; none: the root is fixed
     root_coordinates: list[str] = []
+    sideways: Annotated[float, "m"] = (
+        0.0  # of a planar root: how far to the left the model has it, which moves at x = 0
+    )
     locked: Annotated[dict[str, float], "rad or m"] = {}  # coordinates that do not move, and where they are
     couplers: dict[str, Coupling] = {}  # coordinates that are functions of that of a joint
+    ranges: Annotated[dict[str, tuple[float, float]], "rad or m"] = {}  # within which inverse kinematics keeps them
     markers: dict[str, Marker] = {}
     angles: list[str] = []  # coordinates that OpenSim's files have in degrees
     balls: dict[str, BallCoordinates] = {}  # by ball joint; of all other joints coordinates have the joint's name

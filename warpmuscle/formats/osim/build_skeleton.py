@@ -14,7 +14,7 @@ from warpmuscle.formats.osim.chain import displacement, row_of, set_function
 from warpmuscle.formats.osim.frames import on_body, refused
 from warpmuscle.formats.osim.moves import Coordinates, grouped
 from warpmuscle.formats.osim.placement import WORLD, Placed, Placement, quaternion, vector
-from warpmuscle.formats.osim.records import Axis, Body, Model
+from warpmuscle.formats.osim.records import Axis, Body, Coordinate, Model
 from warpmuscle.formats.osim.tree import Branch
 from warpmuscle.scene import Body as SceneBody
 from warpmuscle.scene import Character, Coupling, InitialState, Joint, JointState, OpenSim
@@ -55,6 +55,7 @@ def build_skeleton(model: Model, tree: list[Branch], root: str, coordinates: Coo
         skeleton.character.bodies["ground"] = SceneBody(0.0, (0.0, 0.0, 0.0))
     else:
         skeleton.character.root_joint = "free" if root == "free" else "planar"
+    skeleton.opensim.ranges = {one.name: one.range for one in model.coordinates.values() if _bounded(one)}
     for branch in tree:
         if branch is tree[0] and root != "fixed":
             _root(model, branch, skeleton, coordinates)
@@ -70,6 +71,12 @@ def build_skeleton(model: Model, tree: list[Branch], root: str, coordinates: Coo
         elif not argument:
             skeleton.opensim.locked[name] = function.at(0.0)
     return skeleton
+
+
+def _bounded(coordinate: Coordinate) -> bool:
+    """Whether OpenSim keeps a coordinate within its range where it assembles a pose."""
+    low, high = coordinate.range
+    return coordinate.clamped and not coordinate.locked and low < high and math.isfinite(low) and math.isfinite(high)
 
 
 def _plain(axis: Axis) -> bool:
@@ -161,6 +168,8 @@ def _root(model: Model, branch: Branch, skeleton: Skeleton, coordinates: Coordin
     skeleton.initial.root_orientation = (x, y, z, w)
     if skeleton.character.root_joint == "planar":  # which moves in the plane x = 0
         kept.position_in_parent = vector(np.array([-lever[0], at[1], at[2]]))
+        aside = [np.array(move.axis) * move.value for move in branch.moves if not move.turns and not move.argument]
+        skeleton.opensim.sideways = float(at[0] + lever[0] + sum((axes @ shift)[0] for shift in aside))
         place[0] = -lever[0]
     skeleton.initial.root_position = vector(place + lever)
     skeleton.initial.root_angular_velocity = vector(spin)

@@ -102,9 +102,9 @@ def read_contact(element: Element, model: Model, frames: Frames, own: Properties
 
 def read_marker(element: Element, frames: Frames, own: Properties) -> Marker:
     """A marker, wherever its place on the subject is known."""
-    element.child("fixed")
     frame = frames.socket(element, f"/markerset/{element.name}", "parent_frame")
-    return Marker(element.name, element.line, frame, own.vector(element, "location"))
+    fixed = own.truth(element, "fixed", False)
+    return Marker(element.name, element.line, frame, own.vector(element, "location"), fixed)
 
 
 def lost_force(element: Element, shapes: dict[str, set[str]]) -> Lost:

@@ -54,6 +54,7 @@ class Coordinate:
     range: tuple[float, float]
     locked: bool
     prescribed: Function | None  # over time
+    clamped: bool = True  # whether OpenSim keeps it within its range where it assembles a pose
 
 
 @dataclass(frozen=True, slots=True)
@@ -190,6 +191,7 @@ class Marker:
     line: int
     frame: str
     location: Vec3
+    fixed: bool = False  # whether it stays there when markers are placed as a subject has them
 
 
 @dataclass(frozen=True, slots=True)

@@ -123,10 +123,10 @@ def _coordinate(element: Element, joint: str, own: Properties) -> Coordinate:
     start = value.number() if value is not None and value.words() else 0.0
     speed = own.number(element, "default_speed_value", 0.0)
     element.child("motion_type", "is_free_to_satisfy_constraints")
-    element.child("clamped")
+    clamped = own.truth(element, "clamped", True)
     locked = own.truth(element, "locked", False)
     path = f"{joint}/{element.name}"
-    return Coordinate(path, element.name, element.line, start, speed, (low, high), locked, function)
+    return Coordinate(path, element.name, element.line, start, speed, (low, high), locked, function, clamped)
 
 
 def _custom_axes(element: Element, own: Properties) -> tuple[tuple[Axis, ...], tuple[Axis, ...]]:

@@ -1,0 +1,155 @@
+"""Markers and coordinates from files, and coordinates into files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.errors import ResultError, SignalError
+from warpmuscle.core.files import replace_file
+from warpmuscle.formats.npz import LARGEST_ANGLE
+from warpmuscle.formats.sto import rows_text, storage_text
+from warpmuscle.inverse.trial import Coordinates, Markers
+from warpmuscle.markers.arm import AXES
+from warpmuscle.markers.files import read_markers as read_file
+from warpmuscle.scene import Scene
+from warpmuscle.scene.joints import joint_type
+from warpmuscle.scene.opensim_root import usual_root
+from warpmuscle.synergy.columns import TIMES, plain_name
+from warpmuscle.synergy.tables import STORAGE, read_table
+
+WRITTEN = (".mot", ".sto", ".csv")
+
+
+def read_markers(path: str | Path, unit: str | None = None, up: str = "y", forward: str = "x") -> Markers:
+    """The markers of a `.trc`, `.c3d`, `.csv` or other file that `warpmuscle.markers.files` reads, in ground axes.
+
+    Args:
+        unit: of positions: m, cm, mm, ft or in; by default what the file says.
+        up, forward: which axes of the file these are, such as `z` or `-x`.
+
+    Raises:
+        SignalError: the file cannot be read or holds no markers; an axis is none, or both are the same one.
+    """
+    for word, axis in (("up", up), ("forward", forward)):
+        if axis not in AXES:
+            raise SignalError(f"{word}: axis {axis!r} is none of x, y, z, -x, -y, -z")
+    if AXES[up] == AXES[forward]:
+        raise SignalError(f"up and forward must be two axes, not {up!r} and {forward!r}")
+    found = read_file(path, unit)
+    above, ahead = ((-1.0 if name[0] == "-" else 1.0) * np.eye(3)[AXES[name]] for name in (up, forward))
+    turn = np.stack([ahead, above, np.cross(ahead, above)])
+    twice = next((name for k, name in enumerate(found.names) if name in found.names[:k]), None)
+    if twice is not None:
+        raise SignalError(f"two markers are called {twice!r}; rename one", file=path)
+    return Markers(found.names, found.time + found.begin, found.position @ turn.T)
+
+
+def angle_names(scene: Scene) -> frozenset[str]:
+    """Names of the coordinates of a scene's model that are angles, rad; all others are lengths, m."""
+    if scene.opensim is not None:
+        return frozenset(scene.opensim.angles)
+    root = usual_root(scene.character)
+    names = set(root.root_coordinates[: len(root.root.rotations)] if root.root is not None else ())
+    for name, joint in scene.character.joints.items():
+        kind = joint_type(joint)
+        if kind.unit(joint) == "rad":
+            names |= {f"{name}_{word}".rstrip("_") for word in kind.angles}
+    return frozenset(names)
+
+
+def read_coordinates(path: str | Path, scene: Scene, degrees: bool | None = None) -> Coordinates:
+    """Coordinates of a scene's model from a `.mot`, `.sto` or `.csv` file, angles in rad.
+
+    Columns have the names of coordinates, or OpenSim's paths of their values; others are left aside. The header says by
+    `inDegrees` which unit angles have; a `.csv` has degrees.
+
+    Args:
+        degrees: whether angles are in degrees, whatever the header says.
+
+    Raises:
+        SignalError: the file cannot be read, has no times or coordinates, does not tell the unit, or holds something
+            else than finite numbers.
+    """
+    table = read_table(path)
+    plain = [plain_name(name) for name in table.names]
+    time = next((plain.index(name) for name in TIMES if name in plain), None)
+    if time is None:
+        raise SignalError("no column of time; name one `time`", file=path)
+    angles = angle_names(scene)
+    known = _coordinate_names(scene)
+    columns: dict[str, int] = {}
+    for index, heading in enumerate(table.names):
+        parts = heading.strip().split("/")
+        name = parts[0] if len(parts) == 1 else parts[-2] if parts[-1] == "value" else ""
+        if name in known and columns.setdefault(name, index) != index:
+            raise SignalError(f"two columns give the coordinate {name!r}", file=path)
+    if not columns:
+        raise SignalError(f"no column has the name of a coordinate; the model's are {', '.join(known[:8])}, ...",
+                          file=path)  # fmt: skip
+    values = table.columns([time, *columns.values()])
+    if not len(values):
+        raise SignalError("has no rows", file=path)
+    for name, column in zip(("time", *columns), values.T, strict=True):
+        if not np.isfinite(column).all():
+            frame = int(np.argmin(np.isfinite(column)))
+            raise SignalError(f"column {name!r} is not a finite number", file=path, line=int(table.lines[frame]))
+    times = TIMES[plain[time]] * values[:, 0]
+    if np.any(np.diff(times) <= 0.0):
+        frame = int(np.argmax(np.diff(times) <= 0.0)) + 1
+        raise SignalError("times must increase from row to row", file=path, line=int(table.lines[frame]))
+    degrees = table.degrees if degrees is None else degrees
+    if degrees is None and Path(path).suffix.lower() in STORAGE:
+        raise SignalError(
+            "the header does not tell the unit of angles: write inDegrees=yes or inDegrees=no above endheader, or say "
+            "whether they are in degrees",
+            file=path,
+        )
+    turned = np.array([name in angles and degrees is not False for name in columns])
+    found = np.where(turned, np.radians(values[:, 1:]), values[:, 1:])
+    for name, column in zip(columns, found.T, strict=True):
+        if name in angles and np.abs(column).max() > 8.0 * LARGEST_ANGLE:
+            unit = "rad, as inDegrees=no says" if degrees is False else "degrees"
+            raise SignalError(f"column {name!r} goes beyond eight turns in {unit}", file=path)
+    return Coordinates(tuple(columns), times, found)
+
+
+def _coordinate_names(scene: Scene) -> list[str]:
+    """All coordinates of a scene's model, also locked and coupled ones."""
+    model = scene.opensim or usual_root(scene.character)
+    names = list(model.root_coordinates)
+    for name, joint in scene.character.joints.items():
+        if name in model.balls:
+            names += model.balls[name].names
+        else:
+            names += [f"{name}_{word}".rstrip("_") for word in joint_type(joint).angles]
+    return [*names, *model.couplers, *model.locked]
+
+
+def write_coordinates(path: str | Path, coordinates: Coordinates, scene: Scene) -> None:
+    """Write coordinates under their names as OpenSim's `.mot` or `.csv`, angles in degrees, or `.sto`, in rad.
+
+    Raises:
+        ResultError: another suffix.
+        SceneError: the file cannot be written; nothing is left behind then.
+    """
+    angles = angle_names(scene)
+    degrees = Path(path).suffix.lower() != ".sto"
+    turned = np.array([name in angles and degrees for name in coordinates.names])
+    values = np.where(turned, np.degrees(coordinates.values), coordinates.values)
+    write_columns(path, scene.name, coordinates.times, coordinates.names, values, degrees)
+
+
+def write_columns(
+    path: str | Path, title: str, times: Floats, names: tuple[str, ...], values: Floats, degrees: bool = False
+) -> None:
+    """Write columns (F, K) over time under their names; see `write_coordinates`."""
+    path = Path(path)
+    suffix = path.suffix.lower()
+    if suffix not in WRITTEN:
+        raise ResultError(f"{path.name!r}: this is written as {', '.join(WRITTEN)}")
+    columns, table = ["time", *names], np.column_stack([times, values])
+    csv = suffix == ".csv"
+    replace_file(path, rows_text(columns, table, ",") if csv else storage_text(title, columns, table, degrees))

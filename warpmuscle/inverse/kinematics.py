@@ -1,0 +1,252 @@
+"""Inverse kinematics: the coordinates of a model that bring its markers closest to the recorded ones.
+
+Weighted least squares in each frame, sum w |measured - modelled|^2 + sum w (q - target)^2, as OpenSim's
+InverseKinematicsTool has it (Lu, O'Connor 1999, J Biomech 32: 129-134). Coordinates keep within their ranges where
+the model clamps them, locked ones stay, coupled ones follow; the root may go and turn anywhere.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from os import PathLike
+from pathlib import Path
+from typing import Any, overload
+
+import numpy as np
+
+from warpmuscle.core.array_types import Floats, Integers
+from warpmuscle.core.errors import ArgumentError, SignalError
+from warpmuscle.formats import SceneLike, scene_of
+from warpmuscle.formats.external_loads import TO_OPENSIM
+from warpmuscle.formats.opensim_setups import Tasks, read_tasks
+from warpmuscle.inverse.chain import Chain, chain_of
+from warpmuscle.inverse.files import read_coordinates, read_markers, write_columns, write_coordinates
+from warpmuscle.inverse.fit_plan import Problem
+from warpmuscle.inverse.marker_checks import check_size, chosen_markers, notes_on
+from warpmuscle.inverse.marker_fit import Fit, MarkerFitter
+from warpmuscle.inverse.trial import Coordinates, Markers, TrialWarning
+from warpmuscle.scene import Scene
+from warpmuscle.simulation.devices import find_device
+
+MarkersLike = Markers | str | PathLike[str]
+
+
+@dataclass(frozen=True)
+class Kinematics:
+    """What inverse kinematics found in F frames of one recording."""
+
+    coordinates: Coordinates  # all of the model, also locked and coupled ones
+    markers: tuple[str, ...]  # (K,) those that counted
+    errors: Floats  # (F, K, 3) m, measured less modelled, ground axes; NaN where a marker was not seen
+    iterations: Integers  # (F,), negative where they were not enough
+    notes: tuple[str, ...]  # what is to be known of them, a line each
+    scene: Scene
+
+    @property
+    def distances(self) -> Floats:
+        """How far each marker misses (F, K), m."""
+        return np.asarray(np.linalg.norm(self.errors, axis=2))
+
+    @property
+    def rms(self) -> Floats:
+        """Root mean square over the markers of each frame (F,), m; NaN where none was seen."""
+        with warnings.catch_warnings(), np.errstate(all="ignore"):
+            warnings.simplefilter("ignore", RuntimeWarning)
+            return np.asarray(np.sqrt(np.nanmean(self.distances**2, axis=1)))
+
+    @property
+    def marker_rms(self) -> dict[str, float]:
+        """Root mean square over all frames, m, by marker."""
+        with np.errstate(all="ignore"):
+            found = np.sqrt(np.nanmean(self.distances**2, axis=0))
+        return {name: float(value) for name, value in zip(self.markers, found, strict=True)}
+
+    def write(self, path: str | PathLike[str]) -> None:
+        """Write the coordinates as `.mot` or `.csv`, angles in degrees, or `.sto`, in rad; see `write_coordinates`."""
+        write_coordinates(Path(path), self.coordinates, self.scene)
+
+    def write_errors(self, path: str | PathLike[str]) -> None:
+        """Write `total_squared_error`, `marker_error_RMS` and `marker_error_max`, as OpenSim does, and each marker's.
+
+        Raises:
+            ResultError: see `files.write_columns`.
+        """
+        each = np.nan_to_num(self.distances)
+        rms = np.nan_to_num(self.rms)
+        table = np.column_stack([np.sum(each**2, axis=1), rms, each.max(axis=1), each])
+        names = ("total_squared_error", "marker_error_RMS", "marker_error_max", *self.markers)
+        write_columns(Path(path), self.scene.name, self.coordinates.times, names, table)
+
+
+Files = str | PathLike[str]
+
+
+@overload
+def inverse_kinematics(
+    model: SceneLike, markers: MarkersLike, weights: Mapping[str, float] | None = None, *,
+    setup: Files | None = None, device: str | None = None,
+) -> Kinematics: ...  # fmt: skip
+@overload
+def inverse_kinematics(
+    model: SceneLike, markers: list[Any], weights: Mapping[str, float] | None = None, *,
+    setup: Files | None = None, device: str | None = None,
+) -> list[Kinematics]: ...  # fmt: skip
+def inverse_kinematics(
+    model: SceneLike, markers: MarkersLike | list[Any], weights: Mapping[str, float] | None = None, *,
+    setup: Files | None = None, device: str | None = None,
+) -> Kinematics | list[Kinematics]:  # fmt: skip
+    """The coordinates of a model in all frames of one recording, or of several at once.
+
+    Args:
+        model: a scene with markers, such as one made of an OpenSim model, or its file.
+        markers: of a recording, or its file (see `files.read_markers`), or several of them.
+        weights: by marker; those that are not named do not count. Without, all that model and recording have in common
+            count once.
+        setup: a set-up file of OpenSim's InverseKinematicsTool, whose weights, coordinate tasks and range of times
+            count; `weights` take the place of its weights of markers.
+        device: of Warp; by default a GPU, if there is one.
+
+    Warns:
+        TrialWarning: what is to be known of the result, see `Kinematics.notes`.
+
+    Raises:
+        SceneError: the model cannot be used. SignalError, ArgumentError: the markers cannot.
+    """
+    scene = scene_of(model, "model")
+    given = markers if isinstance(markers, list | tuple) else [markers]
+    if not given:
+        raise ArgumentError("markers: there must be one recording at least")
+    tasks = read_tasks(setup) if setup is not None else None
+    if weights is None and tasks is not None:
+        weights = tasks.markers
+    chain = chain_of(scene)
+    if not chain.markers:
+        raise ArgumentError(f"model: {scene.name!r} has no markers, of which a fit needs three")
+    trials = [_Trial(scene, chain, item, weights, tasks) for item in given]
+    place = find_device(device)
+    found: list[Kinematics | None] = [None] * len(trials)
+    for names in dict.fromkeys(tuple(trial.weights.items()) for trial in trials):
+        chosen = [k for k, trial in enumerate(trials) if tuple(trial.weights.items()) == names]
+        for k, kinematics in zip(chosen, _fitted(scene, chain, [trials[k] for k in chosen], place), strict=True):
+            found[k] = kinematics
+    done = [one for one in found if one is not None]
+    for trial, kinematics in zip(trials, done, strict=True):
+        for note in kinematics.notes:
+            warnings.warn(f"{trial.what}{note}", TrialWarning, stacklevel=2)
+    return done if isinstance(markers, list | tuple) else done[0]
+
+
+class _Trial:
+    """One recording, made ready for the fit."""
+
+    def __init__(
+        self, scene: Scene, chain: Chain, given: MarkersLike, weights: Mapping[str, float] | None, tasks: Tasks | None
+    ) -> None:
+        self.what = "" if isinstance(given, Markers) else f"{given}: "
+        markers = given if isinstance(given, Markers) else read_markers(Path(given))
+        try:
+            self.markers = _within(markers, tasks.times if tasks is not None else None)
+            own = None if weights is None else dict(weights)
+            self.weights = chosen_markers(list(chain.markers), self.markers, own)
+            columns = [self.markers.names.index(name) for name in self.weights]
+            self.positions = self.markers.positions[:, columns] @ TO_OPENSIM  # world axes of scenes
+            check_size(chain, [chain.markers[name] for name in self.weights], self.positions)
+        except SignalError as error:
+            raise SignalError(error.message, file=None if isinstance(given, Markers) else Path(given)) from None
+        self.task_weights, self.targets = _targets(scene, chain, tasks, self.markers.times)
+
+
+def _within(markers: Markers, times: tuple[float, float] | None) -> Markers:
+    """The frames within a range of times."""
+    if times is None:
+        return markers
+    step = float(np.median(np.diff(markers.times))) if len(markers.times) > 1 else 0.0
+    keep = (markers.times >= times[0] - 0.01 * step) & (markers.times <= times[1] + 0.01 * step)
+    if not keep.any():
+        raise SignalError(
+            f"no frame lies within the range of times from {times[0]:g} to {times[1]:g} s; there are frames from "
+            f"{markers.times[0]:g} to {markers.times[-1]:g} s"
+        )
+    return Markers(markers.names, markers.times[keep], markers.positions[keep])
+
+
+def _targets(scene: Scene, chain: Chain, tasks: Tasks | None, times: Floats) -> tuple[Floats, Floats]:
+    """Weights (C,) and targets (F or 1, C) of coordinates."""
+    weights, targets = np.zeros(len(chain.coordinates)), np.array([chain.neutral])
+    if tasks is None:
+        return weights, targets
+    recorded: Coordinates | None = None
+    for name, task in tasks.coordinates.items():
+        if name in chain.opensim.locked or name in chain.opensim.couplers:
+            continue
+        if name not in chain.coordinates:
+            listed = ", ".join(chain.coordinates)
+            raise SignalError(f"a task is of the coordinate {name!r}, which the model does not have: {listed}")
+        number = chain.coordinates.index(name)
+        weights[number] = task.weight
+        if task.kind == "from_file":
+            recorded = recorded or _recorded(scene, tasks)
+            column = np.interp(times, recorded.times, recorded.of(name))
+            targets = np.repeat(targets, len(times), axis=0) if len(targets) == 1 else targets
+            targets[:, number] = column
+        elif task.kind == "manual_value":
+            targets[:, number] = task.value
+    return weights, targets
+
+
+def fit_pose(scene: Scene, still: Markers, tasks: Tasks, device: str | None) -> tuple[Chain, Floats, Floats]:
+    """The chain of a scene, its coordinates (1, C) in one frame, and the errors (1, K, 3) there, m.
+
+    Raises:
+        SignalError, ArgumentError: see `inverse_kinematics`.
+    """
+    chain = chain_of(scene)
+    trial = _Trial(scene, chain, still, tasks.markers or None, replace(tasks, times=None))
+    problem = Problem(
+        trial.positions, np.array(list(trial.weights.values())), (0,), trial.task_weights, trial.targets
+    )  # fmt: skip
+    places = [chain.markers[name] for name in trial.weights]
+    fit = MarkerFitter(chain, places, find_device(device)).fit(problem)
+    return chain, fit.values, fit.errors
+
+
+def _recorded(scene: Scene, tasks: Tasks) -> Coordinates:
+    """The coordinates that tasks of a set-up take from a file beside it."""
+    if not tasks.coordinate_file:
+        raise SignalError("a task takes its value from a file, but there is no <coordinate_file>", file=tasks.file)
+    return read_coordinates(tasks.file.parent / tasks.coordinate_file, scene)
+
+
+def _fitted(scene: Scene, chain: Chain, trials: list[_Trial], device: object) -> list[Kinematics]:
+    """Trials of the same markers and weights, fitted together."""
+    names = list(trials[0].weights)
+    counts = [len(trial.positions) for trial in trials]
+    starts = tuple(int(x) for x in np.cumsum([0, *counts[:-1]]))
+    varying = any(len(trial.targets) > 1 for trial in trials)
+    targets = trials[0].targets
+    if varying:
+        targets = np.concatenate(
+            [np.broadcast_to(t.targets, (n, targets.shape[1])) for t, n in zip(trials, counts, strict=True)]
+        )
+    problem = Problem(
+        np.concatenate([trial.positions for trial in trials]), np.array(list(trials[0].weights.values())), starts,
+        trials[0].task_weights, targets,
+    )  # fmt: skip
+    fit = MarkerFitter(chain, [chain.markers[name] for name in names], device).fit(problem)
+    return [_kinematics(scene, chain, trial, _part(fit, slice(s, s + n)))
+            for trial, s, n in zip(trials, starts, counts, strict=True)]  # fmt: skip
+
+
+def _part(fit: Fit, frames: slice) -> Fit:
+    return Fit(fit.values[frames], fit.errors[frames], fit.iterations[frames], fit.loose[frames])
+
+
+def _kinematics(scene: Scene, chain: Chain, trial: _Trial, fit: Fit) -> Kinematics:
+    names, values = chain.all_values(fit.values)
+    notes = notes_on(list(trial.weights), chain, trial.positions, fit)
+    return Kinematics(
+        Coordinates(names, trial.markers.times, values), tuple(trial.weights), fit.errors @ TO_OPENSIM.T,
+        fit.iterations, tuple(notes), scene,
+    )  # fmt: skip

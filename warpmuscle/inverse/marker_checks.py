@@ -1,0 +1,138 @@
+"""What can be wrong with recorded markers: no common names, another unit, swapped labels, gaps, axes on their side."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from warpmuscle.core.array_types import Floats, Integers
+from warpmuscle.core.errors import SignalError
+from warpmuscle.inverse.chain import Chain, Place
+from warpmuscle.inverse.fit_plan import seen_in
+from warpmuscle.inverse.marker_fit import Fit
+from warpmuscle.inverse.trial import Markers
+from warpmuscle.markers.files import UNITS
+
+FEWEST = 3  # markers, from which a pose follows
+ALIKE = 2.5  # times that a recorded body may be larger or smaller than the model
+FAR = 0.1  # m, that a marker misses: more than skin moves
+OUTLYING = 4.0  # times the median of all markers
+SWAPPED = 0.5  # of the error, that is left once two labels are exchanged
+LISTED = 6
+
+
+def chosen_markers(model: Sequence[str], markers: Markers, weights: dict[str, float] | None) -> dict[str, float]:
+    """Weights of the markers that the model and the recording have in common, and that are seen at all.
+
+    Raises:
+        SignalError: a weight is of a marker that neither has, is negative, or fewer than three markers are left.
+    """
+    for name, weight in (weights or {}).items():
+        if not (np.isfinite(weight) and weight >= 0.0):
+            raise SignalError(f"marker {name!r}: a weight must be 0 or more, not {weight:g}")
+        if name not in model and name not in markers.names:
+            raise SignalError(f"a weight is of the marker {name!r}, which neither the model nor the recording has")
+    seen = np.asarray(seen_in(markers.positions).any(axis=0))
+    common = [name for name, there in zip(markers.names, seen.tolist(), strict=True) if there and name in model]
+    found = {name: 1.0 if weights is None else weights.get(name, 0.0) for name in common}
+    found = {name: weight for name, weight in found.items() if weight > 0.0}
+    if len(found) < FEWEST:
+        raise SignalError(
+            f"{len(found)} markers are of a weight, in the model and in the recording; {FEWEST} at least are needed. "
+            f"The model has {_listed(model)}; the recording {_listed(markers.names)}"
+        )
+    return found
+
+
+def check_size(chain: Chain, places: list[Place], positions: Floats) -> None:
+    """SignalError if the recorded body is of another size than the model, as in another unit.
+
+    Args:
+        positions: (F, K, 3), NaN where one is missing.
+    """
+    body = chain.places(chain.poses(np.array([chain.neutral])), places)[0]
+    full = seen_in(positions)
+    frame = int(full.sum(axis=1).argmax())
+    there, own = positions[frame, full[frame]], body[full[frame]]
+    size, expected = (float(np.sqrt(np.mean(np.var(p, axis=0)))) for p in (there, own))
+    if expected / ALIKE < size < expected * ALIKE:
+        return
+    hint = "are its axes, labels and unit right?"
+    for unit, metres in UNITS.items():
+        if expected / ALIKE < size * metres < expected * ALIKE:
+            hint = f"its numbers fit if they are in {unit}; give the unit"
+        elif expected / ALIKE < size / metres < expected * ALIKE:
+            hint = f"its numbers fit if they are in m rather than in {unit}; give the unit"
+    raise SignalError(f"the recorded body is {size / max(expected, 1e-12):.3g} times as large as the model: {hint}")
+
+
+def notes_on(names: list[str], chain: Chain, positions: Floats, fit: Fit) -> list[str]:
+    """What is to be known of a fit: coordinates that no marker tells, markers that miss, labels that seem swapped."""
+    notes = list(_loose(chain, fit))
+    slow = np.flatnonzero(fit.iterations < 0)
+    if len(slow):
+        notes.append(f"{len(slow)} frames did not converge, the first is number {slow[0] + 1}; their markers fit badly")
+    missed = np.linalg.norm(fit.errors, axis=2)
+    with np.errstate(all="ignore"):
+        rms = np.sqrt(np.nanmean(missed**2, axis=0))
+    usual = float(np.nanmedian(rms))
+    if usual > FAR:
+        notes.append(
+            f"half of all markers miss by {100 * usual:.0f} cm or more: are the axes and labels right, is the model of "
+            "this subject?"
+        )
+        return notes
+    bad = [k for k in np.argsort(-rms) if rms[k] > max(FAR, OUTLYING * usual)]
+    swaps = _swaps(names, positions, fit.errors, bad)
+    if bad and not swaps:
+        notes.append(f"markers miss by far, {_worst(names, rms, bad)}: is a label wrong?")
+    return notes + swaps
+
+
+def _worst(names: list[str], rms: Floats, bad: list[int]) -> str:
+    return ", ".join(f"{names[k]} by {100 * rms[k]:.0f} cm" for k in bad[:LISTED])
+
+
+def _swaps(names: list[str], positions: Floats, errors: Floats, bad: list[int]) -> list[str]:
+    """Pairs of markers that miss, and would miss by half as much under each other's names."""
+    found = []
+    fitted = positions - errors
+    for i, a in enumerate(bad):
+        for b in bad[i + 1 :]:
+            with np.errstate(all="ignore"):
+                now = np.nanmean(np.sum(errors[:, a] ** 2 + errors[:, b] ** 2, axis=1))
+                crossed = (positions[:, a] - fitted[:, b]) ** 2 + (positions[:, b] - fitted[:, a]) ** 2
+                then = np.nanmean(np.sum(crossed, axis=1))
+            if then < SWAPPED**2 * now:
+                found.append(f"the labels {names[a]} and {names[b]} seem to be swapped")
+    return found
+
+
+def _loose(chain: Chain, fit: Fit) -> list[str]:
+    """Coordinates that markers do not tell: everywhere, or in some frames."""
+    loose = np.asarray(fit.loose, bool)
+    always = [name for k, name in enumerate(chain.coordinates) if loose[:, k].all()]
+    notes = []
+    if always:
+        notes.append(f"no marker tells {_listed(always)}: they stay as the model starts")
+    gaps: dict[bytes, list[str]] = {}  # coordinates by the frames in which they are not told
+    for k, name in enumerate(chain.coordinates):
+        only = loose[:, k] & ~loose.all(axis=1)
+        if only.any() and name not in always:
+            gaps.setdefault(only.tobytes(), []).append(name)
+    for pattern, names in gaps.items():
+        frames = np.flatnonzero(np.frombuffer(pattern, bool))
+        notes.append(_gap(f"markers that tell {_listed(names)} are missing", frames))
+    nothing = np.flatnonzero(loose.all(axis=1))
+    if len(nothing):
+        notes.append(_gap("no marker is seen", nothing))
+    return notes
+
+
+def _gap(what: str, frames: Integers) -> str:
+    return f"{what} in {len(frames)} frames, the first is number {frames[0] + 1}: there it is as between those around"
+
+
+def _listed(names: Sequence[str]) -> str:
+    return ", ".join(names[:LISTED]) + (f" and {len(names) - LISTED} more" if len(names) > LISTED else "")
