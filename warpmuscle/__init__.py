@@ -19,8 +19,11 @@ if TYPE_CHECKING:
     from warpmuscle.core.status import Status
     from warpmuscle.formats import load, save
     from warpmuscle.gait.measures import measure
+    from warpmuscle.inverse.dynamics import inverse_dynamics
+    from warpmuscle.inverse.joint_reactions import joint_reactions
     from warpmuscle.inverse.kinematics import inverse_kinematics
     from warpmuscle.inverse.scaling import scale
+    from warpmuscle.inverse.static_optimization import static_optimization
     from warpmuscle.optimization.best_scene import best_scene
     from warpmuscle.optimization.optimize import optimize
     from warpmuscle.optimization.resume import resume
@@ -40,22 +43,23 @@ if TYPE_CHECKING:
     __version__: str
 
 __all__ = [
-    "Error", "Motions", "MultiDeviceRollout", "Recording", "Result", "ResultError", "Rollout", "RolloutError", "Scene",
-    "SceneError", "Stages", "Status", "__version__", "append_motions", "best_scene",
-    "inverse_kinematics", "load", "make_rollout", "measure",
-    "optimize", "plot", "read", "read_motions", "resume", "save", "scale", "show", "trust", "write",
+    "Error", "Motions", "MultiDeviceRollout", "Recording", "Result", "ResultError", "Rollout", "RolloutError",
+    "Scene", "SceneError", "Stages", "Status", "__version__", "append_motions", "best_scene", "inverse_dynamics",
+    "inverse_kinematics", "joint_reactions", "load", "make_rollout", "measure", "optimize", "plot", "read",
+    "read_motions", "resume", "save", "scale", "show", "static_optimization", "trust", "write",
 ]  # fmt: skip
 
 _HOMES = {
     "Motions": "results.motions", "MultiDeviceRollout": "simulation.multi_device",
     "Recording": "results.recording", "Result": "results.records",
     "Rollout": "simulation.rollout", "Scene": "scene", "Stages": "simulation.stages", "Status": "core.status",
-    "append_motions": "results.motion_files", "best_scene": "optimization.best_scene", "load": "formats",
+    "append_motions": "results.motion_files", "best_scene": "optimization.best_scene",
+    "inverse_dynamics": "inverse.dynamics", "joint_reactions": "inverse.joint_reactions", "load": "formats",
     "inverse_kinematics": "inverse.kinematics", "make_rollout": "simulation.multi_device",
     "measure": "gait.measures", "optimize": "optimization.optimize", "plot": "plots", "read": "results.result",
     "read_motions": "results.motion_files",
-    "resume": "optimization.resume", "save": "formats", "scale": "inverse.scaling",
-    "show": "view.notebook", "trust": "scene.trusted_code",
+    "resume": "optimization.resume", "save": "formats", "scale": "inverse.scaling", "show": "view.notebook",
+    "static_optimization": "inverse.static_optimization", "trust": "scene.trusted_code",
     "write": "results.result",
 }  # fmt: skip
 
