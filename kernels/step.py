@@ -52,6 +52,7 @@ from warpmuscle.kernels.structs import (
 )
 from warpmuscle.kernels.term_functions import (
     ObjectiveKind,
+    desired_stage_of,
     effort_stage,
     muscle_functions,
     objective_stage_of,
@@ -150,7 +151,7 @@ def one_step_of(
     if muscles is not None:
         functions = muscle_functions(objective, muscles.own)
         muscle_stage = muscle_stage_of(muscles, functions, recorded.muscles, controller, together)
-    objective_stage = objective_stage_of(objective)
+    objective_stage, desired_stage = objective_stage_of(objective), desired_stage_of(objective)
     failing_stage, conditional = failing_stage_of(tuple(f for _, f in objective.conditions)), bool(objective.conditions)
     collision_stage = collision_stage_of(collisions)
 
@@ -196,6 +197,11 @@ def one_step_of(
             coordinate_control_stage(instance, lane, lanes, model, work)
         effort_stage(instance, lane, lanes, model, state, work)
         record_desired(instance, lane, lanes, frame, model, state, record, work)
+        if wp.static(bool(objective.desired)):
+            synchronize()  # the torques of all joints are there
+            if lane == 0:
+                desired_stage(instance, model, state, work)
+            synchronize()
         lap(instance, lane, CONTROLLER, wp.uint64(0))
         if wp.static(muscular):
             muscle_stage(instance, lane, lanes, frame, model, state, record, work, extensions.first)

@@ -305,6 +305,7 @@ class ObjectiveKind(NamedTuple):
     body: tuple[str, ...] = ()
     whole: tuple[str, ...] = ()
     own: tuple[tuple[str, Any], ...] = ()  # by name, Warp functions like those of `MUSCLE_TERMS` and so on
+    desired: tuple[str, ...] = ()  # those of `whole` that see the torques which the controller wants
     conditions: tuple[tuple[str, Any], ...] = ()  # by name, failing conditions of others, see `failing_stage_of`
     progress: bool = False  # whether an instance that stands still has failed
 
@@ -340,40 +341,55 @@ def muscle_terms_of(terms: tuple[Any, ...]) -> Any:
     return every
 
 
+def _counted(cause: int) -> Any:
+    """The Warp function (value, instance, state, work) that takes a term's value into its sum, see `sane`.
+
+    Args:
+        cause: number of a term of others, which is to blame if it gives no number; 0 of any other.
+    """
+
+    @wp.func
+    def of_others(value: float, instance: int, state: StateRef, work: ScratchRef) -> wp.float64:
+        return sane(checked(value, instance, wp.static(cause), state, work), work)
+
+    @wp.func
+    def shipped(value: float, instance: int, state: StateRef, work: ScratchRef) -> wp.float64:
+        return sane(value, work)
+
+    return of_others if cause > 0 else shipped
+
+
 def _and_muscle_term(others: Any, term: Any, index: int, cause: int) -> Any:
+    counted = _counted(cause)
+
     @wp.func
     def add(instance: int, m: int, w: MuscleWork, model: ModelRef, state: StateRef, work: ScratchRef):
         others(instance, m, w, model, state, work)
-        given = term(instance, m, w, model)
-        if wp.static(cause > 0):
-            given = checked(given, instance, wp.static(cause), state, work)
-        value = sane(given, work)
+        value = counted(term(instance, m, w, model), instance, state, work)
         state.muscle_terms[instance, index, m] = state.muscle_terms[instance, index, m] + value
 
     return add
 
 
 def _and_body_term(others: Any, term: Any, index: int, cause: int) -> Any:
+    counted = _counted(cause)
+
     @wp.func
     def add(instance: int, body: int, model: ModelRef, state: StateRef, work: ScratchRef):
         others(instance, body, model, state, work)
-        given = term(instance, body, model, state, work)
-        if wp.static(cause > 0):
-            given = checked(given, instance, wp.static(cause), state, work)
-        value = sane(given, work)
+        value = counted(term(instance, body, model, state, work), instance, state, work)
         state.body_terms[instance, index, body] = state.body_terms[instance, index, body] + value
 
     return add
 
 
 def _and_whole_term(others: Any, term: Any, index: int, cause: int) -> Any:
+    counted = _counted(cause)
+
     @wp.func
     def add(instance: int, model: ModelRef, state: StateRef, work: ScratchRef):
         others(instance, model, state, work)
-        given = term(instance, model, state, work)
-        if wp.static(cause > 0):
-            given = checked(given, instance, wp.static(cause), state, work)
-        value = sane(given, work)
+        value = counted(term(instance, model, state, work), instance, state, work)
         state.whole_terms[instance, index] = state.whole_terms[instance, index] + value
 
     return add
@@ -390,7 +406,8 @@ def objective_stage_of(kind: ObjectiveKind) -> Any:
     for index, name in enumerate(kind.body):
         body_terms = _and_body_term(body_terms, own.get(name) or BODY_TERMS[name], index, kind.cause(name))
     for index, name in enumerate(kind.whole):
-        whole_terms = _and_whole_term(whole_terms, own.get(name) or WHOLE_TERMS[name], index, kind.cause(name))
+        if name not in kind.desired:
+            whole_terms = _and_whole_term(whole_terms, own.get(name) or WHOLE_TERMS[name], index, kind.cause(name))
 
     @wp.func
     def objective_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
@@ -400,3 +417,16 @@ def objective_stage_of(kind: ObjectiveKind) -> Any:
             whole_terms(instance, model, state, work)
 
     return objective_stage
+
+
+@cache
+def desired_stage_of(kind: ObjectiveKind) -> Any:
+    """The Warp function (instance, model, state, work) that adds a step of the terms that see desired torques.
+
+    One lane calls it when the controller has put these into the working set, and no muscle has acted yet.
+    """
+    terms, own = no_whole_terms, dict(kind.own)
+    for index, name in enumerate(kind.whole):
+        if name in kind.desired:
+            terms = _and_whole_term(terms, own[name], index, kind.cause(name))
+    return terms

@@ -1,5 +1,6 @@
 """What several tests need."""
 
+import importlib
 import os
 import shutil
 from collections.abc import Iterator
@@ -34,6 +35,13 @@ def reference_data() -> Path:
     if not folder.is_dir():
         pytest.skip(f"no reference data: {folder} is not a folder; WARPMUSCLE_REFERENCE_DATA names it")
     return folder
+
+
+@pytest.fixture(scope="session")
+def mujoco_oracle() -> Any:
+    """The module of that name, for tests that compare with MuJoCo beside others that need it not."""
+    pytest.importorskip("mujoco", reason="no MuJoCo: pip install mujoco")
+    return importlib.import_module("mujoco_oracle")
 
 
 @pytest.fixture(scope="session")

@@ -1,36 +1,19 @@
 """MuJoCo in double precision as an oracle of forward dynamics, through the package's own MJCF export.
 
-Joints are in breadth-first order from the root, bodies are the root followed by the joints' children; quaternions xyzw.
+Joints and bodies are in the order of `random_states`; quaternions xyzw.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import mujoco
 import numpy as np
 
-from biped import breadth_first, multiply, rotate
+from biped import breadth_first, rotate
+from random_states import States, body_order, turn, unit
 from warpmuscle.formats import mjcf
 from warpmuscle.scene import Character, Joint, Scene
-
-
-@dataclass(frozen=True)
-class States:
-    """N states of a character with J joints."""
-
-    root_position: np.ndarray  # (N, 3) m, world
-    root_orientation: np.ndarray  # (N, 4)
-    root_velocity: np.ndarray  # (N, 3) m/s, world
-    root_angular_velocity: np.ndarray  # (N, 3) rad/s, world
-    joint_orientation: np.ndarray  # (N, J, 4) child to parent
-    joint_angular_velocity: np.ndarray  # (N, J, 3) rad/s, child relative to parent, in the parent's frame
-
-    def __getitem__(self, index: slice | np.ndarray) -> States:
-        return States(*(getattr(self, field.name)[index] for field in fields(self)))
-
-    def __len__(self) -> int:
-        return len(self.root_position)
 
 
 @dataclass(frozen=True)
@@ -40,11 +23,6 @@ class Accelerations:
     angular: np.ndarray  # (N, B, 3) rad/s^2
     linear: np.ndarray  # (N, B, 3) m/s^2, of the centres of mass
     generalized: np.ndarray  # (N, nv) MuJoCo's qacc
-
-
-def body_order(character: Character) -> list[str]:
-    """Names of the bodies: the root, then the children of the joints."""
-    return [character.root, *(character.joints[name].child for name in breadth_first(character))]
 
 
 def compile_model(scene: Scene) -> mujoco.MjModel:
@@ -101,8 +79,8 @@ def mass_matrix(scene: Scene, states: States) -> np.ndarray:
     for index in range(len(states)):
         data = _prepare(model, scene.character, states, index)
         mujoco.mj_forward(model, data)
-        for column, unit in enumerate(np.eye(model.nv)):
-            mujoco.mj_mulM(model, data, matrices[index, column], unit)
+        for column, along in enumerate(np.eye(model.nv)):
+            mujoco.mj_mulM(model, data, matrices[index, column], along)
     return matrices
 
 
@@ -131,46 +109,6 @@ def state_to_qpos(
     return qpos, qvel
 
 
-def random_states(character: Character, count: int, seed: int = 0, speed: float = 3.0) -> States:
-    """States all over the place but with joints moving as they can: speeds are normal with this deviation."""
-    rng = np.random.default_rng(seed)
-    names = breadth_first(character)
-    orientation, velocity = np.empty((count, len(names), 4)), np.empty((count, len(names), 3))
-    for place, name in enumerate(names):
-        joint = character.joints[name]
-        if joint.type == "ball":
-            orientation[:, place] = _unit(rng.normal([0.0, 0.0, 0.0, 3.0], size=(count, 4)))
-            velocity[:, place] = rng.normal(size=(count, 3)) * speed
-            continue
-        orientation[:, place], velocity[:, place] = [0.0, 0.0, 0.0, 1.0], 0.0
-        for raw in joint.axes:  # innermost first
-            axis, angle, rate = _unit(np.array(raw)), rng.uniform(-1.0, 1.0, count), rng.normal(size=count) * speed
-            turn = _rotation(axis, angle)
-            orientation[:, place] = multiply(turn, orientation[:, place])
-            velocity[:, place] = rotate(turn, velocity[:, place]) + rate[:, None] * axis
-    root = _random_root(character, count, rng, speed)
-    return States(*root, orientation, velocity)
-
-
-def _random_root(character: Character, count: int, rng: np.random.Generator, speed: float) -> tuple[np.ndarray, ...]:
-    """Random pose and velocities of the root, as far as its joint allows."""
-    if character.root_joint == "free":
-        return (
-            rng.normal(size=(count, 3)),
-            _unit(rng.normal(size=(count, 4))),
-            rng.normal(size=(count, 3)) * speed,
-            rng.normal(size=(count, 3)) * speed,
-        )
-    x, yz = np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 1.0])
-    moves = float(character.root_joint == "planar")
-    return (
-        moves * yz * rng.normal(size=(count, 3)),
-        _rotation(x, moves * rng.uniform(-1.0, 1.0, count)),
-        moves * yz * speed * rng.normal(size=(count, 3)),
-        moves * x * speed * rng.normal(size=(count, 3)),
-    )
-
-
 def _prepare(model: mujoco.MjModel, character: Character, states: States, index: int) -> mujoco.MjData:
     data = mujoco.MjData(model)
     data.qpos, data.qvel = state_to_qpos(model, character, states, index)
@@ -193,23 +131,13 @@ def _set_root(
 
 def _coordinates(joint: Joint, orientation: np.ndarray, angular_velocity: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Angles and rates about the axes of a hinge, or of a universal joint with axes at right angles."""
-    axes = _unit(np.array(joint.axes, dtype=float))
+    axes = unit(np.array(joint.axes, dtype=float))
     angles = 2.0 * np.arctan2(axes @ orientation[:3], orientation[3])
     if len(axes) == 1:
         return angles, axes @ angular_velocity
-    turned = np.stack([rotate(_rotation(axes[1], angles[1:])[0], axes[0]), axes[1]])  # as they are in the parent
+    turned = np.stack([rotate(turn(axes[1], angles[1:])[0], axes[0]), axes[1]])  # as they are in the parent
     return angles, turned @ angular_velocity
-
-
-def _rotation(axis: np.ndarray, angle: np.ndarray) -> np.ndarray:
-    """Quaternions (N, 4) of turns by angles (N,) about a unit axis (3,)."""
-    half = 0.5 * np.asarray(angle)[:, None]
-    return np.concatenate([np.sin(half) * axis, np.cos(half)], axis=1)
 
 
 def _inverse(quaternion: np.ndarray) -> np.ndarray:
     return quaternion * [-1.0, -1.0, -1.0, 1.0]
-
-
-def _unit(vectors: np.ndarray) -> np.ndarray:
-    return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)

@@ -29,7 +29,7 @@ ORDER: tuple[tuple[str, ...], ...] = (
     ("video",),
     ("gym",),
     ("report",),
-    ("throw", "sweep"),
+    ("throw", "sweep", "session"),
     ("examples",),
     ("cli",),
 )

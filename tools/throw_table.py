@@ -41,6 +41,19 @@ class Task:
     def kind(self) -> str:
         return "together" if len(self.files) > 1 else "alone"
 
+    def gave(self, row: dict[str, Any]) -> bool:
+        """Whether a row is of this fit."""
+        stems = [file.stem for file in self.files]
+        same = row["scene"] == self.scene and [Path(name).stem for name in row["names"]] == stems
+        return same and row["asked"] == self.count
+
+
+def kept(output: Path | None) -> list[dict[str, Any]]:
+    """Rows of an earlier call that was ended."""
+    if output is None or not output.exists():
+        return []
+    return [json.loads(text) for text in output.read_text(encoding="utf-8").splitlines()]
+
 
 def ready(scene: str, file: Path) -> None:
     """Compile the kernels, which all processes then find in the cache."""
@@ -51,15 +64,20 @@ def fitted(task: Task) -> dict[str, Any]:
     """What a fit came to, by throw."""
     begin, started = time.perf_counter(), time.process_time()
     job = Job(load(task.scene), task.files, Options(count=task.count, threads=task.threads))
-    a = job.fit().agreement
+    found = job.fit()
+    a = found.agreement
+    values = zip(job.arm.parameters, job.arm.values(found.unknowns).tolist(), strict=True)
     weights = job.follower.synergies.weights
     return {
-        "scene": task.scene, "kind": task.kind, "number": job.count, "names": list(job.motions.names),
-        "held_out": job.held_out, "good": a.good().tolist(), "r2": a.r2.tolist(),
+        "scene": task.scene, "kind": task.kind, "number": job.count, "asked": task.count,
+        "names": list(job.motions.names), "held_out": job.held_out, "good": a.good().tolist(), "r2": a.r2.tolist(),
         "velocity_r2": a.velocity_r2.tolist(), "hand_error": a.hand_error.tolist(),
-        "correlation": a.correlation.tolist(), "explained": job.follower.synergies.explained,
+        "correlation": a.correlation.tolist(), "by_synergy": a.by_synergy.tolist(),
+        "null_by_synergy": None if a.null_by_synergy is None else a.null_by_synergy.tolist(),
+        "explained": job.follower.synergies.explained,
         "torque_r2": None if job.shared is None else job.shared.torque_r2.tolist(),
         "muscles": list(job.arm.muscles), "weights": weights.tolist(),
+        "parameters": {parameter.name: value for parameter, value in values},
         "share": (weights.max(axis=0) / weights.sum(axis=0)).tolist(),
         "cpu": time.process_time() - started, "seconds": time.perf_counter() - begin,
     }  # fmt: skip
@@ -100,13 +118,20 @@ def main(
     alone_number: Annotated[int | None, typer.Option(help="Of synergies then; else the usual number.")] = None,
     processes: Annotated[int, typer.Option(min=1, help="How many fits at a time.")] = 2,
     threads: Annotated[int, typer.Option(min=1, help="CPU threads of a fit of all together; else 1.")] = 1,
-    output: Annotated[Path | None, typer.Option("--output", "-o", help="A line of JSON of each fit.")] = None,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="A line of JSON of each fit; what it has is not fitted again.")
+    ] = None,
 ) -> None:
     """Print a line for each number of synergies, and which throws miss a bar."""
-    tasks = [Task(scene, tuple(files), count, threads) for count in number or ([] if alone else [None])]
+    counts: list[int | None] = [*number] if number else [] if alone else [None]
+    tasks = [Task(scene, tuple(files), count, threads) for count in counts]
     tasks += [Task(scene, (file,), alone_number) for file in files] if alone else []
-    ready(scene, files[0])
     groups: dict[tuple[int, str], list[dict[str, Any]]] = {}
+    for row in kept(output):
+        tasks = [task for task in tasks if not task.gave(row)]
+        groups.setdefault((row["number"], row["kind"]), []).append(row)
+    if tasks:
+        ready(scene, files[0])
     with ProcessPoolExecutor(processes, multiprocessing.get_context("spawn")) as pool:
         for done in as_completed([pool.submit(fitted, task) for task in tasks]):
             try:

@@ -19,7 +19,7 @@ from warpmuscle.core.errors import Error
 from warpmuscle.formats import load
 from warpmuscle.throw.job import Job, Options
 from warpmuscle.throw.motion import Motion
-from warpmuscle.throw.motion_files import read
+from warpmuscle.throw.recordings.motion_files import read
 
 Curves = tuple[Floats, Floats]  # time (T,), s, and what moves (T, k)
 JOINTS = ("shoulder", "elbow", "wrist")

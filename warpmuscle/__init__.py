@@ -35,6 +35,9 @@ if TYPE_CHECKING:
     from warpmuscle.results.result import read, write
     from warpmuscle.scene import Scene
     from warpmuscle.scene.trusted_code import trust
+    from warpmuscle.session.conversion import convert
+    from warpmuscle.session.runs import Run, simulate
+    from warpmuscle.session.scene_table import scenes
     from warpmuscle.simulation.multi_device import MultiDeviceRollout, make_rollout
     from warpmuscle.simulation.rollout import Rollout
     from warpmuscle.simulation.stages import Stages
@@ -43,24 +46,25 @@ if TYPE_CHECKING:
     __version__: str
 
 __all__ = [
-    "Error", "Motions", "MultiDeviceRollout", "Recording", "Result", "ResultError", "Rollout", "RolloutError",
-    "Scene", "SceneError", "Stages", "Status", "__version__", "append_motions", "best_scene", "inverse_dynamics",
-    "inverse_kinematics", "joint_reactions", "load", "make_rollout", "measure", "optimize", "plot", "read",
-    "read_motions", "resume", "save", "scale", "show", "static_optimization", "trust", "write",
+    "Error", "Motions", "MultiDeviceRollout", "Recording", "Result", "ResultError", "Rollout", "RolloutError", "Run",
+    "Scene", "SceneError", "Stages", "Status", "__version__", "append_motions", "best_scene", "convert",
+    "inverse_dynamics", "inverse_kinematics", "joint_reactions", "load", "make_rollout", "measure", "optimize",
+    "plot", "read", "read_motions", "resume", "save", "scale", "scenes", "show", "simulate", "static_optimization",
+    "trust", "write",
 ]  # fmt: skip
 
 _HOMES = {
-    "Motions": "results.motions", "MultiDeviceRollout": "simulation.multi_device",
-    "Recording": "results.recording", "Result": "results.records",
-    "Rollout": "simulation.rollout", "Scene": "scene", "Stages": "simulation.stages", "Status": "core.status",
     "append_motions": "results.motion_files", "best_scene": "optimization.best_scene",
-    "inverse_dynamics": "inverse.dynamics", "joint_reactions": "inverse.joint_reactions", "load": "formats",
-    "inverse_kinematics": "inverse.kinematics", "make_rollout": "simulation.multi_device",
-    "measure": "gait.measures", "optimize": "optimization.optimize", "plot": "plots", "read": "results.result",
-    "read_motions": "results.motion_files",
-    "resume": "optimization.resume", "save": "formats", "scale": "inverse.scaling", "show": "view.notebook",
-    "static_optimization": "inverse.static_optimization", "trust": "scene.trusted_code",
-    "write": "results.result",
+    "convert": "session.conversion", "inverse_dynamics": "inverse.dynamics",
+    "inverse_kinematics": "inverse.kinematics", "joint_reactions": "inverse.joint_reactions", "load": "formats",
+    "make_rollout": "simulation.multi_device", "measure": "gait.measures", "Motions": "results.motions",
+    "MultiDeviceRollout": "simulation.multi_device", "optimize": "optimization.optimize", "plot": "plots",
+    "read": "results.result", "read_motions": "results.motion_files", "Recording": "results.recording",
+    "Result": "results.records", "resume": "optimization.resume", "Rollout": "simulation.rollout",
+    "Run": "session.runs", "save": "formats", "scale": "inverse.scaling", "Scene": "scene",
+    "scenes": "session.scene_table", "show": "view.notebook", "simulate": "session.runs",
+    "Stages": "simulation.stages", "static_optimization": "inverse.static_optimization", "Status": "core.status",
+    "trust": "scene.trusted_code", "write": "results.result",
 }  # fmt: skip
 
 

@@ -17,7 +17,7 @@ from warpmuscle.results.journal import Journal
 from warpmuscle.results.records import Result
 from warpmuscle.results.result import read, write
 from warpmuscle.synergy.recordings import read_signals
-from warpmuscle.throw.motion_files import read as read_motions
+from warpmuscle.throw.recordings.motion_files import read as read_motions
 
 SECRET = np.full(50, 0.625)
 

@@ -27,7 +27,7 @@ from warpmuscle.synergy.emg import resampled
 from warpmuscle.synergy.factorization import factorize
 from warpmuscle.synergy.recordings import read_signals
 from warpmuscle.synergy.signals import Signals
-from warpmuscle.throw.motion_files import read as read_motions
+from warpmuscle.throw.recordings.motion_files import read as read_motions
 from warpmuscle.video.film import Look, make_film
 
 ROOT = Path(__file__).parents[2]

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-import mujoco_oracle
-from biped import biped
+from biped import biped, breadth_first
+from random_states import random_states
 from warpmuscle.core import pose
 from warpmuscle.scene import Scene
 from warpmuscle.scene.joints import joint_type
@@ -95,16 +95,16 @@ def test_universal_coordinates_are_those_that_made_the_pose(cosine: float):
     np.testing.assert_allclose(rates, np.stack([rate_a, rate_b], axis=1), atol=1e-12)
 
 
-def test_coordinates_of_the_biped_are_those_of_mujoco():
+def test_coordinates_of_the_biped_are_those_of_mujoco(mujoco_oracle):
     """Hinges and universal joints in random poses: the same angles and rates as MuJoCo's."""
     character = biped()
     model, states = (
         mujoco_oracle.compile_model(Scene("pose", character)),
-        mujoco_oracle.random_states(character, 3, seed=1),
+        random_states(character, 3, seed=1),
     )
     for index in range(3):
         qpos, qvel = mujoco_oracle.state_to_qpos(model, character, states, index)
-        for place, name in enumerate(mujoco_oracle.breadth_first(character)):
+        for place, name in enumerate(breadth_first(character)):
             joint = character.joints[name]
             if joint.type == "ball":
                 continue

@@ -15,7 +15,7 @@ from warpmuscle.scene.trusted_code import trust
 from warpmuscle.simulation.rollout import Rollout
 from warpmuscle.sweep.plan import read as read_sweep
 from warpmuscle.synergy.preparation import Preparation, prepare
-from warpmuscle.throw.motion_files import read as read_motions
+from warpmuscle.throw.recordings.motion_files import read as read_motions
 
 FILES = Path(__file__).parents[2] / "warpmuscle" / "examples" / "files"
 

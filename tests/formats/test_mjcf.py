@@ -8,15 +8,13 @@ import pytest
 
 from biped import X, Y, Z, biped, breadth_first, forward_kinematics, load_recording, multiply, rotate, xyzw
 from mujoco_oracle import (
-    States,
     accelerations,
-    body_order,
     body_states,
     compile_model,
     mass_matrix,
-    random_states,
     state_to_qpos,
 )
+from random_states import States, body_order, random_states
 from warpmuscle.core.errors import SceneError
 from warpmuscle.formats import load, mjcf
 from warpmuscle.scene import Body, Capsule, Character, Ground, InitialState, Joint, Scene, Sphere

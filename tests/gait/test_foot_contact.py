@@ -81,6 +81,14 @@ def test_touch_downs_need_no_stance_and_no_weight():
         np.testing.assert_allclose(touch_downs(motion, "right", weight), [0.495, 1.495, 2.495, 3.495], atol=1e-9)
 
 
+def test_what_weighs_nothing_touches_the_ground_from_three_hundredths_of_a_newton_on():
+    """A weight counts as one newton at least, so that noise is no contact."""
+    motion = walk_result().replays[0]
+    for load, touches in ((0.031, True), (0.029, False), (0.025, False)):
+        left = np.outer(load * (motion.time % 2.0 > 1.0), [0.0, 1.0, 0.0])
+        assert (len(touch_downs(with_arrays(motion, foot_force_left=left), "left", 0.0)) > 0) is touches, load
+
+
 @pytest.mark.parametrize(("stance", "double", "flight"), [(0.6, 20.0, 0.0), (0.75, 50.0, 0.0), (0.4, 0.0, 20.0)])
 def test_stance_double_support_and_flight_follow_from_the_contacts(stance: float, double: float, flight: float):
     motion = walk_result().replays[0]

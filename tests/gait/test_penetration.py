@@ -8,7 +8,7 @@ import pytest
 from biped import random_recording
 from warpmuscle.core.pose import rotate
 from warpmuscle.formats import load
-from warpmuscle.gait.penetration import NOTICED, penetration
+from warpmuscle.gait.penetration import penetration
 from warpmuscle.results.recording import QUANTITIES, Recording
 from warpmuscle.scene.parameters import start_values, substitute
 
@@ -62,7 +62,7 @@ def test_depth_and_share_are_those_of_many_points_along_the_axes(scene):
     assert found.pair == ("lLowerleg", "rLowerleg")
     assert found.depth == pytest.approx(depth.max(), abs=5e-4)
     assert found.time == pytest.approx(moved.time[np.argmax(depth)])
-    assert found.share == pytest.approx(np.mean(depth > NOTICED), abs=0.03)
+    assert found.share == pytest.approx(np.mean(depth > 0.001), abs=0.03)
     assert 0.1 < found.share < 0.95
 
 
@@ -72,3 +72,22 @@ def test_shapes_that_a_joint_joins_do_not_count(scene):
     knee = [recording.body_names.index(name) for name in ("lUpperleg", "lLowerleg")]
     position[:, knee] = 5.0
     assert penetration(dataclasses.replace(recording, body_position=position), scene).depth == 0.0
+
+
+def beside_each_other(scene, depths: np.ndarray) -> Recording:
+    """The shanks upright beside each other, so deep inside each other, m."""
+    recording = standing(scene, len(depths))
+    position = recording.body_position.copy()
+    left, right = (recording.body_names.index(name) for name in ("lLowerleg", "rLowerleg"))
+    position[:, left], position[:, right] = 0.0, np.outer(2.0 * RADIUS - depths, [1.0, 0.0, 0.0])
+    return dataclasses.replace(recording, body_position=position)
+
+
+def test_bodies_deeper_than_a_millimetre_count_as_inside_each_other(scene):
+    found = penetration(beside_each_other(scene, np.array([0.0004, 0.0009, 0.0011, 0.0012, 0.002])), scene)
+    assert found.share == pytest.approx(0.6)
+    assert found.depth == pytest.approx(0.002, abs=1e-6)
+
+
+def test_bodies_of_a_recording_without_frames_are_at_no_time_inside_each_other(scene):
+    assert penetration(beside_each_other(scene, np.zeros(0)), scene) == (0.0, 0.0, None, 0.0)

@@ -6,8 +6,11 @@ import pytest
 
 from small_result import STRIDE, march, walk_result, walk_scene, with_arrays
 from warpmuscle.core.pose import about
-from warpmuscle.gait.cycles import body_weight
-from warpmuscle.gait.quality import aimed_speed, gait_measures
+from warpmuscle.gait import quality
+from warpmuscle.gait.cycles import PERCENT, body_weight
+from warpmuscle.gait.foot_contact import Support
+from warpmuscle.gait.foot_sliding import FootSliding
+from warpmuscle.gait.quality import TIMING, aimed_speed, gait_measures, runs
 from warpmuscle.gait.table import gait_table, human, unit_of
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Objective, Scene, SearchStage
@@ -68,6 +71,30 @@ def test_a_walk_on_the_norms_has_their_key_points_and_does_not_deviate(scene: Sc
     assert 0.5 < found["angles from Fukuchi 2018"] < 1.2  # the norms are that far from each other
 
 
+WINDOWS = {  # % of the cycle within which each key point is looked for
+    "hip, minimum": (20, 80), "hip, maximum": (50, 100), "knee, maximum in stance": (2, 45),
+    "knee, maximum in swing": (45, 100), "ankle, maximum in stance": (8, 62), "ankle, minimum at push-off": (45, 85),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("key", WINDOWS)
+def test_key_points_are_looked_for_in_their_part_of_the_cycle(key: str):
+    (_, find, *window), sign = quality._KEY_POINTS[key], -1.0 if "minimum" in key else 1.0
+    low, high = WINDOWS[key]
+    for percent in (low + 3, high - 3, low - 3, high + 3):
+        if 0 < percent < 100:
+            found = find(sign * 30.0 * np.exp(-(((PERCENT - percent) / 1.5) ** 2)), *window)
+            there = found is not None and abs(found.percent - percent) < 0.6 and abs(found.value) > 25.0
+            assert there is (low < percent < high), percent
+
+
+def test_slides_are_told_in_centimetres_and_depths_in_millimetres(scene: Scene, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(quality, "foot_sliding", lambda *_: FootSliding(0.01, 0.02, 0.03, 0.004))
+    found = gait_measures(normal_walk(scene), scene)
+    assert [found[name] for name in ("slide of the stance foot", "maximum slide of the stance foot")] == [1.0, 2.0]
+    assert (found["drag of the trailing foot"], found["depth of the feet"]) == (3.0, 4.0)
+
+
 def test_a_cycle_begins_where_the_foot_lands_and_not_where_the_controller_changes_its_stance(scene: Scene):
     motion = normal_walk(scene)
     early = with_arrays(motion, stance=np.roll(motion.stance, -9))
@@ -88,6 +115,8 @@ def test_a_gait_with_flight_or_of_a_scene_that_means_a_run_is_judged_as_running(
         assert found["angles from Fukuchi 2017"] == found["angles outside the norms"] > 1.5
         assert found["deviation of the ground force"] is None
         assert "angles from key points" not in found
+        assert TIMING not in found  # people's muscles are known of walking only
+    assert TIMING in walking
     assert flown["flight"] == pytest.approx(20.0, abs=2.0)
     assert "angles from Fukuchi 2017" not in walking
     walk_of_flight = msgspec.structs.replace(scene, objective=Objective(gait="walk"))
@@ -109,6 +138,15 @@ def test_a_slow_or_backward_walk_is_not_measured_by_norms(scene: Scene):
     assert found["hip flexion within the norm band"] is None
     assert found["cost of transport"] is None
     assert found["metabolic power"] is not None
+    assert TIMING not in found
+
+
+@pytest.mark.parametrize(("flight", "running"), [(0.0, False), (0.9, False), (1.1, True), (1.2, True), (30.0, True)])
+def test_a_gait_runs_whose_feet_are_both_off_the_ground_for_more_than_a_percent(
+    scene: Scene, flight: float, running: bool
+):
+    assert runs(scene, Support(50.0, 0.0, flight)) is running
+    assert runs(msgspec.structs.replace(scene, objective=Objective(gait="run")), Support(60.0, 20.0, 0.0))
 
 
 def test_a_heading_that_turns_evenly_drifts_from_the_first_cycle_to_the_last(scene: Scene):

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from biped import multiply, rotate
-from mujoco_oracle import States, body_order, breadth_first
+from biped import breadth_first, multiply, rotate
+from random_states import States, body_order
 from warpmuscle.scene import PD, Balance, Component, Controller, Curve, Feedback, Scene, Trajectory
 
 IDENTITY = np.array([0.0, 0.0, 0.0, 1.0])

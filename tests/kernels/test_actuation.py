@@ -5,10 +5,10 @@ from typing import Any
 import numpy as np
 import pytest
 import warp as wp
-from probes import evaluate, matrix, turn_about, units, vectors
+from probes import evaluate, filled, matrix, turn_about, units, vectors
 
-from mujoco_oracle import random_states
 from muscle_arm import ABOUT_JOINT, MASS, REACH, arm, leg
+from random_states import random_states
 from warpmuscle.kernels import actuation
 from warpmuscle.kernels.kinematics import kinematics_stage
 from warpmuscle.kernels.path import joint_velocities
@@ -16,13 +16,71 @@ from warpmuscle.kernels.scratch import capacity_of, work_floats
 from warpmuscle.kernels.spatial import symmetric
 from warpmuscle.kernels.springs import SPRINGS, spring_torque
 from warpmuscle.kernels.stages import work_of
-from warpmuscle.kernels.structs import Model, State
+from warpmuscle.kernels.structs import (
+    BALL,
+    BY_MUSCLES,
+    BY_TORQUE,
+    HINGE,
+    MIXED,
+    ROOT_FREE,
+    UNIVERSAL,
+    Model,
+    MuscleState,
+    Paths,
+    Scratch,
+    Skeleton,
+    State,
+)
+from warpmuscle.kernels.structs import Actuation as ActuationArrays
 from warpmuscle.scene import Actuation, JointState, Scene
 from warpmuscle.simulation.rollout import Rollout
 from warpmuscle.simulation.stages import Stages
 
 N = 200
 WEIGHTS = np.random.default_rng(9).integers(0, 2, (N, 3)).astype(float)
+
+
+damping_stage = actuation.implicit_damping_stage_of(SPRINGS)
+
+
+@wp.kernel(enable_backward=False)
+def damp(model: Model, state: State, work: Scratch):
+    its = work
+    damping_stage(0, 0, 1, model, state, its)
+
+
+@pytest.mark.parametrize("passive", [0.0, 1.0])
+def test_muscles_damp_implicitly_what_they_drive_of_a_joint_and_springs_the_rest(passive: float):
+    """h' d (P r)(P r)^T by the muscles' dampings and moment arms, and h' d P P^T of springs; h' is a part of a step."""
+    step, weights, others = 0.01 * 0.55, np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, passive])
+    kinds, drives = [ROOT_FREE, BALL, UNIVERSAL, HINGE], [BY_TORQUE, MIXED, MIXED, BY_MUSCLES]
+    frames, axis_a, axis_b = matrix(units(4, 1, 4)), units(4, 2), units(4, 3)
+    arm_of, damping = vectors(6, 4, 0.05), np.array([300.0, 500.0, 900.0])  # two crossings a joint
+    muscle = np.array([0, 1, 1, 2, 0, 2])
+    plan = {"joint_type": kinds, "parent": [-1, 0, 1, 2]}
+    skeleton = filled(Skeleton, plan=plan, row={"axis_a": axis_a[None], "axis_b": axis_b[None]})
+    drive = filled(
+        ActuationArrays, drive=drives, by_muscles=np.tile(weights, (4, 1)), passive=np.tile(others, (4, 1)),
+        damping=np.full((1, 4), 3.0),
+    )  # fmt: skip
+    paths = filled(Paths, crossing_start=[0, 0, 2, 4, 6], crossing_muscle=muscle)
+    model = filled(Model, body_count=4, time_step=0.01, skeleton=skeleton, actuation=drive, paths=paths)
+    state = filled(State, muscles=filled(MuscleState, damping=damping[None], moment_arm=arm_of[None]))
+    work = filled(Scratch, rotation=frames, stiffness=np.zeros((4, 6), np.float32))
+    wp.launch(damp, 1, [model, state, work], device="cpu")
+    a, b = frames[2] @ axis_a[2], frames[1] @ axis_b[2]
+    dual = np.linalg.pinv(np.stack([a, b]))  # columns a* and b*
+    of_muscles = {1: frames[1] @ np.diag(weights) @ frames[1].T, 2: np.outer(dual[:, 0], a), 3: np.eye(3)}
+    of_springs = {
+        1: frames[1] @ np.diag(others) @ frames[1].T, 2: np.outer(dual[:, 1], b), 3: np.zeros((3, 3)),
+    }  # fmt: skip
+    six = work.stiffness.numpy()
+    np.testing.assert_array_equal(six[0], 0.0)
+    for body, first in ((1, 0), (2, 2), (3, 4)):
+        r = arm_of[first : first + 2] @ of_muscles[body].T
+        expected = np.einsum("c,ci,cj->ij", damping[muscle[first : first + 2]], r, r)
+        expected += 3.0 * of_springs[body] @ of_springs[body].T
+        np.testing.assert_allclose(six[body][[0, 1, 2, 1, 3, 4, 2, 4, 5]].reshape(3, 3), step * expected, atol=1e-6)
 
 
 def powers(torque: np.ndarray, axes: list[np.ndarray]) -> np.ndarray:

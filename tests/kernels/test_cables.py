@@ -8,7 +8,18 @@ from warpmuscle.kernels import cables
 from warpmuscle.kernels.contraction import RIGID, contraction_of
 from warpmuscle.kernels.curve_sets import LEE, LIGAMENT, PATH_ACTUATOR
 from warpmuscle.kernels.path import PathState
-from warpmuscle.kernels.structs import Model, MuscleRow, Muscles, State
+from warpmuscle.kernels.structs import (
+    Model,
+    ModelRef,
+    MuscleRow,
+    Muscles,
+    MuscleState,
+    Scratch,
+    ScratchRef,
+    State,
+    StateRef,
+)
+from warpmuscle.kernels.term_functions import MuscleWork
 
 STARTS, COEFFICIENTS = (0.9, 1.1, 1.4), ((0.1, 0.5, -0.2, 0.3), (0.7, -1.2, 0.4, 2.0), (1.5, 2.5, -0.7, -0.1))
 DISSIPATION = 0.35  # s/m
@@ -45,6 +56,29 @@ def test_a_function_of_pieces_is_the_cubic_of_the_piece_and_a_slack_ligament_pul
     inside = np.abs(x[:, None] - STARTS).min(axis=1) > 1e-4
     np.testing.assert_allclose(value.numpy()[inside, 0], np.array(expected)[inside], rtol=1e-5, atol=1e-5)
     np.testing.assert_allclose(value.numpy()[inside, 1], [tension(v, 0.7) for v in x[inside]], rtol=1e-5, atol=1e-5)
+
+
+@wp.func
+def count(instance: int, m: int, w: MuscleWork, model: ModelRef, state: StateRef, work: ScratchRef):
+    state.muscles.force[instance, m] = state.muscles.force[instance, m] + w.activation
+
+
+count_muscles = cables.terms_of_muscles(count)
+
+
+@wp.kernel(enable_backward=False)
+def counted(model: Model, state: State, work: Scratch):
+    i, m = wp.tid()
+    w, its = MuscleWork(), work
+    w.activation = 0.25
+    count_muscles(i, m, w, model, state, its)
+
+
+def test_terms_count_muscles_and_no_cables():
+    model = filled(Model, muscles=filled(Muscles, shape={"curves": [FAMILIES]}))
+    state = filled(State, muscles=filled(MuscleState, force=np.ones((1, 3), np.float32)))
+    wp.launch(counted, (1, 3), [model, state, Scratch()], device="cpu")
+    np.testing.assert_allclose(state.muscles.force.numpy(), [[1.25, 1.0, 1.0]])
 
 
 contracted = cables.with_cables(contraction_of(LEE, RIGID))

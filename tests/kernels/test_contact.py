@@ -2,10 +2,12 @@
 
 import numpy as np
 import pytest
-from probes import cross_matrix, evaluate, units, vectors
+import warp as wp
+from probes import cross_matrix, evaluate, filled, units, vectors
 
 from warpmuscle.core.pose import about, rotate
 from warpmuscle.kernels import contact
+from warpmuscle.kernels.structs import Model, ModelRef, Scratch, ScratchRef, Skeleton
 from warpmuscle.scene import Body, Box, Capsule, Character, Failure, Ground, InitialState, Scene, Shape, Sphere
 from warpmuscle.simulation.stages import Stages
 
@@ -18,6 +20,48 @@ SHAPES = {
     "sphere": (Sphere(ZERO, HALF), HALF),
     "capsule": (Capsule((-0.3, 0.0, 0.0), (0.3, 0.0, 0.0), 0.05), 0.05),
 }
+
+
+@wp.func
+def pressed(instance: int, body: int, model: ModelRef, work: ScratchRef) -> contact.ContactSum:
+    total = contact.ContactSum()
+    if body > 1:
+        total.force = wp.vec3(0.0, 5.0, 1.0)
+        total.moment = wp.vec3(0.3, 0.0, 0.0)
+        total.b = wp.identity(n=3, dtype=float) * 2.0
+    return total
+
+
+stand = contact.contact_stage_of(pressed)
+
+
+@wp.kernel(enable_backward=False)
+def stand_up(count: int, model: Model, work: Scratch):
+    its = work
+    for body in range(count):
+        stand(0, body, model, its)
+
+
+@pytest.mark.parametrize(("count", "touched"), [(3, 0), (4, 1)])
+def test_feet_keep_the_force_of_this_step_alone_and_other_bodies_touch_the_ground(count: int, touched: int):
+    """Two feet in the air, of which one has no points, then a foot and a body that is none on the ground."""
+    plan = {"foot_slot": [0, 1, 2, -1], "first_point": [0, 0, 1, 2], "end_point": [0, 1, 2, 3]}
+    model = filled(Model, skeleton=filled(Skeleton, plan=plan))
+    stale, six = np.full((4, 3), 7.0, np.float32), np.full((4, 6), 7.0, np.float32)
+    tensor = np.full((4, 3, 3), 7.0, np.float32)
+    work = filled(
+        Scratch, flags=np.zeros(2, np.int32), contact_force=stale.copy(), contact_b=tensor.copy(), contact_c=six.copy(),
+        block_a=six.copy(), block_b=tensor.copy(), block_c=six.copy(), bias_moment=stale.copy(),
+        bias_force=stale.copy(),
+    )  # fmt: skip
+    wp.launch(stand_up, 1, [count, model, work], device="cpu")
+    np.testing.assert_allclose(work.contact_force.numpy(), [[0, 0, 0], [0, 0, 0], [0, 5, 1], [7, 7, 7]])
+    np.testing.assert_allclose(work.contact_b.numpy()[:3, 0, 0], [0, 0, 2])
+    np.testing.assert_allclose(work.contact_c.numpy()[:3], 0.0)
+    np.testing.assert_allclose(work.bias_force.numpy()[:3], [[7, 7, 7], [7, 7, 7], [7, 2, 6]])
+    np.testing.assert_allclose(work.bias_moment.numpy()[:3, 0], [7, 7, 6.7], rtol=1e-6)
+    np.testing.assert_allclose(work.block_b.numpy()[:3, 0, 0], [7, 7, 9])
+    assert work.flags.numpy().tolist() == [touched, 0]
 
 
 def block(shape: Shape, height: float, ground: Ground | None = None, slope: float = 0.0, **start) -> Stages:

@@ -2,9 +2,11 @@
 
 import numpy as np
 import pytest
+from joint_chains import accelerated, chain, lagging
 
 from warpmuscle.scene import Body, Character, Failure, Ground, Joint, Scene
 from warpmuscle.simulation.stages import Stages
+from warpmuscle.studies.inverse_dynamics import inverse_dynamics
 
 ORIGIN = (0.0, 0.0, 0.0)
 TABLE, BEAD, MASS = 0.7, 0.02, 1.3  # moments of inertia about the vertical, kg m^2; mass of the bead, kg
@@ -22,6 +24,24 @@ def turntable() -> Scene:
     failure = Failure(com_height=0.0, heading=0.0, max_com_speed=1000.0)
     character = Character("stand", bodies, joints, root_joint="fixed")
     return Scene("turntable", character, ground=Ground(stiffness=0.0), failure=failure)
+
+
+CHAINS = {
+    "none of them prescribed": (("ball", "none"), ("slide", "none"), ("coupled", "none"), ("hinge", "kinematic")),
+    "slides prescribed": (("slide", "kinematic"), ("universal", ["kinematic", "none"]), ("coupled", "none")),
+    "coupled joints prescribed": (("coupled", "kinematic"), ("slide", "none"), ("coupled", "kinematic")),
+}
+
+
+@pytest.mark.parametrize("drives", CHAINS.values(), ids=CHAINS)
+def test_chains_in_space_accelerate_so_that_no_force_acts_along_what_is_free(drives: tuple):
+    """By inverse dynamics in float64, some coordinates prescribed."""
+    scene = chain(*drives)
+    found = accelerated(scene)
+    needed = inverse_dynamics(scene, found.coordinates, found.speeds, found.accelerations)
+    weight = 9.8 * sum(body.mass for body in scene.character.bodies.values())
+    np.testing.assert_allclose(needed[:, found.others], 0.0, atol=2e-4 * weight)
+    assert np.abs(found.accelerations).max() > 10.0
 
 
 @pytest.mark.parametrize("heading", [0.0, 1.1])
@@ -45,3 +65,10 @@ def test_a_bead_on_a_turntable_feels_centrifugal_and_coriolis_forces(heading: fl
     np.testing.assert_allclose(rate[:, 0], slowing, rtol=1e-5, atol=1e-5)
     # In numbers: 0.5 m from the middle at 2 m/s outwards and 3 rad/s.
     np.testing.assert_allclose(rate[0], [-7.8 / 1.045, 4.5], rtol=1e-5)
+
+
+def test_velocities_lag_by_what_their_speeds_gained_in_half_a_step():
+    found, gained = lagging(chain(("coupled", "none"), ("slide", "none"), ("hinge", "none"), ("coupled", "none")))
+    np.testing.assert_allclose(found[:, :, 2:], gained, atol=2e-5)
+    assert np.abs(gained[:, 1:]).min(axis=(0, 1, 3)).max() > 0.0
+    assert np.abs(gained).max() > 0.05

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 from probes import evaluate, matrix
 
-import mujoco_oracle
 from biped import biped, multiply, rotate
-from mujoco_oracle import States, random_states
+from random_states import States, random_states
 from warpmuscle.core.pose import about, conjugate
 from warpmuscle.formats import load
 from warpmuscle.kernels.limits import ball_angles, ball_rate_axes
@@ -67,7 +66,7 @@ def assert_close(got: np.ndarray, expected: np.ndarray, tolerance: float = 1e-5)
 
 
 @pytest.mark.parametrize("name", CHARACTERS)
-def test_accelerations_are_those_of_mujoco(name: str):
+def test_accelerations_are_those_of_mujoco(name: str, mujoco_oracle):
     scene = free(CHARACTERS[name]())
     states = random_states(scene.character, 100, seed=1)
     torque = np.random.default_rng(2).normal(size=states.joint_angular_velocity.shape) * 50.0
@@ -78,7 +77,7 @@ def test_accelerations_are_those_of_mujoco(name: str):
 
 
 @pytest.mark.parametrize("name", CHARACTERS)
-def test_poses_and_velocities_are_those_of_mujoco(name: str):
+def test_poses_and_velocities_are_those_of_mujoco(name: str, mujoco_oracle):
     scene = free(CHARACTERS[name]())
     states = random_states(scene.character, 20, seed=3)
     got = stages_at(scene, states).forward_kinematics()

@@ -5,6 +5,7 @@ import pytest
 import warp as wp
 from probes import filled, turn_about
 
+from warpmuscle.core.arrays import structs_to_device
 from warpmuscle.kernels import episodes as kernels
 from warpmuscle.kernels.episodes import EpisodeRules, Episodes
 from warpmuscle.kernels.structs import ROOT_FIXED, ROOT_FREE, ROOT_PLANAR, State
@@ -109,6 +110,37 @@ def test_a_clock_without_a_power_goes_at_its_rate_and_commands_may_stay():
     np.testing.assert_allclose(away - np.round(away), 0.0, atol=1e-5)
     np.testing.assert_array_equal(episodes.command.numpy(), np.float32(before["command"]))
     np.testing.assert_array_equal(state.push.numpy(), 5.0)
+
+
+@pytest.mark.parametrize("every", [0, 1, 2, 20])
+def test_the_first_push_of_an_episode_comes_within_half_to_three_halves_of_the_mean_wait(every: int):
+    rules, episodes, state, before = begun(ROOT_FREE, push_decisions=every)
+    wp.launch(kernels.begin_episodes, N, [rules, episodes, state], device="cpu")
+    mask = before["mask"]
+    wait = episodes.next_push.numpy() - np.where(mask & (every > 0), before["decision"], before["next_push"])
+    np.testing.assert_array_equal(wait[~mask | (every == 0)], 0)
+    if every:
+        expected = np.maximum(np.arange(every // 2, (3 * every + 1) // 2), 1)  # whole decisions, at least one
+        np.testing.assert_array_equal(np.unique(wait[mask]), np.unique(expected))
+
+
+@pytest.mark.parametrize("side_by_side", [0, 1])
+@pytest.mark.parametrize("lanes", [1, 3])
+def test_instances_that_begin_get_the_rows_that_were_drawn_and_others_keep_theirs(side_by_side: int, lanes: int):
+    """Arrays (instances, elements, size), or (elements, instances, size) if neighbours lie side by side."""
+    random, shape = np.random.default_rng(3), (5, 4, 3)
+    source = random.integers(0, 1000, (2, 12)).astype(np.int32)
+    before = random.integers(0, 1000, shape).astype(np.int32)
+    mask, row = np.array([True, False, True, True, False]), np.array([0, 1, 1, 0, 0], np.int32)
+    given = before.swapaxes(0, 1) if side_by_side else before
+    target, rows = (wp.array(np.ascontiguousarray(a), dtype=int, device="cpu") for a in (given, source))
+    entry = {"target": [target.ptr], "source": [rows.ptr], "words": [12], "size": [3], "side_by_side": [side_by_side]}
+    arrays = structs_to_device(kernels.RestoredArray, {k: np.array(v) for k, v in entry.items()}, "cpu")
+    chosen = [wp.array(mask, dtype=bool, device="cpu"), wp.array(row, dtype=int, device="cpu")]
+    wp.launch(kernels.restore_rows, (5, lanes), [*chosen, arrays, 2, lanes], device="cpu")
+    found = target.numpy().swapaxes(0, 1) if side_by_side else target.numpy()
+    expected = np.where(mask[:, None], source[row], before.reshape(5, 12)).reshape(shape)
+    np.testing.assert_array_equal(found, expected)
 
 
 def test_starts_and_variants_are_drawn_evenly_for_episodes_that_begin():

@@ -1,10 +1,21 @@
 """Where bodies are and how they move, beside sines and cosines."""
 
 import numpy as np
+import pytest
+from joint_chains import chain, lagging
 
 from muscle_arm import REACH, arm
 from warpmuscle.scene import JointState
 from warpmuscle.simulation.rollout import Rollout
+
+
+@pytest.mark.parametrize("root", ["free", "planar", "fixed"])
+def test_velocities_lag_by_what_their_speeds_gained_in_half_a_step(root: str):
+    found, gained = lagging(chain(("universal", "none"), ("ball", "none"), ("hinge", "none"), root=root))
+    np.testing.assert_allclose(found[:, :, 2:], gained, atol=2e-5)
+    moves = {"free": (True, True), "planar": (True, True), "fixed": (False, False)}[root]
+    assert (np.abs(gained[:, 0]).max(axis=(0, 2)) > 0.01).tolist() == list(moves)
+    assert np.abs(gained[:, -1]).max() > 0.05
 
 
 def test_the_centre_of_mass_moves_as_those_of_the_bodies_do():

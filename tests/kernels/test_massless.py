@@ -4,7 +4,6 @@ import copy
 import itertools
 
 import msgspec
-import mujoco
 import numpy as np
 import pytest
 
@@ -39,6 +38,7 @@ def scene_of(root_joint: str = "fixed") -> Scene:
 
 def in_mujoco(scene: Scene, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Mass matrices and accelerations (n, S), ours being of the joints, then the root's velocity in world axes."""
+    mujoco = pytest.importorskip("mujoco")
     model = mujoco.MjModel.from_xml_string(mjcf.dumps(scene, up="y"))
     model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT
     free = scene.character.root_joint == "free"

@@ -49,6 +49,96 @@ def followed(model: int, activation, mt_length, start, slack, width, damping, ti
     return [v.numpy().astype(np.float64) for v in out]
 
 
+REACH = 2.0 / 3.0 * TIME_STEP * V_MAX * L_OPT  # m, by which a fibre is longer after a step at the greatest speed
+SLACK, WIDTH, DAMPING = 0.2, 0.02, 0.1
+
+
+@wp.kernel(enable_backward=True, module="unique")
+def balance(
+    activation: wp.array[float], mt_length: wp.array[float], start: wp.array[float], l_opt: wp.array[float],
+    reach: float, speed: wp.array[float], length: wp.array[float],
+):  # fmt: skip
+    i = wp.tid()
+    speed[i] = muscle.equilibrium_speed(
+        LEE, activation[i], mt_length[i], start[i], reach, 0.0, l_opt[i], wp.static(SLACK),
+        wp.static(WIDTH), wp.static(DAMPING),
+    )  # fmt: skip
+    length[i] = muscle.fibre_equilibrium(
+        LEE, activation[i], mt_length[i], l_opt[i], wp.static(SLACK), wp.static(WIDTH)
+    )  # fmt: skip
+
+
+def balanced(*values: np.ndarray, which: int = 0, reach: float = REACH) -> tuple[np.ndarray, np.ndarray]:
+    """Speeds (n,), or lengths at rest, at which fibre and tendon balance; derivatives (4, n) by what is given."""
+    given = [wp.array(np.float32(v), dtype=float, device="cpu", requires_grad=True) for v in values]
+    results = [wp.zeros(len(values[0]), dtype=float, device="cpu", requires_grad=True) for _ in range(2)]
+    with wp.Tape() as tape:
+        wp.launch(balance, len(values[0]), [*given, reach, *results], device="cpu")
+    tape.backward(grads={results[which]: wp.ones_like(results[which])})
+    return results[which].numpy().astype(float), np.stack([v.grad.numpy() for v in given]).astype(float)
+
+
+def units_of(count: int = 200) -> list[np.ndarray]:
+    """Activation, length of the unit, of the fibre at the start of a step, and optimal length; tendons are taut."""
+    rng = np.random.default_rng(8)
+    start = (rng.uniform(0.7, 1.0, count) * L_OPT).astype(np.float32).astype(float)
+    mt_length = np.sqrt(start**2 - WIDTH**2) + SLACK * (1.0 + rng.uniform(0.005, 0.02, count))
+    return [rng.uniform(0.2, 0.9, count), mt_length, start, np.full(count, L_OPT)]
+
+
+@pytest.mark.parametrize("which", [0, 1], ids=["speed", "length at rest"])
+def test_equilibrium_has_the_derivatives_of_differences(which: int):
+    """Of free fibres, by activation, the lengths of unit and fibre, and the optimal length."""
+    values = units_of()
+    found, slopes = balanced(*values, which=which)
+    free = (np.abs(np.abs(found) - 0.4) < 0.35) | (which == 1)  # beyond the corner at rest, and within the bounds
+    assert free.sum() > 50
+    for k, step in enumerate((4e-3, 4e-5, 4e-5, 4e-5)):
+        ends = [
+            balanced(*(v + sign * step * (j == k) for j, v in enumerate(values)), which=which)[0]
+            for sign in (1.0, -1.0)
+        ]
+        difference = (ends[0] - ends[1]) / (2.0 * step)
+        off = np.abs(slopes[k] - difference)[free]
+        assert np.quantile(off, 0.9) <= 0.03 * np.abs(difference[free]).max(), k
+
+
+def test_a_fibre_as_short_as_it_may_be_does_not_depend_on_where_it_would_be():
+    """As bound by its pennation: only activation slows its lengthening, and a longer unit makes it faster."""
+    a, strain = (v.ravel() for v in np.meshgrid(np.linspace(0.2, 0.9, 8), np.linspace(0.001, 0.012, 12)))
+    start, shortest = np.full(len(a), 0.7 * WIDTH), WIDTH / np.sqrt(0.99)
+    v, slopes = balanced(a, SLACK * (1.0 + strain) + 0.1 * shortest, start, np.full(len(a), L_OPT))
+    well = np.abs(np.abs(v) - 0.45) < 0.4
+    assert well.sum() > 10
+    np.testing.assert_allclose(slopes[2], 0.0, atol=1e-6)
+    assert slopes[0, well].max() < 0.0
+    assert slopes[1, well].min() > 0.1
+
+
+@pytest.mark.parametrize("longer", [1.0, 10.0])
+def test_fibre_and_tendon_are_in_equilibrium_at_the_speed_that_is_found(longer: float):
+    """(a f_l f_v + f_p + damping v) cos(pennation) = f_t (Millard 2013, eq. 8), by the curves of the device.
+
+    In steps of half a millisecond, and of five, within which the tendon takes up most.
+    """
+    a, mt_length, start, l_opt = units_of()
+    v = balanced(a, mt_length, start, l_opt, reach=longer * REACH)[0]
+    length = start + longer * REACH * v
+    along = np.sqrt(length**2 - WIDTH**2)
+    fibre = evaluate(muscle.fibre_force, LEE, a, length / L_OPT, v, DAMPING) * along / length
+    tendon = evaluate(curves.tendon_force_strain, LEE, (mt_length - SLACK - along) / SLACK)
+    inside = (v > -0.99) & (v < 0.99)
+    assert inside.sum() > 150
+    assert np.quantile(np.abs(fibre - tendon)[inside], 0.9) < 5e-4
+
+
+def test_no_fibre_shortens_faster_than_its_greatest_speed():
+    """A slack tendon lets it go: 1 v_max, also where the balance asks for more."""
+    start = np.full(3, 0.15)
+    v = balanced(np.array([0.0, 0.01, 1.0]), np.full(3, 0.15), start, np.full(3, L_OPT))[0]
+    assert v.min() == pytest.approx(-1.0, abs=1e-3)
+
+
 @opensim_models
 @pytest.mark.parametrize("kind", ["random_state", "static_equilibrium"])
 def test_forces_of_fibre_and_tendon_are_those_of_opensim(model: int, kind: str, reference_data):

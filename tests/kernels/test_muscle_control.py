@@ -5,8 +5,8 @@ import pytest
 import warp as wp
 from probes import evaluate, vectors
 
-from mujoco_oracle import random_states
 from muscle_arm import leg
+from random_states import random_states
 from warpmuscle.core.arrays import structs_to_device
 from warpmuscle.kernels import activation, muscle_control
 from warpmuscle.kernels.structs import CLIP, DROP, KEEP, MuscleRow, Muscles, MuscleState, OwnExcitation

@@ -1,19 +1,23 @@
 """Muscles in the fused step: energy, bounds, delays, excitations of their own, and independence of what is around."""
 
 import dataclasses
+from functools import partial
 
 import numpy as np
 import pytest
+import warp as wp
 from probes import evaluate
 
 from biped import rotate
 from muscle_arm import INERTIA, MASS, arm, constant, leg
-from warpmuscle.kernels import muscle
+from warpmuscle.kernels import muscle, muscle_stage
+from warpmuscle.kernels import stages as single_stages
 from warpmuscle.kernels.curves import LEE
 from warpmuscle.results.recording import MUSCLE_QUANTITIES, Recording
-from warpmuscle.scene import Actuation, Excitation, JointState, MuscleModel, Scene
+from warpmuscle.scene import Actuation, Excitation, JointState, Muscle, MuscleModel, PolynomialPath, Scene
 from warpmuscle.scene.number import Free
 from warpmuscle.simulation.rollout import Rollout
+from warpmuscle.simulation.stages import Stages
 
 TENDONS = ["rigid", "switch", "compliant"]
 RATE = 2000.0  # steps a second
@@ -26,6 +30,90 @@ def recorded(scene: Scene, duration: float = 0.0) -> Recording:
     rollout = Rollout(scene, 1, "cpu", record=[0], record_rate=RATE)
     rollout.run()
     return rollout.recording()
+
+
+# One step at a time.
+
+
+def test_the_neural_signal_and_the_activation_follow_the_excitation_one_after_the_other():
+    """e' = (u - e)/tau_ne, a' = (e - a)/tau (Cruz Ruiz 2015, eq. 11), in steps of a thousandth; first is as given."""
+    model = MuscleModel(activation="neural", neural_time=0.004, rise_time=0.015, initial_activation=0.1)
+    scene = arm(flexor={"excitation": constant(0.7)}, muscle_model=model)
+    stages = Stages(scene, 1, "cpu")
+    muscles, still = stages.state.muscles, np.zeros((1, 1, 3))
+    stages.muscle_torques(still)
+    e, a = (float(array.numpy()[0, 0]) for array in (muscles.neural, muscles.activation))
+    for _ in range(12):
+        stages.muscle_torques(still)
+        for _ in range(1000):
+            e, a = e + (0.7 - e) / (0.004 * RATE * 1000.0), a + (e - a) / (0.015 * RATE * 1000.0)
+        assert muscles.neural.numpy()[0, 0] == pytest.approx(e, abs=1e-3)
+        assert muscles.activation.numpy()[0, 0] == pytest.approx(a, abs=1e-3)
+    assert 0.5 < e < 0.69
+    assert a < e - 0.1
+
+
+def test_muscles_that_share_a_torque_make_as_much_as_is_wanted_of_them_and_no_more():
+    """The one on the other side rests; what is recorded as wanted of it is its part of the strongest force."""
+    stages = Stages(arm(muscle_model=MuscleModel(sharing="least_effort")), 3, "cpu")
+    wanted = np.zeros((3, 1, 3))
+    wanted[:, 0, 0] = [1.0, -2.0, 0.0]
+    for _ in range(300):
+        torque, found = stages.muscle_torques(wanted)
+    np.testing.assert_allclose(torque[:, 0, 0], [1.0, -2.0, 0.0], atol=0.05)
+    desired = found["muscle_desired_force"]
+    pulling = desired.argmax(axis=1)
+    assert pulling[0] != pulling[1]
+    for instance in (0, 1):
+        assert 0.02 * 400.0 < desired[instance, pulling[instance]] < 0.6 * 400.0
+        assert desired[instance, 1 - pulling[instance]] < 0.01 * 400.0
+    assert desired[2].max() < 0.01 * 400.0
+    np.testing.assert_allclose(found["muscle_excitation"], desired / 400.0, atol=1e-6)
+
+
+def test_a_muscle_whose_path_is_a_polynomial_pulls_as_well():
+    """Its path is 0.25 + 0.03 q long, so that it turns the elbow by 0.03 m times its force."""
+    scene = arm(flexor={"excitation": constant(0.5)})
+    path = PolynomialPath(["elbow"], [[0], [1]], [0.25, 0.03])
+    one = Muscle(polynomial=path, f_max=400.0, l_opt=0.15, l_slack=0.1, excitation=constant(0.5))
+    scene.character.muscles = {"fitted": one}
+    stages = Stages(scene, 2, "cpu")
+    for _ in range(20):
+        torque, found = stages.muscle_torques(np.zeros((2, 1, 3)))
+    assert found["muscle_force"].min() > 50.0
+    np.testing.assert_allclose(torque[:, 0], found["muscle_force"] * [0.03, 0.0, 0.0], rtol=1e-4, atol=1e-6)
+    np.testing.assert_allclose(found["muscle_path_length"], 0.25, atol=1e-6)
+
+
+@wp.func_native(snippet="static int turn = 0; if (anew) { turn = 0; return 0; } return turn++;")
+def counted_turn(anew: int) -> int: ...
+
+
+def test_muscles_that_are_taken_from_a_queue_do_what_they_do_in_turn(monkeypatch: pytest.MonkeyPatch):
+    """As where warps of a GPU share the muscles of an instance, here with a counter of the CPU in place of theirs."""
+
+    def pulled_by(count: int) -> tuple[np.ndarray, np.ndarray]:
+        scene = arm()
+        scene.character.muscles = {
+            f"fitted{k}": Muscle(
+                polynomial=PolynomialPath(["elbow"], [[0], [1]], [0.25, 0.03 - 0.02 * k]), f_max=400.0, l_opt=0.15,
+                l_slack=0.1, excitation=constant(0.3 + 0.2 * k),
+            )
+            for k in range(count)
+        }  # fmt: skip
+        stages = Stages(scene, 2, "cpu")
+        for _ in range(5):
+            torque, found = stages.muscle_torques(np.zeros((2, 1, 3)))
+        return torque, found["muscle_force"]
+
+    in_turn = pulled_by(3)
+    monkeypatch.setattr(muscle_stage, "next_turn", counted_turn)
+    queued = partial(muscle_stage.muscle_stage_of.__wrapped__, together=1)
+    monkeypatch.setattr(single_stages, "muscle_stage_of", queued)
+    monkeypatch.setattr(single_stages, "muscle_torques", single_stages.muscle_torques.__wrapped__)
+    for got, expected in zip(pulled_by(3), in_turn, strict=True):
+        np.testing.assert_array_equal(got, expected)
+    assert in_turn[1].min() > 1.0
 
 
 # The law of force.

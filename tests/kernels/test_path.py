@@ -8,7 +8,8 @@ import warp as wp
 from probes import evaluate, matrix, turn_about
 
 from biped import biped
-from mujoco_oracle import random_states
+from random_states import random_states
+from warpmuscle.core.arrays import structs_to_device
 from warpmuscle.core.errors import SceneError
 from warpmuscle.kernels import path, stages
 from warpmuscle.kernels.scratch import capacity_of, work_floats
@@ -21,6 +22,28 @@ ZERO = (0.0, 0.0, 0.0)
 KNEE_BENT = Condition("lKnee", -0.5, 0.4, blend=0.3)
 FOOT_TURNED = Condition("lAnkle", -0.4, 0.3, blend=0.4, axis=1)
 FOOT_RAISED = Condition("lAnkle", -0.2, 0.9, blend=0.4)
+
+
+@wp.kernel(enable_backward=False)
+def multiply(a: wp.array[path.Weight], b: wp.array[path.Weight], product: wp.array[path.Weight]):
+    i = wp.tid()
+    product[i] = path.both(a[i], path.without(b[i]))
+
+
+def test_products_of_weights_change_by_the_product_rule():
+    """Of a(t) (1 - b(t)): the rate and the gradient are a' (1 - b) - a b'."""
+    rng = np.random.default_rng(0)
+    a, b = (
+        {"value": rng.uniform(size=50), "rate": rng.normal(size=50), "gradient": rng.normal(size=(50, 3))}
+        for _ in range(2)
+    )
+    product = wp.zeros(50, dtype=path.Weight, device="cpu")
+    wp.launch(multiply, 50, [*(structs_to_device(path.Weight, one, "cpu") for one in (a, b)), product], device="cpu")
+    found, rest = product.numpy(), 1.0 - b["value"]
+    np.testing.assert_allclose(found["value"], a["value"] * rest, atol=1e-6)
+    np.testing.assert_allclose(found["rate"], a["rate"] * rest - a["value"] * b["rate"], atol=1e-6)
+    expected = a["gradient"] * rest[:, None] - a["value"][:, None] * b["gradient"]
+    np.testing.assert_allclose(found["gradient"], expected, atol=1e-6)
 
 
 def points(*places: tuple[str, tuple[float, float, float]]) -> list[ViaPoint]:

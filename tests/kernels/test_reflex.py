@@ -5,13 +5,14 @@ import itertools
 import numpy as np
 import pytest
 import warp as wp
-from probes import evaluate, turn_about, units, vectors
+from probes import evaluate, filled, turn_about, units, vectors
 from reflex_oracle import excitations, term
 
 from warpmuscle.core.arrays import structs_to_device
 from warpmuscle.formats import load
 from warpmuscle.kernels import reflex
-from warpmuscle.kernels.reflex_structs import ReflexPlan, ReflexRow
+from warpmuscle.kernels.reflex_structs import Reflexes, ReflexPlan, ReflexRow
+from warpmuscle.kernels.structs import Model, MuscleState, Skeleton, State
 from warpmuscle.model.reflexes import DURING, MOVING, PART, TIMES
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Reflex, Scene
@@ -52,6 +53,51 @@ def test_a_reflex_adds_the_wanted_part_of_its_signal_in_its_phase_times_its_load
         expected = [term(r, signal[i, 0], signal[i, 1], phases, factors) for r in reflexes]
         np.testing.assert_allclose(result.numpy()[i], expected, atol=1e-6)
     assert np.mean(result.numpy() != 0.0) > 0.2
+
+
+@wp.kernel(enable_backward=False)
+def feel(model: Model, state: State, lean: float):
+    reflex.feel_ground(wp.tid(), wp.vec2(lean, 0.0), model, state)
+
+
+def felt(
+    loads: list[tuple[float, float]], before: list[tuple[int, int]], landed: list[int], stance: list[int]
+) -> State:
+    """The state after loads, body weights, from which legs stood before and which one landed last; a lean of 0.3."""
+    bounds = filled(Reflexes, bounds=np.array([[[0.1, 0.0]]], np.float32))
+    skeleton = filled(Skeleton, total_mass=np.array([[50.0]], np.float32))
+    model = filled(Model, reflexes=bounds, skeleton=skeleton, gravity=np.array([[10.0]], np.float32))
+    muscles = filled(
+        MuscleState, stands=np.int32(before), landed=np.int32(landed), lean_at_lift=np.full((len(loads), 2), -1.0)
+    )
+    force = np.zeros((len(loads), 2, 3), np.float32)
+    force[:, :, 1], force[:, :, 0] = 500.0 * np.array(loads), 400.0
+    state = filled(State, stance=np.int32(stance), foot_force=force, muscles=muscles)
+    wp.launch(feel, len(loads), [model, state, 0.3], device="cpu")
+    return state
+
+
+def test_a_leg_lands_that_did_not_stand_and_leaves_the_ground_with_the_lean_of_that_moment():
+    cases = [  # loads of left and right, which stood, which landed last, stance leg; which stand, which landed last
+        ((0.5, 0.0), (0, 0), 1, 0, [1, 0], 0),
+        ((0.0, 0.5), (0, 0), 0, 0, [0, 1], 1),
+        ((0.5, 0.4), (1, 0), 0, 0, [1, 1], 1),
+        ((0.5, 0.4), (1, 1), 1, 0, [1, 1], 1),
+        ((0.5, 0.4), (1, 1), 0, 0, [1, 1], 0),
+        ((0.05, 0.4), (1, 1), 1, 0, [0, 1], 1),
+        ((0.5, 0.05), (1, 1), 1, 0, [1, 0], 1),
+        ((0.0, 0.0), (1, 1), 0, 1, [0, 0], 0),
+        ((0.5, 0.5), (0, 0), 1, 0, [1, 1], 0),  # both at once: the stance leg leads
+        ((0.5, 0.5), (0, 0), 0, 1, [1, 1], 1),
+        ((-0.5, -0.5), (0, 0), 1, 0, [0, 0], 1),
+    ]
+    loads, before, landed, stance, stands, last = (list(column) for column in zip(*cases, strict=True))
+    muscles = felt(loads, before, landed, stance).muscles
+    np.testing.assert_array_equal(muscles.stands.numpy(), stands)
+    np.testing.assert_array_equal(muscles.landed.numpy(), last)
+    lifted = (np.array(before) == 1) & (np.array(stands) == 0)
+    np.testing.assert_allclose(muscles.lean_at_lift.numpy(), np.where(lifted, 0.3, -1.0), atol=1e-6)
+    assert lifted.sum() == 4
 
 
 def test_lean_is_positive_forward_whatever_the_heading():

@@ -102,6 +102,29 @@ def test_lengths_are_those_of_the_geometry_in_float64(wrapping: str):
     assert np.all(touching > 30)
 
 
+def test_a_surface_that_another_one_bends_a_route_onto_is_gone_round_though_a_third_holds_the_end():
+    """Straight, the route misses the first ball and ends within the second; round the third it runs into the first."""
+    scene = arm()
+    character = scene.character
+    character.wrapping = "opensim"
+    character.surfaces = {
+        "first": SphereSurface("base", (-0.016, 0.14, 0.0), 0.006),
+        "end": SphereSurface("tip", (0.0, 0.2, 0.0), 0.01),
+        "third": SphereSurface("base", (0.002, 0.1, 0.0), 0.02),
+    }
+    path = [ViaPoint("base", (0.0, 0.2, 0.0)), ViaPoint("tip", (0.0, 0.2, 0.0))]
+    character.muscles = {"long": Muscle(path=path, wraps=[Wrap(name) for name in character.surfaces], **GIVEN)}
+    stages = Stages(scene, 1, "cpu")
+    kinematics, length = stages.forward_kinematics(), stages.muscle_paths().length[0, 0]
+    poses = {
+        name: (kinematics["position"][0, k].astype(float), kinematics["orientation"][0, k].astype(float))
+        for k, name in enumerate(stages.names.bodies)
+    }
+    found = route_stops(character, character.muscles["long"], poses, {})
+    assert {stop.wrap for stop in found if stop.wrap >= 0} == {0, 2}
+    assert length == pytest.approx(path_length(found), abs=1e-6)
+
+
 def test_speeds_and_moment_arms_are_the_derivatives_of_the_lengths():
     stages = posed(wrapped_leg("shortest"), 400)
     paths = stages.muscle_paths()

@@ -6,14 +6,17 @@ from typing import Any
 
 import numpy as np
 import pytest
-from probes import evaluate, matrix, vectors
+import warp as wp
+from probes import evaluate, filled, matrix, vectors
 from scipy.optimize import lsq_linear
 
-from mujoco_oracle import random_states
 from muscle_arm import INERTIA, MASS, REACH, arm, muscle
+from random_states import random_states
 from warpmuscle.kernels import muscle as law
 from warpmuscle.kernels import sharing
 from warpmuscle.kernels.curves import LEE
+from warpmuscle.kernels.path import PathState
+from warpmuscle.kernels.structs import Model, MuscleRow, MuscleState, State
 from warpmuscle.scene import Actuation, Body, Character, Failure, InitialState, Joint, MuscleModel, Scene
 from warpmuscle.scene.masses import muscle_mass
 from warpmuscle.simulation.rollout import Rollout
@@ -173,6 +176,27 @@ def test_strength_is_the_line_through_the_forces_and_a_fast_fibre_pulls_from_som
     activation = evaluate(sharing.activation_of, part, 0.25)
     np.testing.assert_allclose(80.0 * activation[1:] - 20.0, 60.0 * part[1:], atol=1e-4)
     assert activation[0] == 0.0
+
+
+@wp.kernel(enable_backward=False)
+def stretch(row: MuscleRow, model: Model, state: State, result: wp.array[PathState]):
+    i = wp.tid()
+    path = PathState()
+    path.fixed = 0.03
+    path.moving = 0.2
+    path.speed = -0.7
+    result[i] = sharing.as_stretched(i, 0, path, row, model, state)
+
+
+def test_a_fibre_on_a_compliant_tendon_has_the_stretch_that_gives_it_its_length_and_speed():
+    """Of the moving part: sqrt(l^2 - w^2) + l_slack - fixed; the speed of the fibre over the cosine of pennation."""
+    fibre, before, width, step = np.array([0.1, 0.08, 0.0]), np.array([0.0995, 0.081, 0.0]), 0.04, 0.001
+    muscles = filled(MuscleState, fibre_length=fibre[:, None], previous_fibre_length=before[:, None])
+    result, row = wp.zeros(3, dtype=PathState, device="cpu"), filled(MuscleRow, width=width, l_slack=0.15)
+    wp.launch(stretch, 3, [row, filled(Model, time_step=step), filled(State, muscles=muscles), result], device="cpu")
+    found, along = result.numpy(), np.sqrt(fibre[:2] ** 2 - width**2)
+    np.testing.assert_allclose(found["moving"], [*along + 0.15 - 0.03, 0.2], atol=1e-6)  # the last has not begun
+    np.testing.assert_allclose(found["speed"], [*(fibre - before)[:2] / step * fibre[:2] / along, -0.7], rtol=1e-4)
 
 
 def test_solution_is_exact_though_a_hinge_makes_the_matrix_nearly_singular():

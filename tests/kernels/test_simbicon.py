@@ -5,13 +5,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 import simbicon_oracle as oracle
-from probes import evaluate, matrix, turn_about, units, vectors
+import warp as wp
+from probes import evaluate, filled, matrix, turn_about, units, vectors
 
 from biped import biped, xyzw
-from mujoco_oracle import States, random_states
+from random_states import States, random_states
 from warpmuscle.formats import load
 from warpmuscle.kernels import simbicon
-from warpmuscle.kernels.structs import LEFT, REVERSE, RIGHT, SAME
+from warpmuscle.kernels.structs import LEFT, REVERSE, RIGHT, SAME, Model, Scratch, Simbicon, Skeleton
 from warpmuscle.model.controller import controller_struct
 from warpmuscle.scene import PD, Balance, Component, Controller, Curve, Feedback, Ground, Scene, State, Trajectory
 from warpmuscle.scene.number import Free
@@ -112,7 +113,9 @@ def upright_states(count: int, seed: int) -> States:
     return states
 
 
-@pytest.mark.parametrize("change", [{}, {"heading_control": False}, {"stance_hip_damping": -1.0}, {"pd": {}}])
+@pytest.mark.parametrize(
+    "change", [{}, {"heading_control": False}, {"stance_hip_damping": -1.0}, {"stance_hip_damping": 0.8}, {"pd": {}}]
+)
 def test_random_states_give_the_torques_of_the_description(change):
     scene, count, rng = everything_on(), 150, np.random.default_rng(3)
     for name, value in change.items():
@@ -296,6 +299,50 @@ def test_implicit_pd_is_the_explicit_one_of_the_step_ahead():
     inertia = evaluate(simbicon.pd_inertia, kp, kd, strength, scale, h)
     now = scale * strength * (kd + h * kp) * velocity
     np.testing.assert_allclose(now + inertia * acceleration, ahead, rtol=1e-5, atol=1e-4)
+
+
+def test_no_axis_at_its_limit_is_implicit_whichever_way_it_pushes():
+    torque = np.array([[0.9, -0.9, 0.5], [1.1, 0.2, -1.1], [-1.1, -1.1, 1.1], [-0.5, 1.1, -0.9]])
+    got = evaluate(simbicon.unless_clamped, np.array([2.0, 3.0, 4.0]), torque, np.ones(3))
+    np.testing.assert_allclose(got, [[2, 3, 4], [0, 3, 0], [0, 0, 0], [2, 0, 4]])
+
+
+@wp.kernel(enable_backward=False)
+def torque_of(model: Model, work: Scratch):
+    its = work
+    simbicon.joint_torque(0, 1, False, wp.quat(0.0, 0.0, 0.0, 1.0), model, its)
+
+
+@pytest.mark.parametrize("implicit", [0, 1])
+@pytest.mark.parametrize("limit", [1000.0, 6.0])
+def test_implicit_pd_brakes_by_what_its_spring_will_do_within_the_step(implicit: int, limit: float):
+    """On the parent s (-kp e + (kd + h kp) w), implicit by s h (kd + h kp) about axes that are not at their limit."""
+    kp, kd, h, strength, scale = 300.0, 8.0, 0.01, 0.8, np.array([1.0, 0.2, 0.5])
+    turned, axis, angle, spin = units(2, 1, 4), units(1, 2)[0], 0.03, vectors(2, 3, 0.6)
+    relative = oracle.multiply(turned[0] * [-1.0, -1.0, -1.0, 1.0], turned[1])
+    target = oracle.multiply(relative, turn_about(axis, np.array([angle]))[0])
+    frames, none = matrix(turned), np.zeros((2, 3), np.float32)
+    gains = {"kp": [[0.0, kp]], "kd": [[0.0, kd]], "torque_limit": [[0.0, limit]], "scale": np.tile(scale, (1, 2, 1))}
+    model = filled(
+        Model, implicit_pd=implicit, time_step=h, simbicon=filled(Simbicon, gains=gains),
+        skeleton=filled(Skeleton, plan={"parent": [-1, 0]}),
+    )  # fmt: skip
+    work = filled(
+        Scratch, rotation=np.float32(frames), orientation=np.float32(turned), angular_velocity=np.float32(spin),
+        lag_angular=none, target=np.float32(np.stack([target, target])), strength=np.float32([0.0, strength]),
+        torque=none.copy(), stiffness=np.zeros((2, 6), np.float32),
+    )  # fmt: skip
+    wp.launch(torque_of, 1, [model, work], device="cpu")
+    damping = kd + implicit * h * kp
+    wanted = scale * strength * (damping * frames[1].T @ (spin[1] - spin[0]) - kp * angle * axis)
+    bound = scale * limit
+    got = frames[1].T @ work.torque.numpy()[1]
+    np.testing.assert_allclose(got, np.clip(wanted, -bound, bound), rtol=1e-4, atol=2e-3)
+    six = work.stiffness.numpy()[1]
+    full = frames[1].T @ six[[0, 1, 2, 1, 3, 4, 2, 4, 5]].reshape(3, 3) @ frames[1]
+    free = np.where(np.abs(wanted) < bound, implicit * scale * strength * h * damping, 0.0)
+    np.testing.assert_allclose(full, np.diag(free), atol=1e-6)
+    assert (np.abs(wanted) > bound).any() == (limit < 10.0)
 
 
 def test_the_controller_sees_velocities_at_the_middle_of_the_step():

@@ -1,8 +1,8 @@
 """Slides against MuJoCo: accelerations, mass matrix and motion of an arm with slides among its hinges; and limits."""
 
 import re
+from typing import Any
 
-import mujoco
 import numpy as np
 import pytest
 
@@ -72,7 +72,8 @@ def arm(root: str = "fixed") -> Scene:
     )
 
 
-def at_start(scene: Scene) -> tuple[mujoco.MjModel, mujoco.MjData]:
+def at_start(scene: Scene) -> tuple[Any, Any]:
+    mujoco = pytest.importorskip("mujoco")
     model = mujoco.MjModel.from_xml_string(mjcf.dumps(scene, up="y"))
     data = mujoco.MjData(model)
     mujoco.mj_resetDataKeyframe(model, data, 0)
@@ -82,6 +83,7 @@ def at_start(scene: Scene) -> tuple[mujoco.MjModel, mujoco.MjData]:
 
 @pytest.mark.parametrize("root", ["fixed", "planar"])
 def test_accelerations_and_inertia_are_those_of_mujoco(root: str):
+    mujoco = pytest.importorskip("mujoco")
     scene = arm(root)
     model, data = at_start(scene)
     stages = Stages(scene, 1, "cpu")
@@ -93,6 +95,7 @@ def test_accelerations_and_inertia_are_those_of_mujoco(root: str):
 
 
 def test_forces_along_slides_accelerate_them_as_in_mujoco():
+    mujoco = pytest.importorskip("mujoco")
     scene = arm()
     model, data = at_start(scene)
     efforts = np.array([3.0, -0.5, 4.0, 0.02, -0.03, 0.01])
@@ -111,6 +114,7 @@ def ours(scene: Scene) -> np.ndarray:
 
 
 def test_a_second_of_free_motion_is_that_of_mujoco():
+    mujoco = pytest.importorskip("mujoco")
     scene = arm()
     model, data = at_start(scene)
     model.opt.timestep, model.opt.integrator = 1.0e-4, mujoco.mjtIntegrator.mjINT_RK4

@@ -23,6 +23,15 @@ MASS, RADIUS, STEP, GRAVITY = 5.0, 0.1, 0.0005, 9.8
 HIGH = 0.3  # m, from which the ball falls
 
 
+def test_points_bounce_from_a_hundredth_of_a_millimetre_a_second_on_and_are_pushed_out_at_a_metre_a_second_at_most():
+    speed = np.array([-9.0e-6, -9.9e-6, -1.01e-5, -2.0, 3.0])
+    found = evaluate(leaving_speed, 0.0, speed, 0.2, 0.5, STEP)
+    np.testing.assert_allclose(found, [0.0, 0.0, 5.05e-6, 1.0, 0.0], rtol=1e-5)
+    depth = np.array([0.0009, 0.0011, 0.002, 0.0034, 0.0036, 0.1])
+    out = evaluate(leaving_speed, depth, 0.0, 0.2, 0.5, STEP)
+    np.testing.assert_allclose(out, [0.0, 0.04, 0.4, 0.96, 1.0, 1.0], rtol=1e-4, atol=1e-6)
+
+
 def ball(height: float, speed: tuple[float, float, float] = (0.0, 0.0, 0.0), **ground: Any) -> Scene:
     """A ball that cannot be turned, over the ground."""
     body = Body(MASS, (1e6, 1e6, 1e6), [Sphere((0.0, 0.0, 0.0), RADIUS)], friction=0.6)

@@ -18,7 +18,7 @@ from warpmuscle.learning.player import Player, commanded, replay, task_of, undis
 from warpmuscle.learning.training import learn, resume, usual_task  # noqa: E402
 from warpmuscle.results.result import read  # noqa: E402
 from warpmuscle.results.training_file import training_path  # noqa: E402
-from warpmuscle.scene.learning import Sense, Task, Variation  # noqa: E402
+from warpmuscle.scene.learning import Sense, Task, Tightening, Variation  # noqa: E402
 
 OPTIONS = PPOOptions(instances=4, steps=6, epochs=2, minibatches=2, hidden=(16, 16))
 TASK = Task(variation=Variation(velocity_noise=0.05))
@@ -82,6 +82,24 @@ def test_a_training_that_ended_goes_on_as_if_it_had_not(whole, tmp_path):
     learn(scene(), path, iterations=2, **SHORT)
     resume(path, iterations=4, threads=1)
     np.testing.assert_array_equal(weights(read(path)), weights(whole))
+
+
+def test_limits_that_tighten_go_on_where_they_were_and_a_trial_has_those_of_the_scene(whole, tmp_path):
+    tightening = Tightening(decisions=96, com_height=0.3)  # of 4 iterations
+    given, task = scene(), msgspec.structs.replace(TASK, tightening=tightening)
+    given.failure = msgspec.structs.replace(given.failure, com_height=0.995)
+    short = SHORT | {"task": task}
+    path = tmp_path / "p.h5"
+    undisturbed_one = learn(given, iterations=6, **short)
+    learn(given, path, iterations=2, **short)
+    resume(path, iterations=6, threads=1)
+    found = read(path)
+    np.testing.assert_array_equal(weights(found), weights(undisturbed_one.result))
+    assert task_of(found.learned) == task
+    plain = learn(given, iterations=6, **SHORT)
+    assert not np.array_equal(weights(plain.result), weights(undisturbed_one.result))
+    tried = evaluate(found.learned.policy, given, 4, "cpu", TASK, threads=1)
+    assert undisturbed_one.evaluation == tried
 
 
 def test_an_unfinished_training_is_not_replaced(tmp_path):

@@ -13,7 +13,7 @@ from warpmuscle.core.errors import Error, SignalError
 from warpmuscle.core.pose import about, multiply, rotate
 from warpmuscle.markers.arm import ANGLES, Choices, arm_angles
 from warpmuscle.markers.files import Markers, read_markers
-from warpmuscle.throw.motion_files import read
+from warpmuscle.throw.recordings.motion_files import read
 
 TIME = np.arange(151) / 100.0
 RIGHT, UP, FORWARD = np.eye(3)[0] * -1.0, np.eye(3)[1], np.eye(3)[2]  # x to the left, as in scenes
@@ -177,6 +177,19 @@ def test_units_and_axes_that_cannot_be_meant_are_refused(change, choices, messag
     roles = {name: name for name in base.names}
     with pytest.raises(SignalError, match=message):
         arm_angles(Markers(base.path, TIME, base.names, change(base.position)), Choices("right", roles, **choices))
+
+
+@pytest.mark.parametrize(
+    ("choices", "message"),
+    [
+        ({"rate": 1e9}, r"a rate must be greater than 0 and at most 10000 Hz, not 1e\+09"),
+        ({"rate": float("nan")}, "a rate must be .*, not nan"),
+        ({"rate": 10.0}, "a low-pass must be 0 or lie below half the rate, 5 Hz, not 8"),
+    ],
+)
+def test_rates_and_filters_that_cannot_be_are_refused_for_what_they_are(choices: dict[str, float], message: str):
+    with pytest.raises(SignalError, match=message):
+        Choices(**choices)
 
 
 def test_a_throw_is_cut_about_the_fastest_extension_of_the_elbow(tmp_path):

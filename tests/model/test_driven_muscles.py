@@ -4,8 +4,8 @@ import msgspec
 import numpy as np
 import pytest
 
-from mujoco_oracle import random_states
 from muscle_arm import arm, leg
+from random_states import random_states
 from warpmuscle.formats import load
 from warpmuscle.model.muscles import delay_steps, driven
 from warpmuscle.scene import Actuation, MuscleModel, Scene

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 import warp as wp
 
-from mujoco_oracle import compile_model, random_states, state_to_qpos
+from mujoco_oracle import compile_model, state_to_qpos
+from random_states import random_states
 from warpmuscle.formats import load
 from warpmuscle.kernels import stages
 from warpmuscle.kernels.scratch import capacity_of, work_floats

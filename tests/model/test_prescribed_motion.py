@@ -68,6 +68,20 @@ def run(scene: Scene) -> tuple[Rollout, np.ndarray, np.ndarray]:
     return rollout, q, v
 
 
+def test_a_pose_of_one_knot_and_a_planar_root_without_rotation_are_held():
+    scene = chain(("hinge", "kinematic"), ("hinge", "none"), root="planar")
+    positions = [(0.0, 1.0 + 0.1 * k, 0.2 * k) for k in range(len(TIME))]
+    scene.motion = {"root": Motion(TIME.tolist(), position=positions), "joint0": Motion([0.0], [0.4])}
+    scene.initial_state.root_orientation = (np.sin(0.15), 0.0, 0.0, np.cos(0.15))
+    rollout = Rollout(scene, 1, "cpu")
+    curves, moving = motion_of(rollout.scene, rollout.structure), rollout.structure.kinematic
+    assert len(moving.names) == 4
+    for k, time in enumerate(TIME):
+        value, rate, _ = curves.rates(float(time))
+        np.testing.assert_allclose(value[0], [1.0 + 0.1 * k, 0.2 * k, 0.3, 0.4], atol=1e-6)
+        np.testing.assert_allclose(rate[0, 2:], 0.0, atol=1e-9)
+
+
 ALL = [("hinge", "kinematic"), ("universal", "kinematic"), ("ball", "kinematic")]
 
 
@@ -267,6 +281,21 @@ def test_given_motions_go_through_their_knots_and_instances_follow_the_one_they_
         piece = np.searchsorted(curves.start, moment, side="right") - 1
         powers = (moment - curves.start[piece]) ** np.arange(6)
         np.testing.assert_allclose(curves.coefficients[:, piece, 0] @ powers, values[:, 0, k], atol=1e-9)
+
+
+def test_between_knots_orientations_are_of_unit_length_and_speeds_are_theirs():
+    """The angular velocity of a quaternion p of any length is that of p / |p|: 2 (p^-1 p') less its part along p."""
+    scene = chain(("hinge", "kinematic"), ("ball", "kinematic"))
+    moving = kinematic(scene, topology(scene.character), {"joint0": ["kinematic"], "joint1": ["kinematic"] * 3})
+    curves, time, step = given([0.0, 0.1, 0.2], knots(2)), 0.04, 1e-5
+    before, now, after = (moved(moving, curves, time + k * step) for k in (-1, 0, 1))
+    assert np.abs(np.linalg.norm(curves.rates(time)[0][:, 1:], axis=1) - 1.0).min() > 1e-3
+    np.testing.assert_allclose(np.linalg.norm(now.coordinates[:, 1:], axis=1), 1.0, atol=1e-12)
+    rate = (after.coordinates[:, 1:] - before.coordinates[:, 1:]) / (2.0 * step)
+    angular = 2.0 * multiply(conjugate(now.coordinates[:, 1:]), rate)[:, :3]
+    np.testing.assert_allclose(now.speeds[:, 1:], angular, rtol=1e-5, atol=1e-5)
+    gained = (after.speeds - before.speeds) / (2.0 * step)
+    np.testing.assert_allclose(now.accelerations, gained, rtol=1e-5, atol=1e-4)
 
 
 @pytest.mark.parametrize(

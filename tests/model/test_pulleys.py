@@ -2,12 +2,10 @@
 
 import math
 
-import mujoco
 import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from mujoco_oracle import compile_model
 from muscle_arm import arm, muscle
 from warpmuscle.core.errors import SceneError
 from warpmuscle.formats.save import save
@@ -98,7 +96,8 @@ def test_muscle_over_two_joints_does_the_work_that_its_shortening_takes():
     np.testing.assert_allclose(power, paths.speed[:, 2], atol=1e-6)
 
 
-def test_mujoco_computes_the_same_lengths_and_moment_arms():
+def test_mujoco_computes_the_same_lengths_and_moment_arms(mujoco_oracle):
+    mujoco, compile_model = mujoco_oracle.mujoco, mujoco_oracle.compile_model
     scene = pulleyed("universal", Pulley("elbow", 0.03, 0.2), Pulley("elbow", -0.02, -0.1, axis=1))
     q, v = drawn(10, 2)
     paths, model = at(scene, q, v).muscle_paths(), compile_model(scene)

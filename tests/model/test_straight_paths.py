@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import warpmuscle.simulation.stages
-from mujoco_oracle import random_states
 from muscle_arm import constant, leg
+from random_states import random_states
 from warpmuscle.formats import load
 from warpmuscle.model.muscles import compiled_kind, driven, muscle_kind
 from warpmuscle.scene import Scene

@@ -141,6 +141,26 @@ def test_search_that_has_come_to_its_end_stays_as_it_is(scene, tmp_path):
     assert path.read_bytes() == content
 
 
+def test_a_file_with_less_of_the_motion_is_written_once_and_what_is_returned_has_all(scene, tmp_path, monkeypatch):
+    path, written = tmp_path / "a.h5", []
+    plain = checkpoint.write
+    monkeypatch.setattr(checkpoint, "write", lambda at, result: (written.append(result), plain(at, result)))
+    less = {"quantities": ["com"], "single": True}
+    result = optimize(scene, 4, device="cpu", search="random", output=path, **less)
+    assert [one.replays[0].missing == () for one in written if one.replays] == [False]
+    assert result.replays[0].missing == ()
+    with h5py.File(path) as file:
+        assert file["replay/0"].attrs["quantities"] == "time, com"
+        assert file["replay/0/com"].dtype == np.float32
+    again = resume(path, 2, quantities=["com_velocity"])
+    assert again.replays[0].missing == ()
+    with h5py.File(path) as file:
+        assert file["replay/0"].attrs["quantities"] == "time, com_velocity"
+    with pytest.raises(Error, match="no quantity is called 'con'; did you mean 'com'"):
+        optimize(scene, 4, device="cpu", output=tmp_path / "b.h5", quantities=["con"])
+    assert only_file(path)
+
+
 def test_kill_of_the_process_loses_nothing(tmp_path):
     arguments = ["optimize", "fwalk", "--duration", "0.2", "--search", "cma", "--candidates", "3000", "--seed", "4"]
     code = "from warpmuscle.cli import main; main()"

@@ -4,12 +4,35 @@ import msgspec
 import numpy as np
 import pytest
 
+from small_result import march
 from warpmuscle.core.errors import SceneError
 from warpmuscle.formats import load
 from warpmuscle.scene import Scene
 from warpmuscle.scene.joints.symmetry import counterpart
 from warpmuscle.scene.parameters import start_values, substitute
-from warpmuscle.studies.fit_muscles import PropertyTable, fit_muscles
+from warpmuscle.studies import fit_muscles as fit_muscles_module
+from warpmuscle.studies.fit_muscles import PropertyTable, fit_muscles, torque_motion
+
+
+def test_a_motion_on_torques_is_taken_from_its_first_seconds_on_if_it_is_longer(monkeypatch: pytest.MonkeyPatch):
+    """A march of 2 s in place of the simulation."""
+    scene = load("fwalk")
+    motion = march(scene.character, 1.1)
+
+    class Marching:
+        def __init__(self, scene, instances, device, **more):
+            assert {one.drive for one in scene.actuation.values()} == {"torque"}
+
+        def run(self):
+            pass
+
+        def recording(self):
+            return motion
+
+    monkeypatch.setattr(fit_muscles_module, "Rollout", Marching)
+    later, whole = (torque_motion(scene, settle, "cpu") for settle in (0.5, 2.5))
+    assert (later.time[0], whole.time[0]) == pytest.approx((0.5, 0.0), abs=0.021)
+    assert whole.frames == motion.frames > later.frames > 0.7 * motion.frames
 
 
 @pytest.fixture(scope="module")

@@ -8,9 +8,19 @@ from warpmuscle.core.errors import SceneError
 from warpmuscle.formats import load, save
 from warpmuscle.scene import CylinderSurface, Joint, Scene, Wrap
 from warpmuscle.simulation.stages import MusclePaths, Stages
-from warpmuscle.studies.fit_paths import fit_paths
+from warpmuscle.studies.fit_paths import _fitted, fit_paths
 
 X, Z = (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)
+
+
+def test_polynomials_are_fitted_to_two_thirds_of_the_poses_and_judged_by_the_rest():
+    q = np.random.default_rng(1).uniform(-1.0, 1.0, (90, 1))
+    length = 0.3 + 0.05 * q
+    length[60:] += 0.004
+    polynomial, fit = _fitted("one", [("knee", 0)], q, length[:, 0], 1e-3, 1)
+    assert (fit.muscle, fit.order, fit.terms) == ("one", 1, 2)
+    assert (fit.rms, fit.worst) == pytest.approx((0.004, 0.004))
+    assert polynomial.coefficients == pytest.approx([0.3, 0.05])
 
 
 def wrapped_leg() -> Scene:

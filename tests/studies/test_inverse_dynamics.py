@@ -1,13 +1,13 @@
 """Inverse dynamics against MuJoCo's, in float64, and back through the simulation's forward dynamics."""
 
-import mujoco
+from typing import Any
+
 import numpy as np
 import pytest
 from probes import matrix
 
-import mujoco_oracle
 from biped import biped
-from mujoco_oracle import random_states, state_to_qpos
+from random_states import random_states
 from warpmuscle.core.errors import Error
 from warpmuscle.core.pose import about, conjugate, rotate
 from warpmuscle.formats import load
@@ -41,7 +41,7 @@ def motion(scene: Scene, states) -> tuple[np.ndarray, np.ndarray]:
     return tuple(np.concatenate([part[k] for part in parts], axis=1) for k in (0, 1))
 
 
-def places(model: mujoco.MjModel, character: Character) -> list[int]:
+def places(model: Any, character: Character) -> list[int]:
     """MuJoCo's degree of freedom for each of our speeds."""
     found = list(range({"free": 6, "planar": 3, "fixed": 0}[character.root_joint]))
     for name in topology(character).joints:
@@ -55,7 +55,8 @@ def places(model: mujoco.MjModel, character: Character) -> list[int]:
 
 
 @pytest.mark.parametrize("name", ["biped", "bigbird", "planar", "fixed"])
-def test_forces_are_those_of_mujoco(name: str):
+def test_forces_are_those_of_mujoco(name: str, mujoco_oracle):
+    mujoco, state_to_qpos = mujoco_oracle.mujoco, mujoco_oracle.state_to_qpos
     scene = Scene("x", character_of(name), ground=Ground(stiffness=0.0), failure=Failure(com_height=0.0, heading=0.0))
     character, states = scene.character, random_states(scene.character, 20, seed=4)
     coordinates, speeds = motion(scene, states)
@@ -78,7 +79,8 @@ def test_forces_are_those_of_mujoco(name: str):
 
 
 @pytest.mark.parametrize("name", ["biped", "planar", "fixed"])
-def test_mass_matrix_and_gravity_are_those_of_mujoco(name: str):
+def test_mass_matrix_and_gravity_are_those_of_mujoco(name: str, mujoco_oracle):
+    mujoco, state_to_qpos = mujoco_oracle.mujoco, mujoco_oracle.state_to_qpos
     scene = Scene("x", character_of(name), ground=Ground(stiffness=0.0))
     states = random_states(scene.character, 5, seed=3, speed=0.0)
     found = joint_space(scene, motion(scene, states)[0])
@@ -95,7 +97,7 @@ def test_mass_matrix_and_gravity_are_those_of_mujoco(name: str):
         np.testing.assert_allclose(found.gravity[k], to_world @ gravity, atol=1e-9)
 
 
-def test_bodies_are_where_mujoco_places_them():
+def test_bodies_are_where_mujoco_places_them(mujoco_oracle):
     scene = Scene("x", biped(), ground=Ground(stiffness=0.0))
     states = random_states(scene.character, 5, seed=1)
     coordinates, _ = motion(scene, states)

@@ -7,10 +7,12 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from small_result import march
 from warpmuscle.cli import app
 from warpmuscle.cli.common import with_commands
 from warpmuscle.cli.walkers import walker_of
 from warpmuscle.core.errors import Error
+from warpmuscle.core.status import Status
 from warpmuscle.examples import write
 from warpmuscle.formats import load
 from warpmuscle.gait.cycles import PERCENT
@@ -36,7 +38,7 @@ from warpmuscle.studies.verdicts import (
     Finding,
     Verdict,
 )
-from warpmuscle.studies.walkers import SceneWalker
+from warpmuscle.studies.walkers import SceneWalker, Walker, Walks
 
 
 @pytest.fixture(autouse=True)
@@ -69,6 +71,28 @@ def test_a_value_reaches_the_goal_the_must_or_neither(value, reached):
 def test_muscles_that_take_up_more_than_they_spend_are_not_economical():
     costs = [bar for bar in WALK if bar.unit == "J/(kg m)" and bar.name.startswith("cost")]
     assert [bar.reached(-1.0) for bar in costs] == ["missed", "missed", "missed"]
+
+
+class Marching(Walker):
+    """Walks evenly, whatever disturbs it, with a force on its feet that has no valley."""
+
+    def __init__(self) -> None:
+        self._scene, self.commands = SceneWalker(load("fwalk")).scene(), {}
+
+    def scene(self, commands=None):
+        return self._scene
+
+    def _walked(self, scene, disturbances, commands, recorded):
+        n = len(disturbances)
+        motions = [march(scene.character, 1.1, 4.0, 401) for _ in recorded]
+        return Walks(np.full(n, int(Status.COMPLETED)), np.full(n, scene.duration), motions)
+
+
+def test_a_force_without_a_valley_misses_the_bar_of_its_peaks():
+    found = {one.bar.name: one for one in judging.judge(Marching(), pushes=0).verdicts}
+    humps = found["force at peaks and valley"]
+    assert (humps.value, humps.note, humps.reached) == (None, "no valley between two peaks", "missed")
+    assert found["double support"].reached != "not measured"
 
 
 def test_whoever_reaches_a_goal_reaches_what_must_be():

@@ -5,11 +5,12 @@ import numpy as np
 import pytest
 
 from warpmuscle.core.errors import Error
+from warpmuscle.core.status import Status
 from warpmuscle.formats import load
 from warpmuscle.scene import Scene
 from warpmuscle.studies import robustness
 from warpmuscle.studies.robustness import PushTrials, half_impulse, push_trials, slope_trials, upright
-from warpmuscle.studies.walkers import SceneWalker
+from warpmuscle.studies.walkers import SceneWalker, Walker, Walks
 
 LEVELS = np.array([0.0, 10.0, 20.0, 30.0])
 
@@ -45,6 +46,32 @@ def test_range_holds_the_half_and_is_that_of_the_pushes_drawn_again():
     assert 20.0 < high <= 30.0
     sure = PushTrials(LEVELS, np.repeat(survived[:, :1], 5, axis=1), np.zeros(5), np.zeros(5))
     assert sure.range == (sure.half, sure.half) == (15.0, 15.0)
+
+
+class Standing(Walker):
+    """Stands, and keeps what disturbed it."""
+
+    def scene(self, commands=None):
+        raise NotImplementedError
+
+    def walk(self, duration, disturbances, commands=None, *, record=False):
+        self.duration, self.met = duration, disturbances
+        return Walks(np.full(len(disturbances), int(Status.COMPLETED)), np.full(len(disturbances), duration), [])
+
+    def _walked(self, scene, disturbances, commands, recorded):
+        raise NotImplementedError
+
+
+def test_pushes_come_between_2_and_6_s_from_all_sides_as_the_seed_says():
+    walker, pushes = Standing(), 500
+    trials = push_trials(walker, [30.0, 60.0], pushes, seed=4)
+    assert walker.duration == 10.0
+    drawn = np.random.default_rng(4).random((2, pushes))
+    np.testing.assert_allclose(trials.direction, 2.0 * np.pi * drawn[0])
+    np.testing.assert_allclose(trials.start, 2.0 + 4.0 * drawn[1])
+    np.testing.assert_allclose(walker.met.push_start, np.tile(trials.start, 3))
+    expected = np.outer([0.0, 30.0, 60.0], np.ones(pushes)).ravel()
+    np.testing.assert_allclose(np.linalg.norm(walker.met.push, axis=1), expected, atol=1e-9)
 
 
 def test_pushes_are_the_same_at_each_impulse_and_greater_ones_let_fall(scene: Scene, monkeypatch: pytest.MonkeyPatch):

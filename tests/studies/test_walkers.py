@@ -1,28 +1,49 @@
 """Walks of scenes and of policies under the same conditions: each instance as if alone, and as a rollout has it."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import msgspec
 import numpy as np
 import pytest
 
-from small_policy import random_policy
+from small_policy import learning_curve, random_policy, small_policy
 from warpmuscle.core.errors import RolloutError
 from warpmuscle.core.status import Status
 from warpmuscle.formats import load
 from warpmuscle.learning.episodes import EpisodeBatch
 from warpmuscle.learning.player import Player, text_of, undisturbed
-from warpmuscle.results.learned import Layer
+from warpmuscle.results.learned import Layer, Learned
 from warpmuscle.scene.controller import Command
 from warpmuscle.scene.learning import Task, Variation
 from warpmuscle.scene.masses import body_mass
 from warpmuscle.scene.number import Free
 from warpmuscle.simulation.perturbations import none
 from warpmuscle.simulation.rollout import Rollout
+from warpmuscle.studies import walkers
 from warpmuscle.studies.walkers import PolicyWalker, SceneWalker, loaded, under
 
 TASK = Task(speed=(0.8, 1.6))
 SHORT = 0.3  # s
+
+
+def test_the_gait_that_a_policy_imitates_is_made_once(monkeypatch):
+    """Making it takes seconds: later walks are given that of the first."""
+    given, made = [], object()
+
+    class FakePlayer:
+        def __init__(self, policy, scene, instances, device, task, *, gait=None, **more):
+            given.append(gait)
+            self.batch = SimpleNamespace(gait=made if gait is None else gait)
+
+        def walk(self, disturbances, told):
+            return np.zeros(len(disturbances), int), np.zeros(len(disturbances))
+
+    monkeypatch.setattr(walkers, "Player", FakePlayer)
+    walker = PolicyWalker(Learned(small_policy(), text_of(TASK), learning_curve(1), {}), load("reflex_planar"), "cpu")
+    for _ in range(3):
+        walker.walk(SHORT, none(2))
+    assert given == [None, made, made]
 
 
 @pytest.fixture(scope="module")

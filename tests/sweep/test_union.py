@@ -9,12 +9,12 @@ from same_values import assert_same
 from small_scene import muscle_scene
 from warpmuscle.core.errors import Error
 from warpmuscle.formats import load
+from warpmuscle.formats.overrides import Override, overridden
 from warpmuscle.optimization import evaluation
 from warpmuscle.optimization.optimize import optimize
 from warpmuscle.scene import Actuation, Scene
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.parameters import free_parameters, leaves
-from warpmuscle.sweep.overrides import Override, overridden
 from warpmuscle.sweep.together import run_together
 from warpmuscle.sweep.union import MergedScene, groups, number_leaves
 

@@ -6,9 +6,10 @@ import pytest
 from warpmuscle.formats import load
 from warpmuscle.scene.parameters import start_values
 from warpmuscle.throw.arm import Arm
+from warpmuscle.throw.computed_synergies import computed_excitation
 from warpmuscle.throw.measured import calibrate, driven
 from warpmuscle.throw.motion import Motions, resample
-from warpmuscle.throw.problem import computed_excitation, motion_of
+from warpmuscle.throw.recordings.arm_motions import motion_of
 
 LATE = 0.03  # s, by which activations are behind the envelopes
 

@@ -1,5 +1,6 @@
 """The rule from goals to signals of new throws."""
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -15,7 +16,7 @@ from warpmuscle.throw import job
 from warpmuscle.throw.fit import Settings
 from warpmuscle.throw.goals import PAST_LIMITS, fly
 from warpmuscle.throw.rules import rule
-from warpmuscle.throw.rules.rule import Walk, goals_about, learned, release_velocity
+from warpmuscle.throw.rules.rule import Walk, beyond_learned, goals_about, learned, release_velocity
 
 
 def test_a_ball_that_leaves_at_the_velocity_of_a_goal_lands_there():
@@ -39,6 +40,12 @@ def test_a_rule_gives_back_what_it_learned_and_what_lies_between():
     rule = learned(goals, signals(goals), place, 9.81)
     asked = goals_about(20, 0.0, rng)
     np.testing.assert_allclose(rule(asked), signals(asked), atol=0.01)
+
+
+def test_goals_beyond_those_learned_from_are_named():
+    assert beyond_learned(np.array([4.0, 0.0, np.radians(10.0)])) == ""
+    text = beyond_learned(np.array([1.0, 0.5, np.radians(45.0)]))
+    assert text == "a distance of 1 m, but of 2 to 4 m; an angle of 45 deg, but of 10 to 40 deg"
 
 
 def near_goals(count: int, beyond: float, rng: np.random.Generator) -> np.ndarray:
@@ -73,6 +80,28 @@ def interrupted_after(goals: int, met: Callable[[Walk, Any], bool]) -> Callable[
     return to
 
 
+@pytest.mark.parametrize("kept", [0, 1, 2], ids=["before it is kept", "when half is kept", "when all is kept"])
+def test_a_goal_during_which_ctrl_c_comes_is_as_if_it_had_not_been_tried(monkeypatch: pytest.MonkeyPatch, kept: int):
+    """Else the file of the rule would hold goals that are not told to be met, and be refused."""
+    wanted = near_goals(4, 0.0, np.random.default_rng(0))
+    walk = Walk(None, [wanted[0]], [np.zeros(2)])  # type: ignore[arg-type]
+    begun = rule.Rule(walk, np.zeros(2), 1.0, np.zeros(1), wanted, np.zeros(4, dtype=bool), np.full(4, -1), 0)
+
+    def to(walk: Walk, goal: np.ndarray) -> bool:
+        late = len(walk.goals) == 3
+        for parts, part in ((walk.goals, goal), (walk.changes, np.ones(2)))[: kept if late else 2]:
+            parts.append(part)
+        if late:
+            raise KeyboardInterrupt
+        return True
+
+    monkeypatch.setattr(Walk, "to", to)
+    with pytest.raises(KeyboardInterrupt):
+        begun.meet()
+    assert len(walk.goals) == len(walk.changes) == 1 + begun.met.sum() == 3
+    assert begun.tried_from.tolist() == [0, begun.tried_from[1], -1, -1]
+
+
 @pytest.fixture(scope="module")
 def interrupted(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str, rule.Rule]:
     """A folder with what a search that was interrupted after 7 of 10 goals left, what it said, and what it had."""
@@ -98,13 +127,19 @@ def test_an_interrupted_search_keeps_its_goals_and_goes_on_from_the_file_as_if_n
     folder, said, whole = interrupted
     assert "done so far: 7 of 10 goals tried, 7 of them met; --resume part.h5 goes on from there" in said
     with h5py.File(folder / "part.h5") as file:
-        part = file["changes"][:]
+        part, simulations = file["changes"][:], int(file["simulations"][()])
         assert len(part) == 8
         assert file["met"][:].tolist() == 7 * [True] + 3 * [False]
-    gone_on = throw_rule(folder, "--resume", "part.h5", "--target", "3", "-o", "rest.h5")
+    gone_on = throw_rule(folder, "--resume", "part.h5", "--target", "3", "--target", "7", "-o", "rest.h5")
     assert gone_on.return_value == 0, gone_on.exception
     assert "10 of 10 goals are met" in gone_on.output
+    told = " ".join(gone_on.output.split())
+    assert told.count("note: the rule has learned nothing of") == 1
+    assert "the rule has learned nothing of a distance of 7 m, but of 2 to 4" in told
     whole.meet()
+    begun, counted = re.search(r"are met, by (\d+) simulations", told), whole.walk.simulations
+    assert begun is not None
+    assert int(begun[1]) == counted > simulations > 0
     with h5py.File(folder / "rest.h5") as rest:
         np.testing.assert_array_equal(rest["changes"][:8], part)
         for name in ("wanted", "met", "tried_from", "goals", "changes"):
@@ -113,6 +148,23 @@ def test_an_interrupted_search_keeps_its_goals_and_goes_on_from_the_file_as_if_n
         assert errors.shape == (2, 3)
         assert np.all(errors[:, 0] < 0.05)
         assert np.all(errors[:, 2] <= PAST_LIMITS)
+
+
+def test_signals_behind_the_release_are_not_searched_for_and_change_no_outcome(
+    interrupted: tuple[Path, str, rule.Rule],
+):
+    learned_of = interrupted[2]
+    walk, goal = learned_of.walk, learned_of.wanted[:1]
+    assert 0 < np.sum(~walk.acting) < np.sum(walk.acting)
+    assert not learned_of.changes[:, ~walk.acting].any()
+    usual, _ = walk.outcomes(np.zeros((1, len(walk.acting))), goal)
+    behind, _ = walk.outcomes(0.3 * ~walk.acting[None], goal)
+    np.testing.assert_array_equal(behind, usual)
+    last = np.flatnonzero(walk.acting[: walk.thrower.hats.shape[1]])[-1]  # of the first synergy
+    change = np.zeros((2, len(walk.acting)))
+    change[1, last :: walk.thrower.hats.shape[1]] = 0.3
+    moved = walk.thrower.simulated(walk.signals(change), int(walk.thrower.frames[-1])).speed[:, -1]
+    assert np.abs(moved[1] - moved[0]).max() > 0.0
 
 
 @pytest.mark.parametrize(
@@ -136,7 +188,7 @@ def test_a_search_goes_on_with_what_it_began_with_alone(
     [
         ("goals", np.zeros((8, 2))), ("changes", np.full((8, 80), np.nan)), ("changes", np.zeros((8, 7))),
         ("release", 99.0), ("tried_from", np.zeros(3)), ("tried_from", np.full(10, 40)), ("met", np.ones(10)),
-        ("known", np.array(["a"], dtype="S1")),
+        ("simulations", np.zeros(2)), ("simulations", -1), ("known", np.array(["a"], dtype="S1")),
     ],
 )  # fmt: skip
 def test_damaged_files_are_refused_in_a_line(interrupted: tuple[Path, str, rule.Rule], name: str, value: Any):

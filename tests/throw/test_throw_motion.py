@@ -8,7 +8,7 @@ import pytest
 
 from warpmuscle.core.errors import Error
 from warpmuscle.throw.motion import MARGIN, Motion, resample, without_stillness
-from warpmuscle.throw.motion_files import read
+from warpmuscle.throw.recordings.motion_files import read
 
 JOINTS = ("shoulder", "elbow")
 TIME = np.arange(0.0, 1.001, 0.02)

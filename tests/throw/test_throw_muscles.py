@@ -14,8 +14,9 @@ from warpmuscle.scene.number import Free
 from warpmuscle.scene.parameters import start_values
 from warpmuscle.simulation.rollout import Rollout
 from warpmuscle.throw.arm import Arm, needed_torques, start_coordinates
+from warpmuscle.throw.computed_synergies import computed_synergies
 from warpmuscle.throw.motion import resample
-from warpmuscle.throw.problem import computed_synergies, motion_of
+from warpmuscle.throw.recordings.arm_motions import motion_of
 from warpmuscle.throw.signals import computed_activation, to_activation
 
 ANGLES = np.radians([[s, e, w] for s in (0, 30, 75, 120, 150) for e in (10, 45, 75, 110) for w in (-40, 0, 40)])

@@ -12,7 +12,7 @@ if str(ROOT / "tools") not in sys.path:
     sys.path.append(str(ROOT / "tools"))
 
 from mutations.changes import all_mutations, mutations_of, sample  # noqa: E402
-from mutations.equal import EQUAL  # noqa: E402
+from mutations.equal import EQUAL, EQUAL_CHANGES  # noqa: E402
 from mutations.tests_of import ordered_tests  # noqa: E402
 from mutations.trial import Trial  # noqa: E402
 
@@ -74,6 +74,9 @@ def test_what_computes_is_changed_and_nothing_else():
 def test_what_is_the_same_both_ways_is_left_out():
     assert "swapped" not in changed(b"x = wp.max(a, b)")
     assert changed(b"x = wp.clamp(a, a, b)")["swapped"] == {("a, b", "b, a")}
+    assert changed(b"x = wp.clamp(a, low, high)")["swapped"] == {("low, high", "high, low")}  # min(max(low, a), high)
+    assert changed(b"x = a.clip(low, high)")["swapped"] == {("low, high", "high, low")}
+    assert "statement" not in changed(b"know_model(character)")
     assert changed(b"if n < 3: n += 1")["comparison"] == {("n < 3", "n > 3"), ("n < 3", "n <= 3")}
 
 
@@ -97,6 +100,16 @@ def test_lines_that_change_nothing_are_there_and_not_mutated(path: str, line: st
     numbers = {k for k, text in enumerate(source.decode().splitlines(), 1) if text.strip() == line}
     assert numbers
     assert not numbers & {m.line for m in mutations_of(path, source)}
+
+
+@pytest.mark.parametrize(("path", "line", "after"), EQUAL_CHANGES)
+def test_changes_that_change_nothing_are_left_out_and_others_of_their_lines_are_not(path: str, line: str, after: str):
+    source = (ROOT / path).read_bytes()
+    numbers = {k for k, text in enumerate(source.decode().splitlines(), 1) if text.strip() == line}
+    assert numbers
+    others = [m for m in mutations_of(path, source) if m.line in numbers]
+    assert others
+    assert after not in {m.after for m in others}
 
 
 def test_every_mutation_of_the_physics_is_a_change_that_python_reads():

@@ -22,13 +22,13 @@ from scipy.ndimage import gaussian_filter1d
 from warpmuscle.formats import load
 from warpmuscle.kernels import curves
 from warpmuscle.throw.arm import Arm
+from warpmuscle.throw.computed_synergies import computed_excitation, factorized
 from warpmuscle.throw.fit import fit_motions
 from warpmuscle.throw.follow import Follower
 from warpmuscle.throw.goals import Goal
 from warpmuscle.throw.job import Job, Options
 from warpmuscle.throw.motion import RATE
 from warpmuscle.throw.plot import draw_fit, draw_throws, draw_trade
-from warpmuscle.throw.problem import computed_excitation, factorized
 from warpmuscle.throw.published import Published
 
 # Gains, shift (s, positive: early), noise and floor, each in parts of an activation.

@@ -2,7 +2,8 @@
 
 Left out is what computes nothing (docstrings, messages, annotations, decorators, functions that return text) and what
 can be told to be the same, such as the two sides of a maximum swapped, bounds of what is a number at all, and flags
-that kernels have by default, since the host gives them all. What no rule can tell stands in `equal.py`.
+that kernels have by default, since the host gives them all, what only tells a compiler more, and a value and its lower
+bound swapped, of which the greater one is taken. What no rule can tell stands in `equal.py`.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from mutations.equal import EQUAL
+from mutations.equal import EQUAL, EQUAL_CHANGES
 
 PHYSICS = ("kernels", "warpmuscle/model", "warpmuscle/gait", "warpmuscle/studies")
 NO_PHYSICS = (  # how memory is laid out on a GPU, and how functions of users and parameters are put together
@@ -34,9 +35,10 @@ COMMUTATIVE = {
 }  # fmt: skip
 TELLING = {"print", "warn", "join", "format", "append_note", "replace", "strip", "split", "startswith", "endswith"}
 UNSEEN_KEYWORDS = {"decimals", "digits", "tol", "rtol", "atol", "dtype", "encoding", "stacklevel", "strict", "unroll"}
-UNSEEN_NAMES = re.compile(r"TOLERANCE|EPS|TINY|SMALLEST|LANES|CHUNK|__all__|_logger")
+UNSEEN_NAMES = re.compile(r"TOLERANCE|EPS|TINY|SMALLEST|LANES|CHUNK|REGISTERS|__all__|_logger")
 OF_ONE_TYPE = {"model", "state", "work", "device", "scene", "extensions", "arm", "self", "names"}  # swapped never run
 BOUNDING = {"min", "max", "minimum", "maximum", "clamp", "clip", "fmax"}
+BOUNDED_FIRST = {"clamp", "clip"}
 TINIEST, HUGEST = 1e-6, 1e6  # beyond them a bound keeps what is no number, or a division by nothing, away
 ARITHMETIC = {ast.Add: "-", ast.Sub: "+", ast.Mult: "/", ast.Div: "*", ast.FloorDiv: "*", ast.Mod: "*"}
 SIGNS = {
@@ -128,6 +130,7 @@ class _Text:
         if path.startswith("kernels/"):
             self.left_out |= {id(node) for node in _flags(self.tree)}
         self.equal = {line for file, line in EQUAL if file == path}
+        self.equal_changes = {(line, after) for file, line, after in EQUAL_CHANGES if file == path}
 
     def mutations(self) -> Iterator[Mutation]:
         for node in _computing(self.tree):
@@ -135,7 +138,8 @@ class _Text:
                 start, end = self._span(place)
                 before = self.source[start:end].decode()
                 line = self.source[self.lines[place.lineno - 1] : self.lines[place.lineno]].decode().strip()
-                if before != after and line not in self.equal:
+                told_equal = line in self.equal or (line, " ".join(after.split())) in self.equal_changes
+                if before != after and not told_equal:
                     yield Mutation(self.path, place.lineno, kind, before, after, start, end, self.digest)
 
     def _span(self, node: Any) -> tuple[int, int]:
@@ -204,7 +208,8 @@ class _Text:
             yield "function", node, f"({self._of(node.args[0])})"
         if called in COMMUTATIVE or called[:1].isupper():
             return
-        for one, other in zip(node.args, node.args[1:], strict=False):
+        bounded = called in BOUNDED_FIRST and len(node.args) == 3  # as min(max(low, x), high)
+        for one, other in list(zip(node.args, node.args[1:], strict=False))[bounded:]:
             if isinstance(one, ast.Starred) or isinstance(other, ast.Starred) or _is_text(one) or _is_text(other):
                 continue
             if self._of(one) != self._of(other) and not {self._of(one), self._of(other)} & OF_ONE_TYPE:
@@ -308,9 +313,10 @@ def _called(node: ast.Call) -> str:
 
 
 def _tells(node: ast.Call) -> bool:
-    """Whether a call only makes or writes text, or makes an error."""
+    """Whether a call only makes or writes text, makes an error, or tells the compiler something."""
     called = _called(node)
-    return called in TELLING or called.endswith("Error") or called in {"rolled", "synchronize", "static_assert"}
+    hint = called in {"rolled", "synchronize", "static_assert"} or called.startswith("know_")  # for the compiler
+    return hint or called in TELLING or called.endswith("Error")
 
 
 def _may_go(node: ast.AST) -> bool:

@@ -174,7 +174,7 @@ def with_settings(scene: Scene, settings: list[str]) -> Scene:
     """The scene with values in place of its own, each given as KEY=VALUE, the value in TOML or as plain text."""
     import tomllib
 
-    from warpmuscle.sweep.overrides import Override, overridden
+    from warpmuscle.formats.overrides import Override, overridden
 
     overrides = []
     for text in settings:

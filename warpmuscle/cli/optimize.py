@@ -113,7 +113,7 @@ def optimize(
         with searches_told(), _kept(output), ProgressBar() as bar:
             result = go_on(
                 resume, candidates, device, until=limit, target=target, threads=threads, command=command_line(),
-                progress=bar.update,
+                progress=bar.update, quantities=quantities_in(quantities), single=single,
             )  # fmt: skip
     elif sources:
         start_driver(device)
@@ -146,14 +146,10 @@ def optimize(
             result = begin(
                 scene, count, seed, device, search=search, searches=searches, population=population, sigma=sigma,
                 restarts=restarts, until=limit, target=target, output=output, threads=threads, command=command_line(),
-                progress=bar.update,
+                progress=bar.update, quantities=quantities_in(quantities), single=single,
             )  # fmt: skip
     else:
         raise Error("optimize takes a scene, or --resume and a file")
-    if quantities is not None or single:
-        from warpmuscle.results.result import write
-
-        write(output, result, quantities=quantities_in(quantities), single=single)
     _print_result(result, bar, scene)
     out.print(f"wrote {output}")
     if not received():  # else there may be little time left

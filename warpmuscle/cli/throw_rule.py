@@ -18,7 +18,7 @@ from warpmuscle.cli.common import (
     start_warp,
     writable,
 )
-from warpmuscle.cli.console import log, out, print_table
+from warpmuscle.cli.console import log, marked, out, print_table
 from warpmuscle.core.errors import Error
 from warpmuscle.core.interruption import INTERRUPTED
 
@@ -115,12 +115,16 @@ def _reported(rule: Rule, asked: Floats, between: int, beyond: int) -> dict[str,
     """Print what the rule was learned from, how well it throws, and throws that are asked for; see `_tried`."""
     out.print(f"{int(rule.met.sum())} of {len(rule.wanted)} goals are met, by {rule.walk.simulations} simulations; all "
               f"throws are released after {rule.release:.2f} s")  # fmt: skip
+    from warpmuscle.throw.rules.rule import beyond_learned
+
     errors = _tried(rule, between, beyond)
     for row in asked:
         outcome, past = rule.walk.outcomes(rule.told(row[None]), row[None])
         out.print(f"to {row[0]:g} m at {row[1]:g} m of height with {math.degrees(row[2]):.3g} deg: lands at "
                   f"{outcome[0, 0]:.3f} m, leaves at {math.degrees(outcome[0, 1]):.1f} deg, joints "
                   f"{math.degrees(past.max()):.1f} deg past their limits")  # fmt: skip
+        if outside := beyond_learned(row):
+            log.print(marked("note:", "yellow", f" the rule has learned nothing of {outside}"))
     return errors
 
 

@@ -11,13 +11,13 @@ if TYPE_CHECKING:
 
     from warpmuscle.throw.fit import Fitted
     from warpmuscle.throw.job import Job
-    from warpmuscle.throw.problem import Lack
+    from warpmuscle.throw.lacks import Lack
     from warpmuscle.throw.report import Row
 
 
 def print_problem(job: Job) -> None:
     """What is to be fitted, and what the muscles lack for it."""
-    from warpmuscle.throw.problem import COMPUTED
+    from warpmuscle.throw.computed_synergies import COMPUTED
 
     motions, synergies, arm = job.motions, job.follower.synergies, job.arm
     kind = "computed by static optimisation of the same motions, not EMG"
@@ -50,7 +50,7 @@ def _print_calibration(job: Job) -> None:
 
 
 def _print_lacks(when: str, job: Job, lacks: Sequence[Lack], whose: str) -> None:
-    from warpmuscle.throw.problem import shortcoming
+    from warpmuscle.throw.lacks import shortcoming
 
     text = shortcoming(job.arm, lacks, len(job.motions), whose)
     if text:

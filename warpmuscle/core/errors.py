@@ -85,5 +85,9 @@ class OccupiedError(ResultError):
     """Another process is at work on the same files."""
 
 
+class CommandWarning(UserWarning):
+    """A policy is asked for something outside of what it has learnt."""
+
+
 class UserPartWarning(UserWarning):
     """A term, force or controller of the scene's own ended candidates of a search."""

@@ -36,8 +36,8 @@ def lifting_emg() -> str:
     """EMG of shoulder and elbow in the shipped lift: what static optimisation says that its muscles do."""
     from warpmuscle.formats import load
     from warpmuscle.throw.arm import Arm
+    from warpmuscle.throw.computed_synergies import computed_excitation
     from warpmuscle.throw.motion import Motion, resample
-    from warpmuscle.throw.problem import computed_excitation
 
     angles = np.radians(LIFT[:, 1:4])
     motion = Motion("lift", 0.0, LIFT[:, 0], angles, np.radians(LIFT[:, 4]), LIFT[:, 5:7], ())

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import difflib
 import warnings
-from collections.abc import Iterable, Sequence
-from importlib import resources
+from collections.abc import Iterable, Mapping, Sequence
 from os import PathLike
 from pathlib import Path, PurePosixPath
+from typing import Any
 
 import msgspec
 
 from warpmuscle.core.arguments import as_kind, as_number, as_path, as_truth, in_words
 from warpmuscle.core.errors import SceneError
+from warpmuscle.core.shipped import scenes_folder
 from warpmuscle.formats import rbs, rs, sbc, toml
 from warpmuscle.formats.lines import Ignored, Line, Notes
+from warpmuscle.formats.overrides import with_values
 from warpmuscle.scene import Actuation, Scene
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.trusted_code import trust as allow
@@ -30,6 +32,7 @@ SceneLike = Scene | str | PathLike[str]  # a scene, its name, or its file
 
 def load(
     *sources: str | PathLike[str],
+    set: Mapping[str, Any] | None = None,
     ignored: list[Ignored] | None = None,
     keyword_rule: bool = False,
     trust: bool = False,
@@ -44,6 +47,8 @@ def load(
         sources: the name of a shipped scene; or a TOML file; or files of the Simbicon Controller Editor Framework in
             any order: a `.rbs` with the character, others with the ground, a `.sbc`, a `.rs`. Without a `.rs`, the one
             that the `.sbc` names is looked for from its folder upward. Or a model of OpenSim, `.osim`.
+        set: other values in the scene, by their paths, as `--set` of the command takes them, such as
+            `{"objective.target_speed": 1.25, "character.muscles.?SOL.f_max": {"factor": 0.5}}`; see `overrides`.
         ignored: gets what was not used; without it, that is summed up in a warning.
         keyword_rule: muscles drive only the joints that a `.rbs` marks `actuationType muscle`, where it marks any;
             otherwise all that they cross.
@@ -82,8 +87,8 @@ def load(
         paths, suffixes = [_shipped(str(sources[0]))], [".toml"]
     if suffixes == [".toml"]:
         doubts: list[SceneError] = []
-        scene = toml.read(paths[0], doubts)
-        _warn(doubts)
+        scene = with_values(toml.read(paths[0], doubts), set)
+        _warn(doubts if set is None else doubts_of(scene))
         if trust or trusts_everything():
             allow(scene, paths[0].absolute().parent)
         return scene
@@ -95,6 +100,7 @@ def load(
         scene = _model(paths[0], notes, ball_joints, hard_points, merge_welds, limit_stiffness)
     else:
         scene = _combine(paths, suffixes, keyword_rule, notes)
+    scene = with_values(scene, set)
     _warn([notes.placed(doubt) for doubt in doubts_of(scene)])
     if ignored is not None:
         ignored.extend(notes.ignored)
@@ -125,7 +131,7 @@ def scene_of(given: SceneLike, name: str = "scene", trust: bool = False) -> Scen
 
 def scene_names() -> list[str]:
     """Names of the shipped scenes; characters that scenes share are not among them."""
-    return sorted(path.stem for path in _folder().glob("*.toml") if toml.is_scene(path))
+    return sorted(path.stem for path in scenes_folder().glob("*.toml") if toml.is_scene(path))
 
 
 def summary(ignored: Iterable[Ignored], heading: str = "notes on what was read:") -> str:
@@ -148,15 +154,11 @@ def _warn(doubts: Iterable[SceneError]) -> None:
         warnings.warn(str(doubt), SceneWarning, stacklevel=3)
 
 
-def _folder() -> Path:
-    return Path(str(resources.files("warpmuscle.scenes")))
-
-
 def _shipped(name: str) -> Path:
     """Path of a shipped scene."""
     if "/" in name or Path(name).exists():
         raise SceneError(f"a scene is read from {', '.join(READ)}", file=name)
-    path = _folder() / f"{name}.toml"
+    path = scenes_folder() / f"{name}.toml"
     if path.is_file() and toml.is_scene(path):
         return path
     names = scene_names()  # of which each is read, so only where one has to be said

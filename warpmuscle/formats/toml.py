@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 import tomllib
 from collections.abc import Sequence
-from importlib import resources
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +12,7 @@ from warpmuscle.core.decoding import to_type
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.files import read_file, replace_file, unreadable
 from warpmuscle.core.limits import check_size
+from warpmuscle.core.shipped import scenes_folder
 from warpmuscle.formats.toml_layout import layout
 from warpmuscle.formats.toml_lines import key_lines
 from warpmuscle.scene import Character, Scene
@@ -133,7 +133,7 @@ def _found(folder: Path, name: str) -> Path:
     if "\0" in name:
         raise SceneError(f"no file can be called {name!r}")
     own = folder / name
-    shipped = Path(str(resources.files("warpmuscle.scenes"))) / (name if name.endswith(".toml") else f"{name}.toml")
+    shipped = scenes_folder() / (name if name.endswith(".toml") else f"{name}.toml")
     return shipped if not own.exists() and Path(name).name == name and shipped.exists() else own
 
 

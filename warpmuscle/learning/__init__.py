@@ -13,13 +13,13 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from warpmuscle.scene.learning import Imitation, Rewards, Sense, Task, Variation
+from warpmuscle.scene.learning import Imitation, Rewards, Sense, Task, Tightening, Variation
 
 if TYPE_CHECKING:
     from warpmuscle.learning.env import RolloutEnv
     from warpmuscle.learning.episodes import EpisodeBatch
 
-__all__ = ["EpisodeBatch", "Imitation", "Rewards", "RolloutEnv", "Sense", "Task", "Variation"]
+__all__ = ["EpisodeBatch", "Imitation", "Rewards", "RolloutEnv", "Sense", "Task", "Tightening", "Variation"]
 
 _HOMES = {"EpisodeBatch": "episodes", "RolloutEnv": "env"}
 

@@ -40,6 +40,9 @@ class Environment(Protocol):
     def reset(self) -> Tensor:
         """Start all episodes; (n, O) the first observations."""
 
+    def tighten(self, decisions: int) -> None:
+        """Let limits of failure be those after so many decisions of all instances together."""
+
     def step(self, actions: Tensor) -> tuple[Tensor, Tensor, Tensor, Tensor]:
         """Observations, rewards, and who has failed and whose time is up; those start again."""
 

@@ -106,6 +106,14 @@ class RolloutEnv:
             self.batch.reset(seed)
         return self.observation
 
+    def tighten(self, decisions: int) -> None:
+        """Let limits of failure be those after so many decisions of all instances together; see `Tightening`.
+
+        Until this is called, and where the task does not tighten them, they are the scene's own.
+        """
+        with self._stream():
+            self.batch.limits.after(decisions)
+
     def step(self, actions: Tensor) -> tuple[Tensor, Tensor, Tensor, Tensor]:
         """Make a decision in every instance; where an episode ends, the next one begins.
 

@@ -26,6 +26,7 @@ from warpmuscle.learning.senses import About, Senses, head_of
 from warpmuscle.learning.starts import OwnGait, RowTable, first_states, make_room_to_feel, own_gait, start_table
 from warpmuscle.learning.symmetry import BodySymmetry, Images, observed_image
 from warpmuscle.learning.tasks import checked_task, prepared
+from warpmuscle.learning.tightening import TighteningLimits
 from warpmuscle.learning.variants import Variants
 from warpmuscle.scene import Scene
 from warpmuscle.scene.joints import root_type
@@ -56,6 +57,7 @@ class EpisodeBatch:
         decision_steps: of the simulation. dt: s, that a decision lasts. longest: decisions of an episode.
         actions, senses, judge: with the arrays that they hold. episodes: where every instance is in its episode.
         final_observation: (instances, observations) of the episode that ended, where one did.
+        limits: of failure, which a training may tighten.
         command_names: of the columns of `episodes.command`. gait: that is imitated, if there is one.
         images: of observations and actions in a mirror; None where the task is not said to be symmetric.
     """
@@ -90,14 +92,7 @@ class EpisodeBatch:
         self.task = checked_task(task) or scene.learning or Task()
         self.scene = prepared(scene, self.task)
         self.rollout = rollout = Rollout(
-            self.scene,
-            instances,
-            device,
-            record=record,
-            record_rate=record_rate,
-            threads=threads,
-            trust=trust,
-            lanes=None,
+            self.scene, instances, device, record=record, record_rate=record_rate, threads=threads, trust=trust
         )
         self.device = rollout.device
         self.decision_steps = max(round(self.task.decision_time / self.scene.time_step), 1)
@@ -108,6 +103,7 @@ class EpisodeBatch:
         self.actions = Actions(self.task, rollout)
         self._records = bool(record)
         self._variants = Variants(self.task.variation, rollout)
+        self.limits = TighteningLimits(self.task.tightening, rollout, self._variants.model)
         self.command_names = self.task.command_names
         body = BodySymmetry(rollout) if self.task.symmetric else None
         imitates = gait is not None or self.task.imitation is not None

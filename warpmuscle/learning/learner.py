@@ -36,6 +36,7 @@ class Learner:
             capture: use a CUDA graph on a GPU. source: a policy to begin with, which fits; by default noise.
         """
         self.env, self.options = env, options
+        env.tighten(0)
         device = env.reset().device
         if device.type == "cpu":
             torch.set_num_threads(
@@ -68,6 +69,7 @@ class Learner:
 
     def iterate(self) -> dict[str, float]:
         """Collect experience and learn from it."""
+        self.env.tighten(self.iterations * self.collector.experience.samples)
         self.collector.noise.normal_(generator=self.random)
         self.ppo.shuffle(self.random)
         self.ppo.max_log_deviation.fill_(self.options.max_log_deviation(self.iterations + 1))

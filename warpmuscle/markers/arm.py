@@ -48,6 +48,7 @@ FACING = 0.25  # of a chest that faces forwards, the least
 LONGEST_GAP = 0.2  # s, in which a marker may be lost
 SIDEWAYS = np.radians(10.0)  # of the upper arm from the line of the shoulders, below which no angle forwards is told
 SAME = 1e-9  # in any unit, of one marker under two names
+MOST_RATE = 10_000.0  # Hz, of what is written
 APART = 0.005  # m, between markers of two roles, the least
 ASIDE = 0.2  # of the shoulders' width, by which one marker of both hips may lie beside their middle
 STRAIGHT = np.radians(5.0)  # of the elbow, below which the forearm tells nothing of the upper arm's rotation
@@ -80,7 +81,9 @@ class Choices:
                 raise SignalError(f"axis {axis!r} is none of x, y, z, -x, -y, -z")
         if AXES[self.up] == AXES[self.forward]:
             raise SignalError(f"up and forward must be two axes, not both {self.up!r}")
-        if not 0.0 <= self.low_pass < 0.5 * self.rate <= 5000.0:
+        if not 0.0 < self.rate <= MOST_RATE:
+            raise SignalError(f"a rate must be greater than 0 and at most {MOST_RATE:g} Hz, not {self.rate:g}")
+        if not 0.0 <= self.low_pass < 0.5 * self.rate:
             raise SignalError(
                 f"a low-pass must be 0 or lie below half the rate, {0.5 * self.rate:g} Hz, not {self.low_pass:g}"
             )

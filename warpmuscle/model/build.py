@@ -24,7 +24,7 @@ from warpmuscle.model.muscles import model_parts, muscles_struct
 from warpmuscle.model.objective import objective_fields
 from warpmuscle.model.prescribed_motion import Curves, motion_struct, scene_curves
 from warpmuscle.model.structure import Structure
-from warpmuscle.scene import InitialState, JointState, Scene
+from warpmuscle.scene import Failure, InitialState, JointState, Scene
 from warpmuscle.scene.accounting import negative_share
 from warpmuscle.scene.joints import RootType, joint_type, root_type
 from warpmuscle.scene.topology import Topology
@@ -138,12 +138,11 @@ def _put(model: structs.Model, fields: Fields) -> None:
 
 def _settings(scene: Scene, structure: Structure, device: Any, inputs: ModelInputs) -> Fields:
     failure = scene.failure
-    limits = {field: rows([getattr(failure, field)]) for field in structs.FailureLimits.vars}
     return {
         "implicit_pd": int(scene.implicit_pd),
         "time_step": scene.time_step,
         "gravity": to_device(rows([scene.gravity]), float, device),
-        "failure": structs_to_device(structs.FailureLimits, limits, device),
+        "failure": failure_limits(failure, device),
         "fastest": failure.max_com_speed,
         "fail_on_body_contact": int(failure.body_contact),
     }
@@ -217,6 +216,12 @@ def _reference(scene: Scene, structure: Structure, device: Any, inputs: ModelInp
         "reference": to_device(reference.orientation, wp.quat, device),
         "tracked": to_device(reference.tracked, float, device),
     }
+
+
+def failure_limits(failure: Failure, device: Any) -> wp.array:
+    """Limits of failure, whose numbers are floats or (n,) arrays, as `kernels.structs.Model.failure`."""
+    limits = {field: rows([getattr(failure, field)]) for field in structs.FailureLimits.vars}
+    return structs_to_device(structs.FailureLimits, limits, device)
 
 
 Part = Callable[[Scene, Structure, Any, ModelInputs], Fields]

@@ -117,15 +117,28 @@ def collisions_struct(
     of_body = {name: [i for i, (body, _) in enumerate(shapes) if body == name] for name in bodies}
     numbers = [of_shapes for a, b in pairs for of_shapes in product(of_body[a], of_body[b])]
     offset = {name: _joint_place(name, scene.character, names) for name in bodies}
-    nearest = [_nearest_sq(shapes[i][1], shapes[j][1], depth) for i, j in numbers]
     c = structs.Collisions()
     c.every = steps_between_tests(scene.time_step)
     c.body = to_device([names.bodies.index(name) for name, _ in shapes], int, device)
     c.middle = to_device(stacked([middle - offset[name] for name, (middle, _, _) in shapes]), wp.vec3, device)
     c.half = to_device(stacked([half for _, (_, half, _) in shapes]), wp.vec3, device)
     c.pair = to_device(numbers, int, device)
-    c.nearest_sq = to_device(stacked(nearest), wp.vec2, device)
+    c.nearest_sq = to_device(nearest_squared(scene, pairs, depth), wp.vec2, device)
     return c
+
+
+def nearest_squared(scene: Scene, pairs: list[Pair], depth: Floats) -> Floats:
+    """What `kernels.structs.Collisions.nearest_sq` is, (rows, pairs of shapes, 2), in the order of its pairs.
+
+    Args:
+        scene, pairs, depth: as of `collisions_struct`.
+    """
+    capsules = {
+        name: [capsule_of(shape) for shape in scene.character.bodies[name].shapes] for pair in pairs for name in pair
+    }
+    return stacked(
+        [_nearest_sq(a, b, depth) for one, other in pairs for a, b in product(capsules[one], capsules[other])]
+    )
 
 
 def _nearest_sq(a: CapsuleRows, b: CapsuleRows, depth: Floats) -> Floats:

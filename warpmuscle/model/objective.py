@@ -59,16 +59,18 @@ def objective_kind(scene: Scene, has_muscles: bool) -> ObjectiveKind:
     names = set(counted_terms(scene.objective))
     if names & {"metabolic", "cost_of_transport"}:
         names.add(f"metabolic_{scene.objective.metabolic_model}")
-    own = {name: found for name, found in custom_terms(scene.objective).items() if name in names}
+    own = {name: found for name, found in custom_terms(scene).items() if name in names}
 
     def summed(part: Kind, table: Iterable[str]) -> tuple[str, ...]:
-        return (*(name for name in table if name in names), *(name for name, found in own.items() if found[0] == part))
+        kinds = ("whole", "desired") if part == "whole" else (part,)
+        return (*(name for name in table if name in names), *(name for name, found in own.items() if found[0] in kinds))
 
     return ObjectiveKind(
         muscle=summed("muscle", MUSCLE_TERMS) if has_muscles else (),
         body=summed("body", BODY_TERMS),
         whole=summed("whole", WHOLE_TERMS),
         own=tuple((name, function) for name, (_, function) in own.items()),
+        desired=tuple(name for name, found in own.items() if found[0] == "desired"),
         conditions=tuple(custom_conditions(scene.failure).items()),
         progress=greatest(scene, scene.failure.no_progress) > 0.0,
     )

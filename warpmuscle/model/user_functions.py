@@ -16,13 +16,15 @@ import warp as wp
 
 from warpmuscle.core.errors import SceneError
 from warpmuscle.kernels.custom_curves import OwnCurves
+from warpmuscle.kernels.desired_torques import term_of_desired
 from warpmuscle.kernels.structs import Model, Scratch, State
 from warpmuscle.kernels.term_functions import MuscleWork
-from warpmuscle.scene import Failure, MuscleModel, Objective, Scene
+from warpmuscle.scene import Character, Failure, MuscleModel, Scene
+from warpmuscle.scene.topology import topology
 from warpmuscle.scene.trusted_code import CURVE_FIELDS, check_trusted, folders
-from warpmuscle.scene.validation.checks import near
+from warpmuscle.scene.validation.checks import known, near
 
-Kind = Literal["muscle", "body", "whole"]
+Kind = Literal["muscle", "body", "whole", "desired"]
 
 TERM_ARGUMENTS: dict[Kind, tuple[Any, ...]] = {
     "muscle": (wp.int32, wp.int32, MuscleWork, Model),
@@ -32,26 +34,46 @@ TERM_ARGUMENTS: dict[Kind, tuple[Any, ...]] = {
 FLOATS = "wp.array[float]"  # stands for that type, whose instances differ
 PLAIN = {int: wp.int32, float: wp.float32, wp.bool: bool}
 Reference = type(wp.ref[Model])
+Struct = type(Model)
 
 
-def custom_terms(objective: Objective) -> dict[str, tuple[Kind, Any]]:
+def custom_terms(scene: Scene) -> dict[str, tuple[Kind, Any]]:
     """The terms that an objective names: whether each is one of muscles, of bodies or of the whole, and its function.
 
+    One that sees desired torques, a structure of them after what a term of the whole takes, is of the kind `desired`,
+    and comes as a function that takes what a term of the whole does.
+
     Raises:
-        SceneError: no such module or function, or not of a term's signature.
+        SceneError: no such module, function or joint, or not of a term's signature.
     """
     found: dict[str, tuple[Kind, Any]] = {}
-    for entry in objective.custom:
+    for entry in scene.objective.custom:
         key = f"objective.custom.{entry}"
         function = function_named(entry, key)
-        kinds = [kind for kind, given in TERM_ARGUMENTS.items() if given == _arguments(function)]
+        arguments = _arguments(function)
+        kinds = [kind for kind, given in TERM_ARGUMENTS.items() if given == arguments]
+        if arguments[:-1] == TERM_ARGUMENTS["whole"] and isinstance(arguments[-1], Struct):
+            kinds = ["desired"]
         if not kinds:
             wanted = " or ".join(map(_signature, TERM_ARGUMENTS.values()))
-            found_one = f"{_placed(function, entry)} takes {_signature(_arguments(function))}"
+            found_one = f"{_placed(function, entry)} takes {_signature(arguments)}"
             raise SceneError(f"a term takes {wanted}, but {found_one}", key=key)
         check_result(function, (wp.float32,), key, entry)
+        if kinds == ["desired"]:
+            function = _seeing_torques(function, scene.character, key)
         found[entry] = kinds[0], function
     return found
+
+
+def _seeing_torques(function: Any, character: Character, key: str) -> Any:
+    """A term that sees the desired torques of the joints that its structure names; raises SceneError for others."""
+    struct = _arguments(function)[-1]
+    for name, field in struct.vars.items():
+        if field.type != wp.vec3:
+            raise SceneError(f"{struct.key}.{name} must be wp.vec3, a torque; it is {_name(field.type)}", key=key)
+        known(name, character.joints, "joint", key, f"for {struct.key}")
+    names = topology(character)
+    return term_of_desired(function, struct, tuple(names.body_of_joint(name) for name in struct.vars))
 
 
 def custom_conditions(failure: Failure) -> dict[str, Any]:
@@ -83,7 +105,7 @@ def custom_curves(model: MuscleModel) -> OwnCurves | None:
 def check_custom(scene: Scene) -> None:
     """SceneError if a scene names code that is not trusted, or terms or curves that cannot be used."""
     check_trusted(scene)
-    custom_terms(scene.objective)
+    custom_terms(scene)
     custom_conditions(scene.failure)
     custom_curves(scene.muscle_model)
 

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Sequence
 from pathlib import Path
 
-from warpmuscle.core.arguments import as_path, as_whole
+from warpmuscle.core.arguments import as_path, as_truth, as_whole
 from warpmuscle.core.errors import Error, UnusedParameterWarning
 from warpmuscle.formats import SceneLike, scene_of, toml
 from warpmuscle.model.unused_parameters import in_short, without_unused
@@ -24,6 +25,7 @@ from warpmuscle.optimization.run import finished, make_player, make_search_loop,
 from warpmuscle.optimization.stages import plan
 from warpmuscle.optimization.usual_objective import with_usual_objective
 from warpmuscle.results.checkpoint import Checkpoint
+from warpmuscle.results.partial_motion import checked_quantities
 from warpmuscle.results.records import (
     ANY_NUMBER,
     Options,
@@ -54,6 +56,8 @@ def optimize(
     progress: Tell | None = None,
     batches: MakeBatches | None = None,
     trust: bool = False,
+    quantities: Sequence[str] | None = None,
+    single: bool = False,
 ) -> Result:
     """Search for the values of the scene's free parameters that have the least cost.
 
@@ -87,8 +91,10 @@ def optimize(
         batches: makes what evaluates a scene, or one of its stages, in place of device and threads; by default
             batches of this optimisation's own.
         trust: let code run that the scene names; not needed where `load` was told so.
+        quantities, single: what the output keeps of the motion, as of `write`; what is returned has all of it.
 
     Raises:
+        ArgumentError: an unknown quantity.
         Error: the scene has no free parameters, or none that anything uses, it weighs nothing and has no feet, an
             option is impossible, the output cannot be written, or the search was interrupted before any candidate had
             ended.
@@ -97,6 +103,8 @@ def optimize(
     seed = as_whole(seed, "seed", 0, GREATEST_SEED)
     file = None if output is None else as_path(output, "output")
     check_other_arguments(device, threads, command, progress, batches)
+    checked_quantities(quantities)
+    as_truth(single, "single")
     if candidates is None and until is None:
         raise Error("without a number of candidates a search needs a time to end at: until")
     count = ANY_NUMBER if candidates is None else candidates
@@ -129,4 +137,4 @@ def optimize(
         player = make_player(scene, search_loop)
         return finished(scene, search_loop, start, search_loop.run(lambda generation: None), player)
     with Checkpoint.begin(file, start) as checkpoint:
-        return run_on_disk(scene, search_loop, start, checkpoint)
+        return run_on_disk(scene, search_loop, start, checkpoint, quantities=quantities, single=single)

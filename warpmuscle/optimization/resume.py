@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Sequence
 from dataclasses import replace as changed
 from pathlib import Path
 
@@ -17,6 +18,7 @@ from warpmuscle.optimization.progress import Tracker
 from warpmuscle.optimization.run import make_search_loop, run_on_disk
 from warpmuscle.optimization.stages import prolonged
 from warpmuscle.results.checkpoint import Checkpoint
+from warpmuscle.results.partial_motion import checked_quantities
 from warpmuscle.results.records import (
     ANY_NUMBER,
     Result,
@@ -36,6 +38,8 @@ def resume(
     progress: Tell | None = None,
     batches: MakeBatches | None = None,
     trust: bool = False,
+    quantities: Sequence[str] | None = None,
+    single: bool = False,
 ) -> Result:
     """Go on with a search that was interrupted or killed, or has come to its end, as if it had not been.
 
@@ -52,7 +56,8 @@ def resume(
         device: by default that of the file; on one of another kind costs differ in their last bits.
         until: s of wall time from now, by default as many as at first.
         target: cost at which to end, of the last stage if there are any; by default the one asked for.
-        threads, progress, batches, trust: as in `optimize`. command: put into the result below the earlier one.
+        threads, progress, batches, trust, quantities, single: as in `optimize`.
+        command: put into the result below the earlier one.
 
     Raises:
         Error: the file cannot be read or written, holds no search, or was made by versions of this program or its
@@ -64,6 +69,8 @@ def resume(
     target = None if target is None else as_number(target, "target")
     check_other_arguments(device, threads, command, progress, batches)
     as_truth(trust, "trust")
+    checked_quantities(quantities)
+    as_truth(single, "single")
     checkpoint, earlier, known = Checkpoint.resume(path)
     with checkpoint:
         assert earlier.searched is not None
@@ -95,7 +102,8 @@ def resume(
         commands = "\n".join(filter(None, (earlier.command, command)))
         start = Result(earlier.scene, search_loop.device, commands, earlier.seed, earlier.parameters)
         try:
-            return run_on_disk(scene, search_loop, start, checkpoint, elsewhere > earlier.searched.elsewhere)
+            moved = elsewhere > earlier.searched.elsewhere
+            return run_on_disk(scene, search_loop, start, checkpoint, moved, quantities, single)
         except OtherCandidates as error:
             made = ", ".join(f"{name} {version}" for name, version in earlier.versions.items())
             raise ResultError(f"{path}: cannot be continued here: {error}; it was made by {made}") from None

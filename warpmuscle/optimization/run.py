@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace as changed
 
 import numpy as np
@@ -15,6 +16,7 @@ from warpmuscle.optimization.replay import Replayer
 from warpmuscle.optimization.search_loop import INTERRUPTED, SearchLoop
 from warpmuscle.optimization.stages import searches_of, with_population
 from warpmuscle.results.checkpoint import Checkpoint
+from warpmuscle.results.partial_motion import with_less
 from warpmuscle.results.records import (
     Evaluations,
     Options,
@@ -56,12 +58,14 @@ def make_search_loop(
 
 
 def run_on_disk(
-    scene: Scene, search_loop: SearchLoop | Curriculum, start: Result, checkpoint: Checkpoint, moved: bool = False
-) -> Result:
+    scene: Scene, search_loop: SearchLoop | Curriculum, start: Result, checkpoint: Checkpoint, moved: bool = False,
+    quantities: Sequence[str] | None = None, single: bool = False,
+) -> Result:  # fmt: skip
     """Run, with all generations on the disk as they come.
 
     Args:
         moved: the files are of another machine: before anything of this one is put down, they must say so.
+        quantities, single: what the file keeps of the motion, see `partial_motion.reduced`; the result has all of it.
     """
     first = moved
 
@@ -81,7 +85,7 @@ def run_on_disk(
     if len(search_loop.evaluations()) == 0:
         checkpoint.finish(_so_far(search_loop, start, ended))
     result = finished(scene, search_loop, start, ended, player)
-    checkpoint.finish(result)
+    checkpoint.finish(with_less(result, quantities, single) if quantities is not None or single else result)
     return result
 
 

@@ -26,6 +26,7 @@ from warpmuscle.plots import (
     moment_arms,
     moments,
     muscle_control,
+    one_curve,
     parameters,
     stick_figures,
 )
@@ -88,7 +89,8 @@ def plot(
     Args:
         source: a result or the path of its HDF5 file, or a recording, of which `scene` made it; or a list of these, to
             be drawn over one another where the kind is one of `overlay.OVERLAYS`.
-        kind: one of `KINDS`, or `dataset:` and the path of a dataset in a file.
+        kind: one of `KINDS`; or `dataset:` and the path of a dataset in a file; or the name of a curve, such as `hip
+            flexion`, `knee moment`, a degree of freedom or a muscle, see `one_curve`.
         path: file to write; its ending (.png, .svg, .pdf) chooses the format.
         scene: of a recording, or its name or file; free parameters count with their start values.
         joints: names or patterns such as `l*` of what is shown, by default all. muscles: the same.
@@ -104,7 +106,7 @@ def plot(
         Absent: the source does not hold what the kind shows.
         Error: matplotlib is not installed, an unknown kind or choice, or a file cannot be read or written.
     """
-    check_kind(as_text(kind, "kind"))
+    as_text(kind, "kind")
     picture = None if path is None else as_path(path, "path")
     if picture is not None:
         check_picture(picture)
@@ -162,10 +164,25 @@ def draw(subject: Subject, kind: str) -> Any:
 
     Raises:
         Absent: the result does not hold what the kind shows.
-        Error: matplotlib is not installed, an unknown kind, or a choice that the result does not have.
+        Error: matplotlib is not installed, an unknown kind or curve, or a choice that the result does not have.
     """
     with style():
         if kind.startswith(DATASET):
             return dataset.draw(subject, kind.removeprefix(DATASET))
-        check_kind(kind)
-        return KINDS[kind].draw(subject)
+        if kind in KINDS:
+            return KINDS[kind].draw(subject)
+        _check_curve(subject, kind)
+        return one_curve.draw(subject, kind)
+
+
+def _check_curve(subject: Subject, name: str) -> None:
+    """Raise Error, which lists what there is, for a name that is neither a kind of figure nor a curve of the motion."""
+    try:
+        curves = one_curve.curve_names(subject)
+    except Absent:
+        check_kind(name)
+        raise
+    if name.strip().lower() not in (curve.lower() for curve in curves):
+        few = ", ".join(curves[:12]) + (", ..." if len(curves) > 12 else "")
+        hint = near(name, [*KINDS, *curves])
+        raise Error(f"no figure is called {name!r}{hint}; there are {', '.join(KINDS)}, and curves: {few}")

@@ -86,10 +86,14 @@ def joint_space(scene: Scene, coordinates: ArrayLike, values: ArrayLike | None =
 
 def body_points(scene: Scene, coordinates: ArrayLike) -> dict[str, tuple[Floats, Floats]]:
     """Position (n, 3), m, of every body's joint and the body's orientation (n, 4), by name of the body."""
-    plain = substitute(scene, start_values(scene))
-    names = topology(plain.character)
+    return points_of(substitute(scene, start_values(scene)).character, coordinates)
+
+
+def points_of(character: Character, coordinates: ArrayLike) -> dict[str, tuple[Floats, Floats]]:
+    """As `body_points`, of a character without free parameters."""
+    names = topology(character)
     still = np.zeros((len(np.atleast_2d(np.asarray(coordinates))), names.speeds))
-    bodies = _outward(plain.character, names, _checked(names, coordinates, still, still))
+    bodies = _outward(character, names, _checked(names, coordinates, still, still))
     return {name: (body.position, body.orientation) for name, body in zip(names.bodies, bodies, strict=True)}
 
 

@@ -11,8 +11,8 @@ import msgspec
 from warpmuscle.core.decoding import to_type
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.files import shown
+from warpmuscle.formats.overrides import Override, is_factor
 from warpmuscle.formats.toml import Source
-from warpmuscle.sweep.overrides import Override, is_factor
 
 
 @dataclass(frozen=True)

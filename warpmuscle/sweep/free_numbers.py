@@ -12,11 +12,11 @@ from typing import Any
 import msgspec
 
 from warpmuscle.core.errors import SceneError
+from warpmuscle.formats.overrides import check_exists, is_pattern, matching
 from warpmuscle.scene import Scene
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.parameters import rebuilt
 from warpmuscle.scene.validation.scene import check_scene
-from warpmuscle.sweep.overrides import check_exists, is_pattern, matching
 from warpmuscle.sweep.union import number_leaves
 
 NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"

@@ -50,6 +50,7 @@ from warpmuscle.core.errors import Error, SceneError
 from warpmuscle.core.limits import check_size
 from warpmuscle.core.names import file_name
 from warpmuscle.formats import load
+from warpmuscle.formats.overrides import Override, overridden
 from warpmuscle.formats.toml import Source
 from warpmuscle.optimization import stages
 from warpmuscle.optimization.options import check_options, usual_strategy
@@ -60,7 +61,6 @@ from warpmuscle.scene.parameters import free_parameters
 from warpmuscle.scene.trusted_code import trust, trusts_everything
 from warpmuscle.scene.validation.checks import near
 from warpmuscle.sweep.axes import Choice, axes_of, entry_of
-from warpmuscle.sweep.overrides import Override, overridden
 from warpmuscle.sweep.training_plan import TrainingPlan, training_plan
 
 OWN = ("seed", "scene")  # keys of a run that are none of its scene

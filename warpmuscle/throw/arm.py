@@ -24,7 +24,7 @@ from warpmuscle.scene.joints.turning import BALL, HINGE, UNIVERSAL
 from warpmuscle.scene.muscles.curves import OWN, SHAPED
 from warpmuscle.scene.parameters import Parameter, free_parameters, start_values, substitute
 from warpmuscle.scene.topology import Topology, topology
-from warpmuscle.studies.inverse_dynamics import body_points, inverse_dynamics
+from warpmuscle.studies.inverse_dynamics import inverse_dynamics, points_of
 from warpmuscle.studies.muscle_table import MuscleTable, PathGeometry
 from warpmuscle.throw.motion import Motions
 
@@ -59,6 +59,11 @@ class Arm:
         if bent:
             raise SceneError("the paths of an arm that is fitted and thrown with are not free; give one number",
                              key=bent[0])  # fmt: skip
+
+    @cached_property
+    def plain(self) -> Scene:
+        """The scene with numbers for its free parameters."""
+        return substitute(self.scene, start_values(self.scene))
 
     @cached_property
     def names(self) -> Topology:
@@ -117,7 +122,7 @@ class Arm:
     @cached_property
     def hips(self) -> tuple[str, ...]:
         """Balls from which bodies hang down from the root: legs, which stay upright where the trunk leans."""
-        points, root = body_points(self.scene, start_coordinates(self)[None]), self.scene.character.root
+        points, root = points_of(self.plain.character, start_coordinates(self)[None]), self.scene.character.root
         height = {name: float(place[0, 1]) for name, (place, _) in points.items()}
         joints = self.scene.character.joints.items()
         balls = [(name, joint.child) for name, joint in joints if joint.parent == root and joint_type(joint) is BALL]
@@ -146,7 +151,7 @@ class Arm:
     @cached_property
     def limits(self) -> tuple[Floats, Floats]:
         """Least and greatest angle of each joint, (J,) rad; infinite where it has no limits."""
-        joints = substitute(self.scene, start_values(self.scene)).character.joints
+        joints = self.plain.character.joints
         ends = np.tile([-np.inf, np.inf], (len(self.joints), 1))
         for row, name in enumerate(self.joints):
             limits = joints[name].limits
@@ -157,7 +162,7 @@ class Arm:
     @cached_property
     def damping(self) -> Floats:
         """Of the joints, (J,) N m s/rad."""
-        plain = substitute(self.scene, start_values(self.scene))
+        plain = self.plain
         return np.array([first_number(plain.actuation.get(name, Actuation("muscle")).damping) for name in self.joints])
 
     @cached_property
@@ -256,7 +261,7 @@ def states(arm: Arm, motions: Motions) -> tuple[Floats, Floats, Floats]:
 
 def start_coordinates(arm: Arm) -> Floats:
     """Coordinates (C,) of the scene's initial state, its root where the scene's own motion of it begins."""
-    plain = substitute(arm.scene, start_values(arm.scene))
+    plain = arm.plain
     if "root" in plain.motion and plain.motion["root"].position:
         state = msgspec.structs.replace(plain.initial_state, root_position=plain.motion["root"].position[0])
         plain = msgspec.structs.replace(plain, initial_state=state)
@@ -285,8 +290,8 @@ def _forward_and_up(place: Floats) -> Floats:
 
 def _offset_from_root(arm: Arm, body: str, position: Floats) -> Floats:
     """A point of a body, m, from the root's centre of mass, in the initial pose."""
-    at, turned = body_points(arm.scene, start_coordinates(arm)[None])[body]
-    root, root_turned = body_points(arm.scene, start_coordinates(arm)[None])[arm.scene.character.root]
+    at, turned = points_of(arm.plain.character, start_coordinates(arm)[None])[body]
+    root, root_turned = points_of(arm.plain.character, start_coordinates(arm)[None])[arm.scene.character.root]
     number = arm.names.bodies.index(body)
     com = (
         np.zeros(3) if number == 0 else rows(arm.scene.character.joints[arm.names.joints[number - 1]].position_in_child)
@@ -315,7 +320,7 @@ def hand_position(arm: Arm, coordinates: Floats) -> Floats:
     It is the centre of what is fixed to the last body; if there is nothing, it is taken to be as far beyond the hand's
     centre of mass as the wrist lies before it.
     """
-    joints, points = arm.scene.character.joints, body_points(arm.scene, coordinates)
+    joints, points = arm.scene.character.joints, points_of(arm.plain.character, coordinates)
     hand = joints[arm.joints[-1]]
     for joint in joints.values():
         if not joint_type(joint).moves and joint.parent == hand.child:
@@ -327,5 +332,5 @@ def hand_position(arm: Arm, coordinates: Floats) -> Floats:
 
 def joint_positions(arm: Arm, coordinates: Floats) -> list[Floats]:
     """Positions (n, 3), m, of the arm's joints, from the first one on."""
-    points = body_points(arm.scene, coordinates)
+    points = points_of(arm.plain.character, coordinates)
     return [points[arm.scene.character.joints[name].child][0] for name in arm.joints]

@@ -17,29 +17,20 @@ from warpmuscle.scene import Muscle, Scene
 from warpmuscle.scene.parameters import start_values
 from warpmuscle.synergy.factorization import factorize
 from warpmuscle.throw.arm import Arm
+from warpmuscle.throw.computed_synergies import ALONE, computed_excitation, computed_synergies, factorized
 from warpmuscle.throw.fit import FIDELITY, Fitted, Settings, fit_motions, trade
 from warpmuscle.throw.follow import Follower
 from warpmuscle.throw.goals import LIMITS, Goal
+from warpmuscle.throw.lacks import Lack, lacking
 from warpmuscle.throw.measured import Calibration, calibrate, measured_envelopes, measured_synergies
 from warpmuscle.throw.metrics import Agreement
 from warpmuscle.throw.motion import Motion, resample
-from warpmuscle.throw.problem import (
-    ALONE,
-    Lack,
-    computed_excitation,
-    computed_synergies,
-    factorized,
-    lacking,
-    mean_motion,
-    motion_of,
-    notes,
-    read_motions,
-)
 from warpmuscle.throw.published import Published, as_published
+from warpmuscle.throw.recordings.arm_motions import mean_motion, motion_of, notes, read_motions
+from warpmuscle.throw.recordings.smoothing import suitable, usable
 from warpmuscle.throw.report import write
 from warpmuscle.throw.shared_synergies import SharedSynergies, share
 from warpmuscle.throw.signals import Knots, Synergies
-from warpmuscle.throw.smoothing import suitable, usable
 from warpmuscle.throw.strength import what_lacks
 from warpmuscle.throw.synthesis import Throw, Thrower, check_release
 

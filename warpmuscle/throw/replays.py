@@ -15,7 +15,6 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.core.hdf5_writing import store
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene.joints import joint_type
-from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.throw.fit import Fitted
 from warpmuscle.throw.follow import Follower
 from warpmuscle.throw.published import Published, without_dynamics
@@ -109,7 +108,7 @@ def _beside_recorded(simulated: Recording, follower: Follower, motion: int) -> R
     """The frames that the recorded motion has, with its angles as targets; other joints have none but what they did."""
     arm, motions = follower.arm, follower.motions
     frames = min(simulated.frames, int(motions.valid[motion].sum()))
-    character = substitute(arm.scene, start_values(arm.scene)).character
+    character = arm.plain.character
     target = simulated.joint_orientation.copy()
     for column, name in enumerate(arm.joints):
         joint, place = character.joints[name], simulated.joint_names.index(name)

@@ -11,7 +11,6 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.number_rows import first_number
-from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.synergy.static_optimization import StaticOptimization, static_optimization
 from warpmuscle.throw.arm import Arm, needed_torques
 from warpmuscle.throw.motion import RATE, Motions
@@ -86,7 +85,7 @@ def computed_activation(arm: Arm, motions: Motions, unknowns: Floats) -> tuple[F
 
 def time_constants(arm: Arm) -> tuple[float, float]:
     """Of activation and deactivation, s."""
-    model = substitute(arm.scene, start_values(arm.scene)).muscle_model
+    model = arm.plain.muscle_model
     return first_number(model.rise_time), first_number(model.fall_time)
 
 

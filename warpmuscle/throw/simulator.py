@@ -45,6 +45,7 @@ class Simulator:
         wider = resample(motions.recorded, until=float(motions.time[-1]), margin=MARGIN)
         self._moved_time, self._moved = wider.time, states(arm, wider)[0][:, :, numbers].transpose(0, 2, 1)
         self._rollouts: dict[int, Rollout] = {}
+        self._values: dict[int, Floats] = {}  # parameters that these have
         self.simulations = self.steps = 0
 
     def run(
@@ -76,8 +77,13 @@ class Simulator:
         self, which: NDArray[np.intp], time: Floats, excitation: Floats, values: Floats, start: Floats | None = None
     ) -> Rollout:
         """The same copies at their start; theirs until the next call for as many."""
-        rollout = self._rollout(len(which))
-        self._prepare(rollout, which, time, excitation, values, start)
+        count = len(which)
+        rollout = self._rollout(count)
+        if not np.array_equal(self._values.get(count, ()), values):  # a model takes as long to build as to simulate
+            self._values.pop(count, None)
+            rollout.set_parameters(values)
+            self._values[count] = np.array(values)
+        self._begin(rollout, which, time, excitation, start)
         return rollout
 
     def recordings(
@@ -86,20 +92,14 @@ class Simulator:
         """The same copies with all that there is to know of their motions; see `run`."""
         count = len(which)
         rollout = Rollout(self.scene, count, self.device, record=range(count), record_rate=RATE, threads=self.threads)
-        self._prepare(rollout, which, time, excitation, values, start)
+        rollout.set_parameters(values)
+        self._begin(rollout, which, time, excitation, start)
         rollout.run()
         return [rollout.recording(number) for number in range(count)]
 
-    def _prepare(
-        self,
-        rollout: Rollout,
-        which: NDArray[np.intp],
-        time: Floats,
-        excitation: Floats,
-        values: Floats,
-        start: Floats | None,
+    def _begin(
+        self, rollout: Rollout, which: NDArray[np.intp], time: Floats, excitation: Floats, start: Floats | None
     ) -> None:
-        rollout.set_parameters(values)
         if self._moved.shape[1]:
             rollout.set_motion(self._moved_time, self._moved, which)
         rollout.set_excitations(time, excitation)
@@ -110,7 +110,9 @@ class Simulator:
         rollout = self._rollouts.pop(count, None)
         if rollout is None:
             while len(self._rollouts) >= KEPT:
-                del self._rollouts[next(iter(self._rollouts))]
+                oldest = next(iter(self._rollouts))
+                del self._rollouts[oldest]
+                self._values.pop(oldest, None)
             rollout = Rollout(
                 self.scene, count, self.device, record=range(count), record_rate=RATE, threads=self.threads,
                 quantities=["coordinates", "speeds"],

@@ -18,7 +18,6 @@ import numpy as np
 from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.errors import Error
 from warpmuscle.scene.joints import root_type
-from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.throw.arm import hand_position, joint_positions, past_limits, states
 from warpmuscle.throw.follow import Follower, Replay
 from warpmuscle.throw.goals import LIMITS, PAST_LIMITS, Flight, Goal, fly
@@ -121,7 +120,7 @@ class Thrower:
         self.values = arm.values(shared)
         self.recorded = tuple(part[0] for part in states(arm, motions))
         self._coordinates, self._speeds, _ = self.recorded
-        plain = substitute(arm.scene, start_values(arm.scene))
+        plain = arm.plain
         self.gravity, self._ground = float(plain.gravity), float(plain.ground.height)  # type: ignore[arg-type]
         self._shoulder = joint_positions(arm, self._coordinates)[0][:, [2, 1]]
         self._below = float(self._shoulder[0, 0])

@@ -93,3 +93,27 @@ def test_a_free_run_leaves_its_range_but_for_a_stiffness_that_throws_it_back(tmp
     energy = 0.5 * 2.25 * 25.0 - 0.5 * 9.80665 * (1.0 - math.cos(2.0))
     assert 2.0 < angles.max() < 2.0 + math.sqrt(2.0 * energy / stiffness)
     assert angles[-1] < 2.0
+
+
+def test_a_force_of_the_model_pushes_a_thrown_rod_back_as_in_opensim(tmp_path: Path):
+    osim = pytest.importorskip("opensim", reason="OpenSim is not installed")
+    start = small.coordinate("q", "<default_speed_value>5</default_speed_value>")
+    pin = small.joint("PinJoint", "pin", "ground", "rod", start)
+    path = small.written(tmp_path, small.model(small.body("rod", center="0 -0.5 0"), pin, HELD))
+    scene = load(path, ignored=[])
+    scene.duration, scene.time_step = 1.0, 1e-4
+    rollout = Rollout(scene, 1, "cpu", record=[0], record_rate=1000.0)
+    rollout.run()
+    ours = rollout.recording().joint_angle[:, 0]
+    model = osim.Model(str(path))
+    state = model.initSystem()
+    manager = osim.Manager(model)
+    manager.setIntegratorAccuracy(1e-9)
+    manager.initialize(state)
+    coordinate, theirs = model.getCoordinateSet().get(0), []
+    for frame in range(len(ours)):
+        if frame:
+            state = manager.integrate(0.001 * frame)
+        theirs.append(coordinate.getValue(state))
+    assert max(theirs) > math.radians(90.0)  # it comes to the stop
+    np.testing.assert_allclose(ours, theirs, atol=2e-4)

@@ -8,4 +8,5 @@ from warpmuscle.scene.learning.task import Imitation as Imitation
 from warpmuscle.scene.learning.task import Rewards as Rewards
 from warpmuscle.scene.learning.task import Sense as Sense
 from warpmuscle.scene.learning.task import Task as Task
+from warpmuscle.scene.learning.task import Tightening as Tightening
 from warpmuscle.scene.learning.task import Variation as Variation

@@ -105,6 +105,27 @@ class Variation(Part):
     variants: int = 256  # of masses, strengths and slopes
 
 
+class Tightening(Part):
+    """Limits of `failure` that are wider while a policy begins to learn.
+
+    Each limit that is given here holds at first. It moves evenly to that of the scene over so many decisions of all
+    instances together. Trials of a policy have the scene's own limits from the first decision of a training.
+    """
+
+    decisions: int = 50_000_000
+    com_height: Annotated[float | None, "1"] = None
+    heading: Annotated[float | None, "rad"] = None
+    leg_crossing: Annotated[float | None, "m"] = None
+    self_collision: Annotated[float | None, "m"] = None
+    no_progress: Annotated[float | None, "m/s"] = None
+
+    @property
+    def first(self) -> dict[str, float]:
+        """The limits that are given, by name."""
+        given = {name: getattr(self, name) for name in self.__struct_fields__ if name != "decisions"}
+        return {name: limit for name, limit in given.items() if limit is not None}
+
+
 class Task(Part):
     """What a policy learns: its actions, observations, commands, rewards, and how episodes differ.
 
@@ -136,6 +157,7 @@ class Task(Part):
     symmetric: bool = False  # body and task are their own mirror images, so that one side learns from the other
     rewards: Rewards = msgspec.field(default_factory=Rewards)
     variation: Variation = msgspec.field(default_factory=Variation)
+    tightening: Tightening | None = None  # of limits of failure, as learning goes on
 
     @property
     def command_names(self) -> tuple[str, ...]:

@@ -6,12 +6,14 @@ import math
 
 from warpmuscle.core.errors import SceneError
 from warpmuscle.scene.joints import joint_type
-from warpmuscle.scene.learning import Imitation, Task, Variation
+from warpmuscle.scene.learning import Imitation, Task, Tightening, Variation
 from warpmuscle.scene.learning.task import Interval
 from warpmuscle.scene.norms import WALKING
+from warpmuscle.scene.number import Free
 from warpmuscle.scene.validation.checks import Checks, known
 
 LONGEST_DELAY = 1.0  # s, longer than of any nerve; what was felt meanwhile is kept
+HIGHER_IS_WIDER = ("heading", "leg_crossing", "self_collision")  # limits of failure; of the others lower ones are
 LARGEST_COUNT = 65536  # of starts and variants, which lie in the memory of the device
 
 
@@ -47,6 +49,8 @@ def check_task(check: Checks) -> None:
     _variation(check, task.variation)
     if task.imitation is not None:
         _imitation(check, task.imitation)
+    if task.tightening is not None:
+        _tightening(check, task, task.tightening)
 
 
 def _imitation(check: Checks, imitation: Imitation) -> None:
@@ -110,6 +114,27 @@ def _starts(check: Checks, variation: Variation) -> None:
             raise SceneError("must have finite ends", key=f"{key}.pose.{name}")
     if variation.start_file and variation.start_states:
         raise SceneError("give either a file of states or start_states, those of the gait", key=f"{key}.start_file")
+
+
+def _tightening(check: Checks, task: Task, tightening: Tightening) -> None:
+    """Limits are wider at first than those of the scene, which are plain numbers and on."""
+    key, limits = "learning.tightening", check.checked.failure
+    if tightening.decisions < 1:
+        raise SceneError(f"must be 1 at least, is {tightening.decisions}", key=f"{key}.decisions")
+    if not tightening.first:
+        raise SceneError("names no limit of [failure] that is wider at first", key=key)
+    for name, first in tightening.first.items():
+        last, place = getattr(limits, name), f"{key}.{name}"
+        check.not_negative(key, tightening, name)
+        if name == "heading" and any(task.turning_rate):
+            raise SceneError("nobody fails by turning where learning.turning_rate asks for turns", key=place)
+        if isinstance(last, Free):
+            raise SceneError(f"tightens to failure.{name}, which must be one number, not free or by command", key=place)
+        if last <= 0.0:
+            raise SceneError(f"failure.{name} is 0, which switches it off; say what it tightens to", key=place)
+        if not (last < first if name in HIGHER_IS_WIDER else first < last):
+            wider = "greater" if name in HIGHER_IS_WIDER else "less"
+            raise SceneError(f"must be {wider} than failure.{name}, {last:g}, is {first:g}", key=place)
 
 
 def _interval(key: str, interval: Interval) -> None:

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -23,6 +24,7 @@ from warpmuscle.core.errors import Error
 from warpmuscle.throw.goals import ALLOWED, LIMIT_UNIT, PAST_LIMITS, Goal, fly
 from warpmuscle.throw.job import Job
 from warpmuscle.throw.least_squares import Prior, Unknowns, fit
+from warpmuscle.throw.motion import RATE
 from warpmuscle.throw.synthesis import Thrower
 
 LOW, HIGH = np.array([2.0, 0.0, np.radians(10.0)]), np.array([4.0, 1.0, np.radians(40.0)])  # m, m, rad: what is learned
@@ -75,6 +77,19 @@ class Walk:
         past = thrower.past_limits(replay)[:, : frame + 1, thrower.follower.arm.free]
         return np.stack([np.nan_to_num(landed.distance), landed.angle], axis=1), past
 
+    @cached_property
+    def acting(self) -> NDArray[np.bool_]:
+        """Which changes (U,) of the signals act before the ball is let go; the others stay 0."""
+        follower, release = self.thrower.follower, self.thrower.frames[-1] / RATE
+        until = int(np.searchsorted(follower.knots.time, release - 1e-9))  # signals are straight up to that knot
+        return np.tile(self.thrower.hats[: until + 1].any(axis=0), follower.synergies.count)
+
+    def whole(self, acting: Floats) -> Floats:
+        """Changes (B, U) of those that act."""
+        found = np.zeros((len(acting), len(self.acting)))
+        found[:, self.acting] = acting
+        return found
+
     def nearest(self, goal: Floats) -> int:
         """Which of the goals that are met is nearest."""
         return int(np.argmin(np.linalg.norm((np.array(self.goals) - goal) / (HIGH - LOW), axis=1)))
@@ -83,15 +98,17 @@ class Walk:
         """Meet one more goal with the least change from the first, found from the nearest on; False if that fails."""
 
         def residuals(which: Any, x: Floats, shared: Floats) -> Floats:
-            outcome, past = self.outcomes(x, np.tile(goal, (len(x), 1)))
+            outcome, past = self.outcomes(self.whole(x), np.tile(goal, (len(x), 1)))
             held = np.minimum(past.reshape(len(x), -1) / LIMIT_UNIT, FAR)
             return np.concatenate([(outcome - goal[[0, 2]]) / UNITS, held], axis=1)
 
-        size = len(self.changes[0])
+        size = int(self.acting.sum())
         price = Prior(PRICE * np.eye(size), np.zeros(size))
-        unknowns = Unknowns(self.changes[self.nearest(goal)][None], -np.ones(size), np.ones(size), STEP, None, [price])
+        start = self.changes[self.nearest(goal)][None, self.acting]
+        unknowns = Unknowns(start, -np.ones(size), np.ones(size), STEP, None, [price])
         nothing = Unknowns(np.zeros(1), np.zeros(1), np.ones(1), 1.0, free=False)
-        found = fit(residuals, unknowns, nothing, iterations=STEPS, damping=DAMPING, tolerance=STEADY).own[0]
+        found = fit(residuals, unknowns, nothing, iterations=STEPS, damping=DAMPING, tolerance=STEADY).own
+        found = self.whole(found)[0]
         outcome, past = self.outcomes(found[None], goal[None])
         error = np.abs(outcome[0] - goal[[0, 2]])
         if error[0] > ALLOWED["distance"] or error[1] > ALLOWED["angle"] or past.max() > PAST_LIMITS:
@@ -110,6 +127,17 @@ def goals_about(count: int, beyond: float, rng: np.random.Generator) -> Floats:
             continue
         found.append(LOW + part * (HIGH - LOW))
     return np.array(found)
+
+
+def beyond_learned(goal: Floats) -> str:
+    """What of a goal (3,) is beyond those that rules learn from; empty if nothing."""
+    named = (("a distance", "m", 1.0), ("a height", "m", 1.0), ("an angle", "deg", np.degrees(1.0)))
+    found = []
+    for (name, unit, factor), low, high, value in zip(named, LOW, HIGH, goal, strict=True):
+        if not low <= value <= high:
+            least, most = factor * low, factor * high
+            found.append(f"{name} of {factor * value:.3g} {unit}, but of {least:.3g} to {most:.3g} {unit}")
+    return "; ".join(found)
 
 
 def release_velocity(goals: Floats, place: Floats, gravity: float) -> Floats:
@@ -185,10 +213,16 @@ class Rule:
                 self._try(number)
 
     def _try(self, number: int) -> None:
-        goal = self.wanted[number]
-        near = self.walk.nearest(goal)
-        self.met[number] = self.walk.to(goal)
-        self.tried_from[number] = near
+        """Try a goal; where Ctrl-C ends it at whatever moment, it is as if it had not been tried."""
+        goal, walk = self.wanted[number], self.walk
+        near, count, tried_from = walk.nearest(goal), len(walk.goals), self.tried_from[number]
+        try:
+            self.met[number] = walk.to(goal)
+            self.tried_from[number] = near
+        except KeyboardInterrupt:
+            del walk.goals[count:], walk.changes[count:]
+            self.met[number], self.tried_from[number] = False, tried_from
+            raise
 
     def told(self, asked: Floats) -> Floats:
         """Changes (B, U) of the signals for goals (B, 3)."""

@@ -23,7 +23,7 @@ from warpmuscle.throw.rules.rule import Rule, Walk
 from warpmuscle.throw.synthesis import Thrower
 
 FORMAT = "warpmuscle throw rule"
-NUMBERS = ("wanted", "met", "tried_from", "goals", "changes", "known", "parameters", "place", "release")
+NUMBERS = ("wanted", "met", "tried_from", "goals", "changes", "known", "parameters", "place", "release", "simulations")
 
 
 def origin(job: Job) -> str:
@@ -58,6 +58,7 @@ def write_rule(path: Path, job: Job, rule: Rule, errors: Mapping[str, Floats], c
         store(file, "met", rule.met, axes="goal", description="whether a wanted goal is met")
         store(file, "tried_from", rule.tried_from, axes="goal",
               description="number of the met goal that it was last tried from; -1 if it was not tried yet")  # fmt: skip
+        store(file, "simulations", rule.walk.simulations, axes="", description="of throws at goals, so far")
         group = file.create_group("errors", track_order=True)
         for name, error in errors.items():
             store(group, name.replace(", ", "_").replace(" ", "_"), error, axes="goal, landing angle limits",
@@ -100,7 +101,7 @@ def read_rule(path: Path, job: Job) -> Rule:
         seed = int(file.attrs["seed"])
     _check(values, job, says)
     thrower = Thrower(job.follower, values["known"], values["parameters"], float(values["release"]), seed=seed)
-    walk = Walk(thrower, list(values["goals"]), list(values["changes"]))
+    walk = Walk(thrower, list(values["goals"]), list(values["changes"]), int(values["simulations"]))
     if values["changes"].shape[1] != thrower.hats.shape[1] * job.follower.synergies.count:
         raise says("damaged: the changes are of another number of knots")
     return Rule(walk, values["place"], float(values["release"]), values["parameters"], values["wanted"],
@@ -112,7 +113,7 @@ def _check(values: Mapping[str, Any], job: Job, says: hdf5.Says) -> None:
     count, goals = len(np.atleast_1d(values["wanted"])), len(np.atleast_1d(values["goals"]))
     shapes = {
         "wanted": (count, 3), "met": (count,), "tried_from": (count,), "goals": (goals, 3), "place": (2,),
-        "release": (), "known": (job.follower.size,), "parameters": (len(job.arm.parameters),),
+        "release": (), "simulations": (), "known": (job.follower.size,), "parameters": (len(job.arm.parameters),),
     }  # fmt: skip
     for name, shape in shapes.items():
         if values[name].shape != shape:
@@ -122,6 +123,8 @@ def _check(values: Mapping[str, Any], job: Job, says: hdf5.Says) -> None:
     wrong = [name for name in NUMBERS if values[name].dtype.kind not in "fiub" or not np.isfinite(values[name]).all()]
     if wrong:
         raise says(f"damaged: {wrong[0]} holds what is no finite number")
+    if values["simulations"] < 0:
+        raise says("damaged: simulations are fewer than none")
     if goals != 1 + int(np.sum(values["met"])):
         raise says("damaged: there are not as many goals as are met")
     if not np.all((values["tried_from"] >= -1) & (values["tried_from"] < goals)):

@@ -8,7 +8,7 @@ import pytest
 from warpmuscle.core.errors import Error
 from warpmuscle.synergy.columns import plain_name
 from warpmuscle.throw.motion import Motion
-from warpmuscle.throw.motion_files import read
+from warpmuscle.throw.recordings.motion_files import read
 
 JOINTS = ("shoulder", "elbow")
 TIME = np.arange(0.0, 1.001, 0.01)

@@ -1,4 +1,4 @@
-"""What a run of a sweep changes in its scene: numbers, tables, whole groups of numbers, sizes of bodies.
+"""What a run of a sweep, `--set` or `load(set=...)` changes in a scene: numbers, tables, groups, sizes of bodies.
 
 A key is the dotted path of a value in the scene, such as `objective.target_speed` or `controller.states.0.time`; or a
 pattern of paths, whose parts may have `*`, `?` and `[...]`: `character.muscles.?SOL.f_max`; or `scale.BODY`, likewise
@@ -13,7 +13,7 @@ it, also if it is no longer free. A value `{ factor = 0.5 }` multiplies the numb
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -21,6 +21,7 @@ from typing import Any
 
 import msgspec
 
+from warpmuscle.core.arguments import as_kind
 from warpmuscle.core.decoding import to_type
 from warpmuscle.core.errors import SceneError
 from warpmuscle.formats.toml import merge
@@ -42,6 +43,17 @@ class Override:
     key: str
     value: Any
     line: int = 0
+
+
+def with_values(scene: Scene, values: Mapping[str, Any] | None) -> Scene:
+    """The scene with other values by key, as of `load`; the scene itself without any.
+
+    Raises:
+        ArgumentError: values that are no mapping. SceneError: see `overridden`.
+    """
+    if values is None:
+        return scene
+    return overridden(scene, [Override(str(key), value) for key, value in as_kind(dict, values, "set").items()])
 
 
 def overridden(scene: Scene, overrides: Sequence[Override], file: Path | None = None) -> Scene:

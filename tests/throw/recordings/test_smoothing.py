@@ -7,7 +7,7 @@ import pytest
 
 from warpmuscle.core.errors import SignalError
 from warpmuscle.throw.motion import Motion
-from warpmuscle.throw.smoothing import (
+from warpmuscle.throw.recordings.smoothing import (
     NOISY,
     check_noise,
     check_passed,

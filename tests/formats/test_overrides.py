@@ -7,9 +7,9 @@ import pytest
 from small_scene import muscle_scene
 from warpmuscle.core.errors import SceneError
 from warpmuscle.formats import load
+from warpmuscle.formats.overrides import Override, overridden
 from warpmuscle.scene import PD, Actuation, Scene
 from warpmuscle.scene.number import Free
-from warpmuscle.sweep.overrides import Override, overridden
 
 SOURCE = "controller.pd.lHip.kp"
 

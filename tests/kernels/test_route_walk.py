@@ -1,0 +1,80 @@
+"""Walks along routes whose points move or come and go: lengths by hand, moment arms by differences of them."""
+
+import numpy as np
+import pytest
+
+from muscle_arm import arm, muscle
+from warpmuscle.scene import Condition, PointMotion, ViaPoint
+from warpmuscle.simulation.stages import MusclePaths, Stages
+
+Q = np.linspace(-1.2, 1.2, 25)  # rad, of the elbow about x
+SPEED, STEP = 1.7, 2e-3
+LOW, HIGH = -0.55, 0.65  # rad, within which the extensor runs through a point
+BASE, TIP = np.array([0.0, 0.0, 0.0]), np.array([0.0, 0.2, 0.0])  # the elbow from both centres of mass
+
+
+def paths_at(q: np.ndarray) -> MusclePaths:
+    """Of an arm whose flexor has a moving point in its middle and at its end, and whose extensor a conditional one."""
+    scene = arm(flexor={})
+    flexor, extensor = scene.character.muscles["flexor"], scene.character.muscles["extensor"]
+    flexor.path[1].motion = [
+        PointMotion((0.0, 0.0, 1.0), slope=0.03, joint="elbow"),
+        PointMotion((0.0, 1.0, 0.0), slope=-0.015, joint="elbow"),
+    ]
+    flexor.path[2].motion = [PointMotion((0.0, 1.0, 0.0), slope=-0.02, joint="elbow")]
+    extensor.path.insert(2, ViaPoint("tip", (0.0, 0.19, -0.07), Condition("elbow", LOW, HIGH, 0.0)))
+    scene.character.muscles["third"] = muscle(("base", (0.0, 0.2, 0.05)), ("tip", (0.0, 0.1, 0.06)))
+    stages = Stages(scene, len(q), "cpu")
+    coordinates, speeds = stages.state.coordinates.numpy(), np.full((len(q), 1), SPEED, np.float32)
+    coordinates[:, 7] = q
+    stages.state.coordinates.assign(coordinates)
+    stages.state.speeds.assign(speeds)
+    return stages.muscle_paths()
+
+
+@pytest.fixture(scope="module")
+def found() -> MusclePaths:
+    """At the angles, then a little before and after each."""
+    return paths_at(np.concatenate([Q, Q - STEP, Q + STEP]))
+
+
+def in_base(q: float, place: tuple[float, float, float]) -> np.ndarray:
+    """A place of the forearm, from its centre of mass, in the axes of the base, from the elbow."""
+    y, z = np.array(place)[1:] - TIP[1:]
+    return np.array([place[0], np.cos(q) * y - np.sin(q) * z, np.sin(q) * y + np.cos(q) * z])
+
+
+def test_a_point_with_a_hard_condition_is_on_the_route_within_its_interval_alone(found: MusclePaths):
+    first, second = np.array([0.0, 0.2, -0.04]), np.array([0.0, 0.12, -0.04])
+    for k, q in enumerate(Q):
+        stops = [first, second, in_base(q, (0.0, 0.1, -0.04))]
+        if LOW <= q <= HIGH:
+            stops.insert(2, in_base(q, (0.0, 0.19, -0.07)))
+        expected = np.linalg.norm(np.diff(stops, axis=0), axis=1).sum()
+        assert found.length[k, 1] == pytest.approx(expected, abs=1e-6), q
+    straight = [np.linalg.norm(in_base(q, (0.0, 0.1, 0.06)) - [0.0, 0.2, 0.05]) for q in Q]
+    np.testing.assert_allclose(found.length[: len(Q), 2], straight, atol=1e-6)
+
+
+def test_moving_points_pull_by_the_derivative_of_the_length_wherever_they_are_on_the_route(found: MusclePaths):
+    count = len(Q)
+    slope = (found.length[2 * count :].astype(float) - found.length[count : 2 * count]) / (2.0 * STEP)
+    arms = np.zeros((count, 3))
+    for crossing, number in enumerate(found.muscle):
+        arms[:, number] += found.moment_arm[:count, crossing, 0]
+    away = np.minimum(np.abs(Q - LOW), np.abs(Q - HIGH)) > 2.0 * STEP
+    for number, where in ((0, Q < 9.0), (1, away), (2, Q < 9.0)):
+        np.testing.assert_allclose(arms[where, number], slope[where, number], atol=3e-4)
+        np.testing.assert_allclose(found.speed[:count][where, number], SPEED * slope[where, number], atol=5e-4)
+    assert np.ptp(slope[:, 0]) > 0.02
+
+
+def test_the_length_of_a_route_with_moving_points_is_that_of_their_places(found: MusclePaths):
+    for k, q in enumerate(Q):
+        stops = [
+            np.array([0.0, 0.2, 0.04]),
+            np.array([0.0, 0.12 - 0.015 * q, 0.04 + 0.03 * q]),
+            in_base(q, (0.0, 0.1 - 0.02 * q, 0.04)),
+        ]
+        expected = np.linalg.norm(np.diff(stops, axis=0), axis=1).sum()
+        assert found.length[k, 0] == pytest.approx(expected, abs=1e-6), q

@@ -1,0 +1,73 @@
+"""The whole step: what its stages are given, and in which order, told by what becomes of a pendulum."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from importing import importable_from
+from muscle_arm import ABOUT_JOINT, MASS, REACH, arm
+from warpmuscle.core.status import Status
+from warpmuscle.scene import Actuation, Failure, InitialState, JointState, Scene
+from warpmuscle.simulation.rollout import Rollout
+
+NAME = "conditions_of_a_step"
+MODULE = """
+import warp as wp
+from warpmuscle.kernels.structs import ModelRef, StateRef, ScratchRef
+
+
+@wp.func
+def beyond(instance: int, model: ModelRef, state: StateRef, work: ScratchRef) -> bool:
+    return instance == 1 and state.coordinates[instance, 7] > 0.02
+"""
+STEPS, G = 40, 9.8
+
+
+@pytest.fixture(scope="module")
+def swung(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Rollout]:
+    """Pendulums let go at 2 rad/s, the second of which must not go beyond 0.02 rad; the last one is too fast."""
+    place: Path = tmp_path_factory.mktemp("conditions")
+    (place / f"{NAME}.py").write_text(MODULE)
+    with importable_from(place):
+        yield _run(_pendulum())
+
+
+def _pendulum() -> Scene:
+    start = InitialState((0.0, 1.0, 0.0), joints={"elbow": JointState((0.0, 0.0, 0.0, 1.0), (2.0, 0.0, 0.0))})
+    failure = Failure(0.0, 0.0, custom=[f"{NAME}:beyond"], max_speed=2.3)
+    scene = arm(duration=0.1, initial_state=start, failure=failure, actuation={"elbow": Actuation("torque")})
+    scene.character.muscles.clear()
+    return scene
+
+
+def _run(scene: Scene) -> Rollout:
+    rollout = Rollout(scene, 4, "cpu", trust=True)
+    rollout.set_initial(speeds=np.array([[2.0], [2.0], [2.0], [2.4]]))
+    rollout.step(STEPS)
+    return rollout
+
+
+def test_a_condition_of_a_scenes_own_ends_the_instance_that_meets_it_as_soon_as_it_does(swung: Rollout):
+    assert swung.status().tolist()[:3] == [Status.RUNNING, Status.FAILED, Status.RUNNING]
+    steps, h = swung.state.step.numpy(), swung.scene.time_step
+    assert steps[[0, 2]].tolist() == [STEPS, STEPS]
+    assert abs(steps[1] - 0.02 / (2.0 * h)) <= 1
+    assert swung.causes() == ("", f"the failing condition '{NAME}:beyond' is met", "", "")
+
+
+def test_what_goes_beyond_the_largest_speed_has_diverged_though_it_meets_no_condition(swung: Rollout):
+    assert swung.status()[3] == Status.DIVERGED
+    assert swung.state.step.numpy()[3] <= 1
+
+
+def test_a_pendulum_swings_as_its_equation_says(swung: Rollout):
+    """I q'' = -m g l sin q, in steps of a hundredth."""
+    h, q, v = swung.scene.time_step, 0.0, 2.0
+    for _ in range(100 * STEPS):
+        v -= MASS * G * REACH * np.sin(q) / ABOUT_JOINT * h / 100.0
+        q += v * h / 100.0
+    state = swung.state
+    np.testing.assert_allclose(state.coordinates.numpy()[[0, 2], 7], q, atol=2e-5)
+    np.testing.assert_allclose(state.speeds.numpy()[[0, 2], 0], v, atol=2e-4)

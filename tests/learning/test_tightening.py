@@ -1,0 +1,122 @@
+"""Limits of failure that are wide while a policy begins to learn."""
+
+import msgspec
+import numpy as np
+import pytest
+
+from warpmuscle import Rollout
+from warpmuscle.core.errors import SceneError
+from warpmuscle.formats import load, toml
+from warpmuscle.learning import EpisodeBatch, Task, Variation
+from warpmuscle.learning.tightening import TighteningLimits, limits_after
+from warpmuscle.scene import Failure
+from warpmuscle.scene.learning import Tightening
+from warpmuscle.scene.number import Free
+from warpmuscle.scene.validation.scene import check_scene
+
+STILL = Variation(velocity_noise=0.0)
+
+
+def test_limits_move_evenly_from_the_first_ones_to_those_of_the_scene():
+    last = Failure(com_height=0.9, self_collision=0.01, heading=0.5)
+    tightening = Tightening(decisions=1000, com_height=0.5, self_collision=0.05)
+    assert limits_after(tightening, last, 0) == msgspec.structs.replace(last, com_height=0.5, self_collision=0.05)
+    quarter = limits_after(tightening, last, 250)
+    assert quarter.com_height == pytest.approx(0.6)
+    assert quarter.self_collision == pytest.approx(0.04)
+    assert quarter.heading == 0.5
+    for decisions in (1000, 10**12):
+        assert limits_after(tightening, last, decisions) == last
+
+
+def test_the_device_has_the_limits_that_a_scene_with_these_numbers_has():
+    scene = load("walk56")
+    scene.failure = Failure(com_height=0.8, self_collision=0.01, leg_crossing=0.1, no_progress=0.3)
+    tightening = Tightening(decisions=4, com_height=0.6, self_collision=0.05, leg_crossing=0.3, no_progress=0.1)
+    rollout = Rollout(scene, 2, "cpu")
+    limits = TighteningLimits(tightening, rollout, rollout.model)
+    shown = []
+    for decisions in (1, 4, 0, 1):
+        limits.after(decisions)
+        other = msgspec.structs.replace(scene, failure=limits.present)
+        expected = Rollout(other, 2, "cpu").model
+        assert rollout.model.failure.numpy().tolist() == expected.failure.numpy().tolist()
+        shown.append(rollout.model.collisions.nearest_sq.numpy().copy())
+        np.testing.assert_array_equal(shown[-1], expected.collisions.nearest_sq.numpy())
+    np.testing.assert_array_equal(shown[0], shown[3])
+    wide = shown[2] > 0.0  # of the others one shape may be anywhere within the other, at first
+    assert wide.mean() > 0.5
+    assert (shown[1][wide] > shown[0][wide]).all()  # bodies must keep farther apart
+    assert (shown[2][wide] < shown[0][wide]).all()
+
+
+def test_episodes_end_by_the_limits_of_the_moment_and_until_told_by_those_of_the_scene():
+    scene = load("reflex_planar")
+    scene.failure = msgspec.structs.replace(scene.failure, com_height=0.99)
+    tightening = Tightening(decisions=100, com_height=0.3)
+    batch = EpisodeBatch(scene, 2, "cpu", Task(variation=STILL, tightening=tightening, episode_time=1.0), threads=1)
+
+    def lasted() -> int:
+        """Decisions until the first episode fails, at most 40."""
+        batch.reset(0)
+        for decision in range(40):
+            batch.step()
+            if batch.judge.gains.terminated.numpy().any():
+                return decision + 1
+        return 40
+
+    own = lasted()
+    batch.limits.after(0)
+    assert lasted() == 40 > own
+    batch.limits.after(100)
+    assert lasted() == own
+
+
+def test_instances_that_are_variants_of_a_body_have_them_too():
+    scene = load("reflex_planar")
+    scene.failure = msgspec.structs.replace(scene.failure, com_height=0.9)
+    task = Task(variation=Variation(mass=0.1, variants=3), tightening=Tightening(decisions=10, com_height=0.3))
+    batch = EpisodeBatch(scene, 4, "cpu", task, threads=1)
+    batch.limits.after(5)
+    assert batch._variants.model.failure.numpy()["com_height"].ravel() == pytest.approx([0.6])
+
+
+def test_a_scene_says_it_in_its_table():
+    scene = load("walk56")
+    scene.failure.self_collision = 0.01
+    scene.learning = Task(tightening=Tightening(decisions=5, self_collision=0.05))
+    text = toml.dumps(scene)
+    assert "tightening = { decisions = 5, self_collision = 0.05 }" in text
+    assert toml.loads(text).learning == scene.learning
+
+
+@pytest.mark.parametrize(
+    ("failure", "tightening", "key", "said"),
+    [
+        ({}, Tightening(), "", "names no limit"),
+        ({}, Tightening(decisions=0, com_height=0.1), ".decisions", "must be 1 at least"),
+        ({}, Tightening(self_collision=0.05), ".self_collision", "failure.self_collision is 0, which switches it off"),
+        ({"self_collision": 0.05}, Tightening(self_collision=0.01), ".self_collision", "must be greater than .* 0.05"),
+        ({"self_collision": 0.05}, Tightening(self_collision=float("inf")), ".self_collision", "inf is not a finite"),
+        ({"self_collision": 0.05}, Tightening(self_collision=float("nan")), ".self_collision", "nan is not a finite"),
+        ({"self_collision": Free(0.05, 0.01, 0.1)}, Tightening(self_collision=0.2), ".self_collision", "not free"),
+        ({}, Tightening(com_height=0.95), ".com_height", "must be less than failure.com_height, 0.9, is 0.95"),
+        ({}, Tightening(com_height=-0.1), ".com_height", "must not be negative"),
+        ({"no_progress": 0.3}, Tightening(no_progress=0.3), ".no_progress", "must be less than"),
+        ({}, Tightening(heading=0.5), ".heading", "must be greater than"),
+    ],
+)
+def test_limits_that_cannot_tighten_are_refused_with_their_key(failure: dict, tightening: Tightening, key, said):
+    scene = load("walk56")
+    scene.failure = msgspec.structs.replace(Failure(), **failure)
+    scene.learning = Task(tightening=tightening)
+    with pytest.raises(SceneError, match=said) as caught:
+        check_scene(scene)
+    assert caught.value.key == f"learning.tightening{key}"
+
+
+def test_a_heading_does_not_tighten_where_turns_are_asked_for():
+    scene = load("walk56")
+    scene.learning = Task(turning_rate=(-0.3, 0.3), tightening=Tightening(heading=1.5))
+    with pytest.raises(SceneError, match=r"nobody fails by turning where learning\.turning_rate asks"):
+        check_scene(scene)

@@ -1,0 +1,20 @@
+"""The shipped scenes as a table."""
+
+import warpmuscle as wm
+
+
+def test_the_table_has_each_shipped_scene_with_its_description():
+    table = wm.scenes()
+    assert "walk56" in table
+    assert table.names == tuple(sorted(table.names))
+    row = next(row for row in table if row.name == "walk56")
+    assert row.muscles == 56
+    assert row.description == wm.load("walk56").description
+    assert row.description in repr(table)
+
+
+def test_a_part_of_the_table_is_a_table_that_notebooks_show():
+    part = wm.scenes()[:2]
+    assert len(part) == 2
+    assert part._repr_html_().count("<tr>") == 3
+    assert part[0] in part

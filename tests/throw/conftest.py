@@ -1,0 +1,40 @@
+"""An arm fitted to the mean throw of its own scene, a file of it, and what arms are fitted to."""
+
+from pathlib import Path
+
+import pytest
+
+from warpmuscle.formats import load
+from warpmuscle.throw.arm import Arm
+from warpmuscle.throw.fit import Settings
+from warpmuscle.throw.goals import Goal
+from warpmuscle.throw.job import Job, Options
+from warpmuscle.throw.motion import Motion
+from warpmuscle.throw.recordings.arm_motions import motion_of
+from warpmuscle.throw.synthesis import Thrower
+
+
+@pytest.fixture(scope="session")
+def job() -> Job:
+    """Fitted from literature parameters to signals computed with others."""
+    made = Job(load("throw"), [], Options())
+    made.settings = Settings(common_steps=4, early_steps=3, signal_steps=6)
+    made.fit()
+    return made
+
+
+@pytest.fixture(scope="session")
+def kept(job: Job, tmp_path_factory) -> Path:
+    """The file of the fit and of a new throw."""
+    path = tmp_path_factory.mktemp("kept") / "throw.h5"
+    thrower = Thrower(job.follower, job.fitted.own[0], job.fitted.unknowns)
+    job.throws = [thrower.throw(Goal(distance=1.5), synergies=(0, 1, 3))]
+    job.write(path, {"command": "warpmuscle throw", "seed": 3})
+    return path
+
+
+@pytest.fixture
+def arm_and_motion() -> tuple[Arm, Motion]:
+    scene = load("throw")
+    arm = Arm(scene)
+    return arm, motion_of(scene, arm)

@@ -1,0 +1,92 @@
+"""One curve of a motion by its name: an angle, a moment, a muscle; over the gait cycle, or over time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.errors import Error
+from warpmuscle.gait.curves import gait_curves
+from warpmuscle.gait.cycles import PERCENT, leg_angles
+from warpmuscle.plots.angles import angle_bands, legend_below
+from warpmuscle.plots.style import BAND_COLOR, GRAY, PALETTE, SIDE_COLORS, cycle_axis, heading, mean_and_spread, page
+from warpmuscle.plots.subject import Subject
+from warpmuscle.results.degrees_of_freedom import degrees_of_freedom
+from warpmuscle.scene.norms import LEG_ANGLES
+
+HEIGHT = 3.0  # inches
+
+
+def draw(subject: Subject, name: str) -> Any:
+    """A curve over the gait cycle, both sides, with people's; or over time, where the motion has no cycles.
+
+    Args:
+        name: one of `curve_names`, in any case.
+    """
+    wanted = name.strip().lower()
+    if subject.walks:
+        for title, curve in gait_curves(subject.recording, subject.scene, subject.strides).items():
+            if title.lower() == wanted:
+                return _over_cycle(subject, title, curve)
+    return next(
+        _lines(subject, title, unit, lines) for title, unit, lines in _over_time(subject) if title.lower() == wanted
+    )
+
+
+def curve_names(subject: Subject) -> list[str]:
+    """Names of all curves of a motion: over the gait cycle, degrees of freedom, muscles."""
+    cyclic = gait_curves(subject.recording, subject.scene, subject.strides) if subject.walks else {}
+    return list(dict.fromkeys([*cyclic, *(title for title, _, _ in _over_time(subject))]))
+
+
+def _over_cycle(subject: Subject, title: str, curve: Any) -> Any:
+    figure = page(HEIGHT)
+    axes = figure.subplots()
+    if subject.choices.norms:
+        if title in LEG_ANGLES:
+            angle_bands(axes, title, subject.runs)
+        elif curve.people is not None and not subject.runs:
+            mean, deviation = curve.people
+            axes.fill_between(
+                PERCENT, mean - deviation, mean + deviation, color=BAND_COLOR, lw=0.0, label="norm (people)"
+            )
+    for side, rows in curve.sides.items():
+        often = np.isfinite(rows).mean(axis=0) == 1.0
+        mean_and_spread(axes, PERCENT, np.where(often, rows, np.nan), side)
+    axes.axhline(0.0, color=GRAY, lw=0.6, zorder=0)
+    cycle_axis(axes)
+    axes.set(xlabel="gait cycle (%)", ylabel=f"{title.split()[-1]} ({curve.unit})")
+    legend_below(figure, axes)
+    heading(figure, f"{subject.scene.name}: {title[0].lower()}{title[1:]}")
+    return figure
+
+
+def _over_time(subject: Subject) -> Iterator[tuple[str, str, dict[str, Floats]]]:
+    """Curves over time: name, unit, and a line or one a side."""
+    recording, scene = subject.recording, subject.scene
+    try:
+        for title, sides in leg_angles(recording, scene).items():
+            yield title, "deg", sides
+    except Error:
+        pass  # no legs
+    for degree in degrees_of_freedom(recording, scene):
+        turns = degree.unit == "rad"
+        yield degree.name, "deg" if turns else degree.unit, {"": np.degrees(degree.values) if turns else degree.values}
+    for k, muscle in enumerate(recording.muscle_names):
+        yield muscle, "activation", {"": recording.muscle_activation[:, k]}
+
+
+def _lines(subject: Subject, title: str, unit: str, lines: dict[str, Floats]) -> Any:
+    figure = page(HEIGHT)
+    axes = figure.subplots()
+    for side, values in lines.items():
+        axes.plot(subject.recording.time, values, color=SIDE_COLORS.get(side, PALETTE[0]), label=side or None)
+    axes.margins(x=0.0)
+    axes.set(xlabel="time (s)", ylabel=unit if unit == "activation" else f"{title.split()[-1]} ({unit})")
+    if len(lines) > 1:
+        legend_below(figure, axes)
+    heading(figure, f"{subject.scene.name}: {title}")
+    return figure

@@ -1,0 +1,206 @@
+"""One simulation of a scene in one line of Python, and what is looked at and kept of it."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping
+from dataclasses import dataclass
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import msgspec
+import numpy as np
+
+from warpmuscle.core.arguments import as_kind, as_number
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.errors import ArgumentError, CommandWarning
+from warpmuscle.core.status import Status
+from warpmuscle.formats import SceneLike, scene_of, toml
+from warpmuscle.formats.overrides import with_values
+from warpmuscle.gait.measures import Gait, measure
+from warpmuscle.learning.player import beyond, commanded, lasting, learned_in, replay, task_of
+from warpmuscle.plots import plot
+from warpmuscle.results.recording import Recording
+from warpmuscle.results.records import Result, parameter_table
+from warpmuscle.results.result import write
+from warpmuscle.scene import Scene
+from warpmuscle.scene.parameters import free_parameters, start_values, substitute
+from warpmuscle.scene.validation.checks import near
+from warpmuscle.scene.validation.scene import check_scene
+from warpmuscle.session.html_table import html_table
+from warpmuscle.simulation.commands import checked_commands
+from warpmuscle.simulation.devices import find_device
+from warpmuscle.simulation.rollout import Rollout
+from warpmuscle.view.notebook import show
+from warpmuscle.view.page import Page
+
+if TYPE_CHECKING:
+    import pandas
+    import xarray
+    from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True, repr=False)
+class Run:
+    """A scene that was simulated once, its motion, and how it ended; see `simulate`."""
+
+    scene: Scene  # without free parameters, as it was simulated
+    recording: Recording
+    status: Status
+    duration: float  # s, simulated time at which it ended
+    cause: str  # what ended it before its time, in words; empty where nothing more is known
+    terms: Mapping[str, float]  # of the objective; empty where a policy acted
+    result: Result  # what `save` writes
+
+    @property
+    def gait(self) -> Gait | None:
+        """How the body walks; None without feet."""
+        if self.scene.feet is None or not self.recording.frames:
+            return None
+        return measure(self.recording, *self.scene.feet)
+
+    def show(self) -> Page:
+        """The motion as a page, which notebooks show and `save` writes."""
+        return show(self.result)
+
+    def plot(self, what: str = "angles", path: str | PathLike[str] | None = None) -> Figure:
+        """A figure of the motion; see `warpmuscle.plot` for what there is, such as "hip flexion" or "sticks".
+
+        Raises:
+            Error: there is no such figure, matplotlib is not installed, or the file cannot be written.
+        """
+        return plot(self.result, what, None if path is None else Path(path))
+
+    def save(self, path: str | PathLike[str]) -> None:
+        """Write scene and motion to an HDF5 file; raises Error if it cannot be written."""
+        write(Path(path), self.result)
+
+    def to_xarray(self) -> xarray.Dataset:
+        """The motion as an `xarray.Dataset`, see `Recording.to_xarray`."""
+        return self.recording.to_xarray()
+
+    def to_dataframe(self) -> pandas.DataFrame:
+        """The motion as a `pandas.DataFrame`, a row a frame, see `Recording.to_dataframe`."""
+        return self.recording.to_dataframe()
+
+    def __repr__(self) -> str:
+        told = "".join(f", {name} {value}" for name, value in self._facts() if name != "scene")
+        return f"Run({self.scene.name}{told})"
+
+    def _repr_html_(self) -> str:
+        return html_table(("", ""), self._facts()) + self.show()._repr_html_()
+
+    def _facts(self) -> list[tuple[str, str]]:
+        """What is said of the run, by name."""
+        ended = f"{self.status.meaning}: {self.cause}" if self.cause else self.status.meaning
+        found = [("scene", self.scene.name), ("ended", f"after {self.duration:.4g} s, {ended}")]
+        gait = self.gait
+        if gait is not None:
+            found.append(("speed", f"{gait.speed_forward:.3g} m/s"))
+            if gait.step_length is not None and gait.cadence is not None:
+                found.append(("steps", f"{gait.step_length:.3g} m, {gait.cadence:.4g} a minute"))
+        return found
+
+
+class _End(NamedTuple):
+    """How a simulation ended; see `Run`."""
+
+    status: Status
+    duration: float
+    cause: str
+
+
+def simulate(
+    scene: SceneLike,
+    duration: float | None = None,
+    *,
+    set: Mapping[str, Any] | None = None,
+    commands: Mapping[str, float] | None = None,
+    excitations: Mapping[str, float] | None = None,
+    policy: str | PathLike[str] | None = None,
+    device: str | None = None,
+    record_rate: float = 100.0,
+    trust: bool = False,
+) -> Run:
+    """Simulate a scene once, and keep its motion.
+
+    Args:
+        scene: a scene, its name, or its file; also a model of OpenSim.
+        duration: s; by default the scene's.
+        set: other values in the scene, see `load`.
+        commands: what a scene with commands, or a policy, is asked for, by name: {"speed": 1.5}.
+        excitations: constant ones of muscles by name, 0 to 1; those that are not named have 0. Without, the scene's
+            controller excites them.
+        policy: file of a policy that moves the body.
+        device: see `Rollout`. record_rate: frames a second of simulated time.
+        trust: let code run that the scene names.
+
+    Raises:
+        SceneError, RolloutError, ArgumentError: the scene or an argument cannot be used.
+    """
+    given = with_values(scene_of(scene, trust=trust), set)
+    if duration is not None:
+        given = msgspec.structs.replace(given, duration=as_number(duration, "duration", above=0.0))
+    check_scene(given)
+    asked = {
+        str(name): as_number(value, f"command {name}")
+        for name, value in ({} if commands is None else as_kind(dict, commands, "commands")).items()
+    }
+    if policy is not None:
+        if excitations is not None:
+            raise ArgumentError("a policy excites the muscles itself; give it, or excitations")
+        return _by_policy(given, Path(policy), asked, device, record_rate)
+    given = _commanded(given, asked)
+    rollout = Rollout(given, 1, device, record=[0], record_rate=record_rate)
+    if excitations is not None:
+        rollout.set_excitations([0.0], _excitations(excitations, rollout.muscle_names)[None, :, None])
+    rollout.run()
+    terms = {name: float(values[0]) for name, values in rollout.terms().items()}
+    status = Status(int(rollout.status()[0]))
+    ended = _End(status, float(rollout.end_time()[0]), rollout.causes()[0])
+    return _kept(rollout.numeric, given, rollout.recording(), ended, terms, str(rollout.device))
+
+
+def _excitations(given: Mapping[str, float], muscles: tuple[str, ...]) -> Floats:
+    """Excitations (M,) of all muscles of a scene, in order."""
+    values = np.zeros(len(muscles))
+    for name, value in as_kind(dict, given, "excitations").items():
+        if name not in muscles:
+            raise ArgumentError(f"excitations: no muscle is called {name!r}{near(str(name), muscles)}")
+        values[muscles.index(name)] = as_number(value, f"excitation of {name}", least=0.0, most=1.0)
+    return values
+
+
+def _by_policy(scene: Scene, policy: Path, asked: dict[str, float], device: str | None, rate: float) -> Run:
+    """A run that a policy acts in; commands that the scene has and the policy does not are the scene's."""
+    learned = learned_in(policy)
+    task = task_of(learned)
+    own = {name: value for name, value in asked.items() if name in scene.commands and name not in task.command_names}
+    scene = _commanded(scene, own)
+    told = [f"{name}={value!r}" for name, value in asked.items() if name not in own]
+    for doubt in beyond(task, told):
+        warnings.warn(doubt, CommandWarning, stacklevel=3)
+    place = str(find_device(device))
+    task = lasting(commanded(task, told))
+    recording, status = replay(learned.policy, scene, place, task, rate=rate)
+    ended = _End(status, float(recording.time[-1]), "")
+    return _kept(substitute(scene, start_values(scene)), scene, recording, ended, {}, place)
+
+
+def _commanded(scene: Scene, asked: Mapping[str, float]) -> Scene:
+    """The scene with these commands."""
+    if not asked:
+        return scene
+    checked = checked_commands(dict(asked), scene, 1)
+    changed = {name: msgspec.structs.replace(scene.commands[name], value=float(v)) for name, v in checked.items()}
+    return msgspec.structs.replace(scene, commands={**scene.commands, **changed})
+
+
+def _kept(
+    numeric: Scene, scene: Scene, recording: Recording, ended: _End, terms: Mapping[str, float], device: str
+) -> Run:  # fmt: skip
+    """A run with the result that it is kept as."""
+    table = parameter_table(free_parameters(scene))
+    result = Result(toml.dumps(scene), device, "warpmuscle.simulate", 0, table, replays=(recording,))
+    return Run(numeric, recording, *ended, terms, result)

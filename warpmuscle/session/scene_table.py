@@ -1,0 +1,80 @@
+"""The shipped scenes as a table."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import overload
+
+from warpmuscle.formats import load, scene_names
+from warpmuscle.scene.parameters import free_parameters
+from warpmuscle.session.html_table import html_table
+
+
+@dataclass(frozen=True)
+class SceneRow:
+    """A shipped scene."""
+
+    name: str
+    description: str
+    bodies: int
+    muscles: int
+    free: int  # numbers that a search may change
+    duration: float  # s
+
+
+class SceneTable(Sequence[SceneRow]):
+    """Shipped scenes, sorted by name; notebooks show a table."""
+
+    def __init__(self, rows: Sequence[SceneRow]) -> None:
+        self._rows = tuple(rows)
+
+    @overload
+    def __getitem__(self, index: int) -> SceneRow: ...
+    @overload
+    def __getitem__(self, index: slice) -> SceneTable: ...
+    def __getitem__(self, index: int | slice) -> SceneRow | SceneTable:
+        """A row, or a table of some."""
+        return SceneTable(self._rows[index]) if isinstance(index, slice) else self._rows[index]
+
+    def __len__(self) -> int:
+        """Number of scenes."""
+        return len(self._rows)
+
+    def __iter__(self) -> Iterator[SceneRow]:
+        """Row by row."""
+        return iter(self._rows)
+
+    def __contains__(self, name: object) -> bool:
+        """Whether a scene of this name is among them, or this row is."""
+        return name in self.names or name in self._rows
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """What `load` and `simulate` take."""
+        return tuple(row.name for row in self._rows)
+
+    def __repr__(self) -> str:
+        width = max((len(name) for name in self.names), default=0)
+        return "\n".join(f"{row.name:{width}}  {row.description}" for row in self._rows)
+
+    def _repr_html_(self) -> str:
+        rows = [
+            (row.name, row.description, str(row.bodies), str(row.muscles), str(row.free), f"{row.duration:g}")
+            for row in self._rows
+        ]
+        return html_table(("scene", "what it is", "bodies", "muscles", "free numbers", "duration, s"), rows)
+
+
+def scenes() -> SceneTable:
+    """The scenes that come with the package; `scenes().names` are what `load` and `simulate` take."""
+    return SceneTable([_row(name) for name in scene_names()])
+
+
+def _row(name: str) -> SceneRow:
+    scene = load(name)
+    character = scene.character
+    return SceneRow(
+        name, scene.description, len(character.bodies), len(character.muscles), len(free_parameters(scene)),
+        scene.duration,
+    )  # fmt: skip
