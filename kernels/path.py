@@ -207,7 +207,9 @@ def joint_velocities(lane: int, lanes: int, model: ModelRef, work: ScratchRef):
 
 
 @cache
-def segments_stretch_of(conditions: bool, coordinate_joints: bool = False, followers: bool = False) -> Any:
+def segments_stretch_of(
+    conditions: bool, coordinate_joints: bool = False, followers: bool = False, wrench: bool = False
+) -> Any:
     """The Warp function of length and lengthening speed of one muscle's path of segments, and of its moment arms.
 
     They follow from kinematics and joint velocities in the working set. What its joints want of the muscle follows from
@@ -217,6 +219,8 @@ def segments_stretch_of(conditions: bool, coordinate_joints: bool = False, follo
         conditions: whether there are conditional points.
         coordinate_joints: whether some joints are as in `coordinate_joint.py`.
         followers: whether some follow others: `Term.joint` may be one of them, which acts on the one that it follows.
+        wrench: whether its last argument gets lines of action instead, (2 bodies,): at a joint's number the moment of
+            a unit of tension about the joint, m, and behind those of all bodies its direction, upon the joint's parent.
 
     The function's last argument, (crossings,), gets the moment arm vectors of the muscle, m, world: a tension F puts
     the torque F r on the joint's parent and -F r on its child.
@@ -245,22 +249,29 @@ def segments_stretch_of(conditions: bool, coordinate_joints: bool = False, follo
                 crossing = whole(term.crossing)
                 center = offset_between(joint, segment.origin, work)
                 r = segment_moment_arm(a, center, direction) * float(term.sign)
-                if wp.static(followers):
-                    if has_motion(model.skeleton.plan[joint].joint_type):
-                        r = along_driver(instance, joint, r, direction * float(term.sign), model, work)
-                elif wp.static(coordinate_joints) and has_motion(model.skeleton.plan[joint].joint_type):
-                    r = along_coordinate(instance, joint, r, direction * float(term.sign), model, work)
-                if wp.static(conditions) and segment.varies != 0:
-                    weight = segment_weight(instance, i, joint, model, state, paths, work)
-                    r = r * weight.value + weight.gradient * length
-                if wp.static(followers):
-                    joint = driver_of(joint, model)
-                total.speed += wp.dot(r, work.joint_velocity[joint])
-                if term.first == 0:
-                    r += arm[crossing]
-                arm[crossing] = r
-                if term.last != 0:
-                    total.wanted += counted(wanted_force(work.torque[joint], r), model.muscles.negative)
+                if wp.static(wrench):
+                    if wp.static(conditions) and segment.varies != 0:
+                        weight = segment_weight(instance, i, 0, model, state, paths, work)
+                    pull = direction * (float(term.sign) * weight.value)
+                    arm[joint] = arm[joint] + r * weight.value
+                    arm[model.body_count + joint] = arm[model.body_count + joint] + pull
+                else:
+                    if wp.static(followers):
+                        if has_motion(model.skeleton.plan[joint].joint_type):
+                            r = along_driver(instance, joint, r, direction * float(term.sign), model, work)
+                    elif wp.static(coordinate_joints) and has_motion(model.skeleton.plan[joint].joint_type):
+                        r = along_coordinate(instance, joint, r, direction * float(term.sign), model, work)
+                    if wp.static(conditions) and segment.varies != 0:
+                        weight = segment_weight(instance, i, joint, model, state, paths, work)
+                        r = r * weight.value + weight.gradient * length
+                    if wp.static(followers):
+                        joint = driver_of(joint, model)
+                    total.speed += wp.dot(r, work.joint_velocity[joint])
+                    if term.first == 0:
+                        r += arm[crossing]
+                    arm[crossing] = r
+                    if term.last != 0:
+                        total.wanted += counted(wanted_force(work.torque[joint], r), model.muscles.negative)
             if wp.static(conditions) and segment.varies != 0:
                 weight = segment_weight(instance, i, 0, model, state, paths, work)
             total.moving += length * weight.value
@@ -321,6 +332,7 @@ def stretch_of(
     straight: bool = False,
     coordinate_joints: bool = False,
     followers: bool = False,
+    wrench: bool = False,
 ) -> Any:
     """The Warp function of the length and speed of a path, see `segments_stretch_of`.
 
@@ -328,10 +340,11 @@ def stretch_of(
         pulleys: whether there are paths on pulleys. conditions: whether there are conditional points.
         straight: whether all paths are straight, see `structs.Straight`.
         coordinate_joints: whether some joints are as in `coordinate_joint.py`. followers: and some follow others.
+        wrench: see there; paths on pulleys have no lines of action.
     """
     if straight:
         return straight_stretch
-    segments_stretch = segments_stretch_of(conditions, coordinate_joints, followers)
+    segments_stretch = segments_stretch_of(conditions, coordinate_joints, followers, wrench)
     if not pulleys:
         return segments_stretch
 

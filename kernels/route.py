@@ -27,17 +27,20 @@ SETTLED_EXACT = 1.0e-6
 
 
 @cache
-def route_stretch_of(kind: RouteKind, coordinate_joints: bool = False, followers: bool = False) -> Any:
+def route_stretch_of(
+    kind: RouteKind, coordinate_joints: bool = False, followers: bool = False, wrench: bool = False
+) -> Any:
     """The Warp function of length and speed of a route and its moment arms, see `path.segments_stretch_of`.
 
     Args:
-        kind: what is compiled in.
+        kind: what is compiled in. wrench: see there.
     """
-    bends_struct, bend, pulls_struct = bends_of(max(kind.wraps, 1)), bend_of(kind), pulls_of(max(kind.levers, 1))
-    measure, walk = walk_of(kind, False), walk_of(kind, True, coordinate_joints, followers)
+    levers = max(kind.levers, 1) * (2 if wrench else 1)
+    bends_struct, bend, pulls_struct = bends_of(max(kind.wraps, 1)), bend_of(kind), pulls_of(levers)
+    measure, walk = walk_of(kind, False, wrench=wrench), walk_of(kind, True, coordinate_joints, followers, wrench)
     exact, several, count = kind.exact, kind.wraps > 1, max(kind.wraps, 1)
     settled = SETTLED_EXACT if kind.exact else SETTLED
-    rows, lever_arm = rows_of(count), rows_of(max(kind.levers, 1)).row
+    rows, lever_arm = rows_of(count), rows_of(levers).row
     row, with_row, number, with_number = rows.row, rows.with_row, rows.number, rows.with_number
 
     @wp.func
@@ -108,8 +111,9 @@ def route_stretch_of(kind: RouteKind, coordinate_joints: bool = False, followers
         wraps = span.end_wrap - span.first_wrap
         for w in range(count):
             bends.after = with_number(bends.after, w, NOWHERE)
-        for k in range(own.first_crossing, own.end_crossing):
-            arm[whole(model.paths.of_muscle[whole(k)].number)] = wp.vec3(0.0)
+        if wp.static(not wrench):
+            for k in range(own.first_crossing, own.end_crossing):
+                arm[whole(model.paths.of_muscle[whole(k)].number)] = wp.vec3(0.0)
         if wp.static(several):
             if wraps > 0:
                 settle(instance, span, bends, model, state, work, pulls, arm)
@@ -119,9 +123,16 @@ def route_stretch_of(kind: RouteKind, coordinate_joints: bool = False, followers
         total.fixed = at(model.paths.fixed_length, instance, muscle)
         total.moving = walk(instance, span, bends, model, state, work, pulls, arm)
         for k in range(span.first_lever, span.end_lever):
-            crossing_of = whole(model.routes.lever[whole(k)].crossing)
-            arm[crossing_of] = arm[crossing_of] + lever_arm(pulls.arm, k - span.first_lever)
-        add_crossings(total, muscle, model, work, arm)
+            if wp.static(wrench):
+                joint = whole(model.routes.lever[whole(k)].joint)
+                place = model.body_count + joint
+                arm[joint] = arm[joint] + lever_arm(pulls.arm, k - span.first_lever)
+                arm[place] = arm[place] + lever_arm(pulls.arm, k - span.first_lever + wp.static(levers // 2))
+            else:
+                crossing_of = whole(model.routes.lever[whole(k)].crossing)
+                arm[crossing_of] = arm[crossing_of] + lever_arm(pulls.arm, k - span.first_lever)
+        if wp.static(not wrench):
+            add_crossings(total, muscle, model, work, arm)
         return total
 
     return route_stretch

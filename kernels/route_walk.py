@@ -36,19 +36,22 @@ def pulls_of(count: int) -> Any:
 
 
 @cache
-def walk_of(kind: RouteKind, acting: bool, coordinate_joints: bool = False, followers: bool = False) -> Any:
+def walk_of(
+    kind: RouteKind, acting: bool, coordinate_joints: bool = False, followers: bool = False, wrench: bool = False
+) -> Any:
     """The Warp function that walks along a route and gives its length, m, but for what is fixed of it.
 
     Args:
-        acting: whether it gives the moment arms, too. coordinate_joints, followers: as of
-            `path.segments_stretch_of`.
+        acting: whether it gives the moment arms, too. coordinate_joints, followers, wrench: as of
+            `path.segments_stretch_of`; directions are in rows behind those of the moments.
     """
     count = max(kind.wraps, 1)
     bends_struct, bend_after, place = bends_of(count), bend_after_of(count), place_of(kind.motions)
     counts, slopes_struct = sometimes if kind.conditions else always, slopes_of(max(kind.motions, 1))
-    motions, slope_of = kind.motions > 0, rows_of(max(kind.motions, 1)).length
-    wrapping, pulls_struct = kind.wraps > 0, pulls_of(max(kind.levers, 1))
-    rows, with_sum = rows_of(count), rows_of(max(kind.levers, 1)).with_sum
+    motions, slope_of = kind.motions > 0 and not wrench, rows_of(max(kind.motions, 1)).length
+    levers = max(kind.levers, 1) * (2 if wrench else 1)
+    wrapping, pulls_struct = kind.wraps > 0, pulls_of(levers)
+    rows, with_sum = rows_of(count), rows_of(levers).with_sum
     row, number, arc_of = rows.row, rows.number, rows.length
     apart = kind.smooth and kind.wraps > 1 and not kind.exact
 
@@ -68,7 +71,9 @@ def walk_of(kind: RouteKind, acting: bool, coordinate_joints: bool = False, foll
                 if wp.static(apart):
                     place_of_pull = wp.where(sign > 0, reached, left)
                 r = segment_moment_arm(place_of_pull, offset_between(joint, span.origin, work), pull)
-                if wp.static(followers):
+                if wp.static(wrench):
+                    pulls.arm = with_sum(pulls.arm, k - span.first_lever + wp.static(levers // 2), pull)
+                elif wp.static(followers):
                     if has_motion(model.skeleton.plan[joint].joint_type):
                         r = along_driver(instance, joint, r, pull, model, work)
                 elif wp.static(coordinate_joints) and has_motion(model.skeleton.plan[joint].joint_type):

@@ -33,13 +33,14 @@ def any_stretch_of(
     straight: bool = False,
     coordinate_joints: bool = False,
     followers: bool = False,
+    wrench: bool = False,
 ) -> Any:
     """The Warp function of the length and speed of a path of any kind, see `path.stretch_of`."""
-    others, some_others = stretch_of(pulleys, conditions, straight, coordinate_joints, followers), kind.others
+    others, some_others = stretch_of(pulleys, conditions, straight, coordinate_joints, followers, wrench), kind.others
     routes, polynomials = kind.routes is not None, kind.monomials > 0
     if not routes and not polynomials:
         return others
-    route_stretch = route_stretch_of(kind.routes or RouteKind(), coordinate_joints, followers)
+    route_stretch = route_stretch_of(kind.routes or RouteKind(), coordinate_joints, followers, wrench)
 
     @wp.func(inline=True)
     def any_stretch(

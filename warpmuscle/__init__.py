@@ -19,8 +19,11 @@ if TYPE_CHECKING:
     from warpmuscle.core.status import Status
     from warpmuscle.formats import load, save
     from warpmuscle.gait.measures import measure
+    from warpmuscle.inverse.dynamics import inverse_dynamics
+    from warpmuscle.inverse.joint_reactions import joint_reactions
     from warpmuscle.inverse.kinematics import inverse_kinematics
     from warpmuscle.inverse.scaling import scale
+    from warpmuscle.inverse.static_optimization import static_optimization
     from warpmuscle.optimization.best_scene import best_scene
     from warpmuscle.optimization.optimize import optimize
     from warpmuscle.optimization.resume import resume
@@ -45,24 +48,23 @@ if TYPE_CHECKING:
 __all__ = [
     "Error", "Motions", "MultiDeviceRollout", "Recording", "Result", "ResultError", "Rollout", "RolloutError", "Run",
     "Scene", "SceneError", "Stages", "Status", "__version__", "append_motions", "best_scene", "convert",
-    "inverse_kinematics", "load",
-    "make_rollout", "measure", "optimize", "plot", "read", "read_motions", "resume", "save", "scale", "scenes",
-    "show",
-    "simulate", "trust", "write",
+    "inverse_dynamics", "inverse_kinematics", "joint_reactions", "load", "make_rollout", "measure", "optimize",
+    "plot", "read", "read_motions", "resume", "save", "scale", "scenes", "show", "simulate", "static_optimization",
+    "trust", "write",
 ]  # fmt: skip
 
 _HOMES = {
-    "Motions": "results.motions", "MultiDeviceRollout": "simulation.multi_device",
-    "Recording": "results.recording", "Result": "results.records",
-    "Rollout": "simulation.rollout", "Scene": "scene", "Stages": "simulation.stages", "Status": "core.status",
-    "append_motions": "results.motion_files", "best_scene": "optimization.best_scene", "load": "formats",
-    "convert": "session.conversion", "inverse_kinematics": "inverse.kinematics", "scale": "inverse.scaling",
-    "make_rollout": "simulation.multi_device",
-    "measure": "gait.measures", "optimize": "optimization.optimize", "plot": "plots", "read": "results.result",
-    "read_motions": "results.motion_files",
-    "Run": "session.runs", "resume": "optimization.resume", "save": "formats", "scenes": "session.scene_table",
-    "show": "view.notebook", "simulate": "session.runs", "trust": "scene.trusted_code",
-    "write": "results.result",
+    "append_motions": "results.motion_files", "best_scene": "optimization.best_scene",
+    "convert": "session.conversion", "inverse_dynamics": "inverse.dynamics",
+    "inverse_kinematics": "inverse.kinematics", "joint_reactions": "inverse.joint_reactions", "load": "formats",
+    "make_rollout": "simulation.multi_device", "measure": "gait.measures", "Motions": "results.motions",
+    "MultiDeviceRollout": "simulation.multi_device", "optimize": "optimization.optimize", "plot": "plots",
+    "read": "results.result", "read_motions": "results.motion_files", "Recording": "results.recording",
+    "Result": "results.records", "resume": "optimization.resume", "Rollout": "simulation.rollout",
+    "Run": "session.runs", "save": "formats", "scale": "inverse.scaling", "Scene": "scene",
+    "scenes": "session.scene_table", "show": "view.notebook", "simulate": "session.runs",
+    "Stages": "simulation.stages", "static_optimization": "inverse.static_optimization", "Status": "core.status",
+    "trust": "scene.trusted_code", "write": "results.result",
 }  # fmt: skip
 
 

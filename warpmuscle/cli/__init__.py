@@ -18,6 +18,7 @@ from warpmuscle.cli.arm_angles import arm_angles
 from warpmuscle.cli.clusters import cluster_synergies
 from warpmuscle.cli.console import log, marked, out
 from warpmuscle.cli.gaits import gait, robustness
+from warpmuscle.cli.inverse import inverse
 from warpmuscle.cli.judge import judge
 from warpmuscle.cli.learn import learn
 from warpmuscle.cli.optimize import optimize
@@ -50,7 +51,8 @@ app = typer.Typer(
 )
 COMMANDS = (
     scenes, info, simulate, optimize, learn, sweep, apply, report, gait, robustness, judge, view, plot, video, export,
-    fit_muscles, fit_paths, convert, synergies, cluster_synergies, arm_angles, throw, throw_rule, example, schema,
+    fit_muscles, fit_paths, convert, synergies, cluster_synergies, arm_angles, inverse, throw, throw_rule, example,
+    schema,
 )  # fmt: skip
 for command in COMMANDS:
     app.command(command.__name__.replace("_", "-"))(command)

@@ -61,6 +61,9 @@ class Stages(Rollout):
     """A rollout whose states are set from outside and whose stages are run one by one.
 
     All results are float32 NumPy arrays; bodies and joints are numbered as in `names`.
+
+    Attributes:
+        workspace: scratch memory on the device that kernels of `kernels.stages` take.
     """
 
     def __init__(self, scene: SceneLike, instances: int = 1, device: str | None = None, *, trust: bool = False) -> None:
@@ -78,7 +81,7 @@ class Stages(Rollout):
         floats = work_floats(
             capacity_of(len(self.names.bodies)), True, monomials, followed=self.structure.skeleton.followed
         )
-        self._workspace = wp.zeros((self.instances, floats), dtype=float, device=self.device)
+        self.workspace = wp.zeros((self.instances, floats), dtype=float, device=self.device)
 
     def set_state(
         self,
@@ -166,7 +169,7 @@ class Stages(Rollout):
 
     def _run(self, kernel: Any, inputs: list[Any], outputs: Sequence[tuple[tuple[int, ...], Any]]) -> list[Floats]:
         arrays = [wp.zeros((self.instances, *shape), dtype=dtype, device=self.device) for shape, dtype in outputs]
-        base = [self.model, self.state, self._workspace, *inputs]
+        base = [self.model, self.state, self.workspace, *inputs]
         wp.launch(kernel, dim=self.instances, inputs=base, outputs=arrays, device=self.device)
         return [array.numpy() for array in arrays]
 

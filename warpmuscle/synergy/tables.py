@@ -89,6 +89,8 @@ def read_table(path: str | Path) -> Table:
                 if line.strip() and not line.lstrip().startswith("#")]  # fmt: skip
     if not numbered:
         raise SignalError("is empty: it holds no row of names", file=path)
+    if path.suffix.lower() in STORAGE:  # rows of OpenSim's own files may end in blanks or tabs
+        numbered = [(number, line.rstrip()) for number, line in numbered]
     long = next((number for number, line in numbered if len(line) > LONGEST_ROW), 0)
     if long:
         raise SignalError(f"a row is longer than {LONGEST_ROW} characters", file=path, line=long)

@@ -72,7 +72,7 @@ def build(
     tree = branches(model, coordinates)
     if welds_merged:
         tree = merge_welds(model, tree)
-    skeleton = build_skeleton(model, tree, _root(model, tree, coordinates), coordinates, notes)
+    skeleton = build_skeleton(model, tree, root_of(model, tree, coordinates), coordinates, notes)
     character = skeleton.character
     character.surfaces = build_surfaces(model, skeleton.placement)
     common, character.muscles = MuscleBuilder(model, skeleton.placement, coordinates, notes).build()
@@ -106,7 +106,7 @@ def build(
     return scene
 
 
-def _root(model: Model, tree: list[Branch], coordinates: Coordinates) -> str:
+def root_of(model: Model, tree: list[Branch], coordinates: Coordinates) -> str:
     """The type of the root: see `tree.root_kind`."""
     needed = {coupler.independent for coupler in model.couplers}
     for muscle in model.muscles:

@@ -1,0 +1,141 @@
+"""Activations from files against OpenSim's published ones; EMG, elastic tendons, reserves and what is refused."""
+
+import numpy as np
+import pytest
+
+from opensim_table import table
+from small_leg import loads, motion, small_leg
+from warpmuscle.core.errors import ArgumentError
+from warpmuscle.inverse.body_model import BodyModel
+from warpmuscle.inverse.emg import Emg
+from warpmuscle.inverse.files import read_coordinates
+from warpmuscle.inverse.loads import read_loads
+from warpmuscle.inverse.static_optimization import static_optimization
+
+
+@pytest.fixture(scope="module")
+def body(tmp_path_factory) -> BodyModel:
+    return BodyModel(small_leg(tmp_path_factory.mktemp("leg")), "cpu")
+
+
+def test_activations_are_those_that_opensim_published(reference_data):
+    folder = reference_data / "inverse" / "static_optimization_92"
+    body = BodyModel(folder / "subject01_simbody_adjusted_StaticOp.osim", "cpu")
+    coordinates = read_coordinates(folder / "subject01_walk1_Kinematics.sto", body.scene)
+    _, names, rows = table(folder / "subject01_StaticOptimization_activation.sto")
+    found = static_optimization(
+        body,
+        coordinates,
+        read_loads(folder / "foot_floor_loads.xml"),
+        times=np.minimum(rows[:, 0], coordinates.times[-1]),
+    )
+    theirs = rows[:, [names.index(name) for name in found.muscles]]
+    worst = np.abs(found.activation - theirs).max(axis=1)
+    assert np.median(worst) < 0.005
+    assert worst.max() < 0.01
+    assert not found.unconverged
+    assert not found.flagged()
+    _, names, rows = table(folder / "subject01_StaticOptimization_force.sto")
+    theirs = rows[:, [names.index(name) for name in found.muscles]]
+    assert np.abs(found.force - theirs).max() < 0.01 * theirs.max()
+
+
+def test_muscles_make_the_moments_with_reserves(body):
+    at = motion()
+    found = static_optimization(body, at, loads(at.times), reserve=10.0)
+    assert set(found.unmuscled) == set(at.names[:6])
+    assert found.reserve[:, :6] == pytest.approx(found.moments.values[:, :6])
+    assert found.force == pytest.approx(found.activation * found.force.max() / found.activation.max(), rel=10.0)
+    power = np.sum(found.power, axis=1)
+    rates = np.gradient(at.values, at.times, axis=0)
+    needed = np.sum((found.moments.values - found.reserve)[:, 6:] * rates[:, 6:], axis=1)
+    middle = slice(3, -3)
+    assert power[middle] == pytest.approx(needed[middle], abs=0.02 * np.abs(needed).max())
+
+
+def test_a_reserve_beyond_five_percent_flags_its_frame(body):
+    at = motion()
+    found = static_optimization(body, at, loads(at.times), reserve={"": 0.1, "knee_angle": 50.0})
+    flagged = found.flagged()
+    assert {name for _, name, _ in flagged} <= set(at.names[6:])
+    peak = np.abs(found.moments.values[:, at.names.index("knee_angle")]).max()
+    frames = [frame for frame, name, _ in flagged if name == "knee_angle"]
+    wanted = np.abs(found.reserve[:, at.names.index("knee_angle")]) > 0.05 * peak
+    assert frames == np.flatnonzero(wanted).tolist()
+
+
+def test_emg_draws_activations_towards_it_at_any_rate(body):
+    at = motion()
+    times = np.linspace(-0.1, 1.0, 777)  # another rate than the motion's
+    emg = Emg(("gastrocnemius",), times, np.full((777, 1), 0.5))
+    plain, weak, strong = (
+        static_optimization(body, at, emg=emg, emg_weight=weight, reserve=5.0).activation[:, 8]
+        for weight in (0.0, 1.0, 100.0)
+    )
+    away = [np.abs(one - 0.5).mean() for one in (plain, weak, strong)]
+    assert away[0] > away[1] > away[2]
+    assert away[2] < 0.1
+
+
+def test_elastic_tendons_shorten_the_fibres_of_muscles_that_pull(body):
+    at = motion()
+    rigid, elastic = (
+        static_optimization(body, at, loads(at.times), reserve=20.0, elastic=elastic) for elastic in (False, True)
+    )
+    pulling = (rigid.activation > 0.3) & (elastic.activation > 0.3)
+    assert pulling.any()
+    assert (elastic.fibre_length < rigid.fibre_length)[pulling].mean() > 0.9
+    assert not elastic.unconverged
+
+
+def test_passive_forces_take_a_part_of_the_moments_where_told(body):
+    at = motion()
+    without, with_passive = (
+        static_optimization(body, at, loads(at.times), reserve=20.0, passive=passive) for passive in (False, True)
+    )
+    assert (with_passive.force >= -1e-3).all()
+    assert not np.array_equal(without.activation, with_passive.activation)
+
+
+def test_forces_without_physiology_are_activations_times_strength(body):
+    at = motion(10)
+    found = static_optimization(body, at, physiology=False, reserve=5.0)
+    assert found.force == pytest.approx(found.activation * 1500.0, rel=1e-5)
+
+
+def test_many_trials_are_as_each_alone(body):
+    trials = [motion(12, seed=seed) for seed in range(3)]
+    together = static_optimization(body, trials, [loads(one.times) for one in trials], reserve=5.0)
+    for one, found in zip(trials, together, strict=True):
+        alone = static_optimization(body, one, loads(one.times), reserve=5.0)
+        assert np.array_equal(alone.activation, found.activation)
+        assert np.array_equal(alone.moments.values, found.moments.values)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"power": 5}, "power is 1, 2, 3 or 4"),
+        ({"weight": "mass"}, "volume"),
+        ({"reserve": 0.0}, "strength"),
+        ({"reserve": {"knee": 1.0}}, "no coordinate 'knee'"),
+        ({"least": 1.0}, "least"),
+        ({"emg_weight": -1.0}, "emg_weight"),
+        ({"emg_weight": 1.0, "power": 3}, "EMG counts beside squares"),
+        ({"exponent": 2}, "no option 'exponent'"),
+    ],
+)
+def test_options_that_are_none_are_refused_in_a_line(body, options, words):
+    with pytest.raises(ArgumentError, match=words) as error:
+        static_optimization(body, motion(10), **options)
+    assert "\n" not in str(error.value)
+
+
+def test_emg_of_another_time_muscle_or_range_is_refused(body):
+    times = np.linspace(5.0, 6.0, 50)
+    with pytest.raises(ArgumentError, match="the EMG reaches from 5 to 6 s"):
+        static_optimization(body, motion(10), emg=Emg(("rectus",), times, np.zeros((50, 1))), emg_weight=1.0)
+    with pytest.raises(ArgumentError, match="no muscle of the model"):
+        static_optimization(body, motion(10), emg=Emg(("biceps",), times - 5.0, np.zeros((50, 1))), emg_weight=1.0)
+    with pytest.raises(ArgumentError, match="from 0 to 1"):
+        Emg(("rectus",), times, np.full((50, 1), 80.0))

@@ -1,0 +1,210 @@
+"""How fast recordings become moments and muscle forces, on any device: a table of rates.
+
+    python tools/bench_inverse.py MODEL.osim MOTION.sto --loads LOADS.xml
+    python tools/bench_inverse.py MODEL.osim MOTION.sto --loads LOADS.xml --strides 1000 --frames 100 --device cuda:0
+    python tools/bench_inverse.py MODEL.osim MOTION.sto --loads LOADS.xml --strides 20 --opensim
+
+The motion is cut into strides of so many frames, again and again, each a little other than those before, which are
+written as files of motions and loads; the whole chain starts from these. Every rate is of the best of some runs,
+kernels being compiled. With `--opensim` OpenSim does the same frames by its own tools, on one core.
+"""
+
+from __future__ import annotations
+
+import time
+import warnings
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+import warp as wp
+
+from warpmuscle.formats.sto import storage_text
+from warpmuscle.inverse.activations import Options
+from warpmuscle.inverse.body_model import BodyModel
+from warpmuscle.inverse.dynamics import inverse_dynamics, prepare
+from warpmuscle.inverse.files import read_coordinates
+from warpmuscle.inverse.joint_reactions import reactions_of
+from warpmuscle.inverse.loads import read_loads
+from warpmuscle.inverse.static_optimization import Launch, Solver, activations_of
+from warpmuscle.inverse.trial import Coordinates, Loads
+
+NOISE = 0.01  # of a coordinate's range, by which strides differ
+
+
+def best(work: Callable[[], Any], runs: int = 3) -> float:
+    """Shortest time of several runs, s."""
+    found = []
+    for _ in range(runs):
+        start = time.perf_counter()
+        work()
+        wp.synchronize()
+        found.append(time.perf_counter() - start)
+    return min(found)
+
+
+def strides(motion: Coordinates, loads: Loads, count: int, frames: int) -> list[tuple[Coordinates, Loads]]:
+    """So many pieces of a motion and its loads, each a little other than the piece that it is of."""
+    random = np.random.default_rng(0)
+    last = max(len(motion.times) - frames, 0)
+    step = max((len(motion.times) - 1) // max(frames - 1, 1), 1)
+    found = []
+    for k in range(count):
+        rows = slice(0, None, step) if last >= frames * (step - 1) and step > 1 else slice(k % (last + 1), None)
+        times, values = motion.times[rows][:frames], motion.values[rows][:frames]
+        shift = NOISE * np.ptp(motion.values, axis=0) * random.normal(size=values.shape[1])
+        found.append((Coordinates(motion.names, times, values + shift), loads))
+    return found
+
+
+def write(trials: list[tuple[Coordinates, Loads]], body: BodyModel, folder: Path) -> list[tuple[Path, Path]]:
+    """Files of trials: coordinates in rad, and loads of their time."""
+    found = []
+    for k, (motion, loads) in enumerate(trials):
+        paths = folder / f"motion{k}.sto", folder / f"loads{k}.mot"
+        table = np.column_stack([motion.times, motion.values])
+        paths[0].write_text(storage_text("motion", ["time", *motion.names], table))
+        rows = (loads.times > motion.times[0] - 0.02) & (loads.times < motion.times[-1] + 0.02)
+        names, columns = ["time"], [loads.times[rows][:, None]]
+        for plate in loads.plates:
+            parts = (plate.force, f"{plate.body}_force_v"), (plate.point, f"{plate.body}_force_p"), (
+                plate.moment, f"{plate.body}_torque_",
+            )  # fmt: skip
+            for values, start in parts:
+                names += [f"{start}{axis}" for axis in "xyz"]
+                columns.append(values[rows])
+        paths[1].write_text(storage_text("loads", names, np.concatenate(columns, axis=1)))
+        found.append(paths)
+    return found
+
+
+def opensim_rates(model: Path, motion: Path, loads: Path, end: float) -> dict[str, float]:
+    """Seconds that OpenSim's tools take for inverse dynamics and static optimisation of a motion up to a time."""
+    import opensim
+
+    opensim.Logger.setLevelString("error")
+    found = {}
+    with TemporaryDirectory() as folder:
+        tool = opensim.InverseDynamicsTool()
+        loaded = opensim.Model(str(model))
+        loaded.initSystem()
+        tool.setModel(loaded)
+        tool.setCoordinatesFileName(str(motion))
+        tool.setExternalLoadsFileName(str(loads))
+        excluded = opensim.ArrayStr()
+        excluded.append("Muscles")
+        tool.setExcludedForces(excluded)
+        tool.setLowpassCutoffFrequency(-1.0)
+        tool.setEndTime(end)
+        tool.setResultsDir(folder)
+        start = time.perf_counter()
+        tool.run()
+        found["ID"] = time.perf_counter() - start
+    return found
+
+
+def main(
+    model: Annotated[Path, typer.Argument(help="OpenSim model.")],
+    motion: Annotated[Path, typer.Argument(help="Coordinates, .mot or .sto.")],
+    loads: Annotated[Path, typer.Option(help="External loads, .xml.")],
+    strides_: Annotated[int, typer.Option("--strides", min=1, help="How many trials.")] = 20,
+    frames: Annotated[int, typer.Option(min=2, help="Frames of each.")] = 100,
+    device: Annotated[str | None, typer.Option(help="cpu, cuda:0, ...")] = None,
+    markers: Annotated[Path | None, typer.Option(help="Markers, .trc, of the inverse kinematics.")] = None,
+    marker_model: Annotated[Path | None, typer.Option(help="Its model, if it is another one.")] = None,
+    opensim: Annotated[bool, typer.Option("--opensim", help="And OpenSim's tools on the motion.")] = False,
+) -> None:
+    """Print the table."""
+    warnings.simplefilter("ignore")
+    start = time.perf_counter()
+    body = BodyModel(model, device)
+    print(f"model: {time.perf_counter() - start:.1f} s; {len(body.muscles)} muscles, {len(body.map.names)} coordinates")
+    recorded, forces = read_coordinates(motion, body.scene), read_loads(loads)
+    trials = strides(recorded, forces, strides_, frames)
+    with TemporaryDirectory() as folder:
+        paths = write(trials, body, Path(folder))
+        start = time.perf_counter()
+        activations_of(body, prepare(body, *map(list, zip(*trials[:1], strict=True)), None, None), Options())
+        print(f"first trial, kernels compiled or loaded: {time.perf_counter() - start:.1f} s")
+        n = sum(len(one.times) for one, _ in trials)
+        print(f"{strides_} trials, {n} frames, on {body.device}\n\n| step | s | frames/s |\n|---|---|---|")
+
+        def row(name: str, seconds: float) -> None:
+            print(f"| {name} | {seconds:.3g} | {n / seconds:,.0f} |", flush=True)
+
+        read: list[tuple[Coordinates, Loads]] = []
+
+        def read_all() -> None:
+            read[:] = [(read_coordinates(one, body.scene), read_loads(other)) for one, other in paths]
+
+        row("files read", best(read_all, 1))
+        bodies = [plate.body for plate in forces.plates]
+        named = [(one, told(other, bodies)) for one, other in read]
+        motions, all_loads = [one for one, _ in named], [other for _, other in named]
+        row("splines, states and loads", best(lambda: prepare(body, motions, all_loads, None, None)))
+        prepared = prepare(body, motions, all_loads, None, None)
+        row("inverse dynamics alone", best(lambda: body.dynamics(prepared.states, prepared.loads)))
+        row("inverse dynamics, from arrays", best(lambda: inverse_dynamics(body, motions, all_loads)))
+        row("muscles: paths, moment arms, forces", best(lambda: [
+            body.muscle_frames(prepared.states, part) for part in body.chunks(n)]))  # fmt: skip
+        dynamics = body.dynamics(prepared.states, prepared.loads)
+        effort = dynamics.effort + dynamics.followed
+        row("static optimisation alone, solves/s", solves(body, prepared, effort))
+        row("static optimisation with muscles", best(lambda: activations_of(body, prepared, Options(), (), effort)))
+        acting = activations_of(body, prepared, Options(), (), effort)
+        row("joint reactions", best(lambda: reactions_of(body, prepared, acting), 1))
+
+        def chain() -> None:
+            read_all()
+            own = [told(two, bodies) for _, two in read]
+            activations_of(body, prepare(body, [one for one, _ in read], own, None, None), Options())
+
+        row("whole chain, files to activations", best(chain, 2))
+    if markers is not None:
+        kinematics(marker_model or model, markers, strides_, device)
+    if opensim:
+        end = float(recorded.times[min(len(recorded.times), 200) - 1])
+        count = int((recorded.times <= end).sum())
+        for name, seconds in opensim_rates(model, motion, loads, end).items():
+            print(f"| OpenSim {name}, {count} frames | {seconds:.3g} | {count / seconds:,.0f} |")
+
+
+def kinematics(model: Path, markers: Path, count: int, device: str | None) -> None:
+    """Print the rate of inverse kinematics of so many trials of the same markers, each a little other."""
+    from warpmuscle.formats import load
+    from warpmuscle.inverse.files import read_markers
+    from warpmuscle.inverse.kinematics import inverse_kinematics
+
+    scene, recorded, random = load(model, ignored=[]), read_markers(markers), np.random.default_rng(0)
+    trials = [
+        replace(recorded, positions=recorded.positions + 1e-3 * random.normal(size=recorded.positions.shape))
+        for _ in range(count)
+    ]
+    inverse_kinematics(scene, trials[:1], device=device)
+    seconds, n = best(lambda: inverse_kinematics(scene, trials, device=device), 2), count * len(recorded.times)
+    print(f"| inverse kinematics, {n} frames, {len(recorded.names)} markers | {seconds:.3g} | {n / seconds:,.0f} |")
+
+
+def told(loads: Loads, bodies: list[str | None]) -> Loads:
+    """Loads whose plates act on these bodies."""
+    return Loads(
+        loads.times, tuple(replace(plate, body=name) for plate, name in zip(loads.plates, bodies, strict=True))
+    )
+
+
+def solves(body: BodyModel, prepared: Any, effort: Any) -> float:
+    """Seconds of the solver's kernel alone for all frames; what it needs lies on the device."""
+    solver = Solver(body, prepared, Options(), ())
+    launches: list[Launch] = [
+        solver.launch(effort[part], body.muscle_frames(prepared.states, part), part)
+        for part in body.chunks(len(effort))
+    ]
+    return best(lambda: [one.run() for one in launches])
+
+
+if __name__ == "__main__":
+    typer.run(main)

@@ -1,0 +1,221 @@
+"""The command from recordings to muscles."""
+
+from __future__ import annotations
+
+import json
+import math
+import warnings
+from collections import Counter
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from warpmuscle.cli.common import Device, Trust, start_warp, writable
+from warpmuscle.cli.console import log, out
+from warpmuscle.core.errors import Error
+
+if TYPE_CHECKING:
+    from warpmuscle.inverse.body_model import BodyModel
+    from warpmuscle.inverse.emg import Emg
+    from warpmuscle.inverse.output import Trial
+    from warpmuscle.inverse.trial import Coordinates, Loads
+
+MARKERS = (".trc", ".c3d")  # files of markers rather than coordinates
+SHOWN = 5  # of a list of frames
+
+
+def inverse(
+    model: Annotated[str, typer.Argument(metavar="MODEL", help="A .osim file, or a scene.")],
+    motions: Annotated[
+        list[Path],
+        typer.Argument(metavar="MOTION...", help="Coordinates: .mot, .sto or .csv; or markers: .trc or .c3d."),
+    ],
+    loads: Annotated[
+        list[Path] | None,
+        typer.Option(
+            "--loads",
+            help="Forces on bodies: external loads' .xml, or a .mot, .sto or .csv. One for all, or one a motion.",
+        ),
+    ] = None,
+    emg: Annotated[
+        list[Path] | None, typer.Option("--emg", help="Envelopes from 0 to 1 by names of muscles. One a motion.")
+    ] = None,
+    steps: Annotated[str, typer.Option(help="What is found: ik, id, so, jr.")] = "id,so,jr",
+    setup: Annotated[
+        Path | None, typer.Option(help="Set-up file of OpenSim's InverseKinematicsTool, for markers.")
+    ] = None,
+    filter: Annotated[float | None, typer.Option(metavar="HZ", help="Cut-off of a low-pass of coordinates.")] = None,
+    begin: Annotated[float, typer.Option(help="First time, s.")] = -math.inf,
+    end: Annotated[float, typer.Option(help="Last time, s.")] = math.inf,
+    every: Annotated[int, typer.Option(min=1, help="Take every so manieth frame; splines go through all.")] = 1,
+    power: Annotated[int, typer.Option(min=1, max=4, help="p of the cost, a sum of activations^p.")] = 2,
+    weight: Annotated[str, typer.Option(help="Of activations in the cost: none, or volume.")] = "none",
+    reserve: Annotated[
+        list[str] | None,
+        typer.Option(metavar="[NAME=]STRENGTH", help="N m or N, of the reserves of all coordinates, or of one. [0.1]"),
+    ] = None,
+    passive: Annotated[bool, typer.Option("--passive", help="Passive forces of muscles make moments, too.")] = False,
+    isometric: Annotated[bool, typer.Option("--isometric", help="Forces do not depend on length and speed.")] = False,
+    emg_weight: Annotated[float, typer.Option(min=0, help="Of differences from EMG in the cost.")] = 1.0,
+    rates: Annotated[bool, typer.Option("--rates", help="Activations change as fast as muscles can.")] = False,
+    elastic: Annotated[bool, typer.Option("--elastic", help="Tendons stretch: a second pass.")] = False,
+    on: Annotated[str, typer.Option(help="Body that joints act on: child or parent.")] = "child",
+    frame: Annotated[str, typer.Option(help="Axes of joint reactions: child, parent or ground.")] = "child",
+    sto: Annotated[Path | None, typer.Option("--sto", help="Folder for .sto files with OpenSim's names.")] = None,
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="HDF5 file of all trials.")] = None,
+    device: Device = None,
+    trust: Trust = False,
+) -> None:
+    """Find moments, muscle forces and joint reactions of recorded motions, of many trials at once.
+
+    Steps: ik coordinates from markers; id generalised forces; so activations and forces of muscles by static
+    optimisation; jr forces and moments in joints. Examples: warpmuscle inverse model.osim walk.mot --loads loads.xml
+    -o result.h5; warpmuscle inverse model.osim a.sto b.sto --loads a_grf.mot --loads b_grf.mot --filter 6 --sto out
+    """
+    writable(output)
+    if sto is not None and not sto.is_dir():
+        raise Error(f"--sto names {sto}, which is no folder; make it first")
+    start_warp()
+    from warpmuscle.inverse.activations import Options
+    from warpmuscle.inverse.body_model import BodyModel
+    from warpmuscle.inverse.output import write_result, write_storages
+    from warpmuscle.inverse.steps import frames_of, run_steps, steps_of
+
+    wanted = steps_of(steps)
+    if weight not in ("none", "volume"):
+        raise Error(f"--weight is none or volume, not {weight!r}")
+    options = Options(
+        power=power, weight=weight.replace("none", ""), physiology=not isometric, passive=passive,
+        reserve=_reserves(reserve or []), emg_weight=emg_weight if emg else 0.0, rates=rates, elastic=elastic,
+    )  # fmt: skip
+    with _notes(), log.status("reading") as shown:
+        body = BodyModel(model, device, trust=trust)
+        names = [path.stem for path in motions]
+        trials = [_motion(path, body, setup, device) for path in motions]
+        forces = _loads(loads or [], len(motions))
+        signals = _emg(emg or [], len(motions), body)
+        times = [frames_of(trial, begin, end, every) for trial in trials]
+        shown.update("computing; kernels that are new are compiled first")
+        found = run_steps(
+            body, wanted, names, trials, forces, filter=filter, times=times, emg=signals, options=options, on=on,
+            frame=frame,
+        )  # fmt: skip
+    for trial in found:
+        _tell(trial)
+    about = {"model": str(model), "steps": ",".join(wanted), "options": json.dumps(_plain(options)),
+             "filter": "none" if filter is None else f"{filter:g} Hz"}  # fmt: skip
+    if output is not None:
+        write_result(output, found, about)
+        out.print(f"wrote {output}: {len(found)} trials", markup=False)
+    if sto is not None:
+        out.print(f"wrote {len(write_storages(sto, found))} files to {sto}", markup=False)
+
+
+class _notes(warnings.catch_warnings):
+    """Prints what is warned of within as notes, each once."""
+
+    def __enter__(self) -> None:
+        super().__enter__()
+        from warpmuscle.scene.validation.muscles import SceneWarning
+
+        told: set[str] = set()
+
+        def show(message: Warning | str, *_: Any) -> None:
+            if str(message) not in told:
+                told.add(str(message))
+                log.print(f"note: {message}", markup=False)
+
+        warnings.simplefilter("always", UserWarning)
+        warnings.simplefilter("ignore", SceneWarning)  # of free runs, which nothing here is
+        warnings.showwarning = show  # type: ignore[assignment]
+
+
+def _motion(path: Path, body: BodyModel, setup: Path | None, device: str | None) -> Coordinates:
+    """Coordinates of a file, or those that fit its markers."""
+    from warpmuscle.inverse.files import read_coordinates
+
+    if path.suffix.lower() not in MARKERS:
+        return read_coordinates(path, body.scene)
+    from warpmuscle.inverse.kinematics import inverse_kinematics
+
+    return inverse_kinematics(body.scene, path, setup=setup, device=device).coordinates
+
+
+def _loads(paths: list[Path], count: int) -> list[Loads | None]:
+    """Loads of all trials."""
+    from warpmuscle.inverse.loads import read_loads
+
+    if len(paths) not in (0, 1, count):
+        raise Error(f"--loads is given {len(paths)} times for {count} motions; give it once, or once for each")
+    found: list[Loads | None] = [read_loads(path) for path in paths]
+    return found * count if len(found) == 1 else found or [None] * count
+
+
+def _emg(paths: list[Path], count: int, body: BodyModel) -> list[Emg | None]:
+    """EMG of all trials."""
+    from warpmuscle.inverse.emg import read_emg
+
+    if len(paths) not in (0, count):
+        raise Error(f"--emg is given {len(paths)} times for {count} motions; give it once for each")
+    return [read_emg(path, body.muscles) for path in paths] or [None] * count
+
+
+def _reserves(given: list[str]) -> float | dict[str, float]:
+    """Strengths of reserves: one for all, or by name beside it."""
+    from warpmuscle.inverse.activations import RESERVE
+
+    common, named = RESERVE, {}
+    for text in given:
+        name, equals, value = text.rpartition("=")
+        try:
+            number = float(value)
+        except ValueError:
+            raise Error(f"--reserve {text!r}: {value!r} is not a number; write 0.1 or knee_angle_r=10") from None
+        if equals:
+            named[name.strip()] = number
+        else:
+            common = number
+    return {"": common} | named if named else common
+
+
+def _plain(options: Any) -> dict[str, Any]:
+    """Options as JSON has them."""
+    return {name: getattr(options, name) for name in options.__dataclass_fields__}
+
+
+def _tell(trial: Trial) -> None:
+    """A few lines about a trial: residuals, reserves that are too great, frames that did not converge."""
+    import numpy as np
+
+    moments = trial.moments or (trial.activations.moments if trial.activations is not None else None)
+    if moments is None:
+        return
+    parts = []
+    for unit in ("N", "N m"):
+        own = [k for k in range(moments.residuals) if moments.units[k] == unit]
+        if own:
+            worst = max(own, key=lambda k: float(np.abs(moments.values[:, k]).max()))
+            parts.append(f"{np.abs(moments.values[:, worst]).max():.3g} {unit} ({moments.names[worst]})")
+    line = f"{trial.name}: {len(moments.times)} frames"
+    out.print(line + (f", residuals up to {' and '.join(parts)}" if parts else ""), markup=False)
+    if trial.activations is None:
+        return
+    lost = trial.activations.unconverged
+    if lost:
+        out.print(f"  {len(lost)} frames did not converge: {_listed(lost)}", markup=False)
+    flagged = trial.activations.flagged()
+    if flagged:
+        by_name = Counter(name for _, name, _ in flagged)
+        worst_frame = max(flagged, key=lambda one: one[2])
+        out.print(
+            f"  reserves of {', '.join(f'{name} ({count} frames)' for name, count in by_name.most_common(SHOWN))} "
+            f"exceed 5 % of the peak moment, most {worst_frame[1]} by {worst_frame[2]:.0%} at "
+            f"{trial.activations.times[worst_frame[0]]:.3g} s",
+            markup=False,
+        )
+
+
+def _listed(frames: list[int]) -> str:
+    """Some of a list of frames, counted from 1."""
+    return ", ".join(str(frame + 1) for frame in frames[:SHOWN]) + (", ..." if len(frames) > SHOWN else "")

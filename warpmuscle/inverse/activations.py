@@ -1,0 +1,110 @@
+"""How activations are asked for, and what is found of them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from warpmuscle.core.array_types import Floats, Integers
+from warpmuscle.core.errors import ArgumentError
+from warpmuscle.inverse.body_model import BodyModel
+from warpmuscle.inverse.dynamics import Moments
+
+POWERS = (1, 2, 3, 4)
+FLAGGED = 0.05  # of the peak moment, that a reserve may not exceed (Hicks et al. 2015)
+RESERVE = 0.1  # N m or N, of a reserve at which it costs as much as a full activation
+
+
+@dataclass(frozen=True)
+class Options:
+    """How activations are found.
+
+    Attributes:
+        power: p of costs a^p, 1 to 4. weight: "" for one each, or "volume" for the muscles' volumes over their mean.
+        physiology: whether forces at full activation depend on length and speed; else they are f_max.
+        passive: whether passive forces of muscles make moments, too; OpenSim's do not.
+        reserve: strength of the reserve of every coordinate, N m or N, or by name, "" for all others.
+        least: least activation; None for each muscle's own.
+        emg_weight: of (a - e)^2 beside costs a^2, for muscles with EMG.
+        rates: whether an activation changes no faster from frame to frame than its time constants let it.
+        elastic: whether tendons stretch by the forces of a first pass with rigid ones.
+    """
+
+    power: int = 2
+    weight: str = ""
+    physiology: bool = True
+    passive: bool = False
+    reserve: float | Mapping[str, float] = RESERVE
+    least: float | None = None
+    emg_weight: float = 0.0
+    rates: bool = False
+    elastic: bool = False
+
+    def check(self, body: BodyModel) -> None:
+        """Raise ArgumentError where an option is none, or options do not go together."""
+        if self.power not in POWERS:
+            raise ArgumentError(f"power is 1, 2, 3 or 4, not {self.power!r}")
+        if self.weight not in ("", "volume"):
+            raise ArgumentError(f'weight is "" or "volume", not {self.weight!r}')
+        named = self.reserve if isinstance(self.reserve, Mapping) else {}
+        unknown = next((name for name in named if name and name not in body.map.names), None)
+        if unknown is not None:
+            raise ArgumentError(f"reserve: no coordinate {unknown!r}; there are {', '.join(body.map.names)}")
+        for strength in named.values() if isinstance(self.reserve, Mapping) else [self.reserve]:
+            if not (np.isfinite(strength) and 1e-4 <= strength <= 1e6):
+                raise ArgumentError(f"reserve: a strength is a number from 1e-4 to 1e6 N m or N, not {strength!r}")
+        if self.least is not None and not 0.0 <= self.least < 1.0:
+            raise ArgumentError(f"least is an activation from 0 to below 1, not {self.least!r}")
+        if not (np.isfinite(self.emg_weight) and self.emg_weight >= 0.0):
+            raise ArgumentError(f"emg_weight is 0 or more, not {self.emg_weight!r}")
+        if self.emg_weight > 0.0 and self.power != 2:
+            raise ArgumentError("EMG counts beside squares of activations; use power = 2")
+
+
+@dataclass(frozen=True)
+class Activations:
+    """What M muscles of a model do in F frames, and what they cannot.
+
+    Attributes:
+        reserve: (F, K) N m or N, that coordinates need beside their muscles. unmuscled: coordinates that no muscle
+            acts on, whose reserve is all of their moment, such as those of the root.
+        iterations: (F,) of Newton's method, of the slowest group of coordinates; -1 where it did not converge.
+    """
+
+    muscles: tuple[str, ...]
+    times: Floats  # (F,) s
+    activation: Floats  # (F, M)
+    force: Floats  # (F, M) N, along the tendon
+    fibre_length: Floats  # (F, M) m
+    fibre_velocity: Floats  # (F, M) m/s
+    path_speed: Floats  # (F, M) m/s, of the whole unit
+    moments: Moments  # that were needed
+    reserve: Floats
+    unmuscled: frozenset[str]
+    iterations: Integers
+
+    @property
+    def unconverged(self) -> list[int]:
+        """Frames whose moments were not balanced."""
+        return np.flatnonzero(self.iterations < 0).tolist()
+
+    @property
+    def power(self) -> Floats:
+        """Power (F, M), W, of the muscles upon the skeleton: positive while they shorten."""
+        return -self.force * self.path_speed
+
+    @property
+    def work(self) -> Floats:
+        """Work (F, M), J, since the first frame."""
+        step = np.diff(self.times)[:, None] * 0.5 * (self.power[1:] + self.power[:-1])
+        return np.concatenate([np.zeros((1, len(self.muscles))), np.cumsum(step, axis=0)])
+
+    def flagged(self, part: float = FLAGGED) -> list[tuple[int, str, float]]:
+        """Frames in which a reserve is more than a part of its moment's peak: frame, coordinate, and that part."""
+        peak = np.maximum(np.abs(self.moments.values).max(axis=0, initial=0.0), 1e-9)
+        share = np.abs(self.reserve) / peak
+        known = [k for k, name in enumerate(self.moments.names) if name not in self.unmuscled]
+        found = np.argwhere(share[:, known] > part)
+        return [(int(f), self.moments.names[known[k]], float(share[f, known[k]])) for f, k in found]

@@ -1,0 +1,233 @@
+"""Inverse dynamics of recorded motions: the generalised forces that a model's coordinates need.
+
+As OpenSim's InverseDynamicsTool does it: coordinates are filtered, splines of fifth degree through them give speeds and
+accelerations, loads are splines of third degree. Muscles and other forces of the model play no part.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.errors import ArgumentError
+from warpmuscle.formats import SceneLike
+from warpmuscle.formats.external_loads import TO_OPENSIM
+from warpmuscle.inverse.body_model import BodyLoads, BodyModel
+from warpmuscle.inverse.coordinates import States
+from warpmuscle.inverse.loads import on_feet
+from warpmuscle.inverse.smoothing import low_pass, spline
+from warpmuscle.inverse.trial import Coordinates, Loads
+
+MARGIN = 50  # rows of loads beside those that a motion needs, which a spline through them still feels
+FEW = 0.5  # of a model's coordinates: with less a motion is taken for one of another model
+MOST = 20.0  # rad, that no angle comes to
+
+
+@dataclass(frozen=True)
+class Moments:
+    """Generalised forces of K coordinates in F frames.
+
+    Attributes:
+        residuals: how many coordinates at the front are those of the root, whose forces nothing makes: the residuals.
+    """
+
+    names: tuple[str, ...]  # (K,) of coordinates
+    units: tuple[str, ...]  # (K,) N m or N
+    times: Floats  # (F,) s
+    values: Floats  # (F, K)
+    residuals: int = 0
+
+    def of(self, name: str) -> Floats:
+        """The generalised force (F,) of one coordinate.
+
+        Raises:
+            ArgumentError: none has that name.
+        """
+        if name not in self.names:
+            raise ArgumentError(f"no coordinate {name!r}; there are {', '.join(self.names)}")
+        return self.values[:, self.names.index(name)]
+
+
+class Prepared(NamedTuple):
+    """Trials of one model, their frames one behind the other."""
+
+    times: list[Floats]  # by trial (F,) s
+    states: States  # of all frames
+    loads: BodyLoads
+    values: Floats  # (n, K) rad and m
+
+    @property
+    def starts(self) -> list[int]:
+        """First frames of all trials, and the number of all frames."""
+        return [0, *np.cumsum([len(times) for times in self.times]).tolist()]
+
+    def split(self, array: Floats) -> list[Floats]:
+        """Rows of all frames, by trial."""
+        return np.split(array, self.starts[1:-1])
+
+
+def inverse_dynamics(
+    model: SceneLike | BodyModel,
+    coordinates: Coordinates | Sequence[Coordinates],
+    loads: Loads | Sequence[Loads | None] | None = None,
+    *,
+    filter: float | None = None,
+    times: Floats | Sequence[Floats] | None = None,
+    device: str | None = None,
+) -> Moments | list[Moments]:
+    """Generalised forces that motions need, of one trial or of many at once.
+
+    Args:
+        model: a scene, its name or its file, such as a `.osim`.
+        coordinates: of one trial or a list of trials. loads: of the same trials, None of one without.
+        filter: Hz, the cut-off of a low-pass filter of the coordinates; None for none.
+        times: s, of the frames that are wanted, or a list of them by trial; by default all of the motion's.
+        device: "cpu", "cuda:0", ...; by default the first GPU, or the CPU without one.
+
+    Raises:
+        ArgumentError: a motion of another model, loads of another time, or a cut-off that is none.
+        SceneError: the model cannot be read.
+    """
+    many = not isinstance(coordinates, Coordinates)
+    body = model if isinstance(model, BodyModel) else BodyModel(model, device)
+    trials = prepare(body, coordinates, loads, filter, times)
+    found = moments_of(body, trials)
+    return found if many else found[0]
+
+
+def moments_of(body: BodyModel, trials: Prepared) -> list[Moments]:
+    """Generalised forces of prepared trials."""
+    effort = body.dynamics(trials.states, trials.loads).effort
+    forces = body.map.forces(effort, trials.states)
+    units = tuple("N m" if unit == "rad" else "N" for unit in body.map.units)
+    return [
+        Moments(body.map.names, units, own, values, body.map.roots)
+        for own, values in zip(trials.times, trials.split(forces), strict=True)
+    ]
+
+
+def prepare(
+    body: BodyModel,
+    coordinates: Coordinates | Sequence[Coordinates],
+    loads: Loads | Sequence[Loads | None] | None,
+    cutoff: float | None,
+    times: Floats | Sequence[Floats] | None,
+) -> Prepared:
+    """Trials as states and loads of a model in all frames that are wanted; raises ArgumentError, see there."""
+    motions = [coordinates] if isinstance(coordinates, Coordinates) else list(coordinates)
+    given = [loads] if isinstance(loads, Loads) or loads is None else list(loads)
+    if loads is None:
+        given = [None] * len(motions)
+    if len(given) != len(motions):
+        raise ArgumentError(f"there are loads of {len(given)} trials, and coordinates of {len(motions)}")
+    if not motions:
+        raise ArgumentError("no trials are given")
+    parts, moving = [], []
+    wanted: list[Floats | None] = [*times] if isinstance(times, (list, tuple)) else [times] * len(motions)  # type: ignore[list-item]
+    if len(wanted) != len(motions):
+        raise ArgumentError(f"there are times of {len(wanted)} trials, and coordinates of {len(motions)}")
+    for motion, one in zip(motions, wanted, strict=True):
+        at = wanted_times(motion, one)
+        moving.append((at, moved(body, motion, cutoff, at)))
+    rates = [np.concatenate([motion[order] for _, motion in moving]) for order in range(3)]
+    states = body.map.states(*rates)
+    starts = [0, *np.cumsum([len(at) for at, _ in moving]).tolist()]
+    for k, load in enumerate(given):
+        part = slice(starts[k], starts[k + 1])
+        parts.append(loads_at(body, load, moving[k][0], states, part))
+    return Prepared([at for at, _ in moving], states, joined(parts), rates[0])
+
+
+def wanted_times(motion: Coordinates, times: Floats | None) -> Floats:
+    """Times of the frames that are wanted of a motion."""
+    if times is None:
+        return motion.times
+    at = np.asarray(times, np.float64)
+    late = 1e-6 + 1e-9 * abs(float(motion.times[-1]))
+    if at.ndim != 1 or not len(at) or at.min() < motion.times[0] - late or at.max() > motion.times[-1] + late:
+        raise ArgumentError(f"times must be within the motion, from {motion.times[0]:g} to {motion.times[-1]:g} s")
+    return at
+
+
+def moved(body: BodyModel, motion: Coordinates, cutoff: float | None, at: Floats) -> list[Floats]:
+    """Values (n, K) of a model's coordinates in their order, and their first and second derivatives."""
+    names = body.map.names
+    known = [name for name in names if name in motion.names]
+    missing = [name for name in names if name not in motion.names]
+    if len(known) < FEW * len(names):
+        raise ArgumentError(
+            f"the motion has {len(known)} of the model's {len(names)} coordinates, not {', '.join(missing[:5])}; "
+            f"it has {', '.join(motion.names[:5])}"
+        )
+    if missing:
+        warnings.warn(
+            f"the motion lacks {', '.join(missing[:5])}{' and others' if len(missing) > 5 else ''}, which "
+            f"{'stay' if len(missing) > 1 else 'stays'} where the model has {'them' if len(missing) > 1 else 'it'}",
+            stacklevel=4,
+        )
+    values = motion.values[:, [motion.names.index(name) for name in known]]
+    for name, column in zip(known, values.T, strict=True):
+        if body.map.units[names.index(name)] == "rad" and np.abs(column).max() > MOST:
+            raise ArgumentError(
+                f"coordinate {name!r} comes to {np.abs(column).max():.3g} rad; is the motion in degrees?"
+            )
+    through = motion.times
+    if cutoff is not None:
+        through, values = low_pass(motion.times, values, cutoff)
+    found: list[Floats] = [np.zeros((len(at), len(names))) for _ in range(3)]
+    found[0][:] = body.map.default
+    places = [names.index(name) for name in known]
+    for array, rates in zip(found, spline(through, values, at, orders=3), strict=True):
+        array[:, places] = rates
+    return found
+
+
+def loads_at(body: BodyModel, loads: Loads | None, at: Floats, states: States, part: slice) -> BodyLoads:
+    """Loads of a trial at some times, on bodies of a model, world axes."""
+    nothing = BodyLoads([], *(np.zeros((len(at), 0, 3)) for _ in range(3)))
+    if loads is None or not loads.plates:
+        return nothing
+    late = 1.5 * float(np.median(np.diff(loads.times))) if len(loads.times) > 1 else 0.0
+    if at[0] < loads.times[0] - late or at[-1] > loads.times[-1] + late:
+        raise ArgumentError(
+            f"the loads reach from {loads.times[0]:g} to {loads.times[-1]:g} s, the motion from {at[0]:g} to "
+            f"{at[-1]:g} s; cut the motion, or give loads of its time"
+        )
+    first = max(int(np.searchsorted(loads.times, at[0])) - MARGIN, 0)
+    rows = slice(first, int(np.searchsorted(loads.times, at[-1])) + MARGIN)
+    columns = np.stack([[plate.force[rows], plate.point[rows], plate.moment[rows]] for plate in loads.plates])
+    inside = np.clip(at, loads.times[0], loads.times[-1])
+    values = spline(loads.times[rows], np.moveaxis(columns, 2, 0), inside, degree=3)[0]  # (n, P, 3, 3)
+    force, point, moment = (values[:, :, k] @ TO_OPENSIM for k in range(3))
+    placed = on_feet(body, [plate.body for plate in loads.plates], [plate.name for plate in loads.plates],
+                     force, point, states, part)  # fmt: skip
+    number = [one.body for one in placed]
+    chosen = [one.plate for one in placed]
+    share = np.stack([one.share for one in placed], axis=1)[:, :, None] if placed else np.zeros((len(at), 0, 1))
+    return BodyLoads(number, force[:, chosen] * share, point[:, chosen], moment[:, chosen] * share)
+
+
+def joined(parts: Sequence[BodyLoads]) -> BodyLoads:
+    """Loads of several trials one behind the other; what a trial does not have is zero there."""
+    most: dict[int, int] = {}  # of each body, in any trial
+    for part in parts:
+        for body in set(part.body):
+            most[body] = max(most.get(body, 0), part.body.count(body))
+    bodies = [body for body, count in sorted(most.items()) for _ in range(count)]
+    return BodyLoads(bodies, *(np.concatenate([_placed(part, field, bodies) for part in parts]) for field in (1, 2, 3)))
+
+
+def _placed(part: BodyLoads, field: int, bodies: Sequence[int]) -> Floats:
+    """Vectors (n, L, 3) of a trial in the places of its bodies among all, each of which is taken once."""
+    values = (part.force, part.point, part.moment)[field - 1]
+    found, free = np.zeros((len(values), len(bodies), 3)), list(range(len(bodies)))
+    for k, body in enumerate(part.body):
+        place = next(place for place in free if bodies[place] == body)
+        free.remove(place)
+        found[:, place] = values[:, k]
+    return found

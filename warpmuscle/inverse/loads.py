@@ -1,0 +1,240 @@
+"""Forces on bodies from files: OpenSim's external loads, plain tables of force plates, and which foot stood on which.
+
+A table has three columns a vector: `..._vx` or `..._force_x` and so on. The `.xml` of external loads says which columns
+belong together and on which body they act; without it that follows from the columns' names, and from the motion.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.errors import ArgumentError, SignalError
+from warpmuscle.core.pose import rotate
+from warpmuscle.formats.osim.elements import Element, parse
+from warpmuscle.inverse.body_model import BodyModel
+from warpmuscle.inverse.coordinates import States
+from warpmuscle.inverse.trial import Loads, Plate
+from warpmuscle.scene.anatomy import foot_bodies
+from warpmuscle.synergy.tables import Table, read_table
+
+AXES = "xyz"
+TOUCHING = 20.0  # N, from which on a foot is said to stand on a plate
+FEET = ("calcn", "foot", "talus")  # what names of feet begin with, or have in them, in this order of preference
+ENDINGS = (("v", "p"), ("force_v", "force_p"), ("_f", "_p"), ("_v", "_p"), ("f", "p"))  # of a plate's columns
+GROUND = ("ground", "/ground", "")
+
+
+class _Described(NamedTuple):
+    """A force as a file of external loads describes it."""
+
+    name: str
+    body: str | None
+    force: str  # what names of its columns begin with; empty: there are none
+    point: str
+    moment: str
+
+
+def read_loads(path: str | Path, data: str | Path | None = None) -> Loads:
+    """Forces of an external-loads `.xml`, or of a `.mot`, `.sto` or `.csv` whose plates have no bodies yet.
+
+    Args:
+        data: the table in place of that which the `.xml` names, which is looked for beside it.
+
+    Raises:
+        SceneError: the `.xml` cannot be read. SignalError: the table cannot be read, lacks columns of a force or holds
+            something else than numbers.
+    """
+    path = Path(path)
+    if path.suffix.lower() != ".xml":
+        table = read_table(path)
+        return _loads(table, _guessed(table))
+    root = parse(path)
+    top = root if root.tag == "ExternalLoads" else root.child("ExternalLoads")
+    if top is None:
+        root.fail("there is no <ExternalLoads> in it")
+    described = [found for member in top.objects() if (found := _described(member)) is not None]
+    if not described:
+        top.fail("it describes no force that is applied")
+    if data is None:
+        named = top.child("datafile")
+        if named is None or not named.word():
+            top.fail("it names no <datafile> with the numbers")
+        data = path.parent / Path(named.word().replace("\\", "/")).name
+    return _loads(read_table(data), described)
+
+
+def _described(element: Element) -> _Described | None:
+    """A force that is applied; raises SceneError where it is expressed otherwise than in ground axes."""
+    if element.tag != "ExternalForce":
+        element.fail("only an ExternalForce is read; remove it")
+
+    def word(tag: str) -> str:
+        child = element.child(tag)
+        text = "" if child is None else child.word()
+        return "" if text.lower() == "unassigned" else text
+
+    for tag, off in (("isDisabled", True), ("appliesForce", False)):
+        child = element.child(tag)
+        if child is not None and child.truth() is off:
+            return None
+    for tag in ("force_expressed_in_body", "point_expressed_in_body"):
+        if word(tag).lower() not in GROUND:
+            element.fail(f"<{tag}> is {word(tag)!r}; only forces in ground axes are read, so turn them before")
+    body = word("applied_to_body").rpartition("/")[2]
+    if not body:
+        element.fail("names no <applied_to_body>")
+    found = _Described(
+        element.name or body, body, *map(word, ("force_identifier", "point_identifier", "torque_identifier"))
+    )
+    if not found.force and not found.moment:
+        element.fail("has neither <force_identifier> nor <torque_identifier>")
+    return found
+
+
+def _guessed(table: Table) -> list[_Described]:
+    """Plates by the names of columns: three of forces, of the points and perhaps of moments each."""
+    names = [name.strip() for name in table.names]
+    found: list[_Described] = []
+    for name in names:
+        for force, point in ENDINGS:
+            start = name[: -len(force) - 1]
+            if name != f"{start}{force}x" or f"{start}{point}x" not in names or any(start == one.name for one in found):
+                continue
+            moment = next((m for m in _moments(start) if f"{m}x" in names), "")
+            found.append(_Described(start, None, start + force, start + point, moment))
+            break
+    if not found:
+        raise SignalError(
+            "no columns of a force and its point, such as `ground_force_vx` and `ground_force_px`; give the external "
+            "loads' .xml, which says what columns are",
+            file=table.path,
+        )
+    return found
+
+
+def _moments(start: str) -> list[str]:
+    """What columns of moments may begin with beside those of a plate's forces."""
+    swapped = start.replace("force", "torque").replace("Force", "Torque")
+    return [f"{start}m", f"{start}_m", f"{start}torque_", f"{start}moment_", f"{swapped}_", swapped, f"{start}t"]
+
+
+def _loads(table: Table, described: Sequence[_Described]) -> Loads:
+    names = [name.strip() for name in table.names]
+    if "time" not in [name.lower() for name in names]:
+        raise SignalError("no column of time; name one `time`", file=table.path)
+    time = [name.lower() for name in names].index("time")
+
+    def columns(one: _Described, start: str) -> list[int]:
+        wanted = [f"{start}{axis}" for axis in AXES]
+        lacking = next((name for name in wanted if name not in names), None)
+        if lacking is not None:
+            raise SignalError(f"no column {lacking!r}, which the force {one.name!r} asks for", file=table.path)
+        return [names.index(name) for name in wanted]
+
+    wanted = [[columns(one, start) if start else [] for start in one[2:]] for one in described]
+    every = sorted({time, *(k for one in wanted for part in one for k in part)})
+    values = table.columns(every)
+    if not len(values):
+        raise SignalError("has no rows", file=table.path)
+    for k, column in zip(every, values.T, strict=True):
+        if not np.isfinite(column).all():
+            row = int(np.argmin(np.isfinite(column)))
+            raise SignalError(
+                f"column {names[k]!r} is not a finite number", file=table.path, line=int(table.lines[row])
+            )
+    times = values[:, every.index(time)]
+    if np.any(np.diff(times) <= 0.0):
+        row = int(np.argmax(np.diff(times) <= 0.0)) + 1
+        raise SignalError("times must increase from row to row", file=table.path, line=int(table.lines[row]))
+
+    def vectors(part: list[int]) -> Floats:
+        return values[:, [every.index(k) for k in part]] if part else np.zeros((len(times), 3))
+
+    plates = [Plate(one.name, one.body, *map(vectors, parts)) for one, parts in zip(described, wanted, strict=True)]
+    return Loads(times, tuple(plates))
+
+
+class Placed(NamedTuple):
+    """A plate on a body, and how much of its force acts there."""
+
+    plate: int
+    body: int  # number
+    share: Floats  # (n,) 0 or 1
+
+
+def on_feet(
+    body: BodyModel, named: Sequence[str | None], plates: Sequence[str], force: Floats, point: Floats, states: States,
+    part: slice,
+) -> list[Placed]:  # fmt: skip
+    """On which bodies plates act: those that are named; else the foot that is nearest, contact by contact.
+
+    Args:
+        named: bodies of the plates, by name. force, point: (n, P, 3) N and m, world axes. states: of frames `part`.
+
+    Raises:
+        ArgumentError: a body that the model does not have, or no feet to choose from.
+    """
+    bodies = body.topology.bodies
+    for name, plate in zip(named, plates, strict=True):
+        if name is not None and name not in bodies:
+            raise ArgumentError(f"the force {plate!r} acts on {name!r}, which the model does not have; it has "
+                                f"{', '.join(bodies[:8])}, ...")  # fmt: skip
+    found = [Placed(k, bodies.index(name), np.ones(len(force))) for k, name in enumerate(named) if name is not None]
+    loose = [k for k, name in enumerate(named) if name is None]
+    if not loose:
+        return found
+    feet = _feet(body)
+    places = _places(body, states, part)[:, feet]
+    for k in loose:
+        share = np.zeros((len(force), len(feet)))
+        for first, last in _contacts(force[:, k]):
+            near = slice(first, last)
+            away = np.linalg.norm((places[near] - point[near, None, k])[:, :, [0, 2]], axis=2)
+            weight = np.linalg.norm(force[near, k], axis=1)
+            share[near, int(np.argmin(weight @ away))] = 1.0
+        found += [Placed(k, foot, share[:, f]) for f, foot in enumerate(feet) if share[:, f].any()]
+    return found
+
+
+def _feet(body: BodyModel) -> list[int]:
+    """Numbers of the bodies that plates may be under."""
+    scene, bodies = body.scene, body.topology.bodies
+    if scene.feet:
+        return [bodies.index(foot_bodies(scene.character, foot)[0]) for foot in scene.feet]
+    for word in FEET:
+        feet = [k for k, name in enumerate(bodies) if word in name.lower()]
+        if len(feet) >= 2:
+            return feet
+    raise ArgumentError("the model's feet are not known by their names; say in the loads which body each force acts on")
+
+
+def _places(body: BodyModel, states: States, part: slice) -> Floats:
+    """Where centres of mass of all bodies are in some frames, (n, B, 3) m."""
+    from warpmuscle.studies.inverse_dynamics import body_points
+
+    points = body_points(body.scene, states.coordinates[part])
+    found = []
+    for number, name in enumerate(body.topology.bodies):
+        place, orientation = points[name]
+        if number > 0:
+            joint = body.scene.character.joints[body.topology.joints[number - 1]]
+            place = place - rotate(orientation, np.array([joint.position_in_child], dtype=np.float64))
+        found.append(place)
+    return np.stack(found, axis=1)
+
+
+def _contacts(force: Floats) -> list[tuple[int, int]]:
+    """First frames of contacts with a plate, and those after their last; the rest goes to the nearer contact."""
+    on = np.linalg.norm(force, axis=1) > TOUCHING
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], on, [False]]).astype(int)))
+    spans = list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
+    if not spans:
+        return []
+    cuts = [0, *((one[1] + other[0]) // 2 for one, other in itertools.pairwise(spans)), len(force)]
+    return list(itertools.pairwise(cuts))

@@ -1,0 +1,206 @@
+"""Results of inverse dynamics, static optimisation and joint reactions as files: HDF5, and OpenSim's `.sto`.
+
+An HDF5 file has a group a trial under `trials`, whose arrays have units and named axes, as netCDF has them:
+`xarray.open_dataset("result.h5", group="trials/walk1", engine="h5netcdf")` reads one. What stands along an axis is the
+array of its name.
+"""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import h5py
+import numpy as np
+
+from warpmuscle.core.errors import ArgumentError, ResultError, SceneError
+from warpmuscle.core.files import replace_file, replace_files
+from warpmuscle.core.hdf5_writing import store
+from warpmuscle.core.labelled import Labelled, to_xarray
+from warpmuscle.formats.sto import storage_text
+from warpmuscle.inverse.activations import Activations
+from warpmuscle.inverse.dynamics import Moments
+from warpmuscle.inverse.joint_reactions import JointReactions
+from warpmuscle.inverse.trial import Coordinates
+
+FORMAT = "warpmuscle inverse 1"
+
+
+@dataclass(frozen=True)
+class Trial:
+    """All that was found of a trial; what was not asked for is None."""
+
+    name: str
+    coordinates: Coordinates
+    moments: Moments | None = None
+    activations: Activations | None = None
+    reactions: JointReactions | None = None
+
+
+class _Array(NamedTuple):
+    """An array over time."""
+
+    name: str
+    axes: tuple[str, ...]  # behind time
+    units: str
+    values: Any
+    description: str
+
+
+def write_result(path: str | Path, trials: Sequence[Trial], about: Mapping[str, str]) -> None:
+    """Write trials into an HDF5 file, whole or not at all.
+
+    Args:
+        about: attributes of the file, such as the model and the options.
+
+    Raises:
+        ResultError: two trials have one name, a value is not finite, or the file cannot be written.
+    """
+    names = [trial.name for trial in trials]
+    twice = next((name for name in names if names.count(name) > 1), None)
+    if twice is not None:
+        raise ResultError(f"two trials are called {twice!r}; rename one of their files")
+    content = io.BytesIO()
+    with h5py.File(content, "w", track_order=True) as file:
+        file.attrs["format"] = FORMAT
+        for key, value in about.items():
+            file.attrs[key] = value
+        group = file.create_group("trials", track_order=True)
+        for trial in trials:
+            _put(group.create_group(trial.name.replace("/", "_"), track_order=True), trial)
+    try:
+        replace_file(Path(path), content.getvalue())
+    except SceneError as error:
+        raise ResultError(f"{path}: {error.message}") from None
+
+
+def dataset_of(trial: Trial) -> Any:
+    """All arrays of a trial as an `xarray.Dataset`, with names along their axes.
+
+    Raises:
+        Error: xarray is not installed.
+    """
+    times, labels = _times(trial), _labels(trial)
+    arrays = [
+        Labelled(one.name, ("time", *one.axes), one.values, {"units": one.units, "description": one.description})
+        for one in _arrays(trial)
+    ]
+    return to_xarray(Labelled("time", ("time",), times, {"units": "s"}), arrays, labels)
+
+
+def _put(group: Any, trial: Trial) -> None:
+    """Store a trial, its axes as dimension scales."""
+    store(group, "time", _times(trial), "s", "time", description="of the frames")
+    group["time"].make_scale("time")
+    for axis, labels in _labels(trial).items():
+        store(group, axis, tuple(labels), axes=axis, description=f"names along the axis {axis}")
+        group[axis].make_scale(axis)
+    for one in _arrays(trial):
+        axes = ("time", *one.axes)
+        store(group, one.name, one.values, one.units, ",".join(axes), description=one.description)
+        for place, axis in enumerate(axes):
+            group[one.name].dims[place].attach_scale(group[axis])
+
+
+def _times(trial: Trial) -> Any:
+    found = next((one for one in (trial.moments, trial.activations, trial.reactions) if one is not None), None)
+    return trial.coordinates.times if found is None else found.times
+
+
+def _labels(trial: Trial) -> dict[str, tuple[str, ...]]:
+    """What stands along the axes."""
+    found: dict[str, tuple[str, ...]] = {}
+    moments = trial.moments or (trial.activations.moments if trial.activations is not None else None)
+    if moments is not None:
+        found["coordinate"] = moments.names
+    if trial.activations is not None:
+        found["muscle"] = trial.activations.muscles
+    if trial.reactions is not None:
+        found |= {"joint": trial.reactions.joints, "axis": ("x", "y", "z")}
+    return found
+
+
+def _arrays(trial: Trial) -> list[_Array]:
+    """All arrays of a trial; units of generalised forces are `N m` of turns and `N` of shifts."""
+    found, generalised = [], "N m or N"
+    moments = trial.moments or (trial.activations.moments if trial.activations is not None else None)
+    if moments is not None:
+        known = trial.coordinates
+        values = np.stack(
+            [
+                np.interp(moments.times, known.times, known.of(name)) if name in known.names else 0.0 * moments.times
+                for name in moments.names
+            ],
+            axis=1,
+        )
+        found.append(_Array("coordinate_value", ("coordinate",), "rad or m", values, "as recorded, not filtered"))
+        found.append(_Array("moment", ("coordinate",), generalised, moments.values, "generalised force needed"))
+    one = trial.activations
+    if one is not None:
+        found += [
+            _Array("activation", ("muscle",), "1", one.activation, "of static optimisation"),
+            _Array("muscle_force", ("muscle",), "N", one.force, "along the tendon"),
+            _Array("fibre_length", ("muscle",), "m", one.fibre_length, "of fibres"),
+            _Array("fibre_velocity", ("muscle",), "m/s", one.fibre_velocity, "of fibres, positive when lengthening"),
+            _Array("muscle_power", ("muscle",), "W", one.power, "upon the skeleton, positive while shortening"),
+            _Array("muscle_work", ("muscle",), "J", one.work, "since the first frame"),
+            _Array("reserve", ("coordinate",), generalised, one.reserve, "needed beside the muscles"),
+            _Array("iterations", (), "1", one.iterations, "-1 where moments were not balanced"),
+        ]
+    reaction = trial.reactions
+    if reaction is not None:
+        where = "; ".join(
+            f"{joint} on {body} in {frame}"
+            for joint, body, frame in zip(reaction.joints, reaction.bodies, reaction.frames, strict=True)
+        )
+        found += [
+            _Array("reaction_force", ("joint", "axis"), "N", reaction.force, where),
+            _Array("reaction_moment", ("joint", "axis"), "N m", reaction.moment, "about the point"),
+            _Array("reaction_point", ("joint", "axis"), "m", reaction.point, "where it acts, in the same axes"),
+        ]
+    return found
+
+
+def write_storages(folder: str | Path, trials: Sequence[Trial]) -> list[Path]:
+    """Write all of the trials as `.sto` files with OpenSim's names into a folder that there is.
+
+    Raises:
+        SceneError: a file cannot be written; none is left behind then.
+    """
+    contents = {}
+    for trial in trials:
+        for ending, (title, columns) in _storages(trial).items():
+            times = columns.pop("time")
+            table = np.column_stack([times, *columns.values()])
+            if not np.isfinite(table).all():
+                raise ArgumentError(f"{trial.name}: a number of {title} is not finite; nothing was written")
+            contents[Path(folder) / f"{trial.name}_{ending}.sto"] = storage_text(title, ["time", *columns], table)
+    replace_files(contents)
+    return list(contents)
+
+
+def _storages(trial: Trial) -> dict[str, tuple[str, dict[str, Any]]]:
+    """Titles and columns of files by the ending of their names."""
+    found: dict[str, tuple[str, dict[str, Any]]] = {}
+    if trial.moments is not None:
+        one = trial.moments
+        words = [
+            f"{name}_{'moment' if unit == 'N m' else 'force'}" for name, unit in zip(one.names, one.units, strict=True)
+        ]
+        columns = {"time": one.times} | dict(zip(words, one.values.T, strict=True))
+        found["InverseDynamics"] = "Inverse Dynamics Generalized Forces", columns
+    if trial.activations is not None:
+        acts = trial.activations
+        reserves = {f"{name}_reserve": values for name, values in zip(acts.moments.names, acts.reserve.T, strict=True)}
+        for word, title, values in (
+            ("activation", "Static Optimization", acts.activation), ("force", "ModelForces", acts.force),
+        ):  # fmt: skip
+            columns = {"time": acts.times} | dict(zip(acts.muscles, values.T, strict=True))
+            found[f"StaticOptimization_{word}"] = title, columns | (reserves if word == "force" else {})
+    if trial.reactions is not None:
+        columns = {"time": trial.reactions.times} | trial.reactions.columns()
+        found["JointReaction_ReactionLoads"] = "Joint Reaction Loads", columns
+    return found

@@ -1,0 +1,86 @@
+"""All steps from coordinates to muscles and joints, for many trials of a model at once."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.errors import ArgumentError
+from warpmuscle.inverse.activations import Options
+from warpmuscle.inverse.body_model import BodyModel
+from warpmuscle.inverse.dynamics import Moments, prepare
+from warpmuscle.inverse.emg import Emg
+from warpmuscle.inverse.joint_reactions import reactions_of
+from warpmuscle.inverse.output import Trial
+from warpmuscle.inverse.static_optimization import activations_of
+from warpmuscle.inverse.trial import Coordinates, Loads
+
+STEPS = ("ik", "id", "so", "jr")
+
+
+def steps_of(words: str) -> tuple[str, ...]:
+    """The steps that a text such as `id,so` names; raises ArgumentError for others."""
+    found = tuple(word.strip() for word in words.split(",") if word.strip())
+    unknown = next((word for word in found if word not in STEPS), None)
+    if unknown is not None or not found:
+        raise ArgumentError(f"steps are {', '.join(STEPS)}, not {unknown or words!r}")
+    return found
+
+
+def run_steps(
+    body: BodyModel,
+    steps: Sequence[str],
+    names: Sequence[str],
+    motions: Sequence[Coordinates],
+    loads: Sequence[Loads | None],
+    *,
+    filter: float | None = None,
+    times: Floats | Sequence[Floats] | None = None,
+    emg: Sequence[Emg | None] | None = None,
+    options: Options | None = None,
+    on: str = "child",
+    frame: str = "child",
+) -> list[Trial]:
+    """What the steps find of all trials.
+
+    Args:
+        steps: of `STEPS`; joint reactions count muscles if there is static optimisation. names: of the trials.
+        motions, loads, filter, times: see `inverse_dynamics`. emg, options: see `static_optimization`.
+        on, frame: see `joint_reactions`.
+
+    Raises:
+        ArgumentError: see these.
+    """
+    trials = prepare(body, list(motions), list(loads), filter, times)
+    dynamics = body.dynamics(trials.states, trials.loads)
+    units = tuple("N m" if unit == "rad" else "N" for unit in body.map.units)
+    forces = trials.split(body.map.forces(dynamics.effort, trials.states))
+    moments = [
+        Moments(body.map.names, units, at, values, body.map.roots)
+        for at, values in zip(trials.times, forces, strict=True)
+    ]
+    nothing: list[None] = [None] * len(names)
+    activations = None
+    if "so" in steps:
+        effort = dynamics.effort + dynamics.followed
+        signals = nothing if emg is None else list(emg)
+        activations = activations_of(body, trials, options or Options(), signals, effort)
+    reactions = reactions_of(body, trials, activations, on, frame, dynamics) if "jr" in steps else nothing
+    found = zip(names, motions, moments, activations or nothing, reactions, strict=True)
+    return [
+        Trial(name, motion, own if "id" in steps else None, acting, reaction)
+        for name, motion, own, acting, reaction in found
+    ]
+
+
+def frames_of(motion: Coordinates, first: float, last: float, every: int) -> Floats:
+    """Times of every so manieth frame of a motion between two times; raises ArgumentError if there is none."""
+    found = motion.times[(motion.times >= first - 1e-9) & (motion.times <= last + 1e-9)][::every]
+    if not len(found):
+        raise ArgumentError(
+            f"no frame lies between {first:g} and {last:g} s; the motion is of {motion.times[0]:g} to "
+            f"{motion.times[-1]:g} s"
+        )
+    return np.asarray(found)
