@@ -256,6 +256,7 @@ def forward_dynamics_of(followed: int = 0) -> Any:
         # out
         speed_rate: wp.array2d[float], acceleration: wp.array2d[wp.vec3], angular_acceleration: wp.array2d[wp.vec3],
     ):  # fmt: skip
+        """Accelerations under joint torques (world, N m, + on the parent), gravity, contacts and joint limits."""
         i = wp.tid()
         work = views(memory_of(workspace, i), model.body_count, model.foot_slots)
         kinematics_stage(i, 0, 1, model, state, work)
@@ -277,6 +278,9 @@ def forward_dynamics_of(followed: int = 0) -> Any:
                     speed_rate[i, first + k] = speed_rate_of(body, k, model, work)
 
     return forward_dynamics
+
+
+forward_dynamics = forward_dynamics_of()  # where no joint follows one that is not its neighbour
 
 
 @wp.func

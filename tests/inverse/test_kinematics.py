@@ -95,7 +95,7 @@ def test_another_unit_is_one_line(scene, chain, factor, unit):
 def test_what_cannot_be_fitted_is_one_line(scene, chain):
     markers = markers_of(chain, walk(chain, 5))
     others = Markers(tuple(f"m{k}" for k in range(len(markers.names))), markers.times, markers.positions)
-    with pytest.raises(SignalError, match="0 markers are of a weight, in the model and in the recording"):
+    with pytest.raises(SignalError, match="0 markers of a weight in both the model and the recording"):
         wm.inverse_kinematics(scene, others)
     with pytest.raises(SignalError, match="'nose', which neither"):
         wm.inverse_kinematics(scene, markers, {"nose": 1.0})

@@ -203,7 +203,7 @@ def test_what_cannot_be_scaled_is_one_line(model, setup, tmp_path):
         wm.scale(model, [])
     with pytest.raises(SceneError, match="no such file"):
         wm.scale(tmp_path / "none.osim", markers)
-    with pytest.raises(SignalError, match="0 markers are of a weight"):
+    with pytest.raises(SignalError, match="0 markers of a weight"):
         wm.scale(model, Markers(("a", "b"), np.zeros(1), np.zeros((1, 2, 3))))
     with pytest.raises(SignalError, match="in mm"):
         wm.scale(model, Markers(markers.names, markers.times, 1000.0 * markers.positions))

@@ -14,6 +14,7 @@ import typer
 from warpmuscle.cli.common import Device, Trust, start_warp, writable
 from warpmuscle.cli.console import log, out
 from warpmuscle.core.errors import Error
+from warpmuscle.core.plain_text import number_of
 
 if TYPE_CHECKING:
     from warpmuscle.inverse.body_model import BodyModel
@@ -107,9 +108,9 @@ def inverse(
              "filter": "none" if filter is None else f"{filter:g} Hz"}  # fmt: skip
     if output is not None:
         write_result(output, found, about)
-        out.print(f"wrote {output}: {len(found)} trials", markup=False)
+        out.print(f"wrote {output}: {number_of(len(found), 'trial')}", markup=False)
     if sto is not None:
-        out.print(f"wrote {len(write_storages(sto, found))} files to {sto}", markup=False)
+        out.print(f"wrote {number_of(len(write_storages(sto, found)), 'file')} to {sto}", markup=False)
 
 
 class _notes(warnings.catch_warnings):
@@ -147,7 +148,8 @@ def _loads(paths: list[Path], count: int) -> list[Loads | None]:
     from warpmuscle.inverse.loads import read_loads
 
     if len(paths) not in (0, 1, count):
-        raise Error(f"--loads is given {len(paths)} times for {count} motions; give it once, or once for each")
+        given = f"{number_of(len(paths), 'time')} for {number_of(count, 'motion')}"
+        raise Error(f"--loads is given {given}; give it once, or once for each")
     found: list[Loads | None] = [read_loads(path) for path in paths]
     return found * count if len(found) == 1 else found or [None] * count
 
@@ -157,7 +159,9 @@ def _emg(paths: list[Path], count: int, body: BodyModel) -> list[Emg | None]:
     from warpmuscle.inverse.emg import read_emg
 
     if len(paths) not in (0, count):
-        raise Error(f"--emg is given {len(paths)} times for {count} motions; give it once for each")
+        raise Error(
+            f"--emg is given {number_of(len(paths), 'time')} for {number_of(count, 'motion')}; give it once for each"
+        )
     return [read_emg(path, body.muscles) for path in paths] or [None] * count
 
 
@@ -197,19 +201,20 @@ def _tell(trial: Trial) -> None:
         if own:
             worst = max(own, key=lambda k: float(np.abs(moments.values[:, k]).max()))
             parts.append(f"{np.abs(moments.values[:, worst]).max():.3g} {unit} ({moments.names[worst]})")
-    line = f"{trial.name}: {len(moments.times)} frames"
+    line = f"{trial.name}: {number_of(len(moments.times), 'frame')}"
     out.print(line + (f", residuals up to {' and '.join(parts)}" if parts else ""), markup=False)
     if trial.activations is None:
         return
     lost = trial.activations.unconverged
     if lost:
-        out.print(f"  {len(lost)} frames did not converge: {_listed(lost)}", markup=False)
+        out.print(f"  {number_of(len(lost), 'frame')} did not converge: {_listed(lost)}", markup=False)
     flagged = trial.activations.flagged()
     if flagged:
         by_name = Counter(name for _, name, _ in flagged)
         worst_frame = max(flagged, key=lambda one: one[2])
+        most = [f"{name} ({number_of(count, 'frame')})" for name, count in by_name.most_common(SHOWN)]
         out.print(
-            f"  reserves of {', '.join(f'{name} ({count} frames)' for name, count in by_name.most_common(SHOWN))} "
+            f"  reserves of {', '.join(most)} "
             f"exceed 5 % of the peak moment, most {worst_frame[1]} by {worst_frame[2]:.0%} at "
             f"{trial.activations.times[worst_frame[0]]:.3g} s",
             markup=False,

@@ -15,6 +15,7 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import ArgumentError
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.formats import SceneLike
 from warpmuscle.formats.external_loads import TO_OPENSIM
 from warpmuscle.inverse.body_model import BodyLoads, BodyModel
@@ -124,13 +125,13 @@ def prepare(
     if loads is None:
         given = [None] * len(motions)
     if len(given) != len(motions):
-        raise ArgumentError(f"there are loads of {len(given)} trials, and coordinates of {len(motions)}")
+        raise ArgumentError(f"there are loads of {number_of(len(given), 'trial')}, and coordinates of {len(motions)}")
     if not motions:
         raise ArgumentError("no trials are given")
     parts, moving = [], []
     wanted: list[Floats | None] = [*times] if isinstance(times, (list, tuple)) else [times] * len(motions)  # type: ignore[list-item]
     if len(wanted) != len(motions):
-        raise ArgumentError(f"there are times of {len(wanted)} trials, and coordinates of {len(motions)}")
+        raise ArgumentError(f"there are times of {number_of(len(wanted), 'trial')}, and coordinates of {len(motions)}")
     for motion, one in zip(motions, wanted, strict=True):
         at = wanted_times(motion, one)
         moving.append((at, moved(body, motion, cutoff, at)))
@@ -161,7 +162,8 @@ def moved(body: BodyModel, motion: Coordinates, cutoff: float | None, at: Floats
     missing = [name for name in names if name not in motion.names]
     if len(known) < FEW * len(names):
         raise ArgumentError(
-            f"the motion has {len(known)} of the model's {len(names)} coordinates, not {', '.join(missing[:5])}; "
+            f"the motion has {len(known)} of the model's {number_of(len(names), 'coordinate')}, not "
+            f"{', '.join(missing[:5])}; "
             f"it has {', '.join(motion.names[:5])}"
         )
     if missing:

@@ -106,7 +106,7 @@ def reactions_of(
         lengths = [len(one.times) for one in activations]
         if lengths != [len(one) for one in trials.times]:
             raise ArgumentError(
-                f"activations are of {lengths} frames, and the motions of {[len(one) for one in trials.times]}"
+                f"numbers of frames: {lengths} of activations, {[len(one) for one in trials.times]} of the motions"
             )
         pulled = muscle_wrenches(body, trials, np.concatenate([one.force for one in activations]))
         moment, force = moment - pulled[0], force - pulled[1]

@@ -8,6 +8,7 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.errors import SignalError
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.inverse.chain import Chain, Place
 from warpmuscle.inverse.fit_plan import seen_in
 from warpmuscle.inverse.marker_fit import Fit
@@ -39,7 +40,8 @@ def chosen_markers(model: Sequence[str], markers: Markers, weights: dict[str, fl
     found = {name: weight for name, weight in found.items() if weight > 0.0}
     if len(found) < FEWEST:
         raise SignalError(
-            f"{len(found)} markers are of a weight, in the model and in the recording; {FEWEST} at least are needed. "
+            f"{number_of(len(found), 'marker')} of a weight in both the model and the recording; {FEWEST} at least are "
+            "needed. "
             f"The model has {_listed(model)}; the recording {_listed(markers.names)}"
         )
     return found
@@ -72,7 +74,10 @@ def notes_on(names: list[str], chain: Chain, positions: Floats, fit: Fit) -> lis
     notes = list(_loose(chain, fit))
     slow = np.flatnonzero(fit.iterations < 0)
     if len(slow):
-        notes.append(f"{len(slow)} frames did not converge, the first is number {slow[0] + 1}; their markers fit badly")
+        notes.append(
+            f"{number_of(len(slow), 'frame')} did not converge, the first is number {slow[0] + 1}; "
+            "their markers fit badly"
+        )
     missed = np.linalg.norm(fit.errors, axis=2)
     with np.errstate(all="ignore"):
         rms = np.sqrt(np.nanmean(missed**2, axis=0))
@@ -131,7 +136,8 @@ def _loose(chain: Chain, fit: Fit) -> list[str]:
 
 
 def _gap(what: str, frames: Integers) -> str:
-    return f"{what} in {len(frames)} frames, the first is number {frames[0] + 1}: there it is as between those around"
+    count = number_of(len(frames), "frame")
+    return f"{what} in {count}, the first is number {frames[0] + 1}: there it is as between those around"
 
 
 def _listed(names: Sequence[str]) -> str:

@@ -18,6 +18,7 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import ArgumentError, SceneError, SignalError
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.formats.external_loads import TO_OPENSIM
 from warpmuscle.formats.lines import Notes
 from warpmuscle.formats.opensim_scale import scaled_model
@@ -112,7 +113,9 @@ def _by_frames(
     chosen = [chosen_markers(names, trial, None if weights is None else dict(weights)) for trial in trials]
     common = [name for name in chosen[0] if all(name in other for other in chosen)]
     if len(common) < 3:
-        raise SignalError(f"the recordings have {len(common)} markers in common; three at least are needed")
+        raise SignalError(
+            f"the recordings have {number_of(len(common), 'marker')} in common; three at least are needed"
+        )
     positions = np.concatenate(
         [trial.positions[:, [trial.names.index(name) for name in common]] @ TO_OPENSIM for trial in trials]
     )
@@ -122,7 +125,11 @@ def _by_frames(
     fixed = {one.name for one in record.markers if one.fixed}
     movable = np.array([move_markers and name not in fixed for name in common])
     found = fit_sizes(chain, positions, np.array([chosen[0][name] for name in common]), movable, find_device(device))
-    notes = [] if found.converged else [f"the sizes did not settle within {found.steps} steps; their fit may be poor"]
+    notes = (
+        []
+        if found.converged
+        else [f"the sizes did not settle within {number_of(found.steps, 'step')}; their fit may be poor"]
+    )
     sized = chain.sized(record, found.sizes, mass, keep)
     moved = dict(zip(common, np.linalg.norm(found.sizes.offsets, axis=1).tolist(), strict=True))
     factors = {name: _three(factor) for name, factor in chain.factors(found.sizes).items()}
@@ -135,7 +142,9 @@ def _by_setup(
 ) -> Scaled:  # fmt: skip
     """As OpenSim's ScaleTool."""
     if len(trials) != 1:
-        raise ArgumentError(f"markers: a set-up scales by one static trial, not by {len(trials)} recordings")
+        raise ArgumentError(
+            f"markers: a set-up scales by one static trial, not by {number_of(len(trials), 'recording')}"
+        )
     scaled_by = _measured(record, _during(trials[0], setup.times, setup), setup)
     keep = setup.keep_mass_distribution if keep is None else keep
     sized = scaled_model(record, scaled_by, mass if mass is not None else setup.mass, keep)

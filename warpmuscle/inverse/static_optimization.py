@@ -18,6 +18,7 @@ from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.arrays import instance_zeros, to_device
 from warpmuscle.core.errors import ArgumentError
 from warpmuscle.core.number_rows import first_number
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.formats import SceneLike
 from warpmuscle.inverse.activations import RESERVE, Activations, Options
 from warpmuscle.inverse.body_model import BodyModel, MuscleFrames
@@ -78,7 +79,9 @@ def static_optimization(
     signals = [emg] if isinstance(emg, Emg) or emg is None else list(emg)
     signals = signals * len(trials.times) if emg is None else signals
     if len(signals) != len(trials.times):
-        raise ArgumentError(f"there is EMG of {len(signals)} trials, and coordinates of {len(trials.times)}")
+        raise ArgumentError(
+            f"there is EMG of {number_of(len(signals), 'trial')}, and coordinates of {len(trials.times)}"
+        )
     found = activations_of(body, trials, Options(**options), signals)  # type: ignore[arg-type]
     return found if many else found[0]
 
