@@ -5,7 +5,7 @@ import copy
 import numpy as np
 
 from warpmuscle.core.pose import rotate
-from warpmuscle.scene import Scene
+from warpmuscle.scene import Scene, ViaPoint
 from warpmuscle.scene.topology import topology
 from warpmuscle.simulation.rollout import Rollout
 from warpmuscle.simulation.stages import Stages
@@ -67,3 +67,17 @@ def energy(scene: Scene, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         if name in joints
     )
     return np.stack([kinetic, scene.gravity * heights])
+
+
+def lengths(scene: Scene, q: np.ndarray) -> np.ndarray:
+    """Lengths (n, M) of paths in float64."""
+    poses = body_points(scene, q)
+    joints = {joint.child: joint for joint in scene.character.joints.values()}
+
+    def world(point: ViaPoint) -> np.ndarray:
+        place, turn = poses[point.body]
+        joint = joints.get(point.body)
+        return place + rotate(turn, np.array(point.position) - np.array(joint.position_in_child if joint else 0.0))
+
+    paths = [np.stack([world(point) for point in muscle.path]) for muscle in scene.character.muscles.values()]
+    return np.stack([np.linalg.norm(np.diff(path, axis=0), axis=2).sum(axis=0) for path in paths], axis=1)

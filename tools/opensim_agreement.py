@@ -205,7 +205,7 @@ def compare(file: Path, poses: int, seed: int, moves: int, hard_points: bool, be
     muscles, heavy = len(found.muscles) > 0, body_mass(scene.character) > 0.0
     measures = [
         *(paths(found, ours) if muscles else []), *(dynamics(found, ours) if heavy else []),
-        *([forces(found, ours)] if muscles else []),
+        *([forces(found, ours)] if muscles and heavy else []),  # muscles that move nothing are not simulated
     ]  # fmt: skip
     report: dict[str, Any] = {"model": file.name, "poses": poses, "seed": seed}
     return report | {"measures": [asdict(one) for one in measures], "jumps": jumps(found, ours) if moves else None}

@@ -3,23 +3,30 @@
 import numpy as np
 import pytest
 
-from reduced_tree import energy, expected, put, recorded
+from reduced_tree import energy, expected, lengths, put, recorded
 from warpmuscle.core.pose import normalized
 from warpmuscle.scene import (
     Actuation,
     Body,
     Character,
+    CylinderSurface,
     Displacement,
+    Excitation,
     Failure,
     Ground,
     InitialState,
     Joint,
     JointState,
     Motion,
+    Muscle,
     Scene,
+    ViaPoint,
+    Wrap,
 )
 from warpmuscle.scene.topology import topology
+from warpmuscle.simulation.rollout import Rollout
 from warpmuscle.studies.inverse_dynamics import inverse_dynamics
+from warpmuscle.studies.moment_arms import muscle_geometry
 
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 CURVE = Displacement((0.2, 0.9, -0.3), x=[-2.0, -1.0, 0.0, 1.0, 2.0], y=[-0.3, 0.1, 0.2, -0.1, 0.4])
@@ -115,3 +122,86 @@ def test_what_is_prescribed_moves_its_followers_and_the_rest_answers(prescribed:
     held = [names.speeds_of(names.body_of_joint(name)).start for name in prescribed]
     assert np.abs(needed[:, held]).max(axis=0).min() > 0.5
     np.testing.assert_allclose(np.delete(needed, held, axis=1), 0.0, atol=2e-2)
+
+
+ROUTES = {
+    "subclavius": [("pelvis", (0.05, 0.2, 0.03)), ("clavicle", (-0.03, 0.02, 0.06))],  # before what moves it
+    "trapezius": [("head", (0.0, 0.1, -0.06)), ("chest", (0.0, 0.0, -0.08)), ("scapula", (0.03, 0.0, -0.05))],
+    "deltoid": [("clavicle", (0.05, 0.02, 0.04)), ("fore", (0.04, -0.03, 0.02))],
+    "biceps": [("chest", (0.02, 0.0, 0.07)), ("hand", (0.01, 0.02, 0.05))],
+    "masseter": [("head", (0.04, 0.05, 0.03)), ("jaw", (-0.02, 0.03, 0.05))],
+    "platysma": [("chest", (0.0, 0.05, 0.06)), ("jaw", (0.01, -0.02, 0.06))],
+    "soleus": [("thigh", (0.0, -0.1, -0.05)), ("shank", (0.01, 0.0, -0.06)), ("foot", (0.02, 0.0, -0.06))],
+}
+
+
+def with_muscles(scene: Scene) -> Scene:
+    """Muscles on what follows before, behind and beside the joint that it follows."""
+    for name, route in ROUTES.items():
+        path = [ViaPoint(place, position) for place, position in route]
+        scene.character.muscles[name] = Muscle(path=path, f_max=60.0, l_opt=0.2, l_slack=0.2)
+    return scene
+
+
+def slopes(scene: Scene, q: np.ndarray, joint: str) -> np.ndarray:
+    """-dl/dq (n, M) of a joint's only coordinate, by differences in float64."""
+    names = topology(scene.character)
+    unit = 1e-6 * np.eye(q.shape[1])[names.coordinates_of(names.body_of_joint(joint)).start]
+    return (lengths(scene, q - unit) - lengths(scene, q + unit)) / 2e-6
+
+
+def test_muscles_on_all_that_follows_a_coordinate_pull_on_it():
+    scene = with_muscles(body())
+    q, v = states(scene)
+    names = topology(scene.character)
+    found, arm = muscle_geometry(scene, q)
+    np.testing.assert_allclose(found, lengths(scene, q), atol=1e-6)
+    for joint in ("plane", "elevation", "knee"):
+        expected_arm = slopes(scene, q, joint)
+        own = names.speeds_of(names.body_of_joint(joint)).start
+        assert np.ptp(expected_arm, axis=0).max() > 0.05
+        np.testing.assert_allclose(arm[:, :, own], expected_arm, atol=3e-6, err_msg=joint)
+    scalars = ("acromioclavicular", "plane", "elevation", "knee", "neck")
+    own = [names.speeds_of(names.body_of_joint(joint)).start for joint in scalars]
+    alone = np.zeros_like(v)
+    alone[:, own] = v[:, own]
+    speed = -sum(slopes(scene, q, joint) * v[:, [k]] for joint, k in zip(scalars, own, strict=True))
+    np.testing.assert_allclose(put(scene, q, alone).muscle_paths().speed, speed, atol=1e-5)
+
+
+def test_a_path_that_wraps_on_followers_pulls_on_what_they_follow():
+    """Its lengths are in single precision, and so are their differences."""
+    scene = with_muscles(body())
+    scene.character.muscles = {"biceps": scene.character.muscles["biceps"]}
+    scene.character.surfaces = {"rib": CylinderSurface("clavicle", (0.0, 0.0, 0.0), 0.05, 1.0)}
+    scene.character.muscles["biceps"].wraps = [Wrap("rib")]
+    scene.character.wrapping = "shortest"
+    q, _ = states(scene, 60)
+    names = topology(scene.character)
+    _, arm = muscle_geometry(scene, q)
+    bent = np.abs(muscle_geometry(scene, q)[0] - lengths(scene, q))[:, 0] > 1e-3
+    assert bent.sum() > 5
+    for joint in ("plane", "elevation"):
+        at = names.body_of_joint(joint)
+        unit = 2e-3 * np.eye(q.shape[1])[names.coordinates_of(at).start]
+        slope = (muscle_geometry(scene, q - unit)[0] - muscle_geometry(scene, q + unit)[0]) / 4e-3
+        off = np.abs(arm[:, 0, names.speeds_of(at).start] - slope[:, 0])
+        assert np.median(off[bent]) < 1e-4
+        assert (off > 2e-3).mean() < 0.1  # where a path begins to touch, within the difference
+
+
+def test_energy_changes_by_the_work_of_muscles_on_what_follows():
+    scene = with_muscles(swinging())
+    for name, muscle in scene.character.muscles.items():
+        muscle.excitation = Excitation([0.0, 0.5], [0.8, 0.2] if name in ("subclavius", "platysma") else [0.1, 0.7])
+        muscle.tendon = "rigid"
+    scene.actuation |= {name: Actuation("muscle") for name in scene.actuation if name != "hip"}
+    rollout = Rollout(scene, 1, "cpu", record=[0], record_rate=2000.0)
+    rollout.run()
+    assert rollout.status_names() == ("completed",)
+    q, v, force = (rollout.recorded(name)[0].astype(float) for name in ("coordinates", "speeds", "muscle_force"))
+    total = energy(scene, q, v).sum(axis=0)
+    work = -np.cumsum(0.5 * (force[1:] + force[:-1]) * np.diff(lengths(scene, q), axis=0), axis=0)
+    assert np.abs(work).max(axis=0).min() > 0.02
+    assert np.ptp(total) > 2.0
+    np.testing.assert_allclose(total[1:] - total[0], work.sum(axis=1), atol=5e-4 * np.ptp(total))

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from reduced_tree import energy, expected, put, recorded
+from reduced_tree import energy, expected, lengths, put, recorded
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.pose import about, normalized, rotate
 from warpmuscle.formats import load, mjcf, save
@@ -30,7 +30,7 @@ from warpmuscle.scene import (
 )
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.topology import Topology, coordinate_names, topology
-from warpmuscle.studies.inverse_dynamics import body_points, inverse_dynamics
+from warpmuscle.studies.inverse_dynamics import inverse_dynamics
 
 X, Y, Z, ORIGIN = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0), (0.0, 0.0, 0.0)
 TURNS = [
@@ -112,20 +112,6 @@ def with_muscles(scene: Scene) -> Scene:
         path = [ViaPoint(body, position) for body, position in route]
         scene.character.muscles[name] = Muscle(path=path, f_max=800.0, l_opt=0.1, l_slack=0.1)
     return scene
-
-
-def lengths(scene: Scene, q: np.ndarray) -> np.ndarray:
-    """Lengths (n, M) of paths in float64."""
-    poses = body_points(scene, q)
-    joints = {joint.child: joint for joint in scene.character.joints.values()}
-
-    def world(point: ViaPoint) -> np.ndarray:
-        place, turn = poses[point.body]
-        joint = joints.get(point.body)
-        return place + rotate(turn, np.array(point.position) - np.array(joint.position_in_child if joint else ORIGIN))
-
-    paths = [np.stack([world(point) for point in muscle.path]) for muscle in scene.character.muscles.values()]
-    return np.stack([np.linalg.norm(np.diff(path, axis=0), axis=2).sum(axis=0) for path in paths], axis=1)
 
 
 def test_muscles_pull_on_the_joint_that_their_bodies_follow():

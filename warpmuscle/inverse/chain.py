@@ -140,7 +140,7 @@ class _Builder:
     def __init__(self, scene: Scene) -> None:
         self._scene = scene
         opensim = scene.opensim if scene.opensim is not None else usual_root(scene.character)
-        self._chain = Chain(opensim=opensim)
+        self._chain, self._singles = Chain(opensim=opensim), dict[str, int]()
         self._root(opensim)
 
     def _root(self, opensim: OpenSim) -> None:
@@ -172,11 +172,11 @@ class _Builder:
             a, b = (axis[0] for axis in kind.frame(joint))
             at = self._element(self._element(at, True, b, own[1], LINE), True, a, own[0], LINE)
         elif kind.name == "hinge":
-            at = self._element(at, True, kind.frame(joint)[0][0], self._own(name, name, joint, 0), LINE)
+            at = self._element(at, True, kind.frame(joint)[0][0], self._single(name), LINE)
         elif kind.name == "slide":
-            at = self._element(at, False, kind.frame(joint)[0][0], self._own(name, name, joint, 0), LINE)
+            at = self._element(at, False, kind.frame(joint)[0][0], self._single(name), LINE)
         elif kind.name == "coupled":
-            number = chain.coordinates.index(joint.follows) if joint.follows else self._own(name, name, joint, 0)
+            number = self._single(joint.follows or name)
             count = len(joint.rotations) + len(joint.translations)
             at = self._moves(at, joint, [number] * count, [number] * len(joint.translations))
         elif kind.name != "fixed":
@@ -222,6 +222,12 @@ class _Builder:
         elements = self._chain.elements
         elements.append(Element(at.element, turns, np.asarray(axis, np.float64), at.point, number, function))
         return Place(len(elements) - 1, np.zeros(3))
+
+    def _single(self, name: str) -> int:
+        """The number of the only coordinate of a joint, which may be known from one before it that follows it."""
+        if name not in self._singles:
+            self._singles[name] = self._own(name, name, self._scene.character.joints[name], 0)
+        return self._singles[name]
 
     def _own(self, coordinate: str, name: str, joint: Joint, axis: int) -> int:
         """The number of a coordinate of a joint, which is new."""

@@ -95,7 +95,7 @@ def path_table(paths: Mapping[str, MusclePath], names: Topology, character: Char
         table.segment_start.append(len(table.segments))
     movable = [i for i, joint in enumerate(names.joints, 1) if joint_type(character.joints[joint]).moves]
     for joint in movable:
-        movers = [i for i in range(joint, len(names.bodies)) if names.driver[i] == joint]
+        movers = [i for i, driver in enumerate(names.driver) if driver == joint]  # some before it, if they follow it
         beyond = [(mover, _beyond(mover, names)) for mover in movers]
         for muscle_number in range(len(paths)):
             segments = range(table.segment_start[muscle_number], table.segment_start[muscle_number + 1])
