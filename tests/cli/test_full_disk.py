@@ -168,12 +168,17 @@ def limited(*arguments, cwd, shell="", **environment):
         ("ulimit -n 5", {}, "too many open files"),
         ("exec > /dev/full", {}, "the standard output cannot be written: no space left on device"),
         ("", {"WARP_CACHE_PATH": "/proc/nowhere"}, "/proc/nowhere"),
-        ("touch kernels", {"WARP_CACHE_PATH": "kernels"}, "what should be its folder is a file; WARP_CACHE_PATH may"),
-        ("ulimit -f 8", {"WARP_CACHE_PATH": "cache"}, "compiled kernels cannot be written: file too large"),
+        (
+            "touch kernels",
+            {"WARP_CACHE_PATH": "HERE/kernels"},
+            "what should be its folder is a file; WARP_CACHE_PATH may",
+        ),
+        ("ulimit -f 8", {"WARP_CACHE_PATH": "HERE/cache"}, "compiled kernels cannot be written: file too large"),
     ],
     ids=["memory", "open files", "standard output", "no cache", "cache is a file", "full cache"],
 )
 def test_what_the_system_refuses_is_one_line(shell, environment, said, tmp_path):
+    environment = {name: value.replace("HERE", str(tmp_path)) for name, value in environment.items()}
     code, lines = limited("simulate", "fwalk", "--duration", "0.02", cwd=tmp_path, shell=shell, **environment)
     assert code == 2
     assert len(lines) == 1, lines

@@ -6,6 +6,7 @@ import warnings
 from os import PathLike
 from pathlib import Path
 
+from warpmuscle.core.arguments import as_path
 from warpmuscle.core.errors import ArgumentError
 from warpmuscle.formats import Ignored, SceneLike, mjcf, save, scene_of
 from warpmuscle.formats.load import summary
@@ -27,7 +28,7 @@ def convert(source: SceneLike, target: str | PathLike[str]) -> Scene:
     Raises:
         SceneError: the source cannot be read. Error: the target cannot be written, or is what is read.
     """
-    scene, path = scene_of(source, "source"), Path(target)
+    scene, path = scene_of(source, "source"), as_path(target, "target")
     if not isinstance(source, Scene) and path.exists() and Path(source).exists() and path.samefile(source):
         raise ArgumentError(f"{path} is what is read, and would be lost; name another file to write")
     if path.suffix == ".xml":

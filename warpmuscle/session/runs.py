@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import msgspec
 import numpy as np
 
-from warpmuscle.core.arguments import as_kind, as_number
+from warpmuscle.core.arguments import as_kind, as_number, as_path
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import ArgumentError, CommandWarning
 from warpmuscle.core.status import Status
@@ -70,11 +70,11 @@ class Run:
         Raises:
             Error: there is no such figure, matplotlib is not installed, or the file cannot be written.
         """
-        return plot(self.result, what, None if path is None else Path(path))
+        return plot(self.result, what, None if path is None else as_path(path, "path"))
 
     def save(self, path: str | PathLike[str]) -> None:
         """Write scene and motion to an HDF5 file; raises Error if it cannot be written."""
-        write(Path(path), self.result)
+        write(as_path(path, "path"), self.result)
 
     def to_xarray(self) -> xarray.Dataset:
         """The motion as an `xarray.Dataset`, see `Recording.to_xarray`."""
@@ -150,7 +150,7 @@ def simulate(
     if policy is not None:
         if excitations is not None:
             raise ArgumentError("a policy excites the muscles itself; give it, or excitations")
-        return _by_policy(given, Path(policy), asked, device, record_rate)
+        return _by_policy(given, as_path(policy, "policy"), asked, device, record_rate)
     given = _commanded(given, asked)
     rollout = Rollout(given, 1, device, record=[0], record_rate=record_rate)
     if excitations is not None:
