@@ -96,7 +96,7 @@ def _scaled(one: Coordinates, factor: float) -> Coordinates:
         (lambda at, own: (replace(at, names=tuple("abcdefghijk")), own), "0 of the model's 11 coordinates"),
         (lambda at, own: (at, replace(own, times=own.times + 60.0)), "the loads reach from 59.95"),
         (lambda at, own: (at, Loads(own.times, (replace(own.plates[0], body="toes"),))), "acts on 'toes'"),
-        (lambda at, own: ([at, at], [own]), "loads of 1 trials"),
+        (lambda at, own: ([at, at], [own]), "loads of 1 trial"),
         (lambda at, own: ([], None), "no trials"),
     ],
 )  # fmt: skip

@@ -19,6 +19,7 @@ from warpmuscle.formats.load import load, scene_of
 from warpmuscle.inverse.coordinates import CoordinateMap, States
 from warpmuscle.kernels import inverse_dynamics as dynamics
 from warpmuscle.kernels import muscle_moments
+from warpmuscle.model.build import with_fields
 from warpmuscle.model.muscles import muscle_kind, muscles_struct
 from warpmuscle.model.paths import path_table, paths_struct, route_struct
 from warpmuscle.model.routes import path_kind
@@ -136,11 +137,12 @@ class BodyModel:
             if len(self._stages) > 2:
                 self._stages.pop(next(iter(self._stages)))
             stages = Stages(self.scene, room, str(self.device))
-            stages.model.muscles = muscles_struct(self.scene, self.muscles, self.device)
-            stages.model.paths = paths_struct(self.table, self.topology, self.scene.character, self.device)
-            stages.model.routes = route_struct(
-                self.table, self._muscles, self.topology, self.scene.character, self.device
-            )
+            own = {
+                "muscles": muscles_struct(self.scene, self.muscles, self.device),
+                "paths": paths_struct(self.table, self.topology, self.scene.character, self.device),
+                "routes": route_struct(self.table, self._muscles, self.topology, self.scene.character, self.device),
+            }
+            stages.model = with_fields(stages.model, own)
             stages.state.accelerations.zero_()
             self._stages[room] = stages
         stages = self._stages[room]

@@ -164,19 +164,19 @@ class MarkerFitter:
 
     def _launch(self, data: Any, task_weights: Floats, count: int) -> None:
         chain, device = self.chain, self.device
-        model = structs.FitModel()
-        model.element, model.piece, model.marker = self._elements, self._pieces, self._markers
+        given = structs.FitModel()
+        given.element, given.piece, given.marker = self._elements, self._pieces, self._markers
         turning = np.zeros(len(chain.coordinates), np.int32)
         turning[[one.coordinate for one in chain.elements if one.turns and one.coordinate >= 0]] = 1
         columns = {
             "low": np.maximum(chain.low, -FARTHEST), "high": np.minimum(chain.high, FARTHEST),
             "weight": task_weights, "turns": turning,
         }  # fmt: skip
-        model.coordinate = structs_to_device(structs.FitCoordinate, columns, device)
+        given.coordinate = structs_to_device(structs.FitCoordinate, columns, device)
         rows = min(count, ROWS_ON_CPU if device.is_cpu else ROWS_ON_GPU)
         scratch = _scratch(rows, len(chain.elements), len(chain.coordinates), device)
         for first in range(0, count, rows):
-            wp.launch(fit_markers, min(rows, count - first), [first, model, data, scratch], device=device)
+            wp.launch(fit_markers, min(rows, count - first), [first, given, data, scratch], device=device)
 
 
 def aligned(body: Floats, measured: Floats, weights: Floats) -> tuple[Floats, Floats]:
