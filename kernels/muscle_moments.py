@@ -5,7 +5,7 @@ from typing import Any
 
 import warp as wp
 
-from warpmuscle.kernels.coordinate_joint import coordinate_axis, coordinate_velocities
+from warpmuscle.kernels.coordinate_joint import coordinate_axis
 from warpmuscle.kernels.curves import active_force_length, force_velocity, tendon_force_strain
 from warpmuscle.kernels.custom_curves import OwnCurves, with_curves
 from warpmuscle.kernels.joint_motion import has_motion
@@ -17,11 +17,9 @@ from warpmuscle.kernels.muscle import (
     rigid_fibre_length,
     rigid_fibre_speed,
 )
-from warpmuscle.kernels.path import joint_velocities
-from warpmuscle.kernels.polynomial_path import monomials_stage
 from warpmuscle.kernels.shaped_curves import Shaped, ShapedCurves, shaped_curves
-from warpmuscle.kernels.stages import angular_axis, kinematics_stage, work_of
-from warpmuscle.kernels.stretch import PathKind, any_stretch_of
+from warpmuscle.kernels.stages import angular_axis, stretch_all_of, work_of
+from warpmuscle.kernels.stretch import PathKind
 from warpmuscle.kernels.structs import Model, ModelRef, Muscles, ScratchRef, State, at
 
 HALVINGS = 30  # of the strains between which a tendon's is looked for
@@ -82,8 +80,7 @@ def muscle_moments_of(paths: PathKind) -> Any:
         arm: (frames, crossings) m, room for moment arm vectors. length, speed: (frames, muscles) m and m/s, of paths.
         moment_arm: (frames, levers) m, -dl/dq: a tension F makes the generalised force F times it.
     """
-    any_stretch = any_stretch_of(paths, coordinate_joints=True, followers=True)
-    polynomials = paths.monomials > 0
+    stretch_all = stretch_all_of(paths)
 
     @wp.kernel(module="unique", enable_backward=False, module_options={"max_unroll": 1})
     def kernel(
@@ -94,15 +91,7 @@ def muscle_moments_of(paths: PathKind) -> Any:
     ):  # fmt: skip
         i = wp.tid()
         work = work_of(i, model, workspace)
-        kinematics_stage(i, 0, 1, model, state, work)
-        joint_velocities(0, 1, model, work)
-        coordinate_velocities(i, 0, 1, model, work)
-        if wp.static(polynomials):
-            monomials_stage(i, 0, 1, model, state, work)
-        for muscle in range(model.muscles.count):
-            stretch = any_stretch(i, muscle, model, state, work, arm[i])
-            length[i, muscle] = stretch.fixed + stretch.moving
-            speed[i, muscle] = stretch.speed
+        stretch_all(i, model, state, work, length[i], speed[i], arm[i])
         for k in range(levers.shape[0]):
             lever = levers[k]
             moment_arm[i, k] = -wp.dot(arm[i, lever.crossing], lever_axis(i, lever, model, work))

@@ -37,6 +37,7 @@ from warpmuscle.kernels.structs import (
     Scratch,
     ScratchRef,
     State,
+    StateRef,
     at,
 )
 
@@ -149,6 +150,41 @@ def contact_forces_of(law: int = SPRING) -> Any:
 
 
 @cache
+def stretch_all_of(kind: PathKind) -> Any:
+    """The Warp function of kinematics, and then of the paths of all muscles of an instance.
+
+    Its last arguments get length, m, and lengthening speed, m/s, by muscle, and moment arms, m, by crossing.
+
+    Args:
+        kind: what there is besides segments and pulleys.
+    """
+    any_stretch = any_stretch_of(kind, coordinate_joints=True, followers=True)
+    polynomials = kind.monomials > 0
+
+    @wp.func
+    def stretch_all(
+        instance: int,
+        model: ModelRef,
+        state: StateRef,
+        work: ScratchRef,
+        length: wp.array[float],
+        speed: wp.array[float],
+        arm: wp.array[wp.vec3],
+    ):
+        kinematics_stage(instance, 0, 1, model, state, work)
+        joint_velocities(0, 1, model, work)
+        coordinate_velocities(instance, 0, 1, model, work)
+        if wp.static(polynomials):
+            monomials_stage(instance, 0, 1, model, state, work)
+        for muscle in range(model.muscles.count):
+            stretch = any_stretch(instance, muscle, model, state, work, arm)
+            length[muscle] = stretch.fixed + stretch.moving
+            speed[muscle] = stretch.speed
+
+    return stretch_all
+
+
+@cache
 def muscle_paths_of(kind: PathKind = PathKind()) -> Any:  # noqa: B008, immutable
     """The kernel (model, state, workspace, length, speed, arm) of the paths of all muscles.
 
@@ -158,8 +194,7 @@ def muscle_paths_of(kind: PathKind = PathKind()) -> Any:  # noqa: B008, immutabl
     Args:
         kind: what there is besides segments and pulleys.
     """
-    any_stretch = any_stretch_of(kind, coordinate_joints=True, followers=True)
-    polynomials = kind.monomials > 0
+    stretch_all = stretch_all_of(kind)
 
     @wp.kernel(module="unique", enable_backward=False, module_options={"max_unroll": 1})
     def kernel(
@@ -170,15 +205,7 @@ def muscle_paths_of(kind: PathKind = PathKind()) -> Any:  # noqa: B008, immutabl
     ):  # fmt: skip
         i = wp.tid()
         work = work_of(i, model, workspace)
-        kinematics_stage(i, 0, 1, model, state, work)
-        joint_velocities(0, 1, model, work)
-        coordinate_velocities(i, 0, 1, model, work)
-        if wp.static(polynomials):
-            monomials_stage(i, 0, 1, model, state, work)
-        for muscle in range(model.muscles.count):
-            stretch = any_stretch(i, muscle, model, state, work, arm[i])
-            length[i, muscle] = stretch.fixed + stretch.moving
-            speed[i, muscle] = stretch.speed
+        stretch_all(i, model, state, work, length[i], speed[i], arm[i])
 
     return kernel
 
