@@ -1,9 +1,9 @@
 """Sweeps on a Ray cluster: equal to those without, also when workers die; and what is said where there is none."""
 
-import builtins
 import os
 import signal
 import socket
+import sys
 import threading
 import time
 from pathlib import Path
@@ -147,13 +147,6 @@ def test_unreachable_cluster_is_one_line(tmp_path, monkeypatch):
 
 
 def test_missing_ray_is_one_line_that_says_what_to_install(tmp_path, monkeypatch):
-    original = builtins.__import__
-
-    def without_ray(name, *more):
-        if name == "ray":
-            raise ImportError(name)
-        return original(name, *more)
-
-    monkeypatch.setattr(builtins, "__import__", without_ray)
+    monkeypatch.setitem(sys.modules, "ray", None)  # as where it is not installed
     with pytest.raises(Error, match=r'a cluster needs Ray: pip install "warpmuscle\[cluster\]"'):
         sweep(small_sweep(tmp_path), tmp_path / "small.h5", cluster="auto")

@@ -27,7 +27,7 @@ def table(capsys: pytest.CaptureFixture[str], *names: str, duration: float = 4.0
 
 def test_a_gait_stands_beside_people_and_the_original_and_a_fall_is_told(capsys, tmp_path):
     rows = {row[0]: row[1:] for row in table(capsys, FALLS, SHORT, output=tmp_path / "gaits.json")}
-    assert rows[""] == ["unit", "human", "`fwalk`", "`fwalk 1.2`", "`fwalk 1.03`"]
+    assert rows["measure"] == ["unit", "human", "`fwalk`", "`fwalk 1.2`", "`fwalk 1.03`"]
     assert rows["upright"][2:] == ["4", "fell at 0.0", "4"]
     assert rows["upright of 2 runs of 4 s, noise 0.02 m/s"][2:4] == ["2", "0"]
     assert rows["speed"][1:] == ["1.27 to 1.46", rows["speed"][2], "", rows["speed"][4]]
