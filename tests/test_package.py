@@ -1,6 +1,8 @@
 """The package as one meets it in an interpreter, and the program as one meets it in a shell."""
 
 import os
+import re
+import shutil
 import subprocess
 import sys
 import tomllib
@@ -8,11 +10,19 @@ from importlib.metadata import version
 from pathlib import Path
 
 import pytest
+from setuptools import find_packages
 
 import warpmuscle as wm
 from warpmuscle.formats import scene_names
 
 ROOT = Path(__file__).parents[1]
+USER_FILE = """import warpmuscle as wm
+from warpmuscle.kernels.muscle import fibre_force
+scene = wm.load("walk56")
+reveal_type(scene)
+reveal_type(scene.duration)
+print(fibre_force)
+"""
 
 
 def warpmuscle(*words: str, **variables: str) -> subprocess.CompletedProcess[str]:
@@ -38,16 +48,53 @@ def test_the_version_is_that_of_the_installed_package():
 
 def test_a_wheel_has_every_package_and_all_that_lies_in_it():
     settings = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]
-    folders = {ROOT / "kernels": "warpmuscle.kernels", ROOT / "scenes": "warpmuscle.scenes"}
-    for init in (ROOT / "warpmuscle").rglob("__init__.py"):
-        folders[init.parent] = ".".join(init.parent.relative_to(ROOT).parts)
-    assert sorted(settings["packages"]) == sorted(folders.values())
-    for file in (file for base in ("warpmuscle", "kernels", "scenes") for file in (ROOT / base).rglob("*.*")):
+    found = find_packages(str(ROOT), include=settings["packages"]["find"]["include"])
+    folders = {ROOT.joinpath(*name.split(".")): name for name in found}
+    assert folders.keys() == {init.parent for init in (ROOT / "warpmuscle").rglob("__init__.py")}
+    for file in (ROOT / "warpmuscle").rglob("*.*"):
         if file.suffix in (".py", ".pyc") or file.is_dir():
             continue
         package = next(folder for folder in file.parents if folder in folders)
         patterns = settings["package-data"].get(folders[package], [])
         assert any(file.relative_to(package).match(pattern) for pattern in patterns), file
+
+
+def test_nothing_needs_the_links_at_the_top(tmp_path: Path):
+    """A checkout without links, as on Windows, has files there that hold a path."""
+    for name in ("kernels", "scenes"):
+        assert (ROOT / name).resolve() == ROOT / "warpmuscle" / name
+    ignored = shutil.ignore_patterns("__pycache__")
+    shutil.copytree(ROOT / "warpmuscle", tmp_path / "warpmuscle", ignore=ignored)
+    for name in ("kernels", "scenes"):
+        (tmp_path / name).write_text(f"warpmuscle/{name}")
+    code = "import warpmuscle as wm, warpmuscle.kernels as k; print(k.__file__); wm.load('walk56')"
+    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0, done.stderr
+    assert Path(done.stdout.strip()) == tmp_path / "warpmuscle" / "kernels" / "__init__.py"
+
+
+def test_the_first_clone_on_the_path_brings_its_own_kernels(tmp_path: Path):
+    """Also where another is installed."""
+    copied, elsewhere = tmp_path / "clone", tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    shutil.copytree(ROOT / "warpmuscle", copied / "warpmuscle", ignore=shutil.ignore_patterns("__pycache__"))
+    code = "import warpmuscle, warpmuscle.kernels.step as k, warpmuscle.scenes as s; print(k.__file__, s.__file__)"
+    given = os.environ | {"PYTHONPATH": str(copied)}
+    command = [sys.executable, "-c", code]
+    done = subprocess.run(command, cwd=elsewhere, env=given, capture_output=True, text=True, timeout=300)
+    assert done.stdout.count(str(copied)) == 2, done.stdout + done.stderr
+
+
+@pytest.mark.parametrize("checker", ["mypy", "pyright"])
+def test_a_type_checker_of_a_user_knows_the_types_of_what_is_installed(checker: str, tmp_path: Path):
+    pytest.importorskip(checker, reason=f"no {checker}: pip install {checker}")
+    (tmp_path / "mine.py").write_text(USER_FILE)
+    command = [sys.executable, "-m", checker, "mine.py"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=300)
+    told = done.stdout + done.stderr
+    assert done.returncode == 0, told
+    assert re.search(r"mine\.py:4\b.*\bScene\b", told), told
+    assert re.search(r"mine\.py:5\b.*\bfloat\b", told), told
 
 
 def test_python_runs_the_package_and_it_tells_its_version():

@@ -96,7 +96,7 @@ def test_the_site_builds_without_a_warning(tmp_path: Path):
 
 
 def test_words_are_spelt(tmp_path: Path):
-    checked = ["README.md", "CHANGELOG.md", "CONTRIBUTING.md", "docs", "warpmuscle", "kernels", "scenes"]
+    checked = ["README.md", "CHANGELOG.md", "CONTRIBUTING.md", "docs", "warpmuscle"]
     done = subprocess.run([sys.executable, "-m", "codespell_lib", *checked], cwd=ROOT, capture_output=True, text=True)
     assert done.returncode == 0, done.stdout
 

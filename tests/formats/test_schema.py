@@ -12,7 +12,7 @@ from warpmuscle.scene import Failure, Objective
 ROOT = Path(__file__).parents[2]
 SCENES = [
     path
-    for folder in ("scenes", "warpmuscle/examples/files")
+    for folder in ("warpmuscle/scenes", "warpmuscle/examples/files")
     for path in sorted((ROOT / folder).glob("*.toml"))
     if "\nname = " in path.read_text() or path.read_text().startswith("name = ")
 ]

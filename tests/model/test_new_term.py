@@ -39,9 +39,6 @@ def test_the_recipe_for_a_term_works_and_says_what_was_forgotten(left_out: str, 
     package = Path(warpmuscle.__file__).parent
     copy = tmp_path / "warpmuscle"
     shutil.copytree(package, copy, ignore=shutil.ignore_patterns("__pycache__"))
-    for name in ("kernels", "scenes"):
-        if not (copy / name).is_dir():
-            shutil.copytree(package.parent / name, copy / name, ignore=shutil.ignore_patterns("__pycache__"))
     functions, terms = copy / "kernels" / "term_functions.py", copy / "kernels" / "objective_terms.py"
     if left_out != "function":
         functions.write_text(functions.read_text().replace("\ndef _functions(", FUNCTION, 1))

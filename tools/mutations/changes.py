@@ -19,9 +19,9 @@ from typing import Any
 
 from mutations.equal import EQUAL, EQUAL_CHANGES
 
-PHYSICS = ("kernels", "warpmuscle/model", "warpmuscle/gait", "warpmuscle/studies")
+PHYSICS = ("warpmuscle/kernels", "warpmuscle/model", "warpmuscle/gait", "warpmuscle/studies")
 NO_PHYSICS = (  # how memory is laid out on a GPU, and how functions of users and parameters are put together
-    "kernels/compiler_hints.py", "kernels/extensions.py", "warpmuscle/model/extensions.py",
+    "warpmuscle/kernels/compiler_hints.py", "warpmuscle/kernels/extensions.py", "warpmuscle/model/extensions.py",
     "warpmuscle/model/extension_arrays.py", "warpmuscle/model/user_functions.py",
 )  # fmt: skip
 SWAPPED_NAMES = {
@@ -127,7 +127,7 @@ class _Text:
             self.lines.append(self.lines[-1] + len(line))
         self.tree = ast.parse(source)
         self.left_out = {id(node) for node in _bounds(self.tree)}
-        if path.startswith("kernels/"):
+        if path.startswith("warpmuscle/kernels/"):
             self.left_out |= {id(node) for node in _flags(self.tree)}
         self.equal = {line for file, line in EQUAL if file == path}
         self.equal_changes = {(line, after) for file, line, after in EQUAL_CHANGES if file == path}

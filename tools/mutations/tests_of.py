@@ -19,8 +19,7 @@ FAR = 99  # steps from a test to a module that it does not import
 
 def module_of(path: str) -> str:
     """Dotted name of a file of the repository, as imports have it."""
-    name = path.removesuffix(".py").removesuffix("/__init__").replace("/", ".")
-    return f"warpmuscle.{name}" if name.startswith(("kernels", "scenes")) else name
+    return path.removesuffix(".py").removesuffix("/__init__").replace("/", ".")
 
 
 def ordered_tests(root: Path, path: str) -> list[str]:
@@ -62,12 +61,8 @@ def _distances(imports: dict[str, set[str]], wanted: str) -> dict[str, int]:
 def _imports(root: Path) -> dict[str, set[str]]:
     """What every module, and every file of tests by its path, imports; helpers of tests by their bare names."""
     found: dict[str, set[str]] = {}
-    for folder in ("kernels", "warpmuscle"):
-        for path in (root / folder).rglob("*.py"):
-            if path.is_relative_to(root / "warpmuscle/kernels"):
-                continue  # a link to the folder of kernels, in a copy
-            name = str(path.relative_to(root))
-            found[module_of(name)] = _imported(path)
+    for path in (root / "warpmuscle").rglob("*.py"):
+        found[module_of(str(path.relative_to(root)))] = _imported(path)
     for path in (root / "tests").rglob("*.py"):
         test = path.name.startswith("test_")
         found[str(path.relative_to(root)) if test else path.stem] = _imported(path)

@@ -18,7 +18,7 @@ from typing import Any
 from mutations.changes import Mutation
 from mutations.tests_of import ordered_tests
 
-COPIED = ("warpmuscle", "kernels", "scenes", "tests", "tools", "docs", "pyproject.toml", "README.md", "setup.py")
+COPIED = ("warpmuscle", "tests", "tools", "docs", "pyproject.toml", "README.md", "setup.py")
 FAILED = re.compile(r"^(?:FAILED|ERROR) (\S+?\.py(?:::\S+)?)", re.MULTILINE)
 RUNNING = re.compile(r"^(tests/\S+\.py::\S+)", re.MULTILINE)
 HANGS = 3.0  # times as long as without the mutation, at least, and this many seconds more, is "hangs"
@@ -73,11 +73,9 @@ class Trial:
                 shutil.copytree(root / name, self.folder / name, ignore=shutil.ignore_patterns("__pycache__"))
             elif (root / name).exists():
                 shutil.copy(root / name, self.folder / name)
-        for name in ("kernels", "scenes"):  # as the installed package has them
-            (self.folder / "warpmuscle" / name).symlink_to(self.folder / name)
         # What was compiled is known by its content: a mutation may have the size and the second of its original.
         checked = py_compile.PycInvalidationMode.CHECKED_HASH
-        for name in ("warpmuscle", "kernels", "tests"):
+        for name in ("warpmuscle", "tests"):
             compileall.compile_dir(self.folder / name, quiet=2, invalidation_mode=checked)
         self.home = folder
         self.kernels = kernels
