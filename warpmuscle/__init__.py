@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from warpmuscle.inverse.scaling import scale
     from warpmuscle.inverse.static_optimization import static_optimization
     from warpmuscle.optimization.best_scene import best_scene
+    from warpmuscle.optimization.evaluator import Evaluator
     from warpmuscle.optimization.optimize import optimize
     from warpmuscle.optimization.resume import resume
     from warpmuscle.plots import plot
@@ -46,16 +47,16 @@ if TYPE_CHECKING:
     __version__: str
 
 __all__ = [
-    "Error", "Motions", "MultiDeviceRollout", "Recording", "Result", "ResultError", "Rollout", "RolloutError", "Run",
-    "Scene", "SceneError", "Stages", "Status", "__version__", "append_motions", "best_scene", "convert",
-    "inverse_dynamics", "inverse_kinematics", "joint_reactions", "load", "make_rollout", "measure", "optimize",
-    "plot", "read", "read_motions", "resume", "save", "scale", "scenes", "show", "simulate", "static_optimization",
-    "trust", "write",
+    "Error", "Evaluator", "Motions", "MultiDeviceRollout", "Recording", "Result", "ResultError", "Rollout",
+    "RolloutError", "Run", "Scene", "SceneError", "Stages", "Status", "__version__", "append_motions", "best_scene",
+    "convert", "inverse_dynamics", "inverse_kinematics", "joint_reactions", "load", "make_rollout", "measure",
+    "optimize", "plot", "read", "read_motions", "resume", "save", "scale", "scenes", "show", "simulate",
+    "static_optimization", "trust", "write",
 ]  # fmt: skip
 
 _HOMES = {
     "append_motions": "results.motion_files", "best_scene": "optimization.best_scene",
-    "convert": "session.conversion", "inverse_dynamics": "inverse.dynamics",
+    "convert": "session.conversion", "Evaluator": "optimization.evaluator", "inverse_dynamics": "inverse.dynamics",
     "inverse_kinematics": "inverse.kinematics", "joint_reactions": "inverse.joint_reactions", "load": "formats",
     "make_rollout": "simulation.multi_device", "measure": "gait.measures", "Motions": "results.motions",
     "MultiDeviceRollout": "simulation.multi_device", "optimize": "optimization.optimize", "plot": "plots",

@@ -50,6 +50,7 @@ def parts() -> SimpleNamespace:
         scene=scene, rollout=wm.Rollout(scene, 2, "cpu", record=[0]), stages=wm.Stages(scene, 2, "cpu"),
         nothing=replace(result, evaluations=None, best=None, replays=()),
         split=wm.MultiDeviceRollout(scene, 2, ["cpu"], record=[0]), result=result, motion=result.replays[0],
+        evaluator=wm.Evaluator(scene, set={"duration": 0.01}, device="cpu"),
     )  # fmt: skip
 
 
@@ -95,6 +96,15 @@ def cases(folder: Path) -> dict[str, Case]:
                 "trust": False, "quantities": None, "single": False,
             },
         ),
+        "Evaluator": Case(
+            wm.Evaluator,
+            {
+                "scene": p.scene, "set": {"duration": 0.05}, "unit_cube": False, "device": "cpu", "threads": 1,
+                "trust": False,
+            },
+        ),
+        "Evaluator.evaluate": Case(p.evaluator.evaluate, {"candidates": p.evaluator.start}),
+        "Evaluator.result": Case(p.evaluator.result, {"command": ""}),
         "resume": Case(
             wm.resume,
             {
@@ -301,7 +311,7 @@ def test_the_argument_is_named(name: str, changes: dict[str, Any], message: str,
 
 
 @pytest.mark.parametrize(
-    "name", ["Rollout", "make_rollout", "Stages", "MultiDeviceRollout", "optimize", "save", "show"]
+    "name", ["Rollout", "make_rollout", "Stages", "MultiDeviceRollout", "optimize", "Evaluator", "save", "show"]
 )
 def test_a_scene_may_be_given_by_its_name_or_file(name: str, folder: Path):
     wm.save(parts().scene, folder / "small.toml")

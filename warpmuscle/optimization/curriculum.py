@@ -10,7 +10,7 @@ import numpy as np
 
 from warpmuscle.kernels.objective_terms import TERMS
 from warpmuscle.model.objective import counted_terms
-from warpmuscle.optimization.evaluation import Evaluator
+from warpmuscle.optimization.evaluation import GenerationEvaluator
 from warpmuscle.optimization.progress import Tracker
 from warpmuscle.optimization.search_loop import INTERRUPTED, SearchLoop
 from warpmuscle.optimization.stage_rows import StageRows, history_of, joined_history
@@ -41,7 +41,7 @@ class Curriculum:
         seed: int,
         options: Options,
         stages: Sequence[Staged],
-        batches: Callable[[Scene], Evaluator],
+        batches: Callable[[Scene], GenerationEvaluator],
         tracker: Tracker,
         known: Mapping[int, Evaluations] | None = None,
         earlier: Searched | None = None,

@@ -114,7 +114,7 @@ class Generation:
         self.status[rows] = outcomes.status[ended]
 
 
-class Evaluator(Protocol):
+class GenerationEvaluator(Protocol):
     """What evaluates the generations of one optimisation.
 
     Attributes:

@@ -9,7 +9,7 @@ from typing import Any
 from warpmuscle.core.arguments import as_number, as_text, as_whole, check_function
 from warpmuscle.core.errors import Error
 from warpmuscle.core.limits import check_size
-from warpmuscle.optimization.evaluation import Evaluator
+from warpmuscle.optimization.evaluation import GenerationEvaluator
 from warpmuscle.optimization.progress import Progress
 from warpmuscle.results.records import (
     Options,
@@ -21,7 +21,7 @@ from warpmuscle.simulation.devices import find_devices
 
 GREATEST_SEED = 2**63 - 1  # that a result file can hold
 Tell = Callable[[Progress], None]
-MakeBatches = Callable[[Scene], Evaluator]
+MakeBatches = Callable[[Scene], GenerationEvaluator]
 
 
 def required_parameters(scene: Scene) -> list[Parameter]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Interrupted
-from warpmuscle.optimization.evaluation import Evaluator, Generation, OtherCandidates
+from warpmuscle.optimization.evaluation import Generation, GenerationEvaluator, OtherCandidates
 from warpmuscle.optimization.progress import Tracker
 from warpmuscle.optimization.replay import Replay
 from warpmuscle.results.records import Evaluations, History, Options, Searched, joined
@@ -42,7 +42,7 @@ class SearchLoop:
         scene: Scene,
         options: Options,
         searches: list[Search],
-        batches: Evaluator,
+        batches: GenerationEvaluator,
         tracker: Tracker,
         known: Mapping[int, Evaluations] | None = None,
         history: History | None = None,

@@ -102,7 +102,7 @@ class _Worker(threading.Thread):
 
     Attributes:
         request: what it waits for; None at its end. error: what it raised.
-        device, largest, term_names: see `Evaluator`.
+        device, largest, term_names: see `GenerationEvaluator`.
     """
 
     def __init__(self, job: Job, index: int, shared: _Shared) -> None:
@@ -148,7 +148,7 @@ class _Worker(threading.Thread):
         return self
 
     def evaluate(self, generation: Generation, limit: int, tracker: Tracker, enough: Callable[[], Any]) -> None:
-        """See `Evaluator`."""
+        """See `GenerationEvaluator`."""
         self.request = _Request(self._index, self._free, generation, limit, tracker, enough)
         self._back.release()
         self._go.acquire()
@@ -157,11 +157,11 @@ class _Worker(threading.Thread):
             raise self._raise
 
     def keep_motion(self, candidates: int) -> bool:
-        """See `Evaluator`: batches of several optimisations are not recorded."""
+        """See `GenerationEvaluator`: batches of several optimisations are not recorded."""
         return False
 
     def motion(self, values: Floats) -> None:
-        """See `Evaluator`."""
+        """See `GenerationEvaluator`."""
 
 
 class _Shared:
