@@ -50,7 +50,7 @@ def parts() -> SimpleNamespace:
         scene=scene, rollout=wm.Rollout(scene, 2, "cpu", record=[0]), stages=wm.Stages(scene, 2, "cpu"),
         nothing=replace(result, evaluations=None, best=None, replays=()),
         split=wm.MultiDeviceRollout(scene, 2, ["cpu"], record=[0]), result=result, motion=result.replays[0],
-        evaluator=wm.Evaluator(scene, set={"duration": 0.01}, device="cpu"),
+        evaluator=wm.Evaluator(scene, set={"duration": 0.02}, device="cpu"),
     )  # fmt: skip
 
 

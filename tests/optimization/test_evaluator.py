@@ -79,7 +79,7 @@ def test_rounding_at_a_limit_is_forgiven_and_no_more(evaluator):
     beyond[0] = evaluator.upper[0] * (1.0 + 1e-12)
     assert evaluator.evaluate(beyond).params[0, 0] == evaluator.upper[0]
     beyond[0] = evaluator.upper[0] + 1.0
-    with pytest.raises(ArgumentError, match=f"candidate 0: {evaluator.names[0]} must lie between "):
+    with pytest.raises(ArgumentError, match=rf"candidates\[0\]: {evaluator.names[0]} must lie between "):
         evaluator(beyond)
 
 
@@ -87,11 +87,11 @@ def test_rounding_at_a_limit_is_forgiven_and_no_more(evaluator):
     ("wrong", "told"),
     [
         ([[1.0, 2.0]], r"candidates have shape \(1, 2\); this evaluator takes \(n, \d+\)"),
-        ([np.nan], "candidate 0: .* must lie between .*, not nan"),
+        ([np.nan], r"candidates\[0\]: .* must lie between .*, not nan"),
         ("walk", "candidates must be an array of numbers, not 'walk'"),
-        ({"nothing": 1.0}, "candidate 0: there is no parameter nothing; the parameters are "),
-        ({}, "candidate 0: no value of "),
-        ([{}, 3.0], "candidate 0: no value of "),
+        ({"nothing": 1.0}, r"candidates\[0\]: there is no parameter nothing; the parameters are "),
+        ({}, r"candidates\[0\]: no value of "),
+        ([{}, 3.0], r"candidates\[0\]: no value of "),
         (None, "candidates must be an array of numbers"),
     ],
 )

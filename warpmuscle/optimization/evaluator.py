@@ -110,8 +110,7 @@ class Evaluator:
             ArgumentError: they are no such numbers, or beyond a parameter's limits.
         """
         cost: Floats = np.asarray(self.evaluate(candidates).cost, dtype=np.float64)
-        alone = isinstance(candidates, Mapping) or (np.ndim(candidates) == 1 and _numbers(candidates))
-        return float(cost[0]) if alone else cost
+        return float(cost[0]) if _alone(candidates) else cost
 
     def evaluate(self, candidates: Candidates) -> Evaluations:
         """What became of candidates: cost, status, end time and each term of the objective.
@@ -140,7 +139,7 @@ class Evaluator:
         if len(outside):
             row, column = outside[0]
             raise ArgumentError(
-                f"candidate {row}: {self.names[column]} must lie between {self.lower[column]:.12g} and "
+                f"candidates[{row}]: {self.names[column]} must lie between {self.lower[column]:.12g} and "
                 f"{self.upper[column]:.12g}, not {table[row, column]:.12g}"
             )
         return from_unit(self._parameters, bounded) if self.unit_cube else bounded
@@ -164,11 +163,11 @@ class Evaluator:
     def _row(self, number: int, candidate: Any) -> list[Any]:
         """The values of a table by name, in the order of the parameters."""
         if not isinstance(candidate, Mapping):
-            raise ArgumentError(f"candidate {number} is no table of values by name, as others are")
+            raise ArgumentError(f"candidates[{number}] is no table of values by name, as others are")
         unknown, missing = candidate.keys() - set(self.names), set(self.names) - candidate.keys()
         if unknown or missing:
             what = f"there is no parameter {min(map(str, unknown))}" if unknown else f"no value of {min(missing)}"
-            raise ArgumentError(f"candidate {number}: {what}; the parameters are {', '.join(self.names)}")
+            raise ArgumentError(f"candidates[{number}]: {what}; the parameters are {', '.join(self.names)}")
         return [candidate[name] for name in self.names]
 
     @property
@@ -186,6 +185,7 @@ class Evaluator:
         Raises:
             Error: nothing was evaluated yet.
         """
+        command = as_text(command, "command")
         evaluations = self.evaluations
         best = best_of(evaluations)
         if best is None:
@@ -194,7 +194,7 @@ class Evaluator:
         return Result(
             scene=toml.dumps(self.scene),
             device=self.device,
-            command=as_text(command, "command"),
+            command=command,
             seed=0,
             parameters=parameter_table(self._parameters),
             evaluations=evaluations,
@@ -213,6 +213,8 @@ class Evaluator:
         return f"Evaluator({self.scene.name!r} on {self.device}, {parameters}, {number_of(done, 'candidate')} so far)"
 
 
-def _numbers(candidates: Any) -> bool:
-    """Whether a sequence is one of numbers, not of tables."""
-    return len(candidates) > 0 and not isinstance(candidates[0], Mapping)
+def _alone(candidates: Any) -> bool:
+    """Whether this is one candidate, no list of them."""
+    if isinstance(candidates, Mapping):
+        return True
+    return np.ndim(candidates) == 1 and len(candidates) > 0 and not isinstance(candidates[0], Mapping)
