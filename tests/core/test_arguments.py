@@ -46,11 +46,13 @@ def parts() -> SimpleNamespace:
     """A small scene, a batch of two instances of it on the CPU, and what else functions take."""
     scene = muscle_scene()
     result = search_result()
+    evaluator = wm.Evaluator(scene, set={"duration": 0.02}, device="cpu")
+    evaluator(evaluator.start)
     return SimpleNamespace(
         scene=scene, rollout=wm.Rollout(scene, 2, "cpu", record=[0]), stages=wm.Stages(scene, 2, "cpu"),
         nothing=replace(result, evaluations=None, best=None, replays=()),
         split=wm.MultiDeviceRollout(scene, 2, ["cpu"], record=[0]), result=result, motion=result.replays[0],
-        evaluator=wm.Evaluator(scene, set={"duration": 0.02}, device="cpu"),
+        evaluator=evaluator,
     )  # fmt: skip
 
 
