@@ -38,8 +38,11 @@ from warpmuscle.kernels import (
     touching,
 )
 from warpmuscle.kernels.body_contact import body_contact_of
+from warpmuscle.kernels.contraction import COMPLIANT, RIGID
 from warpmuscle.kernels.curves import LEE
-from warpmuscle.kernels.muscle_stage import COMPLIANT, HILL, IDEAL, LEGACY, RIGID, MuscleKind, muscle_stage_of
+from warpmuscle.kernels.muscle_kind import MuscleKind
+from warpmuscle.kernels.muscle_laws import HILL, IDEAL, LEGACY
+from warpmuscle.kernels.muscle_stage import muscle_stage_of
 from warpmuscle.kernels.scratch import LIVES, PHASES, Life
 from warpmuscle.kernels.structs import Scratch
 
@@ -55,6 +58,7 @@ MUSCLES = [
     )
     for tendon, law, at_hand in itertools.product((RIGID, COMPLIANT), (HILL, LEGACY, IDEAL), (True, False))
 ]
+MUSCLES += [muscle_stage_of(MuscleKind(LEE, RIGID, HILL, pulls_at_hand=True, shared=joints)) for joints in (1, 3)]
 FORCES = tuple(devices.FORCES.values())
 KEPT = {"near"}  # from step to step
 IN_PARTS = (kinematics.move_joint, kinematics.place_root, kinematics.place_body)

@@ -23,7 +23,8 @@ from warpmuscle.kernels.forces import Force, body_forces_stage_of, joint_forces_
 from warpmuscle.kernels.gait_cycle import advance_cycles
 from warpmuscle.kernels.hybrid import hybrid_integrate_stage
 from warpmuscle.kernels.joint_stages import SkeletonKind, joint_stages_of
-from warpmuscle.kernels.muscle_stage import MuscleKind, muscle_stage_of
+from warpmuscle.kernels.muscle_kind import MuscleKind
+from warpmuscle.kernels.muscle_stage import muscle_stage_of
 from warpmuscle.kernels.record import RecordKind, frame_of, record_given_way_of, recorders_of
 from warpmuscle.kernels.scratch import (
     monomials_at,
