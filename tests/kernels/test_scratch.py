@@ -21,6 +21,7 @@ from warpmuscle.kernels import (
     dynamics,
     failure,
     followed,
+    followed_reduction,
     follower,
     forces,
     hybrid,
@@ -85,7 +86,7 @@ FUNCTIONS: dict[str, tuple[Any, ...]] = {
     "backward": (
         dynamics.backward_pass_of(dynamics.reduce_body), dynamics.backward_pass_of(coordinate_joint.reduce_any),
         follower.backward_pass_of_clusters(follower.reduce_any_cluster),
-        dynamics.backward_pass_of(followed.reduce_followed_of(False)),
+        dynamics.backward_pass_of(followed_reduction.reduce_followed_of(False)),
         followed.equations_of(False),  # of joints, whose factors leave torques and stiffness of drivers alone
     ),
     "forward": (
