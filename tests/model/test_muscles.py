@@ -7,7 +7,7 @@ import warp as wp
 from muscle_arm import constant, leg
 from warpmuscle.kernels import structs
 from warpmuscle.kernels.contraction import RIGID
-from warpmuscle.kernels.muscle_laws import HILL, IDEAL, LEGACY
+from warpmuscle.kernels.muscle_laws import HILL, IDEAL, LAWS, LEGACY
 from warpmuscle.model import muscles as model
 from warpmuscle.scene import Actuation, Condition, Excitation, MuscleModel, Scene
 from warpmuscle.scene.number import Free
@@ -157,6 +157,7 @@ def test_a_step_has_compiled_in_what_its_muscles_need():
         kind = model.muscle_kind(MuscleModel(**given), scene_of().character.muscles.values())
         assert (kind.law, kind.tendon) == (law, RIGID)
         assert not kind.neural
+    assert set(LAWS) - {model.HILL} <= set(MuscleModel.__struct_fields__)
     for field, value in (("neural", {"activation": "neural"}), ("implicit", {"implicit_damping": True})):
         assert getattr(model.muscle_kind(MuscleModel(**value)), field)
         assert not getattr(model.muscle_kind(MuscleModel(**value, ideal=True)), field)

@@ -21,7 +21,8 @@ from warpmuscle.kernels.scratch import PULLS_A_BODY
 from warpmuscle.model.bodies import stacked
 from warpmuscle.model.joints import compiled_skeleton
 from warpmuscle.model.muscle_shapes import has_floor, muscle_shapes, shaped_kind, tendon_kind
-from warpmuscle.model.paths import PathTable, all_straight, path_table, paths_struct, route_struct
+from warpmuscle.model.path_table import PathTable, path_table
+from warpmuscle.model.paths import all_straight, paths_struct, route_struct
 from warpmuscle.model.reflexes import reflexes_struct
 from warpmuscle.model.routes import path_kind
 from warpmuscle.model.user_functions import custom_curves
@@ -33,6 +34,7 @@ from warpmuscle.scene.topology import Topology
 from warpmuscle.scene.validation.paths import is_route
 
 NEGATIVE = {"keep": structs.KEEP, "drop": structs.DROP, "clip": structs.CLIP}
+HILL = "hill"  # the law of muscles that ask for no other by a field of its name
 LEGACY_RATE = 2000.0  # steps a second of the original program, in which its delays count
 
 
@@ -62,9 +64,9 @@ class ActuationMap:
 def muscle_kind(model: MuscleModel, muscles: Iterable[Muscle] = ()) -> MuscleKind:
     """What a step has compiled in for some muscles of a scene, the moment arms being in the state."""
     muscles = list(muscles)
-    name = "legacy" if model.legacy else "ideal" if model.ideal else "hill"
+    name = next((law for law in LAWS if getattr(model, law, False)), HILL)
     pulleys = any(muscle.pulleys for muscle in muscles)
-    hill = name == "hill"
+    hill = name == HILL
     return MuscleKind(
         CURVES[model.curves], tendon_kind(muscles, model) if hill else RIGID, LAWS[name], pulleys=pulleys,
         neural=hill and model.activation == "neural", implicit=hill and model.implicit_damping,
