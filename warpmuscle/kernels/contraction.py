@@ -53,7 +53,7 @@ def contractions(curves: int, tendon: int, implicit: bool, own: OwnCurves | Shap
     Muscles with curves of their own have OpenSim's bounds of the fibre.
     """
     fibre_force, fibre_damping, fibre_equilibrium, compliant_step, compliant_force, bounded_length, rigid_length = (
-        with_curves(function, own)
+        with_curves(function, own, curves)
         for function in (
             muscle.fibre_force, muscle.fibre_damping, muscle.fibre_equilibrium, muscle.compliant_step,
             muscle.compliant_force, muscle.bounded_fibre_length, muscle.rigid_fibre_length,
