@@ -34,7 +34,7 @@ from warpmuscle.kernels import (
     scratch,
     simbicon,
     stages,
-    step,
+    step_parts,
     term_functions,
     touching,
 )
@@ -98,7 +98,7 @@ FUNCTIONS: dict[str, tuple[Any, ...]] = {
     ),
     "acted": (record.record_given_way_of(False), record.record_given_way_of(True)),
     "integration": (integration.integrate_stage, hybrid.hybrid_integrate_stage),
-    "feet": (failure.step_status, step.foot_force_stage),
+    "feet": (failure.step_status, step_parts.foot_force_stage),
 }  # fmt: skip
 
 
