@@ -5,7 +5,7 @@ l_tendon/l_slack - 1. `model` is the number of one of `curve_sets.CURVES`, whose
 `lee_curves.py` for lee; a number of no set has curves that are not numbers.
 """
 
-from functools import cache
+from functools import cache, partial
 from importlib import import_module
 from types import ModuleType
 from typing import Any
@@ -41,28 +41,20 @@ SETS: dict[int, CurveFunctions] = {
 }
 
 
-def _force(number: int, one: Any, others: Any) -> Any:
-    """The Warp function (model, x) of a force: that of a set, or of the others for other numbers."""
+def _force(number: int, one: Any, others: Any, result: Any = float) -> Any:
+    """The Warp function (model, x) of a force: that of one, or of the others for other numbers.
+
+    Args:
+        result: float, or wp.vec2 for a force with its slope.
+    """
 
     @wp.func
-    def force(model: int, x: float) -> float:
+    def force(model: int, x: float) -> result:
         if model == number:
             return one(x)
         return others(model, x)
 
     return force
-
-
-def _sloped_force(number: int, one: Any, others: Any) -> Any:
-    """The same of a force with its slope."""
-
-    @wp.func
-    def sloped_force(model: int, x: float) -> wp.vec2:
-        if model == number:
-            return one(x)
-        return others(model, x)
-
-    return sloped_force
 
 
 def _multiplier(number: int, one: Any, others: Any) -> Any:
@@ -102,7 +94,7 @@ def _choice(field: str, either: Any, none: Any) -> Any:
 
 any_active, any_passive = _choice("active", _force, no_force), _choice("passive", _force, no_force)
 any_velocity = _choice("velocity", _multiplier, no_multiplier)
-any_tendon = _choice("tendon", _sloped_force, no_sloped_force)
+any_tendon = _choice("tendon", partial(_force, result=wp.vec2), no_sloped_force)
 
 
 @wp.func

@@ -1,11 +1,9 @@
 """The law of ideal muscles: the desired force at once, without activation and contraction (Bergmann 2017, 7.1)."""
 
-from typing import Any
-
 import warp as wp
 
 from warpmuscle.kernels.contraction import Contraction
-from warpmuscle.kernels.muscle_kind import MuscleKind, MuscleLaw
+from warpmuscle.kernels.muscle_kind import MuscleLaw
 from warpmuscle.kernels.muscle_pipeline import MuscleStepRef
 from warpmuscle.kernels.path import PathState
 from warpmuscle.kernels.structs import ModelRef, MuscleRow, StateRef
@@ -33,19 +31,4 @@ def strength(instance: int, m: int, stretch: PathState, row: MuscleRow, model: M
     return wp.vec3(0.0, row.f_max, 0.0)
 
 
-def activate_of(kind: MuscleKind) -> Any:
-    """See `MuscleLaw.activate`."""
-    return activate
-
-
-def contract_of(kind: MuscleKind) -> Any:
-    """See `MuscleLaw.contract`."""
-    return contract
-
-
-def strength_of(kind: MuscleKind) -> Any:
-    """See `MuscleLaw.strength`."""
-    return strength
-
-
-IDEAL = MuscleLaw(activate_of, contract_of, strength_of, delayed=False)
+IDEAL = MuscleLaw(lambda kind: activate, lambda kind: contract, lambda kind: strength, delayed=False)

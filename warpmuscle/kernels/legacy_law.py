@@ -1,15 +1,12 @@
 """The law of the program of Bergmann 2017: one rate of activation, a switching tendon, no bounds, old moment arms."""
 
-from functools import cache
-from typing import Any
-
 import warp as wp
 
 from warpmuscle.kernels.activation import activation_step
 from warpmuscle.kernels.contraction import Contraction
 from warpmuscle.kernels.hill_law import hill_strength_of
 from warpmuscle.kernels.muscle import legacy_force, switched_fibre_length
-from warpmuscle.kernels.muscle_kind import MuscleKind, MuscleLaw
+from warpmuscle.kernels.muscle_kind import MuscleLaw
 from warpmuscle.kernels.muscle_pipeline import MuscleStepRef
 from warpmuscle.kernels.path import PathState
 from warpmuscle.kernels.structs import ModelRef, MuscleRow, StateRef
@@ -44,16 +41,4 @@ def contract(instance: int, m: int, muscle: MuscleStepRef, model: ModelRef, stat
     muscle.fibre = legacy_contraction(instance, m, muscle.activation, muscle.stretch, muscle.row, model, state)
 
 
-@cache
-def activate_of(kind: MuscleKind) -> Any:
-    """See `MuscleLaw.activate`."""
-    return activate
-
-
-@cache
-def contract_of(kind: MuscleKind) -> Any:
-    """See `MuscleLaw.contract`."""
-    return contract
-
-
-LEGACY = MuscleLaw(activate_of, contract_of, hill_strength_of, past_arms=True)
+LEGACY = MuscleLaw(lambda kind: activate, lambda kind: contract, hill_strength_of, past_arms=True)

@@ -166,14 +166,9 @@ def want_of(kind: MuscleKind, controller: Controller) -> Any:
 
     @wp.func(inline=True)
     def want(
-        instance: int,
-        m: int,
-        muscle: MuscleStepRef,
-        model: ModelRef,
-        state: StateRef,
-        work: ScratchRef,
+        instance: int, m: int, muscle: MuscleStepRef, model: ModelRef, state: StateRef, work: ScratchRef,
         extension: wp.ref[extension_struct],
-    ):
+    ):  # fmt: skip
         if wp.static(excites):
             muscle.desired = wanted_force(instance, m, muscle.desired, muscle.row, model, state, work, extension)
         if wp.static(timed):

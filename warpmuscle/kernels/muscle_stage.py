@@ -54,16 +54,9 @@ def muscle_stage_of(
 
     @inlined(kind)
     def muscle_stage(
-        instance: int,
-        lane: int,
-        lanes: int,
-        frame: int,
-        model: ModelRef,
-        state: StateRef,
-        record: RecordRef,
-        work: ScratchRef,
-        extension: wp.ref[extension_struct],
-    ):
+        instance: int, lane: int, lanes: int, frame: int, model: ModelRef, state: StateRef, record: RecordRef,
+        work: ScratchRef, extension: wp.ref[extension_struct],
+    ):  # fmt: skip
         if wp.static(queued):
             next_turn(1)
         prepare_all(instance, lane, lanes, model, state, work)
@@ -95,15 +88,9 @@ def one_muscle_of(kind: MuscleKind, terms: tuple[Any, ...], recorded: bool, cont
 
     @inlined(kind)
     def one_muscle(
-        instance: int,
-        m: int,
-        frame: int,
-        model: ModelRef,
-        state: StateRef,
-        record: RecordRef,
-        work: ScratchRef,
+        instance: int, m: int, frame: int, model: ModelRef, state: StateRef, record: RecordRef, work: ScratchRef,
         extension: wp.ref[extension_struct],
-    ):
+    ):  # fmt: skip
         muscle = MuscleStep()
         begin(instance, m, muscle, model, state)
         sense(instance, m, muscle, model, state, work)
@@ -154,16 +141,9 @@ def every_muscle_of(kind: MuscleKind, one_muscle: Any, controller: Controller, t
 
     @inlined(kind)
     def every_muscle(
-        instance: int,
-        lane: int,
-        lanes: int,
-        frame: int,
-        model: ModelRef,
-        state: StateRef,
-        record: RecordRef,
-        work: ScratchRef,
-        extension: wp.ref[extension_struct],
-    ):
+        instance: int, lane: int, lanes: int, frame: int, model: ModelRef, state: StateRef, record: RecordRef,
+        work: ScratchRef, extension: wp.ref[extension_struct],
+    ):  # fmt: skip
         if wp.static(queued):
             first = next_turn(0) * wp.static(together)
             while first < model.muscles.count:

@@ -56,15 +56,9 @@ def settle_of(kind: RouteKind, wrench: bool) -> Any:
 
     @wp.func(inline=True)
     def settle(
-        instance: int,
-        span: RouteSpan,
-        bends: wp.ref[bends_struct],
-        model: ModelRef,
-        state: StateRef,
-        work: ScratchRef,
-        pulls: wp.ref[pulls_struct],
-        arm: wp.array[wp.vec3],
-    ):
+        instance: int, span: RouteSpan, bends: wp.ref[bends_struct], model: ModelRef, state: StateRef, work: ScratchRef,
+        pulls: wp.ref[pulls_struct], arm: wp.array[wp.vec3],
+    ):  # fmt: skip
         wraps = span.end_wrap - span.first_wrap
         before = wp.float32(1.0e30)
         swapped = wp.int32(0)

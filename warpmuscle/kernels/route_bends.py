@@ -136,14 +136,9 @@ def bend_of(kind: RouteKind) -> Any:
 
     @wp.func(inline=True)
     def bend(
-        instance: int,
-        w: int,
-        span: RouteSpan,
-        bends: wp.ref[bends_struct],
-        model: ModelRef,
-        state: StateRef,
+        instance: int, w: int, span: RouteSpan, bends: wp.ref[bends_struct], model: ModelRef, state: StateRef,
         work: ScratchRef,
-    ) -> int:
+    ) -> int:  # fmt: skip
         routes = model.routes
         slopes = slopes_struct()
         first_point = span.first_point

@@ -118,15 +118,9 @@ def walk_of(
 
     @wp.func(inline=True)
     def walk(
-        instance: int,
-        span: RouteSpan,
-        bends: wp.ref[bends_struct],
-        model: ModelRef,
-        state: StateRef,
-        work: ScratchRef,
-        pulls: wp.ref[pulls_struct],
-        arm: wp.array[wp.vec3],
-    ) -> float:
+        instance: int, span: RouteSpan, bends: wp.ref[bends_struct], model: ModelRef, state: StateRef, work: ScratchRef,
+        pulls: wp.ref[pulls_struct], arm: wp.array[wp.vec3],
+    ) -> float:  # fmt: skip
         total = wp.float32(0.0)
         slopes = slopes_struct()
         slopes_before = slopes_struct()

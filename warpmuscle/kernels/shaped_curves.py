@@ -5,7 +5,7 @@ numbers that a scene has, as `millard_tables` makes them. Functions of `muscle.p
 these curves, see `custom_curves`: what they call `model` is then `ShapedCurves`, the curves of one muscle.
 """
 
-from functools import cache
+from functools import cache, partial
 from typing import Any, NamedTuple
 
 import warp as wp
@@ -39,28 +39,20 @@ def shaped_curves(instance: int, m: int, model: ModelRef) -> ShapedCurves:
     return curves
 
 
-def _force(number: int, one: Any, others: Any) -> Any:
-    """The Warp function (curves, x) of a force: that of a family, or of the others for muscles of others."""
+def _force(number: int, one: Any, others: Any, result: Any = float) -> Any:
+    """The Warp function (curves, x) of a force: that of one, or of the others for other numbers.
+
+    Args:
+        result: float, or wp.vec2 for a force with its slope.
+    """
 
     @wp.func
-    def force(model: ShapedCurves, x: float) -> float:
+    def force(model: ShapedCurves, x: float) -> result:
         if model.row.curves == number:
             return one(model, x)
         return others(model, x)
 
     return force
-
-
-def _sloped_force(number: int, one: Any, others: Any) -> Any:
-    """The same of a force with its slope."""
-
-    @wp.func
-    def sloped_force(model: ShapedCurves, x: float) -> wp.vec2:
-        if model.row.curves == number:
-            return one(model, x)
-        return others(model, x)
-
-    return sloped_force
 
 
 def _multiplier(number: int, one: Any, others: Any) -> Any:
@@ -88,7 +80,8 @@ def _choice(shaped: Shaped, field: str, either: Any) -> Any:
 def shaped_functions(shaped: Shaped) -> dict[str, Any]:
     """What stands in for functions and constants of `curves.py` and `muscle.py`, by name."""
     active, passive = _choice(shaped, "active", _force), _choice(shaped, "passive", _force)
-    velocity, tendon = _choice(shaped, "velocity", _multiplier), _choice(shaped, "tendon", _sloped_force)
+    velocity = _choice(shaped, "velocity", _multiplier)
+    tendon = _choice(shaped, "tendon", partial(_force, result=wp.vec2))
 
     @wp.func
     def force_velocity(model: ShapedCurves, speed: float, activation: float) -> float:

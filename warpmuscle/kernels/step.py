@@ -71,15 +71,9 @@ def one_step_of(kind: StepKind, lap: Any = no_lap) -> Any:
 
     @wp.func(inline=True)
     def one_step(
-        instance: int,
-        lane: int,
-        lanes: int,
-        model: ModelRef,
-        state: StateRef,
-        record: RecordRef,
-        work: ScratchRef,
+        instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, record: RecordRef, work: ScratchRef,
         extensions: wp.ref[extensions_struct],
-    ) -> int:
+    ) -> int:  # fmt: skip
         step = state.step[instance]
         frame = -1
         if wp.static(framed):

@@ -167,16 +167,9 @@ def drive_of(kind: StepKind, lap: Any) -> Any:
 
     @wp.func(inline=True)
     def drive(
-        instance: int,
-        lane: int,
-        lanes: int,
-        frame: int,
-        model: ModelRef,
-        state: StateRef,
-        record: RecordRef,
-        work: ScratchRef,
-        extensions: wp.ref[extensions_struct],
-    ):
+        instance: int, lane: int, lanes: int, frame: int, model: ModelRef, state: StateRef, record: RecordRef,
+        work: ScratchRef, extensions: wp.ref[extensions_struct],
+    ):  # fmt: skip
         control_stage(instance, lane, lanes, model, state, work, extensions.first)
         if wp.static(by_coordinate):
             coordinate_control_stage(instance, lane, lanes, model, work)
@@ -207,16 +200,9 @@ def account_of(kind: StepKind, lap: Any) -> Any:
 
     @wp.func(inline=True)
     def account(
-        instance: int,
-        lane: int,
-        lanes: int,
-        step: int,
-        frame: int,
-        model: ModelRef,
-        state: StateRef,
-        record: RecordRef,
-        work: ScratchRef,
-    ):
+        instance: int, lane: int, lanes: int, step: int, frame: int, model: ModelRef, state: StateRef,
+        record: RecordRef, work: ScratchRef,
+    ):  # fmt: skip
         objective_stage(instance, lane, lanes, model, state, work)
         if wp.static(progress) and lane == 0:  # all lanes have seen the place before
             remember_place(instance, step, model, state, work)
@@ -248,17 +234,9 @@ def move_of(kind: StepKind, lap: Any) -> Any:
 
     @wp.func(inline=True)
     def move(
-        instance: int,
-        lane: int,
-        lanes: int,
-        step: int,
-        frame: int,
-        model: ModelRef,
-        state: StateRef,
-        record: RecordRef,
-        work: ScratchRef,
-        extensions: wp.ref[extensions_struct],
-    ):
+        instance: int, lane: int, lanes: int, step: int, frame: int, model: ModelRef, state: StateRef,
+        record: RecordRef, work: ScratchRef, extensions: wp.ref[extensions_struct],
+    ):  # fmt: skip
         if wp.static(motion):
             prescribe_stage(instance, lane, lanes, model, state, work)
         inertia_stage(instance, lane, lanes, model, state, work)
